@@ -70,10 +70,10 @@ def truth_errors(predicted: np.ndarray, truth: np.ndarray, patch: np.ndarray) ->
     patch : (n,) bool, the nodes that are pressed, as ``patch_nodes`` gives them
     Raises InputError if the truth moves nowhere.
     """
-    found, error = errors(predicted, truth), node_errors(predicted, truth)
+    basic, error = errors(predicted, truth), node_errors(predicted, truth)
     peak = np.linalg.norm(truth, axis=1).max()
     return TruthErrors(
-        **found._asdict(),
+        **basic._asdict(),
         relative_l2=float(np.linalg.norm(error) / np.linalg.norm(truth)),
         patch_rms_of_peak=float(np.sqrt(np.mean(error[patch] ** 2)) / peak),
         patch_max_of_peak=float(error[patch].max() / peak),
@@ -108,8 +108,8 @@ def predict(db: Database, method: Method, protocol: str, samples: np.ndarray) ->
 def sample_errors(db: Database, method: Method, protocol: str, samples: np.ndarray) -> pd.DataFrame:
     """Tabulate the errors of one method on each of ``samples``: one row a sample, column sample first."""
     predicted = predict(db, method, protocol, samples)
-    found = [errors(u, db.fine[i])._asdict() for u, i in zip(predicted, samples, strict=True)]
-    return pd.DataFrame(found).assign(sample=samples)[["sample", *Errors._fields]]
+    rows = [errors(u, db.fine[i])._asdict() for u, i in zip(predicted, samples, strict=True)]
+    return pd.DataFrame(rows).assign(sample=samples)[["sample", *Errors._fields]]
 
 
 def accuracy_rows(

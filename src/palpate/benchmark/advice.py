@@ -1,6 +1,7 @@
-"""Advise which model to take for a budget of time or an error, say why, and how far splits agree on that."""
+"""Advise which model to take for a budget of time or an error, say why, and what that rests on."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -8,72 +9,67 @@ import pandas as pd
 
 from palpate.benchmark.comparison import (
     BOUNDS,
-    CLOSE,
     EQUAL,
     EXACT,
     KINDS,
     RANGE,
-    by_error,
-    by_time,
-    own_errors,
+    TIED_TIMES,
+    own_error,
     pick,
     resampled,
+    unknown,
 )
-from palpate.benchmark.conformal import bound_factor, finite
+from palpate.benchmark.conformal import FEWEST, bound_factor, finite
+from palpate.benchmark.held_out import SETTING, TIED, HeldOut, fastest, least_wrong
 from palpate.errors import InputError
 from palpate.table import Table
 
 NONE = "none"
 """The word that stands for a model where none fits."""
 MARGIN = 0.2
-"""Share of a budget that the 95th percentile of the time must leave free: it repeats less well than the median."""
+"""Share of a budget that the time must leave free: it does not repeat to the digit."""
 UNSURE = 0.5
-"""Share of draws below which a choice is not called the best: another was, more often than not."""
-_SETTING = ["model", "setting"]
+"""Share of the contacts below which a choice is not called the best: without most of them another is."""
+STRICTER = (1.0, 0.8, 0.6, 0.4, 0.2)
+"""Shares of a limit that a bound must stay below, in turn until the choice holds at contacts left out of it."""
 ADVICE = Table(
     "advice",
     "The model and setting to take for each limit of time or error, the next best one, and the reason.",
     """
-    scene error split: what is asked about: a scene, its "rms" error over the surface or at the "patch" that is pressed,
-        and the number of the split (0 where a scene moves and nothing is divided)
-    budget_ms max_error: the time of an answer [ms] or the mean error that must not be passed; one of them is empty
+    scene error: what is asked about: a scene, and its "rms" error over the surface or at the "patch" that is pressed
+    budget_ms max_error: the time of an answer [ms], or the error of nine answers in ten, that must not be passed; one
+        of them is empty
     model setting: what to take, or "none"
-    rmse_of_peak patch_rms_of_peak: its mean errors over the test samples, which had no part in the choice
-    validation_error: the mean that it was chosen by
-    error_low error_high: between which the mean error lies in 5 to 95 % of draws of splits and contacts
-    bound_of_peak: below which the error of a single answer at another contact stays in nine cases of ten; empty
-        where too few contacts are known
-    p95_of_peak online_p95_s: 95th percentiles of the error over the nodes, and of the time of an answer
-    margin: share of the budget that the time leaves, or of max_error that error_high leaves
-    confidence: share of the draws in which it is, or ties with, the least wrong that fits, or stays under max_error
-    rival rival_setting factor: the choice without this model, and how many times as wrong, or as slow, it is
-    reference_error: of the truth itself, below which models are tied; where a body moves,
-        that of the reference's step, which is added to what is compared with max_error
+    rmse_of_peak patch_rms_of_peak: its mean errors over the test samples
+    error_low error_high: between which the mean error lies in 5 to 95 % of draws of test contacts
+    bound_of_peak: below which the error of a single answer at another contact stays in nine cases of ten, with the
+        truth's own error: of the setting, or, if that is larger, of what is chosen in the same way without the contact
+    contacts presses: how many contacts that it has not learnt from, and presses of them, the bound is of
+    rejected rejected_answered: validation and test presses without a truth, of which no error is known, and those of
+        them that it answered without a doubt or a failure
+    p95_of_peak: 95th percentile of the error over the nodes
+    online_median_s online_p95_s online_max_s: times of an answer: median, 95th percentile, and of the slowest press
+    offline_s memory_mb: of the preparation [s], and what it holds [1e6 bytes]
+    margin: share of the budget that the slowest press leaves, or of max_error that the bound leaves
+    confidence: where each contact is left out in turn, of a budget the share of contacts without which it is, or ties
+        with, the least wrong that fits, of an error the share of the answers there that stay below it
+    rival rival_setting factor: the choice without this model, and how many times its bound, or its time, that has
+    reference_error: of the truth itself, below which models are tied; where a body moves, that of the standard
+        (of its mesh and its step), which is added to what is compared with max_error
     faster faster_setting faster_error faster_high faster_factor: what is this many times as fast and was passed over,
-        the error that it was judged by, and up to where that may be
+        its mean error, and its bound
+    nearest nearest_setting nearest_bound nearest_risk: where there is none for max_error, what comes nearest, its
+        bound, and the share of its answers that are above max_error
     speed times_life: seconds of motion in a second, asked for and reached
     bound_on: where a body moves, what the bound was measured on, or why there is none
     why: the reason
     """,
 )
-AGREEMENT = Table(
-    "advice_agreement",
-    "How many of the splits advise the same model for each limit.",
-    """
-    scene body regime error budget_ms max_error: the question
-    model setting: what most splits advise, of equally many the first, and its most frequent setting
-    splits same same_setting: how many splits there are, advise that model, and advise it with that setting
-    others: the other models, with how many splits advise them
-    rmse_of_peak patch_rms_of_peak least most: mean errors over the splits that advise it, and the range of the one
-        asked about
-    """,
-    always=False,
-)
 BY_RADIUS = Table(
     "advice_by_radius",
     "What is advised for fingers of several radii, and where that changes.",
     """
-    body error split budget_ms max_error radius_m: the question, for each radius of the finger [m], the smallest first
+    body error budget_ms max_error radius_m: the question, for each radius of the finger [m], the smallest first
     model setting rmse_of_peak patch_rms_of_peak: what is advised, and its errors
     flips: whether it is another model than that for the radius before
     """,
@@ -88,157 +84,228 @@ def advise(
     max_errors: Sequence[float] = (),
     kinds: Sequence[str] = tuple(KINDS),
 ) -> pd.DataFrame:
-    """Tabulate advice.csv of one scene: a row for each kind, split, budget [ms] and largest mean error.
+    """Tabulate advice.csv of one scene: a row for each kind, budget [ms] and largest error of nine answers in ten.
 
     settings : its rows of accuracy_vs_time.csv; errors : of its samples, as ``comparison.read_errors`` gives them
-    Settings are chosen by their errors on the validation samples of the split; what is said of them is measured on its
-    test samples. A setting that failed on any sample is never advised. Of what fits a budget the least wrong is taken,
-    of what stays under an error in 95 % of draws the fastest. Below the truth's own error models are tied, and no
-    smaller error is promised. Ties go to the faster, or the less wrong, then to less memory.
+    Settings are judged at all contacts that they have not learnt from (``HeldOut``), and one that failed on any sample
+    is never advised. Of what answers its slowest press within a budget the least bound is taken; of what has a bound
+    below an error the fastest, if the answers at each contact, by what is chosen without it, have such a bound too.
+    Below the truth's own error models are tied, and no smaller error is promised.
     Raises InputError if the two tables do not belong together.
     """
+    _check(settings, errors)
     found: list[dict] = []
     for kind in kinds:
-        for _, rows in settings.groupby("split", sort=True):
-            asked = _Question(rows.set_index(_SETTING, drop=False), errors, kind)
-            found += [asked.within(budget) for budget in budgets_ms]
-            found += [asked.under(limit) for limit in max_errors]
+        asked = Question(settings, errors, kind)
+        found += [asked.within(budget) for budget in budgets_ms]
+        found += [asked.under(limit) for limit in max_errors]
     return ADVICE.frame(found)
 
 
-class _Question:
-    """Everything that the answers about one kind of error in one split have in common.
+class Question:
+    """Everything that the answers about one kind of error have in common.
 
-    column, chosen_by : of the errors on test samples, and of those on validation samples
-    own : the truth's own error, the larger of that on the test and on the validation samples; NaN where not known
-    floor : below which errors cannot be told apart: that, or what nobody could measure
-    choosing : the same of the errors that settings are chosen by, on validation samples alone
-    where : the samples on which the truth is known less well, in words
-    able : the settings that can be advised, by model and setting; highest : what each stays below in 95 % of draws
+    own : the truth's own error; NaN where not known
+    floor : below which bounds cannot be told apart, that of a model that errs everywhere as much as the truth
+    able : the settings that can be advised, by model and setting; tests : the errors on test samples
     """
 
     def __init__(self, settings: pd.DataFrame, errors: pd.DataFrame, kind: str):
-        scene, split = settings["scene"].iloc[0], int(settings["split"].iloc[0])
-        self.column, self.chosen_by = KINDS[kind], f"validation_{KINDS[kind]}"
-        tests_own, chooses_own = own_errors(settings, self.column)
-        self.own = float(np.fmax(tests_own, chooses_own))
-        self.floor, self.choosing = (float(np.fmax(EXACT, each)) for each in (self.own, chooses_own))
-        self.where = "validation contacts" if chooses_own > tests_own else "test contacts"
-        self.none = {"scene": scene, "error": kind, "split": split, "model": NONE, "reference_error": self.own}
-        models = settings[~settings["model"].isin(BOUNDS)]
-        failed = int((models["failures"] > 0).sum())
+        self.column, self.held = KINDS[kind], HeldOut(settings, errors, KINDS[kind])
+        self.able = self.held.rows
+        self.own = own_error(settings, self.column)
+        self.floor = float(np.fmax(EXACT, finite(self.held.own_bound) + self.own))
+        self.none = {"scene": settings["scene"].iloc[0], "error": kind, "model": NONE, "reference_error": self.own}
+        failed = self.held.failed
         self.failed = [f"settings left out as they failed on some samples: {failed}"] if failed else []
-        self.whole = models[models["failures"] == 0]
-        self.able = self.whole[self.whole[self.chosen_by].notna()]
-        chooses, tests = (errors[errors["side"] == side] for side in ("validation", "test"))
-        here = tests[tests["split"] == split]
-        _check(scene, self.able, here)
-        self.errors = errors[errors["split"] == split].groupby(_SETTING)
-        index = self.able.index
-        self.means = resampled(tests, self.column).reindex(index).fillna(resampled(here, self.column).reindex(index))
-        drawn = resampled(chooses[chooses["split"] == split], self.column).reindex(index)
-        self.highest = drawn.quantile(RANGE[1], axis=1).reindex(index)
+        self.unknown = unknown(errors, self.column)
+        self.tests = errors[errors["side"] == "test"]
+        names = ("online_median_s", "online_max_s", "bound_of_peak", "mean_of_peak")
+        self.median, self.slowest, self.bound, self.mean = (self.able[name].to_numpy() for name in names)
+        self.every = np.ones(len(self.able), dtype=bool)
 
     def within(self, budget_ms: float) -> dict:
         """Choose the most accurate of what answers in time; a row of ADVICE."""
         none = self.none | {"budget_ms": budget_ms}
-        fits = self.able[1e3 * self.able["online_p95_s"] <= (1 - MARGIN) * budget_ms]
-        if fits.empty:
+        fits = 1e3 * self.slowest <= (1 - MARGIN) * budget_ms
+        if not fits.any():
             return none | {"why": self._why_late(budget_ms)}
-        best, rival = choice(fits, by_error(self.chosen_by), self.choosing)
-        least = self.means.loc[fits.index].min().clip(lower=self.floor)
-        sure = float((self.means.loc[best.name] <= EQUAL * least).mean())
-        found = self._told(best) | versus(best, rival, self.column, self.floor)
-        found |= {"margin": 1 - 1e3 * best["online_p95_s"] / budget_ms, "confidence": sure}
+        by = "bound_of_peak" if np.isfinite(self.bound[fits]).any() else "mean_of_peak"
+        best, rival = self._two(fits, lambda among: least_wrong(among, self.slowest, self.able[by], self.floor))
+        sure = self._stays(fits, best, by)
+        found = self._told(best, best["bound_of_peak"]) | versus(best, rival, by, self.floor)
+        found |= {"margin": 1 - 1e3 * best["online_max_s"] / budget_ms, "confidence": sure}
+        judged = f"bound of nine answers in ten ({_few(best)})" if by == "bound_of_peak" else "mean error"
         parts = [
-            f"least validation error of {counted(fits)} whose 95th percentile leaves {_share(MARGIN)} of "
+            f"least {judged} of {counted(self.able[fits])} whose slowest press leaves {_share(MARGIN)} of "
             f"{budget_ms:g} ms unused",
             _sure(sure, rival),
-            next_best(rival, best, self.column, self.floor),
+            next_best(rival, best, by, self.floor),
         ]
-        late = self.whole[self.whole[self.chosen_by] < best[self.chosen_by]]
-        late = late[(1e3 * late["online_p95_s"]).between((1 - MARGIN) * budget_ms, budget_ms)]
-        if len(late) and best[self.chosen_by] > self.floor:
-            close = late.loc[late[self.chosen_by].idxmin()]
+        late = self.able[~fits & (1e3 * self.median <= budget_ms)]
+        late = late[EQUAL * late[by].clip(lower=self.floor) < max(best[by], self.floor)]
+        if len(late):
+            close = late.loc[late[by].idxmin()]
             parts.append(
-                f"{name(close)} has a smaller error ({percent(close[self.column])}) "
-                f"but too close to the budget ({_ms(close['online_p95_s'])})"
+                f"{name(close)} has a smaller one ({percent(close[by])}) but takes {_ms(close['online_max_s'])} "
+                "for its slowest press"
             )
-        return none | found | {"why": "; ".join([*parts, *self._tied(best), *self.failed])}
+        return none | found | {"why": self._because(*parts, *self._tied(best[by]))}
 
     def under(self, max_error: float) -> dict:
-        """Choose the fastest of what is surely accurate enough; none where the truth is not known that well."""
+        """Choose the fastest of what is accurate enough; none where nobody can promise that."""
         none = self.none | {"max_error": max_error}
         if max_error < self.own:
             return none | {"why": self._why_unknown()}
-        fits = self.able[(self.highest <= max_error).to_numpy()]
-        if fits.empty:
-            return none | {"why": self._why_wrong()}
-        best, rival = choice(fits, by_time(self.chosen_by), self.choosing)
-        passed = passed_over(self.able, self.highest, best, "online_median_s", max_error, self.chosen_by)
-        found = self._told(best) | versus(best, rival, "online_median_s") | passed
-        found |= {"margin": 1 - found["error_high"] / max_error}
-        found |= {"confidence": float((self.means.loc[best.name] <= max_error).mean())}
+        found: dict = {}
+        for share in STRICTER:
+            most = share * max_error
+            best, rival = self._two(self.every, partial(self._fastest, most, self.bound, self.mean))
+            if best is None:
+                break
+            errors, contact = self.held.left_out(partial(self._fastest, most, among=self.every))
+            # with as few contacts as a bound needs there is none where one is left out, and nothing can be tried
+            after, sure = 0.0, np.nan
+            if len(errors):
+                after, sure = bound_factor(errors, contact), _kept(errors, contact, max_error)
+            if after <= max_error:
+                return none | self._under(max_error, most, best, rival, max(after, best["bound_of_peak"]), sure)
+            why = self._because(self._why_lucky(best, sure, max_error))
+            found = _near(best, finite(after), 1 - sure) | {"confidence": sure, "why": why}
+        return none | (found or self._nearest(max_error) | {"why": self._why_wrong()})
+
+    def _fastest(self, most: float, bound: np.ndarray, mean: np.ndarray, among: np.ndarray) -> int | None:
+        return fastest(among & (bound <= most) & (mean <= most), self.median, bound, mean, self.floor)
+
+    def _under(self, max_error: float, most: float, best: pd.Series, rival: Any, bound: float, sure: float) -> dict:
+        """Return what a row of ADVICE says of what is chosen for an error; ``most``: what bounds had to stay below."""
+        passed = passed_over(self.able, best, max_error)
+        found = self._told(best, bound) | versus(best, rival, "online_median_s") | passed
+        found |= {"margin": 1 - bound / max_error, "confidence": sure}
+        fits = self.able[(self.bound <= most) & (self.mean <= most)]
         parts = [
-            f"fastest of {counted(fits)} with a mean validation error that stays below {percent(max_error)} "
-            f"in {_share(RANGE[1])} of draws of the contacts",
-            next_best(rival, best, "online_median_s"),
-            *why_passed_over(passed, f"in {_share(RANGE[1])} of draws it is not more"),
+            f"fastest, within a factor of {TIED:g}, of {counted(fits)} of which nine answers in ten stay below "
+            f"{percent(most)} ({_few(best)})"
         ]
+        if np.isfinite(sure):
+            kept = f"{_share(sure)} of the answers there stay below {percent(max_error)}"
+            parts.append(f"where each contact is left out of the choice, {kept}")
+        parts += [next_best(rival, best, "online_median_s"), *why_passed_over(passed)]
         if best[self.column] > max_error:
             parts.insert(0, f"on the test contacts its error is larger than asked, {percent(best[self.column])}")
-        return none | found | {"why": "; ".join([*parts, *self._tied(best), *self.failed])}
+        return found | {"why": self._because(*parts, *self._tied(best["bound_of_peak"]))}
 
-    def _told(self, best: pd.Series) -> dict:
+    def _because(self, *parts: str) -> str:
+        """Join the parts of a reason, after what its errors are where they are not distances from a truth."""
+        return "; ".join([*filter(None, [self.unknown]), *parts, *self.failed])
+
+    def _stays(self, fits: np.ndarray, best: pd.Series, by: str) -> float:
+        """Return the share of contacts without which ``best`` has, or ties with, the least error of what ``fits``."""
+        place, kept = self.able.index.get_loc(best.name), []
+        for bound, mean in self.held.without():
+            values = np.maximum(bound if by == "bound_of_peak" else mean, self.floor)
+            kept.append(values[place] <= EQUAL * values[fits].min())
+        return float(np.mean(kept))
+
+    def _two(self, fits: np.ndarray, choose: Any) -> tuple[Any, Any]:
+        """Return what is chosen of what ``fits`` (m,), and the best of the other models; None where there is none."""
+        chosen = choose(fits)
+        if chosen is None:
+            return None, None
+        best = self.able.iloc[chosen]
+        other = choose(fits & (self.able["model"] != best["model"]).to_numpy())
+        return best, None if other is None else self.able.iloc[other]
+
+    def _told(self, best: pd.Series, bound: float) -> dict:
         """Return what a row of ADVICE says of its model, whatever was asked."""
-        low, high = self.means.loc[best.name].quantile(list(RANGE))
-        copied = (*_SETTING, *KINDS.values(), "p95_of_peak", "online_p95_s")
-        found = {name: best[name] for name in copied} | {"validation_error": best[self.chosen_by]}
-        asked = self.errors.get_group(best.name)
-        bound = finite(bound_factor(asked[self.column].to_numpy(), asked["contact"].to_numpy()))
-        return found | {"error_low": low, "error_high": high, "bound_of_peak": bound}
+        mine = self.tests[(self.tests["model"] == best["model"]) & (self.tests["setting"] == best["setting"])]
+        low, high = resampled(mine, self.column).iloc[0].quantile(list(RANGE))
+        copied = (
+            *SETTING, *KINDS.values(), "p95_of_peak", "online_median_s", "online_p95_s", "online_max_s", "offline_s",
+            "memory_mb", "contacts", "presses", "rejected", "rejected_answered",
+        )  # fmt: skip
+        found = {name: best[name] for name in copied}
+        return found | {"error_low": low, "error_high": high, "bound_of_peak": finite(bound)}
+
+    def _nearest(self, max_error: float) -> dict:
+        """Return what comes nearest to an error that nothing is sure to keep, and what it risks."""
+        if not np.isfinite(self.bound).any():
+            return {}
+        place = int(np.argmin(self.bound))
+        best, errors = self.able.iloc[place], self.held.errors[place]
+        known = np.isfinite(errors)
+        risk = 1.0 - _kept(errors[known], self.held.contact[known], max_error)
+        return _near(best, best["bound_of_peak"], risk)
 
     def _why_late(self, budget_ms: float) -> str:
         """Explain why nothing fits a budget."""
         if self.able.empty:
             return "; ".join(["no setting has answered every sample", *self.failed])
-        fastest = self.able.loc[self.able["online_p95_s"].idxmin()]
+        quickest = self.able.loc[self.able["online_max_s"].idxmin()]
         need = f"{(1 - MARGIN) * budget_ms:.3g} ms are what leaves {_share(MARGIN)} of the budget free"
-        told = f"the fastest setting, {name(fastest)}, takes {_ms(fastest['online_p95_s'])} at the 95th percentile"
+        told = f"the fastest setting, {name(quickest)}, takes {_ms(quickest['online_max_s'])} for its slowest press"
         return "; ".join([f"{told}, and {need}", *self.failed])
 
     def _why_unknown(self) -> str:
         """Explain that no model can be judged by an error as small as was asked for."""
-        known = f"the truth is known to {percent(self.own)} only (on the {self.where})"
-        told = f"{known}, so that no smaller error can be told"
+        told = f"the truth is known to {percent(self.own)} only, so that no smaller error can be told"
         if self.able.empty:
             return told
         least = self.able.loc[self.able[self.column].idxmin()]
         return f"{told}; the least on test contacts is {percent(least[self.column])}, of {name(least)}"
 
+    def _why_lucky(self, best: pd.Series, sure: float, max_error: float) -> str:
+        """Explain that what has a bound below an error has it because it was chosen for that."""
+        told = f"{name(best)} has a bound of {percent(best['bound_of_peak'])} ({_few(best)})"
+        kept = f"only {_share(sure)} of the answers there stay below {percent(max_error)}"
+        return f"{told}, but where each contact is left out of the choice {kept}"
+
     def _why_wrong(self) -> str:
         """Explain why nothing stays under an error."""
         if self.able.empty:
             return "; ".join(["no setting has answered every sample", *self.failed])
-        least = self.able.loc[self.highest.idxmin()]
-        told = f"the setting of least error, {name(least)}, has a mean error of {percent(least[self.chosen_by])}"
-        sure = f"stays below {percent(self.highest.min())} in {_share(RANGE[1])} of draws of the contacts"
-        return "; ".join([f"{told} and {sure}", *self.failed])
+        least = self.able.loc[self.able["bound_of_peak"].idxmin()]
+        if not np.isfinite(least["bound_of_peak"]):
+            most = int(self.able["contacts"].max())
+            return (
+                f"a bound needs {FEWEST} contacts that a model has not learnt from, and no model has more than {most}"
+            )
+        told = f"nine answers in ten of the setting of least bound, {name(least)}, have an error of less than"
+        return self._because(f"{told} {percent(least['bound_of_peak'])} ({_few(least)})")
 
-    def _tied(self, best: pd.Series) -> list[str]:
+    def _tied(self, bound: float) -> list[str]:
         """Explain where the truth is not known well enough to tell models apart."""
-        if not self.own > EXACT or best[self.chosen_by] >= self.own:
+        if not self.own > EXACT or bound >= self.floor:
             return []
-        own = f"{percent(self.own)}, the truth's own error on the {self.where}"
-        return [f"below {own}, models are tied and the fastest is taken"]
+        return [
+            f"the truth's own error, {percent(self.own)}, is most of it: models are tied there, the fastest is taken"
+        ]
 
 
-def _check(scene: str, able: pd.DataFrame, errors: pd.DataFrame) -> None:
+def _near(best: pd.Series, bound: float, risk: float) -> dict:
+    """Return the columns of ADVICE about what comes nearest."""
+    found = {"nearest": best["model"], "nearest_setting": best["setting"], "nearest_bound": bound, "nearest_risk": risk}
+    return found | {"contacts": best["contacts"], "presses": best["presses"]}
+
+
+def _kept(errors: np.ndarray, contact: np.ndarray, most: float) -> float:
+    """Return the share of ``errors`` (n,) that are not above ``most``; each contact weighs the same."""
+    return float(pd.Series(errors <= most).groupby(contact).mean().mean())
+
+
+def _few(best: pd.Series) -> str:
+    return f"{best['contacts']} contacts, {best['presses']} presses"
+
+
+def _check(settings: pd.DataFrame, errors: pd.DataFrame) -> None:
     """Raise InputError if a setting stands twice or its samples do not have the mean that its row gives."""
+    place = ["split", *SETTING]
+    able = settings[~settings["model"].isin(BOUNDS) & (settings["failures"] == 0)].set_index(place, drop=False)
+    scene = settings["scene"].iloc[0]
     if able.index.has_duplicates:
         twice = able[able.index.duplicated()].iloc[0]
         raise InputError(f"accuracy_vs_time.csv has {name(twice)} of {scene} twice: give each its own setting")
-    found = errors.groupby(_SETTING)["rmse_of_peak"].mean().reindex(able.index)
+    found = errors[errors["side"] == "test"].groupby(place)["rmse_of_peak"].mean().reindex(able.index)
     if not (right := np.isclose(found, able["rmse_of_peak"], rtol=1e-6, atol=0)).all():
         raise InputError(
             f"accuracy_vs_time.csv and the samples of {name(able[~right].iloc[0])} of {scene} disagree: "
@@ -261,38 +328,42 @@ def versus(best: pd.Series, rival: pd.Series | None, column: str, floor: float =
     return {"rival": rival["model"], "rival_setting": rival["setting"], "factor": factor}
 
 
-def passed_over(
-    able: pd.DataFrame, high: pd.Series, best: pd.Series, column: str, max_error: float, error: str = "rmse_of_peak"
-) -> dict:
-    """Find the fastest of what is clearly faster in ``column`` than ``best``, with an ``error`` below ``max_error``.
+def passed_over(able: pd.DataFrame, best: pd.Series, max_error: float) -> dict:
+    """Find the fastest of what is clearly faster than ``best`` and has a mean error, but no bound, below ``max_error``.
 
-    high : up to where the error of each of ``able`` may be. As columns of ADVICE; none where there is none
+    As columns of ADVICE; none where there is none
     """
-    passed = able[(able[error] <= max_error) & (CLOSE * able[column] < best[column])]
+    column = "online_median_s"
+    passed = able[(able["mean_of_peak"] <= max_error) & (able["bound_of_peak"] > max_error)]
+    passed = passed[TIED_TIMES * passed[column] < best[column]]
     if passed.empty:
         return {}
     row = passed.loc[passed[column].idxmin()]
-    found = {"faster": row["model"], "faster_setting": row["setting"], "faster_error": row[error]}
-    return found | {"faster_high": high[row.name], "faster_factor": best[column] / row[column]}
+    found = {"faster": row["model"], "faster_setting": row["setting"], "faster_error": row["mean_of_peak"]}
+    return found | {"faster_high": finite(row["bound_of_peak"]), "faster_factor": best[column] / row[column]}
 
 
 def _sure(confidence: float, rival: pd.Series | None) -> str:
     """Explain how often a choice is the best of what fits, or that it hardly differs from the others."""
     if confidence < UNSURE:
         who = name(rival) if rival is not None else "its other settings"
-        more = f"another setting is less wrong in {_share(1 - confidence)} of draws"
-        return f"hardly better than {who}: on the test contacts {more}"
-    return f"best, or tied with the best, in {_share(confidence)} of draws of the test contacts"
+        return (
+            f"hardly better than {who}: another has a smaller error without one of the contacts in "
+            f"{_share(1 - confidence)}"
+        )
+    return f"best, or tied with the best, without any one contact in {_share(confidence)} of cases"
 
 
-def why_passed_over(passed: dict, known: str) -> list[str]:
-    """Explain why what is faster was passed over, if anything was; known : how its largest error is known."""
+def why_passed_over(passed: dict) -> list[str]:
+    """Explain why what is faster was passed over, if anything was."""
     if not passed:
         return []
     who = name(pd.Series({"model": passed["faster"], "setting": passed["faster_setting"]}))
+    high = passed["faster_high"]
+    risk = f"one answer in ten may have more than {percent(high)}" if np.isfinite(high) else "its bound is not known"
     return [
-        f"{who} is {passed['faster_factor']:.2g} times as fast and was passed over: its error, "
-        f"{percent(passed['faster_error'])}, may be up to {percent(passed['faster_high'])} ({known})"
+        f"{who} is {passed['faster_factor']:.2g} times as fast and was passed over: its mean error is "
+        f"{percent(passed['faster_error'])}, and {risk}"
     ]
 
 
@@ -309,7 +380,9 @@ def ratio(rival: pd.Series, best: pd.Series, column: str, floor: float = EXACT) 
 
 def tie_of(column: str) -> tuple[float, str]:
     """Return the factor within which two values of a ``column`` count as equal, and what it has in words."""
-    return (EQUAL, "error") if column.endswith("of_peak") else (CLOSE, "time")
+    if column == "bound_of_peak":
+        return EQUAL, "bound"
+    return (EQUAL, "error") if column.endswith("of_peak") else (TIED_TIMES, "time")
 
 
 def next_best(rival: pd.Series | None, best: pd.Series, column: str, floor: float = EXACT) -> str:
@@ -317,8 +390,7 @@ def next_best(rival: pd.Series | None, best: pd.Series, column: str, floor: floa
     if rival is None:
         return "no other model meets the limit"
     factor, (tie, what) = ratio(rival, best, column, floor), tie_of(column)
-    less = " on the test contacts" if factor < 1 and what == "error" else ""
-    behind = f"has {factor:.3g} times the {what}{less}" if factor < 1000 else f"has over 1000 times the {what}"
+    behind = f"has {factor:.3g} times the {what}" if factor < 1000 else f"has over 1000 times the {what}"
     if 1 / tie <= factor <= tie:
         behind = "is equal within the spread of runs"
     return f"the next best model, {name(rival)}, {behind}"
@@ -342,28 +414,6 @@ def _ms(seconds: float) -> str:
     return f"{1e3 * seconds:.3g} ms"
 
 
-def agreement(advice: pd.DataFrame, scenes: Mapping[str, tuple[str, str]]) -> pd.DataFrame:
-    """Tabulate advice_agreement.csv, a row for each scene, kind of error and question.
-
-    advice : of advice.csv; scenes : body and regime of each scene, others (which move) are left out
-    """
-    rows = []
-    for (scene, kind, budget, limit), asked in _by(
-        advice[advice["scene"].isin(scenes)], ["scene", "error", "budget_ms", "max_error"]
-    ):
-        counts = asked["model"].value_counts(sort=False)
-        model = counts.idxmax()
-        own = asked[asked["model"] == model]
-        settings = own["setting"].fillna("").value_counts(sort=False)
-        body, regime = scenes[scene]
-        row = {"scene": scene, "body": body, "regime": regime, "error": kind, "budget_ms": budget, "max_error": limit}
-        row |= {"model": model, "setting": settings.idxmax(), "splits": len(asked), "same": counts[model]}
-        row |= {"same_setting": settings.max(), "least": own[KINDS[kind]].min(), "most": own[KINDS[kind]].max()}
-        row |= {"others": ", ".join(f"{name} {count}" for name, count in counts.drop(model).items())}
-        rows.append(row | own[list(KINDS.values())].mean().to_dict())
-    return AGREEMENT.frame(rows)
-
-
 def by_radius(advice: pd.DataFrame, radii: Mapping[str, tuple[str, float]]) -> pd.DataFrame:
     """Tabulate advice_by_radius.csv: what is advised for each radius of the finger, the smallest first.
 
@@ -373,7 +423,7 @@ def by_radius(advice: pd.DataFrame, radii: Mapping[str, tuple[str, float]]) -> p
     there["body"] = [radii[scene][0] for scene in there["scene"]]
     there["radius_m"] = [radii[scene][1] for scene in there["scene"]]
     found = []
-    for _, asked in _by(there, ["body", "error", "split", "budget_ms", "max_error"]):
+    for _, asked in _by(there, ["body", "error", "budget_ms", "max_error"]):
         rows = asked.sort_values("radius_m", kind="stable")
         before = rows["model"].shift().fillna(rows["model"].iloc[0])
         found.append(rows.assign(flips=rows["model"] != before))
@@ -383,19 +433,3 @@ def by_radius(advice: pd.DataFrame, radii: Mapping[str, tuple[str, float]]) -> p
 def _by(advice: pd.DataFrame, columns: list[str]) -> Iterable[tuple[Any, pd.DataFrame]]:
     """Group by ``columns`` in the order of the table; of a budget and a largest error one is empty."""
     return advice.groupby(columns, sort=False, dropna=False)
-
-
-def same_in(advice: pd.DataFrame) -> tuple[int, int]:
-    """Return in how many splits the first row's model is advised, and how many there are, for one question."""
-    return int((advice["model"] == advice["model"].iloc[0]).sum()), len(advice)
-
-
-def agreed(agreement: pd.DataFrame) -> tuple[float, float, int]:
-    """Return how often splits agree on a model: the mean share of splits, the share of questions in which all do.
-
-    agreement : of advice_agreement.csv; questions that most splits answer with "none" are left out, as no model is
-    advised there, and the number of the others is the third that is returned
-    """
-    answered = agreement[agreement["model"] != NONE]
-    share = answered["same"] / answered["splits"]
-    return float(share.mean()), float((share == 1).mean()), len(answered)

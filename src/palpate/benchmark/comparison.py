@@ -9,7 +9,7 @@ import pandas as pd
 from palpate.errors import InputError
 from palpate.files import read_table
 
-CLOSE = 1.5
+TIED_TIMES = 1.5
 """Times within this factor are tied: medians that repeat within 20 % each can change their ratio by 1.2²."""
 EQUAL = 1.05
 """Errors within this factor are tied: they repeat bit for bit, but such a difference decides nothing."""
@@ -24,15 +24,24 @@ KINDS = {"rms": "rmse_of_peak", "patch": "patch_rms_of_peak"}
 
 def by_error(column: str) -> dict[str, float]:
     """Return what decides, in turn, between settings of which the least error is wanted; ``column`` has the errors."""
-    return {column: EQUAL, "online_median_s": CLOSE, "memory_mb": ALIKE}
+    return {column: EQUAL, "online_median_s": TIED_TIMES, "memory_mb": ALIKE}
 
 
 def by_time(column: str) -> dict[str, float]:
     """Return what decides, in turn, between settings of which the fastest is wanted; ``column`` has the errors."""
-    return {"online_median_s": CLOSE, column: EQUAL, "memory_mb": ALIKE}
+    return {"online_median_s": TIED_TIMES, column: EQUAL, "memory_mb": ALIKE}
 
 
-BY_ERROR, BY_TIME = by_error("rmse_of_peak"), by_time("rmse_of_peak")
+BY_ERROR = by_error("rmse_of_peak")
+
+
+def first_of(fits: np.ndarray, *by: tuple[np.ndarray, float]) -> int | None:
+    """Return the first of what ``fits`` (m,) when each array (m,) in turn keeps those within a factor of its least."""
+    for values, factor in by:
+        if not fits.any():
+            return None
+        fits = fits & (values <= factor * values[fits].min())
+    return int(np.argmax(fits))
 
 
 def pick(rows: pd.DataFrame, by: Mapping[str, float], floor: float = EXACT) -> pd.Series:
@@ -41,10 +50,11 @@ def pick(rows: pd.DataFrame, by: Mapping[str, float], floor: float = EXACT) -> p
     floor : errors below it are tied with it: that of the truth itself
     Where several are left, the first of the table.
     """
-    for column, factor in by.items():
-        values = rows[column].clip(lower=floor if column.endswith("of_peak") else 0)
-        rows = rows[values <= factor * values.min()]
-    return rows.iloc[0]
+    values = [
+        (rows[name].clip(lower=floor if name.endswith("of_peak") else 0).fillna(np.inf).to_numpy(), factor)
+        for name, factor in by.items()
+    ]
+    return rows.iloc[first_of(np.ones(len(rows), dtype=bool), *values)]
 
 
 def lasting(seconds: np.ndarray, error: np.ndarray, floor: float = EXACT) -> np.ndarray:
@@ -56,8 +66,8 @@ def lasting(seconds: np.ndarray, error: np.ndarray, floor: float = EXACT) -> np.
     """
     seconds, error = np.asarray(seconds, float), np.asarray(error, float)
     t, e = np.where(np.isfinite(seconds + error), [seconds, np.maximum(error, floor)], np.inf)
-    less_wrong = (t[None] <= CLOSE * t[:, None]) & (EQUAL * e[None] < e[:, None])
-    faster = (CLOSE * t[None] < t[:, None]) & (e[None] <= EQUAL * e[:, None])
+    less_wrong = (t[None] <= TIED_TIMES * t[:, None]) & (EQUAL * e[None] < e[:, None])
+    faster = (TIED_TIMES * t[None] < t[:, None]) & (e[None] <= EQUAL * e[:, None])
     return np.isfinite(t) & ~(less_wrong | faster).any(axis=1)
 
 
@@ -67,7 +77,7 @@ def alone(rows: pd.DataFrame, floor: float = EXACT) -> pd.DataFrame:
     kept: list[int] = []
     for i in range(len(rows)):
         far = [max(error[i], error[j]) > EQUAL * min(error[i], error[j]) for j in kept]
-        slow = [max(seconds[i], seconds[j]) > CLOSE * min(seconds[i], seconds[j]) for j in kept]
+        slow = [max(seconds[i], seconds[j]) > TIED_TIMES * min(seconds[i], seconds[j]) for j in kept]
         if all(f or s for f, s in zip(far, slow, strict=True)):
             kept.append(i)
     return rows.iloc[kept]
@@ -87,10 +97,72 @@ BOUNDS = (TRUTH, ZERO)
 """Models of the tables that nobody can choose."""
 
 
-def own_errors(settings: pd.DataFrame, column: str) -> tuple[float, float]:
-    """Return the own error of a scene's truth on its test and on its validation samples; NaN where it is not known."""
+UNKNOWN = "the truth is not known here: what stands for an error is the distance from the finest elements"
+"""What is said of a scene in which no truth is believed."""
+
+
+def unknown(errors: pd.DataFrame, column: str) -> str:
+    """Say of how many presses of a scene the truth is not known, if that is so of any; ``errors`` as ``own_errors``."""
+    own = errors[errors["model"] == TRUTH].dropna(subset=column)
+    every, known = errors["sample"].nunique(), own["sample"].nunique()
+    if not known:
+        return UNKNOWN
+    lost = f"{every - known} of {every} presses have no truth, and their errors are distances from the finest elements"
+    return lost if known < every else ""
+
+
+def own_error(settings: pd.DataFrame, column: str = "rmse_of_peak") -> float:
+    """Return the own error of a scene's truth, as a share of the peak; NaN where it is not known.
+
+    The larger of the means over test and over validation samples: one number a scene, the same wherever it is named.
+    """
     truth = settings[settings["model"] == TRUTH]
-    return truth[column].mean(), truth[f"validation_{column}"].mean()
+    return float(np.fmax(truth[column].mean(), truth[f"validation_{column}"].mean()))
+
+
+def own_errors(errors: pd.DataFrame, column: str, samples: np.ndarray) -> np.ndarray:
+    """Return the truth's own error of each of ``samples`` (n,), as shares of the peak, to be added to models' errors.
+
+    errors : of one scene, with the columns model, sample and ``column``
+    Where it is not known, the largest that is known stands for it; NaN where none is.
+    """
+    own = errors[errors["model"] == TRUTH].groupby("sample")[column].max()
+    return own.reindex(samples).fillna(own.max()).to_numpy()
+
+
+def same_settings(settings: pd.DataFrame) -> pd.Series:
+    """Return what the rows of one scene that are one setting of a model in several splits have in common.
+
+    A setting is the same in two splits if it has the same place among those of its model, as a share of the training
+    samples is not the same number everywhere; where splits have not tried as many, if it has the same name.
+    """
+    place = settings.groupby(["split", "model"]).cumcount()
+    counts = settings.groupby(["model", "split"])["setting"].size().groupby("model").nunique()
+    return settings["setting"].where(settings["model"].map(counts) > 1, place.astype(str))
+
+
+def averaged(settings: pd.DataFrame) -> pd.DataFrame:
+    """Average one scene's rows over the splits; ``<error>_low`` and ``<error>_high`` are the least and the largest.
+
+    Settings are the same as ``same_settings`` says, and keep their first name. Times are medians of the splits but for
+    the largest of ``online_max_s``; counts of samples and failures are sums.
+    """
+    groups = settings.assign(key=same_settings(settings)).groupby(["model", "key"], sort=False)
+    rows = groups.first()
+    mean_columns = [
+        name for name in settings.columns if name.endswith(("_of_peak", "_m", "_l2")) or name in ("offline_s",)
+    ]
+    rows[mean_columns] = groups[mean_columns].mean()
+    for name in ("online_median_s", "online_p95_s", "memory_mb", "break_even_queries"):
+        rows[name] = groups[name].median()
+    rows["online_max_s"] = groups["online_max_s"].max()
+    for name in ("failures", "samples", "rejected", "rejected_answered"):
+        rows[name] = groups[name].sum()
+    for name in KINDS.values():
+        rows[f"{name}_low"], rows[f"{name}_high"] = groups[name].min(), groups[name].max()
+    rows["splits"] = groups["split"].nunique()
+    added = [*(f"{name}_{end}" for name in KINDS.values() for end in ("low", "high")), "splits"]
+    return rows.reset_index()[[*settings.columns, *added]]
 
 
 COLUMNS = ["model", "setting", "split", "side", "sample", "contact", *KINDS.values()]
@@ -106,18 +178,18 @@ def read_errors(data: str | Path, settings: pd.DataFrame) -> pd.DataFrame:
 
 
 def errors_from(families: Iterable[str | Path], settings: pd.DataFrame) -> pd.DataFrame:
-    """Join the errors of all models of ``settings``, in the splits it has: the columns COLUMNS.
+    """Join the errors of all models of ``settings`` and of the truth itself, in the splits it has: the columns COLUMNS.
 
     families : files of sample errors, one a family of models
     Raises InputError naming a file that is missing or lacks a column, or a model that no file has.
     """
     models = [model for model in settings["model"].unique() if model not in BOUNDS]
     tables = [read_table(path, COLUMNS)[COLUMNS] for path in families]
-    found = pd.concat(tables or [pd.DataFrame(columns=COLUMNS)], ignore_index=True)
-    if missing := sorted(set(models) - set(found["model"])):
+    errors = pd.concat(tables or [pd.DataFrame(columns=COLUMNS)], ignore_index=True)
+    if missing := sorted(set(models) - set(errors["model"])):
         scene = settings["scene"].iloc[0]
         raise InputError(f"{scene}: the sample errors of {missing[0]} are missing: make them with the workflow (make)")
-    return found[found["model"].isin(models) & found["split"].isin(settings["split"])]
+    return errors[errors["model"].isin([*models, TRUTH]) & errors["split"].isin(settings["split"])]
 
 
 def resampled(errors: pd.DataFrame, column: str) -> pd.DataFrame:
@@ -130,8 +202,8 @@ def resampled(errors: pd.DataFrame, column: str) -> pd.DataFrame:
     """
     table = errors.pivot_table(column, ["model", "setting"], ["split", "contact"], aggfunc=["sum", "count"])
     sums, counts = table["sum"], table["count"]
-    asked = errors.groupby(["split", "contact"])["sample"].nunique()
-    whole = (counts == asked.reindex(counts.columns)).all(axis=1)
+    samples = errors.groupby(["split", "contact"])["sample"].nunique()
+    whole = (counts == samples.reindex(counts.columns)).all(axis=1)
     sums, counts = sums[whole], counts[whole]
     drawn = _drawn(sums.columns.get_level_values("split").to_numpy())
     means = (sums.to_numpy() @ drawn.T) / (counts.to_numpy() @ drawn.T)
@@ -142,9 +214,9 @@ def _drawn(split: np.ndarray) -> np.ndarray:
     """Draw how often each contact is taken, (DRAWS, n); split : (n,) the split that each contact is tested in."""
     random = np.random.default_rng(SEED)
     names = np.unique(split)
-    taken = random.multinomial(len(names), np.full(len(names), 1 / len(names)), size=DRAWS)
+    counts = random.multinomial(len(names), np.full(len(names), 1 / len(names)), size=DRAWS)
     drawn = np.zeros((DRAWS, len(split)))
-    for times, name in zip(taken.T, names, strict=True):
+    for times, name in zip(counts.T, names, strict=True):
         own = np.flatnonzero(split == name)
         drawn[:, own] = random.multinomial(times * len(own), np.full(len(own), 1 / len(own)))
     return drawn

@@ -24,8 +24,26 @@ def bound_factor(scores: np.ndarray, contact: np.ndarray) -> float:
     below FEWEST contacts.
     """
     _, unit, count = np.unique(contact, return_inverse=True, return_counts=True)
+    if not len(count):
+        return np.inf
     weights = 1.0 / (count[unit] * (len(count) + 1))
     return float(quantiles(scores, weights[None])[0])
+
+
+def bounds(errors: np.ndarray, contact: np.ndarray) -> np.ndarray:
+    """Return ``bound_factor`` of each row of ``errors`` (m, n), of its samples that are not NaN: (m,).
+
+    contact : (n,); rows of which the same samples are known are found together
+    """
+    factors = np.full(len(errors), np.inf)
+    kinds, which = np.unique(np.isfinite(errors), axis=0, return_inverse=True)
+    for i, there in enumerate(kinds):
+        if there.any():
+            rows = np.flatnonzero(which.ravel() == i)
+            _, unit, count = np.unique(contact[there], return_inverse=True, return_counts=True)
+            weights = 1.0 / (count[unit] * (len(count) + 1))
+            factors[rows] = [quantiles(row, weights[None])[0] for row in errors[np.ix_(rows, there)]]
+    return factors
 
 
 def finite(factor: float) -> float:
@@ -91,7 +109,7 @@ class Draws:
 
     def _contacts(self, samples: np.ndarray) -> np.ndarray:
         """Mark the contacts that have any of the marked ``samples`` (draws, n), (draws, contacts)."""
-        found = np.zeros((len(samples), self._unit.max() + 1), dtype=bool)
+        marked = np.zeros((len(samples), self._unit.max() + 1), dtype=bool)
         draw, sample = np.nonzero(samples)
-        found[draw, self._unit[sample]] = True
-        return found
+        marked[draw, self._unit[sample]] = True
+        return marked

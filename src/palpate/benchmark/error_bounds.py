@@ -1,6 +1,7 @@
 """Tabulate error_bounds.csv: bounds of a single answer's error, by what they are estimated from, and how they hold."""
 
 from collections.abc import Iterable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +9,7 @@ import pandas as pd
 from scipy.stats import spearmanr
 
 from palpate.benchmark import measure
-from palpate.benchmark.comparison import BOUNDS, EXACT, KINDS, lasting
+from palpate.benchmark.comparison import BOUNDS, EXACT, KINDS, lasting, own_errors
 from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.judge import TRAINING
 from palpate.table import Table
@@ -20,7 +21,9 @@ ERROR_BOUNDS = Table(
     scene body regime model setting error: what answers, and the kind of error
     estimate: what its error is estimated from
     contacts samples rank_correlation: what it was tried on, and how well estimates order errors
-    error_of_peak bound_factor bound_of_peak sharpness: median error, factor of an estimate, median bound, bound / error
+    error_of_peak own_of_peak: medians of the error, and of the truth's own, which is added to it in all that follows
+        and empty where no truth is known
+    bound_factor bound_of_peak sharpness: factor of an estimate, median bound, bound / error
     coverage coverage_low coverage_of_contacts coverage_elsewhere: answers below their bound; the low end of
         that; contacts wholly below; and below bounds of other bodies
     estimate_s: time of an estimate [s]
@@ -56,11 +59,15 @@ class _Scored:
     """The errors of one kind in one scene, of each setting that answered all that validates and tests.
 
     Beside those there may be answers at training contacts: of the settings that learn nothing, those that were given.
+    errors : with the truth's own error added (``held_out.HeldOut`` says why), if anything is known of that
     """
 
     def __init__(self, scene: Scene, kind: str):
         self.body, self.regime = scene.settings[["body", "regime"]].iloc[0]
+        self._own = partial(own_errors, scene.errors, KINDS[kind])
         errors = scene.errors[~scene.errors["model"].isin(BOUNDS)]
+        own = np.nan_to_num(self._own(errors["sample"].to_numpy()))
+        errors = errors.assign(**{KINDS[kind]: errors[KINDS[kind]] + own})
         asked = errors[errors["side"] != TRAINING].pivot_table(KINDS[kind], _SETTING, _ASKED).dropna().index
         given = errors.dropna(subset=KINDS[kind]).set_index(_ASKED).groupby(_SETTING, sort=True)[KINDS[kind]]
         self.errors: dict[tuple[str, str], pd.Series] = {key: found for key, found in given if key in asked}
@@ -79,6 +86,10 @@ class _Scored:
                 self._add(
                     str(name), found.set_index(_ASKED), list(self.errors) if model == EVERY else [(model, setting)]
                 )
+
+    def own_of(self, key: tuple[str, str]) -> np.ndarray:
+        """Return the truth's own error (n,) of each sample of a setting; NaN where nothing is known of it."""
+        return self._own(self.errors[key].index.get_level_values("sample").to_numpy())
 
     def contact(self, key: tuple[str, str]) -> np.ndarray:
         """Return the contact (n,) of each error of a setting."""
@@ -133,7 +144,13 @@ def _row(scored: _Scored, key: tuple[str, str], values: np.ndarray) -> dict:
     factor = finite(bound_factor(errors / values, contact))
     rank = spearmanr(errors, values).statistic if np.ptp(values) > 0 and np.ptp(errors) > 0 else np.nan
     row = {"contacts": len(np.unique(contact)), "samples": len(errors), "rank_correlation": rank}
-    row |= {"error_of_peak": np.median(errors), "bound_factor": factor, "bound_of_peak": np.median(factor * values)}
+    own = scored.own_of(key)
+    row |= {
+        "error_of_peak": np.median(errors - np.nan_to_num(own)),
+        "own_of_peak": np.median(own),
+        "bound_factor": factor,
+        "bound_of_peak": np.median(factor * values),
+    }
     return row | scored.draws(key).coverage(errors, values)._asdict()
 
 

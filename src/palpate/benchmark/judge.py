@@ -30,11 +30,13 @@ class Judge:
     split : its number, from 1 on
     numbers : (k,) sample numbers; side : (k,) of SIDES, or TRAINING
     samples : the database of these; its ``fine`` are converged answers of the fine operator
-    truth : (k, n, 3) [m]; own : (k, ·) errors of the truth itself, as ``TruthErrors``; own_seconds : (k,) what it took
+    truth : (k, n, 3) [m]; own : (k, ·) errors of the truth itself, as ``TruthErrors``, NaN where no truth is believed
+        and the answer of the finest elements stands for it; own_seconds : (k,) what it took
     patch : (k, n) bool, the nodes that are pressed
     coarser : (k, n, 3) [m], converged answers of quadratic elements one level coarser than the finest, which any answer
         can be compared with; or None
     more : presses at training contacts, for bounds of models that learn nothing; or None
+    rejected : the presses of the two sides whose truth was rejected, but those among the k; or None
     """
 
     split: int
@@ -47,6 +49,12 @@ class Judge:
     patch: np.ndarray
     more: "Judge | None" = None
     coarser: np.ndarray | None = None
+    rejected: Database | None = None
+
+    @property
+    def believed(self) -> np.ndarray:
+        """Of each of the samples whether its truth is believed, (k,) bool."""
+        return np.isfinite(self.own).all(axis=1)
 
     def errors(self, i: int, answer: np.ndarray) -> TruthErrors:
         """Measure an answer (n, 3) [m] to the i-th sample against the truth."""
@@ -72,11 +80,13 @@ class Judge:
 def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: int, radius_m: float) -> Judge:
     """Collect the validation and test samples of ``split`` whose truth is believed, as ``Truth.rows`` says.
 
+    The presses of the others are kept as ``rejected``.
     db : of all samples; table : of ``samples.folds``; radius_m : of the patch [m]
     Raises InputError if a side has no sample left.
     """
     side: list[str] = []
     rows: list[int] = []
+    rejected: list[int] = []
     for name, asked in zip(SIDES, fold_sides(table, split)[1:], strict=True):
         found = truth.rows(asked)
         if not len(found):
@@ -86,7 +96,9 @@ def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: in
             )
         rows += list(found)
         side += [name] * len(found)
-    return _of(body, db, truth, split, radius_m, np.array(rows), np.array(side))
+        rejected += list(np.setdiff1d(asked, truth.sample[found]))
+    judged = _of(body, db, truth, split, radius_m, np.array(rows), np.array(side))
+    return replace(judged, rejected=db.take(np.array(rejected)) if rejected else None)
 
 
 def trained(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: int, radius_m: float) -> Judge | None:
@@ -100,10 +112,11 @@ def _of(
 ) -> Judge:
     numbers = truth.sample[rows]
     patch = np.array([patch_nodes(body.fine, int(contact), radius_m) for contact in db.contact[numbers]])
-    own = truth.displacement[rows], truth.own[rows], truth.seconds[rows]
+    own = np.where(truth.believed[rows, None], truth.own[rows], np.nan)
     place = truth_levels(body).index(level) if (level := len(body.levels) - 2) in truth_levels(body) else None
     coarser = None if place is None else truth.levels[rows, place]
-    return Judge(split, numbers, side, db.take(numbers), *own, patch, coarser=coarser)
+    known = truth.displacement[rows], own, truth.seconds[rows]
+    return Judge(split, numbers, side, db.take(numbers), *known, patch, coarser=coarser)
 
 
 def read_judged(

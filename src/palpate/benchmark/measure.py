@@ -14,8 +14,8 @@ import pandas as pd
 from palpate.benchmark.accuracy import TruthErrors
 from palpate.benchmark.comparison import OWN_ERROR, TRUTH, ZERO
 from palpate.benchmark.judge import SIDES, Judge
-from palpate.benchmark.load import Answer, Doubted, Load, Refused
-from palpate.benchmark.model import Case, Model, Setting, Solver, checked, setting_text
+from palpate.benchmark.load import Answer, Doubted, Load, Refused, loads_of
+from palpate.benchmark.model import Case, LeftOut, Model, Setting, Solver, checked, setting_text
 from palpate.benchmark.timing import said, time_calls
 from palpate.errors import InputError, NotConverged
 
@@ -38,10 +38,10 @@ SAMPLE_COLUMNS = [
     "failure",
 ]  # fmt: skip
 SETTING_COLUMNS = [
-    *LABELS, *KIND, "protocol", "split", "samples", "failures", *ERRORS, OPERATOR,
+    *LABELS, *KIND, "protocol", "split", "samples", "failures", "rejected", "rejected_answered", *ERRORS, OPERATOR,
     *(f"{name}_{part}" for name in SPREAD for part in ("median", "p95")),
     *(f"validation_{name}" for name in CHOSEN_BY),
-    "online_median_s", "online_p95_s", "offline_s", "memory_mb", "threads", "failure",
+    "online_median_s", "online_p95_s", "online_max_s", "offline_s", "memory_mb", "threads", "failure",
 ]  # fmt: skip
 
 
@@ -72,6 +72,7 @@ class Finding(NamedTuple):
     """The result of one setting; ``labels`` are the columns LABELS, ``kind`` those of KIND.
 
     more : the answers to ``judge.more``, which are rows of samples and no part of means
+    rejected : of each press whose truth was rejected whether it was answered, without a doubt or a failure
     """
 
     labels: dict[str, str]
@@ -80,6 +81,7 @@ class Finding(NamedTuple):
     memory_mb: float
     kind: Mapping[str, str | bool]
     more: Asked | None = None
+    rejected: Sequence[bool] = ()
 
 
 def labels_of(case: Case, model: str, setting: str) -> dict[str, str]:
@@ -117,7 +119,8 @@ def _sample_rows(labels: dict[str, str], asked: Asked, judge: Judge) -> list[dic
 def _setting_row(finding: Finding, judge: Judge) -> dict:
     """Take means over the test samples that were answered, but the largest max_of_peak of any.
 
-    Errors on validation samples are empty unless all of them were answered.
+    Errors on validation samples are empty unless all of them were answered. The largest time is that of the slowest
+    press, the median of its calls.
     """
     asked = finding.asked
     answers = pd.DataFrame([f if f is not None else [np.nan] * len(ERRORS) for f in asked.errors], columns=ERRORS)
@@ -126,11 +129,14 @@ def _setting_row(finding: Finding, judge: Judge) -> dict:
     failures = np.array(asked.failures, dtype=object)
     row: dict[str, Any] = {**finding.labels, **finding.kind, "protocol": "live", "split": judge.split, "threads": 1}
     row |= {"samples": int(tests.sum()), "failures": int((failures[tests] != "").sum())}
+    row |= {"rejected": len(finding.rejected), "rejected_answered": sum(finding.rejected)}
     row |= {"failure": next(filter(None, asked.failures), "")}
     row |= {"offline_s": finding.offline_s, "memory_mb": finding.memory_mb}
     row |= {f"validation_{name}": answers.loc[chooses, name].mean(skipna=False) for name in CHOSEN_BY}
     if seconds := [s for calls in asked.seconds for s in calls]:
         row |= {"online_median_s": np.median(seconds), "online_p95_s": np.percentile(seconds, 95)}
+        # a single late call is the machine's, a press that is late every time the model's
+        row |= {"online_max_s": max(np.median(calls) for calls in asked.seconds if calls)}
     found = answers[tests]
     row |= found.mean().to_dict() | {"max_of_peak": found["max_of_peak"].max()}
     for name in SPREAD:
@@ -153,7 +159,10 @@ def measure(
     ``repeats`` and ``budget_s`` are those of ``ask``; ``progress`` wraps the sequence of settings, as ``tqdm`` does.
     more_of : a regular expression; a setting in whose name it is found is asked for ``judge.more`` too, unless it has
         learnt from training samples. This is not timed and no part of means: bounds of its errors know more contacts.
-    On one BLAS thread. A setting that cannot be prepared has failed on every sample. InputError for one given twice.
+    Every setting is asked for the presses of ``judge.rejected``, too, off the clock: these have no truth, and a model
+    that knows its limits doubts or refuses them.
+    On one BLAS thread. A setting that cannot be prepared has failed on every sample. A model that does not know such a
+    body has no rows; a warning says why. InputError for a setting given twice.
     """
     from threadpoolctl import threadpool_limits
 
@@ -164,6 +173,9 @@ def measure(
     with threadpool_limits(limits=1):
         for one in prepared_settings(case, model, progress=progress):
             more, memory = None, 0.0
+            if isinstance(one.solver, LeftOut):
+                warnings.warn(f"{name} is left out: {one.solver}.", stacklevel=2)
+                return found_rows([], judge)
             if isinstance(one.solver, NotConverged):
                 asked, offline = Asked.failed(one.solver, len(judge.numbers)), one.offline_s
             else:
@@ -172,8 +184,30 @@ def measure(
                 if judge.more and "training" not in one.used and more_of is not None and re.search(more_of, one.text):
                     more = ask(one.solver, judge.more, 0, 0.0, *given)
             about = kind | {"prepared": model.needs_contacts(one.setting)}
-            findings.append(Finding(labels_of(case, name, one.text), asked, offline, memory, about, more))
+            answered = _answered(one.solver, judge, asked, model.place)
+            findings.append(Finding(labels_of(case, name, one.text), asked, offline, memory, about, more, answered))
     return found_rows(findings, judge)
+
+
+def _answered(solver: Solver | NotConverged, judge: Judge, asked: Asked, place: str) -> list[bool]:
+    """Return of each press whose truth was rejected whether it is answered without a doubt or a failure.
+
+    Where no press of a side has a truth they are among those ``asked``; the others are asked now. ``place`` as in
+    ``ask``.
+    """
+    found = [why == "" for why, known in zip(asked.failures, judge.believed, strict=True) if not known]
+    if judge.rejected is None or isinstance(solver, NotConverged):
+        return found + [False] * (0 if judge.rejected is None else len(judge.rejected.contact))
+    loads = loads_of(judge.rejected.contact, judge.rejected.force.copy())
+    queries = Queries(solver, len(loads), loads.__getitem__)
+    for i in range(len(loads)):
+        try:
+            checked(queries[i](), judge.truth.shape[1], place)
+        except NotConverged:
+            found.append(False)
+        else:
+            found.append(True)
+    return found
 
 
 class Prepared(NamedTuple):
@@ -330,19 +364,23 @@ UNPREPARED: dict[str, str | bool] = {"sees": "load", "prepared": False}
 def bounds(case: Case, judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate the models "truth" and "zero" as ``measure`` does: a row a sample, a row a setting.
 
-    The time of the truth is that of its solutions on all levels; the answer zero has none.
+    The truth's own errors are those of ``judge.more`` too. The time of the truth is that of its solutions
+    on all levels; the answer zero has none.
     """
-    count = len(judge.numbers)
-    own: list[TruthErrors | None] = [TruthErrors(*map(float, each)) for each in judge.own]
     nothing: list[TruthErrors | None] = [judge.errors(i, np.zeros_like(truth)) for i, truth in enumerate(judge.truth)]
-    taken = [[float(seconds)] for seconds in judge.own_seconds]
-    rest = [np.nan] * count, [""] * count
-    never: list[list[float]] = [[]] * count
+    count = len(judge.numbers)
+    asked = _own(judge), Asked(nothing, [np.nan] * count, [""] * count, [[]] * count)
+    told = (TRUTH, OWN_ERROR, case.body.material.law), (ZERO, "default", "")
+    more = _own(judge.more) if judge.more else None, None
     findings = [
-        Finding(labels_of(case, model, setting), Asked(errors, *rest, seconds), 0.0, 0.0, UNPREPARED | {"law": law})
-        for model, setting, errors, seconds, law in (
-            (TRUTH, OWN_ERROR, own, taken, case.body.material.law),
-            (ZERO, "default", nothing, never, ""),
-        )
+        Finding(labels_of(case, model, setting), own, 0.0, 0.0, UNPREPARED | {"law": law}, rest)
+        for (model, setting, law), own, rest in zip(told, asked, more, strict=True)
     ]
     return found_rows(findings, judge)
+
+
+def _own(judge: Judge) -> Asked:
+    """Return the truth's own errors and what it took."""
+    errors: list[TruthErrors | None] = [TruthErrors(*map(float, each)) for each in judge.own]
+    count = len(errors)
+    return Asked(errors, [np.nan] * count, [""] * count, [[float(seconds)] for seconds in judge.own_seconds])

@@ -228,9 +228,19 @@ class Model(NamedTuple):
     def needs_contacts(self, setting: Setting) -> bool:
         """Return whether the model with this setting answers prepared contacts only.
 
-        A coarse answer or a start that is the stored linear response makes any model one that does.
+        A coarse answer or a start that is the stored linear response makes any model one that does, and so does a
+        limit that stored responses are extrapolated to.
         """
-        return self.prepared or "linear" in (setting.get("coarse"), setting.get("start"))
+        return self.prepared or "linear" in (setting.get("coarse"), setting.get("start")) or aims_at_limit(setting)
+
+
+LIMIT = "limit"
+"""The target of settings that answer for ever finer levels, and not for the finest one, which is the operator."""
+
+
+def aims_at_limit(setting: Setting) -> bool:
+    """Return whether a setting answers for the limit of ever finer levels."""
+    return setting.get("target") == LIMIT
 
 
 BODYS = "the body's"
@@ -242,18 +252,22 @@ which it has if the file says nothing."""
 
 def declared(module: object, place: str) -> dict[str, Any]:
     """Return the fields of ``Model`` that a module or file gives in capitals; InputError naming ``place`` if wrong."""
-    found = {name: getattr(module, name.upper(), values[0]) for name, values in DECLARED.items()}
-    for name, value in found.items():
+    fields = {name: getattr(module, name.upper(), values[0]) for name, values in DECLARED.items()}
+    for name, value in fields.items():
         if not any(value is each or (isinstance(each, str) and value == each) for each in DECLARED[name]):
-            known = " or ".join(map(repr, DECLARED[name]))
-            raise InputError(f"{place}: {name.upper()} is {value!r}; give {known}.")
-    return found | {"law": str(getattr(module, "LAW", ""))}
+            allowed = " or ".join(map(repr, DECLARED[name]))
+            raise InputError(f"{place}: {name.upper()} is {value!r}; give {allowed}.")
+    return fields | {"law": str(getattr(module, "LAW", ""))}
+
+
+class LeftOut(NotConverged):
+    """A body of a kind that a model does not know: it is left out of the comparison, and has not failed."""
 
 
 def refuse_bed(case: Case, what: str) -> None:
-    """Raise NotConverged for a body on an elastic bed, which ``what`` do not have: all samples count as failed."""
+    """Raise LeftOut for a body on an elastic bed, which ``what`` do not have."""
     if case.body.bed is not None:
-        raise NotConverged(f"{what} have no elastic bed, which holds {case.body.name}", [float("nan")])
+        raise LeftOut(f"{what} have no elastic bed, which {case.body.name} lies on", [float("nan")])
 
 
 def refuse_regions(case: Case, what: str) -> None:
@@ -274,10 +288,10 @@ def training_counts(case: Case, shares: Iterable[float]) -> list[int]:
 
 def distinct(settings: Iterable[Setting]) -> list[Setting]:
     """Return ``settings`` without those that equal one before them."""
-    found: dict[str, Setting] = {}
+    first: dict[str, Setting] = {}
     for setting in settings:
-        found.setdefault(setting_text(setting), setting)
-    return list(found.values())
+        first.setdefault(setting_text(setting), setting)
+    return list(first.values())
 
 
 def setting_text(setting: Setting) -> str:

@@ -9,13 +9,13 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
-from palpate.bodies.contacts import kept_contacts, pressed_contacts
+from palpate.bodies.contacts import pressed_contacts, sampled_contacts
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.surface_integrals import enclosed_volume
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.compliance import Compliance
-from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
+from palpate.solvers.equilibrium import Equilibrium, Unbuckled
 
 LOAD_TOLERANCE = 0.02
 """Relative difference from the wanted peak up to which a force counts as found."""
@@ -89,7 +89,7 @@ def _peak(displacement: np.ndarray) -> float:
 
 
 def _force_for(solver: Equilibrium, unit: np.ndarray, peak: float, newtons: float) -> tuple[float, float]:
-    """Find the factor of ``unit`` at which the coarse body's largest displacement is ``peak``, within NEAR.
+    """Find the factor of ``unit`` at which the coarse body's largest displacement is ``peak``, within LOAD_TOLERANCE.
 
     Returns it and the share of ``peak`` that it reaches, which is farther from 1 if the search fails.
     """
@@ -121,12 +121,12 @@ PRESSURE = 0.25
 DEEPEST = 0.15
 """Share of the body's size by which a press of a regime without peak_of_size moves it at most: slender bodies bend."""
 TOLERANCE = 1e-4
-"""Relative residual of the solves that the search takes: far below NEAR."""
+"""Relative residual of the solves that the search takes: far below LOAD_TOLERANCE."""
 SOUND = 0.5
 """The smallest det F that a press may reach: finer meshes reach less, and below there is no truth to compare with."""
 FIRST = 0.7
 """Share of a hard press that the search tries first."""
-TRIES, CLOSE = 12, 0.02
+TRIES, BRACKET = 12, 0.02
 """Solves that a press may take, and how near two forces on either side of a jump are when the search ends."""
 LOWER, CLEAR = 0.85, 0.6
 """Factors by which a press that fails is lowered, then the one that holds: finer meshes are softer and fail earlier.
@@ -139,8 +139,8 @@ FAILED = ("inverted", "squeezed", "unstable")
 
 
 @dataclass(frozen=True, eq=False)
-class Tried:
-    """A press tried: its force [N], the displacements (n, 3) [m], their peak [m], the smallest det F, what is wrong."""
+class Trial:
+    """A trial press: its force [N], the displacements (n, 3) [m], their peak [m], the smallest det F, what is wrong."""
 
     newtons: float
     moved: np.ndarray
@@ -158,7 +158,7 @@ class PressSearch:
     def __init__(self, body: Body, regime: Mapping, radius_m: float):
         self._level = max(len(body.levels) - 2, 0)
         self._body = body if len(body.levels) > 1 else finer(body)
-        self._solver = FastEquilibrium(self._body, self._level, order=2)
+        self._solver = Unbuckled(self._body, self._level, order=2)
         self._linear = self._solver.linear_solver(1e-6)
         self._radius = radius_m
         self._free = "peak_of_size" not in regime
@@ -176,36 +176,36 @@ class PressSearch:
 
     def find(
         self, contact: int, direction: np.ndarray, magnitude: float, bound: float = np.inf, why: str = ""
-    ) -> tuple[Tried, str]:
+    ) -> tuple[Trial, str]:
         """Find the press along ``direction`` (3,) that is as deep as asked, or the deepest one below and why.
 
         bound : force [N] that it may not exceed, because of ``why``
         """
         unit = nodal_load(self._body, self._level, contact, direction, self._radius, order=2)
-        wanted, most = magnitude * self._peak, self._most * (magnitude if self._free else 1.0)
+        target_peak, max_newtons = magnitude * self._peak, self._most * (magnitude if self._free else 1.0)
         limit = UNCAPPED if self._free else "pressure"
-        if bound < most:
-            most, limit = bound, why
+        if bound < max_newtons:
+            max_newtons, limit = bound, why
         stiffness = 1.0 / _peak(self._linear(unit))
-        low, high = Tried(0.0, np.zeros_like(unit), 0.0, 1.0), None
-        newtons = min(wanted * stiffness, most)
+        low, high = Trial(0.0, np.zeros_like(unit), 0.0, 1.0), None
+        newtons = min(target_peak * stiffness, max_newtons)
         if newtons > self._most / 2.0:  # not at once to where the body may collapse, which takes long to find out
             newtons *= FIRST
         for _ in range(TRIES):
-            tried = self._press(newtons * unit, newtons, low)
-            if not tried.wrong and abs(tried.peak / wanted - 1.0) <= PEAK_TOLERANCE:
+            trial = self._press(newtons * unit, newtons, low)
+            if not trial.wrong and abs(trial.peak / target_peak - 1.0) <= PEAK_TOLERANCE:
                 if self._free:
-                    return tried, "peak" if newtons < most else limit
-                return tried, UNCAPPED
-            if not tried.wrong and tried.peak < wanted:
-                low = tried
-                if newtons >= most:
+                    return trial, "peak" if newtons < max_newtons else limit
+                return trial, UNCAPPED
+            if not trial.wrong and trial.peak < target_peak:
+                low = trial
+                if newtons >= max_newtons:
                     return low, limit
             else:
-                high = tried
-            if high is not None and low.newtons > (0.99 * LOWER if high.wrong else 1.0 - CLOSE) * high.newtons:
+                high = trial
+            if high is not None and low.newtons > (0.99 * LOWER if high.wrong else 1.0 - BRACKET) * high.newtons:
                 break
-            newtons = _next(low, high, wanted, stiffness, most)
+            newtons = _next(low, high, target_peak, stiffness, max_newtons)
         if not low.newtons:
             raise NotConverged(
                 f"{self._body.name}, contact {contact}: no press was found at which all elements keep their shape; "
@@ -216,36 +216,36 @@ class PressSearch:
         low = low if lower.wrong else lower
         return low, (high.wrong if high is not None else "") or "unstable"
 
-    def _press(self, load: np.ndarray, newtons: float, below: Tried) -> Tried:
+    def _press(self, load: np.ndarray, newtons: float, below: Trial) -> Trial:
         """Solve, starting from the press ``below`` as if displacements grew with the force."""
         rest = self._solver.mesh.nodes
         start = rest + below.moved * (newtons / below.newtons) if below.newtons > 0.0 else None
         try:
             x = self._solver.solve(load, TOLERANCE, start=start).x
         except NotConverged:
-            return Tried(newtons, below.moved, np.inf, -np.inf, "unstable")
+            return Trial(newtons, below.moved, np.inf, -np.inf, "unstable")
         least = self._solver.least_det(x)
         wrong = "" if least >= SOUND else "squeezed" if least > 0.0 else "inverted"
-        return Tried(newtons, x - rest, _peak(x - rest), least, wrong)
+        return Trial(newtons, x - rest, _peak(x - rest), least, wrong)
 
 
-def _next(low: Tried, high: Tried | None, wanted: float, stiffness: float, most: float) -> float:
+def _next(low: Trial, high: Trial | None, target_peak: float, stiffness: float, max_newtons: float) -> float:
     """Return the next force to try [N], between ``low`` and ``high``.
 
     Force over peak changes nearly in proportion to the peak, from ``stiffness`` [N/m] at rest.
     """
     sound = [press for press in (low, high) if press is not None and press.peak > 0.0 and not press.wrong]
-    known = [(0.0, stiffness), *((press.peak, press.newtons / press.peak) for press in sound)]
-    if len(known) == 1:
-        return 0.5 * most if high is None else 0.5 * high.newtons
-    (p, q), (r, s) = known[-2:]
-    newtons = wanted * (q + (s - q) * (wanted - p) / (r - p))
-    least = (1.0 + CLOSE / 2.0) * low.newtons
-    largest = most
+    secants = [(0.0, stiffness), *((press.peak, press.newtons / press.peak) for press in sound)]
+    if len(secants) == 1:
+        return 0.5 * max_newtons if high is None else 0.5 * high.newtons
+    (p, q), (r, s) = secants[-2:]
+    newtons = target_peak * (q + (s - q) * (target_peak - p) / (r - p))
+    smallest = (1.0 + BRACKET / 2.0) * low.newtons
+    largest = max_newtons
     if high is not None:
         largest = LOWER * high.newtons if high.wrong else high.newtons - (high.newtons - low.newtons) / 8.0
     # a step beyond twice the force of a known press is a guess
-    return float(np.clip(newtons, least, min(largest, 2.0 * low.newtons) if low.newtons else largest))
+    return float(np.clip(newtons, smallest, min(largest, 2.0 * low.newtons) if low.newtons else largest))
 
 
 MOST_OF_SIZE = 0.5
@@ -266,7 +266,7 @@ def choose_presses(
     progress: Callable = iter,
     also: Sequence[int] = (),
 ) -> pd.DataFrame:
-    """Choose every one of ``presses`` at each of ``contacts_count`` contacts, as ``kept_contacts`` spreads them.
+    """Choose every one of ``presses`` at each of ``contacts_count`` contacts, as ``sampled_contacts`` chooses them.
 
     also : coarse nodes that are pressed beside these
     presses : each with ``magnitude``, and ``tilt_degrees`` from the inward normal, towards a seeded random side
@@ -274,7 +274,7 @@ def choose_presses(
         ``pressure_of_young``, the peak pressure 2 F / (π radius²) as a share of Young's modulus that no press exceeds,
         by default PRESSURE. Without peak_of_size a press of magnitude 1 has that pressure, or a peak of DEEPEST.
 
-    Forces are found to within NEAR with quadratic elements on the last level but one, whose nodes are those of the
+    Forces are found to LOAD_TOLERANCE with quadratic elements on the last level but one, whose nodes are those of the
     finest. A press at which an element is inverted, or squeezed below SOUND, or beyond which the body collapses, is
     lowered, and at the same contact no press of a smaller magnitude has more than its share of that force. The column
     ``capped`` is "no", or where a press is lower than asked "pressure", "peak", "inverted", "squeezed" or "unstable";
@@ -284,7 +284,7 @@ def choose_presses(
     if a force is not found.
     """
     check_radius(body, radius_m)
-    contacts = _contacts(body, contacts_count, also)
+    contacts = _contacts(body, contacts_count, also, seed)
     search = PressSearch(body, regime, radius_m)
     sides = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, (len(contacts), len(presses)))
     rows: list[list] = []
@@ -295,19 +295,19 @@ def choose_presses(
         ]
         magnitudes = [press["magnitude"] for press in presses]
         pressed = _in_order(search, int(contact), directions, magnitudes)
-        for press, direction, (found, capped) in zip(presses, directions, pressed, strict=True):
-            load = [len(rows), int(contact), *(found.newtons * direction), radius_m]
-            told: list = [found.peak / body.fine.size, search.pressure(found.newtons), found.least_det]
-            told += [search.volume_change(found.moved), capped]
-            rows.append([*load, press["magnitude"], press["tilt_degrees"], *told])
+        for press, direction, (trial, capped) in zip(presses, directions, pressed, strict=True):
+            load = [len(rows), int(contact), *(trial.newtons * direction), radius_m]
+            reached: list = [trial.peak / body.fine.size, search.pressure(trial.newtons), trial.least_det]
+            reached += [search.volume_change(trial.moved), capped]
+            rows.append([*load, press["magnitude"], press["tilt_degrees"], *reached])
     table = pd.DataFrame(rows, columns=PRESS_COLUMNS)
     _warn(body.name, table["capped"], regime.get("pressure_of_young", PRESSURE))
     return table
 
 
-def _contacts(body: Body, count: int | None, also: Sequence[int]) -> np.ndarray:
+def _contacts(body: Body, count: int | None, also: Sequence[int], seed: int) -> np.ndarray:
     """Return ``count`` contacts and those of ``also``; InputError if there are fewer."""
-    contacts = kept_contacts(body, count) if count != 0 else np.empty(0, dtype=np.int64)
+    contacts = sampled_contacts(body, count, seed) if count != 0 else np.empty(0, dtype=np.int64)
     if count is not None and len(contacts) < count:
         raise InputError(
             f"bodies.{body.name}: {count} contacts are asked for and {len(contacts)} can be pressed; "
@@ -331,20 +331,20 @@ def check_radius(body: Body, radius_m: float) -> None:
 
 def _in_order(
     search: PressSearch, contact: int, directions: Sequence[np.ndarray], magnitudes: Sequence[float]
-) -> list[tuple[Tried, str]]:
+) -> list[tuple[Trial, str]]:
     """Find the presses of one contact, the hardest first, so that one that has to be lowered lowers gentler ones.
 
     Beyond a snap the peak that is asked for may be found again, at a force at which a harder press has failed.
     """
-    found: dict[int, tuple[Tried, str]] = {}
+    trials: dict[int, tuple[Trial, str]] = {}
     for i in sorted(range(len(magnitudes)), key=lambda i: -magnitudes[i]):
         failed = [
             (press.newtons * magnitudes[i] / magnitudes[j], why)
-            for j, (press, why) in found.items()
+            for j, (press, why) in trials.items()
             if why in FAILED and magnitudes[j] > magnitudes[i]
         ]
-        found[i] = search.find(contact, directions[i], magnitudes[i], *min(failed, default=()))
-    return [found[i] for i in range(len(magnitudes))]
+        trials[i] = search.find(contact, directions[i], magnitudes[i], *min(failed, default=()))
+    return [trials[i] for i in range(len(magnitudes))]
 
 
 def oblique(normal: np.ndarray, tilt_degrees: float, side: float) -> np.ndarray:

@@ -1,5 +1,8 @@
 """Settings of presses: how hard bodies are pressed, which of them, and by which fingers."""
 
+from pathlib import Path
+
+from palpate.bodies.settings import longest_m
 from palpate.errors import InputError, describe_unknown
 from palpate.setting_types import Block, Positive, Share, key, optional
 
@@ -37,6 +40,18 @@ def check_refined(place: str, names: list[str], config: dict) -> None:
     for name in names:
         if not config["bodies"][name].get("refinements"):
             raise InputError(f"{place} names {name}, which is not refined; give it refinements of at least 1.")
+
+
+def check_radii(config: dict, file: Path) -> None:
+    """Raise InputError for a regime whose disc is wider than a body that it presses, as far as entries say its size."""
+    for name in pressed_bodies(config):
+        size = longest_m(config["bodies"].get(name, {}))
+        for regime, entry in config.get("regimes", {}).items():
+            if size is not None and 2.0 * radius_of(entry, name) > size:
+                raise InputError(
+                    f"{file}: regimes.{regime} presses {name} with a disc of radius_m {radius_of(entry, name):g}, and "
+                    f"the whole body is {size:g} m long; give the radius in metres (a fingertip has 0.012)."
+                )
 
 
 def radius_of(regime: dict, body: str) -> float:

@@ -34,18 +34,20 @@ def split(contact: np.ndarray, train: int, test: int, kind: str, seed: int) -> t
     return np.flatnonzero(~held_out), np.flatnonzero(held_out)
 
 
-def _contacts_with(contact: np.ndarray, wanted: int, random: np.random.Generator) -> np.ndarray:
-    """Choose a random set of contacts that has exactly ``wanted`` samples, by dynamic programming over the sums."""
+def _contacts_with(contact: np.ndarray, wanted_count: int, random: np.random.Generator) -> np.ndarray:
+    """Choose a random set of contacts with exactly ``wanted_count`` samples, by dynamic programming over sums."""
     nodes, counts = np.unique(contact, return_counts=True)
     reached: dict[int, list[int]] = {0: []}
     for i in random.permutation(len(nodes)):
         for total in sorted(reached, reverse=True):
             larger = total + counts[i]
-            if larger <= wanted and larger not in reached:
+            if larger <= wanted_count and larger not in reached:
                 reached[larger] = [*reached[total], i]
-    if wanted not in reached:
-        raise InputError(f"split: no set of whole contacts has {wanted} test samples; make test a multiple of those.")
-    return nodes[reached[wanted]]
+    if wanted_count not in reached:
+        raise InputError(
+            f"split: no set of whole contacts has {wanted_count} test samples; make test a multiple of those."
+        )
+    return nodes[reached[wanted_count]]
 
 
 FOLDS = 5
@@ -98,8 +100,8 @@ def training_presses(samples: pd.DataFrame, split: int) -> np.ndarray:
     """
     train, *_ = fold_sides(samples, split)
     rows = samples.set_index("sample").loc[train].reset_index()
-    found = [own["sample"].iloc[i % len(own)] for i, (_, own) in enumerate(rows.groupby("contact", sort=True))]
-    return np.sort(np.array(found, dtype=int))
+    chosen = [own["sample"].iloc[i % len(own)] for i, (_, own) in enumerate(rows.groupby("contact", sort=True))]
+    return np.sort(np.array(chosen, dtype=int))
 
 
 def asked_samples(samples: pd.DataFrame, splits: Iterable[int]) -> tuple[np.ndarray, np.ndarray]:

@@ -75,10 +75,10 @@ def press(
         row_of(able, int(contact), f"{body.name}, ")
     level %= len(body.levels)
     solver = _Solver(with_midpoints(body, level) if order == 2 else body, level, order)
-    found = []
+    solved = []
     for _, load in progress(list(loads.iterrows())):
         try:
-            found.append(solver.solve(load, tolerance))
+            solved.append(solver.solve(load, tolerance))
         except NotConverged as failure:
             raise NotConverged(
                 f"{body.name}, sample {load['sample']:.0f}: {failure}; lower the regime's peak_of_size, at which "
@@ -86,7 +86,7 @@ def press(
                 failure.history,
             ) from failure
     count = len(body.levels[level].nodes)
-    solutions = [solution for solution, _ in found]
+    solutions = [solution for solution, _ in solved]
     responses = Responses(
         loads["sample"].to_numpy(),
         np.array([s.x[:count] for s in solutions]) - body.levels[level].nodes,
@@ -94,7 +94,7 @@ def press(
         np.array([s.linear_solves for s in solutions]),
         np.array([s.history[-1] for s in solutions]),
         np.array([s.seconds[-1] for s in solutions]),
-        *(np.array(values) for values in zip(*(shape for _, shape in found), strict=True)),
+        *(np.array(values) for values in zip(*(shape for _, shape in solved), strict=True)),
     )
     if order == 2:
         _warn_of_inverted(body.name, responses)
@@ -126,8 +126,11 @@ class _Solver:
             solution = problem.solve(nodal, tolerance if last else max(tolerance, NESTED), start)
         assert solution is not None
         solution.seconds[-1] += seconds
-        least = problem.least_det(solution.x)
-        return solution, (least, 0 if least > 0.0 else inverted(self._body.levels[each], solution.x, self._order))
+        least_det = problem.least_det(solution.x)
+        return solution, (
+            least_det,
+            0 if least_det > 0.0 else inverted(self._body.levels[each], solution.x, self._order),
+        )
 
 
 def _warm_up(problem: Equilibrium, order: int) -> None:

@@ -60,10 +60,10 @@ def time_calls(
     timed = Timed([[] for _ in range(count)], [""] * count)
     with threadpool_limits(limits=1):
         first, *_ = (_once(calls[i % count], lambda answer: None)[0] for i in range(WARM_UP))
-        wanted, made, began = min(repeats, SLOW_CALLS) if first > SLOW_S else repeats, 0, time.perf_counter()
-        while made < count or (made < wanted and time.perf_counter() - began < budget_s):
-            i = made % count
-            made += 1
+        limit, calls_made, began = min(repeats, SLOW_CALLS) if first > SLOW_S else repeats, 0, time.perf_counter()
+        while calls_made < count or (calls_made < limit and time.perf_counter() - began < budget_s):
+            i = calls_made % count
+            calls_made += 1
             if timed.failures[i]:
                 continue
             seconds, failure = _once(calls[i], partial(receive, i))

@@ -1,11 +1,13 @@
 """Find the truth: the limit of quadratic elements on ever finer levels of a body, with an error of its own.
 
 Each halving of the elements divides the error by about the same ratio, which three levels show (Richardson 1911). The
-ratio is one number for all nodes, and is never changed: where it is not that of a convergent method, the answer is not
-to be used. The truth is read by evaluation only; no model ever sees it.
+ratio is one number for all nodes, and is never changed. The lower it is, the less sure is the limit: its own error
+grows, and where that or the change between levels is too large, the sample judges no model. The truth is read by
+evaluation only; no model ever sees it.
 """
 
 import warnings
+from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,12 +26,20 @@ from palpate.effects.patch_load import patch_at, spread
 from palpate.effects.surface_integrals import enclosed_volume
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
-from palpate.solvers.equilibrium import FastEquilibrium
+from palpate.solvers.equilibrium import Unbuckled
 from palpate.solvers.newton import Solution, minimise
 
 RATIOS = (2.2, 8.0)
-"""Ratios of convergence between which a limit is believed: from the order 1.1, near what an anchor's edge leaves, to
-the order 3 that quadratic elements have where the answer is smooth."""
+"""Ratios of convergence between which a limit is believed, however far it is from the finest level: from the order 1.1
+to the order 3 that quadratic elements have where the answer is smooth."""
+SLOWEST = 1.3
+"""The lowest ratio with which there is a limit to be seen. At the rim of held nodes the error falls by the order of 1,
+a ratio of two, as displacements there grow with the root of the distance."""
+RATIO_DOUBT = 0.25
+"""By how much the ratio of all finer levels may be below the one that was found: on nailed organs it is 1.9 to 2.1."""
+MOST_OWN, MOST_CHANGE = 0.03, 0.03
+"""Shares of the peak: outside of RATIOS, a sample whose own error, or whose change between the last two levels, is
+larger (RMS over the surface) is rejected."""
 
 
 def ratio(levels: np.ndarray) -> float:
@@ -63,7 +73,7 @@ def doubt(levels: np.ndarray) -> np.ndarray:
 
 FIRST = 1e-4
 """Tolerance of the level that starts from rest; what it leaves is smaller than what the next level changes."""
-MOST = 8
+MOST_ITERATIONS = 8
 """Newton iterations of a level that starts from the one before; 2 to 4 do where the levels converge, and where the body
 snaps to another shape, 20 are too few."""
 
@@ -135,7 +145,7 @@ def ascend(
     return ascents, whole
 
 
-class _Problem(FastEquilibrium):
+class _Problem(Unbuckled):
     """The static problem of quadratic elements, which notes whether the clamped Hessian was needed."""
 
     clamped = False
@@ -149,14 +159,16 @@ class _Problem(FastEquilibrium):
         """Find the equilibrium under ``load`` (n, 3) [N] near ``start`` (n, 3) [m].
 
         NotConverged if it is not near: on this level the body has another shape. To search for that, in steps of the
-        load from rest, would take minutes and show no limit.
+        load from rest, would take minutes and show no limit. NotConverged, too, where the body gives way.
         """
 
         def newton(begin: np.ndarray | None) -> Solution:
             assert begin is not None
-            return minimise(self, begin, self._scale(load), tolerance, MOST)
+            return minimise(self, begin, self._scale(load), tolerance, MOST_ITERATIONS)
 
-        return self.descend_or(newton, load, CLOSER * tolerance, start)
+        solution = self.descend_or(newton, load, CLOSER * tolerance, start)
+        self.check_stable(solution.x)
+        return solution
 
 
 class _Level:
@@ -264,7 +276,7 @@ class Truth:
     def rows(self, numbers: np.ndarray) -> np.ndarray:
         """Return the rows of those of the samples ``numbers`` whose limit is believed; InputError for one not here.
 
-        Where none of them is, those that have an answer at all: what is measured by them says how uncertain it is.
+        Where none of them is, those that have an answer on the finest level, from which distances can be measured.
         """
         if missing := sorted(set(numbers) - set(self.sample)):
             raise InputError(f"truth.h5: sample {missing[0]} has no truth; delete the file and type make.")
@@ -310,47 +322,68 @@ def truth_of(
     )
 
 
+def estimate(levels: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+    """Return the best answer (n, 3) [m] that ``levels`` (m, n, 3) [m] show, and vectors as long as its own errors.
+
+    The limit may be off by ``doubt``, and by what a ratio that is lower by RATIO_DOUBT would change of it, which grows
+    as the ratio falls. Where no limit is to be seen, the finest level is the answer: it may be off by its last change
+    if levels close in quickly, and by what is left at the ratio SLOWEST if they hardly do.
+    """
+    rate, last = ratio(levels), levels[-1] - levels[-2]
+    if SLOWEST <= rate <= RATIOS[1]:
+        return limit(levels), (doubt(levels), RATIO_DOUBT / (rate - 1.0) ** 2 * last)
+    return levels[-1], (last / (SLOWEST - 1.0) if rate < SLOWEST else last,)
+
+
 def _judge(body: Body, each: Ascent) -> tuple[np.ndarray, float, TruthErrors, str]:
-    """Return the limit of one sample, its ratio, its own error, and why it is not believed."""
+    """Return the answer to one sample, its ratio, its own error, and why it is not believed."""
     if each.failure:
         nothing = TruthErrors(*[np.nan] * len(OWN))
-        return np.full((len(body.fine.surface), 3), np.nan), np.nan, nothing, each.failure
+        return np.full((len(body.fine.surface), 3), np.nan), np.nan, nothing, f"{NO_ANSWER} ({each.failure})"
     levels = np.array(each.surface)
     rate = ratio(levels)
     patch = patch_nodes(body.fine, int(each.load["contact"]), float(each.load["radius_m"]))
-    if RATIOS[0] <= rate <= RATIOS[1]:
-        found = limit(levels)
-        own = truth_errors(found + doubt(levels), found, patch)
-    else:  # the levels have no limit that could be seen, and the finest is as good as any
-        found = levels[-1]
-        own = truth_errors(levels[-2], found, patch)
-    return found, rate, own, _objection(each, rate)
+    found, off = estimate(levels)
+    own = TruthErrors(*np.max([truth_errors(found + each, found, patch) for each in off], axis=0))
+    change = truth_errors(levels[-2], levels[-1], patch).rmse_of_peak
+    return found, rate, own, _objection(each, rate, own.rmse_of_peak, change)
 
 
-def _objection(each: Ascent, rate: float) -> str:
-    """Return why a limit is not believed, or nothing."""
+NO_ANSWER, INVERTED, CLAMPED = "no answer on a level", "an element is inverted", "the Hessian had to be clamped"
+APART = "the levels are too far apart"
+"""Reasons to reject a sample; what is behind one stands in brackets."""
+
+
+def _objection(each: Ascent, rate: float, own: float, change: float) -> str:
+    """Return why an answer is not believed, or nothing; own, change : as MOST_OWN and MOST_CHANGE limit them."""
     low, high = RATIOS
     said = []
-    if not low <= rate <= high:
-        said.append(f"the ratio {rate:.3g} is not within {low:g} to {high:g}")
+    if not low <= rate <= high and not (own <= MOST_OWN and change <= MOST_CHANGE):
+        said.append(f"{APART} (ratio {rate:.3g}, last change {change:.1%}, own error {own:.1%} of the peak)")
     if not each.least_det > 0.0:
-        said.append(f"an element is inverted (det F {each.least_det:.3g})")
+        said.append(f"{INVERTED} (det F {each.least_det:.3g})")
     if each.clamped:
-        said.append("the Hessian had to be clamped")
+        said.append(CLAMPED)
     return "; ".join(said)
+
+
+def reasons(rejected: np.ndarray) -> dict[str, int]:
+    """Count the reasons of ``rejected`` (k,), each sample by its first, the most frequent first."""
+    first = [str(why).partition(" (")[0].partition(";")[0] for why in rejected if why]
+    return dict(Counter(first).most_common())
 
 
 def _warn_of_rejected(name: str, rejected: np.ndarray) -> None:
     """Warn of presses without a truth; rejected : (k,) why, or ""."""
-    if reasons := [str(why) for why in rejected if why]:
-        whole = len(reasons) == len(rejected)
+    if counts := reasons(rejected):
+        lost, whole = sum(counts.values()), len(rejected)
+        why = "; ".join(f"{count} times {reason}" for reason, count in counts.items())
         warnings.warn(
-            f"bodies.{name}: {len(reasons)} of {len(rejected)} presses have no truth that is believed "
-            f"({reasons[0]}); "
+            f"bodies.{name}: {lost} of {whole} presses have no truth that is believed ({why}); "
             + (
-                "models are judged by the finest level, which may be far from it; hold more than single nodes "
-                "(anchors, or a bed), press less, or refine the body."
-                if whole
+                "models are judged by their distance from the finest elements, which may be far from the truth; lay "
+                "the body on a bed, hold more of it, press less, or refine it."
+                if lost == whole
                 else "they are left out."
             ),
             stacklevel=3,

@@ -29,13 +29,16 @@ ACCURACY_VS_TIME = Table(
     model setting: what answers
     sees prepared law protocol: what it is given, whether its contacts were prepared, its law, and the coarse answers
     split samples failures: number of the split of the contacts, test samples, and those without an answer
+    rejected rejected_answered: validation and test samples without a truth, and those of them that it answered without
+        a doubt or a failure
     rmse_m rmse_of_peak relative_l2 p95_of_peak max_of_peak: mean errors over the surface [m, peak, -, peak, peak]
     patch_rms_of_peak patch_max_of_peak: mean errors at the disc that is pressed [peak]
     operator_rmse_of_peak: error against the finest mesh alone [peak]
     rmse_of_peak_median rmse_of_peak_p95 relative_l2_median relative_l2_p95: median and 95th percentile of samples
     patch_rms_of_peak_median patch_rms_of_peak_p95 patch_max_of_peak_median patch_max_of_peak_p95: the same at the disc
     validation_rmse_of_peak validation_patch_rms_of_peak: mean errors on the samples that choose settings
-    online_median_s online_p95_s offline_s memory_mb: time of an answer, preparation [s], and memory [1e6 bytes]
+    online_median_s online_p95_s online_max_s: time of an answer, and of the slowest press (median of its calls) [s]
+    offline_s memory_mb: preparation [s], and memory [1e6 bytes]
     break_even_queries: answers after which the preparation has paid, against quadratic elements
     threads commit failure: threads, commit of the code, and the first reason of a failure
     """,

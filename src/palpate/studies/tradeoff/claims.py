@@ -18,8 +18,9 @@ def local(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     found = known.join(pd.DataFrame([_read(setting) for setting in known["setting"]], index=known.index))
     if "depth" not in found:
         return
-    # all stop in the same way: one iteration from the frame before
+    # all stop in the same way, one iteration from the frame before, and none is corrected to the limit
     found = found[(found["start"] == "frame") & (found["iterations"] == "1")]
+    found = found[found["target"].isna()] if "target" in found else found
     for order, rows in found[found["model"] == "fem_local"].groupby("order"):
         whole = found[found["model"] == f"fem_p{order}"].set_index(["scene", "level"])
         both = rows[rows["depth"].isin(whole.index.get_level_values("level"))]

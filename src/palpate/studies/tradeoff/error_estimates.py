@@ -20,7 +20,7 @@ from palpate.benchmark.model import Case, setting_text
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation, to_fine, to_surface, with_unknowns
 from palpate.models.linear_fem import LinearFem
-from palpate.models.warped_compliance import WarpedResponse
+from palpate.models.warped_response import WarpedResponse
 from palpate.solvers.equilibrium import FastEquilibrium
 
 CHEAP = ("linear", "turned", "distance")

@@ -118,7 +118,7 @@ def _pairs(case: Case, judge: Judge, chosen: np.ndarray) -> Iterator[Load]:
 
 
 MEANS = ["rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak", "force_error"]
-MOST = ["rmse_of_peak", "patch_rms_of_peak", "force_error"]
+LARGEST_OF = ["rmse_of_peak", "patch_rms_of_peak", "force_error"]
 """The errors whose largest one is tabulated beside their mean: there are few loads of a kind."""
 ANY_LOAD = Table(
     "any_load",
@@ -197,7 +197,7 @@ def _asked(
     row["contacts"] = len({tuple(press.node for press in questions[i].load.presses) for i in answered})
     errors = pd.DataFrame([found[i] for i in answered], columns=MEANS, dtype=float)
     row |= errors.mean().to_dict()
-    row |= {f"{name}_most": errors[name].max() for name in MOST}
+    row |= {f"{name}_most": errors[name].max() for name in LARGEST_OF}
     if seconds := [s for calls in timed.seconds for s in calls]:
         row |= {"online_median_s": np.median(seconds), "online_p95_s": np.percentile(seconds, 95)}
         row["preparation_s"] = float(np.median(queries.prepared)) if queries.prepared else 0.0
@@ -216,7 +216,7 @@ TIMES = {"as designed": 1.0, "1.5 times": 1.5, "2 times": 2.0, "3 times": 3.0}
 TANGENTIAL, PULLING = "tangential", "pulling"
 RIGHT, RIGHT_AT_PATCH = 0.01, 0.05
 """What an answer that is right is wrong by at most, as a share of the peak: RMSE, and at the worst node of the disc."""
-STEPS, LEFT = 60, 1e-3
+MOST_ITERATIONS, LEFT = 60, 1e-3
 """Most steps of L-BFGS on the finest level, 15 are usual, and the residual over the load that ends them."""
 BEYOND_DESIGN = Table(
     "beyond_design",
@@ -251,8 +251,8 @@ class Pressed(NamedTuple):
 def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = iter) -> list[Pressed]:
     """Press ``count`` contacts of test samples by the hardest force there, times TIMES, across it, and outward.
 
-    A press is unsound, and has no truth, where quadratic elements on the finest level find no answer in STEPS or an
-    element of it is inverted.
+    A press is unsound, and has no truth, where quadratic elements on the finest level find no answer, or an element
+    of it is inverted.
     """
     body, samples = case.body, judge.samples
     tests = np.flatnonzero(judge.side == "test")
@@ -311,7 +311,7 @@ def _forces(force: np.ndarray, normal: np.ndarray) -> Iterator[tuple[str, np.nda
 
 
 class _Operator:
-    """Quadratic elements on the finest level, from the answer of the level before; no search beyond STEPS."""
+    """Quadratic elements on the finest level, from the answer of the level before; no search beyond MOST_ITERATIONS."""
 
     def __init__(self, case: Case):
         self._shop = Workshop(case.body, case.radius_m, 0)
@@ -322,9 +322,9 @@ class _Operator:
         """Return the displacement (n_surface, 3) [m] under ``force`` (3,) [N], or None where there is no sound one."""
         before, last = self._shop.elements(self._last - 1), self._shop.elements(self._last)
         load = before.nodal(*self._shop.disc(node, self._last - 1), force)
-        start = before.settle(load, np.zeros_like(before.rest), STEPS, LEFT)
+        start = before.settle(load, np.zeros_like(before.rest), MOST_ITERATIONS, LEFT)
         load = last.nodal(*self._shop.disc(node, self._last), force)
-        moved = last.settle(load, self._up @ start, STEPS, LEFT)
+        moved = last.settle(load, self._up @ start, MOST_ITERATIONS, LEFT)
         left = np.linalg.norm(last.force(moved) + load)
         if not (left <= LEFT * np.linalg.norm(load) and last.least_det(moved) > 0.0):
             return None

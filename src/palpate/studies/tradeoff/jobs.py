@@ -1,4 +1,4 @@
-"""What the rules of the study call; palpate.studies.jobs says how."""
+"""Functions that the rules of workflow/rules/tradeoff.smk call; palpate.studies.jobs says how."""
 
 from pathlib import Path
 
@@ -22,13 +22,20 @@ def _judged(input, params, wildcards, split, grid, more=False):
 def simulate_truth(input, output, params, wildcards, say):
     from palpate.benchmark.split import asked_samples, read_folds, training_presses
     from palpate.benchmark.truth import save_truth, truth_of
+    from palpate.studies.tradeoff.truth_table import other_element, widened
 
     body, loads, folds = load(input.body), pd.read_csv(input.loads), read_folds(input.samples)
     asked, tested = asked_samples(folds, params.splits)
     more = training_presses(folds, params.splits[0]) if params.more else []
     chosen = loads[loads["sample"].isin([*asked, *more])]
     progress = steps(say, f"{body.name}, {wildcards.regime}: truth, solution")
-    save_truth(truth_of(body, chosen, set(tested), progress, params.tolerance), output.truth)
+    truth, check = truth_of(body, chosen, set(tested), progress, params.tolerance), pd.DataFrame()
+    if params.check_samples:
+        progress = steps(say, f"{body.name}, {wildcards.regime}: truth by linear elements, solution")
+        check = other_element(body, chosen, truth, truth.spread(params.check_samples), progress)
+        truth = widened(truth, check)
+    save_truth(truth, output.truth)
+    return {"check": check}
 
 
 def measure_models(input, params, wildcards, say):
@@ -50,27 +57,19 @@ def measure_bounds(input, params, wildcards):
     from palpate.benchmark.measure import bounds
     from palpate.studies.tradeoff.error_estimates import estimates
 
-    samples, settings = bounds(*_judged(input, params, wildcards, wildcards.split, {}))
     case, judge = _judged(input, params, wildcards, wildcards.split, {}, params.more)
+    samples, settings = bounds(case, judge)
     return {"samples": samples, "settings": settings, "estimates": estimates(case, judge, tuple(params.models))}
 
 
-def check_truth(input, params, wildcards, say):
+def measure_facets(input, params, wildcards, say):
     from palpate.bodies.organs import surface_of
-    from palpate.studies.tradeoff.truth_table import geometry_share, other_element
+    from palpate.studies.tradeoff.truth_table import geometry_share
 
     body, truth, loads = load(input.body), load_truth(input.truth), pd.read_csv(input.loads)
-    place, found = f"{body.name}, {wildcards.regime}", {"check": pd.DataFrame(), "geometry": pd.DataFrame()}
-    if params.samples:
-        progress = steps(say, f"{place}: truth by linear elements, solution")
-        found["check"] = other_element(body, loads, truth, truth.spread(params.samples), progress)
-    if params.geometry_samples:
-        progress, chosen = (
-            steps(say, f"{place}: what its facets change, solution"),
-            truth.spread(params.geometry_samples),
-        )
-        found["geometry"] = geometry_share(body, surface_of(params.entry), loads, truth, chosen, progress)
-    return found
+    progress = steps(say, f"{body.name}, {wildcards.regime}: what its facets change, solution")
+    chosen = truth.spread(params.samples)
+    return geometry_share(body, surface_of(params.entry), loads, truth, chosen, progress)
 
 
 def tabulate_truth(input, params):
@@ -121,19 +120,14 @@ def tabulate_advice(input, params):
     from palpate.benchmark.advice_other_loads import advise_motion
 
     limits, found = params.limits, []
-    for table in input.table:
-        found += _advice(pd.read_csv(table), input.errors, limits)
+    pressed = pd.read_csv(input.table[0]) if input.table else None
+    if pressed is not None:
+        found += _advice(pressed, input.errors, limits)
     bounds = dict(table for path in input.bounds for table in pd.read_csv(path).groupby("scene"))
     for path in input.motions:
         for scene, rows in pd.read_csv(path).groupby("scene", sort=False):
-            found.append(advise_motion(rows, **limits, speeds=params.speeds, bounds=bounds.get(scene)))
+            found.append(advise_motion(rows, **limits, speeds=params.speeds, bounds=bounds.get(scene), pressed=pressed))
     return pd.concat(found)
-
-
-def tabulate_advice_agreement(input, params):
-    from palpate.benchmark.advice import agreement
-
-    return agreement(pd.read_csv(input[0]), {scene: tuple(place) for scene, place in params.scenes.items()})
 
 
 def tabulate_advice_by_radius(input, params):

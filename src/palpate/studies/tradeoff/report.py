@@ -11,27 +11,27 @@ import pandas as pd
 
 from palpate.benchmark.advice import MARGIN, NONE
 from palpate.benchmark.advice_other_loads import advise_any_load
-from palpate.benchmark.comparison import CLOSE, EQUAL, KINDS
+from palpate.benchmark.comparison import EQUAL, KINDS, TIED_TIMES, UNKNOWN, averaged, own_error
+from palpate.benchmark.held_out import TIED
 from palpate.files import read_yaml
 from palpate.models.model_registry import ENGINES, FAMILY_OF, INSTALL, SAVED_AGAINST
 from palpate.report import tables
-from palpate.report.advice_words import agreement_words, any_load_cell, by_limit, error_of, exceeded, limit, next_best
+from palpate.report.advice_words import SAME, any_load_cell, by_limit, cell, exceeded, nearest, next_best
 from palpate.report.material import Report
 from palpate.report.model_looks import label, named
-from palpate.report.words import listed, percent, seconds, spaced
+from palpate.report.words import listed, percent, spaced
 from palpate.studies.tradeoff.figures.scene_rows import (
     KNOWN,
     answers,
-    averaged,
     curves,
-    first_split,
     front_rows,
     jumps,
+    whole,
 )  # fmt: skip
 from palpate.studies.tradeoff.figures.truth import DEAR, SOURCES
 
 TITLE = "What accuracy costs in time"
-READS = ("advice", "advice_agreement", "advice_by_radius", "error_bounds")
+READS = ("advice", "advice_by_radius", "error_bounds")
 """Tables of benchmark/ that the template shows."""
 WHERE = {"rms": "over the surface (RMSE)", "patch": "at the patch"}
 """The kinds of error that advice is for, in words."""
@@ -57,21 +57,24 @@ def numbers(report: Report) -> dict[str, Any]:
     """Return what the template names."""
     settings, truth = report.tables["accuracy_vs_time"], report.tables["truth"]
     advice, optional = pressed(report), report.tables
-    first, models = first_split(advice), answers(settings)
+    models = answers(settings)
     names = {scene: scene_words(settings, scene) for scene in tables.scenes(settings)}
     hardest = hardest_of(settings)
     families: Any = read_yaml(Path(__file__).with_name("models.yaml"))
     what = {name: family["short"] for family in families for name in family["names"]}
     measured = set(models["model"])
     return {
-        "budgets": budgets(tables.where(first, error="rms")),
-        "answer_of": answer(tables.where(first, scene=hardest), tables.where(settings, scene=hardest), what),
+        "budgets": budgets(tables.where(advice, error="rms")),
+        "answer_of": answer(tables.where(advice, scene=hardest), what),
         "hardest": {"scene": hardest, "words": names[hardest]} | _situation(settings, hardest),
-        "known_there": tables.where(truth, scene=hardest).to_dict("records"),
+        "known_there": _known(tables.where(settings, scene=hardest), tables.where(truth, scene=hardest)),
+        "tied": TIED,
+        "unknown": UNKNOWN,
+        "rejected_there": _rejected(tables.where(truth, scene=hardest)),
         "models": counted(models),
         "settings": models.groupby(["model", "setting"]).ngroups,
         "failed": int((models["failures"] > 0).sum()),
-        "truth_errors": [_range(truth[column]) for column in KINDS.values()],
+        "truth_errors": [_own_range(truth, column) for column in KINDS.values()],
         "samples": _few(truth["samples"]),
         "less_known": _validation(truth),
         "checked": _checked(truth),
@@ -79,17 +82,22 @@ def numbers(report: Report) -> dict[str, Any]:
         "spread": _spread(settings),
         "bound_contacts": _few(report.tables["error_bounds"]["contacts"]),
         "known": KNOWN,
-        "close": CLOSE,
+        "close": TIED_TIMES,
         "equal": EQUAL,
         "spare": MARGIN,
-        "taken": {text: _overview(tables.where(advice, error=kind), names) for kind, text in WHERE.items()},
-        "agreed": agreement_words(optional["advice_agreement"]) if "advice_agreement" in optional else "",
+        "taken": {text: by_limit(tables.where(advice, error=kind), names, _taken) for kind, text in WHERE.items()},
+        "dent": dent_table(tables.where(advice, error="rms"), truth, names),
         "by_radius": "advice_by_radius" in optional,
         "truth_table": _truth(truth, names),
         "snaps": snaps(optional["limit_points"]) if "limit_points" in optional else None,
         "bounds": _bounds(report.tables["error_bounds"], hardest),
         "scenes": [
-            {"scene": scene, "words": names[scene], "front": _front(tables.where(settings, scene=scene))}
+            {
+                "scene": scene,
+                "words": names[scene],
+                "facets": facets(tables.where(truth, scene=scene)),
+                "front": _front(tables.where(settings, scene=scene)),
+            }
             for scene in sorted(names, key=lambda scene: scene != hardest)
         ],
         "any_load": _any_load(optional["any_load"]) if "any_load" in optional else None,
@@ -147,40 +155,46 @@ def budgets(advice: pd.DataFrame) -> list[dict[str, Any]]:
     return found
 
 
-def answer(advice: pd.DataFrame, settings: pd.DataFrame, what: dict[str, str]) -> dict[str, Any]:
-    """Return what the first screen says of one scene, of which these are the rows: of the first split.
+def answer(advice: pd.DataFrame, what: dict[str, str]) -> dict[str, Any]:
+    """Return what the first screen says of one scene, of which these are the rows.
 
     what : a few words on what each model does
     """
-    settings = settings[settings["split"] == settings["split"].min()]
-    medians = settings.set_index(["model", "setting"])["online_median_s"]
     rows = [row for _, row in tables.where(advice, error="rms").iterrows()]
     timed, exact = ([row for row in rows if np.isfinite(row["budget_ms"]) == given] for given in (True, False))
     at_finger = tables.where(advice, error="patch").dropna(subset="budget_ms")
     at_finger = at_finger[at_finger["model"] != NONE].drop_duplicates(subset=["model", "setting"])
     return {
-        "within": [_answer(same, medians) | _within(same, what) for same in _alike(timed)],
-        "under": [_answer(same, medians) | _under(same, settings) for same in _alike(exact)],
+        "within": [_answer(same) | _within(same, what) for same in _alike(timed)],
+        "under": [_answer(same) | _under(same) for same in _alike(exact)],
         "dent": [
             f"{percent(row['patch_rms_of_peak'])} within {row['budget_ms']:g}\u00a0ms "
-            f"({label(row['model'], 'default')})"
+            f"({label(row['model'], 'default')}{_below(row)})"
             for _, row in at_finger.iterrows()
         ],
     }
 
 
+def _below(row: pd.Series) -> str:
+    return f"; nine in ten below {percent(row['bound_of_peak'])}" if row["bound_of_peak"] > 0 else ""
+
+
 def _alike(rows: list[pd.Series]) -> list[list[pd.Series]]:
-    """Group neighbouring rows of advice.csv that advise the same."""
-    return [list(same) for _, same in groupby(rows, lambda row: (row["model"], row["setting"]))]
+    """Group neighbouring rows of advice.csv that advise the same; errors that nothing keeps are told one by one."""
+    return [
+        list(same)
+        for _, same in groupby(
+            rows, lambda row: (row["model"], row["setting"], row["model"] == NONE and row["max_error"])
+        )
+    ]
 
 
-def _answer(rows: list[pd.Series], medians: pd.Series) -> dict[str, Any]:
-    """Return the model that rows of advice.csv share, its error and its time; no model is an empty name."""
+def _answer(rows: list[pd.Series]) -> dict[str, Any]:
+    """Return what rows of advice.csv share: the model, its error, its times and what it rests on; none is empty."""
     first = rows[0]
     if first["model"] == NONE:
-        return {"model": ""}
-    time = medians[first["model"], first["setting"]]
-    return {"model": label(first["model"], "default"), "error": first["rmse_of_peak"], "seconds": time}
+        return {"model": "", "nearest": nearest(first), "why": first["why"]}
+    return {"model": label(first["model"], "default"), "cell": cell(first)}
 
 
 def _within(rows: list[pd.Series], what: dict[str, str]) -> dict[str, Any]:
@@ -190,24 +204,10 @@ def _within(rows: list[pd.Series], what: dict[str, str]) -> dict[str, Any]:
     return {"budgets": budgets, "what": what.get(first["model"], ""), "next": next_best(first)}
 
 
-def _under(rows: list[pd.Series], settings: pd.DataFrame) -> dict[str, Any]:
-    """Return the limits of the error, and of what is advised what exceeds them, or why nothing is."""
-    own, limits = rows[0]["reference_error"], [row["max_error"] for row in rows]
-    able = answers(settings)
-    able = able[able["failures"] == 0].dropna(subset="validation_rmse_of_peak")
-    least = able.loc[able["rmse_of_peak"].idxmin()] if len(able) else None
-    return {
-        "limits": listed([percent(most) for most in limits]),
-        "beware": next(filter(None, map(exceeded, rows)), "") if rows[0]["model"] != NONE else "",
-        "truth": own if any(own > most for most in limits) else None,
-        "least": None
-        if least is None
-        else {
-            "model": label(least["model"], "default"),
-            "test": least["rmse_of_peak"],
-            "chosen": least["validation_rmse_of_peak"],
-        },
-    }
+def _under(rows: list[pd.Series]) -> dict[str, Any]:
+    """Return the limits of the error, and of what is advised what exceeds them."""
+    beware = next(filter(None, map(exceeded, rows)), "") if rows[0]["model"] != NONE else ""
+    return {"limits": listed([percent(row["max_error"]) for row in rows]), "beware": beware}
 
 
 def snaps(limit_points: pd.DataFrame) -> dict[str, Any]:
@@ -227,8 +227,9 @@ def counted(models: pd.DataFrame) -> str:
 
 def _range(errors: pd.Series) -> str:
     """Return the least and the largest of some errors, in per cent."""
+    errors = errors.dropna()
     if errors.empty:
-        return "–"
+        return "not known"
     low, high = percent(errors.min()), percent(errors.max())
     return low if low == high else f"{low} to {high}"
 
@@ -236,7 +237,19 @@ def _range(errors: pd.Series) -> str:
 def _validation(truth: pd.DataFrame) -> list[str]:
     """Return the truth's errors on samples that only choose settings, if these do without the finest mesh."""
     less = truth[truth["validation_samples"] > 0]
-    return [] if less.empty else [_range(less[f"validation_{column}"]) for column in KINDS.values()]
+    return [] if less.empty else [_own_range(less, f"validation_{column}") for column in KINDS.values()]
+
+
+def _own_range(truth: pd.DataFrame, column: str) -> str:
+    """Return between which the truth's mean own errors lie in the scenes, and the greatest of a sample."""
+    greatest = truth[f"{column}_max"].max()
+    return _range(truth[column]) + (f" (at most {percent(greatest)})" if np.isfinite(greatest) else "")
+
+
+def _known(settings: pd.DataFrame, truth: pd.DataFrame) -> list[tuple[float, float]]:
+    """Return for each kind of error the truth's own in one scene: the mean, as ``own_error``, and the greatest."""
+    greatest = [truth[[f"{column}_max", f"validation_{column}_max"]].max(axis=None) for column in KINDS.values()]
+    return list(zip((own_error(settings, column) for column in KINDS.values()), greatest, strict=True))
 
 
 def _checked(truth: pd.DataFrame) -> str:
@@ -256,19 +269,51 @@ def _spread(settings: pd.DataFrame) -> float:
     return pd.concat(rows["rmse_of_peak_high"] / rows["rmse_of_peak_low"].clip(lower=1e-9) for rows in scenes).median()
 
 
-def _overview(advice: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
-    """Tabulate what to take in each scene: model, error and time; where splits disagree, how many advise the same."""
+def _taken(row: pd.Series) -> str:
+    """Return what to take, its error, its bound, what that rests on and what it costs; marked where it is exceeded."""
+    if row["model"] == NONE:
+        return f"none; nearest {close}" if (close := nearest(row)) else "none"
+    more = exceeded(row)
+    return f"{label(row['model'], 'default')}: {cell(row)}" + (f" (beware: {more})" if more else "")
 
-    def taken(row: pd.Series) -> str:
-        said = "none"
-        if row["model"] != NONE:
-            said = f"{label(row['model'], 'default')}: {percent(error_of(row))} in {seconds(row['online_p95_s'])}"
-        asked = tables.where(advice, scene=row["scene"])
-        asked = asked[[limit(other) == limit(row) for _, other in asked.iterrows()]]
-        same = int((asked["model"] == row["model"]).sum())
-        return f"{said} ({same} of {len(asked)} splits)" if same < len(asked) else said
 
-    return by_limit(first_split(advice), names, taken)
+def dent_table(advice: pd.DataFrame, truth: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
+    """Tabulate by which factor the errors of advised models are larger in the dent than over the surface.
+
+    advice : rows that advise by the error over the surface. A row a scene with its finger, and one for all scenes.
+    """
+    taken = advice[advice["model"] != NONE].drop_duplicates(["scene", "model", "setting"])
+    factor = (taken["patch_rms_of_peak"] / taken["rmse_of_peak"]).groupby(taken["scene"], sort=False)
+    radius = truth.set_index("scene")["radius_m"]
+    parts = {names[scene]: (f"{1e3 * radius[scene]:g}", part) for scene, part in factor}
+    parts["all of these"] = ("", taken["patch_rms_of_peak"] / taken["rmse_of_peak"])
+    return pd.DataFrame(
+        [
+            {"scene": scene, "radius of the finger [mm]": mm, "settings": len(part), "least factor": part.min()}
+            | {"median factor": part.median(), "largest factor": part.max()}
+            for scene, (mm, part) in parts.items()
+            if len(part)
+        ]
+    )
+
+
+def facets(truth: pd.DataFrame) -> str:
+    """Say what the facets of one scene's body change, which no error against its truth contains."""
+    changes = truth.reindex(columns=["geometry_of_peak", "geometry_patch_of_peak"]).dropna()
+    if changes.empty:
+        return "Not in these errors: what the flat facets of the surface change, which is not known."
+    surface, patch = changes.iloc[0]
+    return (
+        f"Not in these errors: flat facets in the place of the smooth shape change {percent(surface)} over the surface "
+        f"and {percent(patch)} at the patch."
+    )
+
+
+def _rejected(truth: pd.DataFrame) -> str:
+    """Say of one scene how many presses have no truth, and why."""
+    if truth.empty or not (count := int(truth["rejected"].iloc[0])):
+        return ""
+    return f"{count} presses without a truth: {truth['why_rejected'].iloc[0]}"
 
 
 def _truth(truth: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
@@ -280,8 +325,11 @@ def _truth(truth: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
             "rejected": truth["rejected"],
             "elements": truth["elements"],
             "RMSE [% of peak]": 100 * truth["rmse_of_peak"],
+            "greatest RMSE [% of peak]": 100 * truth["rmse_of_peak_max"],
             "relative L2 [%]": 100 * truth["relative_l2"],
+            "greatest relative L2 [%]": 100 * truth["relative_l2_max"],
             "at the patch [% of peak]": 100 * truth["patch_rms_of_peak"],
+            "greatest at the patch [% of peak]": 100 * truth["patch_rms_of_peak_max"],
             "order": truth["order"],
             "samples with an inverted element": truth["inverted"],
             "change of volume [%]": 100 * truth["volume_change"],
@@ -324,11 +372,19 @@ def _front(settings: pd.DataFrame) -> pd.DataFrame:
             "p95 of the nodes [% of peak]": 100 * front["p95_of_peak"],
             "online, median [ms]": 1e3 * front["online_median_s"],
             "online, p95 [ms]": 1e3 * front["online_p95_s"],
+            "online, slowest press [ms]": 1e3 * front["online_max_s"],
             "preparation [s]": front["offline_s"],
             "memory [MB]": front["memory_mb"],
             "answers until it has paid": front["break_even_queries"],
         }
+        | _without_truth(front)
     )
+
+
+def _without_truth(rows: pd.DataFrame) -> dict[str, list[str]]:
+    """Return the column that says how many presses without a truth were answered; none where no press was rejected."""
+    given = rows[["rejected_answered", "rejected"]].astype(int).to_numpy()
+    return {"presses without a truth answered": [f"{k} of {n}" for k, n in given]} if given[:, 1].any() else {}
 
 
 def _any_load(table: pd.DataFrame) -> pd.DataFrame:
@@ -338,6 +394,7 @@ def _any_load(table: pd.DataFrame) -> pd.DataFrame:
         found = tables.where(table, scene=scene)
         for kind in dict.fromkeys(found["kind"]):
             cells = [any_load_cell(advise_any_load(found, kind, max_error=most)) for most in LIMITS]
+            cells = [SAME if i and each == cells[i - 1] != NONE else each for i, each in enumerate(cells)]
             heads = [f"error of at most {percent(most)}" for most in LIMITS]
             rows.append({"scene": spaced(scene), "load": kind} | dict(zip(heads, cells, strict=True)))
     return pd.DataFrame(rows)
@@ -359,10 +416,12 @@ def _refusals(table: pd.DataFrame) -> pd.DataFrame:
 def models_table(models: pd.DataFrame, families: list[dict]) -> pd.DataFrame:
     """Describe the models that were measured: a row for each family, and for each model of the user's own."""
     measured = models.groupby("model", sort=False)["setting"].nunique()
+    lost = models.groupby("model", sort=False)[["rejected", "rejected_answered"]].sum()
     known = {name for family in families for name in family["names"]}
     rows = [(family["family"], family, [name for name in family["names"] if name in measured]) for family in families]
     rows += [(named(name), _OWN, [name]) for name in measured.index if name not in known]
-    return pd.DataFrame(
+    rows = [row for row in rows if row[2]]
+    table = pd.DataFrame(
         {
             "model": title,
             "what it does": words["what"],
@@ -372,15 +431,16 @@ def models_table(models: pd.DataFrame, families: list[dict]) -> pd.DataFrame:
             "settings of each": int(measured[names].max()),
         }
         for title, words, names in rows
-        if names
     )
+    sums = pd.DataFrame([lost.loc[names].sum() for _, _, names in rows], columns=lost.columns)
+    return table.assign(**_without_truth(sums))
 
 
 def given_table(settings: pd.DataFrame) -> pd.DataFrame:
     """Tabulate what models are given: their names, and the least error of any of them in any time, over the scenes."""
     rows = []
     for (sees, prepared), found in answers(settings).groupby(["sees", "prepared"], sort=False):
-        least = found[found["failures"] == 0].groupby(["scene", "split"])[["rmse_of_peak", "patch_rms_of_peak"]].min()
+        least = found[whole(found)].groupby(["scene", "split"])[["rmse_of_peak", "patch_rms_of_peak"]].min()
         rows.append(
             {
                 "is given": _GIVEN[sees, bool(prepared)],
@@ -394,10 +454,10 @@ def given_table(settings: pd.DataFrame) -> pd.DataFrame:
 
 def variants_table(settings: pd.DataFrame) -> pd.DataFrame:
     """Tabulate the variants that share a curve in the diagrams: the least error of each."""
-    whole = settings[settings["model"].isin(FAMILY_OF) & (settings["failures"] == 0)]
-    if whole.empty:
-        return whole
-    wide = pd.concat([averaged(tables.where(whole, scene=scene)) for scene in tables.scenes(whole)])
+    known = settings[settings["model"].isin(FAMILY_OF) & whole(settings)]
+    if known.empty:
+        return known
+    wide = pd.concat([averaged(tables.where(known, scene=scene)) for scene in tables.scenes(known)])
     wide = wide.pivot_table("rmse_of_peak", "model", "scene", aggfunc="min", sort=False)
     wide = wide.map(percent).rename(index=named, columns=spaced).rename_axis("variant").rename_axis(None, axis=1)
     return wide.reset_index()

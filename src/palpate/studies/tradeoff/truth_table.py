@@ -9,11 +9,12 @@ import pandas as pd
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.comparison import KINDS
 from palpate.benchmark.presses import force_of
-from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, limit, ratio, truth_levels
+from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, limit, ratio, reasons, truth_levels
 from palpate.bodies.body import Body
 from palpate.bodies.organs import SmoothSurface
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, spread
+from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.table import Table
 
@@ -29,7 +30,8 @@ TRUTH = Table(
     least_det squeezed volume_change: least determinant of F, samples below a half, and change of volume / volume
     iterations cycles seconds: means of a sample's iterations, multigrid cycles and time [s]
     validation_samples validation_rmse_of_peak validation_patch_rms_of_peak: samples that choose settings and do without
-        the finest mesh, and their truth's own errors
+        the finest mesh, and means of their truth's own errors
+    validation_rmse_of_peak_max validation_patch_rms_of_peak_max: the greatest of these
     other_element other_element_patch other_element_samples: distance of linear elements' limit, on so many samples
     other_element_own other_element_own_patch: the truth's own errors on these
     geometry_of_peak geometry_patch_of_peak geometry_samples: what the facets change against the smooth shape
@@ -54,15 +56,14 @@ def truth_row(
     row |= _counted(truth, kept)
     less = truth.believed & ~kept & np.isfinite(truth.displacement).all(axis=(1, 2))
     row |= {"validation_samples": int(less.sum())}
-    row |= _own(truth, less, "validation_{}")
+    row |= _own(truth, less, "validation_{}") | _own(truth, less, "validation_{}_max", np.max)
     if other is not None and len(other):
         own = _own(truth, np.isin(truth.sample, other["sample"]), "{}")
         row |= _means(other, "other_element", "other_element_patch")
         row |= {"other_element_own": own["rmse_of_peak"], "other_element_own_patch": own["patch_rms_of_peak"]}
     if geometry is not None and len(geometry):
         row |= _means(geometry, "geometry_of_peak", "geometry_patch_of_peak")
-    reasons = zip(truth.sample[refused], truth.rejected[refused], strict=True)
-    return row | {"why_rejected": "; ".join(f"{sample}: {why}" for sample, why in reasons)}
+    return row | {"why_rejected": "; ".join(f"{count} {why}" for why, count in reasons(truth.rejected).items())}
 
 
 def _counted(truth: Truth, kept: np.ndarray) -> dict[str, float]:
@@ -101,9 +102,9 @@ def truth_table(
     return TRUTH.frame(rows)
 
 
-def _own(truth: Truth, samples: np.ndarray, name: str) -> dict[str, float]:
-    """Return the means of the truth's own errors that advice goes by, of ``samples`` (k,) bool, with their ``name``."""
-    return {name.format(kind): _of(np.mean, truth.own[samples, OWN.index(kind)]) for kind in KINDS.values()}
+def _own(truth: Truth, samples: np.ndarray, name: str, of: Callable = np.mean) -> dict[str, float]:
+    """Return the mean, or another figure, of those own errors of ``samples`` (k,) bool that advice goes by."""
+    return {name.format(kind): _of(of, truth.own[samples, OWN.index(kind)]) for kind in KINDS.values()}
 
 
 def _of(function: Callable, values: np.ndarray) -> float:
@@ -121,7 +122,8 @@ def other_element(
 
     The levels are the last three that have the truth's nodes: linear elements on a level have those of quadratic ones
     on the level before. ratio : by how much their last halving reduced the change, as it is; finest_rmse_of_peak : the
-    error of the finest linear answer itself. ``progress`` wraps the sequence of all solutions, as ``tqdm`` does.
+    error of the finest linear answer itself. ``progress`` wraps the sequence of all solutions, as ``tqdm`` does. A
+    sample that linear elements do not answer has no row.
     """
     last = truth_levels(body)[-1] + 1
     levels = range(last - 2, last + 1)
@@ -132,20 +134,44 @@ def other_element(
     found: list[list[np.ndarray]] = [[] for _ in asked]
     starts: list[np.ndarray | None] = [None] * len(asked)
     solver: Equilibrium | None = None
+    lost: set[int] = set()
     for level, i in progress([(level, i) for level in levels for i in range(len(asked))]):
         if i == 0 or solver is None:
             solver = None  # before the next one is made, which is eight times as large
             solver = Equilibrium(whole, level)
-        moved = _solve(solver, body, whole, level, asked[i], starts[i])
+        if i in lost:
+            continue
+        try:
+            moved = _solve(solver, body, whole, level, asked[i], starts[i])
+        except NotConverged:
+            lost.add(i)
+            continue
         starts[i] = whole.prolongations[level] @ moved if level < last else None
         found[i].append(_on_surface(body, whole, level, moved))
     return pd.DataFrame(
         [
             _row(body, load, np.array(u), truth.displacement[row])
-            for load, u, row in zip(asked, found, rows, strict=True)
+            for i, (load, u, row) in enumerate(zip(asked, found, rows, strict=True))
+            if i not in lost
         ],
         columns=OTHER_ELEMENT_COLUMNS,
     )
+
+
+def widened(truth: Truth, check: pd.DataFrame) -> Truth:
+    """Return ``truth`` with own errors that cover those rows of ``other_element``.
+
+    A kind of error for which the other element's limits are farther away, in the mean, than the own errors of the same
+    samples say, is larger by that factor in all samples; no own error becomes smaller.
+    """
+    if check.empty:
+        return truth
+    rows = [int(np.flatnonzero(truth.sample == sample)[0]) for sample in check["sample"]]
+    found, said = check[list(OWN)].to_numpy(), truth.own[rows]
+    factors = np.fmax(1.0, found.mean(axis=0) / said.mean(axis=0))
+    own = truth.own * factors
+    own[rows] = np.fmax(own[rows], found)
+    return replace(truth, own=own)
 
 
 def _solve(

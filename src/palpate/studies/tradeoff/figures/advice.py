@@ -10,13 +10,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from palpate.benchmark.advice import NONE
-from palpate.benchmark.comparison import BY_ERROR, EQUAL, KINDS, pick
+from palpate.benchmark.comparison import BY_ERROR, KINDS, averaged, own_error, pick
 from palpate.benchmark.load import DEPTH, LOADS
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
 from palpate.report.words import percent
-from palpate.studies.tradeoff.figures.precision import LEAST
-from palpate.studies.tradeoff.figures.scene_rows import answers, averaged, first_split, own_error
+from palpate.studies.tradeoff.figures.precision import LEAST_PERCENT
+from palpate.studies.tradeoff.figures.scene_rows import answers
 
 NAMES = {"rms": "RMSE", "patch": "RMS at the patch"}
 """The kinds of error that advice is asked for, as axes name them."""
@@ -24,13 +24,13 @@ NAMES = {"rms": "RMSE", "patch": "RMS at the patch"}
 
 @style.figure("advice", tables=("advice", "accuracy_vs_time"))
 def draw_advice(advice, accuracy_vs_time) -> Figure:
-    """Draw the advised model with its interval, the next best and the factor; a column of panels per budget.
+    """Draw the advised model with its interval and its bound, the next best and the factor; a column for each budget.
 
     advice, accuracy_vs_time : the tables of these names
     The upper panels are for the error over the surface, the lower ones for that at the patch; each has a row per scene.
     """
     names = tables.scenes(accuracy_vs_time)
-    asked = first_split(advice[advice["scene"].isin(names)].dropna(subset="budget_ms"))
+    asked = advice[advice["scene"].isin(names)].dropna(subset="budget_ms")
     kinds = [kind for kind in KINDS if kind in set(asked["error"])]
     budgets = list(dict.fromkeys(asked["budget_ms"]))
     rows = {scene: averaged(tables.where(accuracy_vs_time, scene=scene)) for scene in names}
@@ -59,8 +59,9 @@ def draw_advice(advice, accuracy_vs_time) -> Figure:
 
 def _legend() -> list:
     next_best = Line2D([], [], ls="", marker="o", mfc="white", mec=style.FAINT, label="next best model")
-    taken = Line2D([], [], marker="o", color=style.INK, label="advised, with 5 to 95 % of draws of the contacts")
-    return [taken, next_best, Patch(color="#e6e6e6", label="below the error of the truth itself")]
+    taken = Line2D([], [], marker="o", color=style.INK, label="advised: mean, with 5 to 95 % of draws of the contacts")
+    bound = Line2D([], [], ls="", marker="|", ms=11, mew=1.5, color=style.INK, label="its bound of nine answers in ten")
+    return [taken, bound, next_best, Patch(color="#e6e6e6", label="below the error of the truth itself")]
 
 
 def _truth(axis, rows: dict, column: str) -> None:
@@ -83,10 +84,11 @@ def _row(axis, place: int, row, settings, column: str) -> None:
         axis.plot([error, rival], [place, place], color="#dddddd", lw=1, zorder=1)
         axis.plot(rival, place, marker=look(row.rival).marker, mfc="white", mec=style.FAINT, ms=6, zorder=2)
         times = f"{float(f'{row.factor:.2g}'):g}×" if row.factor < 1000 else "over 1000×"
-        times += ", smaller on test" if row.factor < 1 / EQUAL else ""
-        _beside(axis, rival, place, f"{label(row.rival, 'default')}: {times}", -1, "#666666")
-    ends = [max(100 * row.error_low, LEAST), max(100 * row.error_high, LEAST)]
+        _beside(axis, rival, place, f"{label(row.rival, 'default')}: {times} the bound", -1, "#666666")
+    ends = [max(100 * row.error_low, LEAST_PERCENT), max(100 * row.error_high, LEAST_PERCENT)]
     axis.plot(ends, [place, place], color=shown.colour, lw=3, alpha=0.45)
+    if row.bound_of_peak > 0:
+        axis.plot(max(100 * row.bound_of_peak, LEAST_PERCENT), place, "|", color=shown.colour, ms=11, mew=1.5, zorder=3)
     size = 11 if shown.marker == "*" else 7
     axis.plot(error, place, marker=shown.marker, color=shown.colour, mec="white", mew=0.5, ms=size, zorder=3)
     _beside(axis, error, place, label(row.model, "default"), 1, shown.colour)
@@ -94,7 +96,7 @@ def _row(axis, place: int, row, settings, column: str) -> None:
 
 def _error(settings, model: str, setting: str, column: str) -> float:
     """Return the error of a setting in %; nearly exact answers are drawn at the edge, as in the diagrams."""
-    return max(100 * tables.where(settings, model=model, setting=setting)[column].iloc[0], LEAST)
+    return max(100 * tables.where(settings, model=model, setting=setting)[column].iloc[0], LEAST_PERCENT)
 
 
 def _beside(axis, x: float, place: int, text: str, side: int, colour: str) -> None:
@@ -113,10 +115,10 @@ WHERE = {"rms": "over the surface", "patch": "at the patch"}
 def draw_advice_flips(advice_by_radius) -> Figure:
     """Draw a cell for each question and radius, in the colour of the advised model; a panel per body and error.
 
-    advice_by_radius : the table of this name, of which the first split is drawn
+    advice_by_radius : the table of this name
     A cell holds the error of the advised model. Where the model changes with the radius, a line stands between cells.
     """
-    table = tables.where(advice_by_radius, split=advice_by_radius["split"].min())
+    table = advice_by_radius
     names, kinds = tables.bodies(table), [kind for kind in KINDS if kind in set(table["error"])]
     questions = [row for row in table[["budget_ms", "max_error"]].drop_duplicates().itertuples(index=False)]
     radii = sorted(set(table["radius_m"]))
@@ -231,7 +233,7 @@ def draw_break_even(accuracy_vs_time, advice) -> Figure:
 
     accuracy_vs_time, advice : the tables of these names
     """
-    names, advice = tables.scenes(accuracy_vs_time), tables.where(first_split(advice), error="rms")
+    names, advice = tables.scenes(accuracy_vs_time), tables.where(advice, error="rms")
     columns = min(2, len(names))
     taken = {
         scene: advised(tables.where(accuracy_vs_time, scene=scene), tables.where(advice, scene=scene))

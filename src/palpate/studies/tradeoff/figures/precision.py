@@ -9,21 +9,20 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.benchmark.advice import NONE
-from palpate.benchmark.comparison import EXACT, KINDS, ZERO, front, own_errors
+from palpate.benchmark.comparison import EXACT, KINDS, UNKNOWN, ZERO, averaged, front, own_error
+from palpate.benchmark.model import LIMIT
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
 from palpate.report.words import percent, seconds
 from palpate.studies.tradeoff.figures.scene_rows import (
     KNOWN,
     answers,
-    averaged,
+    by_target,
     curves,
-    first_split,
     front_rows,
-    own_error,
 )
 
-LEAST = 100 * EXACT
+LEAST_PERCENT = 100 * EXACT
 """Errors [% of the peak] below this are drawn at it."""
 STRIP = 0.09
 """Share of a panel's height that is left free below all points, for two lines of words."""
@@ -36,19 +35,19 @@ _CORNERS = ((-1, -1), (1, 1), (1, -1), (-1, 1))
 def panel(axis, settings: pd.DataFrame, column: str) -> None:
     """Draw the error ``column`` of every model of one scene, its front, the truth's own error and the zero answer.
 
-    settings : rows as ``scene_rows.averaged`` gives them
+    settings : rows as ``comparison.averaged`` gives them
     """
     axis.set(xscale="log", yscale="log", xlabel="online time of an answer [ms]")
     for model, rows in curves(answers(settings)).items():
         _curve(axis, model, rows, column)
     _front(axis, settings, column)
     _zero(axis, settings, column)
-    _truth(axis, *own_errors(settings, column))
+    _truth(axis, own_error(settings, column))
 
 
 def milliseconds_and_percent(rows: pd.DataFrame, column: str = "rmse_of_peak") -> tuple[np.ndarray, np.ndarray]:
     """Return where settings are drawn: their median time [ms] and their error [% of the peak]."""
-    return 1e3 * rows["online_median_s"].to_numpy(), np.maximum(100 * rows[column].to_numpy(), LEAST)
+    return 1e3 * rows["online_median_s"].to_numpy(), np.maximum(100 * rows[column].to_numpy(), LEAST_PERCENT)
 
 
 def line_style(rows: pd.DataFrame) -> str | tuple[int, tuple[int, int]]:
@@ -62,12 +61,26 @@ def rim(prepared: bool) -> tuple[str, float]:
 
 
 def _curve(axis, model: str, rows: pd.DataFrame, column: str) -> None:
-    """Draw a model's settings, or of variants the front, a line through it, and a band over the splits around that."""
+    """Draw a line through the settings that are meant for the finest mesh, and one through those for the limit."""
+    for target, part in by_target(rows):
+        _line_of(axis, model, part, column, target == LIMIT)
+        if model.startswith("fem_p") and target != LIMIT:
+            _levels(axis, part, column)
+
+
+TO_LIMIT = (0, (6, 1.5, 1, 1.5))
+"""The line of settings meant for the limit of ever finer meshes, whose markers have a white dot as well."""
+
+
+def _line_of(axis, model: str, rows: pd.DataFrame, column: str, to_limit: bool) -> None:
+    """Draw settings, or of variants the front, a line through it, and a band over the splits around that."""
     t, error = milliseconds_and_percent(rows, column)
     shown, best = look(model), front(t, error)
-    axis.plot(t[best], error[best], color=shown.colour, ls=line_style(rows), lw=1.4, zorder=2)
+    axis.plot(t[best], error[best], color=shown.colour, ls=TO_LIMIT if to_limit else line_style(rows), lw=1.4, zorder=2)
     if rows["splits"].max() > 1:
-        low, high = (np.maximum(100 * rows[f"{column}_{end}"].to_numpy()[best], LEAST) for end in ("low", "high"))
+        low, high = (
+            np.maximum(100 * rows[f"{column}_{end}"].to_numpy()[best], LEAST_PERCENT) for end in ("low", "high")
+        )
         axis.fill_between(t[best], low, high, color=shown.colour, alpha=0.15, lw=0, zorder=1)
         axis.vlines(t[best], low, high, color=shown.colour, lw=0.8, alpha=0.6, zorder=2)
     size = 10 if shown.marker == "*" else 6.5
@@ -78,8 +91,12 @@ def _curve(axis, model: str, rows: pd.DataFrame, column: str) -> None:
             t[i], error[i], ls="", marker=shown.marker, color=inside, mec=around, mew=1 if failed else width, ms=size,
             zorder=3,
         )  # fmt: skip
-    if model.startswith("fem_p"):
-        _levels(axis, rows, column)
+        if to_limit:
+            axis.plot(t[i], error[i], **DOT, zorder=4)
+
+
+DOT: dict = {"ls": "", "marker": ".", "color": "white", "ms": 3.5, "mew": 0}
+"""In the markers of settings that are meant for the limit."""
 
 
 def _levels(axis, rows: pd.DataFrame, column: str) -> None:
@@ -105,7 +122,7 @@ def _front(axis, settings: pd.DataFrame, column: str) -> None:
     axis.plot(ends, [*error[best], error[best][-1]], color=style.INK, lw=0.9, drawstyle="steps-post", zorder=1)
     before: list[np.ndarray] = []
     for number, (_, row) in enumerate(front_rows(settings, column).iterrows(), start=1):
-        place = (1e3 * row["online_median_s"], max(100 * row[column], LEAST))
+        place = (1e3 * row["online_median_s"], max(100 * row[column], LEAST_PERCENT))
         axis.plot(*place, "o", mfc="none", mec=style.INK, mew=0.9, ms=14, zorder=4)
         near = sum(bool((np.abs(np.log(place) - other) < np.log((1.5, 1.25))).all()) for other in before)
         before.append(np.log(place))
@@ -129,21 +146,19 @@ def _zero(axis, settings: pd.DataFrame, column: str) -> None:
         )  # fmt: skip
 
 
-def _truth(axis, tested: float, chosen: float) -> None:
-    """Draw the truth's own error as a band, up to the larger of those on test and validation samples."""
-    own = np.fmax(tested, chosen)
+def _truth(axis, own: float) -> None:
+    """Draw the truth's ``own`` error as a band."""
     if not np.isfinite(own):
-        text, colour = "the error of the truth itself is not known", look(ZERO).colour
+        text, colour = UNKNOWN, look(ZERO).colour
     else:
         # no point or line where the words are
         least, most = axis.get_ylim()
         low = min(least * (least / most) ** STRIP, 50 * own)
         axis.set_ylim(low, None)
         axis.axhspan(low, 100 * own, color="#ececec", zorder=0)
-        where = f" on validation contacts ({percent(tested)} on test contacts)" if chosen > tested else ""
-        text, colour = f"grey: below the error of the truth itself, {percent(own)}{where}; models are tied", "#555555"
+        text, colour = f"grey: below the error of the truth itself, {percent(own)}; models are tied", "#555555"
         if own > KNOWN:
-            text = f"The truth is known to {percent(own)} only{where}, not to {percent(KNOWN)} (grey: models are tied)"
+            text = f"The truth is known to {percent(own)} only, not to {percent(KNOWN)} (grey: models are tied)"
             colour = look(ZERO).colour
     axis.annotate(
         fill(text, WIDTH), (0, 0), (4, 4), xycoords="axes fraction", textcoords="offset points", fontsize=7.5,
@@ -163,7 +178,7 @@ def draw_work_precision(accuracy_vs_time, advice, *, scene: str) -> Figure:
     The stepped line is the front of this run; the numbered points are on it in other runs too. A setting that failed
     on some samples is hollow, and is named below with those that failed on all samples.
     """
-    settings, advice = (tables.where(table, scene=scene) for table in (accuracy_vs_time, first_split(advice)))
+    settings, advice = (tables.where(table, scene=scene) for table in (accuracy_vs_time, advice))
     splits = settings["split"].nunique()
     settings = averaged(settings)
     listed = {kind: _front_lines(settings, column) for kind, column in KINDS.items()}
@@ -220,6 +235,7 @@ def _legend(axis, settings: pd.DataFrame) -> None:
     handles += [
         Line2D([], [], **ink, ls="-", label="knows the load"),
         Line2D([], [], **ink, ls=(0, (4, 2)), label="sees a coarse deformation only"),
+        Line2D([], [], color=style.INK, lw=1.3, ls=TO_LIMIT, label="white dot: extrapolated to ever finer meshes"),
         Line2D([], [], **marked, mec="black", mew=0.9, label="contact prepared before"),
         Line2D([], [], ls="", marker="o", mfc="white", mec="#888888", ms=7, label="failed on some samples"),
         Line2D([], [], color=style.INK, lw=0.9, drawstyle="steps-post", label="Pareto front of this run"),
@@ -280,7 +296,7 @@ def draw_best_models(accuracy_vs_time, advice, *, scene: str) -> Figure:
     for number, row in enumerate(best.itertuples(), start=1):
         _point(axis, number, row)
         figure.text(
-            0.02, (below - 0.48 - _LINE * (number - 1)) / height, _line(number, row), fontsize=8, va="top",
+            0.02, (below - 0.48 - _LINE * (number - 1)) / height, _line(number, row), fontsize=7.4, va="top",
             color=look(row.model).colour, fontweight="bold",
         )  # fmt: skip
     figure.text(
@@ -308,16 +324,19 @@ def draw_best_models(accuracy_vs_time, advice, *, scene: str) -> Figure:
 def _remark(own: float) -> str:
     """Explain what is drawn in grey and in red."""
     band = f"\nband: below the error of the truth itself, {percent(own)}" if own > 0 else ""
+    band = f"\n{UNKNOWN}" if np.isnan(own) else band
     return f"grey: other settings; red: no displacement at all{band}"
 
 
 def _point(axis, number: int, row) -> None:
     """Draw a model of the front with its number."""
-    place, shown = (1e3 * row.online_median_s, max(100 * row.rmse_of_peak, LEAST)), look(row.model)
+    place, shown = (1e3 * row.online_median_s, max(100 * row.rmse_of_peak, LEAST_PERCENT)), look(row.model)
     axis.plot(*place, "o", color=shown.colour, mec="white", mew=0.8, ms=11, zorder=4)
     axis.annotate(str(number), place, ha="center", va="center", fontsize=8, fontweight="bold", color="white", zorder=5)
 
 
 def _line(number: int, row) -> str:
-    """Name a model of the front with its error and its time."""
-    return f"{number}  {label(row.model, 'default')}: {percent(row.rmse_of_peak)} in {seconds(row.online_median_s)}"
+    """Name a model of the front, what it is meant for, its error and its time."""
+    target = ", limit" if f"target={LIMIT}" in row.setting else ""
+    name = f"{label(row.model, 'default')}{target}"
+    return f"{number}  {name}: {percent(row.rmse_of_peak)} in {seconds(row.online_median_s)}"

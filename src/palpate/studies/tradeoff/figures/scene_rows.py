@@ -3,7 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.comparison import BOUNDS, EXACT, KINDS, alone, lasting, own_errors
+from palpate.benchmark.comparison import BOUNDS, EXACT, alone, lasting, own_error
+from palpate.benchmark.model import LIMIT
 from palpate.models.model_registry import FAMILY_OF
 
 KNOWN = 0.003
@@ -12,48 +13,14 @@ JUMP = 2.0
 """A step that moves the body so many times as far as the one before is a jump."""
 
 
-def own_error(settings: pd.DataFrame, column: str = "rmse_of_peak") -> float:
-    """Return the own error of a scene's truth, as a share of the peak; NaN where it is not known.
-
-    That is the larger of those on test and on validation samples, below which advice has models tied.
-    """
-    return float(np.fmax(*own_errors(settings, column)))
-
-
 def answers(settings: pd.DataFrame) -> pd.DataFrame:
     """Select the rows of models that answer something: neither the truth's nor the zero answer's."""
     return settings[~settings["model"].isin(BOUNDS)]
 
 
-def first_split(advice: pd.DataFrame) -> pd.DataFrame:
-    """Select the advice of the first split, which stands for all; of scenes that move there is no other."""
-    return advice[advice["split"] == advice.groupby("scene")["split"].transform("min")]
-
-
-def averaged(settings: pd.DataFrame) -> pd.DataFrame:
-    """Average one scene's rows over the splits; ``<error>_low`` and ``<error>_high`` are the least and the largest.
-
-    A setting is the same in two splits if it has the same place among those of its model, as a share of the training
-    samples is not the same number everywhere; where splits have not tried as many, if it has the same name.
-    Times are medians of the splits, failures and samples their sums.
-    """
-    place = settings.groupby(["split", "model"]).cumcount()
-    tried = settings.groupby(["model", "split"])["setting"].size().groupby("model").nunique()
-    by_name = settings["model"].map(tried) > 1
-    key = settings["setting"].where(by_name, place.astype(str))
-    groups = settings.assign(key=key).groupby(["model", "key"], sort=False)
-    found = groups.first()
-    means = [name for name in settings.columns if name.endswith(("_of_peak", "_m", "_l2")) or name in ("offline_s",)]
-    found[means] = groups[means].mean()
-    for name in ("online_median_s", "online_p95_s", "memory_mb", "break_even_queries"):
-        found[name] = groups[name].median()
-    for name in ("failures", "samples"):
-        found[name] = groups[name].sum()
-    for name in KINDS.values():
-        found[f"{name}_low"], found[f"{name}_high"] = groups[name].min(), groups[name].max()
-    found["splits"] = groups["split"].nunique()
-    added = [*(f"{name}_{end}" for name in KINDS.values() for end in ("low", "high")), "splits"]
-    return found.reset_index()[[*settings.columns, *added]]
+def whole(settings: pd.DataFrame) -> pd.Series:
+    """Return which settings have answered every test and validation sample; what has not is never advised."""
+    return (settings["failures"] == 0) & settings["validation_rmse_of_peak"].notna()
 
 
 def curves(settings: pd.DataFrame) -> dict[str, pd.DataFrame]:
@@ -62,16 +29,23 @@ def curves(settings: pd.DataFrame) -> dict[str, pd.DataFrame]:
     return dict(iter(settings.groupby(names, sort=False)))
 
 
+def by_target(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """Divide a curve's rows into those meant for the finest mesh, "operator", and for ever finer ones, LIMIT."""
+    limit = rows["setting"].str.contains(f"target={LIMIT}")
+    return [(name, part) for name, part in (("operator", rows[~limit]), (LIMIT, rows[limit])) if len(part)]
+
+
 def front_rows(settings: pd.DataFrame, column: str = "rmse_of_peak") -> pd.DataFrame:
     """Select the settings of one scene that stay on the front in other runs, fastest first, one of equal ones.
 
-    column : the error that counts, on test samples; below the truth's own, errors are tied
+    column : the error that counts, on test samples; below the truth's own, errors are tied. What failed on a sample,
+    a validation one too, is left out, as it is never advised
     """
     own = own_error(settings, column)
     floor = max(own, EXACT) if own > 0 else EXACT
-    whole = answers(settings)
-    whole = whole[whole["failures"] == 0].assign(rmse_of_peak=whole[column])
-    kept = whole[lasting(whole["online_median_s"], whole["rmse_of_peak"], floor)]
+    known = answers(settings[whole(settings)])
+    known = known.assign(rmse_of_peak=known[column])
+    kept = known[lasting(known["online_median_s"], known["rmse_of_peak"], floor)]
     rows = [alone(same, floor) for _, same in kept.groupby("model", sort=False)]
     found = pd.concat(rows).sort_values("online_median_s") if rows else kept
     return settings.loc[found.index]

@@ -22,12 +22,14 @@ def make_body(output, params, wildcards):
 
 
 def compute_compliance(input, output, params, wildcards, say):
-    from palpate.bodies.contacts import kept_contacts
+    from palpate.bodies.contacts import sampled_contacts
     from palpate.solvers.compliance import compute_compliance, save_compliance
 
     body, radius = load(input.body), float(wildcards.radius)
     progress = steps(say, f"{body.name}: unit forces at contact")
-    compliance = compute_compliance(body, radius, progress, kept_contacts(body, params.contacts), params.order)
+    compliance = compute_compliance(
+        body, radius, progress, sampled_contacts(body, params.contacts, params.seed), params.order
+    )
     save_compliance(compliance, output[0])
 
 

@@ -67,7 +67,7 @@ def _count(kind_a, kind_b, spheres_a, spheres_b, boxes_a, boxes_b, pairs, times)
     return found
 
 
-NEAR = 0.01
+GAP_TOLERANCE = 0.01
 """Relative error of a gap."""
 REPEATS = 5
 """Queries of one placement: a single one takes microseconds."""
@@ -126,7 +126,7 @@ def _place(bodies: tuple, gaps_m: list[float], random: np.random.Generator) -> I
     # between two planes across the way
     moved = there + ((here @ way).max() - (there @ way).min() + gaps_m[-1]) * way
     for gap in reversed(gaps_m):
-        while (left := distance([here, moved], trees) - gap) > NEAR * gap:
+        while (left := distance([here, moved], trees) - gap) > GAP_TOLERANCE * gap:
             moved = moved - left * way
         yield gap, [here, moved]
 

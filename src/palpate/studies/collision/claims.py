@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
-from palpate.report.claims import OUTSIDE, Claim, claims, geometric_mean, not_testable, percent, verdict
+from palpate.report.claims import Claim, claims, geometric_mean, not_testable, percent, verdict
 
 TIED = 0.05
 """Relative difference below which two times count as equal: repeated runs differ by as much."""
@@ -196,7 +196,7 @@ def _carried(stopped: pd.DataFrame) -> Iterator[Claim]:
     right = depth < SMALL_DEPTH_ERROR * size
     yield Claim(
         3, "4", "tests of triangles give the depth of a contact", f"{premise}; a pair knows no depth beyond its size",
-        "depth", f"{depth:.2g} mm in error", verdict(right) if right or len(shallow) else OUTSIDE,
+        "depth", f"{depth:.2g} mm in error", verdict(right, len(shallow) > 0),
     )  # fmt: skip
 
 

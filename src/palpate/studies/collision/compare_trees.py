@@ -233,16 +233,16 @@ def timed(call: Callable, *given: Any) -> tuple[float, Any]:
 
 
 STAGES = ("build_ms", "refit_ms", "query_ms")
-FEWEST = 5000
+LEAST_TRIANGLES = 5000
 """Least number of triangles for the fit of exponents: below it the cost of calling compiled functions matters."""
 
 
 def exponents(table: pd.DataFrame) -> pd.DataFrame:
-    """Fit the slopes of log time over log triangles, from FEWEST triangles on.
+    """Fit the slopes of log time over log triangles, from LEAST_TRIANGLES triangles on.
 
     The columns are structure, depths, rival and one for each of STAGES.
     """
-    kept = table[table["triangles"] >= FEWEST]
+    kept = table[table["triangles"] >= LEAST_TRIANGLES]
     rows = []
     for (structure, depths, rival), group in kept.groupby(["structure", "depths", "rival"], sort=False, dropna=False):
         row = {"structure": structure, "depths": depths, "rival": rival}

@@ -87,7 +87,7 @@ SYNTHETIC = "abdomen"
 MADE_UP = "synthetic: masses of meshes of a real liver differed by 10 %"
 """The body of the shipped settings whose CT is made up, and what a real one gave (docs/papers.md)."""
 
-SPREAD, ENOUGH, GOOD = 0.035, 6000, 0.01
+SPREAD, ELEMENTS, GOOD = 0.035, 6000, 0.01
 """The largest difference between meshes that the paper reports, the elements from which on masses are good, and what
 good is taken to be: a deviation from the voxels."""
 
@@ -111,9 +111,9 @@ def node_masses(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     own = f"{meshes}; densities of the organ only"
     yield _claim("2, table 1", "the mean density hardly changes with the mesh", own, "hardly",
                  density, lambda mean: np.ptp(mean) / mean[-1], lambda spread: spread <= GOOD)  # fmt: skip
-    fine = {name: rows.loc[rows["elements"] >= ENOUGH, "deviation_from_voxels"] for name, rows in bodies.items()}
+    fine = {name: rows.loc[rows["elements"] >= ELEMENTS, "deviation_from_voxels"] for name, rows in bodies.items()}
     if all(len(rows) for rows in fine.values()):
-        yield _claim("2, table 1", f"masses are good from {ENOUGH} elements on", own, f"{ENOUGH} elements",
+        yield _claim("2, table 1", f"masses are good from {ELEMENTS} elements on", own, f"{ELEMENTS} elements",
                      fine, lambda off: np.abs(off).max(), lambda most: most <= GOOD)  # fmt: skip
 
 

@@ -133,10 +133,9 @@ def draw_ct_volume_rendering(image: Image, mask: np.ndarray, body: Body) -> Figu
         pictures = {"ray casting": stage.picture(view, [lambda s: s.volume(_volume(image, mask))])}
     close = _view(body.coarse.nodes)
     with render.Stage(*size) as stage:
-        for name, mesh, held in zip(
-            ("coarse", "fine"), (body.coarse, body.fine), (body.anchors[0], body.anchors[-1]), strict=True
-        ):
-            pictures[f"{name} surface: {len(mesh.surface):,} nodes"] = stage.level(close, mesh, held)
+        for name, level in (("coarse", 0), ("fine", len(body.levels) - 1)):
+            mesh = body.levels[level]
+            pictures[f"{name} surface: {len(mesh.surface):,} nodes"] = stage.level(close, mesh, body.supported(level))
     figure, axes = panels.grid(1, len(pictures), aspect, _VOLUME_INCHES, bare=True)
     for axis, (caption, picture) in zip(axes[0], pictures.items(), strict=True):
         panels.place(axis, picture, caption)

@@ -99,7 +99,7 @@ def _compare(method: str, image: Image, mask: np.ndarray, drawn: np.ndarray) -> 
     return dice(filled, mask), float(filled.sum() / mask.sum() - 1)
 
 
-NEAR = 0.06
+SAME_ORGAN_DISTANCE = 0.06
 """Points so far from the exact surface, relative to the half axes, belong to another organ."""
 GRADIENT, CORNERS, TRIANGLES = "gradient", "triangles around", "triangle"
 
@@ -127,7 +127,7 @@ def surface_normals(image: Image) -> pd.DataFrame:
         points, triangles, slopes = isosurface(grey, level, image.origin_m, image.spacing_m, normals=True)
         for source, places, normals in _sources(points, triangles, slopes):
             side, exact = liver_side(places)
-            near = np.abs(side - 1) < NEAR
+            near = np.abs(side - 1) < SAME_ORGAN_DISTANCE
             cosines = np.abs(np.einsum("ij,ij->i", normals[near], exact[near]))
             angles = np.degrees(np.arccos(np.clip(cosines, 0, 1)))
             far = np.linalg.norm(places[near] - _onto(places[near]), axis=1)
@@ -240,7 +240,7 @@ def _shares(image: Image) -> np.ndarray:
 
 STEP = 0.5
 """Of the smallest side of a voxel, between samples along a ray."""
-ENOUGH = 0.99
+OPAQUE = 0.99
 """Opacity at which rays of the pictures end."""
 
 
@@ -291,12 +291,12 @@ def _pictures(image: Image, rays: Rays) -> tuple[dict[str, np.ndarray], np.ndarr
     field, transfer = field_of(image), likely(image)
     sharp = transfer_of(GREY, by_threshold(GREY))
     back = cast(field, transfer, rays, back_to_front=True)
-    front_first, samples = cast(field, transfer, rays, enough=ENOUGH)
+    front_first, samples = cast(field, transfer, rays, enough=OPAQUE)
     shape = rays.height, rays.width
     shown = {
         "classes by threshold": cast(field, sharp, rays)[0],
         "by probability, back to front": back[0],
-        f"front to back, ends at {ENOUGH:g}": front_first,
+        f"front to back, ends at {OPAQUE:g}": front_first,
     }
     pictures = {caption: on_white(found).reshape(*shape, 3) for caption, found in shown.items()}
     return pictures, (samples / np.maximum(back[1], 1)).reshape(shape)

@@ -217,38 +217,43 @@ def cast(
     millimetre becomes that of a step, 1 − (1 − a)^step, so that the picture hardly depends on the step.
     """
     opacity = 1 - (1 - transfer.per_mm) ** (1e3 * rays.step_m)
-    look = np.column_stack([transfer.colours, opacity])
-    where = transfer.values[0], transfer.values[1] - transfer.values[0]
-    return _cast(field.voxels, look, where, rays.starts, rays.step, rays.counts, rays.away, back_to_front, enough)
+    table = np.column_stack([transfer.colours, opacity])
+    scale = transfer.values[0], transfer.values[1] - transfer.values[0]
+    return _cast(field.voxels, table, scale, rays.starts, rays.step, rays.counts, rays.away, back_to_front, enough)
 
 
 @numba.njit(cache=True)
-def _cast(voxels, look, where, starts, step, counts, away, back_to_front, enough):
-    found, taken = np.zeros((len(starts), 4)), np.zeros(len(starts), dtype=np.int64)
-    lit = np.empty(4)
+def _cast(voxels, table, scale, starts, step, counts, viewer, back_to_front, enough):
+    """Composite the samples of each ray; as ``cast``.
+
+    table : (m, 4) colour and opacity of grey values, whose first value and spacing are ``scale``; viewer : (3,) the
+    direction away from it, as in ``Rays``
+    """
+    found, samples = np.zeros((len(starts), 4)), np.zeros(len(starts), dtype=np.int64)
+    colour = np.empty(4)
     for ray in range(len(starts)):
         total = found[ray]
         for number in range(counts[ray]):
             at = counts[ray] - 1 - number if back_to_front else number
-            taken[ray] += 1
+            samples[ray] += 1
             z, y, x = starts[ray, 0] + at * step[0], starts[ray, 1] + at * step[1], starts[ray, 2] + at * step[2]
-            _look_up(_interpolate(voxels, z, y, x, 0), look, where, lit)
-            share = lit[3]
-            if share == 0:
+            _look_up(_interpolate(voxels, z, y, x, 0), table, scale, colour)
+            opacity = colour[3]
+            if opacity == 0:
                 continue
-            light = AMBIENT + DIFFUSE * _facing(voxels, z, y, x, away)
+            light = AMBIENT + DIFFUSE * _facing(voxels, z, y, x, viewer)
             if back_to_front:
                 for c in range(3):
-                    total[c] = light * lit[c] * share + (1 - share) * total[c]
-                total[3] = share + (1 - share) * total[3]
+                    total[c] = light * colour[c] * opacity + (1 - opacity) * total[c]
+                total[3] = opacity + (1 - opacity) * total[3]
             else:
                 left = 1 - total[3]
                 for c in range(3):
-                    total[c] += left * share * light * lit[c]
-                total[3] += left * share
+                    total[c] += left * opacity * light * colour[c]
+                total[3] += left * opacity
                 if total[3] >= enough and enough < 1:
                     break
-    return found, taken
+    return found, samples
 
 
 @numba.njit(cache=True)
@@ -265,22 +270,22 @@ def _interpolate(voxels, z, y, x, c):
 
 
 @numba.njit(cache=True)
-def _look_up(grey, look, where, lit):
+def _look_up(grey, table, scale, colour):
     """Look up the colour and the opacity of a grey value."""
-    place = min(max((grey - where[0]) / where[1], 0.0), len(look) - 1.0)
-    at = min(int(place), len(look) - 2)
+    place = min(max((grey - scale[0]) / scale[1], 0.0), len(table) - 1.0)
+    at = min(int(place), len(table) - 2)
     share = place - at
     for c in range(4):
-        lit[c] = (1 - share) * look[at, c] + share * look[at + 1, c]
+        colour[c] = (1 - share) * table[at, c] + share * table[at + 1, c]
 
 
 @numba.njit(cache=True)
-def _facing(voxels, z, y, x, away):
+def _facing(voxels, z, y, x, viewer):
     """Return the cosine between the gradient and the viewer; 1 where there is no gradient."""
     along, square = 0.0, 0.0
     for c in range(3):
         slope = _interpolate(voxels, z, y, x, c + 1)
-        along += slope * away[c]
+        along += slope * viewer[c]
         square += slope * slope
     return abs(along) / np.sqrt(square) if square > 0 else 1.0
 

@@ -78,7 +78,7 @@ def _curve(axis, rows, its) -> None:
             axis.plot(other["real_time_factor"], percents, marker=marker, color=its.colour, ls="", ms=6, mew=1.2)
 
 
-LEAST = 0.01
+LOWEST_PERCENT = 0.01
 """The lower end of the axis [%]: before the first contact, or in free fall, nothing changes."""
 
 
@@ -106,6 +106,6 @@ def draw_dynamic_reference(dynamic_reference) -> Figure:
         axis.set_title(scene.replace("_", " "))
         axis.legend(title="step", loc="lower right", fontsize=7, title_fontsize=7)
     for axis in axes.values():
-        axis.set_ylim(bottom=LEAST)
+        axis.set_ylim(bottom=LOWEST_PERCENT)
         style.plain_log(axis.yaxis)
     return figure

@@ -1,21 +1,20 @@
 """Compare models in motion: the error of each over a whole scene, what a second of it costs, and what to take."""
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import pandas as pd
 
+from palpate.benchmark.advice_other_loads import MeshError, mesh_error
 from palpate.report import tables
 from palpate.report.advice_words import by_limit, moved_cell
 from palpate.report.material import Report
 from palpate.report.model_looks import label, look
-from palpate.report.words import spaced
+from palpate.report.words import percent, spaced
 
 TITLE = "Models in motion"
 READS = ("advice",)
 """Tables of benchmark/ that the template shows."""
-MODEL = "fem_p1"
-"""The elements of the reference, among the models of accuracy_vs_time.csv."""
 
 
 def numbers(report: Report) -> dict[str, Any]:
@@ -36,12 +35,21 @@ def numbers(report: Report) -> dict[str, Any]:
             f"{spaced(row.scene)} in its first {row.resolved_s:.2g} s of {row.duration_s:.2g} s"
             for row in cut.itertuples()
         ],
-        "taken": by_limit(advice[advice["scene"].isin(names)], names, moved_cell),
+        "taken": _taken(advice[advice["scene"].isin(names)], names),
         "places": 0 if bounds is None else int(bounds["places"].max()),
         "moved": [spaced(scene) for scene in moved],
         "unmoved": [name for scene, name in names.items() if scene not in moved],
         "bounds": pd.DataFrame() if bounds is None else _bounds(bounds),
     }
+
+
+def _taken(advice: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
+    """Tabulate what to take in each scene, beside the own error of the standard that errors are from."""
+    own = advice.groupby("scene")["reference_error"].max().reindex(list(names))
+    wide = by_limit(advice, names, moved_cell)
+    if len(wide):
+        wide.insert(1, "the standard's own error", [percent(each) if each > 0 else "not known" for each in own])
+    return wide
 
 
 def _most_accurate(scene: str, rows: pd.DataFrame) -> dict[str, Any]:
@@ -51,33 +59,6 @@ def _most_accurate(scene: str, rows: pd.DataFrame) -> dict[str, Any]:
         return {"scene": spaced(scene), "model": ""}
     best = fast.loc[fast["rmse_of_peak"].idxmin()]
     return {"scene": spaced(scene), "model": look(best["model"]).label, "error": best["rmse_of_peak"]}
-
-
-class MeshError(NamedTuple):
-    """Least and largest mean error of a level over the regimes of a body, of the peak: everywhere, at the patch."""
-
-    low: float
-    high: float
-    patch_low: float
-    patch_high: float
-
-
-def mesh_error(pressed: pd.DataFrame | None, body: str, level: int) -> MeshError | None:
-    """Return the error of converged linear elements of a level against the truth of presses, None if it is not known.
-
-    pressed : accuracy_vs_time.csv, None if there is none
-    """
-    if pressed is None:
-        return None
-    rows = pressed[(pressed["model"] == MODEL) & (pressed["body"] == body)]
-    rows = rows[rows["setting"].str.startswith(f"level={level}, ")]
-    exact = rows["setting"].str.extract(r"tolerance=([0-9.e+-]+)", expand=False).astype(float)
-    rows = rows[exact == exact.min()]
-    if rows.empty:
-        return None
-    means = rows.groupby("scene")[["rmse_of_peak", "patch_rms_of_peak"]].mean()
-    surface, patch = means["rmse_of_peak"], means["patch_rms_of_peak"]
-    return MeshError(surface.min(), surface.max(), patch.min(), patch.max())
 
 
 def _meshes(first: pd.DataFrame, pressed: pd.DataFrame | None) -> tuple[list[dict[str, Any]], list[str]]:

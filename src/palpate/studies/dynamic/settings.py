@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from palpate.errors import InputError
-from palpate.scenes.scene_check import check_instruments
+from palpate.scenes.scene_check import check_instruments, check_loads
 from palpate.scenes.settings import Gravity, Instrument, Other, Push
 from palpate.setting_types import (
     KEPT,
@@ -29,7 +29,7 @@ from palpate.studies.dynamic.comparable import acts, check_trial, taught, trials
 Change = Annotated[Positive, Field(le=0.2)]
 Halvings = Annotated[Whole, Field(ge=2)]
 Evaluations = Annotated[Whole, Field(ge=5)]
-STEPS = "Steps in each frame"
+STEPS_HELP = "Steps in each frame"
 TOLERANCES = (
     "Relative residuals at which a step counts as found, beside the scene's: Newton's method takes fewer iterations. "
     "Tried with the middle number of steps"
@@ -38,7 +38,7 @@ EVALUATIONS = "Motions that a fit may compute"
 
 
 class FemCoarse(Block):
-    steps_per_frame: Some[Count] = key(STEPS, [1, 2, 4])
+    steps_per_frame: Some[Count] = key(STEPS_HELP, [1, 2, 4])
     tolerances: Distinct[Inside] = key(TOLERANCES, [0.01])
     gaps: Distinct[Positive] = key(
         "Distances at which contact begins to repel, in multiples of the scene's, where there is contact. Tried with "
@@ -48,12 +48,12 @@ class FemCoarse(Block):
 
 
 class FemFine(Block):
-    steps_per_frame: Some[Count] = key(STEPS, [3])
+    steps_per_frame: Some[Count] = key(STEPS_HELP, [3])
     tolerances: Distinct[Inside] = key(TOLERANCES, [0.01])
 
 
 class MovingModes(Block):
-    steps_per_frame: Some[Count] = key(STEPS, [1, 2, 4])
+    steps_per_frame: Some[Count] = key(STEPS_HELP, [1, 2, 4])
     vibrations: Index = key("Vibration modes, slowest first", 10)
     bent: Index = key("How many of them get modes of second order, with those of each load", 3)
     coarsened: Index = key("Levels by which the cells that energy is taken from are coarser than the elements", 1, le=1)
@@ -65,7 +65,7 @@ class Springs(Block):
 
 
 class ShapeMatching(Block):
-    steps_per_frame: Some[Count] = key(STEPS, [4, 8, 16])
+    steps_per_frame: Some[Count] = key(STEPS_HELP, [4, 8, 16])
     evaluations: Evaluations = key(EVALUATIONS, 200)
 
 
@@ -90,7 +90,7 @@ class Elsewhere(Block):
     )
     change_of_peak: Change = key("As for all scenes", 0.01)
     max_halvings: Halvings = key("As for all scenes", 4)
-    steps_per_frame: Some[Count] = key(STEPS, [1, 2, 4])
+    steps_per_frame: Some[Count] = key(STEPS_HELP, [1, 2, 4])
 
 
 class Contact(Block):
@@ -184,6 +184,7 @@ def _check_training(place: str, entry: dict, training: dict) -> None:
     if any(other["body"] != entry["body"] for other in training.get("others", [])):
         raise InputError(f"{place}.others names another body than {entry['body']}; name that one.")
     check_instruments(place, entry | {"contact": training.get("contact", {})})
+    check_loads(place, entry | {"push": training.get("push", {})})
 
 
 def _check_elsewhere(place: str, entry: dict, kind: str) -> None:

@@ -14,7 +14,7 @@ CLEARLY = 0.8
 """One error is clearly below another if under this fraction of it, and comparable if neither is."""
 ORDER_MARGIN = 0.25
 """A measured exponent agrees with the paper's order within this much, or within its confidence interval."""
-NEAR = 1.05
+AS_GOOD_FACTOR = 1.05
 """A width is as good as the best if its error is at most so many times the least one."""
 PAPERS = "nonnegative_a"
 READINGS = (PAPERS, "nonnegative_b")
@@ -118,7 +118,9 @@ def _width(rows: pd.DataFrame, body: str, premise: str, local: bool) -> Claim:
         f"the median distance); the σ nearest to {SIGMA} has {excess:.3g} times its error"
     )
     claim = f"the best σ of contact-ordered features ({body})"
-    return Claim(1, "4, figure 4", claim, premise, f"{SIGMA} in mesh units", ours, verdict(excess <= NEAR, local))
+    return Claim(
+        1, "4, figure 4", claim, premise, f"{SIGMA} in mesh units", ours, verdict(excess <= AS_GOOD_FACTOR, local)
+    )
 
 
 def _orders(complexity: pd.DataFrame) -> Iterator[Claim]:

@@ -16,7 +16,7 @@ from palpate.models import interpolation
 from palpate.models.enrichment import paper_enrichment
 from palpate.models.enrichment.features import FEATURES, Features, kinds
 from palpate.models.enrichment.fitting import Fitting, gather
-from palpate.models.enrichment.paper_enrichment import LITERAL, Known, gaussian, inverse
+from palpate.models.enrichment.paper_enrichment import LITERAL, DescribedSamples, gaussian, inverse
 from palpate.studies.enrichment.premise_samples import prepare, sample_counts
 from palpate.table import Table
 
@@ -197,7 +197,7 @@ def memory_rows(db: Database, train: np.ndarray, options: FitOptions) -> pd.Data
     training = gather(db, train, "paper", options)
     rows = []
     for name, features in kinds(db, options.neighbours).items():
-        known = Known(features, training, options)
+        known = DescribedSamples(features, training, options)
         matrix = inverse(gaussian(known.squared, known.scale))
         sizes = [known.described.nbytes, known.slots.nbytes, matrix.nbytes, _orders(features, db.coarse_surface)]
         rows.append([name, len(train), *(size / 1024 for size in sizes), sum(sizes) / 1024])

@@ -10,6 +10,7 @@ from palpate.benchmark.comparison import front
 from palpate.report import style, tables
 from palpate.report.material import Report
 from palpate.report.words import capital, seconds, spaced
+from palpate.studies.enrichment.premises import LOCAL
 from palpate.table import Table
 
 TITLE = "Paper 1: enriching a coarse simulation"
@@ -85,6 +86,7 @@ def numbers(report: Report) -> dict[str, Any]:
             for name, node in found["feature_vectors"].groupby("features", sort=False)["node"].max().items()
         },
         "premises": _premises(found["premises"], found["premise_bodies"]),
+        "cut": _cut(found["premise_bodies"]["moved_share"]),
         "fewer": _fewer(found["premises"]),
         "orders": _orders(found["complexity"]),
         "times": [
@@ -181,6 +183,11 @@ def _premises(premises: pd.DataFrame, about: pd.DataFrame) -> list[dict[str, Any
             {"name": spaced(str(row.premise)), "moved": row.moved_share} | dict(errors[["ordered", "unordered"]])
         )
     return found
+
+
+def _cut(moved: pd.Series) -> tuple[float, float, float]:
+    """Return the share up to which a deformation is local, and the nearest shares of premises on both its sides."""
+    return LOCAL, moved[moved <= LOCAL].max(), moved[moved > LOCAL].min()
 
 
 def _fewer(premises: pd.DataFrame) -> pd.DataFrame:

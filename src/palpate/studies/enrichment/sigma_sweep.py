@@ -13,7 +13,7 @@ from palpate.benchmark.database import Database
 from palpate.benchmark.model import FitOptions
 from palpate.models.enrichment.features import describe, in_slots, kinds
 from palpate.models.enrichment.fitting import blend_errors, gather
-from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, Known, squared_distances
+from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, DescribedSamples, squared_distances
 from palpate.table import Table
 
 SIGMA_SWEEP = Table(
@@ -35,7 +35,7 @@ def sweep_rows(
     training = gather(db, train, protocol, options)
     rows = []
     for features_name, features in kinds(db, options.neighbours).items():
-        known = Known(features, training, options)
+        known = DescribedSamples(features, training, options)
         asked = describe(features, db.contact[test], db.coarse(protocol)[test])
         slots = in_slots(features, db.contact[test], db.fine[test])
         squared = squared_distances(known.described, asked)

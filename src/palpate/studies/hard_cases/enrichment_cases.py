@@ -45,6 +45,10 @@ REFERENCE = {"far": 1e4, "tiny": 1e-12, "huge": 1e160}
 """Size [m] of a query that is less extreme, by the kind of extreme; squares of 1e160 overflow, too."""
 
 
+ROUGH = ("unordered_clipped", "ordered_clipped", "framed_clipped", "detail_correction_untaught")
+"""Methods that miss samples along one line by 4 %."""
+
+
 def cases() -> list[Case]:
     """Return the declared cases of this family."""
     refused = {"shared_setup": ("refused",)}
@@ -54,7 +58,7 @@ def cases() -> list[Case]:
 
     return [
         Case("duplicate_samples", "every training sample is present twice", "the answers without duplicates", ERROR,
-             0.05, _duplicates, METHODS),
+             0.04, _duplicates, METHODS),
         Case("one_sample", "k = 1, for two samples", "that sample for every query", ERROR, 1e-12, _one, BLENDS),
         Case("one_sample_fitted", "k = 1, fitted by cross-validation", "refused: no sample can be held out", ERROR, 0.0,
              lambda model: _refused(pressed()[1], ALL[:1]), ("shared_setup",), refused),
@@ -66,7 +70,7 @@ def cases() -> list[Case]:
              "a hundred times the answer to a hundredth of it, or the same", ERROR, 0.01,
              lambda model: _extreme(model, 1e6, "far"), METHODS),
         Case("collinear_features", "all samples are one linear response times 0.5 to 1.6", "the responses in between",
-             ERROR, 0.05, _collinear, learnt),
+             ERROR, 0.005, _collinear, learnt, bounds=dict.fromkeys(ROUGH, 0.05), blunt=ROUGH),
         Case("tiny_features", "displacements and forces times 1e-300", "refused: squares underflow", ERROR, 0.0,
              lambda model: _refused(scaled(pressed()[1], 1e-300), ALL), ("shared_setup",), refused),
         Case("huge_features", "displacements and forces times 1e300", "refused: squares overflow", ERROR, 0.0,
@@ -77,10 +81,10 @@ def cases() -> list[Case]:
              "the answer to one of 1e160 m, in proportion or the same", ERROR, 0.01,
              lambda model: _extreme(model, 1e300, "huge"), METHODS),
         Case("more_samples_than_features", "k > 3 l: 12 samples, 3 numbers a feature", "the training samples", ERROR,
-             0.05, _narrow, [name for name in BLENDS[4:] if name.endswith(("_signed", "_b"))]),
+             1e-6, _narrow, [name for name in BLENDS[4:] if name.endswith(("_signed", "_b"))]),
         Case("near_singular", "two samples 1e-12 apart and a wide kernel: condition of Φ above 1e16",
              "the answers without the second of them; the non-negative matrix is known not to be unique", ERROR,
-             0.05, _singular, BLENDS, dict.fromkeys(AMBIGUOUS, ("wrong",))),
+             0.01, _singular, BLENDS, dict.fromkeys(AMBIGUOUS, ("wrong",))),
         Case("body_at_rest", "zero force and zero coarse displacement, and a millionth of a press",
              "zero displacement, and a thousandth of that under a thousandth of a press", ERROR, 0.01, _rest, passive),
     ]  # fmt: skip
@@ -246,6 +250,7 @@ _AXIS = np.array([0.6, 0.48, 0.64])
 GRID = {
     "cascade": {
         "asked_errors": [0.05],
+        "budgets_ms": [],
         "stages": [
             {"model": "linear_fem"},
             {"model": "warped_compliance", "setting": {"samples": 0}},
@@ -261,7 +266,16 @@ def bounds() -> list[Case]:
     def case(name: str, scene: str, times: float = 1.0, along: bool = False, **body: float) -> Case:
         expected = "errors below the bounds that come with the answers"
         measure = "largest error against fine quadratic elements / its bound"
-        return Case(f"bound_{name}", scene, expected, measure, 1.0, partial(_asked, times, along, body), ("cascade",))
+        return Case(
+            f"bound_{name}",
+            scene,
+            expected,
+            measure,
+            1.0,
+            partial(_asked, times, along, body),
+            ("cascade",),
+            blunt=("cascade",),
+        )
 
     return [
         case("twice_the_load", "presses twice as hard as what bounds were found on", 2.0),

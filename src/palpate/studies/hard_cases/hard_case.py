@@ -15,7 +15,11 @@ OUTCOMES = ("stable", "refused", "not_converged", "wrong", "nan")
 """
 WRONG = ("frozen", "zero", "tenth")
 """Wrong answers that the bound of a case must fail, as in ``Answer``."""
-MOST = 1e9
+NEARLY = "twentieth"
+"""The wrong answer that bounds fail, too, except those of models that are ``blunt``."""
+SHARES = {"tenth": 0.1, NEARLY: 0.05}
+"""Shares of the way from an answer's origin by which two wrong answers go too far, or not far enough."""
+UNMEASURABLE = 1e9
 """Number at which the error of a wrong answer is cut, and that of one that cannot be measured at all."""
 
 
@@ -26,7 +30,7 @@ class Answer:
     found : the answer, an array of any shape; frozen : that of a solver which returns what it was given; zero : that of
         no displacement, by default the same; both of a shape that fits ``found``
     error : computes the number that the case bounds
-    origin : from which a tenth more and a tenth less are reckoned, by default ``frozen``
+    origin : from which SHARES more and less are reckoned, by default ``frozen``
     """
 
     found: np.ndarray
@@ -36,22 +40,23 @@ class Answer:
     origin: np.ndarray | None = None
 
     def wrong(self) -> dict[str, float]:
-        """Return the errors of the answers WRONG: of a tenth too much and a tenth too little, the smaller error."""
+        """Return the errors of the answers WRONG and NEARLY: of a share too much and too little, the smaller error."""
         origin = self.frozen if self.origin is None else self.origin
-        tenth = 0.1 * (self.found - origin)
+        way = self.found - origin
         zero = self.frozen if self.zero is None else self.zero
-        made = {"frozen": [self.frozen], "zero": [zero], "tenth": [self.found - tenth, self.found + tenth]}
+        made = {"frozen": [self.frozen], "zero": [zero]}
+        made |= {name: [self.found - share * way, self.found + share * way] for name, share in SHARES.items()}
         shape = self.found.shape
         return {name: min(self._error(np.broadcast_to(one, shape)) for one in some) for name, some in made.items()}
 
     def _error(self, answer: np.ndarray) -> float:
-        """Return the error of a wrong answer, MOST if it cannot be measured."""
+        """Return the error of a wrong answer, UNMEASURABLE if it cannot be measured."""
         try:
             with np.errstate(all="ignore"):
                 value = float(self.error(answer))
         except (ArithmeticError, InputError, NotConverged):
-            return MOST
-        return min(value, MOST) if math.isfinite(value) else MOST
+            return UNMEASURABLE
+        return min(value, UNMEASURABLE) if math.isfinite(value) else UNMEASURABLE
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +67,8 @@ class Case:
     measure : meaning of the error of the answer that ``run`` returns for each of ``models``; it must not exceed
         ``bound``, and the errors of WRONG answers must
     declared : acceptable outcomes by model; ``stable`` for models that are not named
+    bounds : tighter bounds by model
+    blunt : models whose own error lets no bound fail NEARLY
     """
 
     name: str
@@ -73,6 +80,8 @@ class Case:
     models: Collection[str]
     declared: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     source: str = "palpate"
+    bounds: Mapping[str, float] = field(default_factory=dict)
+    blunt: Collection[str] = ()
 
     def acceptable(self, model: str) -> tuple[str, ...]:
         """Return the outcomes declared for a model."""
@@ -90,10 +99,12 @@ def judge(case: Case, model: str) -> dict:
     """Return the row of one model in one case: the outcome, and whether it was declared.
 
     Every exception except InputError and NotConverged is judged ``wrong``, since a crash does not count as a refusal;
-    FloatingPointError is judged ``nan``. ``message`` : the text of the exception; ``frozen``, ``zero`` and ``tenth`` :
-    the errors of these answers, empty without one; ``sharp`` : whether all are beyond the bound, empty unless stable
+    FloatingPointError is judged ``nan``. ``message`` : the text of the exception; ``frozen``, ``zero``, ``tenth`` and
+    ``twentieth`` : the errors of these answers, empty without one; ``sharp`` : whether those of WRONG are beyond the
+    bound, empty unless stable
     """
-    value, message, wrong = math.nan, "", dict.fromkeys(WRONG, math.nan)
+    value, message, wrong = math.nan, "", dict.fromkeys((*WRONG, NEARLY), math.nan)
+    bound = case.bounds.get(model, case.bound)
     try:
         answer = case.run(model)
         finite(answer.found)
@@ -108,8 +119,8 @@ def judge(case: Case, model: str) -> dict:
     except Exception as error:
         outcome, message = "wrong", f"{type(error).__name__}: {error}"
     else:
-        outcome = "nan" if not math.isfinite(value) else "stable" if value <= case.bound else "wrong"
-    sharp = all(error > case.bound for error in wrong.values()) if outcome == "stable" else None
+        outcome = "nan" if not math.isfinite(value) else "stable" if value <= bound else "wrong"
+    sharp = all(wrong[name] > bound for name in WRONG) if outcome == "stable" else None
     return {
         "case": case.name,
         "source": case.source,
@@ -118,7 +129,7 @@ def judge(case: Case, model: str) -> dict:
         "outcome": outcome,
         "measure": case.measure,
         "value": value,
-        "bound": case.bound,
+        "bound": bound,
         **wrong,
         "sharp": sharp,
         "declared": " or ".join(case.acceptable(model)),

@@ -95,7 +95,7 @@ def learnt() -> list[Case]:
 
     def case(name, scene, times=1.0, models=MODELS, declared=None, **samples):
         expected, run = "the answer, or it is told" if declared else "the answer", partial(_asked, times, samples)
-        return Case(f"learnt_{name}", scene, expected, MEASURE, 0.03, run, models, declared or {})
+        return Case(f"learnt_{name}", scene, expected, MEASURE, 0.015, run, models, declared or {})
 
     return [
         case("as_sampled", "a bar's end is pressed as a sample has pressed it"),

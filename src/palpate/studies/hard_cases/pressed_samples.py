@@ -14,7 +14,7 @@ from palpate.models.enrichment.features import FEATURES, kinds
 from palpate.models.enrichment.fitting import Training
 from palpate.models.enrichment.methods import METHODS as REGISTERED
 from palpate.models.enrichment.methods import build
-from palpate.models.enrichment.paper_enrichment import WEIGHTS, Blend, Known
+from palpate.models.enrichment.paper_enrichment import WEIGHTS, Blend, DescribedSamples
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.hard_cases.stage import SOFT
@@ -71,7 +71,7 @@ def blends(db: Database, train: np.ndarray, sigma: float | dict[str, float], set
     )
     found = {}
     for name, features in kinds(db, settings.neighbours).items():
-        known = Known(features, training, settings)
+        known = DescribedSamples(features, training, settings)
         for kind in WEIGHTS:
             blend = f"{name}_{kind}"
             width = sigma[blend] if isinstance(sigma, dict) else sigma * known.scale

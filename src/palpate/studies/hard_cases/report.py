@@ -30,6 +30,7 @@ def numbers(report: Report) -> dict[str, Any]:
         "answers": int(table["value"].notna().sum()),
         "reasons": _reasons(table),
         "sharp": int((sharp == "True").sum()),
+        "sharper": int((table["twentieth"] > table["bound"])[table["outcome"] == "stable"].sum()),
         "stable": len(sharp),
         "outcomes": {_outcome(name): number for name, number in table["outcome"].value_counts().items()},
         "locking": {spaced(str(name)): share for name, share in locked.items()},

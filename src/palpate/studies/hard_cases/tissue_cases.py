@@ -138,11 +138,11 @@ def organs() -> list[Case]:
     """Return the declared cases of this family."""
     return [
         Case("ct_thick_slices", "a ball in slices ten times as thick as the pixels", "its volume and mass", VOLUME,
-             0.05, lambda model: _ball([0.001, 0.001, 0.01], 20.0), ("segmentation",)),
+             0.05, lambda model: _ball([0.001, 0.001, 0.01], 20.0), ("segmentation",), blunt=("segmentation",)),
         Case("ct_noise", "a ball in noise of half the contrast", "its volume and mass", VOLUME, 0.05,
-             lambda model: _ball([0.002, 0.002, 0.002], 80.0), ("segmentation",)),
+             lambda model: _ball([0.002, 0.002, 0.002], 80.0), ("segmentation",), blunt=("segmentation",)),
         Case("ct_bridge", "a ball that a rod of 4 mm joins to another", "the volume and mass of one ball", VOLUME,
-             0.05, lambda model: _ball([0.0015, 0.0015, 0.0015], 20.0, bridge=True), ("segmentation",)),
+             0.03, lambda model: _ball([0.0015, 0.0015, 0.0015], 20.0, bridge=True), ("segmentation",)),
         Case("ct_of_one_value", "an image of air alone", "refused: no voxel in the range", VOLUME, 0.05,
              lambda model: _empty(), ("segmentation",), {"segmentation": ("refused",)}),
         Case("search_where_most_diverge", "moduli of six nodes; one individual in twenty does not diverge",

@@ -25,10 +25,10 @@ class Settings(Block):
         "Poisson's ratios that are compared with the body's own, under its own law and with its Young's modulus",
         [0.3, 0.49],
     )
-    contacts: Count = key("Contacts of each body, spread evenly over what of its surface can be pressed", 2)
+    contacts: Count = key("Contacts of each body: half spread evenly over what can be pressed, half drawn by area", 2)
     depths: Distinct[Annotated[Positive, Field(le=0.5)]] = key(
         "Largest displacements of the presses at each contact, as shares of the body's longest side",
-        [0.01, 0.05, 0.1],
+        [0.01, 0.1],
         min_length=2,
     )
     radius_m: Positive = key("Radius [m] of the disc that is pressed", 0.03)

@@ -125,7 +125,7 @@ def _vector(values: list[float]) -> np.ndarray:
     return np.array(values, dtype=float)
 
 
-ON, NEAR, WIDE, SHORT = 0.01, 0.2, 0.5, 0.01
+ON, NEAR_SURFACE, WIDE, SHORT = 0.01, 0.2, 0.5, 0.01
 """Shares of the body's size: how far a load may be from the surface and a marker may stand off it, how wide a disc may
 be, and how long a line is at least."""
 POINTS = 21
@@ -150,7 +150,7 @@ def check_places(experiment: Experiment, body: Body, away: Away) -> None:
     box = f"{body.name}, which reaches from {_words(nodes.min(axis=0))} to {_words(nodes.max(axis=0))} m"
     for marker in experiment.markers:
         off = float(away(marker.at_m[None])[0])
-        if off > NEAR * body.fine.size:
+        if off > NEAR_SURFACE * body.fine.size:
             raise InputError(
                 f"{place}.markers.{marker.name}.at_m is {off:.3g} m off the surface of {box}; "
                 "give its place at rest in that frame, in metres."

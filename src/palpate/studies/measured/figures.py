@@ -14,13 +14,13 @@ from palpate.studies.measured.experiment import GIVEN
 
 QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping", "creep_m": "creep"}
 """The quantities that are drawn, and the titles of their panels."""
-BAND = "#e3ebf2"
+WIDE, BAND = "#f1f4f7", "#d5e1ec"
 ROW = 0.19  # [inch]
 
 
 @style.figure("measured", tables=("measured",))
 def draw_measured(measured, *, scene: str) -> Figure:
-    """Draw every model's errors in one experiment; the band is as wide as repeats of the measurement differ.
+    """Draw every model's errors in one experiment; dark: as repeats differ; light: its uncertainty.
 
     measured : the table of this name; scene : the experiment. Cases that nobody measured have no errors, and no panels.
     """
@@ -66,6 +66,8 @@ def _panel(axis: Axes, rows: pd.DataFrame, kinds: pd.DataFrame) -> None:
         axis.text(0.5, 0.5, "not measured", transform=axis.transAxes, ha="center", color=style.FAINT)
         return
     apart = float(np.nan_to_num(seen["repeat"].iloc[0])) / abs(float(seen["measured"].iloc[0]))
+    known = 100.0 * float(np.nan_to_num(seen["uncertainty"].max()))
+    axis.axvspan(-known, known, color=WIDE, lw=0, zorder=0)
     axis.axvspan(-50 * apart, 50 * apart, color=BAND, lw=0, zorder=0)
     axis.text(0.98, 0.01, f"repeats: {percent(apart)}", transform=axis.transAxes, ha="right", color=style.FAINT)
     axis.axvline(0.0, color=style.INK, lw=0.8)
@@ -81,7 +83,8 @@ def _handles(rows: pd.DataFrame) -> list:
     calibrated = [case for case in dict.fromkeys(rows["calibrated"]) if case != GIVEN]
     handles = [_dot("white", "Young's modulus as given")]
     handles += [_dot(style.INK, f"fitted to {spaced(case)} alone (× what was fitted)") for case in calibrated]
-    return [*handles, Patch(color=BAND, label="range of the repeats")]
+    bands = {BAND: "range of the repeats", WIDE: "standard uncertainty of the measurement"}
+    return [*handles, *(Patch(color=colour, label=label) for colour, label in bands.items())]
 
 
 def _dot(face: str, label: str) -> Line2D:

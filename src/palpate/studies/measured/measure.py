@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.studies.measured.experiment import GIVEN, Experiment, check_places
-from palpate.studies.measured.predict import ALL, Predictor, Row, creep_rows, damping_rows
+from palpate.studies.measured.predict import ALL, Predictor, Row, axis_down, creep_rows, damping_rows
 from palpate.studies.measured.records import Observed, observe_all
 from palpate.studies.measured.release import release_rows
 from palpate.studies.measured.specimen import FemSpecimen, Specimen, SpringSpecimen, off_surface
@@ -68,6 +69,7 @@ MEASURED = Table(
     quantity: sink_m and move_m of markers [m], frequency_hz [Hz], damping_ratio, creep_m [m], creep_s [s]
     measured repeat: mean of the repeats, and the widest difference between two
     predicted error: what the model says, and its error relative to what was measured
+    uncertainty: standard uncertainty of that error, by the misfit of the held states and how far repeats differ
     experiment marker: an experiment, and a marker or "all" for their mean
     fitted: whether the value was fitted
     young_pa poisson law nodes: Young's modulus [Pa], Poisson's ratio, law, and number of nodes of the model
@@ -96,8 +98,34 @@ def measure(experiment: Experiment, body: Body, settings: Mapping[str, Any], pro
     table["fitted"] = table["fitted"].eq(True)
     table["message"] = table["message"].fillna("")
     table["misfit_m"] = table["case"].map({name: seen.misfit_m for name, seen in observed.items()}).astype(float)
+    table["uncertainty"] = uncertainties(table, experiment, observed)
     _warn(experiment, table, body.fine.size)
     return table[MEASURED.columns]
+
+
+POWERS_OF_SOFTNESS = {"sink_m": 1.0, "move_m": 1.0, "frequency_hz": -0.5}
+"""Powers of the softness that predictions of small deflections are proportional to; large ones change less."""
+
+
+def uncertainties(table: pd.DataFrame, experiment: Experiment, observed: Mapping[str, Observed]) -> pd.Series:
+    """Return the standard uncertainty of each ``error``; NaN where a value is fitted or no such power is known.
+
+    Places are as uncertain as the held state, frequencies as half of the range of repeats. A fitted softness is as
+    uncertain as the way that it was fitted to, and with it what is predicted of other cases; the two are independent,
+    as a body is held anew in each case.
+    """
+    power = table["quantity"].map(POWERS_OF_SOFTNESS).where(~table["fitted"])
+    held = table["case"].map({name: seen.uncertainty_m for name, seen in observed.items()}).astype(float)
+    own = held.where(table["quantity"].isin(["sink_m", "move_m"]), 0.5 * table["repeat"].fillna(0.0).astype(float))
+    share, fitted = 0.0, experiment.fitted
+    if fitted is not None:
+        moves = observed[fitted.name].moves
+        assert moves is not None  # it was fitted to them
+        way = float((moves @ axis_down(observed[fitted.name].down)).mean())
+        share = observed[fitted.name].uncertainty_m / abs(way)
+    passed_on = power.abs() * table["predicted"].astype(float).abs() * share
+    passed_on = passed_on.where(table["calibrated"].ne(GIVEN) & power.notna(), 0.0)
+    return np.hypot(own, passed_on).where(power.notna()) / table["measured"].astype(float).abs()
 
 
 def _of(candidate: Candidate, experiment: Experiment, observed: dict[str, Observed]) -> Iterator[Row]:

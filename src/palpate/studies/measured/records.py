@@ -182,8 +182,9 @@ class Seen:
     """One repeat, in the body's frame.
 
     along : (n,) [m] the mean way of the markers at ``times`` (n,) [s], in the direction in which they settle
-    moves : (m, 3) [m] of the markers that are compared, from the held state to the settled one; down : (3,) the
-    direction of gravity; misfit_m : of the registration [m]; swing : None if it was not looked for
+    moves : (m, 3) [m] of the markers that are compared, from the held state to the settled one, less the mean move of
+    the fixed ones; down : (3,) the direction of gravity; misfit_m : of the registration [m]; swing : None if it was
+    not looked for
     """
 
     times: np.ndarray
@@ -217,6 +218,15 @@ class Observed:
         return float(np.mean([swing.creep_m for swing in self.swings])) if self.swings else 0.0
 
     @property
+    def uncertainty_m(self) -> float:
+        """The standard uncertainty [m] of how far markers sink: the misfit in one direction.
+
+        The model begins straight, and markers of the held body are off their places then by the misfit. All markers of
+        all repeats share how the body was held, so that means over them are as uncertain.
+        """
+        return (self.misfit_m or 0.0) / np.sqrt(3.0)
+
+    @property
     def misfit_m(self) -> float | None:
         """The largest misfit [m] of the repeats' frames; None without repeats."""
         return max((seen.misfit_m for seen in self.repeats), default=None)
@@ -236,6 +246,8 @@ def observe_all(experiment: Experiment) -> dict[str, Observed]:
 def follow(file: str, experiment: Experiment) -> Seen:
     """Read a file, register it by all markers of its held state, and follow those that are compared.
 
+    A clamp gives way: the mean move of the fixed markers is subtracted. Their turn, which three markers side by side
+    hardly show, is not.
     Raises InputError if the file is no record of the markers, if these do not fit their places at rest, and if they
     move before the release.
     """
@@ -247,7 +259,9 @@ def follow(file: str, experiment: Experiment) -> Seen:
     frame = register(held, np.array([marker.at_m for marker in experiment.markers]), file)
     compared = [i for i, marker in enumerate(experiment.markers) if not marker.fixed]
     before = frame.apply(held[compared])
-    moves = frame.apply(record.mean(end - experiment.settled_s, end)[compared]) - before
+    every = frame.apply(record.mean(end - experiment.settled_s, end)) - frame.apply(held)
+    fixed = [i for i, marker in enumerate(experiment.markers) if marker.fixed]
+    moves = every[compared] - (every[fixed].mean(axis=0) if fixed else 0.0)
     way = moves.mean(axis=0)
     along = (frame.apply(record.places[:, compared]) - before).mean(axis=1) @ _unit(way)
     whole, restless = float(np.linalg.norm(way)), float(np.ptp(along[record.times <= begin + experiment.held_s + 1e-9]))

@@ -8,12 +8,14 @@ import pandas as pd
 from palpate.report import tables
 from palpate.report.material import Report
 from palpate.report.model_looks import look
-from palpate.report.words import spaced
+from palpate.report.words import listed, spaced
 from palpate.studies.measured.experiment import GIVEN
 from palpate.studies.measured.figures import named
 
 TITLE = "Models beside a measured body"
 QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping ratio"}
+COVER = 2.0
+"""Standard uncertainties that an error may have and still agree with the measurement: 95 % of a normal distribution."""
 PLAIN = r"level=\d+"
 """The setting of a model without another law, Poisson's ratio or kind of motion."""
 OF_ONE_MESH = r"level=0( (law|poisson)=\S+)?"
@@ -75,10 +77,16 @@ def _predicted(rows: pd.DataFrame) -> dict[str, Any]:
                 "what": QUANTITIES[str(row.quantity)],
                 "case": spaced(str(row.case)),
                 "error": abs(row.error),
+                "uncertainty": row.uncertainty,
                 "coarser": None if beside is None else (abs(beside["error"]), int(beside["nodes"])),
             }
         )
-    return {"predicted": predicted, "fitted": spaced(str(model["calibrated"].iloc[0])) if len(model) else ""}
+    excluded = [f"the {row['what']} of {row['case']}" for row in predicted if row["error"] > COVER * row["uncertainty"]]
+    return {
+        "predicted": predicted,
+        "excluded": listed(excluded),
+        "fitted": spaced(str(model["calibrated"].iloc[0])) if len(model) else "",
+    }
 
 
 def _errors(rows: pd.DataFrame, name=lambda row: "") -> list[dict[str, Any]]:

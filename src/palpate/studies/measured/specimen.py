@@ -139,7 +139,7 @@ def _places(mesh: Mesh, weight: Weight, order: int) -> tuple[sparse.csr_array, n
     return up, areas / areas.sum()
 
 
-LEAST = 0.02
+LEAST_RADIUS = 0.02
 """Least radius of a marker's patch, as a share of the body's size: for markers that are on the surface itself."""
 
 
@@ -160,7 +160,7 @@ class Carried:
     def _patch(mesh: Mesh, rest: np.ndarray, place: np.ndarray, order: int) -> tuple:
         """Return the map to the patch's points, their shares (k,), places (k, 3) seen from their mean, and that."""
         foot = (nearest_points(mesh, place[None], order) @ rest)[0]
-        radius = max(float(np.linalg.norm(place - foot)), LEAST * mesh.size)
+        radius = max(float(np.linalg.norm(place - foot)), LEAST_RADIUS * mesh.size)
         up, weights = disc_points(mesh, foot, radius, order)
         shares, points = weights / weights.sum(), up @ rest
         middle = shares @ points

@@ -112,7 +112,7 @@ TAG = 1
 """Tag of the ball; the slab around it has the next."""
 DENSITY_KG_M3 = 1000.0
 """Density, which has no effect on a press."""
-IN_BALL, UNDER_FINGER, FAR = 0.4, 0.4, 0.2
+IN_BALL, UNDER_FINGER, COARSENED = 0.4, 0.4, 0.2
 """Lengths of edges as shares of the ball's radius, the finger's, and the slab's height."""
 
 
@@ -160,7 +160,7 @@ def _mesh(gmsh: Any, sizes: np.ndarray, center: np.ndarray, radius: float, finge
     for number, volume in enumerate(volumes, start=TAG):
         gmsh.model.addPhysicalGroup(3, [volume], number)
     near = [(center, radius, IN_BALL * radius), (middle, finger, UNDER_FINGER * finger)]
-    set_sizes(gmsh, near, FAR * sizes[2])
+    set_sizes(gmsh, near, COARSENED * sizes[2])
     for option in ("MeshSizeFromPoints", "MeshSizeExtendFromBoundary", "MeshSizeFromCurvature"):
         gmsh.option.setNumber(f"Mesh.{option}", 0)
     gmsh.model.mesh.generate(3)

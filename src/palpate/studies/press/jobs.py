@@ -1,4 +1,4 @@
-"""What the rules of the study call; palpate.studies.jobs says how."""
+"""Functions that the rules of workflow/rules/press.smk call; palpate.studies.jobs says how."""
 
 from pathlib import Path
 

@@ -36,4 +36,7 @@ def _of(body: str, rows: pd.DataFrame) -> dict[str, Any]:
         }
     ).replace({np.nan: None})
     names = {"key": body, "name": spaced(body), "models": shown}
-    return names | {key: modes[key] for key in ("contacts", "samples", "rmse_of_peak", "online_median_s", "doubted")}
+    return names | {
+        key: modes[key]
+        for key in ("contacts", "samples", "rmse_of_peak", "error_of_peak", "online_median_s", "doubted")
+    }

@@ -135,10 +135,10 @@ def samples(count: int, meter: "Meter") -> Size:
 def _paper(db: "Database", training: "Training", settings: "FitOptions", meter: "Meter") -> None:
     """Measure contact-ordered features and non-negative weights (a), with σ by cross-validation."""
     from palpate.models.enrichment.features import kinds
-    from palpate.models.enrichment.paper_enrichment import Blend, Known
+    from palpate.models.enrichment.paper_enrichment import Blend, DescribedSamples
 
     def prepare() -> Blend:
-        known = Known(kinds(db, settings.neighbours)["ordered"], training, settings)
+        known = DescribedSamples(kinds(db, settings.neighbours)["ordered"], training, settings)
         return Blend(known, "nonnegative_a", known.choose_sigma("nonnegative_a"))
 
     blend = meter.once("paper 1: prepare", prepare)

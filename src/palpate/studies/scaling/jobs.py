@@ -1,4 +1,4 @@
-"""What the rules of the study call; palpate.studies.jobs says how."""
+"""Functions that the rules of workflow/rules/scaling.smk call; palpate.studies.jobs says how."""
 
 from palpate.run.job import powers, use_threads
 

@@ -13,7 +13,7 @@ import pandas as pd
 from palpate.studies.scaling import components
 from palpate.table import Table
 
-LARGEST = 4
+FITTED_SIZES = 4
 """Number of largest sizes over which an exponent is fitted: at smaller ones the cost of the call itself matters."""
 LEAST_MB = 10.0
 """Least memory [MB] that is considered: less is hidden in the memory that the process already had."""
@@ -26,7 +26,7 @@ def exponents(table: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for (component, stage), group in table.groupby(["component", "stage"], sort=False):
-        largest = group.sort_values("size").tail(LARGEST)
+        largest = group.sort_values("size").tail(FITTED_SIZES)
         held = largest[largest["memory_mb"] >= LEAST_MB]
         rows.append((component, stage, _slope(largest, "seconds"), _slope(held, "memory_mb")))
     return pd.DataFrame(rows, columns=["component", "stage", "seconds_exponent", "memory_exponent"])

@@ -6,7 +6,7 @@ import pandas as pd
 
 from palpate.report import tables
 from palpate.report.material import Report
-from palpate.studies.scaling.measure_scaling import LARGEST, exponents
+from palpate.studies.scaling.measure_scaling import FITTED_SIZES, exponents
 
 TITLE = "Scaling"
 
@@ -24,7 +24,7 @@ def numbers(report: Report) -> dict[str, Any]:
         "memory_gb": 1e-3 * largest["memory_mb"].max(),
         "power": press["seconds_exponent"],
         "power_of_first": _power_of_first(fem),
-        "fitted_over": LARGEST,
+        "fitted_over": FITTED_SIZES,
         "cores": int(cores.index.max()),
         "speedup": cores.loc[cores.index.min()] / cores.loc[cores.index.max()],
     }

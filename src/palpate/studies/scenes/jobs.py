@@ -1,4 +1,4 @@
-"""What the rules of the study call; palpate.studies.jobs says how."""
+"""Functions that the rules of workflow/rules/scenes.smk call; palpate.studies.jobs says how."""
 
 import pandas as pd
 

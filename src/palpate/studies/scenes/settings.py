@@ -9,7 +9,7 @@ from palpate.errors import InputError, suggest
 from palpate.files import check_file
 from palpate.own_file import EFFECT_FUNCTIONS, check_source
 from palpate.scenes.scene import bodies_in
-from palpate.scenes.scene_check import check_effects, check_instruments, check_stiffness
+from palpate.scenes.scene_check import check_effects, check_instruments, check_loads, check_stiffness
 from palpate.scenes.settings import Scene
 from palpate.setting_types import Name
 
@@ -23,6 +23,7 @@ def check(config: dict, file: Path) -> None:
         _check_bodies(place, scene, config["bodies"])
         _check_effects(place, scene, config["bodies"])
         check_instruments(place, scene)
+        check_loads(place, scene)
         _check_files(place, scene, file.parent)
 
 

@@ -175,7 +175,7 @@ KINDS = ("tetrahedra", "each_tetrahedron")
 QUICK_RATE_1_S, QUICK_STILL_M = 40.0, 1e-8
 """Decay of velocities [1/s] and movement in a step [m] with which the column comes to rest quickly, within 1e-6 m."""
 
-START_M, GROWN, STEPS, WITHIN = 1e-7, 1e3, 600, 1e-3
+START_M, GROWN, RUN_STEPS, WITHIN = 1e-7, 1e3, 600, 1e-3
 """Of the search for the least unstable α: the disturbance [m], the growth that counts as unstable, within so many
 steps, and the relative width at which the search ends."""
 
@@ -263,7 +263,7 @@ def _grows(body: Particles, matched: ShapeMatching) -> bool:
     disturbance = np.random.default_rng(0).normal(size=body.nodes.shape)
     disturbance[body.held] = 0.0
     x, v = body.nodes + START_M * disturbance, np.zeros_like(body.nodes)
-    for _ in range(STEPS):
+    for _ in range(RUN_STEPS):
         try:
             x, v = integrator.step(x, v, STEP_S)
         except NotConverged:

@@ -24,7 +24,7 @@ from palpate.table import Table
 
 MASS_KG, STIFFNESS_N_M, REST_M, SIZE_M = 0.04, 25.0, 1.0, 1e-5
 FREQUENCY = math.sqrt(STIFFNESS_N_M / MASS_KG)
-STEPS = np.geomspace(0.01, 100.0, 41)
+RELATIVE_STEPS = np.geomspace(0.01, 100.0, 41)
 """Values of h/sqrt(m/k) in the table."""
 LENGTH = 400
 """Number of steps of a simulation."""
@@ -52,7 +52,7 @@ def measure(alphas: list[float]) -> pd.DataFrame:
     for case in cases(alphas):
         integrator = case.integrator()
         stated, found = FREQUENCY * integrator.limit_s, _blow_up(case, integrator)
-        for step in STEPS:
+        for step in RELATIVE_STEPS:
             growth = math.exp(np.polyfit(np.arange(LENGTH), _sizes(case, integrator, step), 1)[0])
             rows.append((case.scheme, case.alpha, step, case.radius(step), growth, stated, found))
     return STABILITY.frame(rows)
@@ -134,12 +134,12 @@ def _sizes(case: Case, integrator: Integrator, step: float) -> np.ndarray:
 
 
 def _blow_up(case: Case, integrator: Integrator) -> float:
-    """Find the smallest h/sqrt(m/k), to 1e-4, at which a run grows by a factor of 1000; inf if none in STEPS' range.
+    """Find the smallest h/sqrt(m/k), to 1e-4, at which a run grows by a factor of 1000; inf if none does.
 
     At the double eigenvalue −1 the amplitude grows linearly, by a much smaller factor, which does not count.
     """
-    stable, unstable = math.log(STEPS[0]), math.log(STEPS[-1])
-    if _sizes(case, integrator, STEPS[-1])[-1] < math.log(1e3):
+    stable, unstable = math.log(RELATIVE_STEPS[0]), math.log(RELATIVE_STEPS[-1])
+    if _sizes(case, integrator, RELATIVE_STEPS[-1])[-1] < math.log(1e3):
         return math.inf
     while unstable - stable > 1e-4:
         middle = 0.5 * (stable + unstable)

@@ -58,13 +58,13 @@ def rotation_speedup(count: int = 20_000, seed: int = 0, repeats: int = 5) -> fl
 HEADLINE: dict[str, Any] = {"particles": 100, "clusters": 8, "mode": "quadratic", "objects": 100}
 """The case that the thesis ran at 50 steps a second."""
 
-FEWEST = 3000
+LEAST_PARTICLES = 3000
 """Least number of particles for the fit of exponents: below it the cost of calling compiled functions matters."""
 
 
 def exponents(table: pd.DataFrame) -> pd.DataFrame:
     """Fit the slope of log ms_per_step over log all_particles for objects of 100 particles, by mode and clusters."""
-    kept = table[(table["particles"] == 100) & (table["all_particles"] >= FEWEST)]
+    kept = table[(table["particles"] == 100) & (table["all_particles"] >= LEAST_PARTICLES)]
     rows = []
     for (mode, clusters), group in kept.groupby(["mode", "clusters"], sort=False):
         slope = np.polyfit(np.log(group["all_particles"]), np.log(group["ms_per_step"]), 1)[0]

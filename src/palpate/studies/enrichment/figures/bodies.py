@@ -41,7 +41,7 @@ _SIDE, _CAPTION, _GAP = 0.35, 0.62, 0.1  # [inch] for the body's name, for three
 
 @style.figure("mesh_levels")
 def draw_mesh_levels(bodies: list[Body]) -> Figure:
-    """Draw one row for each body, one column for each level; dark balls are held nodes."""
+    """Draw one row for each body, one column for each level; dark balls are nodes that are held or lie on a bed."""
     columns = max(len(body.levels) for body in bodies)
     views = render.same_scale([_view_of_levels(body) for body in bodies])
     aspect = views[0].width / views[0].height
@@ -52,12 +52,12 @@ def draw_mesh_levels(bodies: list[Body]) -> Figure:
     with render.Stage(_MESH_PIXELS, round(_MESH_PIXELS / aspect)) as stage:
         for number, (body, view) in enumerate(zip(bodies, views, strict=True)):
             bottom = height - (number + 1) * row + _CAPTION
-            for level, (mesh, anchors) in enumerate(zip(body.levels, body.anchors, strict=True)):
+            for level, mesh in enumerate(body.levels):
                 left = _SIDE + _MESH_INCHES * level
                 size = picture[0] / width, picture[1] / height
                 axis = figure.add_axes((left / width, bottom / height, *size), xticks=[], yticks=[])
                 axis.spines[:].set_visible(False)
-                panels.place(axis, stage.level(view, mesh, anchors), _level_caption(mesh, level))
+                panels.place(axis, stage.level(view, mesh, body.supported(level)), _level_caption(mesh, level))
                 if level == 0:
                     axis.set_ylabel(body.name.replace("_", " "), fontweight="bold")
     return figure
@@ -90,8 +90,8 @@ def draw_deformed_bodies(body: Body, database: Database, predictions: dict[str, 
     """Draw rest, fine FEM, coarse FEM and DEFORMED_BY, for ``rows`` test samples from small to large peak.
 
     predictions : of DEFORMED_BY, all for the same test samples. The colour scale is shared and ends at the largest
-    displacement of fine FEM in the samples shown; the arrow is the load, dark balls are held nodes, grey lines the
-    outline at rest. Displacements are to scale.
+    displacement of fine FEM in the samples shown; the arrow is the load, dark balls are held or lie on a bed, grey
+    lines the outline at rest. Displacements are to scale.
     """
     peaks = database.peaks
     chosen = _spread(predictions["detail_correction"].sample, peaks, database.contact, rows)
@@ -161,7 +161,7 @@ def _arrow(nodes) -> float:
 def _deformed(stage, view, body, database, i, state, limit) -> np.ndarray:
     """Render one panel, (height, width, 3) uint8."""
     rest = database.nodes_fine_surface
-    held = body.coarse.nodes[np.intersect1d(body.anchors[0], body.coarse.surface)]
+    held = body.coarse.nodes[np.intersect1d(body.supported(0), body.coarse.surface)]
     actors = [
         lambda s: _surface(s, body, database, state[0], state[1], limit),
         lambda s: s.dots(held, 0.07 * _arrow(rest)),
@@ -258,9 +258,9 @@ def camera(database, i, moved) -> render.View:
 
 
 def _coloured(stage, view, body, database, percent, moved, limits) -> np.ndarray:
-    """Render the body as fine FEM deforms it, coloured by error; dark balls are held nodes."""
+    """Render the body as fine FEM deforms it, coloured by error; dark balls are nodes that are held or lie on a bed."""
     rest = database.nodes_fine_surface
-    held = body.coarse.nodes[np.intersect1d(body.anchors[0], body.coarse.surface)]
+    held = body.coarse.nodes[np.intersect1d(body.supported(0), body.coarse.surface)]
     ball = 0.014 * float(np.ptp(rest, axis=0).max())
     clipped = np.maximum(percent, limits[0])
     return stage.picture(

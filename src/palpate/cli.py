@@ -45,7 +45,7 @@ def _parser() -> argparse.ArgumentParser:
     init = commands.add_parser("init", help="write a config.yaml for a mesh, or for a CT and perhaps its mask")
     _add_data(init).add_argument("--each", action="store_true", help="a config for each label, not one body of all")
     init.set_defaults(act=_init)
-    tried = commands.add_parser("try", help="the same, and run small settings of it at once: advice in a few minutes")
+    tried = commands.add_parser("try", help="the same, and run small settings of it at once: advice in minutes")
     _add_data(tried)
     tried.set_defaults(act=_try)
     press = commands.add_parser("press", help="open a body of a finished run in the browser, to be pressed")
@@ -61,7 +61,9 @@ def _parser() -> argparse.ArgumentParser:
     limit.add_argument(
         "--budget-ms", type=_positive, help="time for one answer, or one step [ms]: 16.7 for 60 pictures a second"
     )
-    limit.add_argument("--max-error", type=_share, help="largest mean error, as a share of the peak displacement")
+    limit.add_argument(
+        "--max-error", type=_share, help="largest error of nine answers in ten, as a share of the peak displacement"
+    )
     limit.add_argument(
         "--speed", type=_positive, help="of a scene that moves: seconds of motion in a second, such as 20"
     )
@@ -73,6 +75,9 @@ def _parser() -> argparse.ArgumentParser:
         help="another kind of load: a place never prepared, two contacts at once, a disc pushed to a depth; or all",
     )  # fmt: skip
     advise.add_argument("--results", default="results", metavar="DIR", help="folder that make has filled (results)")
+    advise.add_argument(
+        "--check", action="store_true", help="try the run's advice with other times, and at contacts held out"
+    )
     advise.set_defaults(act=_advise)
     export = commands.add_parser("export", help="write a prepared model to one file, for other programs")
     export.add_argument("--scene", required=True, help="a body and a regime of loads, such as liver_large")
@@ -88,7 +93,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_data(command: argparse.ArgumentParser) -> argparse._MutuallyExclusiveGroup:
-    """Add what says which data make a body, and how; return the group of what is made of a mask's labels."""
+    """Add the arguments that describe a body's data; return the group of those that exclude ``--regions``."""
     command.add_argument("data", help="a mesh, a CT as one file, or a folder of DICOM slices")
     command.add_argument("mask", nargs="?", help="a mask of the CT")
     command.add_argument("--label", nargs="+", default=[], metavar="L", help="numbers or names of the mask's labels")
@@ -204,9 +209,11 @@ def _share(text: str) -> float:
 
 
 def _advise(asked: argparse.Namespace) -> str:
-    from palpate.run.advise import advise, advise_any_load
+    from palpate.run.advise import advise, advise_any_load, check
 
     results = Path(asked.results)
+    if asked.check:
+        return check(results, asked.scene)
     if asked.load is not None:
         return advise_any_load(results, asked.scene, asked.load, asked.budget_ms, asked.max_error, asked.error)
     given = {"budgets_ms": asked.budget_ms, "max_errors": asked.max_error, "speeds": asked.speed}

@@ -1,7 +1,8 @@
-"""Choose what a first configuration assumes of a body: what holds it, how fine it is, and how it is pressed."""
+"""Choose what a first configuration assumes of a body: what it lies on, how fine it is, and how it is pressed."""
 
 import math
 import warnings
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -9,11 +10,12 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.make_body import make_body
-from palpate.bodies.mesh import TetMesh, components
-from palpate.bodies.surfaces.remeshed import NODES
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.supports import Bed, inner_nodes
 from palpate.bodies.surfaces.triangles import area_normals
 from palpate.errors import InputError
 from palpate.init.data import sides_of
+from palpate.init.likeness import Likeness, likeness
 
 MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}
 """Of soft tissue, unless the user knows better."""
@@ -21,47 +23,55 @@ MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}
 FINE_TETRAHEDRA = 50_000
 # contacts that samples press, and the least that can be divided into those to test, to choose by and to learn from
 PRESSED, LEAST_PRESSED = 24, 5
-# of the coarse mesh from a CT; more only if the shape cannot be had with fewer
-SURFACE_NODES = (140, 280, 560)
-# depths that are tried, as shares of the body's extent, and the share of the surface nodes that should be held
-DEPTHS, HELD = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3), 0.15
-# share of the surface's area that should be held, too: SOFA's liver, held by a strip of 6 % of it, hangs from its edge,
-# where elements converge so slowly that 2 of 12 truths are believed; held by 8, 14 or 18 % it has 9 to 12 of 12
-BROAD = 0.08
+# of a mesh that is made anew, tried in this order until the body has the shape of the data
+SURFACE_NODES = (140, 280, 560, 1120)
+# how much less like the data a body of fewer surface nodes may be, where none has its shape
+WORSE = 1.2
+# thickness of the tissue that the body lies on, as a share of its longest side: 10 mm of fat and ligaments under a
+# liver. Tissue as stiff as the body, and so thick, resists displacement by E / thickness
+BED_THICKNESS = 0.05
+# a side counts as the broadest if it has this share of the area of the broadest
+BROAD = 0.95
 # radius of a fingertip [m], and between which shares of the longest side it stays; that of a flat hand, as a share
 FINGERTIP, TIP_OF_SIZE, HAND = 0.012, (0.04, 0.15), 0.15
-# the largest displacement of the large regime, as a share of the longest side; less where a contact lies over a held
-# node, as no solver follows tissue that is pressed flat: this share of the way
+# the largest displacement of the large regime, as a share of the longest side; less where the body is thin, as no
+# solver follows tissue that is pressed flat: this share of the way to the bed
 PEAK, OF_WAY = 0.1, 0.4
 # displacements of the small regime against the large one's; the pressure of the deep one against Young's modulus
 SMALL, DEEP = 0.3, 0.25
 
 
 class Choice(NamedTuple):
-    """The body that results, its coarse mesh, its whole entry, the regimes that suit it, how many contacts it has."""
+    """The body that results, its coarse mesh, its whole entry, the regimes that suit it, how many contacts it has.
+
+    likeness : to the data, or None where the data's own mesh is used
+    """
 
     body: Body
     coarse: TetMesh
     entry: dict
     regimes: dict
     contacts: int
+    likeness: Likeness | None
 
 
-def choose(name: str, entry: dict, hold: str | None = None) -> Choice:
+def choose(name: str, entry: dict, hold: str | None = None, say: Callable[[str], object] = str) -> Choice:
     """Make the coarse mesh of an entry, choose the rest of the entry for it, and make the body; InputError if it fails.
 
     entry : the keys that say where the mesh comes from; paths as they can be opened from here
-    hold : the side that it is held on, as ``sides_of`` knows them; chosen if it is not given
+    hold : the side that it lies on, as ``sides_of`` knows them; chosen if it is not given
+    say : takes the words of each step, before it
     """
-    entry, coarse = _resolved(name, entry)
-    anchors = {"plane": _hold(name, coarse, sides_of(entry["kind"], hold))}
+    entry, coarse, like = _resolved(name, entry, say)
+    bed = _bed(name, coarse, sides_of(entry["kind"], hold), _too_few_nodes(entry, hold))
     refinements = 2 if 64 * len(coarse.tetrahedra) <= FINE_TETRAHEDRA else 1
-    chosen = entry | MATERIAL | {"refinements": refinements, "anchors": anchors}
+    chosen = entry | MATERIAL | {"refinements": refinements, "bed": bed}
+    say(f"a mesh that is refined {refinements} times")
     body = make_body(name, chosen)
     able = len(pressed_contacts(body, contacts_of(body)))
     if able < LEAST_PRESSED:
         raise InputError(f"{name}: its mesh has {able} nodes that can be pressed; give one with more triangles.")
-    return Choice(body, coarse, chosen, _regimes(body), min(PRESSED, able))
+    return Choice(body, coarse, chosen, _regimes(body), min(PRESSED, able), like)
 
 
 def _regimes(body: Body) -> dict:
@@ -76,20 +86,28 @@ def _regimes(body: Body) -> dict:
     }
 
 
-def _resolved(name: str, entry: dict) -> tuple[dict, TetMesh]:
-    """Make the coarse mesh with as many surface nodes as the shape needs; return the entry with that number, too."""
+def _resolved(name: str, entry: dict, say: Callable[[str], object]) -> tuple[dict, TetMesh, Likeness | None]:
+    """Make the coarse mesh with as few surface nodes as its shape needs; return the entry with that number, too."""
     if "surface_nodes" not in entry:
-        return entry, _coarse(name, entry)
-    if entry["kind"] == "file":  # chooses well without being told
-        mesh = _coarse(name, {key: value for key, value in entry.items() if key != "surface_nodes"})
-        return entry | {"surface_nodes": min(NODES, key=lambda count: abs(count - len(mesh.surface)))}, mesh
+        say("a mesh of the file's own surface")
+        return entry, _coarse(name, entry), None
+    found: list[tuple[dict, TetMesh, Likeness]] = []
     for count in SURFACE_NODES:
+        tried = entry | {"surface_nodes": count}
+        say(f"a mesh of {count} surface nodes")
         try:
-            return entry | {"surface_nodes": count}, _coarse(name, entry | {"surface_nodes": count})
+            mesh = _coarse(name, tried)
         except InputError as error:
-            if count == SURFACE_NODES[-1] or "surface_nodes" not in str(error):
+            if "surface_nodes" not in str(error) or (count == SURFACE_NODES[-1] and not found):
                 raise
-    raise AssertionError("the last count returns or raises")
+            continue
+        if found and 8 * len(mesh.tetrahedra) > FINE_TETRAHEDRA:
+            break
+        found.append((tried, mesh, likeness(mesh, tried)))
+        if found[-1][2].close:
+            break
+    least = min(like.penalty for _, _, like in found)
+    return next(each for each in found if each[2].penalty <= max(1.0, WORSE * least))
 
 
 def _coarse(name: str, entry: dict) -> TetMesh:
@@ -106,65 +124,65 @@ def rounded(value: float) -> float:
 
 
 def _way(body: Body) -> float:
-    """Find the shortest way [m] from a contact along its inward normal, within 45 degrees, to a held node."""
+    """Find the shortest way [m] from a contact along its inward normal, within 45 degrees, to what the body lies on."""
     mesh = body.coarse
     pressed = pressed_contacts(body, contacts_of(body))
-    ways = mesh.nodes[None, body.anchors[0]] - mesh.nodes[pressed, None]
+    under = body.anchors[0] if body.bed is None else inner_nodes(mesh, body.bed)
+    ways = mesh.nodes[None, under] - mesh.nodes[pressed, None]
     lengths = np.linalg.norm(ways, axis=2)
     inward = -np.einsum("cai,ci->ca", ways, mesh.normals[pressed]) > lengths * math.sqrt(0.5)
     return float(lengths[inward].min(initial=np.inf))
 
 
-def _hold(name: str, mesh: TetMesh, sides: list[tuple[str, str]]) -> dict:
-    """Choose the plane that holds the body on one of ``sides``, the flattest broad one: most area in the least depth.
+def _too_few_nodes(entry: dict, hold: str | None) -> str:
+    """Say what is wrong and what to do if the body can lie on none of the sides that it may lie on."""
+    if hold is not None:
+        return f"its side {hold} has too few nodes to lie on; give another side, or none"
+    if entry["kind"] != "ct":
+        return "no side of it has enough nodes to lie on; give a mesh with more triangles"
+    remedy = "give another side with --hold"
+    if "mask" not in entry and "threshold_hu" in entry:
+        low, high = entry["threshold_hu"]
+        remedy += (
+            f", or, if the largest piece between {low:g} and {high:g} is not the organ (in a whole CT it seldom is), a "
+            "mask or a --threshold of its own"
+        )
+    return f"its back, on which an organ in an image lies, has too few nodes for that; {remedy}"
 
-    Trap: a body that is held at two places is an arch, which snaps through when it is pressed between them; so one
-    patch is preferred.
+
+def _bed(name: str, mesh: TetMesh, sides: list[tuple[str, str]], fault: str) -> dict:
+    """Choose the bed under all that faces the broadest of ``sides``; raise InputError with ``fault`` if there is none.
+
+    An organ lies on soft tissue. Trap: nailed nodes end at a rim where stress is singular, so that elements converge by
+    the order of 1 only; springs that fade do not.
     """
-    planes = [plane for axis, side in sides for plane in _planes(mesh, axis, side)]
-    if not planes:
-        if len(sides) == 1:
-            raise InputError(f"{name}: that side of it has too few nodes to be held; give another side, or none.")
-        raise InputError(f"{name}: no side of it has enough nodes to be held; give a mesh with more triangles.")
-    return min(planes, key=lambda plane: (plane.patches, plane.narrow, plane.share, -plane.area)).rule
+    beds = [_under(mesh, axis, side) for axis, side in sides]
+    areas = np.array([area for _, area in beds])
+    bed = beds[int(np.argmax(areas >= BROAD * areas.max()))][0]
+    points = mesh.nodes[inner_nodes(mesh, bed)]
+    if len(points) < 3 or np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1] < 0.1 * mesh.size:
+        raise InputError(f"{name}: {fault}.")
+    sphere = {"center_m": [float(f"{x:.4g}") for x in bed.center_m], "radius_m": bed.radius_m}
+    assert bed.facing is not None
+    facing = [int(x) for x in bed.facing]
+    return {"sphere": sphere, "facing": facing, "stiffness_n_m3": bed.stiffness_n_m3}
 
 
-class _Plane(NamedTuple):
-    """A rule, its depth as a share of the extent, and what it holds: area in the plane [m²], number of patches.
+def _under(mesh: TetMesh, axis: str, side: str) -> tuple[Bed, float]:
+    """Return a bed under all that faces a side, and the area [m²] of that, seen along the axis.
 
-    narrow : whether it holds less of the surface than it should
+    Its middle is that of the triangle nearest to the mean of all.
     """
-
-    rule: dict
-    share: float
-    area: float
-    patches: int
-    narrow: bool
-
-
-def _planes(mesh: TetMesh, axis: str, side: str) -> list[_Plane]:
-    """List the planes on a side, deeper and deeper, that hold it well."""
-    number = "xyz".index(axis)
-    along = mesh.nodes[mesh.surface, number] * (1 if side == "min" else -1)
-    distance = along - along.min()
-    whole = np.linalg.norm(area_normals(mesh.nodes, mesh.triangles), axis=1).sum()
-    found = []
-    for share in DEPTHS:
-        depth = rounded(share * distance.max())
-        held = mesh.surface[distance <= depth]
-        points = mesh.nodes[held] - mesh.nodes[held].mean(axis=0)
-        broad = np.linalg.svd(points, compute_uv=False)[1] > 0.1 * mesh.size if len(held) >= 3 else False
-        if broad and len(held) >= HELD * len(mesh.surface):
-            triangles = mesh.triangles[np.isin(mesh.triangles, held).all(axis=1)]
-            areas = area_normals(mesh.nodes, triangles)
-            narrow = bool(np.linalg.norm(areas, axis=1).sum() < BROAD * whole)
-            area = float(np.abs(areas[:, number]).sum()) / 2
-            rule = {"axis": axis, "side": side, "depth_m": depth}
-            found.append(_Plane(rule, share, area, _patches(mesh, held), narrow))
-    return found
-
-
-def _patches(mesh: TetMesh, held: np.ndarray) -> int:
-    """Count the connected pieces of the held nodes."""
-    both = np.searchsorted(held, mesh.edges[np.isin(mesh.edges, held).all(axis=1)])
-    return int(components(both, len(held)).max()) + 1
+    facing = np.zeros(3)
+    facing["xyz".index(axis)] = 1.0 if side == "max" else -1.0
+    stiffness = MATERIAL["young_pa"] / (BED_THICKNESS * mesh.size)
+    endless = Bed(mesh.nodes.mean(axis=0), np.inf, float(f"{stiffness:.2g}"), facing)
+    turned = mesh.triangles[endless.faces(mesh.nodes, mesh.triangles)]
+    if not len(turned):
+        return endless, 0.0
+    areas = 0.5 * area_normals(mesh.nodes, turned) @ facing
+    middles = mesh.nodes[turned].mean(axis=1)
+    mean = np.average(middles, axis=0, weights=areas)
+    center = middles[np.argmin(np.linalg.norm(middles - mean, axis=1))]
+    reach = float(np.linalg.norm(mesh.nodes[np.unique(turned)] - center, axis=1).max())
+    return Bed(center, rounded(1.01 * reach), endless.stiffness_n_m3, facing), float(areas.sum())

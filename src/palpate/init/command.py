@@ -3,18 +3,22 @@
 import shlex
 import shutil
 import sys
+import threading
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from os.path import relpath
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 
 from palpate.errors import InputError
 from palpate.files import write_whole
 from palpate.init.choose import Choice, choose
-from palpate.init.config_text import config_text
+from palpate.init.config_text import config_text, lies_on
 from palpate.init.data import Data, body_name, labels_of, recognise
+from palpate.init.likeness import Likeness
 from palpate.studies.enrichment.figures import bodies
 
 ROOT = Path(__file__).parents[3]
@@ -37,7 +41,7 @@ def init(
 
     folder : where to; by default one beside the data that has the body's name
     regions : whether all labels but the largest are regions of the body; mri : whether the image is an MRI
-    scale_m : length of a mesh file's unit [m]; hold : the side that is held; either is chosen if it is not given
+    scale_m : length of a mesh file's unit [m]; hold : the side that it lies on; either is chosen if it is not given
     Raises InputError if the data cannot be used or the file is there already; then nothing is written.
     """
     data = recognise(paths, label, threshold_hu, regions, mri, scale_m)
@@ -62,9 +66,9 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
 
     Raises InputError if there can be no such body, or nothing can be written.
     """
-    with warnings.catch_warnings(record=True) as caught:
+    with warnings.catch_warnings(record=True) as caught, told("the data") as progress:
         warnings.simplefilter("always")
-        choice = choose(data.name, data.entry, hold)
+        choice = choose(data.name, data.entry, hold, progress.say)
     said = dict.fromkeys(str(warning.message) for warning in caught if warning.category is UserWarning)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -142,19 +146,68 @@ def _report(data: Data, choice: Choice, said: list[str], file: Path, hold: str |
     sides = " × ".join(f"{side:.3g}" for side in np.ptp(choice.coarse.nodes, axis=0))
     volume = f"{1e6 * choice.coarse.volumes.sum():.4g} mL"
     meshes = " and ".join(f"{len(mesh.tetrahedra)}" for mesh in (body.coarse, body.fine))
-    plane = entry["anchors"]["plane"]
     radius = f"{1e3 * choice.regimes['small']['radius_m']:.3g} mm"
-    end = "largest" if plane["side"] == "max" else "smallest"
     how = "given   " if hold else "assumed "
     return [
         *(f"found    {line}" for line in data.found),
         f"found    a body of {sides} m and {volume}; {meshes} tetrahedra in its coarse and its fine mesh",
+        *_compared(choice.likeness),
         *(f"assumed  {line}" for line in data.assumed),
         *(f"warning: {line}" for line in data.warned),
-        f"{how} it is held where its {plane['axis']} is {end}, by {len(body.anchors[0])} coarse nodes"
-        + ("" if hold else "; else give --hold"),
+        f"{how} it {lies_on(choice)}{'' if hold else '; else give --hold'}",
         f"assumed  Young's modulus {entry['young_pa']} Pa, Poisson's ratio {entry['poisson']}, "
         f"density {entry['density_kg_m3']} kg/m³, a fingertip of {radius} radius",
         *(f"warning: {line}" for line in said),
-        f"wrote    {file.with_name(PICTURE)}, a picture of it; balls are what is held",
+        f"wrote    {file.with_name(PICTURE)}, a picture of it, with what it lies on",
     ]
+
+
+def _compared(like: Likeness | None) -> list[str]:
+    """Say how like the body is to the data."""
+    if like is None:
+        return []
+    about = (
+        f"the organ of the data has {1e6 * like.data_m3:.4g} mL, and the body {100 * like.volume:+.2g} % of that more; "
+        f"their surfaces are up to {1e3 * like.away_m:.2g} mm apart ({100 * like.away:.2g} % of the size)"
+    )
+    if like.close:
+        return [f"found    {about}"]
+    return [f"warning: {about}, as thin or sharp parts are lost; more surface_nodes hardly help"]
+
+
+EVERY_S = 4.0
+"""Time between two lines [s]; nobody should wonder for longer whether anything happens."""
+
+
+class Progress:
+    """The step that is being taken; ``step`` is its words."""
+
+    def __init__(self) -> None:
+        self.step, self._begun = "", perf_counter()
+
+    def say(self, step: str) -> None:
+        """Begin another step."""
+        self.step, self._begun = step, perf_counter()
+
+    def line(self) -> str:
+        """Return the step, and for how long it has been taken."""
+        return f"         {self.step}, {perf_counter() - self._begun:.0f} s so far"
+
+
+@contextmanager
+def told(first: str, every_s: float = EVERY_S) -> Iterator[Progress]:
+    """Print the step that is being taken in the block every few seconds, from ``first`` on."""
+    progress, over = Progress(), threading.Event()
+    progress.say(first)
+
+    def tick() -> None:
+        while not over.wait(every_s):
+            print(progress.line(), flush=True)
+
+    thread = threading.Thread(target=tick, daemon=True)
+    thread.start()
+    try:
+        yield progress
+    finally:
+        over.set()
+        thread.join()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from palpate.init.choose import Choice
+from palpate.init.choose import BED_THICKNESS, Choice
 from palpate.init.data import Data
 
 _HEAD = """\
@@ -31,15 +31,15 @@ regimes:  # how hard the body is pressed; every press ends where tissue would co
     peak_of_size: {large:g}  # {large_mm:.2g} mm; less where the pressure would exceed a quarter of Young's modulus
     radius_m: {hand_m:g}  # radius [m] of the disc that is pressed
 tradeoff:  # the study: each model, its error and its time
-  contacts: {contacts}  # places that are pressed; a fifth judges, a fifth chooses settings, the others are learnt from
+  contacts: {contacts}  # places that are pressed; two fifths judge, the others are learnt from
   presses:  # at each contact: shares of the regime's depth or pressure, and angles to the inward normal
     - {{magnitude: 1.0, tilt_degrees: 0}}  # straight
     - {{magnitude: 0.8, tilt_degrees: 45}}  # oblique
     - {{magnitude: 0.6, tilt_degrees: 20}}  # gentler
-  splits: [1]  # of five ways to divide the contacts; [1, 2, 3, 4, 5] shows how far advice depends on that
+  splits: [1]  # of five ways to divide the contacts; [1, 2, 3, 4, 5] judges models that learn at all contacts
   advice:  # for which times and errors a model is advised
     budgets_ms: [1, 16.7, 100]  # times of an answer [ms]: haptics, 60 pictures a second, an immediate reaction
-    max_errors: [0.05, 0.01, 0.001]  # mean errors, as shares of the peak displacement
+    max_errors: [0.05, 0.01, 0.001]  # of nine answers in ten, shares of the peak displacement
 press:  # the body in the report, to be pressed with the mouse or a finger
   radius_m: {hand_m:g}  # radius [m] of the disc that is pressed there
 """
@@ -56,7 +56,12 @@ _COMMENTS = {
 }
 
 
-_OTHERS = "    # instead of a plane: {sphere: {center_m: [x, y, z], radius_m: r}}, or {nodes: [numbers from 0]}\n"
+_BED = {
+    "sphere": "springs fade to its rim",
+    "facing": "only what faces this way, within 60 degrees, lies on it",
+    "stiffness_n_m3": "in the middle: Young's modulus over thickness of the tissue below [N/m³]",
+}
+_OTHERS = "    # instead of a bed, to nail it: anchors: {plane: {axis: z, side: min, depth_m: 0.01}}\n"
 
 
 def config_text(data: Data, choice: Choice, file: Path, command: str, schema: Path | None) -> str:
@@ -66,8 +71,11 @@ def config_text(data: Data, choice: Choice, file: Path, command: str, schema: Pa
     """
     line = f"# yaml-language-server: $schema={schema.as_posix()}\n" if schema else ""
     comments = _COMMENTS | data.comments | _chosen(choice)
-    lines = [f"    {key}: {_yaml(value, file.parent)}  # {comments[key]}\n" for key, value in choice.entry.items()]
-    body = "".join(lines).replace("    anchors:", f"{_OTHERS}    anchors:")
+    plain = {key: value for key, value in choice.entry.items() if key != "bed"}
+    lines = [f"    {key}: {_yaml(value, file.parent)}  # {comments[key]}\n" for key, value in plain.items()]
+    lines += [_OTHERS, f"    bed:  # {lies_on(choice)}\n"]
+    lines += [f"      {key}: {_yaml(choice.entry['bed'][key], file.parent)}  # {text}\n" for key, text in _BED.items()]
+    body = "".join(lines)
     parts = [
         _HEAD.format(schema=line, name=data.name, command=command),
         f"bodies:  # lower-case letters, digits and underscores name a body\n  {data.name}:  # {_size(choice)}\n{body}",
@@ -97,14 +105,19 @@ def _size(choice: Choice) -> str:
 
 def _chosen(choice: Choice) -> dict[str, str]:
     """Explain what was chosen for this body, by key."""
-    body, entry = choice.body, choice.entry
-    coarse, held = len(body.coarse.tetrahedra), len(body.anchors[0])
-    plane = entry["anchors"]["plane"]
-    end = "largest" if plane["side"] == "max" else "smallest"
+    coarse = len(choice.body.coarse.tetrahedra)
     return {
         "refinements": f"1:8 splits of the {coarse} coarse tetrahedra; each makes a run about 10 times as long",
-        "anchors": f"held: the {held} nodes within {1e3 * plane['depth_m']:g} mm of the {end} {plane['axis']}",
     }
+
+
+def lies_on(choice: Choice) -> str:
+    """Say in words what the body lies on."""
+    bed, size = choice.entry["bed"], choice.coarse.size
+    number = int(np.flatnonzero(bed["facing"])[0])
+    end = "largest" if bed["facing"][number] > 0 else "smallest"
+    thick = f"{1e3 * BED_THICKNESS * size:.2g} mm"
+    return f"lies where its {'xyz'[number]} is {end} on {thick} of tissue as stiff as itself"
 
 
 def _yaml(value: Any, folder: Path) -> str:

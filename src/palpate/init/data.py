@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from palpate.bodies.ct.image import FORMATS, read_labels
-from palpate.bodies.mesh_file import MeshFacts, in_words, inspect, other_units
+from palpate.bodies.ct.image import FORMATS, name_of_label, read_labels
+from palpate.bodies.mesh_file import ORGAN_M, UNITS, MeshFacts, in_words, inspect, other_units
 from palpate.errors import InputError
 
 _OF_MESH = {
@@ -39,6 +39,8 @@ def sides_of(kind: str, hold: str | None) -> list[tuple[str, str]]:
 
 # length [m] that a mesh gets whose unit cannot be guessed
 ASSUMED_M = 0.2
+# longest sides [units of the file] of organs in micrometres to metres, with a factor of 10 to spare at both ends
+POSSIBLE_UNITS = (0.1 * ORGAN_M[0], 10.0 * ORGAN_M[1] / UNITS["micrometre"])
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,7 @@ def labels_of(paths: Sequence[Path], label: Sequence[int | str]) -> tuple[Path, 
 
 def _mesh(path: Path, scale_m: float | None) -> Data:
     facts = inspect(path)
-    scale, how = _scale(facts, scale_m)
+    scale, how = _scale(path, facts, scale_m)
     entry = {"kind": "file", "path": path, "scale_m": scale}
     inside = f"{facts.tetrahedra} tetrahedra, {facts.nodes} nodes" if facts.tetrahedra else f"{facts.nodes} nodes"
     length = in_words(scale * facts.size)
@@ -121,7 +123,7 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
         "scale_m": f"length of the file's unit [m], {how}; the longest side is {length}",
     }
     if facts.remeshed:
-        entry |= {"surface_nodes": 140, "snap": True}
+        entry |= {"surface_nodes": 140, "snap": False}
     found = [f"{path}: {facts.kind}, {facts.triangles} triangles on the surface, {inside}"]
     data = Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, found, [])
     if scale_m is not None:
@@ -133,12 +135,18 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
     return replace(data, assumed=[assumed], warned=_doubts(path, facts, scale))
 
 
-def _scale(facts: MeshFacts, scale_m: float | None) -> tuple[float, str]:
+def _scale(path: Path, facts: MeshFacts, scale_m: float | None) -> tuple[float, str]:
     """Return the length of the file's unit [m], and how it is known."""
     if scale_m is not None:
         return scale_m, "given"
     if facts.scale_m is not None:
         return facts.scale_m, "guessed from the size"
+    if not POSSIBLE_UNITS[0] <= facts.size <= POSSIBLE_UNITS[1]:
+        raise InputError(
+            f"{path}: its longest side is {facts.size:.3g} units, an organ's in no unit from micrometres to metres; "
+            f"give --scale, the unit's length in metres ({ASSUMED_M / facts.size:.3g} makes it {in_words(ASSUMED_M)} "
+            "long)."
+        )
     return float(f"{ASSUMED_M / facts.size:.3g}"), "not known"
 
 
@@ -170,7 +178,9 @@ def _ct(image: Path, mask: Path | None, label: list[int | str], threshold_hu: Se
         if not threshold_hu:
             assumed.append("the organ is the largest piece between 30 and 120 HU; else give a mask or --threshold")
     entry |= {"surface_nodes": 140, "snap": False}
-    source = label[0] if label and isinstance(label[0], str) else (mask or image).name
+    first = label[0] if label else ""
+    name = name_of_label(mask, first) if mask is not None and isinstance(first, int) else first
+    source = name or (mask or image).name
     return Data(body_name(re.sub(r"(\.nii)?\.\w+$", "", str(source))), entry, comments, [], assumed)
 
 

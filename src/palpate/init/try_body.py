@@ -3,13 +3,15 @@
 Carry out ``palpate try``: what ``palpate init`` writes, run at once on small settings.
 """
 
+import ctypes
 import os
 import re
 import shlex
 import signal
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from time import perf_counter
@@ -24,8 +26,8 @@ from palpate.init.data import Data
 from palpate.report import tables
 from palpate.report.advice_words import advice_list
 
-CONTACTS, PRESSES = 8, 2
-"""Places that are pressed, and presses at each; with fewer contacts bounds of errors say little."""
+CONTACTS, PRESSES = 12, 2
+"""Places that are pressed, and presses at each: a bound needs nine with a truth, or no error can be promised."""
 MODELS = ["linear_fem", "warped_compliance", "contact_modes", "fast_fem", "fem_p1", "fem_p2", "interpolation"]
 """Models that answer within 100 ms, or that others are measured by; those that learn need more contacts."""
 PRESS = {"contacts": 32, "modes": "columns", "samples": 4}
@@ -40,7 +42,7 @@ _MARK = "# palpate try wrote this and config.yaml: "
 
 
 def small_settings(config: dict[str, Any]) -> dict[str, Any]:
-    """Return what is asked of the body of a first configuration in a few minutes, on a mesh that is refined once."""
+    """Return what is asked of the body of a first configuration in a short run, on a mesh that is refined once."""
     regime = list(config["regimes"])[-1]
     tradeoff = config["tradeoff"]
     return {
@@ -87,10 +89,12 @@ def _digest(config: Path, text: str) -> str:
     return sha256(config.read_bytes() + text.encode()).hexdigest()[:16]
 
 
+PR_SET_PDEATHSIG = 1
+"""Of Linux' prctl: the signal that a process gets when its parent dies."""
 RUN = ROOT / "workflow/run.py"
 """Runs snakemake, as make does."""
 FEW = 3
-"""Presses that a mean error should have at least; eight contacts leave four for it."""
+"""Presses that a mean error should have at least; twelve contacts leave six for it, some perhaps without a truth."""
 
 
 def try_body(data: Data, paths: Sequence[Path], folder: Path | None, hold: str | None, again: str) -> str:
@@ -104,6 +108,11 @@ def try_body(data: Data, paths: Sequence[Path], folder: Path | None, hold: str |
     file = config_file(data, paths, folder)
     refuse_others(file.parent)
     begun = perf_counter()
+    print(
+        f"trying   {data.name}: meshes it, presses it at {CONTACTS} places at most, compares {len(MODELS)} models with "
+        "converged elements, and writes a report; how long that takes is said once its mesh is known",
+        flush=True,
+    )
     print(*write_config(data, file, hold), sep="\n", flush=True)
     small = write_small(file, run_of(file))
     print(f"wrote    {file}, and {small.name} with the small settings that are run now", flush=True)
@@ -137,7 +146,8 @@ def run_settings(file: Path, again: str) -> None:
     """
     where = ["--workflow-profile", str(ROOT / "profiles/default"), "--directory", str(file.parent.resolve())]
     command = [sys.executable, str(RUN), "snakemake", *where, "--configfile", str(file.resolve())]
-    run = subprocess.Popen(command, cwd=ROOT, env=os.environ | {"PALPATE_COMMAND": again})
+    run = subprocess.Popen(command, cwd=ROOT, env=os.environ | {"PALPATE_COMMAND": again}, preexec_fn=_ends_with_us())
+    print(f"running  as process {run.pid}, which Ctrl-C here ends, or: kill {run.pid}", flush=True)
 
     def stop(*_: object) -> None:
         run.terminate()
@@ -150,6 +160,14 @@ def run_settings(file: Path, again: str) -> None:
         signal.signal(signal.SIGTERM, before)
     if code:
         raise InputError(f"the run of {file} ended before its end; what it has is kept, and {again} goes on.")
+
+
+def _ends_with_us() -> Callable[[], object] | None:
+    """Return what has Linux end a process when the one that started it is killed; None elsewhere."""
+    if not sys.platform.startswith("linux"):
+        return None
+    prctl = ctypes.CDLL(None).prctl
+    return partial(prctl, PR_SET_PDEATHSIG, int(signal.SIGTERM))
 
 
 def _waited(run: subprocess.Popen) -> int:

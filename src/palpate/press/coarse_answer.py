@@ -16,7 +16,7 @@ from palpate.errors import InputError
 from palpate.files import write_whole
 from palpate.solvers.equilibrium import Equilibrium
 
-MOST = 420
+MOST_SURFACE_NODES = 420
 """Free coarse surface nodes beyond which the file would be larger than 6 MB; such a body goes without."""
 _ARRAYS = {"nodes": "<f4", "triangles": "<u4", "parents": "<u4", "weights": "<f4", "compliance": "<f4"}
 
@@ -88,7 +88,7 @@ class CoarseAnswer:
 def coarse_answer(body: Body, radius_m: float) -> CoarseAnswer | None:
     """Compute the answer of the coarse mesh of ``body`` to discs of ``radius_m`` [m]; None if it is too large."""
     surface, fine = np.setdiff1d(body.coarse.surface, body.anchors[0]), body.fine
-    if len(surface) > MOST:
+    if len(surface) > MOST_SURFACE_NODES:
         return None
     compliance = _compliance(body, surface)
     follows = body.prolongation[fine.surface][:, surface].tolil()

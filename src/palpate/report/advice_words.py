@@ -5,49 +5,56 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.advice import NONE, agreed, name, same_in
+from palpate.benchmark.advice import NONE, name
 from palpate.benchmark.advice_other_loads import doubts
-from palpate.benchmark.comparison import CLOSE, EQUAL, KINDS
+from palpate.benchmark.comparison import EQUAL, KINDS, TIED_TIMES, UNKNOWN
 from palpate.report.model_looks import label
 from palpate.report.words import percent, seconds, two_digits
 
 WHERE = {"rms": "of the peak displacement", "patch": "of the peak displacement at the patch"}
 """The meaning of each kind of error."""
 _UNIT = "on the machine that filled the tables"
+SAME = "the same"
+"""A cell of a table of advice like that on its left."""
 
 
-def lines(advice: pd.Series, rows: pd.DataFrame, splits: str = "") -> str:
+def lines(advice: pd.Series, rows: pd.DataFrame | None = None) -> str:
     """Return lines for the terminal about one row of advice.csv.
 
-    rows : its scene's and split's rows of accuracy_vs_time.csv, or its scene's of dynamic_accuracy.csv
-    splits : how many of them advise the same, if there are several
+    rows : of a scene that moves its rows of dynamic_accuracy.csv
     """
     head = f"{advice['scene']}, {limit(advice)}"
     if advice["model"] == NONE:
-        return _lines(f"{head}: none", because=advice["why"])
-    row = rows[(rows["model"] == advice["model"]) & (rows["setting"] == advice["setting"])].iloc[0]
-    before = f"{seconds(row['offline_s'])} of preparation" if row["offline_s"] > 0 else "nothing to prepare"
-    p95 = f"{seconds(advice['online_p95_s'])} at the 95th percentile, {_UNIT}"
-    if moves(advice):
+        return _lines(f"{head}: none", nearest=nearest(advice), because=advice["why"])
+    p95 = f"{seconds(advice['online_p95_s'])} at the 95th percentile"
+    if rows is not None:
+        row = rows[(rows["model"] == advice["model"]) & (rows["setting"] == advice["setting"])].iloc[0]
+        before = _prepared(row["offline_s"])
         told = row["estimate_of_peak"]
         found = {
             "error": moved_error(advice),
             "itself": f"says that it is wrong by {percent(told)}" if np.isfinite(told) else "",
             "bound": bounded(advice),
-            "speed": f"{pace(advice['times_life'])}, {seconds(1e-3 * row['ms_per_step'])} a step, {p95}",
+            "speed": f"{pace(advice['times_life'])}, {seconds(1e-3 * row['ms_per_step'])} a step, {p95}, {_UNIT}",
         }
     else:
         found = {
-            "error": f"{percent(error_of(advice))} {WHERE[advice['error']]} "
+            "error": f"{percent(error_of(advice))} {WHERE[advice['error']]} on average "
             f"({interval(advice)} in 90 % of draws of the test contacts); {_other_error(advice)}",
             "bound": bounded(advice),
-            "time": f"{seconds(row['online_median_s'])} an answer, {p95}",
+            "rejected": answered_without_truth(advice["rejected_answered"], advice["rejected"]),
+            "time": f"{seconds(advice['online_median_s'])} an answer (median), {p95}, "
+            f"{seconds(advice['online_max_s'])} for the slowest press, {_UNIT}",
         }
-        before += f", {row['memory_mb']:.3g} MB"
+        before = f"{_prepared(advice['offline_s'])}, {advice['memory_mb']:.3g} MB"
     share = percent(advice["margin"]) if advice["margin"] > 0 else "nothing"
     margin = f"{share} of the allowed {'time' if timed(advice) else 'error'} is left"
-    rest = {"margin": margin, "before": before, "agreed": splits, "because": advice["why"]}
+    rest = {"margin": margin, "before": before, "because": advice["why"]}
     return _lines(f"{head}: {name(advice)}", beware=exceeded(advice), **found, **rest)
+
+
+def _prepared(offline_s: float) -> str:
+    return f"{seconds(offline_s)} of preparation" if offline_s > 0 else "nothing to prepare"
 
 
 def any_load_lines(advice: pd.Series) -> str:
@@ -79,9 +86,9 @@ def _lines(head: str, **said: str) -> str:
 
 
 def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
-    """Return advice.csv as lines: each scene, and under it what to take for each limit, its error, bound and time.
+    """Return advice.csv as lines: each scene, and under it what to take for each limit, and what it costs.
 
-    kind : of the errors; advice is that of the first split, with how many others agree
+    kind : of the errors
     """
     advice = advice[advice["error"] == kind]
     if advice.empty:
@@ -89,32 +96,59 @@ def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
     width = max(len(limit(row)) for _, row in advice.iterrows())
     found = []
     for scene, rows in advice.groupby("scene", sort=False):
-        found.append(f"Advice for {scene} (mean error as a share {WHERE[kind]}; time of an answer):")
-        for _, asked in rows.groupby(["budget_ms", "max_error", "speed"], sort=False, dropna=False):
-            found.append(f"  {limit(asked.iloc[0]):{width}}  {_choice(asked.iloc[0])}{_agreed(asked)}")
-        # of moving scenes the reference's own error is that of its step, and is included; they have no interval
-        own = rows["reference_error"].max() if rows["error_low"].notna().any() else 0.0
-        if own > rows[[KINDS[kind], "max_error"]].min(axis=None):
+        found.append(f"Advice for {scene} (mean error as a share {WHERE[kind]}):")
+        found += [f"  {limit(row):{width}}  {_choice(row)}" for _, row in rows.iterrows()]
+        own = rows["reference_error"].max()
+        if rows[["times_life", "speed"]].notna().any(axis=None):
+            how = f"{percent(own)} wrong itself" if np.isfinite(own) else "wrong itself by nobody knows how much"
+            found.append(f"  Errors are from a standard that is {how}.")
+        elif np.isnan(own):
+            found.append(f"  Beware: {UNKNOWN}.")
+        elif own > rows[[KINDS[kind], "max_error"]].min(axis=None):
             found.append(f"  The truth is known to {percent(own)}: below that, models are tied.")
     return "\n".join(found).replace("\u00a0", " ")
 
 
-def _agreed(asked: pd.DataFrame) -> str:
-    same, splits = same_in(asked)
-    what = "none" if asked["model"].iloc[0] == NONE else "the same model"
-    return f" ({what} in {same} of {splits} splits)" if splits > 1 else ""
-
-
 def _choice(row: pd.Series) -> str:
     if row["model"] == NONE:
-        return f"none: {row['why']}"
-    if moves(row):
-        said = moved_cell(row)
-    else:
-        bound = f" (nine in ten below {percent(row['bound_of_peak'])})" if row["bound_of_peak"] > 0 else ""
-        error, time = percent(error_of(row)), seconds(row["online_p95_s"])
-        said = f"{label(row['model'], row['setting'])}: {error}{bound}, {time}"
+        return f"none; nearest {nearest(row)}" if row["nearest_risk"] >= 0 else f"none: {row['why']}"
+    said = moved_cell(row) if moves(row) else f"{label(row['model'], row['setting'])}: {cell(row)}"
     return f"{said} (beware: {more})" if (more := exceeded(row)) else said
+
+
+def cell(advice: pd.Series) -> str:
+    """Return error, bound, contacts, times, preparation and memory of a pressed scene's advice, in words."""
+    bound = f"nine in ten below {percent(advice['bound_of_peak'])}, " if advice["bound_of_peak"] > 0 else ""
+    rests = f"{bound}{advice['contacts']:.0f} contacts, {advice['presses']:.0f} presses"
+    time = f"{seconds(advice['online_median_s'])} (slowest press {seconds(advice['online_max_s'])})"
+    lost = answered_without_truth(advice["rejected_answered"], advice["rejected"])
+    return f"{percent(error_of(advice))} ({rests}) in {time}; {spent(advice)}{f'; {lost}' if lost else ''}"
+
+
+def answered_without_truth(answered: float, rejected: float) -> str:
+    """Say how many of the presses whose truth was ``rejected`` a setting answered; nothing where none was."""
+    if not rejected > 0:
+        return ""
+    return f"{answered:.0f} of {rejected:.0f} presses without a truth answered without a doubt"
+
+
+def spent(advice: pd.Series) -> str:
+    """Return what the model of a pressed scene's advice takes beforehand."""
+    return f"prepared in {seconds(advice['offline_s'])}, {advice['memory_mb']:.3g}\u00a0MB"
+
+
+def nearest(advice: pd.Series) -> str:
+    """Return what comes nearest to an error that nothing keeps, and what it risks; empty where nothing does."""
+    if pd.isna(advice["nearest"]):
+        return ""
+    who = label(advice["nearest"], advice["nearest_setting"])
+    if not np.isfinite(advice["nearest_bound"]):
+        return who
+    if not np.isfinite(advice["nearest_risk"]):
+        return f"{who}: {percent(advice['nearest_bound'])} with the standard's own error"
+    few = f"{advice['contacts']:.0f} contacts"
+    above = f"{percent(advice['nearest_risk'])} of its answers are above {percent(advice['max_error'])}"
+    return f"{who}: nine answers in ten are below {percent(advice['nearest_bound'])} ({few}); {above}"
 
 
 def moved_cell(advice: pd.Series) -> str:
@@ -136,19 +170,23 @@ def any_load_cell(advice: pd.Series) -> str:
 
 
 def by_limit(advice: pd.DataFrame, names: dict[str, str], cell: Callable[[pd.Series], str]) -> pd.DataFrame:
-    """Tabulate advice: a row for each scene of ``names``, a column for each limit, cells as ``cell`` puts them."""
+    """Tabulate advice: a row for each scene of ``names``, a column for each limit, cells as ``cell`` puts them.
+
+    A cell that repeats the one on its left is SAME.
+    """
     if advice.empty:
         return pd.DataFrame()
     limits = pd.Series([limit(row) for _, row in advice.iterrows()], index=advice.index, dtype=object)
     wide = advice.assign(taken=[cell(row) for _, row in advice.iterrows()], limit=limits)
-    wide = wide.pivot(index="scene", columns="limit", values="taken")
-    return wide.reindex(index=list(names), columns=pd.unique(limits)).rename(index=names).reset_index()
+    wide = wide.pivot(index="scene", columns="limit", values="taken").reindex(columns=pd.unique(limits))
+    wide = wide.mask(wide.eq(wide.shift(axis=1)) & wide.ne("none"), SAME)
+    return wide.reindex(index=list(names)).rename(index=names).reset_index()
 
 
 def limit(advice: pd.Series) -> str:
-    """Return what was asked for: "within 16.7 ms", "error of at most 1 %" or "20 times as fast as life"."""
+    """Return what was asked for: "within 16.7 ms", "error of at most 1 %" or "20 × real time"."""
     if np.isfinite(advice.get("speed", np.nan)):  # what is tabulated of presses alone has no speed
-        return f"{advice['speed']:g} times as fast as life"
+        return f"{advice['speed']:g} × real time"
     if np.isfinite(advice["budget_ms"]):
         return f"within {advice['budget_ms']:g}\u00a0ms"
     return f"error of at most {100 * advice['max_error']:.2g}\u00a0%"
@@ -172,10 +210,11 @@ def error_of(advice: pd.Series) -> float:
 def moved_error(advice: pd.Series) -> str:
     """Return the error of a motion in words, of the scene's own push."""
     both = advice["rmse_of_peak"] + advice["reference_error"]
+    known = f"{percent(advice['reference_error'])} wrong itself, so {percent(both)} with it"
+    own = known if np.isfinite(both) else "wrong itself by nobody knows how much"
     return (
-        f"{percent(advice['rmse_of_peak'])} of the peak displacement over the whole motion; with the reference's own "
-        f"{percent(advice['reference_error'])} added, {percent(both)}; at 95 % of the nodes "
-        f"{percent(advice['p95_of_peak'])} at most"
+        f"{percent(advice['rmse_of_peak'])} of the peak displacement over the whole motion, from a standard that is "
+        f"{own}; at 95 % of the nodes {percent(advice['p95_of_peak'])} at most"
     )
 
 
@@ -194,11 +233,13 @@ def interval(advice: pd.Series) -> str:
 
 
 def bounded(advice: pd.Series) -> str:
-    """Return below what a single answer's error stays; of presses nothing where too few contacts were asked for."""
+    """Return below what a single answer's error stays, and what that rests on."""
     bound = percent(advice["bound_of_peak"])
     if not moves(advice):
-        known = np.isfinite(advice["bound_of_peak"])
-        return f"nine answers in ten at other contacts are wrong by less than {bound}" if known else ""
+        few = f"{advice['contacts']:.0f} contacts, {advice['presses']:.0f} presses"
+        if not np.isfinite(advice["bound_of_peak"]):
+            return f"none, as {few} are too few"
+        return f"nine answers in ten at other contacts are wrong by less than {bound}, by {few} held out"
     if np.isnan(advice["bound_of_peak"]):
         return f"none, as {advice['bound_on']}"
     said = f"nine motions in ten, pushed as hard elsewhere, are wrong by less than {bound}"
@@ -217,23 +258,21 @@ def exceeded(advice: pd.Series) -> str:
 
 
 def pace(times_life: float) -> str:
-    """Return how fast a motion is computed: "35 times as fast as life", or "2.4 times slower than life"."""
-    fast = times_life >= 1
-    return f"{two_digits(times_life if fast else 1 / times_life)} times {'as fast as' if fast else 'slower than'} life"
+    """Return how fast a motion is computed, as seconds of motion in a second: "35 × real time"."""
+    return f"{two_digits(times_life)} × real time"
 
 
 def behind(advice: pd.Series) -> str:
     """Compare the next best model of a row of advice.csv with the advised one: "has 4 times the error".
 
-    It was the next best on validation contacts, and may have the smaller error on test contacts.
+    Of errors the bounds are compared.
     """
     wrong, factor = timed(advice), advice["factor"]
-    tie = EQUAL if wrong else CLOSE
+    tie = EQUAL if wrong else TIED_TIMES
     if 1 / tie <= factor <= tie:
         return "is as accurate" if wrong else "is about as fast"
     times = two_digits(factor) if factor < 1000 else "over 1000"
-    less = " on test contacts" if factor < 1 else ""
-    return f"has {times} times the error{less}" if wrong else f"takes {times} times as long"
+    return f"has {times} times the {'bound' if wrong else 'time'}"
 
 
 def next_best(advice: pd.Series) -> str:
@@ -241,13 +280,3 @@ def next_best(advice: pd.Series) -> str:
     if not advice["factor"] > 0:
         return "no other model meets this limit"
     return f"the next best model, {label(advice['rival'], 'default')}, {behind(advice)}"
-
-
-def agreement_words(agreement: pd.DataFrame) -> str:
-    """Put into a sentence how often splits advise the same model, of the rows of advice_agreement.csv."""
-    mean, whole, count = agreed(agreement)
-    splits = int(agreement["splits"].max())
-    return (
-        f"Of the {count} questions that have an answer, {mean * splits:.2g} of {splits} splits advise the same model "
-        f"on average, and all of them in {percent(whole)}."
-    )

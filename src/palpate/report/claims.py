@@ -11,7 +11,8 @@ from palpate.report.words import two_digits
 
 CONFIRMED = "confirmed"
 REFUTED = "refuted"
-OUTSIDE = "refuted outside its premise"
+CONFIRMED_OUTSIDE = "confirmed outside its premise"
+REFUTED_OUTSIDE = "refuted outside its premise"
 BOUND = "true as a bound"
 NOT_TESTABLE = "not testable"  # followed by a colon and the reason
 
@@ -38,9 +39,9 @@ def claims(*tables: str):
 
 def verdict(holds: bool, within: bool = True) -> str:
     """Return the verdict on a claim; ``within`` says whether it was tested within its premise."""
-    if holds:
-        return CONFIRMED
-    return REFUTED if within else OUTSIDE
+    if within:
+        return CONFIRMED if holds else REFUTED
+    return CONFIRMED_OUTSIDE if holds else REFUTED_OUTSIDE
 
 
 def geometric_mean(values: pd.Series) -> float:

@@ -20,7 +20,8 @@ _QUANTITY = re.compile(r"[-+<~\s]*[\d.,]+(e[-+]?\d+)?(\s?(%|µs|ms|s|min|h|kB|MB
 
 MARKS = {word: "good" for word in ("confirmed", "stable")}
 MARKS |= {word: "bad" for word in ("refuted", "wrong", "nan")}
-MARKS |= {word: "open" for word in ("true as a bound", "refuted outside its premise", "refused", "not converged")}
+MARKS |= {word: "open" for word in ("confirmed outside its premise", "refuted outside its premise")}
+MARKS |= {word: "open" for word in ("true as a bound", "refused", "not converged")}
 """How a verdict or an outcome is marked: the sign and colour of its cell."""
 _REASONED = "not testable: "
 """How a verdict begins that gives a reason; it is open, too."""

@@ -106,8 +106,9 @@ def _answer(parts: Mapping[str, Part]) -> str:
     for name, part in parts.items():
         answer, figure = part.answer
         if answer:
-            link = f'<p><a href="#{name}">All scenes and limits</a></p>'
-            said = f'<div>\n{lead}\n<div class="answer">\n{answer}\n{link}</div>\n</div>'
+            more = {name: "All scenes and limits"} | {key: p.invitation for key, p in parts.items() if p.invitation}
+            links = " · ".join(f'<a href="#{key}">{escape(text)}</a>' for key, text in more.items())
+            said = f'<div>\n{lead}\n<div class="answer">\n{answer}\n<p>{links}</p></div>\n</div>'
             return f'<div class="first">\n{said}\n{figure}\n</div>'
     return lead
 

@@ -12,6 +12,7 @@ import pandas as pd
 
 from palpate.errors import InputError
 from palpate.files import require_file, write_whole
+from palpate.report import readme
 
 HEAD = """# Results of one run
 
@@ -37,11 +38,18 @@ def write(results: str | Path, docs: str | Path) -> None:
     (docs / "results").mkdir()
     for picture in pictures:
         shutil.copyfile(picture, docs / "results" / picture.name)
+    if (docs / readme.QUERIES).is_file():
+        traced = readme.look_up(docs, results / "tables")
+        traced.to_csv(docs / readme.FOUND, index=False)
     source = f"the tables of a run of commit {', '.join(commits)}" if len(commits) else "the tables of a run"
     machine = {"cores": os.cpu_count(), "processor": _processor(), "python": platform.python_version()}
     with write_whole(docs / "results.md") as part:
         head = HEAD.format(source=source, **machine)
         part.write_text(f"{head}\n{text.replace('](figures/', '](results/')}", encoding="utf-8")
+    if (docs / readme.QUERIES).is_file() and (lines := readme.wrong(traced)):
+        raise InputError(
+            "docs/results.md is written; correct README.md and docs/readme.yaml: " + "; ".join(lines) + "."
+        )
 
 
 def _check_commit(commit: str, folder: Path) -> None:

@@ -1,7 +1,8 @@
 """Render a part of the report from its template: one Markdown file with Jinja's placeholders, for HTML and Markdown.
 
-A template names numbers, ``{{ depths }}``, and calls ``figure``, ``turnable``, ``embedded``, ``table``, ``folded`` and,
-with a text inside (``{% call fold("How to read it") %} ... {% endcall %}``), ``fold``, ``finding`` and ``answer``.
+A template names numbers, ``{{ depths }}``, and calls ``figure``, ``turnable``, ``embedded``, ``table``, ``folded``,
+``invite`` and, with a text inside (``{% call fold("How to read it") %} ... {% endcall %}``), ``fold``, ``finding`` and
+``answer``.
 """
 
 import re
@@ -37,6 +38,7 @@ class Part(NamedTuple):
     """A part of the report: its title, the sentences found first, what stands before the sections, and the sections.
 
     answer : what the first screen says, and the figure beside it; both empty for most parts
+    invitation : what the first screen's link to this part says; empty for most parts
     """
 
     title: str
@@ -44,6 +46,7 @@ class Part(NamedTuple):
     introduction: str
     sections: list[Section]
     answer: tuple[str, str] = ("", "")
+    invitation: str = ""
 
 
 class _Text(str):
@@ -61,6 +64,7 @@ class Html:
         self.kept: list[str] = []
         self.findings: list[str] = []
         self.answered = ("", "")
+        self.invitation = ""
 
     def keep(self, html: str) -> _Text:
         """Return the placeholder of a piece that Markdown must not touch."""
@@ -113,6 +117,11 @@ class Html:
         self.answered = self.convert(caller()), figure
         return _Text("")
 
+    def invite(self, text: str) -> _Text:
+        """Keep what the first screen's link to this part says."""
+        self.invitation = text
+        return _Text("")
+
 
 class Markdown(Html):
     """Show what a template calls for in a page of Markdown: a part's first figure and short tables."""
@@ -160,7 +169,7 @@ def render(path: Path, name: str, title: str, values: Mapping[str, Any], show: H
     first, *rest = _SECTION.split(text)
     pairs = zip(rest[::2], rest[1::2], strict=True)
     sections = [(f"{name}_{_key(heading)}", _plain(heading), show.convert(content)) for heading, content in pairs]
-    return Part(title, show.findings, show.convert(first), sections, show.answered)
+    return Part(title, show.findings, show.convert(first), sections, show.answered, show.invitation)
 
 
 def source(path: Path, values: Mapping[str, Any], show: Html) -> str:
@@ -173,7 +182,7 @@ def source(path: Path, values: Mapping[str, Any], show: Html) -> str:
         loader=jinja2.FileSystemLoader(path.parent),
     )
     environment.filters |= FILTERS
-    calls = ("figure", "turnable", "embedded", "table", "folded", "fold", "finding", "answer")
+    calls = ("figure", "turnable", "embedded", "table", "folded", "fold", "finding", "answer", "invite")
     environment.globals |= {call: getattr(show, call) for call in calls}
     if not path.is_file():
         raise InputError(f"{path} is missing: put the template back")

@@ -6,6 +6,7 @@ import pandas as pd
 
 from palpate.benchmark import advice as pressed
 from palpate.benchmark import advice_other_loads as other_loads
+from palpate.benchmark.advice_trial import NOISE, advised_again, tried_elsewhere
 from palpate.benchmark.comparison import read_errors
 from palpate.errors import InputError
 from palpate.report import tables
@@ -30,6 +31,28 @@ def advise(results: Path, scene: str | None, limits: dict[str, list[float]], err
     return "\n".join(_of_scene(results, name, found, limits, error) for name in chosen)
 
 
+def check(results: Path, scene: str | None) -> str:
+    """Try the limits of advice.csv for one pressed scene, or all: with other times, and at contacts held out."""
+    table, asked = (tables.read(results / "tables" / f"{name}.csv") for name in ("accuracy_vs_time", "advice"))
+    said = []
+    for name in tables.scenes(table):
+        if scene not in (None, name):
+            continue
+        rows, of_scene = tables.where(table, scene=name), tables.where(asked, scene=name)
+        errors = read_errors(results / "data", rows)
+        budgets, most = (list(of_scene[column].dropna().unique()) for column in ("budget_ms", "max_error"))
+        again = advised_again(rows, errors, {"budgets_ms": budgets, "max_errors": most})
+        tried = tried_elsewhere(rows, errors, most)
+        times = f"{NOISE[0]:g} to {NOISE[1]:g} times as long"
+        said.append(
+            f"{name}: of {again.rows} rows with times {times} {again.as_good} advise the same model ({again.same}) "
+            f"or one whose bound is as good; of {tried.rows} limits of error tried at contacts held out {tried.broken} "
+            f"were broken, and {tried.above} of {tried.answers} answers above them; {tried.over} bounds were above "
+            "their limit"
+        )
+    return "\n".join(said)
+
+
 def advise_any_load(
     results: Path, scene: str | None, load: str, budget_ms: float | None, max_error: float | None, error: str
 ) -> str:
@@ -47,18 +70,14 @@ def advise_any_load(
 
 
 def _of_scene(results: Path, scene: str, found: list[pd.DataFrame], limits: dict, kind: str) -> str:
-    """Advise for one scene of accuracy_vs_time.csv, by its first split, or of dynamic_accuracy.csv if it moves."""
+    """Advise for one scene of accuracy_vs_time.csv, or of dynamic_accuracy.csv if it moves."""
     table = next(table for table in found if scene in tables.scenes(table))
     rows = tables.where(table, scene=scene)
     if "regime" not in table:
         return _of_motion(results, rows, limits, kind)
     if "speeds" in limits:
         return f"{scene}: what is pressed and does not move has no speed; give --budget-ms"
-    advised = pressed.advise(rows, read_errors(results / "data", rows), **limits, kinds=[kind])
-    same, splits = pressed.same_in(advised)
-    agreed = f"the same model in {same} of {splits} splits of the contacts" if splits > 1 else ""
-    shown = tables.where(rows, split=advised["split"].iloc[0])
-    return lines(advised.iloc[0], shown, agreed)
+    return lines(pressed.advise(rows, read_errors(results / "data", rows), **limits, kinds=[kind]).iloc[0])
 
 
 def _of_motion(results: Path, rows: pd.DataFrame, limits: dict, kind: str) -> str:
@@ -67,4 +86,5 @@ def _of_motion(results: Path, rows: pd.DataFrame, limits: dict, kind: str) -> st
     if kind != "rms":
         return f"{scene}: a scene that moves has no patch; leave --error {kind} out"
     bounds = tables.where(tables.read(path), scene=scene) if path.is_file() else None
-    return lines(other_loads.advise_motion(rows, **limits, bounds=bounds).iloc[0], rows)
+    pressed = tables.read(table) if (table := path.with_name("accuracy_vs_time.csv")).is_file() else None
+    return lines(other_loads.advise_motion(rows, **limits, bounds=bounds, pressed=pressed).iloc[0], rows)

@@ -26,7 +26,7 @@ LIBRARIES = (
     "snakemake.iocontainers",
     "snakemake.logging",
 )
-LARGEST = 1 << 20
+MAX_REQUEST_BYTES = 1 << 20
 """Bytes that a request may have."""
 
 
@@ -39,11 +39,11 @@ class Job(NamedTuple):
 
 
 class Running(NamedTuple):
-    """A forked process, the descriptor that is readable when it has ended, and the connection to who asked for it."""
+    """A forked process: its number, the descriptor that is readable when it has ended, and the client's connection."""
 
     process: int
-    ended: int
-    asked: socket.socket
+    end_fd: int
+    client: socket.socket
 
 
 def start(python: str, place: str, environment: Mapping[str, str]) -> subprocess.Popen | None:
@@ -91,40 +91,43 @@ def _import() -> None:
 
 
 def _fork(listener: socket.socket, events: selectors.BaseSelector) -> Job | None:
-    """Take a request and fork; return the job in the new process, whose streams are those of who asked."""
-    asked, _ = listener.accept()
-    message, streams, _, _ = socket.recv_fds(asked, LARGEST, 3)
+    """Take a request and fork; return the job in the new process, whose streams are those of the client."""
+    client, _ = listener.accept()
+    message, streams, _, _ = socket.recv_fds(client, MAX_REQUEST_BYTES, 3)
     process = os.fork() if len(streams) == 3 else -1
     if not process:
         for number, stream in enumerate(streams):
             os.dup2(stream, number)
         inherited: list[Any] = [key.fileobj for key in events.get_map().values()]
         events.close()
-        for one in (asked, *inherited, *streams):
+        for one in (client, *inherited, *streams):
             one.close() if isinstance(one, socket.socket) else os.close(one)
         return Job(*json.loads(message))
     for stream in streams:
         os.close(stream)
     if process > 0:
-        running = Running(process, os.pidfd_open(process), asked)
-        for source in (running.ended, asked):
+        running = Running(process, os.pidfd_open(process), client)
+        for source in (running.end_fd, client):
             events.register(source, selectors.EVENT_READ, running)
     return None
 
 
 def _follow(source: Any, running: Running, events: selectors.BaseSelector) -> None:
-    """Report the end of a process to who asked for it; kill it if that one has gone."""
+    """Report the end of a process to its client, or kill the process if its client has gone.
+
+    source : what has become readable, one of ``running.end_fd`` and ``running.client``
+    """
     events.unregister(source)
-    if source is running.asked:
+    if source is running.client:
         os.kill(running.process, signal.SIGKILL)
         return
     _, status = os.waitpid(running.process, 0)
     with suppress(OSError):
-        running.asked.send(str(os.waitstatus_to_exitcode(status)).encode())
-    with suppress(KeyError):
-        events.unregister(running.asked)
-    running.asked.close()
-    os.close(running.ended)
+        running.client.send(str(os.waitstatus_to_exitcode(status)).encode())
+    with suppress(KeyError):  # a client that has gone is no longer registered
+        events.unregister(running.client)
+    running.client.close()
+    os.close(running.end_fd)
 
 
 def run(job: Job) -> None:
@@ -140,5 +143,5 @@ def run(job: Job) -> None:
 
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the run ends its jobs, as a shell's trap does elsewhere
-    if asked := serve(sys.argv[1], int(sys.argv[2])):
-        run(asked)
+    if job := serve(sys.argv[1], int(sys.argv[2])):
+        run(job)

@@ -174,6 +174,13 @@ def _text_for(kinds: Sequence[str], text: str) -> str:
     if {"number", "integer"} & set(kinds) and "string" not in kinds:
         if _is_number(text):
             return "write the number without quotes"
+        if re.fullmatch(r"[-+]?\d{1,3}(,\d{3})+(\.\d*)?", text):
+            point = (
+                f", or {text.replace(',', '.')} if the comma is a decimal one"
+                if re.fullmatch(r"[^,.]+,\d+", text)
+                else ""
+            )
+            return f"write the number without separators, {text.replace(',', '')}{point}"
         if _is_number(text.replace(",", ".")):
             return f"write the number with a point, {text.replace(',', '.')}"
         if re.match(r"[-+]?\.?\d", text):

@@ -181,6 +181,17 @@ def _check_springs(place: str, springs: dict, form: str) -> None:
         raise InputError(f"{place}.springs has no stiffness above 0; give structural_n_m in N/m.")
 
 
+def check_loads(place: str, scene: dict) -> None:
+    """Raise InputError, naming ``place``, for a load that may fall between two steps."""
+    for number, load in enumerate(scene.get("push", {}).get("loads", [])):
+        lasts = load["press_s"] + load["hold_s"] + load["release_s"]
+        if scene["step_s"] >= lasts:
+            raise InputError(
+                f"{place}.step_s is {scene['step_s']:g}, and push.loads[{number}] lasts {lasts:g} s, so that no step "
+                "may see it; give a shorter step, or a longer load."
+            )
+
+
 def check_instruments(place: str, scene: dict) -> None:
     """Raise InputError, naming ``place``, unless each path is complete and each name is different."""
     # the name that contact gives to the body, to its pieces, or to several bodies together

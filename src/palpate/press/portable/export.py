@@ -30,7 +30,7 @@ EVERY = 4
 """Of the presses that a contact's snapshots are made of, each so many-th is asked for."""
 AT_CONTACTS, PAIRS = 12, 6
 """Contacts at which the file is compared with what it was made of, and pairs of places that are pressed at once."""
-LEAST = 1e-3
+LEAST_ERROR = 1e-3
 """Smallest error that is said."""
 
 BELIEVED, ALONE, BEYOND = 0.0, 1.0, 2.0
@@ -109,12 +109,12 @@ def calibrate(
     stored = max((row[0] for row in own if row is not None), default=0.0)
     peak = float(np.median(peaks)) if peaks else 0.0
     if not rows:
-        return Calibration(stored + LEAST, 0.1, 1.0, 1.0, peak, stored, np.empty(0), 0, 0.0, np.empty(0), 1.0)
+        return Calibration(stored + LEAST_ERROR, 0.1, 1.0, 1.0, peak, stored, np.empty(0), 0, 0.0, np.empty(0), 1.0)
     table = np.array(rows)
     answered = float((table[:, 6] == BELIEVED).mean())
     table = table[table[:, 6] == table[:, 6].min()]
     place, error = table[:, 0], table[:, 1]
-    parts = np.column_stack([np.full(len(error), stored + LEAST), table[:, 2:4]])
+    parts = np.column_stack([np.full(len(error), stored + LEAST_ERROR), table[:, 2:4]])
     weights = _fit(parts, error, place)
     half = np.isin(place, np.unique(place)[::2])
     held = [
@@ -122,8 +122,8 @@ def calibrate(
         for side in (half, ~half)
         if side.any()
     ]
-    pairs, several = _pairs(model, surface, best, solver, checked, weights, stored + LEAST)
-    floor, share, spread = weights * [stored + LEAST, 1.0, 1.0]
+    pairs, several = _pairs(model, surface, best, solver, checked, weights, stored + LEAST_ERROR)
+    floor, share, spread = weights * [stored + LEAST_ERROR, 1.0, 1.0]
     covered = float(np.concatenate(held).mean()) if len(held) else 0.0
     return Calibration(floor, share, spread, several, peak, stored, error, len(set(place)), covered, pairs, answered)
 
@@ -186,7 +186,7 @@ def _compared(
 
 VECTORS = 240
 """Vectors of the surface's basis at most; with so many the linear part of the liver's answers is known to 0.25 %."""
-SAMPLES, TOGETHER, NEAR = 300, 6, 1e-4
+SAMPLES, TOGETHER, RESPONSE_TOLERANCE = 300, 6, 1e-4
 """Places whose linear responses the compliance is fitted to, solved so many at once, and their relative residual."""
 PREPARED_MOST = 5.0
 """How much more a contact's own columns count in that fit than those of places that are only solved for."""
@@ -322,7 +322,7 @@ def _responses(
     elements, parts = shop.elements(level), []
     for some in progress(np.array_split(np.asarray(nodes), -(-len(nodes) // TOGETHER))):
         loads = np.dstack([elements.nodal(*shop.disc(int(node), level), np.eye(3)) for node in some])
-        parts.append(to_columns(bring_to_surface(shop.up(level), elements.solve(loads, NEAR))))
+        parts.append(to_columns(bring_to_surface(shop.up(level), elements.solve(loads, RESPONSE_TOLERANCE))))
     return np.hstack(parts)
 
 

@@ -127,7 +127,7 @@ def _interpolation(body: Body) -> sparse.csr_array:
     return found
 
 
-LARGEST = 32767
+INT16_MAX = 32767
 
 
 class PackedContact(NamedTuple):
@@ -179,8 +179,8 @@ def _contact(contact: PackedContact, basis: SurfaceBasis) -> list[bytes]:
 def _short(rows: np.ndarray, down: bool = False) -> tuple[np.ndarray, bytes]:
     """Return the scale of each row, or ``down`` of each column, and all numbers over it as 16-bit integers."""
     largest = np.abs(rows).max(axis=0 if down else 1, initial=0.0)
-    scale = (np.where(largest > 0.0, largest, 1.0) / LARGEST).astype(np.float32)
-    packed = np.rint(rows / (scale if down else scale[:, None])).clip(-LARGEST, LARGEST).astype("<i2").tobytes()
+    scale = (np.where(largest > 0.0, largest, 1.0) / INT16_MAX).astype(np.float32)
+    packed = np.rint(rows / (scale if down else scale[:, None])).clip(-INT16_MAX, INT16_MAX).astype("<i2").tobytes()
     return scale, packed + b"\0" * (-len(packed) % 4)
 
 

@@ -17,7 +17,7 @@ from typing import Any
 from palpate.errors import InputError, NotConverged
 
 HOST = "127.0.0.1"
-LARGEST = 8192
+MAX_BYTES = 8192
 """Bytes of a body; two presses have 300."""
 _HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Frame-Options": "DENY"}
 """Of every answer: the page's address holds the token."""
@@ -99,8 +99,8 @@ class Handler(BaseHTTPRequestHandler):
             self._refuse(HTTPStatus.NOT_FOUND, "there is nothing here.")
         elif self.headers.get_content_type() != "application/json":
             self._refuse(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "post presses as application/json.")
-        elif not length.isdecimal() or int(length) > LARGEST:
-            self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"say how long the body is, {LARGEST} bytes at most.")
+        elif not length.isdecimal() or int(length) > MAX_BYTES:
+            self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"say how long the body is, {MAX_BYTES} bytes at most.")
         else:
             self._answer(name, self.rfile.read(int(length)))
 

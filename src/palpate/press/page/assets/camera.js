@@ -6,9 +6,12 @@ const norm = (a) => Math.hypot(a[0], a[1], a[2]);
 const unit = (a) => { const length = norm(a) || 1; return [a[0] / length, a[1] / length, a[2] / length]; };
 const clamp = (value, low, high) => Math.min(high, Math.max(low, value));
 
+// Yaw and pitch from which a body is seen at first: a little aside and above, else from behind, or from below.
+const FIRST_VIEWS = [[-0.35, 0.75], [Math.PI - 0.35, 0.75], [-0.35, -0.75], [Math.PI - 0.35, -0.75]];
+
 class Camera {
-  // nodes: Float32Array (3 n) [m] of the body at rest
-  constructor(nodes) {
+  // nodes: Float32Array (3 n) [m] of the body at rest; held: a byte for each, 1 where it is held
+  constructor(nodes, held = []) {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     for (let i = 0; i < nodes.length; i++) {
       low[i % 3] = Math.min(low[i % 3], nodes[i]);
@@ -23,6 +26,14 @@ class Camera {
     toward[order[2]] = 1;
     this.axes = [right, cross(toward, right), toward];
     this.reach = norm(size);
+    let count = 0;
+    this.back = [0, 0, 0]; // from the middle to what is held
+    for (let i = 0; i < held.length; i++) {
+      if (!held[i]) continue;
+      this.back = sum(this.back, sum([nodes[3 * i], nodes[3 * i + 1], nodes[3 * i + 2]], this.centre, -1));
+      count += 1;
+    }
+    this.back = this.back.map((value) => value / (count || 1));
     this.reset();
     this.frame(nodes);
   }
@@ -43,7 +54,15 @@ class Camera {
   }
 
   reset() {
-    [this.yaw, this.pitch, this.zoom] = [-0.35, 0.75, 1];
+    this.zoom = 1;
+    const nearest = FIRST_VIEWS.map(([yaw, pitch]) => {
+      [this.yaw, this.pitch] = [yaw, pitch];
+      this.refresh();
+      return dot(this.rows[2], this.back);
+    });
+    // what is held is not in front, where it would be pressed in vain
+    const chosen = nearest.findIndex((near) => near <= 0.2 * norm(this.back));
+    [this.yaw, this.pitch] = FIRST_VIEWS[chosen < 0 ? nearest.indexOf(Math.min(...nearest)) : chosen];
     this.refresh();
   }
 

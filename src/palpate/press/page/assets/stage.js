@@ -85,12 +85,12 @@ class Stage {
     this.depth ??= (model.depth ? FIRST : CAREFUL) * model.info.peak_m;
     this.times = [];
     if (!same) {
-      this.camera = new Camera(model.nodes);
+      this.camera = new Camera(model.nodes, this.held);
       [this.fingers, this.active, this.truth] = [[], null, null];
     }
     for (const finger of this.fingers) {
       finger.surface = this.main.surface;
-      finger.depth = Math.min(finger.depth, this.bears(finger.place));
+      finger.depth = Math.min(finger.wish, this.bears(finger.place)); // what another model did not bear comes back
     }
     this.panel.show(choice);
     this.refresh();

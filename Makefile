@@ -28,7 +28,7 @@ FOLDER := .
 RESULTS := results
 endif
 AGAIN = $(strip make $(MAKECMDGOALS) $(MAKEOVERRIDES))
-BROKEN := echo "error: the environment in $(VENV) is broken; type make distclean, and then make." >&2; kill -PIPE $$PPID
+BROKEN := echo "error: the environment in $(VENV) is broken; type make distclean, and then make." >&2
 # in the place of the shell, so that make's signals reach it
 RUN = test -x $(BIN)/python || { $(BROKEN); exit 1; }; exec env PALPATE_COMMAND='$(AGAIN)' $(BIN)/python workflow/run.py
 SNAKEMAKE = $(RUN) snakemake $(FLAGS)

@@ -1,13 +1,9 @@
-"""Run snakemake for make: stop at Ctrl-C from the first moment on, and let nothing follow the last words.
-
-Make would add a line of its own to a failure, so it is ended by SIGPIPE, which no shell reports.
-"""
+"""Run snakemake for make: stop at Ctrl-C from the first moment on."""
 
 import os
 import signal
 import sys
 from importlib.util import find_spec
-from pathlib import Path
 from typing import Any, NoReturn
 
 
@@ -17,12 +13,10 @@ def stop(*_: Any) -> NoReturn:
 
 
 def leave(status: str | int) -> NoReturn:
-    """End with an exit status, or with a sentence and status 1; and make with it, unless all went well."""
+    """End with an exit status, or with a sentence and status 1."""
     if isinstance(status, str):
         print(status, file=sys.stderr, flush=True)
         status = 1
-    if status and Path(f"/proc/{os.getppid()}/comm").read_text().strip() == "make":
-        os.kill(os.getppid(), signal.SIGPIPE)
     sys.stdout.flush()
     os._exit(status)
 

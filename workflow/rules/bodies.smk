@@ -37,6 +37,7 @@ rule compute_compliance:
         # of a finger's presses; paper 1's forces may act on any node
         contacts=lambda wildcards: config["tradeoff"]["contacts"] if float(wildcards.radius) else None,
         order=lambda wildcards: 2 if float(wildcards.radius) else 1,
+        seed=config["seed"],
     script:
         "../job.py"
 

@@ -12,7 +12,7 @@ from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.report import declared
 from palpate.run.dependencies import digest
-from palpate.run.estimate import Estimate, jobs_of
+from palpate.run.estimate import Estimate, jobs_of, sizes
 from palpate.run.job import FAILED, kernel_cache, warnings_in_logs
 from palpate.run.job_server import start as start_job_server
 from palpate.run.leftovers import stale_results
@@ -21,7 +21,7 @@ from palpate.run.settings_file import read_settings
 from palpate.run.system_faults import check_environment
 from snakemake.io import get_wildcard_names, strip_wildcard_constraints
 from snakemake.utils import update_config
-from snakemake_logger_plugin_palpate import interrupt
+from snakemake_logger_plugin_palpate import interrupt, remaining
 from snakemake_logger_plugin_palpate.targets import offer
 
 ROOT = Path(workflow.basedir)
@@ -175,8 +175,14 @@ def announce():
     """Print what a run will cost before it begins. An estimate is no reason to stop a run."""
     global planned
     try:
-        planned = Estimate(jobs_of(workflow.dag), config["bodies"], workflow.cores if workflow.local_exec else None)
+        todo, ended = jobs_of(workflow.dag)
+        block = config.get("tradeoff")
+        presses = block["contacts"] * len(block["presses"]) if block else None
+        cores = workflow.cores if workflow.local_exec else None
+        planned = Estimate(todo, sizes(config["bodies"], "results/data"), cores, presses, ended)
         print("\n".join(planned.describe()), file=sys.stderr)
+        if cores:
+            remaining.watch(planned)
     except Exception as error:
         print(f"no estimate of what this run will cost ({type(error).__name__}: {error})", file=sys.stderr)
 
@@ -190,9 +196,7 @@ def announce_once(record):
 
 
 def conclude():
-    """Keep what jobs took, and print what they warned of where it does not scroll by: also those done before this run."""
-    if planned is not None:
-        planned.remember()
+    """Print what jobs warned of where it does not scroll by: also those done before this run."""
     if lines := warnings_in_logs(sorted({log for job in workflow.dag.jobs for log in job.log})):
         print("warnings about these results:", *(f"warning: {line}" for line in lines), sep="\n", file=sys.stderr)
 

@@ -39,8 +39,6 @@ if "any_load" in BEYOND:
 if FINGERS:
     OPTIONAL += ["advice_by_radius"]
     TARGETS["tradeoff"] += figures("tradeoff", "advice_flips")
-if len(SPLITS) > 1:
-    OPTIONAL += ["advice_agreement"]
 TARGETS["tradeoff"] += tabulated(*OPTIONAL)
 
 # what every model is judged by, and with what
@@ -67,6 +65,7 @@ rule simulate_truth:
         samples=f"{PRESS}/samples.csv",
     output:
         truth=f"{PRESS}/truth.h5",
+        check=f"{PRESS}/truth_check.csv",
         warned=f"{PRESS}/truth_warned.txt",
     log:
         "results/logs/{body}/{regime}/simulate_truth.log",
@@ -76,6 +75,7 @@ rule simulate_truth:
         splits=lambda wildcards: splits_of(wildcards.body, wildcards.regime),
         more=lambda wildcards: bool(more_of(wildcards)),
         tolerance=TRADEOFF["truth"]["tolerance"],
+        check_samples=CHECKED,
     script:
         "../job.py"
 
@@ -124,21 +124,18 @@ rule measure_bounds:
         "../job.py"
 
 
-rule check_truth:
+rule measure_facets:
     input:
         body=BODY,
         loads=f"{PRESS}/loads.csv",
         truth=f"{PRESS}/truth.h5",
     output:
-        check=f"{PRESS}/truth_check.csv",
         geometry=f"{PRESS}/geometry.csv",
     log:
-        "results/logs/{body}/{regime}/check_truth.log",
+        "results/logs/{body}/{regime}/measure_facets.log",
     params:
-        **calls("palpate.studies.tradeoff.jobs:check_truth"),
-        samples=CHECKED,
-        # of bodies whose smooth surface is known
-        geometry_samples=lambda wildcards: TRADEOFF["truth"]["geometry_samples"] * is_smooth(wildcards.body),
+        **calls("palpate.studies.tradeoff.jobs:measure_facets"),
+        samples=TRADEOFF["truth"]["geometry_samples"],
         entry=lambda wildcards: config["bodies"][wildcards.body],
     script:
         "../job.py"
@@ -185,20 +182,6 @@ rule tabulate_error_bounds:
         "results/logs/tabulate_error_bounds.log",
     params:
         **calls("palpate.studies.tradeoff.jobs:tabulate_error_bounds"),
-    script:
-        "../job.py"
-
-
-rule tabulate_advice_agreement:
-    input:
-        "results/tables/advice.csv",
-    output:
-        "results/tables/advice_agreement.csv",
-    log:
-        "results/logs/tabulate_advice_agreement.log",
-    params:
-        **calls("palpate.studies.tradeoff.jobs:tabulate_advice_agreement"),
-        scenes={f"{body}_{regime}": (body, regime) for body in IN_DEPTH for regime in REGIMES},
     script:
         "../job.py"
 

@@ -26,34 +26,34 @@ def said(capsys, folder, *words) -> tuple[int, str]:
 def test_a_budget_gets_a_model_with_its_error_time_and_reason(capsys, trade_off_folder):
     code, text = said(capsys, trade_off_folder, "--budget-ms", "16.7")
     assert code == 0
-    assert text.startswith("liver_small, within 16.7 ms: detail_correction samples=60\n")
-    assert re.search(r"error +0\.4 % of the peak displacement \(0\.\d+ % to 0\.\d+ % in 90 % of draws", text)
-    assert "; at the patch 2 %" in text
-    assert re.search(r"time +5 ms an answer, 6 ms at the 95th percentile", text)
-    assert "64 % of the allowed time is left" in text and "40 s of preparation, 3 MB" in text
-    assert re.search(r"because +least validation error of 5 settings", text)
+    assert text.startswith("liver_small, within 16.7 ms: pod_rbf modes=8\n")
+    assert re.search(
+        r"error +0\.41 % of the peak displacement on average \(0\.\d+ % to 0\.\d+ % in 90 % of draws", text
+    )
+    assert "; at the patch 0.62 %" in text and "wrong by less than 0.69 %, by 12 contacts, 36 presses held out" in text
+    assert "4.5 ms an answer (median), 6 ms at the 95th percentile, 6 ms for the slowest press" in text
+    assert "64 % of the allowed time is left" in text and "30 s of preparation, 9 MB" in text
+    assert re.search(r"because +least bound of nine answers in ten \(12 contacts, 36 presses\) of 5 settings", text)
 
 
 def test_the_error_at_the_patch_can_be_asked_for(capsys, trade_off_folder):
     code, text = said(capsys, trade_off_folder, "--budget-ms", "16.7", "--error", "patch")
     assert code == 0
     assert text.startswith("liver_small, within 16.7 ms: pod_rbf modes=8\n")
-    assert re.search(r"error +0\.62 % of the peak displacement at the patch \(", text)
+    assert re.search(r"error +0\.62 % of the peak displacement at the patch on average \(", text)
     assert "; over the whole surface 0.41 %" in text
 
 
-def test_splits_that_agree_are_counted(capsys, trade_off_folder):
-    path = trade_off_folder / "tables/accuracy_vs_time.csv"
-    table = pd.read_csv(path)
-    worse = table["model"] == "detail_correction"
-    second = table.assign(split=2, failures=table["failures"] + worse)
-    pd.concat([table, second]).to_csv(path, index=False)
-    for errors in (trade_off_folder / "data").rglob("*_samples.csv"):
-        found = pd.read_csv(errors)
-        pd.concat([found, found.assign(split=2)]).to_csv(errors, index=False)
-    code, text = said(capsys, trade_off_folder, "--budget-ms", "16.7")
-    assert code == 0 and text.startswith("liver_small, within 16.7 ms: detail_correction samples=60\n")
-    assert re.search(r"agreed +the same model in 1 of 2 splits of the contacts", text)
+def test_advice_is_tried_on_other_days_and_at_other_contacts(capsys, trade_off_folder):
+    """The limits of the run's advice are those that are tried: an error of 1 % is met by all presses held out."""
+    settings = read(trade_off_folder / "tables/accuracy_vs_time.csv")
+    scenes = [rows for _, rows in settings.groupby("scene")]
+    found = [advise(rows, read_errors(trade_off_folder / "data", rows), [16.7], [0.1]) for rows in scenes]
+    pd.concat(found).to_csv(trade_off_folder / "tables/advice.csv", index=False)
+    assert main(["advise", "--results", str(trade_off_folder), "--check"]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith("liver_small: of 40 rows with times 0.7 to 1.4 times as long 40 advise")
+    assert "; of 10 limits of error tried at contacts held out 0 were broken, and 0 of 72" in text.split("\n")[0]
 
 
 def test_a_kind_of_load_gets_a_model_of_its_own(capsys, trade_off_folder):
@@ -87,7 +87,7 @@ def test_without_a_scene_every_scene_gets_advice(capsys, trade_off_folder):
 
 def test_without_a_limit_the_advice_of_the_run_is_listed(capsys, trade_off_folder):
     settings = read(trade_off_folder / "tables/accuracy_vs_time.csv")
-    limits = {"budgets_ms": [0.001, 16.7], "max_errors": [0.003]}
+    limits = {"budgets_ms": [0.001, 16.7], "max_errors": [0.006]}
     scenes = [rows for _, rows in settings.groupby("scene")]
     found = [advise(rows, read_errors(trade_off_folder / "data", rows), **limits) for rows in scenes]
     pd.concat(found).to_csv(trade_off_folder / "tables/advice.csv", index=False)
@@ -98,7 +98,10 @@ def test_without_a_limit_the_advice_of_the_run_is_listed(capsys, trade_off_folde
         "Advice for liver_small",
         "Advice for own_large",
     ]
-    assert lines[2] == "  within 16.7 ms          corrected coarse FEM (samples=60): 0.4 %, 6 ms"
+    assert lines[2] == (
+        "  within 16.7 ms          POD + RBF (modes=8): 0.41 % (nine in ten below 0.69 %, 12 contacts, 36 presses) in "
+        "4.5 ms (slowest press 6 ms); prepared in 30 s, 9 MB"
+    )
     assert lines[4].startswith("Advice for own_large")  # the truth of the liver is known well enough
     assert lines[-1] == "  The truth is known to 1.5 %: below that, models are tied."
     assert lines[1].startswith("  within 0.001 ms         none: the fastest setting, ")

@@ -7,11 +7,13 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 
 from palpate.effects.effect import HOOKS, members
 from palpate.effects.patch_load import nodal_load
+from palpate.report import readme
 from palpate.solvers.equilibrium import Equilibrium
 
 ROOT = Path(__file__).parents[1]
@@ -49,6 +51,17 @@ def test_the_python_of_readme_runs_and_its_numbers_are_right(capsys):
     assert np.linalg.norm(halved, axis=1).max() < peak  # a finer mesh is more compliant
     left = np.sqrt(((halved - found["finer"]) ** 2).sum(axis=1).mean()) / peak
     assert 2.0 < error / left < 4.0  # linear elements converge with an order between 1 and 2
+
+
+def test_each_number_of_readme_is_traced_to_the_row_of_a_table():
+    page = text(ROOT / "README.md")
+    assert readme.untraced(page, ROOT / "docs") == []
+    shipped = pd.read_csv(ROOT / "docs" / readme.FOUND, dtype={"written": str})
+    assert readme.wrong(shipped) == []
+    flat = " ".join(page.split())
+    entries = yaml.safe_load(text(ROOT / "docs" / readme.QUERIES))
+    assert [entry["says"] for kind in entries.values() for entry in kind if entry["says"] not in flat] == []
+    assert set(shipped["says"]) == {entry["says"] for entry in entries["traced"]}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

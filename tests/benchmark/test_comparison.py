@@ -6,19 +6,30 @@ import pytest
 
 from palpate.benchmark.comparison import (
     BY_ERROR,
-    BY_TIME,
-    CLOSE,
     DRAWS,
     EQUAL,
     EXACT,
     RANGE,
+    TIED_TIMES,
+    TRUTH,
+    ZERO,
     alone,
+    by_time,
     lasting,
+    own_errors,
     pick,
     read_errors,
     resampled,
 )
 from palpate.errors import InputError
+
+
+def test_an_unknown_own_error_is_the_largest_that_is_known():
+    errors = pd.DataFrame({"model": TRUTH, "sample": [1, 1, 2, 3], "rmse_of_peak": [0.01, np.nan, np.nan, 0.04]})
+    assert own_errors(errors, "rmse_of_peak", np.array([2, 1, 9, 3])).tolist() == [0.04, 0.01, 0.04, 0.04]
+    nothing = errors.assign(rmse_of_peak=np.nan)
+    assert np.isnan(own_errors(nothing, "rmse_of_peak", np.array([2, 1]))).all()
+    assert np.isnan(own_errors(errors.assign(model=ZERO), "rmse_of_peak", np.array([2, 1]))).all()
 
 
 def of_test(errors):
@@ -76,8 +87,8 @@ def test_what_failed_on_a_sample_has_no_draws(trade_off):
 def test_reads_what_a_run_leaves_behind(trade_off, trade_off_folder):
     table, samples = trade_off
     found = read_errors(trade_off_folder / "data", table[table["scene"] == "own_large"])
-    wanted = samples["own_large"].query("model not in ['truth', 'zero']")
-    assert len(found) == len(wanted) == 8 * 24
+    wanted = samples["own_large"].query("model != 'zero'")
+    assert len(found) == len(wanted) == 9 * 36
     other = read_errors(trade_off_folder / "data", table[table["scene"] == "own_large"].assign(split=2))
     assert other.empty  # an earlier run may have left other splits behind
     both = found.merge(wanted, on=["model", "setting", "sample"])
@@ -110,8 +121,8 @@ def tied(*rows):
         ([(0.1, 1, 1), (0.104, 0.1, 1)], BY_ERROR, 1),  # errors tied: the clearly faster
         ([(0.1, 1, 5), (0.104, 0.9, 1)], BY_ERROR, 1),  # times tied too: the smaller
         ([(0.1, 1, 1), (0.104, 0.9, 1.05)], BY_ERROR, 0),  # all tied: the first
-        ([(0.1, 1, 1), (0.2, 0.1, 1)], BY_TIME, 1),
-        ([(0.1, 1.4, 1), (0.2, 1, 1)], BY_TIME, 0),  # times tied: the less wrong
+        ([(0.1, 1, 1), (0.2, 0.1, 1)], by_time("rmse_of_peak"), 1),
+        ([(0.1, 1.4, 1), (0.2, 1, 1)], by_time("rmse_of_peak"), 0),  # times tied: the less wrong
         ([(0.0, 1, 1), (1e-9, 0.1, 1)], BY_ERROR, 1),  # both are all but exact
         ([(0.0, 1, 1), (1e-4, 0.1, 1)], BY_ERROR, 0),
     ],
@@ -128,7 +139,8 @@ def test_the_lasting_front_is_what_nobody_clearly_beats(seed):
     seconds[5], error[5] = seconds[6], error[6]
     for i, kept in enumerate(lasting(seconds, error)):
         beaten = any(
-            (t <= CLOSE * seconds[i] and e * EQUAL < error[i]) or (e <= EQUAL * error[i] and t * CLOSE < seconds[i])
+            (t <= TIED_TIMES * seconds[i] and e * EQUAL < error[i])
+            or (e <= EQUAL * error[i] and t * TIED_TIMES < seconds[i])
             for t, e in zip(seconds, np.maximum(error, EXACT), strict=True)
         )
         assert kept == (np.isfinite(seconds[i] + error[i]) and not beaten)

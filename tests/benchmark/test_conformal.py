@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.benchmark.conformal import DRAWS, FEWEST, LEVEL, Draws, bound_factor, finite
+from palpate.benchmark.conformal import DRAWS, FEWEST, LEVEL, Draws, bound_factor, bounds, finite
 
 
 def drawn(random, contacts, presses=3, spread=1.0):
@@ -48,6 +48,7 @@ def test_it_is_the_weighted_quantile():
 def test_too_few_contacts_have_no_bound():
     scores = np.ones(3 * (FEWEST - 1))
     assert bound_factor(scores, np.repeat(np.arange(FEWEST - 1), 3)) == np.inf
+    assert bound_factor(np.empty(0), np.empty(0, dtype=int)) == np.inf
     assert np.isnan(finite(np.inf)) and finite(2.0) == 2.0
 
 
@@ -83,3 +84,11 @@ def test_so_many_contacts_calibrate_that_no_more_than_a_tenth_is_left_over(conta
     assert found.coverage == pytest.approx(0.9, abs=0.03) == found.coverage_of_contacts
     draws = Draws(np.arange(contacts))
     assert (~draws._held).sum(axis=1).tolist() == [known] * DRAWS
+
+
+def test_rows_of_which_other_contacts_are_known_have_the_bounds_that_they_have_alone():
+    random = np.random.default_rng(4)
+    errors, contact = random.random((5, 36)), np.repeat(np.arange(12), 3)
+    errors[1, contact < 2] = errors[3, contact < 2] = errors[2, contact < 4] = np.nan
+    alone = [bound_factor(row[np.isfinite(row)], contact[np.isfinite(row)]) for row in errors]
+    assert bounds(errors, contact).tolist() == alone and np.isinf(alone[2]) and np.isfinite(alone[1])

@@ -81,6 +81,21 @@ def test_an_estimate_that_ranks_is_sharp_and_one_that_does_not_is_loose(table):
     assert row(table, scene="liver_small", model="slow", error="patch", estimate=OWN).bound_factor == pytest.approx(4.0)
 
 
+def test_the_truths_own_error_is_in_every_bound():
+    """Of an own error of 1 % a constant bound is 1 % larger, and errors are shown without it."""
+    known = scene("liver")
+    mine = known.errors[known.errors["model"] == "slow"]
+    own = mine.assign(model="truth", setting="own error", rmse_of_peak=0.01, patch_rms_of_peak=0.02)
+    tables = error_bounds([known]), error_bounds([known._replace(errors=pd.concat([known.errors, own]))])
+    asked = {"model": "slow", "error": "rms", "estimate": CONSTANT}
+    without, told = (row(table, **asked) for table in tables)
+    assert told.bound_of_peak == pytest.approx(without.bound_of_peak + 0.01) and told.own_of_peak == pytest.approx(0.01)
+    assert told.error_of_peak == pytest.approx(without.error_of_peak) and np.isnan(without.own_of_peak)
+    there = own[own["sample"] > 0]  # of one press it is not known, and the largest that is stands for it
+    there = error_bounds([known._replace(errors=pd.concat([known.errors, there]))])
+    assert row(there, **asked).bound_of_peak == pytest.approx(told.bound_of_peak)
+
+
 def test_bounds_of_another_body_need_not_hold(table):
     """The liver errs three times as much, which a factor found on the cylinder does not know."""
     asked = {"model": "fast", "error": "rms", "estimate": "turned"}

@@ -67,11 +67,17 @@ def test_what_is_not_believed_is_not_asked_for(slab, all_samples):
     why = np.where(np.isin(truth.sample, test[:1]), "too near to an inverted element", "").astype(object)
     found = judge(slab, db, folds, replace(truth, rejected=why), 1, 0.05)
     assert found.numbers[found.side == "test"].tolist() == test[1:].tolist()
+    assert np.array_equal(found.rejected.force, db.force[test[:1]]) and found.believed.all()
+    assert judge(slab, db, folds, truth, 1, 0.05).rejected is None
     why = np.where(np.isin(truth.sample, test), "no limit", "").astype(object)
     found = judge(slab, db, folds, replace(truth, rejected=why), 1, 0.05)
     assert found.numbers[found.side == "test"].tolist() == test.tolist()  # where none is, the finest level serves
+    assert np.array_equal(np.isnan(found.own[:, 0]), found.side == "test")  # and nothing is said of its own error
+    assert np.array_equal(found.believed, found.side != "test") and found.rejected is None
     lost = truth.displacement.copy()
     lost[np.isin(truth.sample, test)] = np.nan
+    some = replace(truth, rejected=why, displacement=np.where(truth.sample == test[0], lost.T, truth.displacement.T).T)
+    assert judge(slab, db, folds, some, 1, 0.05).rejected.contact.tolist() == db.contact[test[:1]].tolist()
     truth = replace(truth, displacement=lost)
     with pytest.raises(InputError, match=r"slab: no test sample of split 1 has an answer on all levels; press less"):
         judge(slab, db, folds, replace(truth, rejected=why), 1, 0.05)

@@ -9,8 +9,9 @@ import pytest
 from fixtures.stub import Stub, made_up
 
 from palpate.benchmark.accuracy import truth_errors
+from palpate.benchmark.comparison import averaged
 from palpate.benchmark.judge import TRAINING
-from palpate.benchmark.load import Answer
+from palpate.benchmark.load import Answer, Doubted, Refused
 from palpate.benchmark.measure import (
     COARSER,
     ERRORS,
@@ -18,14 +19,20 @@ from palpate.benchmark.measure import (
     OPERATOR,
     SAMPLE_COLUMNS,
     SETTING_COLUMNS,
+    Asked,
+    Finding,
     ask,
     bounds,
+    found_rows,
+    labels_of,
     measure,
     warn_unanswered,
 )
-from palpate.benchmark.model import BODYS, Solver, one_stage
+from palpate.benchmark.model import BODYS, Solver, one_stage, refuse_bed
 from palpate.benchmark.timing import WARM_UP
+from palpate.bodies.supports import Bed
 from palpate.errors import InputError, NotConverged
+from palpate.files import read_table
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.studies.tradeoff.accuracy_vs_time import ACCURACY_VS_TIME, accuracy_vs_time, commit
 
@@ -87,6 +94,55 @@ def test_what_learns_nothing_is_asked_at_training_contacts_too(slab_case, slab_j
     assert len(samples) == len(alone) + 6
     errors = ["samples", "failures", *ERRORS, "validation_rmse_of_peak"]
     pd.testing.assert_frame_equal(settings[errors], without[errors])
+
+
+def test_presses_without_a_truth_are_given_to_every_setting_and_are_no_part_of_means(slab_case, slab_judge):
+    """Of three one is doubted, one refused and one answered, however much the model has learnt; costs are the same."""
+    lost = slab_case[0].database.take(np.array([0, 3, 5]))
+    answer = Answer(lost.fine[0])
+    says = {
+        tuple(lost.force[1]): Doubted("too far", [1.0], answer),
+        tuple(lost.force[2]): Refused("more than it knows"),
+    }
+
+    def prepare(fresh, setting):
+        fresh.use_training()
+        if setting["kind"] == "lost":
+            raise NotConverged("no fit", [1.0])
+        known = Scaled(slab_judge, 0.9)
+
+        def respond(load):
+            contact, force = load.single()
+            if (contact, *force) in known.truth:
+                return known.respond(load)
+            if setting["kind"] == "careful" and tuple(force) in says:
+                raise says[tuple(force)]
+            return lost.fine[0] * (np.nan if setting["kind"] == "nan" else 1.0)
+
+        return Stub(respond=respond)
+
+    made = made_up(lambda case: [{"kind": kind} for kind in ("careful", "sure", "nan", "lost")], prepare)
+    judge = replace(slab_judge, rejected=lost)
+    samples, settings = measure(slab_case[0], "made", made, judge, 6, 0.0)
+    assert settings["rejected"].tolist() == [3] * 4
+    assert settings["rejected_answered"].tolist() == [1, 3, 0, 0]
+    alone, without = measure(slab_case[0], "made", made, slab_judge, 6, 0.0)
+    assert len(samples) == len(alone) and (without[["rejected", "rejected_answered"]] == 0).all(axis=None)
+    same = ["samples", "failures", *ERRORS, "validation_rmse_of_peak"]
+    pd.testing.assert_frame_equal(settings[same], without[same])
+    _, several = measure(slab_case[0], "made", made, replace(judge, split=2), 6, 0.0)
+    paid = pd.concat([settings, several]).assign(break_even_queries=1.0)
+    assert averaged(paid)[["rejected", "rejected_answered"]].to_numpy().tolist() == [[6, 2], [6, 6], [6, 0], [6, 0]]
+
+
+def test_presses_that_the_finest_elements_stand_for_have_no_truth_either(slab_case, slab_judge):
+    """They are judged, and counted among those without a truth; one of them fails."""
+    own = np.where((slab_judge.side == "validation")[:, None], slab_judge.own, np.nan)
+    bad = int(slab_judge.samples.contact[-1])
+    made = made_up(lambda case: [{}], lambda case, setting: Scaled(slab_judge, 0.5, bad))
+    settings = measure(slab_case[0], "sometimes", made, replace(slab_judge, own=own), 6, 0.0)[1].iloc[0]
+    failed = int((slab_judge.samples.contact[slab_judge.side == "test"] == bad).sum())
+    assert (settings["rejected"], settings["rejected_answered"]) == (4, 4 - failed) and failed > 0
 
 
 def test_a_known_error_is_what_is_measured(slab_case, slab_judge):
@@ -189,6 +245,16 @@ def test_failures_are_counted_and_told(slab_case, slab_judge):
     assert settings["failures"].item() == 0 and np.isnan(settings["validation_rmse_of_peak"].item())
 
 
+def test_a_body_that_a_model_does_not_know_leaves_it_out_and_is_no_failure(slab_case, slab_judge, tmp_path):
+    case = replace(slab_case[0], body=replace(slab_case[0].body, bed=Bed(np.zeros(3), 0.05, 1e5)))
+    nailed = made_up(lambda case: [{}], lambda case, setting: refuse_bed(case, "such models"))
+    with pytest.warns(UserWarning, match="nailed is left out: such models have no elastic bed, which slab lies on"):
+        samples, settings = measure(case, "nailed", nailed, slab_judge, 0, 0.0)
+    assert samples.empty and settings.empty
+    samples.to_csv(tmp_path / "samples.csv", index=False)
+    assert read_table(tmp_path / "samples.csv", ["model", "rmse_of_peak"]).empty
+
+
 def test_what_cannot_be_prepared_has_failed_everywhere(slab_case, slab_judge):
     def prepare(case, setting):
         raise NotConverged("no fit", [1.0])
@@ -240,6 +306,22 @@ def test_the_truth_and_zero_have_rows_of_their_own(slab_case, slab_judge):
     assert zero["relative_l2"] == pytest.approx(1) and zero["max_of_peak"] == pytest.approx(1)
     assert zero["rmse_of_peak"] == pytest.approx(found(slab_judge, 1.0, "test")["rmse_of_peak"].mean())
     assert np.isnan(zero["online_median_s"]) and len(samples) == 12
+
+
+def test_the_truths_own_error_is_told_of_presses_at_training_contacts(slab_case, slab_judge):
+    """Bounds that know these contacts add it, and means are those of the others."""
+    more = replace(slab_judge, side=np.full(6, TRAINING), own=10 * slab_judge.own)
+    samples, settings = bounds(slab_case[0], replace(slab_judge, more=more))
+    own = samples[(samples["side"] == TRAINING) & (samples["model"] == "truth")]
+    assert own["rmse_of_peak"].to_numpy() == pytest.approx(10 * slab_judge.own[:, ERRORS.index("rmse_of_peak")])
+    assert settings["rmse_of_peak"].iloc[0] == pytest.approx(0.002)
+
+
+def test_the_largest_time_is_that_of_the_slowest_press_and_not_of_one_late_call(slab_case, slab_judge):
+    seconds = [[0.001, 0.002, 0.5]] * 5 + [[0.03, 0.04, 0.05]]
+    asked = Asked([None] * 6, [np.nan] * 6, [""] * 6, seconds)
+    _, settings = found_rows([Finding(labels_of(slab_case[0], "m", "s"), asked, 0.0, 0.0, {})], slab_judge)
+    assert settings["online_max_s"].iloc[0] == 0.04
 
 
 def test_queries_that_pay_back():

@@ -11,11 +11,13 @@ from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.presses import force_of
 from palpate.benchmark.truth import OWN, doubt, limit, load_truth, ratio, save_truth, truth_levels, truth_of
 from palpate.bodies.body import nest
+from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import finer
+from palpate.bodies.supports import Bed
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.tradeoff.truth_table import TRUTH, other_element, truth_table
+from palpate.studies.tradeoff.truth_table import TRUTH, other_element, truth_table, widened
 
 RADIUS_M = 0.03
 
@@ -122,6 +124,18 @@ def test_another_element_has_the_same_limit(slab, loads, slab_truth):
     assert 2.0 < row.ratio < 4.5
 
 
+def test_own_errors_cover_what_another_element_finds(slab_truth):
+    """By the factor of the means in every sample, and in those that were checked at least what was found."""
+    column = OWN.index("rmse_of_peak")
+    found = pd.DataFrame(3.0 * slab_truth.own[[1]], columns=list(OWN)).assign(sample=7)
+    found["relative_l2"] = 0.0
+    wide = widened(slab_truth, found)
+    assert np.allclose(wide.own[:, column], 3.0 * slab_truth.own[:, column])
+    nearer = OWN.index("relative_l2")
+    assert np.array_equal(wide.own[:, nearer], slab_truth.own[:, nearer])
+    assert widened(slab_truth, found.iloc[:0]) is slab_truth
+
+
 def test_four_levels_where_a_body_has_them_and_three_for_who_does_without(slab, block, corner, soft, loads):
     twice = nest("twice", slab.coarse, 2, slab.anchors[0], soft)
     assert truth_levels(twice) == range(0, 4) and truth_levels(slab) == range(0, 3)
@@ -153,7 +167,9 @@ def test_what_is_not_believed_is_kept_with_its_reason_and_left_out(block, corner
         found = truth_of(block, both, {0, 1})
     assert found.rejected[1] and not found.rejected[0] and found.rows([1, 0]).tolist() == [0]
     [row] = truth_table({"block_deep": found}).itertuples()
-    assert (row.samples, row.rejected) == (1, 1) and row.why_rejected.startswith("1: ")
+    assert (row.samples, row.rejected) == (1, 1) and row.why_rejected.startswith(
+        ("1 no answer", "1 the levels", "1 an element", "1 the Hessian")
+    )
     assert row.inverted == (found.least_det[1] <= 0.0)
     table = truth_table({"block_deep": replace(found, least_det=np.array([-0.1, -0.2]))})
     assert table["inverted"].item() == table["squeezed"].item() == 2  # whether they are believed or not
@@ -171,18 +187,82 @@ def test_only_samples_with_the_finest_level_say_how_exact_the_truth_is(slab_trut
     assert (both.validation_samples, one.validation_samples) == (0, 1) and np.isnan(both.validation_rmse_of_peak)
     assert one.validation_rmse_of_peak == slab_truth.own[1, OWN.index("rmse_of_peak")]
     assert one.validation_patch_rms_of_peak == slab_truth.own[1, OWN.index("patch_rms_of_peak")]
+    less = replace(slab_truth, levels=np.full_like(levels, np.nan))
+    [mine] = truth_table({"slab": less}).itertuples()
+    assert mine.validation_rmse_of_peak_max == slab_truth.own[:, OWN.index("rmse_of_peak")].max()
+    assert mine.validation_patch_rms_of_peak_max == slab_truth.own[:, OWN.index("patch_rms_of_peak")].max()
 
 
-def test_every_objection_has_its_words(slab, loads, slab_truth, monkeypatch):
-    levels = list(slab_truth.levels[0])
-    each = module.Ascent(loads.iloc[0], range(3), levels, 0.01)
-    assert module._judge(slab, each)[3] == ""
-    each.least_det = -0.01
-    assert module._judge(slab, each)[3] == "an element is inverted (det F -0.01)"
-    each.clamped = True
-    assert module._judge(slab, each)[3].endswith("; the Hessian had to be clamped")
-    slow = module.Ascent(loads.iloc[0], range(3), [levels[0], levels[1], 1.5 * levels[1] - 0.5 * levels[0]], 0.9)
-    assert module._judge(slab, slow)[3] == "the ratio 2 is not within 2.2 to 8"
+def judged(body, load, levels, **changed):
+    """Return what is made of the ``levels`` (m, n, 3) [m] of one sample."""
+    each = module.Ascent(load, range(len(levels)), list(levels), **({"least_det": 0.9} | changed))
+    return module._judge(body, each)
+
+
+def test_every_objection_has_its_words(slab, loads, slab_truth):
+    levels, load = slab_truth.levels[0], loads.iloc[0]
+    assert judged(slab, load, levels)[3] == ""
+    assert judged(slab, load, levels, least_det=-0.01)[3] == "an element is inverted (det F -0.01)"
+    both = judged(slab, load, levels, least_det=-0.01, clamped=True)[3]
+    assert both.endswith("; the Hessian had to be clamped")
+    lost = judged(slab, load, levels, failure="no answer on level 2: it stopped")[3]
+    found = module.reasons(np.array([both, "", lost, lost], dtype=object))
+    assert found == {module.NO_ANSWER: 2, module.INVERTED: 1}
+
+
+def test_its_own_error_grows_as_the_order_falls_until_the_levels_are_too_far_apart(slab, loads, slab_truth):
+    """The same last change: at a ratio of two, as at a nailed rim, a limit is believed and less sure than at three."""
+    load, last = loads.iloc[0], slab_truth.levels[0, -1]
+    rms = OWN.index("rmse_of_peak")
+
+    def own(rate, share):
+        change = share * last
+        found, seen, error, why = judged(slab, load, [last - (1 + rate) * change, last - change, last])
+        assert seen == pytest.approx(rate)
+        return found, error[rms], why
+
+    errors = [own(rate, 0.004)[1] for rate in (3.0, 2.2, 2.0, 1.6, 1.3)]
+    assert np.all(np.diff(errors) > 0) and errors[-1] > 20 * errors[0]
+    found, error, why = own(2.0, 0.004)
+    assert np.allclose(found, 1.004 * last) and why == ""
+    assert error == pytest.approx(0.25 * 0.004 / 1.004 * slab_truth_ratio(last), rel=1e-3)
+    for rate, share in ((2.0, 0.2), (1.3, 0.02), (1.0, 0.02), (0.5, 0.02)):
+        assert own(rate, share)[2].startswith("the levels are too far apart (ratio"), rate
+    assert own(3.0, 0.2)[2] == ""  # as far as the finest level may be from a limit that is seen well
+    found, error, why = own(0.9, 0.002)  # hardly any change at all, and no limit
+    assert np.array_equal(found, last) and why == "" and error > 0.002 * slab_truth_ratio(last)
+
+
+def slab_truth_ratio(moved):
+    """Return the RMS over the peak of displacements (n, 3)."""
+    length = np.linalg.norm(moved, axis=1)
+    return np.sqrt(np.mean(length**2)) / length.max()
+
+
+@pytest.fixture(scope="module")
+def bean(box, soft):
+    """A bent ellipsoid of 10 cm, 96 coarse elements, as it is nailed below or lies on a bed there."""
+    mesh = box([4, 2, 2], [2.0, 2.0, 2.0])
+    centred = mesh.nodes - 1.0
+    ball = centred * (np.abs(centred).max(axis=1) / np.linalg.norm(centred, axis=1).clip(1e-9))[:, None]
+    nodes = ball * [0.05, 0.025, 0.02] + np.outer(6.0 * (0.05 * ball[:, 0]) ** 2, [0, 0, 1.0])
+    mesh = TetMesh(nodes, mesh.tetrahedra)
+    below = np.flatnonzero(nodes[:, 2] < nodes[:, 2].min() + 0.02)
+    bed = Bed(np.array([0.0, 0.0, nodes[:, 2].min()]), 0.06, 6e5, np.array([0.0, 0.0, -1.0]))
+    return nest("nailed", mesh, 1, below, soft), nest("bedded", mesh, 1, np.empty(0, dtype=int), soft, bed=bed)
+
+
+def test_a_bed_gives_a_truth_and_nails_one_that_is_less_sure(bean):
+    """The same press from above; at the nails' rim displacements grow with the root of the distance."""
+    nailed, bedded = bean
+    contact = int(bedded.coarse.surface[np.argmax(bedded.coarse.nodes[bedded.coarse.surface] @ [0.3, 0.0, 1.0])])
+    row = (0, contact, 0.0, 0.0, -0.1, 0.015)
+    press = pd.DataFrame([row], columns=["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"])
+    lying, held = truth_of(bedded, press, {0}), truth_of(nailed, press, {0})
+    assert lying.rejected[0] == held.rejected[0] == ""
+    rms = OWN.index("rmse_of_peak")
+    assert lying.ratio[0] > 3.0 and lying.own[0, rms] < 0.01
+    assert held.ratio[0] < lying.ratio[0] and held.own[0, rms] > lying.own[0, rms]
 
 
 def test_it_is_the_same_when_read_again(slab_truth, tmp_path):

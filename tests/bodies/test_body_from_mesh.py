@@ -12,7 +12,7 @@ from fixtures.organs import organ, torn, volume, write_ascii_stl, write_binary_p
 from palpate.bodies.body_from_mesh import build
 from palpate.bodies.box import box
 from palpate.bodies.make_body import make_body
-from palpate.bodies.mesh_file import inspect, load_surface
+from palpate.bodies.mesh_file import inspect, load_shape, load_surface
 from palpate.bodies.mesh_quality import quality
 from palpate.bodies.surfaces.solid import distances, sample
 from palpate.bodies.surfaces.tetrahedralize import gmsh_session
@@ -21,6 +21,9 @@ from palpate.errors import InputError
 
 # a cube without its faces towards +z, which leave an open square
 OPEN = [[0, 2, 3], [0, 3, 1], [0, 1, 5], [0, 5, 4], [2, 6, 7], [2, 7, 3], [0, 4, 6], [0, 6, 2], [1, 3, 7], [1, 7, 5]]
+
+
+FLAT_SQUARE = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\nf 1 3 2\nf 1 4 3\n"
 
 
 def load_file(path, scale_m, spacing_m=None):
@@ -196,13 +199,13 @@ def test_a_torn_organ_of_blender_in_millimetres(tmp_path):
     assert (facts.kind, facts.scale_m, facts.remeshed) == ("surface", 1e-3, True)
     body, said = made(tmp_path / "femur.obj")
     check(body, *truth)
-    assert len(body.coarse.surface) == 140
+    assert len(body.coarse.surface) == 280
     assert len(body.anchors[0]) >= 4
     text = "\n".join(said)
     assert "taken for the millimetre, which makes the body 20." in text
     assert "repeated or flat triangles removed" in text
     assert "triangles turned, 2 holes closed" in text
-    assert f"surface of {facts.nodes} nodes is remeshed to 140; give surface_nodes" in text
+    assert f"surface of {facts.nodes} nodes is remeshed to 280; give surface_nodes" in text
     assert "anchors is not given" in text
 
 
@@ -230,7 +233,7 @@ def test_a_shape_that_few_nodes_cannot_show_is_said(tmp_path):
     write_binary_stl(tmp_path / "lobed.stl", *organ("lobed", 3000))
     body, said = made(tmp_path / "lobed.stl", scale_m=1, surface_nodes=60, refinements=1)
     assert len(body.coarse.surface) == 60
-    assert any("with 60 surface nodes, refined twice, the body's surface is up to" in text for text in said)
+    assert any("with 60 surface nodes the refined body's surface is up to" in text for text in said)
 
 
 def test_numbers_of_the_files_nodes_mean_nothing_once_remeshed(tmp_path):
@@ -282,3 +285,26 @@ def test_remeshing_bad_tetrahedra_is_advised_where_it_changes_them(tmp_path, div
     assert said.endswith(
         "in the program that made it" + ", or give surface_nodes: 140 to have it remeshed" * dense + "."
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "said"),
+    [
+        ("png.obj", b"\x89PNG\r\n\x1a\n" + bytes(99), "it holds a PNG picture and no mesh"),
+        ("page.vtk", b"<!doctype html><html></html>", "it holds a web page and no mesh"),
+        ("text.stl", b"Dear all,\nthe organ is attached.\n" * 9, "it holds a text that does not begin with solid"),
+        ("flat.obj", FLAT_SQUARE, "all of its points lie in one plane, so it encloses no body"),
+    ],
+)
+def test_what_is_no_mesh_of_a_body_is_called_what_it_is(tmp_path, name, data, said):
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(InputError, match=f"{name}: {said}"):
+        load_shape(tmp_path / name)
+
+
+def test_a_plate_that_is_too_thin_is_not_said_to_have_slices(tmp_path):
+    plate = box([0.1, 0.1, 1e-4], [24, 24, 1])
+    lines = [f"v {x} {y} {z}" for x, y, z in plate.nodes] + [f"f {a} {b} {c}" for a, b, c in plate.triangles + 1]
+    (tmp_path / "plate.obj").write_text("\n".join(lines))
+    with pytest.raises(InputError, match=r"plate\.obj: the body is too thin beside its length to be remeshed"):
+        build({"path": str(tmp_path / "plate.obj"), "scale_m": 1.0})

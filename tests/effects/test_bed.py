@@ -54,6 +54,13 @@ def test_levels_have_the_same_energy(block, order):
     assert energies[0] == pytest.approx(energies[1], rel=1e-12) and energies[0] > 0
 
 
+def test_roots_have_the_energy(block):
+    springs = BedSprings(block.coarse, BED)
+    moved = np.random.default_rng(0).normal(size=block.coarse.nodes.shape)
+    stretched = springs.roots @ moved[springs.couples]
+    assert 0.5 * np.sum(stretched**2) == pytest.approx(springs.energy(block.coarse.nodes + moved), rel=1e-12)
+
+
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("force", [[0.0, 0.0, -3.0], [2.0, -1.0, 0.5]])
 def test_a_stiff_block_sinks_by_force_over_stiffness(block, order, force):

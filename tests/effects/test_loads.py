@@ -119,7 +119,12 @@ def test_loads_add_up_and_nothing_presses_before_its_time_is_told(particles):
 
 
 def test_a_load_far_away_or_on_the_anchors_is_refused(particles):
-    with pytest.raises(InputError, match=r"push\.loads\[1\]\.at_m is .* m from the body"):
+    with pytest.raises(InputError, match=r"push\.loads\[1\]\.at_m is .* m from the nearest node of its"):
         make_push(particles, {"loads": [load(particles), load(particles, at_m=[200.0, 100.0, 80.0])]}, None)
+    near = particles.nodes[particles.surface].max(axis=0) + 0.2 * particles.size
+    with pytest.raises(InputError, match=r"give a point on the surface, in metres\.$"):
+        make_push(particles, {"loads": [load(particles, at_m=near)]}, None)
+    with pytest.raises(InputError, match=r"push\.loads\[0\]\.radius_m is 12 m, and the whole body is"):
+        make_push(particles, {"loads": [load(particles, radius_m=12.0)]}, None)
     with pytest.raises(InputError, match="which is held"):
         make_push(particles, {"loads": [load(particles, at_m=particles.nodes[particles.held[0]])]}, None)

@@ -1,7 +1,9 @@
 """``palpate init``: a first configuration that runs as it stands, and says what it assumes."""
 
 import re
+import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import meshio
 import numpy as np
@@ -10,19 +12,22 @@ import yaml
 from fixtures.scans import write_scan
 
 from palpate.bodies.body import nest
+from palpate.bodies.body_from_mesh import solid_of
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
-from palpate.bodies.mesh import TetMesh
 from palpate.bodies.organs import liver
-from palpate.bodies.supports import choose_anchors
-from palpate.bodies.surfaces.triangles import area_normals
+from palpate.bodies.supports import inner_nodes, read_bed
+from palpate.bodies.surfaces.remeshed import apart
 from palpate.cli import main
+from palpate.effects.bed import BedSprings
 from palpate.errors import InputError
-from palpate.init.choose import BROAD, FINE_TETRAHEDRA, _hold, _patches, _regimes
-from palpate.init.command import _schema, init, init_each
+from palpate.init import choose
+from palpate.init.choose import FINE_TETRAHEDRA, _bed, _regimes
+from palpate.init.command import _schema, init, init_each, told
 from palpate.init.data import body_name, recognise
+from palpate.init.likeness import Likeness
 from palpate.run.settings import complete
 
 ROOT = Path(__file__).parents[2]
@@ -77,9 +82,10 @@ def test_what_is_written_passes_the_schema_and_makes_the_body(made):
     paths = paths_of(file, entry)
     assert paths and all(entry[key].startswith("../") and Path(path).is_file() for key, path in paths.items())
     body = make_body(name, entry | paths)
-    held = len(body.anchors[0])
-    assert len(body.coarse.surface) / 20 < held < len(body.coarse.surface) / 2
-    assert f"by {held} coarse nodes" in printed
+    assert not len(body.anchors[0]) and body.bed is not None
+    assert 0.1 < len(inner_nodes(body.coarse, body.bed)) / len(body.coarse.surface) < 0.6
+    if what == "mask":  # a body that is made anew has the shape of its data
+        assert re.search(r"found +the organ of the data has \d+.* mL, .* surfaces are up to", printed)
     # from a folder near by the path is relative; quotes, as it has a space
     typed = re.search(r"make CONFIG='(.*)'$", printed.splitlines()[-1])
     assert typed and Path(typed[1]).resolve() == Path(file).resolve()
@@ -101,10 +107,9 @@ def test_it_is_pressed_by_a_fingertip_and_by_a_hand_and_has_contacts_to_judge_by
     assert given["tradeoff"]["contacts"] == 24
     assert given["tradeoff"]["presses"][1] == {"magnitude": 0.8, "tilt_degrees": 45}
     assert not {"magnitudes", "train", "test", "contacts"} & set(entry)
-    # a bar is held on its broad side, and an organ of a CT by the back
-    plane = entry["anchors"]["plane"]
-    assert what != "tetrahedra" or plane["axis"] in "yz"
-    assert what != "mask" or (plane["axis"], plane["side"]) == ("y", "max")
+    # a bar lies on its broad side, and an organ of a CT on the patient's back
+    assert what != "tetrahedra" or entry["bed"]["facing"][0] == 0
+    assert what != "mask" or entry["bed"]["facing"] == [0, 1, 0]
     text = file.read_text(encoding="utf-8")
     lines = [line for line in text.splitlines() if not line.lstrip().startswith("#")]
     assert [line for line in lines if not re.search(r"^ *(\w+:|- \{).*  # \S", line)] == []  # every key has a comment
@@ -123,7 +128,7 @@ def test_the_fingertip_stays_one_unless_the_body_is_tiny_or_huge(size, tip):
 def test_a_mesh_of_too_few_nodes_and_a_folder_that_cannot_be_written_are_refused(data, tmp_path):
     bar = box([0.2, 0.2, 0.2], [1, 1, 1])
     meshio.write_points_cells(tmp_path / "cube.vtk", bar.nodes, [("tetra", bar.tetrahedra)])
-    with pytest.raises(InputError, match=r"has [0-4] nodes that can be pressed|no side of it has enough nodes"):
+    with pytest.raises(InputError, match=r"has [0-4] nodes that can be pressed|enough nodes|holds the whole"):
         init([tmp_path / "cube.vtk"])
     with pytest.raises(InputError, match=r"config\.yaml cannot be written \(File exists\); give another folder with"):
         init([data / "bar.vtk"], folder=tmp_path / "cube.vtk")
@@ -152,6 +157,12 @@ def test_each_label_becomes_a_body_of_its_own_and_one_that_makes_none_does_not_s
         init_each(files[:1])
 
 
+@pytest.mark.parametrize(("label", "name"), [("liver", "liver"), (5, "liver"), (7, "organs_seg")])
+def test_a_body_has_the_name_of_its_label_where_the_mask_knows_one(data, label, name):
+    found = recognise([data / "scan.nii.gz", data / "organs.seg.nrrd"], [label], None)
+    assert (found.name, found.entry["label"]) == (name, label)
+
+
 def test_labels_become_regions_of_the_largest(data, tmp_path):
     image, truth = abdomen(spacing_m=(0.008, 0.008, 0.008))
     write_scan(tmp_path / "lesion.nii.gz", truth["labels"].astype(np.uint8), image)
@@ -171,27 +182,49 @@ def test_an_mri_is_said_to_be_one(data):
         recognise([data / "scan.nii.gz"], [], None, mri=True)
 
 
-def test_a_body_is_not_held_by_a_strip():
-    """A wedge is flattest at its edge; it hangs from that, and elements converge slowly."""
-    wedge = box([0.2, 0.1, 0.1], [12, 8, 6])
-    nodes = wedge.nodes.copy()
-    nodes[:, 1] = 0.05 + (nodes[:, 1] - 0.05) * (0.15 + 0.85 * nodes[:, 2] / 0.1)
-    wedge = TetMesh(nodes, wedge.tetrahedra)
-    held = choose_anchors("wedge", {"plane": _hold("wedge", wedge, [("z", "min"), ("y", "max")])}, wedge)
-    areas = np.linalg.norm(area_normals(wedge.nodes, wedge.triangles), axis=1)
-    assert areas[np.isin(wedge.triangles, held).all(axis=1)].sum() > BROAD * areas.sum()
+def test_a_body_lies_on_its_broadest_side_in_tissue_as_stiff_as_itself():
+    """Displaced as a whole, a square foot pushes back by ∫ k, a share of E / thickness; the top has no springs."""
+    mesh = box([0.1, 0.2, 0.2], [2, 4, 4])
+    found = _bed("block", mesh, [(axis, side) for axis in "xyz" for side in ("min", "max")], "")
+    assert found["facing"] == [-1, 0, 0]
+    assert found["stiffness_n_m3"] == pytest.approx(3000 / (0.05 * 0.2))
+    bed = read_bed("block", found, mesh)
+    assert (mesh.nodes[inner_nodes(mesh, bed), 0] == 0.0).all() and len(inner_nodes(mesh, bed)) == 25
+    matrix = BedSprings(mesh, bed).matrix
+    whole = np.tile([1e-3, 0.0, 0.0], len(mesh.nodes))
+    pressure = (matrix @ whole).reshape(-1, 3)[:, 0].sum() / 0.2**2
+    assert 0.2 < pressure / (1e-3 * found["stiffness_n_m3"]) < 0.6
 
 
-def test_an_arch_is_not_held_at_its_two_feet():
-    """Held at both it would snap through when pressed in its middle, which Newton's method cannot follow."""
-    arch = box([0.2, 0.04, 0.04], [10, 2, 2])
-    nodes = arch.nodes - [0.1, 0, 0]
-    arch = TetMesh(nodes + np.outer(8 * nodes[:, 0] ** 2, [0, 1, 0]), arch.tetrahedra)
-    plane = _hold("arch", arch, [(axis, side) for axis in "xyz" for side in ("min", "max")])
-    held = choose_anchors("arch", {"plane": plane}, arch)
-    assert np.ptp(arch.nodes[held, 0]) < 0.1 or plane["axis"] == "z"
-    feet = choose_anchors("arch", {"plane": {"axis": "y", "side": "max", "depth_m": 0.02}}, arch)
-    assert _patches(arch, held) == 1 and _patches(arch, feet) == 2
+def test_a_surface_gets_as_many_nodes_as_its_shape_needs(monkeypatch, tmp_path):
+    """Measured on the mesh that the body gets; where no number has it, the fewest that are hardly worse."""
+    dense = nest("dense", box([2.0, 2.0, 2.0], [2, 2, 2]), 3, np.arange(2), Material(3000, 0.3, 1000)).fine
+    points = [50, 30, 20] * (dense.nodes - 1) / np.linalg.norm(dense.nodes - 1, axis=1).clip(0.1)[:, None]
+    meshio.write_points_cells(tmp_path / "organ.stl", points, [("triangle", dense.triangles)], binary=True)
+    read = recognise([tmp_path / "organ.stl"], [], None, scale_m=0.001)
+    entry, mesh, like = choose._resolved("organ", read.entry, str)
+    assert like is not None and like.close
+    mended, solid = solid_of(Path(entry["path"]), 0.001)
+    assert like.volume_m3 == pytest.approx(mesh.volumes.sum()) and like.data_m3 == pytest.approx(solid.volume_m3)
+    assert abs(like.volume) <= 0.02 and apart(mesh, solid.places, mended.points, mended.triangles) <= 0.01 * mesh.size
+
+    penalties = {140: 9.0, 280: 4.5, 560: 4.0, 1120: 3.9}
+    monkeypatch.setattr(choose, "_coarse", lambda name, tried: replace_count(mesh, tried["surface_nodes"]))
+    monkeypatch.setattr(choose, "likeness", lambda found, tried: Likeness(0, 0.01 * penalties[found.count], 1, 1))
+    assert choose._resolved("organ", read.entry, str)[0]["surface_nodes"] == 280
+
+
+def replace_count(mesh, count):
+    """Return a stand-in for a mesh that knows for how many nodes it was made."""
+    return SimpleNamespace(tetrahedra=mesh.tetrahedra, count=count)
+
+
+def test_a_step_that_takes_long_is_told_while_it_does(capsys):
+    with told("the data", every_s=0.02) as progress:
+        progress.say("a mesh of 140 surface nodes")
+        time.sleep(0.1)
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) >= 2 and all("a mesh of 140 surface nodes, 0 s so far" in line for line in lines)
 
 
 def test_it_is_written_beside_the_data_and_never_over_another(capsys, data):

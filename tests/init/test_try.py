@@ -1,6 +1,9 @@
 """``palpate try``: what ``palpate init`` writes, and small settings of it that are run at once."""
 
 import re
+import subprocess
+import sys
+import time
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -11,11 +14,11 @@ import yaml
 from palpate.benchmark.advice import advise
 from palpate.benchmark.comparison import read_errors
 from palpate.bodies.box import box
-from palpate.bodies.supports import choose_anchors
+from palpate.bodies.supports import inner_nodes, read_bed
 from palpate.cli import main
 from palpate.errors import InputError
 from palpate.init import try_body
-from palpate.init.choose import _hold
+from palpate.init.choose import _bed, _too_few_nodes
 from palpate.init.command import program
 from palpate.init.data import HOLDS, sides_of
 from palpate.init.try_body import MODELS, is_unchanged
@@ -68,13 +71,12 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     )
     assert ran == [folder / "try.yaml"]
     body = whole["bodies"]["block"]
-    plane = body["anchors"]["plane"]
-    assert (body["scale_m"], plane["axis"], plane["side"]) == (0.1, "x", "min")
+    assert (body["scale_m"], body["bed"]["facing"]) == (0.1, [-1, 0, 0]) and "anchors" not in body
     assert small["bodies"]["block"] == body | {"refinements": 1} and body["refinements"] == 2
     assert list(whole["regimes"]) == ["small", "deep", "large"]
     assert small["regimes"] == {"large": whole["regimes"]["large"]}
     assert small["tradeoff"]["models"] == MODELS and small["tradeoff"]["contacts"] < whole["tradeoff"]["contacts"]
-    assert "given    it is held where its x is smallest" in printed and "a unit of the file" not in printed
+    assert "given    it lies where its x is smallest" in printed and "a unit of the file" not in printed
     assert "unit [m], given; the longest side is 30 cm" in (folder / "config.yaml").read_text(encoding="utf-8")
     assert "within 16.7 ms" in printed and f"The report: {folder}/results/report.html" in printed
     assert re.search(r"make CONFIG=\S*organ/config\.yaml\n", printed)
@@ -155,6 +157,33 @@ def test_a_run_that_fails_is_said_to_have_and_how_to_go_on(monkeypatch, tmp_path
     assert f"--directory {tmp_path}" in asked
 
 
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="elsewhere its number is said only")
+def test_a_try_that_is_killed_takes_its_run_with_it(tmp_path):
+    """Not even a signal that cannot be caught leaves a run behind that computes on."""
+    (tmp_path / "run.py").write_text("import time; time.sleep(60)")
+    code = f"from palpate.init import try_body; from pathlib import Path; try_body.ROOT = Path({str(tmp_path)!r}); "
+    code += "try_body.RUN = try_body.ROOT / 'run.py'; try_body.run_settings(try_body.ROOT / 'try.yaml', 'again')"
+    tried = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert tried.stdout is not None
+    number = int(re.findall(r"process (\d+)", tried.stdout.readline())[0])
+    assert Path(f"/proc/{number}").exists()
+    tried.kill()
+    tried.wait()
+    for _ in range(200):
+        if not _computes(number):
+            break
+        time.sleep(0.02)
+    assert not _computes(number)
+
+
+def _computes(number: int) -> bool:
+    """Return whether a process is there, and not only waiting to be forgotten."""
+    try:
+        return Path(f"/proc/{number}/stat").read_text().split(")")[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -172,7 +201,7 @@ def test_what_cannot_be_tried_gets_one_sentence_and_nothing_is_written(capsys, d
     assert not (tmp_path / "new").exists() and ran == []
 
 
-def test_each_side_of_a_block_can_hold_it_and_the_left_of_a_patient_is_the_patients_own():
+def test_a_block_can_lie_on_each_of_its_sides_and_the_left_of_a_patient_is_the_patients_own():
     """In a CT x points to the patient's left, y to the back and z to the head."""
     assert sides_of("ct", "left") == [("x", "max")] and sides_of("ct", "right") == [("x", "min")]
     assert sides_of("ct", "back") == sides_of("ct", None) == [("y", "max")]
@@ -180,8 +209,8 @@ def test_each_side_of_a_block_can_hold_it_and_the_left_of_a_patient_is_the_patie
     block = box([0.3, 0.2, 0.1], [6, 4, 2])
     found = {}
     for word in HOLDS:
-        plane = _hold("block", block, sides_of("file", word))
-        nodes = block.nodes[choose_anchors("block", {"plane": plane}, block)]
+        bed = read_bed("block", _bed("block", block, sides_of("file", word), ""), block)
+        nodes = block.nodes[inner_nodes(block, bed)]
         found[word] = nodes.mean(axis=0) - block.nodes.mean(axis=0)
     for low, high, axis in (("left", "right", 0), ("front", "back", 1), ("below", "above", 2)):
         assert found[low][axis] < 0 < found[high][axis]
@@ -190,8 +219,24 @@ def test_each_side_of_a_block_can_hold_it_and_the_left_of_a_patient_is_the_patie
         assert found[high].tolist() == found[f"{name}-max"].tolist()
 
     rod = box([0.3, 0.002, 0.002], [30, 1, 1])
-    with pytest.raises(InputError, match=r"rod: that side of it has too few nodes to be held; give another"):
-        _hold("rod", rod, sides_of("file", "left"))
+    with pytest.raises(InputError, match=r"^rod: its side left has too few nodes to lie on; give another"):
+        _bed("rod", rod, sides_of("file", "left"), _too_few_nodes({"kind": "file"}, "left"))
+
+
+def test_who_names_no_side_is_not_told_to_name_another():
+    scan = {"kind": "ct", "threshold_hu": [30, 120]}
+    assert "if the largest piece between 30 and 120 is not the organ" in _too_few_nodes(scan, None)
+    assert "mask" not in _too_few_nodes(scan | {"mask": "organs.nii.gz"}, None)
+    assert _too_few_nodes({"kind": "file"}, None).endswith("enough nodes to lie on; give a mesh with more triangles")
+
+
+@pytest.mark.parametrize("size", [2e-7, 1e7])
+def test_a_size_that_no_unit_explains_asks_for_the_scale(capsys, tmp_path, size):
+    bar = box([size, 0.2 * size, 0.2 * size], [6, 2, 2])
+    meshio.write_points_cells(tmp_path / "bar.vtk", bar.nodes, [("tetra", bar.tetrahedra)])
+    assert main(["init", str(tmp_path / "bar.vtk"), "-o", str(tmp_path / "new")]) == 1
+    assert "an organ's in no unit from micrometres to metres; give --scale" in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
 
 
 @pytest.mark.parametrize(

@@ -9,14 +9,14 @@ from scipy import sparse
 
 from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.database import Database
-from palpate.benchmark.load import Answer, Load, Press, Refused, loads_of
+from palpate.benchmark.load import Answer, Doubted, Load, Press, Refused, loads_of
 from palpate.benchmark.model import Solver
 from palpate.errors import InputError, NotConverged
 from palpate.models import cascade
 from palpate.models.cascade import Limits, Turning, prepared_stage
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.linear_fem import Linear
-from palpate.models.warped_compliance import WarpedResponse
+from palpate.models.warped_response import WarpedResponse
 
 STAGES = [{"model": "linear_fem"}, {"model": "warped_compliance", "setting": {"samples": 0}}]
 
@@ -32,7 +32,9 @@ def case(slab_case):
     force = db.force[rows]
     fine = np.einsum("ci,cink->cnk", force, linear) * (1.0 + 0.02 * np.arange(1, count + 1))[:, None, None]
     many = replace(db.take(rows), contact=contacts, fine=fine)
-    return replace(given, database=many, grid={"cascade": {"asked_errors": [0.1, 0.5], "stages": STAGES}})
+    return replace(
+        given, database=many, grid={"cascade": {"asked_errors": [0.1, 0.5], "budgets_ms": [], "stages": STAGES}}
+    )
 
 
 @pytest.fixture
@@ -143,6 +145,33 @@ def test_a_bound_that_is_too_large_is_passed_over_without_asking(case, load):
     np.testing.assert_allclose(second.displacement, 1.1 * first.displacement)
     third = of(case, 0.3, *stages, mesh=0.15).respond(load)
     assert (cheap.asked, dear.asked) == (1, 2) and third.error == pytest.approx(0.16)
+
+
+def test_a_stage_that_does_not_fit_the_budget_is_left_out_and_that_is_told(case, load):
+    """Stages of 0.4, 0.7 and 200 ms, of which the first two are not sure enough, or do not answer."""
+    turned = Turning(case).of(load)
+
+    def asked(budget_ms, first, second=0.2):
+        stages = [
+            cascade.CascadeStage(Known(case, own=first, fails=first is None), 1.0, True, 4e-4),
+            cascade.CascadeStage(Known(case, own=second), 1.0, True, 7e-4),
+            cascade.CascadeStage(Known(case), 1e-3 / turned, False, 0.2),
+        ]
+        whole = cascade.Cascade(case, cascade.Prepared(Turning(case), 0.0, stages, case), 0.05, budget_ms)
+        return whole, [stage.solver for stage in stages]
+
+    whole, solvers = asked(300.0, 0.3)
+    assert whole.respond(load).error == pytest.approx(1e-3) and [each.asked for each in solvers] == [1, 1, 1]
+    for budget_ms, first, error, calls in ((16.7, 0.3, 0.2, [1, 1, 0]), (1.0, 0.3, 0.3, [1, 0, 0])):
+        whole, solvers = asked(budget_ms, first)
+        with pytest.raises(Doubted, match="ms") as told:
+            whole.respond(load)
+        assert told.value.answer.error == pytest.approx(error) and [each.asked for each in solvers] == calls
+    assert asked(1.0, 0.01)[0].respond(load).error == pytest.approx(0.01)
+    whole, solvers = asked(1.0, None)
+    with pytest.raises(NotConverged):
+        whole.respond(load)
+    assert [each.asked for each in solvers] == [1, 0, 0]
 
 
 def test_what_the_model_says_itself_counts_after_it_has_answered(case, load):

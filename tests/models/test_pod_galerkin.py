@@ -47,7 +47,7 @@ def test_all_points_are_full_galerkin(case):
     """The elements' own energy, minimised over the same modes by another search, has the same minimum."""
     low = replace(case, grid={"pod_galerkin": GRID["pod_galerkin"] | {"nodes": 1}})
     solver = pod_galerkin.offline(low).online({"modes": 5, "thinned": 0.0})
-    elements, load = Workshop(case.body, RADIUS_M, 1).elements(0), load_of(case, 3)
+    elements, load = Workshop(case.body, RADIUS_M, 0).elements(0), load_of(case, 3)
     modes, pull = solver._modes, load.presses[0].force @ solver._pull(load.presses[0].node)
     assert modes.shape[2] == 5
 
@@ -104,7 +104,7 @@ def test_settings_have_at_most_as_many_modes_as_samples_and_charge_them(case):
     ]  # fmt: skip
     fresh = replace(case, used={})
     pod_galerkin.offline(fresh).online(SETTING)
-    assert set(fresh.used) == {"training", "volumes"}
+    assert set(fresh.used) - {"buckling"} == {"training", "volumes"}  # whoever makes that one has waited for it
 
 
 @pytest.fixture(scope="module")

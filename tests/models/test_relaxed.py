@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fixtures.games import LONG, WITHIN
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused
@@ -13,14 +14,6 @@ from palpate.errors import InputError, NotConverged
 from palpate.models import fem, relaxed
 from palpate.solvers.projective_dynamics import ProjectiveDynamics
 from palpate.solvers.vertex_block_descent import VertexBlockDescent
-
-LONG = {
-    "xpbd": {"level": 0, "steps": 2000, "iterations": 1, "step": 0.25},
-    "vertex_block_descent": {"level": 0, "sweeps": 1500, "radius": 0.99},
-    "projective_dynamics": {"level": 0, "iterations": 200, "memory": 5},
-}
-WITHIN = {"xpbd": 2e-3, "vertex_block_descent": 1e-6, "projective_dynamics": 1e-6}
-"""RMSE over peak: steps of XPBD end beside the equilibrium, the shorter the nearer."""
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +52,19 @@ def test_what_accelerates_helps(pressed, equilibrium, method, few):
     name = {"vertex_block_descent": "radius", "projective_dynamics": "memory"}[method]
     with_it, without = (ask(pressed, method, **few, **change) for change in ({}, {name: 0}))
     assert errors(with_it, equilibrium).rmse_of_peak < 0.9 * errors(without, equilibrium).rmse_of_peak
+
+
+@pytest.mark.parametrize(
+    "method, plain",
+    [
+        ("vertex_block_descent", {"sweeps": 8000, "radius": 0}),
+        ("projective_dynamics", {"iterations": 3000, "memory": 0}),
+    ],
+)
+def test_accelerated_iterations_end_where_plain_ones_do(pressed, method, plain):
+    """Chebyshev's weights and a memory change the way there, and not the end."""
+    fast, slow = ask(pressed, method), ask(pressed, method, **plain)
+    assert errors(fast, slow).rmse_of_peak < 1e-6
 
 
 @pytest.mark.parametrize("solver", [VertexBlockDescent, ProjectiveDynamics])

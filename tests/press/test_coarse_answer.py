@@ -69,7 +69,7 @@ def test_it_comes_back_from_its_file(answer, bar, tmp_path):
 
 
 def test_a_large_body_goes_without(bar, tmp_path, monkeypatch):
-    monkeypatch.setattr(coarse_answer, "MOST", 10)
+    monkeypatch.setattr(coarse_answer, "MOST_SURFACE_NODES", 10)
     assert coarse_answer.coarse_answer(bar, RADIUS_M) is None
     coarse_answer.save(None, tmp_path / "none.bin")
     assert coarse_answer.load(tmp_path / "none.bin") is None

@@ -52,9 +52,9 @@ def test_every_failure_is_listed():
     report.studies = {"toy": Failing}
     limits = closing.parts(report, Unfolded)["limits"].introduction
     assert "1 in “Presses”" in limits and "| Presses | XPBD | liver | it exploded |" in limits
-    assert "Not in the papers" not in limits
+    assert "Paper 1 gives" not in limits
     report.published = {"toy": {"nodes": 140}}
-    assert "Not in the papers" in closing.parts(report, Unfolded)["limits"].introduction
+    assert "Paper 1 gives" in closing.parts(report, Unfolded)["limits"].introduction
 
 
 @pytest.mark.parametrize("model", MODELS)

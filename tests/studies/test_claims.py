@@ -8,15 +8,25 @@ import pandas as pd
 import pytest
 
 from palpate.report import declared
-from palpate.report.claims import CONFIRMED, OUTSIDE, REFUTED, Claim, gather, not_testable, percent, verdict
+from palpate.report.claims import (
+    CONFIRMED,
+    CONFIRMED_OUTSIDE,
+    REFUTED,
+    REFUTED_OUTSIDE,
+    Claim,
+    gather,
+    not_testable,
+    percent,
+    verdict,
+)  # fmt: skip
 from palpate.report.tables import columns
 
 JUDGES = [(study, *judge) for study in declared.names() for judge in declared.claims(study).items()]
 
 
 def test_verdicts():
-    assert [verdict(True), verdict(True, within=False)] == [CONFIRMED] * 2
-    assert [verdict(False), verdict(False, within=False)] == [REFUTED, OUTSIDE]
+    assert [verdict(True), verdict(True, within=False)] == [CONFIRMED, CONFIRMED_OUTSIDE]
+    assert [verdict(False), verdict(False, within=False)] == [REFUTED, REFUTED_OUTSIDE]
     assert not_testable("no data") == "not testable: no data"
     assert (percent(0.1234), percent(1.04), percent(0.000123)) == ("12 %", "100 %", "0.012 %")
 

@@ -135,6 +135,13 @@ def put(settings: dict, place: str, value: object) -> None:
         ("bodies.liver", {"young_pa": None}, "bodies.liver lacks kind; add it"),
         ("bodies.liver.young_pa", "3 kPa", " is the text '3 kPa'; write the number alone, in the"),
         ("bodies.liver.young_pa", "3,5", " is the text '3,5'; write the number with a point, 3.5"),
+        ("bodies.liver.young_pa", "3,000", "; write the number without separators, 3000, or 3.000 if the comma is a"),
+        (
+            "bodies.liver.length_m",
+            200,
+            ".length_m makes a body 200 m long, and bodies are 0.002 to 5 m long here; give",
+        ),
+        ("scenes.poke.step_s", 5, ".step_s is 5, and push.loads[0] lasts"),
         ("bodies.liver.train", 8.5, ".train is 8.5, but must be a whole number (Paper 1's samples"),
         ("solver", [1e-8], "solver is [1e-08], but must be a block of keys (Newton's method for static"),
         ("bodies.abdomen.snap", "yes", "bodies.abdomen.snap is the text 'yes'; write true"),
@@ -149,6 +156,14 @@ def put(settings: dict, place: str, value: object) -> None:
 def test_what_is_wrong_is_said(smoke, place, value, said):
     put(smoke, place, value)
     assert said in refusal(smoke)
+
+
+def test_a_finger_wider_than_the_body_is_refused_before_the_run(whole):
+    wide = whole | {"regimes": {"small": {"peak_of_size": 0.03, "radius_m": 12}}}
+    with pytest.raises(
+        InputError, match=r"regimes\.small presses liver with a disc of radius_m 12, and the whole body"
+    ):
+        complete(wide, ROOT / "tests/smoke/config.yaml")
 
 
 def test_a_study_is_checked_for_who_asks_for_it(smoke):

@@ -102,7 +102,7 @@ def test_nothing_is_left_to_do(after):
             {"evaluate_methods"} | AFTER_SWEEP, UP_TO_DATABASE | MODELS, id="another grid of sigma",
         ),
         pytest.param(
-            lambda settings: settings["tradeoff"]["settings"].update(fem={"iterations": [1]}),
+            lambda settings: settings["tradeoff"]["settings"].update(fem={"iterations": [2]}),
             {"measure_models"}, UP_TO_DATABASE | {"evaluate_methods"}, id="settings of a family",
         ),
         pytest.param(

@@ -279,6 +279,15 @@ def test_values_that_are_not_whole_numbers_are_no_labels(tmp_path, image, values
         read_mask(path, image)
 
 
+def test_an_image_and_its_mask_that_change_places_are_told_so(tmp_path, scan, image, values):
+    with pytest.raises(
+        InputError, match=r"as of a mask and not of an image; give the image first, and then the mask\.$"
+    ):
+        read(write_labels(tmp_path / "mask.nii.gz", np.repeat(values, 9, axis=0)))
+    with pytest.raises(InputError, match="it has values below 0, as a CT has and no mask; give the CT first"):
+        choose(tmp_path / "scan.nii.gz", scan, {}, None, image.voxel_m3)
+
+
 def test_a_damaged_table_of_names_leaves_the_numbers(tmp_path, image, values):
     path = write_labels(tmp_path / "mask.nii", values, {5: "<![CDATA[<"})
     assert np.array_equal(read_mask(path, image, 5), values == 5)

@@ -195,12 +195,12 @@ RADIUS = 0.03
 
 def test_a_press_that_the_finer_level_bears_is_the_limit_and_one_that_it_does_not_is_lowered(slab_case):
     body, contact = slab_case[0].body, int(slab_case[1].contact[0])
-    shop = Workshop(body, RADIUS, 1)
+    shop = Workshop(body, RADIUS, 0)
     assert shop.gap == 1
     shown = shop.shown(contact, "snapshots")
     hard = np.linalg.norm(shown.forces[0])
     assert bearing(shop, [contact], "snapshots")[0] == pytest.approx(-shown.normal / hard)
-    other = Workshop(body, RADIUS, 1)
+    other = Workshop(body, RADIUS, 0)
     other.make(("snapshots", contact), lambda: replace(shown, forces=20 * shown.forces, answers=20 * shown.answers))
     lowered = 1.0 / np.linalg.norm(bearing(other, [contact], "snapshots"))
     assert 0.9 * hard < lowered < 19 * hard

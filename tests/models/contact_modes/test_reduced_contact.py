@@ -12,11 +12,19 @@ from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import NotConverged
 from palpate.models.contact_modes import snapshots
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
-from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of, few_of, rings_around
+from palpate.models.contact_modes.reduced_contact import (
+    ReducedContact,
+    cell_stresses,
+    cells_of,
+    few_of,
+    is_positive,
+    rings_around,
+)
 from palpate.models.contact_modes.snapshots import (
     SNAPSHOT_RESIDUAL,
     basis_of,
     columns_of_contact,
+    linear_columns,
     orthonormal,
     press_contact,
     thinned_model,
@@ -37,9 +45,13 @@ def pressed(slab):
         body = replace(slab, material=replace(slab.material, law=law))
         elements = ElementsAtRest(body, 0)
         disc = patch_shares(body.coarse, patch_at(body, contact(body), RADIUS), 2)
-        return press_contact(columns_of_contact(elements, *disc, body.fine.normals[contact(body)], NEWTONS))
+        return press_contact(columns_at(elements, disc, body.fine.normals[contact(body)]))
 
     return make
+
+
+def columns_at(elements, disc, normal):
+    return columns_of_contact(elements, *disc, normal, NEWTONS, linear_columns(elements, *disc))
 
 
 def contact(body):
@@ -104,7 +116,7 @@ def test_snapshots_are_answers_however_far_a_press_turns_the_body(slab):
     """At the free edge of a thin plate four steps leave more than the load itself."""
     thin = replace(slab, levels=[replace(mesh, nodes=mesh.nodes * [1.0, 1.0, 0.3]) for mesh in slab.levels])
     elements, disc = ElementsAtRest(thin, 0), patch_shares(thin.coarse, patch_at(thin, contact(thin), RADIUS), 2)
-    shown = press_contact(columns_of_contact(elements, *disc, np.array([0.0, 0.0, 1.0]), NEWTONS))
+    shown = press_contact(columns_at(elements, disc, np.array([0.0, 0.0, 1.0])))
     for k, force in enumerate(shown.forces):
         load = elements.nodal(shown.nodes, shown.shares, force)
         pull = elements.force(shown.answers[:, :, k]) + load
@@ -150,6 +162,35 @@ def test_the_minimum_is_that_of_another_search(pressed):
 
     found = minimize(energy, load, method="BFGS", options={"gtol": 1e-7 * np.linalg.norm(load)})
     assert model.settle(force, 1e-7).q == pytest.approx(found.x, abs=1e-4 * np.abs(found.x).max())
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_tangent_is_the_derivative_of_the_gradient(pressed, law):
+    """At a pressed state, of points and of the few cells that are chosen, the change of geometry included."""
+    shown = pressed(law)
+    modes = basis_of([shown])
+    for model in (whole_model([shown], modes, 1), thinned_model([shown], modes, 1, 1e-2, 0)):
+        q, step = model.settle(shown.forces[0], 1e-3).q, 1e-5 * np.linalg.norm(model.settle(shown.forces[0], 1e-3).q)
+        count = len(model.cells.volumes)
+        f, p, energies, sure = np.empty((9, count)), np.empty((9, count)), np.empty(count), np.empty(count, dtype=bool)
+
+        def gradient(at, model=model, scratch=(f, p, energies, sure)):
+            slopes, volumes, *moduli = model.cells
+            cell_stresses(at, slopes.reshape(-1, len(at)), volumes, *moduli, *model.law, *scratch)
+            return scratch[1].ravel() @ slopes.reshape(-1, len(at)) + model.rest @ at
+
+        found = model.tangent(q)
+        by_differences = [(gradient(q + step * way) - gradient(q - step * way)) / (2 * step) for way in np.eye(len(q))]
+        assert found == pytest.approx(np.array(by_differences), abs=1e-6 * np.abs(found).max())
+        assert model.tangent(np.zeros(len(q))) == pytest.approx(np.eye(len(q)), abs=1e-9)
+
+
+def test_a_matrix_is_positive_where_its_eigenvalues_are():
+    draw = np.random.default_rng(0)
+    for least in (0.1, 1e-6, -1e-6, -0.5):
+        turn = np.linalg.qr(draw.normal(size=(7, 7)))[0]
+        assert is_positive(turn @ np.diag([least, *range(1, 7)]) @ turn.T) == (least > 0.0)
+    assert not is_positive(np.full((3, 3), np.nan))
 
 
 def test_few_columns_replace_all_with_positive_weights():

@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 from palpate.models.enrichment.features import kinds
 from palpate.models.enrichment.fitting import gather
 from palpate.models.enrichment.methods import build
-from palpate.models.enrichment.paper_enrichment import WEIGHTS, Blend, Known
+from palpate.models.enrichment.paper_enrichment import WEIGHTS, Blend, DescribedSamples
 from palpate.models.enrichment.pod_rbf import PodRbf
 from palpate.models.enrichment.ridge import KernelRidgeDetail, RidgeUpsampling
 from palpate.models.interpolation import Interpolation
@@ -51,7 +51,7 @@ def test_predictions_are_finite_even_far_from_every_sample(db, methods):
 @pytest.mark.parametrize("name", ["unordered", "ordered", "framed"])
 @pytest.mark.parametrize("kind", ["signed", "nonnegative_b"])
 def test_training_samples_reproduce_themselves(db, settings, name, kind):
-    known = Known(kinds(db, 10)[name], gather(db, TRAIN, "paper", settings), settings)
+    known = DescribedSamples(kinds(db, 10)[name], gather(db, TRAIN, "paper", settings), settings)
     method = Blend(known, kind, 0.3 * known.scale)
     for i in TRAIN:
         assert of_peak(predict(method, db, i), db, i) < 1e-6
@@ -95,7 +95,7 @@ def test_blends_do_not_depend_on_numbering(db, settings, name):
     other, fine = renumbered(db, 5)
     for kind in ("signed", "nonnegative_a", "clipped"):
         here, there = (
-            Blend(Known(kinds(d, 10)[name], gather(d, TRAIN, "paper", settings), settings), kind, 2e-3)
+            Blend(DescribedSamples(kinds(d, 10)[name], gather(d, TRAIN, "paper", settings), settings), kind, 2e-3)
             for d in (db, other)
         )
         for i in TEST:
@@ -109,7 +109,7 @@ def test_ordered_does_not_depend_on_numbering_without_ties(db, settings):
     irregular = replace(db, **moved)
     other, fine = renumbered(irregular, 5)
     here, there = (
-        Blend(Known(kinds(d, 10)["ordered"], gather(d, TRAIN, "paper", settings), settings), "signed", 2e-3)
+        Blend(DescribedSamples(kinds(d, 10)["ordered"], gather(d, TRAIN, "paper", settings), settings), "signed", 2e-3)
         for d in (irregular, other)
     )
     for i in TEST:
@@ -155,7 +155,7 @@ def test_rivals_learn_from_seen_contacts(db, settings):
 def test_duplicate_training_samples_change_nothing_bad(db, settings, name):
     twice = np.concatenate([TRAIN, TRAIN[:5]])
     training = gather(db, twice, "paper", settings)
-    known = Known(kinds(db, 10)[name], training, settings)
+    known = DescribedSamples(kinds(db, 10)[name], training, settings)
     for kind in WEIGHTS:
         method = Blend(known, kind, known.choose_sigma(kind))
         assert np.isfinite(predict(method, db, 20)).all()

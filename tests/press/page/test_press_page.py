@@ -496,11 +496,22 @@ def test_another_model_presses_as_deep_as_it_is_known_to_bear(twins):
     page.get_by_label("model").select_option("other")
     rest(page)
     np.testing.assert_allclose(page.evaluate(f"{STAGE}.fingers.map((finger) => finger.depth)"), [0.006, 0.006])
-    page.get_by_label("model").select_option("coarse")  # which answers the same presses
+    page.get_by_label("model").select_option("coarse")  # which bears what was asked for
     rest(page)
-    np.testing.assert_allclose(page.evaluate(f"{STAGE}.fingers.map((finger) => finger.depth)"), [0.006, 0.006])
+    np.testing.assert_allclose(page.evaluate(f"{STAGE}.fingers.map((finger) => finger.depth)"), [0.010, 0.010])
     slide_keys(page)
     assert depth(page) == pytest.approx(0.010)  # of the wish, in a place that bears so much
+
+
+def test_a_body_is_seen_at_first_from_where_it_can_be_pressed(opened, model, liver):
+    """Whatever side is held, it does not lie toward the viewer."""
+    nodes = liver.fine.nodes[liver.fine.surface]
+    places = nodes - (nodes.min(axis=0) + nodes.max(axis=0)) / 2
+    for side in (*np.eye(3), *-np.eye(3)):
+        with opened([model], held=places @ side > 0.6 * (places @ side).max()) as page:
+            rest(page)
+            camera = page.evaluate(f"({{ toward: {STAGE}.camera.rows[2], back: {STAGE}.camera.back }})")
+            assert np.dot(camera["toward"], camera["back"]) <= 0.2 * np.linalg.norm(camera["back"])
 
 
 def test_what_one_model_knows_holds_for_one_that_does_not_say(twins):

@@ -16,7 +16,7 @@ import palpate.press.portable.runtimes
 from palpate.bodies.make_body import make_body
 from palpate.effects.law import PLAIN
 from palpate.models.contact_modes.contact_modes import Prepared
-from palpate.models.contact_modes.reduced_contact import Cells, ReducedContact
+from palpate.models.contact_modes.reduced_contact import Cells, ReducedContact, softness
 from palpate.press.portable.export import export_model
 from palpate.press.portable.file import read
 from palpate.press.portable.runtimes.palpate_model import HEAD, SCALARS, PortableModel
@@ -55,7 +55,8 @@ def made_up():
         reduced = ReducedContact(cells, 0.3 * rng.normal(size=(6, 3)), PLAIN)
         rest = (0.05 * waves.reshape(3 * n, 12)[:, rng.permutation(12)[:6]]).astype(np.float32)
         bearing = -normals[at][None] / 0.8
-        model = Prepared(reduced, 0.4, linear[k % 3], rest, (np.eye(3), np.eye(3, 6)), bearing, np.eye(1))
+        turned = np.eye(3), np.eye(3, 6)
+        model = Prepared(reduced, 0.4, linear[k % 3], rest, turned, bearing, np.eye(1), softness(rest.reshape(n, 3, 6)))
         packed.append(PackedContact(nodes[at], normals[at], model))
         contacts.append(reduced)
     basis = surface_basis(body, 0.03, linear, [each.prepared.rest for each in packed], 10)

@@ -26,7 +26,7 @@ from palpate.press import coarse_answer
 from palpate.press.finished_run import FinishedRun
 from palpate.press.serve.command import _page, find_run
 from palpate.press.serve.live_models import LiveModels
-from palpate.press.serve.server import LARGEST, PressServer
+from palpate.press.serve.server import MAX_BYTES, PressServer
 
 
 @pytest.fixture(scope="module")
@@ -259,7 +259,7 @@ def test_other_names_of_this_machine_are_refused(served, host):
         ({"Origin": "http://{host}"}, 200),
         ({"Content_Type": "text/plain"}, 415),
         ({"Content_Type": None}, 415),
-        ({"Content_Length": str(LARGEST + 1)}, 413),
+        ({"Content_Length": str(MAX_BYTES + 1)}, 413),
         ({"Content_Length": "-1"}, 413),
         ({"Content_Length": None}, 413),
     ],

@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from palpate.report.claims import CONFIRMED, NOT_TESTABLE, OUTSIDE, REFUTED
+from palpate.report.claims import CONFIRMED, NOT_TESTABLE, REFUTED, REFUTED_OUTSIDE
 from palpate.studies.collision.claims import bounding_volumes, composite_trees
 
 COLUMNS = ["scene", "structure", "depths", "rival", "triangles", "build_ms", "refit_ms", "query_ms"]
@@ -146,7 +146,7 @@ def test_a_depth_is_judged_where_bodies_overlap_by_little(tables):
     stopped.loc[stopped["exact"], "depth_error_m"] = stopped["response_m"]
     assert said(tables)[name].verdict == REFUTED
     stopped[["response_m", "depth_error_m"]] *= 5.0
-    assert said(tables)[name].verdict == OUTSIDE
+    assert said(tables)[name].verdict == REFUTED_OUTSIDE
 
 
 def test_the_volumes_are_judged_by_the_means_over_scenes(tables):

@@ -6,7 +6,7 @@ import pytest
 from palpate.benchmark.accuracy import sample_errors
 from palpate.models.enrichment.features import kinds
 from palpate.models.enrichment.fitting import gather
-from palpate.models.enrichment.paper_enrichment import Blend, Known
+from palpate.models.enrichment.paper_enrichment import Blend, DescribedSamples
 from palpate.studies.enrichment.sigma_sweep import sweep_rows
 
 TRAIN, TEST = np.arange(0, 20, 2), np.arange(1, 20, 2)
@@ -28,7 +28,7 @@ def test_every_width_has_a_row(table):
 def test_every_row_is_the_error_of_the_method_and_cross_validation_chooses_one(db, settings, table):
     training = gather(db, TRAIN, "live", settings)
     for name, features in kinds(db, settings.neighbours).items():
-        known = Known(features, training, settings)
+        known = DescribedSamples(features, training, settings)
         for _, row in table[table["features"] == name].iterrows():
             method = Blend(known, row["weights"], row["sigma_m"])
             direct = sample_errors(db, method, "live", TEST)

@@ -79,11 +79,19 @@ def test_a_bound_that_a_wrong_answer_meets_does_not_pass(found, bound, sharp):
     assert row["outcome"] == "stable" and row["sharp"] == row["passed"] == sharp
     assert row["frozen"] == np.abs(expected - 1.0).max() and row["zero"] == np.abs(expected).max()
     assert row["tenth"] == pytest.approx(0.1 * np.abs(expected - 1.0).max())
+    assert row["twentieth"] == pytest.approx(0.05 * np.abs(expected - 1.0).max())
+
+
+def test_a_bound_may_be_tighter_for_one_model():
+    answer = Answer(np.ones(2), np.zeros(2), lambda a: 0.02 + float(np.abs(a - 1.0).max()))
+    case = Case("name", "scene", "expected", "measure", 0.1, lambda model: answer, ["a", "b"], bounds={"b": 0.01})
+    assert [judge(case, model)["outcome"] for model in "ab"] == ["stable", "wrong"]
+    assert judge(case, "b")["bound"] == 0.01
 
 
 def test_a_wrong_answer_that_cannot_be_measured_is_as_wrong_as_can_be():
     broken = Answer(np.ones(1), np.zeros(1), lambda a: 0.0 if a[0] == 1.0 else np.nan)
-    assert broken.wrong() == dict.fromkeys(hard_case.WRONG, hard_case.MOST)
+    assert broken.wrong() == dict.fromkeys((*hard_case.WRONG, hard_case.NEARLY), hard_case.UNMEASURABLE)
 
 
 def test_the_table_has_a_row_for_each_model_of_each_case(monkeypatch):

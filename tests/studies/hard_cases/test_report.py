@@ -12,7 +12,9 @@ def test_outcomes_are_counted(hard_cases_table):
     assert found["outcomes"] == {"stable": 2, "refused": 1, "not a number": 1, "wrong": 1}
     assert found["locking"] == {"level 0": 0.4, "level 2 softer": 0.04}
     text = " ".join(page("hard_cases", {"hard_cases": hard_cases_table}).split())
-    assert "2 gave a wrong answer, 0 of them a known one, and 2 ended otherwise than declared beforehand" in text
+    assert (
+        "2 gave a wrong answer, none of them known and declared, and 2 ended otherwise than declared beforehand" in text
+    )
     assert "40 % (level 0), 4 % (level 2 softer)" in text
 
 

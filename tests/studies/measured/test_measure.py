@@ -1,6 +1,7 @@
 """A made-up experiment on a bar of known modulus: the study finds it, and predicts the other case."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -8,12 +9,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from palpate.errors import InputError
+from palpate.files import read_yaml
+from palpate.run.settings import complete
 from palpate.studies.measured.experiment import experiment_of
-from palpate.studies.measured.measure import MEASURED, measure
-from palpate.studies.measured.predict import natural_frequency
-from palpate.studies.measured.records import follow
+from palpate.studies.measured.measure import MEASURED, measure, uncertainties
+from palpate.studies.measured.predict import Predictor, natural_frequency
+from palpate.studies.measured.records import follow, observe_all
 from palpate.studies.measured.specimen import Bench, FemSpecimen
 
+ROOT = Path(__file__).parents[3]
 TURN, SHIFT = Rotation.from_euler("xyz", [0.1, -1.0, 0.4]).as_matrix(), np.array([0.5, -0.2, 1.0])
 DOWN = TURN @ [0.0, 0.0, -1.0]
 RATIO = 0.05
@@ -131,7 +135,9 @@ def test_without_creep_there_are_no_rows_of_it(table):
 def test_a_case_without_files_is_a_prediction(bar):
     models = MODELS | {"springs": {"levels": []}, "releases": MODELS["releases"] | {"steps_s": []}}
     table = measure(experiment_of("free", entry(down=[0, 0, -1])), bar, models)
-    assert table["predicted"].notna().all() and table[["measured", "repeat", "error"]].isna().all(axis=None)
+    assert table["predicted"].notna().all() and table[["measured", "repeat", "error", "uncertainty"]].isna().all(
+        axis=None
+    )
     assert set(table["calibrated"]) == {"no"} and (table["quantity"] == "frequency_hz").sum() == 2
 
 
@@ -151,6 +157,52 @@ def test_what_is_hardly_meant_is_warned_of(bar, files):
     assert "are predicted to sink by" in said[2] and "see weight_n" in said[2]
     misfit = table.groupby("case")["misfit_m"].max()
     assert 0.006 < misfit["weight"] < 0.0065 and np.isnan(misfit["load"])
+
+
+def test_how_uncertain_a_prediction_is_follows_from_how_the_body_was_held(bar, files):
+    """Against predictions of the modulus that fits a way which is longer by the uncertainty."""
+    experiment, u = experiment_of("made_up", with_files(files, calibrate_on="weight")), 2e-4
+    observed = {
+        name: replace(seen, repeats=[replace(one, misfit_m=u * np.sqrt(3.0)) for one in seen.repeats])
+        for name, seen in observe_all(experiment).items()
+    }
+    weight, load = experiment.cases
+    predictor = Predictor(experiment, observed, FemSpecimen(bar, 0, 2))
+    found = []
+    for less_m in (0.0, -u):
+        softness = predictor.softness(weight, less_m)
+        x = predictor.settle(load, softness)
+        found.append((-predictor.bench.moves(x)[:, 2].mean(), predictor.frequency(load, x, softness)))
+    (sink, hz), (sink_by, hz_by) = found[0], np.abs(np.subtract(*found))
+    rows = pd.DataFrame({"quantity": ["sink_m", "frequency_hz"], "predicted": [sink, hz], "measured": [sink, hz]})
+    rows = rows.assign(case="load", calibrated="weight", fitted=False, repeat=np.nan)
+    of_sink, of_hz = uncertainties(rows, experiment, observed)
+    # a bar that is bent this far depends less on its modulus
+    assert np.hypot(u, sink_by) / sink < of_sink < 1.3 * np.hypot(u, sink_by) / sink
+    assert hz_by / hz < of_hz < 2.0 * hz_by / hz
+    given = uncertainties(rows.assign(calibrated="no"), experiment, observed)
+    assert given.tolist() == pytest.approx([u / sink, 0.0])
+
+
+def test_the_motion_of_the_clamp_is_no_motion_of_the_body(files, tmp_path):
+    experiment = experiment_of("made_up", with_files(files))
+    table = pd.read_csv(files["weight"])
+    given_way = np.where(table["time_s"] > 0.5, 1.0, 0.0)[:, None] * (TURN @ [0.0, 0.0, -1e-3])
+    for name in MARKERS:
+        table[[f"{name}_{axis}_m" for axis in "xyz"]] += given_way
+    table.to_csv(tmp_path / "loose.csv", index=False)
+    firm, loose = (follow(str(file), experiment).moves for file in (files["weight"], tmp_path / "loose.csv"))
+    assert loose == pytest.approx(firm, abs=1e-12)
+
+
+def test_the_filmed_beam_was_held_off_straight_by_more_than_its_clamp_gave_way():
+    """Misfits of 0.8 to 1.0 mm; fixed markers sink by 0.07 to 0.12 mm in the mean; ways of 6 and 17 mm."""
+    settings = complete(read_yaml(ROOT / "config.yaml"), ROOT / "config.yaml")["measured"]["experiments"]["beam"]
+    experiment = experiment_of("beam", settings)
+    for case, sink_mm in zip(experiment.cases, (6.41, 16.9), strict=True):
+        found = [follow(str(ROOT / file), experiment) for file in case.files]
+        assert np.mean([-1e3 * one.moves[:, 2].mean() for one in found]) == pytest.approx(sink_mm, abs=0.03)
+        assert all(0.7e-3 < one.misfit_m < 1e-3 for one in found)
 
 
 def test_the_frame_is_that_of_the_markers(files):

@@ -9,13 +9,13 @@ from palpate.report.template import Html
 
 def table(**changes):
     row = dict.fromkeys(columns("press"), 1.0) | {"body": "liver", "model": "contact_modes", "contacts": 12}
-    row |= {"samples": 6, "rmse_of_peak": 0.004, "online_median_s": 0.0021, "doubted": 1}
+    row |= {"samples": 6, "rmse_of_peak": 0.004, "error_of_peak": 0.01, "online_median_s": 0.0021, "doubted": 1}
     return pd.DataFrame([row | changes, row | {"model": "coarse", "rmse_of_peak": 0.1} | changes])
 
 
 def test_the_text_says_what_answers():
     text = page("press", {"press": table()})
-    assert "liver: 0.4 % of the peak wrong, in 2.1 ms in Python" in text
+    assert "liver: 0.4 % of the peak wrong, 1 % by its own estimate, in 2.1 ms in Python" in text
     assert "liver: 1 of 6" in text and "liver: 12" in text and "The error of an answer" in text
 
 

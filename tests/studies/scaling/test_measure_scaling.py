@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from palpate.studies.scaling import components, measure_scaling
-from palpate.studies.scaling.measure_scaling import COMPONENTS, LARGEST, Meter, doubling, exponents, measure
+from palpate.studies.scaling.measure_scaling import COMPONENTS, FITTED_SIZES, Meter, doubling, exponents, measure
 
 SIZES = {
     "fem": [1, 2],
@@ -85,7 +85,7 @@ def test_exponents_are_those_of_the_largest_sizes():
     seconds[0] = 1.0  # an overhead that only the smallest sizes show
     table = pd.DataFrame({"component": "k", "stage": "s", "size": sizes, "seconds": seconds, "memory_mb": 1e-2 * sizes})
     found = exponents(table).iloc[0]
-    assert LARGEST == 4
+    assert FITTED_SIZES == 4
     assert found["seconds_exponent"] == pytest.approx(1.5)
     assert found["memory_exponent"] == pytest.approx(1.0)  # of 10 MB on
     assert np.isnan(exponents(table[:1])["seconds_exponent"].iloc[0])

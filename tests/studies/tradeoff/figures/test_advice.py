@@ -21,8 +21,8 @@ def test_advice_shows_the_advised_and_the_next_best_in_each_budget_and_kind(trad
     assert [axis.get_xlabel().split(" [")[0] for axis in figure.axes] == ["RMSE"] * 2 + ["RMS at the patch"] * 2
     none, first, _, patch = ([text.get_text() for text in axis.texts] for axis in figure.axes)
     assert none == ["none"] * len(OWN)
-    assert first[:2] == ["corrected coarse FEM: 1.1×", "linear FEM + kernel ridge"]
-    assert patch[:2] == ["linear FEM + kernel ridge: 1.1×", "warped Green's functions"]
+    assert first[:2] == ["corrected coarse FEM: 1.1× the bound", "linear FEM + kernel ridge"]
+    assert patch[:2] == ["linear FEM + kernel ridge: 1.1× the bound", "warped Green's functions"]
 
 
 def test_what_is_below_the_error_of_the_truth_is_grey(trade_off_tables):

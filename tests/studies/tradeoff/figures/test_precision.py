@@ -8,10 +8,11 @@ import pytest
 from fixtures.drawn import texts
 from fixtures.trade_off import accuracy_vs_time
 
+from palpate.benchmark.comparison import averaged
 from palpate.report import style
 from palpate.report.model_looks import look
 from palpate.studies.tradeoff.figures import precision
-from palpate.studies.tradeoff.figures.scene_rows import answers, averaged, curves
+from palpate.studies.tradeoff.figures.scene_rows import answers, curves
 
 
 @pytest.fixture
@@ -113,6 +114,26 @@ def test_every_level_of_finite_elements_is_named(found):
     assert sorted(text for text in written if re.fullmatch(r"L\d", text)) == ["L0", "L0", "L1", "L1", "L2", "L2"]
 
 
+def test_settings_meant_for_the_limit_are_a_curve_of_their_own(found):
+    settings, advice = found
+    extra = settings[(settings["model"] == "fem_p2") & (settings["scene"] == "liver_small")].copy()
+    extra["setting"] += ", target=limit"
+    extra[["rmse_of_peak", "patch_rms_of_peak"]] /= 5.0
+
+    def lines(table):
+        axis = precision.draw_work_precision(table, advice, scene="liver_small").axes[0]
+        curves = [
+            line for line in axis.lines if line.get_color() == look("fem_p2").colour and line.get_linewidth() == 1.4
+        ]
+        return [line.is_dashed() for line in curves], [line for line in axis.lines if line.get_marker() == "."]
+
+    assert lines(settings) == ([False], [])
+    both, dots = lines(pd.concat([settings, extra]))
+    assert both == [False, True] and len(dots) == len(extra)
+    written = plain(precision.draw_best_models(pd.concat([settings, extra]), advice, scene="liver_small"))
+    assert any(f"{look('fem_p2').label}, limit:" in text for text in written)
+
+
 def test_what_failed_is_hollow_named_and_on_no_front(found):
     settings, advice = found
     figure = precision.draw_work_precision(settings, advice, scene="liver_small")
@@ -150,7 +171,7 @@ def test_all_but_exact_answers_are_drawn_at_the_edge(found):
     settings, advice = found
     settings.loc[settings["model"] == "linear_fem", "rmse_of_peak"] = 1e-12
     axis = precision.draw_work_precision(settings, advice, scene="liver_small").axes[0]
-    assert {mark.get_ydata()[0] for mark in of(axis, "linear_fem")} == {precision.LEAST}
+    assert {mark.get_ydata()[0] for mark in of(axis, "linear_fem")} == {precision.LEAST_PERCENT}
 
 
 def test_own_models_are_drawn_wherever_they_come(found):
@@ -159,16 +180,13 @@ def test_own_models_are_drawn_wherever_they_come(found):
     assert {"mine", "other"} <= set(written)
 
 
-def test_a_patch_that_is_not_well_known_says_so_and_on_which_contacts(found):
+def test_a_patch_that_is_not_well_known_says_so(found):
     settings, advice = found
     truth = settings["model"] == "truth"
     settings.loc[truth, "validation_patch_rms_of_peak"] = 0.019
     rms, patch, *_ = precision.draw_work_precision(settings, advice, scene="liver_small").axes
     [told] = [text.replace("\n", " ") for text in plain(patch) if "truth" in text]
-    assert told == (
-        "The truth is known to 1.9 % only on validation contacts (0.3 % on test contacts), not to 0.3 % (grey: models "
-        "are tied)"
-    )
+    assert told == "The truth is known to 1.9 % only, not to 0.3 % (grey: models are tied)"
     assert "grey: below the error of the truth itself, 0.09 %; models are tied" in plain(rms)
     assert all(len(line) <= precision.WIDTH for text in plain(patch) if "truth" in text for line in text.split("\n"))
 

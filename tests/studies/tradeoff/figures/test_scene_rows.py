@@ -1,7 +1,8 @@
 """Models are compared on the front of a scene only above the error of the truth itself."""
 
+from palpate.benchmark.comparison import averaged, own_error
 from palpate.report import tables
-from palpate.studies.tradeoff.figures.scene_rows import averaged, front_rows, own_error
+from palpate.studies.tradeoff.figures.scene_rows import front_rows
 
 
 def test_below_the_truths_own_error_models_are_tied_and_the_fastest_stays(trade_off_tables):

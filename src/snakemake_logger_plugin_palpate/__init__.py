@@ -16,6 +16,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from snakemake_logger_plugin_palpate import interrupt, targets
 from snakemake_logger_plugin_palpate.last_words import LastWords
+from snakemake_logger_plugin_palpate.remaining import Jobs
 
 _SILENT = ("Assuming unrestricted shared filesystem usage.", "None")
 _NOTHING = "Nothing to be done"
@@ -40,7 +41,7 @@ class LogHandler(LogHandlerBase):
         wanted = (given.quiet, given.debug_dag, given.verbose, given.dryrun, given.printshellcmds)
         self.usual.addFilter(DefaultFilter(*wanted))
         self.running, self.closed, self.total, self.begun = False, False, 0, 0
-        self.last_words = LastWords()
+        self.last_words, self.jobs = LastWords(), Jobs()
         interrupt.listen()
         _find_cache()
 
@@ -72,7 +73,10 @@ class LogHandler(LogHandlerBase):
             self.begun += 1
             what = _words(record.rule_name, record.wildcards)
             self.last_words.names[record.jobid] = what
-            self._say(f"{self.begun} of {self.total}: {what}")
+            self.jobs.begin(record.jobid, record.log[0] if record.log else "")
+            self._say(f"{self.begun} of {self.total}{self.jobs.left()}: {what}")
+        elif event == LogEvent.JOB_FINISHED:
+            self.jobs.end(record.job_id)
         elif record.levelno == logging.WARNING:
             self._say(f"warning: {record.getMessage().strip()}")
         elif record.getMessage().startswith(_NOTHING):

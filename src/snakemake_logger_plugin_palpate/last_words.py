@@ -1,6 +1,7 @@
 """Find the sentence that explains why a run failed."""
 
 import logging
+import os
 import re
 import time
 from pathlib import Path
@@ -51,7 +52,7 @@ class LastWords:
             if sentence := explain(self._errors):
                 return [f"{FAILED}{sentence}"]
             sentences = [quote(self._errors)]
-        logs = [*self._logs, *_log_of_snakemake()] if sentences else []
+        logs = [_as_typed(log) for log in [*self._logs, *_log_of_snakemake()]] if sentences else []
         return [*([f"logs: {', '.join(logs)}"] if logs else []), *(f"{FAILED}{sentence}" for sentence in sentences)]
 
     def _note_job(self, record: Any) -> str:
@@ -92,5 +93,10 @@ def _status(text: str) -> int:
 
 def _log_of_snakemake() -> list[str]:
     handlers = logging.getLogger("snakemake.logging").handlers
-    files = [Path(handler.baseFilename) for handler in handlers if isinstance(handler, logging.FileHandler)]
-    return [str(file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file) for file in files]
+    return [handler.baseFilename for handler in handlers if isinstance(handler, logging.FileHandler)]
+
+
+def _as_typed(file: str) -> str:
+    """Return the path of a file as it is typed where the command was, which may be another folder than the run's."""
+    typed = os.path.relpath(file, os.environ.get("PWD", "."))
+    return str(Path(file).absolute()) if typed.startswith("..") else typed

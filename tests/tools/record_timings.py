@@ -2,8 +2,8 @@
 
 python tests/tools/record_timings.py results/logs
 
-A row's seconds are the mean over the jobs of its rule and wildcard, on bodies of its tetrahedra; memory, which no log
-has, stays as it is, and so do rows that no job was of.
+Run it on the machine of that run, whose speed is recorded, too. A row's seconds are the mean over the jobs of its rule
+and wildcard, on bodies of its tetrahedra; memory, which no log has, stays as it is, and so do rows that no job was of.
 """
 
 import sys
@@ -12,7 +12,7 @@ from pathlib import Path
 import pandas as pd
 
 from palpate.files import read_yaml
-from palpate.run.estimate import RECORDED, Job, last_seconds, sizes
+from palpate.run.estimate import RECORDED, SPEED_TEST, Job, last_seconds, sizes, speed_test
 
 
 def seconds_of(logs: Path) -> dict[Path, float]:
@@ -43,6 +43,7 @@ def main(logs: Path) -> None:
             found.setdefault(best, []).append(took)
     for row, times in found.items():
         table.at[row, "seconds"] = float(f"{sum(times) / len(times):.2g}")
+    table.loc[table["rule"] == SPEED_TEST[0], "seconds"] = float(f"{speed_test():.2g}")
     for name in ("seconds", "growth"):
         table[name] = [f"{each:g}" if pd.notna(each) else "" for each in table[name]]
     table.to_csv(RECORDED, index=False)

@@ -8,10 +8,11 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
-from palpate.benchmark import measure
 from palpate.benchmark.comparison import BOUNDS, EXACT, KINDS, lasting, own_errors
-from palpate.benchmark.conformal import Draws, bound_factor, finite
+from palpate.benchmark.conformal import Coverage, Draws, bound_factor, finite
 from palpate.benchmark.judge import TRAINING
+from palpate.benchmark.measure import COARSER as APART
+from palpate.benchmark.measure import ESTIMATED
 from palpate.table import Table
 
 ERROR_BOUNDS = Table(
@@ -35,7 +36,6 @@ EVERY = "every model"
 """The model in whose row an estimate stands that does not look at the answer."""
 CONSTANT, OWN = "constant", "own"
 """The same for every answer, and what the model itself says of its answer."""
-ESTIMATED, APART = measure.ESTIMATED, measure.COARSER
 SAMPLES = [
     "model", "setting", "split", "side", "sample", "contact", *KINDS.values(), ESTIMATED, *APART.values(),
 ]  # fmt: skip
@@ -60,6 +60,7 @@ class _Scored:
 
     Beside those there may be answers at training contacts: of the settings that learn nothing, those that were given.
     errors : with the truth's own error added (``held_out.HeldOut`` says why), if anything is known of that
+    estimates : of the errors of each setting by their names: values (n,), and what they take [s]
     """
 
     def __init__(self, scene: Scene, kind: str):
@@ -75,7 +76,7 @@ class _Scored:
         alike = {each: key for key, each in whole.items()}
         self._alike = {key: alike[each] for key, each in whole.items()}
         self._draws = {key: Draws(self.contact(key)) for key in alike.values()}
-        self._estimates = {key: {CONSTANT: (np.ones(len(found)), 0.0)} for key, found in self.errors.items()}
+        self.estimates = {key: {CONSTANT: (np.ones(len(found)), 0.0)} for key, found in self.errors.items()}
         own = errors.dropna(subset=ESTIMATED).assign(estimate=OWN, seconds=0.0, value=lambda rows: rows[ESTIMATED])
         second = scene.estimates["estimate"] == COARSER
         seconds, apart = scene.estimates.loc[second, "seconds"].median(), errors.dropna(subset=APART[kind])
@@ -95,9 +96,9 @@ class _Scored:
         """Return the contact (n,) of each error of a setting."""
         return self.errors[key].index.get_level_values("contact").to_numpy()
 
-    def draws(self, key: tuple[str, str]) -> Draws:
-        """Return the divisions of its contacts; settings that were asked the same share them."""
-        return self._draws[self._alike[key]]
+    def coverage(self, key: tuple[str, str], values: np.ndarray) -> Coverage:
+        """Try bounds by ``values`` (n,) on divisions of the contacts, which settings that were asked the same share."""
+        return self._draws[self._alike[key]].coverage(self.errors[key].to_numpy(), values)
 
     def _add(self, name: str, found: pd.DataFrame, keys: list[tuple[str, str]]) -> None:
         """Take the values of an estimate for settings, unless one of their answers has none."""
@@ -107,15 +108,7 @@ class _Scored:
             if same not in known:
                 known[same] = np.maximum(found["value"].reindex(self.errors[key].index).to_numpy(), EXACT)
             if np.isfinite(known[same]).all():
-                self._estimates[key] |= {name: (known[same], seconds)}
-
-    def estimates(self, key: tuple[str, str]) -> dict[str, tuple[np.ndarray, float]]:
-        """Return each estimate of the errors of a setting by its name: its values (n,) and what it takes [s]."""
-        return self._estimates[key]
-
-    def looked_at(self, key: tuple[str, str]) -> bool:
-        """Return whether there is an estimate that not every setting has, and that looks at its answers."""
-        return any(name in self._estimates[key] for name in (RESIDUAL, OWN))
+                self.estimates[key] |= {name: (known[same], seconds)}
 
 
 def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
@@ -132,7 +125,7 @@ def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
             others = [each for each in scored if each.regime == own.regime and each.body != own.body]
             labels = scene.settings[["scene", "body", "regime"]].iloc[0].to_dict()
             for key in _chosen(scene.settings, own, kind):
-                for name, (values, seconds) in own.estimates(key).items():
+                for name, (values, seconds) in own.estimates[key].items():
                     row = labels | dict(zip(_SETTING, key, strict=True)) | {"error": kind, "estimate": name}
                     row |= _row(own, key, values) | {"estimate_s": seconds}
                     rows.append(row | {"coverage_elsewhere": _elsewhere(own, others, key, name)})
@@ -151,27 +144,30 @@ def _row(scored: _Scored, key: tuple[str, str], values: np.ndarray) -> dict:
         "bound_factor": factor,
         "bound_of_peak": np.median(factor * values),
     }
-    return row | scored.draws(key).coverage(errors, values)._asdict()
+    return row | scored.coverage(key, values)._asdict()
 
 
 def _elsewhere(own: _Scored, others: list[_Scored], key: tuple[str, str], estimate: str) -> float:
     """Return the share of one's own errors below the bound that is found on other bodies; NaN where there is none."""
-    there = [each for each in others if key in each.errors and estimate in each.estimates(key)]
+    there = [each for each in others if key in each.errors and estimate in each.estimates[key]]
     if not there:
         return np.nan
-    scores = np.concatenate([each.errors[key].to_numpy() / each.estimates(key)[estimate][0] for each in there])
+    scores = np.concatenate([each.errors[key].to_numpy() / each.estimates[key][estimate][0] for each in there])
     apart = 1 + max(each.contact(key).max() for each in there)
     factor = bound_factor(scores, np.concatenate([each.contact(key) + i * apart for i, each in enumerate(there)]))
-    kept = own.errors[key].to_numpy() <= factor * own.estimates(key)[estimate][0]
+    kept = own.errors[key].to_numpy() <= factor * own.estimates[key][estimate][0]
     return float(np.mean(kept)) if np.isfinite(factor) else np.nan
 
 
 def _chosen(settings: pd.DataFrame, scored: _Scored, kind: str) -> list[tuple[str, str]]:
-    """List model and setting of what lasts on the front, of the least validation error, and of what is looked at."""
+    """List model and setting of what lasts on the front, of the least validation error, and of what is looked at.
+
+    The answers of the last have an estimate of their own, from the residual or by the model itself.
+    """
     first = settings[settings["split"] == settings["split"].min()].set_index(_SETTING, drop=False)
     first = first[first.index.isin(list(scored.errors)) & (first["failures"] == 0)]
     error = first[f"validation_{KINDS[kind]}"]
     front = lasting(first["online_median_s"].to_numpy(), error.to_numpy())
     least = error == error.groupby(first["model"].to_numpy()).transform("min")
-    looked = np.array([scored.looked_at(key) for key in first.index], dtype=bool)
+    looked = np.array([not {RESIDUAL, OWN}.isdisjoint(scored.estimates[key]) for key in first.index], dtype=bool)
     return list(first.index[front | least.to_numpy() | looked])

@@ -358,9 +358,6 @@ def warn_unanswered(name: str, settings: pd.DataFrame) -> None:
         warnings.warn(f"tradeoff.own_models.{name} answered no sample: {settings['failure'].iloc[0]}", stacklevel=2)
 
 
-UNPREPARED: dict[str, str | bool] = {"sees": "load", "prepared": False}
-
-
 def bounds(case: Case, judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate the models "truth" and "zero" as ``measure`` does: a row a sample, a row a setting.
 
@@ -369,12 +366,12 @@ def bounds(case: Case, judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
     """
     nothing: list[TruthErrors | None] = [judge.errors(i, np.zeros_like(truth)) for i, truth in enumerate(judge.truth)]
     count = len(judge.numbers)
-    asked = _own(judge), Asked(nothing, [np.nan] * count, [""] * count, [[]] * count)
-    told = (TRUTH, OWN_ERROR, case.body.material.law), (ZERO, "default", "")
-    more = _own(judge.more) if judge.more else None, None
+    still = Asked(nothing, [np.nan] * count, [""] * count, [[]] * count)
+    about: dict[str, str | bool] = {"sees": "load", "prepared": False}
+    known, more = about | {"law": case.body.material.law}, _own(judge.more) if judge.more else None
     findings = [
-        Finding(labels_of(case, model, setting), own, 0.0, 0.0, UNPREPARED | {"law": law}, rest)
-        for (model, setting, law), own, rest in zip(told, asked, more, strict=True)
+        Finding(labels_of(case, TRUTH, OWN_ERROR), _own(judge), 0.0, 0.0, known, more),
+        Finding(labels_of(case, ZERO, "default"), still, 0.0, 0.0, about | {"law": ""}),
     ]
     return found_rows(findings, judge)
 

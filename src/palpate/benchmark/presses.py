@@ -11,7 +11,7 @@ import pandas as pd
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import pressed_contacts, sampled_contacts
 from palpate.bodies.refinement import finer
-from palpate.effects.patch_load import nodal_load
+from palpate.effects.patch_load import nodal_load, patch_at, spread
 from palpate.effects.surface_integrals import enclosed_volume
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.compliance import Compliance
@@ -79,9 +79,13 @@ def force_of(load: pd.Series) -> np.ndarray:
     return load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
 
 
-def nodal_forces(body: Body, level: int, load: pd.Series, order: int = 1) -> np.ndarray:
-    """Return the nodal forces (n, 3) [N] of one row on one level of ``body``, as ``nodal_load`` does."""
-    return nodal_load(body, level, int(load["contact"]), force_of(load), float(load["radius_m"]), order)
+def nodal_forces(body: Body, level: int, load: pd.Series, order: int = 1, whole: Body | None = None) -> np.ndarray:
+    """Return the nodal forces (n, 3) [N] of one row on one level of ``body``, as ``nodal_load`` does.
+
+    whole : ``body`` with more levels, one of which is meant; the patch is that of ``body``, the same for all
+    """
+    patch = patch_at(body, int(load["contact"]), float(load["radius_m"]))
+    return spread((body if whole is None else whole).levels[level], patch, force_of(load), order)
 
 
 def _peak(displacement: np.ndarray) -> float:

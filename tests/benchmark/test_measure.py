@@ -306,10 +306,7 @@ def test_the_truth_and_zero_have_rows_of_their_own(slab_case, slab_judge):
     assert zero["relative_l2"] == pytest.approx(1) and zero["max_of_peak"] == pytest.approx(1)
     assert zero["rmse_of_peak"] == pytest.approx(found(slab_judge, 1.0, "test")["rmse_of_peak"].mean())
     assert np.isnan(zero["online_median_s"]) and len(samples) == 12
-
-
-def test_the_truths_own_error_is_told_of_presses_at_training_contacts(slab_case, slab_judge):
-    """Bounds that know these contacts add it, and means are those of the others."""
+    # bounds that know training contacts add the truth's own error there, and means are those of the others
     more = replace(slab_judge, side=np.full(6, TRAINING), own=10 * slab_judge.own)
     samples, settings = bounds(slab_case[0], replace(slab_judge, more=more))
     own = samples[(samples["side"] == TRAINING) & (samples["model"] == "truth")]
@@ -341,9 +338,6 @@ def test_queries_that_pay_back():
     assert table.columns.tolist() == ACCURACY_VS_TIME.columns and (table["commit"] == "abc").all()
     paid = [0.0, np.inf, 50.0, np.inf, np.inf, 200.0, np.inf, 100.0]
     assert table["break_even_queries"].tolist() == pytest.approx(paid)
-
-
-def test_the_commit_is_short_and_never_missing():
     assert 0 < len(commit()) < 20
 
 

@@ -44,19 +44,11 @@ def test_every_sample_says_what_it_cost(three_loads, pressed_slab):
     assert (costs["seconds"] > 0).all()
 
 
-def test_progress_sees_every_row(slab, three_loads):
-    seen = []
-    press(slab, 0, three_loads, 1e-6, lambda rows: (seen.append(row) or row for row in rows))
-    assert len(seen) == len(three_loads)
-
-
-def test_contacts_that_cannot_be_pressed_are_refused(slab, three_loads):
+def test_a_failure_names_the_contact_or_the_sample_and_the_remedy(slab, three_loads, monkeypatch):
     contact = slab.anchors[0][0]
     with pytest.raises(InputError, match=rf"^slab, contact {contact} is not a free surface node"):
         press(slab, 0, three_loads.assign(contact=contact), 1e-6)
 
-
-def test_failure_names_the_sample_and_the_remedy(slab, three_loads, monkeypatch):
     def never(*_):
         raise NotConverged("it stopped", [1.0, 0.5])
 

@@ -7,7 +7,7 @@ import pytest
 from fixtures.judged_slab import *  # noqa: F403
 from fixtures.stub import Stub, made_up
 
-from palpate.benchmark.load import DEPTH, LOADS, NEW, PREPARED, TWO, Answer, Doubted, Load
+from palpate.benchmark.load import DEPTH, LOADS, NEW, PREPARED, TWO, Answer, Doubted
 from palpate.bodies.contacts import contacts_of, places_between
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, spread
@@ -165,4 +165,3 @@ def test_a_setting_that_cannot_be_prepared_has_failed_on_all(asked):
 
     table = measure_any(case, "mine", made_up(lambda case: [{}], prepare), "", found, 5, 0.01)
     assert (table["failures"] == table["samples"]).all() and set(table["failure"]) == {"no way"}
-    assert isinstance(found[0].load, Load)

@@ -75,9 +75,7 @@ def tried_elsewhere(settings: pd.DataFrame, errors: pd.DataFrame, max_errors: li
             question = Question(settings, errors[~errors["contact"].isin(hidden)], kind)
             there = errors[errors["contact"].isin(hidden)].drop_duplicates([*SETTING, "sample"]).set_index(SETTING)
             for row in ADVICE.frame([question.under(limit) for limit in max_errors]).itertuples():
-                if row.model == NONE:
-                    continue
-                if (row.model, row.setting) not in there.index:
+                if row.model == NONE or (row.model, row.setting) not in there.index:
                     continue
                 presses = there.loc[[(row.model, row.setting)]].dropna(subset=KINDS[kind])
                 answers = presses[KINDS[kind]].to_numpy() + own.reindex(presses["sample"]).to_numpy()

@@ -149,9 +149,7 @@ def averaged(settings: pd.DataFrame) -> pd.DataFrame:
     """
     groups = settings.assign(key=same_settings(settings)).groupby(["model", "key"], sort=False)
     rows = groups.first()
-    mean_columns = [
-        name for name in settings.columns if name.endswith(("_of_peak", "_m", "_l2")) or name in ("offline_s",)
-    ]
+    mean_columns = [name for name in settings.columns if name.endswith(("_of_peak", "_m", "_l2", "offline_s"))]
     rows[mean_columns] = groups[mean_columns].mean()
     for name in ("online_median_s", "online_p95_s", "memory_mb", "break_even_queries"):
         rows[name] = groups[name].median()

@@ -254,10 +254,11 @@ def _next(low: Trial, high: Trial | None, target_peak: float, stiffness: float, 
 
 MOST_OF_SIZE = 0.5
 """Share of the body's size that the radius of a press may have."""
-REACHED = ["peak_of_size", "pressure_of_young", "least_det", "volume_change"]
-"""Columns of what a press reaches: smallest det F, change of the body's volume over that at rest, and the like."""
-PRESS_COLUMNS = [*LOAD_COLUMNS, "magnitude", "tilt_degrees", *REACHED, "capped"]
-"""Columns of the table."""
+PRESS_COLUMNS = [
+    *LOAD_COLUMNS, "magnitude", "tilt_degrees", "peak_of_size", "pressure_of_young", "least_det", "volume_change",
+    "capped",
+]  # fmt: skip
+"""Columns of the table; ``volume_change`` is over the body's volume at rest."""
 
 
 def choose_presses(
@@ -297,8 +298,7 @@ def choose_presses(
             oblique(body.fine.normals[contact], press["tilt_degrees"], side)
             for press, side in zip(presses, angles, strict=True)
         ]
-        magnitudes = [press["magnitude"] for press in presses]
-        pressed = _in_order(search, int(contact), directions, magnitudes)
+        pressed = _in_order(search, int(contact), directions, [press["magnitude"] for press in presses])
         for press, direction, (trial, capped) in zip(presses, directions, pressed, strict=True):
             load = [len(rows), int(contact), *(trial.newtons * direction), radius_m]
             reached: list = [trial.peak / body.fine.size, search.pressure(trial.newtons), trial.least_det]

@@ -373,16 +373,14 @@ def _warn_of_rejected(name: str, rejected: np.ndarray) -> None:
     if counts := reasons(rejected):
         lost, whole = sum(counts.values()), len(rejected)
         why = "; ".join(f"{count} times {reason}" for reason, count in counts.items())
-        warnings.warn(
-            f"bodies.{name}: {lost} of {whole} presses have no truth that is believed ({why}); "
-            + (
+        then = "they are left out."
+        if lost == whole:
+            then = (
                 "models are judged by their distance from the finest elements, which may be far from the truth; lay "
                 "the body on a bed, hold more of it, press less, or refine it."
-                if lost == whole
-                else "they are left out."
-            ),
-            stacklevel=3,
-        )
+            )
+        said = f"bodies.{name}: {lost} of {whole} presses have no truth that is believed ({why}); {then}"
+        warnings.warn(said, stacklevel=3)
 
 
 def _filled(each: Ascent, count: int, body: Body) -> np.ndarray:

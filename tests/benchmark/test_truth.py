@@ -167,9 +167,8 @@ def test_what_is_not_believed_is_kept_with_its_reason_and_left_out(block, corner
         found = truth_of(block, both, {0, 1})
     assert found.rejected[1] and not found.rejected[0] and found.rows([1, 0]).tolist() == [0]
     [row] = truth_table({"block_deep": found}).itertuples()
-    assert (row.samples, row.rejected) == (1, 1) and row.why_rejected.startswith(
-        ("1 no answer", "1 the levels", "1 an element", "1 the Hessian")
-    )
+    assert (row.samples, row.rejected) == (1, 1)
+    assert row.why_rejected.startswith(("1 no answer", "1 the levels", "1 an element", "1 the Hessian"))
     assert row.inverted == (found.least_det[1] <= 0.0)
     table = truth_table({"block_deep": replace(found, least_det=np.array([-0.1, -0.2]))})
     assert table["inverted"].item() == table["squeezed"].item() == 2  # whether they are believed or not
@@ -179,9 +178,8 @@ def test_what_is_not_believed_is_kept_with_its_reason_and_left_out(block, corner
 def test_only_samples_with_the_finest_level_say_how_exact_the_truth_is(slab_truth):
     levels = slab_truth.levels.copy()
     levels[1, -1] = np.nan
-    [both], [one] = (
-        truth_table({"slab": each}).itertuples() for each in (slab_truth, replace(slab_truth, levels=levels))
-    )
+    [both] = truth_table({"slab": slab_truth}).itertuples()
+    [one] = truth_table({"slab": replace(slab_truth, levels=levels)}).itertuples()
     assert (both.samples, one.samples, one.rejected) == (2, 1, 0)
     assert one.patch_rms_of_peak == slab_truth.own[0, OWN.index("patch_rms_of_peak")] != both.patch_rms_of_peak
     assert (both.validation_samples, one.validation_samples) == (0, 1) and np.isnan(both.validation_rmse_of_peak)
@@ -276,9 +274,8 @@ def test_it_is_the_same_when_read_again(slab_truth, tmp_path):
 
 
 def test_the_table_says_how_well_it_is_known(slab_truth):
-    other = pd.DataFrame(
-        {"sample": slab_truth.sample[[1, 1]], "rmse_of_peak": [0.001, 0.003], "patch_rms_of_peak": 0.02}
-    )
+    found = {"rmse_of_peak": [0.001, 0.003], "patch_rms_of_peak": 0.02}
+    other = pd.DataFrame({"sample": slab_truth.sample[[1, 1]]} | found)
     table = truth_table({"slab_small": slab_truth}, {"slab_small": other})
     assert table.columns.tolist() == TRUTH.columns
     [row] = table.itertuples()

@@ -313,11 +313,11 @@ def _check(settings: pd.DataFrame, errors: pd.DataFrame) -> None:
         )
 
 
-def choice(fits: pd.DataFrame, by: Mapping[str, float], floor: float = EXACT) -> tuple[pd.Series, pd.Series | None]:
-    """Choose the best, and the best of all other models, if there are any; errors below ``floor`` are tied."""
-    best = pick(fits, by, floor)
+def choice(fits: pd.DataFrame, by: Mapping[str, float]) -> tuple[pd.Series, pd.Series | None]:
+    """Choose the best by ``pick``, and the best of all other models, if there are any."""
+    best = pick(fits, by)
     others = fits[fits["model"] != best["model"]]
-    return best, None if others.empty else pick(others, by, floor)
+    return best, None if others.empty else pick(others, by)
 
 
 def versus(best: pd.Series, rival: pd.Series | None, column: str, floor: float = EXACT) -> dict:

@@ -60,11 +60,9 @@ def choose_loads(
     for contact in contacts:
         direction = -body.fine.normals[contact]
         row = compliance.row(contact)
-        softer = _peak(np.tensordot(direction, compliance.fine[row], 1)) / _peak(
-            np.tensordot(direction, compliance.coarse[row], 1)
-        )
+        fine, coarse = (_peak(np.tensordot(direction, each[row], 1)) for each in (compliance.fine, compliance.coarse))
+        softer, start = fine / coarse, 1.0 / fine
         unit = nodal_load(body, 0, contact, direction, radius_m)
-        start = 1.0 / _peak(np.tensordot(direction, compliance.fine[row], 1))
         for magnitude in magnitudes:
             peak = magnitude * peak_of_size * body.fine.size
             newtons, reached = _force_for(solver, unit, peak / softer, start * peak)

@@ -55,8 +55,8 @@ FOLDS = 5
 FOLD_COLUMNS = ["sample", "contact", "peak_m", "fold"]
 
 
-def deal(contact: np.ndarray, seed: int, folds: int = FOLDS) -> np.ndarray:
-    """Divide the contacts at random into equal folds; return the fold of each sample, (k,), from 1 on.
+def deal(contact: np.ndarray, seed: int) -> np.ndarray:
+    """Divide the contacts at random into FOLDS equal folds; return the fold of each sample, (k,), from 1 on.
 
     contact : (k,) contact node of each sample; all samples of a contact are in one fold
     Raises InputError for fewer than three contacts: one to train on, one to choose settings by, and one to test on.
@@ -65,7 +65,7 @@ def deal(contact: np.ndarray, seed: int, folds: int = FOLDS) -> np.ndarray:
     if len(nodes) < 3:
         raise InputError(f"tradeoff.contacts: {len(nodes)} contacts are too few to train, choose and test; give 3.")
     dealt = np.empty(len(nodes), dtype=int)
-    dealt[np.random.default_rng(seed).permutation(len(nodes))] = np.arange(len(nodes)) % min(folds, len(nodes)) + 1
+    dealt[np.random.default_rng(seed).permutation(len(nodes))] = np.arange(len(nodes)) % min(FOLDS, len(nodes)) + 1
     return dealt[which]
 
 

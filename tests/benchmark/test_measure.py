@@ -217,13 +217,13 @@ def test_a_solver_sees_the_frame_before(slab_judge):
         return solver.respond(load)
 
     asked = ask(Stub(precede=lambda load: seen.append(load.key), respond=respond), slab_judge, 6, 0)
-    assert not any(asked.failures) and len(seen) == 6 + WARM_UP
+    assert not any(each.failure for each in asked) and len(seen) == 6 + WARM_UP
 
     def refuse(load):
         raise NotConverged("not even before", [1.0])
 
     failed = ask(Stub(precede=refuse, respond=solver.respond), slab_judge, 6, 0)
-    assert failed.failures == ["not even before"] * 6
+    assert [each.failure for each in failed] == ["not even before"] * 6
 
 
 def test_failures_are_counted_and_told(slab_case, slab_judge):
@@ -267,9 +267,9 @@ def test_a_model_without_a_setting_for_a_body_leaves_headings_only(slab_case, sl
 @pytest.mark.parametrize(("repeats", "budget", "calls"), [(3, 9.0, 6), (20, 9.0, 20), (20, 0.0, 6)])
 def test_every_sample_is_asked_once_and_then_as_often_as_there_is_time(slab_judge, repeats, budget, calls):
     solver = Scaled(slab_judge, 0.5)
-    asked = ask(solver, slab_judge, repeats, budget)
-    assert sum(map(len, asked.seconds)) == calls == len(solver.asked) - WARM_UP
-    assert all(asked.seconds) and max(map(len, asked.seconds)) - min(map(len, asked.seconds)) <= 1
+    counts = [len(each.seconds) for each in ask(solver, slab_judge, repeats, budget)]
+    assert sum(counts) == calls == len(solver.asked) - WARM_UP
+    assert all(counts) and max(counts) - min(counts) <= 1
 
 
 def test_what_is_asked_cannot_be_changed_by_who_answers(slab_judge):
@@ -288,7 +288,7 @@ def test_a_wrong_shape_is_refused_and_no_number_has_failed(slab_judge):
         ask(Stub(respond=lambda load: load.single()[1]), slab_judge, 6, 0.0, "mine.py")
     nothing = np.full((slab_judge.truth.shape[1], 3), np.nan)
     asked = ask(Stub(respond=lambda load: nothing), slab_judge, 6, 0.0)
-    assert asked.errors == [None] * 6 and all("not finite" in said for said in asked.failures)
+    assert len(asked) == 6 and all(each.errors is None and "not finite" in each.failure for each in asked)
 
 
 def test_the_truth_and_zero_have_rows_of_their_own(slab_case, slab_judge):
@@ -310,8 +310,7 @@ def test_the_truth_and_zero_have_rows_of_their_own(slab_case, slab_judge):
 
 
 def test_the_largest_time_is_that_of_the_slowest_press_and_not_of_one_late_call(slab_case, slab_judge):
-    seconds = [[0.001, 0.002, 0.5]] * 5 + [[0.03, 0.04, 0.05]]
-    asked = Asked([None] * 6, [np.nan] * 6, [""] * 6, seconds)
+    asked = [Asked(seconds=each) for each in [[0.001, 0.002, 0.5]] * 5 + [[0.03, 0.04, 0.05]]]
     _, settings = found_rows([Finding(labels_of(slab_case[0], "m", "s"), asked, 0.0, 0.0, {})], slab_judge)
     assert settings["online_max_s"].iloc[0] == 0.04
 

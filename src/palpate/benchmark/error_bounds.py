@@ -9,7 +9,7 @@ import pandas as pd
 from scipy.stats import spearmanr
 
 from palpate.benchmark.comparison import BOUNDS, EXACT, KINDS, lasting, own_errors
-from palpate.benchmark.conformal import Coverage, Draws, bound_factor, finite
+from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.judge import TRAINING
 from palpate.benchmark.measure import COARSER as APART
 from palpate.benchmark.measure import ESTIMATED
@@ -61,21 +61,18 @@ class _Scored:
     Beside those there may be answers at training contacts: of the settings that learn nothing, those that were given.
     errors : with the truth's own error added (``held_out.HeldOut`` says why), if anything is known of that
     estimates : of the errors of each setting by their names: values (n,), and what they take [s]
+    own : returns the truth's own error (k,) of samples (k,); NaN where nothing is known of it
     """
 
     def __init__(self, scene: Scene, kind: str):
         self.body, self.regime = scene.settings[["body", "regime"]].iloc[0]
-        self._own = partial(own_errors, scene.errors, KINDS[kind])
+        self.own = partial(own_errors, scene.errors, KINDS[kind])
         errors = scene.errors[~scene.errors["model"].isin(BOUNDS)]
-        own = np.nan_to_num(self._own(errors["sample"].to_numpy()))
+        own = np.nan_to_num(self.own(errors["sample"].to_numpy()))
         errors = errors.assign(**{KINDS[kind]: errors[KINDS[kind]] + own})
         asked = errors[errors["side"] != TRAINING].pivot_table(KINDS[kind], _SETTING, _ASKED).dropna().index
         given = errors.dropna(subset=KINDS[kind]).set_index(_ASKED).groupby(_SETTING, sort=True)[KINDS[kind]]
         self.errors: dict[tuple[str, str], pd.Series] = {key: found for key, found in given if key in asked}
-        whole = {key: tuple(found.index) for key, found in self.errors.items()}
-        alike = {each: key for key, each in whole.items()}
-        self._alike = {key: alike[each] for key, each in whole.items()}
-        self._draws = {key: Draws(self.contact(key)) for key in alike.values()}
         self.estimates = {key: {CONSTANT: (np.ones(len(found)), 0.0)} for key, found in self.errors.items()}
         own = errors.dropna(subset=ESTIMATED).assign(estimate=OWN, seconds=0.0, value=lambda rows: rows[ESTIMATED])
         second = scene.estimates["estimate"] == COARSER
@@ -84,31 +81,20 @@ class _Scored:
         told = scene.estimates[~second].assign(value=scene.estimates.loc[~second, kind].to_numpy())
         for rows in (told[told["model"] == EVERY], told[told["model"] != EVERY], own, apart):
             for (model, setting, name), found in rows.groupby([*_SETTING, "estimate"], sort=False):
-                self._add(
-                    str(name), found.set_index(_ASKED), list(self.errors) if model == EVERY else [(model, setting)]
-                )
-
-    def own_of(self, key: tuple[str, str]) -> np.ndarray:
-        """Return the truth's own error (n,) of each sample of a setting; NaN where nothing is known of it."""
-        return self._own(self.errors[key].index.get_level_values("sample").to_numpy())
+                told_of = list(self.errors) if model == EVERY else [(model, setting)]
+                found = found.set_index(_ASKED)
+                for key in filter(self.errors.__contains__, told_of):
+                    self._add(str(name), found, key)
 
     def contact(self, key: tuple[str, str]) -> np.ndarray:
         """Return the contact (n,) of each error of a setting."""
         return self.errors[key].index.get_level_values("contact").to_numpy()
 
-    def coverage(self, key: tuple[str, str], values: np.ndarray) -> Coverage:
-        """Try bounds by ``values`` (n,) on divisions of the contacts, which settings that were asked the same share."""
-        return self._draws[self._alike[key]].coverage(self.errors[key].to_numpy(), values)
-
-    def _add(self, name: str, found: pd.DataFrame, keys: list[tuple[str, str]]) -> None:
-        """Take the values of an estimate for settings, unless one of their answers has none."""
-        known, seconds = {}, float(found["seconds"].median())
-        for key in filter(self.errors.__contains__, keys):
-            same = self._alike[key]
-            if same not in known:
-                known[same] = np.maximum(found["value"].reindex(self.errors[key].index).to_numpy(), EXACT)
-            if np.isfinite(known[same]).all():
-                self.estimates[key] |= {name: (known[same], seconds)}
+    def _add(self, name: str, found: pd.DataFrame, key: tuple[str, str]) -> None:
+        """Take the values of an estimate for a setting, unless one of its answers has none."""
+        values = np.maximum(found["value"].reindex(self.errors[key].index).to_numpy(), EXACT)
+        if np.isfinite(values).all():
+            self.estimates[key] |= {name: (values, float(found["seconds"].median()))}
 
 
 def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
@@ -137,14 +123,14 @@ def _row(scored: _Scored, key: tuple[str, str], values: np.ndarray) -> dict:
     factor = finite(bound_factor(errors / values, contact))
     rank = spearmanr(errors, values).statistic if np.ptp(values) > 0 and np.ptp(errors) > 0 else np.nan
     row = {"contacts": len(np.unique(contact)), "samples": len(errors), "rank_correlation": rank}
-    own = scored.own_of(key)
+    own = scored.own(scored.errors[key].index.get_level_values("sample").to_numpy())
     row |= {
         "error_of_peak": np.median(errors - np.nan_to_num(own)),
         "own_of_peak": np.median(own),
         "bound_factor": factor,
         "bound_of_peak": np.median(factor * values),
     }
-    return row | scored.coverage(key, values)._asdict()
+    return row | Draws(contact).coverage(errors, values)._asdict()
 
 
 def _elsewhere(own: _Scored, others: list[_Scored], key: tuple[str, str], estimate: str) -> float:

@@ -286,8 +286,7 @@ def truth_of(
     """Find the truth of every row of ``loads``.
 
     finest : the sample numbers that get the finest level; the others do without it where three levels are left
-    progress : wraps the sequence of all solutions, as ``tqdm`` does
-    tolerance : relative residual at which a solution that starts from the level before stops
+    progress, tolerance : as in ``ascend``
     """
     levels = truth_levels(body)
     wanted = [levels if len(levels) < 4 or sample in finest else levels[:-1] for sample in loads["sample"]]

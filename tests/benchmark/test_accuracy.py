@@ -26,6 +26,8 @@ def test_errors_by_hand():
     assert found.max_of_peak == pytest.approx(2 / 5)
     assert found.p95_of_peak == pytest.approx(2 / 5)
     assert errors(reference, reference) == (0, 0, 0, 0)
+    with pytest.raises(InputError, match="the reference moves nowhere"):
+        errors(predicted, np.zeros((3, 3)))
 
 
 def test_errors_against_the_truth_by_hand():
@@ -52,11 +54,6 @@ def test_the_patch_is_on_the_side_that_is_pressed(box):
     assert mesh.surface[patch_nodes(mesh, contact, 0.0)].tolist() == [contact]
 
 
-def test_a_reference_that_moves_nowhere_is_refused():
-    with pytest.raises(InputError, match="the reference moves nowhere"):
-        errors(np.ones((4, 3)), np.zeros((4, 3)))
-
-
 def test_errors_do_not_depend_on_axes_or_units():
     random = np.random.default_rng(0)
     reference, predicted = random.normal(size=(2, 30, 3))
@@ -66,7 +63,7 @@ def test_errors_do_not_depend_on_axes_or_units():
     assert there[1:] == pytest.approx(here[1:])
 
 
-def test_rows(db):
+def test_rows_are_made_of_sample_errors(db):
     test = np.array([3, 8, 14])
     labels = {"body": "cylinder", "regime": "small", "split": "contacts"}
     methods = {"nothing": Nothing(), "interpolation": Interpolation(db)}
@@ -81,14 +78,10 @@ def test_rows(db):
     assert nothing["rmse_m"] == pytest.approx(np.mean(rmse))
     assert nothing["rmse_of_peak"] == pytest.approx(np.mean(rmse / db.peaks[test]))
     assert nothing["max_of_peak"] == pytest.approx(1)
-
-
-def test_rows_are_made_of_sample_errors(db):
-    test = np.array([3, 8, 14])
     samples = sample_errors(db, Interpolation(db), "paper", test)
     assert samples["sample"].tolist() == [3, 8, 14]
     expected = errors(db.prolongation @ db.coarse_paper[8], db.fine[8])
     assert samples.iloc[1]["rmse_m"] == pytest.approx(expected.rmse_m, rel=1e-12)
-    row = accuracy_rows(db, {"i": Interpolation(db)}, "paper", test, dict(body="b", regime="r", split="s")).iloc[0]
+    row = accuracy_rows(db, methods, "paper", test, labels).iloc[1]
     assert row["p95_of_peak"] == pytest.approx(samples["p95_of_peak"].mean())
     assert row["max_of_peak"] == pytest.approx(samples["max_of_peak"].max())

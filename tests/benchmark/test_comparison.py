@@ -32,26 +32,25 @@ def test_an_unknown_own_error_is_the_largest_that_is_known():
     assert np.isnan(own_errors(errors.assign(model=ZERO), "rmse_of_peak", np.array([2, 1]))).all()
 
 
-def of_test(errors):
-    """The errors on test samples."""
-    return errors[errors["side"] == "test"]
+@pytest.fixture
+def means(trade_off):
+    """Draws of the mean errors on test samples of one scene."""
+    errors = trade_off[1]["liver_small"]
+    return resampled(errors[errors["side"] == "test"], "rmse_of_peak")
 
 
-def test_draws_are_those_of_contacts_not_of_samples(trade_off):
+def test_draws_are_those_of_contacts_not_of_samples(means):
     """The spread of a mean over 4 contacts is that of the contacts' means over the root of 4, whatever the forces."""
-    _, samples = trade_off
-    means = resampled(of_test(samples["liver_small"]), "rmse_of_peak")
     drawn = means.loc[("detail_correction", "samples=60")]
     assert drawn.shape == (DRAWS,)
     assert drawn.mean() == pytest.approx(0.004, rel=0.01)
     assert drawn.std() == pytest.approx(0.004 * np.std([0.5, 1.0, 1.5, 1.0]) / 2, rel=0.05)
     low, high = drawn.quantile(list(RANGE))
     assert 0.5 * 0.004 < low < 0.004 < high < 1.5 * 0.004
+    assert ("springs", "iterations=1") not in means.index  # it failed on a sample
 
 
-def test_all_settings_see_the_same_draws(trade_off):
-    _, samples = trade_off
-    means = resampled(of_test(samples["liver_small"]), "rmse_of_peak")
+def test_all_settings_see_the_same_draws(means):
     few, many = means.loc[("detail_correction", "samples=10")], means.loc[("detail_correction", "samples=60")]
     assert np.allclose(few / many, 2.5)  # in every draw, though both spread
     there = means.loc[("pod_rbf", "modes=8")] / 0.00412
@@ -64,24 +63,16 @@ def made_up(rows) -> pd.DataFrame:
     return pd.DataFrame(found, columns=["model", "setting", "sample", "split", "contact", "rmse_of_peak"])
 
 
-def test_uneven_contacts_weigh_by_their_samples():
-    errors = made_up([(1, 0, 1.0), (1, 1, 4.0), (1, 1, 4.0), (1, 1, 4.0)])
-    assert set(resampled(errors, "rmse_of_peak").to_numpy().round(6).ravel()) == {1.0, 3.25, 4.0}
-
-
-def test_whole_splits_are_drawn_and_contacts_of_each():
+def test_whole_splits_are_drawn_and_contacts_of_each_which_weigh_by_their_samples():
     """Of two splits, one of which has contacts of 1 and the other of 3, a draw has none, one or two of the first."""
+    uneven = made_up([(1, 0, 1.0), (1, 1, 4.0), (1, 1, 4.0), (1, 1, 4.0)])
+    assert set(resampled(uneven, "rmse_of_peak").to_numpy().round(6).ravel()) == {1.0, 3.25, 4.0}
     same = made_up([(1, 0, 1.0), (1, 1, 1.0), (2, 2, 3.0), (2, 3, 3.0)])
     found = resampled(same, "rmse_of_peak").to_numpy().ravel()
     assert set(found.round(6)) == {1.0, 2.0, 3.0}
     assert np.mean(found == 2.0) == pytest.approx(0.5, abs=0.05)
     spread = made_up([(1, 0, 0.0), (1, 1, 2.0), (2, 2, 0.0), (2, 3, 2.0)])
     assert resampled(spread, "rmse_of_peak").to_numpy().std() == pytest.approx(0.5, rel=0.05)  # of four contacts
-
-
-def test_what_failed_on_a_sample_has_no_draws(trade_off):
-    _, samples = trade_off
-    assert ("springs", "iterations=1") not in resampled(of_test(samples["liver_small"]), "rmse_of_peak").index
 
 
 def test_reads_what_a_run_leaves_behind(trade_off, trade_off_folder):
@@ -146,11 +137,8 @@ def test_the_lasting_front_is_what_nobody_clearly_beats(seed):
         assert kept == (np.isfinite(seconds[i] + error[i]) and not beaten)
 
 
-def test_twins_are_both_kept():
+def test_twins_both_last_and_the_first_stays():
     assert lasting([1.0, 1.1, 9.0], [1.0, 1.0, 2.0]).tolist() == [True, True, False]
-
-
-def test_of_twins_the_first_stays():
     rows = tied((0.1, 1, 1), (0.104, 1.4, 1), (0.104, 1.6, 1), (0.2, 1, 1), (1e-12, 5, 1), (1e-9, 6, 1))
     assert alone(rows).index.tolist() == [0, 2, 3, 4]
 

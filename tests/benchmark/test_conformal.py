@@ -45,11 +45,13 @@ def test_it_is_the_weighted_quantile():
     assert bound_factor(many, np.concatenate([np.arange(19), np.full(60, 4)])) == 18.0
 
 
-def test_too_few_contacts_have_no_bound():
+def test_too_few_contacts_have_no_bound_and_are_not_tried():
     scores = np.ones(3 * (FEWEST - 1))
     assert bound_factor(scores, np.repeat(np.arange(FEWEST - 1), 3)) == np.inf
     assert bound_factor(np.empty(0), np.empty(0, dtype=int)) == np.inf
     assert np.isnan(finite(np.inf)) and finite(2.0) == 2.0
+    tried = Draws(np.repeat(np.arange(FEWEST), 3)).coverage(np.ones(27), np.ones(27))
+    assert np.isnan(tried).all()
 
 
 def test_coverage_is_that_of_contacts_that_were_held_out():
@@ -71,18 +73,13 @@ def test_an_estimate_that_knows_the_error_is_sharper():
     assert flat.sharpness > 2.0 and 0.8 < flat.coverage < 1.0
 
 
-def test_too_few_contacts_are_not_tried():
-    found = Draws(np.repeat(np.arange(FEWEST), 3)).coverage(np.ones(27), np.ones(27))
-    assert np.isnan(found).all()
-
-
 @pytest.mark.parametrize(("contacts", "known"), [(10, 9), (19, 9), (20, 19), (24, 19), (29, 19), (48, 39)])
 def test_so_many_contacts_calibrate_that_no_more_than_a_tenth_is_left_over(contacts, known):
     """One sample a contact, all different: of 9 the largest of 9 is the bound, of 19 the second largest."""
     scores = np.random.default_rng(3).permutation(np.arange(1.0, contacts + 1))
-    found = Draws(np.arange(contacts)).coverage(scores, np.ones(contacts))
-    assert found.coverage == pytest.approx(0.9, abs=0.03) == found.coverage_of_contacts
     draws = Draws(np.arange(contacts))
+    found = draws.coverage(scores, np.ones(contacts))
+    assert found.coverage == pytest.approx(0.9, abs=0.03) == found.coverage_of_contacts
     assert (~draws._held).sum(axis=1).tolist() == [known] * DRAWS
 
 

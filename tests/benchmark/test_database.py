@@ -18,16 +18,13 @@ def path(db, tmp_path):
     return tmp_path / "database.h5"
 
 
-def test_round_trip(db, path):
+def test_round_trip_and_what_follows_from_the_arrays(db, path):
     again = read(path)
     for name in ARRAYS:
         assert np.array_equal(getattr(again, name), getattr(db, name)), name
     assert (again.prolongation != db.prolongation).nnz == 0
     assert again.material == db.material and again.config_digest == db.config_digest
     assert list(path.parent.iterdir()) == [path]
-
-
-def test_peaks_are_the_largest_displacements(db):
     assert db.peaks == pytest.approx([max(np.sqrt((u**2).sum(axis=1))) for u in db.fine], rel=1e-14)
     assert db.size == pytest.approx(0.2)
 

@@ -15,18 +15,14 @@ def scene(body, worse=1.0, failed=False):
     """A scene with a fast and a slow model; what is turned knows the errors of the fast one, up to a factor of two."""
     random = np.random.default_rng(len(body))
     hard = np.repeat(np.exp(random.standard_normal(CONTACTS)), 2)
-    place = {
-        "split": 1,
-        "side": "test",
-        "sample": np.arange(2 * CONTACTS),
-        "contact": np.repeat(np.arange(CONTACTS), 2),
-    }
+    contact = np.repeat(np.arange(CONTACTS), 2)
+    place = {"split": 1, "side": "test", "sample": np.arange(2 * CONTACTS), "contact": contact}
     rows = []
     for model, error in (("fast", 0.02 * worse * hard), ("slow", np.full(2 * CONTACTS, 0.003))):
         told = 0.5 * error if model == "slow" else np.nan
-        rows.append(pd.DataFrame({"model": model, "setting": "default"} | place | {"rmse_of_peak": error}))
-        rows[-1] = rows[-1].assign(patch_rms_of_peak=2 * error, estimated_of_peak=told)
-        rows[-1] = rows[-1].assign(coarser_rmse_of_peak=0.9 * error, coarser_patch_rms_of_peak=np.nan)
+        found = {"rmse_of_peak": error, "patch_rms_of_peak": 2 * error, "estimated_of_peak": told}
+        found |= {"coarser_rmse_of_peak": 0.9 * error, "coarser_patch_rms_of_peak": np.nan}
+        rows.append(pd.DataFrame({"model": model, "setting": "default"} | place | found))
     errors = pd.concat(rows)[SAMPLES]
     if failed:
         errors.loc[(errors["model"] == "slow") & (errors["sample"] == 3), "rmse_of_peak"] = np.nan
@@ -37,11 +33,10 @@ def scene(body, worse=1.0, failed=False):
         for model, seconds, error in (("fast", 1e-4, 0.02), ("slow", 1.0, 0.003))
     ]  # fmt: skip
     told = pd.DataFrame({"model": EVERY, "setting": "", "estimate": "turned"} | place | {"rms": hard, "patch": hard})
+    told["seconds"] = 1e-4
     seen = told.assign(model="fast", setting="default", estimate=RESIDUAL, rms=hard**0.5)
     timed = told.iloc[:3].assign(estimate=COARSER, rms=np.nan, patch=np.nan, seconds=0.02)
-    return Scene(
-        pd.DataFrame(settings), errors, pd.concat([told.assign(seconds=1e-4), seen.assign(seconds=1e-4), timed])
-    )
+    return Scene(pd.DataFrame(settings), errors, pd.concat([told, seen, timed]))
 
 
 @pytest.fixture(scope="module")
@@ -125,11 +120,8 @@ def test_what_learns_nothing_is_known_at_more_contacts():
     more = known.errors[known.errors["model"] == "fast"].iloc[:4]
     more = more.assign(side=TRAINING, sample=100 + np.arange(4), contact=100 + np.arange(4))
     more.loc[more.index[3], ["rmse_of_peak", "patch_rms_of_peak"]] = np.nan  # a failure there is left out
-    given = (
-        known.estimates[known.estimates["model"] == EVERY]
-        .iloc[:4]
-        .assign(sample=more["sample"].to_numpy(), contact=more["contact"].to_numpy())
-    )
+    given = known.estimates[known.estimates["model"] == EVERY].iloc[:4]
+    given = given.assign(sample=more["sample"].to_numpy(), contact=more["contact"].to_numpy())
     whole = known._replace(errors=pd.concat([known.errors, more]), estimates=pd.concat([known.estimates, given]))
     table = error_bounds([whole])
     fast, slow = (row(table, model=name, error="rms", estimate="turned") for name in ("fast", "slow"))

@@ -105,9 +105,8 @@ def test_a_press_of_each_training_contact_is_judged_beside_the_others(slab, all_
     found, more = judge(slab, db, folds, truth, 2, 0.05), trained(slab, db, folds, truth, 2, 0.05)
     assert set(more.side) == {TRAINING} and found.more is None
     assert set(more.samples.contact) | set(found.samples.contact) == set(db.contact)
-    assert not set(more.samples.contact) & set(found.samples.contact) and len(set(more.samples.contact)) == len(
-        more.side
-    )
+    assert not set(more.samples.contact) & set(found.samples.contact)
+    assert len(set(more.samples.contact)) == len(more.side)
     assert np.allclose(more.truth[0], 1.1 * db.fine[more.numbers[0]])
     lost = np.where(np.isin(truth.contact, db.contact[more.numbers]), "no limit", "").astype(object)
     nothing = replace(truth, rejected=lost, displacement=np.full_like(truth.displacement, np.nan))

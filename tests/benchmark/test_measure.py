@@ -28,7 +28,7 @@ from palpate.benchmark.measure import (
     measure,
     warn_unanswered,
 )
-from palpate.benchmark.model import BODYS, Solver, one_stage, refuse_bed
+from palpate.benchmark.model import BODYS, Solver, refuse_bed
 from palpate.benchmark.timing import WARM_UP
 from palpate.bodies.supports import Bed
 from palpate.errors import InputError, NotConverged
@@ -61,14 +61,19 @@ def found(judge, miss, side):
     return table[judge.side == side]
 
 
+def measured(slab_case, judge, solver, **about):
+    """Both tables of a model that has one setting."""
+    made = made_up(lambda case: [{}], lambda case, setting: solver, **about)
+    return measure(slab_case[0], "made", made, judge, 6, 0.0)
+
+
 def test_what_a_model_says_of_its_own_error_stands_with_its_samples(slab_case, slab_judge):
     class Sure(Scaled):
         def respond(self, load):
             moved = super().respond(load)
             return Answer(moved, error=0.01) if load.single()[0] != slab_judge.samples.contact[0] else Answer(moved)
 
-    made = made_up(lambda case: [{}], lambda case, setting: Sure(slab_judge, 0.9))
-    samples, _ = measure(slab_case[0], "sure", made, slab_judge, 6, 1.0)
+    samples, _ = measured(slab_case, slab_judge, Sure(slab_judge, 0.9))
     first = samples["contact"] == slab_judge.samples.contact[0]
     assert samples.loc[first, ESTIMATED].isna().all() and (samples.loc[~first, ESTIMATED] == 0.01).all()
 
@@ -139,8 +144,7 @@ def test_presses_that_the_finest_elements_stand_for_have_no_truth_either(slab_ca
     """They are judged, and counted among those without a truth; one of them fails."""
     own = np.where((slab_judge.side == "validation")[:, None], slab_judge.own, np.nan)
     bad = int(slab_judge.samples.contact[-1])
-    made = made_up(lambda case: [{}], lambda case, setting: Scaled(slab_judge, 0.5, bad))
-    settings = measure(slab_case[0], "sometimes", made, replace(slab_judge, own=own), 6, 0.0)[1].iloc[0]
+    settings = measured(slab_case, replace(slab_judge, own=own), Scaled(slab_judge, 0.5, bad))[1].iloc[0]
     failed = int((slab_judge.samples.contact[slab_judge.side == "test"] == bad).sum())
     assert (settings["rejected"], settings["rejected_answered"]) == (4, 4 - failed) and failed > 0
 
@@ -177,11 +181,9 @@ def test_a_known_error_is_what_is_measured(slab_case, slab_judge):
 
 def test_answers_are_compared_with_those_of_coarser_elements(slab_case, slab_judge):
     """Where there are any: half of the true answer is one whole answer away from coarser elements that say that."""
-    made = made_up(lambda case: [{}], lambda case, setting: Scaled(slab_judge, 0.5))
-    alone = measure(slab_case[0], "half", made, slab_judge, 6, 0.0)[0]
-    assert alone[list(COARSER.values())].isna().all(axis=None)
-    judge = replace(slab_judge, coarser=slab_judge.truth)
-    compared = measure(slab_case[0], "half", made, judge, 6, 0.0)[0]
+    half = Scaled(slab_judge, 0.5)
+    assert measured(slab_case, slab_judge, half)[0][list(COARSER.values())].isna().all(axis=None)
+    compared = measured(slab_case, replace(slab_judge, coarser=slab_judge.truth), half)[0]
     for kind, name in (("rms", "rmse_of_peak"), ("patch", "patch_rms_of_peak")):
         assert compared[COARSER[kind]].to_numpy() == pytest.approx(compared[name].to_numpy())
 
@@ -189,17 +191,12 @@ def test_answers_are_compared_with_those_of_coarser_elements(slab_case, slab_jud
 def test_errors_are_against_the_truth_and_not_the_fine_mesh(slab_case, slab_judge):
     """The fine operator's own answer has the operator's error against the truth, and none against the operator."""
     judge = replace(slab_judge, truth=1.1 * slab_judge.truth)
-    exact = Scaled(slab_judge, 1.0)
-    reduced = made_up(lambda case: [{}], lambda case, setting: exact, reduces="p2")
-    settings = measure(slab_case[0], "reduced", reduced, judge, 6, 0.0)[1].iloc[0]
+    exact, far = Scaled(slab_judge, 1.0), Scaled(slab_judge, 1.2)
+    settings = measured(slab_case, judge, exact, reduces="p2")[1].iloc[0]
     assert settings["relative_l2"] == pytest.approx(0.1 / 1.1) and settings[OPERATOR] == 0.0
-    other = Scaled(slab_judge, 1.2)
-    far = reduced._replace(offline=one_stage(lambda *_: other))
-    settings = measure(slab_case[0], "reduced", far, judge, 6, 0.0)[1].iloc[0]
     wrong = found(slab_judge, -0.2, "test")["rmse_of_peak"].mean() / 1.1  # of the true peak, like all errors
-    assert settings[OPERATOR] == pytest.approx(wrong)
-    settings = measure(slab_case[0], "plain", reduced._replace(reduces=""), judge, 6, 0.0)[1].iloc[0]
-    assert np.isnan(settings[OPERATOR])
+    assert measured(slab_case, judge, far, reduces="p2")[1][OPERATOR].item() == pytest.approx(wrong)
+    assert measured(slab_case, judge, exact)[1][OPERATOR].isna().all()
 
 
 def test_it_is_said_what_a_model_is_told(slab_case, slab_judge):
@@ -220,28 +217,26 @@ def test_a_solver_sees_the_frame_before(slab_judge):
         return solver.respond(load)
 
     asked = ask(Stub(precede=lambda load: seen.append(load.key), respond=respond), slab_judge, 6, 0)
-    assert not any(asked.failures) and len(seen) == 6 + WARM_UP
+    assert not any(each.failure for each in asked) and len(seen) == 6 + WARM_UP
 
     def refuse(load):
         raise NotConverged("not even before", [1.0])
 
     failed = ask(Stub(precede=refuse, respond=solver.respond), slab_judge, 6, 0)
-    assert failed.failures == ["not even before"] * 6
+    assert [each.failure for each in failed] == ["not even before"] * 6
 
 
 def test_failures_are_counted_and_told(slab_case, slab_judge):
     judge = slab_judge
     bad = int(judge.samples.contact[judge.side == "test"][-1])
-    made = made_up(lambda case: [{}], lambda case, setting: Scaled(judge, 0.5, bad))
-    samples, settings = measure(slab_case[0], "sometimes", made, judge, 20, 1.0)
+    samples, settings = measured(slab_case, judge, Scaled(judge, 0.5, bad))
     failed = judge.samples.contact == bad
     assert settings["failures"].item() == failed.sum() == 2
     assert (samples["failure"] == np.where(failed, "no answer", "")).all()
     assert samples["rmse_m"].isna().tolist() == failed.tolist() == samples["seconds"].isna().tolist()
     assert settings["max_of_peak"].item() == pytest.approx(0.5)
     chooses = int(judge.samples.contact[judge.side == "validation"][0])
-    unsure = made_up(lambda case: [{}], lambda case, setting: Scaled(judge, 0.5, chooses))
-    settings = measure(slab_case[0], "unsure", unsure, judge, 20, 1.0)[1]
+    settings = measured(slab_case, judge, Scaled(judge, 0.5, chooses))[1]
     assert settings["failures"].item() == 0 and np.isnan(settings["validation_rmse_of_peak"].item())
 
 
@@ -272,9 +267,9 @@ def test_a_model_without_a_setting_for_a_body_leaves_headings_only(slab_case, sl
 @pytest.mark.parametrize(("repeats", "budget", "calls"), [(3, 9.0, 6), (20, 9.0, 20), (20, 0.0, 6)])
 def test_every_sample_is_asked_once_and_then_as_often_as_there_is_time(slab_judge, repeats, budget, calls):
     solver = Scaled(slab_judge, 0.5)
-    asked = ask(solver, slab_judge, repeats, budget)
-    assert sum(map(len, asked.seconds)) == calls == len(solver.asked) - WARM_UP
-    assert all(asked.seconds) and max(map(len, asked.seconds)) - min(map(len, asked.seconds)) <= 1
+    counts = [len(each.seconds) for each in ask(solver, slab_judge, repeats, budget)]
+    assert sum(counts) == calls == len(solver.asked) - WARM_UP
+    assert all(counts) and max(counts) - min(counts) <= 1
 
 
 def test_what_is_asked_cannot_be_changed_by_who_answers(slab_judge):
@@ -293,7 +288,7 @@ def test_a_wrong_shape_is_refused_and_no_number_has_failed(slab_judge):
         ask(Stub(respond=lambda load: load.single()[1]), slab_judge, 6, 0.0, "mine.py")
     nothing = np.full((slab_judge.truth.shape[1], 3), np.nan)
     asked = ask(Stub(respond=lambda load: nothing), slab_judge, 6, 0.0)
-    assert asked.errors == [None] * 6 and all("not finite" in said for said in asked.failures)
+    assert len(asked) == 6 and all(each.errors is None and "not finite" in each.failure for each in asked)
 
 
 def test_the_truth_and_zero_have_rows_of_their_own(slab_case, slab_judge):
@@ -306,10 +301,7 @@ def test_the_truth_and_zero_have_rows_of_their_own(slab_case, slab_judge):
     assert zero["relative_l2"] == pytest.approx(1) and zero["max_of_peak"] == pytest.approx(1)
     assert zero["rmse_of_peak"] == pytest.approx(found(slab_judge, 1.0, "test")["rmse_of_peak"].mean())
     assert np.isnan(zero["online_median_s"]) and len(samples) == 12
-
-
-def test_the_truths_own_error_is_told_of_presses_at_training_contacts(slab_case, slab_judge):
-    """Bounds that know these contacts add it, and means are those of the others."""
+    # bounds that know training contacts add the truth's own error there, and means are those of the others
     more = replace(slab_judge, side=np.full(6, TRAINING), own=10 * slab_judge.own)
     samples, settings = bounds(slab_case[0], replace(slab_judge, more=more))
     own = samples[(samples["side"] == TRAINING) & (samples["model"] == "truth")]
@@ -318,8 +310,7 @@ def test_the_truths_own_error_is_told_of_presses_at_training_contacts(slab_case,
 
 
 def test_the_largest_time_is_that_of_the_slowest_press_and_not_of_one_late_call(slab_case, slab_judge):
-    seconds = [[0.001, 0.002, 0.5]] * 5 + [[0.03, 0.04, 0.05]]
-    asked = Asked([None] * 6, [np.nan] * 6, [""] * 6, seconds)
+    asked = [Asked(seconds=each) for each in [[0.001, 0.002, 0.5]] * 5 + [[0.03, 0.04, 0.05]]]
     _, settings = found_rows([Finding(labels_of(slab_case[0], "m", "s"), asked, 0.0, 0.0, {})], slab_judge)
     assert settings["online_max_s"].iloc[0] == 0.04
 
@@ -341,9 +332,6 @@ def test_queries_that_pay_back():
     assert table.columns.tolist() == ACCURACY_VS_TIME.columns and (table["commit"] == "abc").all()
     paid = [0.0, np.inf, 50.0, np.inf, np.inf, 200.0, np.inf, 100.0]
     assert table["break_even_queries"].tolist() == pytest.approx(paid)
-
-
-def test_the_commit_is_short_and_never_missing():
     assert 0 < len(commit()) < 20
 
 

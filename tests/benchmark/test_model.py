@@ -31,34 +31,25 @@ def test_what_is_used_is_charged_once_and_looking_costs_nothing(case):
     assert case.used == {"training": 24.0}
     assert case.use_compliance() is case.response and case.response.seconds > 0
     assert case.used == {"training": 24.0, "compliance": case.response.seconds}
-
-
-def test_fewer_samples_cost_less_and_are_part_of_more(case):
-    few, more = case.first(4), case.first(9)
-    assert few.n_training == 4 and more.n_training == 9
-    assert {tuple(f) for f in few.database.force} <= {tuple(f) for f in more.database.force}
-    assert few.use_training() is few.database and case.used == {"training": 8.0}
-
-
-def test_a_case_without_compliance_says_so(case):
     with pytest.raises(InputError, match="no compliance"):
         replace(case, response=None).use_compliance()
 
 
-def test_rows(slab_case):
+def test_fewer_samples_cost_less_and_are_part_of_more(slab_case, case):
+    few, more = case.first(4), case.first(9)
+    assert few.n_training == 4 and more.n_training == 9
+    assert {tuple(f) for f in few.database.force} <= {tuple(f) for f in more.database.force}
+    assert few.use_training() is few.database and case.used == {"training": 8.0}
     db = slab_case[1]
     part = db.take(np.array([4, 1]))
     assert np.array_equal(part.fine, db.fine[[4, 1]]) and np.array_equal(part.coarse_live, db.coarse_live[[4, 1]])
     assert part.nodes_fine_surface is db.nodes_fine_surface
 
 
-def test_settings_as_text():
+def test_settings_as_text_and_shares_of_the_samples_as_whole_numbers(case):
     told = {"iterations": 2, "tolerance": 1e-3, "turned": False}
     assert (setting_text({}), setting_text(told)) == ("default", "iterations=2, tolerance=0.001, turned=false")
     assert distinct([{"a": 1}, {"b": 2}, {"a": 1.0}]) == [{"a": 1}, {"b": 2}]
-
-
-def test_shares_of_the_samples_are_whole_numbers(case):
     assert training_counts(case, [0.25, 0.4, 0.6, 0.8, 1.0]) == [4, 5, 7, 10, 12]
     assert training_counts(case, [1.0, 0]) == [0, 12]
 
@@ -83,7 +74,7 @@ class Holds:
         vars(self).update(what)
 
 
-def test_arrays_are_found_wherever_they_are_and_count_once():
+def test_arrays_and_factors_are_found_wherever_they_are_and_count_once():
     one, shared = ONE, Holds(x=ONE)
     shared.itself = shared
     closed_over = lambda: one  # noqa: E731
@@ -91,9 +82,6 @@ def test_arrays_are_found_wherever_they_are_and_count_once():
         assert held_mb(held) == 1.0
     assert held_mb([shared, shared, ONE[:10], ONE.reshape(5, -1)]) == 1.0
     assert held_mb([np, print, Holds, "text", 3, None]) == 0.0
-
-
-def test_a_sparse_matrix_and_its_factor():
     matrix = eye_array(1000, format="csc")
     assert held_mb(matrix) == (matrix.data.nbytes + matrix.indices.nbytes + matrix.indptr.nbytes) / 1e6
     assert held_mb(splu(matrix)) >= 12 * 1000 / 1e6

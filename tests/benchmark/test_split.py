@@ -68,9 +68,6 @@ def test_contacts_are_dealt_whole_and_evenly():
     assert all(len(set(fold[contact == each])) == 1 for each in set(contact))
     assert np.array_equal(fold, deal(contact, 1)) and not np.array_equal(fold, deal(contact, 2))
     assert set(deal(np.array([5, 5, 7, 9]), 1)) == {1, 2, 3}
-
-
-def test_too_few_contacts_are_refused():
     with pytest.raises(InputError, match=r"^tradeoff\.contacts: 2 contacts are too few"):
         deal(np.array([1, 1, 2, 2]), 1)
 
@@ -117,15 +114,12 @@ def side_table(db):
     return sample_table(db, 18, 6, 1)
 
 
-def test_a_row_has_contact_peak_and_sides(db, side_table):
+def test_a_row_has_contact_peak_and_sides_and_is_the_same_when_read_again(db, side_table, tmp_path):
     assert side_table.columns.tolist() == SAMPLE_COLUMNS and side_table["sample"].tolist() == list(range(24))
     assert np.array_equal(side_table["contact"], db.contact) and np.array_equal(side_table["peak_m"], db.peaks)
     for kind in SPLITS:
         expected = split(db.contact, 18, 6, kind, 1)
         assert [side.tolist() for side in sides(side_table, kind)] == [side.tolist() for side in expected]
-
-
-def test_it_is_the_same_when_read_again(side_table, tmp_path):
     write_table(side_table, tmp_path / "samples.csv")
     again = read_samples(tmp_path / "samples.csv")
     assert again.equals(side_table.astype(again.dtypes))

@@ -44,19 +44,11 @@ def test_every_sample_says_what_it_cost(three_loads, pressed_slab):
     assert (costs["seconds"] > 0).all()
 
 
-def test_progress_sees_every_row(slab, three_loads):
-    seen = []
-    press(slab, 0, three_loads, 1e-6, lambda rows: (seen.append(row) or row for row in rows))
-    assert len(seen) == len(three_loads)
-
-
-def test_contacts_that_cannot_be_pressed_are_refused(slab, three_loads):
+def test_a_failure_names_the_contact_or_the_sample_and_the_remedy(slab, three_loads, monkeypatch):
     contact = slab.anchors[0][0]
     with pytest.raises(InputError, match=rf"^slab, contact {contact} is not a free surface node"):
         press(slab, 0, three_loads.assign(contact=contact), 1e-6)
 
-
-def test_failure_names_the_sample_and_the_remedy(slab, three_loads, monkeypatch):
     def never(*_):
         raise NotConverged("it stopped", [1.0, 0.5])
 
@@ -133,19 +125,16 @@ def simulated(body):
     return loads, responses(body.fine, 3.0), responses(body.coarse, 0.5)
 
 
-@pytest.fixture
-def made(body, simulated):
+def test_paper_samples_are_the_fine_ones_at_coarse_nodes_and_live_ones_the_coarse_simulation(body, simulated, tmp_path):
     loads, fine, coarse = simulated
-    return assemble(body, loads, fine, coarse, "abc"), fine.displacement, coarse.displacement
-
-
-def test_paper_samples_are_the_fine_ones_at_coarse_nodes_and_live_ones_the_coarse_simulation(body, made, tmp_path):
-    db, fine, coarse = made
-    assert np.array_equal(db.coarse("paper"), fine[:, : len(body.coarse.nodes)])
+    db = assemble(body, loads, fine, coarse, "abc")
+    assert np.array_equal(db.coarse("paper"), fine.displacement[:, : len(body.coarse.nodes)])
     assert np.array_equal(body.fine.nodes[: len(body.coarse.nodes)], body.coarse.nodes)
-    assert np.array_equal(db.coarse("live"), coarse) and db.seconds.tolist() == [3.5] * 4  # of both meshes
+    assert np.array_equal(db.coarse("live"), coarse.displacement) and db.seconds.tolist() == [3.5] * 4  # of both meshes
     write(db, tmp_path / "database.h5")
     assert np.array_equal(read(tmp_path / "database.h5").fine, db.fine)
+    slopes = np.array([[1.0, 2, 0], [0, 1, 3], [1, 0, 1]])  # interpolation to the surface keeps linear fields
+    assert np.abs(db.prolongation @ (body.coarse.nodes @ slopes) - db.nodes_fine_surface @ slopes).max() < 1e-14
 
 
 def test_responses_to_other_loads_or_of_other_meshes_are_refused(body, simulated):
@@ -157,13 +146,6 @@ def test_responses_to_other_loads_or_of_other_meshes_are_refused(body, simulated
     ):
         with pytest.raises(InputError, match=f"the {name} responses are not those to the loads"):
             assemble(body, loads, *parts, "abc")
-
-
-def test_interpolation_to_the_surface_keeps_linear_fields(body, made):
-    db = made[0]
-    linear = body.coarse.nodes @ np.array([[1.0, 2, 0], [0, 1, 3], [1, 0, 1]])
-    expected = db.nodes_fine_surface @ np.array([[1.0, 2, 0], [0, 1, 3], [1, 0, 1]])
-    assert np.abs(db.prolongation @ linear - expected).max() < 1e-14
 
 
 def test_the_digest_changes_with_the_settings_and_not_with_their_order():

@@ -8,7 +8,7 @@ import pytest
 
 from palpate.benchmark import truth as module
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.presses import force_of
+from palpate.benchmark.presses import LOAD_COLUMNS, force_of
 from palpate.benchmark.truth import OWN, doubt, limit, load_truth, ratio, save_truth, truth_levels, truth_of
 from palpate.bodies.body import nest
 from palpate.bodies.mesh import TetMesh
@@ -27,7 +27,7 @@ def loads(slab):
     """A press and an oblique one, at nodes of the upper face away from the clamp."""
     top = slab.coarse.surface[np.argsort(slab.coarse.nodes[slab.coarse.surface] @ [0.3, 0.0, 1.0])[-2:]]
     rows = [(3, top[0], 0.0, 0.0, -0.3, RADIUS_M), (7, top[1], 0.1, 0.05, -0.2, RADIUS_M)]
-    return pd.DataFrame(rows, columns=["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"])
+    return pd.DataFrame(rows, columns=LOAD_COLUMNS)
 
 
 @pytest.fixture(scope="module")
@@ -46,8 +46,7 @@ def block(box, soft):
 def corner(block):
     """A press on the block's far corner."""
     contact = block.coarse.surface[np.argmax(block.coarse.nodes[block.coarse.surface].sum(axis=1))]
-    row = (0, contact, 0.0, 0.0, -0.4, 0.06)
-    return pd.DataFrame([row], columns=["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"])
+    return pd.DataFrame([(0, contact, 0.0, 0.0, -0.4, 0.06)], columns=LOAD_COLUMNS)
 
 
 def test_levels_are_solved_to_less_than_can_be_seen(slab, loads, slab_truth):
@@ -107,17 +106,14 @@ def test_volume_lost_and_counts_are_those_of_its_levels(slab, loads, slab_truth)
     assert (slab_truth.iterations >= 3).all() and (slab_truth.products > slab_truth.iterations).all()
 
 
-def test_linear_elements_are_far_from_it(slab, loads, slab_truth):
+def test_another_element_has_the_same_limit(slab, loads, slab_truth):
+    """Linear elements, many times as wrong on the same nodes, are half as wrong in their limit."""
     solver = Equilibrium(slab, 1)
     forces = nodal_load(slab, 1, int(loads["contact"][0]), force_of(loads.iloc[0]), RADIUS_M)
     linear = (solver.solve(forces, 1e-8).x - solver.mesh.nodes)[slab.fine.surface]
     patch = patch_nodes(slab.fine, int(loads["contact"][0]), RADIUS_M)
     error = truth_errors(linear, slab_truth.displacement[0], patch).rmse_of_peak
     assert error > 20 * slab_truth.own[0, OWN.index("rmse_of_peak")]
-
-
-def test_another_element_has_the_same_limit(slab, loads, slab_truth):
-    """Linear elements, many times as wrong on the same nodes, are half as wrong in their limit."""
     [row] = other_element(slab, loads, slab_truth, [7]).itertuples()
     own = slab_truth.own[1, OWN.index("rmse_of_peak")]
     assert row.sample == 7 and row.rmse_of_peak < 0.6 * row.finest_rmse_of_peak < 4 * own
@@ -167,9 +163,8 @@ def test_what_is_not_believed_is_kept_with_its_reason_and_left_out(block, corner
         found = truth_of(block, both, {0, 1})
     assert found.rejected[1] and not found.rejected[0] and found.rows([1, 0]).tolist() == [0]
     [row] = truth_table({"block_deep": found}).itertuples()
-    assert (row.samples, row.rejected) == (1, 1) and row.why_rejected.startswith(
-        ("1 no answer", "1 the levels", "1 an element", "1 the Hessian")
-    )
+    assert (row.samples, row.rejected) == (1, 1)
+    assert row.why_rejected.startswith(("1 no answer", "1 the levels", "1 an element", "1 the Hessian"))
     assert row.inverted == (found.least_det[1] <= 0.0)
     table = truth_table({"block_deep": replace(found, least_det=np.array([-0.1, -0.2]))})
     assert table["inverted"].item() == table["squeezed"].item() == 2  # whether they are believed or not
@@ -179,9 +174,8 @@ def test_what_is_not_believed_is_kept_with_its_reason_and_left_out(block, corner
 def test_only_samples_with_the_finest_level_say_how_exact_the_truth_is(slab_truth):
     levels = slab_truth.levels.copy()
     levels[1, -1] = np.nan
-    [both], [one] = (
-        truth_table({"slab": each}).itertuples() for each in (slab_truth, replace(slab_truth, levels=levels))
-    )
+    [both] = truth_table({"slab": slab_truth}).itertuples()
+    [one] = truth_table({"slab": replace(slab_truth, levels=levels)}).itertuples()
     assert (both.samples, one.samples, one.rejected) == (2, 1, 0)
     assert one.patch_rms_of_peak == slab_truth.own[0, OWN.index("patch_rms_of_peak")] != both.patch_rms_of_peak
     assert (both.validation_samples, one.validation_samples) == (0, 1) and np.isnan(both.validation_rmse_of_peak)
@@ -256,8 +250,7 @@ def test_a_bed_gives_a_truth_and_nails_one_that_is_less_sure(bean):
     """The same press from above; at the nails' rim displacements grow with the root of the distance."""
     nailed, bedded = bean
     contact = int(bedded.coarse.surface[np.argmax(bedded.coarse.nodes[bedded.coarse.surface] @ [0.3, 0.0, 1.0])])
-    row = (0, contact, 0.0, 0.0, -0.1, 0.015)
-    press = pd.DataFrame([row], columns=["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"])
+    press = pd.DataFrame([(0, contact, 0.0, 0.0, -0.1, 0.015)], columns=LOAD_COLUMNS)
     lying, held = truth_of(bedded, press, {0}), truth_of(nailed, press, {0})
     assert lying.rejected[0] == held.rejected[0] == ""
     rms = OWN.index("rmse_of_peak")
@@ -276,9 +269,8 @@ def test_it_is_the_same_when_read_again(slab_truth, tmp_path):
 
 
 def test_the_table_says_how_well_it_is_known(slab_truth):
-    other = pd.DataFrame(
-        {"sample": slab_truth.sample[[1, 1]], "rmse_of_peak": [0.001, 0.003], "patch_rms_of_peak": 0.02}
-    )
+    found = {"rmse_of_peak": [0.001, 0.003], "patch_rms_of_peak": 0.02}
+    other = pd.DataFrame({"sample": slab_truth.sample[[1, 1]]} | found)
     table = truth_table({"slab_small": slab_truth}, {"slab_small": other})
     assert table.columns.tolist() == TRUTH.columns
     [row] = table.itertuples()

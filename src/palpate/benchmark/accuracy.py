@@ -46,11 +46,6 @@ class TruthErrors(NamedTuple):
     patch_max_of_peak: float
 
 
-def node_errors(predicted: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Return the length of the error vector at each node, (n,) [m], of displacements (n, 3) [m]."""
-    return np.linalg.norm(predicted - reference, axis=1)
-
-
 def errors(predicted: np.ndarray, reference: np.ndarray) -> Errors:
     """Measure a predicted displacement (n, 3) [m] against the simulated one, (n, 3) [m].
 
@@ -59,7 +54,7 @@ def errors(predicted: np.ndarray, reference: np.ndarray) -> Errors:
     peak = np.linalg.norm(reference, axis=1).max()
     if peak == 0:
         raise InputError("accuracy: the reference moves nowhere; leave samples without a force out.")
-    error = node_errors(predicted, reference)
+    error = np.linalg.norm(predicted - reference, axis=1)
     rmse = np.sqrt(np.mean(error**2))
     return Errors(float(rmse), float(rmse / peak), float(np.percentile(error, 95) / peak), float(error.max() / peak))
 
@@ -70,7 +65,7 @@ def truth_errors(predicted: np.ndarray, truth: np.ndarray, patch: np.ndarray) ->
     patch : (n,) bool, the nodes that are pressed, as ``patch_nodes`` gives them
     Raises InputError if the truth moves nowhere.
     """
-    basic, error = errors(predicted, truth), node_errors(predicted, truth)
+    basic, error = errors(predicted, truth), np.linalg.norm(predicted - truth, axis=1)
     peak = np.linalg.norm(truth, axis=1).max()
     return TruthErrors(
         **basic._asdict(),

@@ -1,6 +1,6 @@
 """Advise which model to take for a budget of time or an error, say why, and what that rests on."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -179,7 +179,7 @@ class Question:
 
     def _under(self, max_error: float, most: float, best: pd.Series, rival: Any, bound: float, sure: float) -> dict:
         """Return what a row of ADVICE says of what is chosen for an error; ``most``: what bounds had to stay below."""
-        passed = passed_over(self.able, best, max_error)
+        passed, why_passed = passed_over(self.able, best, max_error)
         found = self._told(best, bound) | versus(best, rival, "online_median_s") | passed
         found |= {"margin": 1 - bound / max_error, "confidence": sure}
         fits = self.able[(self.bound <= most) & (self.mean <= most)]
@@ -190,7 +190,7 @@ class Question:
         if np.isfinite(sure):
             kept = f"{_share(sure)} of the answers there stay below {percent(max_error)}"
             parts.append(f"where each contact is left out of the choice, {kept}")
-        parts += [next_best(rival, best, "online_median_s"), *why_passed_over(passed)]
+        parts += [next_best(rival, best, "online_median_s"), *why_passed]
         if best[self.column] > max_error:
             parts.insert(0, f"on the test contacts its error is larger than asked, {percent(best[self.column])}")
         return found | {"why": self._because(*parts, *self._tied(best["bound_of_peak"]))}
@@ -202,7 +202,7 @@ class Question:
     def _stays(self, fits: np.ndarray, best: pd.Series, by: str) -> float:
         """Return the share of contacts without which ``best`` has, or ties with, the least error of what ``fits``."""
         place, kept = self.able.index.get_loc(best.name), []
-        for bound, mean in self.held.without():
+        for bound, mean in self.held.without.values():
             values = np.maximum(bound if by == "bound_of_peak" else mean, self.floor)
             kept.append(values[place] <= EQUAL * values[fits].min())
         return float(np.mean(kept))
@@ -313,11 +313,11 @@ def _check(settings: pd.DataFrame, errors: pd.DataFrame) -> None:
         )
 
 
-def choice(fits: pd.DataFrame, by: Mapping[str, float], floor: float = EXACT) -> tuple[pd.Series, pd.Series | None]:
-    """Choose the best, and the best of all other models, if there are any; errors below ``floor`` are tied."""
-    best = pick(fits, by, floor)
+def choice(fits: pd.DataFrame, by: Mapping[str, float]) -> tuple[pd.Series, pd.Series | None]:
+    """Choose the best by ``pick``, and the best of all other models, if there are any."""
+    best = pick(fits, by)
     others = fits[fits["model"] != best["model"]]
-    return best, None if others.empty else pick(others, by, floor)
+    return best, None if others.empty else pick(others, by)
 
 
 def versus(best: pd.Series, rival: pd.Series | None, column: str, floor: float = EXACT) -> dict:
@@ -328,19 +328,24 @@ def versus(best: pd.Series, rival: pd.Series | None, column: str, floor: float =
     return {"rival": rival["model"], "rival_setting": rival["setting"], "factor": factor}
 
 
-def passed_over(able: pd.DataFrame, best: pd.Series, max_error: float) -> dict:
+def passed_over(able: pd.DataFrame, best: pd.Series, max_error: float) -> tuple[dict, list[str]]:
     """Find the fastest of what is clearly faster than ``best`` and has a mean error, but no bound, below ``max_error``.
 
-    As columns of ADVICE; none where there is none
+    Returns columns of ADVICE and why it was passed over; both are empty where there is none.
     """
     column = "online_median_s"
     passed = able[(able["mean_of_peak"] <= max_error) & (able["bound_of_peak"] > max_error)]
     passed = passed[TIED_TIMES * passed[column] < best[column]]
     if passed.empty:
-        return {}
+        return {}, []
     row = passed.loc[passed[column].idxmin()]
-    found = {"faster": row["model"], "faster_setting": row["setting"], "faster_error": row["mean_of_peak"]}
-    return found | {"faster_high": finite(row["bound_of_peak"]), "faster_factor": best[column] / row[column]}
+    mean, high, factor = row["mean_of_peak"], finite(row["bound_of_peak"]), best[column] / row[column]
+    found = {"faster": row["model"], "faster_setting": row["setting"], "faster_error": mean}
+    risk = f"one answer in ten may have more than {percent(high)}" if np.isfinite(high) else "its bound is not known"
+    said = (
+        f"{name(row)} is {factor:.2g} times as fast and was passed over: its mean error is {percent(mean)}, and {risk}"
+    )
+    return found | {"faster_high": high, "faster_factor": factor}, [said]
 
 
 def _sure(confidence: float, rival: pd.Series | None) -> str:
@@ -352,19 +357,6 @@ def _sure(confidence: float, rival: pd.Series | None) -> str:
             f"{_share(1 - confidence)}"
         )
     return f"best, or tied with the best, without any one contact in {_share(confidence)} of cases"
-
-
-def why_passed_over(passed: dict) -> list[str]:
-    """Explain why what is faster was passed over, if anything was."""
-    if not passed:
-        return []
-    who = name(pd.Series({"model": passed["faster"], "setting": passed["faster_setting"]}))
-    high = passed["faster_high"]
-    risk = f"one answer in ten may have more than {percent(high)}" if np.isfinite(high) else "its bound is not known"
-    return [
-        f"{who} is {passed['faster_factor']:.2g} times as fast and was passed over: its mean error is "
-        f"{percent(passed['faster_error'])}, and {risk}"
-    ]
 
 
 def name(setting: pd.Series) -> str:
@@ -423,13 +415,9 @@ def by_radius(advice: pd.DataFrame, radii: Mapping[str, tuple[str, float]]) -> p
     there["body"] = [radii[scene][0] for scene in there["scene"]]
     there["radius_m"] = [radii[scene][1] for scene in there["scene"]]
     found = []
-    for _, asked in _by(there, ["body", "error", "budget_ms", "max_error"]):
+    # of a budget and a largest error one is empty
+    for _, asked in there.groupby(["body", "error", "budget_ms", "max_error"], sort=False, dropna=False):
         rows = asked.sort_values("radius_m", kind="stable")
         before = rows["model"].shift().fillna(rows["model"].iloc[0])
         found.append(rows.assign(flips=rows["model"] != before))
     return pd.concat(found)[BY_RADIUS.columns] if found else BY_RADIUS.frame([])
-
-
-def _by(advice: pd.DataFrame, columns: list[str]) -> Iterable[tuple[Any, pd.DataFrame]]:
-    """Group by ``columns`` in the order of the table; of a budget and a largest error one is empty."""
-    return advice.groupby(columns, sort=False, dropna=False)

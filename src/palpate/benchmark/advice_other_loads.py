@@ -107,12 +107,15 @@ def _within(able: pd.DataFrame, limit: dict, bounds: pd.DataFrame | None) -> dic
         what = "in real time"
     fits = able[used <= 1 - MARGIN]
     if fits.empty:
-        return {"why": _late(able, used)}
-    best, rival = choice(fits, BY_ERROR)
+        least = able.loc[used.idxmin()]
+        why = (
+            f"the fastest setting, {name(least)}, takes {least['real_time_factor']:.2g} s for a second of motion and "
+            f"{least['step_p95_ms']:.3g} ms a step at the 95th percentile"
+        )
+        return {"why": why}
     reason = f"least error of {counted(fits)} that run {what} and leave {100 * MARGIN:.0f} % of it unused"
-    why = f"{_why(reason, best, rival, 'rmse_of_peak')}; errors are from the standard, {_mesh(able)}"
-    row = _told(best, bounds) | versus(best, rival, "rmse_of_peak")
-    return row | {"margin": 1 - used[best.name], "why": why}
+    best, row = _chosen(able, fits, BY_ERROR, reason, bounds)
+    return row | {"margin": 1 - used[best.name]}
 
 
 def _under(able: pd.DataFrame, limit: dict, bounds: pd.DataFrame | None) -> dict:
@@ -124,22 +127,31 @@ def _under(able: pd.DataFrame, limit: dict, bounds: pd.DataFrame | None) -> dict
     if fits.empty:
         distance = f"{percent(nearest['rmse_of_peak'])} from the standard, {_mesh(able)}"
         return near | {"why": f"the setting of least error, {name(nearest)}, is {distance}"}
-    best, rival = choice(fits, BY_TIME)
     reason = f"fastest of {counted(fits)} whose error, the standard's own added, stays below {percent(max_error)}"
-    why = f"{_why(reason, best, rival, 'real_time_factor')}; errors are from the standard, {_mesh(able)}"
-    row = _told(best, bounds) | versus(best, rival, "real_time_factor")
-    return row | {"margin": 1 - bounded[best.name] / max_error, "why": why}
+    best, row = _chosen(able, fits, BY_TIME, reason, bounds)
+    return row | {"margin": 1 - bounded[best.name] / max_error}
 
 
-def _told(best: pd.Series, bounds: pd.DataFrame | None) -> dict:
+def _chosen(
+    able: pd.DataFrame, fits: pd.DataFrame, by: dict[str, float], reason: str, bounds: pd.DataFrame | None
+) -> tuple[pd.Series, dict]:
+    """Choose from ``fits``; return the choice, and what a row of ADVICE says of it, after ``reason``.
+
+    by : what decides, as ``pick`` takes it; its first column is that in which the next best model is compared
+    """
+    (best, rival), column = choice(fits, by), next(iter(by))
     bound, measured = bound_elsewhere(best, bounds)
-    return {key: best[key] for key in ("model", "setting", "rmse_of_peak", "p95_of_peak")} | {
+    pace = f"{best['real_time_factor']:.2g} s for a second of motion"
+    why = "; ".join([reason, pace, next_best(rival, best, column), f"errors are from the standard, {_mesh(able)}"])
+    row = {key: best[key] for key in ("model", "setting", "rmse_of_peak", "p95_of_peak")} | {
         "online_p95_s": 1e-3 * best["step_p95_ms"],
         "reference_error": best["own_error"],
         "times_life": 1.0 / best["real_time_factor"],
         "bound_of_peak": bound,
         "bound_on": measured,
+        "why": why,
     }
+    return best, row | versus(best, rival, column)
 
 
 def bound_elsewhere(best: pd.Series, bounds: pd.DataFrame | None) -> tuple[float, str]:
@@ -167,18 +179,6 @@ def _mesh(able: pd.DataFrame) -> str:
     if np.isnan(own):
         return f"and how wrong that is itself nobody knows, as no press of this body was measured on its {mesh}"
     return f"which is {percent(own)} wrong itself, by its {mesh} and its step"
-
-
-def _why(said: str, best: pd.Series, rival: pd.Series | None, column: str) -> str:
-    return "; ".join([said, f"{best['real_time_factor']:.2g} s for a second of motion", next_best(rival, best, column)])
-
-
-def _late(able: pd.DataFrame, used: pd.Series) -> str:
-    least = able.loc[used.idxmin()]
-    return (
-        f"the fastest setting, {name(least)}, takes {least['real_time_factor']:.2g} s for a second of motion and "
-        f"{least['step_p95_ms']:.3g} ms a step at the 95th percentile"
-    )
 
 
 class _Limit(NamedTuple):

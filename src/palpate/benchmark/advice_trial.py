@@ -26,14 +26,14 @@ class Again(NamedTuple):
     as_good: int
 
 
-def advised_again(settings: pd.DataFrame, errors: pd.DataFrame, limits: dict[str, Any], runs: int = RUNS) -> Again:
-    """Advise ``runs`` times for one scene with all times of each setting multiplied by a factor of NOISE.
+def advised_again(settings: pd.DataFrame, errors: pd.DataFrame, limits: dict[str, Any]) -> Again:
+    """Advise RUNS times for one scene with all times of each setting multiplied by a factor of NOISE.
 
     settings, errors, limits : as ``advise`` takes them
     """
     random, first = np.random.default_rng(SEED), advise(settings, errors, **limits)
     rows = same = as_good = 0
-    for _ in range(runs):
+    for _ in range(RUNS):
         noisy, factor = settings.copy(), random.uniform(*NOISE, len(settings))
         noisy[TIMES] = settings[TIMES].mul(factor, axis=0)
         for before, now in zip(first.itertuples(), advise(noisy, errors, **limits).itertuples(), strict=True):
@@ -75,9 +75,7 @@ def tried_elsewhere(settings: pd.DataFrame, errors: pd.DataFrame, max_errors: li
             question = Question(settings, errors[~errors["contact"].isin(hidden)], kind)
             there = errors[errors["contact"].isin(hidden)].drop_duplicates([*SETTING, "sample"]).set_index(SETTING)
             for row in ADVICE.frame([question.under(limit) for limit in max_errors]).itertuples():
-                if row.model == NONE:
-                    continue
-                if (row.model, row.setting) not in there.index:
+                if row.model == NONE or (row.model, row.setting) not in there.index:
                     continue
                 presses = there.loc[[(row.model, row.setting)]].dropna(subset=KINDS[kind])
                 answers = presses[KINDS[kind]].to_numpy() + own.reindex(presses["sample"]).to_numpy()

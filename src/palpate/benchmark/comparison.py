@@ -44,14 +44,13 @@ def first_of(fits: np.ndarray, *by: tuple[np.ndarray, float]) -> int | None:
     return int(np.argmax(fits))
 
 
-def pick(rows: pd.DataFrame, by: Mapping[str, float], floor: float = EXACT) -> pd.Series:
+def pick(rows: pd.DataFrame, by: Mapping[str, float]) -> pd.Series:
     """Return the row that is left when each column in turn keeps what is within a factor of its least value.
 
-    floor : errors below it are tied with it: that of the truth itself
-    Where several are left, the first of the table.
+    Errors below EXACT are tied with it. Where several rows are left, the first of the table.
     """
     values = [
-        (rows[name].clip(lower=floor if name.endswith("of_peak") else 0).fillna(np.inf).to_numpy(), factor)
+        (rows[name].clip(lower=EXACT if name.endswith("of_peak") else 0).fillna(np.inf).to_numpy(), factor)
         for name, factor in by.items()
     ]
     return rows.iloc[first_of(np.ones(len(rows), dtype=bool), *values)]
@@ -149,9 +148,7 @@ def averaged(settings: pd.DataFrame) -> pd.DataFrame:
     """
     groups = settings.assign(key=same_settings(settings)).groupby(["model", "key"], sort=False)
     rows = groups.first()
-    mean_columns = [
-        name for name in settings.columns if name.endswith(("_of_peak", "_m", "_l2")) or name in ("offline_s",)
-    ]
+    mean_columns = [name for name in settings.columns if name.endswith(("_of_peak", "_m", "_l2", "offline_s"))]
     rows[mean_columns] = groups[mean_columns].mean()
     for name in ("online_median_s", "online_p95_s", "memory_mb", "break_even_queries"):
         rows[name] = groups[name].median()

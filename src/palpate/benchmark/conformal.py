@@ -31,19 +31,9 @@ def bound_factor(scores: np.ndarray, contact: np.ndarray) -> float:
 
 
 def bounds(errors: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Return ``bound_factor`` of each row of ``errors`` (m, n), of its samples that are not NaN: (m,).
-
-    contact : (n,); rows of which the same samples are known are found together
-    """
-    factors = np.full(len(errors), np.inf)
-    kinds, which = np.unique(np.isfinite(errors), axis=0, return_inverse=True)
-    for i, there in enumerate(kinds):
-        if there.any():
-            rows = np.flatnonzero(which.ravel() == i)
-            _, unit, count = np.unique(contact[there], return_inverse=True, return_counts=True)
-            weights = 1.0 / (count[unit] * (len(count) + 1))
-            factors[rows] = [quantiles(row, weights[None])[0] for row in errors[np.ix_(rows, there)]]
-    return factors
+    """Return ``bound_factor`` of each row of ``errors`` (m, n), of its samples that are not NaN: (m,)."""
+    known = np.isfinite(errors)
+    return np.array([bound_factor(row[there], contact[there]) for row, there in zip(errors, known, strict=True)])
 
 
 def finite(factor: float) -> float:

@@ -8,10 +8,11 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
-from palpate.benchmark import measure
 from palpate.benchmark.comparison import BOUNDS, EXACT, KINDS, lasting, own_errors
 from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.judge import TRAINING
+from palpate.benchmark.measure import COARSER as APART
+from palpate.benchmark.measure import ESTIMATED
 from palpate.table import Table
 
 ERROR_BOUNDS = Table(
@@ -35,7 +36,6 @@ EVERY = "every model"
 """The model in whose row an estimate stands that does not look at the answer."""
 CONSTANT, OWN = "constant", "own"
 """The same for every answer, and what the model itself says of its answer."""
-ESTIMATED, APART = measure.ESTIMATED, measure.COARSER
 SAMPLES = [
     "model", "setting", "split", "side", "sample", "contact", *KINDS.values(), ESTIMATED, *APART.values(),
 ]  # fmt: skip
@@ -60,22 +60,20 @@ class _Scored:
 
     Beside those there may be answers at training contacts: of the settings that learn nothing, those that were given.
     errors : with the truth's own error added (``held_out.HeldOut`` says why), if anything is known of that
+    estimates : of the errors of each setting by their names: values (n,), and what they take [s]
+    own : returns the truth's own error (k,) of samples (k,); NaN where nothing is known of it
     """
 
     def __init__(self, scene: Scene, kind: str):
         self.body, self.regime = scene.settings[["body", "regime"]].iloc[0]
-        self._own = partial(own_errors, scene.errors, KINDS[kind])
+        self.own = partial(own_errors, scene.errors, KINDS[kind])
         errors = scene.errors[~scene.errors["model"].isin(BOUNDS)]
-        own = np.nan_to_num(self._own(errors["sample"].to_numpy()))
+        own = np.nan_to_num(self.own(errors["sample"].to_numpy()))
         errors = errors.assign(**{KINDS[kind]: errors[KINDS[kind]] + own})
         asked = errors[errors["side"] != TRAINING].pivot_table(KINDS[kind], _SETTING, _ASKED).dropna().index
         given = errors.dropna(subset=KINDS[kind]).set_index(_ASKED).groupby(_SETTING, sort=True)[KINDS[kind]]
         self.errors: dict[tuple[str, str], pd.Series] = {key: found for key, found in given if key in asked}
-        whole = {key: tuple(found.index) for key, found in self.errors.items()}
-        alike = {each: key for key, each in whole.items()}
-        self._alike = {key: alike[each] for key, each in whole.items()}
-        self._draws = {key: Draws(self.contact(key)) for key in alike.values()}
-        self._estimates = {key: {CONSTANT: (np.ones(len(found)), 0.0)} for key, found in self.errors.items()}
+        self.estimates = {key: {CONSTANT: (np.ones(len(found)), 0.0)} for key, found in self.errors.items()}
         own = errors.dropna(subset=ESTIMATED).assign(estimate=OWN, seconds=0.0, value=lambda rows: rows[ESTIMATED])
         second = scene.estimates["estimate"] == COARSER
         seconds, apart = scene.estimates.loc[second, "seconds"].median(), errors.dropna(subset=APART[kind])
@@ -83,39 +81,20 @@ class _Scored:
         told = scene.estimates[~second].assign(value=scene.estimates.loc[~second, kind].to_numpy())
         for rows in (told[told["model"] == EVERY], told[told["model"] != EVERY], own, apart):
             for (model, setting, name), found in rows.groupby([*_SETTING, "estimate"], sort=False):
-                self._add(
-                    str(name), found.set_index(_ASKED), list(self.errors) if model == EVERY else [(model, setting)]
-                )
-
-    def own_of(self, key: tuple[str, str]) -> np.ndarray:
-        """Return the truth's own error (n,) of each sample of a setting; NaN where nothing is known of it."""
-        return self._own(self.errors[key].index.get_level_values("sample").to_numpy())
+                told_of = list(self.errors) if model == EVERY else [(model, setting)]
+                found = found.set_index(_ASKED)
+                for key in filter(self.errors.__contains__, told_of):
+                    self._add(str(name), found, key)
 
     def contact(self, key: tuple[str, str]) -> np.ndarray:
         """Return the contact (n,) of each error of a setting."""
         return self.errors[key].index.get_level_values("contact").to_numpy()
 
-    def draws(self, key: tuple[str, str]) -> Draws:
-        """Return the divisions of its contacts; settings that were asked the same share them."""
-        return self._draws[self._alike[key]]
-
-    def _add(self, name: str, found: pd.DataFrame, keys: list[tuple[str, str]]) -> None:
-        """Take the values of an estimate for settings, unless one of their answers has none."""
-        known, seconds = {}, float(found["seconds"].median())
-        for key in filter(self.errors.__contains__, keys):
-            same = self._alike[key]
-            if same not in known:
-                known[same] = np.maximum(found["value"].reindex(self.errors[key].index).to_numpy(), EXACT)
-            if np.isfinite(known[same]).all():
-                self._estimates[key] |= {name: (known[same], seconds)}
-
-    def estimates(self, key: tuple[str, str]) -> dict[str, tuple[np.ndarray, float]]:
-        """Return each estimate of the errors of a setting by its name: its values (n,) and what it takes [s]."""
-        return self._estimates[key]
-
-    def looked_at(self, key: tuple[str, str]) -> bool:
-        """Return whether there is an estimate that not every setting has, and that looks at its answers."""
-        return any(name in self._estimates[key] for name in (RESIDUAL, OWN))
+    def _add(self, name: str, found: pd.DataFrame, key: tuple[str, str]) -> None:
+        """Take the values of an estimate for a setting, unless one of its answers has none."""
+        values = np.maximum(found["value"].reindex(self.errors[key].index).to_numpy(), EXACT)
+        if np.isfinite(values).all():
+            self.estimates[key] |= {name: (values, float(found["seconds"].median()))}
 
 
 def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
@@ -132,7 +111,7 @@ def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
             others = [each for each in scored if each.regime == own.regime and each.body != own.body]
             labels = scene.settings[["scene", "body", "regime"]].iloc[0].to_dict()
             for key in _chosen(scene.settings, own, kind):
-                for name, (values, seconds) in own.estimates(key).items():
+                for name, (values, seconds) in own.estimates[key].items():
                     row = labels | dict(zip(_SETTING, key, strict=True)) | {"error": kind, "estimate": name}
                     row |= _row(own, key, values) | {"estimate_s": seconds}
                     rows.append(row | {"coverage_elsewhere": _elsewhere(own, others, key, name)})
@@ -144,34 +123,37 @@ def _row(scored: _Scored, key: tuple[str, str], values: np.ndarray) -> dict:
     factor = finite(bound_factor(errors / values, contact))
     rank = spearmanr(errors, values).statistic if np.ptp(values) > 0 and np.ptp(errors) > 0 else np.nan
     row = {"contacts": len(np.unique(contact)), "samples": len(errors), "rank_correlation": rank}
-    own = scored.own_of(key)
+    own = scored.own(scored.errors[key].index.get_level_values("sample").to_numpy())
     row |= {
         "error_of_peak": np.median(errors - np.nan_to_num(own)),
         "own_of_peak": np.median(own),
         "bound_factor": factor,
         "bound_of_peak": np.median(factor * values),
     }
-    return row | scored.draws(key).coverage(errors, values)._asdict()
+    return row | Draws(contact).coverage(errors, values)._asdict()
 
 
 def _elsewhere(own: _Scored, others: list[_Scored], key: tuple[str, str], estimate: str) -> float:
     """Return the share of one's own errors below the bound that is found on other bodies; NaN where there is none."""
-    there = [each for each in others if key in each.errors and estimate in each.estimates(key)]
+    there = [each for each in others if key in each.errors and estimate in each.estimates[key]]
     if not there:
         return np.nan
-    scores = np.concatenate([each.errors[key].to_numpy() / each.estimates(key)[estimate][0] for each in there])
+    scores = np.concatenate([each.errors[key].to_numpy() / each.estimates[key][estimate][0] for each in there])
     apart = 1 + max(each.contact(key).max() for each in there)
     factor = bound_factor(scores, np.concatenate([each.contact(key) + i * apart for i, each in enumerate(there)]))
-    kept = own.errors[key].to_numpy() <= factor * own.estimates(key)[estimate][0]
+    kept = own.errors[key].to_numpy() <= factor * own.estimates[key][estimate][0]
     return float(np.mean(kept)) if np.isfinite(factor) else np.nan
 
 
 def _chosen(settings: pd.DataFrame, scored: _Scored, kind: str) -> list[tuple[str, str]]:
-    """List model and setting of what lasts on the front, of the least validation error, and of what is looked at."""
+    """List model and setting of what lasts on the front, of the least validation error, and of what is looked at.
+
+    The answers of the last have an estimate of their own, from the residual or by the model itself.
+    """
     first = settings[settings["split"] == settings["split"].min()].set_index(_SETTING, drop=False)
     first = first[first.index.isin(list(scored.errors)) & (first["failures"] == 0)]
     error = first[f"validation_{KINDS[kind]}"]
     front = lasting(first["online_median_s"].to_numpy(), error.to_numpy())
     least = error == error.groupby(first["model"].to_numpy()).transform("min")
-    looked = np.array([scored.looked_at(key) for key in first.index], dtype=bool)
+    looked = np.array([not {RESIDUAL, OWN}.isdisjoint(scored.estimates[key]) for key in first.index], dtype=bool)
     return list(first.index[front | least.to_numpy() | looked])

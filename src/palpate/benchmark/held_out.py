@@ -24,6 +24,7 @@ class HeldOut:
     errors : (m, n) [of the peak], NaN where a setting was not asked; contact, sample : (n,)
     own : (n,) the truth's own error, as ``own_errors``, or zero where none is known; own_bound : what nine in ten of
         these stay below
+    without : by contact, the bounds (m,) and the means (m,) that are found without it
 
     A contact is asked in the split that tests on it, else where it chooses settings; of settings that learn nothing
     there may be answers at training contacts too. The truth's own error is added to each error: distances obey the
@@ -46,8 +47,7 @@ class HeldOut:
         self.rows = whole.loc[wide.index].assign(
             bound_of_peak=bound, mean_of_peak=mean, contacts=contacts, presses=asked.sum(axis=1)
         )
-        places = np.unique(self.contact)
-        self._without = {int(place): self._of(self.contact != place) for place in places}
+        self.without = {int(place): self._of(self.contact != place) for place in np.unique(self.contact)}
 
     def _of(self, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the bound and the mean of each setting over ``samples`` (n,) bool; infinite of none."""
@@ -56,10 +56,6 @@ class HeldOut:
         mean = np.where(count > 0, np.nansum(there, axis=1) / np.maximum(count, 1), np.inf)
         return bounds(there, self.contact), mean
 
-    def without(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Return the bounds (m,) and the means (m,) that are found without each contact in turn."""
-        return list(self._without.values())
-
     def left_out(self, choose: Callable[[np.ndarray, np.ndarray], int | None]) -> tuple[np.ndarray, np.ndarray]:
         """Choose anew without each contact; return the errors (k,) there of what is chosen, and their contacts (k,).
 
@@ -67,7 +63,7 @@ class HeldOut:
         No contact has a part in the choice that is tried on it, so that being lucky is no part of these errors.
         """
         errors, contact = [np.empty(0)], [np.empty(0, dtype=int)]
-        for place, found in self._without.items():
+        for place, found in self.without.items():
             if (chosen := choose(*found)) is not None:
                 there = self.errors[chosen, self.contact == place]
                 errors.append(there[np.isfinite(there)])

@@ -120,23 +120,16 @@ def _of(
 
 
 def read_judged(
-    files: Mapping[str, Any],
-    regime: str,
-    split: int,
-    radius_m: float,
-    options: FitOptions,
-    tolerance: float,
-    grid: Mapping[str, Mapping[str, Any]],
-    more: bool = False,
+    files: Mapping[str, Any], regime: str, split: int, *rest: Any, more: bool = False
 ) -> tuple[Case, Judge]:
     """Read a case with the training samples of ``split``, and the judge of the others; as ``read_case``.
 
     files : truth, too
     more : whether presses at training contacts are judged too
     """
-    case, db, table = _read(files, regime, split, radius_m, options, tolerance, grid)
-    rest = case.body, db, table, load_truth(files["truth"]), split, radius_m
-    return case, replace(judge(*rest), more=trained(*rest) if more else None)
+    case, db, table = _read(files, regime, split, *rest)
+    judged = case.body, db, table, load_truth(files["truth"]), split, case.radius_m
+    return case, replace(judge(*judged), more=trained(*judged) if more else None)
 
 
 def read_case(files: Mapping[str, Any], regime: str, split: int, *rest: Any) -> Case:

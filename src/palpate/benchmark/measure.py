@@ -46,41 +46,37 @@ SETTING_COLUMNS = [
 
 
 class Asked(NamedTuple):
-    """The answers of a solver to each sample.
+    """The answer of a solver to one sample.
 
-    errors : of its answers; None where it failed, and ``failures`` has its message, else ""
+    errors : of the answer; None where it failed, and ``failure`` has its message, else ""
+    seconds : of every timed call; none if it failed
     operator : distance from the fine operator, as a share of the peak; NaN where that means nothing
-    seconds : of every timed call of each sample; of one that failed, none
-    estimated : the RMSE over peak that the solver estimates of its answer; None or NaN where it does not
-    coarser : distances from the answer of coarser elements, as ``Judge.from_coarser``; None where nobody compared
+    estimated : the RMSE over peak that the solver estimates of its answer; NaN where it does not
+    coarser : distances from the answer of coarser elements, as ``Judge.from_coarser``
     """
 
-    errors: list[TruthErrors | None]
-    operator: list[float]
-    failures: list[str]
-    seconds: list[list[float]]
-    estimated: list[float] | None = None
-    coarser: list[tuple[float, float]] | None = None
-
-    @staticmethod
-    def failed(failure: NotConverged, count: int) -> "Asked":
-        """Return that none of ``count`` samples was answered."""
-        return Asked([None] * count, [np.nan] * count, [said(failure)] * count, [[]] * count)
+    errors: TruthErrors | None = None
+    seconds: Sequence[float] = ()
+    failure: str = ""
+    operator: float = np.nan
+    estimated: float = np.nan
+    coarser: tuple[float, float] = (np.nan, np.nan)
 
 
 class Finding(NamedTuple):
     """The result of one setting; ``labels`` are the columns LABELS, ``kind`` those of KIND.
 
+    asked : the answer to each sample
     more : the answers to ``judge.more``, which are rows of samples and no part of means
     rejected : of each press whose truth was rejected whether it was answered, without a doubt or a failure
     """
 
     labels: dict[str, str]
-    asked: Asked
+    asked: list[Asked]
     offline_s: float
     memory_mb: float
     kind: Mapping[str, str | bool]
-    more: Asked | None = None
+    more: list[Asked] | None = None
     rejected: Sequence[bool] = ()
 
 
@@ -101,17 +97,15 @@ def found_rows(findings: list[Finding], judge: Judge) -> tuple[pd.DataFrame, pd.
     return pd.DataFrame(samples, columns=SAMPLE_COLUMNS), pd.DataFrame(settings, columns=SETTING_COLUMNS)
 
 
-def _sample_rows(labels: dict[str, str], asked: Asked, judge: Judge) -> list[dict]:
+def _sample_rows(labels: dict[str, str], asked: list[Asked], judge: Judge) -> list[dict]:
     rows = []
-    for i, found in enumerate(asked.errors):
+    for i, found in enumerate(asked):
         row = {**labels, "split": judge.split, "side": judge.side[i], "sample": judge.numbers[i]}
-        row |= {"contact": judge.samples.contact[i], "failure": asked.failures[i]}
-        if found is not None:
-            seconds = np.median(asked.seconds[i]) if asked.seconds[i] else np.nan
-            row |= found._asdict() | {OPERATOR: asked.operator[i], "seconds": seconds}
-            row |= {ESTIMATED: asked.estimated[i] if asked.estimated else np.nan}
-            if asked.coarser:
-                row |= dict(zip(COARSER.values(), asked.coarser[i], strict=True))
+        row |= {"contact": judge.samples.contact[i], "failure": found.failure}
+        if found.errors is not None:
+            seconds = np.median(found.seconds) if found.seconds else np.nan
+            row |= found.errors._asdict() | {OPERATOR: found.operator, "seconds": seconds, ESTIMATED: found.estimated}
+            row |= dict(zip(COARSER.values(), found.coarser, strict=True))
         rows.append(row)
     return rows
 
@@ -123,20 +117,21 @@ def _setting_row(finding: Finding, judge: Judge) -> dict:
     press, the median of its calls.
     """
     asked = finding.asked
-    answers = pd.DataFrame([f if f is not None else [np.nan] * len(ERRORS) for f in asked.errors], columns=ERRORS)
-    answers[OPERATOR] = asked.operator
+    nothing = [np.nan] * len(ERRORS)
+    answers = pd.DataFrame([nothing if each.errors is None else each.errors for each in asked], columns=ERRORS)
+    answers[OPERATOR] = [each.operator for each in asked]
     chooses, tests = (judge.side == side for side in SIDES)
-    failures = np.array(asked.failures, dtype=object)
+    failures = np.array([each.failure for each in asked], dtype=object)
     row: dict[str, Any] = {**finding.labels, **finding.kind, "protocol": "live", "split": judge.split, "threads": 1}
     row |= {"samples": int(tests.sum()), "failures": int((failures[tests] != "").sum())}
     row |= {"rejected": len(finding.rejected), "rejected_answered": sum(finding.rejected)}
-    row |= {"failure": next(filter(None, asked.failures), "")}
+    row |= {"failure": next(filter(None, failures), "")}
     row |= {"offline_s": finding.offline_s, "memory_mb": finding.memory_mb}
     row |= {f"validation_{name}": answers.loc[chooses, name].mean(skipna=False) for name in CHOSEN_BY}
-    if seconds := [s for calls in asked.seconds for s in calls]:
+    if seconds := [s for each in asked for s in each.seconds]:
         row |= {"online_median_s": np.median(seconds), "online_p95_s": np.percentile(seconds, 95)}
         # a single late call is the machine's, a press that is late every time the model's
-        row |= {"online_max_s": max(np.median(calls) for calls in asked.seconds if calls)}
+        row |= {"online_max_s": max(np.median(each.seconds) for each in asked if each.seconds)}
     found = answers[tests]
     row |= found.mean().to_dict() | {"max_of_peak": found["max_of_peak"].max()}
     for name in SPREAD:
@@ -177,7 +172,7 @@ def measure(
                 warnings.warn(f"{name} is left out: {one.solver}.", stacklevel=2)
                 return found_rows([], judge)
             if isinstance(one.solver, NotConverged):
-                asked, offline = Asked.failed(one.solver, len(judge.numbers)), one.offline_s
+                asked, offline = [Asked(failure=said(one.solver))] * len(judge.numbers), one.offline_s
             else:
                 asked, memory = ask(one.solver, judge, repeats, budget_s, *given), float(one.solver.memory_mb)
                 offline = one.offline_s  # with the contacts that were prepared when they were asked for
@@ -189,13 +184,13 @@ def measure(
     return found_rows(findings, judge)
 
 
-def _answered(solver: Solver | NotConverged, judge: Judge, asked: Asked, place: str) -> list[bool]:
+def _answered(solver: Solver | NotConverged, judge: Judge, asked: list[Asked], place: str) -> list[bool]:
     """Return of each press whose truth was rejected whether it is answered without a doubt or a failure.
 
     Where no press of a side has a truth they are among those ``asked``; the others are asked now. ``place`` as in
     ``ask``.
     """
-    found = [why == "" for why, known in zip(asked.failures, judge.believed, strict=True) if not known]
+    found = [each.failure == "" for each, known in zip(asked, judge.believed, strict=True) if not known]
     if judge.rejected is None or isinstance(solver, NotConverged):
         return found + [False] * (0 if judge.rejected is None else len(judge.rejected.contact))
     loads = loads_of(judge.rejected.contact, judge.rejected.force.copy())
@@ -257,34 +252,31 @@ def _or_failure(prepare: Callable[[Given], Made], given: Given) -> Made | NotCon
 
 def ask(
     solver: Solver, judge: Judge, repeats: int, budget_s: float, place: str = "a model", reduces: bool = False
-) -> Asked:
+) -> list[Asked]:
     """Ask for every sample of ``judge`` once, and again in turn while there is time, as ``time_calls`` says.
 
     Answers are checked off the clock; ``place`` is what the InputError for one of a wrong shape names.
     reduces : whether the solver reduces the fine operator, and its distance from that is measured too
     """
     count = len(judge.numbers)
-    found: list[TruthErrors | None] = [None] * count
-    operator, estimated = [np.nan] * count, [np.nan] * count
-    coarser = [(np.nan, np.nan)] * count
+    found = [Asked()] * count
 
     def receive(i: int, answer: np.ndarray | Answer) -> None:
         moved = checked(answer, judge.truth.shape[1], place)
-        if found[i] is None:
-            found[i] = judge.errors(i, moved)
-            operator[i] = judge.operator_error(i, moved) if reduces else np.nan
-            coarser[i] = judge.from_coarser(i, moved)
-            if isinstance(answer, Answer) and answer.error is not None:
-                estimated[i] = answer.error
+        if found[i].errors is None:
+            operator = judge.operator_error(i, moved) if reduces else np.nan
+            told = answer.error if isinstance(answer, Answer) else None
+            estimated = np.nan if told is None else told
+            found[i] = Asked(judge.errors(i, moved), (), "", operator, estimated, judge.from_coarser(i, moved))
 
     def load_of(i: int) -> Load:
         return Load.at(judge.samples.contact[i], judge.samples.force[i].copy())
 
     timed = time_calls(Queries(solver, count, load_of), repeats, budget_s, receive)
-    for i, failure in enumerate(timed.failures):
-        if failure:
-            found[i], operator[i] = None, np.nan
-    return Asked(found, operator, timed.failures, timed.seconds, estimated, coarser)
+    return [
+        Asked(failure=failure) if failure else each._replace(seconds=seconds)
+        for each, failure, seconds in zip(found, timed.failures, timed.seconds, strict=True)
+    ]
 
 
 class Queries(Sequence):
@@ -358,29 +350,23 @@ def warn_unanswered(name: str, settings: pd.DataFrame) -> None:
         warnings.warn(f"tradeoff.own_models.{name} answered no sample: {settings['failure'].iloc[0]}", stacklevel=2)
 
 
-UNPREPARED: dict[str, str | bool] = {"sees": "load", "prepared": False}
-
-
 def bounds(case: Case, judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate the models "truth" and "zero" as ``measure`` does: a row a sample, a row a setting.
 
     The truth's own errors are those of ``judge.more`` too. The time of the truth is that of its solutions
     on all levels; the answer zero has none.
     """
-    nothing: list[TruthErrors | None] = [judge.errors(i, np.zeros_like(truth)) for i, truth in enumerate(judge.truth)]
-    count = len(judge.numbers)
-    asked = _own(judge), Asked(nothing, [np.nan] * count, [""] * count, [[]] * count)
-    told = (TRUTH, OWN_ERROR, case.body.material.law), (ZERO, "default", "")
-    more = _own(judge.more) if judge.more else None, None
+    still = [Asked(judge.errors(i, np.zeros_like(truth))) for i, truth in enumerate(judge.truth)]
+    about: dict[str, str | bool] = {"sees": "load", "prepared": False}
+    known, more = about | {"law": case.body.material.law}, _own(judge.more) if judge.more else None
     findings = [
-        Finding(labels_of(case, model, setting), own, 0.0, 0.0, UNPREPARED | {"law": law}, rest)
-        for (model, setting, law), own, rest in zip(told, asked, more, strict=True)
+        Finding(labels_of(case, TRUTH, OWN_ERROR), _own(judge), 0.0, 0.0, known, more),
+        Finding(labels_of(case, ZERO, "default"), still, 0.0, 0.0, about | {"law": ""}),
     ]
     return found_rows(findings, judge)
 
 
-def _own(judge: Judge) -> Asked:
+def _own(judge: Judge) -> list[Asked]:
     """Return the truth's own errors and what it took."""
-    errors: list[TruthErrors | None] = [TruthErrors(*map(float, each)) for each in judge.own]
-    count = len(errors)
-    return Asked(errors, [np.nan] * count, [""] * count, [[float(seconds)] for seconds in judge.own_seconds])
+    own = zip(judge.own, judge.own_seconds, strict=True)
+    return [Asked(TruthErrors(*map(float, errors)), [float(seconds)]) for errors, seconds in own]

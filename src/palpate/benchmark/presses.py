@@ -11,7 +11,7 @@ import pandas as pd
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import pressed_contacts, sampled_contacts
 from palpate.bodies.refinement import finer
-from palpate.effects.patch_load import nodal_load
+from palpate.effects.patch_load import nodal_load, patch_at, spread
 from palpate.effects.surface_integrals import enclosed_volume
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.compliance import Compliance
@@ -60,11 +60,9 @@ def choose_loads(
     for contact in contacts:
         direction = -body.fine.normals[contact]
         row = compliance.row(contact)
-        softer = _peak(np.tensordot(direction, compliance.fine[row], 1)) / _peak(
-            np.tensordot(direction, compliance.coarse[row], 1)
-        )
+        fine, coarse = (_peak(np.tensordot(direction, each[row], 1)) for each in (compliance.fine, compliance.coarse))
+        softer, start = fine / coarse, 1.0 / fine
         unit = nodal_load(body, 0, contact, direction, radius_m)
-        start = 1.0 / _peak(np.tensordot(direction, compliance.fine[row], 1))
         for magnitude in magnitudes:
             peak = magnitude * peak_of_size * body.fine.size
             newtons, reached = _force_for(solver, unit, peak / softer, start * peak)
@@ -79,9 +77,13 @@ def force_of(load: pd.Series) -> np.ndarray:
     return load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
 
 
-def nodal_forces(body: Body, level: int, load: pd.Series, order: int = 1) -> np.ndarray:
-    """Return the nodal forces (n, 3) [N] of one row on one level of ``body``, as ``nodal_load`` does."""
-    return nodal_load(body, level, int(load["contact"]), force_of(load), float(load["radius_m"]), order)
+def nodal_forces(body: Body, level: int, load: pd.Series, order: int = 1, whole: Body | None = None) -> np.ndarray:
+    """Return the nodal forces (n, 3) [N] of one row on one level of ``body``, as ``nodal_load`` does.
+
+    whole : ``body`` with more levels, one of which is meant; the patch is that of ``body``, the same for all
+    """
+    patch = patch_at(body, int(load["contact"]), float(load["radius_m"]))
+    return spread((body if whole is None else whole).levels[level], patch, force_of(load), order)
 
 
 def _peak(displacement: np.ndarray) -> float:
@@ -250,10 +252,11 @@ def _next(low: Trial, high: Trial | None, target_peak: float, stiffness: float, 
 
 MOST_OF_SIZE = 0.5
 """Share of the body's size that the radius of a press may have."""
-REACHED = ["peak_of_size", "pressure_of_young", "least_det", "volume_change"]
-"""Columns of what a press reaches: smallest det F, change of the body's volume over that at rest, and the like."""
-PRESS_COLUMNS = [*LOAD_COLUMNS, "magnitude", "tilt_degrees", *REACHED, "capped"]
-"""Columns of the table."""
+PRESS_COLUMNS = [
+    *LOAD_COLUMNS, "magnitude", "tilt_degrees", "peak_of_size", "pressure_of_young", "least_det", "volume_change",
+    "capped",
+]  # fmt: skip
+"""Columns of the table; ``volume_change`` is over the body's volume at rest."""
 
 
 def choose_presses(
@@ -293,8 +296,7 @@ def choose_presses(
             oblique(body.fine.normals[contact], press["tilt_degrees"], side)
             for press, side in zip(presses, angles, strict=True)
         ]
-        magnitudes = [press["magnitude"] for press in presses]
-        pressed = _in_order(search, int(contact), directions, magnitudes)
+        pressed = _in_order(search, int(contact), directions, [press["magnitude"] for press in presses])
         for press, direction, (trial, capped) in zip(presses, directions, pressed, strict=True):
             load = [len(rows), int(contact), *(trial.newtons * direction), radius_m]
             reached: list = [trial.peak / body.fine.size, search.pressure(trial.newtons), trial.least_det]

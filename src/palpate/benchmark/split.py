@@ -1,6 +1,6 @@
 """Divide samples into those to train on, to choose settings by and to test: paper 1's splits, and folds of contacts."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -55,8 +55,8 @@ FOLDS = 5
 FOLD_COLUMNS = ["sample", "contact", "peak_m", "fold"]
 
 
-def deal(contact: np.ndarray, seed: int, folds: int = FOLDS) -> np.ndarray:
-    """Divide the contacts at random into equal folds; return the fold of each sample, (k,), from 1 on.
+def deal(contact: np.ndarray, seed: int) -> np.ndarray:
+    """Divide the contacts at random into FOLDS equal folds; return the fold of each sample, (k,), from 1 on.
 
     contact : (k,) contact node of each sample; all samples of a contact are in one fold
     Raises InputError for fewer than three contacts: one to train on, one to choose settings by, and one to test on.
@@ -65,7 +65,7 @@ def deal(contact: np.ndarray, seed: int, folds: int = FOLDS) -> np.ndarray:
     if len(nodes) < 3:
         raise InputError(f"tradeoff.contacts: {len(nodes)} contacts are too few to train, choose and test; give 3.")
     dealt = np.empty(len(nodes), dtype=int)
-    dealt[np.random.default_rng(seed).permutation(len(nodes))] = np.arange(len(nodes)) % min(folds, len(nodes)) + 1
+    dealt[np.random.default_rng(seed).permutation(len(nodes))] = np.arange(len(nodes)) % min(FOLDS, len(nodes)) + 1
     return dealt[which]
 
 
@@ -144,20 +144,15 @@ def sides(samples: pd.DataFrame, kind: str) -> tuple[np.ndarray, np.ndarray]:
 
 def sample_peaks(tables: Mapping[tuple[str, str], pd.DataFrame]) -> pd.DataFrame:
     """Return the rows of sample_peaks.csv from the tables of every body and regime."""
-    return _joined(tables, lambda table: table[["sample", "peak_m"]])
+    labelled = [table.assign(body=body, regime=regime) for (body, regime), table in tables.items()]
+    return pd.concat(labelled)[["body", "regime", "sample", "peak_m"]]
 
 
 def split_counts(tables: Mapping[tuple[str, str], pd.DataFrame]) -> pd.DataFrame:
     """Return the rows of splits.csv from the tables of every body and regime: how many samples are on each side."""
-
-    def counted(table: pd.DataFrame) -> pd.DataFrame:
-        rows = [[kind, *((table[kind] == side).sum() for side in ("train", "test"))] for kind in SPLITS]
-        return pd.DataFrame(rows, columns=["split", "train", "test"])
-
-    return _joined(tables, counted)
-
-
-def _joined(tables: Mapping[tuple[str, str], pd.DataFrame], part: Callable) -> pd.DataFrame:
-    found = [part(table).assign(body=body, regime=regime) for (body, regime), table in tables.items()]
-    rows = pd.concat(found)
-    return rows[["body", "regime", *rows.columns.drop(["body", "regime"])]]
+    rows = [
+        [body, regime, kind, *((table[kind] == side).sum() for side in ("train", "test"))]
+        for (body, regime), table in tables.items()
+        for kind in SPLITS
+    ]
+    return pd.DataFrame(rows, columns=["body", "regime", "split", "train", "test"])

@@ -110,7 +110,11 @@ class _Solver:
         kind = FastEquilibrium if order == 2 else Equilibrium
         self._problems = [kind(body, each, order) for each in self._levels]
         for problem in self._problems:  # compiled before the clock runs
-            _warm_up(problem, order)
+            rest = problem.mesh.nodes
+            if order == 2:
+                problem.approach(np.full_like(rest, 1e-9), 0.0, 1)
+            else:
+                problem.energy(rest), problem.linearise(rest)
         if len(self._levels) == 2:
             self._up = quadratic_prolongation(body.levels[level - 1], body.levels[level])
 
@@ -127,33 +131,21 @@ class _Solver:
         assert solution is not None
         solution.seconds[-1] += seconds
         least_det = problem.least_det(solution.x)
-        return solution, (
-            least_det,
-            0 if least_det > 0.0 else inverted(self._body.levels[each], solution.x, self._order),
-        )
-
-
-def _warm_up(problem: Equilibrium, order: int) -> None:
-    rest = problem.mesh.nodes
-    if order == 2:
-        problem.approach(np.full_like(rest, 1e-9), 0.0, 1)
-    else:
-        problem.energy(rest), problem.linearise(rest)
+        count = 0 if least_det > 0.0 else inverted(self._body.levels[each], solution.x, self._order)
+        return solution, (least_det, count)
 
 
 def inverted(mesh: Mesh, x: np.ndarray, order: int = 1) -> int:
     """Count the elements on ``mesh`` with a point at which det F is not positive; ``x`` (n, 3) [m] are the nodes."""
     gradients, _ = shape_gradients(mesh)
-    elements, slopes = (
-        (mesh.tetrahedra, np.eye(4)[None]) if order == 1 else (ten_nodes(mesh), quadratic_gradients(QUADRATURE_POINTS))
-    )
+    linear = mesh.tetrahedra, np.eye(4)[None]
+    elements, slopes = linear if order == 1 else (ten_nodes(mesh), quadratic_gradients(QUADRATURE_POINTS))
     f = np.einsum("eai,qac,ecj->eqij", x[elements], slopes, gradients, optimize=True)
     return int((np.linalg.det(f) <= 0.0).any(axis=1).sum())
 
 
 def _warn_of_inverted(name: str, responses: Responses) -> None:
-    count = int(np.count_nonzero(responses.inverted))
-    if count:
+    if count := int(np.count_nonzero(responses.inverted)):
         warnings.warn(
             f"bodies.{name}: in {count} of {len(responses.inverted)} samples an element is inverted, so that they are "
             "no reference; lower the regime's peak_of_size or pressure_of_young, or give a larger radius_m.",

@@ -1,12 +1,9 @@
 """Time online calls, in the same way for everything."""
 
-import os
-import platform
 import time
 import timeit
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -126,16 +123,3 @@ def timing_rows(
         row |= {"mean_s": float(np.mean(seconds)), "paper_mean_s": means.get(method, np.nan)}
         rows.append(row)
     return pd.DataFrame(rows)
-
-
-def machine() -> str:
-    """Describe in one line what was measured on: processor, cores, system, Python and numpy."""
-    processor = platform.processor() or platform.machine()
-    information = Path("/proc/cpuinfo")
-    if information.exists():
-        names = [line.split(":", 1)[1].strip() for line in information.read_text().splitlines() if "model name" in line]
-        processor = names[0] if names else processor
-    return (
-        f"{processor}, {os.cpu_count()} cores, {platform.system()} {platform.release()}, "
-        f"Python {platform.python_version()}, numpy {np.__version__}, one BLAS thread"
-    )

@@ -19,10 +19,9 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
-from palpate.benchmark.presses import force_of
+from palpate.benchmark.presses import nodal_forces
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
-from palpate.effects.patch_load import patch_at, spread
 from palpate.effects.surface_integrals import enclosed_volume
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
@@ -175,9 +174,9 @@ class _Level:
     """One level of quadratic elements, and the interpolation to the next if there is one."""
 
     def __init__(self, body: Body, whole: Body, level: int, goes_on: bool):
-        self.level, self._body, self._mesh = level, body, whole.levels[level]
+        self.level, self._body, self._whole = level, body, whole
         self._problem = _Problem(whole, level, order=2)
-        self._up = quadratic_prolongation(self._mesh, whole.levels[level + 1]) if goes_on else None
+        self._up = quadratic_prolongation(*whole.levels[level : level + 2]) if goes_on else None
 
     def answer(self, each: Ascent, tolerance: float) -> None:
         """Solve for one load, and leave behind what the next level starts from."""
@@ -185,7 +184,7 @@ class _Level:
         began, problem.clamped = perf_counter(), False
         start = None if each.start is None else rest + each.start
         try:
-            forces = self._forces(each.load)
+            forces = nodal_forces(self._body, self.level, each.load, 2, self._whole)
             solution = (
                 problem.solve(forces, CLOSER * FIRST) if start is None else problem.follow(forces, tolerance, start)
             )
@@ -199,18 +198,14 @@ class _Level:
         each.iterations += solution.iterations
         each.products += solution.products
         each.least_det = min(each.least_det, problem.least_det(x))
-        each.volume_change = enclosed_volume(self._mesh, x) / enclosed_volume(self._mesh, rest) - 1.0
+        mesh = self._whole.levels[self.level]
+        each.volume_change = enclosed_volume(mesh, x) / enclosed_volume(mesh, rest) - 1.0
         fine = moved = x - rest
         each.start = None
         if self._up is not None:
             each.start = finer = self._up @ moved
             fine = moved if len(moved) >= len(self._body.fine.nodes) else finer
         each.surface.append(fine[self._body.fine.surface])
-
-    def _forces(self, load: pd.Series) -> np.ndarray:
-        """Return the nodal forces (n, 3) [N]; the patch is that of the body, the same for all levels."""
-        patch = patch_at(self._body, int(load["contact"]), float(load["radius_m"]))
-        return spread(self._mesh, patch, force_of(load), order=2)
 
 
 def _is_plain(body: Body, level: int) -> bool:
@@ -291,8 +286,7 @@ def truth_of(
     """Find the truth of every row of ``loads``.
 
     finest : the sample numbers that get the finest level; the others do without it where three levels are left
-    progress : wraps the sequence of all solutions, as ``tqdm`` does
-    tolerance : relative residual at which a solution that starts from the level before stops
+    progress, tolerance : as in ``ascend``
     """
     levels = truth_levels(body)
     wanted = [levels if len(levels) < 4 or sample in finest else levels[:-1] for sample in loads["sample"]]
@@ -378,16 +372,14 @@ def _warn_of_rejected(name: str, rejected: np.ndarray) -> None:
     if counts := reasons(rejected):
         lost, whole = sum(counts.values()), len(rejected)
         why = "; ".join(f"{count} times {reason}" for reason, count in counts.items())
-        warnings.warn(
-            f"bodies.{name}: {lost} of {whole} presses have no truth that is believed ({why}); "
-            + (
+        then = "they are left out."
+        if lost == whole:
+            then = (
                 "models are judged by their distance from the finest elements, which may be far from the truth; lay "
                 "the body on a bed, hold more of it, press less, or refine it."
-                if lost == whole
-                else "they are left out."
-            ),
-            stacklevel=3,
-        )
+            )
+        said = f"bodies.{name}: {lost} of {whole} presses have no truth that is believed ({why}); {then}"
+        warnings.warn(said, stacklevel=3)
 
 
 def _filled(each: Ascent, count: int, body: Body) -> np.ndarray:

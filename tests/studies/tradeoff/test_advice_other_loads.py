@@ -71,13 +71,9 @@ def test_no_error_is_promised_below_that_of_the_standard_or_where_nobody_knows_i
     assert "nobody knows" in unknown["why"].iloc[1] and unknown["nearest"].iloc[1] == "fem_fine"
 
 
-def test_where_all_failed_there_is_none(motions):
-    failed = motions.assign(failures=1)
-    found = advise_motion(failed, [1], [0.1])
+def test_what_failed_and_modes_for_another_place_are_measured_and_not_advised(motions):
+    found = advise_motion(motions.assign(failures=1), [1], [0.1])
     assert list(found["model"]) == ["none", "none"] and set(found["why"]) == {"no model got through the scene"}
-
-
-def test_modes_for_another_place_are_measured_and_not_advised(motions):
     found = advise_motion(motions.assign(varied=np.where(motions["model"] == "springs", "place", "step")), [16.7])
     assert found["model"].tolist() == ["fem_coarse"]
 
@@ -104,6 +100,8 @@ def test_a_model_that_doubts_is_advised_where_nothing_answers_all():
     said = lines(found)
     assert "doubts    1 of 4 loads (25 %)" in said and "of those that it answers, 75 % of such loads" in said
     assert brief(found).endswith(", doubts 1 of 4 loads")
+    often = advise_any_load(rows(("often", 0.001, 0.1, 3, 0), EXACT), "never prepared", max_error=0.01)
+    assert often.model == "modes"  # of those that doubt the one of fewest doubts
 
 
 def test_a_model_that_answers_all_comes_first_and_what_was_passed_over_is_named():
@@ -114,11 +112,6 @@ def test_a_model_that_answers_all_comes_first_and_what_was_passed_over_is_named(
     assert "80 % of such loads at another place are answered with an error of less than 7.5 %" in lines(found)
     worse = advise_any_load(rows(("modes", 0.2, 1.0, 1, 0), COARSE), "never prepared", budget_ms=10)
     assert "passed over" not in worse.why
-
-
-def test_of_those_that_doubt_the_one_of_fewest_doubts_comes_first():
-    found = advise_any_load(rows(("often", 0.001, 0.1, 3, 0), EXACT), "never prepared", max_error=0.01)
-    assert found.model == "modes"
 
 
 def test_what_failed_without_saying_so_or_doubts_all_is_never_advised():

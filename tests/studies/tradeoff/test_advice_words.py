@@ -55,7 +55,7 @@ def bounds():
     return pd.DataFrame([row, row | {"setting": "step_s=0.07", "bound_of_peak": np.nan, "failures": 3}])
 
 
-def test_lines_name_model_error_time_and_what_is_left(liver):
+def test_lines_name_model_error_bound_time_and_what_is_left(liver):
     none, first, second = (lines(liver.iloc[i]) for i in range(3))
     assert none.startswith(
         "liver_small, within 0.01 ms: none\n  because   the fastest setting, linear_fem, takes 0.012"
@@ -67,16 +67,8 @@ def test_lines_name_model_error_time_and_what_is_left(liver):
     assert "error     0.41 % of" in second and "6 ms for the slowest press" in second
     assert "the truth is known to 0.15 % only, so that" in lines(liver.iloc[5])
     assert "\n  before    3 s of preparation, 50 MB\n" in first
-
-
-def test_both_kinds_of_error_are_named(pressed):
-    surface, patch = (lines(row) for _, row in advise(*pressed, [16.7]).iterrows())
-    assert "at the patch 0.62 %" in surface and "over the whole surface 0.41 %" in patch
-
-
-def test_a_bound_says_what_it_rests_on(liver):
     said = "nine answers in ten at other contacts are wrong by less than 7.7 %, by 12 contacts, 36 presses held out"
-    assert f"\n  bound     {said}\n" in lines(liver.iloc[1])
+    assert f"\n  bound     {said}\n" in first
     row = liver.iloc[1].copy()
     row["bound_of_peak"], row["contacts"], row["presses"] = np.nan, 8, 24
     assert "\n  bound     none, as 8 contacts, 24 presses are too few\n" in lines(row)
@@ -116,8 +108,10 @@ def test_the_next_best_model_is_compared(pressed):
     assert behind(row) == "is as accurate"
 
 
-def test_the_list_is_of_one_kind(pressed):
+def test_both_kinds_of_error_are_named_and_the_list_is_of_one(pressed):
     advice = advise(*pressed, [16.7], [0.07])
+    surface, patch = (lines(tables.where(advice, error=kind).iloc[0]) for kind in ("rms", "patch"))
+    assert "at the patch 0.62 %" in surface and "over the whole surface 0.41 %" in patch
     surface, patch = advice_list(advice).splitlines(), advice_list(advice, "patch").splitlines()
     assert surface[0].endswith("of the peak displacement):") and patch[0].endswith("at the patch):")
     assert "POD + RBF (modes=8): 0.41 % (nine in ten below 0.69 %" in surface[1] and len(surface) == len(patch) == 3
@@ -134,9 +128,8 @@ def test_a_table_repeats_no_cell_and_counts_none_as_one():
         for model, limit in zip(models, limits, strict=True)
     ]
     table = by_limit(pd.DataFrame(rows), {"b": "second", "a": "first"}, lambda row: row["model"])
-    assert table.values.tolist() == [
-        ["second", "none", "none", "none", "fem"], ["first", "fem", SAME, "springs", "fem"],
-    ]  # fmt: skip
+    second, first = ["second", "none", "none", "none", "fem"], ["first", "fem", SAME, "springs", "fem"]
+    assert table.values.tolist() == [second, first]
 
 
 def test_a_motion_has_error_bound_and_speed(motions, bounds, presses):
@@ -156,9 +149,7 @@ def test_speeds_are_multiples_of_life(motions, bounds, presses):
     text = lines(found.iloc[0], motions)
     assert text.startswith("liver_press, 4 × real time: moving_modes step_s=0.035\n")
     assert "takes 0.1 s for a second of motion" in found["why"].iloc[2]
-    assert [pace(times) for times in (35.2, 1.0, 0.2)] == [
-        "35 × real time", "1 × real time", "0.2 × real time",
-    ]  # fmt: skip
+    assert [pace(times) for times in (35.2, 1.0, 0.2)] == ["35 × real time", "1 × real time", "0.2 × real time"]
 
 
 def test_where_there_is_no_bound_the_reason_is_given(motions, bounds, presses):

@@ -74,7 +74,7 @@ class Operator:
         bare = replace(case, response=None)  # patches are integrated where they are needed
         self._fine = Simulation(bare, last, tolerance, order=2, solver=FastEquilibrium)
         self._coarse = Simulation(bare, last - 1, max(tolerance, NESTED), order=2, solver=FastEquilibrium)
-        self._up = quadratic_prolongation(body.levels[last - 1], body.levels[last])
+        self._up = quadratic_prolongation(*body.levels[-2:])
         self._surface = body.fine.surface
 
     def answer(self, load: Load) -> tuple[np.ndarray, np.ndarray]:
@@ -98,9 +98,8 @@ def _question(case: Case, kind: str, given: Load, truth: np.ndarray, asked: Load
 
 def _between(case: Case, judge: Judge, count: int) -> Iterator[Load]:
     body = case.body
-    contact, force = (
-        np.concatenate([getattr(d, n) for d in (case.database, judge.samples)]) for n in ("contact", "force")
-    )
+    contact = np.concatenate([case.database.contact, judge.samples.contact])
+    force = np.concatenate([case.database.force, judge.samples.force])
     known = case.prepared_contacts if len(case.prepared_contacts) else np.unique(contact)
     for node in places_between(body, count, known):
         near = np.argmin(np.linalg.norm(body.coarse.nodes[contact] - body.fine.nodes[node], axis=1))

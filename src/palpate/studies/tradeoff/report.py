@@ -20,14 +20,7 @@ from palpate.report.advice_words import SAME, any_load_cell, by_limit, cell, exc
 from palpate.report.material import Report
 from palpate.report.model_looks import label, named
 from palpate.report.words import listed, percent, spaced
-from palpate.studies.tradeoff.figures.scene_rows import (
-    KNOWN,
-    answers,
-    curves,
-    front_rows,
-    jumps,
-    whole,
-)  # fmt: skip
+from palpate.studies.tradeoff.figures.scene_rows import KNOWN, answers, curves, front_rows, jumps, whole
 from palpate.studies.tradeoff.figures.truth import DEAR, SOURCES
 
 TITLE = "What accuracy costs in time"

@@ -344,10 +344,7 @@ class Cascade(Block):
                 "model": "contact_modes",
                 "setting": {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "limit"},
             },
-            {
-                "model": "fast_fem",
-                "setting": {"level": "last", "start": "rest", "iterations": 8, "target": "limit"},
-            },
+            {"model": "fast_fem", "setting": {"level": "last", "start": "rest", "iterations": 8, "target": "limit"}},
         ],
         min_length=1,
     )
@@ -465,8 +462,9 @@ def check(config: dict, file: Path) -> None:
         raise InputError(
             f"{place}.models lacks {model_registry.SAVED_AGAINST}, which is what the others save time against; add it."
         )
+    staged = [name for name in model_registry.MODELS if name != "cascade"]
     stages = [stage["model"] for stage in config["tradeoff"]["settings"]["cascade"]["stages"]]
-    if wrong := model_registry.unknown(stages, {}) or describe_unknown(stages, _staged()):
+    if wrong := model_registry.unknown(stages, {}) or describe_unknown(stages, staged):
         raise InputError(f"{place}.settings.cascade.stages names {wrong}")
     _check_models(f"{place}.training_contacts_of", config["tradeoff"]["training_contacts_of"], own)
     for name, path in own.items():
@@ -476,11 +474,6 @@ def check(config: dict, file: Path) -> None:
     check_radii(config, file)
     for block in ("any_load", "beyond_design"):
         _check_asked(file, config, block)
-
-
-def _staged() -> list[str]:
-    """List the models that may be a stage of a cascade."""
-    return [name for name in model_registry.MODELS if name != "cascade"]
 
 
 def _check_asked(file: Path, config: dict, block: str) -> None:

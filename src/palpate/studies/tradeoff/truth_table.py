@@ -8,12 +8,11 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.comparison import KINDS
-from palpate.benchmark.presses import force_of
+from palpate.benchmark.presses import nodal_forces
 from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, limit, ratio, reasons, truth_levels
 from palpate.bodies.body import Body
 from palpate.bodies.organs import SmoothSurface
 from palpate.bodies.refinement import finer
-from palpate.effects.patch_load import patch_at, spread
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.table import Table
@@ -142,7 +141,9 @@ def other_element(
         if i in lost:
             continue
         try:
-            moved = _solve(solver, body, whole, level, asked[i], starts[i])
+            rest, start = solver.mesh.nodes, starts[i]
+            forces = nodal_forces(body, level, asked[i], whole=whole)
+            moved = solver.solve(forces, NEXT, None if start is None else rest + start).x - rest
         except NotConverged:
             lost.add(i)
             continue
@@ -172,15 +173,6 @@ def widened(truth: Truth, check: pd.DataFrame) -> Truth:
     own = truth.own * factors
     own[rows] = np.fmax(own[rows], found)
     return replace(truth, own=own)
-
-
-def _solve(
-    solver: Equilibrium, body: Body, whole: Body, level: int, load: pd.Series, start: np.ndarray | None
-) -> np.ndarray:
-    rest = solver.mesh.nodes
-    patch = patch_at(body, int(load["contact"]), float(load["radius_m"]))
-    forces = spread(whole.levels[level], patch, force_of(load))
-    return solver.solve(forces, NEXT, None if start is None else rest + start).x - rest
 
 
 def _on_surface(body: Body, whole: Body, level: int, moved: np.ndarray) -> np.ndarray:

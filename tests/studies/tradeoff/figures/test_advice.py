@@ -25,19 +25,14 @@ def test_advice_shows_the_advised_and_the_next_best_in_each_budget_and_kind(trad
     assert patch[:2] == ["linear FEM + kernel ridge: 1.1× the bound", "warped Green's functions"]
 
 
-def test_what_is_below_the_error_of_the_truth_is_grey(trade_off_tables):
+def test_what_is_below_the_error_of_the_truth_is_grey_and_own_models_are_named(trade_off_tables):
     settings = trade_off_tables["accuracy_vs_time"]
     figure = advice.draw_advice(trade_off.advice(settings, (1,)), settings)
     rms, patch = ([band.get_paths()[0].vertices[:, 0].max() for band in axis.collections] for axis in figure.axes)
     assert rms[-1] == pytest.approx(0.41) and patch[-1] == pytest.approx(0.8)
-
-
-def test_own_models_are_drawn_wherever_they_come(trade_off_tables):
-    settings, advised = (
-        trade_off_tables[name].replace({"detail_correction": "mine", "linear_residual": "nearest"})
-        for name in ("accuracy_vs_time", "advice")
-    )
-    assert "nearest" in "".join(texts(advice.draw_advice(advised, settings)))
+    own = {"detail_correction": "mine", "linear_residual": "nearest"}
+    tables = (trade_off_tables[name].replace(own) for name in ("advice", "accuracy_vs_time"))
+    assert "nearest" in "".join(texts(advice.draw_advice(*tables)))
 
 
 @pytest.fixture
@@ -54,17 +49,14 @@ def test_each_body_and_kind_of_error_has_its_panel(flips):
     assert asked == ["within 1 ms", "within 16.7 ms", "at most 5 %", "at most 0.01 %"]
 
 
-def test_a_cell_has_the_colour_of_its_model_and_the_error_of_its_kind(flips):
+def test_a_cell_has_the_colour_of_its_model_its_error_and_a_line_where_the_model_changes(flips):
     surface, patch = flips.axes[:2]
     cells = [cell for cell in surface.patches if isinstance(cell, Rectangle)]
     models = ["linear_residual"] * 2 + ["linear_fem"] * 2 + ["detail_correction"] * 4
     assert [to_hex(cell.get_facecolor()) for cell in cells[:8]] == [look(model).colour for model in models]
     assert [text.replace("\u00a0", " ") for text in texts(patch) if text.startswith("7.5")] == ["7.5 %"] * 3
     assert texts(surface).count("none") == 4
-
-
-def test_a_line_stands_where_the_model_changes(flips):
-    lines = [(line.get_xdata()[0], line.get_ydata()[0]) for line in flips.axes[0].lines]
+    lines = [(line.get_xdata()[0], line.get_ydata()[0]) for line in surface.lines]
     assert lines == [(1.5, -0.5)]  # between 8 and 12 mm, first question
 
 
@@ -80,10 +72,7 @@ def test_every_kind_has_a_panel_with_its_errors_and_refusals():
     assert named == ["", "refused by\nlinear fine FEM", "refused by\nsprings", "refused by\nsprings"]
     forces = table[(table["scene"] == "liver_large") & table["force_error"].notna()]["force_error"]
     assert np.allclose(np.sort(np.concatenate([line.get_ydata() for line in axes[9].lines])), np.sort(100 * forces))
-
-
-def test_a_setting_that_failed_on_some_is_hollow():
-    table = trade_off.any_load()
+    # a setting that failed on some is hollow
     first = (table["model"] == "fem_p2") & (table["kind"] == "prepared")
     table.loc[first & (table["setting"] == "level=0, start=rest"), "failures"] = 1
     hollow = [line for line in advice.draw_any_load(table).axes[0].lines if line.get_markerfacecolor() == "white"]
@@ -107,18 +96,13 @@ def test_several_splits_have_one_line_for_each_setting(trade_off_tables):
     assert len(named) == len(set(named))
 
 
-def test_no_line_is_hidden_by_the_names(trade_off_tables):
-    figure = advice.draw_break_even(trade_off_tables["accuracy_vs_time"], trade_off_tables["advice"])
-    figure.draw_without_rendering()
-    for axis in figure.axes:
-        assert axis.get_legend().get_window_extent().y1 < axis.get_window_extent().y0
-
-
-def test_long_names_leave_the_panels_their_width(trade_off_tables):
+@pytest.mark.parametrize("longer", ["", ", modes=snapshots, rings=50, thinned=0.003, target=limit, and as much again"])
+def test_names_hide_no_line_and_leave_the_panels_their_width(trade_off_tables, longer):
     settings, advised = (trade_off_tables[name].copy() for name in ("accuracy_vs_time", "advice"))
     for table in (settings, advised):
-        table["setting"] += ", modes=snapshots, rings=50, thinned=0.003, target=limit, and as much again"
+        table["setting"] += longer
     figure = advice.draw_break_even(settings, advised)
     figure.draw_without_rendering()
     for axis in figure.axes:
+        assert axis.get_legend().get_window_extent().y1 < axis.get_window_extent().y0
         assert axis.get_position().width > 0.8 / len({each.get_position().x0 for each in figure.axes})

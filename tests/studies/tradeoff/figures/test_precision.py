@@ -20,6 +20,10 @@ def found(trade_off_tables):
     return [trade_off_tables[name].copy() for name in ("accuracy_vs_time", "advice")]
 
 
+def draw(settings, advice, scene="liver_small"):
+    return precision.draw_work_precision(settings, advice, scene=scene)
+
+
 BLENDS = "paper_enrichment"
 
 
@@ -35,15 +39,12 @@ def on_front(axis) -> list[str]:
 def of(panel, model: str) -> list:
     """The points of a model in a panel."""
     shown = look(model)
-    return [line for line in panel.lines if line.get_marker() == shown.marker and shown.colour in line_colours(line)]
-
-
-def line_colours(line) -> tuple:
-    return line.get_color(), line.get_markeredgecolor()
+    lines = [line for line in panel.lines if line.get_marker() == shown.marker]
+    return [line for line in lines if shown.colour in (line.get_color(), line.get_markeredgecolor())]
 
 
 def test_both_panels_have_every_model_and_their_own_front(found, tmp_path):
-    figure = precision.draw_work_precision(*found, scene="liver_small")
+    figure = draw(*found)
     rms, patch, rms_front, patch_front, _ = figure.axes
     written = plain(figure)
     for model in ("fem_p1", "fem_p2", "linear_residual", "warped_compliance", "mass_spring", "shape_matching", BLENDS):
@@ -62,8 +63,7 @@ def test_both_panels_have_every_model_and_their_own_front(found, tmp_path):
 
 
 def test_the_band_is_the_truths_own_error_of_each_kind_and_the_line_the_zero_answer(found):
-    figure = precision.draw_work_precision(*found, scene="liver_small")
-    rms, patch = figure.axes[:2]
+    rms, patch = draw(*found).axes[:2]
     tops = [max(p.get_y() + p.get_height() for p in axis.patches) for axis in (rms, patch)]
     assert tops == [pytest.approx(0.09), pytest.approx(0.3)]
     assert "grey: below the error of the truth itself, 0.09 %; models are tied" in plain(rms)
@@ -71,24 +71,26 @@ def test_the_band_is_the_truths_own_error_of_each_kind_and_the_line_the_zero_ans
 
 
 def test_a_truth_that_is_not_well_known_says_so(found):
-    assert any(
-        "The truth is known to 0.41 % only" in text
-        for text in plain(precision.draw_work_precision(*found, scene="liver_large"))
-    )
+    assert any("The truth is known to 0.41 % only" in text for text in plain(draw(*found, scene="liver_large")))
     settings, advice = found
-    settings = settings[settings["model"] != "truth"]
-    assert any(
-        "is not known" in text for text in plain(precision.draw_work_precision(settings, advice, scene="liver_small"))
-    )
+    without = settings[settings["model"] != "truth"]
+    assert any("is not known" in text for text in plain(draw(without, advice)))
+    settings.loc[settings["model"] == "truth", "validation_patch_rms_of_peak"] = 0.019
+    rms, patch, *_ = draw(settings, advice).axes
+    [told] = [text for text in plain(patch) if "truth" in text]
+    assert told.replace("\n", " ") == "The truth is known to 1.9 % only, not to 0.3 % (grey: models are tied)"
+    assert "grey: below the error of the truth itself, 0.09 %; models are tied" in plain(rms)
+    assert all(len(line) <= precision.WIDTH for line in told.split("\n"))
 
 
 def test_lines_and_rims_show_who_is_told_what(found):
-    panel = precision.draw_work_precision(*found, scene="liver_small").axes[0]
-    assert [mark.get_markeredgecolor() for mark in of(panel, "linear_fem") if mark.get_linestyle() == "None"] == [
-        "black"
-    ]
-    starts = {mark.get_markeredgecolor() for mark in of(panel, "fem_p2") if mark.get_linestyle() == "None"}
-    assert starts == {"white", "black"}  # a start from the linear response needs a prepared contact
+    panel = draw(*found).axes[0]
+    rims = {
+        model: {mark.get_markeredgecolor() for mark in of(panel, model) if mark.get_linestyle() == "None"}
+        for model in ("linear_fem", "fem_p2")
+    }
+    # a start from the linear response needs a prepared contact
+    assert rims == {"linear_fem": {"black"}, "fem_p2": {"white", "black"}}
     styles = {
         line.get_color(): line.is_dashed()
         for line in panel.lines
@@ -98,20 +100,17 @@ def test_lines_and_rims_show_who_is_told_what(found):
     assert not styles[look("detail_correction").colour] and not styles[look("fem_p2").colour]
 
 
-def test_the_blends_of_paper_1_are_one_curve_of_the_best(found):
+def test_the_blends_of_paper_1_are_one_curve_of_the_best_and_levels_of_elements_are_named(found):
     settings = averaged(found[0][found[0]["scene"] == "liver_small"])
     blends = curves(answers(settings))[BLENDS]
     assert blends["model"].nunique() == 12
-    panel = precision.draw_work_precision(*found, scene="liver_small").axes[0]
+    panel = draw(*found).axes[0]
     drawn = {(mark.get_xdata()[0], mark.get_ydata()[0]) for mark in of(panel, BLENDS) if len(mark.get_xdata()) == 1}
     best = blends[blends["model"] == "unordered_signed"]
     assert drawn <= set(zip(*precision.milliseconds_and_percent(best), strict=True))
     assert 1 < len(drawn) < 6
-
-
-def test_every_level_of_finite_elements_is_named(found):
-    written = plain(precision.draw_work_precision(*found, scene="liver_small").axes[0])
-    assert sorted(text for text in written if re.fullmatch(r"L\d", text)) == ["L0", "L0", "L1", "L1", "L2", "L2"]
+    levels = sorted(text for text in plain(panel) if re.fullmatch(r"L\d", text))
+    assert levels == ["L0", "L0", "L1", "L1", "L2", "L2"]
 
 
 def test_settings_meant_for_the_limit_are_a_curve_of_their_own(found):
@@ -121,7 +120,7 @@ def test_settings_meant_for_the_limit_are_a_curve_of_their_own(found):
     extra[["rmse_of_peak", "patch_rms_of_peak"]] /= 5.0
 
     def lines(table):
-        axis = precision.draw_work_precision(table, advice, scene="liver_small").axes[0]
+        axis = draw(table, advice).axes[0]
         curves = [
             line for line in axis.lines if line.get_color() == look("fem_p2").colour and line.get_linewidth() == 1.4
         ]
@@ -136,7 +135,7 @@ def test_settings_meant_for_the_limit_are_a_curve_of_their_own(found):
 
 def test_what_failed_is_hollow_named_and_on_no_front(found):
     settings, advice = found
-    figure = precision.draw_work_precision(settings, advice, scene="liver_small")
+    figure = draw(settings, advice)
     hollow = [line for line in figure.axes[0].lines if line.get_markerfacecolor() == "white"]
     assert len(hollow) == 3
     failed = next(text for text in plain(figure) if text.startswith("failed: ")).replace("\n", " ")
@@ -144,13 +143,12 @@ def test_what_failed_is_hollow_named_and_on_no_front(found):
     all_lost = settings["model"] == "linear_residual"
     settings.loc[all_lost, ["rmse_of_peak", "patch_rms_of_peak", "online_median_s", "online_p95_s"]] = np.nan
     settings.loc[all_lost, "failures"] = 15
-    figure = precision.draw_work_precision(settings, advice, scene="liver_small")
-    assert "linear FEM + kernel ridge (samples=42)" not in on_front(figure.axes[2])
+    assert "linear FEM + kernel ridge (samples=42)" not in on_front(draw(settings, advice).axes[2])
 
 
 def test_several_splits_are_drawn_as_means_with_a_band(found):
     splits = accuracy_vs_time((1, 2, 3))
-    figure = precision.draw_work_precision(splits, found[1], scene="liver_small")
+    figure = draw(splits, found[1])
     assert "means of 3 splits" in figure.axes[0].get_title("left") and figure.axes[0].collections
     rows = splits[(splits["scene"] == "liver_small") & (splits["model"] == "linear_fem")]
     (mark,) = (mark for mark in of(figure.axes[0], "linear_fem") if mark.get_linestyle() == "None")
@@ -170,32 +168,20 @@ def test_a_setting_whose_number_of_samples_differs_between_splits_is_one_setting
 def test_all_but_exact_answers_are_drawn_at_the_edge(found):
     settings, advice = found
     settings.loc[settings["model"] == "linear_fem", "rmse_of_peak"] = 1e-12
-    axis = precision.draw_work_precision(settings, advice, scene="liver_small").axes[0]
+    axis = draw(settings, advice).axes[0]
     assert {mark.get_ydata()[0] for mark in of(axis, "linear_fem")} == {precision.LEAST_PERCENT}
 
 
 def test_own_models_are_drawn_wherever_they_come(found):
-    settings, advice = (table.replace({"detail_correction": "mine", "linear_fem": "other"}) for table in found)
-    written = plain(precision.draw_work_precision(settings, advice, scene="liver_small"))
+    written = plain(draw(*(table.replace({"detail_correction": "mine", "linear_fem": "other"}) for table in found)))
     assert {"mine", "other"} <= set(written)
-
-
-def test_a_patch_that_is_not_well_known_says_so(found):
-    settings, advice = found
-    truth = settings["model"] == "truth"
-    settings.loc[truth, "validation_patch_rms_of_peak"] = 0.019
-    rms, patch, *_ = precision.draw_work_precision(settings, advice, scene="liver_small").axes
-    [told] = [text.replace("\n", " ") for text in plain(patch) if "truth" in text]
-    assert told == "The truth is known to 1.9 % only, not to 0.3 % (grey: models are tied)"
-    assert "grey: below the error of the truth itself, 0.09 %; models are tied" in plain(rms)
-    assert all(len(line) <= precision.WIDTH for text in plain(patch) if "truth" in text for line in text.split("\n"))
 
 
 def test_long_settings_leave_the_panels_their_width(found):
     settings, advice = found
 
     def width(settings) -> float:
-        figure = precision.draw_work_precision(settings, advice, scene="liver_small")
+        figure = draw(settings, advice)
         figure.draw_without_rendering()
         return figure.axes[0].get_position().width
 
@@ -209,7 +195,7 @@ def test_numbers_of_points_beside_each_other_do_not_overlap(found):
     settings.loc[first, ["online_median_s", "rmse_of_peak"]] = 65e-6, 0.0117
     second = (settings["model"] == "linear_residual") & (settings["setting"] == "samples=42")
     settings.loc[second, ["online_median_s", "rmse_of_peak"]] = 68e-6, 0.0115
-    axis = precision.draw_work_precision(settings, advice, scene="liver_small").axes[0]
+    axis = draw(settings, advice).axes[0]
     places = [text.get_position() for text in axis.texts if text.get_text() in ("1", "2")]
     assert len(set(places)) == 2
 

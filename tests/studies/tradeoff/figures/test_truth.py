@@ -20,10 +20,7 @@ def test_each_scene_has_its_errors_and_its_order():
     assert list(orders.get_xdata()) == list(table["order"])
     assert "liver large" in texts(errors)
     assert [line.get_xdata()[0] for line in errors.lines if line.get_color() == "#aa0000"] == [pytest.approx(0.3)]
-
-
-def test_the_limit_of_another_element_is_drawn_where_it_was_found():
-    table = trade_off.truth()
+    # the limit of another element is drawn where it was found
     named = [text.get_text() for text in truth.draw_truth(table).legends[0].get_texts()]
     checked = table.assign(other_element=[0.002] + [float("nan")] * (len(table) - 1))
     added = {text.get_text() for text in truth.draw_truth(checked).legends[0].get_texts()} - set(named)
@@ -72,19 +69,15 @@ def test_sharpness_and_coverage_of_each_estimate_are_drawn():
     assert "one fine residual" in texts(left.figure)
 
 
-def test_only_the_contact_that_snaps_is_marked():
-    cylinder, liver = truth.draw_limit_points(trade_off.limit_points()).axes[:2]
+def test_only_the_contact_that_snaps_is_marked_and_the_colour_is_the_least_determinant():
+    table = trade_off.limit_points()
+    cylinder, liver = truth.draw_limit_points(table).axes[:2]
     thick = [[line for line in axis.lines if line.get_linewidth() == 2.5] for axis in (cylinder, liver)]
     assert thick[0] == [] and [list(line.get_xdata()) for line in thick[1]] == [[0.29, 0.31]]
     crosses = [
         [x for line in axis.lines if line.get_marker() == "x" for x in line.get_xdata()] for axis in (cylinder, liver)
     ]
     assert crosses == [[], [pytest.approx(0.31), pytest.approx(0.34)]]
-
-
-def test_the_colour_is_the_least_determinant_and_the_limit_that_of_the_presses():
-    table = trade_off.limit_points()
-    axis = truth.draw_limit_points(table).axes[0]
     first = table[(table["body"] == "cylinder") & (table["contact"] == 0)]
-    assert list(axis.collections[0].get_array()) == list(first["least_det"])
-    assert [line.get_xdata()[0] for line in axis.lines if line.get_linestyle() == ":"] == [PRESSURE]
+    assert list(cylinder.collections[0].get_array()) == list(first["least_det"])
+    assert [line.get_xdata()[0] for line in cylinder.lines if line.get_linestyle() == ":"] == [PRESSURE]

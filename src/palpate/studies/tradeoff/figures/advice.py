@@ -26,7 +26,6 @@ NAMES = {"rms": "RMSE", "patch": "RMS at the patch"}
 def draw_advice(advice, accuracy_vs_time) -> Figure:
     """Draw the advised model with its interval and its bound, the next best and the factor; a column for each budget.
 
-    advice, accuracy_vs_time : the tables of these names
     The upper panels are for the error over the surface, the lower ones for that at the patch; each has a row per scene.
     """
     names = tables.scenes(accuracy_vs_time)
@@ -53,15 +52,14 @@ def draw_advice(advice, accuracy_vs_time) -> Figure:
             style.plain_log(axis.xaxis)
     panels[0, 0].set_yticks(range(len(names)), [scene.replace("_", " ") for scene in names])
     panels[0, 0].set_ylim(len(names) - 0.4, -0.75)
-    figure.legend(handles=_legend(), loc="outside lower center", ncols=3)
+    handles = [
+        Line2D([], [], marker="o", color=style.INK, label="advised: mean, with 5 to 95 % of draws of the contacts"),
+        Line2D([], [], ls="", marker="|", ms=11, mew=1.5, color=style.INK, label="its bound of nine answers in ten"),
+        Line2D([], [], ls="", marker="o", mfc="white", mec=style.FAINT, label="next best model"),
+        Patch(color="#e6e6e6", label="below the error of the truth itself"),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
-
-
-def _legend() -> list:
-    next_best = Line2D([], [], ls="", marker="o", mfc="white", mec=style.FAINT, label="next best model")
-    taken = Line2D([], [], marker="o", color=style.INK, label="advised: mean, with 5 to 95 % of draws of the contacts")
-    bound = Line2D([], [], ls="", marker="|", ms=11, mew=1.5, color=style.INK, label="its bound of nine answers in ten")
-    return [taken, bound, next_best, Patch(color="#e6e6e6", label="below the error of the truth itself")]
 
 
 def _truth(axis, rows: dict, column: str) -> None:
@@ -101,10 +99,8 @@ def _error(settings, model: str, setting: str, column: str) -> float:
 
 def _beside(axis, x: float, place: int, text: str, side: int, colour: str) -> None:
     """Draw a name above (1) or below (-1) its point."""
-    va = "bottom" if side > 0 else "top"
-    axis.annotate(
-        text, (x, place), (0, 5 * side), textcoords="offset points", ha="center", va=va, fontsize=7, color=colour
-    )
+    aligned = {"ha": "center", "va": "bottom" if side > 0 else "top", "fontsize": 7, "color": colour}
+    axis.annotate(text, (x, place), (0, 5 * side), textcoords="offset points", **aligned)
 
 
 WHERE = {"rms": "over the surface", "patch": "at the patch"}
@@ -115,7 +111,6 @@ WHERE = {"rms": "over the surface", "patch": "at the patch"}
 def draw_advice_flips(advice_by_radius) -> Figure:
     """Draw a cell for each question and radius, in the colour of the advised model; a panel per body and error.
 
-    advice_by_radius : the table of this name
     A cell holds the error of the advised model. Where the model changes with the radius, a line stands between cells.
     """
     table = advice_by_radius
@@ -172,7 +167,6 @@ FORCE = "depth: the force"
 def draw_any_load(any_load) -> Figure:
     """Draw the error of every setting over its time; a row per scene, a column for each kind of load, and the force.
 
-    any_load : the table of this name
     Settings that answered all loads are full, others hollow. Models that refuse all of a kind are named in its panel.
     """
     scenes, columns = tables.scenes(any_load), [*LOADS, FORCE]
@@ -229,10 +223,7 @@ WIDE = 64
 
 @style.figure("break_even", tables=("accuracy_vs_time", "advice"))
 def draw_break_even(accuracy_vs_time, advice) -> Figure:
-    """Draw the time of preparation and answers together, for every setting advised by RMSE; a panel per scene.
-
-    accuracy_vs_time, advice : the tables of these names
-    """
+    """Draw the time of preparation and answers together, for every setting advised by RMSE; a panel per scene."""
     names, advice = tables.scenes(accuracy_vs_time), tables.where(advice, error="rms")
     columns = min(2, len(names))
     taken = {

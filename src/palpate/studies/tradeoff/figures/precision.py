@@ -14,13 +14,7 @@ from palpate.benchmark.model import LIMIT
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
 from palpate.report.words import percent, seconds
-from palpate.studies.tradeoff.figures.scene_rows import (
-    KNOWN,
-    answers,
-    by_target,
-    curves,
-    front_rows,
-)
+from palpate.studies.tradeoff.figures.scene_rows import KNOWN, answers, by_target, curves, front_rows
 
 LEAST_PERCENT = 100 * EXACT
 """Errors [% of the peak] below this are drawn at it."""
@@ -115,11 +109,7 @@ def _levels(axis, rows: pd.DataFrame, column: str) -> None:
 def _front(axis, settings: pd.DataFrame, column: str) -> None:
     """Draw the steps of this run's front, and a number at each point that is on it in other runs too."""
     whole = answers(settings)
-    whole = whole[whole["failures"] == 0]
-    t, error = milliseconds_and_percent(whole, column)
-    best = front(t, whole[column])
-    ends = [*t[best], axis.get_xlim()[1]]
-    axis.plot(ends, [*error[best], error[best][-1]], color=style.INK, lw=0.9, drawstyle="steps-post", zorder=1)
+    _steps(axis, whole[whole["failures"] == 0], column, style.INK, 1)
     before: list[np.ndarray] = []
     for number, (_, row) in enumerate(front_rows(settings, column).iterrows(), start=1):
         place = (1e3 * row["online_median_s"], max(100 * row[column], LEAST_PERCENT))
@@ -131,6 +121,14 @@ def _front(axis, settings: pd.DataFrame, column: str) -> None:
             str(number), place, (9 * x, 9 * y), textcoords="offset points", ha="right" if x < 0 else "left",
             va="top" if y < 0 else "bottom", fontsize=8, fontweight="bold", color=style.INK, zorder=5,
         )  # fmt: skip
+
+
+def _steps(axis, rows: pd.DataFrame, column: str, colour: str, zorder: int) -> None:
+    """Draw the front of ``rows`` as steps up to the edge of the panel."""
+    t, error = milliseconds_and_percent(rows, column)
+    best = front(t, rows[column])
+    ends = [*t[best], axis.get_xlim()[1]]
+    axis.plot(ends, [*error[best], error[best][-1]], color=colour, lw=0.9, drawstyle="steps-post", zorder=zorder)
 
 
 def _zero(axis, settings: pd.DataFrame, column: str) -> None:
@@ -174,7 +172,6 @@ _WHERE = {"rms": "over the surface, RMSE", "patch": "at the patch, RMS"}
 def draw_work_precision(accuracy_vs_time, advice, *, scene: str) -> Figure:
     """Draw the error over the surface and the error at the patch of all models on one ``scene``, side by side.
 
-    accuracy_vs_time, advice : the tables of these names
     The stepped line is the front of this run; the numbered points are on it in other runs too. A setting that failed
     on some samples is hollow, and is named below with those that failed on all samples.
     """
@@ -247,15 +244,8 @@ def _legend(axis, settings: pd.DataFrame) -> None:
     failed = settings[(settings["failures"] > 0) | ~np.isfinite(settings["rmse_of_peak"])]
     failures = [f"{label(r.model, r.setting)} on {r.failures} of {r.samples}" for r in failed.itertuples()]
     text = "failed: " + ", ".join(failures) if failures else "no setting failed on any sample"
-    axis.text(
-        0,
-        0,
-        fill(text, 190),
-        transform=axis.transAxes,
-        va="bottom",
-        fontsize=7.5,
-        color="#aa0000" if failures else "#666666",
-    )
+    colour = "#aa0000" if failures else "#666666"
+    axis.text(0, 0, fill(text, 190), transform=axis.transAxes, va="bottom", fontsize=7.5, color=colour)
 
 
 def _handle(model: str, rows: pd.DataFrame) -> Line2D:
@@ -272,10 +262,7 @@ _WIDTH, _PLOT, _LINE = 3.6, 2.75, 0.17  # [inch] of the figure; height of the di
 
 @style.figure("best_models", tables=("accuracy_vs_time", "advice"))
 def draw_best_models(accuracy_vs_time, advice, *, scene: str) -> Figure:
-    """Draw the lasting front of one ``scene`` in colour, with its models named below, and everything else in grey.
-
-    accuracy_vs_time, advice : the tables of these names
-    """
+    """Draw the lasting front of one ``scene`` in colour, with its models named below, and everything else in grey."""
     settings, advice = (tables.where(table, scene=scene) for table in (accuracy_vs_time, advice))
     settings = averaged(settings)
     best, own = front_rows(settings), own_error(settings)
@@ -290,9 +277,7 @@ def draw_best_models(accuracy_vs_time, advice, *, scene: str) -> Figure:
     axis.set_ylabel("error [% of the peak displacement]", fontsize=8, labelpad=1)
     t, error = milliseconds_and_percent(settings)
     axis.plot(t, error, "o", color="#c9ced3", ms=3, mew=0, zorder=1)
-    steps = front(t, settings["rmse_of_peak"])
-    ends = [*t[steps], axis.get_xlim()[1]]
-    axis.plot(ends, [*error[steps], error[steps][-1]], color=style.FAINT, lw=0.9, drawstyle="steps-post", zorder=2)
+    _steps(axis, settings, "rmse_of_peak", style.FAINT, 2)
     for number, row in enumerate(best.itertuples(), start=1):
         _point(axis, number, row)
         figure.text(
@@ -300,9 +285,8 @@ def draw_best_models(accuracy_vs_time, advice, *, scene: str) -> Figure:
             color=look(row.model).colour, fontweight="bold",
         )  # fmt: skip
     figure.text(
-        0.02, (below - 0.48 - _LINE * len(best)) / height, _remark(own),
-        fontsize=7.5, va="top", color="#666666",
-    )  # fmt: skip
+        0.02, (below - 0.48 - _LINE * len(best)) / height, _remark(own), fontsize=7.5, va="top", color="#666666"
+    )
     for budget in advice["budget_ms"].dropna().unique():
         axis.axvline(budget, color="#b5b5b5", ls=":", lw=1, zorder=0)
         axis.annotate(

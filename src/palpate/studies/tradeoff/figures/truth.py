@@ -25,7 +25,6 @@ SMOOTH = 3
 def draw_truth(truth) -> Figure:
     """Draw the truth's own errors of each scene, and its order of convergence beside them; a row per scene.
 
-    truth : the table of this name
     Points are means over the samples; lines reach to the worst sample, and over the orders of all samples. Crosses are
     those which only choose settings. Where another element was tried, its distance is joined to the truth's own error
     on the same samples. Triangles are what the body's facets change, where its smooth surface is known.
@@ -113,9 +112,8 @@ SOURCES = {
 """The estimates by what they are made from, in words."""
 DEAR = ("residual", "coarser")
 """Those that cost a simulation, or a part of one; the others take next to nothing."""
-_COLOURS = dict(
-    zip(SOURCES, ("#9a9a9a", "#e6b400", "#009e73", "#56b4e9", "#d55e00", "#0072b2", "#7a3b63"), strict=True)
-)
+_HUES = ("#9a9a9a", "#e6b400", "#009e73", "#56b4e9", "#d55e00", "#0072b2", "#7a3b63")
+_COLOURS = dict(zip(SOURCES, _HUES, strict=True))
 _JITTER = 0.18
 """Half width over which the points of one estimate are spread."""
 
@@ -124,7 +122,7 @@ _JITTER = 0.18
 def draw_error_bounds(error_bounds) -> Figure:
     """Draw bound over error against the rank correlation, and the shares of answers below their bounds.
 
-    error_bounds : the table of this name, of which the errors over the surface are drawn; a point a setting and scene
+    Errors are those over the surface; a point a setting and scene.
     """
     found = tables.where(error_bounds, error="rms")
     figure = Figure(figsize=(9.5, 4.4), layout="constrained")
@@ -159,7 +157,6 @@ def draw_error_bounds(error_bounds) -> Figure:
 def draw_limit_points(limit_points) -> Figure:
     """Draw the peak displacement over the peak pressure of each contact; a panel per body.
 
-    limit_points : the table of this name
     The colour is the least determinant of the deformation gradient; at 0 an element turns inside out. Steps in which
     the dent grows clearly faster than the load are drawn thick; loads without an equilibrium are crosses.
     """
@@ -174,17 +171,11 @@ def draw_limit_points(limit_points) -> Figure:
         axis.set(title=body.replace("_", " "), xlabel="peak pressure [of Young's modulus]")
     axes[0].set_ylabel("peak displacement [% of the body's size]")
     figure.colorbar(ScalarMappable(norm, cmap), ax=axes, label="least determinant of the deformation gradient")
+    most = f"the trade-off presses at most {PRESSURE:g}, unless a regime says otherwise"
     handles = [
         Line2D([], [], color="#aa0000", lw=2.5, label="snap: the dent grows much faster than the load"),
         Line2D([], [], ls="", marker="x", color="#aa0000", label="no equilibrium found"),
-        Line2D(
-            [],
-            [],
-            color="#555555",
-            ls=":",
-            lw=1,
-            label=f"the trade-off presses at most {PRESSURE:g}, unless a regime says otherwise",
-        ),
+        Line2D([], [], color="#555555", ls=":", lw=1, label=most),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=1)
     return figure

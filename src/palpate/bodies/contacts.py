@@ -1,7 +1,5 @@
 """Decide which nodes of a body can be pressed, which of them are kept, and refuse the others."""
 
-from typing import NoReturn
-
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -29,9 +27,7 @@ def kept_contacts(body: Body, count: int | None) -> np.ndarray:
     if count is None:
         return contacts_of(body)
     able = pressed_contacts(body, contacts_of(body))
-    if not len(able):
-        return able
-    return np.sort(able[spread_over(body.coarse.nodes[able], count)])
+    return np.sort(able[spread_over(body.coarse.nodes[able], count)]) if len(able) else able
 
 
 def contacts_by_area(body: Body, count: int, seed: int) -> np.ndarray:
@@ -98,19 +94,14 @@ def pressed_contacts(body: Body, contacts: np.ndarray) -> np.ndarray:
 
 
 def row_of(contacts: np.ndarray, contact: int, place: str = "") -> int:
-    """Return where ``contact`` stands in ``contacts``, which increase; InputError if it does not."""
+    """Return where ``contact`` stands in ``contacts``, which increase; else InputError, which begins with ``place``."""
     row = int(np.searchsorted(contacts, contact))
     if row == len(contacts) or contacts[row] != contact:
-        refuse(contact, place)
+        raise InputError(
+            f"{place}contact {contact} is not a free surface node of the mesh that is pressed, or not one of the "
+            "contacts that are prepared; choose one that is."
+        )
     return row
-
-
-def refuse(contact: int, place: str = "") -> NoReturn:
-    """Raise the InputError of a node that cannot be pressed; its sentence begins with ``place``."""
-    raise InputError(
-        f"{place}contact {contact} is not a free surface node of the mesh that is pressed, or not one of the contacts "
-        "that are prepared; choose one that is."
-    )
 
 
 def contacts_near_regions(body: Body, places: int) -> tuple[np.ndarray, np.ndarray]:

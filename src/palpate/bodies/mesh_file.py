@@ -46,7 +46,19 @@ def choose_scale(source: str, points: np.ndarray, scale_m: float | None) -> floa
     size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     guess = guess_scale(size)
     if scale_m is None:
-        return _guessed(source, size, guess)
+        if guess is None:
+            example = f"{0.2 / size:.3g} makes it 20 cm long" if size > 0 else "such as 0.001 for millimetres"
+            raise InputError(
+                f"{source}: its longest side is {size:.4g} units, which is an organ's size neither in millimetres nor "
+                f"in centimetres or metres; give scale_m, the length of the file's unit in metres ({example})."
+            )
+        name, scale = guess
+        warnings.warn(
+            f"{source}: scale_m is not given; its unit is taken for the {name}, which makes the body "
+            f"{in_words(size * scale)} long; give scale_m: {scale:g} if that is right, or the unit's length in metres.",
+            stacklevel=2,
+        )
+        return scale
     if not 0 < scale_m < np.inf:
         raise InputError(f"{source}: scale_m is {scale_m}; give the length of the file's unit in metres.")
     likely = f"if its unit is the {guess[0]}, give scale_m: {guess[1]:g}" if guess else "check scale_m"
@@ -66,22 +78,6 @@ def in_words(length_m: float) -> str:
         if length_m * factor >= 1 and not (unit == "cm" and length_m < 0.1):
             break
     return f"{length_m * factor:.3g} {unit}"
-
-
-def _guessed(source: str, size: float, guess: tuple[str, float] | None) -> float:
-    if guess is None:
-        example = f"{0.2 / size:.3g} makes it 20 cm long" if size > 0 else "such as 0.001 for millimetres"
-        raise InputError(
-            f"{source}: its longest side is {size:.4g} units, which is an organ's size neither in millimetres nor in "
-            f"centimetres or metres; give scale_m, the length of the file's unit in metres ({example})."
-        )
-    name, scale = guess
-    warnings.warn(
-        f"{source}: scale_m is not given; its unit is taken for the {name}, which makes the body "
-        f"{in_words(size * scale)} long; give scale_m: {scale:g} if that is right, or the unit's length in metres.",
-        stacklevel=3,
-    )
-    return scale
 
 
 # least extent of points over their largest up to which they lie in one plane

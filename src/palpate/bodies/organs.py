@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from palpate.bodies.box import onto_cylinder
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import REFUSED_DEG
+from palpate.bodies.refinement import Snap
 from palpate.bodies.surfaces.decimate import fibonacci_sphere, nearest_alike, triangulate, triangulate_evenly
 from palpate.bodies.surfaces.snap import Onto, element_quality, snapper_onto
 from palpate.bodies.surfaces.tetrahedralize import Ball, tetrahedralize
@@ -107,18 +108,15 @@ def _placed(points: np.ndarray, length_m: float) -> tuple[np.ndarray, float]:
 
 
 def liver(length_m: float) -> TetMesh:
-    """Build a liver ``length_m`` long with 140 nodes and 276 triangles on its surface, identical on every call.
-
-    Axes as in CT: x to the patient's left, y to the back, z to the head; the origin is the middle of the
-    bounding box of the smooth shape.
-    """
+    """Build the coarse mesh of a liver, ``length_m`` long."""
     return coarse_body(liver_shape, length_m)
 
 
 def liver_shape(sphere: np.ndarray) -> np.ndarray:
     """Map points of the unit sphere, (n, 3), smoothly and one to one onto a liver about 2 long, (n, 3).
 
-    The coefficients are ours, set by eye: cross-sections along x shrink from the thick right lobe to the thin left one.
+    Axes as in CT: x to the patient's left, y to the back, z to the head. The coefficients are ours, set by eye:
+    cross-sections along x shrink from the thick right lobe to the thin left one.
     """
     x, y, z = sphere.T
     right = logistic(3.2 * (0.18 - x))
@@ -223,7 +221,7 @@ def surface_of(entry: dict) -> SmoothSurface | None:
 
 
 @lru_cache(maxsize=8)
-def _snapper(surface: SmoothSurface) -> Callable[[TetMesh, int], TetMesh]:
+def _snapper(surface: SmoothSurface) -> Snap:
     if surface.kind == "cylinder":
         return snapper_onto(partial(onto_cylinder, radius_m=surface.size_m))
     return snapper_onto(onto_shape(SHAPES[surface.kind], surface.size_m))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from palpate.bodies.ct.scan_of import label_ball, label_region
-from palpate.bodies.material import Material, Tissue
+from palpate.bodies.material import Material, Tissue, read_material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_file import in_words, load_tagged
 from palpate.bodies.refinement import refine
@@ -43,13 +43,10 @@ Inside = Callable[[np.ndarray], np.ndarray]
 """A test whether points (n, 3) [m] lie in a region, (n,) bool."""
 
 
-def read_regions(
-    body: str, entry: dict, mesh: TetMesh, own: Material, read_material: Callable, remeshed: bool
-) -> Tissue | None:
+def read_regions(body: str, entry: dict, mesh: TetMesh, own: Material, remeshed: bool) -> Tissue | None:
     """Read the tissue of the coarse ``mesh`` from ``entry["regions"]``; None without such.
 
-    own : material of what is in no region; read_material(place, constants) : checks those of a region
-    remeshed : whether the elements are not those of the file
+    own : material of what is in no region; remeshed : whether the elements are not those of the file
 
     A tetrahedron belongs to the first region that has half of its volume. Warns of regions that the mesh shows badly
     or lets reach the surface, and of a contrast above CONTRAST; raises InputError for a region that is not given by
@@ -71,7 +68,14 @@ def read_regions(
         _check_held(place, mesh, shares, free)
         _check_shown(place.partition(".")[2], mesh, shares, inside)
         region[free] = number
-    _check_contrast(body, materials)
+    moduli = [each.young_pa for each in materials]
+    contrast = max(moduli) / min(moduli)
+    if contrast > CONTRAST:
+        warnings.warn(
+            f"regions: the moduli of {body} differ by a factor of {contrast:.2g}, and solvers are tested up to "
+            f"{CONTRAST:g}; if one does not converge, lower the stiffest.",
+            stacklevel=3,
+        )
     return Tissue(tuple(materials), region)
 
 
@@ -167,14 +171,3 @@ def _on_surface(mesh: TetMesh) -> np.ndarray:
     """Return points (n, 3) [m] on the surface: nodes, and 15 points of each triangle."""
     grid = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
     return np.einsum("pa,tai->tpi", grid, mesh.nodes[mesh.triangles]).reshape(-1, 3)
-
-
-def _check_contrast(body: str, materials: list[Material]) -> None:
-    moduli = [each.young_pa for each in materials]
-    contrast = max(moduli) / min(moduli)
-    if contrast > CONTRAST:
-        warnings.warn(
-            f"regions: the moduli of {body} differ by a factor of {contrast:.2g}, and solvers are tested up to "
-            f"{CONTRAST:g}; if one does not converge, lower the stiffest.",
-            stacklevel=4,
-        )

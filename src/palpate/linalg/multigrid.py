@@ -194,7 +194,7 @@ class Multigrid:
         self._parents = [_parents(p) for p in prolongations]
         self._triangles = [Triangle(pattern) for pattern in patterns[1:]]
         self._slots = [
-            _galerkin_slots(finer, parents, coarser)
+            _find_slots(finer.indptr, finer.indices, parents, coarser.indptr, coarser.indices)
             for finer, coarser, (parents, _) in zip(patterns[1:], patterns, self._parents, strict=False)
         ]
 
@@ -241,15 +241,10 @@ def _parents(prolongation: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
     return parents.astype(np.int32), weights
 
 
-def _galerkin_slots(finer: BlockPattern, parents: np.ndarray, coarser: BlockPattern) -> np.ndarray:
-    """Return the positions (n_blocks, 2, 2) among the coarse blocks to which Pᵀ K P adds each fine block."""
-    slots = np.empty((len(finer.indices), 2, 2), dtype=np.int32)
-    _find_slots(finer.indptr, finer.indices, parents, coarser.indptr, coarser.indices, slots)
-    return slots
-
-
 @numba.njit(cache=True)
-def _find_slots(indptr, indices, parents, coarse_indptr, coarse_indices, slots):
+def _find_slots(indptr, indices, parents, coarse_indptr, coarse_indices):
+    """Return the positions (n_blocks, 2, 2) among the coarse blocks to which Pᵀ K P adds each fine block."""
+    slots = np.empty((len(indices), 2, 2), dtype=np.int32)
     for i in range(len(indptr) - 1):
         for p in range(2):
             begin, end = coarse_indptr[parents[i, p]], coarse_indptr[parents[i, p] + 1]
@@ -257,6 +252,7 @@ def _find_slots(indptr, indices, parents, coarse_indptr, coarse_indices, slots):
             for k in range(indptr[i], indptr[i + 1]):
                 for q in range(2):
                     slots[k, p, q] = begin + np.searchsorted(row, parents[indices[k], q])
+    return slots
 
 
 @numba.njit(cache=True)

@@ -112,14 +112,15 @@ def test_bad_entries(entry, change, message):
 
 
 @pytest.fixture
-def stored(cube, material, tmp_path):
-    body = nest("cube", cube, 2, np.arange(4), material)
+def stored(cube, soft, tmp_path):
+    body = nest("cube", cube, 2, np.arange(4), soft)
     save(body, tmp_path / "body.h5")
     return body, tmp_path / "body.h5"
 
 
 def test_round_trip(stored):
     body, path = stored
+    assert np.array_equal(body.anchors[1], np.flatnonzero(body.levels[1].nodes[:, 2] == 0))
     found = load(path)
     assert (found.name, found.material, len(found.levels)) == ("cube", body.material, 3)
     for mine, theirs in zip(body.levels, found.levels, strict=True):
@@ -130,9 +131,9 @@ def test_round_trip(stored):
 
 
 @pytest.mark.parametrize("facing", [None, np.array([0.0, 0.0, -1.0])])
-def test_a_bed_comes_back_and_finer_keeps_it(cube, material, tmp_path, facing):
+def test_a_bed_comes_back_and_finer_keeps_it(cube, soft, tmp_path, facing):
     bed = Bed(np.array([0.5, 0.5, 0.0]), 0.8, 1e5, facing)
-    save(nest("cube", cube, 1, np.empty(0, dtype=int), material, bed=bed), tmp_path / "bedded.h5")
+    save(nest("cube", cube, 1, np.empty(0, dtype=int), soft, bed=bed), tmp_path / "bedded.h5")
     body = load(tmp_path / "bedded.h5")
     for found in (body.bed, finer(body).bed):
         assert np.array_equal(found.center_m, bed.center_m)
@@ -141,8 +142,8 @@ def test_a_bed_comes_back_and_finer_keeps_it(cube, material, tmp_path, facing):
     assert [len(held) for held in body.anchors] == [0, 0] and body.anchors[0].dtype.kind == "i"
 
 
-def test_densities_of_a_ct_come_back_and_finer_keeps_them(cube, material, tmp_path):
-    body = nest("cube", cube, 1, np.arange(4), material)
+def test_densities_of_a_ct_come_back_and_finer_keeps_them(cube, soft, tmp_path):
+    body = nest("cube", cube, 1, np.arange(4), soft)
     body = replace(body, densities=[1000.0 + level.nodes[:, 0] for level in body.levels])
     save(body, tmp_path / "weighed.h5")
     found = load(tmp_path / "weighed.h5")
@@ -156,9 +157,9 @@ def test_densities_of_a_ct_come_back_and_finer_keeps_them(cube, material, tmp_pa
         load(tmp_path / "weighed.h5")
 
 
-def test_a_sheet_comes_back(material, tmp_path):
+def test_a_sheet_comes_back(soft, tmp_path):
     cloth = sheet([0.3, 0.2], [2, 2], 0.001)
-    save(nest("cloth", cloth, 0, np.array([0]), material), tmp_path / "cloth.h5")
+    save(nest("cloth", cloth, 0, np.array([0]), soft), tmp_path / "cloth.h5")
     body = load(tmp_path / "cloth.h5")
     assert np.array_equal(body.coarse.nodes, cloth.nodes)
     assert np.array_equal(body.coarse.triangles, cloth.triangles)
@@ -205,11 +206,6 @@ def test_rules_find_the_nodes_that_they_name(cube):
     assert choose_anchors("cube", {"several": [ends[1], {"nodes": [0]}]}, cube).tolist() == [0, 1, 3, 5, 7]
     with pytest.raises(InputError, match="several holds every node of the surface"):
         choose_anchors("cube", {"several": ends}, cube)
-
-
-def test_new_nodes_are_held_between_held_ones(cube, material):
-    body = nest("cube", cube, 1, np.arange(4), material)
-    assert np.array_equal(body.anchors[1], np.flatnonzero(body.fine.nodes[:, 2] == 0))
 
 
 def test_each_piece_must_be_held_so_that_it_cannot_turn_and_a_sheet_may_hang_by_a_line(cube):

@@ -151,7 +151,6 @@ def kidney_shape(sphere: np.ndarray) -> np.ndarray:
 
 BEND = 2.0
 """Angle [rad] by which the axis turns from the body of the stomach to its outlet."""
-AXIS_POINTS = 2001
 
 
 def stomach_shape(sphere: np.ndarray) -> np.ndarray:
@@ -162,8 +161,9 @@ def stomach_shape(sphere: np.ndarray) -> np.ndarray:
     """
     x, y, along = sphere.T
     # the axis, by the trapezoidal rule, and how it turns
-    places = np.linspace(-1.0, 1.0, AXIS_POINTS)
-    turn = BEND * _smooth((places + 0.35) / 1.1)
+    places = np.linspace(-1.0, 1.0, 2001)
+    rise = np.clip((places + 0.35) / 1.1, 0.0, 1.0)
+    turn = BEND * (rise**3 * (10 - 15 * rise + 6 * rise * rise))  # from 0 to BEND without a kink
     ways = 1.25 * np.column_stack([-np.sin(turn), -np.cos(turn)])
     axis = np.cumsum((ways[1:] + ways[:-1]) / 2 * (places[1] - places[0]), axis=0)
     axis = np.vstack([np.zeros(2), axis])
@@ -174,12 +174,6 @@ def stomach_shape(sphere: np.ndarray) -> np.ndarray:
     left = middle[0] + radius * x * np.cos(angle)
     head = middle[1] - radius * x * np.sin(angle)
     return np.column_stack([left, -0.85 * radius * y, head])
-
-
-def _smooth(value: np.ndarray) -> np.ndarray:
-    """Return a step from 0 to 1 without a kink over values from 0 to 1."""
-    value = np.clip(value, 0.0, 1.0)
-    return value**3 * (10 - 15 * value + 6 * value * value)
 
 
 SHAPES: dict[str, Shape] = {"liver": liver_shape, "kidney": kidney_shape, "stomach": stomach_shape}

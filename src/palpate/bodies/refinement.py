@@ -29,7 +29,7 @@ def refine(mesh: Mesh) -> tuple[TetMesh, sparse.csr_array]:
     Returns the finer mesh, whose first nodes are those of ``mesh`` and whose others are edge midpoints in
     lexicographic edge order, and the prolongation, (n_fine, n_coarse): linear interpolation of nodal values.
     """
-    n, ends, ten = len(mesh.nodes), mesh.edges, ten_nodes(mesh)
+    ends, ten = mesh.edges, ten_nodes(mesh)
     nodes = np.vstack([mesh.nodes, mesh.nodes[ends].mean(axis=1)])
 
     p, q = np.transpose(_DIAGONALS)
@@ -40,11 +40,16 @@ def refine(mesh: Mesh) -> tuple[TetMesh, sparse.csr_array]:
     children = np.concatenate([np.broadcast_to(_CORNERS, (len(ten), 4, 4)), inner[choice]], axis=1)
     tetrahedra = np.take_along_axis(ten, children.reshape(len(ten), -1), axis=1).reshape(-1, 4)
 
+    return TetMesh(nodes, tetrahedra), halfway(len(mesh.nodes), ends)
+
+
+def halfway(n: int, ends: np.ndarray) -> sparse.csr_array:
+    """Return the linear interpolation (n + m, n) from ``n`` nodes to themselves and the middles of ``ends`` (m, 2)."""
     m = len(ends)
     rows = np.concatenate([np.arange(n), n + np.repeat(np.arange(m), 2)])
     columns = np.concatenate([np.arange(n), ends.ravel()])
     values = np.concatenate([np.ones(n), np.full(2 * m, 0.5)])
-    return TetMesh(nodes, tetrahedra), sparse.csr_array((values, (rows, columns)), shape=(n + m, n))
+    return sparse.csr_array((values, (rows, columns)), shape=(n + m, n))
 
 
 def finer(body: "Body", count: int = 1, snap: Snap | None = None) -> "Body":

@@ -262,11 +262,8 @@ def check_body(place: str, body: dict, folder: Path) -> None:
     for name, rule in body.get("regions", {}).items():
         if sum(kind in rule for kind in ("tag", "sphere", "label")) != 1:
             raise InputError(f"{place}.regions.{name} needs exactly one of tag, sphere and label; give one of them.")
-    if body["kind"] == "ct":
-        _check_ct(place, body)
-
-
-def _check_ct(place: str, body: dict) -> None:
+    if body["kind"] != "ct":
+        return
     if body["mask"] is not None and body["image"] is None:
         raise InputError(f"{place}.mask is given and image is not; give the image that the mask was drawn on.")
     if body["label"] is not None and body["mask"] is None:

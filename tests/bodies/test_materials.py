@@ -238,10 +238,7 @@ def test_a_label_of_the_synthetic_abdomen_is_a_lesion(entry):
         ({"label": 1}, r"has a label, and a body of kind box has none; give a sphere\.$"),
         ({"sphere": BALL | {"center_m": [1, 1, 1]}}, "holds no tetrahedron by half"),
         ({"sphere": BALL, "young_pa": -1}, r"regions\.part: young_pa is -1; give a positive number\.$"),
-        (
-            {"sphere": BALL | {"radius_m": 0.02}},
-            r"regions\.part holds no tetrahedron that is not in a region before",
-        ),
+        ({"sphere": BALL | {"radius_m": 0.02}}, r"regions\.part holds no tetrahedron that is not in a region before"),
     ],
 )
 def test_a_wrong_region_is_refused(block, rule, message):

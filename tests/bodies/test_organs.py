@@ -41,11 +41,7 @@ def test_kidney_has_a_hollow_and_stomach_a_bend():
 
 
 MATERIAL = {"young_pa": 3000.0, "poisson": 0.3, "density_kg_m3": 1000.0}
-ORGANS = {
-    "liver": (liver_shape, 0.2),
-    "kidney": (kidney_shape, 0.11),
-    "stomach": (stomach_shape, 0.25),
-}
+ORGANS = {"liver": (liver_shape, 0.2), "kidney": (kidney_shape, 0.11), "stomach": (stomach_shape, 0.25)}
 
 
 @pytest.fixture(scope="module", params=ORGANS)

@@ -1,5 +1,7 @@
 """Decide which nodes of a body can be pressed, which of them are kept, and refuse the others."""
 
+from typing import NoReturn
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -94,14 +96,19 @@ def pressed_contacts(body: Body, contacts: np.ndarray) -> np.ndarray:
 
 
 def row_of(contacts: np.ndarray, contact: int, place: str = "") -> int:
-    """Return where ``contact`` stands in ``contacts``, which increase; else InputError, which begins with ``place``."""
+    """Return where ``contact`` stands in ``contacts``, which increase; InputError if it does not."""
     row = int(np.searchsorted(contacts, contact))
     if row == len(contacts) or contacts[row] != contact:
-        raise InputError(
-            f"{place}contact {contact} is not a free surface node of the mesh that is pressed, or not one of the "
-            "contacts that are prepared; choose one that is."
-        )
+        refuse(contact, place)
     return row
+
+
+def refuse(contact: int, place: str = "") -> NoReturn:
+    """Raise the InputError of a node that cannot be pressed; its sentence begins with ``place``."""
+    raise InputError(
+        f"{place}contact {contact} is not a free surface node of the mesh that is pressed, or not one of the contacts "
+        "that are prepared; choose one that is."
+    )
 
 
 def contacts_near_regions(body: Body, places: int) -> tuple[np.ndarray, np.ndarray]:

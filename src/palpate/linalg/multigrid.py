@@ -21,10 +21,7 @@ class Factor:
     def __init__(self, matrix: sparse.bsr_array):
         try:
             self._lu = splu(
-                matrix.tocsc(),
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
+                matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
             )
         except RuntimeError as error:
             raise ValueError("the stiffness matrix is singular") from error

@@ -59,7 +59,7 @@ def fill_between(mask: np.ndarray, image: Image, axis: str, path: Path) -> np.nd
             "draw more, or leave drawn_slices out."
         )
     steps = np.delete(image.spacing_m[::-1], along)
-    box = box_around(slices.any(axis=0), 1)
+    box = box_around(np.asarray(slices.any(axis=0)), 1)
     known = np.array([_signed_distance(slices[at][box], steps) for at in drawn])
     places = np.array([2 * drawn[0] - drawn[1], *drawn, 2 * drawn[-1] - drawn[-2]])
     first, last = (known[end] - known[end].max() for end in (0, -1))

@@ -163,11 +163,6 @@ def test_a_gmsh_script_is_not_run(tmp_path):
     assert not (tmp_path / "ran").exists()
 
 
-def test_broken_file_from_the_wild(shared_meshes):
-    with pytest.raises(InputError, match=r"broken\.vtk: \d+ of 508 nodes have NaN, infinite or absurdly large"):
-        load_file(shared_meshes / "broken" / "liver_for_test_broken.vtk", 1.0)
-
-
 def test_a_surface_too_small_to_tell_its_corners_apart(tmp_path):
     pyvista.Cube().triangulate().save(tmp_path / "probe.stl")
     assert len(load_surface(tmp_path / "probe.stl", 1e-3)[1]) == 12

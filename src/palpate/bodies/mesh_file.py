@@ -94,25 +94,21 @@ def load_shape(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     Trap: nodes that no element uses are dropped, and the others are renumbered from 0 in the file's order.
     """
     raw = _read(path)
-    _check_not_flat(path, raw.points)
-    others = sorted(set(raw.solids) - {"tetra"})
-    if others:
-        raise InputError(f"{path}: it has {', '.join(others)} elements; convert them all to 4-node tetrahedra.")
-    if "tetra" in raw.solids:
-        check_indices(str(path), "tetrahedra", raw.solids["tetra"], len(raw.points))
-        nodes, tetrahedra = drop_unused(raw.points, raw.solids["tetra"])
-        return nodes, TetMesh(nodes, tetrahedra).triangles, tetrahedra
-    return *weld(raw.points, _triangles(path, raw)), None
-
-
-def _check_not_flat(path: Path, points: np.ndarray) -> None:
-    """Raise InputError for points (n, 3) that lie in one plane."""
+    points = raw.points
     extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) if len(points) > 3 else np.zeros(3)
     if len(points) and extents[2] <= FLAT * extents[0]:
         raise InputError(
             f"{path}: all of its points lie in one plane, so it encloses no body; give a closed surface or tetrahedra, "
             "or for a cloth a body of kind sheet."
         )
+    others = sorted(set(raw.solids) - {"tetra"})
+    if others:
+        raise InputError(f"{path}: it has {', '.join(others)} elements; convert them all to 4-node tetrahedra.")
+    if "tetra" in raw.solids:
+        check_indices(str(path), "tetrahedra", raw.solids["tetra"], len(points))
+        nodes, tetrahedra = drop_unused(points, raw.solids["tetra"])
+        return nodes, TetMesh(nodes, tetrahedra).triangles, tetrahedra
+    return *weld(points, _triangles(path, raw)), None
 
 
 def load_tagged(path: Path, tag: int | str) -> np.ndarray:

@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -89,7 +88,10 @@ def _inside(place: str, rule: dict, entry: dict) -> Inside | None:
         if entry["kind"] != "ct":
             raise InputError(f"body {place} has a label, and a body of kind {entry['kind']} has none; give a sphere.")
         return label_region(entry, rule["label"])
-    return _in_sphere(rule["sphere"]) if kinds == ["sphere"] else None
+    if kinds == ["tag"]:
+        return None
+    center, radius = np.array(rule["sphere"]["center_m"], dtype=float), float(rule["sphere"]["radius_m"])
+    return lambda points: np.linalg.norm(points - center, axis=1) <= radius
 
 
 def _tagged(place: str, rule: dict, entry: dict, mesh: TetMesh, remeshed: bool) -> np.ndarray:
@@ -125,11 +127,6 @@ def _middles() -> np.ndarray:
         mesh, _ = refine(mesh)
     middles = mesh.nodes[mesh.tetrahedra].mean(axis=1)
     return np.column_stack([1.0 - middles.sum(axis=1), middles])
-
-
-def _in_sphere(sphere: dict[str, Any]) -> Inside:
-    center, radius = np.array(sphere["center_m"], dtype=float), float(sphere["radius_m"])
-    return lambda points: np.linalg.norm(points - center, axis=1) <= radius
 
 
 def _check_held(place: str, mesh: TetMesh, shares: np.ndarray, free: np.ndarray) -> None:

@@ -35,7 +35,8 @@ class Factor:
 class Triangle:
     """List the blocks below the diagonal of a pattern, row by row.
 
-    indptr (n + 1,), indices (k,) : rows and columns of these blocks; places (k,) : their positions in the pattern
+    indptr (n + 1,), indices (k,) : rows and columns of these blocks; places (k,) : their positions in the pattern, and
+    diagonal (n,) : those of the diagonal blocks
     """
 
     def __init__(self, pattern: BlockPattern):
@@ -44,21 +45,17 @@ class Triangle:
         self.indices = pattern.indices[self.places]
         counts = np.bincount(rows[self.places], minlength=pattern.size)
         self.indptr = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-        self._diagonal = pattern.diagonal
-
-    def of(self, values: np.ndarray) -> "Sweeps":
-        """Return the sweeps over the symmetric matrix of the pattern's blocks ``values`` (n_blocks, 3, 3)."""
-        return Sweeps(self, values[self.places], _inverses(values, self._diagonal))
+        self.diagonal = pattern.diagonal
 
 
 class Sweeps:
     """Sweep forward from zero, and backward after a correction: with a symmetric one between them, both are.
 
-    lower (k, 3, 3) : the blocks below the diagonal; inverses (n, 3, 3) : those of the diagonal blocks
+    values (n_blocks, 3, 3) : the blocks of the symmetric matrix, in the pattern of ``where``
     """
 
-    def __init__(self, where: Triangle, lower: np.ndarray, inverses: np.ndarray):
-        self._arrays = (where.indptr, where.indices, lower, inverses)
+    def __init__(self, where: Triangle, values: np.ndarray):
+        self._arrays = (where.indptr, where.indices, values[where.places], _inverses(values, where.diagonal))
 
     def forward(self, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sweep from zero for ``right`` (n, 3), or k at once (n, 3, k); return x and the residual that it leaves."""
@@ -198,7 +195,7 @@ class Multigrid:
     def update(self, stiffness: sparse.bsr_array) -> None:
         """Set the fine matrix, symmetric and with the identity's rows for held nodes; ValueError if it is singular."""
         values = self.galerkin(stiffness)
-        self._sweeps = [where.of(own) for where, own in zip(self._triangles, values[1:], strict=True)]
+        self._sweeps = [Sweeps(where, own) for where, own in zip(self._triangles, values[1:], strict=True)]
         self._bottom = Factor(self.patterns[0].matrix(values[0]))
 
     def galerkin(self, stiffness: sparse.bsr_array) -> list[np.ndarray]:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 
 
@@ -26,6 +27,11 @@ def octahedron() -> tuple[np.ndarray, np.ndarray]:
     points = np.vstack([np.eye(3), -np.eye(3)])
     triangles = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
     return points, np.array(triangles, dtype=np.int64)
+
+
+@pytest.fixture
+def material() -> Material:
+    return Material(3000.0, 0.3, 1000.0)
 
 
 @pytest.fixture

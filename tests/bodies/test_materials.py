@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from palpate.bodies.body_file import load, save
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import LESION
 from palpate.bodies.make_body import make_body
@@ -157,6 +158,16 @@ def test_the_first_region_wins_and_constants_default_to_the_body_s(block):
     assert set(tissue.region) == {0, 1, 2}
 
 
+def test_regions_come_back_from_a_file(block, tmp_path):
+    body = make_body("block", block | {"refinements": 1})
+    save(body, tmp_path / "body.h5")
+    found = load(tmp_path / "body.h5")
+    for level in (0, 1):
+        assert np.array_equal(found.tissue(level).shear_pa, body.tissue(level).shear_pa)
+        assert np.array_equal(found.tissue(level).lame_pa, body.tissue(level).lame_pa)
+    assert found.regions.materials == body.regions.materials
+
+
 def test_an_organ_is_meshed_finely_where_a_region_is(entry):
     organ = entry | {
         "kind": "liver",
@@ -227,7 +238,10 @@ def test_a_label_of_the_synthetic_abdomen_is_a_lesion(entry):
         ({"label": 1}, r"has a label, and a body of kind box has none; give a sphere\.$"),
         ({"sphere": BALL | {"center_m": [1, 1, 1]}}, "holds no tetrahedron by half"),
         ({"sphere": BALL, "young_pa": -1}, r"regions\.part: young_pa is -1; give a positive number\.$"),
-        ({"sphere": BALL | {"radius_m": 0.02}}, r"regions\.part holds no tetrahedron that is not in a region before"),
+        (
+            {"sphere": BALL | {"radius_m": 0.02}},
+            r"regions\.part holds no tetrahedron that is not in a region before",
+        ),
     ],
 )
 def test_a_wrong_region_is_refused(block, rule, message):

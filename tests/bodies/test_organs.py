@@ -7,6 +7,7 @@ from scipy.optimize import least_squares
 from scipy.spatial import cKDTree
 
 from palpate.bodies import organs
+from palpate.bodies.body_file import load, save
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import quality
@@ -40,7 +41,11 @@ def test_kidney_has_a_hollow_and_stomach_a_bend():
 
 
 MATERIAL = {"young_pa": 3000.0, "poisson": 0.3, "density_kg_m3": 1000.0}
-ORGANS = {"liver": (liver_shape, 0.2), "kidney": (kidney_shape, 0.11), "stomach": (stomach_shape, 0.25)}
+ORGANS = {
+    "liver": (liver_shape, 0.2),
+    "kidney": (kidney_shape, 0.11),
+    "stomach": (stomach_shape, 0.25),
+}
 
 
 @pytest.fixture(scope="module", params=ORGANS)
@@ -198,10 +203,15 @@ def test_new_surface_nodes_of_an_organ_satisfy_its_formula(kind):
         assert np.linalg.norm(found.fun) < 1e-6  # a nanometre; facets are millimetres away
 
 
-def test_finer_levels_are_on_the_surface_too(pair):
-    flat, smooth = pair
-    assert flat.smooth is None and smooth.smooth == SmoothSurface("cylinder", RADIUS)
-    assert np.array_equal(finer(bar(True, 1)).fine.nodes, smooth.fine.nodes)
+def test_finer_levels_are_on_the_surface_too_and_a_file_keeps_it(tmp_path):
+    body = bar(True, 1)
+    save(body, tmp_path / "body.h5")
+    assert body.smooth == load(tmp_path / "body.h5").smooth == SmoothSurface("cylinder", RADIUS)
+    made, once = finer(load(tmp_path / "body.h5")), bar(True, 2)
+    assert np.array_equal(made.fine.nodes, once.fine.nodes)
+    flat = bar(False, 1)
+    save(flat, tmp_path / "flat.h5")
+    assert flat.smooth is None is load(tmp_path / "flat.h5").smooth
 
 
 def test_levels_for_quadratic_elements_are_halfway_where_the_body_has_none():

@@ -39,8 +39,8 @@ def test_a_box_is_whole():
 
 
 @pytest.mark.parametrize("sizes", [[1, 1, 1], [2, 1, 3]])
-def test_refined_elements_keep_their_shape_and_symmetry(soft, sizes):
-    body = nest("cube", box(sizes, [2, 2, 2]), 2, np.arange(9), soft)
+def test_refined_elements_keep_their_shape_and_symmetry(material, sizes):
+    body = nest("cube", box(sizes, [2, 2, 2]), 2, np.arange(9), material)
     coarse, fine = quality(body.coarse), quality(body.fine)
     for key in ("min_dihedral_deg", "max_dihedral_deg", "min_radius_ratio"):
         assert fine[key] == pytest.approx(coarse[key])
@@ -48,10 +48,10 @@ def test_refined_elements_keep_their_shape_and_symmetry(soft, sizes):
     check_mirrored(lattice, body.fine.tetrahedra, [8, 8, 8])
 
 
-def test_a_bar_does_not_lean_when_bent(soft):
+def test_a_bar_does_not_lean_when_bent(material):
     """Pushed in y at its tip it moves neither in z on average nor about its axis, and as far as when pushed in z."""
     mesh = box([0.4, 0.1, 0.1], [4, 2, 2])
-    stiffness = LinearElements(mesh, soft).stiffness(mesh.nodes).toarray()
+    stiffness = LinearElements(mesh, material).stiffness(mesh.nodes).toarray()
     free = np.repeat(mesh.nodes[:, 0] > 0, 3)
     tip = np.flatnonzero(mesh.nodes[:, 0] == 0.4)
     found = []
@@ -80,23 +80,38 @@ def test_no_axis_comes_first(divisions):
         assert moved(points, simplices, np.roll(points, shift, axis=1)) == as_set(simplices)
 
 
-def test_a_sheet_is_flat_and_whole_and_no_corner_of_it_hangs_by_one_triangle():
-    """With even divisions a diagonal ends in each corner, so that it can be bent along no single edge."""
-    cloth = sheet([0.3, 0.2], [6, 4], 0.001)
+@pytest.mark.parametrize(("divisions", "each"), [([3, 2], 2), ([1, 1], 2), ([3, 2, 1], 6)])
+def test_simplices_are_alike_and_fill_the_cells(divisions, each):
+    points, simplices = cut_lattice(divisions)
+    assert len(simplices) == each * np.prod(divisions)
+    edges = points[simplices[:, 1:]] - points[simplices[:, :1]]
+    assert np.allclose(np.abs(np.linalg.det(edges)), 1.0)
+    assert len(points) == np.prod(np.array(divisions) + 1)
+
+
+@pytest.fixture
+def cloth():
+    return sheet([0.3, 0.2], [6, 4], 0.001)
+
+
+def test_a_sheet_is_flat_and_whole(cloth):
     assert (len(cloth.nodes), len(cloth.triangles)) == (7 * 5, 48)
     assert not cloth.nodes[:, 2].any()
     assert cloth.areas.sum() == pytest.approx(0.06, rel=1e-14)
-    assert cloth.areas.max() == pytest.approx(8 / 6 * 0.05**2)  # of eight triangles alike
     assert np.array_equal(cloth.normals, np.tile([0.0, 0.0, 1.0], (35, 1)))
     assert (cloth.size, cloth.thickness_m) == (pytest.approx(0.3), 0.001)
     assert cloth.tetrahedra.shape == (0, 4) and np.array_equal(cloth.surface, np.arange(35))
     # Euler's formula for a disc
     assert len(cloth.nodes) - len(cloth.edges) + len(cloth.triangles) == 1
 
-    assert np.bincount(cloth.triangles.ravel())[[0, 4, 30, 34]].tolist() == [2, 2, 2, 2]
+
+def test_no_corner_of_a_sheet_hangs_by_one_triangle(cloth):
+    """With even divisions a diagonal ends in each corner, so that it can be bent along no single edge."""
+    corners = [0, 4, 30, 34]
+    assert np.bincount(cloth.triangles.ravel())[corners].tolist() == [2, 2, 2, 2]
 
 
-def test_a_cylinder_fills_the_twelve_sided_prism_and_its_diagonals_lean_to_both_sides_equally():
+def test_fills_the_twelve_sided_prism_and_touches_the_round_one():
     mesh = cylinder(0.2, 0.03)
     assert mesh.volumes.min() > 0
     # a regular 12-gon in a circle has area 3 r²
@@ -105,6 +120,9 @@ def test_a_cylinder_fills_the_twelve_sided_prism_and_its_diagonals_lean_to_both_
     assert mesh.size == pytest.approx(0.2)
     assert quality(mesh)["min_dihedral_deg"] > 35
 
+
+def test_diagonals_lean_to_both_sides_equally():
+    mesh = cylinder(0.2, 0.03)
     centres = mesh.nodes[mesh.tetrahedra].mean(axis=1)
 
     def places(points):

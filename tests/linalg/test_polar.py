@@ -80,9 +80,10 @@ def test_a_guess_however_bad_changes_nothing_but_rounding(name):
 
 
 def test_what_is_no_matrix_is_refused():
-    for bad in (np.nan, np.inf):
-        with pytest.raises(InputError, match="NaN or infinite"):
-            rotations(np.full((2, 3, 3), bad))
+    with pytest.raises(InputError, match="NaN or infinite"):
+        rotations(np.full((2, 3, 3), np.nan))
+    with pytest.raises(InputError, match="NaN or infinite"):
+        rotations(np.full((2, 3, 3), np.inf))
     with pytest.raises(InputError, match="shape"):
         rotations(np.eye(3))
     assert rotations(np.empty((0, 3, 3))).shape == (0, 3, 3)
@@ -118,6 +119,12 @@ def test_only_the_last_value_takes_the_sign_of_the_determinant():
     _, s, _ = decompose(matrices)
     assert (s[:, :2] >= 0).all()
     assert np.array_equal(np.sign(s[:, 2]), np.sign(np.linalg.det(matrices)))
+
+
+def test_nothing_comes_from_nothing():
+    u, s, v = decompose(np.zeros((1, 3, 3)))
+    assert np.array_equal(s[0], np.zeros(3))
+    assert np.array_equal(u[0], np.eye(3)) and np.array_equal(v[0], np.eye(3))
 
 
 def test_small_values_are_relatively_accurate():

@@ -9,6 +9,7 @@ import pytest
 import SimpleITK
 
 from palpate.bodies.ct.image import AIR_HU, Image, choose, read, read_mask
+from palpate.bodies.ct.mesh_from_ct import segment_entry
 from palpate.errors import InputError
 
 EVEN = (10.0, 10.0, 10.0)
@@ -43,11 +44,10 @@ def brightest(image):
 
 
 @pytest.mark.parametrize("suffix", [".nii.gz", ".nii", ".nrrd", ".mhd"])
-def test_formats_agree_in_metres_and_padding_is_air(tmp_path, scan, suffix):
-    padded = scan.copy()
-    scan[:, :3], padded[:, :3] = AIR_HU, -3024
-    image = read(write(tmp_path / f"scan{suffix}", padded))
-    assert np.array_equal(image.hu, scan) and image.hu.dtype == np.int16
+def test_formats_agree_in_metres(tmp_path, scan, suffix):
+    image = read(write(tmp_path / f"scan{suffix}", scan))
+    assert np.array_equal(image.hu, scan)
+    assert image.hu.dtype == np.int16
     assert np.allclose(image.spacing_m, [0.001, 0.002, 0.003], rtol=1e-6)
     assert np.allclose(brightest(image), [0.017, -0.010, 0.039], atol=1e-8)
     assert image.voxel_m3 == pytest.approx(6e-9, rel=1e-6)
@@ -73,6 +73,11 @@ def test_an_oblique_scan_keeps_its_own_axes(tmp_path, scan):
     place = np.array([10, -20, 30]) + direction @ (np.array([7, 5, 3]) * [1.0, 2.0, 3.0])
     assert np.allclose(image.axes @ brightest(image), place / 1e3, atol=1e-7)
     assert np.linalg.det(image.axes) == pytest.approx(1)
+
+
+def test_padding_is_air(tmp_path, scan):
+    scan[:, :3] = -3024
+    assert read(write(tmp_path / "scan.nii.gz", scan)).hu.min() == AIR_HU
 
 
 @pytest.mark.parametrize(
@@ -152,6 +157,15 @@ def test_a_mask_on_another_grid_is_reported(tmp_path, scan, change, part, counts
         read_mask(path, image)
 
 
+def test_masks_without_or_with_many_labels_are_reported(tmp_path, scan):
+    image = Image(scan, np.array([0.01, -0.02, 0.03]), np.array([0.001, 0.002, 0.003]))
+    with pytest.raises(InputError, match="the mask is empty"):
+        read_mask(write(tmp_path / "mask.nii.gz", np.zeros(scan.shape, dtype=np.uint8)), image)
+    sentence = r"the mask has 2 labels: 2 \(36 mL\), 5 \(0\.006 mL\); choose with label, a number or a name or a list"
+    with pytest.raises(InputError, match=sentence):
+        read_mask(write(tmp_path / "mask.nii.gz", (2 * (scan > -500) + 3 * (scan > 500)).astype(np.uint8)), image)
+
+
 @pytest.mark.skipif(not SHARED.is_dir(), reason="no shared CT beside the checkout")
 def test_a_real_ct_and_its_mask():
     image = read(SHARED / "ct_liver_crop.nii.gz")
@@ -177,7 +191,8 @@ def image():
 def values(image):
     """104 labels: 5 in 30 voxels, 51 in 20 that touch them, 104 in two pieces, and each other one in a voxel."""
     values = np.zeros(image.hu.shape, dtype=np.uint8)
-    values[2, 1, 0] = 7
+    values[2, 1, :] = 7
+    values[2, 1, 1:] = 0
     rest = [number for number in NAMES if number not in (5, 7, 51, 104)]
     values[9].ravel()[: 2 * len(rest) : 2] = rest
     values[4, 2:5, 2:12] = 5
@@ -219,9 +234,7 @@ def test_a_label_is_taken_by_number_name_or_list(tmp_path, image, values, name):
     assert np.array_equal(read_mask(path, image, ["liver", 51]), (values == 5) | (values == 51))
 
 
-def test_many_labels_without_a_choice_are_listed_largest_first_and_no_label_is_no_mask(tmp_path, image, values):
-    with pytest.raises(InputError, match="the mask is empty"):
-        read_mask(write_labels(tmp_path / "mask.nii.gz", np.zeros_like(values)), image)
+def test_many_labels_without_a_choice_are_listed_largest_first(tmp_path, image, values):
     with pytest.raises(InputError) as caught:
         read_mask(write_labels(tmp_path / "mask.nii.gz", values, NAMES), image)
     assert str(caught.value) == (
@@ -250,6 +263,7 @@ def test_a_label_that_is_not_there_gets_the_near_name_and_the_list(tmp_path, ima
 def test_a_mask_of_one_label_needs_no_choice_and_checks_one(tmp_path, image, values):
     path = write_labels(tmp_path / "mask.nrrd", np.where(values == 5, 5, 0).astype(np.uint8))
     assert np.array_equal(read_mask(path, image), values == 5)
+    assert np.array_equal(read_mask(path, image, 5), values == 5)
     with pytest.raises(InputError, match=r"no voxel of label 1; it has 1 label: 5 \(30 mL\)\.$"):
         read_mask(path, image, 1)
 
@@ -266,7 +280,9 @@ def test_values_that_are_not_whole_numbers_are_no_labels(tmp_path, image, values
 
 
 def test_an_image_and_its_mask_that_change_places_are_told_so(tmp_path, scan, image, values):
-    with pytest.raises(InputError, match=r"as of a mask and not of an image; give the image first, and then the"):
+    with pytest.raises(
+        InputError, match=r"as of a mask and not of an image; give the image first, and then the mask\.$"
+    ):
         read(write_labels(tmp_path / "mask.nii.gz", np.repeat(values, 9, axis=0)))
     with pytest.raises(InputError, match="it has values below 0, as a CT has and no mask; give the CT first"):
         choose(tmp_path / "scan.nii.gz", scan, {}, None, image.voxel_m3)
@@ -293,3 +309,12 @@ def test_overlapping_segments_are_refused(tmp_path, image, values):
     path = write(tmp_path / "two.seg.nrrd", layers, keys=named, isVector=True)
     with pytest.raises(InputError, match=r"two\.seg\.nrrd: its segments overlap and lie in 2 layers; export those to"):
         read_mask(path, image, "liver")
+
+
+def test_labels_that_do_not_touch_keep_the_largest_piece_with_a_warning(tmp_path, image, values):
+    mask = write_labels(tmp_path / "mask.nrrd", values, NAMES)
+    scan = write(tmp_path / "scan.nrrd", image.hu, EVEN, np.zeros(3))
+    entry = {"image": scan, "mask": mask, "label": ["liver", "heart", "organ_104"]}
+    with pytest.warns(UserWarning, match=r"several pieces, of which the largest is kept \(50 mL\)"):
+        kept = segment_entry(entry)[1]
+    assert np.array_equal(kept, (values == 5) | (values == 51))

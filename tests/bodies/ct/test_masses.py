@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from palpate.bodies.ct.image import Image
-from palpate.bodies.ct.masses import density, nodal_densities, node_masses, organ_densities, raw_densities, voxel_mass
+from palpate.bodies.ct.masses import (
+    density,
+    nodal_densities,
+    node_masses,
+    organ_densities,
+    raw_densities,
+    voxel_mass,
+)
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.make_body import make_body, moves_with_ct
 from palpate.bodies.particles import particles_of

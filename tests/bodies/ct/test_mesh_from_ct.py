@@ -93,6 +93,12 @@ def test_a_real_liver_from_its_grey_values():
     assert quality(mesh)["min_dihedral_deg"] >= 5
 
 
+def test_is_the_same_every_time(files):
+    first, second = (mesh_of(ABDOMEN | files[0]) for _ in range(2))
+    assert np.array_equal(first.nodes, second.nodes)
+    assert np.array_equal(first.tetrahedra, second.tetrahedra)
+
+
 def test_a_crop_keeps_places_and_warns_where_it_cuts(files):
     paths, truth = files
     around = {"crop_m": [[-0.14, -0.09, -0.05], [0.05, 0.06, 0.09]]}
@@ -120,6 +126,17 @@ def test_pieces_of_a_mask_that_are_left_out_are_reported(files, tmp_path):
     with pytest.warns(UserWarning, match=r"two\.nii\.gz: the mask is in several pieces, .* are dropped \(8 mL\)\.$"):
         kept = mesh_from_ct.segment_entry(ABDOMEN | paths | {"mask": mask})[1]
     assert np.array_equal(kept, truth["liver"])
+
+
+@pytest.mark.parametrize(("radius_m", "voxels"), [(0.002, 1), (0.005, 3)])
+def test_an_organ_too_thin_for_its_slices_is_reported(files, tmp_path, radius_m, voxels):
+    paths = files[0]
+    image = read(paths["image"])
+    places = image.to_world(np.stack(np.indices(image.hu.shape), axis=-1))
+    tiny = np.linalg.norm(places - image.to_world(np.array([20, 25, 30])), axis=-1) < radius_m
+    mask = write_scan(tmp_path / "tiny.nii.gz", tiny.astype(np.uint8), image)
+    with pytest.raises(InputError, match=f"the organ is {voxels} voxels thick along z, and 4 are needed"):
+        mesh_of(ABDOMEN | paths | {"mask": mask})
 
 
 def test_more_nodes_than_voxels_can_resolve_are_reported(files):
@@ -151,16 +168,15 @@ def test_slices_ten_times_as_thick_as_pixels_give_the_same_body(tmp_path):
 
 
 @pytest.mark.parametrize(("axis", "name"), [(0, "z"), (1, "y"), (2, "x")])
-def test_an_organ_of_three_slices_is_refused_and_one_of_four_is_not(files, tmp_path, axis, name):
-    image = read(files[0]["image"])
+def test_an_organ_of_three_slices_is_refused_and_one_of_four_is_not(axis, name):
+    image = abdomen(spacing_m=(0.02, 0.02, 0.02))[0]
     mask = np.zeros(image.hu.shape, dtype=bool)
-    mask[20:30, 20:30, 20:30] = True
-    np.moveaxis(mask, axis, 0)[20 + THINNEST :] = False
+    mask[2:12, 2:12, 2:12] = True
+    np.moveaxis(mask, axis, 0)[2 + THINNEST :] = False
     refuse_thin(image, mask)
-    np.moveaxis(mask, axis, 0)[19 + THINNEST] = False
-    path = write_scan(tmp_path / "thin.nii.gz", mask.astype(np.uint8), image)
+    np.moveaxis(mask, axis, 0)[1 + THINNEST] = False
     with pytest.raises(InputError, match=f"the organ is 3 voxels thick along {name}, and 4 are"):
-        mesh_of(ABDOMEN | files[0] | {"mask": path})
+        refuse_thin(image, mask)
 
 
 SPACING = np.array([0.001, 0.002, 0.005])

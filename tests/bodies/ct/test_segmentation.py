@@ -32,8 +32,9 @@ def ball(x, y, z):
     return x**2 + y**2 + z**2 < 0.04**2
 
 
-def test_a_ball_comes_back_from_slices_ten_times_as_thick_as_pixels():
-    image, truth = scan(ball, (0.001, 0.001, 0.01))
+@pytest.mark.parametrize("spacing", [(0.002, 0.002, 0.002), (0.001, 0.001, 0.01)], ids=["even", "ten to one"])
+def test_a_ball_comes_back(spacing):
+    image, truth = scan(ball, spacing)
     mask = segment(image, RANGE)
     assert dice(mask, truth) > 0.98
     assert mask.sum() * image.voxel_m3 == pytest.approx(4 / 3 * np.pi * 0.04**3, rel=0.01)
@@ -94,7 +95,8 @@ RADIUS_M = 0.045
 
 def balls(spacing_m, beside_hu, *others):
     """Make a ball of 60 HU and 45 mm radius and others (HU, centre, radius), with partial volume, in a background."""
-    spacing, counts = np.full(3, spacing_m), np.full(3, round(0.12 / spacing_m))
+    spacing = np.full(3, spacing_m)
+    counts = np.full(3, round(0.12 / spacing_m))
     origin = -(counts - 1) / 2 * spacing
     hu = np.full(counts[::-1], float(beside_hu), dtype=np.float32)
     for value, centre, radius in [*others, (60, (0, 0, 0), RADIUS_M)]:

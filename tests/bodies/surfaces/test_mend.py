@@ -56,11 +56,14 @@ def test_a_large_hole_is_refused_with_its_edges_and_place():
         mend("ball", BALL, without([0.1, 0, 0], 0.1))
 
 
-def test_a_speck_is_dropped():
+def test_a_speck_is_dropped_and_a_second_body_refused():
     speck = np.vstack([BALL, SPECK + 0.08]), np.vstack([FACES, TETRAHEDRON + len(BALL)])
     solid = solidify("ball", mend("ball", *speck))
     assert solid.notes[0].startswith("1 separate piece dropped")
     assert np.linalg.norm(solid.places, axis=1).max() < 0.101
+    other = np.vstack([BALL, 0.7 * BALL + 0.2]), np.vstack([FACES, FACES + len(BALL)])
+    with pytest.raises(InputError, match=r"2 separate pieces, .*give each body a file of its own"):
+        solidify("ball", mend("ball", *other))
 
 
 def test_parts_that_overlap_count_once():

@@ -95,16 +95,16 @@ def test_the_quality_of_an_inverted_element_is_negative():
 COARSE, DENSE = fibonacci_sphere(60), fibonacci_sphere(8000)
 
 
-def nested(soft, radius=1.0):
+def nested(material, radius=1.0):
     """A coarse ball of radius 1, refined twice onto a sphere of another."""
     coarse = tetrahedralize(COARSE, triangulate(COARSE))
     settle = snapper(radius * DENSE, DENSE)
     held = np.array([0, 1, 59])
-    return nest("ball", coarse, 2, held, soft), nest("ball", coarse, 2, held, soft, settle)
+    return nest("ball", coarse, 2, held, material), nest("ball", coarse, 2, held, material, settle)
 
 
-def test_new_surface_nodes_reach_the_surface_and_the_volume_converges(soft):
-    plain, snapped = nested(soft)
+def test_new_surface_nodes_reach_the_surface_and_the_volume_converges(material):
+    plain, snapped = nested(material)
     missing = [4 / 3 * np.pi - mesh.volumes.sum() for mesh in snapped.levels]
     # the facets' distance from the sphere is quadratic in their edge; a second refinement keeps those of the first
     assert missing[0] / missing[1] == pytest.approx(4, rel=0.1) and missing[2] == pytest.approx(missing[1])
@@ -115,15 +115,17 @@ def test_new_surface_nodes_reach_the_surface_and_the_volume_converges(soft):
         assert quality(refine(mesh)[0])["min_dihedral_deg"] > 10
         assert np.array_equal(mesh.surface, old.surface)
 
-    # coarse nodes, prolongations and anchors stay
+
+def test_coarse_nodes_prolongations_and_anchors_stay(material):
+    plain, snapped = nested(material)
     for mesh in snapped.levels:
         assert np.array_equal(mesh.nodes[: len(snapped.coarse.nodes)], snapped.coarse.nodes)
     assert (snapped.prolongation != plain.prolongation).nnz == 0
     assert all(np.array_equal(*pair) for pair in zip(snapped.anchors, plain.anchors, strict=True))
 
 
-def test_no_element_is_inverted_for_a_surface_out_of_reach(soft):
-    _, snapped = nested(soft, radius=0.4)
+def test_no_element_is_inverted_for_a_surface_out_of_reach(material):
+    _, snapped = nested(material, radius=0.4)
     for mesh in snapped.levels:
         assert mesh.volumes.min() > 0
         assert quality(mesh)["min_dihedral_deg"] > 5

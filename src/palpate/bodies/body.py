@@ -1,6 +1,6 @@
 """A body: nested meshes with material, density and anchors."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ from scipy import sparse
 
 from palpate.bodies.material import Material, Tissue, uniform
 from palpate.bodies.mesh import Sheet, TetMesh
-from palpate.bodies.refinement import midpoints_between, refine
+from palpate.bodies.refinement import Snap, finer
 from palpate.bodies.supports import Bed, inner_nodes
 
 if TYPE_CHECKING:  # it checks the quality of bodies
@@ -93,30 +93,18 @@ def nest(
     refinements: int,
     anchors: np.ndarray,
     material: Material,
-    snap: Callable[[TetMesh, int], TetMesh] | None = None,
+    snap: Snap | None = None,
     bed: Bed | None = None,
     regions: Tissue | None = None,
     smooth: "SmoothSurface | None" = None,
 ) -> Body:
     """Refine ``coarse`` the given number of times (0 for a sheet) and pass the anchors on to every level.
 
-    ``regions`` is the tissue of the coarse tetrahedra, if they are of several materials.
-
-    ``snap``, if given, moves the new nodes of the first refinement: it takes a finer mesh and the number of its first
-    new node. Finer levels keep that shape, facets and all, so that answers on them have a limit. Displacements are
-    still interpolated linearly; only the rest positions then are not. ``smooth`` is for a body whose every level,
-    later ones too, is snapped to a surface that has a formula.
+    ``snap``, if given, moves the new nodes of the first refinement. Finer levels keep that shape, facets and all, so
+    that answers on them have a limit. Displacements are still interpolated linearly; only the rest positions then are
+    not. ``smooth`` is for a body whose every level, later ones too, is snapped to a surface that has a formula.
     """
-    levels: list[TetMesh | Sheet] = [coarse]
-    prolongations: list[sparse.csr_array] = []
-    held = [np.unique(anchors)]
-    for _ in range(refinements):
-        finer, prolongation = refine(levels[-1])
-        if smooth is not None:
-            finer = smooth.snap(finer, len(levels[-1].nodes))
-        elif snap is not None and len(levels) == SHAPE_LEVEL:
-            finer = snap(finer, len(levels[-1].nodes))
-        levels.append(finer)
-        prolongations.append(prolongation)
-        held.append(midpoints_between(held[-1], prolongation))
-    return Body(name, levels, prolongations, held, material, bed, regions, smooth=smooth)
+    body = Body(name, [coarse], [], [np.unique(anchors)], material, bed, regions, smooth=smooth)
+    for level in range(1, refinements + 1):
+        body = finer(body, snap=snap if level == SHAPE_LEVEL else None)
+    return body

@@ -81,9 +81,15 @@ def _read(path: Path, file: "h5py.File") -> Body:
         prolongations.append(sparse.csr_array(parts, shape=(len(fine.nodes), len(coarse.nodes))))
     name, material = str(attributes["name"]), _material(attributes)
     regions, densities = _regions(path, file, levels[0]), _densities(path, file, levels)
-    smooth = file["smooth"].attrs if "smooth" in file else None
-    surface = None if smooth is None else SmoothSurface(str(smooth["kind"]), float(smooth["size_m"]))
-    return Body(name, levels, prolongations, held, material, _bed(file), regions, densities, surface)
+    bed: Bed | None = None
+    smooth: SmoothSurface | None = None
+    if "bed" in file:
+        found = file["bed"].attrs
+        radius_m, stiffness_n_m3 = float(found["radius_m"]), float(found["stiffness_n_m3"])
+        bed = Bed(found["center_m"], radius_m, stiffness_n_m3, found.get("facing"))
+    if "smooth" in file:
+        smooth = SmoothSurface(str(file["smooth"].attrs["kind"]), float(file["smooth"].attrs["size_m"]))
+    return Body(name, levels, prolongations, held, material, bed, regions, densities, smooth)
 
 
 def _material(found: "h5py.AttributeManager") -> Material:
@@ -109,14 +115,6 @@ def _densities(path: Path, file: "h5py.File", levels: list[TetMesh | Sheet]) -> 
     if any(len(one) != len(mesh.nodes) for one, mesh in zip(found, levels, strict=True)):
         raise InputError(f"{path}: densities_kg_m3 do not fit the nodes; delete the file and type make.")
     return found
-
-
-def _bed(file: "h5py.File") -> Bed | None:
-    if "bed" not in file:
-        return None
-    found = file["bed"].attrs
-    radius_m, stiffness_n_m3 = float(found["radius_m"]), float(found["stiffness_n_m3"])
-    return Bed(found["center_m"], radius_m, stiffness_n_m3, found.get("facing"))
 
 
 def _put(file: "h5py.File", name: str, array: np.ndarray) -> None:

@@ -9,9 +9,10 @@ import numpy as np
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_file import KEPT_NODES, choose_scale, in_words, load_shape
 from palpate.bodies.mesh_quality import LEAST_DEG, check_boundary, check_closed, check_tetrahedra, dihedral_angles
+from palpate.bodies.refinement import Snap
 from palpate.bodies.regions import balls_of
 from palpate.bodies.surfaces.mend import Mended, mend
-from palpate.bodies.surfaces.remeshed import NODES, Remeshed, Snap, remesh_solid
+from palpate.bodies.surfaces.remeshed import NODES, Remeshed, remesh_solid
 from palpate.bodies.surfaces.solid import Solid, solidify
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError

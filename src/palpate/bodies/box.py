@@ -4,7 +4,7 @@ from itertools import permutations
 
 import numpy as np
 
-from palpate.bodies.mesh import Sheet, TetMesh
+from palpate.bodies.mesh import Sheet, TetMesh, area_normals
 
 
 def cut_lattice(divisions: list[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -118,7 +118,6 @@ def sheet(sizes_m: list[float], divisions: list[int], thickness_m: float) -> She
     points, triangles = cut_lattice(divisions)
     nodes = np.zeros((len(points), 3))
     nodes[:, :2] = points / np.array(divisions) * np.array(sizes_m, dtype=float)
-    a, b, c = (nodes[triangles[:, i]] for i in range(3))
-    back = np.cross(b - a, c - a)[:, 2] < 0
+    back = area_normals(nodes, triangles)[:, 2] < 0
     triangles[back] = triangles[back][:, ::-1]
     return Sheet(nodes, triangles, float(thickness_m))

@@ -29,9 +29,7 @@ def kept_contacts(body: Body, count: int | None) -> np.ndarray:
     if count is None:
         return contacts_of(body)
     able = pressed_contacts(body, contacts_of(body))
-    if not len(able):
-        return able
-    return np.sort(able[spread_over(body.coarse.nodes[able], count)])
+    return np.sort(able[spread_over(body.coarse.nodes[able], count)]) if len(able) else able
 
 
 def contacts_by_area(body: Body, count: int, seed: int) -> np.ndarray:

@@ -4,12 +4,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
 from palpate.bodies.body import Body
 from palpate.bodies.material import Tissue, uniform
 from palpate.bodies.mesh import EDGES, TetMesh
-from palpate.bodies.refinement import ten_nodes
+from palpate.bodies.refinement import halfway, ten_nodes
 
 _SIDES = np.array([[i for i, edge in enumerate(EDGES) if corner not in edge] for corner in range(4)])
 """The three edges of the face opposite each corner."""
@@ -58,18 +57,18 @@ class LocalRefinement:
             parts = list(self._elements(marks[:level]))
             elements, root = (np.concatenate(each) for each in zip(*parts, strict=True))
             kept = np.unique(elements)
-            prolongations.append(self._prolongation(level, numbers[-1], kept))
+            coarser = body.levels[level - 1]
+            new = kept[len(numbers[-1]) :] - len(coarser.nodes)
+            prolongations.append(halfway(len(numbers[-1]), np.searchsorted(numbers[-1], coarser.edges[new])))
             levels.append(TetMesh(body.levels[level].nodes[kept], np.searchsorted(kept, elements)))
             numbers.append(kept)
             roots.append(root)
             anchors.append(np.flatnonzero(np.isin(kept, body.anchors[level])))
-        fixed = (body.name, levels, prolongations, anchors, body.material, body.bed, body.regions)
-        dense = (
-            None
-            if body.densities is None
-            else [all_of[kept] for all_of, kept in zip(body.densities, numbers, strict=False)]
-        )
-        return LocalBody(*fixed, dense, numbers=tuple(numbers), roots=tuple(roots))
+        dense = None
+        if body.densities is not None:
+            dense = [all_of[kept] for all_of, kept in zip(body.densities, numbers, strict=False)]
+        fixed = (body.name, levels, prolongations, anchors, body.material, body.bed, body.regions, dense)
+        return LocalBody(*fixed, numbers=tuple(numbers), roots=tuple(roots))
 
     def _marks(self, center: np.ndarray, radius_m: float) -> list[np.ndarray]:
         """Return the edges of each level that are halved, (n_edges,) bool.
@@ -103,16 +102,6 @@ class LocalRefinement:
                 yield ten[chosen][:, children].reshape(-1, 4), np.repeat(active[chosen] // 8**level, len(children))
             active = (8 * active[halved.all(axis=1), None] + np.arange(8)).ravel()
         yield self._body.levels[len(marks)].tetrahedra[active], active // 8 ** len(marks)
-
-    def _prolongation(self, level: int, coarser: np.ndarray, finer: np.ndarray) -> sparse.csr_array:
-        """Return the linear interpolation from the nodes ``coarser`` to ``finer``, by their numbers in the body."""
-        mesh = self._body.levels[level - 1]
-        new = finer[len(coarser) :] - len(mesh.nodes)
-        ends = np.searchsorted(coarser, mesh.edges[new])
-        old, rows = np.arange(len(coarser)), len(coarser) + np.repeat(np.arange(len(new)), 2)
-        places = np.concatenate([old, rows]), np.concatenate([old, ends.ravel()])
-        values = np.concatenate([np.ones(len(old)), np.full(len(rows), 0.5)])
-        return sparse.csr_array((values, places), shape=(len(finer), len(coarser)))
 
 
 def _close(edges: np.ndarray, marked: np.ndarray) -> None:

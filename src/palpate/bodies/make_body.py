@@ -1,17 +1,14 @@
 """Construction of a body from its entry in the config."""
 
-import math
 from collections.abc import Callable
 from dataclasses import replace
-
-import numpy as np
 
 from palpate.bodies import body_from_mesh
 from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box, cylinder, sheet
 from palpate.bodies.ct import mesh_from_ct
 from palpate.bodies.ct.masses import nodal_densities
-from palpate.bodies.material import LAWS, Material
+from palpate.bodies.material import read_material
 from palpate.bodies.mesh_quality import check_quality
 from palpate.bodies.organs import SHAPES, coarse_body, surface_of
 from palpate.bodies.regions import balls_of, read_regions
@@ -40,7 +37,7 @@ def _make(name: str, entry: dict) -> Body:
     }
     if entry["kind"] not in kinds:
         raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
-    material = _material(name, entry)
+    material = read_material(name, entry)
     made = kinds[entry["kind"]](entry)
     # a CT and a file show more of the surface than the coarse mesh has
     mesh, snap, remeshed = made if isinstance(made, tuple) else (made, None, False)
@@ -53,11 +50,17 @@ def _make(name: str, entry: dict) -> Body:
         )
     # a sheet has one level and no such entry
     anchors = choose_anchors(name, rule, mesh, bed)
-    regions = read_regions(name, entry, mesh, material, _material, remeshed)
+    regions = read_regions(name, entry, mesh, material, remeshed)
     smooth = surface_of(entry) if entry.get("smooth") else None
     body = nest(name, mesh, entry.get("refinements", 0), anchors, material, snap, bed, regions, smooth)
     if moves_with_ct(entry):
-        body = replace(body, densities=_weighed(name, entry, body))
+        for region, constants in entry.get("regions", {}).items():
+            if "density_kg_m3" in constants:
+                raise InputError(
+                    f"body {name}: regions.{region} has a density_kg_m3, and the voxels of the CT have theirs; leave "
+                    "it out, or give masses: uniform."
+                )
+        body = replace(body, densities=nodal_densities(entry, body.levels))
     if entry["kind"] in ("file", "ct"):
         check_quality(body, _remedy(body, remeshed))
     return body
@@ -76,25 +79,3 @@ def _remedy(body: Body, remeshed: bool) -> str:
 def moves_with_ct(entry: dict) -> bool:
     """Return whether the masses of a config entry's nodes are those of its CT's voxels; an MRI has no densities."""
     return entry["kind"] == "ct" and entry.get("modality", "ct") == "ct" and entry.get("masses", "ct") == "ct"
-
-
-def _weighed(name: str, entry: dict, body: Body) -> list[np.ndarray]:
-    """Return the densities at the nodes of all levels; InputError if a region gives another."""
-    for region, rule in entry.get("regions", {}).items():
-        if "density_kg_m3" in rule:
-            raise InputError(
-                f"body {name}: regions.{region} has a density_kg_m3, and the voxels of the CT have theirs; leave it "
-                "out, or give masses: uniform."
-            )
-    return nodal_densities(entry, body.levels)
-
-
-def _material(name: str, entry: dict) -> Material:
-    """Check the constants: elastic energy must be positive and finite (at ν = 0.5 the volume cannot change)."""
-    young, poisson, density = entry["young_pa"], entry["poisson"], entry["density_kg_m3"]
-    for key, value in (("young_pa", young), ("density_kg_m3", density)):
-        if not (value > 0 and math.isfinite(value)):
-            raise InputError(f"body {name}: {key} is {value}; give a positive number.")
-    if not -1 < poisson < 0.5:
-        raise InputError(f"body {name}: poisson is {poisson}; give a number above -1 and below 0.5, such as 0.49.")
-    return Material(young, poisson, density, entry.get("law", LAWS[0]))

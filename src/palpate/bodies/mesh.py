@@ -21,6 +21,12 @@ def components(pairs: np.ndarray, count: int) -> np.ndarray:
     return connected_components(graph, directed=False)[1]
 
 
+def area_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Compute normals of triangles, (m, 3), whose length is twice the triangle's area."""
+    a, b, c = (points[triangles[:, i]] for i in range(3))
+    return np.cross(b - a, c - a)
+
+
 class Mesh:
     """Properties that tetrahedral meshes and sheets share: all that follows from ``nodes`` and ``triangles``."""
 
@@ -46,8 +52,7 @@ class Mesh:
     @cached_property
     def normals(self) -> np.ndarray:
         """Area-weighted outward unit normals, (n_nodes, 3); zero at inner nodes."""
-        a, b, c = (self.nodes[self.triangles[:, i]] for i in range(3))
-        area_vectors = np.cross(b - a, c - a)
+        area_vectors = area_normals(self.nodes, self.triangles)
         normals = np.zeros_like(self.nodes)
         for corner in range(3):
             np.add.at(normals, self.triangles[:, corner], area_vectors)
@@ -57,8 +62,7 @@ class Mesh:
     @cached_property
     def areas(self) -> np.ndarray:
         """A third of the area of the surface triangles around each node, (n_nodes,) [m²]; zero at inner nodes."""
-        a, b, c = (self.nodes[self.triangles[:, i]] for i in range(3))
-        thirds = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
+        thirds = np.linalg.norm(area_normals(self.nodes, self.triangles), axis=1) / 6.0
         return np.bincount(self.triangles.ravel(), np.repeat(thirds, 3), minlength=len(self.nodes))
 
     @cached_property

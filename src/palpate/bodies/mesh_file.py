@@ -46,7 +46,19 @@ def choose_scale(source: str, points: np.ndarray, scale_m: float | None) -> floa
     size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     guess = guess_scale(size)
     if scale_m is None:
-        return _guessed(source, size, guess)
+        if guess is None:
+            example = f"{0.2 / size:.3g} makes it 20 cm long" if size > 0 else "such as 0.001 for millimetres"
+            raise InputError(
+                f"{source}: its longest side is {size:.4g} units, which is an organ's size neither in millimetres nor "
+                f"in centimetres or metres; give scale_m, the length of the file's unit in metres ({example})."
+            )
+        name, scale = guess
+        warnings.warn(
+            f"{source}: scale_m is not given; its unit is taken for the {name}, which makes the body "
+            f"{in_words(size * scale)} long; give scale_m: {scale:g} if that is right, or the unit's length in metres.",
+            stacklevel=2,
+        )
+        return scale
     if not 0 < scale_m < np.inf:
         raise InputError(f"{source}: scale_m is {scale_m}; give the length of the file's unit in metres.")
     likely = f"if its unit is the {guess[0]}, give scale_m: {guess[1]:g}" if guess else "check scale_m"
@@ -68,22 +80,6 @@ def in_words(length_m: float) -> str:
     return f"{length_m * factor:.3g} {unit}"
 
 
-def _guessed(source: str, size: float, guess: tuple[str, float] | None) -> float:
-    if guess is None:
-        example = f"{0.2 / size:.3g} makes it 20 cm long" if size > 0 else "such as 0.001 for millimetres"
-        raise InputError(
-            f"{source}: its longest side is {size:.4g} units, which is an organ's size neither in millimetres nor in "
-            f"centimetres or metres; give scale_m, the length of the file's unit in metres ({example})."
-        )
-    name, scale = guess
-    warnings.warn(
-        f"{source}: scale_m is not given; its unit is taken for the {name}, which makes the body "
-        f"{in_words(size * scale)} long; give scale_m: {scale:g} if that is right, or the unit's length in metres.",
-        stacklevel=3,
-    )
-    return scale
-
-
 # least extent of points over their largest up to which they lie in one plane
 FLAT = 1e-6
 # a surface with more nodes is remeshed unless the entry says otherwise
@@ -98,25 +94,21 @@ def load_shape(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     Trap: nodes that no element uses are dropped, and the others are renumbered from 0 in the file's order.
     """
     raw = _read(path)
-    _check_not_flat(path, raw.points)
-    others = sorted(set(raw.solids) - {"tetra"})
-    if others:
-        raise InputError(f"{path}: it has {', '.join(others)} elements; convert them all to 4-node tetrahedra.")
-    if "tetra" in raw.solids:
-        check_indices(str(path), "tetrahedra", raw.solids["tetra"], len(raw.points))
-        nodes, tetrahedra = drop_unused(raw.points, raw.solids["tetra"])
-        return nodes, TetMesh(nodes, tetrahedra).triangles, tetrahedra
-    return *weld(raw.points, _triangles(path, raw)), None
-
-
-def _check_not_flat(path: Path, points: np.ndarray) -> None:
-    """Raise InputError for points (n, 3) that lie in one plane."""
+    points = raw.points
     extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False) if len(points) > 3 else np.zeros(3)
     if len(points) and extents[2] <= FLAT * extents[0]:
         raise InputError(
             f"{path}: all of its points lie in one plane, so it encloses no body; give a closed surface or tetrahedra, "
             "or for a cloth a body of kind sheet."
         )
+    others = sorted(set(raw.solids) - {"tetra"})
+    if others:
+        raise InputError(f"{path}: it has {', '.join(others)} elements; convert them all to 4-node tetrahedra.")
+    if "tetra" in raw.solids:
+        check_indices(str(path), "tetrahedra", raw.solids["tetra"], len(points))
+        nodes, tetrahedra = drop_unused(points, raw.solids["tetra"])
+        return nodes, TetMesh(nodes, tetrahedra).triangles, tetrahedra
+    return *weld(points, _triangles(path, raw)), None
 
 
 def load_tagged(path: Path, tag: int | str) -> np.ndarray:

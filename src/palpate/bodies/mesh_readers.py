@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.bodies.mesh_quality import check_coordinates
 from palpate.bodies.surfaces.tetrahedralize import gmsh_mesh, gmsh_session
-from palpate.bodies.vtk_readers import CUT, SURFACES, check_kind, check_whole, is_polydata, read_surface
+from palpate.bodies.vtk_readers import CUT, SURFACES, check_content, read_surface
 from palpate.errors import InputError, suggest
 
 KNOWN = ("gmsh:physical", "medit:ref", "CellEntityIds", "cell_tags", "region", "label")
@@ -43,12 +43,9 @@ def gmsh_tags(gmsh: Any, kind: int) -> Tags:
         geometrical[int(volume)] = [places]
         for tag in gmsh.model.getPhysicalGroupsForEntity(3, volume):
             physical.setdefault(int(tag), []).append(places)
-    chosen = physical or geometrical
-    names = {tag: gmsh.model.getPhysicalName(3, tag) for tag in physical}
-    groups = {tag: np.sort(np.concatenate(parts)) for tag, parts in chosen.items()}
-    return Tags(
-        {tag: found for tag, found in groups.items() if len(found)}, {t: name for t, name in names.items() if name}
-    )
+    names = {tag: name for tag in physical if (name := gmsh.model.getPhysicalName(3, tag))}
+    groups = {tag: np.sort(np.concatenate(parts)) for tag, parts in (physical or geometrical).items()}
+    return Tags({tag: found for tag, found in groups.items() if len(found)}, names)
 
 
 def cell_tags(kinds: list[str], cell_data: dict[str, list]) -> Tags:
@@ -125,11 +122,11 @@ def read(path: Path) -> RawMesh:
         raise InputError(f"{path}: this mesh file does not exist; correct the body's path.")
     try:
         data = path.read_bytes()
-        check_kind(suffix, data)
-        check_whole(suffix, data)
+        check_content(suffix, data)
         if suffix == ".msh":
             return _read_gmsh(path)
-        if suffix in SURFACES or (suffix == ".vtk" and is_polydata(data)):
+        # a legacy VTK file holds a surface or an unstructured grid
+        if suffix in SURFACES or (suffix == ".vtk" and b"DATASET POLYDATA" in data[:1024].upper()):
             points, triangles = read_surface(suffix, data)
             # where binary data are damaged, the coordinates show it first
             check_coordinates(str(path), points)

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from palpate.bodies.box import onto_cylinder
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import REFUSED_DEG
+from palpate.bodies.refinement import Snap
 from palpate.bodies.surfaces.decimate import fibonacci_sphere, nearest_alike, triangulate, triangulate_evenly
 from palpate.bodies.surfaces.snap import Onto, element_quality, snapper_onto
 from palpate.bodies.surfaces.tetrahedralize import Ball, tetrahedralize
@@ -107,18 +108,15 @@ def _placed(points: np.ndarray, length_m: float) -> tuple[np.ndarray, float]:
 
 
 def liver(length_m: float) -> TetMesh:
-    """Build a liver ``length_m`` long with 140 nodes and 276 triangles on its surface, identical on every call.
-
-    Axes as in CT: x to the patient's left, y to the back, z to the head; the origin is the middle of the
-    bounding box of the smooth shape.
-    """
+    """Build the coarse mesh of a liver, ``length_m`` long."""
     return coarse_body(liver_shape, length_m)
 
 
 def liver_shape(sphere: np.ndarray) -> np.ndarray:
     """Map points of the unit sphere, (n, 3), smoothly and one to one onto a liver about 2 long, (n, 3).
 
-    The coefficients are ours, set by eye: cross-sections along x shrink from the thick right lobe to the thin left one.
+    Axes as in CT: x to the patient's left, y to the back, z to the head. The coefficients are ours, set by eye:
+    cross-sections along x shrink from the thick right lobe to the thin left one.
     """
     x, y, z = sphere.T
     right = logistic(3.2 * (0.18 - x))
@@ -153,7 +151,6 @@ def kidney_shape(sphere: np.ndarray) -> np.ndarray:
 
 BEND = 2.0
 """Angle [rad] by which the axis turns from the body of the stomach to its outlet."""
-AXIS_POINTS = 2001
 
 
 def stomach_shape(sphere: np.ndarray) -> np.ndarray:
@@ -164,8 +161,9 @@ def stomach_shape(sphere: np.ndarray) -> np.ndarray:
     """
     x, y, along = sphere.T
     # the axis, by the trapezoidal rule, and how it turns
-    places = np.linspace(-1.0, 1.0, AXIS_POINTS)
-    turn = BEND * _smooth((places + 0.35) / 1.1)
+    places = np.linspace(-1.0, 1.0, 2001)
+    rise = np.clip((places + 0.35) / 1.1, 0.0, 1.0)
+    turn = BEND * (rise**3 * (10 - 15 * rise + 6 * rise * rise))  # from 0 to BEND without a kink
     ways = 1.25 * np.column_stack([-np.sin(turn), -np.cos(turn)])
     axis = np.cumsum((ways[1:] + ways[:-1]) / 2 * (places[1] - places[0]), axis=0)
     axis = np.vstack([np.zeros(2), axis])
@@ -176,12 +174,6 @@ def stomach_shape(sphere: np.ndarray) -> np.ndarray:
     left = middle[0] + radius * x * np.cos(angle)
     head = middle[1] - radius * x * np.sin(angle)
     return np.column_stack([left, -0.85 * radius * y, head])
-
-
-def _smooth(value: np.ndarray) -> np.ndarray:
-    """Return a step from 0 to 1 without a kink over values from 0 to 1."""
-    value = np.clip(value, 0.0, 1.0)
-    return value**3 * (10 - 15 * value + 6 * value * value)
 
 
 SHAPES: dict[str, Shape] = {"liver": liver_shape, "kidney": kidney_shape, "stomach": stomach_shape}
@@ -223,7 +215,7 @@ def surface_of(entry: dict) -> SmoothSurface | None:
 
 
 @lru_cache(maxsize=8)
-def _snapper(surface: SmoothSurface) -> Callable[[TetMesh, int], TetMesh]:
+def _snapper(surface: SmoothSurface) -> Snap:
     if surface.kind == "cylinder":
         return snapper_onto(partial(onto_cylinder, radius_m=surface.size_m))
     return snapper_onto(onto_shape(SHAPES[surface.kind], surface.size_m))

@@ -1,5 +1,6 @@
 """Uniform 1:8 refinement that keeps the coarse nodes first, and ten-node tetrahedra on the same nodes."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -18,13 +19,17 @@ _DIAGONALS = [(4, 9), (5, 8), (6, 7)]
 _AROUND = [[5, 7, 8, 6], [4, 6, 9, 7], [4, 5, 9, 8]]
 
 
+Snap = Callable[[TetMesh, int], TetMesh]
+"""Moves the new nodes of a finer mesh, from the given number on, onto a surface; it returns another mesh."""
+
+
 def refine(mesh: Mesh) -> tuple[TetMesh, sparse.csr_array]:
     """Split each tetrahedron into eight (Bey 1995), cutting the octahedron along its shortest diagonal.
 
     Returns the finer mesh, whose first nodes are those of ``mesh`` and whose others are edge midpoints in
     lexicographic edge order, and the prolongation, (n_fine, n_coarse): linear interpolation of nodal values.
     """
-    n, ends, ten = len(mesh.nodes), mesh.edges, ten_nodes(mesh)
+    ends, ten = mesh.edges, ten_nodes(mesh)
     nodes = np.vstack([mesh.nodes, mesh.nodes[ends].mean(axis=1)])
 
     p, q = np.transpose(_DIAGONALS)
@@ -32,27 +37,32 @@ def refine(mesh: Mesh) -> tuple[TetMesh, sparse.csr_array]:
     # a relative margin keeps ties (regular meshes) from being decided by rounding
     choice = np.argmax(lengths <= lengths.min(axis=1, keepdims=True) * (1 + 1e-9), axis=1)
     inner = np.array([_octahedron(d) for d in range(3)])
-    children = np.concatenate([np.broadcast_to(_CORNERS, (len(ten), 4, 4)), inner[choice]], axis=1).reshape(
-        len(ten), -1
-    )
-    tetrahedra = np.take_along_axis(ten, children, axis=1).reshape(-1, 4)
+    children = np.concatenate([np.broadcast_to(_CORNERS, (len(ten), 4, 4)), inner[choice]], axis=1)
+    tetrahedra = np.take_along_axis(ten, children.reshape(len(ten), -1), axis=1).reshape(-1, 4)
 
+    return TetMesh(nodes, tetrahedra), halfway(len(mesh.nodes), ends)
+
+
+def halfway(n: int, ends: np.ndarray) -> sparse.csr_array:
+    """Return the linear interpolation (n + m, n) from ``n`` nodes to themselves and the middles of ``ends`` (m, 2)."""
     m = len(ends)
     rows = np.concatenate([np.arange(n), n + np.repeat(np.arange(m), 2)])
     columns = np.concatenate([np.arange(n), ends.ravel()])
     values = np.concatenate([np.ones(n), np.full(2 * m, 0.5)])
-    return TetMesh(nodes, tetrahedra), sparse.csr_array((values, (rows, columns)), shape=(n + m, n))
+    return sparse.csr_array((values, (rows, columns)), shape=(n + m, n))
 
 
-def finer(body: "Body", count: int = 1) -> "Body":
+def finer(body: "Body", count: int = 1, snap: Snap | None = None) -> "Body":
     """Return ``body`` with ``count`` more levels: of the shape that its finest level has, or on its smooth surface.
 
-    Trap: new nodes are midpoints on bodies whose levels were moved to the dense surface of a file or a CT, too.
+    snap : for a body without a smooth surface
+    Trap: without it, new nodes are midpoints on bodies whose levels were moved to the surface of a file or a CT, too.
     """
     for _ in range(count):
         mesh, prolongation = refine(body.fine)
-        if body.smooth is not None:
-            mesh = body.smooth.snap(mesh, len(body.fine.nodes))
+        move = snap if body.smooth is None else body.smooth.snap
+        if move is not None:
+            mesh = move(mesh, len(body.fine.nodes))
         held = midpoints_between(body.anchors[-1], prolongation)
         body = replace(
             body,
@@ -146,12 +156,7 @@ def quadratic_prolongation(coarse: Mesh, fine: Mesh) -> sparse.csr_array:
     values = shape_functions(middles)  # halves and quarters: zeros are exact
     columns = ten[parents[first // 6]]
     kept = values != 0.0
-    rows = np.broadcast_to(nodes[:, None], values.shape)
-    identity = np.arange(n)
-    return sparse.csr_array(
-        (
-            np.concatenate([np.ones(n), values[kept]]),
-            (np.concatenate([identity, rows[kept]]), np.concatenate([identity, columns[kept]])),
-        ),
-        shape=(n + len(nodes), n),
-    )
+    rows = np.concatenate([np.arange(n), np.broadcast_to(nodes[:, None], values.shape)[kept]])
+    columns = np.concatenate([np.arange(n), columns[kept]])
+    entries = np.concatenate([np.ones(n), values[kept]])
+    return sparse.csr_array((entries, (rows, columns)), shape=(n + len(nodes), n))

@@ -3,12 +3,11 @@
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from palpate.bodies.ct.scan_of import label_ball, label_region
-from palpate.bodies.material import Material, Tissue
+from palpate.bodies.material import Material, Tissue, read_material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_file import in_words, load_tagged
 from palpate.bodies.refinement import refine
@@ -43,13 +42,10 @@ Inside = Callable[[np.ndarray], np.ndarray]
 """A test whether points (n, 3) [m] lie in a region, (n,) bool."""
 
 
-def read_regions(
-    body: str, entry: dict, mesh: TetMesh, own: Material, read_material: Callable, remeshed: bool
-) -> Tissue | None:
+def read_regions(body: str, entry: dict, mesh: TetMesh, own: Material, remeshed: bool) -> Tissue | None:
     """Read the tissue of the coarse ``mesh`` from ``entry["regions"]``; None without such.
 
-    own : material of what is in no region; read_material(place, constants) : checks those of a region
-    remeshed : whether the elements are not those of the file
+    own : material of what is in no region; remeshed : whether the elements are not those of the file
 
     A tetrahedron belongs to the first region that has half of its volume. Warns of regions that the mesh shows badly
     or lets reach the surface, and of a contrast above CONTRAST; raises InputError for a region that is not given by
@@ -71,7 +67,14 @@ def read_regions(
         _check_held(place, mesh, shares, free)
         _check_shown(place.partition(".")[2], mesh, shares, inside)
         region[free] = number
-    _check_contrast(body, materials)
+    moduli = [each.young_pa for each in materials]
+    contrast = max(moduli) / min(moduli)
+    if contrast > CONTRAST:
+        warnings.warn(
+            f"regions: the moduli of {body} differ by a factor of {contrast:.2g}, and solvers are tested up to "
+            f"{CONTRAST:g}; if one does not converge, lower the stiffest.",
+            stacklevel=3,
+        )
     return Tissue(tuple(materials), region)
 
 
@@ -85,7 +88,10 @@ def _inside(place: str, rule: dict, entry: dict) -> Inside | None:
         if entry["kind"] != "ct":
             raise InputError(f"body {place} has a label, and a body of kind {entry['kind']} has none; give a sphere.")
         return label_region(entry, rule["label"])
-    return _in_sphere(rule["sphere"]) if kinds == ["sphere"] else None
+    if kinds == ["tag"]:
+        return None
+    center, radius = np.array(rule["sphere"]["center_m"], dtype=float), float(rule["sphere"]["radius_m"])
+    return lambda points: np.linalg.norm(points - center, axis=1) <= radius
 
 
 def _tagged(place: str, rule: dict, entry: dict, mesh: TetMesh, remeshed: bool) -> np.ndarray:
@@ -121,11 +127,6 @@ def _middles() -> np.ndarray:
         mesh, _ = refine(mesh)
     middles = mesh.nodes[mesh.tetrahedra].mean(axis=1)
     return np.column_stack([1.0 - middles.sum(axis=1), middles])
-
-
-def _in_sphere(sphere: dict[str, Any]) -> Inside:
-    center, radius = np.array(sphere["center_m"], dtype=float), float(sphere["radius_m"])
-    return lambda points: np.linalg.norm(points - center, axis=1) <= radius
 
 
 def _check_held(place: str, mesh: TetMesh, shares: np.ndarray, free: np.ndarray) -> None:
@@ -167,14 +168,3 @@ def _on_surface(mesh: TetMesh) -> np.ndarray:
     """Return points (n, 3) [m] on the surface: nodes, and 15 points of each triangle."""
     grid = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
     return np.einsum("pa,tai->tpi", grid, mesh.nodes[mesh.triangles]).reshape(-1, 3)
-
-
-def _check_contrast(body: str, materials: list[Material]) -> None:
-    moduli = [each.young_pa for each in materials]
-    contrast = max(moduli) / min(moduli)
-    if contrast > CONTRAST:
-        warnings.warn(
-            f"regions: the moduli of {body} differ by a factor of {contrast:.2g}, and solvers are tested up to "
-            f"{CONTRAST:g}; if one does not converge, lower the stiffest.",
-            stacklevel=4,
-        )

@@ -230,19 +230,15 @@ def longest_m(body: dict) -> float | None:
     return max(body.get("sizes_m", [body.get("length_m", 0.0)])) or None
 
 
-def _check_size(place: str, body: dict) -> None:
-    size, (least, most) = longest_m(body), POSSIBLE_M
-    if size is not None and not least <= size <= most:
-        key = "sizes_m" if "sizes_m" in body else "length_m"
-        raise InputError(
-            f"{place}.{key} makes a body {size:g} m long, and bodies are {least:g} to {most:g} m long here; give it in "
-            "metres."
-        )
-
-
 def check_body(place: str, body: dict, folder: Path) -> None:
     """Raise InputError for what single settings of a body do not show, and for files that are not there."""
-    _check_size(place, body)
+    size, (least, most) = longest_m(body), POSSIBLE_M
+    if size is not None and not least <= size <= most:
+        sides = "sizes_m" if "sizes_m" in body else "length_m"
+        raise InputError(
+            f"{place}.{sides} makes a body {size:g} m long, and bodies are {least:g} to {most:g} m long here; give it "
+            "in metres."
+        )
     keys = ("magnitudes", "train", "test")
     missing = [key for key in keys if key not in body]
     if 0 < len(missing) < len(keys):
@@ -266,11 +262,8 @@ def check_body(place: str, body: dict, folder: Path) -> None:
     for name, rule in body.get("regions", {}).items():
         if sum(kind in rule for kind in ("tag", "sphere", "label")) != 1:
             raise InputError(f"{place}.regions.{name} needs exactly one of tag, sphere and label; give one of them.")
-    if body["kind"] == "ct":
-        _check_ct(place, body)
-
-
-def _check_ct(place: str, body: dict) -> None:
+    if body["kind"] != "ct":
+        return
     if body["mask"] is not None and body["image"] is None:
         raise InputError(f"{place}.mask is given and image is not; give the image that the mask was drawn on.")
     if body["label"] is not None and body["mask"] is None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.bodies.mesh import Mesh, Sheet, components
+from palpate.bodies.mesh import Mesh, Sheet, area_normals, components
 from palpate.errors import InputError
 
 FACING = 0.5
@@ -37,8 +37,7 @@ class Bed:
         """Mark those of ``triangles`` (m, 3) on ``nodes`` (n, 3) [m] that face as the bed asks, (m,) bool."""
         if self.facing is None:
             return np.ones(len(triangles), dtype=bool)
-        a, b, c = (nodes[triangles[:, i]] for i in range(3))
-        normals = np.cross(b - a, c - a)
+        normals = area_normals(nodes, triangles)
         return normals @ self.facing >= FACING * np.linalg.norm(normals, axis=1)
 
 

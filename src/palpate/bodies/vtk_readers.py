@@ -34,8 +34,8 @@ _PLY_TYPES = {
 _Element = tuple[str, int, list[tuple[str | None, str]]]
 
 
-def check_kind(kind: str, data: bytes) -> None:
-    """Raise ValueError if a file's content is of another kind than its suffix, ``kind``, says."""
+def check_content(kind: str, data: bytes) -> None:
+    """Raise ValueError if a file's content is of another kind than its suffix, ``kind``, says, or is cut off."""
     for signature, what in SIGNATURES.items():
         if data[: len(signature)].lower() == signature.lower():
             raise ValueError(f"it holds {what} and no mesh; give the file of the mesh, or unpack or export it")
@@ -43,9 +43,6 @@ def check_kind(kind: str, data: bytes) -> None:
     if kind == ".stl" and len(data) >= 84 and first != b"solid" and b"\0" not in data and data.isascii():
         raise ValueError("it holds a text that does not begin with solid, and so is no STL file; give that of the mesh")
 
-
-def check_whole(kind: str, data: bytes) -> None:
-    """Raise ValueError if a file's content, of the kind that its suffix names, ends before what it announces."""
     checks: dict[str, Callable[[bytes], None]] = {
         ".stl": _check_stl,
         ".ply": _check_ply,
@@ -163,16 +160,11 @@ def _ply_length(elements: list[_Element], body: bytes, order: str) -> int:
 SURFACES = (".stl", ".obj", ".ply", ".off")
 
 
-def is_polydata(data: bytes) -> bool:
-    """Test whether a legacy VTK file holds a surface, not an unstructured grid."""
-    return b"DATASET POLYDATA" in data[:1024].upper()
-
-
 def read_surface(kind: str, data: bytes) -> tuple[np.ndarray, np.ndarray]:
     """Read points (n, 3) and triangles (m, 3) from a file's content; polygons are cut into triangles.
 
     kind : ``.stl``, ``.obj``, ``.ply``, ``.off`` or ``.vtk`` (legacy polydata)
-    Raises ValueError if it is malformed; the content must have passed ``check_whole``.
+    Raises ValueError if it is malformed; the content must have passed ``check_content``.
     Trap: VTK stores coordinates of all but ``.vtk`` in single precision.
     """
     from vtkmodules.vtkCommonCore import vtkObject

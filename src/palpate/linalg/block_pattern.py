@@ -11,21 +11,6 @@ import numpy as np
 from scipy import sparse
 
 
-def rows_and_slots(couples: list[np.ndarray], n_nodes: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Return indptr (n_nodes + 1,), indices and, for each kind of element (m, k) of ``couples``, slots (m, k, k).
-
-    Indices increase within a row. Every row has its diagonal block, used or not.
-    """
-    if not couples:
-        return np.arange(n_nodes + 1, dtype=np.int32), np.arange(n_nodes, dtype=np.int32), []
-    widths = np.repeat([kind.shape[1] for kind in couples], [len(kind) for kind in couples])
-    first, places = (np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64) for sizes in (widths, widths**2))
-    nodes = np.concatenate([kind.ravel() for kind in couples]).astype(np.int32)
-    indptr, indices, slots = _build(nodes, first, places, n_nodes)
-    parts = np.split(slots, np.cumsum([len(kind) * kind.shape[1] ** 2 for kind in couples])[:-1])
-    return indptr, indices, [p.reshape(-1, k.shape[1], k.shape[1]) for p, k in zip(parts, couples, strict=True)]
-
-
 @numba.njit(cache=True)
 def _build(nodes, first, places, n_nodes):
     """Build the pattern of elements, element e being ``nodes[first[e] : first[e + 1]]``."""
@@ -116,10 +101,21 @@ def pattern_of(tetrahedra: np.ndarray, n_nodes: int) -> BlockPattern:
 
 
 def shared_pattern(couples: list[np.ndarray], n_nodes: int) -> BlockPattern:
-    """Build one pattern for several kinds of elements, each (n_elements, k): tetrahedra, springs, single nodes …"""
-    indptr, indices, slots = rows_and_slots(couples, n_nodes)
+    """Build one pattern for several kinds of elements, each (n_elements, k): tetrahedra, springs, single nodes …
+
+    Indices increase within a row. Every row has its diagonal block, used or not.
+    """
+    if not couples:
+        diagonal = np.arange(n_nodes, dtype=np.int32)
+        return BlockPattern(np.arange(n_nodes + 1, dtype=np.int32), diagonal, diagonal, ())
+    widths = np.repeat([kind.shape[1] for kind in couples], [len(kind) for kind in couples])
+    first, places = (np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64) for sizes in (widths, widths**2))
+    nodes = np.concatenate([kind.ravel() for kind in couples]).astype(np.int32)
+    indptr, indices, found = _build(nodes, first, places, n_nodes)
+    parts = np.split(found, np.cumsum([len(kind) * kind.shape[1] ** 2 for kind in couples])[:-1])
+    slots = tuple(p.reshape(-1, k.shape[1], k.shape[1]) for p, k in zip(parts, couples, strict=True))
     rows = np.repeat(np.arange(n_nodes, dtype=np.int32), np.diff(indptr))
-    return BlockPattern(indptr, indices, np.flatnonzero(rows == indices).astype(np.int32), tuple(slots))
+    return BlockPattern(indptr, indices, np.flatnonzero(rows == indices).astype(np.int32), slots)
 
 
 def gather(parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]], n_nodes: int) -> sparse.bsr_array:

@@ -21,10 +21,7 @@ class Factor:
     def __init__(self, matrix: sparse.bsr_array):
         try:
             self._lu = splu(
-                matrix.tocsc(),
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
+                matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
             )
         except RuntimeError as error:
             raise ValueError("the stiffness matrix is singular") from error
@@ -38,7 +35,8 @@ class Factor:
 class Triangle:
     """List the blocks below the diagonal of a pattern, row by row.
 
-    indptr (n + 1,), indices (k,) : rows and columns of these blocks; places (k,) : their positions in the pattern
+    indptr (n + 1,), indices (k,) : rows and columns of these blocks; places (k,) : their positions in the pattern, and
+    diagonal (n,) : those of the diagonal blocks
     """
 
     def __init__(self, pattern: BlockPattern):
@@ -47,21 +45,17 @@ class Triangle:
         self.indices = pattern.indices[self.places]
         counts = np.bincount(rows[self.places], minlength=pattern.size)
         self.indptr = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-        self._diagonal = pattern.diagonal
-
-    def of(self, values: np.ndarray) -> "Sweeps":
-        """Return the sweeps over the symmetric matrix of the pattern's blocks ``values`` (n_blocks, 3, 3)."""
-        return Sweeps(self, values[self.places], _inverses(values, self._diagonal))
+        self.diagonal = pattern.diagonal
 
 
 class Sweeps:
     """Sweep forward from zero, and backward after a correction: with a symmetric one between them, both are.
 
-    lower (k, 3, 3) : the blocks below the diagonal; inverses (n, 3, 3) : those of the diagonal blocks
+    values (n_blocks, 3, 3) : the blocks of the symmetric matrix, in the pattern of ``where``
     """
 
-    def __init__(self, where: Triangle, lower: np.ndarray, inverses: np.ndarray):
-        self._arrays = (where.indptr, where.indices, lower, inverses)
+    def __init__(self, where: Triangle, values: np.ndarray):
+        self._arrays = (where.indptr, where.indices, values[where.places], _inverses(values, where.diagonal))
 
     def forward(self, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sweep from zero for ``right`` (n, 3), or k at once (n, 3, k); return x and the residual that it leaves."""
@@ -194,14 +188,14 @@ class Multigrid:
         self._parents = [_parents(p) for p in prolongations]
         self._triangles = [Triangle(pattern) for pattern in patterns[1:]]
         self._slots = [
-            _galerkin_slots(finer, parents, coarser)
+            _find_slots(finer.indptr, finer.indices, parents, coarser.indptr, coarser.indices)
             for finer, coarser, (parents, _) in zip(patterns[1:], patterns, self._parents, strict=False)
         ]
 
     def update(self, stiffness: sparse.bsr_array) -> None:
         """Set the fine matrix, symmetric and with the identity's rows for held nodes; ValueError if it is singular."""
         values = self.galerkin(stiffness)
-        self._sweeps = [where.of(own) for where, own in zip(self._triangles, values[1:], strict=True)]
+        self._sweeps = [Sweeps(where, own) for where, own in zip(self._triangles, values[1:], strict=True)]
         self._bottom = Factor(self.patterns[0].matrix(values[0]))
 
     def galerkin(self, stiffness: sparse.bsr_array) -> list[np.ndarray]:
@@ -241,15 +235,10 @@ def _parents(prolongation: sparse.csr_array) -> tuple[np.ndarray, np.ndarray]:
     return parents.astype(np.int32), weights
 
 
-def _galerkin_slots(finer: BlockPattern, parents: np.ndarray, coarser: BlockPattern) -> np.ndarray:
-    """Return the positions (n_blocks, 2, 2) among the coarse blocks to which Pᵀ K P adds each fine block."""
-    slots = np.empty((len(finer.indices), 2, 2), dtype=np.int32)
-    _find_slots(finer.indptr, finer.indices, parents, coarser.indptr, coarser.indices, slots)
-    return slots
-
-
 @numba.njit(cache=True)
-def _find_slots(indptr, indices, parents, coarse_indptr, coarse_indices, slots):
+def _find_slots(indptr, indices, parents, coarse_indptr, coarse_indices):
+    """Return the positions (n_blocks, 2, 2) among the coarse blocks to which Pᵀ K P adds each fine block."""
+    slots = np.empty((len(indices), 2, 2), dtype=np.int32)
     for i in range(len(indptr) - 1):
         for p in range(2):
             begin, end = coarse_indptr[parents[i, p]], coarse_indptr[parents[i, p] + 1]
@@ -257,6 +246,7 @@ def _find_slots(indptr, indices, parents, coarse_indptr, coarse_indices, slots):
             for k in range(indptr[i], indptr[i + 1]):
                 for q in range(2):
                     slots[k, p, q] = begin + np.searchsorted(row, parents[indices[k], q])
+    return slots
 
 
 @numba.njit(cache=True)

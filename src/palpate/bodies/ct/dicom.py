@@ -41,7 +41,7 @@ def read_folder(folder: Path, modality: str = "ct") -> "SimpleITK.Image":
     import SimpleITK
 
     slices = [header for file in sorted(folder.iterdir()) if file.is_file() and (header := _read_header(file))]
-    slices = _check_series(folder, slices, modality)
+    _check_series(folder, slices, modality)
     first = slices[0]
     normal = np.cross(first.orientation[:3], first.orientation[3:])
     slices = sorted(slices, key=lambda s: float(s.position @ normal))
@@ -110,8 +110,8 @@ def _rescaled_values(file: Path) -> np.ndarray:
         raise InputError(_DAMAGED.format(file)) from error
 
 
-def _check_series(folder: Path, slices: list[Slice], modality: str) -> list[Slice]:
-    """Check that the slices are several slices of one series of one modality on one grid, and return them."""
+def _check_series(folder: Path, slices: list[Slice], modality: str) -> None:
+    """Raise InputError unless the slices are several of one series of one modality on one grid."""
     if not slices:
         raise InputError(f"{folder}: no file in it is a DICOM image; give the folder that holds the slices.")
     for s in slices:
@@ -134,7 +134,6 @@ def _check_series(folder: Path, slices: list[Slice], modality: str) -> list[Slic
             raise InputError(f"{s.file}: its pixels or orientation differ from {first.file.name}'s; remove it.")
     if len(slices) == 1:
         raise InputError(f"{folder}: it holds a single slice; give the whole series.")
-    return slices
 
 
 def _slice_distance(folder: Path, slices: list[Slice], normal: np.ndarray) -> float:
@@ -142,11 +141,10 @@ def _slice_distance(folder: Path, slices: list[Slice], normal: np.ndarray) -> fl
     moves = np.diff([s.position for s in slices], axis=0)
     along = moves @ normal
     step = float(np.median(along))
-    where = int(np.argmax(np.abs(along - step)))
+    at_one_place = along.min() < UNEVEN * step or step <= 0
+    where = int(np.argmin(along) if at_one_place else np.argmax(np.abs(along - step)))
     pair = f"{slices[where].file.name} and {slices[where + 1].file.name}"
-    if along.min() < UNEVEN * step or step <= 0:
-        where = int(np.argmin(along))
-        pair = f"{slices[where].file.name} and {slices[where + 1].file.name}"
+    if at_one_place:
         raise InputError(f"{folder}: {pair} lie at the same place; keep one of them.")
     if abs(along[where] - step) > UNEVEN * step:
         raise InputError(

@@ -4,7 +4,7 @@ import gzip
 import re
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree
@@ -114,6 +114,10 @@ class Image(Grid):
     source: str = "image"
     axes: np.ndarray = field(default_factory=lambda: np.eye(3))
     modality: str = "ct"
+
+    def cropped(self, box: tuple[slice, ...]) -> "Image":
+        """Return the part in ``box``, slices along z, y and x that have a start."""
+        return replace(self, hu=self.hu[box], origin_m=self.to_world(np.array([side.start for side in box])))
 
 
 def read(path: str | Path, modality: str = "ct") -> Image:

@@ -2,11 +2,12 @@
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
+from scipy import ndimage
 
 from palpate.bodies.ct.image import Image
+from palpate.bodies.ct.segmentation import box_around
 from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.particles import lump_masses
 from palpate.errors import InputError
@@ -69,8 +70,6 @@ def organ_densities(points: np.ndarray, image: Image, mask: np.ndarray) -> np.nd
     consists, would spread that deep into the organ (see ``raw_densities``).
     Raises InputError if the organ is empty, or if a point is outside of it by more than half its extent.
     """
-    from scipy import ndimage
-
     image, mask = _crop_to_organ(points, image, mask)
     core = ndimage.binary_erosion(mask, border_value=1)
     nearest = ndimage.distance_transform_edt(
@@ -102,13 +101,10 @@ def _densities(image: Image, where: np.ndarray | None = None) -> np.ndarray:
 
 def _crop_to_organ(points: np.ndarray, image: Image, mask: np.ndarray) -> tuple[Image, np.ndarray]:
     """Crop the image and the mask to the organ."""
-    from scipy import ndimage
-
     if not mask.any():
         raise InputError(f"{image.source}: the mask is empty; give one that marks the organ.")
-    found = ndimage.find_objects(mask.astype(np.uint8))[0]
-    box = tuple(slice(max(side.start - _MARGIN, 0), side.stop + _MARGIN) for side in found)
-    part = replace(image, hu=image.hu[box], origin_m=image.to_world(np.array([side.start for side in box])))
+    box = box_around(mask, _MARGIN)
+    part = image.cropped(box)
     middle = part.to_index(points) / (np.array(part.hu.shape) - 1) - 0.5
     if (np.abs(middle) > 1).any():
         raise InputError(
@@ -118,6 +114,4 @@ def _crop_to_organ(points: np.ndarray, image: Image, mask: np.ndarray) -> tuple[
 
 
 def _trilinear(voxels: np.ndarray, points: np.ndarray, image: Image) -> np.ndarray:
-    from scipy import ndimage
-
     return ndimage.map_coordinates(voxels, image.to_index(points).T, order=1, mode="nearest")

@@ -1,8 +1,7 @@
 """Coarse mesh of a body from a CT or an MRI, and the snapping of its finer meshes to the image's surface."""
 
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,6 +9,7 @@ from palpate.bodies.ct.image import AIR_HU, Image
 from palpate.bodies.ct.scan_of import mask_of, scan_of
 from palpate.bodies.ct.segmentation import largest_filled, segment
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.refinement import Snap
 from palpate.bodies.regions import balls_of
 from palpate.bodies.surfaces.mask_surface import coarse_shell, dense_surface, fill
 from palpate.bodies.surfaces.snap import snapper
@@ -28,38 +28,29 @@ def cut_off(image: Image, mask: np.ndarray, whole: Sequence[int], start: Sequenc
     whole, start : voxels of the image before it was cropped, and index of the first one that was kept, z y x
     Besides the borders of the image there is the padding around the circle that a scanner sees.
     """
-    return [*_at_borders(image, mask, whole, start), *_at_padding(image, mask)]
-
-
-def _at_borders(image: Image, mask: np.ndarray, whole: Sequence[int], start: Sequence[int]) -> list[str]:
     found = []
+    # of a voxel's face across each axis of the array
+    face_m2 = [image.voxel_m3 / float(spacing) for spacing in image.spacing_m[::-1]]
     for axis, sides in enumerate(_SIDES):
         for end, side in zip((0, -1), sides, strict=True):
-            area = float(mask.take(end, axis).sum() * _face_m2(image, axis))
+            area = float(mask.take(end, axis).sum() * face_m2[axis])
             cropped = start[axis] > 0 if end == 0 else start[axis] + mask.shape[axis] < whole[axis]
             if area:
                 found.append(f"{'crop_m' if cropped else 'the image'} towards the {side} ({_cm2(area)})")
-    return found
-
-
-def _at_padding(image: Image, mask: np.ndarray) -> list[str]:
     if image.modality != "ct":
-        return []
+        return found
     area, padding = 0.0, image.hu <= AIR_HU
     for axis in range(3):
         organ, empty = np.moveaxis(mask, axis, 0), np.moveaxis(padding, axis, 0)
         touching = (organ[1:] & empty[:-1]).sum() + (organ[:-1] & empty[1:]).sum()
-        area += float(touching * _face_m2(image, axis))
-    return [f"the padding around the scanned circle ({_cm2(area)})"] if area >= LEAST_M2 else []
+        area += float(touching * face_m2[axis])
+    if area >= LEAST_M2:
+        found.append(f"the padding around the scanned circle ({_cm2(area)})")
+    return found
 
 
 def _cm2(area_m2: float) -> str:
     return f"{1e4 * area_m2:.0f} cm²" if area_m2 >= 1e-3 else f"{1e4 * area_m2:.2g} cm²"
-
-
-def _face_m2(image: Image, axis: int) -> float:
-    """Return the area [m²] of a voxel's face across an axis of the array."""
-    return image.voxel_m3 / float(image.spacing_m[2 - axis])
 
 
 THINNEST = 4
@@ -78,7 +69,7 @@ def segment_entry(entry: dict) -> tuple[Image, np.ndarray]:
         box = _crop_box(image, np.array(entry["crop_m"], dtype=float))
         mask = mask[box] if mask is not None else None
         start = [side.start for side in box]
-        image = replace(image, hu=image.hu[box], origin_m=image.to_world(np.array(start)))
+        image = image.cropped(box)
     mask = _largest_piece(mask, image, entry["mask"]) if mask is not None else segment(image, entry)
     if not mask.any():
         raise InputError(f"{image.source}: crop_m leaves nothing of the mask; give a box [m] around the organ.")
@@ -91,7 +82,7 @@ def segment_entry(entry: dict) -> tuple[Image, np.ndarray]:
     return image, mask
 
 
-def build(entry: dict) -> tuple[TetMesh, Callable | None]:
+def build(entry: dict) -> tuple[TetMesh, Snap | None]:
     """Build the coarse mesh and, with ``entry["snap"]``, a function that snaps finer meshes to the CT's surface.
 
     Without ``snap`` every level has the volume of the mask's voxels. With it the coarse nodes stay on the CT's

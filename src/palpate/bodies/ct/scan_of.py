@@ -9,6 +9,7 @@ from scipy import ndimage
 from scipy.interpolate import Akima1DInterpolator
 
 from palpate.bodies.ct.image import Image, choose, read, read_mask
+from palpate.bodies.ct.segmentation import box_around
 from palpate.bodies.ct.synthetic_abdomen import LABELS, abdomen, mri_abdomen
 from palpate.errors import InputError
 
@@ -58,7 +59,7 @@ def fill_between(mask: np.ndarray, image: Image, axis: str, path: Path) -> np.nd
             "draw more, or leave drawn_slices out."
         )
     steps = np.delete(image.spacing_m[::-1], along)
-    box = _box_around(slices)
+    box = box_around(np.asarray(slices.any(axis=0)), 1)
     known = np.array([_signed_distance(slices[at][box], steps) for at in drawn])
     places = np.array([2 * drawn[0] - drawn[1], *drawn, 2 * drawn[-1] - drawn[-2]])
     first, last = (known[end] - known[end].max() for end in (0, -1))
@@ -77,13 +78,6 @@ def undrawn_across(mask: np.ndarray) -> str | None:
         if found.sum() > 1 and not (found[1:] & found[:-1]).any():
             return axis
     return None
-
-
-def _box_around(slices: np.ndarray) -> tuple[slice, slice]:
-    """Find the part of the slices that has any voxel, one voxel wider where there is room."""
-    found = ndimage.find_objects(slices.any(axis=0).astype(np.uint8))[0]
-    first, second = (slice(max(side.start - 1, 0), side.stop + 1) for side in found)
-    return first, second
 
 
 def _signed_distance(drawn: np.ndarray, steps: np.ndarray) -> np.ndarray:

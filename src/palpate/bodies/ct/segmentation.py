@@ -70,12 +70,14 @@ def segment(image: Image, settings: dict) -> np.ndarray:
             f"{image.source}: nothing between {low:g} and {high:g}{unit} is thicker than {2e3 * OPEN_M:g} mm; "
             f"change {key} or give a mask."
         )
-    box, margin = _box(core, OPEN_M + 2 * CLOSE_M, spacing)
-    core, within = (np.pad(values[box], margin) for values in (core, within))
+    # with layers so that neither the opening nor the closing reaches a border
+    margin = np.ceil((OPEN_M + 2 * CLOSE_M) / spacing).astype(int) + 1
+    box = box_around(core, margin)
+    core, within = (np.pad(values[box], margin[:, None]) for values in (core, within))
     organ = within & _dilate(core, OPEN_M, spacing)
     organ = ndimage.distance_transform_edt(_dilate(organ, CLOSE_M, spacing), spacing) > CLOSE_M
     organ = largest_filled(organ)
-    organ = organ[tuple(slice(m, n - m) for m, n in zip(margin[:, 0], organ.shape, strict=True))]
+    organ = organ[tuple(slice(m, n - m) for m, n in zip(margin, organ.shape, strict=True))]
     mask = np.zeros(image.hu.shape, dtype=bool)
     blurred = ndimage.gaussian_filter(image.hu[box].astype(np.float32), blur)
     # twice, as the voxels well outside depend on the border that is sought
@@ -114,12 +116,8 @@ def _largest_piece(mask: np.ndarray) -> np.ndarray:
     return label == 1 + np.argmax(np.bincount(label.ravel())[1:])
 
 
-def _box(mask: np.ndarray, reach_m: float, spacing: np.ndarray) -> tuple[tuple[slice, ...], np.ndarray]:
-    """Find the mask's bounding box with all within reach, and the layers (3, 2) to pad so that no border is reached."""
-    layers = np.ceil(reach_m / spacing).astype(int) + 1
-    found = ndimage.find_objects(mask.astype(np.uint8))[0]
-    box = tuple(
-        slice(max(side.start - n, 0), min(side.stop + n, size))
-        for side, n, size in zip(found, layers, mask.shape, strict=True)
-    )
-    return box, np.column_stack([layers, layers])
+def box_around(mask: np.ndarray, margin: int | np.ndarray) -> tuple[slice, ...]:
+    """Find the box around all of a mask, ``margin`` voxels wider (a number, or one for each axis) if there is room."""
+    sides = ndimage.find_objects(mask.astype(np.uint8))[0]
+    margins = np.broadcast_to(margin, mask.ndim).tolist()
+    return tuple(slice(max(side.start - n, 0), side.stop + n) for side, n in zip(sides, margins, strict=True))

@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
-from palpate.bodies.surfaces.triangles import area_normals, vertex_normals
+from palpate.bodies.mesh import area_normals
+from palpate.bodies.surfaces.triangles import vertex_normals
 
 # weight of a difference of normals against a distance in units of the vertices' mean spacing: keeps the two
 # sides of a thin lobe apart
@@ -35,8 +36,7 @@ def fibonacci_sphere(count: int) -> np.ndarray:
 def triangulate(sphere: np.ndarray) -> np.ndarray:
     """Triangulate points on the unit sphere (Delaunay), (2 n - 4, 3), wound outward."""
     triangles = ConvexHull(sphere).simplices.copy()
-    a, b, c = (sphere[triangles[:, i]] for i in range(3))
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), a) < 0
+    inward = np.einsum("ij,ij->i", area_normals(sphere, triangles), sphere[triangles[:, 0]]) < 0
     triangles[inward] = triangles[inward][:, ::-1]
     return triangles
 
@@ -129,8 +129,7 @@ def _flip_where(
 
 def _vertex_areas(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Compute a third of the area of each vertex's triangles, (n,), and its outward unit normal, (n, 3)."""
-    a, b, c = (points[triangles[:, i]] for i in range(3))
-    vectors = np.cross(b - a, c - a) / 6
+    vectors = area_normals(points, triangles) / 6
     sums = np.stack([np.bincount(triangles.ravel(), np.repeat(v, 3), len(points)) for v in vectors.T], axis=1)
     lengths = np.linalg.norm(sums, axis=1)
     return lengths, sums / lengths[:, None]
@@ -237,10 +236,8 @@ def collapse(points: np.ndarray, triangles: np.ndarray, count: int) -> tuple[np.
         for corner in triangle:
             fans[corner].add(triangle)
     left = len(points)
-    queue = [
-        _queue_entry(points, a, b) for t in triangles.tolist() for a, b in ((t[0], t[1]), (t[1], t[2]), (t[2], t[0]))
-    ]
-    queue = [entry for entry in queue if entry[1] < entry[2]]
+    ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    queue = [_queue_entry(points, a, b) for a, b in ends.tolist() if a < b]
     heapq.heapify(queue)
     while queue and left > count:
         length, a, b = heapq.heappop(queue)

@@ -6,10 +6,11 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, zoom
 
 from palpate.bodies.ct.image import Grid
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.ct.segmentation import box_around
+from palpate.bodies.mesh import TetMesh, area_normals
 from palpate.bodies.surfaces.decimate import remesh
 from palpate.bodies.surfaces.tetrahedralize import Ball, label_shells, tetrahedralize
-from palpate.bodies.surfaces.triangles import area_normals, arrays, image_data, inflate, signed_volumes, volume
+from palpate.bodies.surfaces.triangles import arrays, image_data, inflate, mean_edge, signed_volumes, volume
 from palpate.errors import InputError
 
 
@@ -96,10 +97,9 @@ def _blur(mask: np.ndarray, image: Grid, blur_m: float) -> tuple[np.ndarray, np.
     spacing = image.spacing_m[::-1]
     blur = max(blur_m, image.spacing_m.max()) / spacing
     margin = np.ceil(4 * blur).astype(int) + 1
-    places = np.argwhere(mask)
-    low, high = places.min(axis=0), places.max(axis=0) + 1
-    box = mask[tuple(slice(a, b) for a, b in zip(low, high, strict=True))]
-    blurred = gaussian_filter(np.pad(box, margin[:, None]).astype(np.float32), blur)
+    box = box_around(mask, 0)
+    low = np.array([side.start for side in box])
+    blurred = gaussian_filter(np.pad(mask[box], margin[:, None]).astype(np.float32), blur)
     return blurred, image.to_world(low - margin), image.spacing_m
 
 
@@ -127,13 +127,13 @@ def _find_level(
 def _contour(
     blurred: np.ndarray, level: float, origin: np.ndarray, spacing: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Extract the largest piece of an isosurface; empty if nothing is above the level, as where a slice was blurred."""
+    """Extract the piece of an isosurface with the largest volume, wound outward, without cavities and islands.
+
+    It is empty if nothing is above the level, as where a slice was blurred.
+    """
     points, triangles, _ = isosurface(blurred, level, origin, spacing)
-    return _keep_largest(points, triangles) if len(triangles) else (points, triangles)
-
-
-def _keep_largest(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Keep the piece of the surface with the largest volume, wound outward, without cavities and islands."""
+    if not len(triangles):
+        return points, triangles
     piece = label_shells(triangles, len(points))
     sizes = np.bincount(piece, signed_volumes(points, triangles))
     kept = triangles[piece == np.argmax(np.abs(sizes))]
@@ -167,8 +167,7 @@ def fill(
 
     spacing : edge length inside, relative to the surface's mean edge; balls : where elements are smaller
     """
-    edges = points[triangles] - points[np.roll(triangles, 1, axis=1)]
-    spacing_m = spacing * float(np.linalg.norm(edges, axis=2).mean())
+    spacing_m = spacing * mean_edge(points, triangles)
     try:
         return tetrahedralize(points, triangles, spacing_m, source=grid.source, balls=balls)
     except InputError as error:

@@ -1,22 +1,21 @@
 """Mending of a triangulated surface as it is found: repeated triangles, mixed winding, holes."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from palpate.bodies.mesh import components
+from palpate.bodies.mesh import area_normals, components
 from palpate.bodies.mesh_file import in_words
 from palpate.bodies.surfaces.tetrahedralize import label_shells
-from palpate.bodies.surfaces.triangles import area_normals, arrays, polydata, signed_volumes, weld
+from palpate.bodies.surfaces.triangles import arrays, polydata, signed_volumes, weld
 from palpate.errors import InputError
 
 # a hole whose corners are this close to a plane, relative to its width, is flat
 FLAT_THICKNESS = 0.03
 
 
-@dataclass(frozen=True)
-class Hole:
+class Hole(NamedTuple):
     """Open edges that hang together: their number, the width of the hole [m], its centre (3,) [m], if it is flat."""
 
     edges: int
@@ -99,7 +98,12 @@ def mend(source: str, points: np.ndarray, triangles: np.ndarray) -> Mended:
         notes.append(f"{count} of {len(kept)} triangles turned")
     holes = find_holes(points, turned)
     for hole in holes:
-        _check_hole(source, hole, size)
+        if hole.width_m > (FLAT_HOLE if hole.flat else SMALL_HOLE) * size:
+            place = ", ".join(f"{x:.3g}" for x in hole.centre_m)
+            raise InputError(
+                f"{source}: its surface has a hole of {hole.edges} edges, {in_words(hole.width_m)} across, around "
+                f"({place}) m; close it in a mesh program, or download the file again if it was cut off."
+            )
     if holes:
         largest = max(holes, key=lambda hole: hole.width_m)
         notes.append(f"{len(holes)} holes closed (the largest of {largest.edges} edges, {in_words(largest.width_m)})")
@@ -120,7 +124,10 @@ def orient(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         # as most of its triangles are in the file
         if (alike[shell] != triangles[shell]).any(axis=1).mean() > 0.5:
             alike[shell] = alike[shell][:, ::-1]
-    volumes = [_enclosed(points[alike[shell]]) for shell in shells]
+    volumes = []  # six times, signed
+    for shell in shells:
+        corners = points[alike[shell]].reshape(-1, 3)
+        volumes.append(float(signed_volumes(corners, np.arange(len(corners)).reshape(-1, 3)).sum()))
     outer = int(np.argmax(np.abs(volumes)))
     corners = points[alike[shells[outer]]].reshape(-1, 3)
     low, high = corners.min(axis=0), corners.max(axis=0)
@@ -129,11 +136,6 @@ def orient(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         if (volumes[outer] if nested else volume) < 0:
             alike[shell] = alike[shell][:, ::-1]
     return alike
-
-
-def _enclosed(corners: np.ndarray) -> float:
-    """Compute six times the signed volume that triangles, (m, 3, 3), enclose."""
-    return float(signed_volumes(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)).sum())
 
 
 def _drop_repeated(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -156,13 +158,3 @@ def _wind_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     normals.SetInputData(polydata(points, triangles))
     normals.Update()
     return arrays(normals.GetOutput())[1]
-
-
-def _check_hole(source: str, hole: Hole, size: float) -> None:
-    limit = FLAT_HOLE if hole.flat else SMALL_HOLE
-    if hole.width_m > limit * size:
-        place = ", ".join(f"{x:.3g}" for x in hole.centre_m)
-        raise InputError(
-            f"{source}: its surface has a hole of {hole.edges} edges, {in_words(hole.width_m)} across, around "
-            f"({place}) m; close it in a mesh program, or download the file again if it was cut off."
-        )

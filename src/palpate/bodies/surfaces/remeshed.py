@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from palpate.bodies.body import SHAPE_LEVEL
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import LEAST_DEG, dihedral_angles
-from palpate.bodies.refinement import refine
+from palpate.bodies.refinement import Snap, refine
 from palpate.bodies.surfaces.decimate import flip, flip_onto, project, smooth_tangentially, undo_folds
 from palpate.bodies.surfaces.mask_surface import coarse_shell, fill
 from palpate.bodies.surfaces.mend import Mended
@@ -35,11 +35,6 @@ class Fidelity:
     size_m: float
 
     @property
-    def good(self) -> bool:
-        """Return true if shape and elements are as good as a body should be."""
-        return self.penalty <= 1
-
-    @property
     def close(self) -> bool:
         """Return true if the body has the shape of the surface it was made from."""
         return max(self.away / MOST_AWAY, abs(self.volume) / MOST_VOLUME) <= 1
@@ -50,7 +45,7 @@ class Fidelity:
         return max(LEAST_DEG / max(self.least_deg, 1e-3), self.away / MOST_AWAY, abs(self.volume) / MOST_VOLUME)
 
 
-def fidelity(mesh: TetMesh, snap: Callable[[TetMesh, int], TetMesh] | None, solid: Solid, mended: Mended) -> Fidelity:
+def fidelity(mesh: TetMesh, snap: Snap | None, solid: Solid, mended: Mended) -> Fidelity:
     """Refine and snap a coarse mesh as a body is, and compare it with the surface it was made from."""
     least = float(dihedral_angles(mesh).min())
     for level in range(1, LEVEL + 1):
@@ -83,7 +78,6 @@ SETTLES = 3
 # nodes of a hollow's surface at least
 LEAST_NODES = 40
 
-Snap = Callable[[TetMesh, int], TetMesh]
 Settle = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
@@ -117,7 +111,7 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
             continue
         if best is None or tried.fidelity.penalty < best.fidelity.penalty:
             best = tried
-        if tried.fidelity.good:
+        if tried.fidelity.penalty <= 1:
             break
     if best is None:
         raise reasons[-1]

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import LEAST_DEG, dihedral_angles
-from palpate.bodies.refinement import refine
+from palpate.bodies.refinement import Snap, refine
 from palpate.bodies.surfaces.decimate import project
 
 ROUNDS = 6
@@ -100,7 +100,7 @@ Onto = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """A projection of points (n, 3) [m], with the outward normals (n, 3) of where they come from, to a surface."""
 
 
-def snapper(points: np.ndarray, normals: np.ndarray) -> Callable[[TetMesh, int], TetMesh]:
+def snapper(points: np.ndarray, normals: np.ndarray) -> Snap:
     """Make a function that moves a finer mesh's surface nodes, from number ``first`` on, to the given dense surface.
 
     points, normals : places on the surface, dense enough to take it as flat around each, and its outward unit normals,
@@ -109,7 +109,7 @@ def snapper(points: np.ndarray, normals: np.ndarray) -> Callable[[TetMesh, int],
     return snapper_onto(partial(project, dense=points, normals=normals, tree=cKDTree(points)))
 
 
-def snapper_onto(project_onto: Onto) -> Callable[[TetMesh, int], TetMesh]:
+def snapper_onto(project_onto: Onto) -> Snap:
     """Make a function that moves a finer mesh's surface nodes, from number ``first`` on, by the given projection.
 
     New nodes inside move where that keeps elements well-shaped. Trap: surface nodes whose move would still make a bad

@@ -6,9 +6,10 @@ import numpy as np
 from scipy import ndimage
 
 from palpate.bodies.ct.image import Grid
+from palpate.bodies.mesh import area_normals
 from palpate.bodies.surfaces.mend import Mended
 from palpate.bodies.surfaces.tetrahedralize import label_shells
-from palpate.bodies.surfaces.triangles import area_normals, polydata
+from palpate.bodies.surfaces.triangles import polydata
 from palpate.errors import InputError
 
 
@@ -165,10 +166,11 @@ def solidify(source: str, mended: Mended) -> Solid:
     filled = ndimage.binary_fill_holes(mask)
     hollows, note = _hollows(filled & ~mask, mask.sum(), spacing**3)
     hollow = np.any(hollows, axis=0) if hollows else np.zeros_like(mask)
-    places, normals = _boundary_places(points, triangles, filled & ~hollow, origin, spacing, _is_simple(winding))
-    return Solid(
-        filled, hollows, origin, np.full(3, spacing), source, places, normals, notes + ([note] if note else [])
-    )
+    # where nothing overlaps, every place is clearly inside once or outside
+    simple = bool(winding.max() < 1.4 and winding.min() > -0.4)
+    places, normals = _boundary_places(points, triangles, filled & ~hollow, origin, spacing, simple)
+    notes += [note] if note else []
+    return Solid(filled, hollows, origin, np.full(3, spacing), source, places, normals, notes)
 
 
 def _check_pieces(source: str, sizes: np.ndarray, voxel_m3: float) -> list[str]:
@@ -205,11 +207,6 @@ def _hollows(hollow: np.ndarray, volume: int, voxel_m3: float) -> tuple[list[np.
     small = np.delete(sizes, large)
     note = f"{len(small)} small hollows filled ({1e6 * voxel_m3 * small.sum():.2g} mL)" if len(small) else ""
     return [label == 1 + number for number in large], note
-
-
-def _is_simple(winding: np.ndarray) -> bool:
-    """Test whether nothing overlaps: every place is clearly inside once or outside."""
-    return bool(winding.max() < 1.4 and winding.min() > -0.4)
 
 
 def _boundary_places(

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from palpate.bodies.mesh import TetMesh, components
+from palpate.bodies.surfaces.triangles import mean_edge
 from palpate.errors import InputError
 
 # gmsh has one global state per process, so only one thread may use it
@@ -53,8 +54,7 @@ def tetrahedralize(
     source : name of the surface in the InputError that is raised if it cannot be filled, as when it intersects itself
     """
     if spacing_m is None:
-        edges = points[triangles] - points[np.roll(triangles, 1, axis=1)]
-        spacing_m = float(np.linalg.norm(edges, axis=2).mean())
+        spacing_m = mean_edge(points, triangles)
     shells = _sort_shells(points, triangles, source)
     with gmsh_session() as gmsh:
         for option in ("MeshSizeMin", "MeshSizeMax"):
@@ -71,7 +71,8 @@ def tetrahedralize(
                 f"{source}: gmsh cannot fill the surface ({error}); repair it where it intersects or touches itself."
             ) from error
     mesh = TetMesh(nodes, tetrahedra)
-    if not (np.array_equal(nodes[: len(points)], points) and _same_triangles(mesh.triangles, triangles)):
+    kept, asked = ({tuple(t) for t in np.sort(each, axis=1).tolist()} for each in (mesh.triangles, triangles))
+    if not np.array_equal(nodes[: len(points)], points) or kept != asked:
         raise InputError(
             f"{source}: gmsh changed the surface to fill it; "
             "remesh it so that it has no needles and does not intersect itself."
@@ -141,8 +142,3 @@ def _generate(gmsh: Any, points: np.ndarray, shells: list[np.ndarray]) -> tuple[
     gmsh.model.mesh.optimize("Netgen", niter=3)
     points, elements = gmsh_mesh(gmsh)
     return points, elements[TETRAHEDRON]
-
-
-def _same_triangles(first: np.ndarray, second: np.ndarray) -> bool:
-    """Test whether two lists hold the same triangles, whatever their order and winding."""
-    return {tuple(t) for t in np.sort(first, axis=1).tolist()} == {tuple(t) for t in np.sort(second, axis=1).tolist()}

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from palpate.bodies.mesh import components
+from palpate.bodies.mesh import area_normals, components
 
 # points closer than this fraction of the size are merged: an STL file repeats each corner, in single precision
 WELD = 1e-6
@@ -39,11 +39,16 @@ def inflate(points: np.ndarray, triangles: np.ndarray, volume_m3: float) -> np.n
         if abs(missing) <= 1e-12 * volume_m3:
             break
         # the rate at which the volume grows with the distance
-        rate = (
-            np.einsum("tj,tj->", area_normals(points, triangles), sum(normals[triangles[:, i]] for i in range(3))) / 6
-        )
+        at_corners = sum(normals[triangles[:, i]] for i in range(3))
+        rate = np.einsum("tj,tj->", area_normals(points, triangles), at_corners) / 6
         points = points + missing / rate * normals
     return points
+
+
+def mean_edge(points: np.ndarray, triangles: np.ndarray) -> float:
+    """Compute the mean length [m] of the triangles' edges."""
+    edges = points[triangles] - points[np.roll(triangles, 1, axis=1)]
+    return float(np.linalg.norm(edges, axis=2).mean())
 
 
 def volume(points: np.ndarray, triangles: np.ndarray) -> float:
@@ -105,9 +110,3 @@ def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     areas = area_normals(points, triangles)
     sums = np.stack([np.bincount(triangles.ravel(), np.repeat(v, 3), len(points)) for v in areas.T], axis=1)
     return sums / np.linalg.norm(sums, axis=1, keepdims=True)
-
-
-def area_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Compute normals of triangles, (m, 3), whose length is twice the triangle's area."""
-    a, b, c = (points[triangles[:, i]] for i in range(3))
-    return np.cross(b - a, c - a)

@@ -49,7 +49,10 @@ def _parser() -> argparse.ArgumentParser:
     _add_data(tried)
     tried.set_defaults(act=_try)
     press = commands.add_parser("press", help="open a body of a finished run in the browser, to be pressed")
-    _add_run(press)
+    press.add_argument("--scene", help="a body and a regime of loads, such as liver_small; else the run's first")
+    press.add_argument("--config", type=Path, metavar="FILE", help="settings of the run (config.yaml)")
+    press.add_argument("--results", type=Path, metavar="DIR", help="folder that make has filled; else beside them")
+    press.add_argument("--model", help="the model that answers; else those that answer anywhere")
     press.add_argument("--port", type=_port, default=0, help="port of this machine; else any that is free")
     press.add_argument("--no-browser", action="store_true", help="print the address only")
     press.set_defaults(act=_press)
@@ -107,14 +110,6 @@ def _add_data(command: argparse.ArgumentParser) -> argparse._MutuallyExclusiveGr
     )
     command.add_argument("-o", "--folder", type=Path, help="where to write; else a folder beside the data")
     return parts
-
-
-def _add_run(command: argparse.ArgumentParser) -> None:
-    """Add what says which finished run is meant, and what of it."""
-    command.add_argument("--scene", help="a body and a regime of loads, such as liver_small; else the run's first")
-    command.add_argument("--config", type=Path, metavar="FILE", help="settings of the run (config.yaml)")
-    command.add_argument("--results", type=Path, metavar="DIR", help="folder that make has filled; else beside them")
-    command.add_argument("--model", help="the model that answers; else those that answer anywhere")
 
 
 def _init(asked: argparse.Namespace) -> str:

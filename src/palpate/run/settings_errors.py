@@ -135,11 +135,8 @@ def _described(place: tuple, config: Any, schema: dict) -> tuple[dict, str]:
 def _resolved(node: dict, schema: dict, value: Any) -> dict:
     """Follow references, and choose the alternative that ``value`` is of, if it is a block or a list."""
     if "$ref" in node:
-        return _resolved(
-            schema["$defs"][node["$ref"].rpartition("/")[2]] | {k: v for k, v in node.items() if k != "$ref"},
-            schema,
-            value,
-        )
+        own = {key: each for key, each in node.items() if key != "$ref"}
+        return _resolved(schema["$defs"][node["$ref"].rpartition("/")[2]] | own, schema, value)
     wanted = "object" if isinstance(value, dict) else "array" if isinstance(value, list) else ""
     alternatives = [_resolved(each, schema, value) for each in node.get("anyOf", []) if set(each) != {"required"}]
     if "discriminator" in node and isinstance(value, dict):
@@ -175,12 +172,9 @@ def _text_for(kinds: Sequence[str], text: str) -> str:
         if _is_number(text):
             return "write the number without quotes"
         if re.fullmatch(r"[-+]?\d{1,3}(,\d{3})+(\.\d*)?", text):
-            point = (
-                f", or {text.replace(',', '.')} if the comma is a decimal one"
-                if re.fullmatch(r"[^,.]+,\d+", text)
-                else ""
-            )
-            return f"write the number without separators, {text.replace(',', '')}{point}"
+            said = f"write the number without separators, {text.replace(',', '')}"
+            decimal = re.fullmatch(r"[^,.]+,\d+", text)
+            return f"{said}, or {text.replace(',', '.')} if the comma is a decimal one" if decimal else said
         if _is_number(text.replace(",", ".")):
             return f"write the number with a point, {text.replace(',', '.')}"
         if re.match(r"[-+]?\.?\d", text):

@@ -10,8 +10,7 @@ from palpate.benchmark.load import Answer, Doubted, Load
 from palpate.benchmark.model import Solver
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem
-from palpate.press.serve.pressed_model import PressedModel
-from palpate.press.serve.presses import MOST_PRESSES, Asked, Bounds, read_presses
+from palpate.press.serve.pressed_model import MOST_PRESSES, Asked, Bounds, PressedModel, read_presses
 
 FORCE = np.array([0.0, 0.0, -1.0])
 

@@ -16,8 +16,7 @@ def test_percent(share, text):
 
 
 @pytest.mark.parametrize(
-    ("value", "text"),
-    [(49.292, "49.3 s"), (0.128, "128 ms"), (9e-5, "90 µs"), (1.0, "1 s"), (1234.0, "1230 s")],
+    ("value", "text"), [(49.292, "49.3 s"), (0.128, "128 ms"), (9e-5, "90 µs"), (1.0, "1 s"), (1234.0, "1230 s")]
 )
 def test_seconds(value, text):
     assert words.seconds(value).replace("\u00a0", " ") == text

@@ -295,14 +295,6 @@ def test_what_is_wrong_with_a_body_is_said(smoke, body, said):
     assert refusal(smoke).startswith(f"bodies.new{said}")
 
 
-@pytest.fixture
-def trading(smoke) -> dict:
-    """Return the settings of the liver pressed, some models asked, and nothing else."""
-    keys = ("seed", "bodies", "regimes", "solver", "timing")
-    asked = {"bodies": ["liver"], "models": ["fem_p1", "fem_p2", "detail_correction"], "own_models": {}}
-    return {key: smoke[key] for key in keys} | {"tradeoff": asked}
-
-
 @pytest.mark.parametrize(
     ("changes", "said"),
     [

@@ -1,16 +1,5 @@
 """The trade-off is planned a family of models at a time."""
 
-import pytest
-
-TRADEOFF = {"bodies": ["liver"], "models": ["fem_p1", "fem_p2", "detail_correction"], "own_models": {}}
-
-
-@pytest.fixture
-def trading(smoke) -> dict:
-    """Return the settings of the liver pressed, some models asked, and nothing else."""
-    keys = ("seed", "bodies", "regimes", "solver", "timing")
-    return {key: smoke[key] for key in keys} | {"tradeoff": dict(TRADEOFF)}
-
 
 def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, trading):
     jobs = plan(tmp_path, write_config(trading), "tradeoff")

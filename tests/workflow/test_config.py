@@ -31,10 +31,6 @@ def objects(schema):
             yield from objects(value)
 
 
-def test_the_schema_is_one():
-    Draft202012Validator.check_schema(SCHEMA)
-
-
 def both(given: dict, default: dict, place: str = "") -> Iterator[tuple[str, object, object]]:
     """Yield each setting that has a default and is given, too: its key, what is given, and the default."""
     for key in given.keys() & default.keys():
@@ -73,7 +69,8 @@ def test_every_study_has_settings_and_a_block_in_the_shipped_settings():
     assert {path.parent.name for path in (ROOT / "src/palpate/studies").glob("*/settings.py")} == set(STUDIES)
 
 
-def test_every_key_is_described_and_every_block_closed():
+def test_the_schema_is_one_in_which_every_key_is_described_and_every_block_closed():
+    Draft202012Validator.check_schema(SCHEMA)
     for schema in objects(SCHEMA):
         for key, inner in schema.get("properties", {}).items():
             assert inner.get("description") or SCHEMA["$defs"][inner["$ref"].split("/")[-1]]["description"], key
@@ -110,7 +107,6 @@ def put(settings: dict, place: str, value: object) -> None:
     ("place", "value", "said"),
     [
         ("sed", 1, "the file has an unknown key sed; did you mean seed?"),
-        ("enrichmnt", {}, "the file has an unknown key enrichmnt; did you mean enrichment?"),
         ("bodies.liver.poison", 0.3, " has an unknown key poison; did you mean poisson?"),
         ("bodies.liver.poisson", 0.5, "bodies.liver.poisson is 0.5, but must be below 0.5 (Poisson's ratio)."),
         ("bodies.liver.young_pa", -1, ".young_pa is -1, but must be above 0 (Young's modulus [Pa])."),
@@ -160,10 +156,8 @@ def test_what_is_wrong_is_said(smoke, place, value, said):
 
 def test_a_finger_wider_than_the_body_is_refused_before_the_run(whole):
     wide = whole | {"regimes": {"small": {"peak_of_size": 0.03, "radius_m": 12}}}
-    with pytest.raises(
-        InputError, match=r"regimes\.small presses liver with a disc of radius_m 12, and the whole body"
-    ):
-        complete(wide, ROOT / "tests/smoke/config.yaml")
+    said = "regimes.small presses liver with a disc of radius_m 12, and the whole body"
+    assert refusal(wide, ROOT / "tests/smoke/config.yaml").startswith(said)
 
 
 def test_a_study_is_checked_for_who_asks_for_it(smoke):
@@ -215,7 +209,6 @@ def test_what_is_wrong_with_instruments_is_said(tools, said):
     [
         ("body", "livr", " names the body livr, which is not under bodies; did you mean liver?"),
         ("effects", "all", ".effects is 'all'; write auto, or a list"),
-        ("gravity", {"g": 1}, ".gravity has an unknown key g"),
         ("own", {"wind": "wind.py"}, ".own.wind is wind.py, where there is no file"),
         ("effects", ["corotationl"], ".effects names corotationl, which is unknown; did you mean coro"),
         ("effects", ["corotational", "push"], ".effects names push, and the scene does not describe it"),
@@ -277,7 +270,6 @@ def test_a_body_without_samples_needs_no_refinement(smoke):
         (BAR | {"regions": {"a": {"young_pa": 1e5}}}, ".regions.a needs exactly one of tag, sphere and label"),
         (BAR | {"regions": {"a": {"young_pa": 1e5, "tag": 1, "sphere": SPHERE}}}, ".regions.a needs exactly one of"),
         (CLOTH | SAMPLES, " has an unknown key magnitudes"),
-        (CLOTH | {"refinements": 1}, " has an unknown key refinements"),
         (CLOTH | {"thickness_m": 0.0}, ".thickness_m is 0.0, but must be above 0"),
         (BAR | {"sizes_m": [0.3, 0.1]}, ".sizes_m is [0.3, 0.1], but must have at least 3 entries"),
         (CT | {"image": "none.nii.gz"}, ".image is none.nii.gz, where there is no file; give a path"),
@@ -319,7 +311,6 @@ def test_what_is_wrong_with_a_body_is_said(smoke, body, said):
         ({"presses": [{"magnitude": 1, "tilt_degrees": 60}]}, ".presses[0].tilt_degrees is 60, but must be at most 45"),
         ({"own_models": {"detail_correction": "mine.py"}}, " names detail_correction, which palpate uses itself"),
         ({"own_models": {"mine": "nowhere.py"}}, ".own_models.mine is nowhere.py, where there is no file"),
-        ({"budget": 2}, " has an unknown key budget; did you mean budget_s?"),
         ({"advice": {"budgets_ms": []}}, ".advice.budgets_ms"),
         ({"budget_s": 0}, ".budget_s is 0, but must be above 0"),
     ],
@@ -363,7 +354,6 @@ FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}, "eff
 )
 def test_scenes_that_models_cannot_be_compared_in_are_said(scene, asked, said):
     settings = {"bodies": {"bar": small_scene.BAR | {"poisson": 0.3}}}
-    settings |= {"scenes": {"mine": small_scene.SCENE | {"body": "bar"} | scene}, "dynamic": {"scenes": asked}}
-    if asked is None:
-        settings["dynamic"] = {}
+    settings |= {"scenes": {"mine": small_scene.SCENE | {"body": "bar"} | scene}}
+    settings |= {"dynamic": {} if asked is None else {"scenes": asked}}
     assert refusal(settings).startswith(f"dynamic{said}")

@@ -10,21 +10,8 @@ import palpate
 
 ROOT = Path(palpate.__file__).parent
 DOCS = Path(__file__).parents[1] / "docs"
-ORDER = [
-    "linalg",
-    "bodies",
-    "effects",
-    "solvers",
-    "collision",
-    "scenes",
-    "benchmark",
-    "models",
-    "report",
-    "run",
-    "press",
-    "studies",
-    "init",
-]
+ORDER = ["linalg", "bodies", "effects", "solvers", "collision", "scenes", "benchmark", "models"]
+ORDER += ["report", "run", "press", "studies", "init"]
 """The packages; each imports from those before it only."""
 
 

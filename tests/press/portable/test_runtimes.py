@@ -186,14 +186,8 @@ def test_javascript_refuses_what_is_no_press(node, made_up, tmp_path):
 def test_javascript_refuses_what_is_no_model(node, made_up, tmp_path):
     data = made_up.data
     named = {"body": "a", "regime": "b", "model": "c", "error": "d"}
-    wrong = {
-        "unnamed": headed(data, {}),
-        "sizeless": headed(data, named),
-        "short": data[:-5],
-        "empty": b"",
-        "other": b"text" * 99,
-        "flipped": data[:-9] + b"\1" + data[-8:],
-    }
+    wrong = {"unnamed": headed(data, {}), "sizeless": headed(data, named), "short": data[:-5], "empty": b""}
+    wrong |= {"other": b"text" * 99, "flipped": data[:-9] + b"\1" + data[-8:]}
     for name, each in wrong.items():
         (tmp_path / name).write_bytes(each)
     said = node(REFUSE, *(tmp_path / name for name in wrong)).splitlines()

@@ -86,8 +86,8 @@ def _json(turnable: Turnable) -> str:
     low = turnable.positions.min(axis=(0, 1))
     size = float((turnable.positions.max(axis=(0, 1)) - low).max())
     places = np.round((turnable.positions - low) * (_STEPS / size)).astype(np.int32)
-    moved, triangles = _changes(places).astype(np.int16), turnable.triangles.astype(np.uint32)
-    body = b"".join(map(_planes, (moved, triangles, _changes(turnable.shades))))
+    body = _planes(_changes(places).astype(np.int16)) + _planes(turnable.triangles.astype(np.uint32))
+    body += _planes(_changes(turnable.shades))
     frames, vertices, _ = places.shape
     view = turnable.view
     head = {

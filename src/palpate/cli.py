@@ -57,9 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     press.add_argument("--no-browser", action="store_true", help="print the address only")
     press.set_defaults(act=_press)
     advise = commands.add_parser("advise", help="which model to take, its error, and its time")
-    advise.add_argument(
-        "--scene", type=_scene, help="a body and a regime of loads, such as liver_small, or one that moves; or all"
-    )
+    advise.add_argument("--scene", help="a body and a regime of loads, such as liver_small, or one that moves; or all")
     limit = advise.add_mutually_exclusive_group()
     limit.add_argument(
         "--budget-ms", type=_positive, help="time for one answer, or one step [ms]: 16.7 for 60 pictures a second"
@@ -181,11 +179,6 @@ def _count(text: str) -> int:
     return int(text)
 
 
-def _scene(word: str) -> str | None:
-    """Return the name of a scene, or None for all."""
-    return None if word == "all" else word
-
-
 def _positive(text: str) -> float:
     try:
         value = float(text)
@@ -206,11 +199,11 @@ def _share(text: str) -> float:
 def _advise(asked: argparse.Namespace) -> str:
     from palpate.run.advise import advise, advise_any_load, check
 
-    results = Path(asked.results)
+    results, scene = Path(asked.results), None if asked.scene == "all" else asked.scene
     if asked.check:
-        return check(results, asked.scene)
+        return check(results, scene)
     if asked.load is not None:
-        return advise_any_load(results, asked.scene, asked.load, asked.budget_ms, asked.max_error, asked.error)
+        return advise_any_load(results, scene, asked.load, asked.budget_ms, asked.max_error, asked.error)
     given = {"budgets_ms": asked.budget_ms, "max_errors": asked.max_error, "speeds": asked.speed}
     limits = {name: [value] for name, value in given.items() if value is not None}
-    return advise(results, asked.scene, limits, asked.error)
+    return advise(results, scene, limits, asked.error)

@@ -89,10 +89,6 @@ def edited(finished, monkeypatch):
     return rules
 
 
-def test_nothing_is_left_to_do(after):
-    assert after() == {}
-
-
 @pytest.mark.parametrize(
     ("change", "again", "kept"),
     [

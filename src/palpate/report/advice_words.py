@@ -45,7 +45,7 @@ def lines(advice: pd.Series, rows: pd.DataFrame | None = None) -> str:
             "error": f"{percent(error_of(advice))} {WHERE[advice['error']]} on average "
             f"({interval(advice)} in 90 % of draws of the test contacts); {other}",
             "bound": bounded(advice),
-            "rejected": answered_without_truth(advice["rejected_answered"], advice["rejected"]),
+            "rejected": answered_without_truth(advice),
             "time": f"{seconds(advice['online_median_s'])} an answer (median), {p95}, "
             f"{seconds(advice['online_max_s'])} for the slowest press, {here}",
         }
@@ -124,15 +124,14 @@ def cell(advice: pd.Series) -> str:
     bound = f"nine in ten below {percent(advice['bound_of_peak'])}, " if advice["bound_of_peak"] > 0 else ""
     rests = f"{bound}{advice['contacts']:.0f} contacts, {advice['presses']:.0f} presses"
     time = f"{seconds(advice['online_median_s'])} (slowest press {seconds(advice['online_max_s'])})"
-    lost = answered_without_truth(advice["rejected_answered"], advice["rejected"])
+    lost = answered_without_truth(advice)
     return f"{percent(error_of(advice))} ({rests}) in {time}; {spent(advice)}{f'; {lost}' if lost else ''}"
 
 
-def answered_without_truth(answered: float, rejected: float) -> str:
-    """Say how many of the presses whose truth was ``rejected`` a setting answered; nothing where none was."""
-    if not rejected > 0:
-        return ""
-    return f"{answered:.0f} of {rejected:.0f} presses without a truth answered without a doubt"
+def answered_without_truth(advice: pd.Series) -> str:
+    """Say how many of the presses whose truth was rejected a setting answered; nothing where none was."""
+    answered, rejected = advice["rejected_answered"], advice["rejected"]
+    return f"{answered:.0f} of {rejected:.0f} presses without a truth answered without a doubt" if rejected > 0 else ""
 
 
 def spent(advice: pd.Series) -> str:

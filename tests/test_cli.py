@@ -111,12 +111,6 @@ def test_without_a_limit_the_advice_of_the_run_is_listed(capsys, trade_off_folde
     assert "--scene mine is not in" in capsys.readouterr().err
 
 
-def test_none_is_an_answer(capsys, trade_off_folder):
-    code, text = said(capsys, trade_off_folder, "--budget-ms", "0.001", "--scene", "own_large")
-    assert code == 0
-    assert text.startswith("own_large, within 0.001 ms: none\n  because   the fastest setting, linear_fem, takes")
-
-
 @pytest.mark.parametrize(
     ("words", "wrong"),
     [

@@ -116,11 +116,7 @@ def put(settings: dict, place: str, value: object) -> None:
         ("bodies.liver.kind", "livr", ".kind is 'livr', but must be one of cylinder, liver, file"),
         ("bodies.My Liver", {}, "bodies has an entry 'My Liver'; name it in lower-case letters"),
         ("bodies.liver.anchors.nodes", [1], "bodies.liver.anchors is {"),
-        (
-            "tradeoff",
-            {"settings": {"coarse_answers": ["linear", "4 iteration"]}},
-            "coarse_answers[1] is '4 iteration'; give linear, 1 iteration, 4 iterations, loose, or",
-        ),
+        ("tradeoff", {"settings": {"coarse_answers": ["4 iter"]}}, "'4 iter'; give linear, 1 iteration, 4 iterations"),
         ("bodies.liver.law", "rubber", ".law is 'rubber'; give corotational, stable_neo_hookean, neo"),
         ("tradeoff", {"advice": {"max_errors": [5]}}, "tradeoff.advice.max_errors[0] is 5, but must be below 1"),
         ("regimes.small.pressure_of_young", 5, ".pressure_of_young is 5, but must be at most 1 (High"),
@@ -132,11 +128,7 @@ def put(settings: dict, place: str, value: object) -> None:
         ("bodies.liver.young_pa", "3 kPa", " is the text '3 kPa'; write the number alone, in the"),
         ("bodies.liver.young_pa", "3,5", " is the text '3,5'; write the number with a point, 3.5"),
         ("bodies.liver.young_pa", "3,000", "; write the number without separators, 3000, or 3.000 if the comma is a"),
-        (
-            "bodies.liver.length_m",
-            200,
-            ".length_m makes a body 200 m long, and bodies are 0.002 to 5 m long here; give",
-        ),
+        ("bodies.liver.length_m", 200, ".length_m makes a body 200 m long, and bodies are 0.002 to 5 m long here"),
         ("scenes.poke.step_s", 5, ".step_s is 5, and push.loads[0] lasts"),
         ("bodies.liver.train", 8.5, ".train is 8.5, but must be a whole number (Paper 1's samples"),
         ("solver", [1e-8], "solver is [1e-08], but must be a block of keys (Newton's method for static"),
@@ -292,10 +284,7 @@ def test_what_is_wrong_with_a_body_is_said(smoke, body, said):
     [
         ({"models": ["fem_p2", "fem_p3"]}, " names fem_p3, which is unknown; did you mean fem_p"),
         ({"models": ["detail_correction"]}, ".models lacks fem_p2"),
-        (
-            {"settings": {"cascade": {"stages": [{"model": "linear_fm"}]}}},
-            ".settings.cascade.stages names linear_fm, which is unknown; did you mean linear_fem?",
-        ),
+        ({"settings": {"cascade": {"stages": [{"model": "linear_fm"}]}}}, ".settings.cascade.stages names linear_fm"),
         ({"bodies": ["livr"]}, " names livr, which is unknown; did you mean liver?"),
         ({"bodies": ["bar"]}, " names bar, which is not refined; give it refinements of at least 1."),
         ({"in_depth": ["bar"]}, ".in_depth names bar, which is unknown; "),

@@ -10,21 +10,8 @@ import palpate
 
 ROOT = Path(palpate.__file__).parent
 DOCS = Path(__file__).parents[1] / "docs"
-ORDER = [
-    "linalg",
-    "bodies",
-    "effects",
-    "solvers",
-    "collision",
-    "scenes",
-    "benchmark",
-    "models",
-    "report",
-    "run",
-    "press",
-    "studies",
-    "init",
-]
+ORDER = ["linalg", "bodies", "effects", "solvers", "collision", "scenes", "benchmark", "models"]
+ORDER += ["report", "run", "press", "studies", "init"]
 """The packages; each imports from those before it only."""
 
 
@@ -64,9 +51,3 @@ def test_every_package_has_its_place():
     assert packages == set(ORDER)
     page = (DOCS / "architecture.md").read_text(encoding="utf-8")
     assert [name for name in packages if f"| `{name}/` |" not in page] == []
-
-
-def test_links_lead_somewhere():
-    page = (DOCS / "architecture.md").read_text(encoding="utf-8")
-    names = {piece.split(")")[0] for piece in page.split("](")[1:]}
-    assert [name for name in sorted(names) if not (DOCS / name).is_file()] == []

@@ -1,4 +1,4 @@
-"""What a file of settings may hold, and the sentence for what it may not."""
+"""What a file of settings may hold, and the sentence for what it may not; its files are found from everywhere."""
 
 import re
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError
 from palpate.run.settings_file import read_settings
 
@@ -75,3 +76,9 @@ def test_what_is_no_file_is_one_sentence(tmp_path, monkeypatch, name, said):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match=f"^{re.escape(said)}"):
         read_settings(Path(name))
+
+
+def test_paths_are_of_the_folder_of_the_settings():
+    given = {"kind": "file", "path": "../organ.stl", "image": None, "law": "own/law.py"}
+    assert paths_of_body(given, Path("/a/b")) == {"path": "/a/organ.stl", "law": "/a/b/own/law.py"}
+    assert paths_of_body({"kind": "liver", "law": "corotational"}, Path("/a")) == {}

@@ -49,14 +49,15 @@ def _parser() -> argparse.ArgumentParser:
     _add_data(tried)
     tried.set_defaults(act=_try)
     press = commands.add_parser("press", help="open a body of a finished run in the browser, to be pressed")
-    _add_run(press)
+    press.add_argument("--scene", help="a body and a regime of loads, such as liver_small; else the run's first")
+    press.add_argument("--config", type=Path, metavar="FILE", help="settings of the run (config.yaml)")
+    press.add_argument("--results", type=Path, metavar="DIR", help="folder that make has filled; else beside them")
+    press.add_argument("--model", help="the model that answers; else those that answer anywhere")
     press.add_argument("--port", type=_port, default=0, help="port of this machine; else any that is free")
     press.add_argument("--no-browser", action="store_true", help="print the address only")
     press.set_defaults(act=_press)
     advise = commands.add_parser("advise", help="which model to take, its error, and its time")
-    advise.add_argument(
-        "--scene", type=_scene, help="a body and a regime of loads, such as liver_small, or one that moves; or all"
-    )
+    advise.add_argument("--scene", help="a body and a regime of loads, such as liver_small, or one that moves; or all")
     limit = advise.add_mutually_exclusive_group()
     limit.add_argument(
         "--budget-ms", type=_positive, help="time for one answer, or one step [ms]: 16.7 for 60 pictures a second"
@@ -107,14 +108,6 @@ def _add_data(command: argparse.ArgumentParser) -> argparse._MutuallyExclusiveGr
     )
     command.add_argument("-o", "--folder", type=Path, help="where to write; else a folder beside the data")
     return parts
-
-
-def _add_run(command: argparse.ArgumentParser) -> None:
-    """Add what says which finished run is meant, and what of it."""
-    command.add_argument("--scene", help="a body and a regime of loads, such as liver_small; else the run's first")
-    command.add_argument("--config", type=Path, metavar="FILE", help="settings of the run (config.yaml)")
-    command.add_argument("--results", type=Path, metavar="DIR", help="folder that make has filled; else beside them")
-    command.add_argument("--model", help="the model that answers; else those that answer anywhere")
 
 
 def _init(asked: argparse.Namespace) -> str:
@@ -186,11 +179,6 @@ def _count(text: str) -> int:
     return int(text)
 
 
-def _scene(word: str) -> str | None:
-    """Return the name of a scene, or None for all."""
-    return None if word == "all" else word
-
-
 def _positive(text: str) -> float:
     try:
         value = float(text)
@@ -211,11 +199,11 @@ def _share(text: str) -> float:
 def _advise(asked: argparse.Namespace) -> str:
     from palpate.run.advise import advise, advise_any_load, check
 
-    results = Path(asked.results)
+    results, scene = Path(asked.results), None if asked.scene == "all" else asked.scene
     if asked.check:
-        return check(results, asked.scene)
+        return check(results, scene)
     if asked.load is not None:
-        return advise_any_load(results, asked.scene, asked.load, asked.budget_ms, asked.max_error, asked.error)
+        return advise_any_load(results, scene, asked.load, asked.budget_ms, asked.max_error, asked.error)
     given = {"budgets_ms": asked.budget_ms, "max_errors": asked.max_error, "speeds": asked.speed}
     limits = {name: [value] for name, value in given.items() if value is not None}
-    return advise(results, asked.scene, limits, asked.error)
+    return advise(results, scene, limits, asked.error)

@@ -1,11 +1,7 @@
-"""An installed Chromium without a window, driven by playwright; no browser is ever downloaded.
-
-To look at a page: ``python tests/report/browser.py results/report.html pictures/``.
-"""
+"""An installed Chromium without a window, driven by playwright; no browser is ever downloaded."""
 
 import os
 import shutil
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -75,27 +71,10 @@ def until(page: Page, condition: str, patience_s: float = 60.0) -> None:
         page.wait_for_timeout(50)
 
 
-def look(file: Path, folder: Path) -> list[str]:
-    """Screenshots of the top of the page (also dark, and on a telephone), of each part and of each view that turns.
-
-    Returns what the page complained of.
-    """
-    complaints = []
-    with started() as browser:
-        for name, device, scheme in (("dark", DESKTOP, "dark"), ("telephone", TELEPHONE, "light")):
-            with visit(browser, file, device, color_scheme=scheme) as visited:
-                visited.page.screenshot(path=folder / f"{name}.png")
-                complaints += visited.complaints
-        with visit(browser, file) as visited:
-            page = visited.page
-            page.screenshot(path=folder / "top.png")
-            for place in page.locator("main > section, .turn").all():
-                name = place.get_attribute("id")
-                place.evaluate("element => element.scrollIntoView({behavior: 'instant'})")
-                page.wait_for_timeout(600)
-                page.screenshot(path=folder / f"{name}.png")
-            return complaints + visited.complaints
-
-
-if __name__ == "__main__":
-    print(*look(Path(sys.argv[1]), Path(sys.argv[2])), sep="\n")
+def drag(page: Page, x: float, y: float, *ways: tuple[float, float]) -> None:
+    """Press the mouse at a pixel, move it so far from there, one way after the other, and let go."""
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for right, down in ways:
+        page.mouse.move(x + right, y + down)
+    page.mouse.up()

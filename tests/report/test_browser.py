@@ -87,16 +87,6 @@ def seen(page, selector):
     return page.locator(f"{selector} canvas").evaluate(LOOK)
 
 
-def drag(page, selector, right, down):
-    """Take the middle of an element with the mouse and pull it [pixel]."""
-    box = page.locator(selector).bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x + right, y + down)
-    page.mouse.up()
-
-
 def column(page, table, number):
     return page.locator(f"{table} tbody tr > :nth-child({number + 1})").all_text_contents()
 
@@ -116,7 +106,8 @@ def test_what_a_page_complains_of_and_asks_for_is_noticed(browser, tmp_path):
 def test_views_are_drawn_and_turn(page):
     covered, before = seen(page, VIEW)
     assert 0.05 < covered < 0.9
-    drag(page, f"{VIEW} canvas", 90, 10)
+    box = page.locator(f"{VIEW} canvas").bounding_box()
+    chromium.drag(page, box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, (90, 10))
     dragged = seen(page, VIEW)[1]
     assert dragged != before
     page.focus(f"{VIEW} canvas")
@@ -150,19 +141,18 @@ def test_a_method_and_a_sample_are_chosen(page):
 
 
 def test_tables_sort_by_keyboard_and_come_back(page):
-    table = CLAIMS
     page.locator(f"{CLAIMS} summary").first.click()
-    original = column(page, table, 5)
+    original = column(page, CLAIMS, 5)
     assert original
-    page.locator(f"{table} th button").nth(5).focus()
+    page.locator(f"{CLAIMS} th button").nth(5).focus()
     page.keyboard.press("Enter")
-    assert column(page, table, 5) == sorted(original)
-    assert page.locator(f"{table} th").nth(5).get_attribute("aria-sort") == "ascending"
+    assert column(page, CLAIMS, 5) == sorted(original)
+    assert page.locator(f"{CLAIMS} th").nth(5).get_attribute("aria-sort") == "ascending"
     page.keyboard.press("Enter")
-    assert column(page, table, 5) == sorted(original, reverse=True)
+    assert column(page, CLAIMS, 5) == sorted(original, reverse=True)
     page.keyboard.press("Enter")
-    assert column(page, table, 5) == original
-    assert page.locator(f"{table} [aria-sort]").count() == 0
+    assert column(page, CLAIMS, 5) == original
+    assert page.locator(f"{CLAIMS} [aria-sort]").count() == 0
 
 
 def test_times_sort_by_what_they_are_and_nothing_stays_last(page):

@@ -122,11 +122,6 @@ def test_scenes_give_each_decision_and_cost(page):
     assert "750 µs" in press and "75 %" in press and "9.81" not in press
 
 
-def test_a_scene_without_rows_is_named(results_folder):
-    with pytest.raises(InputError, match="has no rows of the scene drape"):
-        written(results_folder, scenes=["drape"])
-
-
 def test_masses_from_ct_are_given(page):
     text = " ".join(re.sub("<[^>]+>", " ", page.replace("\u00a0", " ")).split())
     assert re.search(r"masses within 2 % of the voxels", text) and re.search(r"0.1 % from 6,?000 elements on", text)
@@ -134,9 +129,16 @@ def test_masses_from_ct_are_given(page):
     assert "1070.0 mL, smallest dihedral angle 9.5°" in text
 
 
-def test_a_body_from_ct_without_rows_is_named(results_folder):
-    with pytest.raises(InputError, match=r"mesh_quality\.csv has no rows of the body brain"):
-        written(results_folder, cts=["brain"])
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"scenes": ["drape"]}, "has no rows of the scene drape"),
+        ({"cts": ["brain"]}, r"mesh_quality\.csv .* body brain"),
+    ],
+)
+def test_a_scene_or_a_body_from_ct_without_rows_is_named(results_folder, asked, said):
+    with pytest.raises(InputError, match=said):
+        written(results_folder, **asked)
 
 
 def test_shows_the_papers_numbers_beside_those_of_the_run(page):

@@ -91,17 +91,10 @@ def test_the_same_surface_gives_the_same_bytes(sagging, tmp_path):
 def test_a_large_motion_loses_frames_and_not_its_ends(tmp_path):
     rng = np.random.default_rng(0)
     positions = rng.uniform(size=(60, 6000, 3))
-    times = np.linspace(0, 2, 60).tolist()
-    norm = Normalize(0, 1)
-    large = turnable.Turnable(
-        render.View(np.eye(3), np.zeros(3), 1.0, 1.0),
-        positions,
-        np.arange(6000).reshape(-1, 3),
-        turnable.shades(positions[..., 0], norm),
-        2000,
-        turnable.legend("", norm, "YlOrRd"),
-        {"times_s": times, "start": 30},
-    )
+    times, norm = np.linspace(0, 2, 60).tolist(), Normalize(0, 1)
+    view, triangles = render.View(np.eye(3), np.zeros(3), 1.0, 1.0), np.arange(6000).reshape(-1, 3)
+    shades, legend = turnable.shades(positions[..., 0], norm), turnable.legend("", norm, "YlOrRd")
+    large = turnable.Turnable(view, positions, triangles, shades, 2000, legend, {"times_s": times, "start": 30})
     turnable.write(large, tmp_path / "large.json")
     head, found, _, _ = unpacked(tmp_path / "large.json")
     kept = head["frames"]["times_s"]

@@ -57,6 +57,8 @@ def test_a_job_keeps_what_it_warns_of_and_forgets_it_when_it_no_longer_does(tmp_
         for text in ("the organ\nis cut", "a piece is dropped", "a piece is dropped"):
             warnings.warn(text, stacklevel=1)
     assert load_warnings([warned]) == ["the organ is cut", "a piece is dropped"]
+    save_warnings(["a piece is dropped", "more"], tmp_path / "other.txt")
+    assert load_warnings([warned, tmp_path / "other.txt"]) == ["the organ is cut", "a piece is dropped", "more"]
     assert warnings_in_logs([log, log, tmp_path / "none.log"]) == load_warnings([warned])
     with job(str(log), str(warned)):
         pass
@@ -69,12 +71,6 @@ def test_a_failed_job_leaves_no_file_of_warnings(tmp_path):
         raise InputError("no")
     assert not (tmp_path / "warned.txt").exists()
     assert warnings_in_logs([tmp_path / "a.log"]) == ["careful"]
-
-
-def test_each_is_kept_once_over_all_jobs(tmp_path):
-    save_warnings(["a", "b"], tmp_path / "1")
-    save_warnings(["b", "c"], tmp_path / "2")
-    assert load_warnings([tmp_path / "1", tmp_path / "2"]) == ["a", "b", "c"]
 
 
 def test_bad_input_is_one_sentence_on_the_terminal_and_in_the_log(tmp_path, capfd):

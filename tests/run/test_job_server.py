@@ -39,11 +39,7 @@ def begin(text, **more):
     script = Path("script.py").absolute()
     script.write_text(text)
     return subprocess.Popen(
-        [sys.executable, "-IS", CLIENT, script],
-        text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        **more,
+        [sys.executable, "-IS", CLIENT, script], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **more
     )
 
 

@@ -16,7 +16,7 @@ from palpate.errors import InputError
 from palpate.files import read_hdf5, write_whole
 from palpate.run import system_faults
 from palpate.run.leftovers import remove_leftovers
-from palpate.run.system_faults import of_error, of_exit, of_text
+from palpate.run.system_faults import of_error, of_exit
 
 FULL = "no space is left on the disk of results; free some and type make to go on."
 
@@ -40,11 +40,6 @@ FULL = "no space is left on the disk of results; free some and type make to go o
 def test_what_the_machine_refuses_is_told_from_a_fault(error, said):
     found = of_error(error, "results")
     assert found.startswith(said) and bool(found) == bool(said)
-
-
-def test_a_read_only_folder_is_found_in_a_traceback():
-    text = "Traceback ...\n  File x\nPermissionError: [Errno 13] Permission denied: '/data/results'"
-    assert of_text(text).startswith("/data/results cannot be written to; change who may write there")
 
 
 def test_how_a_process_ended_says_why(tmp_path):

@@ -116,6 +116,14 @@ def smoke(whole) -> dict:
 
 
 @pytest.fixture
+def trading(smoke) -> dict:
+    """Return the settings of the liver pressed, some models asked, and nothing else."""
+    keys = ("seed", "bodies", "regimes", "solver", "timing")
+    asked = {"bodies": ["liver"], "models": ["fem_p1", "fem_p2", "detail_correction"], "own_models": {}}
+    return {key: smoke[key] for key in keys} | {"tradeoff": asked}
+
+
+@pytest.fixture
 def write_config(tmp_path) -> Callable[[dict], Path]:
     """Write settings to a file of the test's own."""
 

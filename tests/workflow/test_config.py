@@ -31,10 +31,6 @@ def objects(schema):
             yield from objects(value)
 
 
-def test_the_schema_is_one():
-    Draft202012Validator.check_schema(SCHEMA)
-
-
 def both(given: dict, default: dict, place: str = "") -> Iterator[tuple[str, object, object]]:
     """Yield each setting that has a default and is given, too: its key, what is given, and the default."""
     for key in given.keys() & default.keys():
@@ -73,7 +69,8 @@ def test_every_study_has_settings_and_a_block_in_the_shipped_settings():
     assert {path.parent.name for path in (ROOT / "src/palpate/studies").glob("*/settings.py")} == set(STUDIES)
 
 
-def test_every_key_is_described_and_every_block_closed():
+def test_the_schema_is_one_in_which_every_key_is_described_and_every_block_closed():
+    Draft202012Validator.check_schema(SCHEMA)
     for schema in objects(SCHEMA):
         for key, inner in schema.get("properties", {}).items():
             assert inner.get("description") or SCHEMA["$defs"][inner["$ref"].split("/")[-1]]["description"], key
@@ -110,7 +107,6 @@ def put(settings: dict, place: str, value: object) -> None:
     ("place", "value", "said"),
     [
         ("sed", 1, "the file has an unknown key sed; did you mean seed?"),
-        ("enrichmnt", {}, "the file has an unknown key enrichmnt; did you mean enrichment?"),
         ("bodies.liver.poison", 0.3, " has an unknown key poison; did you mean poisson?"),
         ("bodies.liver.poisson", 0.5, "bodies.liver.poisson is 0.5, but must be below 0.5 (Poisson's ratio)."),
         ("bodies.liver.young_pa", -1, ".young_pa is -1, but must be above 0 (Young's modulus [Pa])."),
@@ -120,11 +116,7 @@ def put(settings: dict, place: str, value: object) -> None:
         ("bodies.liver.kind", "livr", ".kind is 'livr', but must be one of cylinder, liver, file"),
         ("bodies.My Liver", {}, "bodies has an entry 'My Liver'; name it in lower-case letters"),
         ("bodies.liver.anchors.nodes", [1], "bodies.liver.anchors is {"),
-        (
-            "tradeoff",
-            {"settings": {"coarse_answers": ["linear", "4 iteration"]}},
-            "coarse_answers[1] is '4 iteration'; give linear, 1 iteration, 4 iterations, loose, or",
-        ),
+        ("tradeoff", {"settings": {"coarse_answers": ["4 iter"]}}, "'4 iter'; give linear, 1 iteration, 4 iterations"),
         ("bodies.liver.law", "rubber", ".law is 'rubber'; give corotational, stable_neo_hookean, neo"),
         ("tradeoff", {"advice": {"max_errors": [5]}}, "tradeoff.advice.max_errors[0] is 5, but must be below 1"),
         ("regimes.small.pressure_of_young", 5, ".pressure_of_young is 5, but must be at most 1 (High"),
@@ -136,11 +128,7 @@ def put(settings: dict, place: str, value: object) -> None:
         ("bodies.liver.young_pa", "3 kPa", " is the text '3 kPa'; write the number alone, in the"),
         ("bodies.liver.young_pa", "3,5", " is the text '3,5'; write the number with a point, 3.5"),
         ("bodies.liver.young_pa", "3,000", "; write the number without separators, 3000, or 3.000 if the comma is a"),
-        (
-            "bodies.liver.length_m",
-            200,
-            ".length_m makes a body 200 m long, and bodies are 0.002 to 5 m long here; give",
-        ),
+        ("bodies.liver.length_m", 200, ".length_m makes a body 200 m long, and bodies are 0.002 to 5 m long here"),
         ("scenes.poke.step_s", 5, ".step_s is 5, and push.loads[0] lasts"),
         ("bodies.liver.train", 8.5, ".train is 8.5, but must be a whole number (Paper 1's samples"),
         ("solver", [1e-8], "solver is [1e-08], but must be a block of keys (Newton's method for static"),
@@ -160,10 +148,8 @@ def test_what_is_wrong_is_said(smoke, place, value, said):
 
 def test_a_finger_wider_than_the_body_is_refused_before_the_run(whole):
     wide = whole | {"regimes": {"small": {"peak_of_size": 0.03, "radius_m": 12}}}
-    with pytest.raises(
-        InputError, match=r"regimes\.small presses liver with a disc of radius_m 12, and the whole body"
-    ):
-        complete(wide, ROOT / "tests/smoke/config.yaml")
+    said = "regimes.small presses liver with a disc of radius_m 12, and the whole body"
+    assert refusal(wide, ROOT / "tests/smoke/config.yaml").startswith(said)
 
 
 def test_a_study_is_checked_for_who_asks_for_it(smoke):
@@ -215,7 +201,6 @@ def test_what_is_wrong_with_instruments_is_said(tools, said):
     [
         ("body", "livr", " names the body livr, which is not under bodies; did you mean liver?"),
         ("effects", "all", ".effects is 'all'; write auto, or a list"),
-        ("gravity", {"g": 1}, ".gravity has an unknown key g"),
         ("own", {"wind": "wind.py"}, ".own.wind is wind.py, where there is no file"),
         ("effects", ["corotationl"], ".effects names corotationl, which is unknown; did you mean coro"),
         ("effects", ["corotational", "push"], ".effects names push, and the scene does not describe it"),
@@ -277,7 +262,6 @@ def test_a_body_without_samples_needs_no_refinement(smoke):
         (BAR | {"regions": {"a": {"young_pa": 1e5}}}, ".regions.a needs exactly one of tag, sphere and label"),
         (BAR | {"regions": {"a": {"young_pa": 1e5, "tag": 1, "sphere": SPHERE}}}, ".regions.a needs exactly one of"),
         (CLOTH | SAMPLES, " has an unknown key magnitudes"),
-        (CLOTH | {"refinements": 1}, " has an unknown key refinements"),
         (CLOTH | {"thickness_m": 0.0}, ".thickness_m is 0.0, but must be above 0"),
         (BAR | {"sizes_m": [0.3, 0.1]}, ".sizes_m is [0.3, 0.1], but must have at least 3 entries"),
         (CT | {"image": "none.nii.gz"}, ".image is none.nii.gz, where there is no file; give a path"),
@@ -295,23 +279,12 @@ def test_what_is_wrong_with_a_body_is_said(smoke, body, said):
     assert refusal(smoke).startswith(f"bodies.new{said}")
 
 
-@pytest.fixture
-def trading(smoke) -> dict:
-    """Return the settings of the liver pressed, some models asked, and nothing else."""
-    keys = ("seed", "bodies", "regimes", "solver", "timing")
-    asked = {"bodies": ["liver"], "models": ["fem_p1", "fem_p2", "detail_correction"], "own_models": {}}
-    return {key: smoke[key] for key in keys} | {"tradeoff": asked}
-
-
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
         ({"models": ["fem_p2", "fem_p3"]}, " names fem_p3, which is unknown; did you mean fem_p"),
         ({"models": ["detail_correction"]}, ".models lacks fem_p2"),
-        (
-            {"settings": {"cascade": {"stages": [{"model": "linear_fm"}]}}},
-            ".settings.cascade.stages names linear_fm, which is unknown; did you mean linear_fem?",
-        ),
+        ({"settings": {"cascade": {"stages": [{"model": "linear_fm"}]}}}, ".settings.cascade.stages names linear_fm"),
         ({"bodies": ["livr"]}, " names livr, which is unknown; did you mean liver?"),
         ({"bodies": ["bar"]}, " names bar, which is not refined; give it refinements of at least 1."),
         ({"in_depth": ["bar"]}, ".in_depth names bar, which is unknown; "),
@@ -327,7 +300,6 @@ def trading(smoke) -> dict:
         ({"presses": [{"magnitude": 1, "tilt_degrees": 60}]}, ".presses[0].tilt_degrees is 60, but must be at most 45"),
         ({"own_models": {"detail_correction": "mine.py"}}, " names detail_correction, which palpate uses itself"),
         ({"own_models": {"mine": "nowhere.py"}}, ".own_models.mine is nowhere.py, where there is no file"),
-        ({"budget": 2}, " has an unknown key budget; did you mean budget_s?"),
         ({"advice": {"budgets_ms": []}}, ".advice.budgets_ms"),
         ({"budget_s": 0}, ".budget_s is 0, but must be above 0"),
     ],
@@ -371,7 +343,6 @@ FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}, "eff
 )
 def test_scenes_that_models_cannot_be_compared_in_are_said(scene, asked, said):
     settings = {"bodies": {"bar": small_scene.BAR | {"poisson": 0.3}}}
-    settings |= {"scenes": {"mine": small_scene.SCENE | {"body": "bar"} | scene}, "dynamic": {"scenes": asked}}
-    if asked is None:
-        settings["dynamic"] = {}
+    settings |= {"scenes": {"mine": small_scene.SCENE | {"body": "bar"} | scene}}
+    settings |= {"dynamic": {} if asked is None else {"scenes": asked}}
     assert refusal(settings).startswith(f"dynamic{said}")

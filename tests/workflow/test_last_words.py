@@ -1,6 +1,7 @@
 """What goes wrong in a run is one sentence, last on the terminal, and the next run goes on."""
 
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -35,11 +36,22 @@ def last(run, tmp_path, sagging):
 
 
 def test_a_run_names_its_jobs_and_counts_them(run, tmp_path, sagging):
-    done = run(tmp_path, sagging, "--", BODY)
-    assert done.stdout.splitlines()[1].startswith("1 job to do: about a minute on 2 cores")
-    assert done.stdout.splitlines()[2:] == ["1 of 1: make body (bar)"]
-    done = run(tmp_path, sagging, "--", BODY)
-    assert done.stdout.splitlines()[1:] == ["everything is up to date"]
+    _, cost, *jobs = run(tmp_path, sagging, "--", BODY).stdout.splitlines()
+    assert cost.startswith("1 job to do: about a minute on 2 cores of this machine, up to 0.3 GB")
+    assert jobs == ["1 of 1: make body (bar)"]
+    assert run(tmp_path, sagging, "--", BODY).stdout.splitlines()[1:] == ["everything is up to date"]
+    again = run(tmp_path, sagging, "--dry-run", "--", BODY)
+    assert "nothing to do: everything that was asked for is up to date" in again.stdout.splitlines()
+
+
+def test_a_dry_run_says_what_the_run_would_cost(run, smoke, write_config, tmp_path):
+    done = run(tmp_path, write_config(smoke), "--dry-run")
+    assert done.returncode == 0, done.stdout
+    [line] = [line for line in done.stdout.splitlines() if " to do: " in line]
+    time = r"about (a minute|\d+ minutes)"
+    assert re.fullmatch(rf"\d+ jobs to do: {time} on 2 cores of this machine, up to 0\.\d GB of memory", line)
+    steps = int(re.search(r"^total +(\d+)$", done.stdout, re.M)[1])
+    assert int(line.split()[0]) == steps - 1  # the last one only asks for the others
 
 
 @pytest.mark.parametrize(

@@ -4,18 +4,13 @@ import pytest
 
 SCENES = {"simulate_scene", "measure_effects", "tabulate_scenes", "draw_motion"}
 SHAPE_MATCHING = {"measure_experiments", "time_shape_matching", "check_claims"}
-SPRINGS = {
-    "simulate_spring_reference",
-    "fit_springs",
-    "tabulate_spring_floor",
-    "merge_spring_fit",
-    "merge_spring_floor",
-}
+SPRINGS = {"simulate_spring_reference", "fit_springs", "merge_spring_fit"}
+SPRINGS |= {"tabulate_spring_floor", "merge_spring_floor"}
 COLLISION = {"measure_collision", "measure_collision_scaling", "measure_collision_precision", "check_claims"}
 CT = {"tabulate_node_mass", "draw_ct", "measure_imaging", "check_claims", "make_body", "tabulate_meshes"}
 ALONE = {
     "shape_matching": SHAPE_MATCHING | {"draw_integrator_stability", "draw_shape_matching_timing"},
-    "springs": SPRINGS | {"merge_spring_floor", "check_claims", "draw_spring_fit", "draw_spring_floor"},
+    "springs": SPRINGS | {"check_claims", "draw_spring_fit", "draw_spring_floor"},
     "collision": COLLISION | {"draw_collision"},
     "ct": CT | {"draw_node_mass"},
     "law": {"make_body", "compare_laws", "merge_law", "draw_law"},

@@ -58,15 +58,8 @@ def test_nothing_else_names_the_study(copy):
 
 
 def test_the_rest_is_planned(copy):
-    done = subprocess.run(
-        [sys.executable, "-c", PLAN.format(study=STUDY)],
-        cwd=copy,
-        env={
-            "PYTHONPATH": str(copy / "src"),
-            "PATH": f"{Path(sys.executable).parent}:/usr/bin:/bin",
-            "HOME": str(copy),
-        },
-        capture_output=True,
-        text=True,
-    )
+    command = [sys.executable, "-c", PLAN.format(study=STUDY)]
+    places = {"PYTHONPATH": str(copy / "src"), "HOME": str(copy)}
+    places |= {"PATH": f"{Path(sys.executable).parent}:/usr/bin:/bin"}
+    done = subprocess.run(command, cwd=copy, env=places, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-2000:]

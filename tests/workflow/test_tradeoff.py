@@ -1,16 +1,5 @@
 """The trade-off is planned a family of models at a time."""
 
-import pytest
-
-TRADEOFF = {"bodies": ["liver"], "models": ["fem_p1", "fem_p2", "detail_correction"], "own_models": {}}
-
-
-@pytest.fixture
-def trading(smoke) -> dict:
-    """Return the settings of the liver pressed, some models asked, and nothing else."""
-    keys = ("seed", "bodies", "regimes", "solver", "timing")
-    return {key: smoke[key] for key in keys} | {"tradeoff": dict(TRADEOFF)}
-
 
 def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, trading):
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
@@ -36,15 +25,11 @@ def test_bodies_in_depth_get_all_splits_and_other_fingers(tmp_path, plan, write_
     assert jobs["measure_bounds"] == 2 * scenes + scenes + fingers
 
 
-def test_any_load_is_a_job_for_each_scene_and_runs_again_when_its_models_change(tmp_path, plan, write_config, trading):
-    assert "measure_any_load" not in plan(tmp_path, write_config(trading), "tradeoff")
+def test_any_load_and_presses_beyond_the_design_are_a_job_for_each_scene(tmp_path, plan, write_config, trading):
+    assert not {"measure_any_load", "measure_beyond_design"} & set(plan(tmp_path, write_config(trading), "tradeoff"))
     (tmp_path / "mine.py").write_text("settings = prepare = print\n")
     trading["tradeoff"] |= {"own_models": {"mine": "mine.py"}, "any_load": {"models": {"mine": "", "fem_p1": "rest"}}}
-    jobs = plan(tmp_path, write_config(trading), "tradeoff")
-    assert jobs["measure_any_load"] == jobs["merge_any_load"] == 1
-
-
-def test_presses_beyond_the_design_are_a_job_for_each_scene(tmp_path, plan, write_config, trading):
     trading["tradeoff"] |= {"beyond_design": {"models": {"fem_p1": "rest"}}}
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
+    assert jobs["measure_any_load"] == jobs["merge_any_load"] == 1
     assert jobs["measure_beyond_design"] == jobs["merge_beyond_design"] == 1

@@ -1,13 +1,15 @@
 """What jobs warn of stands at the end of a run for as long as it holds, and no longer."""
 
-from copy import deepcopy
-
 import pytest
 from fixtures.small_scene import BAR, SCENE
 
 STIFF = {"sphere": {"center_m": [0.1, 0.025, 0.025], "radius_m": 0.03}, "young_pa": 3e9}  # too much for solvers
-SETTINGS = {"bodies": {"mixed": BAR | {"poisson": 0.3, "regions": {"stiff": STIFF}}, "other": BAR | {"poisson": 0.3}}}
-SETTINGS |= {"scenes": {name: SCENE | {"body": name} for name in ("mixed", "other")}}
+
+
+@pytest.fixture
+def settings():
+    bodies = {"mixed": BAR | {"poisson": 0.3, "regions": {"stiff": STIFF}}, "other": BAR | {"poisson": 0.3}}
+    return {"bodies": bodies, "scenes": {name: SCENE | {"body": name} for name in bodies}}
 
 
 @pytest.fixture
@@ -24,8 +26,7 @@ def warned(run, write_config, tmp_path):
     return after
 
 
-def test_a_warning_stays_until_it_no_longer_holds(warned):
-    settings = deepcopy(SETTINGS)
+def test_a_warning_stays_until_it_no_longer_holds(warned, settings):
     assert warned(settings, "mixed", "other") == ["bodies.mixed"]
     settings["bodies"]["other"]["young_pa"] = 4000.0
     assert warned(settings, "mixed", "other") == ["bodies.mixed"]  # of a job that was not run
@@ -34,8 +35,7 @@ def test_a_warning_stays_until_it_no_longer_holds(warned):
     assert warned(settings, "mixed", "other") == []
 
 
-def test_the_report_needs_the_warnings_of_what_it_shows_and_no_body_for_them_only(plan, write_config, tmp_path):
-    settings = deepcopy(SETTINGS)
+def test_the_report_needs_warnings_of_what_it_shows_and_no_body_for_them_only(plan, write_config, tmp_path, settings):
     del settings["scenes"]["other"]
     jobs = plan(tmp_path, write_config(settings))
     assert jobs["make_body"] == jobs["simulate_scene"] == 1

@@ -67,7 +67,10 @@ class CoarseAnswer:
     def respond(self, presses: Sequence[Mapping]) -> Answered:
         """Return the answer to ``presses``, as portable models take them: triangle, weights, and force or moved."""
         shares = np.array([self.shares(press["triangle"], press["weights"]) for press in presses])
-        moved_by = np.stack([self._columns(share) for share in shares])
+        size = shares.shape[1]
+        compliance = self.arrays["compliance"].reshape(size, 3, size, 3)
+        # (k, m, 3, 3) [m/N], how free coarse nodes move by a unit force along x, y and z on each disc
+        moved_by = np.stack([np.einsum("iajb,j->iab", compliance, share, optimize=True) for share in shares])
         between = np.einsum("im,kmab->iakb", shares, moved_by).reshape(3 * len(shares), -1)
         pushed = np.repeat(["moved" in press for press in presses], 3)
         given = np.concatenate([press["moved"] if "moved" in press else press["force"] for press in presses])
@@ -78,11 +81,6 @@ class CoarseAnswer:
         coarse = np.einsum("kmab,kb->ma", moved_by, forces.reshape(-1, 3))
         moved = np.einsum("nc,nca->na", self.arrays["weights"], coarse[self.arrays["parents"]])
         return Answered(moved, forces.reshape(-1, 3))
-
-    def _columns(self, shares: np.ndarray) -> np.ndarray:
-        """Return (m, 3, 3) [m/N], how free coarse nodes move by a unit force along x, y and z on a disc."""
-        compliance = self.arrays["compliance"].reshape(len(shares), 3, len(shares), 3)
-        return np.einsum("iajb,j->iab", compliance, shares, optimize=True)
 
 
 def coarse_answer(body: Body, radius_m: float) -> CoarseAnswer | None:

@@ -13,7 +13,6 @@ from palpate.report.words import percent, seconds, two_digits
 
 WHERE = {"rms": "of the peak displacement", "patch": "of the peak displacement at the patch"}
 """The meaning of each kind of error."""
-_UNIT = "on the machine that filled the tables"
 SAME = "the same"
 """A cell of a table of advice like that on its left."""
 
@@ -27,6 +26,7 @@ def lines(advice: pd.Series, rows: pd.DataFrame | None = None) -> str:
     if advice["model"] == NONE:
         return _lines(f"{head}: none", nearest=nearest(advice), because=advice["why"])
     p95 = f"{seconds(advice['online_p95_s'])} at the 95th percentile"
+    here = "on the machine that filled the tables"
     if rows is not None:
         row = rows[(rows["model"] == advice["model"]) & (rows["setting"] == advice["setting"])].iloc[0]
         before = _prepared(row["offline_s"])
@@ -35,16 +35,19 @@ def lines(advice: pd.Series, rows: pd.DataFrame | None = None) -> str:
             "error": moved_error(advice),
             "itself": f"says that it is wrong by {percent(told)}" if np.isfinite(told) else "",
             "bound": bounded(advice),
-            "speed": f"{pace(advice['times_life'])}, {seconds(1e-3 * row['ms_per_step'])} a step, {p95}, {_UNIT}",
+            "speed": f"{pace(advice['times_life'])}, {seconds(1e-3 * row['ms_per_step'])} a step, {p95}, {here}",
         }
     else:
+        other = f"at the patch {percent(advice['patch_rms_of_peak'])}"
+        if advice["error"] == "patch":
+            other = f"over the whole surface {percent(advice['rmse_of_peak'])}"
         found = {
             "error": f"{percent(error_of(advice))} {WHERE[advice['error']]} on average "
-            f"({interval(advice)} in 90 % of draws of the test contacts); {_other_error(advice)}",
+            f"({interval(advice)} in 90 % of draws of the test contacts); {other}",
             "bound": bounded(advice),
-            "rejected": answered_without_truth(advice["rejected_answered"], advice["rejected"]),
+            "rejected": answered_without_truth(advice),
             "time": f"{seconds(advice['online_median_s'])} an answer (median), {p95}, "
-            f"{seconds(advice['online_max_s'])} for the slowest press, {_UNIT}",
+            f"{seconds(advice['online_max_s'])} for the slowest press, {here}",
         }
         before = f"{_prepared(advice['offline_s'])}, {advice['memory_mb']:.3g} MB"
     share = percent(advice["margin"]) if advice["margin"] > 0 else "nothing"
@@ -121,15 +124,14 @@ def cell(advice: pd.Series) -> str:
     bound = f"nine in ten below {percent(advice['bound_of_peak'])}, " if advice["bound_of_peak"] > 0 else ""
     rests = f"{bound}{advice['contacts']:.0f} contacts, {advice['presses']:.0f} presses"
     time = f"{seconds(advice['online_median_s'])} (slowest press {seconds(advice['online_max_s'])})"
-    lost = answered_without_truth(advice["rejected_answered"], advice["rejected"])
+    lost = answered_without_truth(advice)
     return f"{percent(error_of(advice))} ({rests}) in {time}; {spent(advice)}{f'; {lost}' if lost else ''}"
 
 
-def answered_without_truth(answered: float, rejected: float) -> str:
-    """Say how many of the presses whose truth was ``rejected`` a setting answered; nothing where none was."""
-    if not rejected > 0:
-        return ""
-    return f"{answered:.0f} of {rejected:.0f} presses without a truth answered without a doubt"
+def answered_without_truth(advice: pd.Series) -> str:
+    """Say how many of the presses whose truth was rejected a setting answered; nothing where none was."""
+    answered, rejected = advice["rejected_answered"], advice["rejected"]
+    return f"{answered:.0f} of {rejected:.0f} presses without a truth answered without a doubt" if rejected > 0 else ""
 
 
 def spent(advice: pd.Series) -> str:
@@ -216,12 +218,6 @@ def moved_error(advice: pd.Series) -> str:
         f"{percent(advice['rmse_of_peak'])} of the peak displacement over the whole motion, from a standard that is "
         f"{own}; at 95 % of the nodes {percent(advice['p95_of_peak'])} at most"
     )
-
-
-def _other_error(advice: pd.Series) -> str:
-    if advice["error"] == "patch":
-        return f"over the whole surface {percent(advice['rmse_of_peak'])}"
-    return f"at the patch {percent(advice['patch_rms_of_peak'])}"
 
 
 def interval(advice: pd.Series) -> str:

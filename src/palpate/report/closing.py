@@ -7,9 +7,9 @@ import pandas as pd
 
 from palpate.models.model_registry import ENGINES
 from palpate.report import declared, markup
-from palpate.report.material import Part, Report, Section
+from palpate.report.material import Report
 from palpate.report.model_looks import look, plain
-from palpate.report.template import Html, render
+from palpate.report.template import Html, Part, Section, render
 
 HERE = Path(__file__).parent
 HEADS = {"premise": "tested on", "published": "the paper", "ours": "this run"}

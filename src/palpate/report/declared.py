@@ -22,8 +22,6 @@ CLAIMS = Table(
     """,
 )
 """The table that no single study makes."""
-
-
 STUDIES = "palpate.studies"
 """The package of the studies, which import this one."""
 _BENCHMARK = Path(benchmark.__path__[0])
@@ -87,9 +85,8 @@ def _tables(path: Path) -> Iterator[Table]:
     """Yield the constants of a module that are tables."""
     text = path.read_text(encoding="utf-8")
     for line in ast.parse(text).body if "= Table(" in text else ():
-        if isinstance(line, ast.Assign) and _called(line.value) == "Table":
-            call = line.value
-            assert isinstance(call, ast.Call)
+        call = line.value if isinstance(line, ast.Assign) else None
+        if isinstance(call, ast.Call) and _called(call) == "Table":
             options = {option.arg: ast.literal_eval(option.value) for option in call.keywords if option.arg}
             yield Table(*map(ast.literal_eval, call.args), **options)
 
@@ -114,8 +111,6 @@ def _decorated(study: str, module: str, decorator: str) -> Iterator[Declared]:
                         yield Declared(line.name, f"{dotted}:{line.name}", tuple(given))
 
 
-def _called(node: ast.AST) -> str:
+def _called(node: ast.Call) -> str:
     """Return the name of what is called, without the module that it is of."""
-    if not isinstance(node, ast.Call):
-        return ""
     return node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")

@@ -9,13 +9,8 @@ from palpate.files import write_whole
 from palpate.report import style
 
 _BYTES, _STRIP = 1_500_000, 24
-_QUALITIES = (
-    (30, 256),
-    (30, 128),
-    (30, 64),
-    (20, 64),
-    (10, 32),
-)  # numbers of pictures and colours, reduced until the file is small enough
+# numbers of pictures and colours, reduced until the file is small enough
+_QUALITIES = ((30, 256), (30, 128), (30, 64), (20, 64), (10, 32))
 _LOOP_S, _REST_S = (1.0, 8.0), 0.8  # shortest and longest loop, and the pause at its end
 _PACES = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 

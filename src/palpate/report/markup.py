@@ -1,6 +1,5 @@
 """Make tables, pictures, and views that turn, into self-contained HTML."""
 
-import base64
 import re
 import zlib
 from collections.abc import Sequence
@@ -12,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.files import require_file
+from palpate.report.page_assets import base64_of
 from palpate.table import Table
 
 _LONG = 60  # rows of a folded table from which on the page holds it deflated
@@ -23,8 +23,6 @@ MARKS |= {word: "bad" for word in ("refuted", "wrong", "nan")}
 MARKS |= {word: "open" for word in ("confirmed outside its premise", "refuted outside its premise")}
 MARKS |= {word: "open" for word in ("true as a bound", "refused", "not converged")}
 """How a verdict or an outcome is marked: the sign and colour of its cell."""
-_REASONED = "not testable: "
-"""How a verdict begins that gives a reason; it is open, too."""
 
 
 def text(value) -> str:
@@ -55,9 +53,11 @@ def table(frame: pd.DataFrame, caption: str, faint: Sequence[int] = (), best: Se
         cells = []
         for column, value, number in zip(frame.columns, row, numeric, strict=True):
             marks = ["number"] * number + ["best"] * bool(column in least and value == least[column])
-            marks += [mark] if isinstance(value, str) and (mark := _mark(value)) else []
-            if isinstance(value, str) and not number:
-                marks += [width for least_length, width in _WIDTHS.items() if len(value) > least_length][-1:]
+            if isinstance(value, str):
+                mark = "open" if value.startswith("not testable: ") else MARKS.get(value)
+                marks += [mark] if mark else []
+                if not number:
+                    marks += [width for least_length, width in _WIDTHS.items() if len(value) > least_length][-1:]
             cell = escape(text(value))
             cells.append(f'<td class="{" ".join(marks)}">{cell}</td>' if marks else f"<td>{cell}</td>")
         rows.append(f"<tr{' class=paper' if i in faint else ''}>{''.join(cells)}</tr>")
@@ -68,14 +68,9 @@ def table(frame: pd.DataFrame, caption: str, faint: Sequence[int] = (), best: Se
     )
 
 
-def _mark(value: str) -> str:
-    """Return the class of a cell that is a verdict or an outcome; empty for any other."""
-    return "open" if value.startswith(_REASONED) else MARKS.get(value, "")
-
-
-def fold(summary: str, inner: str, opened: bool = False) -> str:
+def fold(summary: str, inner: str) -> str:
     """Return HTML that is shown when somebody clicks on ``summary``."""
-    return f"<details{' open' if opened else ''}><summary>{escape(summary)}</summary>\n{inner}\n</details>"
+    return f"<details><summary>{escape(summary)}</summary>\n{inner}\n</details>"
 
 
 def folded(frame: pd.DataFrame, about: Table) -> str:
@@ -94,8 +89,7 @@ def _packed(frame: pd.DataFrame, caption: str) -> str:
     lines = [map(_name, frame.columns), ("number" if n else "" for n in _numeric(frame))]
     lines += [map(text, row) for row in frame.itertuples(index=False)]
     data = zlib.compress("\n".join("\t".join(line) for line in lines).encode(), 9)
-    packed = base64.b64encode(data).decode("ascii")
-    return f'<div class="scroll" data-caption="{escape(caption)}" data-packed="{packed}"></div>'
+    return f'<div class="scroll" data-caption="{escape(caption)}" data-packed="{base64_of(data)}"></div>'
 
 
 def _numeric(frame: pd.DataFrame) -> list[bool]:
@@ -127,10 +121,13 @@ def _data(stem: Path) -> tuple[str, int, int]:
     vector, raster = (require_file(stem.with_name(f"{stem.name}.{suffix}")) for suffix in ("svg", "png"))
     if vector.stat().st_size <= _SVG_BYTES:
         data = vector.read_bytes()
-        return f"data:image/svg+xml;base64,{base64.b64encode(data).decode()}", *_svg_size(data)
-    data, (width, height) = _webp(raster)
-    scale = _CSS_DPI / _PNG_DPI
-    return f"data:image/webp;base64,{base64.b64encode(data).decode()}", round(scale * width), round(scale * height)
+        return f"data:image/svg+xml;base64,{base64_of(data)}", *_svg_size(data)
+    from PIL import Image
+
+    file, picture = BytesIO(), Image.open(raster)
+    picture.convert("RGB").save(file, "WEBP", quality=_QUALITY, method=4)
+    width, height = (round(_CSS_DPI / _PNG_DPI * size) for size in picture.size)
+    return f"data:image/webp;base64,{base64_of(file.getvalue())}", width, height
 
 
 def _svg_size(data: bytes) -> tuple[int, int]:
@@ -138,15 +135,6 @@ def _svg_size(data: bytes) -> tuple[int, int]:
     found = re.search(rb'<svg[^>]*?height="([\d.]+)pt"[^>]*?width="([\d.]+)pt"', data[:2000], re.DOTALL)
     height, width = (float(number) * _CSS_DPI / 72 for number in found.groups()) if found else (600, 800)
     return round(width), round(height)
-
-
-def _webp(path: Path) -> tuple[bytes, tuple[int, int]]:
-    """Convert a picture to WebP, and return its size [pixel] too; the same picture gives the same bytes."""
-    from PIL import Image
-
-    file, picture = BytesIO(), Image.open(path)
-    picture.convert("RGB").save(file, "WEBP", quality=_QUALITY, method=4)
-    return file.getvalue(), picture.size
 
 
 def figure(folder: Path, name: str, caption: str, small: str | None = None) -> str:

@@ -10,9 +10,7 @@ from typing import Any
 from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.report import declared, tables
-from palpate.report.template import Html, Part, Section, render
-
-__all__ = ["Part", "Report", "Section"]
+from palpate.report.template import Html, Part, render
 
 
 class Report:

@@ -8,13 +8,11 @@ from pathlib import Path
 
 from palpate.files import write_whole
 from palpate.report import closing, declared, page_assets, template
-from palpate.report.material import Part, Report
-from palpate.report.template import Section
+from palpate.report.material import Report
+from palpate.report.template import Part, Section
 
 MOST_MB = 20.0
 """A page of this size goes into a mail, and is opened within a second or two."""
-
-
 QUESTION = "For this scene, how wrong is each way of simulating it, and what does a better answer cost in time?"
 
 
@@ -32,9 +30,7 @@ def write(
 
     A study's part is palpate.studies.<study>.report (TITLE, numbers(report), and where it has some failures(report))
     and the template report.md beside it. The rows of claims.csv that the study judges follow.
-    scenes, cts, driven : names of the scenes that move, of the bodies from a CT, and of the scenes with an instrument
-    warned : what jobs warned of, which comes first
-    more : names of the tables of this run that not every run of their studies makes
+    scenes, cts, driven, more : as ``Report`` takes them; warned : what jobs warned of, which comes first
     The findings and short tables are also written as Markdown, under the name of ``out`` with .md.
     Raises InputError naming the first part, table, figure, template or number that is missing.
     """

@@ -1,5 +1,6 @@
 """Give what every page carries with it: its style sheet and its script."""
 
+import base64
 from html import escape
 from importlib.resources import files
 
@@ -29,6 +30,11 @@ def script() -> str:
     return '(() => {\n"use strict";\n' + "\n".join(asset(f"{name}.js") for name in _SCRIPTS) + "})();\n"
 
 
-def asset(name: str) -> str:
-    """Return an asset that pages share."""
-    return (files("palpate.report") / "assets" / name).read_text(encoding="utf-8")
+def asset(name: str, package: str = "palpate.report") -> str:
+    """Return an asset of a package; those of this one pages share."""
+    return (files(package) / "assets" / name).read_text(encoding="utf-8")
+
+
+def base64_of(data: bytes) -> str:
+    """Return bytes as a page holds them."""
+    return base64.b64encode(data).decode("ascii")

@@ -137,13 +137,11 @@ class Stage:
     def level(self, view: View, mesh, held: np.ndarray) -> np.ndarray:
         """Render ``mesh`` in grey with its edges, and the nodes of ``held`` on its surface."""
         seen = mesh.nodes[np.intersect1d(held, mesh.surface)]
-        return self.picture(
-            view,
-            [
-                lambda s: s.surface(mesh.nodes, mesh.triangles, None, None, None, edges=True),
-                lambda s: s.dots(seen, 0.011 * mesh.size),
-            ],
-        )
+        shown = [
+            lambda s: s.surface(mesh.nodes, mesh.triangles, None, None, None, edges=True),
+            lambda s: s.dots(seen, 0.011 * mesh.size),
+        ]
+        return self.picture(view, shown)
 
     def dots(self, points, radius) -> None:
         """Add held nodes, (n, 3) [m], as dark balls."""
@@ -163,11 +161,6 @@ class Stage:
         direction = np.asarray(force) / np.linalg.norm(force)
         start = contact - length * direction if direction @ normal < 0 else contact
         shape = self._pyvista.Arrow(
-            start=start,
-            direction=direction,
-            scale=length,
-            tip_length=0.35,
-            tip_radius=0.13,
-            shaft_radius=0.045,
+            start=start, direction=direction, scale=length, tip_length=0.35, tip_radius=0.13, shaft_radius=0.045
         )
         self._plotter.add_mesh(shape, color="#cc2222", ambient=0.5, smooth_shading=True, split_sharp_edges=True)

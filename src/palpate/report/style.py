@@ -117,7 +117,6 @@ PAPERS = "ordered_nonnegative_a"
 BASELINE = "unordered_nonnegative_a"
 """The method the paper compares with: all coarse displacements in mesh order."""
 
-
 ALIASES = {"unordered": BASELINE, "contact_ordered": PAPERS}
 """Names of the paper's two methods in enrichment_timing.csv."""
 
@@ -125,15 +124,8 @@ SHORT = {BASELINE: "unordered\n(paper's baseline)", PAPERS: "contact-ordered\n(t
 """Short names for narrow places; the paper's two methods by their role in it."""
 
 # One hue for elastic effects, another for loads and contact, a third for damping
-EFFECTS = {
-    "corotational": "#009e73",
-    "stable_neo_hookean": "#009e73",
-    "neo_hookean": "#009e73",
-    "st_venant_kirchhoff": "#009e73",
-    "own_law": "#009e73",
-    "triangles": "#009e73",
-    "springs": "#009e73",
-    "shape_matching": "#009e73",
+_ELASTIC = ("corotational", "stable_neo_hookean", "neo_hookean", "st_venant_kirchhoff", "own_law")
+EFFECTS = dict.fromkeys((*_ELASTIC, "triangles", "springs", "shape_matching"), "#009e73") | {
     "bending": "#66c2a5",
     "volume": "#00664a",
     "body_springs": "#8cc63f",

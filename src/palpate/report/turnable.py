@@ -1,6 +1,5 @@
 """Interactive surfaces that a reader can rotate in the report: compressed positions and colours of every frame."""
 
-import base64
 import json
 import zlib
 from dataclasses import dataclass, replace
@@ -13,6 +12,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 
 from palpate.files import write_whole
 from palpate.report import gif
+from palpate.report.page_assets import base64_of
 from palpate.report.render import View
 
 _STEPS = 2**14 - 1  # of the scene's size: 12 µm of 0.2 m, below what a screen can show
@@ -55,7 +55,7 @@ def legend(label: str, norm: Normalize, colours: str) -> dict:
     assert low is not None and high is not None  # a norm with limits
     places = [value for value in locator.tick_values(low, high) if low <= value <= high]
     ticks = [[round(float(norm(value)), 4), f"{value:g}"] for value in places]
-    return {"label": label, "palette": _text(np.round(255 * palette).astype(np.uint8).tobytes()), "ticks": ticks}
+    return {"label": label, "palette": base64_of(np.round(255 * palette).astype(np.uint8).tobytes()), "ticks": ticks}
 
 
 def write(turnable: Turnable, path: str | Path) -> None:
@@ -86,13 +86,8 @@ def _json(turnable: Turnable) -> str:
     low = turnable.positions.min(axis=(0, 1))
     size = float((turnable.positions.max(axis=(0, 1)) - low).max())
     places = np.round((turnable.positions - low) * (_STEPS / size)).astype(np.int32)
-    body = b"".join(
-        [
-            _planes(_changes(places).astype(np.int16)),
-            _planes(turnable.triangles.astype(np.uint32)),
-            _planes(_changes(turnable.shades)),
-        ]
-    )
+    body = _planes(_changes(places).astype(np.int16)) + _planes(turnable.triangles.astype(np.uint32))
+    body += _planes(_changes(turnable.shades))
     frames, vertices, _ = places.shape
     view = turnable.view
     head = {
@@ -105,7 +100,7 @@ def _json(turnable: Turnable) -> str:
         "window": [round(view.width, 9), round(view.height, 9)],
         "legend": turnable.legend,
         "frames": turnable.frames,
-        "packed": _text(zlib.compress(body, 9)),
+        "packed": base64_of(zlib.compress(body, 9)),
     }
     return json.dumps(head, separators=(",", ":"))
 
@@ -121,7 +116,3 @@ def _planes(values: np.ndarray) -> bytes:
     """Group the bytes of little-endian integers: all first bytes, then all second ones, and so on."""
     small = np.ascontiguousarray(values).astype(values.dtype.newbyteorder("<"), copy=False)
     return small.reshape(-1).view(np.uint8).reshape(-1, values.dtype.itemsize).T.tobytes()
-
-
-def _text(data: bytes) -> str:
-    return base64.b64encode(data).decode("ascii")

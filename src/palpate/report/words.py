@@ -1,7 +1,5 @@
 """Join words and format numbers for sentences and labels, without a figure: the page of a press needs them, too."""
 
-from collections.abc import Callable, Iterable
-
 import numpy as np
 
 
@@ -39,8 +37,3 @@ def seconds(value: float) -> str:
     """Format a time [s] with three significant digits in s, ms or µs."""
     unit, factor = next(((u, f) for u, f in (("s", 1), ("ms", 1e3)) if value * f >= 1), ("µs", 1e6))
     return f"{float(f'{value * factor:.3g}'):g}\u00a0{unit}"
-
-
-def each(names: Iterable[str], phrase: Callable[[str], str]) -> str:
-    """Join one phrase for each body or scene."""
-    return "; ".join(f"{name}: {phrase(name)}" for name in names)

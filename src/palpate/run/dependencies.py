@@ -135,12 +135,12 @@ def _kept() -> dict[str, dict]:
     return {}
 
 
-def _names(tree: ast.Module) -> Iterator[str]:
-    """Yield the dotted name of everything of palpate that a module imports, and of what it imports from there."""
+def _names(tree: ast.Module, package: str = "palpate") -> Iterator[str]:
+    """Yield the dotted name of everything of a package that a module imports, and of what it imports from there."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names if alias.name.startswith("palpate"))
-        elif isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("palpate"):
+            yield from (alias.name for alias in node.names if alias.name.startswith(package))
+        elif isinstance(node, ast.ImportFrom) and node.module and node.module.startswith(package):
             yield node.module
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
@@ -168,18 +168,9 @@ def kernels() -> str:
 
 def _kernels(tree: ast.Module) -> list[str]:
     """Return a digest of each statement of a module that imports numba, and nothing of another one."""
-    if not any(name.split(".")[0] == "numba" for name in _roots(tree)):
+    if not any(_names(tree, "numba")):
         return []
     return [sha256(ast.dump(line).encode()).hexdigest()[:12] for line in tree.body]
-
-
-def _roots(tree: ast.Module) -> Iterator[str]:
-    """Yield the modules that a module imports."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
 
 
 def _columns(about: ast.AST) -> list[str]:

@@ -109,36 +109,21 @@ def recorded(job: Job, tetrahedra: Mapping[str, float], presses: int | None = No
     row = next((row for of in (*job.wildcards.values(), "") if (row := table.get((rule, of)))), None)
     if row is None:
         return UNKNOWN
-    seconds, mb = row.seconds, row.mb
-    if row.tetrahedra and (size := tetrahedra.get(job.wildcards.get("body", ""))):
-        larger = size / row.tetrahedra
-        seconds, mb = seconds * larger**row.growth, FIRST_MB + (mb - FIRST_MB) * larger
-    if row.presses and presses:
-        seconds *= 1.0 - OF_PRESSES + OF_PRESSES * presses / row.presses
+    seconds, mb = row["seconds"], row["mb"]
+    if row["tetrahedra"] and (size := tetrahedra.get(job.wildcards.get("body", ""))):
+        larger = size / row["tetrahedra"]
+        seconds, mb = seconds * larger ** row["growth"], FIRST_MB + (mb - FIRST_MB) * larger
+    if row["presses"] and presses:
+        seconds *= 1.0 - OF_PRESSES + OF_PRESSES * presses / row["presses"]
     return seconds, mb
 
 
-class _Row(NamedTuple):
-    """A row of RECORDED; 0 where a cell is empty."""
-
-    seconds: float
-    mb: float
-    tetrahedra: int
-    growth: float
-    presses: int
-
-
-def _table() -> dict[tuple[str, str], _Row]:
+def _table() -> dict[tuple[str, str], dict[str, float]]:
+    """Return the numbers of each rule and wildcard in RECORDED, by their columns; 0 where a cell is empty."""
+    numbers = ("seconds", "mb", "tetrahedra", "growth", "presses")
     with RECORDED.open(encoding="utf-8") as file:
         return {
-            (row["rule"], row["of"]): _Row(
-                float(row["seconds"]),
-                float(row["mb"]),
-                int(row["tetrahedra"] or 0),
-                float(row["growth"] or 0),
-                int(row["presses"] or 0),
-            )
-            for row in csv.DictReader(file)
+            (row["rule"], row["of"]): {name: float(row[name] or 0) for name in numbers} for row in csv.DictReader(file)
         }
 
 
@@ -185,8 +170,8 @@ class Estimate:
         ended : their logs; running : for how long [s] others have run, by their logs
         """
         done = [self._at[log] for log in ended if log in self._at]
-        clocks = {i: clock for i in done if (clock := _clock(self._jobs[i])) is not None}
-        pace = _pace([(clock, self._seconds[i]) for i, clock in clocks.items()])
+        times = {i: took for i in done if (took := _took(self._jobs[i])) is not None}
+        pace = _pace([(clock, self._seconds[i]) for i, (clock, _) in times.items()])
         left = [seconds * pace for seconds in self._seconds]
         for i in done:
             left[i] = 0.0
@@ -251,13 +236,8 @@ def last_seconds(job: Job) -> float | None:
     return core if job.rule in IN_PARALLEL else min(clock, core)
 
 
-def _clock(job: Job) -> float | None:
-    """Return how long a job took by the clock [s], others beside it, or None if its log does not say."""
-    return None if (took := _took(job)) is None else took[0]
-
-
 def _took(job: Job) -> tuple[float, float] | None:
-    """Return both times in the last line of a job's log [s]."""
+    """Return what a job took by the clock, others beside it, and of a core [s], or None if its log does not say."""
     with suppress(OSError):
         if lines := TOOK.findall(Path(job.log).read_text(encoding="utf-8")):
             clock, core = map(float, lines[-1])

@@ -55,8 +55,8 @@ def _rank(error: Any) -> int:
 
 def _of_value(error: Any, place: tuple, config: dict, schema: dict) -> str:
     """Explain a value that a key cannot have."""
-    node, about = _described(place, config, schema)
-    key, found, kind, limits = _written(place), _value(place, config), error["type"], error.get("ctx", {})
+    node, about, found = _described(place, config, schema)
+    key, kind, limits = _written(place), error["type"], error.get("ctx", {})
     about = f" ({about})." if about else "."
     if kind == "lacks":
         return _of_block("missing", (*place, limits["name"]), config, schema)
@@ -113,14 +113,8 @@ def _written(place: tuple) -> str:
     return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place).removeprefix(".")
 
 
-def _value(place: tuple, config: Any) -> Any:
-    for step in place:
-        config = config.get(step) if isinstance(config, dict) else config[step]
-    return config
-
-
-def _described(place: tuple, config: Any, schema: dict) -> tuple[dict, str]:
-    """Return the part of the JSON schema at ``place``, and what it means, or what the list that it is in means."""
+def _described(place: tuple, config: Any, schema: dict) -> tuple[dict, str, Any]:
+    """Return the part of the JSON schema at ``place``, what it or the list that it is in means, and the value there."""
     node, about = _resolved(schema, schema, config), ""
     for step in place:
         config = config.get(step) if isinstance(config, dict) else config[step]
@@ -129,17 +123,14 @@ def _described(place: tuple, config: Any, schema: dict) -> tuple[dict, str]:
         others.append(node.get("items" if isinstance(step, int) else "additionalProperties") or {})
         node = _resolved(node["properties"][step] if named else others[0], schema, config)
         about = node.get("description", "" if named else about)
-    return node, about.rstrip(".")
+    return node, about.rstrip("."), config
 
 
 def _resolved(node: dict, schema: dict, value: Any) -> dict:
     """Follow references, and choose the alternative that ``value`` is of, if it is a block or a list."""
     if "$ref" in node:
-        return _resolved(
-            schema["$defs"][node["$ref"].rpartition("/")[2]] | {k: v for k, v in node.items() if k != "$ref"},
-            schema,
-            value,
-        )
+        own = {key: each for key, each in node.items() if key != "$ref"}
+        return _resolved(schema["$defs"][node["$ref"].rpartition("/")[2]] | own, schema, value)
     wanted = "object" if isinstance(value, dict) else "array" if isinstance(value, list) else ""
     alternatives = [_resolved(each, schema, value) for each in node.get("anyOf", []) if set(each) != {"required"}]
     if "discriminator" in node and isinstance(value, dict):
@@ -175,12 +166,9 @@ def _text_for(kinds: Sequence[str], text: str) -> str:
         if _is_number(text):
             return "write the number without quotes"
         if re.fullmatch(r"[-+]?\d{1,3}(,\d{3})+(\.\d*)?", text):
-            point = (
-                f", or {text.replace(',', '.')} if the comma is a decimal one"
-                if re.fullmatch(r"[^,.]+,\d+", text)
-                else ""
-            )
-            return f"write the number without separators, {text.replace(',', '')}{point}"
+            said = f"write the number without separators, {text.replace(',', '')}"
+            decimal = re.fullmatch(r"[^,.]+,\d+", text)
+            return f"{said}, or {text.replace(',', '.')} if the comma is a decimal one" if decimal else said
         if _is_number(text.replace(",", ".")):
             return f"write the number with a point, {text.replace(',', '.')}"
         if re.match(r"[-+]?\.?\d", text):

@@ -31,7 +31,10 @@ def read_settings(file: Path) -> dict:
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         raise InputError(f"{file}: line {line} has a character that cannot be printed; remove it.") from None
-    _refuse_loops(settings, file)
+    try:
+        json.dumps(settings)
+    except (ValueError, RecursionError):
+        raise InputError(f"{file} has an entry that holds itself; write out what its * refers to.") from None
     if settings is None:
         raise InputError(f"{file} is empty; give it bodies, and the block of a study.")
     if not isinstance(settings, dict):
@@ -84,13 +87,6 @@ def _loader(file: Path) -> type["yaml.SafeLoader"]:
     Loader.add_implicit_resolver("tag:yaml.org,2002:merge", re.compile("^<<$"), ["<"])
     Loader.add_constructor("tag:yaml.org,2002:int", Loader.construct_yaml_int)
     return Loader
-
-
-def _refuse_loops(settings: Any, file: Path) -> None:
-    try:
-        json.dumps(settings)
-    except (ValueError, RecursionError):
-        raise InputError(f"{file} has an entry that holds itself; write out what its * refers to.") from None
 
 
 def _explain(error: "yaml.MarkedYAMLError", text: str) -> str:

@@ -1,8 +1,8 @@
 """A small liver that is pressed in a browser by the coarse mesh's answer, and by the same answer over http."""
 
 from contextlib import contextmanager
+from dataclasses import replace
 
-import numpy as np
 import pytest
 from press.page.press_stage import READY
 from report import browser as chromium
@@ -30,20 +30,20 @@ def smooth_liver():
     return make_body("liver", LIVER | {"smooth": True})
 
 
+def _answer(body, path):
+    """The coarse mesh's answer for a body, as it comes back from its file, and its model of a page."""
+    coarse_answer.save(coarse_answer.coarse_answer(body, RADIUS_M), path)
+    return coarse_answer.load(path), PressModel("coarse", "coarse mesh", path.read_bytes(), info=INFO, kind="coarse")
+
+
 @pytest.fixture(scope="session")
 def answer(liver, tmp_path_factory):
-    """The coarse mesh's answer, as it comes back from its file."""
-    path = tmp_path_factory.mktemp("press") / "coarse.bin"
-    coarse_answer.save(coarse_answer.coarse_answer(liver, RADIUS_M), path)
-    return coarse_answer.load(path), path.read_bytes()
+    return _answer(liver, tmp_path_factory.mktemp("press") / "coarse.bin")
 
 
 @pytest.fixture(scope="session")
 def smooth_answer(smooth_liver, tmp_path_factory):
-    """The coarse mesh's answer for the smooth liver, and its model of a page."""
-    path = tmp_path_factory.mktemp("press") / "coarse.bin"
-    coarse_answer.save(coarse_answer.coarse_answer(smooth_liver, RADIUS_M), path)
-    return coarse_answer.load(path), PressModel("coarse", "coarse mesh", path.read_bytes(), info=INFO, kind="coarse")
+    return _answer(smooth_liver, tmp_path_factory.mktemp("press") / "coarse.bin")
 
 
 @pytest.fixture(scope="session")
@@ -53,17 +53,15 @@ def model(liver, answer):
     force = -0.5 * liver.fine.normals[30]
     moved = answer[0].respond([place | {"force": force}]).displacement
     truth = Known(30, place, force, 1.1 * moved, 0.001)
-    return PressModel("coarse", "coarse mesh", answer[1], advice="Fast.", truths=[truth], info=INFO, kind="coarse")
+    return replace(answer[1], advice="Fast.", truths=[truth])
 
 
 @pytest.fixture(scope="session")
 def doubtful(answer):
     """The same answer from a server of the address /answer, in the words of a page."""
-    arrays = answer[0].arrays
-    mesh = {"nodes": arrays["nodes"], "triangles": np.asarray(arrays["triangles"])}
-    return PressModel(
-        "server", "from a server", url="answer", info=INFO | {"radius_m": RADIUS_M, "body": "liver"}, **mesh
-    )
+    mesh = {name: answer[0].arrays[name] for name in ("nodes", "triangles")}
+    info = INFO | {"radius_m": RADIUS_M, "body": "liver"}
+    return PressModel("server", "from a server", url="answer", info=info, **mesh)
 
 
 @pytest.fixture

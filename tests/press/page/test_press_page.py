@@ -51,16 +51,16 @@ def test_a_drag_presses_deeper_and_the_wheel_too(page, answer):
 
 
 def test_a_press_where_the_organ_is_held_takes_nothing_from_the_next(page, answer):
-    page.evaluate(f"{STAGE}.main.model.depth = () => 1")  # deep enough for any wish
+    bear(page, 1)  # deep enough for any wish
     (x, y), (x2, y2) = spots(page, 9)[0], spots(page, 9)[-1]
     page.mouse.click(x, y)
     before = rest(page)
-    page.evaluate(f"{STAGE}.main.depths = new Map(), {STAGE}.main.model.depth = () => 0")
+    bear(page, 0)
     page.mouse.click(x2, y2)
     assert rest(page)["presses"] == []
     page.wait_for_timeout(300)
     assert "held" in page.text_content(".bound")
-    page.evaluate(f"{STAGE}.main.depths = new Map(), {STAGE}.main.model.depth = () => 1")
+    bear(page, 1)
     page.mouse.click(x, y)
     after = rest(page)
     assert np.linalg.norm(after["presses"][0]["moved"]) == pytest.approx(np.linalg.norm(before["presses"][0]["moved"]))
@@ -93,10 +93,7 @@ def test_a_finger_tilts(page, answer, liver):
     page.mouse.click(x, y)
     straight = rest(page)
     page.get_by_text("Tilt", exact=True).click()
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x + 40, y)
-    page.mouse.up()
+    chromium.drag(page, x, y, (40, 0))
     found = rest(page)
     same(found, answer[0])
     ways = [np.array(each["presses"][0]["moved"]) for each in (straight, found)]
@@ -463,10 +460,7 @@ def test_a_carried_wish_stops_at_what_is_known_and_only_the_reader_goes_beyond(p
     assert depth(page) == pytest.approx(0.004)
     slide_keys(page)
     assert depth(page) == pytest.approx(0.004)
-    page.mouse.move(x2, y2)  # a slide by the pointer, too
-    page.mouse.down()
-    page.mouse.move(x2 - 20, y2)
-    page.mouse.up()
+    chromium.drag(page, x2, y2, (-20, 0))  # a slide by the pointer, too
     assert depth(page) == pytest.approx(0.004)
     page.keyboard.press("1")
     page.keyboard.press("ArrowDown")  # the reader asks for more
@@ -549,11 +543,7 @@ def test_a_first_press_shows_and_is_no_deeper_than_its_place_is_known_to_bear(pa
 def test_a_pointer_that_trembles_takes_nothing_from_the_wish(page):
     (x, y), *_ = spots(page, 1)
     begin(page, 0.002)
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x + 2, y - 2)
-    page.mouse.move(x - 1, y + 1)
-    page.mouse.up()
+    chromium.drag(page, x, y, (2, -2), (-1, 1))
     rest(page)
     assert page.evaluate(f"[{STAGE}.active.depth, {STAGE}.active.wish]") == pytest.approx([0.002, 0.4 * PEAK_M])
 

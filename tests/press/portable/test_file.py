@@ -3,7 +3,6 @@
 import os
 import struct
 
-import numpy as np
 import pytest
 from press.portable.conftest import headed, repaired
 
@@ -66,13 +65,6 @@ def test_models_that_no_file_can_hold_are_refused(given, said, tmp_path, capsys)
     out = tmp_path / "out.palpate"
     assert main(["export", "--scene", "liver_large", "--model", given, "--out", str(out)]) == 1
     assert said in capsys.readouterr().err and not out.exists()
-
-
-def test_presses_that_are_none_are_refused(model):
-    right = {"triangle": 0, "weights": [1, 0, 0], "force": [0, 0, -0.1]}
-    for wrong in ({"triangle": 10**6}, {"weights": [2, 0, 0]}, {"weights": [1, 0]}, {"force": [0, 0, np.nan]}):
-        with pytest.raises(ValueError, match="press"):
-            model.respond([right | wrong])
 
 
 def test_a_file_that_cannot_be_written_is_refused_before_anything_is_prepared(tmp_path, capsys):

@@ -96,6 +96,9 @@ def test_what_is_no_press_is_refused_in_words(model):
     for presses, why in ((17 * [press], "more than 16"), ([both], "and not both"), ([None], "list of dictionaries")):
         with pytest.raises(ValueError, match=why):
             model.respond(presses)
+    for wrong in ({"triangle": 10**6}, {"weights": [2, 0, 0]}, {"weights": [1, 0]}, {"force": [0, 0, np.nan]}):
+        with pytest.raises(ValueError, match="press"):
+            model.respond([press | wrong])
 
 
 def test_an_answer_that_starts_from_an_earlier_one_is_the_same(model, drags):

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from press.portable.conftest import HERE, RUNTIMES, headed
+from press.portable.conftest import RUNTIMES, headed
 
 CLOSE = 1e-5
 ASK = """
@@ -28,24 +28,34 @@ for (const path of process.argv.slice(2)) {
   catch (error) { console.log(error.constructor.name + ": " + error.message); }
 }
 """
-
-
 DEPTH = """
 const [code, file, asked] = process.argv.slice(1), fs = require("fs"), Palpate = require(code);
 const model = Palpate.load(fs.readFileSync(file));
 console.log(JSON.stringify(JSON.parse(fs.readFileSync(asked)).map((press) => model.depth(press))));
 """
+WRONG = """
+const model = require(process.argv[1]).load(require("fs").readFileSync(process.argv[2]));
+const press = { triangle: 0, weights: [1, 0, 0], force: [0, 0, 0] };
+for (const presses of [Array(17).fill(press), [{ ...press, moved: [0, 0, 0] }], [null], undefined])
+  try { model.respond(presses); console.log("answered"); } catch (error) { console.log(error.message); }
+"""
 
 
 @pytest.fixture(scope="session")
 def node():
+    """A function that runs a script with the JavaScript runtime and some files, and returns what it prints."""
     if shutil.which("node") is None:
         pytest.skip("there is no node")
-    return shutil.which("node")
+
+    def run(script, *files):
+        command = ["node", "-e", script, str(RUNTIMES / "palpate.js"), *map(str, files)]
+        return subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
+
+    return run
 
 
-def compare(expected, found, least=200):
-    """Answers that were found are the same; those that were not say so alike."""
+def compare(expected, found, least):
+    """Answers that were found, ``least`` or more, are the same; those that were not say so alike."""
     assert len(found) == len(expected)
     answered = [not right.doubt.startswith(("the model found no", "no force")) for right in expected]
     assert sum(answered) >= least
@@ -97,45 +107,41 @@ def in_javascript(node, made_up, tmp_path_factory):
     """The same for JavaScript."""
     folder = tmp_path_factory.mktemp("asked")
     (folder / "model").write_bytes(made_up.data)
-    files = [str(folder / name) for name in ("model", "loads", "answers")]
 
     def ask(drags):
         (folder / "loads").write_text(json.dumps(drags))
-        subprocess.run([node, "-e", ASK, str(RUNTIMES / "palpate.js"), *files], check=True)
+        node(ASK, *(folder / name for name in ("model", "loads", "answers")))
         answers = json.loads((folder / "answers").read_text())
         return [(np.array(a["displacement"]), np.array(a["forces"]), a["error"], a["doubt"]) for a in answers]
 
     return ask
 
 
-@pytest.mark.parametrize("runtime", ["in_c", "in_javascript"])
-def test_other_runtimes_answer_as_python(runtime, request, model, loads):
-    found = request.getfixturevalue(runtime)([([], presses) for presses in loads])
-    compare([model.respond(presses) for presses in loads], found)
+@pytest.fixture(params=["in_c", "in_javascript"])
+def runtime(request):
+    return request.getfixturevalue(request.param)
 
 
-@pytest.mark.parametrize("runtime", ["in_c", "in_javascript"])
-def test_other_runtimes_start_from_an_earlier_answer_as_python(runtime, request, model, drags):
-    found = request.getfixturevalue(runtime)(drags)
-    compare([model.respond(presses, start=model.respond(before)) for before, presses in drags], found)
+def test_other_runtimes_answer_as_python(runtime, model, loads, pairs):
+    for some, least in ((loads, 200), (pairs, len(pairs))):  # the latter are of discs that are near
+        found = runtime([([], presses) for presses in some])
+        compare([model.respond(presses) for presses in some], found, least)
 
 
-@pytest.mark.parametrize("runtime", ["in_c", "in_javascript"])
-def test_other_runtimes_push_near_discs_as_python(runtime, request, model, pairs):
-    found = request.getfixturevalue(runtime)([([], presses) for presses in pairs])
-    compare([model.respond(presses) for presses in pairs], found, least=len(pairs))
+def test_other_runtimes_start_from_an_earlier_answer_as_python(runtime, model, drags):
+    found = runtime(drags)
+    compare([model.respond(presses, start=model.respond(before)) for before, presses in drags], found, 200)
 
 
-@pytest.mark.parametrize("runtime", ["in_c", "in_javascript"])
 @pytest.mark.parametrize("given", ["force", "moved"])
-def test_what_no_number_can_hold_is_answered_by_nothing_and_doubted_without_a_warning(runtime, request, model, given):
+def test_what_no_number_can_hold_is_answered_by_nothing_and_doubted_without_a_warning(runtime, model, given):
     loads = []
     for size in (1e100, 1e300, -1.7e308):
         press = {"triangle": 3, "weights": [0.2, 0.3, 0.5], given: [0.0, size, -size]}
         loads += [[press], [press, press | {"triangle": 90}]]
     with warnings.catch_warnings(action="error"):
         expected = [model.respond(presses) for presses in loads]
-    answers = request.getfixturevalue(runtime)([([], presses) for presses in loads])
+    answers = runtime([([], presses) for presses in loads])
     for right, found in zip(expected, answers, strict=True):
         assert right.error == 1.0
         assert right.doubt.startswith(("the numbers of this answer are beyond", "no force was found"))
@@ -148,10 +154,7 @@ def test_javascript_says_how_deep_a_place_can_be_pressed(node, made_up, model, t
     presses = [{"triangle": t, "weights": [0.5, 0.3, 0.2]} for t in range(0, len(model.triangles), 5)]
     (tmp_path / "presses.json").write_text(json.dumps(presses))
     (tmp_path / "file").write_bytes(made_up.data)
-    said = subprocess.run(
-        [node, "-e", DEPTH, str(RUNTIMES / "palpate.js"), str(tmp_path / "file"), str(tmp_path / "presses.json")],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+    said = json.loads(node(DEPTH, tmp_path / "file", tmp_path / "presses.json"))
     expected = []
     for press in presses:
         place = model._place(press)
@@ -160,7 +163,7 @@ def test_javascript_says_how_deep_a_place_can_be_pressed(node, made_up, model, t
         metre = np.linalg.solve(place.disc @ model._compliance @ place.disc.T, normal / np.linalg.norm(normal))
         expected.append(hardest / np.linalg.norm(metre))
     assert min(expected) > 0
-    np.testing.assert_allclose(json.loads(said.stdout), expected, rtol=1e-9)
+    np.testing.assert_allclose(said, expected, rtol=1e-9)
 
 
 def test_ten_thousand_changed_files_are_refused_or_answer_finite_numbers(compiled, made_up, tmp_path):
@@ -171,19 +174,9 @@ def test_ten_thousand_changed_files_are_refused_or_answer_finite_numbers(compile
     assert refused + answered <= 10000 and refused > 1000 and answered > 1000
 
 
-WRONG = """
-const model = require(process.argv[1]).load(require("fs").readFileSync(process.argv[2]));
-const press = { triangle: 0, weights: [1, 0, 0], force: [0, 0, 0] };
-for (const presses of [Array(17).fill(press), [{ ...press, moved: [0, 0, 0] }], [null], undefined])
-  try { model.respond(presses); console.log("answered"); } catch (error) { console.log(error.message); }
-"""
-
-
 def test_javascript_refuses_what_is_no_press(node, made_up, tmp_path):
     (tmp_path / "model").write_bytes(made_up.data)
-    command = [node, "-e", WRONG, str(RUNTIMES / "palpate.js"), str(tmp_path / "model")]
-    said = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
-    assert said == [
+    assert node(WRONG, tmp_path / "model").splitlines() == [
         "more than 16 presses are asked for",
         "a press has a force or is moved, and not both",
         *2 * ["presses are a list of objects"],
@@ -193,19 +186,11 @@ def test_javascript_refuses_what_is_no_press(node, made_up, tmp_path):
 def test_javascript_refuses_what_is_no_model(node, made_up, tmp_path):
     data = made_up.data
     named = {"body": "a", "regime": "b", "model": "c", "error": "d"}
-    wrong = {
-        "unnamed": headed(data, {}),
-        "sizeless": headed(data, named),
-        "short": data[:-5],
-        "empty": b"",
-        "other": b"text" * 99,
-        "flipped": data[:-9] + b"\1" + data[-8:],
-    }
+    wrong = {"unnamed": headed(data, {}), "sizeless": headed(data, named), "short": data[:-5], "empty": b""}
+    wrong |= {"other": b"text" * 99, "flipped": data[:-9] + b"\1" + data[-8:]}
     for name, each in wrong.items():
         (tmp_path / name).write_bytes(each)
-    files = [str(tmp_path / name) for name in wrong]
-    done = subprocess.run([node, "-e", REFUSE, str(RUNTIMES / "palpate.js"), *files], capture_output=True, text=True)
-    said = done.stdout.splitlines()
+    said = node(REFUSE, *(tmp_path / name for name in wrong)).splitlines()
     assert len(said) == len(wrong) and all(line.startswith("Error: ") for line in said)
     assert said[:2] == [
         f"Error: its header lacks {what}" for what in ("body, which is a text", "radius_m, which is a number")
@@ -221,4 +206,3 @@ def test_the_c_runtime_is_small_and_needs_the_standard_library_only():
     assert lines <= 600
     standard = {f"<{name}.h>" for name in ("math", "stddef", "stdint", "stdio", "stdlib", "string")}
     assert included <= {*standard, '"palpate.h"'}
-    assert (HERE / "ask.c").is_file()

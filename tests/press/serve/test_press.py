@@ -223,8 +223,6 @@ def test_it_listens_to_this_machine_only_and_another_has_another_token(served):
     assert served.socket.getsockname()[0] == "127.0.0.1"
     with PressServer() as other:
         assert other.token != served.token and other.server_port != served.server_port
-    with pytest.raises(InputError, match=rf"^port {served.server_port} cannot be had \(.*\); give another one"):
-        PressServer(served.server_port)
 
 
 def test_each_model_answers_under_its_name_or_says_why_it_cannot(served):

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fixtures.stub import Stub
 
 from palpate.benchmark.load import Answer, Doubted, Load
 from palpate.benchmark.model import Solver
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem
-from palpate.press.serve.pressed_model import PressedModel
-from palpate.press.serve.presses import MOST_PRESSES, Asked, Bounds, read_presses
+from palpate.press.serve.pressed_model import MOST_PRESSES, Asked, Bounds, PressedModel, read_presses
 
 FORCE = np.array([0.0, 0.0, -1.0])
 
@@ -23,9 +23,13 @@ def case(slab_case):
 
 
 @pytest.fixture(scope="module")
-def way(case) -> list[Asked]:
+def corners(case) -> np.ndarray:
+    return case.database.nodes_fine_surface[case.database.triangles]
+
+
+@pytest.fixture(scope="module")
+def way(corners) -> list[Asked]:
     """Places on a straight way over the free top of the slab, through several triangles, 0.5 mm apart."""
-    corners = case.database.nodes_fine_surface[case.database.triangles]
     middle = corners.reshape(-1, 3).mean(axis=0)[:2]
     return [_under(corners, middle + np.array([1.0, 0.4]) * shift) for shift in np.arange(0.0, 0.03, 0.0005)]
 
@@ -44,8 +48,6 @@ def _under(corners: np.ndarray, point: np.ndarray) -> Asked:
 
 class Nodes(Solver):
     """A model that moves every node by the force times a smooth function of where it is pressed, at nodes only."""
-
-    memory_mb = 0.0
 
     def __init__(self, case, doubts=False):
         self.asked, self.nodes, self.n, self.doubts = [], case.body.fine.nodes, case.n_surface, doubts
@@ -86,9 +88,9 @@ def test_elements_follow_a_finger_without_a_jump_and_find_the_force_of_a_depth(c
     assert np.abs(by_depth.displacement - again.displacement).max() < 1e-5 * np.abs(again.displacement).max()
 
 
-def test_other_models_are_asked_for_the_corners_and_blended(case, way):
+def test_other_models_are_asked_for_the_corners_and_blended(case, way, corners):
     model = Nodes(case)
-    pressed, corners = PressedModel(case, model), case.database.nodes_fine_surface[case.database.triangles]
+    pressed = PressedModel(case, model)
     for asked in way:
         found = pressed.respond([asked])
         share = model.share(asked.weights @ corners[asked.triangle])
@@ -97,12 +99,11 @@ def test_other_models_are_asked_for_the_corners_and_blended(case, way):
     assert max(map(len, model.asked)) == 1 and len(model.asked) <= 3 * len(way)
 
 
-def test_two_fingers_are_answered_together(case, way):
+def test_two_fingers_are_answered_together(case, way, corners):
     model = Nodes(case)
-    pressed, corners = PressedModel(case, model), case.database.nodes_fine_surface[case.database.triangles]
     two = [way[0], way[-1]._replace(force=2 * FORCE)]
     shares = [model.share(asked.weights @ corners[asked.triangle]) for asked in two]
-    found = pressed.respond(two)
+    found = PressedModel(case, model).respond(two)
     assert found.displacement[0] == pytest.approx(shares[0] * FORCE + 2 * shares[1] * FORCE)
     assert found.forces.shape == (2, 3) and {len(nodes) for nodes in model.asked} == {2}
 
@@ -124,21 +125,15 @@ def test_a_place_that_is_held_is_refused_and_one_beside_it_is_not(case):
 
 
 def test_an_answer_that_is_not_finite_is_none(case, way):
-    class Broken(Nodes):
-        def respond(self, load):
-            return np.full((self.n, 3), np.nan)
-
+    broken = Stub(respond=lambda load: np.full((case.n_surface, 3), np.nan))
     with pytest.raises(NotConverged):
-        PressedModel(case, Broken(case)).respond([way[0]])
+        PressedModel(case, broken).respond([way[0]])
 
 
 def test_a_model_that_finds_no_force_says_so_for_a_depth(case, way):
-    class Forceless(Nodes):
-        def respond(self, load):
-            return np.zeros((self.n, 3))
-
+    forceless = Stub(respond=lambda load: np.zeros((case.n_surface, 3)))
     with pytest.raises(InputError, match="finds no force for a depth"):
-        PressedModel(case, Forceless(case)).respond([way[0]._replace(force=None, moved=1e-3 * FORCE)])
+        PressedModel(case, forceless).respond([way[0]._replace(force=None, moved=1e-3 * FORCE)])
 
 
 BOUNDS = Bounds(10, 5.0, 0.1)

@@ -1,6 +1,5 @@
 """The page on which a reader presses a body, for the report and as a document of its own."""
 
-import base64
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ from palpate.bodies.body import Body
 from palpate.files import write_whole
 from palpate.press.portable.file import FOUR_ERRORS
 from palpate.report import page_assets
+from palpate.report.page_assets import base64_of
 from palpate.report.words import percent, seconds, spaced
 
 _SCRIPTS = (
@@ -78,16 +78,17 @@ def press_section(
     held : of its n nodes, whether they are held; they are hatched
     """
     head = {"models": [_head(model) for model in models], "palettes": {k: _palette(v) for k, v in _COLOURS.items()}}
-    head["held"] = _text(np.asarray(held, np.uint8).tobytes())
+    head["held"] = base64_of(np.asarray(held, np.uint8).tobytes())
+    told = json.dumps(head, separators=(",", ":")).replace("<", "\\u003c")
     packed = "".join(
-        f'<script type="text/plain" data-model="{escape(model.name)}">{_text(model.file)}</script>\n'
+        f'<script type="text/plain" data-model="{escape(model.name)}">{base64_of(model.file)}</script>\n'
         for model in models
         if model.file is not None
     )
     return (
         f"<style>{_asset('press.css')}</style>\n"
         f'<figure class="press" id="press_{escape(name)}">\n'
-        f'<script class="head" type="application/json">{_json(head)}</script>\n'
+        f'<script class="head" type="application/json">{told}</script>\n'
         f"{packed}<noscript><p>Here a body can be pressed; it needs scripts to be allowed.</p></noscript>\n"
         f"<figcaption>{caption}</figcaption>\n</figure>\n<script>{_script(models)}</script>\n"
     )
@@ -134,8 +135,8 @@ def _head(model: PressModel) -> dict:
         if model.nodes is None or model.triangles is None:
             raise ValueError(f"{model.name}: a model behind a url needs nodes and triangles")
         head["url"] = model.url
-        head["nodes"] = _text(np.asarray(model.nodes, "<f4").tobytes())
-        head["triangles"] = _text(np.asarray(model.triangles, "<u4").tobytes())
+        head["nodes"] = base64_of(np.asarray(model.nodes, "<f4").tobytes())
+        head["triangles"] = base64_of(np.asarray(model.triangles, "<u4").tobytes())
     return head
 
 
@@ -151,7 +152,7 @@ def _truth(one: Known) -> dict:
         **one.press,
         "peak": peak,
         "step": step,
-        "packed": _text(np.round(moved / step).astype("<i2").tobytes()),
+        "packed": base64_of(np.round(moved / step).astype("<i2").tobytes()),
     }
 
 
@@ -160,30 +161,20 @@ def _palette(name: str) -> str:
     import matplotlib
 
     colours = matplotlib.colormaps[name](np.linspace(0, 1, _SHADES))[:, :3]
-    return _text(np.round(255 * colours).astype(np.uint8).tobytes())
+    return base64_of(np.round(255 * colours).astype(np.uint8).tobytes())
 
 
 def _script(models: Sequence[PressModel]) -> str:
     """Return the page's script, in a scope of its own, with the runtime of models whose file lies in the page."""
-    runtime = _runtime() if any(model.file is not None and model.kind == "portable" for model in models) else ""
+    runtime = ""
+    if any(model.file is not None and model.kind == "portable" for model in models):
+        runtime = (files("palpate.press.portable") / "runtimes" / "palpate.js").read_text(encoding="utf-8")
     scripts = page_assets.asset("program.js") + "\n".join(_asset(f"{name}.js") for name in _SCRIPTS)
     return f'(() => {{\n"use strict";\n{runtime}\n{scripts}}})();\n'
 
 
-def _runtime() -> str:
-    return (files("palpate.press.portable") / "runtimes" / "palpate.js").read_text(encoding="utf-8")
-
-
 def _asset(name: str) -> str:
-    return (files("palpate.press.page") / "assets" / name).read_text(encoding="utf-8")
-
-
-def _json(head: dict) -> str:
-    return json.dumps(head, separators=(",", ":")).replace("<", "\\u003c")
-
-
-def _text(data: bytes) -> str:
-    return base64.b64encode(data).decode("ascii")
+    return page_assets.asset(name, "palpate.press.page")
 
 
 TITLES = {"contact_modes": "contact modes", "coarse": "linear, coarse mesh"}

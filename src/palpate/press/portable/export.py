@@ -62,25 +62,21 @@ class Calibration:
 
     def scalars(self) -> dict[str, float]:
         """Return the numbers that runtimes need."""
-        found = {"floor": self.floor, "share": self.share, "spread": self.spread, "several": self.several}
-        return found | {"peak_m": self.peak_m}
+        return {name: getattr(self, name) for name in ("floor", "share", "spread", "several", "peak_m")}
 
     def told(self) -> dict[str, object]:
         """Return what the header says."""
-        two = (
-            f"; {100 * self.paired.mean():.1f} % for two presses at once, of {len(self.paired)}"
-            if len(self.paired)
-            else ""
-        )
         between = "not measured: there is no place between the contacts"
         if len(self.errors):
-            kept = f"{100 * self.held:.0f} % of the answers keep the bound they give"
-            measured = f"{len(self.errors)} presses at {self.places} places{two}"
-            kept += f"; {100 * self.answered:.0f} % of the presses tried are believed, more with more contacts"
+            measured = f"{len(self.errors)} presses at {self.places} places"
+            if len(self.paired):
+                measured += f"; {100 * self.paired.mean():.1f} % for two presses at once, of {len(self.paired)}"
             mean, most = 100 * self.errors.mean(), 100 * self.errors.max()
+            kept = f"{100 * self.held:.0f} % of the answers keep the bound they give"
             between = (
                 f"between contacts {mean:.1f} % on average, {most:.1f} % at worst, of {measured}; RMSE over peak, "
-                f"against contact modes that were prepared there; {kept}"
+                f"against contact modes that were prepared there; {kept}; {100 * self.answered:.0f} % of the presses "
+                "tried are believed, more with more contacts"
             )
         return {"error": between, "float32_error": self.stored}
 
@@ -101,8 +97,7 @@ def calibrate(
     rows, peaks = [], []
     for node in progress(checked):
         for i, force in enumerate(best.shop.shown(node, "snapshots").forces[::EVERY]):
-            row = _compared(model, surface, best, ((node, force),))
-            if row is not None:
+            if (row := _compared(model, surface, best, ((node, force),))) is not None:
                 rows.append((node, *row))
                 peaks += [row[3]] if i == 0 else []
     own = [_compared(model, surface, solver, ((node, 0.5 * _hardest(solver, node)),)) for node in nodes[:AT_CONTACTS]]
@@ -150,8 +145,8 @@ def _pairs(
     errors: list[float] = []
     more: list[float] = []
     for one, two in list(pairwise(checked))[:PAIRS]:
-        row = _compared(model, surface, best, tuple((node, 0.5 * _hardest(solver, node)) for node in (one, two)))
-        if row is not None:
+        presses = tuple((node, 0.5 * _hardest(solver, node)) for node in (one, two))
+        if (row := _compared(model, surface, best, presses)) is not None:
             errors.append(row[0])
             more.append(max(0.0, row[0] - float(weights @ np.array([floor, row[1], row[2]]))) / max(row[4], 1e-9))
     return np.array(errors), float(np.max(more, initial=0.0))
@@ -197,17 +192,16 @@ FARTHEST = 1.5
 COLUMNS = {"modes": "columns", "rings": 50, "thinned": 0.003, "target": "limit"}
 """The setting that is exported if none is asked for: cheap, so that many contacts can be had."""
 
-
 Progress = Callable[[str], Callable[[Sequence], Iterable]]
 """Return, for what is counted, a function that wraps a sequence and tells how far it has come."""
 
 
-def _untold(_: str) -> Callable[[Sequence], Iterable]:
-    return iter
-
-
 def export_model(
-    case: Case, setting: Setting, contacts: int | Sequence[int], path: Path | str, progress: Progress = _untold
+    case: Case,
+    setting: Setting,
+    contacts: int | Sequence[int],
+    path: Path | str,
+    progress: Progress = lambda _: iter,
 ) -> None:
     """Write contact modes of ``setting`` for any place of the body of ``case`` to the file ``path``.
 
@@ -218,25 +212,25 @@ def export_model(
     nodes, checked = _places(case.body, contacts)
     stage = contact_modes.offline(case)
     solver, best = stage.online(setting), stage.online(setting | {"modes": "snapshots"})
-    shop = solver.shop
+    shop, surface = solver.shop, case.body.fine.surface
     prepared = [solver.prepare_contact(node) for node in progress("contact")(nodes)]
     seen, sampled = _linear_responses(case.body, shop, prepared, nodes, progress("linear responses, part"))
     columns = [each.columns for each in prepared]
     singles = [sampled[:, 3 * k : 3 * k + 3] for k in range(len(seen))]
     basis = surface_basis(case.body, case.radius_m, columns + singles, [each.rest for each in prepared], VECTORS)
-    at = np.searchsorted(case.body.fine.surface, nodes)
+    at = np.searchsorted(surface, nodes)
     packed = [PackedContact(basis.nodes[i], basis.normals[i], each) for i, each in zip(at, prepared, strict=True)]
     scalars = _scalars(case, prepared)
     empty = np.zeros((basis.vectors.shape[1], basis.vectors.shape[1]))
     unmeasured = _info(case, setting, basis, prepared, scalars) | {"error": "not measured"}
     bare = PortableModel(model_bytes(unmeasured, scalars, basis, empty, packed))
-    scalars["farthest_m"] = min(
-        FARTHEST * case.radius_m, _farthest(bare, basis, np.searchsorted(case.body.fine.surface, _able(case.body)))
-    )
-    compliance = _compliance(bare, basis, np.searchsorted(case.body.fine.surface, seen), sampled, columns)
+    # how far the nodes that can be pressed are from the nearest contact at most, as runtimes measure it
+    able = np.searchsorted(surface, _able(case.body))
+    apart = 1.05 * max(bare.apart(basis.nodes[i], basis.normals[i]).min() for i in able)
+    scalars["farthest_m"] = min(FARTHEST * case.radius_m, apart)
+    compliance = _compliance(bare, basis, np.searchsorted(surface, seen), sampled, columns)
     first = PortableModel(model_bytes(unmeasured, scalars, basis, compliance, packed))
-    between = progress("error at place")
-    found = calibrate(first, case.body.fine.surface, solver, best, nodes, checked, between)
+    found = calibrate(first, surface, solver, best, nodes, checked, progress("error at place"))
     scalars |= found.scalars()
     info = _info(case, setting, basis, prepared, scalars) | found.told()
     with write_whole(path) as temporary:
@@ -245,8 +239,7 @@ def export_model(
 
 def _refuse(case: Case) -> None:
     """Raise InputError for what runtimes do not know."""
-    name = case.body.name
-    law = case.body.material.law
+    name, law = case.body.name, case.body.material.law
     if law != LAWS[0]:
         raise InputError(
             f"bodies.{name}.law is {law}, and a portable model has the law {LAWS[0]}; export a body of that."
@@ -304,9 +297,8 @@ def _linear_responses(
     steps = [mine - _responses(shop, shop.level - 1, [node]) for mine, node in zip(own, nodes, strict=True)]
     changes = [each.columns - mine for each, mine in zip(prepared, own, strict=True)]
     over = sum(float(np.vdot(step, step)) for step in steps)
-    share = (
-        sum(float(np.vdot(change, step)) for change, step in zip(changes, steps, strict=True)) / over if over else 0.0
-    )
+    along = sum(float(np.vdot(change, step)) for change, step in zip(changes, steps, strict=True))
+    share = along / over if over else 0.0
     return chosen, reduced + share * (reduced - _responses(shop, shop.level - 1, chosen))
 
 
@@ -334,11 +326,6 @@ def _compliance(
     discs += [PREPARED_MOST * each.here.T for each in bare.contacts]
     known = [basis.coordinates(sampled), *(PREPARED_MOST * basis.coordinates(each) for each in columns)]
     return fitted_compliance(np.hstack(discs), np.hstack(known))
-
-
-def _farthest(bare: PortableModel, basis: SurfaceBasis, able: np.ndarray) -> float:
-    """Return how far the nodes ``able`` are from the nearest contact at most, as runtimes measure it [m]."""
-    return 1.05 * max(bare.apart(basis.nodes[i], basis.normals[i]).min() for i in able)
 
 
 def _scalars(case: Case, prepared: Sequence[Prepared]) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from palpate.errors import InputError
-from palpate.press.portable.runtimes.palpate_model import PortableAnswer, PortableModel
+from palpate.press.portable.runtimes.palpate_model import PortableModel
 
 FOUR_ERRORS = (
     "Four errors are said of contact modes, each an RMSE over the peak.",
@@ -15,9 +15,6 @@ FOUR_ERRORS = (
     "An answer has a bound of its own error, which nine in ten keep: trust it for that answer.",
 )
 """They stand wherever more than one of these errors is said."""
-
-
-__all__ = ["PortableAnswer", "PortableModel", "describe", "read"]
 
 
 def read(path: Path | str) -> PortableModel:

@@ -60,11 +60,6 @@ class SurfaceBasis:
         """Return the coordinates (b, k) of displacements (3 n, k) of all nodes."""
         return self._inverse @ self.at_stored(moved)
 
-    def expand(self, coordinates: np.ndarray) -> np.ndarray:
-        """Return the displacements (3 n, k) of ``coordinates`` (b, k)."""
-        stored = (self.vectors @ coordinates).reshape(self.stored, 3, -1)
-        return np.einsum("nj,njdk->ndk", self.weights, stored[self.made_of]).reshape(3 * len(self.nodes), -1)
-
 
 def surface_basis(
     body: Body, radius_m: float, linear: Sequence[np.ndarray], bent: Sequence[np.ndarray], most: int

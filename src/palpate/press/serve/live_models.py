@@ -1,6 +1,5 @@
 """Choose and prepare the models of a finished run that can answer a press anywhere."""
 
-import base64
 import json
 from collections.abc import Iterable
 from contextlib import suppress
@@ -11,8 +10,8 @@ import pandas as pd
 from palpate.benchmark.model import Case, Setting, setting_text
 from palpate.errors import InputError, NotConverged
 from palpate.press.finished_run import FinishedRun
-from palpate.press.serve.pressed_model import PressedModel
-from palpate.press.serve.presses import Asked, Bounds, read_presses
+from palpate.press.serve.pressed_model import Asked, Bounds, PressedModel, read_presses
+from palpate.report.page_assets import base64_of
 
 OFFERED = ("fast_fem", "fem_p2", "fem_p1")
 """Models that need neither samples nor prepared contacts, best first."""
@@ -76,7 +75,7 @@ class LiveModels:
         """
         asked = read_presses(body, self.bounds)
         found = self.prepare(name).respond(asked)
-        packed = base64.b64encode(found.displacement.astype("<f4").tobytes()).decode("ascii")
+        packed = base64_of(found.displacement.astype("<f4").tobytes())
         said = {"displacement": packed, "forces": found.forces.tolist(), "error": found.error}
         return json.dumps(said | {"doubt": found.doubt, "ms": found.milliseconds}, allow_nan=False).encode()
 

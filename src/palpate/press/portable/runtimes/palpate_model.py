@@ -226,7 +226,7 @@ class PortableModel:
         return np.sqrt(((self._places - point) ** 2).sum(axis=1) + turned)
 
     def _contact(self, reader: "_Reader", vectors: int) -> Contact:
-        modes, count = reader.sizes()
+        modes, count = map(int, reader.take("<u4", 2))
         _must(0 < modes <= MOST_MODES and count <= MOST_CELLS, "a contact has too many coordinates or cells")
         place, normal, bearing = reader.floats(9).reshape(3, 3).astype(float)
         reach = float(reader.floats(1)[0])
@@ -248,10 +248,8 @@ class PortableModel:
         _must(isinstance(named, int | np.integer), "a press needs the whole number of a triangle")
         triangle = int(named or 0)
         _must(0 <= triangle < len(self.triangles), f"the press is on triangle {triangle}, which is not there")
-        _must(
-            weights.min() >= -1e-6 and abs(weights.sum() - 1.0) < 1e-4,
-            "the weights of a press are not of a point in its triangle",
-        )
+        inside = weights.min() >= -1e-6 and abs(weights.sum() - 1.0) < 1e-4
+        _must(inside, "the weights of a press are not of a point in its triangle")
         corners = self.triangles[triangle]
         point, normal = weights @ self.nodes[corners], weights @ self._normals[corners]
         normal = normal / max(float(np.linalg.norm(normal)), 1e-30)
@@ -560,9 +558,8 @@ class _Reader:
         _must(len(data) >= HEAD and data[:8] == MAGIC, "this is no portable model of palpate")
         version, total, checksum, words, *counts = struct.unpack_from("<10I", data, 8)
         _must(version == VERSION, f"this is a portable model of version {version}, and version {VERSION} is read here")
-        _must(
-            total == len(data), f"the file has {len(data)} bytes instead of {total}; it was cut off, or more was added"
-        )
+        whole = total == len(data)
+        _must(whole, f"the file has {len(data)} bytes instead of {total}; it was cut off, or more was added")
         _must(checksum == zlib.crc32(data[20:]), "the checksum is wrong; the file is damaged")
         n, t, stored, vectors, contacts, parts = self.counts = counts
         sound = 0 < stored <= n <= total and 0 < t <= total and 0 < contacts <= total
@@ -594,11 +591,6 @@ class _Reader:
         found = self.take("<f4", count)
         _must(bool(np.isfinite(found).all()), "a number is not finite")
         return found
-
-    def sizes(self) -> tuple[int, int]:
-        """Return the numbers of coordinates and of cells of the next contact."""
-        modes, cells = self.take("<u4", 2)
-        return int(modes), int(cells)
 
     def end(self) -> None:
         """Check that nothing is left."""

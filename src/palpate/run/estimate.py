@@ -248,7 +248,7 @@ def _took(job: Job) -> tuple[float, float] | None:
 @cache
 def slowness() -> float:
     """Return how many times as long this machine takes as that of RECORDED."""
-    return speed_test() / _table()[SPEED_TEST].seconds
+    return speed_test() / _table()[SPEED_TEST]["seconds"]
 
 
 def speed_test() -> float:

@@ -35,9 +35,7 @@ VALLEY = Chain(
 )
 # Σ (x² − 1)²/4: a saddle or a hill at every place with an x between −1/√3 and 1/√3
 WELLS = Chain(
-    lambda x: float(np.sum((x**2 - 1) ** 2) / 4),
-    lambda x: x**3 - x,
-    lambda x: np.diag((3 * x**2 - 1).ravel()),
+    lambda x: float(np.sum((x**2 - 1) ** 2) / 4), lambda x: x**3 - x, lambda x: np.diag((3 * x**2 - 1).ravel())
 )
 
 

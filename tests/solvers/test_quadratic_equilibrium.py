@@ -84,7 +84,7 @@ def test_elastic_supports_hold_and_are_part_of_everything(slab, monkeypatch):
         expected = spsolve(matrix.tocsc(), np.where(problem._held[:, None], 0.0, load).ravel()).reshape(load.shape)
         assert np.abs(problem.linear_solver()(load) - expected).max() < 1e-8 * np.abs(expected).max()
         slope = (problem.energy(solution.x + 1e-6 * load) - problem.energy(solution.x - 1e-6 * load)) / 2e-6
-        problem._load = np.zeros_like(load)
+        problem.load = np.zeros_like(load)
         other = (problem.energy(solution.x + 1e-6 * load) - problem.energy(solution.x - 1e-6 * load)) / 2e-6
         assert other == pytest.approx(-np.vdot(problem.force(solution.x), load), rel=1e-5)
         assert abs(slope) < 1e-4 * other

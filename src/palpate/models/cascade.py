@@ -256,7 +256,6 @@ class Cascade(Solver):
 
     @property
     def memory_mb(self) -> float:
-        """The memory that is held between queries [MB]."""
         return held_mb(self._prepared.turning) + sum(stage.solver.memory_mb for stage in self._prepared.stages)
 
     def precede(self, load: Load) -> None:

@@ -57,11 +57,9 @@ class ToLimit(Solver):
 
     @property
     def memory_mb(self) -> float:
-        """The memory that is held between queries [MB]."""
         return self._solver.memory_mb + held_mb(self._beyond)
 
     def precede(self, load: Load) -> None:
-        """Do what the solver does before a query."""
         self._solver.precede(load)
 
     def respond(self, load: Load) -> np.ndarray | Answer:

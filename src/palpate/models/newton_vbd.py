@@ -63,7 +63,6 @@ class Vbd(Solver):
         return held_mb([self._shares, self._up, self._rest])
 
     def respond(self, load: Load) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``."""
         now, after = self._states
         nodal = self._shares.spread(load.forces(), len(self._rest)).astype(np.float32)
         for state in self._states:

@@ -74,7 +74,6 @@ class Relaxed(Solver):
         self._frames[load.key] = at
 
     def respond(self, load: Load) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``."""
         x, before = self._frames.get(load.key, (self._rest, None))
         return self._up @ (self._relax(x, self._nodal(load), before=before)[0] - self._rest)
 

@@ -102,7 +102,6 @@ class Stored(Solver):
 
     @property
     def memory_mb(self) -> float:
-        """The memory that is held between queries [MB]."""
         return held_mb([self._base, self._residual, self._buckling])
 
     def respond(self, load: Load) -> np.ndarray | Answer:
@@ -112,14 +111,10 @@ class Stored(Solver):
         discs may be pushed to a depth. Doubted near the load under which the body buckles.
         """
         if self._residual is not None:
-            return self._buckling.checked([load.single()], self._residual.respond(*load.single()))
-        forces, displacements = load.parted()
-        if not displacements:
-            return self._buckling.checked(forces, self._base.superpose(forces))
-        answer = self._discs.answer(load, self._base.superpose)
-        assert answer.forces is not None  # as they have been searched for
-        nodes = [press.node for press in load.presses]
-        return self._buckling.checked(zip(nodes, answer.forces, strict=True), answer)
+            return self._buckling.checked(load, self._residual.respond(*load.single()))
+        forces, to_depth = load.parted()
+        answer = self._discs.answer(load, self._base.superpose) if to_depth else self._base.superpose(forces)
+        return self._buckling.checked(load, answer)
 
 
 def shares(case: Case, family: str) -> list[Setting]:

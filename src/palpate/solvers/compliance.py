@@ -48,11 +48,7 @@ class Compliance:
 
 
 def compute_compliance(
-    body: Body,
-    radius_m: float,
-    progress: Callable = iter,
-    contacts: np.ndarray | int | None = None,
-    order: int = 1,
+    body: Body, radius_m: float, progress: Callable = iter, contacts: np.ndarray | int | None = None, order: int = 1
 ) -> Compliance:
     """Solve the linear problems of the coarsest and finest level for each contact (offline).
 

@@ -263,7 +263,6 @@ class ContactModes(Solver):
         return self.prepared[nodes]
 
     def prepare_nodes(self, nodes: tuple[int, ...]) -> float:
-        """Prepare these contacts; return what that takes [s], what other settings have made included."""
         self.prepare_contact(*nodes)
         return spent(self.shop, self._setting, nodes)
 

@@ -84,7 +84,8 @@ def second_columns(elements: ElementsAtRest, linear: np.ndarray, other: np.ndarr
     With ``other`` columns (n, 3, 3) of another contact the nine that join one of either.
     """
     first, second = (
-        DIFFERENCE_STEP * elements.size * _unit(each) for each in (linear, linear if other is None else other)
+        DIFFERENCE_STEP * elements.size * (each / np.linalg.norm(each, axis=1).max(axis=0))
+        for each in (linear, linear if other is None else other)
     )
     pairs = PAIRS if other is None else [(i, j) for i in range(3) for j in range(3)]
 
@@ -98,11 +99,6 @@ def second_columns(elements: ElementsAtRest, linear: np.ndarray, other: np.ndarr
         for i, j in pairs
     ]  # f is minus the gradient, so that it stands on the right side as it is
     return elements.solve(np.stack(pulls, axis=2), SECOND_RESIDUAL)
-
-
-def _unit(columns: np.ndarray) -> np.ndarray:
-    """Return ``columns`` (n, 3, k) over the largest displacement of each."""
-    return columns / np.linalg.norm(columns, axis=1).max(axis=0)
 
 
 def orthonormal(elements: ElementsAtRest, columns: np.ndarray) -> np.ndarray:
@@ -280,7 +276,7 @@ def _snapshot(contact: ContactSnapshots, force: np.ndarray, start: np.ndarray) -
     for _ in range(FALLS):
         load = elements.nodal(contact.nodes, contact.shares, force)
         moved = elements.settle(load, start, SNAPSHOT_STEPS, SNAPSHOT_RESIDUAL, SNAPSHOT_LEAST_STEPS)
-        left = float(np.linalg.norm(elements.force(moved) + load) / np.linalg.norm(load))
+        left = elements.residual(moved, load)
         if left <= SNAPSHOT_RESIDUAL and elements.least_det(moved) > INVERTED:
             return force, moved
         force = FALL * force

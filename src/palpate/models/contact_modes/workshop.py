@@ -150,14 +150,6 @@ class Workshop:
         elements, disc = self.elements(self.level), self.disc(node, self.level)
         return self.make(("linear", node), lambda: linear_columns(elements, *disc))
 
-    def from_coarser(self, node: int, modes: str) -> Change:
-        """Return what the hardest answers of ``shown`` have changed since the level before."""
-        return self.make(("from coarser " + modes, node), lambda: _from_coarser(self, node, modes))
-
-    def to_finer(self, node: int, share: float) -> Change:
-        """Return what changes to the next level, under ``share`` of the hardest presses of a contact's snapshots."""
-        return self.make(("to finer", node), lambda: _to_finer(self, node, share))
-
     def reduced_columns(self, node: int) -> np.ndarray:
         """Return the linear columns (n_surface, 3, 3) [m/N] of the level that is reduced."""
         return bring_to_surface(self.up(self.level), self.linear(node))
@@ -238,8 +230,7 @@ def _to_finer(shop: Workshop, node: int, share: float) -> Change:
         if forces:
             start = start + np.tensordot(likeness(np.array(forces), force, 1), np.array(changes), 1)
         found = finer.settle(load, start, LEVEL_STEPS, FINER_RESIDUAL)
-        left = np.linalg.norm(finer.force(found) + load) / np.linalg.norm(load)
-        if left <= FINER_RESIDUAL and finer.least_det(found) > 0.0:
+        if finer.residual(found, load) <= FINER_RESIDUAL and finer.least_det(found) > 0.0:
             forces.append(force)
             answers.append(moved)
             changes.append(found - refine @ moved)
@@ -297,8 +288,7 @@ def _tried(shop: Workshop, node: int, level: int, start: np.ndarray, force: np.n
     elements = shop.elements(level)
     load = elements.nodal(*shop.disc(node, level), force)
     moved = elements.settle(load, start, TRIAL_STEPS, TRIAL_RESIDUAL)
-    left = np.linalg.norm(elements.force(moved) + load) / np.linalg.norm(load)
-    return moved, elements.least_det(moved) if left <= TRIAL_RESIDUAL else -np.inf
+    return moved, elements.least_det(moved) if elements.residual(moved, load) <= TRIAL_RESIDUAL else -np.inf
 
 
 LEAST_RATIO = 1.5
@@ -326,13 +316,14 @@ def target_change(shop: Workshop, case: Case, setting: Setting, node: int, borne
     if target == "operator" and gap == 0:
         return None
     if modes == "finer" and gap:
-        found = shop.to_finer(node, borne)
+        found = shop.make(("to finer", node), lambda: _to_finer(shop, node, borne))
         linear = _fine_columns(shop, case, node) - shop.reduced_columns(node)
         share = 1.0 if gap == 1 and target == "operator" else _share(target, target_ratio(shop, case, node), gap - 1, 1)
     elif shop.level == 0:
         return None
     else:
-        found = shop.from_coarser(node, "columns" if modes == "columns" else "snapshots")
+        shown = "columns" if modes == "columns" else "snapshots"
+        found = shop.make((f"from coarser {shown}", node), lambda: _from_coarser(shop, node, shown))
         linear = shop.reduced_columns(node) - shop.columns_before(node)
         share = _share(target, target_ratio(shop, case, node), gap, 0)
     return found._replace(change=share * (found.change - linear @ found.forces.T))

@@ -1,6 +1,7 @@
 """Finite elements on every level: what a start changes and what it does not, and quadratic elements on the surface."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -35,6 +36,15 @@ def ask(pressed, order, setting, solver=Equilibrium):
     return made.respond(Load.at(contact, force))
 
 
+def wrong_after(pressed, order, counts, solver=Equilibrium):
+    """RMSE over peak by start and number of iterations on the coarse level."""
+    end, found = ask(pressed, order, {"level": 0, "start": "rest", "tolerance": 1e-9}, solver), {}
+    for start, n in product(STARTS, counts):
+        answer = ask(pressed, order, {"level": 0, "start": start, "iterations": n}, solver)
+        found[start, n] = errors(answer, end).rmse_of_peak
+    return found
+
+
 @pytest.mark.parametrize(("order", "level"), [(1, 0), (1, 1), (2, 0), (2, 1)])
 def test_a_converged_answer_does_not_depend_on_the_start(pressed, order, level):
     starts = STARTS if (order, level) != (2, 1) else ("rest", "frame")
@@ -46,12 +56,7 @@ def test_a_converged_answer_does_not_depend_on_the_start(pressed, order, level):
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_one_iteration_from_the_frame_before_is_worth_several_from_rest(pressed, order):
-    end = ask(pressed, order, {"level": 0, "start": "rest", "tolerance": 1e-9})
-    wrong = {
-        (start, n): errors(ask(pressed, order, {"level": 0, "start": start, "iterations": n}), end).rmse_of_peak
-        for start in STARTS
-        for n in (1, 2)
-    }
+    wrong = wrong_after(pressed, order, (1, 2))
     assert wrong["frame", 1] < 0.1 * wrong["rest", 2]
     assert wrong["linear", 2] != wrong["rest", 2]  # from rest the first iteration only is along the linear answer
 
@@ -86,10 +91,9 @@ def test_a_linear_start_is_the_linear_response_and_needs_prepared_contacts(press
     fem.Fem(fresh, setting, 2)
     assert fresh.used["columns"] > 0.0  # solved before, and charged
     known = replace(case.response, contacts=np.setdiff1d(case.response.contacts, [contact]))
+    lacking = fem.Fem(replace(fresh, database=replace(case.database), response=known), setting, 2)
     with pytest.raises(InputError, match="not one of the contacts that are prepared"):
-        fem.Fem(replace(fresh, database=replace(case.database), response=known), setting, 2).respond(
-            Load.at(contact, force)
-        )
+        lacking.respond(Load.at(contact, force))
     assert model("fem_p2", {}).needs_contacts(setting) and not model("fem_p2", {}).needs_contacts({"start": "rest"})
 
 
@@ -115,15 +119,9 @@ def test_frames_are_not_held_but_the_last(pressed):
     assert solver.memory_mb == one
 
 
-@pytest.fixture(scope="module")
-def three_levels(slab):
-    """The slab with a third level."""
-    return finer(slab)
-
-
-def test_quadratic_answers_stand_on_the_fine_surface_as_they_are(three_levels):
+def test_quadratic_answers_stand_on_the_fine_surface_as_they_are(slab):
     """A quadratic field is carried exactly from every level, and by linear elements from none but the finest."""
-    body, matrix = three_levels, np.random.default_rng(0).normal(size=(6, 3))
+    body, matrix = finer(slab), np.random.default_rng(0).normal(size=(6, 3))
 
     def field(x):
         return np.column_stack([x**2, x[:, :2] * x[:, 1:], x[:, 0] * x[:, 2]]) @ matrix
@@ -169,14 +167,7 @@ def test_it_converges_to_the_answer_of_newtons_method(disc, level):
 
 
 def test_every_iteration_helps_and_so_does_a_near_start(disc):
-    end = ask(disc, 2, {"level": 0, "start": "rest", "tolerance": 1e-9}, FastEquilibrium)
-    wrong = {
-        (start, n): errors(
-            ask(disc, 2, {"level": 0, "start": start, "iterations": n}, FastEquilibrium), end
-        ).rmse_of_peak
-        for start in STARTS
-        for n in (2, 4, 8, 12)
-    }
+    wrong = wrong_after(disc, 2, (2, 4, 8, 12), FastEquilibrium)
     for start in STARTS:
         assert wrong[start, 12] < 0.3 * wrong[start, 4] < wrong[start, 2]
     assert wrong["rest", 12] < 1e-3

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.load import Load
+from palpate.benchmark.load import Load, displacement_of
 from palpate.benchmark.model import setting_text
+from palpate.benchmark.presses import choose_loads
+from palpate.benchmark.static_responses import assemble, press
 from palpate.bodies.contacts import contacts_of
-from palpate.bodies.supports import Bed
 from palpate.effects.bed import BedSprings
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
@@ -21,6 +22,7 @@ from palpate.models.model_registry import model
 from palpate.models.shape_matching import Shapes, Softness
 from palpate.models.springs.mass_spring import Network
 from palpate.solvers.compliance import Compliance, compute_compliance
+from palpate.solvers.equilibrium import Equilibrium
 
 BLENDS = [f"{features}_{weights}" for features in FEATURES for weights in WEIGHTS]
 LEARNT = ["ridge_upsampling", "kernel_ridge_detail", "pod_rbf", *BLENDS]
@@ -106,15 +108,6 @@ def test_patches_are_answered(patched, name):
         assert errors(found, linear).rmse_of_peak < {"fem_p1": 0.25, "detail_correction": 0.1}.get(name, 1e-3)
 
 
-@pytest.fixture
-def on_bed(slab_case):
-    """The slab's case without anchors, and the same on a bed under all of its lower side."""
-    case = slab_case[0]
-    loose = replace(case.body, anchors=[np.empty(0, dtype=np.int64)] * 2)
-    below = np.array([0.1, 0.05, 0.0]), 0.3, 3e5, np.array([0.0, 0.0, -1.0])
-    return replace(case, body=loose), replace(case, body=replace(loose, bed=Bed(*below)))
-
-
 def networks(case, kind):
     """Return springs of the material's modulus, or one shape, and what settles it."""
     if kind == "springs":
@@ -132,11 +125,11 @@ def _settled(network, contact, force):
 
 
 @pytest.mark.parametrize("kind", ["shapes", "springs"])
-def test_what_is_not_held_has_no_equilibrium_and_on_a_bed_the_bed_bears_the_whole_press(on_bed, kind):
+def test_what_is_not_held_has_no_equilibrium_and_on_a_bed_the_bed_bears_the_whole_press(bedded, kind):
     """Inner forces of springs and of shapes sum to nothing, so that the bed's must be the press's."""
-    loose, bedded = on_bed
+    bedded = replace(bedded, radius_m=0.0)
     with pytest.raises(InputError, match="nothing is held"):
-        networks(loose, kind)
+        networks(replace(bedded, body=replace(bedded.body, bed=None)), kind)
     particles, settle = networks(bedded, kind)
     contact, force = int(bedded.database.contact[0]), np.array([0.004, -0.002, -0.01])
     moved = settle(contact, force)
@@ -258,3 +251,34 @@ def test_pod_keeps_as_many_modes_as_asked(slab_case):
     centred = np.array(given) - case.database.fine.reshape(case.n_training, -1).mean(axis=0)
     values = np.linalg.svd(centred, compute_uv=False)
     assert values[2] < 1e-10 * values[0]
+
+
+@pytest.mark.parametrize("name", ["linear_fem", "warped_compliance", "contact_modes", "fast_fem", "fem_p2"])
+def test_a_bed_bears_what_models_press(bedded, name):
+    """Against quadratic elements on a level of the same size, under a press so small that all are linear."""
+    contact, force = int(bedded.response.contacts[0]), np.array([0.0, 0.0, -2e-4])
+    finer = Equilibrium(bedded.body, 0, order=2)
+    load = nodal_load(bedded.body, 0, contact, force, RADIUS_M, order=2)
+    moved = (finer.solve(load, 1e-9).x - finer.mesh.nodes)[bedded.body.fine.surface]
+    made = model(name, {})
+    setting = [each for each in made.settings(bedded) if each.get("target") != "limit"][-1]
+    found = made.offline(bedded).online(setting).respond(Load.at(contact, force))
+    assert errors(displacement_of(found), moved).rmse_of_peak < 0.05
+
+
+@pytest.fixture(scope="module")
+def sampled(bedded):
+    """The same with twelve training samples at six contacts, by presses of 2 % of the size."""
+    loads = choose_loads(bedded.body, compute_compliance(bedded.body, RADIUS_M), [0.8, 1.2], 0.02, RADIUS_M, 12, 1)
+    fine, coarse = press(bedded.body, 1, loads, 1e-8), press(bedded.body, 0, loads, 1e-8)
+    database = assemble(bedded.body, loads, fine, coarse, "abc")
+    return replace(bedded, database=replace(database, seconds=np.full(12, 2.0)), used={})
+
+
+@pytest.mark.parametrize("name, within", [("pod_galerkin", 5e-3), ("pod_gaussian", 0.1)])
+def test_reduced_models_repeat_their_samples_on_a_bed(sampled, name, within):
+    made, db = model(name, {}), sampled.database
+    solver = made.offline(sampled).online(made.settings(sampled)[-1])
+    for contact, force, fine in zip(db.contact[:3], db.force, db.fine, strict=False):
+        found = solver.respond(Load.at(int(contact), force))
+        assert errors(displacement_of(found), fine).rmse_of_peak < within

@@ -150,3 +150,34 @@ def test_a_soft_material_needs_as_many_sweeps_as_a_stiff_one(pressed, equilibriu
     for method in LONG:
         scaled = relaxed.Relaxed(replace(case, body=body), LONG[method], method).respond(load.times(1e3))
         assert np.abs(scaled - ask(pressed, method)).max() < 1e-6 * np.abs(scaled).max()
+
+
+LONGER = {
+    "xpbd": {"steps": 6000, "step": 0.125},
+    "vertex_block_descent": {"sweeps": 2000},
+    "projective_dynamics": {"iterations": 300},
+}
+"""What is changed of LONG: a soft bed takes longer to settle on."""
+
+
+@pytest.fixture(scope="module")
+def distance(bedded):
+    """How far from the elements' equilibrium a method ends, under a press of 7 mm on the slab of 0.2 m."""
+    load = Load.at(int(bedded.response.contacts[0]), np.array([0.5, 0.0, -1.5]))
+    equilibrium = fem.Fem(bedded, {"level": 0, "start": "rest", "tolerance": 1e-10}, 1).respond(load)
+
+    def measure(method, **changed):
+        found = relaxed.Relaxed(bedded, LONG[method] | LONGER[method] | changed, method).respond(load)
+        return errors(found, equilibrium).rmse_of_peak
+
+    return measure
+
+
+@pytest.mark.parametrize("method", LONGER)
+def test_methods_of_games_end_at_the_equilibrium_on_a_bed(distance, method):
+    assert distance(method) < WITHIN[method]
+
+
+def test_steps_of_xpbd_end_nearer_with_their_square(distance):
+    """Springs that differ from the elements' would leave an error that does not depend on the step."""
+    assert distance("xpbd") < 0.3 * distance("xpbd", step=0.25, steps=3000)

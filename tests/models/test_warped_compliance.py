@@ -1,15 +1,19 @@
-"""Warped linear responses: rotations are found and applied exactly, and turn with the body as they must."""
+"""Stored linear responses, and warped ones: rotations are exact, and turn with the body as they must."""
 
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from fixtures.known_deformations import *  # noqa: F403
 from scipy.spatial.transform import Rotation
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.model import FitOptions
+from palpate.benchmark.presses import LOAD_COLUMNS
+from palpate.benchmark.static_responses import press
 from palpate.bodies.mesh import TetMesh
+from palpate.errors import InputError
 from palpate.models.enrichment.features import Ordered
 from palpate.models.enrichment.fitting import gather
 from palpate.models.linear_fem import LinearFem
@@ -31,13 +35,9 @@ def turns():
     return random
 
 
-def test_vectors_are_turned(turns):
+def test_vectors_are_turned_and_a_warp_is_the_mean_of_the_rotations_on_the_way(turns):
     vectors = np.random.default_rng(1).normal(size=turns.shape)
     assert np.abs(turn(turns, vectors) - Rotation.from_rotvec(turns).apply(vectors)).max() < 1e-14
-
-
-def test_a_warp_is_the_mean_of_the_rotations_on_the_way(turns):
-    vectors = np.random.default_rng(1).normal(size=turns.shape)
     points, weights = np.polynomial.legendre.leggauss(20)
     on_the_way = [Rotation.from_rotvec((p + 1) / 2 * turns).apply(vectors) for p in points]
     assert np.abs(warp(turns, vectors) - np.tensordot(weights / 2, on_the_way, 1)).max() < 1e-13
@@ -97,6 +97,28 @@ def test_under_small_loads_each_node_is_turned_by_half_its_rotation(slab_case):
     local = LinearFem(case.response).answer(contact, force + np.cross(back, force))[0]
     beyond = answer - local
     assert np.abs(beyond - 0.5 * np.cross(turns, local)).max() < 0.05 * np.abs(beyond).max()
+
+
+def test_the_linear_rival_is_the_compliance_times_the_force(slab_compliance):
+    method, row = LinearFem(slab_compliance), 11
+    contact, force = int(slab_compliance.contacts[row]), np.array([0.3, -0.2, 0.5])
+    x, y, z = slab_compliance.fine[row]
+    expected = 0.3 * x - 0.2 * y + 0.5 * z
+    for coarse in (slab_compliance.coarse[row, 0], np.full_like(slab_compliance.coarse[row, 0], np.nan)):
+        assert np.abs(method.predict(coarse, contact, force) - expected).max() < 1e-15
+    with pytest.raises(InputError, match="contact 0 is not a free"):
+        method.predict(coarse, 0, force)
+
+
+def test_the_linear_rival_is_the_fine_response_to_a_small_force(slab, slab_compliance):
+    """Off by first order in the force: a tenth of it, a tenth of the relative error."""
+    method, force = LinearFem(slab_compliance), np.array([0.1, 0.2, -0.4])
+    wrong = []
+    for factor in (1e-2, 1e-3):
+        loads = pd.DataFrame([[0, 44, *(factor * force), 0.0]], columns=LOAD_COLUMNS)
+        fine = press(slab, 1, loads, 1e-8).displacement[0, slab.fine.surface]
+        wrong.append(np.abs(method.predict(None, 44, factor * force) - fine).max() / np.abs(fine).max())
+    assert wrong[0] < 1e-2 and wrong[0] / wrong[1] == pytest.approx(10, rel=0.1)
 
 
 OPTIONS = FitOptions(10, {"min": 0.1, "max": 100, "count": 7}, 3, "samples", 1)

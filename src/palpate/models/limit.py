@@ -80,11 +80,10 @@ def _moved(answer: np.ndarray | Answer, beyond: np.ndarray) -> np.ndarray | Answ
     return answer._replace(displacement=moved) if isinstance(answer, Answer) else moved
 
 
-def _finest(solver: Solver, case: Case) -> np.ndarray:
-    return case.use_compliance().fine
-
-
-def with_limit(prepare: Callable[..., Any], own: Callable[[Any, Case], np.ndarray] = _finest) -> Callable[..., Stage]:
+def with_limit(
+    prepare: Callable[..., Any],
+    own: Callable[[Any, Case], np.ndarray] = lambda solver, case: case.use_compliance().fine,
+) -> Callable[..., Stage]:
     """Return the offline stage of a model whose settings may have TO_LIMIT, as ``one_stage`` does of others.
 
     own : finds the linear responses of what ``prepare`` returns; if nothing is said, those of the finest level

@@ -62,7 +62,9 @@ class LoadResidual:
         candidates = {}
         for kind in KINDS:
             described = np.array([self._described(kind, *sample) for sample in samples])
-            targets = [self._to_slots(kind, c, e) for (c, _), e in zip(samples, backward, strict=True)]
+            targets = [e.ravel() for e in backward]
+            if kind == "force":
+                targets = [self._views.view(c).to_slots(e) for (c, _), e in zip(samples, backward, strict=True)]
             candidates[kind] = KernelRidge(described, np.array(targets), training, options, power=2)
         best = min(candidates, key=lambda kind: candidates[kind].score)
         if convinces(candidates[best].errors, plain, training.fold):
@@ -85,9 +87,6 @@ class LoadResidual:
             return np.tensordot(force, self._seen[row_of(self._contacts, contact)], 1).ravel()
         frame = self._views.view(contact).frame
         return force if frame is None else force @ frame
-
-    def _to_slots(self, kind: str, contact: int, residual: np.ndarray) -> np.ndarray:
-        return residual.ravel() if kind == "response" else self._views.view(contact).to_slots(residual)
 
 
 class Stored(Solver):

@@ -22,13 +22,6 @@ from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 STARTS = ("rest", "linear", "frame")
 
 
-@pytest.fixture(scope="module")
-def pressed(slab_case):
-    """The slab under a disc, a contact, and a force that moves it by about 10 % of its size."""
-    case, test, _ = slab_case
-    return replace(case, radius_m=0.03), int(test.contact[0]), 1.5 * test.force[0]
-
-
 def ask(pressed, order, setting, solver=Equilibrium):
     case, contact, force = pressed
     made = fem.Fem(case, setting, order, solver)

@@ -19,13 +19,6 @@ from palpate.models.fem_local import SurfaceMap
 FAR = 100.0
 
 
-@pytest.fixture(scope="module")
-def pressed(slab_case):
-    """The slab with one more level under a disc, a contact, and a force that moves it by about 10 % of its size."""
-    case, test, _ = slab_case
-    return replace(case, radius_m=0.03), int(test.contact[0]), 1.5 * test.force[0]
-
-
 def ask(pressed, setting):
     case, contact, force = pressed
     solver = fem_local.offline(case).online(setting)

@@ -17,7 +17,6 @@ from palpate.bodies.supports import Bed
 from palpate.effects.mean_dilatation import MeanDilatation
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import QuadraticElements
-from palpate.errors import InputError
 from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium
@@ -39,13 +38,6 @@ def test_midpoints_that_the_body_has_moved_are_put_back(slab):
     assert np.array_equal(plain.mesh.nodes, other.mesh.nodes)
     load = push(plain.mesh, 44, [0.0, 0.1, -0.1])
     assert np.array_equal(plain.solve(load, 1e-8).x, other.solve(load, 1e-8).x)
-
-
-def test_quadratic_elements_need_the_next_level(box, soft):
-    mesh = box([1, 1, 1], [0.1, 0.1, 0.1])
-    body = nest("cube", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), soft)
-    with pytest.raises(InputError, match=r"^cube: quadratic elements on level 1 need level 2; refine it once more\.$"):
-        Equilibrium(body, 1, order=2)
 
 
 def test_elastic_supports_hold_and_are_part_of_everything(slab, monkeypatch):

@@ -36,6 +36,12 @@ def exact_at(pressed):
     return fem.Fem(pressed[0], {"level": 1, "start": "rest", "tolerance": 1e-9}, 2)
 
 
+def disc(case, contact):
+    """Rows of the fine surface in a disc, and their shares in its mean displacement."""
+    nodes, shares = patch_shares(case.body.fine, patch_at(case.body, contact, case.radius_m))
+    return np.searchsorted(case.body.fine.surface, nodes), shares
+
+
 def distance_to(found, expected):
     return errors(found, expected).rmse_of_peak
 
@@ -57,8 +63,7 @@ def test_a_few_presses_on_the_next_level_bring_its_answer_to_the_disc(pressed, e
     grid = case.grid | {"contact_modes": case.grid["contact_modes"] | {"nodes": 1}}
     columns = compute_compliance(body, case.radius_m, contacts=np.array([contact]), order=2)
     case = replace(case, body=body, grid=grid, response=columns)
-    nodes, _ = patch_shares(body.fine, patch_at(body, contact, case.radius_m))
-    rows = np.searchsorted(body.fine.surface, nodes)
+    rows, _ = disc(case, contact)
     solvers = [contact_modes.offline(case).online(SNAPSHOTS | {"modes": modes}) for modes in ("snapshots", "finer")]
     for share in (1.0, 0.5):
         load = Load.at(contact, share * force)
@@ -83,8 +88,7 @@ def test_a_place_that_was_never_prepared_is_prepared_when_it_is_asked_for(presse
 def test_a_disc_is_pushed_to_where_a_force_had_it(pressed, modes_of):
     case, contact, force = pressed
     expected = modes_of.respond(Load.at(contact, force)).displacement
-    nodes, shares = patch_shares(case.body.fine, patch_at(case.body, contact, case.radius_m))
-    rows = np.searchsorted(case.body.fine.surface, nodes)
+    rows, shares = disc(case, contact)
     found = modes_of.respond(Load((Press(contact, moved=shares @ expected[rows]),)))
     assert np.linalg.norm(found.forces[0] - force) < 0.05 * np.linalg.norm(force)
     assert distance_to(found.displacement, expected) < 0.03
@@ -93,9 +97,8 @@ def test_a_disc_is_pushed_to_where_a_force_had_it(pressed, modes_of):
 def test_two_presses_are_answered_with_the_modes_of_both(pressed, modes_of, exact_at):
     case, contact, force = pressed
     other = int(np.setdiff1d(case.prepared_contacts, contact)[-1])
-    load = Load(
-        (Press(contact, 0.7 * force), Press(other, -0.4 * np.linalg.norm(force) * case.body.fine.normals[other]))
-    )
+    inward = -0.4 * np.linalg.norm(force) * case.body.fine.normals[other]
+    load = Load((Press(contact, 0.7 * force), Press(other, inward)))
     expected = exact_at.respond(load)
     apart = sum(exact_at.respond(Load((press,))) for press in load.presses)
     found = modes_of.respond(load).displacement
@@ -180,17 +183,16 @@ def test_a_force_that_hardly_presses_gets_the_linear_answer(pressed, modes_of):
 
 def test_a_press_that_the_finer_level_bears_is_the_limit_and_one_that_it_does_not_is_lowered(slab_case):
     body, contact = slab_case[0].body, int(slab_case[1].contact[0])
-    shop = Workshop(body, RADIUS, 0)
+    shop, other = (Workshop(body, RADIUS, 0) for _ in range(2))
     assert shop.gap == 1
     shown = shop.shown(contact, "snapshots")
     hard = np.linalg.norm(shown.forces[0])
     assert bearing(shop, [contact], "snapshots")[0] == pytest.approx(-shown.normal / hard)
-    other = Workshop(body, RADIUS, 0)
     other.make(("snapshots", contact), lambda: replace(shown, forces=20 * shown.forces, answers=20 * shown.answers))
     lowered = 1.0 / np.linalg.norm(bearing(other, [contact], "snapshots"))
     assert 0.9 * hard < lowered < 19 * hard
-    finer, disc = other.elements(1), other.disc(contact, 1)
-    load = finer.nodal(*disc, -lowered * shown.normal)
+    finer = other.elements(1)
+    load = finer.nodal(*other.disc(contact, 1), -lowered * shown.normal)
     moved = finer.settle(load, np.zeros_like(finer.rest), 400, TRIAL_RESIDUAL)
     assert np.linalg.norm(finer.force(moved) + load) <= TRIAL_RESIDUAL * np.linalg.norm(load)
     assert finer.least_det(moved) > 0.9 * SOUND

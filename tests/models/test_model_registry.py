@@ -9,10 +9,23 @@ from palpate.errors import InputError
 from palpate.models import model_registry
 from palpate.models.coarse_answers import COARSE_ANSWERS
 
+MEASURE = """
+import palpate.benchmark.judge, palpate.benchmark.measure
+from palpate.models.load_model import load_model
+load_model('fem_p1', 'palpate.models.fem', {'order': 1})
+"""
 
-def test_names_alone_import_no_solver():
-    code = "import sys, palpate.models.model_registry; print(any(name in sys.modules for name in ('numba', 'scipy')))"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "False\n"
+
+@pytest.mark.parametrize(
+    ("code", "absent"),
+    [
+        ("import palpate.models.model_registry", ("numba", "scipy")),
+        (MEASURE, ("palpate.models.model_registry", "palpate.models.enrichment.methods")),
+    ],
+)
+def test_names_alone_import_no_solver_and_measuring_a_model_reads_no_registry(code, absent):
+    code += f"\nimport sys; print([name for name in {absent} if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
 
 
 def test_an_unknown_name_is_told():
@@ -67,14 +80,3 @@ def test_what_a_model_is_told_stands_with_it():
     }  # fmt: skip
     assert all(model.law for model in made.values())
     assert made["pod_rbf"].needs_contacts({"coarse": "linear"}) and not made["pod_rbf"].needs_contacts({})
-
-
-def test_measuring_a_model_reads_no_registry():
-    code = (
-        "import sys, palpate.benchmark.judge, palpate.benchmark.measure\n"
-        "from palpate.models.load_model import load_model\n"
-        "load_model('fem_p1', 'palpate.models.fem', {'order': 1})\n"
-        "names = ('palpate.models.model_registry', 'palpate.models.enrichment.methods')\n"
-        "print([name for name in names if name in sys.modules])"
-    )
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"

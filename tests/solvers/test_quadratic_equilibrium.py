@@ -134,19 +134,6 @@ def test_affine_deformations_cost_what_plain_elements_say(box, rotation):
         assert np.abs(mean.force(rest @ f.T) - force).max() < 1e-10 * np.abs(force).max()
 
 
-def test_the_swirl_is_what_it_says(soft):
-    x = np.random.default_rng(0).uniform(size=(3, 5))
-    value, slope = swirl(x)
-    for j, step in enumerate(1e-5 * np.eye(3)):
-        more, less = (swirl(x + sign * step[:, None])[0] for sign in (1, -1))
-        assert np.abs((more - less) / 2e-5 - slope[:, j]).max() < 1e-7
-    assert np.abs(np.trace(slope)).max() < 1e-13
-    laplacian = sum((swirl(x + s[:, None])[0] - 2 * value + swirl(x - s[:, None])[0]) / 1e-6 for s in 1e-3 * np.eye(3))
-    assert (
-        np.abs(swirl_force(x, soft) + soft.shear_pa * laplacian).max() < 1e-4 * soft.shear_pa * np.abs(laplacian).max()
-    )
-
-
 @pytest.mark.parametrize(("poisson", "least"), [(0.3, 2.8), (0.499, 2.5), (0.4999, 2.5)])
 def test_errors_fall_as_theory_says_whatever_poissons_ratio(box, poisson, least):
     """A smooth flow without change of volume: the order of quadratic elements, and no error that grows with λ."""

@@ -8,7 +8,6 @@ than on coarse ones, which what is reduced from these does not see.
 """
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from time import perf_counter
 from typing import Any, NamedTuple, TypeVar
 
@@ -87,24 +86,17 @@ class Workshop:
     """Reduces quadratic elements on one ``level`` of ``body``.
 
     radius_m : of the disc that is pressed; 0 presses one node
+    gap : number of levels between the one that is reduced and the body's finest
+    pressable : the nodes of the fine surface that are not held
     seconds : what each thing that was made has taken, by its name
     """
 
     def __init__(self, body: Body, radius_m: float, level: int):
         self._body, self._radius_m, self.level = body, radius_m, level
+        self.gap = len(body.levels) - 1 - level
+        self.pressable = set(np.setdiff1d(body.fine.surface, body.anchors[-1]).tolist())
         self._made: dict[Any, Any] = {}
         self.seconds: dict[Any, float] = {}
-
-    @property
-    def gap(self) -> int:
-        """The number of levels between the one that is reduced and the body's finest."""
-        return len(self._body.levels) - 1 - self.level
-
-    @property
-    def three_levels(self) -> range:
-        """The levels that show a ratio: the last three, or the first three that the body has with finer ones."""
-        last = max(len(self._body.levels) - 1, 2)
-        return range(last - 2, last + 1)
 
     def make(self, name: Any, how: Callable[[], Made]) -> Made:
         """Return the thing called ``name``, made by ``how`` at its first use."""
@@ -169,11 +161,6 @@ class Workshop:
 
     def _patch(self, node: int) -> Patch:
         return patch_at(self._body, node, self._radius_m)
-
-    @cached_property
-    def pressable(self) -> set[int]:
-        """The nodes of the fine surface that are not held."""
-        return set(np.setdiff1d(self._body.fine.surface, self._body.anchors[-1]).tolist())
 
     def _columns(self, node: int) -> ContactSnapshots:
         elements, young = self.elements(self.level), self._body.material.young_pa
@@ -367,6 +354,8 @@ def _ratio(shop: Workshop, case: Case, node: int) -> float:
     if shop.gap == 1 and shop.level > 0 and node in case.prepared_contacts:
         levels = [shop.columns_before(node), shop.reduced_columns(node), _fine_columns(shop, case, node)]
     else:
-        levels = [shop.pressed_once(node, level) for level in shop.three_levels]
+        # the last three levels, or the first three, some of them finer than the body's
+        last = max(shop.level + shop.gap, 2)
+        levels = [shop.pressed_once(node, level) for level in range(last - 2, last + 1)]
     before, last = (float(np.linalg.norm(levels[i] - levels[i - 1])) for i in (1, 2))
     return before / last if last > 0.0 else np.inf

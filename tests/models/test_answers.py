@@ -56,18 +56,13 @@ def mean_error(solver, samples):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_settings_are_many_and_told_apart(slab_case, name):
-    settings = model(name, {}).settings(slab_case[0])
+def test_settings_are_many_and_told_apart_and_a_bad_contact_is_refused(slab_case, name):
+    case, made = slab_case[0], model(name, {})
+    settings = made.settings(case)
     few = {"linear_fem": 2, "linear_residual": 3, "warped_compliance": 4, "interpolation": 4}
     assert len(settings) >= few.get(name, 5)
     assert len({setting_text(setting) for setting in settings}) == len(settings)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_a_bad_contact_is_refused(slab_case, name):
-    case = slab_case[0]
-    made = model(name, {})
-    solver = made.offline(case).online(made.settings(case)[-1])
+    solver = made.offline(case).online(settings[-1])
     for contact in (int(case.body.anchors[0][0]), len(case.body.fine.nodes)):
         with pytest.raises(InputError, match="not a free surface node"):
             solver.respond(Load.at(contact, np.ones(3)))

@@ -46,6 +46,9 @@ def test_a_family_is_what_one_module_makes_and_all_that_a_job_needs():
         "pod_rbf": {"pod_rbf": {"place": "palpate.models.enrichment.pod_rbf", "keywords": {}}},
         "mine": {"mine": {"place": "mine.py", "keywords": {}}},
     }
+    beside = model_registry.families(["contact_modes", "cascade"], {})
+    assert list(beside["contact_modes"]) == ["contact_modes", "cascade"]  # whose contacts serve it
+    assert list(model_registry.families(["fem_p2", "cascade"], {})) == ["fem", "cascade"]
 
 
 def test_every_family_that_has_settings_stands_in_the_config(grid):
@@ -53,13 +56,6 @@ def test_every_family_that_has_settings_stands_in_the_config(grid):
     expected = (set(families) - {"linear_fem", "interpolation"}) | set(model_registry.BESIDE)
     assert set(grid) - {"coarse_answers"} == expected
     assert list(COARSE_ANSWERS) == grid["coarse_answers"]
-
-
-def test_a_model_is_measured_beside_the_one_whose_contacts_serve_it():
-    """Where that is not measured it stands alone."""
-    beside = model_registry.families(["contact_modes", "cascade"], {})
-    assert list(beside["contact_modes"]) == ["contact_modes", "cascade"]
-    assert list(model_registry.families(["fem_p2", "cascade"], {})) == ["fem", "cascade"]
 
 
 def test_what_a_model_is_told_stands_with_it():

@@ -15,7 +15,7 @@ SOLVER = "class S:\n    memory_mb = 0.0\n    def respond(self, load):\n        %
 PREPARE = "def prepare(case, setting):\n    return S()\n"
 
 
-def test_the_example_is_measured_like_any_other(slab_case, slab_judge):
+def test_the_example_is_measured_like_any_other_and_the_guide_shows_it(slab_case, slab_judge):
     case = slab_case[0]
     nearest = model("nearest", {"nearest": DOCS / "example_model.py"})
     samples, settings = measure(case, "nearest", nearest, slab_judge, 6, 0.1)
@@ -24,9 +24,6 @@ def test_the_example_is_measured_like_any_other(slab_case, slab_judge):
     assert settings["memory_mb"].is_monotonic_increasing
     assert samples.groupby("setting")["rmse_of_peak"].mean().min() < 0.4  # 0.55 if nothing moves
     assert samples["rmse_of_peak"].between(0.01, 1.5).all()
-
-
-def test_the_guide_shows_the_example():
     assert (DOCS / "example_model.py").read_text() in (DOCS / "add-a-model.md").read_text()
 
 

@@ -141,15 +141,12 @@ def test_limit_of_a_body_is_where_it_blows_up(slab, particles):
         assert (fastest(integrator, particles.nodes, v, part * integrator.limit_s, 1000) > 1e-5) == grows
 
 
-def test_limit_by_iteration_is_that_of_all_eigenvalues(particles, monkeypatch):
+def test_limit_by_iteration_is_that_of_all_eigenvalues_and_without_stiffness_there_is_none(particles, monkeypatch):
     system = springy(particles, 0.2)
     iterated = stable_step(system)
     assert iterated == stable_step(system)
     monkeypatch.setattr("palpate.solvers.system.DENSE_UNKNOWNS", 10_000)
     assert iterated == pytest.approx(stable_step(system), rel=1e-5)
-
-
-def test_nothing_stiff_has_no_limit(particles):
     assert stable_step(System(particles, {"held": SimpleNamespace(fixed=np.array([0]))})) == math.inf
 
 

@@ -47,9 +47,11 @@ def bent(body, x):
 
 def where_singular(problem, size, straight):
     """The share of a load at which the tangent is singular, by its softest values at the straight states of two."""
-    shares = (0.85, 0.95)
-    one, two = (softest(problem, problem.at_rest(), straight(s), size, 1e-3).value for s in shares)
-    return shares[0] + one * (shares[1] - shares[0]) / (one - two)
+    shares, values = (0.85, 0.95), []
+    for share in shares:
+        x = straight(share)
+        values.append(softest(problem, problem.at_rest(), x, size, 1e-3).value)
+    return shares[0] + values[0] * (shares[1] - shares[0]) / (values[0] - values[1])
 
 
 def test_a_bar_buckles_at_eulers_load(bar):

@@ -355,7 +355,7 @@ def _ratio(shop: Workshop, case: Case, node: int) -> float:
         levels = [shop.columns_before(node), shop.reduced_columns(node), _fine_columns(shop, case, node)]
     else:
         # the last three levels, or the first three, some of them finer than the body's
-        last = max(shop.level + shop.gap, 2)
-        levels = [shop.pressed_once(node, level) for level in range(last - 2, last + 1)]
+        finest = max(shop.level + shop.gap, 2)
+        levels = [shop.pressed_once(node, level) for level in range(finest - 2, finest + 1)]
     before, last = (float(np.linalg.norm(levels[i] - levels[i - 1])) for i in (1, 2))
     return before / last if last > 0.0 else np.inf

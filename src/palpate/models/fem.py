@@ -154,10 +154,7 @@ class Fem(Solver):
         return self._simulation.shares.place(number, patch)
 
     def respond(self, load: Load) -> np.ndarray | Answer:
-        """Return the displacement (n_surface, 3) [m] under ``load``, with the forces of discs pushed to a depth.
-
-        Errors as ``Solver``; Doubted where it is stopped early near the load under which the body buckles.
-        """
+        """Answer as ``Solver`` does; Doubted where it is stopped early near the load under which the body buckles."""
         displacement, forces = self._simulation.answer(load, self._start.at(load))
         answer = self._up @ displacement if forces is None else Answer(self._up @ displacement, forces)
         if self._buckling is None or any(press.node < 0 for press in load.presses):

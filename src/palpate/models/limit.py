@@ -63,10 +63,7 @@ class ToLimit(Solver):
         self._solver.precede(load)
 
     def respond(self, load: Load) -> np.ndarray | Answer:
-        """Return the displacement (n_surface, 3) [m]; an answer that the solver doubts is brought to the limit, too.
-
-        InputError for a contact that is not prepared, Refused for a depth.
-        """
+        """Answer as ``Solver`` does, but to no depth; an answer that the solver doubts is brought to the limit, too."""
         beyond = self._beyond.superpose(load.forces())
         try:
             return _moved(self._solver.respond(load), beyond)

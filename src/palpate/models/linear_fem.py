@@ -62,11 +62,7 @@ class Linear(Solver):
         return held_mb((self._linear, self._buckling))
 
     def respond(self, load: Load) -> np.ndarray | Answer:
-        """Return the displacement (n_surface, 3) [m] under ``load``, with the forces of discs pushed to a depth.
-
-        InputError for a contact that is not prepared, Refused where forces do not follow from the depths, Doubted near
-        the load under which the body buckles.
-        """
+        """Answer as ``Solver`` does; Refused where depths do not tell the forces, Doubted where the body may buckle."""
         by_force, to_depth = load.parted()
         if not to_depth:
             return self._buckling.checked(load, self._linear.superpose(by_force))

@@ -209,10 +209,7 @@ class Learnt(Solver):
         self._reach = float(np.linalg.norm(fitting.training.fine, axis=(1, 2)).max())
 
     def respond(self, load: Load) -> np.ndarray | Answer:
-        """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``.
-
-        NotConverged beyond the guard LARGEST_NORM, Doubted near the load under which the body buckles.
-        """
+        """Answer as ``Solver`` does; NotConverged beyond the guard LARGEST_NORM, Doubted where the body may buckle."""
         contact, force = load.single()
         row_of(self._contacts, contact)
         moved = self._pod.respond(contact, force)

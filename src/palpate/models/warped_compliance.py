@@ -104,10 +104,10 @@ class Stored(Solver):
         return held_mb([self._base, self._residual, self._buckling])
 
     def respond(self, load: Load) -> np.ndarray | Answer:
-        """Return the displacement (n_surface, 3) [m] under ``load``; InputError for a bad contact.
+        """Answer as ``Solver`` does; Doubted near the load under which the body buckles.
 
         Without a residual, which samples of one press each have taught, responses to several presses add up, and
-        discs may be pushed to a depth. Doubted near the load under which the body buckles.
+        discs may be pushed to a depth.
         """
         if self._residual is not None:
             return self._buckling.checked(load, self._residual.respond(*load.single()))

@@ -261,10 +261,7 @@ class ContactModes(Solver):
         return spent(self.shop, self._setting, nodes)
 
     def respond(self, load: Load) -> Answer:
-        """Return the displacement (n_surface, 3) [m] under ``load``, and the forces found if a disc is pushed.
-
-        Its own estimate of its error grows with how far the answer goes. NotConverged beyond the guard.
-        """
+        """Answer with an estimate of its error, which grows with how far the answer goes; Doubted beyond the guard."""
         model = self.prepare_contact(*(press.node for press in load.presses))
         given = [press.force for press in load.presses if press.force is not None]
         force = np.concatenate(given) if len(given) == len(load.presses) else _found(model, load)

@@ -79,8 +79,7 @@ class Vbd(Solver):
 
 def _slowest(body: Body) -> float:
     """Return the angular frequency [1/s] of the slowest vibration of the coarsest mesh."""
-    free = np.ones(len(body.coarse.nodes), dtype=bool)
-    free[body.anchors[0]] = False
+    free = ~np.isin(np.arange(len(body.coarse.nodes)), body.anchors[0])
     masses = particles_of(body, 0, surface=False).masses
     return float(vibrations(Equilibrium(body, 0).linear_solver(), masses, free, 1)[1][0])
 

@@ -49,8 +49,7 @@ class Relaxed(Solver):
         if tissue.law != LAW:
             raise Refused(f"{method} has the corotational law, and {body.name} is {tissue.law}")
         self._rest = mesh.nodes
-        held = np.zeros(len(self._rest), dtype=bool)
-        held[body.anchors[level]] = True
+        held = np.isin(np.arange(len(self._rest)), body.anchors[level])
         bed = None if body.bed is None else BedSprings(mesh, body.bed)
         masses = particles_of(body, level, surface=False).masses
         self._relax = relaxes(method, LinearElements(mesh, tissue), masses, held, setting, bed)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fixtures.stub import made_up
+from fixtures.stub import Stub, made_up
 from scipy import sparse
 
 from palpate.benchmark.conformal import bound_factor
@@ -28,13 +28,10 @@ def case(slab_case):
     contacts = given.prepared_contacts[:count]
     db: Database = given.database
     rows = np.resize(np.arange(len(db.contact)), count)
-    linear = given.response.fine[:count]
-    force = db.force[rows]
-    fine = np.einsum("ci,cink->cnk", force, linear) * (1.0 + 0.02 * np.arange(1, count + 1))[:, None, None]
-    many = replace(db.take(rows), contact=contacts, fine=fine)
-    return replace(
-        given, database=many, grid={"cascade": {"asked_errors": [0.1, 0.5], "budgets_ms": [], "stages": STAGES}}
-    )
+    linear = np.einsum("ci,cink->cnk", db.force[rows], given.response.fine[:count])
+    fine = linear * (1.0 + 0.02 * np.arange(1, count + 1))[:, None, None]
+    grid = {"asked_errors": [0.1, 0.5], "budgets_ms": [], "stages": STAGES}
+    return replace(given, database=replace(db.take(rows), contact=contacts, fine=fine), grid={"cascade": grid})
 
 
 @pytest.fixture
@@ -74,7 +71,10 @@ def test_the_bound_is_found_on_the_training_contacts(case, load):
 
 
 def test_turning_is_that_of_the_warped_response_to_the_second_order(case):
-    """Of small forces the RMS of the whole change over the coarse nodes; twice the force turns twice as much."""
+    """Of small forces the RMS of the whole change over the coarse nodes; twice the force turns twice as much.
+
+    One force has a share, and several or a depth have none.
+    """
     turning, stored = Turning(case, 0.0), case.response
     same = sparse.eye_array(len(case.body.coarse.nodes), format="csr")
     warped = WarpedResponse(replace(case.meshes, prolongation=same), replace(stored, fine=stored.restricted))
@@ -86,6 +86,10 @@ def test_turning_is_that_of_the_warped_response_to_the_second_order(case):
     assert turning.of(Load.at(contact, 2.0 * force)) == pytest.approx(2.0 * share, rel=1e-2)
     with pytest.raises(InputError):
         turning.of(Load.at(int(case.body.anchors[0][0]), force))
+    solver = of(case, 0.5, (Known(case), 0.0, False))
+    for load in (Load((Press(contact, force),) * 2), Load((Press(contact, moved=force),))):
+        with pytest.raises(Refused):
+            solver.respond(load)
 
 
 def test_two_levels_are_extrapolated_as_if_ratios_were_between_two_and_four(slab_case):
@@ -112,17 +116,13 @@ def test_a_contact_without_an_answer_is_no_part_of_a_bound(case, monkeypatch):
     """What a stage refuses at one of twelve training contacts is passed over at run time, and says nothing there."""
     whole = Linear(case, {})
 
-    class Refuses(Solver):
-        memory_mb = 0.0
+    def refuse(load):
+        if load.single()[0] == case.database.contact[0]:
+            raise NotConverged("not here", [1.0])
+        return whole.respond(load)
 
-        def respond(self, load):
-            if load.single()[0] == case.database.contact[0]:
-                raise NotConverged("not here", [1.0])
-            return whole.respond(load)
-
-    monkeypatch.setattr(
-        "palpate.models.model_registry.model", lambda *_: made_up(lambda case: [{}], lambda *_: Refuses())
-    )
+    refusing = made_up(lambda case: [{}], lambda *_: Stub(respond=refuse))
+    monkeypatch.setattr("palpate.models.model_registry.model", lambda *_: refusing)
     stage = prepared_stage(case, Turning(case), Limits(case), {"model": "refuses"})
     assert np.isfinite(stage.factor)
 
@@ -196,12 +196,9 @@ def test_where_no_bound_is_small_enough_the_least_one_answers(case, load):
 
 
 def test_contacts_that_a_stage_prepares_are_charged_to_the_setting_that_is_asked(case, load):
-    class Prepares(Known):
-        def precede(self, load):
-            case.charge("its contact", 3.0)
-
-    fresh = replace(case, used={})
-    solver = of(case, 0.5, (Prepares(case), 0.0, False))
+    fresh, stage = replace(case, used={}), Known(case)
+    stage.precede = lambda load: case.charge("its contact", 3.0)
+    solver = of(case, 0.5, (stage, 0.0, False))
     solver._case = fresh
     solver.precede(load)
     assert fresh.used["its contact"] == 3.0 and solver.memory_mb > 0.0
@@ -214,13 +211,6 @@ def test_a_stage_without_an_answer_is_passed_over_while_another_has_one(case, lo
     assert of(case, 0.5, (works, np.inf, False), (fails, np.inf, False)).respond(load).error is None
     with pytest.raises(NotConverged, match="no answer"):
         of(case, 0.5, (fails, 0.0, False), (fails, np.inf, False)).respond(load)
-
-
-def test_several_presses_and_depths_are_refused(case):
-    node, solver = int(case.database.contact[0]), of(case, 0.5, (Known(case), 0.0, False))
-    for load in (Load((Press(node, np.ones(3)),) * 2), Load((Press(node, moved=np.ones(3)),))):
-        with pytest.raises(Refused):
-            solver.respond(load)
 
 
 def test_stages_are_prepared_once_and_their_time_is_charged_again(case, monkeypatch):

@@ -48,10 +48,10 @@ def test_the_law_of_newton_is_a_law():
 def converged(case, engine, load):
     """Return the equilibrium of the engine's law on the coarsest mesh."""
     law = engine.law if engine.law in LAWS else quadratic_neo_hookean.__file__
-    body = replace(case.body, material=replace(case.body.material, law=law))
-    if body.regions is not None:
-        materials = tuple(replace(each, law=law) for each in body.regions.materials)
-        body = replace(body, regions=replace(body.regions, materials=materials))
+    body, regions = replace(case.body, material=replace(case.body.material, law=law)), case.body.regions
+    if regions is not None:
+        materials = tuple(replace(each, law=law) for each in regions.materials)
+        body = replace(body, regions=replace(regions, materials=materials))
     return fem.Fem(replace(case, body=body), {"level": 0, "start": "rest", "tolerance": 1e-9}, 1).respond(load)
 
 

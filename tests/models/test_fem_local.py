@@ -19,13 +19,6 @@ from palpate.models.fem_local import SurfaceMap
 FAR = 100.0
 
 
-@pytest.fixture(scope="module")
-def pressed(slab_case):
-    """The slab with one more level under a disc, a contact, and a force that moves it by about 10 % of its size."""
-    case, test, _ = slab_case
-    return replace(case, radius_m=0.03), int(test.contact[0]), 1.5 * test.force[0]
-
-
 def ask(pressed, setting):
     case, contact, force = pressed
     solver = fem_local.offline(case).online(setting)
@@ -95,21 +88,23 @@ def whole(request):
     return nest("bar", coarse, 2, held, Material(3000.0, 0.3, 1000.0), swell if request.param == "moved" else None)
 
 
+def local_mesh(whole, radius):
+    """The mesh that is fine around a node, and straight-sided places of the whole body's nodes."""
+    center = whole.coarse.nodes[whole.coarse.surface[-1]]
+    return LocalRefinement(whole, 2).around(center, radius), whole.prolongation @ whole.coarse.nodes
+
+
 @pytest.mark.parametrize("radius", [0.0, 0.07])
 def test_the_map_to_the_surface_is_linear_on_each_triangle(whole, radius):
     """Against an interpolation of the straight-sided mesh that knows nothing of levels."""
-    local = LocalRefinement(whole, 2).around(whole.coarse.nodes[whole.coarse.surface[-1]], radius)
-    straight = whole.prolongation @ whole.coarse.nodes
+    local, straight = local_mesh(whole, radius)
     places, nodes = straight[local.numbers[-1]], straight[whole.fine.surface]
     values = np.random.default_rng(0).normal(size=len(places))
     found = SurfaceMap(whole).of(local, 1) @ values
     for node, value in list(zip(nodes, found, strict=True))[::7]:
         inside = []
         for triangle in local.fine.triangles:
-            a, b, c = places[triangle]
-            weights, *_ = np.linalg.lstsq(
-                np.vstack([np.stack([a, b, c], axis=1), np.ones(3)]), [*node, 1.0], rcond=None
-            )
+            weights, *_ = np.linalg.lstsq(np.vstack([places[triangle].T, np.ones(3)]), [*node, 1.0], rcond=None)
             error = np.abs(weights @ places[triangle] - node).max()
             if weights.min() > -1e-9 and error < 1e-12:
                 inside.append(weights @ values[triangle])
@@ -118,14 +113,12 @@ def test_the_map_to_the_surface_is_linear_on_each_triangle(whole, radius):
 
 def test_the_map_of_quadratic_elements_follows_a_quadratic_field(whole):
     """On straight elements it is exact for polynomials of degree 2 of the straight places."""
-    local = LocalRefinement(whole, 2).around(whole.coarse.nodes[whole.coarse.surface[-1]], 0.03)
-    straight = whole.prolongation @ whole.coarse.nodes
+    local, straight = local_mesh(whole, 0.03)
     corners = straight[local.numbers[-1]]
     unknowns = finer(local).prolongations[-1] @ corners
 
     def field(x):
         return x[:, 0] ** 2 + x[:, 1] * x[:, 2] - 3.0 * x[:, 2] + 1.0
 
-    assert SurfaceMap(whole).of(local, 2) @ field(unknowns) == pytest.approx(
-        field(straight[whole.fine.surface]), abs=1e-13
-    )
+    expected = field(straight[whole.fine.surface])
+    assert SurfaceMap(whole).of(local, 2) @ field(unknowns) == pytest.approx(expected, abs=1e-13)

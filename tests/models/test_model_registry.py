@@ -9,16 +9,23 @@ from palpate.errors import InputError
 from palpate.models import model_registry
 from palpate.models.coarse_answers import COARSE_ANSWERS
 
+MEASURE = """
+import palpate.benchmark.judge, palpate.benchmark.measure
+from palpate.models.load_model import load_model
+load_model('fem_p1', 'palpate.models.fem', {'order': 1})
+"""
 
-@pytest.mark.parametrize("name", model_registry.MODELS)
-def test_every_model_has_its_module(name):
-    model = model_registry.model(name, {})
-    assert callable(model.settings) and callable(model.offline)
 
-
-def test_names_alone_import_no_solver():
-    code = "import sys, palpate.models.model_registry; print(any(name in sys.modules for name in ('numba', 'scipy')))"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "False\n"
+@pytest.mark.parametrize(
+    ("code", "absent"),
+    [
+        ("import palpate.models.model_registry", ("numba", "scipy")),
+        (MEASURE, ("palpate.models.model_registry", "palpate.models.enrichment.methods")),
+    ],
+)
+def test_names_alone_import_no_solver_and_measuring_a_model_reads_no_registry(code, absent):
+    code += f"\nimport sys; print([name for name in {absent} if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
 
 
 def test_an_unknown_name_is_told():
@@ -39,31 +46,22 @@ def test_a_family_is_what_one_module_makes_and_all_that_a_job_needs():
         "pod_rbf": {"pod_rbf": {"place": "palpate.models.enrichment.pod_rbf", "keywords": {}}},
         "mine": {"mine": {"place": "mine.py", "keywords": {}}},
     }
+    beside = model_registry.families(["contact_modes", "cascade"], {})
+    assert list(beside["contact_modes"]) == ["contact_modes", "cascade"]  # whose contacts serve it
+    assert list(model_registry.families(["fem_p2", "cascade"], {})) == ["fem", "cascade"]
 
 
 def test_every_family_that_has_settings_stands_in_the_config(grid):
     families = model_registry.families(list(model_registry.MODELS), {})
-    assert set(grid) - {"coarse_answers"} == (set(families) - {"linear_fem", "interpolation"}) | set(
-        model_registry.BESIDE
-    )
-
-
-def test_coarse_answers_are_those_of_the_config(grid):
+    expected = (set(families) - {"linear_fem", "interpolation"}) | set(model_registry.BESIDE)
+    assert set(grid) - {"coarse_answers"} == expected
     assert list(COARSE_ANSWERS) == grid["coarse_answers"]
-
-
-def test_a_model_is_measured_beside_the_one_whose_contacts_serve_it():
-    """Where that is not measured it stands alone."""
-    assert list(model_registry.families(["contact_modes", "cascade"], {})["contact_modes"]) == [
-        "contact_modes",
-        "cascade",
-    ]
-    assert list(model_registry.families(["fem_p2", "cascade"], {})) == ["fem", "cascade"]
 
 
 def test_what_a_model_is_told_stands_with_it():
     """Models on top of a coarse deformation know no load; those that hold responses of contacts say so."""
     made = {name: model_registry.model(name, {}) for name in model_registry.MODELS}
+    assert all(callable(model.settings) and callable(model.offline) for model in made.values())
     unaware = {name for name, model in made.items() if model.sees == "deformation"}
     assert unaware == {"interpolation", "ridge_upsampling", "kernel_ridge_detail", "pod_rbf"} | {
         name for name, family in model_registry.FAMILY_OF.items() if family == "paper_enrichment"
@@ -78,14 +76,3 @@ def test_what_a_model_is_told_stands_with_it():
     }  # fmt: skip
     assert all(model.law for model in made.values())
     assert made["pod_rbf"].needs_contacts({"coarse": "linear"}) and not made["pod_rbf"].needs_contacts({})
-
-
-def test_measuring_a_model_reads_no_registry():
-    code = (
-        "import sys, palpate.benchmark.judge, palpate.benchmark.measure\n"
-        "from palpate.models.load_model import load_model\n"
-        "load_model('fem_p1', 'palpate.models.fem', {'order': 1})\n"
-        "names = ('palpate.models.model_registry', 'palpate.models.enrichment.methods')\n"
-        "print([name for name in names if name in sys.modules])"
-    )
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"

@@ -15,19 +15,15 @@ SOLVER = "class S:\n    memory_mb = 0.0\n    def respond(self, load):\n        %
 PREPARE = "def prepare(case, setting):\n    return S()\n"
 
 
-def test_the_example_is_measured_like_any_other(slab_case, slab_judge):
+def test_the_example_is_measured_like_any_other_and_the_guide_shows_it(slab_case, slab_judge):
     case = slab_case[0]
-    samples, settings = measure(
-        case, "nearest", model("nearest", {"nearest": DOCS / "example_model.py"}), slab_judge, 6, 0.1
-    )
+    nearest = model("nearest", {"nearest": DOCS / "example_model.py"})
+    samples, settings = measure(case, "nearest", nearest, slab_judge, 6, 0.1)
     assert len(settings) == 5 and (settings["failures"] == 0).all() and len(samples) == 5 * 6
     assert settings["offline_s"].is_monotonic_increasing and (settings["offline_s"] > 4.0).all()
     assert settings["memory_mb"].is_monotonic_increasing
     assert samples.groupby("setting")["rmse_of_peak"].mean().min() < 0.4  # 0.55 if nothing moves
     assert samples["rmse_of_peak"].between(0.01, 1.5).all()
-
-
-def test_the_guide_shows_the_example():
     assert (DOCS / "example_model.py").read_text() in (DOCS / "add-a-model.md").read_text()
 
 
@@ -74,10 +70,9 @@ def test_a_file_may_say_what_its_model_sees_and_what_precedes_a_query(tmp_path):
 def test_one_that_is_not_finite_has_failed(tmp_path, slab_case, slab_judge):
     case = slab_case[0]
     file = tmp_path / "mine.py"
-    file.write_text(
-        "import numpy as np\n" + SETTINGS + SOLVER % f"return np.full(({case.n_surface}, 3), np.nan)" + PREPARE
-    )
+    answer = f"import numpy\n        return numpy.full(({case.n_surface}, 3), numpy.nan)"
+    file.write_text(SETTINGS + SOLVER % answer + PREPARE)
     samples, settings = measure(case, "mine", load_own("mine", file), slab_judge, 1, 0.1)
     assert (samples["failure"] != "").all() and settings["failures"].item() == settings["samples"].item()
-    assert "not finite" in settings["failure"].item()
-    assert settings["failure"].item().startswith(f"{file}: ")
+    failure = settings["failure"].item()
+    assert "not finite" in failure and failure.startswith(f"{file}: ")

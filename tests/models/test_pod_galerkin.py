@@ -71,15 +71,11 @@ def test_few_cells_answer_as_all_do_with_weights_that_are_not_negative(case, sol
         assert errors(solver.respond(load), whole.respond(load)).rmse_of_peak < 0.01
 
 
-def test_a_small_force_gets_the_linear_answer_of_the_modes(case, solver):
-    node, force = load_of(case).single()
+def test_small_presses_are_linear_and_add_up_and_a_place_never_pressed_is_answered(case, solver):
+    (node, force), body = load_of(case).single(), case.body
     linear = (solver._surface @ (force @ solver._pull(node))).reshape(-1, 3)
     found = 1e9 * solver.respond(Load.at(node, 1e-9 * force))
     assert np.abs(found - linear).max() < 1e-8 * np.abs(linear).max()
-
-
-def test_small_presses_add_up_and_a_place_never_pressed_is_answered(case, solver):
-    body = case.body
     inner = np.setdiff1d(body.fine.surface, np.concatenate([np.arange(len(body.coarse.nodes)), body.anchors[-1]]))
     presses = [Press(int(node), 1e-9 * case.database.force[0]) for node in (inner[0], case.database.contact[0])]
     one, two, both = (solver.respond(Load(tuple(each))) for each in (presses[:1], presses[1:], presses))
@@ -92,9 +88,8 @@ def test_what_it_cannot_do_it_refuses(case, solver):
         solver.respond(Load.at(int(case.body.anchors[0][0]), force))
     with pytest.raises(Refused, match="depth"):
         solver.respond(Load((Press(node, moved=np.ones(3)),)))
-    with pytest.raises(
-        NotConverged, match=r"beyond what the modes are made of|as far as any sample|stopped at a residual"
-    ):
+    told = r"beyond what the modes are made of|as far as any sample|stopped at a residual"
+    with pytest.raises(NotConverged, match=told):
         solver.respond(Load.at(node, 100.0 * force))
 
 

@@ -49,13 +49,22 @@ def particles(body) -> Particles:
 
 @pytest.fixture(scope="module")
 def truth(particles) -> np.ndarray:
-    return run(changed(SCENE, integrator="bdf2", step_s=0.00125), particles).motion.positions
+    return of_mesh(SCENE, particles, 0.00125)
 
 
 def changed(scene: Scene, reduced: dict | None = None, **rest) -> Scene:
     settings = {k: v for k, v in scene.settings.items() if k != "reduced" or rest.get("integrator", "") != "bdf2"}
     settings |= {} if reduced is None else {"reduced": scene.settings["reduced"] | reduced}
     return replace(scene, settings=settings, **rest)
+
+
+def of_mesh(scene: Scene, particles: Particles, step_s: float) -> np.ndarray:
+    """The positions that all nodes of the mesh have by BDF2."""
+    return run(changed(scene, integrator="bdf2", step_s=step_s), particles).motion.positions
+
+
+def of_modes(scene: Scene, particles: Particles) -> np.ndarray:
+    return run(scene, particles).motion.positions
 
 
 def made(scene: Scene, particles: Particles) -> tuple:
@@ -136,54 +145,52 @@ def test_all_modes_move_as_the_mesh_does():
     settings = SCENE.settings | {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}
     scene = replace(SCENE, settings=settings | {"reduced": {"coarsened": 0, "vibrations": 23}}, tolerance=1e-9)
     assert made(scene, particles)[1].count == 24
-    found = run(scene, particles).motion.positions
-    mesh = run(changed(scene, integrator="bdf2"), particles).motion.positions
+    found = of_modes(scene, particles)
+    mesh = of_mesh(scene, particles, scene.step_s)
     assert np.abs(found - mesh).max() < 1e-5 * np.abs(mesh - mesh[0]).max() < 1e-2
 
 
 def test_few_modes_follow_a_push_and_its_release_at_their_place_and_near_it_at_another(particles, truth):
-    motion = run(SCENE, particles).motion
-    here = wrong(motion.positions, truth)
-    other = [{"at_m": [0.06, 0.02, 0.04], "radius_m": 0.03}]
-    elsewhere, nowhere = (
-        wrong(run(changed(SCENE, {"places": places}), particles).motion.positions, truth) for places in (other, [])
-    )
+    positions, other = of_modes(SCENE, particles), [{"at_m": [0.06, 0.02, 0.04], "radius_m": 0.03}]
+    scenes = (changed(SCENE, {"places": places}) for places in (other, []))
+    elsewhere, nowhere = (wrong(of_modes(scene, particles), truth) for scene in scenes)
+    here = wrong(positions, truth)
     assert here < 0.015 and here < elsewhere < 0.05 < nowhere
-    again = run(SCENE, particles).motion
-    assert np.array_equal(motion.positions, again.positions)
+    assert np.array_equal(positions, of_modes(SCENE, particles))
     held = np.flatnonzero(particles.nodes[:, 0] == 0.0)
-    assert np.array_equal(motion.positions[-1][held], particles.nodes[held])
+    assert np.array_equal(positions[-1][held], particles.nodes[held])
 
 
 def test_the_linear_part_that_cells_lack_is_what_makes_them_right(particles, truth, monkeypatch):
     monkeypatch.setattr("palpate.models.reduced_body.Cells.stiffness", property(lambda self: np.eye(34)))
-    assert wrong(run(SCENE, particles).motion.positions, truth) > 0.03
+    assert wrong(of_modes(SCENE, particles), truth) > 0.03
 
 
 def test_a_weight_has_modes_of_its_own(particles):
     scene = replace(SCENE, effects=["corotational", "held", "gravity", "rayleigh"])
     settings = {k: v for k, v in SCENE.settings.items() if k != "push"}
     scene = replace(scene, settings=settings | {"gravity": {"acceleration_m_s2": [0, 0, -5.0]}}, step_s=0.005)
-    mesh = run(changed(scene, integrator="bdf2", step_s=0.00125), particles).motion.positions
-    assert wrong(run(scene, particles).motion.positions, mesh) < 0.01
+    mesh = of_mesh(scene, particles, 0.00125)
+    assert wrong(of_modes(scene, particles), mesh) < 0.01
 
 
 def test_damping_turns_with_the_body_and_is_that_of_the_mesh(particles):
     settings = SCENE.settings | {"rayleigh": {"mass_1_s": 0.0, "stiffness_s": 0.05}}
     scene = replace(SCENE, settings=settings)
-    mesh = run(changed(scene, integrator="bdf2", step_s=0.00125), particles).motion.positions
-    assert wrong(run(scene, particles).motion.positions, mesh) < 0.015
+    mesh = of_mesh(scene, particles, 0.00125)
+    assert wrong(of_modes(scene, particles), mesh) < 0.015
 
 
-def test_what_modes_cannot_do_is_refused(body, particles):
-    with pytest.raises(InputError, match=r"integrator is reduced: .* the scene has contact"):
-        run(replace(SCENE, effects=[*SCENE.effects, "contact"]), particles)
-    with pytest.raises(InputError, match="a body that is held"):
-        run(replace(SCENE, effects=["corotational", "push", "rayleigh"], held=False), particles)
-    with pytest.raises(InputError, match="start: rest"):
-        run(replace(SCENE, start="inverted"), particles)
-    with pytest.raises(InputError, match="needs finite elements"):
-        run(replace(SCENE, effects=["springs", "held", "push"]), particles)
+def test_what_modes_cannot_do_is_refused(particles):
+    refused = {
+        r"integrator is reduced: .* the scene has contact": {"effects": [*SCENE.effects, "contact"]},
+        "a body that is held": {"effects": ["corotational", "push", "rayleigh"], "held": False},
+        "start: rest": {"start": "inverted"},
+        "needs finite elements": {"effects": ["springs", "held", "push"]},
+    }
+    for told, changes in refused.items():
+        with pytest.raises(InputError, match=told):
+            run(replace(SCENE, **changes), particles)
     with pytest.raises(InputError, match="no multiple of 64"):
         run(changed(SCENE, {"coarsened": 2}), particles_of(bar(counts=(1, 1, 1)), 1, surface=False))
 
@@ -222,14 +229,12 @@ def test_the_next_minimum_is_found_in_fewer_steps():
     assert second.calls <= 5 < 8 < first.calls
 
 
-def test_a_bent_valley_is_followed_downhill():
-    q, left = CarriedBfgs(np.full(2, 0.01)).minimise(rosenbrock, np.array([-1.2, 1.0]), 1e-8, 0.0, 100)
-    assert left <= 1e-8 and np.abs(q - 1.0).max() < 1e-7
-
-
-def test_it_says_what_is_left_where_iterations_end_and_nothing_where_rounding_ends_the_search():
-    start = np.array([-1.2, 1.0])
-    assert CarriedBfgs(np.full(2, 0.01)).minimise(rosenbrock, start, 1e-8, 0.0, 3)[1] > 1e-3
+def test_a_bent_valley_is_followed_downhill_and_what_is_left_is_told():
+    """As where iterations end; and nothing where rounding ends the search."""
+    (q, left), (_, early) = (
+        CarriedBfgs(np.full(2, 0.01)).minimise(rosenbrock, np.array([-1.2, 1.0]), 1e-8, 0.0, n) for n in (100, 3)
+    )
+    assert left <= 1e-8 and np.abs(q - 1.0).max() < 1e-7 and early > 1e-3
     bowl = Bowl([1.0, -2.0, 3.0])
 
     def coarse(q):

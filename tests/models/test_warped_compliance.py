@@ -1,13 +1,17 @@
-"""Warped linear responses: rotations are found and applied exactly, and turn with the body as they must."""
+"""Stored linear responses, and warped ones: rotations are exact, and turn with the body as they must."""
 
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from fixtures.known_deformations import *  # noqa: F403
 from scipy.spatial.transform import Rotation
 
+from palpate.benchmark.accuracy import errors
 from palpate.benchmark.model import FitOptions
+from palpate.benchmark.presses import LOAD_COLUMNS
+from palpate.benchmark.static_responses import press
 from palpate.bodies.mesh import TetMesh
 from palpate.errors import InputError
 from palpate.models.enrichment.features import Ordered
@@ -31,13 +35,9 @@ def turns():
     return random
 
 
-def test_vectors_are_turned(turns):
+def test_vectors_are_turned_and_a_warp_is_the_mean_of_the_rotations_on_the_way(turns):
     vectors = np.random.default_rng(1).normal(size=turns.shape)
     assert np.abs(turn(turns, vectors) - Rotation.from_rotvec(turns).apply(vectors)).max() < 1e-14
-
-
-def test_a_warp_is_the_mean_of_the_rotations_on_the_way(turns):
-    vectors = np.random.default_rng(1).normal(size=turns.shape)
     points, weights = np.polynomial.legendre.leggauss(20)
     on_the_way = [Rotation.from_rotvec((p + 1) / 2 * turns).apply(vectors) for p in points]
     assert np.abs(warp(turns, vectors) - np.tensordot(weights / 2, on_the_way, 1)).max() < 1e-13
@@ -86,12 +86,6 @@ def test_the_force_turns_back_with_its_contact(slab_case):
     assert np.abs(found - LinearFem(case.response).answer(contact, np.array([0.0, -1.0, 0.0]))[0]).max() < 1e-12
 
 
-def test_a_contact_that_is_not_prepared_is_refused(slab_case):
-    case = slab_case[0]
-    with pytest.raises(InputError, match="not a free surface node"):
-        WarpedResponse(case.meshes, case.response).answer(int(case.body.anchors[0][0]), FORCE)
-
-
 def test_under_small_loads_each_node_is_turned_by_half_its_rotation(slab_case):
     """A displacement grows with the load, and so does its rotation: on the way there it was half as large."""
     case, test, _ = slab_case
@@ -103,6 +97,28 @@ def test_under_small_loads_each_node_is_turned_by_half_its_rotation(slab_case):
     local = LinearFem(case.response).answer(contact, force + np.cross(back, force))[0]
     beyond = answer - local
     assert np.abs(beyond - 0.5 * np.cross(turns, local)).max() < 0.05 * np.abs(beyond).max()
+
+
+def test_the_linear_rival_is_the_compliance_times_the_force(slab_compliance):
+    method, row = LinearFem(slab_compliance), 11
+    contact, force = int(slab_compliance.contacts[row]), np.array([0.3, -0.2, 0.5])
+    x, y, z = slab_compliance.fine[row]
+    expected = 0.3 * x - 0.2 * y + 0.5 * z
+    for coarse in (slab_compliance.coarse[row, 0], np.full_like(slab_compliance.coarse[row, 0], np.nan)):
+        assert np.abs(method.predict(coarse, contact, force) - expected).max() < 1e-15
+    with pytest.raises(InputError, match="contact 0 is not a free"):
+        method.predict(coarse, 0, force)
+
+
+def test_the_linear_rival_is_the_fine_response_to_a_small_force(slab, slab_compliance):
+    """Off by first order in the force: a tenth of it, a tenth of the relative error."""
+    method, force = LinearFem(slab_compliance), np.array([0.1, 0.2, -0.4])
+    wrong = []
+    for factor in (1e-2, 1e-3):
+        loads = pd.DataFrame([[0, 44, *(factor * force), 0.0]], columns=LOAD_COLUMNS)
+        fine = press(slab, 1, loads, 1e-8).displacement[0, slab.fine.surface]
+        wrong.append(np.abs(method.predict(None, 44, factor * force) - fine).max() / np.abs(fine).max())
+    assert wrong[0] < 1e-2 and wrong[0] / wrong[1] == pytest.approx(10, rel=0.1)
 
 
 OPTIONS = FitOptions(10, {"min": 0.1, "max": 100, "count": 7}, 3, "samples", 1)
@@ -119,23 +135,24 @@ def pressed(slab_case):
     return case, replace(db, contact=contact, force=force)
 
 
-def learnt(case, db, base, rows, options=OPTIONS):
-    return LoadResidual(db, case.response, base).learn(gather(db, rows, "live", options), options)
+TRAIN, TEST = np.arange(60)[np.arange(60) % 6 != 0], np.arange(0, 60, 6)
 
 
-def errors_of(method, db, rows):
-    found = [method.respond(int(db.contact[i]), db.force[i]) - db.fine[i] for i in rows]
-    return np.array([np.sqrt(np.mean(np.sum(e**2, axis=1))) for e in found]) / db.peaks[rows]
-
-
-def world(case, db, base, residual):
-    """The same samples with fine responses of ``base`` and a residual(contact, force), which turns with the nodes."""
+def taught(pressed, base, residual, train=TRAIN, options=OPTIONS):
+    """Samples of ``base`` and a residual(contact, force) that turns with the nodes; who learns them, who does not."""
+    case, db = pressed
     fine = []
     for contact, force in zip(db.contact.tolist(), db.force, strict=True):
         answer, spins = base.answer(contact, force)
         extra = residual(contact, force)
         fine.append(answer + (extra if spins is None else turn(spins, extra)))
-    return replace(db, fine=np.array(fine))
+    db = replace(db, fine=np.array(fine))
+    method, plain = (LoadResidual(db, case.response, base) for _ in range(2))
+    return db, method.learn(gather(db, train, "live", options), options), plain
+
+
+def errors_of(method, db, rows):
+    return np.array([errors(method.respond(int(db.contact[i]), db.force[i]), db.fine[i]).rmse_of_peak for i in rows])
 
 
 @pytest.mark.parametrize("warped", [False, True])
@@ -149,11 +166,8 @@ def test_a_residual_of_the_second_order_is_found_in_axes_that_turn(pressed, warp
         moved = np.tensordot(force, case.response.fine[case.response.row(contact)], 1).mean(axis=0)
         return 20.0 * np.tensordot(moved * np.linalg.norm(moved), mode, 1)
 
-    db = world(case, db, base, residual)
-    train, test = np.arange(60)[np.arange(60) % 6 != 0], np.arange(0, 60, 6)
-    method = learnt(case, db, base, train)
-    plain = LoadResidual(db, case.response, base)
-    assert errors_of(method, db, test).mean() < 0.25 * errors_of(plain, db, test).mean()
+    db, method, plain = taught(pressed, base, residual)
+    assert errors_of(method, db, TEST).mean() < 0.25 * errors_of(plain, db, TEST).mean()
     assert method.kind == "response"
 
 
@@ -168,37 +182,26 @@ def test_what_is_alike_at_all_contacts_is_learnt_from_the_force(pressed):
         local = view.frame.T @ force
         return view.from_slots(0.02 * np.linalg.norm(local) * local @ mode)
 
-    db = world(case, db, base, residual)
-    train, test = np.arange(50), np.arange(50, 60)
-    method = learnt(case, db, base, train, replace(OPTIONS, split="contacts"))
+    db, method, plain = taught(pressed, base, residual, np.arange(50), replace(OPTIONS, split="contacts"))
     assert method.kind == "force"
-    assert errors_of(method, db, test).mean() < 0.2 * errors_of(LoadResidual(db, case.response, base), db, test).mean()
+    assert errors_of(method, db, range(50, 60)).mean() < 0.2 * errors_of(plain, db, range(50, 60)).mean()
 
 
 def test_it_is_exact_to_the_first_order(pressed):
-    case, db = pressed
-    base = LinearFem(case.response)
-    db = world(case, db, base, lambda contact, force: np.full((case.n_surface, 3), 0.05 * force @ force))
-    method, contact, force = learnt(case, db, base, np.arange(60)), int(db.contact[0]), db.force[0]
+    base, shape = LinearFem(pressed[0].response), (pressed[0].n_surface, 3)
+    db, method, plain = taught(
+        pressed, base, lambda contact, force: np.full(shape, 0.05 * force @ force), np.arange(60)
+    )
     assert method.kind
-    off = [
-        np.abs(method.respond(contact, f * force) - base.answer(contact, f * force)[0]).max() / f for f in (1e-2, 1e-3)
-    ]
+    asked = [(int(db.contact[0]), factor * db.force[0]) for factor in (1e-2, 1e-3)]
+    off = [np.abs(method.respond(*a) - plain.respond(*a)).max() / np.linalg.norm(a[1]) for a in asked]
     assert off[0] / off[1] == pytest.approx(10.0, rel=0.3)
 
 
-def test_nothing_much_is_learnt_from_what_samples_left_out_contradict(pressed):
-    """Of noise, which is different in each sample."""
-    case, db = pressed
-    base, random = LinearFem(case.response), np.random.default_rng(2)
-    db = world(case, db, base, lambda contact, force: 0.01 * random.normal(size=(case.n_surface, 3)))
-    train, test = np.arange(60)[np.arange(60) % 6 != 0], np.arange(0, 60, 6)
-    method, plain = learnt(case, db, base, train), LoadResidual(db, case.response, base)
-    assert errors_of(method, db, test) == pytest.approx(errors_of(plain, db, test), rel=0.01)
-
-
-def test_nothing_at_all_is_learnt_where_the_base_is_right(pressed):
-    case, db = pressed
-    base = LinearFem(case.response)
-    db = world(case, db, base, lambda contact, force: np.zeros((case.n_surface, 3)))
-    assert learnt(case, db, base, np.arange(60)).kind == ""
+def test_nothing_much_is_learnt_of_noise_and_nothing_at_all_where_the_base_is_right(pressed):
+    """Noise is different in each sample, so that those left out contradict it."""
+    base, shape = LinearFem(pressed[0].response), (pressed[0].n_surface, 3)
+    random = np.random.default_rng(2)
+    db, method, plain = taught(pressed, base, lambda contact, force: 0.01 * random.normal(size=shape))
+    assert errors_of(method, db, TEST) == pytest.approx(errors_of(plain, db, TEST), rel=0.01)
+    assert taught(pressed, base, lambda contact, force: np.zeros(shape), np.arange(60))[1].kind == ""

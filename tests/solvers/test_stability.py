@@ -28,6 +28,14 @@ def bar(soft):
     return body, euler(0.2, 0.04 * 0.03**3 / 12.0)
 
 
+MIDDLE = [0.2, 0.015, 0.02]
+"""Of the bar's end [m]."""
+
+
+def nearest(body, place):
+    return int(np.argmin(np.linalg.norm(body.fine.nodes - place, axis=1)))
+
+
 def axial(body, newtons):
     return np.outer(end_face(body.fine), [-newtons, 0.0, 0.0])
 
@@ -37,47 +45,48 @@ def bent(body, x):
     return float(np.abs((x - body.fine.nodes)[:, 1:]).max())
 
 
-def buckling_load(body, newtons):
-    """The axial load [N] at which the straight bar's tangent is singular, by its softest values at two smaller ones."""
-    solver, values = FastEquilibrium(body, 0, 2), []
-    shares = (0.85, 0.95)
+def where_singular(problem, size, straight):
+    """The share of a load at which the tangent is singular, by its softest values at the straight states of two."""
+    shares, values = (0.85, 0.95), []
     for share in shares:
-        x = solver.solve(axial(body, share * newtons), 1e-8).x
-        values.append(softest(solver, solver.at_rest(), x, body.fine.size, 1e-3).value)
-    return newtons * (shares[0] + values[0] * (shares[1] - shares[0]) / (values[0] - values[1]))
+        x = straight(share)
+        values.append(softest(problem, problem.at_rest(), x, size, 1e-3).value)
+    return shares[0] + values[0] * (shares[1] - shares[0]) / (values[0] - values[1])
 
 
 def test_a_bar_buckles_at_eulers_load(bar):
     body, newtons = bar
-    assert buckling_load(body, newtons) == pytest.approx(newtons, rel=0.03)
+    solver = FastEquilibrium(body, 0, 2)
+    found = where_singular(solver, body.fine.size, lambda share: solver.solve(axial(body, share * newtons), 1e-8).x)
+    assert found == pytest.approx(1.0, rel=0.03)
 
 
 def test_a_column_is_linearised_to_buckle_at_eulers_load(bar, soft):
     """The cylinder has flat sides, and bends as one of its own area does."""
     body, newtons = bar
-    middle = np.argmin(np.linalg.norm(body.fine.nodes - [0.2, 0.015, 0.02], axis=1))
-    found = Buckling(body, 0.01).share([(int(middle), np.array([-newtons, 0.0, 0.0]))])
+    found = Buckling(body, 0.01).share([(nearest(body, MIDDLE), np.array([-newtons, 0.0, 0.0]))])
     assert 1.0 / found == pytest.approx(1.0, abs=0.03)
     mesh = cylinder(0.2, 0.02)
     column = nest("column", mesh, 1, np.flatnonzero(mesh.nodes[:, 2] < 1e-9), soft)
     area = column.fine.volumes.sum() / 0.2
     newtons = euler(0.2, area**2 / (4.0 * np.pi))
-    top = np.argmin(np.linalg.norm(column.fine.nodes - [0.0, 0.0, 0.2], axis=1))
-    found = Buckling(column, 0.01).share([(int(top), np.array([0.0, 0.0, -newtons]))])
+    found = Buckling(column, 0.01).share([(nearest(column, [0.0, 0.0, 0.2]), np.array([0.0, 0.0, -newtons]))])
     assert 1.0 / found == pytest.approx(1.0, abs=0.03)
 
 
 def test_what_bends_or_stretches_a_column_does_not_make_it_buckle(bar):
     body, newtons = bar
-    middle = int(np.argmin(np.linalg.norm(body.fine.nodes - [0.2, 0.015, 0.02], axis=1)))
-    buckling = Buckling(body, 0.01)
+    middle, buckling = nearest(body, MIDDLE), Buckling(body, 0.01)
     assert buckling.share([(middle, np.array([newtons, 0.0, 0.0]))]) < 0.05
     assert buckling.share([(middle, np.array([0.0, 0.2 * newtons, 0.0]))]) < 0.1
     both = [(middle, np.array([-0.3 * newtons, 0.0, 0.0])), (middle, np.array([-0.4 * newtons, 0.0, 0.0]))]
     assert buckling.share(both) == pytest.approx(0.7, rel=0.05)
 
 
-@pytest.mark.parametrize(("solver", "order"), [(FastEquilibrium, 2), (Equilibrium, 2), (Equilibrium, 1)])
+SOLVERS = pytest.mark.parametrize(("solver", "order"), [(FastEquilibrium, 2), (Equilibrium, 2), (Equilibrium, 1)])
+
+
+@SOLVERS
 def test_beyond_eulers_load_the_column_is_bent(bar, solver, order):
     """The straight one balances too. Elastica: at 1.1 of the load the end goes 0.5 of the length to the side."""
     body, newtons = bar
@@ -123,17 +132,17 @@ def pushed_in(problem, weights, depth, tolerance=1e-6):
 
 def test_a_column_that_is_pushed_buckles_as_one_whose_end_is_pinned(slender):
     body, weights, depth = slender
-    problem, values, shares = FastEquilibrium(body, 0, 2), [], (0.85, 0.95)
-    held = Pushed(problem, weights)
-    for share in shares:
+    problem = FastEquilibrium(body, 0, 2)
+
+    def straight(share):
         x, _ = pushed_in(problem, weights, share * depth, 1e-8)
         assert bent(body, x) < 1e-3
-        values.append(softest(held, held.at_rest(), x, body.fine.size, 1e-3).value)
-    found = shares[0] + values[0] * (shares[1] - shares[0]) / (values[0] - values[1])
-    assert found == pytest.approx(1.0, abs=0.03)
+        return x
+
+    assert where_singular(Pushed(problem, weights), body.fine.size, straight) == pytest.approx(1.0, abs=0.03)
 
 
-@pytest.mark.parametrize(("solver", "order"), [(FastEquilibrium, 2), (Equilibrium, 2), (Equilibrium, 1)])
+@SOLVERS
 def test_beyond_that_depth_the_column_is_bent_and_bears_little_more(slender, solver, order):
     body, weights, depth = slender
     problem = solver(body, 2 - order, order)

@@ -39,9 +39,19 @@ def state(particles) -> tuple[np.ndarray, np.ndarray]:
     return particles.nodes + 0.01 * random.normal(size=particles.nodes.shape), random.normal(size=particles.nodes.shape)
 
 
+@pytest.fixture
+def system(particles, effects) -> System:
+    return System(particles, effects)
+
+
 @pytest.fixture(scope="module")
 def alone(particles, effects) -> dict[str, System]:
     return {name: System(particles, {name: effect}) for name, effect in effects.items()}
+
+
+@pytest.fixture
+def anchored(particles, effects) -> System:
+    return System(particles, effects | {"held": held.make(particles, {}, effects["springs"])})
 
 
 def same(found: np.ndarray, parts: list[np.ndarray]) -> None:
@@ -49,9 +59,8 @@ def same(found: np.ndarray, parts: list[np.ndarray]) -> None:
     np.testing.assert_allclose(found, sum(parts), rtol=0, atol=1e-12 * max(np.abs(part).max() for part in parts))
 
 
-def test_sums_of_all_are_the_sums_of_each(particles, effects, alone, state):
+def test_sums_of_all_are_the_sums_of_each(system, alone, state):
     x, v = state
-    system = System(particles, effects)
     assert system.energies(x) == {n: alone[n].energy(x) for n in ("springs", "gravity", "volume", "body_springs")}
     assert system.energy(x) == pytest.approx(sum(one.energy(x) for one in alone.values()), rel=1e-12)
     same(system.force(x, v), [one.force(x, v) for one in alone.values()])
@@ -62,9 +71,8 @@ def test_sums_of_all_are_the_sums_of_each(particles, effects, alone, state):
     same(system.damping(x).toarray(), [alone[n].damping(x).toarray() for n in ("kelvin", "velocity_damping")])
 
 
-def test_each_integrator_gets_its_own_share(particles, effects, alone, state):
+def test_each_integrator_gets_its_own_share(particles, effects, system, alone, state):
     x, v = state
-    system = System(particles, effects)
     pushed, still = alone["push"].force(x, v), [n for n in effects if n not in ("push", "kelvin", "velocity_damping")]
     same(system.explicit_force(x, v), [one.force(x, v) for n, one in alone.items() if n != "velocity_damping"])
     same(system.potential_force(x), [alone[n].force(x, v) for n in still])
@@ -78,9 +86,8 @@ def test_each_integrator_gets_its_own_share(particles, effects, alone, state):
     del effects["volume"].limit
 
 
-def test_matrices_are_the_gradients_of_forces_and_share_a_pattern(particles, effects, state):
+def test_matrices_are_the_gradients_of_forces_and_share_a_pattern(system, state):
     x, v = state
-    system = System(particles, effects)
     k, c = system.stiffness(x, False), system.damping(x)
     assert np.array_equal(k.indices, c.indices) and np.array_equal(k.indptr, c.indptr)
     direction = np.random.default_rng(5).normal(size=x.shape)
@@ -91,20 +98,17 @@ def test_matrices_are_the_gradients_of_forces_and_share_a_pattern(particles, eff
     np.testing.assert_allclose((c @ v.ravel()).reshape(x.shape), drag, atol=1e-12 * np.abs(drag).max())
 
 
-def test_held_nodes_feel_nothing(particles, effects, state):
-    x, v = state
-    system = System(particles, effects | {"held": held.make(particles, {}, effects["springs"])})
+def test_held_nodes_feel_nothing(particles, anchored, state):
+    (x, v), system = state, anchored
     assert np.array_equal(np.flatnonzero(~system.free), np.sort(particles.held))
     for force in (system.force(x, v), system.explicit_force(x, v), system.potential_force(x), system.outer_force(x, v)):
-        assert not force[~system.free].any()
-        assert force[system.free].any()
+        assert not force[~system.free].any() and force[system.free].any()
     matrix = system.stiffness(x, True)
-    inner = matrix.toarray()
+    expected, unknowns = matrix.toarray(), np.repeat(system.free, 3)
+    expected[~unknowns] = np.eye(len(unknowns))[~unknowns]
+    expected[:, ~unknowns] = np.eye(len(unknowns))[:, ~unknowns]
     system.hold(matrix)
-    unknowns = np.repeat(system.free, 3)
-    np.testing.assert_array_equal(matrix.toarray()[~unknowns], np.eye(len(unknowns))[~unknowns])
-    np.testing.assert_array_equal(matrix.toarray()[:, ~unknowns], np.eye(len(unknowns))[:, ~unknowns])
-    np.testing.assert_array_equal(matrix.toarray()[np.ix_(unknowns, unknowns)], inner[np.ix_(unknowns, unknowns)])
+    np.testing.assert_array_equal(matrix.toarray(), expected)
 
 
 def test_nothing_is_made_of_what_no_effect_offers(particles, effects, state):
@@ -114,9 +118,8 @@ def test_nothing_is_made_of_what_no_effect_offers(particles, effects, state):
     assert len(system.pattern.indices) == len(particles.nodes)  # the masses' diagonal
 
 
-def test_time_is_booked_on_the_effects_that_were_called(particles, effects, state):
-    x, v = state
-    system = System(particles, effects | {"held": held.make(particles, {}, effects["springs"])})
+def test_time_is_booked_on_the_effects_that_were_called(effects, anchored, state):
+    (x, v), system = state, anchored
     assert system.elastic is effects["springs"]
     assert list(system.seconds) == [*effects, "held"]
 

@@ -256,7 +256,6 @@ class Cascade(Solver):
 
     @property
     def memory_mb(self) -> float:
-        """The memory that is held between queries [MB]."""
         return held_mb(self._prepared.turning) + sum(stage.solver.memory_mb for stage in self._prepared.stages)
 
     def precede(self, load: Load) -> None:
@@ -266,10 +265,7 @@ class Cascade(Solver):
         self._charge()
 
     def respond(self, load: Load) -> Answer:
-        """Return the displacement (n_surface, 3) [m] with the bound of its error; errors as the last that was tried.
-
-        Doubted where a stage that might be sure does not fit the budget.
-        """
+        """Answer with a bound of its error; errors as the last one tried, Doubted where a surer one is too slow."""
         turned, stages = self._prepared.turning.of(load), self._prepared.stages
         untried: list[tuple[float, int, Answer | None]] = []
         spent, late, doubted = 0.0, "", None

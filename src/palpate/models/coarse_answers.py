@@ -71,13 +71,12 @@ def fitting_to(case: Case) -> Fitting:
 
 
 class Enriched(Solver):
-    """``method`` on top of the ``coarse`` answer; both are part of what a query costs."""
+    """``method`` on top of the ``coarse`` answer to one force at a coarse node; both are part of what a query costs."""
 
     def __init__(self, method: Method, coarse: Simulation | LinearCoarse):
         self._method, self._coarse = method, coarse
 
     def respond(self, load: Load) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under one force at a coarse node; errors as ``Solver``."""
         contact, force = load.single()
         moved = self._coarse.displacement(load)
         if contact >= len(moved):

@@ -80,7 +80,6 @@ class FrameBefore(Rest):
         self._frame: np.ndarray | None = None
 
     def precede(self, load: Load) -> None:
-        """Find the frame before; not timed."""
         self._asked = load.key
         if self._asked not in self._frames:
             try:
@@ -149,24 +148,18 @@ class Fem(Solver):
         self._buckling = NearBuckling(case) if "iterations" in setting else None
 
     def precede(self, load: Load) -> None:
-        """Find the frame before, for a setting that starts from it; not timed."""
         self._start.precede(load)
 
     def place(self, number: int, patch: Patch) -> int:
-        """Return what loads name as a node to press a disc anywhere on the surface, until ``number`` is placed anew."""
         return self._simulation.shares.place(number, patch)
 
     def respond(self, load: Load) -> np.ndarray | Answer:
-        """Return the displacement (n_surface, 3) [m] under ``load``, with the forces of discs pushed to a depth.
-
-        Errors as ``Solver``; Doubted where it is stopped early near the load under which the body buckles.
-        """
+        """Answer as ``Solver`` does; Doubted where it is stopped early near the load under which the body buckles."""
         displacement, forces = self._simulation.answer(load, self._start.at(load))
         answer = self._up @ displacement if forces is None else Answer(self._up @ displacement, forces)
         if self._buckling is None or any(press.node < 0 for press in load.presses):
             return answer
-        acting = load.with_found(np.empty(0)) if forces is None else forces
-        return self._buckling.checked(zip([press.node for press in load.presses], acting, strict=True), answer)
+        return self._buckling.checked(load, answer)
 
     def surface_columns(self, case: Case) -> np.ndarray:
         """Return the linear responses (n_contacts, 3, n_surface, 3) [m/N] of these elements to unit forces."""

@@ -110,7 +110,6 @@ class LocalFem(Solver):
         self._start = start(case, self._meshes, mesh)
 
     def precede(self, load: Load) -> None:
-        """Find the frame before, for a setting that starts from it; not timed."""
         self._start.precede(load)
 
     def respond(self, load: Load) -> np.ndarray | Answer:

@@ -162,7 +162,13 @@ class ContactShares:
             return self._placed[contact]
         if contact not in self._shares:
             row_of(self._able, contact)
-            self._shares[contact] = self._integrate(contact)
+            mesh, surface = self._body.levels[self._level], self._body.fine.surface
+            if self._radius_m == 0.0 and contact >= len(mesh.nodes):  # between nodes: as its displacement follows
+                row = to_surface(self._body, self._level, self._order)[[np.searchsorted(surface, contact)]]
+                self._shares[contact] = row.indices.astype(np.int64), row.data
+            else:
+                patch = patch_at(self._body, contact, self._radius_m)
+                self._shares[contact] = patch_shares(mesh, patch, self._order)
         return self._shares[contact]
 
     def place(self, number: int, patch: Patch) -> int:
@@ -170,14 +176,6 @@ class ContactShares:
         name = -1 - number
         self._placed[name] = patch_shares(self._body.levels[self._level], patch, self._order)
         return name
-
-    def _integrate(self, contact: int) -> tuple[np.ndarray, np.ndarray]:
-        mesh = self._body.levels[self._level]
-        if self._radius_m == 0.0 and contact >= len(mesh.nodes):  # a point between nodes: as its displacement follows
-            surface = self._body.fine.surface
-            row = to_surface(self._body, self._level, self._order)[[np.searchsorted(surface, contact)]]
-            return row.indices.astype(np.int64), row.data
-        return patch_shares(mesh, patch_at(self._body, contact, self._radius_m), self._order)
 
 
 def with_unknowns(body: Body, level: int, order: int) -> Body:
@@ -204,10 +202,6 @@ def to_fine(body: Body, level: int, order: int = 1) -> sparse.csr_array:
     """
     up = sparse.eye_array(len(body.fine.nodes), format="csr")
     for start in range(len(body.levels) - order - 1, level - 1, -1):
-        up = up @ (body.prolongations[start] if order == 1 else _quadratic(body, start))
+        step = body.prolongations[start] if order == 1 else quadratic_prolongation(*body.levels[start : start + 2])
+        up = up @ step
     return up.tocsr()
-
-
-def _quadratic(body: Body, level: int) -> sparse.csr_array:
-    """Interpolate from quadratic elements on ``level`` to those on the next one."""
-    return quadratic_prolongation(body.levels[level], body.levels[level + 1])

@@ -42,7 +42,6 @@ class Interpolated(Solver):
         self._coarse, self._prolongation = coarse_solver(case, setting), case.meshes.prolongation
 
     def respond(self, load: Load) -> np.ndarray | Answer:
-        """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``."""
         moved, forces = self._coarse.answer(load)
         found = self._prolongation @ moved
         return found if forces is None else Answer(found, forces)

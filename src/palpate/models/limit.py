@@ -57,18 +57,13 @@ class ToLimit(Solver):
 
     @property
     def memory_mb(self) -> float:
-        """The memory that is held between queries [MB]."""
         return self._solver.memory_mb + held_mb(self._beyond)
 
     def precede(self, load: Load) -> None:
-        """Do what the solver does before a query."""
         self._solver.precede(load)
 
     def respond(self, load: Load) -> np.ndarray | Answer:
-        """Return the displacement (n_surface, 3) [m]; an answer that the solver doubts is brought to the limit, too.
-
-        InputError for a contact that is not prepared, Refused for a depth.
-        """
+        """Answer as ``Solver`` does, but to no depth; an answer that the solver doubts is brought to the limit, too."""
         beyond = self._beyond.superpose(load.forces())
         try:
             return _moved(self._solver.respond(load), beyond)
@@ -82,11 +77,10 @@ def _moved(answer: np.ndarray | Answer, beyond: np.ndarray) -> np.ndarray | Answ
     return answer._replace(displacement=moved) if isinstance(answer, Answer) else moved
 
 
-def _finest(solver: Solver, case: Case) -> np.ndarray:
-    return case.use_compliance().fine
-
-
-def with_limit(prepare: Callable[..., Any], own: Callable[[Any, Case], np.ndarray] = _finest) -> Callable[..., Stage]:
+def with_limit(
+    prepare: Callable[..., Any],
+    own: Callable[[Any, Case], np.ndarray] = lambda solver, case: case.use_compliance().fine,
+) -> Callable[..., Stage]:
     """Return the offline stage of a model whose settings may have TO_LIMIT, as ``one_stage`` does of others.
 
     own : finds the linear responses of what ``prepare`` returns; if nothing is said, those of the finest level

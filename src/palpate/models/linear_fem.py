@@ -59,21 +59,16 @@ class Linear(Solver):
 
     @property
     def memory_mb(self) -> float:
-        """The memory that is held between queries [MB]."""
         return held_mb((self._linear, self._buckling))
 
     def respond(self, load: Load) -> np.ndarray | Answer:
-        """Return the displacement (n_surface, 3) [m] under ``load``, with the forces of discs pushed to a depth.
-
-        InputError for a contact that is not prepared, Refused where forces do not follow from the depths, Doubted near
-        the load under which the body buckles.
-        """
+        """Answer as ``Solver`` does; Refused where depths do not tell the forces, Doubted where the body may buckle."""
         by_force, to_depth = load.parted()
         if not to_depth:
-            return self._buckling.checked(by_force, self._linear.superpose(by_force))
+            return self._buckling.checked(load, self._linear.superpose(by_force))
         forces = self._discs.linear_forces(load)
         presses = [(press.node, force) for press, force in zip(load.presses, forces, strict=True)]
-        return self._buckling.checked(presses, Answer(self._linear.superpose(presses), forces))
+        return self._buckling.checked(load, Answer(self._linear.superpose(presses), forces))
 
 
 offline = one_stage(Linear)

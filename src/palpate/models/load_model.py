@@ -48,20 +48,16 @@ class _Own(Solver):
 
     @property
     def memory_mb(self) -> float:
-        """The memory [MB] that it says it holds."""
         return float(self._own.memory_mb)
 
     def respond(self, load: Load) -> np.ndarray | Answer:
-        """Return its answer."""
         return _named(self._path, self._own.respond, load)
 
     def precede(self, load: Load) -> None:
-        """Do what it does before a query, if anything."""
         if hasattr(self._own, "precede"):
             _named(self._path, self._own.precede, load)
 
     def prepare_nodes(self, nodes: tuple[int, ...]) -> float | None:
-        """Prepare contacts, if it does so, and return what that took [s]."""
         if not hasattr(self._own, "prepare_contact"):
             return None
         begin = perf_counter()

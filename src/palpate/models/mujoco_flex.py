@@ -51,7 +51,6 @@ class Flex(Solver):
         return held_mb([self._shares, self._up, self._rest])
 
     def respond(self, load: Load) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``."""
         import mujoco
 
         model, data = self._model, self._data

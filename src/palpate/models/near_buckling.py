@@ -1,10 +1,8 @@
 """Doubt the answers of models that know no stability, near the load at which the body, linearised at rest, buckles."""
 
-from collections.abc import Iterable
-
 import numpy as np
 
-from palpate.benchmark.load import Answer, Doubted
+from palpate.benchmark.load import Answer, Doubted, Load
 from palpate.benchmark.model import Case
 from palpate.solvers.buckling import Buckling
 
@@ -24,10 +22,11 @@ class NearBuckling:
         self._largest = LARGEST_SHARE if largest is None else largest
         self._buckling = case.share(name, lambda: Buckling(case.body, case.radius_m), "buckling")
 
-    def checked(self, presses: Iterable[tuple[int, np.ndarray]], answer: np.ndarray | Answer) -> np.ndarray | Answer:
-        """Return ``answer``, Doubted if forces (3,) [N] at their nodes are near those under which the body buckles."""
-        share = self._buckling.share(presses)
+    def checked(self, load: Load, answer: np.ndarray | Answer) -> np.ndarray | Answer:
+        """Return the ``answer`` to ``load``, with the forces of pushed discs; Doubted where the body may buckle."""
+        whole = answer if isinstance(answer, Answer) else Answer(answer)
+        nodes = [press.node for press in load.presses]
+        share = self._buckling.share(load.forces() if whole.forces is None else zip(nodes, whole.forces, strict=True))
         if share <= self._largest:
             return answer
-        whole = answer if isinstance(answer, Answer) else Answer(answer)
         raise Doubted(f"this is {share:.2f} of the load under which the body buckles", [share], whole)

@@ -63,7 +63,6 @@ class Vbd(Solver):
         return held_mb([self._shares, self._up, self._rest])
 
     def respond(self, load: Load) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``."""
         now, after = self._states
         nodal = self._shares.spread(load.forces(), len(self._rest)).astype(np.float32)
         for state in self._states:
@@ -80,8 +79,7 @@ class Vbd(Solver):
 
 def _slowest(body: Body) -> float:
     """Return the angular frequency [1/s] of the slowest vibration of the coarsest mesh."""
-    free = np.ones(len(body.coarse.nodes), dtype=bool)
-    free[body.anchors[0]] = False
+    free = ~np.isin(np.arange(len(body.coarse.nodes)), body.anchors[0])
     masses = particles_of(body, 0, surface=False).masses
     return float(vibrations(Equilibrium(body, 0).linear_solver(), masses, free, 1)[1][0])
 

@@ -128,7 +128,7 @@ class PodGalerkin(Solver):
             raise Doubted(why, [residual], Answer(moved))
         if not is_positive(self._reduced.tangent(q) - LEAST_STIFFNESS * self._soft):
             raise Doubted("the body is about to give way", [residual], Answer(moved))
-        return self._buckling.checked(load.forces(), moved)
+        return self._buckling.checked(load, moved)
 
     def _pull(self, node: int) -> np.ndarray:
         """Return the pull (3, r) of unit forces on the disc around fine surface ``node`` on the modes."""

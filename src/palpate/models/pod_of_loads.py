@@ -28,24 +28,10 @@ DESCENTS = 300
 """Iterations of L-BFGS that a network is trained for."""
 
 
-class Loads:
-    """The load of each sample, without unit: places over the body's size, forces over their usual strength.
-
-    The latter is the root of the training samples' mean square.
-    """
-
-    def __init__(self, db: Database, training: Training):
-        self._places, self._size = db.coarse_nodes / db.size, db.size
-        self._strength = float(np.sqrt(np.mean(np.sum(training.force**2, axis=1)))) or 1.0
-
-    def of(self, contact: np.ndarray | int, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return places (…, 3) and forces (…, 3)."""
-        return self._places[contact], force / self._strength
-
-
 class PodOfLoads:
     """Fine displacements in ``modes`` POD modes about rest, whose coefficients a learner finds from the load.
 
+    Loads are without unit: places over the body's size, forces over the root of the training samples' mean square.
     learn : from places, forces (k, 3), coefficients (k, m) and folds (k,) to a function of one place and force
     """
 
@@ -55,13 +41,14 @@ class PodOfLoads:
         kept = np.argsort(values)[::-1][:modes]
         lengths = np.sqrt(np.maximum(values[kept], np.finfo(float).tiny))
         self._modes = (vectors[:, kept] / lengths).T @ fine
-        self._loads = Loads(db, training)
-        places, forces = self._loads.of(training.contact, training.force)
+        self._places = db.coarse_nodes / db.size
+        self._strength = float(np.sqrt(np.mean(np.sum(training.force**2, axis=1)))) or 1.0
+        places, forces = self._places[training.contact], training.force / self._strength
         self._learnt = learn(places, forces, vectors[:, kept] * lengths, training.fold, options)
 
     def respond(self, contact: int, force: np.ndarray) -> np.ndarray:
         """Return the fine surface displacement (n, 3) [m] under ``force`` (3,) [N] at coarse node ``contact``."""
-        return (self._learnt(*self._loads.of(contact, force)) @ self._modes).reshape(-1, 3)
+        return (self._learnt(self._places[contact], force / self._strength) @ self._modes).reshape(-1, 3)
 
 
 def gaussian_process(
@@ -222,17 +209,14 @@ class Learnt(Solver):
         self._reach = float(np.linalg.norm(fitting.training.fine, axis=(1, 2)).max())
 
     def respond(self, load: Load) -> np.ndarray | Answer:
-        """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``.
-
-        NotConverged beyond the guard LARGEST_NORM, Doubted near the load under which the body buckles.
-        """
+        """Answer as ``Solver`` does; NotConverged beyond the guard LARGEST_NORM, Doubted where the body may buckle."""
         contact, force = load.single()
         row_of(self._contacts, contact)
         moved = self._pod.respond(contact, force)
         far = float(np.linalg.norm(moved)) / self._reach
         if not far <= LARGEST_NORM:
             raise NotConverged(f"this goes {far:.1f} times as far as any sample, beyond what is learnt", [far])
-        return self._buckling.checked([(contact, force)], moved)
+        return self._buckling.checked(load, moved)
 
 
 offline = one_stage(Learnt)

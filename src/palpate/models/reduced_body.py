@@ -117,15 +117,6 @@ def orthonormal(columns: Sequence[np.ndarray], stiffness: sparse.sparray) -> np.
     return v @ (turns[:, kept] / np.sqrt(values[kept]))
 
 
-def uncoupled(columns: np.ndarray, masses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Turn ``columns`` (3n, r), so that mass couples them no longer; return them, and the mass (r,) of each.
-
-    masses : (n,) [kg]. Columns that are orthonormal in the stiffness stay so.
-    """
-    own, turns = np.linalg.eigh(columns.T @ (np.repeat(masses, 3)[:, None] * columns))
-    return np.ascontiguousarray(columns @ turns), own
-
-
 def vibrations(
     solve: Callable[[np.ndarray], np.ndarray], masses: np.ndarray, free: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -186,12 +177,18 @@ class ReducedBody:
         system.hold(stiffness)
         solve = _solver(stiffness, system.free)
         swinging, _ = vibrations(solve, particles.masses, system.free, settings["vibrations"])
-        loads = [*_unit_pushes(particles, settings["places"]), *_unit_weights(system)]
+        # forces (3, n, 3) [N] of 1 m/s² along x, y and z, if a weight acts
+        weights = [system.masses[None, :, None] * np.eye(3)[:, None, :] for _ in system.offering(Weight)]
+        loads = [*_unit_pushes(particles, settings["places"]), *weights]
         groups = [np.concatenate([_answers(solve, each), swinging[: settings["bent"]]]) for each in loads]
         size = particles.size
         second = [bends(elastic, particles.nodes, solve, each, size) for each in groups if len(each)]
         matrix = stiffness.tocsr()
-        modes, masses = uncoupled(orthonormal([swinging, *groups, *second], matrix), particles.masses * system.free)
+        columns = orthonormal([swinging, *groups, *second], matrix)
+        # turned so that mass couples them no longer; columns that are orthonormal in the stiffness stay so
+        free = np.repeat(particles.masses * system.free, 3)[:, None]
+        masses, turns = np.linalg.eigh(columns.T @ (free * columns))
+        modes = np.ascontiguousarray(columns @ turns)
         return cls(modes, masses, AveragedCells(elastic, modes, matrix, settings["coarsened"]))
 
     @property
@@ -230,8 +227,3 @@ def _unit_pushes(particles: Particles, places: list[dict]) -> list[np.ndarray]:
             load.add_force(particles.nodes, force, force)
         pushes.append(forces)
     return pushes
-
-
-def _unit_weights(system: System) -> list[np.ndarray]:
-    """Return the forces (3, n, 3) [N] of 1 m/s² along x, y and z, if a weight acts."""
-    return [system.masses[None, :, None] * np.eye(3)[:, None, :] for _ in system.offering(Weight)]

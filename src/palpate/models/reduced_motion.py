@@ -209,11 +209,8 @@ class _Step:
         pull: np.ndarray,
         push: np.ndarray,
     ):
-        inertia, drag, lag = (
-            motion.body.masses / reach**2,
-            motion._alpha * motion.body.masses / reach,
-            motion._beta / reach,
-        )
+        masses = motion.body.masses
+        inertia, drag, lag = masses / reach**2, motion._alpha * masses / reach, motion._beta / reach
         self._cells, self._share, self._curvature = motion.body.cells, 1.0 + lag, inertia + drag
         # inertia and drag together pull towards one point
         self._centre = base + inertia * reach * rate / self._curvature

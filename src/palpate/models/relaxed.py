@@ -49,8 +49,7 @@ class Relaxed(Solver):
         if tissue.law != LAW:
             raise Refused(f"{method} has the corotational law, and {body.name} is {tissue.law}")
         self._rest = mesh.nodes
-        held = np.zeros(len(self._rest), dtype=bool)
-        held[body.anchors[level]] = True
+        held = np.isin(np.arange(len(self._rest)), body.anchors[level])
         bed = None if body.bed is None else BedSprings(mesh, body.bed)
         masses = particles_of(body, level, surface=False).masses
         self._relax = relaxes(method, LinearElements(mesh, tissue), masses, held, setting, bed)
@@ -74,7 +73,6 @@ class Relaxed(Solver):
         self._frames[load.key] = at
 
     def respond(self, load: Load) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``load``; errors as ``Solver``."""
         x, before = self._frames.get(load.key, (self._rest, None))
         return self._up @ (self._relax(x, self._nodal(load), before=before)[0] - self._rest)
 

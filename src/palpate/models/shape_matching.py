@@ -173,7 +173,6 @@ class ShapesAtRest(Solver):
         self.memory_mb = held_mb(self)
 
     def respond(self, load: Load) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] under ``load``; InputError for a bad contact."""
         return self._shapes.up @ self._shapes.settle(*load.single(), self._steps)
 
 

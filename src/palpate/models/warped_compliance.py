@@ -62,7 +62,9 @@ class LoadResidual:
         candidates = {}
         for kind in KINDS:
             described = np.array([self._described(kind, *sample) for sample in samples])
-            targets = [self._to_slots(kind, c, e) for (c, _), e in zip(samples, backward, strict=True)]
+            targets = [e.ravel() for e in backward]
+            if kind == "force":
+                targets = [self._views.view(c).to_slots(e) for (c, _), e in zip(samples, backward, strict=True)]
             candidates[kind] = KernelRidge(described, np.array(targets), training, options, power=2)
         best = min(candidates, key=lambda kind: candidates[kind].score)
         if convinces(candidates[best].errors, plain, training.fold):
@@ -86,9 +88,6 @@ class LoadResidual:
         frame = self._views.view(contact).frame
         return force if frame is None else force @ frame
 
-    def _to_slots(self, kind: str, contact: int, residual: np.ndarray) -> np.ndarray:
-        return residual.ravel() if kind == "response" else self._views.view(contact).to_slots(residual)
-
 
 class Stored(Solver):
     """The answer of ``base``, and what was learnt beyond it if ``samples`` are learnt from."""
@@ -102,24 +101,19 @@ class Stored(Solver):
 
     @property
     def memory_mb(self) -> float:
-        """The memory that is held between queries [MB]."""
         return held_mb([self._base, self._residual, self._buckling])
 
     def respond(self, load: Load) -> np.ndarray | Answer:
-        """Return the displacement (n_surface, 3) [m] under ``load``; InputError for a bad contact.
+        """Answer as ``Solver`` does; Doubted near the load under which the body buckles.
 
         Without a residual, which samples of one press each have taught, responses to several presses add up, and
-        discs may be pushed to a depth. Doubted near the load under which the body buckles.
+        discs may be pushed to a depth.
         """
         if self._residual is not None:
-            return self._buckling.checked([load.single()], self._residual.respond(*load.single()))
-        forces, displacements = load.parted()
-        if not displacements:
-            return self._buckling.checked(forces, self._base.superpose(forces))
-        answer = self._discs.answer(load, self._base.superpose)
-        assert answer.forces is not None  # as they have been searched for
-        nodes = [press.node for press in load.presses]
-        return self._buckling.checked(zip(nodes, answer.forces, strict=True), answer)
+            return self._buckling.checked(load, self._residual.respond(*load.single()))
+        forces, to_depth = load.parted()
+        answer = self._discs.answer(load, self._base.superpose) if to_depth else self._base.superpose(forces)
+        return self._buckling.checked(load, answer)
 
 
 def shares(case: Case, family: str) -> list[Setting]:

@@ -85,20 +85,21 @@ class WarpedResponse:
 
         InputError for a contact that is not prepared.
         """
-        return self._warped([(row_of(self._contacts, contact), contact, force)])
+        return self._warped([(contact, force)])
 
     def superpose(self, presses: list[tuple[int, np.ndarray]]) -> np.ndarray:
         """Return the fine surface displacement (n, 3) [m] under forces (3,) [N], each at its contact.
 
         Rotation vectors add up as linear responses do, and each force is turned back by the sum at its contact.
         """
-        return self._warped([(row_of(self._contacts, contact), contact, force) for contact, force in presses])[0]
+        return self._warped(presses)[0]
 
-    def _warped(self, presses: list[tuple[int, int, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
-        """Turn the sum of the responses to forces; presses : row, contact and force of each."""
+    def _warped(self, presses: list[tuple[int, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+        """Turn the sum of the responses to forces."""
+        rows = [(row_of(self._contacts, contact), force) for contact, force in presses]
         spins, displacements = [], []
-        for row, contact, force in presses:
-            here = reduce(np.add, [other @ self._spins[of, :, contact] for of, _, other in presses])
+        for (row, force), (contact, _) in zip(rows, presses, strict=True):
+            here = reduce(np.add, [other @ self._spins[of, :, contact] for of, other in rows])
             local = turn(-here[None], force[None])[0]
             spins.append(np.tensordot(local, self._spins[row], 1))
             displacements.append(np.tensordot(local, self._columns[row], 1))

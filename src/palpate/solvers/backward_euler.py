@@ -135,13 +135,7 @@ class _Step:
     """The minimisation of one step, as a ``newton.Problem``."""
 
     def __init__(
-        self,
-        integrator: BackwardEuler,
-        x: np.ndarray,
-        v: np.ndarray,
-        h: float,
-        carried: np.ndarray,
-        seen: np.ndarray,
+        self, integrator: BackwardEuler, x: np.ndarray, v: np.ndarray, h: float, carried: np.ndarray, seen: np.ndarray
     ):
         self._integrator, self._system = integrator, integrator._system
         self._x, self._carried, self._h, self._inertia = x, carried, h, integrator._masses / h**2

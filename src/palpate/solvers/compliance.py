@@ -48,11 +48,7 @@ class Compliance:
 
 
 def compute_compliance(
-    body: Body,
-    radius_m: float,
-    progress: Callable = iter,
-    contacts: np.ndarray | int | None = None,
-    order: int = 1,
+    body: Body, radius_m: float, progress: Callable = iter, contacts: np.ndarray | int | None = None, order: int = 1
 ) -> Compliance:
     """Solve the linear problems of the coarsest and finest level for each contact (offline).
 
@@ -95,10 +91,8 @@ def _by_contact(responses: np.ndarray) -> np.ndarray:
 def save_compliance(compliance: Compliance, path: Path) -> None:
     """Write ``compliance`` to HDF5, completely or not at all."""
     with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
-        for name in ARRAYS:
+        for name in ARRAYS if compliance.means is None else (*ARRAYS, "means"):
             file.create_dataset(name, data=getattr(compliance, name), fletcher32=True)
-        if compliance.means is not None:
-            file.create_dataset("means", data=compliance.means, fletcher32=True)
         file.attrs["unit"] = "m/N"
         file.attrs["seconds"] = compliance.seconds
 

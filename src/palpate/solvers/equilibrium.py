@@ -18,7 +18,7 @@ from palpate.linalg.block_pattern import BlockPattern, hold, pattern_of, product
 from palpate.linalg.conjugate_gradients import linear_response
 from palpate.linalg.multigrid import Factor, Multigrid
 from palpate.solvers.lbfgs import Descent, descend
-from palpate.solvers.newton import Product, Solution, minimise
+from palpate.solvers.newton import Product, Solution, capped, minimise
 from palpate.solvers.stability import NEUTRAL, joined, made_stable, slide, softest, solution_of
 
 GIVES_WAY = 0.01
@@ -36,6 +36,7 @@ class Equilibrium:
         so that the midpoints are halfway even if the body has moved them; multigrid is that of linear elements at rest.
         Where Poisson's ratio exceeds PLAIN_POISSON anywhere, quadratic elements resist volume on average.
 
+    load : (n_nodes, 3) [N], the nodal forces that energy and force count
     Raises InputError if nothing is held, and if quadratic elements lack the next level.
     """
 
@@ -48,57 +49,45 @@ class Equilibrium:
         if not len(body.anchors[finest]) and body.bed is None:
             raise InputError(f"{body.name}: nothing is held, so no equilibrium exists; give it anchors or a bed.")
         patterns = [pattern_of(m.tetrahedra, len(m.nodes)) for m in body.levels[: finest + 1]]
-        held = [_indicator(a, len(m.nodes)) for a, m in zip(body.anchors, body.levels[: finest + 1], strict=False)]
+        held = [np.isin(np.arange(p.size), a) for p, a in zip(patterns, body.anchors, strict=False)]
         self.mesh = _halved(body, level) if order == 2 else body.levels[level]
         self._elasticity = _elements(body, level, order, patterns[-1])
-        self._held = held[-1]
+        self._held, self._follows = held[-1], order == 1
         self._springs = _springs(body, level, order)
         self._constant = None if self._springs is None else self._elasticity.pattern.blocks(self._springs)
-        self._load = np.zeros_like(self.mesh.nodes)
+        self.load = np.zeros_like(self.mesh.nodes)
         self._rounding = np.finfo(float).eps * self.mesh.size * float(np.linalg.norm(self._elasticity.resistance()))
         # without a coarser level, the factor of the rest state preconditions every state
         self._multigrid = Multigrid(patterns, body.prolongations[:finest], held) if finest else None
-        self._follows = order == 1
         if self._multigrid is None:
             self._precondition = Factor(self._stiffness(self.mesh.nodes, definite=False)).solve
         else:
             self._precondition = self._multigrid.solve
             if order == 2:
                 linear = LinearElements(self.mesh, _easier(body.tissue(finest)), patterns[-1])
-                self._multigrid.update(self._rest(linear, _springs(body, finest, 1)))
-
-    def _rest(self, linear: LinearElements, springs: sparse.sparray | None) -> sparse.bsr_array:
-        """Return the stiffness at rest of linear elements on the same nodes."""
-        stiffness = linear.stiffness(self.mesh.nodes)
-        if springs is not None:
-            stiffness.data += linear.pattern.blocks(springs)
-        hold(stiffness.indptr, stiffness.indices, stiffness.data, self._held)
-        return stiffness
+                springs = _springs(body, finest, 1)
+                blocks = None if springs is None else linear.pattern.blocks(springs)
+                self._multigrid.update(self._on_supports(linear.stiffness(self.mesh.nodes), blocks))
 
     def energy(self, x: np.ndarray) -> float:
         """Return the elastic energy minus the work of the load [J]."""
         moved = x - self.mesh.nodes
-        energy = self._elasticity.energy(x) - float(np.vdot(self._load, moved))
+        energy = self._elasticity.energy(x) - float(np.vdot(self.load, moved))
         if self._springs is not None:
             energy += 0.5 * float(moved.ravel() @ (self._springs @ moved.ravel()))
         return energy
 
     def force(self, x: np.ndarray) -> np.ndarray:
         """Return the elastic force plus load (n_nodes, 3) [N], zero at held nodes."""
-        force = self._elasticity.force(x) + self._load
+        force = self._elasticity.force(x) + self.load
         if self._springs is not None:
             force -= (self._springs @ (x - self.mesh.nodes).ravel()).reshape(x.shape)
         force[self._held] = 0.0
         return force
 
-    @property
-    def load(self) -> np.ndarray:
-        """The nodal forces (n_nodes, 3) [N] that energy and force count."""
-        return self._load
-
     def carry(self, load: np.ndarray) -> None:
         """Take ``load`` (n_nodes, 3) [N] as what energy and force count."""
-        self._load = np.where(self._held[:, None], 0.0, load)
+        self.load = np.where(self._held[:, None], 0.0, load)
 
     def correction(self, x: np.ndarray, load: np.ndarray) -> np.ndarray:
         """Return what one multigrid cycle on the residual at ``x`` would add to it, (n_nodes, 3) [m]; linear at rest.
@@ -124,9 +113,12 @@ class Equilibrium:
         return product(stiffness), self._precondition
 
     def _stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array:
-        stiffness = self._elasticity.stiffness(x, definite)
-        if self._constant is not None:
-            stiffness.data += self._constant
+        return self._on_supports(self._elasticity.stiffness(x, definite), self._constant)
+
+    def _on_supports(self, stiffness: sparse.bsr_array, springs: np.ndarray | None) -> sparse.bsr_array:
+        """Add the blocks of ``springs`` to a ``stiffness`` in place, and hold the nodes that are held."""
+        if springs is not None:
+            stiffness.data += springs
         hold(stiffness.indptr, stiffness.indices, stiffness.data, self._held)
         return stiffness
 
@@ -153,7 +145,7 @@ class Equilibrium:
         nearly incompressible body, its result is the best that floating point allows, and is returned. An equilibrium
         that is not stable is left along the direction in which the body gives way.
         """
-        solution, self._load = self._settle(load, tolerance, start), load
+        solution, self.load = self._settle(load, tolerance, start), load
         if not load[~self._held].any():
             return solution
         return made_stable(self, self.at_rest, self.mesh.size, solution, lambda x: self._slide(x, tolerance))
@@ -163,9 +155,6 @@ class Equilibrium:
         found = softest(self, self.at_rest(), x, self.mesh.size)
         if found.value < -NEUTRAL:
             raise NotConverged("the equilibrium is not stable: the body buckles", [found.value])
-
-    def _slide(self, x: np.ndarray, tolerance: float) -> Solution:
-        return slide(self, self.at_rest(), x, self._scale(self._load), tolerance)
 
     def at_rest(self) -> Product:
         """Return the preconditioner of the state at rest, a positive definite map from forces to displacements."""
@@ -178,11 +167,11 @@ class Equilibrium:
         rest = self.mesh.nodes
         scale = self._scale(load)
         if scale == 0.0:
-            return Solution(rest.copy(), [0.0], [0.0])
+            return self._unmoved()
         x = rest if start is None else start
         reached, step, solution = 0.0, 1.0, Solution(x)
         while True:
-            self._load = (reached + step) * load
+            self.load = (reached + step) * load
             last = reached + step >= 1.0
             try:
                 minimise(self, x, scale, tolerance if last else max(tolerance, 1e-4), solution=solution)
@@ -211,8 +200,14 @@ class Equilibrium:
         except NotConverged:
             return None
 
+    def _slide(self, x: np.ndarray, tolerance: float) -> Solution:
+        return slide(self, self.at_rest(), x, self._scale(self.load), tolerance)
+
     def _scale(self, load: np.ndarray) -> float:
         return float(np.linalg.norm(load[~self._held]))
+
+    def _unmoved(self) -> Solution:
+        return Solution(self.mesh.nodes.copy(), [0.0], [0.0])
 
     def approach(
         self, load: np.ndarray, tolerance: float, iterations: int, start: np.ndarray | None = None
@@ -223,17 +218,11 @@ class Equilibrium:
         The result need not be an equilibrium; the last residual of its history measures the distance from one. Raises
         NotConverged if an iteration fails, but not because there are too few of them.
         """
-        solution = Solution(self.mesh.nodes.copy(), [0.0], [0.0])
         scale = self._scale(load)
         if scale == 0.0:
-            return solution
-        solution.history, solution.seconds, self._load = [], [], load
-        try:
-            return minimise(self, solution.x if start is None else start, scale, tolerance, iterations, solution)
-        except NotConverged:
-            if solution.iterations < iterations or not np.isfinite(solution.history[-1]):
-                raise
-            return solution
+            return self._unmoved()
+        self.load = load
+        return capped(self, self.mesh.nodes.copy() if start is None else start, scale, tolerance, iterations)
 
 
 def _elements(body: Body, level: int, order: int, pattern: BlockPattern) -> Elements:
@@ -252,20 +241,12 @@ def _easier(tissue: Tissue) -> Tissue:
     Where they would lock, the shear modulus stays and Poisson's ratio is EASY_POISSON: locked ones are far stiffer than
     those of mean dilatation, and conjugate gradients take more steps (0.4999: 430 instead of 330).
     """
-    eased = largest_poisson(tissue) > PLAIN_POISSON
-    return Tissue([_eased(each, eased) for each in tissue.materials], tissue.region)
-
-
-def _eased(material: Material, eased: bool) -> Material:
-    poisson = min(material.poisson, EASY_POISSON) if eased else material.poisson
-    young = 2.0 * material.shear_pa * (1.0 + poisson) if eased else material.young_pa
-    return Material(young, poisson, material.density_kg_m3)
-
-
-def _indicator(nodes: np.ndarray, count: int) -> np.ndarray:
-    indicator = np.zeros(count, dtype=bool)
-    indicator[nodes] = True
-    return indicator
+    eased, materials = largest_poisson(tissue) > PLAIN_POISSON, []
+    for each in tissue.materials:
+        poisson = min(each.poisson, EASY_POISSON) if eased else each.poisson
+        young = 2.0 * each.shear_pa * (1.0 + poisson) if eased else each.young_pa
+        materials.append(Material(young, poisson, each.density_kg_m3))
+    return Tissue(materials, tissue.region)
 
 
 def _halved(body: Body, level: int) -> Mesh:
@@ -313,7 +294,7 @@ class FastEquilibrium(Equilibrium):
         """
         scale = self._scale(load)
         if scale == 0.0:
-            return Solution(self.mesh.nodes.copy(), [0.0], [0.0])
+            return self._unmoved()
         way = self._descend(load, tolerance * scale, start, MAX_ITERATIONS, _is_worth_it)
         if way.forces[-1] <= tolerance * scale and way.convex:
             return solution_of(way, scale)
@@ -328,7 +309,7 @@ class FastEquilibrium(Equilibrium):
         """
         scale = self._scale(load)
         if scale == 0.0:
-            return Solution(self.mesh.nodes.copy(), [0.0], [0.0])
+            return self._unmoved()
         return solution_of(self._descend(load, tolerance * scale, start, iterations), scale)
 
     def _descend(
@@ -339,7 +320,7 @@ class FastEquilibrium(Equilibrium):
         iterations: int,
         callback: Callable[[Descent], bool] = lambda way: True,
     ) -> Descent:
-        self._load = load
+        self.load = load
         begin = self.mesh.nodes if start is None else start
         return descend(self, self._precondition, begin, tolerance_n, iterations, callback)
 
@@ -349,7 +330,7 @@ class Unbuckled(FastEquilibrium):
 
     def solve(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
         """Find the equilibrium as ``FastEquilibrium`` does, but raise NotConverged where that is not stable."""
-        solution, self._load = self._settle(load, tolerance, start), load
+        solution, self.load = self._settle(load, tolerance, start), load
         self.check_stable(solution.x)
         return solution
 

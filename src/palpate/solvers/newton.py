@@ -78,7 +78,7 @@ def minimise(
     if not np.isfinite(energy):
         solution.history.append(np.inf)
         solution.seconds.append(perf_counter() - start)
-        raise NotConverged(_message(solution, 0, tolerance), solution.history)
+        raise _not_found(solution, 0, tolerance)
     force = problem.force(x)
     while True:
         residual = float(np.linalg.norm(force)) / scale
@@ -88,13 +88,24 @@ def minimise(
             return solution
         iterations = len(solution.history) - first - 1
         if not np.isfinite(residual) or iterations >= max_iterations or stalled > MAX_SHORT:
-            raise NotConverged(_message(solution, iterations, tolerance), solution.history)
+            raise _not_found(solution, iterations, tolerance)
         step = _step(problem, solution, energy, force, _forcing(solution.history[first:], tolerance))
         if step is None:
-            raise NotConverged(_message(solution, iterations, tolerance), solution.history)
+            raise _not_found(solution, iterations, tolerance)
         solution.x, energy, length = step
         stalled = stalled + 1 if length < SHORT else 0
         force = problem.force(solution.x)
+
+
+def capped(problem: Problem, x: np.ndarray, scale: float, tolerance: float, iterations: int) -> Solution:
+    """Do so many iterations at most from ``x``; NotConverged if one fails, but not because there are too few."""
+    solution = Solution(x)
+    try:
+        minimise(problem, x, scale, tolerance, iterations, solution)
+    except NotConverged:
+        if solution.iterations < iterations or not np.isfinite(solution.history[-1]):
+            raise
+    return solution
 
 
 def _step(problem: Problem, solution: Solution, energy: float, force: np.ndarray, forcing: float) -> Candidate | None:
@@ -171,8 +182,9 @@ def _line_search(
     return best
 
 
-def _message(solution: Solution, iterations: int, tolerance: float) -> str:
-    return (
+def _not_found(solution: Solution, iterations: int, tolerance: float) -> NotConverged:
+    message = (
         f"Newton's method stopped after {iterations} iterations at a relative residual of "
         f"{solution.history[-1]:.1e}, above the tolerance {tolerance:.0e}"
     )
+    return NotConverged(message, solution.history)

@@ -15,7 +15,7 @@ from scipy import sparse
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.newton import Product, Solution, minimise
+from palpate.solvers.newton import Product, Solution, capped, minimise
 from palpate.solvers.stability import made_stable, slide
 
 BEGIN_TOLERANCE, PART_TOLERANCE = 1e-2, 1e-4
@@ -132,7 +132,8 @@ def push(
         try:
             begin = problem.begin(x, (reached + step) * moved)
             if iterations is not None:
-                return _capped(problem, begin, tolerance, iterations - 1)
+                found = capped(problem, begin, problem.scale(begin), tolerance, iterations - 1)
+                return found, problem.found(found.x)
             _settle(problem, begin, tolerance if last else max(tolerance, PART_TOLERANCE), solution)
         except NotConverged as failure:
             if iterations is not None:
@@ -166,14 +167,3 @@ def _settle(problem: Pushed, begin: np.ndarray, tolerance: float, solution: Solu
         minimise(problem, solution.x, scale, tolerance, solution=solution)
         if problem.scale(solution.x) >= 0.5 * scale:
             return
-
-
-def _capped(problem: Pushed, begin: np.ndarray, tolerance: float, iterations: int) -> tuple[Solution, np.ndarray]:
-    """Do so many iterations at most."""
-    solution = Solution(begin)
-    try:
-        minimise(problem, begin, problem.scale(begin), tolerance, iterations, solution)
-    except NotConverged:
-        if solution.iterations < iterations or not np.isfinite(solution.history[-1]):
-            raise
-    return solution, problem.found(solution.x)

@@ -26,6 +26,7 @@ class System:
 
     effects : name → effect, the elastic one first
     seconds : name → time spent in each effect so far
+    loaded, bounded : whether an effect is a load, and whether one limits the steps of a search
 
     Raises InputError for an effect that lacks a part of a hook.
     """
@@ -55,6 +56,7 @@ class System:
         self._driven = [e for _, e in self.offering(hooks.Driven)]
         self._limits = [(n, e.limit) for n, e in self.offering(hooks.StepLimit)]
         self._unbounded = {n for n, _ in self._limits}
+        self.loaded, self.bounded = bool(self._loads), bool(self._limits)
         self._touching = [(n, e.touching) for n, e in self.offering(hooks.Touching)]
         self._goals = [(first, self.elastic.goals)] if offers(self.elastic, hooks.Goals) else []
         self.time, self._load_work = 0.0, 0.0
@@ -71,16 +73,6 @@ class System:
     def offering(self, hook: type[Hook]) -> list[tuple[str, Hook]]:
         """Return the names and objects of the effects that offer ``hook``."""
         return [(name, effect) for name, effect in self.effects.items() if offers(effect, hook)]
-
-    @property
-    def loaded(self) -> bool:
-        """True if an effect is a load."""
-        return bool(self._loads)
-
-    @property
-    def bounded(self) -> bool:
-        """True if an effect limits the steps of a search."""
-        return bool(self._limits)
 
     def energies(self, x: np.ndarray) -> dict[str, float]:
         """Return the potential energy [J] of each effect that has one."""

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Doubted, Load, Press, Refused
 from palpate.bodies.material import LAWS
 from palpate.effects.patch_load import patch_at, patch_shares
@@ -14,6 +15,7 @@ from palpate.models.contact_modes import contact_modes
 from palpate.models.contact_modes.workshop import SOUND, TRIAL_RESIDUAL, Workshop, bearing
 from palpate.solvers.compliance import compute_compliance
 
+RADIUS = 0.03
 SNAPSHOTS = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
 
 
@@ -21,7 +23,7 @@ SNAPSHOTS = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "ope
 def pressed(slab_case):
     """The slab under a disc, a contact, and a force that moves it by about 8 % of its size."""
     case, test, _ = slab_case
-    return replace(case, radius_m=0.03), int(test.contact[0]), 0.75 * test.force[0]
+    return replace(case, radius_m=RADIUS), int(test.contact[0]), 0.75 * test.force[0]
 
 
 @pytest.fixture(scope="module")
@@ -34,13 +36,14 @@ def exact_at(pressed):
     return fem.Fem(pressed[0], {"level": 1, "start": "rest", "tolerance": 1e-9}, 2)
 
 
-def nodes_of(case):
-    return case.grid["contact_modes"]["nodes"]
+def disc(case, contact):
+    """Rows of the fine surface in a disc, and their shares in its mean displacement."""
+    nodes, shares = patch_shares(case.body.fine, patch_at(case.body, contact, case.radius_m))
+    return np.searchsorted(case.body.fine.surface, nodes), shares
 
 
 def distance_to(found, expected):
-    peak = np.linalg.norm(expected, axis=1).max()
-    return float(np.sqrt(np.mean(np.sum((found - expected) ** 2, axis=1))) / peak)
+    return errors(found, expected).rmse_of_peak
 
 
 def test_it_answers_as_the_quadratic_elements_that_it_reduces(pressed, modes_of, exact_at):
@@ -60,8 +63,7 @@ def test_a_few_presses_on_the_next_level_bring_its_answer_to_the_disc(pressed, e
     grid = case.grid | {"contact_modes": case.grid["contact_modes"] | {"nodes": 1}}
     columns = compute_compliance(body, case.radius_m, contacts=np.array([contact]), order=2)
     case = replace(case, body=body, grid=grid, response=columns)
-    nodes, _ = patch_shares(body.fine, patch_at(body, contact, case.radius_m))
-    rows = np.searchsorted(body.fine.surface, nodes)
+    rows, _ = disc(case, contact)
     solvers = [contact_modes.offline(case).online(SNAPSHOTS | {"modes": modes}) for modes in ("snapshots", "finer")]
     for share in (1.0, 0.5):
         load = Load.at(contact, share * force)
@@ -69,13 +71,6 @@ def test_a_few_presses_on_the_next_level_bring_its_answer_to_the_disc(pressed, e
         peak = np.linalg.norm(expected, axis=1).max()
         found = [np.linalg.norm(each.respond(load).displacement - expected, axis=1)[rows].max() for each in solvers]
         assert found[1] < 0.6 * found[0] and found[1] < 0.005 * peak
-
-
-def test_a_small_force_gets_the_linear_answer(pressed, modes_of):
-    _, contact, force = pressed
-    linear = (modes_of.prepare_contact(contact).columns @ force).reshape(-1, 3)
-    found = 1e9 * modes_of.respond(Load.at(contact, 1e-9 * force)).displacement
-    assert np.abs(found - linear).max() < 1e-8 * np.abs(linear).max()
 
 
 def test_a_place_that_was_never_prepared_is_prepared_when_it_is_asked_for(pressed, modes_of, exact_at):
@@ -93,8 +88,7 @@ def test_a_place_that_was_never_prepared_is_prepared_when_it_is_asked_for(presse
 def test_a_disc_is_pushed_to_where_a_force_had_it(pressed, modes_of):
     case, contact, force = pressed
     expected = modes_of.respond(Load.at(contact, force)).displacement
-    nodes, shares = patch_shares(case.body.fine, patch_at(case.body, contact, case.radius_m))
-    rows = np.searchsorted(case.body.fine.surface, nodes)
+    rows, shares = disc(case, contact)
     found = modes_of.respond(Load((Press(contact, moved=shares @ expected[rows]),)))
     assert np.linalg.norm(found.forces[0] - force) < 0.05 * np.linalg.norm(force)
     assert distance_to(found.displacement, expected) < 0.03
@@ -103,29 +97,27 @@ def test_a_disc_is_pushed_to_where_a_force_had_it(pressed, modes_of):
 def test_two_presses_are_answered_with_the_modes_of_both(pressed, modes_of, exact_at):
     case, contact, force = pressed
     other = int(np.setdiff1d(case.prepared_contacts, contact)[-1])
-    load = Load(
-        (Press(contact, 0.7 * force), Press(other, -0.4 * np.linalg.norm(force) * case.body.fine.normals[other]))
-    )
+    inward = -0.4 * np.linalg.norm(force) * case.body.fine.normals[other]
+    load = Load((Press(contact, 0.7 * force), Press(other, inward)))
     expected = exact_at.respond(load)
     apart = sum(exact_at.respond(Load((press,))) for press in load.presses)
     found = modes_of.respond(load).displacement
     assert distance_to(found, expected) < min(0.004, 0.5 * distance_to(apart, expected))
 
 
-def test_the_limit_is_extrapolated_over_levels(pressed, modes_of):
+def test_the_limit_is_extrapolated_over_levels(pressed, modes_of, exact_at):
     """The linear part of the limit is that of Richardson's ratio, and what is beyond it lies further on, too."""
     case, contact, force = pressed
     limit = contact_modes.offline(case).online(SNAPSHOTS | {"target": "limit"})
-    fine, far = (each.prepare_contact(contact).columns @ (1e-6 * force) for each in (modes_of, limit))
-    elements = [fem.Fem(case, {"level": level, "start": "rest", "tolerance": 1e-9}, 2) for level in (0, 1)]
     small = 1e-6 * force
-    coarse, middle = (each.respond(Load.at(contact, small)) for each in elements)
-    ratio = 1.0 + (middle - coarse).ravel() @ (middle - coarse).ravel() / ((far - fine) @ (middle - coarse).ravel())
+    fine, far = (each.prepare_contact(contact).columns @ small for each in (modes_of, limit))
+    coarser = fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-9}, 2)
+    coarse, middle = (each.respond(Load.at(contact, small)) for each in (coarser, exact_at))
+    change = (middle - coarse).ravel()
+    ratio = 1.0 + change @ change / ((far - fine) @ change)
     assert 1.5 <= ratio < 10.0
-    assert far.reshape(-1, 3) == pytest.approx(
-        middle + (middle - coarse) / (ratio - 1.0), abs=1e-4 * np.abs(middle).max()
-    )
-    coarse, middle = (each.respond(Load.at(contact, force)) for each in elements)
+    assert far == pytest.approx(middle.ravel() + change / (ratio - 1.0), abs=1e-4 * np.abs(middle).max())
+    coarse, middle = (each.respond(Load.at(contact, force)) for each in (coarser, exact_at))
     expected = middle + (middle - coarse) / (ratio - 1.0)
     found = limit.respond(Load.at(contact, force)).displacement
     assert distance_to(found, expected) < min(0.004, 0.5 * distance_to(middle, expected))
@@ -141,6 +133,9 @@ def test_what_it_does_not_know_is_refused_or_told(pressed, modes_of):
         modes_of.respond(Load.at(int(pressed[0].body.anchors[0][0]), force))
     with pytest.raises(NotConverged, match="no force was found"):
         modes_of.respond(Load((Press(contact, moved=np.ones(3)),)))
+    way = np.array([0.0, 0.0, -1e-3])
+    with pytest.raises(Refused, match="same place"):
+        modes_of.respond(Load((Press(contact, moved=way), Press(contact, moved=2 * way))))
 
 
 def test_settings_come_from_the_config_and_contacts_are_charged(pressed):
@@ -150,13 +145,6 @@ def test_settings_come_from_the_config_and_contacts_are_charged(pressed):
     modes_of = contact_modes.offline(case).online(settings[0])
     modes_of.precede(Load.at(pressed[1], pressed[2]))
     assert case.used["contacts"] > 0.0 and 0.0 < modes_of.memory_mb < 2.0
-
-
-def test_the_same_disc_cannot_be_pushed_to_two_depths(pressed, modes_of):
-    _, contact, _ = pressed
-    way = np.array([0.0, 0.0, -1e-3])
-    with pytest.raises(Refused, match="same place"):
-        modes_of.respond(Load((Press(contact, moved=way), Press(contact, moved=2 * way))))
 
 
 @pytest.mark.parametrize("wrong", [{"modes": "colums"}, {"target": "limits"}])
@@ -185,27 +173,26 @@ def test_discs_that_overlap_press_together(pressed, modes_of):
 def test_a_force_that_hardly_presses_gets_the_linear_answer(pressed, modes_of):
     _, contact, force = pressed
     columns = modes_of.prepare_contact(contact).columns
+    linear = (columns @ force).reshape(-1, 3)
+    found = 1e9 * modes_of.respond(Load.at(contact, 1e-9 * force)).displacement
+    assert np.abs(found - linear).max() < 1e-8 * np.abs(linear).max()
     for share in (1e-11, 1e-16, 1e-200):
         found = modes_of.respond(Load.at(contact, share * force)).displacement
         np.testing.assert_allclose(found.ravel(), columns @ (share * force), rtol=1e-9)
 
 
-RADIUS = 0.03
-
-
 def test_a_press_that_the_finer_level_bears_is_the_limit_and_one_that_it_does_not_is_lowered(slab_case):
     body, contact = slab_case[0].body, int(slab_case[1].contact[0])
-    shop = Workshop(body, RADIUS, 0)
+    shop, other = (Workshop(body, RADIUS, 0) for _ in range(2))
     assert shop.gap == 1
     shown = shop.shown(contact, "snapshots")
     hard = np.linalg.norm(shown.forces[0])
     assert bearing(shop, [contact], "snapshots")[0] == pytest.approx(-shown.normal / hard)
-    other = Workshop(body, RADIUS, 0)
     other.make(("snapshots", contact), lambda: replace(shown, forces=20 * shown.forces, answers=20 * shown.answers))
     lowered = 1.0 / np.linalg.norm(bearing(other, [contact], "snapshots"))
     assert 0.9 * hard < lowered < 19 * hard
-    finer, disc = other.elements(1), other.disc(contact, 1)
-    load = finer.nodal(*disc, -lowered * shown.normal)
+    finer = other.elements(1)
+    load = finer.nodal(*other.disc(contact, 1), -lowered * shown.normal)
     moved = finer.settle(load, np.zeros_like(finer.rest), 400, TRIAL_RESIDUAL)
     assert np.linalg.norm(finer.force(moved) + load) <= TRIAL_RESIDUAL * np.linalg.norm(load)
     assert finer.least_det(moved) > 0.9 * SOUND
@@ -213,8 +200,7 @@ def test_a_press_that_the_finer_level_bears_is_the_limit_and_one_that_it_does_no
 
 def test_a_press_beyond_what_is_known_to_be_borne_is_doubted_and_its_answer_kept(slab_case):
     case, contact, force = replace(slab_case[0], radius_m=RADIUS), int(slab_case[1].contact[0]), slab_case[1].force[0]
-    setting = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
-    solver, load = contact_modes.offline(case).online(setting), Load.at(contact, 0.5 * force)
+    solver, load = contact_modes.offline(case).online(SNAPSHOTS), Load.at(contact, 0.5 * force)
     expected = solver.respond(load)
     kept = solver.prepared[contact,]
     most = 1.0 / float((kept.bearing @ load.single()[1]).max())
@@ -230,9 +216,9 @@ def test_a_press_beyond_what_is_known_to_be_borne_is_doubted_and_its_answer_kept
 def test_a_law_is_answered_by_its_own_elements(slab_case, law):
     case, test, _ = slab_case
     body, contact = case.body, int(test.contact[0])
-    lawful = replace(case, radius_m=0.03, body=replace(body, material=replace(body.material, law=law)), used={})
+    lawful = replace(case, radius_m=RADIUS, body=replace(body, material=replace(body.material, law=law)), used={})
     load = Load.at(contact, 0.6 * test.force[0])
     converged = {"level": 1, "start": "rest", "tolerance": 1e-8}
-    own, other = (fem.Fem(each, converged, 2).respond(load) for each in (lawful, replace(case, radius_m=0.03)))
+    own, other = (fem.Fem(each, converged, 2).respond(load) for each in (lawful, replace(case, radius_m=RADIUS)))
     found = contact_modes.offline(lawful).online(SNAPSHOTS).respond(load).displacement
     assert distance_to(found, own) < min(0.002, 0.25 * distance_to(found, other))

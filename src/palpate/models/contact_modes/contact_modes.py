@@ -59,16 +59,6 @@ class Prepared(NamedTuple):
         return q - self.reduced.loads @ force
 
 
-def prepare_contacts(shop: Workshop, case: Case, setting: Setting, nodes: tuple[int, ...]) -> Prepared:
-    """Return what answers presses at fine surface ``nodes``; InputError for one that cannot be pressed."""
-    for node in nodes:
-        if node not in shop.pressable:
-            refuse(node)
-    reduced_name, target_name = _names(setting, nodes)
-    modes, reduced = shop.make(reduced_name, lambda: _reduced(shop, case, setting, nodes))
-    return shop.make(target_name, lambda: _brought(shop, case, setting, nodes, modes, reduced))
-
-
 def spent(shop: Workshop, setting: Setting, nodes: tuple[int, ...]) -> float:
     """Return the time [s] that these contacts have taken, whichever setting has made them."""
     kind = _shown(setting)
@@ -102,7 +92,9 @@ def _brought(
     kind, target = _shown(setting), setting["target"]
     shown, surface = [shop.shown(node, kind) for node in nodes], shop.up(shop.level)
     rest, linear, bent = bring_to_surface(surface, modes), reduced.loads.T @ reduced.loads, reduced.loads.T
-    weights, soft = _disc_weights(case, nodes), softness(rest)
+    fine, soft = case.body.fine, softness(rest)
+    discs = [patch_shares(fine, patch_at(case.body, node, case.radius_m)) for node in nodes]
+    weights = [(np.searchsorted(fine.surface, at), shares) for at, shares in discs]
     known = _stably_borne(reduced, soft, bearing(shop, nodes, kind))
     hard = [
         float(-(row @ each.normal) * np.linalg.norm(each.forces[0])) for row, each in zip(known, shown, strict=True)
@@ -160,15 +152,11 @@ def _beyond(change: Change, k: int, elements: ElementsAtRest, modes: np.ndarray,
     return coordinates(elements, change.answers, modes) - reduced.loads[:, 3 * k : 3 * k + 3] @ change.forces.T
 
 
-def _disc_weights(case: Case, nodes: Sequence[int]) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return, for each disc, rows of the fine surface nodes and their weights in its mean displacement."""
-    fine = case.body.fine
-    found = [patch_shares(fine, patch_at(case.body, node, case.radius_m)) for node in nodes]
-    return [(np.searchsorted(fine.surface, at), weights) for at, weights in found]
-
-
 def _at_discs(weights: list[tuple[np.ndarray, np.ndarray]], moved: np.ndarray) -> np.ndarray:
-    """Return the mean displacement of each disc, (3 k, j), of ``moved`` (n_surface, 3, j)."""
+    """Return the mean displacement of each disc, (3 k, j), of ``moved`` (n_surface, 3, j).
+
+    weights : of each disc, rows of the fine surface nodes and their shares in the mean
+    """
     return np.concatenate([np.tensordot(share, moved[rows], 1) for rows, share in weights])
 
 
@@ -257,21 +245,23 @@ class ContactModes(Solver):
         InputError for a node that is held or not of the surface.
         """
         if nodes not in self.prepared:
-            self.prepared[nodes] = prepare_contacts(self.shop, self._case, self._setting, nodes)
+            for node in nodes:
+                if node not in self.shop.pressable:
+                    refuse(node)
+            shop, case, setting = self.shop, self._case, self._setting
+            reduced_name, target_name = _names(setting, nodes)
+            made = shop.make(reduced_name, lambda: _reduced(shop, case, setting, nodes))
+            self.prepared[nodes] = shop.make(target_name, lambda: _brought(shop, case, setting, nodes, *made))
             self._seconds += spent(self.shop, self._setting, nodes)
             self._case.charge("contacts", self._seconds)
         return self.prepared[nodes]
 
     def prepare_nodes(self, nodes: tuple[int, ...]) -> float:
-        """Prepare these contacts; return what that takes [s], what other settings have made included."""
         self.prepare_contact(*nodes)
         return spent(self.shop, self._setting, nodes)
 
     def respond(self, load: Load) -> Answer:
-        """Return the displacement (n_surface, 3) [m] under ``load``, and the forces found if a disc is pushed.
-
-        Its own estimate of its error grows with how far the answer goes. NotConverged beyond the guard.
-        """
+        """Answer with an estimate of its error, which grows with how far the answer goes; Doubted beyond the guard."""
         model = self.prepare_contact(*(press.node for press in load.presses))
         given = [press.force for press in load.presses if press.force is not None]
         force = np.concatenate(given) if len(given) == len(load.presses) else _found(model, load)
@@ -294,17 +284,12 @@ def _found(model: Prepared, load: Load) -> np.ndarray:
     linear, rest = model.discs
 
     def moved(force: np.ndarray) -> np.ndarray:
-        return linear @ force + rest @ model.beyond(_settled(model, force), force)
+        q, why, residual = _at_rest(model, force)
+        if why:
+            raise NotConverged(why, [residual])
+        return linear @ force + rest @ model.beyond(q, force)
 
     return forces_for(moved, given, np.where(unknown, 0.0, given), unknown, linear)
-
-
-def _settled(model: Prepared, force: np.ndarray) -> np.ndarray:
-    """Return the coordinates (r,) under ``force`` (3 k,) [N]; NotConverged where they are not to be believed."""
-    q, why, residual = _at_rest(model, force)
-    if why:
-        raise NotConverged(why, [residual])
-    return q
 
 
 def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float]:

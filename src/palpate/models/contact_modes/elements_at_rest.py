@@ -76,6 +76,10 @@ class ElementsAtRest:
         """Return the elastic force (n, 3) [N] under displacements (n, 3) [m], zero at held nodes."""
         return self._equilibrium.force(self.rest + moved)
 
+    def residual(self, moved: np.ndarray, load: np.ndarray) -> float:
+        """Return what is left of ``load`` (n, 3) [N] under displacements (n, 3) [m], over its size."""
+        return float(np.linalg.norm(self.force(moved) + load) / np.linalg.norm(load))
+
     def least_det(self, moved: np.ndarray) -> float:
         """Return the smallest det F of all points under displacements (n, 3) [m]."""
         return self._equilibrium.least_det(self.rest + moved)

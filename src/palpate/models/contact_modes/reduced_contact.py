@@ -377,16 +377,11 @@ def _cells(
     elements: ElementsAtRest, modes: np.ndarray, source: np.ndarray, gradients: np.ndarray, volumes: np.ndarray
 ) -> Cells:
     """Return cells of the elements ``source`` (k,), whose shape functions have ``gradients`` (k, a, 3) [1/m] there."""
-    slopes = _slopes(modes, elements.couples[source], gradients)
-    flat = slopes.reshape(len(source), 9, modes.shape[2]).transpose(1, 0, 2)
+    (count, corners), wide = gradients.shape[:2], modes.shape[2]
+    moved = modes[elements.couples[source]].transpose(0, 2, 3, 1).reshape(count, 3 * wide, corners)
+    slopes = np.matmul(moved, gradients).reshape(count, 3, wide, 3).transpose(0, 1, 3, 2)
+    flat = slopes.reshape(count, 9, wide).transpose(1, 0, 2)
     return Cells(np.ascontiguousarray(flat), volumes, *(modulus[source] for modulus in elements.moduli))
-
-
-def _slopes(modes: np.ndarray, couples: np.ndarray, gradients: np.ndarray) -> np.ndarray:
-    """Return ∂F/∂q (k, 3, 3, r) of k points; couples : (k, a), gradients : (k, a, 3) [1/m]."""
-    (count, corners), wide = couples.shape, modes.shape[2]
-    moved = modes[couples].transpose(0, 2, 3, 1).reshape(count, 3 * wide, corners)
-    return np.matmul(moved, gradients).reshape(count, 3, wide, 3).transpose(0, 1, 3, 2)
 
 
 ITERATIONS = 200

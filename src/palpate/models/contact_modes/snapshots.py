@@ -69,7 +69,6 @@ DIFFERENCE_STEP = 0.01
 """Largest displacement of the differences, over the body's size."""
 DEPENDENT = 1e-9
 """Eigenvalues of the columns' products below this part of the largest are of columns that are not independent."""
-PAIRS = [(i, j) for i in range(3) for j in range(i, 3)]
 
 
 def linear_columns(elements: ElementsAtRest, nodes: np.ndarray, shares: np.ndarray) -> np.ndarray:
@@ -84,9 +83,10 @@ def second_columns(elements: ElementsAtRest, linear: np.ndarray, other: np.ndarr
     With ``other`` columns (n, 3, 3) of another contact the nine that join one of either.
     """
     first, second = (
-        DIFFERENCE_STEP * elements.size * _unit(each) for each in (linear, linear if other is None else other)
+        DIFFERENCE_STEP * elements.size * (each / np.linalg.norm(each, axis=1).max(axis=0))
+        for each in (linear, linear if other is None else other)
     )
-    pairs = PAIRS if other is None else [(i, j) for i in range(3) for j in range(3)]
+    pairs = [(i, j) for i in range(3) for j in range(i if other is None else 0, 3)]
 
     def bend(moved: np.ndarray) -> np.ndarray:
         return elements.force(moved) + elements.force(-moved)
@@ -98,11 +98,6 @@ def second_columns(elements: ElementsAtRest, linear: np.ndarray, other: np.ndarr
         for i, j in pairs
     ]  # f is minus the gradient, so that it stands on the right side as it is
     return elements.solve(np.stack(pulls, axis=2), SECOND_RESIDUAL)
-
-
-def _unit(columns: np.ndarray) -> np.ndarray:
-    """Return ``columns`` (n, 3, k) over the largest displacement of each."""
-    return columns / np.linalg.norm(columns, axis=1).max(axis=0)
 
 
 def orthonormal(elements: ElementsAtRest, columns: np.ndarray) -> np.ndarray:
@@ -124,8 +119,6 @@ SNAPSHOT_LEAST_STEPS = 3
 SNAPSHOT_STEPS, SNAPSHOT_RESIDUAL = 30, 0.03
 """Most of these steps, and the residual over the load that ends them: where a thin lobe turns under its press 20 are
 needed, and fewer at most contacts."""
-INVERTED = 0.0
-"""Smallest det F of the elements in a snapshot; one below it, or not found, is of a weaker press."""
 NEAR_RINGS = 1
 """Rings of elements around a disc whose points are cells, in the models that presses start from and are chosen with."""
 TOGETHER = 8
@@ -280,8 +273,8 @@ def _snapshot(contact: ContactSnapshots, force: np.ndarray, start: np.ndarray) -
     for _ in range(FALLS):
         load = elements.nodal(contact.nodes, contact.shares, force)
         moved = elements.settle(load, start, SNAPSHOT_STEPS, SNAPSHOT_RESIDUAL, SNAPSHOT_LEAST_STEPS)
-        left = float(np.linalg.norm(elements.force(moved) + load) / np.linalg.norm(load))
-        if left <= SNAPSHOT_RESIDUAL and elements.least_det(moved) > INVERTED:
+        left = elements.residual(moved, load)
+        if left <= SNAPSHOT_RESIDUAL and elements.least_det(moved) > 0.0:
             return force, moved
         force = FALL * force
         start = contact.modelled(force)

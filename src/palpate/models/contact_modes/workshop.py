@@ -8,7 +8,6 @@ than on coarse ones, which what is reduced from these does not see.
 """
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from time import perf_counter
 from typing import Any, NamedTuple, TypeVar
 
@@ -87,24 +86,17 @@ class Workshop:
     """Reduces quadratic elements on one ``level`` of ``body``.
 
     radius_m : of the disc that is pressed; 0 presses one node
+    gap : number of levels between the one that is reduced and the body's finest
+    pressable : the nodes of the fine surface that are not held
     seconds : what each thing that was made has taken, by its name
     """
 
     def __init__(self, body: Body, radius_m: float, level: int):
         self._body, self._radius_m, self.level = body, radius_m, level
+        self.gap = len(body.levels) - 1 - level
+        self.pressable = set(np.setdiff1d(body.fine.surface, body.anchors[-1]).tolist())
         self._made: dict[Any, Any] = {}
         self.seconds: dict[Any, float] = {}
-
-    @property
-    def gap(self) -> int:
-        """The number of levels between the one that is reduced and the body's finest."""
-        return len(self._body.levels) - 1 - self.level
-
-    @property
-    def three_levels(self) -> range:
-        """The levels that show a ratio: the last three, or the first three that the body has with finer ones."""
-        last = max(len(self._body.levels) - 1, 2)
-        return range(last - 2, last + 1)
 
     def make(self, name: Any, how: Callable[[], Made]) -> Made:
         """Return the thing called ``name``, made by ``how`` at its first use."""
@@ -150,14 +142,6 @@ class Workshop:
         elements, disc = self.elements(self.level), self.disc(node, self.level)
         return self.make(("linear", node), lambda: linear_columns(elements, *disc))
 
-    def from_coarser(self, node: int, modes: str) -> Change:
-        """Return what the hardest answers of ``shown`` have changed since the level before."""
-        return self.make(("from coarser " + modes, node), lambda: _from_coarser(self, node, modes))
-
-    def to_finer(self, node: int, share: float) -> Change:
-        """Return what changes to the next level, under ``share`` of the hardest presses of a contact's snapshots."""
-        return self.make(("to finer", node), lambda: _to_finer(self, node, share))
-
     def reduced_columns(self, node: int) -> np.ndarray:
         """Return the linear columns (n_surface, 3, 3) [m/N] of the level that is reduced."""
         return bring_to_surface(self.up(self.level), self.linear(node))
@@ -177,11 +161,6 @@ class Workshop:
 
     def _patch(self, node: int) -> Patch:
         return patch_at(self._body, node, self._radius_m)
-
-    @cached_property
-    def pressable(self) -> set[int]:
-        """The nodes of the fine surface that are not held."""
-        return set(np.setdiff1d(self._body.fine.surface, self._body.anchors[-1]).tolist())
 
     def _columns(self, node: int) -> ContactSnapshots:
         elements, young = self.elements(self.level), self._body.material.young_pa
@@ -238,8 +217,7 @@ def _to_finer(shop: Workshop, node: int, share: float) -> Change:
         if forces:
             start = start + np.tensordot(likeness(np.array(forces), force, 1), np.array(changes), 1)
         found = finer.settle(load, start, LEVEL_STEPS, FINER_RESIDUAL)
-        left = np.linalg.norm(finer.force(found) + load) / np.linalg.norm(load)
-        if left <= FINER_RESIDUAL and finer.least_det(found) > 0.0:
+        if finer.residual(found, load) <= FINER_RESIDUAL and finer.least_det(found) > 0.0:
             forces.append(force)
             answers.append(moved)
             changes.append(found - refine @ moved)
@@ -297,8 +275,7 @@ def _tried(shop: Workshop, node: int, level: int, start: np.ndarray, force: np.n
     elements = shop.elements(level)
     load = elements.nodal(*shop.disc(node, level), force)
     moved = elements.settle(load, start, TRIAL_STEPS, TRIAL_RESIDUAL)
-    left = np.linalg.norm(elements.force(moved) + load) / np.linalg.norm(load)
-    return moved, elements.least_det(moved) if left <= TRIAL_RESIDUAL else -np.inf
+    return moved, elements.least_det(moved) if elements.residual(moved, load) <= TRIAL_RESIDUAL else -np.inf
 
 
 LEAST_RATIO = 1.5
@@ -326,13 +303,14 @@ def target_change(shop: Workshop, case: Case, setting: Setting, node: int, borne
     if target == "operator" and gap == 0:
         return None
     if modes == "finer" and gap:
-        found = shop.to_finer(node, borne)
+        found = shop.make(("to finer", node), lambda: _to_finer(shop, node, borne))
         linear = _fine_columns(shop, case, node) - shop.reduced_columns(node)
         share = 1.0 if gap == 1 and target == "operator" else _share(target, target_ratio(shop, case, node), gap - 1, 1)
     elif shop.level == 0:
         return None
     else:
-        found = shop.from_coarser(node, "columns" if modes == "columns" else "snapshots")
+        shown = "columns" if modes == "columns" else "snapshots"
+        found = shop.make((f"from coarser {shown}", node), lambda: _from_coarser(shop, node, shown))
         linear = shop.reduced_columns(node) - shop.columns_before(node)
         share = _share(target, target_ratio(shop, case, node), gap, 0)
     return found._replace(change=share * (found.change - linear @ found.forces.T))
@@ -376,6 +354,8 @@ def _ratio(shop: Workshop, case: Case, node: int) -> float:
     if shop.gap == 1 and shop.level > 0 and node in case.prepared_contacts:
         levels = [shop.columns_before(node), shop.reduced_columns(node), _fine_columns(shop, case, node)]
     else:
-        levels = [shop.pressed_once(node, level) for level in shop.three_levels]
+        # the last three levels, or the first three, some of them finer than the body's
+        finest = max(shop.level + shop.gap, 2)
+        levels = [shop.pressed_once(node, level) for level in range(finest - 2, finest + 1)]
     before, last = (float(np.linalg.norm(levels[i] - levels[i - 1])) for i in (1, 2))
     return before / last if last > 0.0 else np.inf

@@ -15,8 +15,7 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import refine
 from palpate.effects.law import evaluate, law_of
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.mean_dilatation import MeanDilatation
-from palpate.effects.quadratic_elements import QuadraticElements
+from palpate.effects.quadratic_elements import MeanDilatation, QuadraticElements
 from palpate.errors import InputError, NotConverged
 
 MU, LAM = 1100.0, 1700.0

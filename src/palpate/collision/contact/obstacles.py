@@ -54,36 +54,27 @@ def make_obstacle(settings: dict, place: str, name: str, size: float, middle: np
     """
     times = np.array(settings.get("times_s", []), dtype=float)
     shifts = np.array(settings.get("shifts_m", []), dtype=float).reshape(-1, 3)
-    points, triangles = _SHAPES[settings["kind"]](settings, size, middle)
+    points, triangles = _shape(settings, size, middle)
     name, radius = settings.get("name", name), settings.get("radius_m", 0.0)
     if not all((np.abs(lengths) <= LARGEST).all() for lengths in (points, shifts, np.array(radius))):
         raise InputError(f"{place} has a length of more than {LARGEST:g} m; give all lengths in metres.")
     return Obstacle(name, settings["kind"], points, triangles, radius, times, shifts)
 
 
-def _sphere(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return np.array([settings["center_m"]], dtype=float), np.array([[0, 0, 0]])
+def _shape(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points and triangles of an entry; a floor is one triangle, wide enough."""
+    if settings["kind"] == "sphere":
+        return np.array([settings["center_m"]], dtype=float), np.array([[0, 0, 0]])
+    if settings["kind"] == "capsule":
+        return np.array([settings["from_m"], settings["to_m"]], dtype=float), np.array([[0, 1, 1]])
+    if settings["kind"] == "mesh":
+        from palpate.bodies.mesh_file import load_surface
 
-
-def _capsule(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return np.array([settings["from_m"], settings["to_m"]], dtype=float), np.array([[0, 1, 1]])
-
-
-def _floor(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Make one triangle, wide enough."""
+        return load_surface(settings["file"], settings.get("scale_m", 1.0))
     up = "xyz".index(settings.get("axis", "z"))
     corners = np.array([[-1.0, -1.0], [3.0, -1.0], [-1.0, 3.0]]) * FLOOR_HALF_WIDTH * size
     points = np.insert(corners + np.delete(middle, up), up, settings["height_m"], axis=1)
     return points, np.array([[0, 1, 2]]) if up != 1 else np.array([[0, 2, 1]])
-
-
-def _mesh(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    from palpate.bodies.mesh_file import load_surface
-
-    return load_surface(settings["file"], settings.get("scale_m", 1.0))
-
-
-_SHAPES = {"sphere": _sphere, "capsule": _capsule, "floor": _floor, "mesh": _mesh}
 
 
 def pieces_of(particles: Particles) -> list[np.ndarray]:

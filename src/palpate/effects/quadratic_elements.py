@@ -83,12 +83,8 @@ def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, group, shape, mea
     With mean dilatation an element's Hessian is that of its points at a constant pressure U′, and U″ V r rᵀ with r the
     derivative of its mean θ.
     """
-    places, stretched, g, shares = (
-        np.empty((30, BATCH)),
-        np.empty((9, BATCH)),
-        np.empty((9, BLOCK)),
-        np.empty((3, BLOCK)),
-    )
+    places, stretched = np.empty((30, BATCH)), np.empty((9, BATCH))
+    g, shares = np.empty((9, BLOCK)), np.empty((3, BLOCK))
     f, rotated, blocks = np.empty((9, BLOCK)), np.empty((15, BLOCK)), np.empty((54, BLOCK))
     half, whole = np.empty((N_POINTS, 3, 9, BATCH)), np.empty((9, BATCH))
     pulls, stiffnesses = np.empty((9, BLOCK)), np.empty(BLOCK)

@@ -51,9 +51,6 @@ def crossing_pairs(tree_a: Tree, tree_b: Tree | None = None) -> tuple[np.ndarray
 
 
 def _search(tree_a: Tree, tree_b: Tree, same: bool) -> tuple[np.ndarray, int]:
-    if not len(tree_a.triangles) or not len(tree_b.triangles):
-        return np.empty((0, 2), np.int64), 0
-    check_comparable(tree_a, tree_b)
     return search_nodes(tree_a, tree_b, same, (tree_a.nodes, tree_a.order), (tree_b.nodes, tree_b.order))
 
 
@@ -67,7 +64,11 @@ def search_nodes(
     """Find pairs (k, 2), unsorted, of what the overlapping leaves of two trees hold, and count the tests of nodes.
 
     within, others : nodes and order of each tree, or others of the same shape; same : whether both trees are one
+    Raises InputError unless the volumes of both trees can be tested against each other.
     """
+    if not len(tree_a.triangles) or not len(tree_b.triangles):
+        return np.empty((0, 2), np.int64), 0
+    check_comparable(tree_a, tree_b)
     one = (*within, tree_a.spheres, tree_a.boxes)
     other = (*others, tree_b.spheres, tree_b.boxes)
     stack = np.empty((4 * (tree_a.height + tree_b.height) + 8, 2), np.int32)
@@ -208,9 +209,6 @@ def volume_pairs(tree_a: StoppedTree, tree_b: StoppedTree) -> tuple[np.ndarray, 
 
     No pair of triangles that intersect is outside the pairs of leaves found. Raises InputError as ``candidates`` does.
     """
-    if not len(tree_a.triangles) or not len(tree_b.triangles):
-        return np.empty((0, 2), np.int64), 0
-    check_comparable(tree_a, tree_b)
     return search_nodes(tree_a, tree_b, False, (tree_a.volumes, tree_a.numbers), (tree_b.volumes, tree_b.numbers))
 
 

@@ -297,14 +297,6 @@ def test_a_segment_has_one_edge_wherever_it_repeats_a_node(triangle):
     assert surface.vertices.sum() == 2 and surface.edges.sum() == 1
 
 
-def test_every_vertex_and_edge_is_owned_once():
-    triangles = sheet(9)
-    surface = Surface(triangles)
-    assert surface.vertices.sum() == 81
-    assert surface.edges.sum() == len(parts(triangles)[1])
-    assert np.array_equal(np.sort(triangles[surface.vertices]), np.arange(81))
-
-
 def test_adjacent_pairs_are_all_that_share_a_node():
     triangles = np.vstack([sheet(5), [[30, 31, 31], [31, 31, 31], [40, 40, 40]]])
     shared = (triangles[:, None, :, None] == triangles[None, :, None, :]).any(axis=(2, 3))

@@ -22,21 +22,7 @@ from palpate.collision.contact.obstacles import (
 )
 from palpate.collision.contact.proximity import NearStencils, Proximity
 from palpate.collision.contact.push_apart import Movable, start_outside
-from palpate.effects.effect import (
-    Contacts,
-    Driven,
-    Effect,
-    Energy,
-    HeldNodes,
-    Observation,
-    Placement,
-    Projection,
-    Relaxation,
-    StepBegin,
-    StepLimit,
-    Time,
-    Touching,
-)
+from palpate.effects import effect
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import gather, hold
 from palpate.linalg.multigrid import Factor
@@ -140,7 +126,7 @@ MAX_TRAVEL = 0.25
 """Longest motion of one search step, in sizes of the largest piece: what is farther away is found later."""
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Contact":
+def make(particles: Particles, settings: dict, elastic: effect.Effect | None) -> "Contact":
     """Make the contact of the particles' pieces with each other and with the entries of ``settings["instruments"]``.
 
     settings : also ``gap_m`` [m], ``friction`` (Coulomb's coefficient), ``slip_m_s`` [m/s], the speed at which friction
@@ -164,8 +150,8 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Conta
 
 
 class Contact(
-    Energy, Time, HeldNodes, Placement, StepBegin, Driven, StepLimit, Touching, Projection, Relaxation,
-    Observation, Contacts,
+    effect.Energy, effect.Time, effect.HeldNodes, effect.Placement, effect.StepBegin, effect.Driven, effect.StepLimit,
+    effect.Touching, effect.Projection, effect.Relaxation, effect.Observation, effect.Contacts,
 ):  # fmt: skip
     """Barrier contact with optional friction, for implicit and explicit integrators.
 

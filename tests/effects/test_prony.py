@@ -178,13 +178,8 @@ def test_a_standard_linear_solid_creeps_as_the_closed_solution(share, tau, block
 
 def test_two_branches_creep_as_the_ordinary_differential_equation(block):
     """That of the shear strain under half of the stress, found by another solver."""
-    mu, bulk, ratios, stress, ramp = (
-        LIGHT.shear_pa,
-        LIGHT.lame_pa + 2 / 3 * LIGHT.shear_pa,
-        np.array([0.6, 0.4]),
-        0.6,
-        0.1,
-    )
+    mu, bulk = LIGHT.shear_pa, LIGHT.lame_pa + 2 / 3 * LIGHT.shear_pa
+    ratios, stress, ramp = np.array([0.6, 0.4]), 0.6, 0.1
 
     def deviator(t, q):
         return (stress * min(1.0, t / ramp) / 3 / mu + ratios @ q) / (1 + ratios.sum())

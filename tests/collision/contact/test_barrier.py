@@ -180,12 +180,8 @@ def test_thresholds_come_from_edges_at_rest_only():
 def sheet(count, first=0):
     """Triangulate a square of count × count nodes."""
     corner = first + (np.arange(count - 1)[:, None] * count + np.arange(count - 1)).ravel()
-    return np.vstack(
-        [
-            np.column_stack([corner, corner + 1, corner + count]),
-            np.column_stack([corner + 1, corner + count + 1, corner + count]),
-        ]
-    )
+    lower, upper = ([corner, corner + 1, corner + count], [corner + 1, corner + count + 1, corner + count])
+    return np.hstack([lower, upper]).T
 
 
 def folded(count, rng):

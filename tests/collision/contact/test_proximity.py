@@ -165,9 +165,7 @@ def things(cube, cloth):
 def near_by_force(points, surfaces, radii, can_touch, within):
     found = set()
     for i, j in np.argwhere(np.triu(can_touch)):
-        pairs = np.stack(np.meshgrid(range(len(surfaces[i])), range(len(surfaces[j])), indexing="ij"), -1).reshape(
-            -1, 2
-        )
+        pairs = np.argwhere(np.ones((len(surfaces[i]), len(surfaces[j]))))
         if i == j:
             pairs = np.vstack([pairs[pairs[:, 0] < pairs[:, 1]], adjacent_pairs(surfaces[i])])
         kinds, nodes = stencils(Surface(surfaces[i]), Surface(surfaces[j]), pairs)

@@ -52,14 +52,7 @@ def test_bodies_apart_cost_one_test_and_empty_ones_none():
 
 
 LAYERS = (0, 1, 3, 6, 99)
-KINDS = [
-    ("sphere", (0, 0)),
-    ("aabb", (0, 0)),
-    ("composite", (1, 1)),
-    ("composite", (3, 4)),
-    ("obb", (0, 0)),
-    ("dop14", (0, 0)),
-]
+KINDS = [("composite", (1, 1)), ("composite", (3, 4)), *((kind, (0, 0)) for kind in ("sphere", "aabb", "obb", "dop14"))]
 
 
 def bumpy(seed, shift=0.0):

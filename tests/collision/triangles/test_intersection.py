@@ -12,6 +12,8 @@ from palpate.collision.triangles.predicates import TERMS_2D, TERMS_3D, new_accum
 from palpate.errors import InputError
 
 GREATEST, LEAST = np.finfo(float).max, 5e-324
+KINDS = ("random", "near a plane", "on a line", "lattice", "of all sizes", "extreme")
+KINDS += ("lattice of tiny numbers", "lattice of huge numbers")
 
 
 def sign(rows):
@@ -47,19 +49,7 @@ def sets(rng, kind, n=300):
     return points
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        "random",
-        "near a plane",
-        "on a line",
-        "lattice",
-        "lattice of tiny numbers",
-        "lattice of huge numbers",
-        "of all sizes",
-        "extreme",
-    ],
-)
+@pytest.mark.parametrize("kind", KINDS)
 def test_signs_agree_with_integer_arithmetic(kind):
     rng, sums = np.random.default_rng(1), new_accumulator()
     for points in sets(rng, kind):

@@ -162,6 +162,11 @@ def things(cube, cloth):
     return points, surfaces, np.array([0.0, 0.0, 0.0, RADIUS]), can_touch
 
 
+def search(things):
+    points, surfaces, radii, can_touch = things
+    return Proximity(points, surfaces, radii, can_touch, np.ones(len(points)), GAP)
+
+
 def near_by_force(points, surfaces, radii, can_touch, within):
     found = set()
     for i, j in np.argwhere(np.triu(can_touch)):
@@ -182,8 +187,7 @@ def found_by(proximity, points, way=0.0):
 
 @pytest.mark.parametrize("pace", [1e-4, 1e-3, 1e-2, 0.1])
 def test_what_is_found_equals_brute_force_along_a_walk(things, pace):
-    points, surfaces, radii, can_touch = things
-    proximity = Proximity(points, surfaces, radii, can_touch, np.ones(len(points)), GAP)
+    (points, surfaces, radii, can_touch), proximity = things, search(things)
     rng, x = np.random.default_rng(1), points.copy()
     drift, some = rng.normal(size=points.shape), 0
     for _ in range(40):
@@ -196,10 +200,7 @@ def test_what_is_found_equals_brute_force_along_a_walk(things, pace):
 
 
 def test_nothing_that_could_touch_during_the_motion_is_missed(things):
-    points, surfaces, radii, can_touch = things
-    proximity = Proximity(points, surfaces, radii, can_touch, np.ones(len(points)), GAP)
-    everything = Proximity(points, surfaces, radii, can_touch, np.ones(len(points)), GAP)
-    everything = everything.find_near(points, 10.0)
+    points, proximity, everything = things[0], search(things), search(things).find_near(things[0], 10.0)
     rng = np.random.default_rng(2)
     for size in np.geomspace(1e-3, 0.3, 60):
         way = size * np.clip(rng.normal(size=points.shape), -2.0, 2.0)
@@ -208,10 +209,9 @@ def test_nothing_that_could_touch_during_the_motion_is_missed(things):
 
 
 def test_a_search_serves_while_nothing_has_come_near(things):
-    points, surfaces, radii, can_touch = things
-    proximity = Proximity(points, surfaces, radii, can_touch, np.ones(len(points)), GAP)
-    searches, search = [], proximity._search
-    proximity._search = lambda x: searches.append(1) or search(x)
+    points, proximity, searches = things[0], search(things), []
+    anew = proximity._search
+    proximity._search = lambda x: searches.append(1) or anew(x)
     for step in range(11):
         proximity.find_near(points + 0.09 * step * GAP / np.sqrt(3.0), 0.0)
     assert len(searches) == 1
@@ -220,8 +220,8 @@ def test_a_search_serves_while_nothing_has_come_near(things):
 
 
 def test_pieces_and_offsets_belong_to_the_parts(things):
-    points, surfaces, radii, can_touch = things
-    near = Proximity(points, surfaces, radii, can_touch, np.ones(len(points)), GAP).find_near(points, 0.1)
+    points, surfaces, radii, _ = things
+    near = search(things).find_near(points, 0.1)
     owner = np.concatenate([np.full(len(np.unique(s)), i) for i, s in enumerate(surfaces)])
     assert np.array_equal(near.pieces, owner[near.nodes[:, [0, 3]]])
     assert near.offsets == pytest.approx(radii[near.pieces].sum(axis=1))
@@ -229,10 +229,9 @@ def test_pieces_and_offsets_belong_to_the_parts(things):
 
 
 def test_points_that_cannot_move_are_not_searched(things):
-    points, surfaces, radii, can_touch = things
-    proximity = Proximity(points, surfaces, radii, can_touch, np.ones(len(points)), GAP)
+    points, proximity = things[0], search(things)
     proximity.movable[:] = False
     assert not len(proximity.find_near(points, 1.0).kinds)
-    proximity = Proximity(points, surfaces, radii, can_touch, np.ones(len(points)), GAP)
+    proximity = search(things)
     proximity.movable[1:] = False
     assert (proximity.find_near(points, 1.0).nodes == 0).any(axis=1).all()

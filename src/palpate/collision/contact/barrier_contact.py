@@ -12,7 +12,6 @@ from palpate.collision.contact.friction import LaggedFriction, lagged_friction
 from palpate.collision.contact.obstacles import (
     Obstacle,
     Overlap,
-    describe,
     displace_nodes,
     first_overlap,
     make_obstacle,
@@ -133,19 +132,12 @@ def make(particles: Particles, settings: dict, elastic: effect.Effect | None) ->
         reaches its limit, ``self_contact`` (whether a piece can touch itself), ``push_out`` (whether what overlaps at
         the start is moved apart, instead of refused); all are optional
 
-    Raises InputError for what ``make_obstacle`` refuses, and for a gap that does not suit the smallest piece.
+    Raises InputError for what ``make_obstacle`` and ``Contact`` refuse.
     """
     middle, obstacles = particles.nodes.mean(axis=0), []
     for number, entry in enumerate(settings.get("instruments", [])):
         place = f"{particles.name}: contact.instruments[{number}]"
         obstacles.append(make_obstacle(entry, place, f"{entry['kind']}_{number}", particles.size, middle))
-    size, gap = min(sizes_of(particles, pieces_of(particles))), settings.get("gap_m")
-    least, largest = (fraction * size for fraction in GAPS)
-    if gap is not None and not least <= gap <= largest:
-        raise InputError(
-            f"{particles.name}: contact.gap_m is {gap:g}, and the smallest piece is {size:.3g} m long; "
-            f"give from {least:.2g} to {largest:.2g}, or leave it out."
-        )
     return Contact(particles, obstacles, settings)
 
 
@@ -166,13 +158,22 @@ class Contact(
     Friction uses the directions and normal forces at the step's beginning, and creeps below ``slip_m_s``. Traps:
     surfaces at rest are up to ``gap_m`` apart, so make that small against the resolution; a first touch has no
     friction for one step.
+
+    Raises InputError for a gap that does not suit the smallest piece.
     """
 
     def __init__(self, particles: Particles, obstacles: list[Obstacle], settings: dict):
         self.obstacles: list[Obstacle] = obstacles
         bodies = pieces_of(particles)
         sizes = sizes_of(particles, bodies)
-        self.gap_m = settings.get("gap_m") or GAP * min(sizes)
+        size, gap = min(sizes), settings.get("gap_m")
+        least, largest = (fraction * size for fraction in GAPS)
+        if gap is not None and not least <= gap <= largest:
+            raise InputError(
+                f"{particles.name}: contact.gap_m is {gap:g}, and the smallest piece is {size:.3g} m long; "
+                f"give from {least:.2g} to {largest:.2g}, or leave it out."
+            )
+        self.gap_m = gap or GAP * size
         self._friction, self._slip = settings.get("friction", 0.0), settings.get("slip_m_s", 1e-3)
         self._n, self._masses, self._max_travel = len(particles.nodes), particles.masses, MAX_TRAVEL * max(sizes)
         self._time, self._checked, self.work_j = 0.0, False, 0.0
@@ -227,7 +228,7 @@ class Contact(
         self._lasts = h
         if not self._checked:
             if found := self._overlap(start):
-                raise InputError(describe(found, self.names))
+                raise InputError(found.describe(self.names))
             self._checked = True
         if self._friction:
             near = self._proximity.find_near(start, 0.0)

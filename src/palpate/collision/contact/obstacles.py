@@ -112,25 +112,15 @@ LEAST_CLEARANCE = 1e-8
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two surfaces, ``first`` and ``second``, that overlap, and how: one of WORDS."""
+    """Two surfaces, ``first`` and ``second``, that overlap, and how: a sentence with a place for each name."""
 
     first: int
     second: int
-    how: str
+    sentence: str
 
-
-WORDS = {
-    "itself": "{0} intersects itself where the scene begins; choose another start.",
-    "cross": "{0} intersects {1} where the scene begins; move them apart.",
-    "inside": "{0} is inside {1} where the scene begins; move it out.",
-    "touch": "{0} and {1} touch where the scene begins; move them apart.",
-}
-"""Each way to overlap in a sentence with the names of both surfaces."""
-
-
-def describe(found: Overlap, names: list[str]) -> str:
-    """Return the sentence of an overlap."""
-    return WORDS[found.how].format(names[found.first], names[found.second])
+    def describe(self, names: list[str]) -> str:
+        """Return the sentence, given the names of all surfaces."""
+        return self.sentence.format(names[self.first], names[self.second])
 
 
 def first_overlap(
@@ -146,19 +136,19 @@ def first_overlap(
     for i, j in np.argwhere(np.triu(can_touch)).tolist():
         if i == j:
             if len(crossing_pairs(trees[i])[0]):
-                return Overlap(i, i, "itself")
+                return Overlap(i, i, "{0} intersects itself where the scene begins; choose another start.")
             continue
         if len(crossing_pairs(trees[i], trees[j])[0]):
-            return Overlap(i, j, "cross")
+            return Overlap(i, j, "{0} intersects {1} where the scene begins; move them apart.")
         for inner, outer in ((i, j), (j, i)):
             inside = winding_number(points[surfaces[inner][0, 0]], points[surfaces[outer]])
             if inside > (0.0 if is_floor[outer] else 0.5):
-                return Overlap(inner, outer, "inside")
+                return Overlap(inner, outer, "{0} is inside {1} where the scene begins; move it out.")
     touching = np.flatnonzero(near.clearances(points) <= LEAST_CLEARANCE * near.gap)
     if not len(touching):
         return None
     first, second = sorted(near.pieces[touching[0]].tolist())
-    return Overlap(first, second, "touch")
+    return Overlap(first, second, "{0} and {1} touch where the scene begins; move them apart.")
 
 
 def winding_number(point: np.ndarray, corners: np.ndarray) -> float:

@@ -149,7 +149,6 @@ def _find(nodes_a, order_a, spheres_a, boxes_a, nodes_b, order_b, spheres_b, box
 
 @numba.njit(cache=True, forceinline=True)
 def _share_node(triangles, t, u):
-    """Test whether two triangles share a node."""
     for p in range(3):
         for q in range(3):
             if triangles[t, p] == triangles[u, q]:

@@ -86,7 +86,6 @@ def orient2d(points, i, j, k, axis, sums):
 
 @numba.njit(cache=True)
 def coincide(points, i, j):
-    """Test whether points i and j coincide."""
     return points[i, 0] == points[j, 0] and points[i, 1] == points[j, 1] and points[i, 2] == points[j, 2]
 
 

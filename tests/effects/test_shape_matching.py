@@ -222,11 +222,6 @@ def test_pieces_get_cubes_of_their_own(surface):
     assert all(np.array_equal(g + len(surface.nodes), h) for g, h in zip(alone, both[len(alone) :], strict=True))
 
 
-def test_particles_without_a_mesh_are_one_piece(volume):
-    none = replace(volume, triangles=np.empty((0, 3), dtype=int), tetrahedra=np.empty((0, 4), dtype=int))
-    assert len(groups(make_clusters(none, {"kind": "one"}))) == 1
-
-
 @pytest.mark.parametrize(
     "settings, says",
     [

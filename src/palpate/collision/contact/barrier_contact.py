@@ -38,7 +38,7 @@ def contact_table(
     normal_x … : from the second to the first; gap_m : their clearance, never negative (a depth, less than zero);
     velocity_x_m_s … : of the first relative to the second there; force_n : along the normal
     """
-    active = lagged_friction(*near.barrier, points, 1.0, 1.0, points)
+    active = lagged_friction(near.barrier, points, 1.0, 1.0, points)
     sides, normals = near.pieces[active.rows], active.normals
     ends = np.einsum("ki,kij->kj", np.maximum(active.weights, 0.0), points[active.nodes])
     others = -np.einsum("ki,kij->kj", np.minimum(active.weights, 0.0), points[active.nodes])
@@ -61,24 +61,17 @@ MAX_ITERATIONS = 40
 """Iterations of Newton's method: a path that is stopped by one obstacle after another is better halved."""
 
 
-def project(
-    contact: "Contact",
-    start: np.ndarray,
-    target: np.ndarray,
-    free: np.ndarray,
-    inertia: np.ndarray,
-    last_forces: np.ndarray,
-) -> np.ndarray:
+def project(contact: "Contact", start: np.ndarray, target: np.ndarray, inertia: np.ndarray) -> np.ndarray:
     """Find the z (n, 3) [m] of least ½ Σ inertia |z − target|² + E(z), on an intersection-free path from ``start``.
 
-    E : the energy of ``contact``; free : (n,) bool, others stay; inertia : (n,) [N/m], mass over squared step;
-    last_forces : (n, 3) [N], forces of contact that are likely to act again, a guess that saves half of the iterations
-    Raises NotConverged if it is not found.
+    E : the energy of ``contact``; inertia : (n,) [N/m], mass over squared step. Held nodes stay. The forces of the last
+    step are likely to act again, a guess that saves half of the iterations. Raises NotConverged if it is not found.
     """
-    target = np.where(free[:, None], target, start)
-    problem = _Problem(contact, target, free, inertia)
+    free = contact._free[:, None]
+    target = np.where(free, target, start)
+    problem = _Problem(contact, target, inertia)
     displacement = target - start
-    guess = displacement + np.where(free[:, None], last_forces / inertia[:, None], 0.0)
+    guess = displacement + np.where(free, contact._last_forces / inertia[:, None], 0.0)
     starts = [start, *(start + contact.limit(start, motion) * motion for motion in (displacement, guess))]
     start = min(starts, key=problem.energy)
     scale = float(np.linalg.norm(inertia[:, None] * displacement)) + float(np.linalg.norm(problem.force(start)))
@@ -88,8 +81,8 @@ def project(
 class _Problem:
     """The minimisation, in the form that Newton's method needs."""
 
-    def __init__(self, contact: "Contact", target: np.ndarray, free: np.ndarray, inertia: np.ndarray):
-        self._contact, self._target, self._free, self._inertia = contact, target, free, inertia[:, None]
+    def __init__(self, contact: "Contact", target: np.ndarray, inertia: np.ndarray):
+        self._contact, self._target, self._free, self._inertia = contact, target, contact._free, inertia[:, None]
 
     def energy(self, z: np.ndarray) -> float:
         away = z - self._target
@@ -232,7 +225,7 @@ class Contact(
             self._checked = True
         if self._friction:
             near = self._proximity.find_near(start, 0.0)
-            self._lagged = lagged_friction(*near.barrier, start, self._friction, self._slip * h, start)
+            self._lagged = lagged_friction(near.barrier, start, self._friction, self._slip * h, start)
         self._move_obstacles(self._time)
         motion = self._all_points(x) - start
         self._path = motion[self._n :]
@@ -299,7 +292,7 @@ class Contact(
             travel = float(np.sqrt(np.square(x - begin).sum(axis=1).max()))
             if travel <= self._max_travel and not len(self._proximity.find_near(self._all_points(begin), travel).kinds):
                 return
-            found = project(self, begin, x, self._free, self._masses / h**2, self._last_forces)
+            found = project(self, begin, x, self._masses / h**2)
         except NotConverged:
             if not halvings:
                 raise

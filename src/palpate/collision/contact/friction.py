@@ -49,22 +49,14 @@ class LaggedFriction:
 
 
 def lagged_friction(
-    kinds: np.ndarray,
-    nodes: np.ndarray,
-    offsets: np.ndarray,
-    scales: np.ndarray,
-    mollify: np.ndarray,
-    gap: float,
-    x: np.ndarray,
-    friction: float,
-    slip_m: float,
-    start: np.ndarray,
+    stencils: tuple, x: np.ndarray, friction: float, slip_m: float, start: np.ndarray
 ) -> LaggedFriction:
-    """Set up friction of barrier.energy's stencils as they are at ``x`` (n, 3) [m], against motion since ``start``.
+    """Set up friction of ``stencils`` as they are at ``x`` (n, 3) [m], against motion since ``start``.
 
-    friction : coefficient μ; slip_m : > 0 [m]; start : (n, 3) [m]
+    stencils : the first six arguments of barrier.energy; friction : coefficient μ; slip_m : > 0 [m]; start : (n, 3) [m]
     A normal force is the barrier's, m scale |b′| (Li et al. 2020, eq. 13); stencils without one are left out.
     """
+    kinds, nodes, offsets, scales, mollify, gap = stencils
     distance, weights, normals = closest_points(kinds, nodes, x)
     forces = _normal_forces(nodes, (distance - offsets) / gap, scales, mollify, x)
     rows = np.flatnonzero(forces > 0.0)

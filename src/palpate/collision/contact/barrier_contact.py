@@ -27,34 +27,6 @@ from palpate.linalg.block_pattern import gather, hold
 from palpate.linalg.multigrid import Factor
 from palpate.solvers.newton import Product, minimise
 
-
-def contact_table(
-    near: NearStencils, points: np.ndarray, velocities: np.ndarray, names: list[str], radii: np.ndarray
-) -> pd.DataFrame:
-    """Tabulate each pair in contact at ``points`` (n, 3) [m], of surfaces with ``radii`` (p,) [m] around them.
-
-    velocities : (n, 3) [m/s] of the points
-    first, second : names of the surfaces, in the order of ``names``; x_m, y_m, z_m : midway between them;
-    normal_x … : from the second to the first; gap_m : their clearance, never negative (a depth, less than zero);
-    velocity_x_m_s … : of the first relative to the second there; force_n : along the normal
-    """
-    active = lagged_friction(near.barrier, points, 1.0, 1.0, points)
-    sides, normals = near.pieces[active.rows], active.normals
-    ends = np.einsum("ki,kij->kj", np.maximum(active.weights, 0.0), points[active.nodes])
-    others = -np.einsum("ki,kij->kj", np.minimum(active.weights, 0.0), points[active.nodes])
-    distance = np.linalg.norm(ends - others, axis=1)
-    middle = 0.5 * (ends + others) + 0.5 * (radii[sides[:, 1]] - radii[sides[:, 0]])[:, None] * normals
-    order = np.where(sides[:, 0] <= sides[:, 1], 1.0, -1.0)[:, None]
-    normals = order * normals
-    moving = order * np.einsum("ki,kij->kj", active.weights, velocities[active.nodes])
-    sides = np.sort(sides, axis=1).T
-    columns = {side: [names[i] for i in pieces] for side, pieces in zip(("first", "second"), sides, strict=True)}
-    columns |= {f"{letter}_m": middle[:, axis] for axis, letter in enumerate("xyz")}
-    columns |= {f"normal_{letter}": normals[:, axis] for axis, letter in enumerate("xyz")}
-    columns |= {f"velocity_{letter}_m_s": moving[:, axis] for axis, letter in enumerate("xyz")}
-    return pd.DataFrame(columns | {"gap_m": distance - near.offsets[active.rows], "force_n": active.forces})
-
-
 TOLERANCE = 1e-8
 """Relative residual at which the place counts as found."""
 MAX_ITERATIONS = 40
@@ -328,10 +300,28 @@ class Contact(
         return row
 
     def contacts(self, x: np.ndarray) -> pd.DataFrame:
-        """Tabulate the contacts at ``x`` (n, 3) [m], as in ``contact_table``, with the mean velocities of the step."""
+        """Tabulate each pair in contact at ``x`` (n, 3) [m], with the mean velocities of the step.
+
+        first, second : names of the surfaces, in the order of ``names``; x_m, y_m, z_m : midway between them;
+        normal_x … : from the second to the first; gap_m : their clearance, never negative (a depth, less than zero);
+        velocity_x_m_s … : of the first relative to the second there; force_n : along the normal
+        """
         points = self._all_points(x)
-        velocities = (points - self._began) / self._lasts
-        return contact_table(self._near(points), points, velocities, self.names, self._radii)
+        near, velocities = self._near(points), (points - self._began) / self._lasts
+        active = lagged_friction(near.barrier, points, 1.0, 1.0, points)
+        sides, normals = near.pieces[active.rows], active.normals
+        ends = np.einsum("ki,kij->kj", np.maximum(active.weights, 0.0), points[active.nodes])
+        others = -np.einsum("ki,kij->kj", np.minimum(active.weights, 0.0), points[active.nodes])
+        distance = np.linalg.norm(ends - others, axis=1)
+        middle = 0.5 * (ends + others) + 0.5 * (self._radii[sides[:, 1]] - self._radii[sides[:, 0]])[:, None] * normals
+        order = np.where(sides[:, 0] <= sides[:, 1], 1.0, -1.0)[:, None]
+        normals = order * normals
+        moving = order * np.einsum("ki,kij->kj", active.weights, velocities[active.nodes])
+        sides = np.sort(sides, axis=1).T
+        columns = {side: [self.names[i] for i in row] for side, row in zip(("first", "second"), sides, strict=True)}
+        for start, values, unit in (("", middle, "_m"), ("normal_", normals, ""), ("velocity_", moving, "_m_s")):
+            columns |= {f"{start}{letter}{unit}": values[:, axis] for axis, letter in enumerate("xyz")}
+        return pd.DataFrame(columns | {"gap_m": distance - near.offsets[active.rows], "force_n": active.forces})
 
     def _overlap(self, points: np.ndarray) -> Overlap | None:
         return first_overlap(points, self._surfaces, self._can_touch, self._is_floor, self._near(points))

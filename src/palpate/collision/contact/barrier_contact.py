@@ -17,7 +17,6 @@ from palpate.collision.contact.obstacles import (
     make_obstacle,
     nodes_of_pieces,
     pieces_of,
-    sizes_of,
 )
 from palpate.collision.contact.proximity import NearStencils, Proximity
 from palpate.collision.contact.push_apart import Movable, start_outside
@@ -130,7 +129,7 @@ class Contact(
     def __init__(self, particles: Particles, obstacles: list[Obstacle], settings: dict):
         self.obstacles: list[Obstacle] = obstacles
         bodies = pieces_of(particles)
-        sizes = sizes_of(particles, bodies)
+        sizes = [float(np.ptp(particles.nodes[piece.ravel()], axis=0).max()) for piece in bodies]
         size, gap = min(sizes), settings.get("gap_m")
         least, largest = (fraction * size for fraction in GAPS)
         if gap is not None and not least <= gap <= largest:

@@ -91,11 +91,6 @@ def nodes_of_pieces(particles: Particles) -> list[np.ndarray]:
     return [np.unique(cells[chosen]) for cells, chosen in _pieces(particles)]
 
 
-def sizes_of(particles: Particles, pieces: list[np.ndarray]) -> list[float]:
-    """Compute the longest side of each piece's box [m], whatever the distance between pieces."""
-    return [float(np.ptp(particles.nodes[piece.ravel()], axis=0).max()) for piece in pieces]
-
-
 def _pieces(particles: Particles) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return connected triples of nodes (c, 3), and which (c,) are of each piece.
 

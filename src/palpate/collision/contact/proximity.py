@@ -137,7 +137,7 @@ class Proximity:
 
     def _pairs(self) -> list[tuple[int, int]]:
         """List pieces that can touch themselves, and pairs that can touch and whose roots overlap."""
-        overlapping = overlapping_trees(self._trees).tolist() if len(self._trees) > 1 else []
+        overlapping = overlapping_trees(self._trees).tolist()
         return [(i, i) for i in self._adjacent] + [(i, j) for i, j in overlapping if self._can_touch[i, j]]
 
     def _stencils_between(self, i: int, j: int) -> tuple[np.ndarray, np.ndarray]:

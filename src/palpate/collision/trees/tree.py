@@ -52,9 +52,7 @@ class Tree:
             raise InputError(NOT_FINITE)
         if len(self.triangles) and not 0 <= self.triangles.min() <= self.triangles.max() < len(points):
             raise InputError(f"triangles of a tree name nodes that do not exist; there are {len(points)} points.")
-        boxes, centres = np.empty((len(self.triangles), 6)), np.empty((len(self.triangles), 3))
-        build_tree.triangle_boxes(points, self.triangles, boxes, centres)
-        self.nodes, self.order, self.height = self._divide(boxes, centres)
+        self.nodes, self.order, self.height = self._divide(*build_tree.triangle_boxes(points, self.triangles))
         self._leaf_triangles = self.triangles[self.order]
         self._allocate()
         self._gather(points)

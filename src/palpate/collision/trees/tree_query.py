@@ -256,16 +256,12 @@ def overlaps(tree_a: Tree, tree_b: Tree, pairs: np.ndarray) -> tuple[np.ndarray,
     middle of what both have in common, along the line of centres if one is a sphere. Volumes are compared as in the
     search: as spheres if both have one, as AABBs if both have these, else as a sphere and an AABB; there are no others.
     """
-    places, directions, depths = np.empty((len(pairs), 3)), np.empty((len(pairs), 3)), np.empty(len(pairs))
-    _overlaps(
-        tree_a.nodes, tree_a.spheres, tree_a.boxes, tree_b.nodes, tree_b.spheres, tree_b.boxes, pairs, places,
-        directions, depths,
-    )  # fmt: skip
-    return places, directions, depths
+    return _overlaps(tree_a.nodes, tree_a.spheres, tree_a.boxes, tree_b.nodes, tree_b.spheres, tree_b.boxes, pairs)
 
 
 @numba.njit(cache=True)
-def _overlaps(nodes_a, spheres_a, boxes_a, nodes_b, spheres_b, boxes_b, pairs, places, directions, depths):
+def _overlaps(nodes_a, spheres_a, boxes_a, nodes_b, spheres_b, boxes_b, pairs):
+    places, directions, depths = np.empty((len(pairs), 3)), np.empty((len(pairs), 3)), np.empty(len(pairs))
     for k in range(len(pairs)):
         a, b = pairs[k, 0], pairs[k, 1]
         kind_a, kind_b = nodes_a[a, KIND], nodes_b[b, KIND]
@@ -279,6 +275,7 @@ def _overlaps(nodes_a, spheres_a, boxes_a, nodes_b, spheres_b, boxes_b, pairs, p
             depths[k] = _of_sphere_and_box(spheres_b[b], boxes_a[a], places[k], directions[k])
             for axis in range(3):
                 directions[k, axis] = -directions[k, axis]
+    return places, directions, depths
 
 
 @numba.njit(cache=True)

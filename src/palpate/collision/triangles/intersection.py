@@ -258,14 +258,12 @@ def crossing_segments(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndar
     Traps: the ends are ill-conditioned where the planes are nearly parallel, and they ignore coordinates below 1e-308
     of a pair's largest. Raises InputError as ``triangle_pairs_intersect`` does.
     """
-    a, b = check_pairs(a, b)
-    crossing, ends = np.zeros(len(a), dtype=bool), np.zeros((len(a), 2, 3))
-    _find_crossings(a, b, crossing, ends)
-    return crossing, ends
+    return _find_crossings(*check_pairs(a, b))
 
 
 @numba.njit(cache=True)
-def _find_crossings(a, b, crossing, ends):
+def _find_crossings(a, b):
+    crossing, ends = np.zeros(len(a), dtype=np.bool_), np.zeros((len(a), 2, 3))
     points, scaled, sums = np.empty((6, 3)), np.empty((6, 3)), new_accumulator()
     for n in range(len(a)):
         points[:3], points[3:] = a[n], b[n]
@@ -274,6 +272,7 @@ def _find_crossings(a, b, crossing, ends):
         for end in range(2):
             for axis in range(3):
                 ends[n, end, axis] = math.ldexp(ends[n, end, axis], exponent)
+    return crossing, ends
 
 
 @numba.njit(cache=True)

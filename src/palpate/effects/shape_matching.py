@@ -135,14 +135,15 @@ DEPENDENT = 1e-6
 
 
 @numba.njit(cache=True)
-def write_terms(nodes, masses, members, starts, shares, basis, frames, ranks):
-    """Write the orthonormal terms φ of all clusters into ``basis``, and the frames L that give q = L φ.
+def orthonormal_terms(nodes, masses, members, starts, terms):
+    """Compute the orthonormal terms φ of all clusters, and the frames L that give q = L φ.
 
-    nodes : (n, 3) [m]; masses : (n_members,) [kg], a particle's share of mass in this cluster
-    shares : (n_members,) μ; basis : (n_members, terms); frames : (n_clusters, 3, 3) [m], zero before
-    ranks : (n_clusters,), zero before: how many of the first three terms are not zero, 2 in a plane, 1 on a line, 0 in
-        a point
+    nodes : (n, 3) [m]; masses : (n_members,) [kg], a particle's share of mass in this cluster; terms : their number
+    Returns shares μ (n_members,), terms φ (n_members, terms), frames (n_clusters, 3, 3) [m], and the number of
+    terms, of the first three, that are not zero, (n_clusters,): 2 in a plane, 1 on a line, 0 in a point.
     """
+    shares, basis = np.empty(len(members)), np.zeros((len(members), terms))
+    frames, ranks = np.zeros((len(starts) - 1, 3, 3)), np.zeros(len(starts) - 1, dtype=np.int64)
     for c in range(len(starts) - 1):
         first, last = starts[c], starts[c + 1]
         total = masses[first:last].sum()
@@ -182,6 +183,7 @@ def write_terms(nodes, masses, members, starts, shares, basis, frames, ranks):
             if j < 3:
                 frames[c, j, j] = radius * length
                 ranks[c] += 1
+    return shares, basis, frames, ranks
 
 
 @numba.njit(cache=True)
@@ -292,11 +294,9 @@ class ShapeMatching(Goals):
         self._weights = 1.0 / clusters.shared_by
         self._pull = (clusters.shared_by / self.most)[:, None] if add else None
         masses = (particles.masses if add else particles.masses * self._weights)[clusters.members]
-        self.shares, self.basis = np.empty(len(masses)), np.zeros((len(masses), TERMS[mode]))
-        count = len(clusters.starts) - 1
-        self.frames, self.ranks = np.zeros((count, 3, 3)), np.zeros(count, dtype=np.int64)
-        found = (self.shares, self.basis, self.frames, self.ranks)
-        write_terms(particles.nodes, masses, clusters.members, clusters.starts, *found)
+        self.shares, self.basis, self.frames, self.ranks = orthonormal_terms(
+            particles.nodes, masses, clusters.members, clusters.starts, TERMS[mode]
+        )
         self._turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(self.ranks), 1))
 
     def goals(self, x: np.ndarray, out: np.ndarray) -> None:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from palpate.collision.contact import barrier, friction
+from palpate.collision.contact import barrier
 from palpate.collision.contact.barrier import thresholds
+from palpate.collision.contact.friction import LaggedFriction
 
 SLIP = 0.02
 
@@ -21,7 +22,7 @@ def contacts():
 
 def lagged(contacts, coefficient=0.4):
     arguments, x = contacts
-    return friction.lagged_friction(arguments, x, coefficient, SLIP, x)
+    return LaggedFriction(arguments, x, coefficient, SLIP, x)
 
 
 @pytest.mark.parametrize("amount", [0.1, 0.5, 1.0, 30.0])
@@ -64,7 +65,7 @@ def test_normal_forces_are_the_barriers(contacts):
     arguments, x = contacts
     kinds, nodes, offsets, scales, _, gap = arguments
     unmollified = kinds, nodes, offsets, scales, np.zeros(30), gap
-    state, force = friction.lagged_friction(unmollified, x, 0.4, SLIP, x), np.zeros_like(x)
+    state, force = LaggedFriction(unmollified, x, 0.4, SLIP, x), np.zeros_like(x)
     barrier.add_force(*unmollified, x, force)
     for row, weights, normal, push in zip(state.nodes, state.weights, state.normals, state.forces, strict=True):
         assert np.abs(force[row] - push * np.outer(weights, normal)).max() < 1e-12 * push
@@ -103,7 +104,7 @@ def test_a_point_on_a_slope_stays_below_the_angle_of_friction_and_slides_above(s
     x[0, 2] = resting_height(arguments, x, -weight[2])
     speed, start = 0.0, x[0].copy()
     for _ in range(20):
-        state, begin = friction.lagged_friction(arguments, x, mu, slip, x), x.copy()
+        state, begin = LaggedFriction(arguments, x, mu, slip, x), x.copy()
         x[0, 0] = brentq(step_force, x[0, 0], 1.0, args=(state, begin, mass, speed, h, weight), xtol=1e-20)
         speed = (x[0, 0] - begin[0, 0]) / h
     if slope < mu:

@@ -8,7 +8,7 @@ from scipy import sparse
 
 from palpate.bodies.particles import Particles
 from palpate.collision.contact import barrier
-from palpate.collision.contact.friction import LaggedFriction, lagged_friction
+from palpate.collision.contact.friction import LaggedFriction
 from palpate.collision.contact.obstacles import (
     Obstacle,
     Overlap,
@@ -196,7 +196,7 @@ class Contact(
             self._checked = True
         if self._friction:
             near = self._proximity.find_near(start, 0.0)
-            self._lagged = lagged_friction(near.barrier, start, self._friction, self._slip * h, start)
+            self._lagged = LaggedFriction(near.barrier, start, self._friction, self._slip * h, start)
         self._move_obstacles(self._time)
         motion = self._all_points(x) - start
         self._path = motion[self._n :]
@@ -307,7 +307,7 @@ class Contact(
         """
         points = self._all_points(x)
         near, velocities = self._near(points), (points - self._began) / self._lasts
-        active = lagged_friction(near.barrier, points, 1.0, 1.0, points)
+        active = LaggedFriction(near.barrier, points, 1.0, 1.0, points)
         sides, normals = near.pieces[active.rows], active.normals
         ends = np.einsum("ki,kij->kj", np.maximum(active.weights, 0.0), points[active.nodes])
         others = -np.einsum("ki,kij->kj", np.minimum(active.weights, 0.0), points[active.nodes])

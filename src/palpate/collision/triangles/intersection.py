@@ -188,7 +188,7 @@ def triangle_pairs_intersect(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     The answer is exact for the coordinates as given, and the same in every order of corners and of arguments. Triangles
     are closed: touching at a vertex, an edge or a face, and lying in one plane with a common point, count as
     intersecting; a degenerate one is a segment or a point. Method: paper 3, chapter 4, "by projection to a lower
-    dimension"; see ``triangle_pair``. Raises InputError for wrong shapes and for coordinates that are not finite.
+    dimension"; see ``triangles_intersect``. Raises InputError for wrong shapes and for coordinates that are not finite.
     """
     a, b = check_pairs(a, b)
     triangles = np.arange(3 * len(a)).reshape(-1, 3)

@@ -20,7 +20,6 @@ from palpate.effects.elements import Elements
 from palpate.effects.law import law_of
 from palpate.effects.linear_elements import shape_gradients
 from palpate.effects.principal import PAIRS
-from palpate.linalg.block_pattern import BlockPattern
 
 N_POINTS = 4
 BATCH = BLOCK // N_POINTS
@@ -228,8 +227,8 @@ class QuadraticElements(Elements):
 
     group = 1
 
-    def __init__(self, mesh: Mesh, tissue: Tissue | Material, pattern: BlockPattern | None = None):
-        super().__init__(ten_nodes(mesh), len(mesh.nodes) + len(mesh.edges), tissue, pattern)
+    def __init__(self, mesh: Mesh, tissue: Tissue | Material):
+        super().__init__(ten_nodes(mesh), len(mesh.nodes) + len(mesh.edges), tissue, None)
         self.gradients, self.volumes = shape_gradients(mesh)
         # of all four coordinates, the first of which is 1 minus the others
         slopes = quadratic_gradients(QUADRATURE_POINTS)
@@ -263,6 +262,6 @@ class MeanDilatation(QuadraticElements):
 
     group = N_POINTS
 
-    def __init__(self, mesh: Mesh, tissue: Tissue | Material, pattern: BlockPattern | None = None):
-        super().__init__(mesh, tissue, pattern)
+    def __init__(self, mesh: Mesh, tissue: Tissue | Material):
+        super().__init__(mesh, tissue)
         self.law = law_of(self.tissue.law)

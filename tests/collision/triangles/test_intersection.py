@@ -18,13 +18,9 @@ KINDS += ("lattice of tiny numbers", "lattice of huge numbers")
 
 def sign(rows):
     """Compute the sign of the determinant of vectors to the first of the points ``rows``, as fractions."""
-    rows = [[Fraction(float(c)) for c in row] for row in rows]
-    p, q, *r = [[a - b for a, b in zip(row, rows[0], strict=True)] for row in rows[1:]]
-    if not r:
-        value = p[0] * q[1] - p[1] * q[0]
-    else:
-        (r,) = r
-        value = sum(p[i] * (q[(i + 1) % 3] * r[(i + 2) % 3] - q[(i + 2) % 3] * r[(i + 1) % 3]) for i in range(3))
+    rows = np.array([[Fraction(float(c)) for c in row] for row in rows])
+    p, q, *r = rows[1:] - rows[0]
+    value = np.cross(p, q) @ r[0] if r else p[0] * q[1] - p[1] * q[0]
     return (value > 0) - (value < 0)
 
 

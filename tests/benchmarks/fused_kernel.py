@@ -85,7 +85,7 @@ def by_decomposition(elastic: type) -> type:
 
     class Decomposed(elastic):
         def evaluate(self, x, out):
-            return force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self._law, out)
+            return force(x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self.law, out)
 
         def energy(self, x):
             return self.evaluate(x, np.zeros_like(x))
@@ -97,7 +97,7 @@ def by_decomposition(elastic: type) -> type:
 
         def add_stiffness(self, x, definite, slots, values):
             stiffness(
-                x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self._law, definite, slots, values
+                x, self.tetrahedra, self.gradients, self.volumes, *self.moduli, *self.law, definite, slots, values
             )
 
     return Decomposed

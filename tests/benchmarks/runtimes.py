@@ -23,7 +23,7 @@ from palpate.press.portable.file import PortableModel, read
 from palpate.press.portable.runtimes.palpate_model import undeformed
 
 RUNTIMES = Path(palpate.press.portable.runtimes.__file__).parent
-PROGRAM = Path(__file__).parents[1] / "portable/ask.c"
+PROGRAM = Path(__file__).parents[1] / "press/portable/ask.c"
 KINDS = ("force", "depth", "two", "drag")
 ASK = """
 const Palpate = require(process.argv[1]), fs = require("fs"), model = Palpate.load(fs.readFileSync(process.argv[2]));

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from palpate.collision import StoppedTree, Tree, crossing_pairs, stopped_contacts, triangle_contacts
+from palpate.collision.contact_points import stopped_contacts, triangle_contacts
+from palpate.collision.trees.tree import Tree
+from palpate.collision.trees.tree_query import StoppedTree, crossing_pairs
 
 FLOOR = np.array([[-3.0, -3.0, 0.0], [5.0, -3.0, 0.0], [-3.0, 5.0, 0.0]])
 ONE = np.array([[0, 1, 2]])

@@ -51,14 +51,8 @@ def test_two_cubes_and_an_instrument_never_overlap(play, cube, trespass, way):
     path = {"times_s": [0.0, 0.1, 0.15, 0.25], "shifts_m": [[0, 0, 0], [0, 0, -0.12], [0.05, 0, -0.12], [0.05, 0, 0]]}
     ball = {"name": "ball", "kind": "sphere", "center_m": [0.05, 0.05, 0.2], "radius_m": 0.03} | path
     contact = {"instruments": [FLOOR, ball], "friction": MU}
-    ran = play(
-        [cube(2)] * 2,
-        [[0.0, 0.0, 0.005], [0.13, 0.01, 0.005]],
-        effects | WEIGHT | {"contact": contact},
-        name,
-        step,
-        round(0.25 / step),
-    )
+    shifts, effects = [[0.0, 0.0, 0.005], [0.13, 0.01, 0.005]], effects | WEIGHT | {"contact": contact}
+    ran = play([cube(2)] * 2, shifts, effects, name, step, round(0.25 / step))
     assert np.isfinite(ran.motion.positions).all()
     room, faults = trespass(ran.motion)
     assert room > 0.0 and not faults
@@ -73,14 +67,8 @@ def test_a_fast_ball_never_gets_through_a_thin_sheet(play, cloth, trespass, way)
     rim = np.flatnonzero((np.isclose(sheet.nodes[:, :2], 0.0) | np.isclose(sheet.nodes[:, :2], 0.1)).any(axis=1))
     path = {"times_s": [0.0, 0.02], "shifts_m": [[0, 0, 0], [0, 0, -0.2]]}
     ball = instrument("sphere", name="ball", center_m=[0.052, 0.047, 0.06], **path)
-    ran = play(
-        [replace(sheet, held=rim)],
-        [[0, 0, 0]],
-        effects | {"held": None, "contact": {"instruments": [ball]}},
-        name,
-        step,
-        round(0.03 / step),
-    )
+    effects = effects | {"held": None, "contact": {"instruments": [ball]}}
+    ran = play([replace(sheet, held=rim)], [[0, 0, 0]], effects, name, step, round(0.03 / step))
     room, faults = trespass(ran.motion, solid=False)
     assert room > 0.0 and not faults
     assert ran.motion.positions[-1][:, 2].min() < -0.15  # the ball's bottom is at -0.15
@@ -242,9 +230,8 @@ def test_what_is_driven_into_held_nodes_ends_in_one_sentence(play, cube):
 def test_a_rigid_mesh_presses_as_a_body_would(play, cube, trespass, tmp_path):
     import pyvista
 
-    pyvista.Cube(center=(0.05, 0.05, 0.13), x_length=0.06, y_length=0.06, z_length=0.04).triangulate().save(
-        tmp_path / "plate.stl"
-    )
+    plate = pyvista.Cube(center=(0.05, 0.05, 0.13), x_length=0.06, y_length=0.06, z_length=0.04)
+    plate.triangulate().save(tmp_path / "plate.stl")
     path = {"times_s": [0.0, 0.1], "shifts_m": [[0, 0, 0], [0, 0, -0.03]]}
     plate = {"name": "plate", "kind": "mesh", "file": str(tmp_path / "plate.stl"), **path}
     effects = {"corotational": None, "contact": {"instruments": [FLOOR, plate]}} | LOSS

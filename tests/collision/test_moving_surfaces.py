@@ -14,10 +14,6 @@ def small():
     return {scene.name: scene for scene in scenes(0, seed=1)}
 
 
-def test_there_are_four(small):
-    assert list(small) == NAMES
-
-
 @pytest.mark.parametrize("refinements", [0, 1])
 def test_a_liver_has_four_times_as_many_triangles_each_time(refinements):
     points, triangles = liver_surface(refinements)

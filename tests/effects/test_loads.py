@@ -108,10 +108,8 @@ def test_a_load_without_ramps_is_there_at_once(particles):
 
 def test_loads_add_up_and_nothing_presses_before_its_time_is_told(particles):
     both = [load(particles), load(particles, force_n=[0, 0, 1.0], start_s=0.0)]
-    assert (
-        np.abs(pushed(particles, both, 1.0) - pushed(particles, both[:1], 1.0) - pushed(particles, both[1:], 1.0)).max()
-        < 1e-15
-    )
+    together, one, other = (pushed(particles, loads, 1.0) for loads in (both, both[:1], both[1:]))
+    assert np.abs(together - one - other).max() < 1e-15
     force = np.zeros_like(particles.nodes)
     push = make_push(particles, {"loads": [load(particles, start_s=0.0, press_s=0.0)]}, None)
     push.add_force(particles.nodes, force, force)

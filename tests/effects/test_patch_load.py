@@ -59,17 +59,6 @@ def test_a_disc_far_below_the_spacing_is_a_point(body, contact):
     assert shares[nodes == contact] == pytest.approx(1.0, abs=1e-4)
 
 
-@pytest.mark.parametrize("order", [1, 2])
-def test_levels_of_quadratic_elements_do_the_same_work(body, contact, order):
-    """A linear displacement is one of every mesh, of linear elements and of quadratic ones."""
-    loads = [nodal_load(body, level, contact, FORCE, 0.033, order) for level in range(3)]
-    moments = []
-    for level, load in enumerate(loads):
-        nodes = body.levels[level].nodes if order == 1 else refine(body.levels[level])[0].nodes
-        moments.append(np.einsum("ni,nj->ij", load, nodes))
-    assert np.abs(moments - moments[0]).max() < 1e-14
-
-
 def subdivided(mesh, patch, order, depth=7):
     """The same integral by brute force: the middles of 4^depth parts of each triangle."""
     n = 2**depth

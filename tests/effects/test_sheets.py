@@ -173,11 +173,6 @@ def test_sheets_that_are_flat_each_by_itself():
     n = len(plate().nodes)
     x[:n] = rolled(plate().nodes, 0.3)
     assert effect.energy(x) == pytest.approx(make_bending(plate(), {}).energy(x[:n]), rel=1e-9)
-    with pytest.raises(InputError, match="flat at rest"):
-        make_bending(
-            merge_particles([plate(), plate(nodes=lambda nodes: rolled(nodes, 0.3))], [[0, 0, 0], [0, 0, 0.5]], "pair"),
-            {},
-        )
 
 
 @pytest.mark.parametrize(("angle", "along", "across"), [(0.0, 24, 16), (np.pi / 2, 16, 24)])
@@ -211,15 +206,6 @@ def test_twist_costs_what_a_plate_pays():
     assert make_bending(particles, {}).energy(x) == pytest.approx(expected, rel=1e-10)
 
 
-def test_rigid_motion_and_stretch_cost_nothing(rotation, force_of):
-    particles = plate()
-    effect, bent = make_bending(particles, {}), rolled(particles.nodes, 0.4)
-    scale = np.abs(force_of(effect, bent)).max()
-    for x in (particles.nodes + 1e3, particles.nodes @ rotation(2.0).T, particles.nodes * [1.3, 0.8, 1.0]):
-        assert effect.energy(x) < 1e-18 * PLATE
-        assert np.abs(force_of(effect, x)).max() < 1e-9 * scale
-
-
 def test_momentum_is_kept(rotation, check_frame):
     particles = plate()
     x = rolled(particles.nodes, 0.4) @ rotation(1.0).T + 0.01 * np.random.default_rng(0).normal(size=(35, 3))
@@ -230,6 +216,7 @@ def test_force_and_stiffness_are_derivatives_of_bending(force_of, stiffness_of):
     """Exactly: the energy is ½ xᵀ Q x, and Q is positive semidefinite."""
     particles = plate((3, 2))
     effect = make_bending(particles, {})
+    assert effect.energy(particles.nodes + 1e3) < 1e-18 * PLATE  # no cancellation far from the origin
     x = rolled(particles.nodes, 0.4) + 0.01 * np.random.default_rng(0).normal(size=(12, 3))
     stiffness = stiffness_of(effect, x, definite=True)
     assert effect.energy(x) == pytest.approx(0.5 * x.ravel() @ stiffness @ x.ravel(), rel=1e-10)
@@ -252,10 +239,8 @@ def test_every_inner_edge_is_a_hinge():
         assert {tuple(sorted((a, b, c))), tuple(sorted((a, b, d)))} <= triangles
 
 
-def test_what_is_not_flat_is_refused(rotation):
-    with pytest.raises(InputError, match=r"^plate: effect bending needs a sheet that is flat at rest"):
-        make_bending(plate(nodes=lambda nodes: rolled(nodes, 0.0)), {})
-    turned = make_bending(plate(nodes=lambda nodes: nodes @ rotation(1.0).T), {})
-    assert turned.energy(rolled(plate().nodes, 0.0)) == pytest.approx(
-        make_bending(plate(), {}).energy(rolled(plate().nodes, 0.0)), rel=1e-10
-    )
+def test_what_is_not_flat_is_refused():
+    bent = plate(nodes=lambda nodes: rolled(nodes, 0.3))
+    for sheets in (bent, merge_particles([plate(), bent], [[0, 0, 0], [0, 0, 0.5]], "plate")):
+        with pytest.raises(InputError, match=r"^plate: effect bending needs a sheet that is flat at rest"):
+            make_bending(sheets, {})

@@ -5,9 +5,8 @@ import pytest
 from scipy.linalg import polar
 from scipy.spatial.transform import Rotation
 
-from palpate.effects.shape_matching import rotations
 from palpate.errors import InputError
-from palpate.linalg.polar import nearest, signed_svd
+from palpate.linalg.polar import nearest, rotations, signed_svd
 
 FAMILIES = ["normal", "inverted", "conditioned", "flat", "straight", "zero", "denormal", "huge", "half turn", "equal"]
 SVD_FAMILIES = [name for name in FAMILIES if name not in ("denormal", "huge")] + ["diagonal", "scaled"]

@@ -11,10 +11,10 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.effects import kelvin, shape_matching, springs
 from palpate.effects.gravity import Gravity
 from palpate.effects.held import Held
-from palpate.effects.shape_matching import rotations
 from palpate.effects.springs import Springs
 from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import InputError, NotConverged
+from palpate.linalg.polar import rotations
 from palpate.solvers import goal_position, symplectic_euler
 from palpate.solvers.system import System, stable_step
 

@@ -14,9 +14,8 @@ from palpate.bodies.box import cylinder
 from palpate.bodies.material import LAWS, Material
 from palpate.bodies.refinement import refine
 from palpate.bodies.supports import Bed
-from palpate.effects.mean_dilatation import MeanDilatation
 from palpate.effects.patch_load import nodal_load
-from palpate.effects.quadratic_elements import QuadraticElements
+from palpate.effects.quadratic_elements import MeanDilatation, QuadraticElements
 from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium

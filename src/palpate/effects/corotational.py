@@ -16,8 +16,7 @@ gradients of Hessians are those of ``principal``.
 import numba
 import numpy as np
 
-from palpate.effects.principal import PAIRS, clamp, clamp_pairs, write_blocks
-from palpate.linalg.polar import signed_svd
+from palpate.effects.principal import PAIRS, clamp, clamp_pairs, decompose, turn, write_blocks
 
 FOLD = 0.05
 """Width over which the fold of the energy is smoothed, in s₂ + s₃ (which is 2 at rest)."""
@@ -179,13 +178,10 @@ def _polar_stresses(f, r, count, mu, lam, energies):
 @numba.njit(cache=True, error_model="numpy")
 def _principal_stress(f, p, k, mu, lam):
     """Write P = U diag(∂Ψ/∂s) Vᵀ [Pa] of column ``k`` of ``f`` into that of ``p``, and return Ψ [J/m³]."""
-    u, v, s, principal = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
-    signed_svd(f[:, k].copy().reshape(3, 3), u, s, v)
+    given, u, v, s, principal = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
+    decompose(f, k, given, u, s, v)
     energy = first(s, mu, lam, principal)
-    for i in range(3):
-        for j in range(3):
-            stress = u[i, 0] * principal[0] * v[j, 0] + u[i, 1] * principal[1] * v[j, 1]
-            p[3 * i + j, k] = stress + u[i, 2] * principal[2] * v[j, 2]
+    turn(u, principal, v, p, k)
     return energy
 
 
@@ -297,9 +293,7 @@ def _principal_blocks(f, gradients, share, k, mu, lam, definite, scratch, blocks
     """Write the blocks of column ``k`` from the principal stretches; scratch : (7, 3, 3)."""
     given, u, v, curvatures = scratch[0], scratch[1], scratch[2], scratch[3]
     s, flips, twists = scratch[4, 0], scratch[4, 1], scratch[4, 2]
-    for i in range(9):
-        given[i // 3, i % 3] = f[i, k]
-    signed_svd(given, u, s, v)
+    decompose(f, k, given, u, s, v)
     bent = second(s, mu, lam, curvatures, flips, twists)
     if definite and bent:
         clamp(curvatures, flips, twists)

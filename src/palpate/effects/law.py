@@ -27,6 +27,7 @@ from numba import types
 from numba.core.errors import NumbaExperimentalFeatureWarning
 
 from palpate.bodies.material import LAWS
+from palpate.effects.principal import density
 from palpate.errors import InputError, describe_unknown
 
 # numba says so of every kernel that gets pointers to functions
@@ -86,8 +87,6 @@ def _compiled(module: ModuleType, kept: bool) -> Law:
 
 def evaluate(law: Law, s: np.ndarray, mu: float, lam: float) -> tuple[float, np.ndarray, np.ndarray]:
     """Return Ψ [J/m³], ∂Ψ/∂s (3,) and ∂²Ψ/∂s² (3, 3) [Pa] at the stretches ``s`` (3,); ``law`` is not PLAIN."""
-    from palpate.effects.principal import density
-
     slopes, curvatures = np.empty(3), np.empty((3, 3))
     return density(np.asarray(s, dtype=float), mu, lam, *law, slopes, curvatures), slopes, curvatures
 

@@ -82,7 +82,7 @@ def stresses(f, p, count, group, mu, lam, shape, measure, volume, energies):
     for k in range(stride):
         mean = 0.0
         for q in range(group):
-            _decompose(f, q * stride + k, given, u[q], s[q], v[q])
+            decompose(f, q * stride + k, given, u[q], s[q], v[q])
             energies[q * stride + k] = shape(s[q], mu[k], slopes[q], unused)
             mean += measure(s[q], rates[q], unused) / group
         energy = volume(mean, mu[k], lam[k], derivatives)
@@ -90,7 +90,7 @@ def stresses(f, p, count, group, mu, lam, shape, measure, volume, energies):
             energies[q * stride + k] += energy
             for i in range(3):
                 slopes[q, i] += derivatives[0] * rates[q, i]
-            _turn(u[q], slopes[q], v[q], p, q * stride + k)
+            turn(u[q], slopes[q], v[q], p, q * stride + k)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -110,7 +110,7 @@ def hessians(f, gradients, shares, count, group, mu, lam, shape, measure, volume
     for k in range(stride):
         mean = 0.0
         for q in range(group):
-            _decompose(f, q * stride + k, given, u[q], s[q], v[q])
+            decompose(f, q * stride + k, given, u[q], s[q], v[q])
             shape(s[q], mu[k], slopes[q], second[q])
             mean += measure(s[q], rates[q], bends[q]) / group
         volume(mean, mu[k], lam[k], derivatives)
@@ -126,7 +126,7 @@ def hessians(f, gradients, shares, count, group, mu, lam, shape, measure, volume
                 clamp_pairs(flips, twists)
             write_blocks(u[q], v[q], second[q], flips, twists, gradients, shares[column], column, h, b, blocks)
             if group > 1:
-                _turn(u[q], rates[q], v[q], pulls, column)
+                turn(u[q], rates[q], v[q], pulls, column)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -162,7 +162,7 @@ def _add_volume(slopes, second, rates, bends, derivatives, flips, twists, s, pla
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _decompose(f, column, given, u, s, v):
+def decompose(f, column, given, u, s, v):
     """Write the signed singular value decomposition of a column of ``f``; given : (3, 3), scratch."""
     for i in range(9):
         given[i // 3, i % 3] = f[i, column]
@@ -170,7 +170,7 @@ def _decompose(f, column, given, u, s, v):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _turn(u, principal, v, out, k):
+def turn(u, principal, v, out, k):
     """Write U diag(principal) Vᵀ into column ``k`` of ``out`` (9, BLOCK)."""
     for i in range(3):
         for j in range(3):

@@ -35,8 +35,9 @@ _ROUNDING = 1e-15
 
 
 @numba.njit(cache=True, error_model="numpy")
-def strains(x, tetrahedra, gradients, found):
-    """Write the strain of each element at ``x`` (n, 3) [m] into ``found`` (m, 6)."""
+def strains(x, tetrahedra, gradients):
+    """Return the strain of each element at ``x`` (n, 3) [m], (m, 6)."""
+    found = np.empty((len(tetrahedra), 6))
     f, q, scratch = np.empty((9, BLOCK)), np.empty((6, BLOCK)), np.empty((4, BLOCK))
     for begin in range(0, len(tetrahedra), BLOCK):
         count = min(BLOCK, len(tetrahedra) - begin)
@@ -45,6 +46,7 @@ def strains(x, tetrahedra, gradients, found):
             mean = (q[0, k] + q[1, k] + q[2, k]) / 3.0
             for c in range(6):
                 found[begin + k, c] = SLOPE * (q[c, k] - mean if c < 3 else q[c, k])
+    return found
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -385,6 +387,4 @@ class Prony(OnePass, Energy, Stiffness, StepBegin, StepEnd, Relaxation):
         self._apart = float(self._moduli @ (squares @ weights))
 
     def _strains(self, x: np.ndarray) -> np.ndarray:
-        found = np.empty((len(self.couples), 6))
-        strains(x, self.couples, self._gradients, found)
-        return found
+        return strains(x, self.couples, self._gradients)

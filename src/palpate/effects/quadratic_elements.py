@@ -1,4 +1,4 @@
-"""Elasticity of ten-node tetrahedra with straight sides.
+"""Elasticity of ten-node tetrahedra with straight sides, plain or with mean dilatation, which does not lock.
 
 Kernels work on batches of BATCH elements; arrays of a batch end in an axis of its elements, so that inner loops run
 over elements and are vectorised. Point q of element e stands in column q BATCH + e of a block of deformation gradients.
@@ -17,9 +17,9 @@ from palpate.bodies.refinement import QUADRATURE_POINTS, quadratic_gradients, te
 from palpate.effects import principal
 from palpate.effects.corotational import ARITHMETIC, BLOCK, hessians, stresses
 from palpate.effects.elements import Elements
+from palpate.effects.law import law_of
 from palpate.effects.linear_elements import shape_gradients
 from palpate.effects.principal import PAIRS
-from palpate.linalg.block_pattern import BlockPattern
 
 N_POINTS = 4
 BATCH = BLOCK // N_POINTS
@@ -76,25 +76,39 @@ def least_det(x, ten, slopes, gradients):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, shape, measure, volume, definite, slots, values):
-    """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (10, 10)."""
-    places, pulls, g, shares = np.empty((30, BATCH)), np.empty((9, BATCH)), np.empty((9, BLOCK)), np.empty((3, BLOCK))
+def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, group, shape, measure, volume, definite, slots, values):
+    """Add the Hessian's blocks [N/m] to ``values`` (n_blocks, 3, 3), those of element e at ``slots[e]`` (10, 10).
+
+    With mean dilatation an element's Hessian is that of its points at a constant pressure U′, and U″ V r rᵀ with r the
+    derivative of its mean θ.
+    """
+    places, stretched = np.empty((30, BATCH)), np.empty((9, BATCH))
+    g, shares = np.empty((9, BLOCK)), np.empty((3, BLOCK))
     f, rotated, blocks = np.empty((9, BLOCK)), np.empty((15, BLOCK)), np.empty((54, BLOCK))
     half, whole = np.empty((N_POINTS, 3, 9, BATCH)), np.empty((9, BATCH))
-    scratch, unused = np.empty((9, BLOCK)), np.empty(BLOCK)
+    pulls, stiffnesses = np.empty((9, BLOCK)), np.empty(BLOCK)
     for begin in range(0, len(ten), BATCH):
         count = min(BATCH, len(ten) - begin)
         gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares)
-        deformation_gradients(places, slopes, g, pulls, f)
+        deformation_gradients(places, slopes, g, stretched, f)
         if shape is None:
             hessians(f, g, shares[0], BLOCK, shares[1], shares[2], definite, rotated, blocks)
         else:
             moduli, law = (shares[1], shares[2]), (shape, measure, volume)
-            principal.hessians(f, g, shares[0], BLOCK, 1, *moduli, *law, definite, blocks, scratch, unused)
+            principal.hessians(f, g, shares[0], BLOCK, group, *moduli, *law, definite, blocks, pulls, stiffnesses)
+        if group > 1:
+            forces(pulls, slopes, g, shares[0], stretched, places)
+            for e in range(count):
+                stiffnesses[e] /= volumes[begin + e]
         for a in range(10):
             half_product(blocks, slopes, a, half)
             for b in range(a, 10):
                 whole_product(half, slopes, b, whole)
+                if group > 1:
+                    for i in range(3):
+                        for j in range(3):
+                            for e in range(count):
+                                whole[3 * i + j, e] += stiffnesses[e] * places[3 * a + i, e] * places[3 * b + j, e]
                 scatter(whole, slots, begin, count, a, b, values)
 
 
@@ -211,13 +225,15 @@ class QuadraticElements(Elements):
     elements are straight-sided: at rest the midpoints are halfway between the nodes.
     """
 
-    def __init__(self, mesh: Mesh, tissue: Tissue | Material, pattern: BlockPattern | None = None):
-        super().__init__(ten_nodes(mesh), len(mesh.nodes) + len(mesh.edges), tissue, pattern)
+    group = 1
+
+    def __init__(self, mesh: Mesh, tissue: Tissue | Material):
+        super().__init__(ten_nodes(mesh), len(mesh.nodes) + len(mesh.edges), tissue, None)
         self.gradients, self.volumes = shape_gradients(mesh)
-        slopes = quadratic_gradients(
-            QUADRATURE_POINTS
-        )  # of all four coordinates, the first of which is 1 minus the others
+        # of all four coordinates, the first of which is 1 minus the others
+        slopes = quadratic_gradients(QUADRATURE_POINTS)
         self._slopes = np.ascontiguousarray(slopes[:, :, 1:] - slopes[:, :, :1])
+        self._constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli, self.group)
 
     def resistance(self) -> np.ndarray:
         squares = np.zeros(self.couples.shape)
@@ -227,12 +243,25 @@ class QuadraticElements(Elements):
         return self._resistance(squares)
 
     def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
-        constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli)
-        return energy_and_force(x, *constants, 1, *self.law, force)
+        return energy_and_force(x, *self._constants, *self.law, force)
 
     def least_det(self, x: np.ndarray) -> float:
         return float(least_det(x, self.couples, self._slopes, self.gradients))
 
     def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
-        constants = (self.couples, self._slopes, self.gradients, self.volumes, *self.moduli, *self.law)
-        add_stiffness(x, *constants, definite, slots, values)
+        add_stiffness(x, *self._constants, *self.law, definite, slots, values)
+
+
+class MeanDilatation(QuadraticElements):
+    """Ψ = W(s) at four points and V U(mean θ) for each element (Nagtegaal, Parks, Rice 1974): P2 / P0.
+
+    As the mean of θ is one number, an element of ten nodes keeps enough freedom when ν tends to 1/2; plain elements,
+    which resist at four points, lock. In the linear case it is the mixed element of quadratic displacements and a
+    constant pressure (Malkus and Hughes 1978).
+    """
+
+    group = N_POINTS
+
+    def __init__(self, mesh: Mesh, tissue: Tissue | Material):
+        super().__init__(mesh, tissue)
+        self.law = law_of(self.tissue.law)

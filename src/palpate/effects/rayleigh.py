@@ -41,7 +41,13 @@ class Rayleigh(Force, Proportional):
         return np.zeros((self._slots.size, 3, 3))
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        self._assemble(x)
+        self._blocks[:] = 0.0
+        if self._elastic is not None:
+            self._elastic.add_stiffness(x, True, self._slots, self._blocks)
+            self._blocks *= self._time
+        places = np.diagonal(self._slots, axis1=1, axis2=2)
+        for i in range(3):
+            self._blocks[places, i, i] += self._shares
         _subtract_products(self.couples, self._blocks, v, force)
 
     def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:
@@ -50,15 +56,6 @@ class Rayleigh(Force, Proportional):
             self._elastic.add_stiffness(x, True, slots, stiffness)
             values += self._time * stiffness
         scatter(np.diagonal(slots, axis1=1, axis2=2).ravel(), self._masses, values)
-
-    def _assemble(self, x: np.ndarray) -> None:
-        self._blocks[:] = 0.0
-        if self._elastic is not None:
-            self._elastic.add_stiffness(x, True, self._slots, self._blocks)
-            self._blocks *= self._time
-        places = np.diagonal(self._slots, axis1=1, axis2=2)
-        for i in range(3):
-            self._blocks[places, i, i] += self._shares
 
 
 @numba.njit(cache=True)

@@ -11,13 +11,12 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
+from palpate.bodies.mesh import components
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Goals
 from palpate.errors import InputError
 from palpate.linalg.polar import nearest
-from palpate.linalg.polar import rotations as rotations
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,13 +77,8 @@ def _edges(particles: Particles) -> np.ndarray:
 def _pieces(edges: np.ndarray, count: int) -> list[np.ndarray]:
     if not len(edges):
         return [np.arange(count)]
-    number, labels = connected_components(_graph(edges, count), directed=False)
-    order = np.argsort(labels, kind="stable")
-    return np.split(order, np.cumsum(np.bincount(labels, minlength=number))[:-1])
-
-
-def _graph(edges: np.ndarray, count: int) -> sparse.coo_array:
-    return sparse.coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(count, count))
+    labels = components(edges, count)
+    return np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
 
 
 def _neighbourhoods(tetrahedra: np.ndarray, count: int, each: bool) -> list[np.ndarray]:
@@ -127,8 +121,7 @@ def _cubes(nodes: np.ndarray, settings: dict) -> list[np.ndarray]:
 def _check_joined(clusters: Clusters, edges: np.ndarray, count: int) -> None:
     firsts = np.repeat(clusters.members[clusters.starts[:-1]], np.diff(clusters.starts))
     shared = np.stack([firsts, clusters.members], axis=1)
-    parts = connected_components(_graph(shared, count), directed=False)[0]
-    if parts > connected_components(_graph(np.concatenate([shared, edges]), count), directed=False)[0]:
+    if components(shared, count).max() > components(np.concatenate([shared, edges]), count).max():
         raise InputError(
             "shape_matching.clusters share too few particles to hold the body together: increase edge_m or overlap"
         )
@@ -141,9 +134,8 @@ DEPENDENT = 1e-6
 """A term is dependent if its part orthogonal to the earlier terms is below this, relative to the cluster's size."""
 
 
-def orthonormal_terms(
-    nodes: np.ndarray, masses: np.ndarray, members: np.ndarray, starts: np.ndarray, terms: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+@numba.njit(cache=True)
+def orthonormal_terms(nodes, masses, members, starts, terms):
     """Compute the orthonormal terms φ of all clusters, and the frames L that give q = L φ.
 
     nodes : (n, 3) [m]; masses : (n_members,) [kg], a particle's share of mass in this cluster; terms : their number
@@ -152,12 +144,6 @@ def orthonormal_terms(
     """
     shares, basis = np.empty(len(members)), np.zeros((len(members), terms))
     frames, ranks = np.zeros((len(starts) - 1, 3, 3)), np.zeros(len(starts) - 1, dtype=np.int64)
-    _orthonormal(nodes, masses, members, starts, shares, basis, frames, ranks)
-    return shares, basis, frames, ranks
-
-
-@numba.njit(cache=True)
-def _orthonormal(nodes, masses, members, starts, shares, basis, frames, ranks):
     for c in range(len(starts) - 1):
         first, last = starts[c], starts[c + 1]
         total = masses[first:last].sum()
@@ -197,6 +183,7 @@ def _orthonormal(nodes, masses, members, starts, shares, basis, frames, ranks):
             if j < 3:
                 frames[c, j, j] = radius * length
                 ranks[c] += 1
+    return shares, basis, frames, ranks
 
 
 @numba.njit(cache=True)

@@ -123,9 +123,6 @@ def _gauss(degree: int) -> tuple[np.ndarray, np.ndarray]:
     return (points + 1.0) / 2.0, weights / 2.0
 
 
-_GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(3)
-
-
 def enclosed_volume(mesh: Mesh, x: np.ndarray) -> float:
     """Compute the volume [m³] within the surface of ``mesh`` whose nodes are at ``x`` (n, 3) [m].
 
@@ -136,9 +133,9 @@ def enclosed_volume(mesh: Mesh, x: np.ndarray) -> float:
     if len(x) == len(mesh.nodes):
         return float(np.linalg.det(x[corners]).sum()) / 6.0
     places = x[np.hstack([corners, midpoints(mesh, corners)])]
-    volume = 0.0
-    for u, by_u in zip(0.5 * (_GAUSS + 1.0), 0.5 * _WEIGHTS, strict=True):
-        for v, by_v in zip(0.5 * (_GAUSS + 1.0), 0.5 * _WEIGHTS, strict=True):
+    volume, rule = 0.0, list(zip(*_gauss(4), strict=True))
+    for u, by_u in rule:
+        for v, by_v in rule:
             shape, along = _shapes(u, v * (1.0 - u))
             point, first, last = (np.einsum("a,mai->mi", each, places) for each in (shape, *along))
             volume += by_u * by_v * (1.0 - u) * float(np.vdot(point, np.cross(first, last)))

@@ -11,8 +11,7 @@ from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.effects.bed import BedSprings
 from palpate.effects.elements import PLAIN_POISSON, Elements, largest_poisson, warn_of_locking
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.mean_dilatation import MeanDilatation
-from palpate.effects.quadratic_elements import QuadraticElements
+from palpate.effects.quadratic_elements import MeanDilatation, QuadraticElements
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import BlockPattern, hold, pattern_of, product
 from palpate.linalg.conjugate_gradients import linear_response

@@ -1,7 +1,6 @@
 """The contact effect by itself: derivatives, limits, its table of contacts, and the pairs that can touch."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -197,7 +196,7 @@ def test_projecting_is_the_nearest_place(cube):
     contact.at(h)
     contact.project(body.nodes, x, v, h)
     assert x[:, 2].min() > FLOOR["height_m"]
-    unbalanced = partial(force_of, contact)(x) - (body.masses / h**2)[:, None] * (x - body.nodes - down)
+    unbalanced = force_of(contact, x) - (body.masses / h**2)[:, None] * (x - body.nodes - down)
     assert np.abs(unbalanced).max() < 1e-6 * np.abs(force_of(contact, x)).max()
     assert v == pytest.approx((x - body.nodes) / h, abs=1e-12)
 

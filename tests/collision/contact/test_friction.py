@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
-from palpate.collision.contact import barrier, friction
+from palpate.collision.contact import barrier
 from palpate.collision.contact.barrier import thresholds
+from palpate.collision.contact.friction import LaggedFriction
 
 SLIP = 0.02
 
@@ -20,7 +22,7 @@ def contacts():
 
 def lagged(contacts, coefficient=0.4):
     arguments, x = contacts
-    return friction.lagged_friction(*arguments, x, coefficient, SLIP, x)
+    return LaggedFriction(arguments, x, coefficient, SLIP, x)
 
 
 @pytest.mark.parametrize("amount", [0.1, 0.5, 1.0, 30.0])
@@ -63,7 +65,7 @@ def test_normal_forces_are_the_barriers(contacts):
     arguments, x = contacts
     kinds, nodes, offsets, scales, _, gap = arguments
     unmollified = kinds, nodes, offsets, scales, np.zeros(30), gap
-    state, force = friction.lagged_friction(*unmollified, x, 0.4, SLIP, x), np.zeros_like(x)
+    state, force = LaggedFriction(unmollified, x, 0.4, SLIP, x), np.zeros_like(x)
     barrier.add_force(*unmollified, x, force)
     for row, weights, normal, push in zip(state.nodes, state.weights, state.normals, state.forces, strict=True):
         assert np.abs(force[row] - push * np.outer(weights, normal)).max() < 1e-12 * push
@@ -75,18 +77,12 @@ def test_nothing_at_rest_and_along_the_normal_and_the_limit_beyond_slip(contacts
     assert state.energy(x) == 0.0
     for way, expected in ((1.0, 0.0), (0.0, 1.0)):
         for k, row in enumerate(state.nodes):
-            aside = np.cross(state.normals[k], [0.3, -0.5, 0.8])
+            aside, weights = np.cross(state.normals[k], [0.3, -0.5, 0.8]), state.weights[k]
+            direction = way * state.normals[k] + (1.0 - way) * aside / np.linalg.norm(aside)
             moved, force = x.copy(), np.zeros_like(x)
-            moved[row] += (
-                3.0
-                * SLIP
-                * np.outer(
-                    state.weights[k] / (state.weights[k] @ state.weights[k]),
-                    way * state.normals[k] + (1.0 - way) * aside / np.linalg.norm(aside),
-                )
-            )
+            moved[row] += 3.0 * SLIP * np.outer(weights / (weights @ weights), direction)
             state.add_force(moved, force)
-            size = np.linalg.norm(force[row]) / np.linalg.norm(state.weights[k])
+            size = np.linalg.norm(force[row]) / np.linalg.norm(weights)
             assert abs(size - expected * state.limits[k]) < 1e-9 * state.limits[k]
 
 
@@ -108,8 +104,8 @@ def test_a_point_on_a_slope_stays_below_the_angle_of_friction_and_slides_above(s
     x[0, 2] = resting_height(arguments, x, -weight[2])
     speed, start = 0.0, x[0].copy()
     for _ in range(20):
-        state, begin = friction.lagged_friction(*arguments, x, mu, slip, x), x.copy()
-        x[0, 0] = bisect(lambda u, s=state, b=begin: step_force(u, s, b, mass, speed, h, weight), x[0, 0], 1.0)  # noqa: B023
+        state, begin = LaggedFriction(arguments, x, mu, slip, x), x.copy()
+        x[0, 0] = brentq(step_force, x[0, 0], 1.0, args=(state, begin, mass, speed, h, weight), xtol=1e-20)
         speed = (x[0, 0] - begin[0, 0]) / h
     if slope < mu:
         assert 0.0 < x[0, 0] - start[0] < 20 * slip
@@ -132,12 +128,4 @@ def resting_height(arguments, x, load):
         barrier.add_force(*arguments, y, out)
         return out[0, 2] - load
 
-    return bisect(force, 1e-9, 1e-3)
-
-
-def bisect(function, low, high):
-    """Find where ``function``, positive at ``low``, becomes zero."""
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if function(middle) > 0.0 else (low, middle)
-    return low
+    return brentq(force, 1e-9, 1e-3, xtol=1e-20)

@@ -54,15 +54,6 @@ def test_intersecting_triangles_share_the_point_returned(corners):
         assert triangle_pairs_distance(np.repeat(points[:, None], 3, axis=1), triangles)[0].max() < 1e-13
 
 
-@pytest.mark.parametrize("kind", EXACT["SHARES"], ids=lambda kind: kind.__name__)
-def test_nothing_is_lost_in_degenerate_pairs(kind):
-    pairs = kind(np.random.default_rng(10), 500)
-    distance, on_a, on_b = triangle_pairs_distance(pairs[:, :3], pairs[:, 3:])
-    assert np.isfinite(distance).all()
-    assert np.isfinite(on_a).all()
-    assert np.isfinite(on_b).all()
-
-
 def moved(a, signed, direction, part):
     return a - (part * signed)[:, None, None] * direction[:, None]
 
@@ -91,11 +82,11 @@ def test_no_translation_along_any_normal_is_shorter():
 
 def test_disjoint_it_is_the_distance():
     a, b = np.random.default_rng(14).normal(size=(2, 500, 3, 3))
-    signed, direction, _ = triangle_pairs_contact(a, b)
-    distance, on_a, on_b = triangle_pairs_distance(a, b)
+    signed, direction, places = triangle_pairs_contact(a, b)
+    distance = triangle_pairs_distance(a, b)[0]
     apart = ~triangle_pairs_intersect(a, b)
     assert np.array_equal(signed[apart], distance[apart])
-    np.testing.assert_allclose((distance[:, None] * direction)[apart], (on_a - on_b)[apart], atol=1e-14)
+    np.testing.assert_allclose((distance[:, None] * direction)[apart], (places[:, 0] - places[:, 1])[apart], atol=1e-14)
 
 
 def test_by_hand():
@@ -120,12 +111,12 @@ def test_crossing_segments_have_no_depth_but_a_direction():
 
 
 @pytest.mark.parametrize("kind", EXACT["SHARES"], ids=lambda kind: kind.__name__)
-def test_degenerate_pairs_have_a_sign_and_a_unit_vector(kind):
+def test_degenerate_pairs_have_a_sign_places_and_a_unit_vector(kind):
     pairs = kind(np.random.default_rng(15), 500)
     a, b = pairs[:, :3], pairs[:, 3:]
-    signed, direction, _ = triangle_pairs_contact(a, b)
+    signed, direction, places = triangle_pairs_contact(a, b)
     meets = triangle_pairs_intersect(a, b)
-    assert np.isfinite(signed).all()
+    assert np.isfinite(signed).all() and np.isfinite(places).all()
     assert (signed[meets] <= 0).all()
     assert (signed[~meets] >= 0).all()
     np.testing.assert_allclose(np.linalg.norm(direction, axis=1), 1.0, rtol=1e-12)
@@ -136,35 +127,23 @@ NODES = np.arange(4)
 
 def exact_square(kind, x):
     """Compute d² as a fraction: the least over all corners, and all lines and planes whose minimum lies inside."""
-    x = [[Fraction(float(c)) for c in row] for row in x]
-    e, f, r = (x[2], x[3], x[0]) if kind == POINT_TRIANGLE else (x[1], x[3], x[0])
+    x = np.array([[Fraction(float(c)) for c in row] for row in x])
     if kind == POINT_TRIANGLE:
-        r, e, f = minus(x[1], r), minus(e, x[1]), minus(f, x[1])
+        r, e, f = x[1] - x[0], x[2] - x[1], x[3] - x[1]
         corners = [(Fraction(0), Fraction(0)), (Fraction(1), Fraction(0)), (Fraction(0), Fraction(1))]
     else:
-        r, e, f = minus(r, x[2]), minus(e, x[0]), minus(x[2], f)
+        r, e, f = x[0] - x[2], x[1] - x[0], x[2] - x[3]
         corners = [(Fraction(s), Fraction(t)) for s, t in ((0, 0), (1, 0), (1, 1), (0, 1))]
-    at = lambda s, t: [a + s * b + t * c for a, b, c in zip(r, e, f, strict=True)]  # noqa: E731
-    squares = [dot(at(*corner), at(*corner)) for corner in corners]
-    for first, second in zip(corners, corners[1:] + corners[:1], strict=True):
-        start, way = at(*first), minus(at(*second), at(*first))
-        if dot(way, way) > 0 and 0 < (part := -dot(start, way) / dot(way, way)) < 1:
-            point = [a + part * b for a, b in zip(start, way, strict=True)]
-            squares.append(dot(point, point))
-    if (det := dot(e, e) * dot(f, f) - dot(e, f) ** 2) > 0:
-        s = (dot(e, f) * dot(f, r) - dot(f, f) * dot(e, r)) / det
-        t = (dot(e, f) * dot(e, r) - dot(e, e) * dot(f, r)) / det
+    ends = [r + s * e + t * f for s, t in corners]
+    points = [*ends]
+    for start, way in zip(ends, np.roll(ends, -1, axis=0) - ends, strict=True):
+        if way @ way > 0 and 0 < (part := -(start @ way) / (way @ way)) < 1:
+            points.append(start + part * way)
+    if (det := (e @ e) * (f @ f) - (e @ f) ** 2) > 0:
+        s, t = ((e @ f) * (f @ r) - (f @ f) * (e @ r)) / det, ((e @ f) * (e @ r) - (e @ e) * (f @ r)) / det
         if min(s, t) > 0 and (s + t < 1 if kind == POINT_TRIANGLE else max(s, t) < 1):
-            squares.append(dot(at(s, t), at(s, t)))
-    return min(squares)
-
-
-def minus(a, b):
-    return [p - q for p, q in zip(a, b, strict=True)]
-
-
-def dot(a, b):
-    return sum(p * q for p, q in zip(a, b, strict=True))
+            points.append(r + s * e + t * f)
+    return min(point @ point for point in points)
 
 
 def shapes(rng, count):

@@ -28,7 +28,7 @@ def limit(kinds, nodes, offsets, clearances, x, motion, keep=0.1):
     Traps: conservative; t may be short of the possible by SLACK of the kept clearance, and by more where parts rotate
     fast at hardly any clearance, so that MAX_STEPS end the search.
     """
-    work, least = _workspace(), 1.0
+    work, least = (np.empty((4, 3)), np.empty((4, 3)), np.empty(4)), 1.0
     for k in range(len(kinds)):
         if (
             clearances[k] > 0.0
@@ -56,21 +56,15 @@ def _relative_motion(kind, nodes, motion):
 @numba.njit(cache=True)
 def limits(kinds, nodes, offsets, x, motion, keep=0.1):
     """Find the ``limit`` of each stencil by itself, (k,)."""
-    work, found = _workspace(), np.empty(len(kinds))
+    work, found = (np.empty((4, 3)), np.empty((4, 3)), np.empty(4)), np.empty(len(kinds))
     for k in range(len(kinds)):
         found[k] = _advance(kinds[k], nodes[k], offsets[k], x, motion, keep, 1.0, work)
     return found
 
 
 @numba.njit(cache=True)
-def _workspace():
-    """Allocate arrays that are overwritten for each stencil: nodes, velocities, weights."""
-    return np.empty((4, 3)), np.empty((4, 3)), np.empty(4)
-
-
-@numba.njit(cache=True)
 def _advance(kind, nodes, offset, x, motion, keep, longest, work):
-    """Find the limit of one stencil, if it is less than ``longest``."""
+    """Find the limit of one stencil, if it is less than ``longest``; work : its nodes, velocities and weights."""
     y, velocity, weights = work
     size = _velocities(nodes, motion, velocity)
     if not np.isfinite(size):

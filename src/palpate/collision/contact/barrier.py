@@ -6,6 +6,7 @@ it out as edges become parallel, where their distance has a kink.
 
 import numba
 import numpy as np
+from scipy import sparse
 
 from palpate.collision.triangles.closest_points import (
     EDGE_EDGE,
@@ -49,10 +50,10 @@ def stencils(first: Surface, second: Surface, pairs: np.ndarray) -> tuple[np.nda
 
 def adjacent_pairs(triangles: np.ndarray) -> np.ndarray:
     """List pairs i < j (p, 2) of ``triangles`` (m, 3) that share a node but are not one triangle twice, sorted."""
-    order = np.argsort(triangles, axis=None, kind="stable")
-    starts = np.flatnonzero(np.diff(triangles.ravel()[order], prepend=-1, append=-1))
-    pairs = _pairs_within(order // 3, starts)
-    return np.unique(pairs[pairs[:, 0] < pairs[:, 1]], axis=0)
+    cells, count = np.repeat(np.arange(len(triangles)), 3), int(triangles.max(initial=-1)) + 1
+    corners = sparse.csr_array((np.ones(len(cells)), (cells, triangles.ravel())), shape=(len(triangles), count))
+    shared = sparse.triu(corners @ corners.T, k=1).tocoo()
+    return np.unique(np.column_stack(shared.coords), axis=0).astype(np.int64)
 
 
 def _first_occurrences(keys):
@@ -60,21 +61,6 @@ def _first_occurrences(keys):
     owned = np.zeros(len(keys), dtype=bool)
     owned[np.unique(keys, return_index=True)[1]] = True
     return owned
-
-
-@numba.njit(cache=True)
-def _pairs_within(members, starts):
-    """List all ordered pairs (p, 2) of ``members`` from one start to the next."""
-    count = 0
-    for g in range(len(starts) - 1):
-        count += (starts[g + 1] - starts[g]) ** 2
-    pairs, count = np.empty((count, 2), np.int64), 0
-    for g in range(len(starts) - 1):
-        for i in range(starts[g], starts[g + 1]):
-            for j in range(starts[g], starts[g + 1]):
-                pairs[count, 0], pairs[count, 1] = members[i], members[j]
-                count += 1
-    return pairs
 
 
 @numba.njit(cache=True)
@@ -293,7 +279,7 @@ def energy(kinds, nodes, offsets, scales, mollify, gap, x):
     """Sum scale · gap · m · b((d − offset)/gap) [J] over stencils whose parts are less than ``gap`` [m] from touching.
 
     kinds : (k,) of POINT_TRIANGLE or EDGE_EDGE; nodes : (k, 4); offsets : (k,) [m] sums of the parts' radii;
-    scales : (k,) [N]; mollify : (k,) [m⁴] from mollifier.thresholds; x : (n, 3) [m]
+    scales : (k,) [N]; mollify : (k,) [m⁴] from ``thresholds``; x : (n, 3) [m]
     +inf where parts touch or overlap. Li et al. 2020, eq. 5; in s, so that a force has the size of ``scale``.
     Trap: the energy of parallel edges is zero whatever their distance; their ends keep apart from the triangles
     beside the other edge, so pass both kinds of stencils.

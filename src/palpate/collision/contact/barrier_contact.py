@@ -8,67 +8,23 @@ from scipy import sparse
 
 from palpate.bodies.particles import Particles
 from palpate.collision.contact import barrier
-from palpate.collision.contact.friction import LaggedFriction, lagged_friction
+from palpate.collision.contact.friction import LaggedFriction
 from palpate.collision.contact.obstacles import (
     Obstacle,
     Overlap,
-    describe,
     displace_nodes,
     first_overlap,
     make_obstacle,
     nodes_of_pieces,
     pieces_of,
-    sizes_of,
 )
 from palpate.collision.contact.proximity import NearStencils, Proximity
 from palpate.collision.contact.push_apart import Movable, start_outside
-from palpate.effects.effect import (
-    Contacts,
-    Driven,
-    Effect,
-    Energy,
-    HeldNodes,
-    Observation,
-    Placement,
-    Projection,
-    Relaxation,
-    StepBegin,
-    StepLimit,
-    Time,
-    Touching,
-)
+from palpate.effects import effect
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import gather, hold
 from palpate.linalg.multigrid import Factor
 from palpate.solvers.newton import Product, minimise
-
-
-def contact_table(
-    near: NearStencils, points: np.ndarray, velocities: np.ndarray, names: list[str], radii: np.ndarray
-) -> pd.DataFrame:
-    """Tabulate each pair in contact at ``points`` (n, 3) [m], of surfaces with ``radii`` (p,) [m] around them.
-
-    velocities : (n, 3) [m/s] of the points
-    first, second : names of the surfaces, in the order of ``names``; x_m, y_m, z_m : midway between them;
-    normal_x … : from the second to the first; gap_m : their clearance, never negative (a depth, less than zero);
-    velocity_x_m_s … : of the first relative to the second there; force_n : along the normal
-    """
-    active = lagged_friction(*near.barrier, points, 1.0, 1.0, points)
-    sides, normals = near.pieces[active.rows], active.normals
-    ends = np.einsum("ki,kij->kj", np.maximum(active.weights, 0.0), points[active.nodes])
-    others = -np.einsum("ki,kij->kj", np.minimum(active.weights, 0.0), points[active.nodes])
-    distance = np.linalg.norm(ends - others, axis=1)
-    middle = 0.5 * (ends + others) + 0.5 * (radii[sides[:, 1]] - radii[sides[:, 0]])[:, None] * normals
-    order = np.where(sides[:, 0] <= sides[:, 1], 1.0, -1.0)[:, None]
-    normals = order * normals
-    moving = order * np.einsum("ki,kij->kj", active.weights, velocities[active.nodes])
-    sides = np.sort(sides, axis=1).T
-    columns = {side: [names[i] for i in pieces] for side, pieces in zip(("first", "second"), sides, strict=True)}
-    columns |= {f"{letter}_m": middle[:, axis] for axis, letter in enumerate("xyz")}
-    columns |= {f"normal_{letter}": normals[:, axis] for axis, letter in enumerate("xyz")}
-    columns |= {f"velocity_{letter}_m_s": moving[:, axis] for axis, letter in enumerate("xyz")}
-    return pd.DataFrame(columns | {"gap_m": distance - near.offsets[active.rows], "force_n": active.forces})
-
 
 TOLERANCE = 1e-8
 """Relative residual at which the place counts as found."""
@@ -76,24 +32,17 @@ MAX_ITERATIONS = 40
 """Iterations of Newton's method: a path that is stopped by one obstacle after another is better halved."""
 
 
-def project(
-    contact: "Contact",
-    start: np.ndarray,
-    target: np.ndarray,
-    free: np.ndarray,
-    inertia: np.ndarray,
-    last_forces: np.ndarray,
-) -> np.ndarray:
+def project(contact: "Contact", start: np.ndarray, target: np.ndarray, inertia: np.ndarray) -> np.ndarray:
     """Find the z (n, 3) [m] of least ½ Σ inertia |z − target|² + E(z), on an intersection-free path from ``start``.
 
-    E : the energy of ``contact``; free : (n,) bool, others stay; inertia : (n,) [N/m], mass over squared step;
-    last_forces : (n, 3) [N], forces of contact that are likely to act again, a guess that saves half of the iterations
-    Raises NotConverged if it is not found.
+    E : the energy of ``contact``; inertia : (n,) [N/m], mass over squared step. Held nodes stay. The forces of the last
+    step are likely to act again, a guess that saves half of the iterations. Raises NotConverged if it is not found.
     """
-    target = np.where(free[:, None], target, start)
-    problem = _Problem(contact, target, free, inertia)
+    free = contact._free[:, None]
+    target = np.where(free, target, start)
+    problem = _Problem(contact, target, inertia)
     displacement = target - start
-    guess = displacement + np.where(free[:, None], last_forces / inertia[:, None], 0.0)
+    guess = displacement + np.where(free, contact._last_forces / inertia[:, None], 0.0)
     starts = [start, *(start + contact.limit(start, motion) * motion for motion in (displacement, guess))]
     start = min(starts, key=problem.energy)
     scale = float(np.linalg.norm(inertia[:, None] * displacement)) + float(np.linalg.norm(problem.force(start)))
@@ -103,8 +52,8 @@ def project(
 class _Problem:
     """The minimisation, in the form that Newton's method needs."""
 
-    def __init__(self, contact: "Contact", target: np.ndarray, free: np.ndarray, inertia: np.ndarray):
-        self._contact, self._target, self._free, self._inertia = contact, target, free, inertia[:, None]
+    def __init__(self, contact: "Contact", target: np.ndarray, inertia: np.ndarray):
+        self._contact, self._target, self._free, self._inertia = contact, target, contact._free, inertia[:, None]
 
     def energy(self, z: np.ndarray) -> float:
         away = z - self._target
@@ -140,32 +89,25 @@ MAX_TRAVEL = 0.25
 """Longest motion of one search step, in sizes of the largest piece: what is farther away is found later."""
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Contact":
+def make(particles: Particles, settings: dict, elastic: effect.Effect | None) -> "Contact":
     """Make the contact of the particles' pieces with each other and with the entries of ``settings["instruments"]``.
 
     settings : also ``gap_m`` [m], ``friction`` (Coulomb's coefficient), ``slip_m_s`` [m/s], the speed at which friction
         reaches its limit, ``self_contact`` (whether a piece can touch itself), ``push_out`` (whether what overlaps at
         the start is moved apart, instead of refused); all are optional
 
-    Raises InputError for what ``make_obstacle`` refuses, and for a gap that does not suit the smallest piece.
+    Raises InputError for what ``make_obstacle`` and ``Contact`` refuse.
     """
     middle, obstacles = particles.nodes.mean(axis=0), []
     for number, entry in enumerate(settings.get("instruments", [])):
         place = f"{particles.name}: contact.instruments[{number}]"
         obstacles.append(make_obstacle(entry, place, f"{entry['kind']}_{number}", particles.size, middle))
-    size, gap = min(sizes_of(particles, pieces_of(particles))), settings.get("gap_m")
-    least, largest = (fraction * size for fraction in GAPS)
-    if gap is not None and not least <= gap <= largest:
-        raise InputError(
-            f"{particles.name}: contact.gap_m is {gap:g}, and the smallest piece is {size:.3g} m long; "
-            f"give from {least:.2g} to {largest:.2g}, or leave it out."
-        )
     return Contact(particles, obstacles, settings)
 
 
 class Contact(
-    Energy, Time, HeldNodes, Placement, StepBegin, Driven, StepLimit, Touching, Projection, Relaxation,
-    Observation, Contacts,
+    effect.Energy, effect.Time, effect.HeldNodes, effect.Placement, effect.StepBegin, effect.Driven, effect.StepLimit,
+    effect.Touching, effect.Projection, effect.Relaxation, effect.Observation, effect.Contacts,
 ):  # fmt: skip
     """Barrier contact with optional friction, for implicit and explicit integrators.
 
@@ -180,13 +122,22 @@ class Contact(
     Friction uses the directions and normal forces at the step's beginning, and creeps below ``slip_m_s``. Traps:
     surfaces at rest are up to ``gap_m`` apart, so make that small against the resolution; a first touch has no
     friction for one step.
+
+    Raises InputError for a gap that does not suit the smallest piece.
     """
 
     def __init__(self, particles: Particles, obstacles: list[Obstacle], settings: dict):
         self.obstacles: list[Obstacle] = obstacles
         bodies = pieces_of(particles)
-        sizes = sizes_of(particles, bodies)
-        self.gap_m = settings.get("gap_m") or GAP * min(sizes)
+        sizes = [float(np.ptp(particles.nodes[piece.ravel()], axis=0).max()) for piece in bodies]
+        size, gap = min(sizes), settings.get("gap_m")
+        least, largest = (fraction * size for fraction in GAPS)
+        if gap is not None and not least <= gap <= largest:
+            raise InputError(
+                f"{particles.name}: contact.gap_m is {gap:g}, and the smallest piece is {size:.3g} m long; "
+                f"give from {least:.2g} to {largest:.2g}, or leave it out."
+            )
+        self.gap_m = gap or GAP * size
         self._friction, self._slip = settings.get("friction", 0.0), settings.get("slip_m_s", 1e-3)
         self._n, self._masses, self._max_travel = len(particles.nodes), particles.masses, MAX_TRAVEL * max(sizes)
         self._time, self._checked, self.work_j = 0.0, False, 0.0
@@ -241,11 +192,11 @@ class Contact(
         self._lasts = h
         if not self._checked:
             if found := self._overlap(start):
-                raise InputError(describe(found, self.names))
+                raise InputError(found.describe(self.names))
             self._checked = True
         if self._friction:
             near = self._proximity.find_near(start, 0.0)
-            self._lagged = lagged_friction(*near.barrier, start, self._friction, self._slip * h, start)
+            self._lagged = LaggedFriction(near.barrier, start, self._friction, self._slip * h, start)
         self._move_obstacles(self._time)
         motion = self._all_points(x) - start
         self._path = motion[self._n :]
@@ -312,7 +263,7 @@ class Contact(
             travel = float(np.sqrt(np.square(x - begin).sum(axis=1).max()))
             if travel <= self._max_travel and not len(self._proximity.find_near(self._all_points(begin), travel).kinds):
                 return
-            found = project(self, begin, x, self._free, self._masses / h**2, self._last_forces)
+            found = project(self, begin, x, self._masses / h**2)
         except NotConverged:
             if not halvings:
                 raise
@@ -348,10 +299,28 @@ class Contact(
         return row
 
     def contacts(self, x: np.ndarray) -> pd.DataFrame:
-        """Tabulate the contacts at ``x`` (n, 3) [m], as in ``contact_table``, with the mean velocities of the step."""
+        """Tabulate each pair in contact at ``x`` (n, 3) [m], with the mean velocities of the step.
+
+        first, second : names of the surfaces, in the order of ``names``; x_m, y_m, z_m : midway between them;
+        normal_x … : from the second to the first; gap_m : their clearance, never negative (a depth, less than zero);
+        velocity_x_m_s … : of the first relative to the second there; force_n : along the normal
+        """
         points = self._all_points(x)
-        velocities = (points - self._began) / self._lasts
-        return contact_table(self._near(points), points, velocities, self.names, self._radii)
+        near, velocities = self._near(points), (points - self._began) / self._lasts
+        active = LaggedFriction(near.barrier, points, 1.0, 1.0, points)
+        sides, normals = near.pieces[active.rows], active.normals
+        ends = np.einsum("ki,kij->kj", np.maximum(active.weights, 0.0), points[active.nodes])
+        others = -np.einsum("ki,kij->kj", np.minimum(active.weights, 0.0), points[active.nodes])
+        distance = np.linalg.norm(ends - others, axis=1)
+        middle = 0.5 * (ends + others) + 0.5 * (self._radii[sides[:, 1]] - self._radii[sides[:, 0]])[:, None] * normals
+        order = np.where(sides[:, 0] <= sides[:, 1], 1.0, -1.0)[:, None]
+        normals = order * normals
+        moving = order * np.einsum("ki,kij->kj", active.weights, velocities[active.nodes])
+        sides = np.sort(sides, axis=1).T
+        columns = {side: [self.names[i] for i in row] for side, row in zip(("first", "second"), sides, strict=True)}
+        for start, values, unit in (("", middle, "_m"), ("normal_", normals, ""), ("velocity_", moving, "_m_s")):
+            columns |= {f"{start}{letter}{unit}": values[:, axis] for axis, letter in enumerate("xyz")}
+        return pd.DataFrame(columns | {"gap_m": distance - near.offsets[active.rows], "force_n": active.forces})
 
     def _overlap(self, points: np.ndarray) -> Overlap | None:
         return first_overlap(points, self._surfaces, self._can_touch, self._is_floor, self._near(points))

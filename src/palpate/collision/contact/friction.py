@@ -1,7 +1,5 @@
 """Coulomb friction as a potential: smooth at rest, with the directions and normal forces of an earlier state."""
 
-from dataclasses import dataclass
-
 import numba
 import numpy as np
 
@@ -9,33 +7,36 @@ from palpate.collision.contact.barrier import barrier, mollifier
 from palpate.collision.triangles.closest_points import closest_points
 
 
-@dataclass(frozen=True, eq=False)
 class LaggedFriction:
     """Σ μ λ f₀(|u|), where u is the tangential part of Σ wᵢ (xᵢ − startᵢ) with w, normals and λ of an earlier state.
 
     f₀(u) = u²/ε − u³/(3 ε²) for u < ε, u − ε/3 beyond it (Li et al. 2020, eq. 14–17, without the constant, which has no
-    force): friction is at its limit from ε = ``slip_m`` on; IPC's is a speed times the length of the step.
+    force): friction is at its limit from ε = ``slip_m`` on; IPC's is a speed times the length of the step. A normal
+    force is the barrier's, m scale |b′| (eq. 13); stencils without one are left out.
 
+    stencils : the first six arguments of barrier.energy, in their state at ``x`` (n, 3) [m]; friction : coefficient μ;
+    slip_m : > 0 [m]; start : (n, 3) [m]
     rows : (a,) of the active stencils; nodes, weights : (a, 4); normals : (a, 3); forces : (a,) λ [N];
-    limits : (a,) μ λ [N]; start : (n, 3) [m]
+    limits : (a,) μ λ [N]
     Traps: below the limit contacts creep; and friction with the directions and forces of an earlier state has the error
     of their change since: lag and solve again until they no longer change.
     """
 
-    rows: np.ndarray
-    nodes: np.ndarray
-    weights: np.ndarray
-    normals: np.ndarray
-    forces: np.ndarray
-    limits: np.ndarray
-    start: np.ndarray
-    slip_m: float
+    def __init__(self, stencils: tuple, x: np.ndarray, friction: float, slip_m: float, start: np.ndarray):
+        kinds, nodes, offsets, scales, mollify, gap = stencils
+        distance, weights, normals = closest_points(kinds, nodes, x)
+        forces = _normal_forces(nodes, (distance - offsets) / gap, scales, mollify, x)
+        self.rows = np.flatnonzero(forces > 0.0)
+        self.nodes, self.weights, self.normals = nodes[self.rows], weights[self.rows], normals[self.rows]
+        self.forces, self.limits = forces[self.rows], friction * forces[self.rows]
+        self._state = (self.nodes, self.weights, self.normals, self.limits, slip_m)
+        self._start = start.copy()
 
     def energy(self, x: np.ndarray) -> float:
-        return _energy(self.nodes, self.weights, self.normals, self.limits, self.slip_m, x, self.start)
+        return _energy(*self._state, x, self._start)
 
     def add_force(self, x: np.ndarray, force: np.ndarray) -> None:
-        _add_force(self.nodes, self.weights, self.normals, self.limits, self.slip_m, x, self.start, force)
+        _add_force(*self._state, x, self._start, force)
 
     def blocks(self, x: np.ndarray, definite: bool) -> tuple[np.ndarray, np.ndarray]:
         """Compute nodes (a, 4) and second derivatives (a, 4, 4, 3, 3) [N/m].
@@ -44,32 +45,7 @@ class LaggedFriction:
         Both are positive semi-definite. Trap: a sliding contact has no curvature along its direction, so a step with
         the exact ones goes far beyond where it should stick; with the parabola's it gets there in few steps.
         """
-        values = _blocks(self.nodes, self.weights, self.normals, self.limits, self.slip_m, x, self.start, definite)
-        return self.nodes, values
-
-
-def lagged_friction(
-    kinds: np.ndarray,
-    nodes: np.ndarray,
-    offsets: np.ndarray,
-    scales: np.ndarray,
-    mollify: np.ndarray,
-    gap: float,
-    x: np.ndarray,
-    friction: float,
-    slip_m: float,
-    start: np.ndarray,
-) -> LaggedFriction:
-    """Set up friction of barrier.energy's stencils as they are at ``x`` (n, 3) [m], against motion since ``start``.
-
-    friction : coefficient μ; slip_m : > 0 [m]; start : (n, 3) [m]
-    A normal force is the barrier's, m scale |b′| (Li et al. 2020, eq. 13); stencils without one are left out.
-    """
-    distance, weights, normals = closest_points(kinds, nodes, x)
-    forces = _normal_forces(nodes, (distance - offsets) / gap, scales, mollify, x)
-    rows = np.flatnonzero(forces > 0.0)
-    acting = weights[rows], normals[rows], forces[rows]
-    return LaggedFriction(rows, nodes[rows], *acting, friction * forces[rows], start.copy(), slip_m)
+        return self.nodes, _blocks(*self._state, x, self._start, definite)
 
 
 @numba.njit(cache=True, error_model="numpy")

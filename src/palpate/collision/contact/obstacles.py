@@ -54,36 +54,27 @@ def make_obstacle(settings: dict, place: str, name: str, size: float, middle: np
     """
     times = np.array(settings.get("times_s", []), dtype=float)
     shifts = np.array(settings.get("shifts_m", []), dtype=float).reshape(-1, 3)
-    points, triangles = _SHAPES[settings["kind"]](settings, size, middle)
+    points, triangles = _shape(settings, size, middle)
     name, radius = settings.get("name", name), settings.get("radius_m", 0.0)
     if not all((np.abs(lengths) <= LARGEST).all() for lengths in (points, shifts, np.array(radius))):
         raise InputError(f"{place} has a length of more than {LARGEST:g} m; give all lengths in metres.")
     return Obstacle(name, settings["kind"], points, triangles, radius, times, shifts)
 
 
-def _sphere(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return np.array([settings["center_m"]], dtype=float), np.array([[0, 0, 0]])
+def _shape(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points and triangles of an entry; a floor is one triangle, wide enough."""
+    if settings["kind"] == "sphere":
+        return np.array([settings["center_m"]], dtype=float), np.array([[0, 0, 0]])
+    if settings["kind"] == "capsule":
+        return np.array([settings["from_m"], settings["to_m"]], dtype=float), np.array([[0, 1, 1]])
+    if settings["kind"] == "mesh":
+        from palpate.bodies.mesh_file import load_surface
 
-
-def _capsule(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return np.array([settings["from_m"], settings["to_m"]], dtype=float), np.array([[0, 1, 1]])
-
-
-def _floor(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Make one triangle, wide enough."""
+        return load_surface(settings["file"], settings.get("scale_m", 1.0))
     up = "xyz".index(settings.get("axis", "z"))
     corners = np.array([[-1.0, -1.0], [3.0, -1.0], [-1.0, 3.0]]) * FLOOR_HALF_WIDTH * size
     points = np.insert(corners + np.delete(middle, up), up, settings["height_m"], axis=1)
     return points, np.array([[0, 1, 2]]) if up != 1 else np.array([[0, 2, 1]])
-
-
-def _mesh(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    from palpate.bodies.mesh_file import load_surface
-
-    return load_surface(settings["file"], settings.get("scale_m", 1.0))
-
-
-_SHAPES = {"sphere": _sphere, "capsule": _capsule, "floor": _floor, "mesh": _mesh}
 
 
 def pieces_of(particles: Particles) -> list[np.ndarray]:
@@ -98,11 +89,6 @@ def pieces_of(particles: Particles) -> list[np.ndarray]:
 def nodes_of_pieces(particles: Particles) -> list[np.ndarray]:
     """List the nodes (k,) of each of ``pieces_of``, those inside it included."""
     return [np.unique(cells[chosen]) for cells, chosen in _pieces(particles)]
-
-
-def sizes_of(particles: Particles, pieces: list[np.ndarray]) -> list[float]:
-    """Compute the longest side of each piece's box [m], whatever the distance between pieces."""
-    return [float(np.ptp(particles.nodes[piece.ravel()], axis=0).max()) for piece in pieces]
 
 
 def _pieces(particles: Particles) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -121,25 +107,15 @@ LEAST_CLEARANCE = 1e-8
 
 @dataclass(frozen=True)
 class Overlap:
-    """Two surfaces, ``first`` and ``second``, that overlap, and how: one of WORDS."""
+    """Two surfaces, ``first`` and ``second``, that overlap, and how: a sentence with a place for each name."""
 
     first: int
     second: int
-    how: str
+    sentence: str
 
-
-WORDS = {
-    "itself": "{0} intersects itself where the scene begins; choose another start.",
-    "cross": "{0} intersects {1} where the scene begins; move them apart.",
-    "inside": "{0} is inside {1} where the scene begins; move it out.",
-    "touch": "{0} and {1} touch where the scene begins; move them apart.",
-}
-"""Each way to overlap in a sentence with the names of both surfaces."""
-
-
-def describe(found: Overlap, names: list[str]) -> str:
-    """Return the sentence of an overlap."""
-    return WORDS[found.how].format(names[found.first], names[found.second])
+    def describe(self, names: list[str]) -> str:
+        """Return the sentence, given the names of all surfaces."""
+        return self.sentence.format(names[self.first], names[self.second])
 
 
 def first_overlap(
@@ -155,19 +131,19 @@ def first_overlap(
     for i, j in np.argwhere(np.triu(can_touch)).tolist():
         if i == j:
             if len(crossing_pairs(trees[i])[0]):
-                return Overlap(i, i, "itself")
+                return Overlap(i, i, "{0} intersects itself where the scene begins; choose another start.")
             continue
         if len(crossing_pairs(trees[i], trees[j])[0]):
-            return Overlap(i, j, "cross")
+            return Overlap(i, j, "{0} intersects {1} where the scene begins; move them apart.")
         for inner, outer in ((i, j), (j, i)):
             inside = winding_number(points[surfaces[inner][0, 0]], points[surfaces[outer]])
             if inside > (0.0 if is_floor[outer] else 0.5):
-                return Overlap(inner, outer, "inside")
+                return Overlap(inner, outer, "{0} is inside {1} where the scene begins; move it out.")
     touching = np.flatnonzero(near.clearances(points) <= LEAST_CLEARANCE * near.gap)
     if not len(touching):
         return None
     first, second = sorted(near.pieces[touching[0]].tolist())
-    return Overlap(first, second, "touch")
+    return Overlap(first, second, "{0} and {1} touch where the scene begins; move them apart.")
 
 
 def winding_number(point: np.ndarray, corners: np.ndarray) -> float:

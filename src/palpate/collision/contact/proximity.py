@@ -128,17 +128,16 @@ class Proximity:
         offsets = self._thicknesses[pieces].sum(axis=1)
         clearance = closest_points(kinds, nodes, points)[0] - offsets
         kept = np.flatnonzero((clearance <= self._gap + 2.0 * self._reach) & self.movable[nodes].any(axis=1))
+        kept = kept[np.argsort(clearance[kept], kind="stable")]
         kinds, nodes, offsets, pieces = kinds[kept], nodes[kept], offsets[kept], pieces[kept]
         strengths = self._strengths[nodes]
         scales = strengths.sum(axis=1) / np.maximum((strengths > 0.0).sum(axis=1), 1)
         mollify = thresholds(kinds, nodes, self._rest)
-        return NearStencils(kinds, nodes, offsets, scales, mollify, self._gap, pieces, clearance[kept]).by_clearance(
-            points
-        )
+        return NearStencils(kinds, nodes, offsets, scales, mollify, self._gap, pieces, clearance[kept])
 
     def _pairs(self) -> list[tuple[int, int]]:
         """List pieces that can touch themselves, and pairs that can touch and whose roots overlap."""
-        overlapping = overlapping_trees(self._trees).tolist() if len(self._trees) > 1 else []
+        overlapping = overlapping_trees(self._trees).tolist()
         return [(i, i) for i in self._adjacent] + [(i, j) for i, j in overlapping if self._can_touch[i, j]]
 
     def _stencils_between(self, i: int, j: int) -> tuple[np.ndarray, np.ndarray]:

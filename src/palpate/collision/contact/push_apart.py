@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.collision.contact.obstacles import Overlap, describe, displace_nodes
+from palpate.collision.contact.obstacles import Overlap, displace_nodes
 from palpate.collision.contact.proximity import Proximity
 from palpate.errors import InputError, NotConverged
 
@@ -94,7 +94,7 @@ def start_outside(
     apart = push_apart(points, movable, find)
     found = find(apart)
     if found is not None:
-        raise InputError(f"{describe(found, names)[:-1]}, since push_out found no way out.")
+        raise InputError(f"{found.describe(names)[:-1]}, since push_out found no way out.")
     back = np.zeros_like(points)
     back[count:] = points[count:] - apart[count:]
     if not back.any():

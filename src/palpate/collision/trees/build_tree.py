@@ -16,14 +16,16 @@ CHILD, FIRST, LAST, KIND = range(4)
 
 
 @numba.njit(cache=True)
-def triangle_boxes(points, triangles, boxes, centres):
+def triangle_boxes(points, triangles):
     """Compute the least and greatest coordinates (m, 6) of triangles, and the midpoints between them (m, 3) [m]."""
+    boxes, centres = np.empty((len(triangles), 6)), np.empty((len(triangles), 3))
     for t in range(len(triangles)):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         for i in range(3):
             low = min(points[a, i], points[b, i], points[c, i])
             high = max(points[a, i], points[b, i], points[c, i])
             boxes[t, i], boxes[t, 3 + i], centres[t, i] = low, high, 0.5 * low + 0.5 * high
+    return boxes, centres
 
 
 @numba.njit(cache=True)

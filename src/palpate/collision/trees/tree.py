@@ -2,18 +2,8 @@
 
 import numpy as np
 
-from palpate.collision.trees.build_tree import (
-    KIND,
-    LEAF,
-    box_areas,
-    build,
-    choose_axes,
-    gather_corners,
-    refit_boxes,
-    refit_dops,
-    refit_obbs,
-    triangle_boxes,
-)
+from palpate.collision.trees import build_tree
+from palpate.collision.trees.build_tree import KIND
 from palpate.collision.trees.volumes import AABB, BOTH, DIRECTIONS, KINDS, SPHERE
 from palpate.collision.triangles.intersection import coordinates
 from palpate.errors import InputError
@@ -62,14 +52,12 @@ class Tree:
             raise InputError(NOT_FINITE)
         if len(self.triangles) and not 0 <= self.triangles.min() <= self.triangles.max() < len(points):
             raise InputError(f"triangles of a tree name nodes that do not exist; there are {len(points)} points.")
-        boxes, centres = np.empty((len(self.triangles), 6)), np.empty((len(self.triangles), 3))
-        triangle_boxes(points, self.triangles, boxes, centres)
-        self.nodes, self.order, self.height = self._divide(boxes, centres)
+        self.nodes, self.order, self.height = self._divide(*build_tree.triangle_boxes(points, self.triangles))
         self._leaf_triangles = self.triangles[self.order]
         self._allocate()
         self._gather(points)
         if self.structure == "obb":
-            choose_axes(self.nodes, self._corners, self._frames, self._axes)
+            build_tree.choose_axes(self.nodes, self._corners, self._frames, self._axes)
         self._fit(0.0)
         self._built_cost = self._cost()
 
@@ -104,7 +92,7 @@ class Tree:
 
     def _divide(self, boxes: np.ndarray, centres: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
         """Split triangles with these boxes (m, 6) and centres (m, 3) into nodes, whose kind is still their level."""
-        return build(boxes, centres, LEAF)
+        return build_tree.build(boxes, centres, build_tree.LEAF)
 
     def _allocate(self) -> None:
         n, levels = len(self.nodes), self.nodes[:, KIND].copy()
@@ -122,7 +110,7 @@ class Tree:
             self.boxes = np.empty((n, 2 * len(DIRECTIONS.get(self.structure, DIRECTIONS["aabb"]))))
 
     def _gather(self, points: np.ndarray) -> None:
-        if not gather_corners(points, self._leaf_triangles, self._corners):
+        if not build_tree.gather_corners(points, self._leaf_triangles, self._corners):
             raise InputError(NOT_FINITE)
         self.points = points
 
@@ -131,11 +119,11 @@ class Tree:
             return
         where = (self.nodes, self._corners, pad)
         if self.structure == "obb":
-            refit_obbs(*where, self._frames, self._axes, self.boxes)
+            build_tree.refit_obbs(*where, self._frames, self._axes, self.boxes)
         elif self.structure in ("dop14", "dop18"):
-            refit_dops(*where, DIRECTIONS[self.structure], self.boxes)
+            build_tree.refit_dops(*where, DIRECTIONS[self.structure], self.boxes)
         else:
-            refit_boxes(*where, self.boxes, self.spheres)
+            build_tree.refit_boxes(*where, self.boxes, self.spheres)
 
     def _cost(self) -> float:
-        return box_areas(self.nodes, self._corners) if len(self.triangles) else 0.0
+        return build_tree.box_areas(self.nodes, self._corners) if len(self.triangles) else 0.0

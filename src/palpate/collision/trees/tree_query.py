@@ -51,9 +51,6 @@ def crossing_pairs(tree_a: Tree, tree_b: Tree | None = None) -> tuple[np.ndarray
 
 
 def _search(tree_a: Tree, tree_b: Tree, same: bool) -> tuple[np.ndarray, int]:
-    if not len(tree_a.triangles) or not len(tree_b.triangles):
-        return np.empty((0, 2), np.int64), 0
-    check_comparable(tree_a, tree_b)
     return search_nodes(tree_a, tree_b, same, (tree_a.nodes, tree_a.order), (tree_b.nodes, tree_b.order))
 
 
@@ -67,7 +64,11 @@ def search_nodes(
     """Find pairs (k, 2), unsorted, of what the overlapping leaves of two trees hold, and count the tests of nodes.
 
     within, others : nodes and order of each tree, or others of the same shape; same : whether both trees are one
+    Raises InputError unless the volumes of both trees can be tested against each other.
     """
+    if not len(tree_a.triangles) or not len(tree_b.triangles):
+        return np.empty((0, 2), np.int64), 0
+    check_comparable(tree_a, tree_b)
     one = (*within, tree_a.spheres, tree_a.boxes)
     other = (*others, tree_b.spheres, tree_b.boxes)
     stack = np.empty((4 * (tree_a.height + tree_b.height) + 8, 2), np.int32)
@@ -148,7 +149,6 @@ def _find(nodes_a, order_a, spheres_a, boxes_a, nodes_b, order_b, spheres_b, box
 
 @numba.njit(cache=True, forceinline=True)
 def _share_node(triangles, t, u):
-    """Test whether two triangles share a node."""
     for p in range(3):
         for q in range(3):
             if triangles[t, p] == triangles[u, q]:
@@ -208,9 +208,6 @@ def volume_pairs(tree_a: StoppedTree, tree_b: StoppedTree) -> tuple[np.ndarray, 
 
     No pair of triangles that intersect is outside the pairs of leaves found. Raises InputError as ``candidates`` does.
     """
-    if not len(tree_a.triangles) or not len(tree_b.triangles):
-        return np.empty((0, 2), np.int64), 0
-    check_comparable(tree_a, tree_b)
     return search_nodes(tree_a, tree_b, False, (tree_a.volumes, tree_a.numbers), (tree_b.volumes, tree_b.numbers))
 
 
@@ -259,16 +256,12 @@ def overlaps(tree_a: Tree, tree_b: Tree, pairs: np.ndarray) -> tuple[np.ndarray,
     middle of what both have in common, along the line of centres if one is a sphere. Volumes are compared as in the
     search: as spheres if both have one, as AABBs if both have these, else as a sphere and an AABB; there are no others.
     """
-    places, directions, depths = np.empty((len(pairs), 3)), np.empty((len(pairs), 3)), np.empty(len(pairs))
-    _overlaps(
-        tree_a.nodes, tree_a.spheres, tree_a.boxes, tree_b.nodes, tree_b.spheres, tree_b.boxes, pairs, places,
-        directions, depths,
-    )  # fmt: skip
-    return places, directions, depths
+    return _overlaps(tree_a.nodes, tree_a.spheres, tree_a.boxes, tree_b.nodes, tree_b.spheres, tree_b.boxes, pairs)
 
 
 @numba.njit(cache=True)
-def _overlaps(nodes_a, spheres_a, boxes_a, nodes_b, spheres_b, boxes_b, pairs, places, directions, depths):
+def _overlaps(nodes_a, spheres_a, boxes_a, nodes_b, spheres_b, boxes_b, pairs):
+    places, directions, depths = np.empty((len(pairs), 3)), np.empty((len(pairs), 3)), np.empty(len(pairs))
     for k in range(len(pairs)):
         a, b = pairs[k, 0], pairs[k, 1]
         kind_a, kind_b = nodes_a[a, KIND], nodes_b[b, KIND]
@@ -282,6 +275,7 @@ def _overlaps(nodes_a, spheres_a, boxes_a, nodes_b, spheres_b, boxes_b, pairs, p
             depths[k] = _of_sphere_and_box(spheres_b[b], boxes_a[a], places[k], directions[k])
             for axis in range(3):
                 directions[k, axis] = -directions[k, axis]
+    return places, directions, depths
 
 
 @numba.njit(cache=True)

@@ -90,14 +90,12 @@ def triangle_pairs_contact(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np
     depth is 0, in a direction perpendicular to both. Trap: the depth jumps where an edge is perpendicular to the other
     triangle at one of its edges; it is the larger one there. Raises InputError as ``triangle_pairs_intersect`` does.
     """
-    a, b = check_pairs(a, b)
-    signed, direction, places = np.empty(len(a)), np.empty((len(a), 3)), np.empty((len(a), 2, 3))
-    _measure_depth(a, b, signed, direction, places)
-    return signed, direction, places
+    return _measure_depth(*check_pairs(a, b))
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _measure_depth(a, b, signed, direction, places):
+def _measure_depth(a, b):
+    signed, direction, places = np.empty(len(a)), np.empty((len(a), 3)), np.empty((len(a), 2, 3))
     points, scaled, sums = np.empty((6, 3)), np.empty((6, 3)), new_accumulator()
     weights, found = np.empty(4), np.empty((3, 3))
     # each cut may at most double the corners, and does so only by rounding
@@ -116,6 +114,7 @@ def _measure_depth(a, b, signed, direction, places):
         for side in range(2):
             for axis in range(3):
                 places[n, side, axis] = math.ldexp(found[side, axis], exponent)
+    return signed, direction, places
 
 
 @numba.njit(cache=True, error_model="numpy")

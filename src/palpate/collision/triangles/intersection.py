@@ -188,7 +188,7 @@ def triangle_pairs_intersect(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     The answer is exact for the coordinates as given, and the same in every order of corners and of arguments. Triangles
     are closed: touching at a vertex, an edge or a face, and lying in one plane with a common point, count as
     intersecting; a degenerate one is a segment or a point. Method: paper 3, chapter 4, "by projection to a lower
-    dimension"; see ``triangle_pair``. Raises InputError for wrong shapes and for coordinates that are not finite.
+    dimension"; see ``triangles_intersect``. Raises InputError for wrong shapes and for coordinates that are not finite.
     """
     a, b = check_pairs(a, b)
     triangles = np.arange(3 * len(a)).reshape(-1, 3)
@@ -258,14 +258,12 @@ def crossing_segments(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndar
     Traps: the ends are ill-conditioned where the planes are nearly parallel, and they ignore coordinates below 1e-308
     of a pair's largest. Raises InputError as ``triangle_pairs_intersect`` does.
     """
-    a, b = check_pairs(a, b)
-    crossing, ends = np.zeros(len(a), dtype=bool), np.zeros((len(a), 2, 3))
-    _find_crossings(a, b, crossing, ends)
-    return crossing, ends
+    return _find_crossings(*check_pairs(a, b))
 
 
 @numba.njit(cache=True)
-def _find_crossings(a, b, crossing, ends):
+def _find_crossings(a, b):
+    crossing, ends = np.zeros(len(a), dtype=np.bool_), np.zeros((len(a), 2, 3))
     points, scaled, sums = np.empty((6, 3)), np.empty((6, 3)), new_accumulator()
     for n in range(len(a)):
         points[:3], points[3:] = a[n], b[n]
@@ -274,6 +272,7 @@ def _find_crossings(a, b, crossing, ends):
         for end in range(2):
             for axis in range(3):
                 ends[n, end, axis] = math.ldexp(ends[n, end, axis], exponent)
+    return crossing, ends
 
 
 @numba.njit(cache=True)

@@ -21,18 +21,12 @@ BOUND_3D = (7.0 + 56.0 * 2.0**-53) * 2.0**-53
 BOUND_2D = (3.0 + 16.0 * 2.0**-53) * 2.0**-53
 UNDERFLOW = 1e-290
 """Added to the bounds: far above the underflow of products, and not subnormal itself, which would be slow."""
+_TURNS = (((0, 1, 2), 1), ((1, 2, 0), 1), ((2, 0, 1), 1), ((0, 2, 1), -1), ((1, 0, 2), -1), ((2, 1, 0), -1))
 TERMS_3D = np.array(
     [
         (side * turn, *(row + (row >= left_out) for row in rows))
         for left_out, side in enumerate((1, -1, 1, -1))
-        for rows, turn in (
-            ((0, 1, 2), 1),
-            ((1, 2, 0), 1),
-            ((2, 0, 1), 1),
-            ((0, 2, 1), -1),
-            ((1, 0, 2), -1),
-            ((2, 1, 0), -1),
-        )
+        for rows, turn in _TURNS
     ]
 )
 """Sign, and the points that give x, y and z, of each product of the (4, 4) determinant with a column of ones."""
@@ -86,7 +80,6 @@ def orient2d(points, i, j, k, axis, sums):
 
 @numba.njit(cache=True)
 def coincide(points, i, j):
-    """Test whether points i and j coincide."""
     return points[i, 0] == points[j, 0] and points[i, 1] == points[j, 1] and points[i, 2] == points[j, 2]
 
 

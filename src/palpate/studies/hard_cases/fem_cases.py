@@ -15,9 +15,8 @@ from palpate.effects.effect import Effect
 from palpate.effects.elements import PLAIN_POISSON, Elements
 from palpate.effects.held import Held
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.mean_dilatation import MeanDilatation
 from palpate.effects.patch_load import nodal_load
-from palpate.effects.quadratic_elements import QuadraticElements
+from palpate.effects.quadratic_elements import MeanDilatation, QuadraticElements
 from palpate.effects.springs import Springs
 from palpate.solvers import backward_euler
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.timing import processor_seconds
-from palpate.effects import shape_matching
 from palpate.effects.shape_matching import TERMS
+from palpate.linalg.polar import rotations
 from palpate.scenes.matched_boxes import DIVISIONS, stepper
 from palpate.table import Table
 
@@ -50,7 +50,7 @@ def measure(repeats: int) -> pd.DataFrame:
 def rotation_speedup(count: int = 20_000, seed: int = 0, repeats: int = 5) -> float:
     """Measure the speed-up of ``rotations`` over batched ``numpy.linalg.svd`` on ``count`` normal random matrices."""
     matrices = np.random.default_rng(seed).normal(size=(count, 3, 3))
-    calls = partial(shape_matching.rotations, matrices), partial(np.linalg.svd, matrices)
+    calls = partial(rotations, matrices), partial(np.linalg.svd, matrices)
     fast, lapack = np.median([[processor_seconds(call, TIMED_S) for call in calls] for _ in range(repeats)], axis=0)
     return float(lapack / fast)
 

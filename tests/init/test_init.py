@@ -24,10 +24,9 @@ from palpate.cli import main
 from palpate.effects.bed import BedSprings
 from palpate.errors import InputError
 from palpate.init import choose
-from palpate.init.choose import FINE_TETRAHEDRA, _bed, _regimes
+from palpate.init.choose import FINE_TETRAHEDRA, Likeness, _bed, _regimes
 from palpate.init.command import _schema, init, init_each, told
 from palpate.init.data import body_name, recognise
-from palpate.init.likeness import Likeness
 from palpate.run.settings import complete
 
 ROOT = Path(__file__).parents[2]
@@ -220,8 +219,8 @@ def replace_count(mesh, count):
 
 
 def test_a_step_that_takes_long_is_told_while_it_does(capsys):
-    with told("the data", every_s=0.02) as progress:
-        progress.say("a mesh of 140 surface nodes")
+    with told("the data", every_s=0.02) as say:
+        say("a mesh of 140 surface nodes")
         time.sleep(0.1)
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) >= 2 and all("a mesh of 140 surface nodes, 0 s so far" in line for line in lines)

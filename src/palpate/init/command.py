@@ -5,7 +5,7 @@ import shutil
 import sys
 import threading
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from os.path import relpath
 from pathlib import Path
@@ -15,10 +15,9 @@ import numpy as np
 
 from palpate.errors import InputError
 from palpate.files import write_whole
-from palpate.init.choose import Choice, choose
+from palpate.init.choose import Choice, Likeness, choose
 from palpate.init.config_text import config_text, lies_on
 from palpate.init.data import Data, body_name, labels_of, recognise
-from palpate.init.likeness import Likeness
 from palpate.studies.enrichment.figures import bodies
 
 ROOT = Path(__file__).parents[3]
@@ -48,17 +47,22 @@ def init(
     file = config_file(data, paths, folder)
     if file.exists():
         raise InputError(f"{file} exists and is kept; delete it, or give another folder with --folder.")
-    lines = [
-        *write_config(data, file, hold),
-        f"wrote    {file}, with a comment on every line; change there what you know better, then",
-        f"  {typed(run_of(file))}",
-    ]
-    return "\n".join(lines)
+    lines = write_config(data, file, hold)
+    lines.append(f"wrote    {file}, with a comment on every line; change there what you know better, then")
+    return "\n".join([*lines, f"  {typed(run_of(file))}"])
 
 
 def config_file(data: Data, paths: Sequence[Path], folder: Path | None) -> Path:
-    """Return where the configuration goes: to ``folder``, or beside the data into a folder with the body's name."""
-    return (folder or _beside(paths[-1], data.name)) / "config.yaml"
+    """Return where the configuration goes: to ``folder``, or beside the data into a folder with the body's name.
+
+    That is another one if the data themselves are a folder of this name.
+    """
+    if folder is None:
+        place = paths[-1].resolve()
+        folder = place.parent / data.name
+        folder = folder if folder.resolve() != place else folder.with_name(f"{data.name}_config")
+        folder = folder if relpath(folder).startswith("..") else Path(relpath(folder))
+    return folder / "config.yaml"
 
 
 def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
@@ -66,9 +70,9 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
 
     Raises InputError if there can be no such body, or nothing can be written.
     """
-    with warnings.catch_warnings(record=True) as caught, told("the data") as progress:
+    with warnings.catch_warnings(record=True) as caught, told("the data") as say:
         warnings.simplefilter("always")
-        choice = choose(data.name, data.entry, hold, progress.say)
+        choice = choose(data.name, data.entry, hold, say)
     said = dict.fromkeys(str(warning.message) for warning in caught if warning.category is UserWarning)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -107,13 +111,6 @@ def init_each(
     if left_out:
         raise InputError(left_out[0].partition(": ")[2])
     return "\n".join(done)
-
-
-def _beside(path: Path, name: str) -> Path:
-    """Return the folder beside the data that has the body's name, and another one if that is the data."""
-    folder = path.resolve().parent / name
-    folder = Path(relpath(folder)) if not relpath(folder).startswith("..") else folder
-    return folder if folder.resolve() != path.resolve() else folder.with_name(f"{name}_config")
 
 
 def run_of(file: Path) -> str:
@@ -175,39 +172,23 @@ def _compared(like: Likeness | None) -> list[str]:
     return [f"warning: {about}, as thin or sharp parts are lost; more surface_nodes hardly help"]
 
 
-EVERY_S = 4.0
-"""Time between two lines [s]; nobody should wonder for longer whether anything happens."""
-
-
-class Progress:
-    """The step that is being taken; ``step`` is its words."""
-
-    def __init__(self) -> None:
-        self.step, self._begun = "", perf_counter()
-
-    def say(self, step: str) -> None:
-        """Begin another step."""
-        self.step, self._begun = step, perf_counter()
-
-    def line(self) -> str:
-        """Return the step, and for how long it has been taken."""
-        return f"         {self.step}, {perf_counter() - self._begun:.0f} s so far"
-
-
 @contextmanager
-def told(first: str, every_s: float = EVERY_S) -> Iterator[Progress]:
-    """Print the step that is being taken in the block every few seconds, from ``first`` on."""
-    progress, over = Progress(), threading.Event()
-    progress.say(first)
+def told(step: str, every_s: float = 4.0) -> Iterator[Callable[[str], None]]:
+    """Print every few seconds the step that is being taken in the block; yield what begins the next one."""
+    begun, over = perf_counter(), threading.Event()
+
+    def say(words: str) -> None:
+        nonlocal step, begun
+        step, begun = words, perf_counter()
 
     def tick() -> None:
         while not over.wait(every_s):
-            print(progress.line(), flush=True)
+            print(f"         {step}, {perf_counter() - begun:.0f} s so far", flush=True)
 
     thread = threading.Thread(target=tick, daemon=True)
     thread.start()
     try:
-        yield progress
+        yield say
     finally:
         over.set()
         thread.join()

@@ -7,13 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from palpate.errors import InputError
-from palpate.models.enrichment.features import (
-    body_axis,
-    contact_frame,
-    kinds,
-    nearest_first,
-    nearest_first_framed,
-)
+from palpate.models.enrichment.features import body_axis, contact_frame, kinds, nearest_first
 
 
 def turned(db, angle):
@@ -98,11 +92,11 @@ def test_framed_ties_do_not_depend_on_numbering():
     angles = np.arange(12) * np.pi / 6
     ring = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(12)])
     frame = contact_frame(np.array([0.0, 0.0, 1.0]), np.eye(3))
-    wanted = ring[nearest_first_framed(ring, np.zeros(3), frame, 2.0)]
+    wanted = ring[nearest_first(ring, np.zeros(3), 2.0, frame)]
     for seed in range(20):
         random = np.random.default_rng(seed)
         shuffled = random.permutation(ring) + 1e-15 * random.normal(size=ring.shape)
-        found = shuffled[nearest_first_framed(shuffled, np.zeros(3), frame, 2.0)]
+        found = shuffled[nearest_first(shuffled, np.zeros(3), 2.0, frame)]
         assert found == pytest.approx(wanted, abs=1e-12)
 
 

@@ -12,7 +12,6 @@ from palpate.models.enrichment.paper_enrichment import (
     WEIGHTS,
     BlendWeights,
     LinearRegressor,
-    fit_linear,
     gaussian,
     inverse,
     normalise,
@@ -148,7 +147,7 @@ def fitting(db, settings):
 @pytest.mark.parametrize("features", ["unordered", "ordered"])
 def test_samples_and_their_multiples_are_reproduced(db, fitting, features):
     """18 samples, and no feature vector is shorter than 30; those in the contact's frame depend on each other here."""
-    method = fit_linear(fitting, features)
+    method = LinearRegressor(fitting, features)
     for i in (0, 7, 17):
         found = method.predict(0.5 * db.coarse_paper[i], int(db.contact[i]), db.force[i])
         assert found == pytest.approx(0.5 * db.fine[i], abs=1e-4 * db.peaks[i])
@@ -167,5 +166,5 @@ def test_it_is_the_map_of_least_norm(db, fitting):
 def test_more_samples_than_numbers_are_fitted_by_least_squares(db, settings):
     short = replace(settings, neighbours=2)  # six numbers for 18 samples
     fitting = Fitting.of(db, TRAIN, "paper", short)
-    found = fit_linear(fitting, "framed").predict(db.coarse_paper[20], int(db.contact[20]), db.force[20])
+    found = LinearRegressor(fitting, "framed").predict(db.coarse_paper[20], int(db.contact[20]), db.force[20])
     assert np.isfinite(found).all() and np.linalg.norm(found, axis=1).max() < 3 * db.peaks[20]

@@ -30,13 +30,6 @@ class Training:
     peaks: np.ndarray
     fold: np.ndarray
 
-    def score(self, gram: np.ndarray, blends: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
-        """Evaluate each candidate by cross-validation, (candidates,): mean RMSE / peak over the training samples.
-
-        Arguments as of ``errors``.
-        """
-        return self.errors(gram, blends).mean(axis=-1)
-
     def errors(self, gram: np.ndarray, blends: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
         """Compute the RMSE / peak of each candidate and sample, (candidates, k), by cross-validation.
 

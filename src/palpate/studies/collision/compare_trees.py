@@ -20,13 +20,13 @@ EVERY = 10**9
 
 def installed() -> tuple[dict[str, type], list[str]]:
     """Return the rivals that can be imported, by the name of their structure, and the packages that cannot."""
-    packages: dict[str, dict[str, type]] = {
-        "fcl": {"obb_rss_fcl": Fcl},
-        "coal": {"obb_coal": Coal, "obb_coal_refit": CoalRefit},
+    rivals: dict[str, tuple[str, type]] = {
+        "obb_rss_fcl": ("fcl", Fcl),
+        "obb_coal": ("coal", Coal),
+        "obb_coal_refit": ("coal", CoalRefit),
     }
-    missing = [package for package in packages if find_spec(package) is None]
-    found = [kinds for package, kinds in packages.items() if package not in missing]
-    return {name: kind for kinds in found for name, kind in kinds.items()}, missing
+    missing = [package for package in ("fcl", "coal") if find_spec(package) is None]
+    return {name: kind for name, (package, kind) in rivals.items() if package not in missing}, missing
 
 
 class Fcl:
@@ -72,9 +72,9 @@ class Coal:
         self._asked = coal.CollisionRequest()
         self._asked.num_max_contacts, self._asked.enable_contact = EVERY, False
         self._found = coal.CollisionResult()
-        self._build(points)
+        Coal.update(self, points)  # a build, also of those that are refitted
 
-    def _build(self, points: list[np.ndarray]) -> None:
+    def update(self, points: list[np.ndarray]) -> None:
         self._models = []
         for moved, triangles in zip(points, self._triangles, strict=True):
             model = self._coal.BVHModelOBB()
@@ -84,10 +84,7 @@ class Coal:
             model.endModel()
             self._models.append(model)
 
-    update = _build
-
     def query(self) -> np.ndarray:
-        """Return the crossing pairs, (k, 2) int64, unsorted."""
         self._found.clear()
         one, other = self._models
         self._coal.collide(one, self._here, other, self._here, self._asked, self._found)
@@ -102,15 +99,13 @@ class CoalRefit(Coal):
 
     def __init__(self, triangles: list[np.ndarray], points: list[np.ndarray]):
         super().__init__(triangles, points)
-        self._filled = []
-        for moved in points:
-            # passing points one by one costs more than the refit, so the same points are passed in every frame
-            # and the new ones are written into the model's own array
-            self._filled.append(self._coal.StdVec_Vec3s())
-            self._filled[-1].extend(list(moved))
+        # passing points one by one costs more than the refit, so the same points are passed in every frame
+        # and the new ones are written into the model's own array
+        self._filled = [self._coal.StdVec_Vec3s() for _ in points]
+        for filled, moved in zip(self._filled, points, strict=True):
+            filled.extend(list(moved))
 
     def update(self, points: list[np.ndarray]) -> None:
-        """Refit the trees of both bodies to their new ``points``, (n, 3) [m] each."""
         for model, filled, moved in zip(self._models, self._filled, points, strict=True):
             model.beginReplaceModel()
             model.replaceSubModel(filled)
@@ -159,11 +154,11 @@ def measure(frames: int, refinements: int, depths: list[list[int]], seed: int, r
     Times of all trees of a scene together; a refit includes rebuilding worn trees. Rivals have no self-collision, so
     they are left out where a body collides with itself.
     """
-    tables = []
+    rows = []
     for scene in scenes(refinements, seed):
-        tables.append(_scene_rows(scene, frames, contenders(depths, with_rivals=len(scene.triangles) == 2)))
+        rows += _scene_rows(scene, frames, contenders(depths, with_rivals=len(scene.triangles) == 2))
         report(scene.name)
-    return pd.DataFrame([row for rows in tables for row in rows])
+    return pd.DataFrame(rows)
 
 
 def _scene_rows(scene: Moving, frames: int, makers: dict) -> list[dict]:
@@ -233,16 +228,11 @@ def timed(call: Callable, *given: Any) -> tuple[float, Any]:
 
 
 STAGES = ("build_ms", "refit_ms", "query_ms")
-LEAST_TRIANGLES = 5000
-"""Least number of triangles for the fit of exponents: below it the cost of calling compiled functions matters."""
 
 
 def exponents(table: pd.DataFrame) -> pd.DataFrame:
-    """Fit the slopes of log time over log triangles, from LEAST_TRIANGLES triangles on.
-
-    The columns are structure, depths, rival and one for each of STAGES.
-    """
-    kept = table[table["triangles"] >= LEAST_TRIANGLES]
+    """Fit the slopes of log time over log triangles: the columns are structure, depths, rival and STAGES."""
+    kept = table[table["triangles"] >= 5000]  # with fewer the cost of calling compiled functions matters
     rows = []
     for (structure, depths, rival), group in kept.groupby(["structure", "depths", "rival"], sort=False, dropna=False):
         row = {"structure": structure, "depths": depths, "rival": rival}

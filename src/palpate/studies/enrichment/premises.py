@@ -61,7 +61,7 @@ def split_errors(db: Database, counts: tuple[int, int], number: int, options: Fi
             readings = READINGS if kind == "contacts" else (PAPERS,)
             methods |= {(features, weights): paper_enrichment.fit(fitting, features, weights) for weights in readings}
             if kind == "contacts":
-                methods[features, LINEAR] = paper_enrichment.fit_linear(fitting, features)
+                methods[features, LINEAR] = paper_enrichment.LinearRegressor(fitting, features)
         yield _errors(db, methods, train, test, number, kind)
 
 

@@ -84,7 +84,7 @@ def draw_collision(collision) -> Figure:
     below[0].set_ylim(len(looks) - 0.5, -0.5)
     handles = []
     for shown, rival in zip(looks.values(), rows["rival"], strict=True):
-        drawn = {"ls": ":"} if rival else {"ls": "", "marker": shown.marker, "ms": 7}
+        drawn: dict = {"ls": ":"} if rival else {"ls": "", "marker": shown.marker, "ms": 7}
         handles.append(Line2D([], [], color=shown.colour, label=shown.label, **drawn))
     figure.legend(handles=handles, loc="outside lower center", ncols=6)
     return figure

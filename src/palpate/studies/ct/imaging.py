@@ -159,8 +159,6 @@ def _onto(points: np.ndarray) -> np.ndarray:
     return found
 
 
-CT_RANGE = (30, 120)
-
 SEGMENTED_SCANS = Table(
     "segmented_scans",
     "The liver found by one range of grey values in a synthetic CT and MRI, against the true one.",
@@ -179,19 +177,16 @@ def segmented_scans(ct: Image, liver: np.ndarray) -> tuple[pd.DataFrame, list[tu
     raw = mri_abdomen(spacing_m=ct.spacing_m.tolist())[0]
     rows, shown = [], []
     for scan, image in (("CT", ct), ("MRI", raw), ("MRI, evened", even_brightness(raw))):
-        found = _segmented(image, CT_RANGE if image.modality == "ct" else LIVER_SIGNALS)
+        limits = (30, 120) if image.modality == "ct" else LIVER_SIGNALS
+        try:
+            found = segment(image, {"threshold_hu": limits, "threshold": limits})
+        except InputError:
+            found = np.zeros(image.hu.shape, dtype=bool)
         volume = float(found.sum() / liver.sum() - 1)
         rows.append((scan, dice(found, liver), volume))
         if image.modality == "mri":
             shown.append((image, found))
     return SEGMENTED_SCANS.frame(rows), shown
-
-
-def _segmented(image: Image, limits: Sequence[float]) -> np.ndarray:
-    try:
-        return segment(image, {"threshold_hu": limits, "threshold": limits})
-    except InputError:
-        return np.zeros(image.hu.shape, dtype=bool)
 
 
 TISSUE_CLASSES = Table(

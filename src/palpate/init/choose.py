@@ -22,8 +22,7 @@ from palpate.bodies.surfaces.triangles import area_normals
 from palpate.errors import InputError
 from palpate.init.data import sides_of
 
-MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}
-"""Of soft tissue, unless the user knows better."""
+MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}  # of soft tissue, unless the user knows better
 # tetrahedra of the fine mesh up to which the truth, which needs eight times as many quadratic ones, takes 5 GB at most
 FINE_TETRAHEDRA = 50_000
 # contacts that samples press, and the least that can be divided into those to test, to choose by and to learn from

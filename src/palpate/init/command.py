@@ -20,10 +20,8 @@ from palpate.init.config_text import config_text, lies_on
 from palpate.init.data import Data, body_name, labels_of, recognise
 from palpate.studies.enrichment.figures import bodies
 
-ROOT = Path(__file__).parents[3]
-"""Palpate's folder, where ``make`` is typed."""
-PICTURE = "body.png"
-"""The file beside a configuration that shows the body."""
+ROOT = Path(__file__).parents[3]  # palpate's folder, where ``make`` is typed
+PICTURE = "body.png"  # the file beside a configuration that shows the body
 
 
 def init(
@@ -160,7 +158,6 @@ def _report(data: Data, choice: Choice, said: list[str], file: Path, hold: str |
 
 
 def _compared(like: Likeness | None) -> list[str]:
-    """Say how like the body is to the data."""
     if like is None:
         return []
     about = (

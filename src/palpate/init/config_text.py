@@ -89,7 +89,6 @@ def config_text(data: Data, choice: Choice, file: Path, command: str, schema: Pa
 
 
 def _numbers(choice: Choice) -> dict[str, float]:
-    """Return how hard the body is pressed, as the text names it."""
     small, deep, large = (choice.regimes[name] for name in ("small", "deep", "large"))
     peaks = {"small": small["peak_of_size"], "large": large["peak_of_size"]}
     lengths = {f"{name}_mm": 1e3 * peak * choice.coarse.size for name, peak in peaks.items()}

@@ -23,8 +23,7 @@ _OF_MESH = {
 _OF_IMAGE = _OF_MESH | {"left": ("x", "max"), "right": ("x", "min")}
 _BY_AXIS = {f"{axis}-{side}": (axis, side) for axis in "xyz" for side in ("min", "max")}
 
-HOLDS = (*_OF_MESH, *_BY_AXIS)
-"""The words that name a side."""
+HOLDS = (*_OF_MESH, *_BY_AXIS)  # the words that name a side
 
 
 def sides_of(kind: str, hold: str | None) -> list[tuple[str, str]]:

@@ -86,8 +86,7 @@ def _digest(config: Path, text: str) -> str:
     return sha256(config.read_bytes() + text.encode()).hexdigest()[:16]
 
 
-RUN = ROOT / "workflow/run.py"
-"""Runs snakemake, as make does."""
+RUN = ROOT / "workflow/run.py"  # runs snakemake, as make does
 FEW = 3
 """Presses that a mean error should have at least; twelve contacts leave six for it, some perhaps without a truth."""
 
@@ -186,7 +185,6 @@ def _advice(folder: Path) -> list[str]:
 
 
 def _ways_on(file: Path, small: Path, seconds: float) -> list[str]:
-    """Return where the results are, and how to go on."""
     minutes, rest = divmod(round(seconds), 60)
     folder, settings = file.parent, read_yaml(small)
     scene = "_".join([*settings["bodies"], *settings["regimes"]])

@@ -113,8 +113,7 @@ def _inner(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("kni,kni->k", a, b)
 
 
-FARTHEST = 1e9
-"""Ratios above are of a coarse body that has left all bounds; kept finite, they leave the scale finite."""
+FARTHEST = 1e9  # ratios above are of a coarse body that has left all bounds; kept finite, they leave the scale finite
 
 
 class Query(NamedTuple):

@@ -17,10 +17,8 @@ import numpy as np
 from palpate.benchmark.database import Database
 from palpate.errors import InputError
 
-FEATURES = ("unordered", "ordered", "framed")
-"""Kinds of feature vectors, which ``kinds`` makes."""
-TIE = 1e-9
-"""Lengths closer than this, relative to the body's size, are equal."""
+FEATURES = ("unordered", "ordered", "framed")  # kinds of feature vectors, which ``kinds`` makes
+TIE = 1e-9  # lengths closer than this, relative to the body's size, are equal
 
 
 def levels(values: np.ndarray, tolerance: float) -> np.ndarray:

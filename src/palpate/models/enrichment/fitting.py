@@ -11,8 +11,7 @@ from palpate.benchmark.model import FitOptions
 from palpate.errors import InputError
 from palpate.solvers.compliance import Compliance
 
-SMALLEST_M, LARGEST_M = 1e-100, 1e100
-"""Displacements [m] whose squares and cubes fits can compute with."""
+SMALLEST_M, LARGEST_M = 1e-100, 1e100  # displacements [m] whose squares and cubes fits can compute with
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,8 +19,7 @@ from palpate.models.enrichment.features import Features, describe, in_slots, kin
 from palpate.models.enrichment.fitting import Fitting, Training
 
 SEES, REDUCES, LAW = "deformation", "p2", "the body's"
-WEIGHTS = ("signed", "nonnegative_a", "nonnegative_b", "clipped")
-"""Kinds of weights, which ``BlendWeights`` explains."""
+WEIGHTS = ("signed", "nonnegative_a", "nonnegative_b", "clipped")  # kinds of weights, which ``BlendWeights`` explains
 LITERAL = "literal"
 """Equation (4) of the paper word for word: w sums to 1 and not A w, with A as in nonnegative_a. Only the study of the
 premises asks for it: a training sample does not reproduce itself."""

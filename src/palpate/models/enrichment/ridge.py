@@ -12,8 +12,7 @@ from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solv
 from palpate.models.enrichment.fitting import Fitting, Training
 from palpate.models.enrichment.paper_enrichment import gaussian, median_distance, squared_distances
 
-LAMBDAS = np.geomspace(1e-12, 1e2, 29)
-"""The λ tried, relative to the mean eigenvalue of the kernel matrix."""
+LAMBDAS = np.geomspace(1e-12, 1e2, 29)  # the λ tried, relative to the mean eigenvalue of the kernel matrix
 
 
 def dual_weights(among: np.ndarray, across: np.ndarray, lambdas: np.ndarray) -> np.ndarray:

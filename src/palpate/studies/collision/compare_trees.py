@@ -14,8 +14,7 @@ from palpate.collision.trees.tree_query import RefittedTrees
 from palpate.collision.triangles.brute_force import crossing
 from palpate.table import Table
 
-EVERY = 10**9
-"""Upper limit of pairs, never reached: by default both packages stop after a few pairs."""
+EVERY = 10**9  # upper limit of pairs, never reached: by default both packages stop after a few pairs
 
 
 def installed() -> tuple[dict[str, type], list[str]]:
@@ -114,10 +113,8 @@ class CoalRefit(Coal):
 
 
 PURE = ("sphere", "aabb", "obb", "dop14", "dop18")
-BLOCK = 10
-"""Consecutive frames of one structure, so that its memory is in the cache, before the next structure runs."""
-RIVALS_EVERY = 4
-"""Rivals compute every fourth frame only, because building their trees takes most of the time."""
+BLOCK = 10  # consecutive frames of one structure, so that its memory is in the cache, before the next structure runs
+RIVALS_EVERY = 4  # rivals compute every fourth frame only, because building their trees takes most of the time
 BUILDS = 3
 
 

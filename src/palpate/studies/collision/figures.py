@@ -24,8 +24,7 @@ STRUCTURES = {
 """Every structure that may occur in a table, in the order of figures."""
 
 
-_DEPTHS = ("#a6dcc8", "#66c2a5", "#009e73", "#00664a", "#003b2b")
-"""Shades of the composite trees, darker with depth."""
+_DEPTHS = ("#a6dcc8", "#66c2a5", "#009e73", "#00664a", "#003b2b")  # shades of the composite trees, darker with depth
 
 
 def look(structure: str, depths: str = "", among: Sequence[str] = ()) -> Look:
@@ -91,7 +90,6 @@ def draw_collision(collision) -> Figure:
 
 
 def _accuracy(axis, here, looks: dict) -> None:
-    """Draw query time over false pairs in one scene."""
     counted, joined = here[~here["rival"].astype(bool)], []
     for row in here.itertuples():
         shown = looks[row.structure, row.depths]
@@ -111,7 +109,6 @@ def _accuracy(axis, here, looks: dict) -> None:
 
 
 def _frames(axis, here, looks: dict) -> None:
-    """Draw query and whole frame in one scene, one row for each structure."""
     order = list(looks)
     for row in here.itertuples():
         shown, y = looks[row.structure, row.depths], order.index((row.structure, row.depths))
@@ -149,8 +146,7 @@ ERRORS = {
     "place_error_m": "error of the place [mm]",
     "reported_m": "contact reported\nat a distance of up to [mm]",
 }
-LEAST_MM = 0.01
-"""Errors below are drawn here: nothing of an organ is known better."""
+LEAST_MM = 0.01  # errors below are drawn here: nothing of an organ is known better
 
 
 @style.figure("collision_precision", tables=("collision_precision",))
@@ -185,7 +181,6 @@ def draw_collision_precision(collision_precision) -> Figure:
 
 
 def _curves(axis, here, error: str, among: list[str]) -> None:
-    """Draw one error in one scene."""
     axis.set(xscale="log", yscale="log")
     if (error == "reported_m" and not here["frames_apart"].any()) or here[error].isna().all():
         why = "never apart" if error == "reported_m" else "never in contact"

@@ -85,7 +85,6 @@ def _ratio(own: pd.DataFrame, column: str, structure: str = "composite", best: s
 
 
 def _exponents(scaling: pd.DataFrame) -> list[tuple[str, float, float]]:
-    """Return the range of each stage's exponents over own structures."""
     fits = exponents(scaling[~scaling["rival"].astype(bool)])
     return [(stage.removesuffix("_ms"), fits[stage].min(), fits[stage].max()) for stage in STAGES]
 
@@ -110,7 +109,6 @@ def _stopped(stopped: pd.DataFrame) -> dict[str, Any]:
 
 
 def _split(rows: pd.DataFrame) -> tuple[pd.DataFrame, pd.Series]:
-    """Return the rows of layers in their order, and the row of the whole tree."""
     exact = rows["exact"].astype(bool)
     return rows[~exact].sort_values("layer"), rows[exact].iloc[0]
 
@@ -130,7 +128,6 @@ def _half(scene: str, layers: pd.DataFrame, whole: pd.Series) -> dict[str, Any]:
 
 
 def _exact(scene: str, whole: pd.Series) -> dict[str, Any]:
-    """Return the errors of the contacts of triangles."""
     return {
         "scene": scene,
         "place [mm]": 1e3 * whole["place_error_m"],

@@ -156,7 +156,6 @@ def measure(
 
 
 def _course(scene: Moving, frames: int) -> list[Frame]:
-    """Find the truth about each frame."""
     spheres, found = [Tree(at, cells, "sphere") for at, cells in zip(scene.at(0.0), scene.triangles, strict=True)], []
     for time in (np.arange(frames) + 0.5) / frames:
         points, around = scene.at(time), zip(scene.at(time - SPAN), scene.at(time + SPAN), strict=True)
@@ -229,7 +228,6 @@ def _judge(contacts: ContactPoints, frame: Frame, true: np.ndarray) -> dict[str,
 
 
 def _errors(judged: pd.DataFrame, course: list[Frame]) -> dict[str, float]:
-    """Gather what a row of the table says of all frames."""
     judged = judged.reindex(columns=["reported", "false", "missed", "response", "place", "angle", "depth", "velocity"])
     apart = np.array([not len(frame.pairs) for frame in course])
     away = np.array([frame.distance for frame in course])

@@ -233,7 +233,6 @@ def _mri(axis: Axes, image: Image, found: np.ndarray, liver: np.ndarray) -> None
 
 
 def _masks(axis: Axes, table: pd.DataFrame) -> None:
-    """Draw how far masks come back over how many slices apart they are drawn."""
     for i, body in enumerate(tables.bodies(table)):
         for method, line in ((BETWEEN, "-"), (None, ":")):
             rows = tables.where(table, body=body)

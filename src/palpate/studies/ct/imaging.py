@@ -99,8 +99,7 @@ def _compare(method: str, image: Image, mask: np.ndarray, drawn: np.ndarray) -> 
     return dice(filled, mask), float(filled.sum() / mask.sum() - 1)
 
 
-SAME_ORGAN_DISTANCE = 0.06
-"""Points so far from the exact surface, relative to the half axes, belong to another organ."""
+SAME_ORGAN_DISTANCE = 0.06  # points so far from the exact surface, relative to the half axes, belong to another organ
 GRADIENT, CORNERS, TRIANGLES = "gradient", "triangles around", "triangle"
 
 SURFACE_NORMALS = Table(
@@ -233,10 +232,8 @@ def _shares(image: Image) -> np.ndarray:
     return truth
 
 
-STEP = 0.5
-"""Of the smallest side of a voxel, between samples along a ray."""
-OPAQUE = 0.99
-"""Opacity at which rays of the pictures end."""
+STEP = 0.5  # of the smallest side of a voxel, between samples along a ray
+OPAQUE = 0.99  # opacity at which rays of the pictures end
 
 
 class Pictures(NamedTuple):

@@ -125,8 +125,7 @@ def transfer_of(values: np.ndarray, shares: np.ndarray) -> Transfer:
     return Transfer(values, colours, opacities @ shares)
 
 
-AMBIENT, DIFFUSE = 0.3, 0.65
-"""Shares of light from all sides, and from where the viewer is."""
+AMBIENT, DIFFUSE = 0.3, 0.65  # shares of light from all sides, and from where the viewer is
 
 
 _TURN, _RISE = np.radians(-28.0), np.radians(14.0)  # from the front towards the patient's right, and up
@@ -271,7 +270,6 @@ def _interpolate(voxels, z, y, x, c):
 
 @numba.njit(cache=True)
 def _look_up(grey, table, scale, colour):
-    """Look up the colour and the opacity of a grey value."""
     place = min(max((grey - scale[0]) / scale[1], 0.0), len(table) - 1.0)
     at = min(int(place), len(table) - 2)
     share = place - at
@@ -293,10 +291,8 @@ def _facing(voxels, z, y, x, viewer):
 BACK, FRONT = "back to front", "front to back"
 ORDERS = ((BACK, 1.0), (FRONT, 1.0), (FRONT, 0.99))
 """Order of compositing, and the opacity at which a ray ends; at 1 no ray does."""
-GREY = np.arange(-1100.0, 1501.0, 4.0)
-"""Grey values [HU] at which looks are tabulated."""
-TRANSLUCENT, SOLID = "translucent", "solid"
-"""Tissues as they are, and ten times as dense."""
+GREY = np.arange(-1100.0, 1501.0, 4.0)  # grey values [HU] at which looks are tabulated
+TRANSLUCENT, SOLID = "translucent", "solid"  # tissues as they are, and ten times as dense
 
 COMPOSITING = Table(
     "compositing",

@@ -40,7 +40,6 @@ def numbers(report: Report) -> dict[str, Any]:
 
 
 def _of_body(body: str, quality: pd.DataFrame) -> dict[str, Any]:
-    """Return the volume of the coarse mesh, the smallest dihedral angle of all levels, and the table of quality."""
     return {
         "key": body,
         "name": spaced(body),
@@ -51,7 +50,6 @@ def _of_body(body: str, quality: pd.DataFrame) -> dict[str, Any]:
 
 
 def _masses(rows: pd.DataFrame) -> dict[str, Any]:
-    """Return the masses and densities of one body's meshes, and their largest deviations from the voxels."""
     rows = rows.sort_values("elements")
     off, enough = rows["deviation_from_voxels"].abs(), rows["elements"] >= ELEMENTS
     return {
@@ -65,7 +63,6 @@ def _masses(rows: pd.DataFrame) -> dict[str, Any]:
 
 
 def _imaging(found: dict[str, pd.DataFrame]) -> dict[str, Any]:
-    """Return what the steps from a scan to a picture and a mask give."""
     orders, masks, classes = found["compositing"], found["mask_interpolation"], found["tissue_classes"]
     scans = found["segmented_scans"].set_index("scan")["dice"]
     sharp = tables.where(found["surface_normals"], blur_voxels=0.0).set_index("normals_from")["median_deg"]
@@ -83,7 +80,6 @@ def _imaging(found: dict[str, pd.DataFrame]) -> dict[str, Any]:
 
 
 def _early(orders: pd.DataFrame, looks: str) -> dict[str, Any]:
-    """Return what it saves and changes to end rays early."""
     back, early = back_and_early(orders, looks)
     shares = {name: early[name] / back[name] for name in ("samples", "median_s")}
     return {"looks": looks, "enough": early["enough"], "difference": early["difference"]} | shares

@@ -64,13 +64,11 @@ def draw_mesh_levels(bodies: list[Body]) -> Figure:
 
 
 def _view_of_levels(body: Body) -> render.View:
-    """Return the view of a body from above and to the side."""
     axes = render.directions(body.coarse.nodes, np.zeros(3))
     return render.frame(axes, [body.coarse.nodes], _MARGIN)
 
 
 def _level_caption(mesh, level: int) -> str:
-    """Return the counts of one level."""
     name = "coarse" if level == 0 else f"refined {level}×"
     return (
         f"{name}\n"
@@ -139,7 +137,6 @@ def _states(database, predictions, i):
 
 
 def _view_of_sample(database, i) -> render.View:
-    """Choose one camera for all pictures of a sample."""
     rest = database.nodes_fine_surface
     contact = database.contact[i]
     axes = render.directions(rest, _normal(database, i))
@@ -183,7 +180,6 @@ def _surface(stage, body, database, what, moved, limit) -> None:
 
 
 def _sample_caption(database, i, what, moved, peak) -> str:
-    """Return the caption below a panel."""
     if what == "rest":
         return f"sample {i}: {np.linalg.norm(database.force[i]):.2g} N"
     if what == "fine":

@@ -32,7 +32,6 @@ def draw_feature_vectors(feature_vectors, premise_bodies) -> Figure:
 
 
 def _vectors(axis, rows, features) -> None:
-    """Draw the two vectors of one kind of feature, and their distance."""
     colours = (style.look(f"{features}_nonnegative_a").colour, style.INK)
     vectors = [press.sort_values(["node", "axis"])["share_of_peak"].to_numpy() for _, press in rows.groupby("press")]
     for i, (vector, colour) in enumerate(zip(vectors, colours, strict=True)):
@@ -115,8 +114,7 @@ READINGS = {
     "linear": ("linear regressor of § 3.2", "P"),
 }
 """Label and marker of each way to weigh samples that is compared."""
-SHOWN = (0.08, 30.0)
-"""Ratios that are shown; what is larger is marked at the end of the scale."""
+SHOWN = (0.08, 30.0)  # ratios that are shown; what is larger is marked at the end of the scale
 
 
 @style.figure("premises", tables=("premises", "premise_bodies"))
@@ -185,7 +183,6 @@ def _whisker(axis, y, values, features, marker="s") -> None:
 
 
 def _premise_legend() -> list[Line2D]:
-    """Return the handles: colours for features, markers for weights."""
     colours = [
         Line2D([], [], color=style.look(f"{features}_{PAPERS}").colour, label=name)
         for features, (name, _) in style.FEATURES.items()
@@ -297,7 +294,6 @@ def draw_accuracy_vs_online_cost(enrichment_accuracy, online_cost, fem_cost, *, 
 
 
 def _points(axis, panel) -> None:
-    """Draw the methods of one panel and their front, and name those that failed."""
     milliseconds = 1e3 * panel["online_median_s"].to_numpy()
     late = 1e3 * panel["online_p95_s"].to_numpy()
     error = 100 * panel["rmse_of_peak"].to_numpy()
@@ -316,7 +312,6 @@ def _points(axis, panel) -> None:
 
 
 def _lines(axis, fem_seconds) -> None:
-    """Draw frame budgets, and the median time of the fine simulation that the methods replace."""
     budgets = [(name, 1e3 * s, "#b5b5b5", ":", 0) for name, s in BUDGETS_S.items()]
     fine = ("fine FEM", 1e3 * float(fem_seconds.median()), style.look("fine_fem").colour, "-.", 1)
     for name, x, colour, dashes, end in [*budgets, fine]:
@@ -329,7 +324,6 @@ def _lines(axis, fem_seconds) -> None:
 
 
 def _method_legend(present) -> list[Line2D]:
-    """Return the handles of every method in table order, then of the front."""
     handles = [
         Line2D(
             [], [], ls="", marker=look.marker, color=look.colour, ms=9 if look.marker == "*" else 6, label=look.label

@@ -22,7 +22,7 @@ def numbers(report: Report) -> dict[str, Any]:
         ranked(report.tables[f"collision{end}"]) for end in ("", "_scaling", "_precision", "_apart")
     )
     own = collision[~collision["rival"].astype(bool)]
-    judged = claims_of(report, "collision")
+    fits, judged = exponents(scaling[~scaling["rival"].astype(bool)]), claims_of(report, "collision")
     return {
         "livers": _frames(tables.where(collision, scene="two_livers")),
         "scenes": [_frames(tables.where(collision, scene=scene)) for scene in tables.scenes(own)],
@@ -36,7 +36,7 @@ def numbers(report: Report) -> dict[str, Any]:
             for word, kind in (("query time", "query"), ("false pairs", "false pairs"))
             if len(rows := judged[judged["claim"].str.startswith(f"the composite tree's {kind}")])
         },
-        "exponents": _exponents(scaling),
+        "exponents": [(stage.removesuffix("_ms"), fits[stage].min(), fits[stage].max()) for stage in STAGES],
         **_stopped(stopped),
         **_apart(apart),
     }
@@ -82,11 +82,6 @@ def _ratio(own: pd.DataFrame, column: str, structure: str = "composite", best: s
     means = own.groupby(["structure", "depths"])[column].agg(geometric_mean)
     depths = (best or _best(own, column)) if structure == "composite" else ""
     return float(means[structure, depths] / means["aabb", ""])
-
-
-def _exponents(scaling: pd.DataFrame) -> list[tuple[str, float, float]]:
-    fits = exponents(scaling[~scaling["rival"].astype(bool)])
-    return [(stage.removesuffix("_ms"), fits[stage].min(), fits[stage].max()) for stage in STAGES]
 
 
 def _stopped(stopped: pd.DataFrame) -> dict[str, Any]:

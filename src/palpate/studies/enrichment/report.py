@@ -72,6 +72,7 @@ def numbers(report: Report) -> dict[str, Any]:
     easy = tables.where(accuracy, protocol="paper", split="samples", regime=regime)
     hard = tables.where(accuracy, protocol="live", split="contacts", regime=regime)
     cases = dict.fromkeys(zip(accuracy["body"], accuracy["regime"], strict=True))
+    moved = found["premise_bodies"]["moved_share"]
     return {
         "regime": regime,
         "bodies": [_of_body(body, easy, hard, report) for body in tables.bodies(accuracy)],
@@ -85,7 +86,7 @@ def numbers(report: Report) -> dict[str, Any]:
             for name, node in found["feature_vectors"].groupby("features", sort=False)["node"].max().items()
         },
         "premises": _premises(found["premises"], found["premise_bodies"]),
-        "cut": _cut(found["premise_bodies"]["moved_share"]),
+        "cut": (LOCAL, moved[moved <= LOCAL].max(), moved[moved > LOCAL].min()),  # and the nearest on both sides
         "fewer": _fewer(found["premises"]),
         "orders": _orders(found["complexity"]),
         "times": [
@@ -179,11 +180,6 @@ def _premises(premises: pd.DataFrame, about: pd.DataFrame) -> list[dict[str, Any
             {"name": spaced(str(row.premise)), "moved": row.moved_share} | dict(errors[["ordered", "unordered"]])
         )
     return found
-
-
-def _cut(moved: pd.Series) -> tuple[float, float, float]:
-    """Return the share up to which a deformation is local, and the nearest shares of premises on both its sides."""
-    return LOCAL, moved[moved <= LOCAL].max(), moved[moved > LOCAL].min()
 
 
 def _fewer(premises: pd.DataFrame) -> pd.DataFrame:

@@ -33,10 +33,8 @@ def test_training_samples_reproduce_themselves(kind, sigma):
 
 @pytest.mark.parametrize("kind", WEIGHTS)
 def test_narrow_kernels_give_the_nearest_sample(kind):
-    query = KNOWN[6:7] + 1e-3
-    assert BlendWeights(kind, SQUARED, 1e-2)(squared_distances(KNOWN, query)).ravel() == pytest.approx(
-        np.eye(15)[6], abs=1e-12
-    )
+    found = BlendWeights(kind, SQUARED, 1e-2)(squared_distances(KNOWN, KNOWN[6:7] + 1e-3))
+    assert found.ravel() == pytest.approx(np.eye(15)[6], abs=1e-12)
 
 
 @pytest.mark.parametrize("sigma", np.geomspace(1e-12, 1e12, 13))
@@ -56,11 +54,9 @@ def test_weights_are_finite_and_sum_to_one(kind, sigma, known):
 
 def test_one_query_equals_many():
     squared = squared_distances(KNOWN, RANDOM.normal(size=(4, 6)))
-    for kind in WEIGHTS:
-        weights = BlendWeights(kind, SQUARED, 1.0)
-        many = weights(squared)
-        for i in range(4):
-            assert weights(squared[:, i]) == pytest.approx(many[:, i], abs=1e-12)
+    for weights in (BlendWeights(kind, SQUARED, 1.0) for kind in WEIGHTS):
+        one_by_one = np.column_stack([weights(column) for column in squared.T])
+        assert one_by_one == pytest.approx(weights(squared), abs=1e-12)
 
 
 def test_duplicates_share_their_weight():

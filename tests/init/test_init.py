@@ -3,12 +3,10 @@
 import re
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import meshio
 import numpy as np
 import pytest
-import yaml
 from fixtures.scans import write_scan
 
 from palpate.bodies.body import nest
@@ -23,6 +21,7 @@ from palpate.bodies.surfaces.remeshed import apart
 from palpate.cli import main
 from palpate.effects.bed import BedSprings
 from palpate.errors import InputError
+from palpate.files import read_yaml
 from palpate.init import choose
 from palpate.init.choose import FINE_TETRAHEDRA, Likeness, _bed, _regimes
 from palpate.init.command import _schema, init, init_each, told
@@ -50,7 +49,7 @@ def data(tmp_path_factory) -> Path:
 
 def written(file: Path) -> tuple[str, dict, dict]:
     """Return the name and the entry of the only body of a configuration, and the whole, which the schema accepts."""
-    given = yaml.safe_load(file.read_text(encoding="utf-8"))
+    given = read_yaml(file)
     config = complete(given, file)
     ((name, entry),) = config["bodies"].items()
     return name, entry, given
@@ -62,15 +61,11 @@ def paths_of(file: Path, entry: dict) -> dict[str, str]:
 
 
 @pytest.fixture(scope="module", params=["stl", "tetrahedra", "mask"])
-def made(request, data, tmp_path_factory) -> tuple[str, Path, str]:
+def made(request, data) -> tuple[str, Path, str]:
     """Which data, the configuration that is written for them, and what is printed."""
-    files, words = {
-        "stl": (["Übung 2.stl"], {}),
-        "tetrahedra": (["bar.vtk"], {}),
-        "mask": (["scan.nii.gz", "organs.seg.nrrd"], {"label": ["liver"]}),
-    }[request.param]
-    folder = data / f"config of {request.param}"
-    printed = init([data / name for name in files], folder=folder, **words)
+    files = {"stl": ["Übung 2.stl"], "tetrahedra": ["bar.vtk"], "mask": ["scan.nii.gz", "organs.seg.nrrd"]}
+    folder, label = data / f"config of {request.param}", ["liver"] if request.param == "mask" else []
+    printed = init([data / name for name in files[request.param]], label, folder=folder)
     return request.param, folder / "config.yaml", printed
 
 
@@ -208,14 +203,10 @@ def test_a_surface_gets_as_many_nodes_as_its_shape_needs(monkeypatch, tmp_path):
     assert abs(like.volume) <= 0.02 and apart(mesh, solid.places, mended.points, mended.triangles) <= 0.01 * mesh.size
 
     penalties = {140: 9.0, 280: 4.5, 560: 4.0, 1120: 3.9}
-    monkeypatch.setattr(choose, "_coarse", lambda name, tried: replace_count(mesh, tried["surface_nodes"]))
-    monkeypatch.setattr(choose, "likeness", lambda found, tried: Likeness(0, 0.01 * penalties[found.count], 1, 1))
+    monkeypatch.setattr(choose, "_coarse", lambda name, tried: mesh)
+    like_data = {count: Likeness(0, 0.01 * penalty, 1, 1) for count, penalty in penalties.items()}
+    monkeypatch.setattr(choose, "likeness", lambda found, tried: like_data[tried["surface_nodes"]])
     assert choose._resolved("organ", read.entry, str)[0]["surface_nodes"] == 280
-
-
-def replace_count(mesh, count):
-    """Return a stand-in for a mesh that knows for how many nodes it was made."""
-    return SimpleNamespace(tetrahedra=mesh.tetrahedra, count=count)
 
 
 def test_a_step_that_takes_long_is_told_while_it_does(capsys):
@@ -232,11 +223,8 @@ def test_it_is_written_beside_the_data_and_never_over_another(capsys, data):
     assert str(file) in capsys.readouterr().out
     file.write_text("mine")
     assert main(["init", str(data / "bar.vtk")]) == 1
-    assert (
-        capsys.readouterr().err
-        == f"error: {file} exists and is kept; delete it, or give another folder with --folder.\n"
-    )
-    assert file.read_text() == "mine"
+    said = f"error: {file} exists and is kept; delete it, or give another folder with --folder.\n"
+    assert capsys.readouterr().err == said and file.read_text() == "mine"
 
 
 @pytest.mark.parametrize(

@@ -84,8 +84,7 @@ def measure(
     """Measure the rows of collision_apart.csv: one for each pair of bodies, gap and structure.
 
     gaps_m : distances of the surfaces; placements : how often both bodies are turned at random and placed in a random
-    direction from each other; refinements : of the liver; depths : of composite trees; report : called with the name
-    of each pair that is done
+    direction from each other; report : called with the name of each pair that is done
     Times are medians over placements; tests of volumes are timed in a loop. Trees are refitted to each placement.
     """
     rows = []

@@ -115,7 +115,6 @@ class CoalRefit(Coal):
 PURE = ("sphere", "aabb", "obb", "dop14", "dop18")
 BLOCK = 10  # consecutive frames of one structure, so that its memory is in the cache, before the next structure runs
 RIVALS_EVERY = 4  # rivals compute every fourth frame only, because building their trees takes most of the time
-BUILDS = 3
 
 
 def contenders(depths: list[list[int]], with_rivals: bool) -> dict[tuple[str, str, bool], Callable]:
@@ -184,7 +183,7 @@ class _Run:
         self._one = make(triangles, start)
         self._one.update(start)
         self._one.query()  # compiles before anything is timed
-        self._built = [timed(make, triangles, start)[0] for _ in range(BUILDS)]
+        self._built = [timed(make, triangles, start)[0] for _ in range(3)]
         self._frames: list[tuple[float, ...]] = []
         self._misjudged: list[tuple[int, int]] = []
 
@@ -198,23 +197,13 @@ class _Run:
         self._misjudged.append((len(np.setdiff1d(wanted, found)), len(np.setdiff1d(found, wanted))))
 
     def row(self) -> dict:
-        update, query, whole, nodes, tests, pairs = np.median(self._frames, axis=0)
-        missed, extra = np.sum(self._misjudged, axis=0)
-        refits = self._one.refits
-        return {
-            "build_ms": float(np.median(self._built)) if refits else update,
-            "refit_ms": update if refits else np.nan,
-            "query_ms": query,
-            "frame_ms": whole,
-            "node_tests": nodes,
-            "triangle_tests": tests,
-            "pairs": pairs,
-            "missed_pairs": missed,
-            "extra_pairs": extra,
-            "rebuilds": getattr(self._one, "rebuilds", 0),
-            "frames": len(self._frames),
-            "threads": 1,
-        }
+        names = ("refit_ms", "query_ms", "frame_ms", "node_tests", "triangle_tests", "pairs")
+        row = {"build_ms": float(np.median(self._built))}
+        row |= zip(names, np.median(self._frames, axis=0), strict=True)
+        if not self._one.refits:  # each of its frames is a build
+            row |= {"build_ms": row["refit_ms"], "refit_ms": np.nan}
+        row |= zip(("missed_pairs", "extra_pairs"), np.sum(self._misjudged, axis=0), strict=True)
+        return row | {"rebuilds": getattr(self._one, "rebuilds", 0), "frames": len(self._frames), "threads": 1}
 
 
 def timed(call: Callable, *given: Any) -> tuple[float, Any]:
@@ -240,8 +229,6 @@ def exponents(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows).reindex(columns=["structure", "depths", "rival", *STAGES])
 
 
-FRAMES = 3
-
 COLLISION_SCALING = Table(
     "collision_scaling",
     "The times of each bounding structure over the number of triangles.",
@@ -254,11 +241,9 @@ COLLISION_SCALING = Table(
 
 
 def measure_growth(triangles: list[int], depths: list[list[int]], report: Callable) -> pd.DataFrame:
-    """Measure the rows of collision_scaling.csv on two crossing sheets, in FRAMES frames for each size.
+    """Measure the rows of collision_scaling.csv on two crossing sheets, in three frames for each size.
 
-    triangles : approximate numbers of triangles of both sheets together; depths : as in ``compare_trees.contenders``
-    report : called with each number of triangles that is done
-    Times are medians of processor time on one thread, for both trees together.
+    triangles : approximate numbers of triangles of both sheets together; report : called with each that is done
     """
     rows = []
     first = crossing_waves(0)
@@ -266,11 +251,11 @@ def measure_growth(triangles: list[int], depths: list[list[int]], report: Callab
         _times(make, first.triangles, [first.at(0.0)])  # compiles the kernels
     for number in triangles:
         scene = crossing_waves(number)
-        points = [scene.at(0.002 * frame) for frame in range(FRAMES)]
-        count = sum(map(len, scene.triangles))
+        points = [scene.at(0.002 * frame) for frame in range(3)]
         for (structure, deep, rival), make in contenders(depths, with_rivals=True).items():
-            row = {"structure": structure, "depths": deep, "rival": rival, "triangles": count}
-            rows.append(row | _times(make, scene.triangles, points) | {"threads": 1})
+            row = {"structure": structure, "depths": deep, "rival": rival}
+            row |= {"triangles": sum(map(len, scene.triangles))} | _times(make, scene.triangles, points)
+            rows.append(row | {"threads": 1})
         report(number)
     return pd.DataFrame(rows)
 

@@ -138,9 +138,7 @@ def measure(
 ) -> pd.DataFrame:
     """Measure the rows of collision_precision.csv: one for each scene, structure and layer, and one for whole trees.
 
-    frames : of each scene; refinements : of the livers; depths : of composite trees; layers : at which trees stop
-    report : called with the name of each scene that is done
-    Whole trees test triangles. Errors are against ``overlap``.
+    Whole trees test triangles. Errors are against ``overlap``. Arguments as of ``compare_trees.measure``.
     """
     rows = []
     kinds: list[tuple[str, tuple[int, int] | None]] = [("sphere", None), ("aabb", None)]

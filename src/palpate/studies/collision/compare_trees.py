@@ -252,10 +252,10 @@ def measure_growth(triangles: list[int], depths: list[list[int]], report: Callab
     for number in triangles:
         scene = crossing_waves(number)
         points = [scene.at(0.002 * frame) for frame in range(3)]
+        count = sum(map(len, scene.triangles))
         for (structure, deep, rival), make in contenders(depths, with_rivals=True).items():
-            row = {"structure": structure, "depths": deep, "rival": rival}
-            row |= {"triangles": sum(map(len, scene.triangles))} | _times(make, scene.triangles, points)
-            rows.append(row | {"threads": 1})
+            row = {"structure": structure, "depths": deep, "rival": rival, "triangles": count}
+            rows.append(row | _times(make, scene.triangles, points) | {"threads": 1})
         report(number)
     return pd.DataFrame(rows)
 

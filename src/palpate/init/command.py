@@ -97,7 +97,7 @@ def init_each(
     Raises InputError after the last one if there are labels that make no body.
     """
     done, left_out = [], []
-    for one in labels_of(paths, label)[1]:
+    for one in labels_of(paths, label):
         name = body_name(one if isinstance(one, str) else f"label {one}")
         try:
             done.append(init(paths, [one], threshold_hu, folder / name if folder else None, False, mri, scale_m, hold))

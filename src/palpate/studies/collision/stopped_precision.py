@@ -138,7 +138,8 @@ def measure(
 ) -> pd.DataFrame:
     """Measure the rows of collision_precision.csv: one for each scene, structure and layer, and one for whole trees.
 
-    Whole trees test triangles. Errors are against ``overlap``. Arguments as of ``compare_trees.measure``.
+    layers : at which trees stop; other arguments as of ``compare_trees.measure``
+    Whole trees test triangles. Errors are against ``overlap``.
     """
     rows = []
     kinds: list[tuple[str, tuple[int, int] | None]] = [("sphere", None), ("aabb", None)]

@@ -237,7 +237,7 @@ def compare(
     databases : by body, nonlinear samples of the study, which are a premise of their own, named after the body
     progress : wraps the sequence of names, as ``tqdm`` does
     """
-    found: dict[str, list[pd.DataFrame]] = {table.name: [] for table in TABLES}
+    found: list[list[pd.DataFrame]] = []
     options, neighbours = settings.options, settings.options.neighbours
     for name in progress([*databases, *premises]):
         if name in premises:
@@ -252,9 +252,9 @@ def compare(
             feature_rows(every, neighbours),
             memory_rows(drawn[0], np.arange(counts[0]), options),
         )
-        for table, rows in zip(TABLES, parts, strict=True):
-            found[table.name].append(rows.assign(premise=name))
-    return {table.name: pd.concat(found[table.name])[table.columns] for table in TABLES}
+        found.append([rows.assign(premise=name) for rows in parts])
+    by_table = zip(TABLES, zip(*found, strict=True), strict=True)
+    return {table.name: pd.concat(rows)[table.columns] for table, rows in by_table}
 
 
 def _linear(

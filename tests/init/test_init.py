@@ -65,7 +65,7 @@ def made(request, data) -> tuple[str, Path, str]:
     """Which data, the configuration that is written for them, and what is printed."""
     files = {"stl": ["Übung 2.stl"], "tetrahedra": ["bar.vtk"], "mask": ["scan.nii.gz", "organs.seg.nrrd"]}
     folder, label = data / f"config of {request.param}", ["liver"] if request.param == "mask" else []
-    printed = init([data / name for name in files[request.param]], label, folder=folder)
+    printed = init(recognise([data / name for name in files[request.param]], label), folder)
     return request.param, folder / "config.yaml", printed
 
 
@@ -123,9 +123,9 @@ def test_a_mesh_of_too_few_nodes_and_a_folder_that_cannot_be_written_are_refused
     bar = box([0.2, 0.2, 0.2], [1, 1, 1])
     meshio.write_points_cells(tmp_path / "cube.vtk", bar.nodes, [("tetra", bar.tetrahedra)])
     with pytest.raises(InputError, match=r"has [0-4] nodes that can be pressed|enough nodes|holds the whole"):
-        init([tmp_path / "cube.vtk"])
+        init(recognise([tmp_path / "cube.vtk"]))
     with pytest.raises(InputError, match=r"config\.yaml cannot be written \(File exists\); give another folder with"):
-        init([data / "bar.vtk"], folder=tmp_path / "cube.vtk")
+        init(recognise([data / "bar.vtk"]), tmp_path / "cube.vtk")
 
 
 def test_a_ct_without_a_mask_is_segmented_by_its_numbers(data):
@@ -153,14 +153,14 @@ def test_each_label_becomes_a_body_of_its_own_and_one_that_makes_none_does_not_s
 
 @pytest.mark.parametrize(("label", "name"), [("liver", "liver"), (5, "liver"), (7, "organs_seg")])
 def test_a_body_has_the_name_of_its_label_where_the_mask_knows_one(data, label, name):
-    found = recognise([data / "scan.nii.gz", data / "organs.seg.nrrd"], [label], None)
+    found = recognise([data / "scan.nii.gz", data / "organs.seg.nrrd"], [label])
     assert (found.name, found.entry["label"]) == (name, label)
 
 
 def test_labels_become_regions_of_the_largest(data, tmp_path):
     image, truth = abdomen(spacing_m=(0.008, 0.008, 0.008))
     write_scan(tmp_path / "lesion.nii.gz", truth["labels"].astype(np.uint8), image)
-    init([data / "scan.nii.gz", tmp_path / "lesion.nii.gz"], folder=tmp_path / "new", regions=True)
+    init(recognise([data / "scan.nii.gz", tmp_path / "lesion.nii.gz"], regions=True), tmp_path / "new")
     name, entry, _ = written(tmp_path / "new/config.yaml")
     assert entry["label"] == [1, 2] and entry["regions"] == {"label_2": {"label": 2, "young_pa": 3000}}
     body = make_body(name, entry | paths_of(tmp_path / "new/config.yaml", entry))
@@ -168,12 +168,12 @@ def test_labels_become_regions_of_the_largest(data, tmp_path):
 
 
 def test_an_mri_is_said_to_be_one(data):
-    masked = recognise([data / "scan.nii.gz", data / "organs.seg.nrrd"], ["liver"], None, mri=True)
+    masked = recognise([data / "scan.nii.gz", data / "organs.seg.nrrd"], ["liver"], mri=True)
     assert masked.entry["modality"] == "mri" and "threshold_hu" not in masked.entry
     ranged = recognise([data / "scan.nii.gz"], [], [400, 600], mri=True)
     assert ranged.entry["threshold"] == [400, 600] and set(ranged.entry) <= {*ranged.comments, "surface_nodes", "snap"}
     with pytest.raises(InputError, match=r"scan\.nii\.gz: grey values of an MRI have no unit, so no range of them is"):
-        recognise([data / "scan.nii.gz"], [], None, mri=True)
+        recognise([data / "scan.nii.gz"], mri=True)
 
 
 def test_a_body_lies_on_its_broadest_side_in_tissue_as_stiff_as_itself():
@@ -195,7 +195,7 @@ def test_a_surface_gets_as_many_nodes_as_its_shape_needs(monkeypatch, tmp_path):
     dense = nest("dense", box([2.0, 2.0, 2.0], [2, 2, 2]), 3, np.arange(2), Material(3000, 0.3, 1000)).fine
     points = [50, 30, 20] * (dense.nodes - 1) / np.linalg.norm(dense.nodes - 1, axis=1).clip(0.1)[:, None]
     meshio.write_points_cells(tmp_path / "organ.stl", points, [("triangle", dense.triangles)], binary=True)
-    read = recognise([tmp_path / "organ.stl"], [], None, scale_m=0.001)
+    read = recognise([tmp_path / "organ.stl"], scale_m=0.001)
     entry, mesh, like = choose._resolved("organ", read.entry, str)
     assert like is not None and like.close
     mended, solid = solid_of(Path(entry["path"]), 0.001)

@@ -24,25 +24,14 @@ ROOT = Path(__file__).parents[3]  # palpate's folder, where ``make`` is typed
 PICTURE = "body.png"  # the file beside a configuration that shows the body
 
 
-def init(
-    paths: Sequence[Path],
-    label: Sequence[int | str] = (),
-    threshold_hu: Sequence[float] | None = None,
-    folder: Path | None = None,
-    regions: bool = False,
-    mri: bool = False,
-    scale_m: float | None = None,
-    hold: str | None = None,
-) -> str:
+def init(data: Data, folder: Path | None = None, hold: str | None = None) -> str:
     """Write config.yaml, and a picture of the body, for a mesh or a CT and perhaps its mask; return what to print.
 
     folder : where to; by default one beside the data that has the body's name
-    regions : whether all labels but the largest are regions of the body; mri : whether the image is an MRI
-    scale_m : length of a mesh file's unit [m]; hold : the side that it lies on; either is chosen if it is not given
-    Raises InputError if the data cannot be used or the file is there already; then nothing is written.
+    hold : the side that the body lies on; chosen if it is not given
+    Raises InputError if the data make no body or the file is there already; then nothing is written.
     """
-    data = recognise(paths, label, threshold_hu, regions, mri, scale_m)
-    file = config_file(data, paths, folder)
+    file = config_file(data, folder)
     if file.exists():
         raise InputError(f"{file} exists and is kept; delete it, or give another folder with --folder.")
     lines = write_config(data, file, hold)
@@ -50,13 +39,13 @@ def init(
     return "\n".join([*lines, f"  {typed(run_of(file))}"])
 
 
-def config_file(data: Data, paths: Sequence[Path], folder: Path | None) -> Path:
+def config_file(data: Data, folder: Path | None) -> Path:
     """Return where the configuration goes: to ``folder``, or beside the data into a folder with the body's name.
 
     That is another one if the data themselves are a folder of this name.
     """
     if folder is None:
-        place = paths[-1].resolve()
+        place = next(data.entry[key] for key in ("mask", "image", "path") if key in data.entry).resolve()
         folder = place.parent / data.name
         folder = folder if folder.resolve() != place else folder.with_name(f"{data.name}_config")
         folder = folder if relpath(folder).startswith("..") else Path(relpath(folder))
@@ -100,7 +89,8 @@ def init_each(
     for one in labels_of(paths, label):
         name = body_name(one if isinstance(one, str) else f"label {one}")
         try:
-            done.append(init(paths, [one], threshold_hu, folder / name if folder else None, False, mri, scale_m, hold))
+            data = recognise(paths, [one], threshold_hu, mri=mri, scale_m=scale_m)
+            done.append(init(data, folder / name if folder else None, hold))
         except InputError as error:
             left_out.append(f"left out {one}: {error}")
     if left_out and done:

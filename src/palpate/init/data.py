@@ -59,8 +59,8 @@ class Data:
 
 def recognise(
     paths: Sequence[Path],
-    label: Sequence[int | str],
-    threshold_hu: Sequence[float] | None,
+    label: Sequence[int | str] = (),
+    threshold_hu: Sequence[float] | None = None,
     regions: bool = False,
     mri: bool = False,
     scale_m: float | None = None,

@@ -10,7 +10,7 @@ import shlex
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -91,7 +91,7 @@ FEW = 3
 """Presses that a mean error should have at least; twelve contacts leave six for it, some perhaps without a truth."""
 
 
-def try_body(data: Data, paths: Sequence[Path], folder: Path | None, hold: str | None, again: str) -> str:
+def try_body(data: Data, folder: Path | None, hold: str | None, again: str) -> str:
     """Write a configuration, run its small settings with progress on the terminal, and return advice and what follows.
 
     folder, hold : as ``init`` has them; again : the command that was typed, which goes on after a stop
@@ -99,7 +99,7 @@ def try_body(data: Data, paths: Sequence[Path], folder: Path | None, hold: str |
     """
     if not RUN.is_file():
         raise InputError(f"{ROOT} has no workflow to run; use palpate in its own folder, where make was typed.")
-    file = config_file(data, paths, folder)
+    file = config_file(data, folder)
     refuse_others(file.parent)
     begun = perf_counter()
     print(

@@ -112,11 +112,13 @@ def _add_data(command: argparse.ArgumentParser) -> argparse._MutuallyExclusiveGr
 
 def _init(asked: argparse.Namespace) -> str:
     from palpate.init.command import init, init_each
+    from palpate.init.data import recognise
 
     paths, label = _given(asked)
     if asked.each:
         return init_each(paths, label, asked.threshold, asked.folder, asked.mri, asked.scale, asked.hold)
-    return init(paths, label, asked.threshold, asked.folder, asked.regions, asked.mri, asked.scale, asked.hold)
+    data = recognise(paths, label, asked.threshold, asked.regions, asked.mri, asked.scale)
+    return init(data, asked.folder, asked.hold)
 
 
 def _given(asked: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
@@ -136,7 +138,7 @@ def _try(asked: argparse.Namespace) -> str:
 
     paths, label = _given(asked)
     data = recognise(paths, label, asked.threshold, asked.regions, asked.mri, asked.scale)
-    return try_body(data, paths, asked.folder, asked.hold, f"{program()} {shlex.join(sys.argv[1:])}")
+    return try_body(data, asked.folder, asked.hold, f"{program()} {shlex.join(sys.argv[1:])}")
 
 
 def _share_compiled() -> None:

@@ -3,12 +3,10 @@
 import re
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import meshio
 import numpy as np
 import pytest
-import yaml
 from fixtures.scans import write_scan
 
 from palpate.bodies.body import nest
@@ -23,11 +21,11 @@ from palpate.bodies.surfaces.remeshed import apart
 from palpate.cli import main
 from palpate.effects.bed import BedSprings
 from palpate.errors import InputError
+from palpate.files import read_yaml
 from palpate.init import choose
-from palpate.init.choose import FINE_TETRAHEDRA, _bed, _regimes
+from palpate.init.choose import FINE_TETRAHEDRA, Likeness, _bed, _regimes
 from palpate.init.command import _schema, init, init_each, told
 from palpate.init.data import body_name, recognise
-from palpate.init.likeness import Likeness
 from palpate.run.settings import complete
 
 ROOT = Path(__file__).parents[2]
@@ -51,7 +49,7 @@ def data(tmp_path_factory) -> Path:
 
 def written(file: Path) -> tuple[str, dict, dict]:
     """Return the name and the entry of the only body of a configuration, and the whole, which the schema accepts."""
-    given = yaml.safe_load(file.read_text(encoding="utf-8"))
+    given = read_yaml(file)
     config = complete(given, file)
     ((name, entry),) = config["bodies"].items()
     return name, entry, given
@@ -63,15 +61,11 @@ def paths_of(file: Path, entry: dict) -> dict[str, str]:
 
 
 @pytest.fixture(scope="module", params=["stl", "tetrahedra", "mask"])
-def made(request, data, tmp_path_factory) -> tuple[str, Path, str]:
+def made(request, data) -> tuple[str, Path, str]:
     """Which data, the configuration that is written for them, and what is printed."""
-    files, words = {
-        "stl": (["Übung 2.stl"], {}),
-        "tetrahedra": (["bar.vtk"], {}),
-        "mask": (["scan.nii.gz", "organs.seg.nrrd"], {"label": ["liver"]}),
-    }[request.param]
-    folder = data / f"config of {request.param}"
-    printed = init([data / name for name in files], folder=folder, **words)
+    files = {"stl": ["Übung 2.stl"], "tetrahedra": ["bar.vtk"], "mask": ["scan.nii.gz", "organs.seg.nrrd"]}
+    folder, label = data / f"config of {request.param}", ["liver"] if request.param == "mask" else []
+    printed = init(recognise([data / name for name in files[request.param]], label), folder)
     return request.param, folder / "config.yaml", printed
 
 
@@ -129,9 +123,9 @@ def test_a_mesh_of_too_few_nodes_and_a_folder_that_cannot_be_written_are_refused
     bar = box([0.2, 0.2, 0.2], [1, 1, 1])
     meshio.write_points_cells(tmp_path / "cube.vtk", bar.nodes, [("tetra", bar.tetrahedra)])
     with pytest.raises(InputError, match=r"has [0-4] nodes that can be pressed|enough nodes|holds the whole"):
-        init([tmp_path / "cube.vtk"])
+        init(recognise([tmp_path / "cube.vtk"]))
     with pytest.raises(InputError, match=r"config\.yaml cannot be written \(File exists\); give another folder with"):
-        init([data / "bar.vtk"], folder=tmp_path / "cube.vtk")
+        init(recognise([data / "bar.vtk"]), tmp_path / "cube.vtk")
 
 
 def test_a_ct_without_a_mask_is_segmented_by_its_numbers(data):
@@ -159,14 +153,14 @@ def test_each_label_becomes_a_body_of_its_own_and_one_that_makes_none_does_not_s
 
 @pytest.mark.parametrize(("label", "name"), [("liver", "liver"), (5, "liver"), (7, "organs_seg")])
 def test_a_body_has_the_name_of_its_label_where_the_mask_knows_one(data, label, name):
-    found = recognise([data / "scan.nii.gz", data / "organs.seg.nrrd"], [label], None)
+    found = recognise([data / "scan.nii.gz", data / "organs.seg.nrrd"], [label])
     assert (found.name, found.entry["label"]) == (name, label)
 
 
 def test_labels_become_regions_of_the_largest(data, tmp_path):
     image, truth = abdomen(spacing_m=(0.008, 0.008, 0.008))
     write_scan(tmp_path / "lesion.nii.gz", truth["labels"].astype(np.uint8), image)
-    init([data / "scan.nii.gz", tmp_path / "lesion.nii.gz"], folder=tmp_path / "new", regions=True)
+    init(recognise([data / "scan.nii.gz", tmp_path / "lesion.nii.gz"], regions=True), tmp_path / "new")
     name, entry, _ = written(tmp_path / "new/config.yaml")
     assert entry["label"] == [1, 2] and entry["regions"] == {"label_2": {"label": 2, "young_pa": 3000}}
     body = make_body(name, entry | paths_of(tmp_path / "new/config.yaml", entry))
@@ -174,12 +168,12 @@ def test_labels_become_regions_of_the_largest(data, tmp_path):
 
 
 def test_an_mri_is_said_to_be_one(data):
-    masked = recognise([data / "scan.nii.gz", data / "organs.seg.nrrd"], ["liver"], None, mri=True)
+    masked = recognise([data / "scan.nii.gz", data / "organs.seg.nrrd"], ["liver"], mri=True)
     assert masked.entry["modality"] == "mri" and "threshold_hu" not in masked.entry
     ranged = recognise([data / "scan.nii.gz"], [], [400, 600], mri=True)
     assert ranged.entry["threshold"] == [400, 600] and set(ranged.entry) <= {*ranged.comments, "surface_nodes", "snap"}
     with pytest.raises(InputError, match=r"scan\.nii\.gz: grey values of an MRI have no unit, so no range of them is"):
-        recognise([data / "scan.nii.gz"], [], None, mri=True)
+        recognise([data / "scan.nii.gz"], mri=True)
 
 
 def test_a_body_lies_on_its_broadest_side_in_tissue_as_stiff_as_itself():
@@ -201,7 +195,7 @@ def test_a_surface_gets_as_many_nodes_as_its_shape_needs(monkeypatch, tmp_path):
     dense = nest("dense", box([2.0, 2.0, 2.0], [2, 2, 2]), 3, np.arange(2), Material(3000, 0.3, 1000)).fine
     points = [50, 30, 20] * (dense.nodes - 1) / np.linalg.norm(dense.nodes - 1, axis=1).clip(0.1)[:, None]
     meshio.write_points_cells(tmp_path / "organ.stl", points, [("triangle", dense.triangles)], binary=True)
-    read = recognise([tmp_path / "organ.stl"], [], None, scale_m=0.001)
+    read = recognise([tmp_path / "organ.stl"], scale_m=0.001)
     entry, mesh, like = choose._resolved("organ", read.entry, str)
     assert like is not None and like.close
     mended, solid = solid_of(Path(entry["path"]), 0.001)
@@ -209,19 +203,15 @@ def test_a_surface_gets_as_many_nodes_as_its_shape_needs(monkeypatch, tmp_path):
     assert abs(like.volume) <= 0.02 and apart(mesh, solid.places, mended.points, mended.triangles) <= 0.01 * mesh.size
 
     penalties = {140: 9.0, 280: 4.5, 560: 4.0, 1120: 3.9}
-    monkeypatch.setattr(choose, "_coarse", lambda name, tried: replace_count(mesh, tried["surface_nodes"]))
-    monkeypatch.setattr(choose, "likeness", lambda found, tried: Likeness(0, 0.01 * penalties[found.count], 1, 1))
+    monkeypatch.setattr(choose, "_coarse", lambda name, tried: mesh)
+    like_data = {count: Likeness(0, 0.01 * penalty, 1, 1) for count, penalty in penalties.items()}
+    monkeypatch.setattr(choose, "likeness", lambda found, tried: like_data[tried["surface_nodes"]])
     assert choose._resolved("organ", read.entry, str)[0]["surface_nodes"] == 280
 
 
-def replace_count(mesh, count):
-    """Return a stand-in for a mesh that knows for how many nodes it was made."""
-    return SimpleNamespace(tetrahedra=mesh.tetrahedra, count=count)
-
-
 def test_a_step_that_takes_long_is_told_while_it_does(capsys):
-    with told("the data", every_s=0.02) as progress:
-        progress.say("a mesh of 140 surface nodes")
+    with told("the data", every_s=0.02) as say:
+        say("a mesh of 140 surface nodes")
         time.sleep(0.1)
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) >= 2 and all("a mesh of 140 surface nodes, 0 s so far" in line for line in lines)
@@ -233,11 +223,8 @@ def test_it_is_written_beside_the_data_and_never_over_another(capsys, data):
     assert str(file) in capsys.readouterr().out
     file.write_text("mine")
     assert main(["init", str(data / "bar.vtk")]) == 1
-    assert (
-        capsys.readouterr().err
-        == f"error: {file} exists and is kept; delete it, or give another folder with --folder.\n"
-    )
-    assert file.read_text() == "mine"
+    said = f"error: {file} exists and is kept; delete it, or give another folder with --folder.\n"
+    assert capsys.readouterr().err == said and file.read_text() == "mine"
 
 
 @pytest.mark.parametrize(

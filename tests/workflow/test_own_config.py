@@ -10,6 +10,7 @@ from snakemake.cli import get_argument_parser
 
 from palpate.bodies.box import box
 from palpate.init.command import init
+from palpate.init.data import recognise
 
 ROOT = Path(__file__).parents[2]
 
@@ -26,7 +27,7 @@ def mine(tmp_path) -> Path:
     """A config in a folder with a space in its name, as init writes it for a box."""
     block = box([0.1, 0.05, 0.05], [6, 3, 3])
     meshio.write_points_cells(tmp_path / "block.vtk", 1e3 * block.nodes, [("tetra", block.tetrahedra)])
-    init([tmp_path / "block.vtk"], folder=tmp_path / "my block")
+    init(recognise([tmp_path / "block.vtk"]), tmp_path / "my block")
     return tmp_path / "my block/config.yaml"
 
 

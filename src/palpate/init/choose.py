@@ -3,22 +3,26 @@
 import math
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from palpate.bodies.body import Body
+from palpate.bodies.body_from_mesh import solid_of
 from palpate.bodies.contacts import contacts_of, pressed_contacts
+from palpate.bodies.ct.mesh_from_ct import segment_entry
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.supports import Bed, inner_nodes
+from palpate.bodies.surfaces.mask_surface import dense_surface
+from palpate.bodies.surfaces.remeshed import MOST_AWAY, MOST_VOLUME, apart
 from palpate.bodies.surfaces.triangles import area_normals
 from palpate.errors import InputError
 from palpate.init.data import sides_of
-from palpate.init.likeness import Likeness, likeness
 
-MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}
-"""Of soft tissue, unless the user knows better."""
+MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}  # of soft tissue, unless the user knows better
 # tetrahedra of the fine mesh up to which the truth, which needs eight times as many quadratic ones, takes 5 GB at most
 FINE_TETRAHEDRA = 50_000
 # contacts that samples press, and the least that can be divided into those to test, to choose by and to learn from
@@ -39,6 +43,44 @@ FINGERTIP, TIP_OF_SIZE, HAND = 0.012, (0.04, 0.15), 0.15
 PEAK, OF_WAY = 0.1, 0.4
 # displacements of the small regime against the large one's; the pressure of the deep one against Young's modulus
 SMALL, DEEP = 0.3, 0.25
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """Greatest distance [m] between two surfaces, either way; its share of the size; both volumes [m³]."""
+
+    away_m: float
+    away: float
+    volume_m3: float
+    data_m3: float
+
+    @property
+    def volume(self) -> float:
+        """The mesh's volume over the data's, minus 1."""
+        return self.volume_m3 / self.data_m3 - 1.0
+
+    @property
+    def penalty(self) -> float:
+        """The worse of both, 1 where just good enough."""
+        return max(self.away / MOST_AWAY, abs(self.volume) / MOST_VOLUME)
+
+    @property
+    def close(self) -> bool:
+        """Whether the mesh has the shape of the data."""
+        return self.penalty <= 1.0
+
+
+def likeness(mesh: TetMesh, entry: dict) -> Likeness:
+    """Compare ``mesh`` with the surface and the volume of what a config entry of kind file or ct was made from."""
+    if entry["kind"] == "file":
+        mended, solid = solid_of(Path(entry["path"]), entry["scale_m"])
+        places, points, triangles, volume_m3 = solid.places, mended.points, mended.triangles, solid.volume_m3
+    else:
+        image, mask = segment_entry(entry)
+        points, triangles = dense_surface(mask, image)
+        places, volume_m3 = points, float(mask.sum() * image.voxel_m3)
+    away_m = apart(mesh, places, points, triangles)
+    return Likeness(away_m, away_m / float(np.ptp(places, axis=0).max()), float(mesh.volumes.sum()), volume_m3)
 
 
 class Choice(NamedTuple):

@@ -5,7 +5,7 @@ import shutil
 import sys
 import threading
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from os.path import relpath
 from pathlib import Path
@@ -15,50 +15,41 @@ import numpy as np
 
 from palpate.errors import InputError
 from palpate.files import write_whole
-from palpate.init.choose import Choice, choose
+from palpate.init.choose import Choice, Likeness, choose
 from palpate.init.config_text import config_text, lies_on
 from palpate.init.data import Data, body_name, labels_of, recognise
-from palpate.init.likeness import Likeness
 from palpate.studies.enrichment.figures import bodies
 
-ROOT = Path(__file__).parents[3]
-"""Palpate's folder, where ``make`` is typed."""
-PICTURE = "body.png"
-"""The file beside a configuration that shows the body."""
+ROOT = Path(__file__).parents[3]  # palpate's folder, where ``make`` is typed
+PICTURE = "body.png"  # the file beside a configuration that shows the body
 
 
-def init(
-    paths: Sequence[Path],
-    label: Sequence[int | str] = (),
-    threshold_hu: Sequence[float] | None = None,
-    folder: Path | None = None,
-    regions: bool = False,
-    mri: bool = False,
-    scale_m: float | None = None,
-    hold: str | None = None,
-) -> str:
+def init(data: Data, folder: Path | None = None, hold: str | None = None) -> str:
     """Write config.yaml, and a picture of the body, for a mesh or a CT and perhaps its mask; return what to print.
 
     folder : where to; by default one beside the data that has the body's name
-    regions : whether all labels but the largest are regions of the body; mri : whether the image is an MRI
-    scale_m : length of a mesh file's unit [m]; hold : the side that it lies on; either is chosen if it is not given
-    Raises InputError if the data cannot be used or the file is there already; then nothing is written.
+    hold : the side that the body lies on; chosen if it is not given
+    Raises InputError if the data make no body or the file is there already; then nothing is written.
     """
-    data = recognise(paths, label, threshold_hu, regions, mri, scale_m)
-    file = config_file(data, paths, folder)
+    file = config_file(data, folder)
     if file.exists():
         raise InputError(f"{file} exists and is kept; delete it, or give another folder with --folder.")
-    lines = [
-        *write_config(data, file, hold),
-        f"wrote    {file}, with a comment on every line; change there what you know better, then",
-        f"  {typed(run_of(file))}",
-    ]
-    return "\n".join(lines)
+    lines = write_config(data, file, hold)
+    lines.append(f"wrote    {file}, with a comment on every line; change there what you know better, then")
+    return "\n".join([*lines, f"  {typed(run_of(file))}"])
 
 
-def config_file(data: Data, paths: Sequence[Path], folder: Path | None) -> Path:
-    """Return where the configuration goes: to ``folder``, or beside the data into a folder with the body's name."""
-    return (folder or _beside(paths[-1], data.name)) / "config.yaml"
+def config_file(data: Data, folder: Path | None) -> Path:
+    """Return where the configuration goes: to ``folder``, or beside the data into a folder with the body's name.
+
+    That is another one if the data themselves are a folder of this name.
+    """
+    if folder is None:
+        place = next(data.entry[key] for key in ("mask", "image", "path") if key in data.entry).resolve()
+        folder = place.parent / data.name
+        folder = folder if folder.resolve() != place else folder.with_name(f"{data.name}_config")
+        folder = folder if relpath(folder).startswith("..") else Path(relpath(folder))
+    return folder / "config.yaml"
 
 
 def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
@@ -66,9 +57,9 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
 
     Raises InputError if there can be no such body, or nothing can be written.
     """
-    with warnings.catch_warnings(record=True) as caught, told("the data") as progress:
+    with warnings.catch_warnings(record=True) as caught, told("the data") as say:
         warnings.simplefilter("always")
-        choice = choose(data.name, data.entry, hold, progress.say)
+        choice = choose(data.name, data.entry, hold, say)
     said = dict.fromkeys(str(warning.message) for warning in caught if warning.category is UserWarning)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -95,10 +86,11 @@ def init_each(
     Raises InputError after the last one if there are labels that make no body.
     """
     done, left_out = [], []
-    for one in labels_of(paths, label)[1]:
+    for one in labels_of(paths, label):
         name = body_name(one if isinstance(one, str) else f"label {one}")
         try:
-            done.append(init(paths, [one], threshold_hu, folder / name if folder else None, False, mri, scale_m, hold))
+            data = recognise(paths, [one], threshold_hu, mri=mri, scale_m=scale_m)
+            done.append(init(data, folder / name if folder else None, hold))
         except InputError as error:
             left_out.append(f"left out {one}: {error}")
     if left_out and done:
@@ -107,13 +99,6 @@ def init_each(
     if left_out:
         raise InputError(left_out[0].partition(": ")[2])
     return "\n".join(done)
-
-
-def _beside(path: Path, name: str) -> Path:
-    """Return the folder beside the data that has the body's name, and another one if that is the data."""
-    folder = path.resolve().parent / name
-    folder = Path(relpath(folder)) if not relpath(folder).startswith("..") else folder
-    return folder if folder.resolve() != path.resolve() else folder.with_name(f"{name}_config")
 
 
 def run_of(file: Path) -> str:
@@ -163,7 +148,6 @@ def _report(data: Data, choice: Choice, said: list[str], file: Path, hold: str |
 
 
 def _compared(like: Likeness | None) -> list[str]:
-    """Say how like the body is to the data."""
     if like is None:
         return []
     about = (
@@ -175,39 +159,23 @@ def _compared(like: Likeness | None) -> list[str]:
     return [f"warning: {about}, as thin or sharp parts are lost; more surface_nodes hardly help"]
 
 
-EVERY_S = 4.0
-"""Time between two lines [s]; nobody should wonder for longer whether anything happens."""
-
-
-class Progress:
-    """The step that is being taken; ``step`` is its words."""
-
-    def __init__(self) -> None:
-        self.step, self._begun = "", perf_counter()
-
-    def say(self, step: str) -> None:
-        """Begin another step."""
-        self.step, self._begun = step, perf_counter()
-
-    def line(self) -> str:
-        """Return the step, and for how long it has been taken."""
-        return f"         {self.step}, {perf_counter() - self._begun:.0f} s so far"
-
-
 @contextmanager
-def told(first: str, every_s: float = EVERY_S) -> Iterator[Progress]:
-    """Print the step that is being taken in the block every few seconds, from ``first`` on."""
-    progress, over = Progress(), threading.Event()
-    progress.say(first)
+def told(step: str, every_s: float = 4.0) -> Iterator[Callable[[str], None]]:
+    """Print every few seconds the step that is being taken in the block; yield what begins the next one."""
+    begun, over = perf_counter(), threading.Event()
+
+    def say(words: str) -> None:
+        nonlocal step, begun
+        step, begun = words, perf_counter()
 
     def tick() -> None:
         while not over.wait(every_s):
-            print(progress.line(), flush=True)
+            print(f"         {step}, {perf_counter() - begun:.0f} s so far", flush=True)
 
     thread = threading.Thread(target=tick, daemon=True)
     thread.start()
     try:
-        yield progress
+        yield say
     finally:
         over.set()
         thread.join()

@@ -14,7 +14,7 @@ from palpate.init.choose import BED_THICKNESS, Choice
 from palpate.init.data import Data
 
 _HEAD = """\
-{schema}# What accuracy costs for {name}: written by palpate init, to be changed by you. SI units: m, kg, s, N, Pa.
+# What accuracy costs for {name}: written by palpate init, to be changed by you. SI units: m, kg, s, N, Pa.
 # In palpate's folder, run it with
 #   {command}
 # All other keys: docs/add-a-body.md; a scene in which this body moves can stand here, too: docs/add-a-scene.md.
@@ -54,8 +54,6 @@ _COMMENTS = {
     "poisson": "Poisson's ratio, assumed; tissue has 0.45 to 0.49, where linear elements are too stiff",
     "density_kg_m3": "density [kg/m³], assumed",
 }
-
-
 _BED = {
     "sphere": "springs fade to its rim",
     "facing": "only what faces this way, within 60 degrees, lies on it",
@@ -69,46 +67,33 @@ def config_text(data: Data, choice: Choice, file: Path, command: str, schema: Pa
 
     schema : the file that editors complete keys with, if there is a relative path to it
     """
-    line = f"# yaml-language-server: $schema={schema.as_posix()}\n" if schema else ""
-    comments = _COMMENTS | data.comments | _chosen(choice)
-    plain = {key: value for key, value in choice.entry.items() if key != "bed"}
-    lines = [f"    {key}: {_yaml(value, file.parent)}  # {comments[key]}\n" for key, value in plain.items()]
-    lines += [_OTHERS, f"    bed:  # {lies_on(choice)}\n"]
-    lines += [f"      {key}: {_yaml(choice.entry['bed'][key], file.parent)}  # {text}\n" for key, text in _BED.items()]
-    body = "".join(lines)
+    coarse, folder, entry = choice.coarse, file.parent, choice.entry
+    sides = " × ".join(f"{1e3 * side:.3g}" for side in np.ptp(coarse.nodes, axis=0))
+    elements = len(choice.body.coarse.tetrahedra)
+    splits = f"1:8 splits of the {elements} coarse tetrahedra; each makes a run about 10 times as long"
+    comments = _COMMENTS | data.comments | {"refinements": splits}
     parts = [
-        _HEAD.format(schema=line, name=data.name, command=command),
-        f"bodies:  # lower-case letters, digits and underscores name a body\n  {data.name}:  # {_size(choice)}\n{body}",
+        f"# yaml-language-server: $schema={schema.as_posix()}\n" if schema else "",
+        _HEAD.format(name=data.name, command=command),
+        "bodies:  # lower-case letters, digits and underscores name a body\n",
+        f"  {data.name}:  # {sides} mm, {1e6 * coarse.volumes.sum():.4g} mL\n",
+        *(f"    {key}: {_yaml(value, folder)}  # {comments[key]}\n" for key, value in entry.items() if key != "bed"),
+        _OTHERS,
+        f"    bed:  # {lies_on(choice)}\n",
+        *(f"      {key}: {_yaml(entry['bed'][key], folder)}  # {text}\n" for key, text in _BED.items()),
         _TAIL.format(contacts=choice.contacts, **_numbers(choice)),
-        _CT.format(name=data.name, sizes=_sizes(choice)) if data.entry["kind"] == "ct" else "",
     ]
+    if data.entry["kind"] == "ct":
+        parts.append(_CT.format(name=data.name, sizes=[factor * entry["surface_nodes"] for factor in (1, 2, 4)]))
     return _aligned("".join(parts))
 
 
 def _numbers(choice: Choice) -> dict[str, float]:
-    """Return how hard the body is pressed, as the text names it."""
     small, deep, large = (choice.regimes[name] for name in ("small", "deep", "large"))
     peaks = {"small": small["peak_of_size"], "large": large["peak_of_size"]}
     lengths = {f"{name}_mm": 1e3 * peak * choice.coarse.size for name, peak in peaks.items()}
     radii = {"tip_m": deep["radius_m"], "hand_m": large["radius_m"]}
     return peaks | lengths | radii | {"deep": deep["pressure_of_young"]}
-
-
-def _sizes(choice: Choice) -> list[int]:
-    return [factor * choice.entry["surface_nodes"] for factor in (1, 2, 4)]
-
-
-def _size(choice: Choice) -> str:
-    lengths = " × ".join(f"{1e3 * side:.3g}" for side in np.ptp(choice.coarse.nodes, axis=0))
-    return f"{lengths} mm, {1e6 * choice.coarse.volumes.sum():.4g} mL"
-
-
-def _chosen(choice: Choice) -> dict[str, str]:
-    """Explain what was chosen for this body, by key."""
-    coarse = len(choice.body.coarse.tetrahedra)
-    return {
-        "refinements": f"1:8 splits of the {coarse} coarse tetrahedra; each makes a run about 10 times as long",
-    }
 
 
 def lies_on(choice: Choice) -> str:

@@ -23,8 +23,7 @@ _OF_MESH = {
 _OF_IMAGE = _OF_MESH | {"left": ("x", "max"), "right": ("x", "min")}
 _BY_AXIS = {f"{axis}-{side}": (axis, side) for axis in "xyz" for side in ("min", "max")}
 
-HOLDS = (*_OF_MESH, *_BY_AXIS)
-"""The words that name a side."""
+HOLDS = (*_OF_MESH, *_BY_AXIS)  # the words that name a side
 
 
 def sides_of(kind: str, hold: str | None) -> list[tuple[str, str]]:
@@ -60,8 +59,8 @@ class Data:
 
 def recognise(
     paths: Sequence[Path],
-    label: Sequence[int | str],
-    threshold_hu: Sequence[float] | None,
+    label: Sequence[int | str] = (),
+    threshold_hu: Sequence[float] | None = None,
     regions: bool = False,
     mri: bool = False,
     scale_m: float | None = None,
@@ -93,22 +92,22 @@ def recognise(
             f"{image}: grey values of an MRI have no unit, so no range of them is usual; give a mask or --threshold."
         )
     if regions:
-        found = _with_regions(image, labels_of(paths, label))
+        labels = labels_of(paths, label)
+        found = _with_regions(image, paths[1], labels)
     else:
         found = _ct(image, mask, list(label), threshold_hu)
     return _of_mri(found) if mri else found
 
 
-def labels_of(paths: Sequence[Path], label: Sequence[int | str]) -> tuple[Path, list[int | str]]:
-    """Return the mask among the files, and those of its labels that are asked for, the largest first; or all."""
+def labels_of(paths: Sequence[Path], label: Sequence[int | str]) -> list[int | str]:
+    """Return the labels of the mask among the files that are asked for, or all, the largest first."""
     if len(paths) < 2:
         raise InputError(f"{paths[0]}: bodies or regions by label need a mask; give the mask after the CT.")
     there = read_labels(paths[1])
-    missing = [str(one) for one in label if one not in there]
-    if missing:
+    if missing := [str(one) for one in label if one not in there]:
         known = ", ".join(map(str, there))
         raise InputError(f"{paths[1]}: the mask has no label {', '.join(missing)}; it has {known}.")
-    return paths[1], [one for one in there if not label or one in label]
+    return [one for one in there if not label or one in label]
 
 
 def _mesh(path: Path, scale_m: float | None) -> Data:
@@ -191,9 +190,8 @@ def _of_mri(data: Data) -> Data:
     return replace(data, entry=entry | {"modality": "mri"}, comments=data.comments | comments)
 
 
-def _with_regions(image: Path, found: tuple[Path, list[int | str]]) -> Data:
+def _with_regions(image: Path, mask: Path, labels: list[int | str]) -> Data:
     """Describe one body of several labels, of which the largest is its main part and the others are regions."""
-    mask, labels = found
     if len(labels) < 2:
         raise InputError(f"{mask}: regions need two labels at least; leave --regions out, or name more.")
     data = _ct(image, mask, labels, None)

@@ -1,6 +1,6 @@
-"""Small settings of a first run: one kind of press, few contacts, and the models that a first look needs.
+"""Carry out ``palpate try``: what ``palpate init`` writes, run at once on small settings.
 
-Carry out ``palpate try``: what ``palpate init`` writes, run at once on small settings.
+They ask for one kind of press, few contacts, and the models that a first look needs.
 """
 
 import ctypes
@@ -10,7 +10,7 @@ import shlex
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -60,15 +60,12 @@ def small_settings(config: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def write_small(config: Path, command: str) -> Path:
-    """Write try.yaml beside a first configuration, marked with both files' contents; return its path.
-
-    command : that runs the whole configuration
-    """
-    settings = small_settings(yaml.safe_load(config.read_text(encoding="utf-8")))
+def write_small(config: Path) -> Path:
+    """Write try.yaml beside a first configuration, marked with both files' contents; return its path."""
+    settings = small_settings(read_yaml(config))
     (regime,) = settings["regimes"]
-    counts = {"contacts": settings["tradeoff"]["contacts"], "models": len(settings["tradeoff"]["models"])}
-    about = _ABOUT.format(regime=regime, command=command, **counts)
+    contacts = settings["tradeoff"]["contacts"]
+    about = _ABOUT.format(regime=regime, contacts=contacts, models=len(MODELS), command=run_of(config))
     text = about + yaml.safe_dump(settings, sort_keys=False, allow_unicode=True, width=120)
     file = config.with_name("try.yaml")
     with write_whole(file) as part:
@@ -89,15 +86,12 @@ def _digest(config: Path, text: str) -> str:
     return sha256(config.read_bytes() + text.encode()).hexdigest()[:16]
 
 
-PR_SET_PDEATHSIG = 1
-"""Of Linux' prctl: the signal that a process gets when its parent dies."""
-RUN = ROOT / "workflow/run.py"
-"""Runs snakemake, as make does."""
+RUN = ROOT / "workflow/run.py"  # runs snakemake, as make does
 FEW = 3
 """Presses that a mean error should have at least; twelve contacts leave six for it, some perhaps without a truth."""
 
 
-def try_body(data: Data, paths: Sequence[Path], folder: Path | None, hold: str | None, again: str) -> str:
+def try_body(data: Data, folder: Path | None, hold: str | None, again: str) -> str:
     """Write a configuration, run its small settings with progress on the terminal, and return advice and what follows.
 
     folder, hold : as ``init`` has them; again : the command that was typed, which goes on after a stop
@@ -105,7 +99,7 @@ def try_body(data: Data, paths: Sequence[Path], folder: Path | None, hold: str |
     """
     if not RUN.is_file():
         raise InputError(f"{ROOT} has no workflow to run; use palpate in its own folder, where make was typed.")
-    file = config_file(data, paths, folder)
+    file = config_file(data, folder)
     refuse_others(file.parent)
     begun = perf_counter()
     print(
@@ -114,7 +108,7 @@ def try_body(data: Data, paths: Sequence[Path], folder: Path | None, hold: str |
         flush=True,
     )
     print(*write_config(data, file, hold), sep="\n", flush=True)
-    small = write_small(file, run_of(file))
+    small = write_small(file)
     print(f"wrote    {file}, and {small.name} with the small settings that are run now", flush=True)
     run_settings(small, again)
     return "\n".join([*_advice(file.parent), *_ways_on(file, small, perf_counter() - begun)])
@@ -126,17 +120,14 @@ def refuse_others(folder: Path) -> None:
         if len(list(folder.glob("results/data/*/*/database.h5"))) > 1:
             raise InputError(f"{folder} holds results of all its config.yaml, and is kept; give another --folder.")
         return
-    if not folder.exists() or (folder.is_dir() and all(map(_is_begun, folder.iterdir()))):
+    # files that a try leaves if it is killed before it has written its settings
+    begun = re.compile(rf"{re.escape(PICTURE)}|{PART}")
+    if not folder.exists() or (folder.is_dir() and all(begun.fullmatch(path.name) for path in folder.iterdir())):
         return
     if (folder / "try.yaml").is_file() and (folder / "config.yaml").is_file():
         go_on = typed(run_of(folder / "config.yaml"))
         raise InputError(f"{folder}/config.yaml or try.yaml was changed and is kept; run it with {go_on}.")
     raise InputError(f"{folder} exists and is kept; delete it, or give another folder with --folder.")
-
-
-def _is_begun(path: Path) -> bool:
-    """Return whether a file is one that ``palpate try`` leaves if it is killed before it has written its settings."""
-    return path.name == PICTURE or re.fullmatch(PART, path.name) is not None
 
 
 def run_settings(file: Path, again: str) -> None:
@@ -166,8 +157,8 @@ def _ends_with_us() -> Callable[[], object] | None:
     """Return what has Linux end a process when the one that started it is killed; None elsewhere."""
     if not sys.platform.startswith("linux"):
         return None
-    prctl = ctypes.CDLL(None).prctl
-    return partial(prctl, PR_SET_PDEATHSIG, int(signal.SIGTERM))
+    pr_set_pdeathsig = 1  # of prctl: the signal that a process gets when its parent dies
+    return partial(ctypes.CDLL(None).prctl, pr_set_pdeathsig, int(signal.SIGTERM))
 
 
 def _waited(run: subprocess.Popen) -> int:
@@ -194,7 +185,6 @@ def _advice(folder: Path) -> list[str]:
 
 
 def _ways_on(file: Path, small: Path, seconds: float) -> list[str]:
-    """Return where the results are, and how to go on."""
     minutes, rest = divmod(round(seconds), 60)
     folder, settings = file.parent, read_yaml(small)
     scene = "_".join([*settings["bodies"], *settings["regimes"]])

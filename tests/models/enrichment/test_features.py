@@ -7,13 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from palpate.errors import InputError
-from palpate.models.enrichment.features import (
-    body_axis,
-    contact_frame,
-    kinds,
-    nearest_first,
-    nearest_first_framed,
-)
+from palpate.models.enrichment.features import body_axis, contact_frame, kinds, nearest_first
 
 
 def turned(db, angle):
@@ -28,16 +22,10 @@ def turned(db, angle):
     return *maps, rotation
 
 
-def test_lengths(db):
-    found = kinds(db, 10)
-    contact = int(db.contact[0])
-    lengths = {name: f.view(contact).feature(db.coarse_paper[0]).size for name, f in found.items()}
-    assert lengths == {"unordered": 546, "ordered": 30, "framed": 30}
-
-
-@pytest.mark.parametrize("name", ["unordered", "ordered", "framed"])
-def test_slots_and_back(db, name):
+@pytest.mark.parametrize(("name", "length"), [("unordered", 546), ("ordered", 30), ("framed", 30)])
+def test_slots_and_back(db, name, length):
     view = kinds(db, 10)[name].view(int(db.contact[3]))
+    assert view.feature(db.coarse_paper[3]).shape == (length,)
     again = view.from_slots(view.to_slots(db.fine[3]))
     assert again == pytest.approx(db.fine[3], abs=1e-16)
     lengths = np.linalg.norm(view.to_slots(db.fine[3]).reshape(-1, 3), axis=1)
@@ -86,23 +74,17 @@ def test_a_contact_off_the_surface_is_refused(db):
         kinds(db, 10)["ordered"].view(100000)
 
 
-def test_ties_go_by_number_whatever_the_rounding():
-    angles = np.arange(12) * np.pi / 6
-    ring = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(12)])
-    for seed in range(20):
-        noise = 1e-15 * np.random.default_rng(seed).normal(size=ring.shape)
-        assert nearest_first(ring + noise, np.zeros(3), 2.0).tolist() == list(range(12))
-
-
-def test_framed_ties_do_not_depend_on_numbering():
+def test_ties_go_by_number_and_framed_ones_by_position_whatever_the_rounding():
     angles = np.arange(12) * np.pi / 6
     ring = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(12)])
     frame = contact_frame(np.array([0.0, 0.0, 1.0]), np.eye(3))
-    wanted = ring[nearest_first_framed(ring, np.zeros(3), frame, 2.0)]
+    wanted = ring[nearest_first(ring, np.zeros(3), 2.0, frame)]
     for seed in range(20):
         random = np.random.default_rng(seed)
-        shuffled = random.permutation(ring) + 1e-15 * random.normal(size=ring.shape)
-        found = shuffled[nearest_first_framed(shuffled, np.zeros(3), frame, 2.0)]
+        noise = 1e-15 * random.normal(size=ring.shape)
+        assert nearest_first(ring + noise, np.zeros(3), 2.0).tolist() == list(range(12))
+        shuffled = random.permutation(ring) + noise
+        found = shuffled[nearest_first(shuffled, np.zeros(3), 2.0, frame)]
         assert found == pytest.approx(wanted, abs=1e-12)
 
 
@@ -118,12 +100,9 @@ def test_frames_are_right_handed_and_keep_the_normal():
 
 
 @pytest.mark.parametrize("height", [0.1, 10.0])
-def test_the_axis_of_a_body_of_revolution_is_its_own(height):
+def test_the_axis_of_a_body_of_revolution_is_its_own_and_a_cube_gets_one(height):
     angles = np.arange(24) * np.pi / 12
     points = np.array([[z, np.cos(a), np.sin(a)] for a in angles for z in np.linspace(0, height, 5)])
     assert body_axis(points) == pytest.approx([1, 0, 0], abs=1e-12)
-
-
-def test_a_body_without_an_axis_gets_one():
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
     assert body_axis(corners).tolist() == [0, 0, 1]

@@ -9,10 +9,13 @@ from palpate.errors import InputError
 from palpate.models.enrichment.fitting import blend_errors, convinces, divide, gather
 
 
-def test_folds_are_even(settings):
+def test_folds_are_even_and_as_many_as_there_are_contacts(settings):
     fold = divide(np.arange(18), settings)
     assert np.bincount(fold).tolist() == [4, 4, 4, 3, 3]
     assert np.array_equal(fold, divide(np.arange(18), settings))
+    assert set(divide(np.array([4, 4, 4, 8, 8]), settings)) == {0, 1}
+    with pytest.raises(InputError, match="cross-validation needs two training contacts"):
+        divide(np.array([4, 4, 4]), settings)
 
 
 def test_folds_hold_out_whole_contacts(db, settings):
@@ -22,22 +25,9 @@ def test_folds_hold_out_whole_contacts(db, settings):
     assert len(set(fold)) == 5
 
 
-def test_few_contacts_make_few_folds(settings):
-    assert set(divide(np.array([4, 4, 4, 8, 8]), settings)) == {0, 1}
-
-
-def test_one_contact_cannot_be_divided(settings):
-    with pytest.raises(InputError, match="cross-validation needs two training contacts"):
-        divide(np.array([4, 4, 4]), settings)
-
-
 def test_inner_products_measure_the_error():
     random = np.random.default_rng(0)
-    known, asked, weights = (
-        random.normal(size=(6, 90)),
-        random.normal(size=(4, 90)),
-        random.normal(size=(3, 6, 4)),
-    )
+    known, asked, weights = (random.normal(size=size) for size in ((6, 90), (4, 90), (3, 6, 4)))
     found = blend_errors(weights, known @ known.T, known @ asked.T, (asked**2).sum(axis=1))
     direct = [((known.T @ blend - asked.T) ** 2).sum(axis=0) for blend in weights]
     assert found == pytest.approx(np.array(direct), rel=1e-12)
@@ -53,12 +43,9 @@ def test_scores_are_relative_errors_of_held_out_samples(db, settings):
         return weights
 
     fine = training.fine.reshape(24, -1)
-    by_hand = []
-    for i in range(24):
-        guess = training.fine[np.flatnonzero(training.fold != training.fold[i])[0]]
-        rmse = np.sqrt(np.mean(np.sum((guess - training.fine[i]) ** 2, axis=1)))
-        by_hand.append(rmse / db.peaks[i])
-    assert training.score(fine @ fine.T, first) == pytest.approx([np.mean(by_hand)], rel=1e-9)
+    guesses = training.fine[[np.flatnonzero(training.fold != fold)[0] for fold in training.fold]]
+    by_hand = np.sqrt(np.mean(np.sum((guesses - training.fine) ** 2, axis=2), axis=1)) / db.peaks
+    assert training.errors(fine @ fine.T, first) == pytest.approx(by_hand[None], rel=1e-8)
 
 
 def test_a_gain_convinces_if_the_folds_agree_on_it():

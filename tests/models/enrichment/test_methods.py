@@ -40,18 +40,25 @@ def of_peak(predicted, db, i):
     return np.sqrt(np.mean(np.sum((predicted - db.fine[i]) ** 2, axis=1))) / db.peaks[i]
 
 
+def described(db, features, settings, train=TRAIN):
+    return DescribedSamples(kinds(db, 10)[features], gather(db, train, "paper", settings), settings)
+
+
+def rivals(db, training, settings):
+    return RidgeUpsampling(db, training), KernelRidgeDetail(db, training, settings), PodRbf(db, training)
+
+
 def test_predictions_are_finite_even_far_from_every_sample(db, methods):
     for name, method in methods.items():
         for factor in (0.0, 1.0, 1e6):
-            coarse = factor * db.coarse_paper[20]
-            found = method.predict(coarse, int(db.contact[20]), db.force[20])
+            found = method.predict(factor * db.coarse_paper[20], int(db.contact[20]), db.force[20])
             assert found.shape == db.fine[20].shape and np.isfinite(found).all(), name
 
 
 @pytest.mark.parametrize("name", ["unordered", "ordered", "framed"])
 @pytest.mark.parametrize("kind", ["signed", "nonnegative_b"])
 def test_training_samples_reproduce_themselves(db, settings, name, kind):
-    known = DescribedSamples(kinds(db, 10)[name], gather(db, TRAIN, "paper", settings), settings)
+    known = described(db, name, settings)
     method = Blend(known, kind, 0.3 * known.scale)
     for i in TRAIN:
         assert of_peak(predict(method, db, i), db, i) < 1e-6
@@ -94,10 +101,7 @@ def test_blends_do_not_depend_on_numbering(db, settings, name):
     """Framed ties go by position, so this holds on a symmetric mesh too; plain ordering does not."""
     other, fine = renumbered(db, 5)
     for kind in ("signed", "nonnegative_a", "clipped"):
-        here, there = (
-            Blend(DescribedSamples(kinds(d, 10)[name], gather(d, TRAIN, "paper", settings), settings), kind, 2e-3)
-            for d in (db, other)
-        )
+        here, there = (Blend(described(d, name, settings), kind, 2e-3) for d in (db, other))
         for i in TEST:
             assert predict(there, other, i) == pytest.approx(predict(here, db, i)[fine], abs=1e-9 * db.peaks[i])
 
@@ -108,10 +112,7 @@ def test_ordered_does_not_depend_on_numbering_without_ties(db, settings):
     moved["coarse_nodes"][db.coarse_surface] += 1e-4 * np.random.default_rng(3).normal(size=(len(db.coarse_surface), 3))
     irregular = replace(db, **moved)
     other, fine = renumbered(irregular, 5)
-    here, there = (
-        Blend(DescribedSamples(kinds(d, 10)["ordered"], gather(d, TRAIN, "paper", settings), settings), "signed", 2e-3)
-        for d in (irregular, other)
-    )
+    here, there = (Blend(described(d, "ordered", settings), "signed", 2e-3) for d in (irregular, other))
     for i in TEST:
         assert predict(there, other, i) == pytest.approx(predict(here, irregular, i)[fine], abs=1e-9)
 
@@ -126,8 +127,7 @@ def test_a_linear_world_is_learnt_by_the_linear_rivals(db, settings, protocol):
     coarse = np.tensordot(amounts, modes, 1)
     fine = np.array([db.prolongation @ c for c in coarse]) + 0.1 * np.tensordot(amounts, detail, 1)
     world = replace(db, coarse_paper=coarse, coarse_live=coarse, fine=fine)
-    training = gather(world, TRAIN, protocol, settings)
-    for method in (RidgeUpsampling(world, training), KernelRidgeDetail(world, training, settings)):
+    for method in rivals(world, gather(world, TRAIN, protocol, settings), settings)[:2]:
         for i in TEST:
             assert of_peak(predict(method, world, i, protocol), world, i) < 1e-3
     assert of_peak(predict(Interpolation(world), world, 20), world, 20) > 1e-2
@@ -136,32 +136,15 @@ def test_a_linear_world_is_learnt_by_the_linear_rivals(db, settings, protocol):
 def test_rivals_learn_from_seen_contacts(db, settings):
     seen = np.arange(1, 24, 4)
     train = np.setdiff1d(np.arange(24), seen)
-    training = gather(db, train, "paper", settings)
-    scores = {
-        type(method).__name__: np.mean([of_peak(predict(method, db, i), db, i) for i in seen])
-        for method in (
-            RidgeUpsampling(db, training),
-            KernelRidgeDetail(db, training, settings),
-            PodRbf(db, training),
-            Interpolation(db),
-        )
-    }
-    assert scores["RidgeUpsampling"] < scores["Interpolation"]
-    assert scores["KernelRidgeDetail"] < scores["Interpolation"]
-    assert scores["PodRbf"] < np.mean([of_peak(db.fine[train].mean(axis=0), db, i) for i in seen])
+    methods = *rivals(db, gather(db, train, "paper", settings), settings), Interpolation(db)
+    ridge, kernel, pod, plain = (np.mean([of_peak(predict(m, db, i), db, i) for i in seen]) for m in methods)
+    assert ridge < plain and kernel < plain
+    assert pod < np.mean([of_peak(db.fine[train].mean(axis=0), db, i) for i in seen])
 
 
 @pytest.mark.parametrize("name", ["unordered", "ordered", "framed"])
 def test_duplicate_training_samples_change_nothing_bad(db, settings, name):
-    twice = np.concatenate([TRAIN, TRAIN[:5]])
-    training = gather(db, twice, "paper", settings)
-    known = DescribedSamples(kinds(db, 10)[name], training, settings)
-    for kind in WEIGHTS:
-        method = Blend(known, kind, known.choose_sigma(kind))
-        assert np.isfinite(predict(method, db, 20)).all()
-    for method in (
-        RidgeUpsampling(db, training),
-        KernelRidgeDetail(db, training, settings),
-        PodRbf(db, training),
-    ):
+    known = described(db, name, settings, np.concatenate([TRAIN, TRAIN[:5]]))
+    blends = [Blend(known, kind, known.choose_sigma(kind)) for kind in WEIGHTS]
+    for method in (*blends, *rivals(db, known.training, settings)):
         assert np.isfinite(predict(method, db, 20)).all()

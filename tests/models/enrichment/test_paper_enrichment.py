@@ -12,7 +12,6 @@ from palpate.models.enrichment.paper_enrichment import (
     WEIGHTS,
     BlendWeights,
     LinearRegressor,
-    fit_linear,
     gaussian,
     inverse,
     normalise,
@@ -34,10 +33,8 @@ def test_training_samples_reproduce_themselves(kind, sigma):
 
 @pytest.mark.parametrize("kind", WEIGHTS)
 def test_narrow_kernels_give_the_nearest_sample(kind):
-    query = KNOWN[6:7] + 1e-3
-    assert BlendWeights(kind, SQUARED, 1e-2)(squared_distances(KNOWN, query)).ravel() == pytest.approx(
-        np.eye(15)[6], abs=1e-12
-    )
+    found = BlendWeights(kind, SQUARED, 1e-2)(squared_distances(KNOWN, KNOWN[6:7] + 1e-3))
+    assert found.ravel() == pytest.approx(np.eye(15)[6], abs=1e-12)
 
 
 @pytest.mark.parametrize("sigma", np.geomspace(1e-12, 1e12, 13))
@@ -57,11 +54,9 @@ def test_weights_are_finite_and_sum_to_one(kind, sigma, known):
 
 def test_one_query_equals_many():
     squared = squared_distances(KNOWN, RANDOM.normal(size=(4, 6)))
-    for kind in WEIGHTS:
-        weights = BlendWeights(kind, SQUARED, 1.0)
-        many = weights(squared)
-        for i in range(4):
-            assert weights(squared[:, i]) == pytest.approx(many[:, i], abs=1e-12)
+    for weights in (BlendWeights(kind, SQUARED, 1.0) for kind in WEIGHTS):
+        one_by_one = np.column_stack([weights(column) for column in squared.T])
+        assert one_by_one == pytest.approx(weights(squared), abs=1e-12)
 
 
 def test_duplicates_share_their_weight():
@@ -148,7 +143,7 @@ def fitting(db, settings):
 @pytest.mark.parametrize("features", ["unordered", "ordered"])
 def test_samples_and_their_multiples_are_reproduced(db, fitting, features):
     """18 samples, and no feature vector is shorter than 30; those in the contact's frame depend on each other here."""
-    method = fit_linear(fitting, features)
+    method = LinearRegressor(fitting, features)
     for i in (0, 7, 17):
         found = method.predict(0.5 * db.coarse_paper[i], int(db.contact[i]), db.force[i])
         assert found == pytest.approx(0.5 * db.fine[i], abs=1e-4 * db.peaks[i])
@@ -167,5 +162,5 @@ def test_it_is_the_map_of_least_norm(db, fitting):
 def test_more_samples_than_numbers_are_fitted_by_least_squares(db, settings):
     short = replace(settings, neighbours=2)  # six numbers for 18 samples
     fitting = Fitting.of(db, TRAIN, "paper", short)
-    found = fit_linear(fitting, "framed").predict(db.coarse_paper[20], int(db.contact[20]), db.force[20])
+    found = LinearRegressor(fitting, "framed").predict(db.coarse_paper[20], int(db.contact[20]), db.force[20])
     assert np.isfinite(found).all() and np.linalg.norm(found, axis=1).max() < 3 * db.peaks[20]

@@ -7,22 +7,18 @@ from palpate.studies.collision import figures
 from palpate.studies.collision.figures import look
 
 
-def test_time_over_false_pairs_has_a_curve_a_structure_and_a_line_a_rival(collision_results):
+def test_time_over_false_pairs_has_a_curve_a_structure_and_frames_a_row(collision_results):
     figure = figures.draw_collision(collision_results["collision"])
     above = figure.axes[:2]
     assert [axis.get_title("left").split(",")[0] for axis in above] == ["two livers", "folding sheet"]
     drawn = {line.get_color(): line for line in above[0].lines}
     for depths, false, query in (("4/2", 100.0, 2.0), ("8/4", 400.0, 4.0)):
-        composite = drawn[figures.look("composite", depths, ["4/2", "8/4"]).colour]
+        composite = drawn[look("composite", depths, ["4/2", "8/4"]).colour]
         assert (composite.get_xdata()[0], composite.get_ydata()[0]) == (false, query)
     joined = drawn[style.FAINT]
     assert list(joined.get_xdata()) == [100.0, 400.0]
-    assert drawn[figures.look("obb_coal").colour].get_ydata()[0] == 2.0
+    assert drawn[look("obb_coal").colour].get_ydata()[0] == 2.0
     assert len(above[0].lines) == len(above[1].lines) + 1
-
-
-def test_frames_have_a_row_each(collision_results):
-    figure = figures.draw_collision(collision_results["collision"])
     labels = [text.get_text() for text in figure.axes[2].get_yticklabels()]
     assert labels == ["spheres", "AABBs", "composite 4/2", "composite 8/4", "coal, OBBs, rebuilt"]
     whole = [line.get_xdata()[0] for line in figure.axes[2].lines[2::3]]
@@ -55,10 +51,7 @@ def test_each_structure_has_a_curve_of_its_layers_and_a_mark_of_the_whole_tree(c
     # the response itself: 10 mm
     assert axes[0].lines[-1].get_ydata()[0] == pytest.approx(10.0)
     assert [text.get_text() for text in axes[0].texts] == ["0", "2", "4"]
-
-
-def test_panels_without_numbers_say_so(collision_results):
-    axes = figures.draw_collision_precision(collision_results["collision_precision"]).axes
+    # panels without numbers say so
     assert [text.get_text() for text in axes[3].texts] == ["never in contact"]
     assert [text.get_text() for text in axes[4].texts] == ["never apart"]
     assert not axes[3].lines and not axes[4].lines

@@ -27,16 +27,14 @@ def table():
     return found
 
 
-def test_every_scene_has_every_layer_and_the_whole_tree(table):
-    assert len(table) == 4 * 3 * 4
-    assert table.groupby("scene")["exact"].sum().tolist() == [3] * 4
-    assert table.loc[table["exact"], "layer"].isna().all()
-
-
 def test_nothing_is_missed_and_whole_trees_report_nothing_false(table):
+    assert len(table) == 4 * 3 * 4 and table.groupby("scene")["exact"].sum().tolist() == [3] * 4
     assert (table["missed_pairs"] == 0).all()
     whole = table[table["exact"]]
+    assert whole["layer"].isna().all()
     assert (whole[["false_pairs", "false_frames", "reported_m"]] == 0).all(axis=None)
+    assert (table[["refit_ms", "contacts_ms", "frame_ms", "tests"]] > 0).all(axis=None)
+    assert (table["frame_ms"] >= table[["refit_ms", "contacts_ms"]].max(axis=1)).all()
 
 
 def test_bodies_that_are_always_apart_are_in_contact_for_coarse_volumes_only(table):
@@ -55,19 +53,11 @@ def test_deeper_layers_report_contact_later(table):
     assert contact[30] < 0.5 * contact[0]
 
 
-def test_times_and_counts_are_there(table):
-    assert (table[["refit_ms", "contacts_ms", "frame_ms", "tests", "contacts"]].drop(columns="contacts") > 0).all(
-        axis=None
-    )
-    assert (table["frame_ms"] >= table[["refit_ms", "contacts_ms"]].max(axis=1)).all()
-
-
 def judged(depths, directions, velocities, truth, true):
     k = len(depths)
-    pairs, ways, moving = np.repeat(np.arange(k), 2), np.array(directions), np.array(velocities)
-    found = ContactPoints(
-        pairs.reshape(-1, 2), np.zeros((k, 3)), ways.reshape(k, 3), np.array(depths), moving.reshape(k, 3), Counts(1, 0)
-    )
+    pairs = np.repeat(np.arange(k), 2).reshape(-1, 2)
+    ways, moving = (np.reshape(vectors, (k, 3)) for vectors in (directions, velocities))
+    found = ContactPoints(pairs, np.zeros((k, 3)), ways, np.array(depths), moving, Counts(1, 0))
     frame = Frame([], [], np.empty((0, 2)), 0.0, truth)
     return stopped_precision._judge(found, frame, np.array(true, dtype=np.int64).reshape(-1, 2))
 
@@ -135,14 +125,12 @@ def test_the_overlap_of_two_balls_is_a_lens():
     assert back.direction == pytest.approx(-found.direction, abs=1e-6)
 
 
-def test_bodies_apart_have_no_overlap():
-    (a, one), (b, other) = ball(300, 1.0, np.zeros(3)), ball(300, 0.6, [1.7, 0.0, 0.0])
+def test_bodies_apart_have_no_overlap_and_one_that_is_wholly_inside_another_has():
+    (a, one), (b, other), (c, third) = (
+        ball(800, 1.0, np.zeros(3)), ball(300, 0.6, [1.7, 0.0, 0.0]), ball(300, 0.2, [0.7, 0.0, 0.0])
+    )  # fmt: skip
     assert overlap([a, b], [np.zeros_like(a), np.zeros_like(b)], [one, other]) is None
-
-
-def test_a_body_that_is_wholly_inside_another_overlaps():
-    (a, one), (b, other) = ball(800, 1.0, np.zeros(3)), ball(300, 0.2, [0.7, 0.0, 0.0])
-    found = overlap([a, b], [np.zeros_like(a), np.zeros_like(b)], [one, other])
+    found = overlap([a, c], [np.zeros_like(a), np.zeros_like(c)], [one, third])
     # the far side of the small ball is half way in
     assert found.depth == pytest.approx(0.5, rel=0.03)
     assert found.direction == pytest.approx([-1.0, 0.0, 0.0], abs=0.1)
@@ -159,7 +147,7 @@ def apart_table():
     return found
 
 
-def test_placed_bodies_have_the_gap(monkeypatch):
+def test_placed_bodies_have_the_gap():
     for bodies in two_bodies(0).values():
         for gap, points in apart_bodies._place(bodies, GAPS, np.random.default_rng(2)):
             # dense points of both surfaces: no nearer than the gap, and not much farther
@@ -176,14 +164,6 @@ def _spread(points, triangles, parts=12):
     return np.einsum("pc,tci->tpi", share, points[triangles]).reshape(-1, 3)
 
 
-def test_no_structure_finds_a_crossing_or_tests_many_triangles(apart_table):
-    assert (apart_table["extra_pairs"] == 0).all()
-    assert (apart_table["placements"] == 3).all()
-    own = apart_table[~apart_table["rival"]]
-    assert (own[["query_ms", "refit_ms", "frame_ms"]] > 0).all(axis=None)
-    assert own["roots_overlap"].between(0, 1).all()
-
-
 def test_a_test_of_volumes_is_timed_on_the_pairs_of_a_search(apart_table):
     plain = ~apart_table["rival"] & (apart_table["structure"] != "composite")
     assert (apart_table.loc[plain, "test_ns"] > 0).all() and apart_table.loc[~plain, "test_ns"].isna().all()
@@ -198,8 +178,12 @@ def test_a_test_of_volumes_is_timed_on_the_pairs_of_a_search(apart_table):
         assert (leaves[0] & leaves[1]).sum() > 0
 
 
-def test_wider_gaps_take_fewer_tests(apart_table):
-    for _, rows in apart_table[~apart_table["rival"]].groupby(["bodies", "structure"]):
+def test_no_structure_finds_a_crossing_and_wider_gaps_take_fewer_tests(apart_table):
+    assert (apart_table["extra_pairs"] == 0).all() and (apart_table["placements"] == 3).all()
+    own = apart_table[~apart_table["rival"]]
+    assert (own[["query_ms", "refit_ms", "frame_ms"]] > 0).all(axis=None)
+    assert own["roots_overlap"].between(0, 1).all()
+    for _, rows in own.groupby(["bodies", "structure"]):
         tests = rows.set_index("gap_m")["node_tests"]
         assert 1 <= tests[GAPS[1]] < tests[GAPS[0]]
         # where the roots are apart, the first test suffices

@@ -99,10 +99,10 @@ def fit_scale(ratios: np.ndarray, detail: np.ndarray, missing: np.ndarray, train
         squared = unexplained[samples] - 2.0 * extra * across[samples] + extra**2 * inner[samples]
         return float(np.sqrt(np.maximum(squared, 0.0)).sum())
 
-    parts = [np.flatnonzero(training.fold == part) for part in range(training.fold.max() + 1)]
-    rest = [np.flatnonzero(training.fold != part) for part in range(training.fold.max() + 1)]
+    held_out = [training.fold == part for part in range(training.fold.max() + 1)]
+    folds = [(np.flatnonzero(part), np.flatnonzero(~part)) for part in held_out]
     candidates = [(penalty, bounded) for bounded in (True, False) for penalty in PENALTIES]
-    scores = [sum(error(a, solve(k, *each)) for a, k in zip(parts, rest, strict=True)) for each in candidates]
+    scores = [sum(error(part, solve(rest, *each)) for part, rest in folds) for each in candidates]
     everything = np.arange(len(ratios))
     if min(scores) >= error(everything, Scale(np.zeros(2))):
         return Scale(np.zeros(2))
@@ -113,8 +113,7 @@ def _inner(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("kni,kni->k", a, b)
 
 
-FARTHEST = 1e9
-"""Ratios above are of a coarse body that has left all bounds; kept finite, they leave the scale finite."""
+FARTHEST = 1e9  # ratios above are of a coarse body that has left all bounds; kept finite, they leave the scale finite
 
 
 class Query(NamedTuple):
@@ -161,23 +160,22 @@ class DetailCorrection:
 
     def learn(self, training: Training, options: FitOptions) -> "DetailCorrection":
         """Fit the scale and then the residual to the training samples; only with ``turned``."""
-        samples = zip(training.coarse, training.contact, training.force, strict=True)
-        queries = [self._query(x, int(c), f) for x, c, f in samples]
+        samples = zip(training.coarse, training.contact.tolist(), training.force, strict=True)
+        queries = [self._query(*sample) for sample in samples]
         missing = training.fine - np.array([q.interpolated for q in queries])
         ratios, detail = np.array([q.ratios for q in queries]), np.array([q.detail for q in queries])
         self.scale = fit_scale(ratios, detail, missing, training)
         residual = missing - self.scale.of(ratios)[:, None, None] * detail
         plain = np.sqrt(np.mean(np.sum(residual**2, axis=2), axis=1)) / training.peaks
         turns = [q.turned.transpose(0, 2, 1) for q in queries if q.turned is not None]
-        unturned = np.array([_turn(r, e) for r, e in zip(turns, residual, strict=True)])
+        unturned = np.array([_turn(*pair).ravel() for pair in zip(turns, residual, strict=True)])
         described = training.coarse[:, self._surface].reshape(len(queries), -1)
-        learnt = KernelRidge(described, unturned.reshape(len(queries), -1), training, options)
+        learnt = KernelRidge(described, unturned, training, options)
         if convinces(learnt.errors, plain, training.fold):
             self._residual, self.sigma_m = learnt, learnt.sigma_m
         return self
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes (N, 3) [m], force (3,) [N]."""
         query = self._query(coarse, contact, force)
         fine = query.interpolated + self.scale.of(query.ratios) * query.detail
         if self._residual is not None and query.turned is not None:
@@ -209,7 +207,6 @@ def _turn(rotations: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 
 def fit(fitting: Fitting, turned: bool = True, learnt: bool = True) -> DetailCorrection:
-    """Take the detail from the linear responses, and with ``learnt`` fit scale and residual."""
     method = DetailCorrection(fitting.db, fitting.linear(), fitting.protocol, turned)
     return method.learn(fitting.training, fitting.options) if learnt else method
 

@@ -10,17 +10,15 @@ same pattern round another contact need not land in the same slots. The framed o
 in a frame fixed to the contact's rest normal, so there it does.
 """
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from palpate.benchmark.database import Database
 from palpate.errors import InputError
 
-FEATURES = ("unordered", "ordered", "framed")
-"""Kinds of feature vectors, which ``kinds`` makes."""
-TIE = 1e-9
-"""Lengths closer than this, relative to the body's size, are equal."""
+FEATURES = ("unordered", "ordered", "framed")  # kinds of feature vectors, which ``kinds`` makes
+TIE = 1e-9  # lengths closer than this, relative to the body's size, are equal
 
 
 def levels(values: np.ndarray, tolerance: float) -> np.ndarray:
@@ -34,18 +32,17 @@ def levels(values: np.ndarray, tolerance: float) -> np.ndarray:
     return level
 
 
-def nearest_first(points: np.ndarray, contact: np.ndarray, size: float) -> np.ndarray:
-    """Sort the numbers of ``points`` (n, 3) [m] by distance from ``contact`` (3,) [m], ties by number; size in [m]."""
-    distance = np.linalg.norm(points - contact, axis=1)
-    return np.argsort(levels(distance, TIE * size), kind="stable")
+def nearest_first(points: np.ndarray, contact: np.ndarray, size: float, frame: np.ndarray | None = None) -> np.ndarray:
+    """Sort the numbers of ``points`` (n, 3) [m] by distance from ``contact`` (3,) [m]; size in [m].
 
-
-def nearest_first_framed(points: np.ndarray, contact: np.ndarray, frame: np.ndarray, size: float) -> np.ndarray:
-    """Sort as ``nearest_first``, but ties by the position along the frame's axes (its columns), then by number."""
+    Ties go by the position along the axes of ``frame`` (its columns), if it is given, and then by number.
+    """
     away = points - contact
-    distance = np.linalg.norm(away, axis=1)
-    keys = [levels(values, TIE * size) for values in (distance, *(away @ frame).T)]
-    return np.lexsort(keys[::-1])
+    distance = levels(np.linalg.norm(away, axis=1), TIE * size)
+    if frame is None:
+        return np.argsort(distance, kind="stable")
+    along = [levels(values, TIE * size) for values in (away @ frame).T]
+    return np.lexsort([*along[::-1], distance])
 
 
 def body_axis(points: np.ndarray) -> np.ndarray:
@@ -110,13 +107,6 @@ class View(NamedTuple):
         return ordered if self.places is None else ordered.take(self.places, axis=0)
 
 
-class Features(Protocol):
-    """A kind of feature: one view a contact."""
-
-    def view(self, contact: int) -> View:
-        """Return the view of the coarse surface node ``contact``."""
-
-
 class Unordered:
     """All m coarse surface displacements in mesh order, r = 3m (the baseline, Seiler et al. 2012)."""
 
@@ -160,12 +150,11 @@ class Ordered:
             outward = position - self._centre
             outward = outward / np.linalg.norm(outward)
             frame = contact_frame(self._normals[row], np.array([self._axis, outward]))
-            near = nearest_first_framed(self._surface, position, frame, self._size)
-            slots = nearest_first_framed(self._fine, position, frame, self._size)
-        else:
-            near = nearest_first(self._surface, position, self._size)
-            slots = nearest_first(self._fine, position, self._size)
+        near, slots = (nearest_first(nodes, position, self._size, frame) for nodes in (self._surface, self._fine))
         return View(self._numbers[near[: self._neighbours]], slots, np.argsort(slots), frame)
+
+
+Features = Unordered | Ordered
 
 
 def kinds(db: Database, neighbours: int) -> dict[str, Features]:

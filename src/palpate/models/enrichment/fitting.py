@@ -11,8 +11,7 @@ from palpate.benchmark.model import FitOptions
 from palpate.errors import InputError
 from palpate.solvers.compliance import Compliance
 
-SMALLEST_M, LARGEST_M = 1e-100, 1e100
-"""Displacements [m] whose squares and cubes fits can compute with."""
+SMALLEST_M, LARGEST_M = 1e-100, 1e100  # displacements [m] whose squares and cubes fits can compute with
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,13 +28,6 @@ class Training:
     force: np.ndarray
     peaks: np.ndarray
     fold: np.ndarray
-
-    def score(self, gram: np.ndarray, blends: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
-        """Evaluate each candidate by cross-validation, (candidates,): mean RMSE / peak over the training samples.
-
-        Arguments as of ``errors``.
-        """
-        return self.errors(gram, blends).mean(axis=-1)
 
     def errors(self, gram: np.ndarray, blends: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
         """Compute the RMSE / peak of each candidate and sample, (candidates, k), by cross-validation.

@@ -19,8 +19,7 @@ from palpate.models.enrichment.features import Features, describe, in_slots, kin
 from palpate.models.enrichment.fitting import Fitting, Training
 
 SEES, REDUCES, LAW = "deformation", "p2", "the body's"
-WEIGHTS = ("signed", "nonnegative_a", "nonnegative_b", "clipped")
-"""Kinds of weights, which ``BlendWeights`` explains."""
+WEIGHTS = ("signed", "nonnegative_a", "nonnegative_b", "clipped")  # kinds of weights, which ``BlendWeights`` explains
 LITERAL = "literal"
 """Equation (4) of the paper word for word: w sums to 1 and not A w, with A as in nonnegative_a. Only the study of the
 premises asks for it: a training sample does not reproduce itself."""
@@ -80,14 +79,12 @@ class BlendWeights:
         phi = gaussian(squared, sigma)
         self.sigma = sigma
         self._per_query, self._literal = kind == "nonnegative_b", kind == LITERAL
-        if kind == "signed":
-            self._matrix = inverse(phi)
-        elif kind == "clipped":
-            self._matrix = np.maximum(inverse(phi), 0.0)
+        if self._per_query:
+            self._matrix = phi
         elif kind in ("nonnegative_a", LITERAL):
             self._matrix = np.column_stack([nnls(phi, unit)[0] for unit in np.eye(len(phi))])
         else:
-            self._matrix = phi
+            self._matrix = inverse(phi) if kind == "signed" else np.maximum(inverse(phi), 0.0)
 
     def __call__(self, squared: np.ndarray) -> np.ndarray:
         """Return weights (k,) or (k, q) from squared distances to one or q queries [m²].
@@ -137,28 +134,23 @@ class DescribedSamples:
             among, across = self.squared[np.ix_(train, train)], self.squared[np.ix_(train, validation)]
             return np.array([BlendWeights(kind, among, sigma)(across) for sigma in self.sigmas])
 
-        return float(self.sigmas[self.training.score(self.slots @ self.slots.T, blends).argmin()])
+        errors = self.training.errors(self.slots @ self.slots.T, blends)
+        return float(self.sigmas[errors.mean(axis=1).argmin()])
 
 
 class Blend:
     """A fitted regressor: one kind of feature, one kind of weights, one σ."""
 
     def __init__(self, samples: DescribedSamples, kind: str, sigma: float):
-        self.sigma_m = sigma
-        self._features, self._described, self._slots = samples.features, samples.described, samples.slots
+        self.sigma_m, self.features = sigma, samples.features
+        self._described, self._slots = samples.described, samples.slots
         self._weights = BlendWeights(kind, samples.squared, sigma)
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
-        view = self._features.view(contact)
+        view = self.features.view(contact)
         away = self._described - view.feature(coarse)
         weights = self._weights(np.einsum("ij,ij->i", away, away))
         return view.from_slots(weights @ self._slots)
-
-    def order_ahead(self, contacts: np.ndarray) -> None:
-        """Find the order of the nodes around each of ``contacts`` in advance, so that no query sorts."""
-        for contact in contacts:
-            self._features.view(int(contact))
 
 
 def fit(fitting: Fitting, features: str, weights: str, neighbours: int | None = None) -> Blend:
@@ -198,14 +190,8 @@ class LinearRegressor:
         self._dual = inverse(self._described @ self._described.T) @ slots
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
         view = self._features.view(contact)
         return view.from_slots((self._described @ view.feature(coarse)) @ self._dual)
-
-
-def fit_linear(fitting: Fitting, features: str) -> LinearRegressor:
-    """Fit the linear map between one kind of feature and the fine displacements in its order."""
-    return LinearRegressor(fitting, features)
 
 
 def settings(case: Case, features: str, weights: str) -> list[Setting]:
@@ -224,7 +210,8 @@ def prepare(case: Case, setting: Setting, features: str, weights: str) -> Enrich
     coarse = coarse_solver(case, setting)
     fitting = fitting_to(seen_with(case, setting, coarse).first(setting["samples"]))
     method = fit(fitting, features, weights, setting.get("neighbours"))
-    method.order_ahead(fitting.db.coarse_surface)
+    for contact in fitting.db.coarse_surface:
+        method.features.view(int(contact))  # which keeps the order of its nodes, so that no query sorts
     return Enriched(method, coarse)
 
 

@@ -22,7 +22,7 @@ KERNELS = [("linear", 1.0)] + [
 class PodRbf:
     """Fine displacements in POD modes, their coefficients interpolated from the coarse surface displacements.
 
-    Kernel, its width and, unless ``modes`` are given, their number are chosen by cross-validation.
+    Cross-validation chooses kernel, its width and, unless ``modes`` are given, their number.
     """
 
     sigma_m = np.nan
@@ -42,7 +42,6 @@ class PodRbf:
         self._coefficients = _interpolator(described / self._scale, vectors, kernel, shape)
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
         coefficients = self._coefficients(coarse[self._surface].reshape(1, -1) / self._scale)[0]
         return (self._mean + coefficients @ self._modes).reshape(-1, 3)
 
@@ -63,12 +62,11 @@ class PodRbf:
                 candidates += [1 / k + centre @ (vectors[:, :m] @ (vectors[:, :m].T @ weights)) for m in counts]
             return np.array(candidates)
 
-        best = int(training.score(gram, blends).argmin())
+        best = int(training.errors(gram, blends).mean(axis=1).argmin())
         return *KERNELS[best // len(counts)], int(counts[best % len(counts)])
 
 
 def fit(fitting: Fitting, modes: int | None = None) -> PodRbf:
-    """Fit it with as many modes, or with as many as cross-validate best."""
     return PodRbf(fitting.db, fitting.training, modes)
 
 

@@ -12,8 +12,7 @@ from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solv
 from palpate.models.enrichment.fitting import Fitting, Training
 from palpate.models.enrichment.paper_enrichment import gaussian, median_distance, squared_distances
 
-LAMBDAS = np.geomspace(1e-12, 1e2, 29)
-"""The λ tried, relative to the mean eigenvalue of the kernel matrix."""
+LAMBDAS = np.geomspace(1e-12, 1e2, 29)  # the λ tried, relative to the mean eigenvalue of the kernel matrix
 
 
 def dual_weights(among: np.ndarray, across: np.ndarray, lambdas: np.ndarray) -> np.ndarray:
@@ -28,12 +27,11 @@ def _choose(training: Training, kernel: np.ndarray, gram: np.ndarray) -> tuple[n
 
     gram : (k, k) inner products of the targets [m²]
     """
-    errors = training.errors(
-        gram,
-        lambda train, validation: dual_weights(
-            kernel[np.ix_(train, train)], kernel[np.ix_(train, validation)], LAMBDAS
-        ),
-    )
+
+    def blends(train: np.ndarray, validation: np.ndarray) -> np.ndarray:
+        return dual_weights(kernel[np.ix_(train, train)], kernel[np.ix_(train, validation)], LAMBDAS)
+
+    errors = training.errors(gram, blends)
     best = int(errors.mean(axis=1).argmin())
     return errors[best], float(LAMBDAS[best])
 
@@ -65,14 +63,11 @@ class RidgeUpsampling:
         (to_zero, zero_lambda), (to_linear, linear_lambda) = (
             _choose(training, kernel, targets @ targets.T) for targets in (whole, detail)
         )
-        self._prolongation = db.prolongation if to_linear.mean() <= to_zero.mean() else None
-        if self._prolongation is None:
-            self._dual = _solve(kernel, whole, zero_lambda)
-        else:
-            self._dual = _solve(kernel, detail, linear_lambda)
+        linear = to_linear.mean() <= to_zero.mean()
+        self._prolongation = db.prolongation if linear else None
+        self._dual = _solve(kernel, detail, linear_lambda) if linear else _solve(kernel, whole, zero_lambda)
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
         blend = ((self._described @ coarse[self._surface].ravel()) @ self._dual).reshape(-1, 3)
         return blend if self._prolongation is None else blend + self._prolongation @ coarse
 
@@ -116,12 +111,10 @@ class KernelRidgeDetail:
         self.sigma_m = self._learnt.sigma_m
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes, (N, 3) [m]."""
         return self._prolongation @ coarse + self._learnt.predict(coarse[self._surface].ravel())
 
 
 def fit(fitting: Fitting, kernel: bool) -> RidgeUpsampling | KernelRidgeDetail:
-    """Fit the linear map, or with ``kernel`` the kernel ridge on detail."""
     if kernel:
         return KernelRidgeDetail(fitting.db, fitting.training, fitting.options)
     return RidgeUpsampling(fitting.db, fitting.training)

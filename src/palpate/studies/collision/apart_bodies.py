@@ -1,7 +1,7 @@
 """Cost of showing that two bodies are apart, over the gap between them, and of one test of two bounding volumes."""
 
 from collections.abc import Callable, Iterator
-from time import thread_time
+from itertools import product
 from typing import Any
 
 import numba
@@ -17,43 +17,38 @@ from palpate.studies.collision.compare_trees import PURE, RefittedTrees, contend
 from palpate.studies.collision.stopped_precision import distance
 from palpate.table import Table
 
-TESTS = 200_000
-"""Tests in a loop that is timed, so that it takes a millisecond or more."""
-LOOPS = 5
+TESTS, LOOPS = 200_000, 5
+"""Tests in a loop that is timed, so that it takes a millisecond or more, and loops of which the fastest counts."""
 
 
 def nanoseconds(a: Tree, b: Tree) -> float:
     """Return the least processor time of a test [ns] over LOOPS loops through ``searched_pairs``."""
     pairs = searched_pairs(a, b)
-    times, many = [], max(1, TESTS // len(pairs))
-    arrays = (int(a.nodes[0, KIND]), int(b.nodes[0, KIND]), a.spheres, b.spheres, a.boxes, b.boxes)
-    _count(*arrays, pairs, 1)  # compiles
-    for _ in range(LOOPS):
-        begin = thread_time()
-        _count(*arrays, pairs, many)
-        times.append((thread_time() - begin) / (many * len(pairs)))
-    return 1e9 * min(times)
+    many = max(1, TESTS // len(pairs))
+    _overlaps(a, b, pairs)  # compiles
+    return 1e6 * min(timed(_overlaps, a, b, pairs, many)[0] for _ in range(LOOPS)) / (many * len(pairs))
 
 
 def searched_pairs(a: Tree, b: Tree) -> np.ndarray:
     """Return the pairs of nodes (k, 2) that a descent from both roots tests: where two overlap, all their children."""
-    front, found = np.zeros((1, 2), dtype=np.int64), []
-    arrays = (int(a.nodes[0, KIND]), int(b.nodes[0, KIND]), a.spheres, b.spheres, a.boxes, b.boxes)
-    while len(front):
-        found.append(front)
-        here = front[[_count(*arrays, front[i : i + 1], 1) > 0 for i in range(len(front))]]
-        down = [[tree.nodes[node, CHILD] for node in column] for tree, column in zip((a, b), here.T, strict=True)]
-        front = np.array(
-            [
-                (x, y)
-                for (node_a, node_b), child_a, child_b in zip(here, *down, strict=True)
-                if child_a >= 0 or child_b >= 0
-                for x in ((child_a, child_a + 1) if child_a >= 0 else (node_a,))
-                for y in ((child_b, child_b + 1) if child_b >= 0 else (node_b,))
-            ],
-            dtype=np.int64,
-        ).reshape(-1, 2)
-    return np.concatenate(found)
+    found = front = [(0, 0)]
+    while front:
+        overlapping = [pair for pair in front if _overlaps(a, b, np.array([pair], dtype=np.int64))]
+        front = []
+        for node_a, node_b in overlapping:
+            child_a, child_b = int(a.nodes[node_a, CHILD]), int(b.nodes[node_b, CHILD])
+            if child_a >= 0 or child_b >= 0:
+                below_a = (child_a, child_a + 1) if child_a >= 0 else (node_a,)
+                below_b = (child_b, child_b + 1) if child_b >= 0 else (node_b,)
+                front += product(below_a, below_b)
+        found = found + front
+    return np.array(found, dtype=np.int64)
+
+
+def _overlaps(a: Tree, b: Tree, pairs: np.ndarray, times: int = 1) -> int:
+    """Count the overlaps among pairs of nodes (k, 2), which are tested several times over."""
+    kinds = int(a.nodes[0, KIND]), int(b.nodes[0, KIND])
+    return _count(*kinds, a.spheres, b.spheres, a.boxes, b.boxes, pairs, times)
 
 
 @numba.njit(cache=True)
@@ -67,10 +62,8 @@ def _count(kind_a, kind_b, spheres_a, spheres_b, boxes_a, boxes_b, pairs, times)
     return found
 
 
-GAP_TOLERANCE = 0.01
-"""Relative error of a gap."""
-REPEATS = 5
-"""Queries of one placement: a single one takes microseconds."""
+GAP_TOLERANCE = 0.01  # relative
+REPEATS = 5  # queries of one placement: a single one takes microseconds
 
 COLLISION_APART = Table(
     "collision_apart",
@@ -91,8 +84,7 @@ def measure(
     """Measure the rows of collision_apart.csv: one for each pair of bodies, gap and structure.
 
     gaps_m : distances of the surfaces; placements : how often both bodies are turned at random and placed in a random
-    direction from each other; refinements : of the liver; depths : of composite trees; report : called with the name
-    of each pair that is done
+    direction from each other; report : called with the name of each pair that is done
     Times are medians over placements; tests of volumes are timed in a loop. Trees are refitted to each placement.
     """
     rows = []
@@ -144,14 +136,7 @@ def _cost(one: Any, placed: list[list[np.ndarray]]) -> dict[str, float]:
             roots += len(overlapping_trees(one.trees))
     update, query, whole = np.median(costs, axis=0)
     nodes, triangles = np.mean(tests, axis=0) if tests else (np.nan, np.nan)
-    return {
-        "refit_ms": update if one.refits else np.nan,
-        "query_ms": query,
-        "frame_ms": whole,
-        "node_tests": nodes,
-        "triangle_tests": triangles,
-        "roots_overlap": roots / len(placed) if tests else np.nan,
-        "extra_pairs": found,
-        "placements": len(placed),
-        "threads": 1,
-    }
+    times = {"refit_ms": update if one.refits else np.nan, "query_ms": query, "frame_ms": whole}
+    counts = {"node_tests": nodes, "triangle_tests": triangles}
+    counts["roots_overlap"] = roots / len(placed) if tests else np.nan
+    return times | counts | {"extra_pairs": found, "placements": len(placed), "threads": 1}

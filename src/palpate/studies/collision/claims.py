@@ -8,12 +8,9 @@ from scipy.stats import spearmanr
 
 from palpate.report.claims import Claim, claims, geometric_mean, not_testable, percent, verdict
 
-TIED = 0.05
-"""Relative difference below which two times count as equal: repeated runs differ by as much."""
-NEAR_IN_FALSE_PAIRS = 0.25
-"""Relative excess of false pairs over the AABB tree that still counts as near it."""
-FEW = 0.01
-"""Share of all pairs of triangles up to which a broad phase leaves few."""
+TIED = 0.05  # relative difference below which two times count as equal: repeated runs differ by as much
+NEAR_IN_FALSE_PAIRS = 0.25  # relative excess of false pairs over the AABB tree that still counts as near it
+FEW = 0.01  # share of all pairs of triangles up to which a broad phase leaves few
 
 
 @claims("collision")
@@ -21,8 +18,13 @@ def composite_trees(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield the claims: two for each composite tree, after those on all."""
     trees = means(tables["collision"])
     premise = f"mean of {tables['collision']['scene'].nunique()} scenes, one core"
-    yield _built(trees, premise)
-    yield _broad(trees.loc["aabb", ""], premise)
+    builds, tested = trees.xs("", level="depths")["build_ms"], trees.loc[("aabb", ""), "tested"]
+    ours = ", ".join(f"{name} {time:.3g} ms" for name, time in builds.items())
+    cheap = verdict(builds["aabb"] <= (1 + TIED) * builds.min())
+    yield Claim(3, "4", "AABBs are cheap to build", premise, "preferred for bodies that deform", ours, cheap)
+    ours = f"at most {percent(tested)} of all pairs of triangles reach the narrow phase, with AABBs"
+    claim = "bounding volumes discard far pairs before the narrow phase"
+    yield Claim(3, "4", claim, premise, "they do", ours, verdict(tested < FEW))
     for depths in trees.loc["composite"].index:
         sphere, tree, box = (trees.loc[key] for key in (("sphere", ""), ("composite", depths), ("aabb", "")))
         yield from _composite(sphere, tree, box, f"{depths} layers; {premise}")
@@ -51,23 +53,7 @@ def means(collision: pd.DataFrame) -> pd.DataFrame:
     return trees[["build_ms", "query_ms", "false_pairs"]].agg(geometric_mean).assign(tested=largest)
 
 
-def _built(trees: pd.DataFrame, premise: str) -> Claim:
-    """Judge whether a tree of AABBs is as cheap to build as any."""
-    times = trees.xs("", level="depths")["build_ms"]
-    ours = ", ".join(f"{name} {time:.3g} ms" for name, time in times.items())
-    holds = times["aabb"] <= (1 + TIED) * times.min()
-    return Claim(3, "4", "AABBs are cheap to build", premise, "preferred for bodies that deform", ours, verdict(holds))
-
-
-def _broad(box: pd.Series, premise: str) -> Claim:
-    """Judge what a broad phase leaves to the narrow one."""
-    ours = f"at most {percent(box['tested'])} of all pairs of triangles reach the narrow phase, with AABBs"
-    claim = "bounding volumes discard far pairs before the narrow phase"
-    return Claim(3, "4", claim, premise, "they do", ours, verdict(box["tested"] < FEW))
-
-
 def _composite(sphere: pd.Series, composite: pd.Series, box: pd.Series, premise: str) -> Iterator[Claim]:
-    """Judge both claims for one composite tree."""
     trees = {"sphere": sphere, "composite": composite, "AABB": box}
     near = composite["false_pairs"] <= (1 + NEAR_IN_FALSE_PAIRS) * box["false_pairs"]
     times = ", ".join(f"{name} {tree['query_ms']:.3g} ms" for name, tree in trees.items())
@@ -86,14 +72,10 @@ def _between(sphere: pd.Series, composite: pd.Series, box: pd.Series) -> str:
 
 
 PURE = ("sphere", "aabb", "obb", "dop14", "dop18")
-RANKED = 0.7
-"""Rank correlation from which on times rise, or errors fall, with the layer."""
-EDGE = 0.005
-"""Distance [m] that counts as precise: about the edge of a triangle of the shipped livers."""
-TURNED = 30.0
-"""Angle [°] up to which a direction counts as precise."""
-SMALL_DEPTH_ERROR = 0.25
-"""Share of a depth up to which its error counts as small."""
+RANKED = 0.7  # rank correlation from which on times rise, or errors fall, with the layer
+EDGE = 0.005  # distance [m] that counts as precise: about the edge of a triangle of the shipped livers
+TURNED = 30.0  # angle [°] up to which a direction counts as precise
+SMALL_DEPTH_ERROR = 0.25  # share of a depth up to which its error counts as small
 
 
 @claims("collision", "collision_precision", "collision_apart")
@@ -113,7 +95,6 @@ def _own(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _volumes(deforming: pd.DataFrame, apart: pd.DataFrame) -> Iterator[Claim]:
-    """Judge what is said of spheres, AABBs, OBBs and refits."""
     premise = f"{deforming['scene'].nunique()} deforming scenes, geometric means"
     builds, refits = (_means(deforming, column) for column in ("build_ms", "refit_ms"))
     false = _means(deforming.assign(false=1 + deforming["triangle_tests"] - deforming["pairs"]), "false")
@@ -142,7 +123,6 @@ def _volumes(deforming: pd.DataFrame, apart: pd.DataFrame) -> Iterator[Claim]:
 
 
 def _discarded(apart: pd.DataFrame) -> Claim:
-    """Judge whether upper layers of spheres save time where bodies are apart."""
     trees = apart[apart["structure"].isin(["sphere", "aabb", "composite"])]
     query, frame = (_means(trees, column, ["structure", "depths"]) for column in ("query_ms", "frame_ms"))
     best = query["composite"].idxmin()
@@ -160,7 +140,6 @@ def _discarded(apart: pd.DataFrame) -> Claim:
 
 
 def _traded(stopped: pd.DataFrame) -> Claim:
-    """Judge whether a tree that is stopped earlier takes less time and has larger errors."""
     trees = stopped[(stopped["structure"] == "composite") & ~stopped["exact"].astype(bool)]
     by_layer = trees.groupby("layer")[["frame_ms", "response_error_m"]].agg(geometric_mean)
     times, errors = by_layer["frame_ms"], by_layer["response_error_m"]

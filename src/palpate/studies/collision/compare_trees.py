@@ -14,19 +14,18 @@ from palpate.collision.trees.tree_query import RefittedTrees
 from palpate.collision.triangles.brute_force import crossing
 from palpate.table import Table
 
-EVERY = 10**9
-"""Upper limit of pairs, never reached: by default both packages stop after a few pairs."""
+EVERY = 10**9  # upper limit of pairs, never reached: by default both packages stop after a few pairs
 
 
 def installed() -> tuple[dict[str, type], list[str]]:
     """Return the rivals that can be imported, by the name of their structure, and the packages that cannot."""
-    packages: dict[str, dict[str, type]] = {
-        "fcl": {"obb_rss_fcl": Fcl},
-        "coal": {"obb_coal": Coal, "obb_coal_refit": CoalRefit},
+    rivals: dict[str, tuple[str, type]] = {
+        "obb_rss_fcl": ("fcl", Fcl),
+        "obb_coal": ("coal", Coal),
+        "obb_coal_refit": ("coal", CoalRefit),
     }
-    missing = [package for package in packages if find_spec(package) is None]
-    found = [kinds for package, kinds in packages.items() if package not in missing]
-    return {name: kind for kinds in found for name, kind in kinds.items()}, missing
+    missing = [package for package in ("fcl", "coal") if find_spec(package) is None]
+    return {name: kind for name, (package, kind) in rivals.items() if package not in missing}, missing
 
 
 class Fcl:
@@ -72,9 +71,9 @@ class Coal:
         self._asked = coal.CollisionRequest()
         self._asked.num_max_contacts, self._asked.enable_contact = EVERY, False
         self._found = coal.CollisionResult()
-        self._build(points)
+        Coal.update(self, points)  # a build, also of those that are refitted
 
-    def _build(self, points: list[np.ndarray]) -> None:
+    def update(self, points: list[np.ndarray]) -> None:
         self._models = []
         for moved, triangles in zip(points, self._triangles, strict=True):
             model = self._coal.BVHModelOBB()
@@ -84,10 +83,7 @@ class Coal:
             model.endModel()
             self._models.append(model)
 
-    update = _build
-
     def query(self) -> np.ndarray:
-        """Return the crossing pairs, (k, 2) int64, unsorted."""
         self._found.clear()
         one, other = self._models
         self._coal.collide(one, self._here, other, self._here, self._asked, self._found)
@@ -102,15 +98,13 @@ class CoalRefit(Coal):
 
     def __init__(self, triangles: list[np.ndarray], points: list[np.ndarray]):
         super().__init__(triangles, points)
-        self._filled = []
-        for moved in points:
-            # passing points one by one costs more than the refit, so the same points are passed in every frame
-            # and the new ones are written into the model's own array
-            self._filled.append(self._coal.StdVec_Vec3s())
-            self._filled[-1].extend(list(moved))
+        # passing points one by one costs more than the refit, so the same points are passed in every frame
+        # and the new ones are written into the model's own array
+        self._filled = [self._coal.StdVec_Vec3s() for _ in points]
+        for filled, moved in zip(self._filled, points, strict=True):
+            filled.extend(list(moved))
 
     def update(self, points: list[np.ndarray]) -> None:
-        """Refit the trees of both bodies to their new ``points``, (n, 3) [m] each."""
         for model, filled, moved in zip(self._models, self._filled, points, strict=True):
             model.beginReplaceModel()
             model.replaceSubModel(filled)
@@ -119,11 +113,8 @@ class CoalRefit(Coal):
 
 
 PURE = ("sphere", "aabb", "obb", "dop14", "dop18")
-BLOCK = 10
-"""Consecutive frames of one structure, so that its memory is in the cache, before the next structure runs."""
-RIVALS_EVERY = 4
-"""Rivals compute every fourth frame only, because building their trees takes most of the time."""
-BUILDS = 3
+BLOCK = 10  # consecutive frames of one structure, so that its memory is in the cache, before the next structure runs
+RIVALS_EVERY = 4  # rivals compute every fourth frame only, because building their trees takes most of the time
 
 
 def contenders(depths: list[list[int]], with_rivals: bool) -> dict[tuple[str, str, bool], Callable]:
@@ -159,11 +150,11 @@ def measure(frames: int, refinements: int, depths: list[list[int]], seed: int, r
     Times of all trees of a scene together; a refit includes rebuilding worn trees. Rivals have no self-collision, so
     they are left out where a body collides with itself.
     """
-    tables = []
+    rows = []
     for scene in scenes(refinements, seed):
-        tables.append(_scene_rows(scene, frames, contenders(depths, with_rivals=len(scene.triangles) == 2)))
+        rows += _scene_rows(scene, frames, contenders(depths, with_rivals=len(scene.triangles) == 2))
         report(scene.name)
-    return pd.DataFrame([row for rows in tables for row in rows])
+    return pd.DataFrame(rows)
 
 
 def _scene_rows(scene: Moving, frames: int, makers: dict) -> list[dict]:
@@ -192,7 +183,7 @@ class _Run:
         self._one = make(triangles, start)
         self._one.update(start)
         self._one.query()  # compiles before anything is timed
-        self._built = [timed(make, triangles, start)[0] for _ in range(BUILDS)]
+        self._built = [timed(make, triangles, start)[0] for _ in range(3)]
         self._frames: list[tuple[float, ...]] = []
         self._misjudged: list[tuple[int, int]] = []
 
@@ -206,23 +197,13 @@ class _Run:
         self._misjudged.append((len(np.setdiff1d(wanted, found)), len(np.setdiff1d(found, wanted))))
 
     def row(self) -> dict:
-        update, query, whole, nodes, tests, pairs = np.median(self._frames, axis=0)
-        missed, extra = np.sum(self._misjudged, axis=0)
-        refits = self._one.refits
-        return {
-            "build_ms": float(np.median(self._built)) if refits else update,
-            "refit_ms": update if refits else np.nan,
-            "query_ms": query,
-            "frame_ms": whole,
-            "node_tests": nodes,
-            "triangle_tests": tests,
-            "pairs": pairs,
-            "missed_pairs": missed,
-            "extra_pairs": extra,
-            "rebuilds": getattr(self._one, "rebuilds", 0),
-            "frames": len(self._frames),
-            "threads": 1,
-        }
+        names = ("refit_ms", "query_ms", "frame_ms", "node_tests", "triangle_tests", "pairs")
+        row = {"build_ms": float(np.median(self._built))}
+        row |= zip(names, np.median(self._frames, axis=0), strict=True)
+        if not self._one.refits:  # each of its frames is a build
+            row |= {"build_ms": row["refit_ms"], "refit_ms": np.nan}
+        row |= zip(("missed_pairs", "extra_pairs"), np.sum(self._misjudged, axis=0), strict=True)
+        return row | {"rebuilds": getattr(self._one, "rebuilds", 0), "frames": len(self._frames), "threads": 1}
 
 
 def timed(call: Callable, *given: Any) -> tuple[float, Any]:
@@ -233,16 +214,11 @@ def timed(call: Callable, *given: Any) -> tuple[float, Any]:
 
 
 STAGES = ("build_ms", "refit_ms", "query_ms")
-LEAST_TRIANGLES = 5000
-"""Least number of triangles for the fit of exponents: below it the cost of calling compiled functions matters."""
 
 
 def exponents(table: pd.DataFrame) -> pd.DataFrame:
-    """Fit the slopes of log time over log triangles, from LEAST_TRIANGLES triangles on.
-
-    The columns are structure, depths, rival and one for each of STAGES.
-    """
-    kept = table[table["triangles"] >= LEAST_TRIANGLES]
+    """Fit the slopes of log time over log triangles: the columns are structure, depths, rival and STAGES."""
+    kept = table[table["triangles"] >= 5000]  # with fewer the cost of calling compiled functions matters
     rows = []
     for (structure, depths, rival), group in kept.groupby(["structure", "depths", "rival"], sort=False, dropna=False):
         row = {"structure": structure, "depths": depths, "rival": rival}
@@ -252,8 +228,6 @@ def exponents(table: pd.DataFrame) -> pd.DataFrame:
         rows.append(row)
     return pd.DataFrame(rows).reindex(columns=["structure", "depths", "rival", *STAGES])
 
-
-FRAMES = 3
 
 COLLISION_SCALING = Table(
     "collision_scaling",
@@ -267,11 +241,9 @@ COLLISION_SCALING = Table(
 
 
 def measure_growth(triangles: list[int], depths: list[list[int]], report: Callable) -> pd.DataFrame:
-    """Measure the rows of collision_scaling.csv on two crossing sheets, in FRAMES frames for each size.
+    """Measure the rows of collision_scaling.csv on two crossing sheets, in three frames for each size.
 
-    triangles : approximate numbers of triangles of both sheets together; depths : as in ``compare_trees.contenders``
-    report : called with each number of triangles that is done
-    Times are medians of processor time on one thread, for both trees together.
+    triangles : approximate numbers of triangles of both sheets together; report : called with each that is done
     """
     rows = []
     first = crossing_waves(0)
@@ -279,7 +251,7 @@ def measure_growth(triangles: list[int], depths: list[list[int]], report: Callab
         _times(make, first.triangles, [first.at(0.0)])  # compiles the kernels
     for number in triangles:
         scene = crossing_waves(number)
-        points = [scene.at(0.002 * frame) for frame in range(FRAMES)]
+        points = [scene.at(0.002 * frame) for frame in range(3)]
         count = sum(map(len, scene.triangles))
         for (structure, deep, rival), make in contenders(depths, with_rivals=True).items():
             row = {"structure": structure, "depths": deep, "rival": rival, "triangles": count}

@@ -24,8 +24,7 @@ STRUCTURES = {
 """Every structure that may occur in a table, in the order of figures."""
 
 
-_DEPTHS = ("#a6dcc8", "#66c2a5", "#009e73", "#00664a", "#003b2b")
-"""Shades of the composite trees, darker with depth."""
+_DEPTHS = ("#a6dcc8", "#66c2a5", "#009e73", "#00664a", "#003b2b")  # shades of the composite trees, darker with depth
 
 
 def look(structure: str, depths: str = "", among: Sequence[str] = ()) -> Look:
@@ -44,7 +43,7 @@ def look(structure: str, depths: str = "", among: Sequence[str] = ()) -> Look:
 
 def depths_of(table) -> list[str]:
     """Return the depths of all composite trees in a table, sorted by layers of spheres, then of both."""
-    found = [depths for depths in table["depths"].unique() if depths]
+    found = filter(None, table["depths"].unique())
     return sorted(found, key=lambda depths: [int(layers) for layers in depths.split("/")])
 
 
@@ -64,8 +63,8 @@ def ranked(table):
 def draw_collision(collision) -> Figure:
     """Draw one column for each scene: query time over false pairs, and below query (hollow) and whole frame (filled).
 
-    collision : the table of this name. Composite trees of different depths are joined by a line; a rival does not
-    report the number of pairs that it tests, so its query time is a horizontal line.
+    Composite trees of different depths are joined by a line; a rival does not report the number of pairs that it
+    tests, so its query time is a horizontal line.
     """
     table = ranked(collision)
     names, among = tables.scenes(table), depths_of(table)
@@ -82,13 +81,15 @@ def draw_collision(collision) -> Figure:
     style.plain_log(above[0].yaxis)
     below[0].set_yticks(range(len(looks)), [shown.label for shown in looks.values()])
     below[0].set_ylim(len(looks) - 0.5, -0.5)
-    handles = [_legend_handle(shown, rival) for shown, rival in zip(looks.values(), rows["rival"], strict=True)]
+    handles = []
+    for shown, rival in zip(looks.values(), rows["rival"], strict=True):
+        drawn: dict = {"ls": ":"} if rival else {"ls": "", "marker": shown.marker, "ms": 7}
+        handles.append(Line2D([], [], color=shown.colour, label=shown.label, **drawn))
     figure.legend(handles=handles, loc="outside lower center", ncols=6)
     return figure
 
 
 def _accuracy(axis, here, looks: dict) -> None:
-    """Draw query time over false pairs in one scene."""
     counted, joined = here[~here["rival"].astype(bool)], []
     for row in here.itertuples():
         shown = looks[row.structure, row.depths]
@@ -108,7 +109,6 @@ def _accuracy(axis, here, looks: dict) -> None:
 
 
 def _frames(axis, here, looks: dict) -> None:
-    """Draw query and whole frame in one scene, one row for each structure."""
     order = list(looks)
     for row in here.itertuples():
         shown, y = looks[row.structure, row.depths], order.index((row.structure, row.depths))
@@ -119,41 +119,21 @@ def _frames(axis, here, looks: dict) -> None:
     style.plain_log(axis.xaxis)
 
 
-def _legend_handle(shown, rival: bool) -> Line2D:
-    """Return a marker for a structure of palpate, a line for a rival."""
-    drawn = {"ls": ":"} if rival else {"ls": "", "marker": shown.marker, "ms": 7}
-    return Line2D([], [], color=shown.colour, label=shown.label, **drawn)
-
-
-_TITLES = {"build_ms": "build", "refit_ms": "refit", "query_ms": "query"}
-
-
 @style.figure("collision_scaling", tables=("collision_scaling",))
 def draw_collision_scaling(collision_scaling) -> Figure:
-    """Draw one panel for each stage, one curve with its exponent for each structure; dotted: proportional to n.
-
-    collision_scaling : the table of this name
-    """
+    """Draw one panel for each stage, one curve with its exponent for each structure; dotted: proportional to n."""
     table = ranked(collision_scaling)
     among, powers = depths_of(table), exponents(table).set_index(["structure", "depths"])
     figure = Figure(figsize=(11, 4.6), layout="constrained")
     for axis, stage in zip(figure.subplots(1, len(STAGES), sharey=True), STAGES, strict=True):
         for (structure, depths), rows in table.dropna(subset=stage).groupby(["structure", "depths"], sort=False):
             shown, power = look(structure, depths, among), powers.loc[(structure, depths), stage]
-            grows = f": n$^{{{power:.2f}}}$" if np.isfinite(power) else ""
-            size = 8 if shown.marker == "*" else 4
-            axis.loglog(
-                rows["triangles"],
-                rows[stage],
-                marker=shown.marker,
-                ms=size,
-                lw=1,
-                color=shown.colour,
-                label=f"{shown.label}{grows}",
-            )
+            label = f"{shown.label}: n$^{{{power:.2f}}}$" if np.isfinite(power) else shown.label
+            drawn = {"marker": shown.marker, "ms": 8 if shown.marker == "*" else 4, "lw": 1, "color": shown.colour}
+            axis.loglog(rows["triangles"], rows[stage], label=label, **drawn)
         ends = np.array([table["triangles"].min(), table["triangles"].max()])
         axis.loglog(ends, 1e-4 * ends, color=style.FAINT, lw=0.8, ls=":", label="100 ns per triangle")
-        axis.set(title=_TITLES[stage], xlabel="triangles, n")
+        axis.set(title=stage.removesuffix("_ms"), xlabel="triangles, n")
         axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), fontsize=7.5, ncols=2)
         style.plain_log(axis.xaxis)
         style.plain_log(axis.yaxis)
@@ -166,16 +146,15 @@ ERRORS = {
     "place_error_m": "error of the place [mm]",
     "reported_m": "contact reported\nat a distance of up to [mm]",
 }
-LEAST_MM = 0.01
-"""Errors below are drawn here: nothing of an organ is known better."""
+LEAST_MM = 0.01  # errors below are drawn here: nothing of an organ is known better
 
 
 @style.figure("collision_precision", tables=("collision_precision",))
 def draw_collision_precision(collision_precision) -> Figure:
     """Draw one column for each scene, errors over the time of a frame, one curve for each structure.
 
-    collision_precision : the table of this name. Small numbers are layers; a large open marker is the whole tree with
-    tests of triangles. Dotted: the response itself. A panel is empty where bodies never touch, or always do.
+    Small numbers are layers; a large open marker is the whole tree with tests of triangles. Dotted: the response
+    itself. A panel is empty where bodies never touch, or always do.
     """
     table = ranked(collision_precision)
     names, among = tables.scenes(table), depths_of(table)
@@ -195,17 +174,17 @@ def draw_collision_precision(collision_precision) -> Figure:
         # panels of a row share it, and one without numbers has set it anew
         style.plain_log(axis.yaxis)
     shown = table[["structure", "depths"]].drop_duplicates().itertuples(index=False)
-    handles = [_joined_marker(look(structure, depths, among)) for structure, depths in shown]
+    looks = [look(structure, depths, among) for structure, depths in shown]
+    handles = [Line2D([], [], color=seen.colour, marker=seen.marker, ms=6, lw=1, label=seen.label) for seen in looks]
     figure.legend(handles=handles, loc="outside lower center", ncols=6)
     return figure
 
 
 def _curves(axis, here, error: str, among: list[str]) -> None:
-    """Draw one error in one scene."""
     axis.set(xscale="log", yscale="log")
     if (error == "reported_m" and not here["frames_apart"].any()) or here[error].isna().all():
-        axis.text(0.5, 0.5, "never apart" if error == "reported_m" else "never in contact", ha="center", va="center",
-                  transform=axis.transAxes, color=style.FAINT)  # fmt: skip
+        why = "never apart" if error == "reported_m" else "never in contact"
+        axis.text(0.5, 0.5, why, ha="center", va="center", transform=axis.transAxes, color=style.FAINT)
         axis.set_xlim(0.9 * here["frame_ms"].min(), 1.1 * here["frame_ms"].max())
         style.plain_log(axis.xaxis)
         return
@@ -214,18 +193,13 @@ def _curves(axis, here, error: str, among: list[str]) -> None:
         stopped, whole = (rows[rows["exact"].astype(bool) == exact] for exact in (False, True))
         stopped = stopped.sort_values("layer")
         values = np.maximum(1e3 * stopped[error], LEAST_MM)
-        size = 7 if seen.marker == "*" else 4
-        axis.plot(stopped["frame_ms"], values, marker=seen.marker, ms=size, lw=1, color=seen.colour)
+        axis.plot(stopped["frame_ms"], values, **_drawn(seen))
         if structure == "aabb":
             for layer, x, y in zip(stopped["layer"], stopped["frame_ms"], values, strict=True):
                 axis.annotate(f"{layer:g}", (x, y), xytext=(3, 3), textcoords="offset points", fontsize=6.5)
         ends = np.maximum(1e3 * whole[error], LEAST_MM)
         axis.plot(whole["frame_ms"], ends, marker=seen.marker, ms=9, ls="", mfc="none", color=seen.colour)
     style.plain_log(axis.xaxis)
-
-
-def _joined_marker(seen) -> Line2D:
-    return Line2D([], [], color=seen.colour, marker=seen.marker, ms=6, lw=1, label=seen.label)
 
 
 COSTS = {"node_tests": "tests of volumes", "query_ms": "query [ms]", "frame_ms": "refit and query [ms]"}
@@ -235,7 +209,7 @@ COSTS = {"node_tests": "tests of volumes", "query_ms": "query [ms]", "frame_ms":
 def draw_collision_apart(collision_apart) -> Figure:
     """Draw one row for each pair of bodies: tests, time of a query, and of a frame, over the gap.
 
-    collision_apart : the table of this name; dotted: other libraries, which do not count their tests
+    Dotted: other libraries, which do not count their tests.
     """
     table = ranked(collision_apart)
     among, pairs = depths_of(table), list(dict.fromkeys(table["bodies"]))
@@ -254,13 +228,14 @@ def draw_collision_apart(collision_apart) -> Figure:
         axes[0].set_title(f"{bodies.replace('_', ' ')}, {here['triangles'].iloc[0]:,} triangles")
     for axis in grid[-1]:
         axis.set_xlabel("gap between the surfaces [mm]")
-    kinds = table[["structure", "depths", "rival"]].drop_duplicates().itertuples(index=False)
-    handles = [Line2D([], [], label=seen.label, **_drawn(seen, bool(rival)))
-               for seen, rival in ((look(s, d, among), rival) for s, d, rival in kinds)]  # fmt: skip
+    handles = []
+    for row in table[["structure", "depths", "rival"]].drop_duplicates().itertuples():
+        seen = look(row.structure, row.depths, among)
+        handles.append(Line2D([], [], label=seen.label, **_drawn(seen, bool(row.rival))))
     figure.legend(handles=handles, loc="outside lower center", ncols=6)
     return figure
 
 
-def _drawn(seen, rival: bool) -> dict:
-    return {"color": seen.colour, "marker": seen.marker, "ms": 7 if seen.marker == "*" else 4, "lw": 1,
-            "ls": ":" if rival else "-"}  # fmt: skip
+def _drawn(seen, rival: bool = False) -> dict:
+    size = 7 if seen.marker == "*" else 4
+    return {"color": seen.colour, "marker": seen.marker, "ms": size, "lw": 1, "ls": ":" if rival else "-"}

@@ -22,7 +22,7 @@ def numbers(report: Report) -> dict[str, Any]:
         ranked(report.tables[f"collision{end}"]) for end in ("", "_scaling", "_precision", "_apart")
     )
     own = collision[~collision["rival"].astype(bool)]
-    judged = claims_of(report, "collision")
+    fits, judged = exponents(scaling[~scaling["rival"].astype(bool)]), claims_of(report, "collision")
     return {
         "livers": _frames(tables.where(collision, scene="two_livers")),
         "scenes": [_frames(tables.where(collision, scene=scene)) for scene in tables.scenes(own)],
@@ -36,7 +36,7 @@ def numbers(report: Report) -> dict[str, Any]:
             for word, kind in (("query time", "query"), ("false pairs", "false pairs"))
             if len(rows := judged[judged["claim"].str.startswith(f"the composite tree's {kind}")])
         },
-        "exponents": _exponents(scaling),
+        "exponents": [(stage.removesuffix("_ms"), fits[stage].min(), fits[stage].max()) for stage in STAGES],
         **_stopped(stopped),
         **_apart(apart),
     }
@@ -84,12 +84,6 @@ def _ratio(own: pd.DataFrame, column: str, structure: str = "composite", best: s
     return float(means[structure, depths] / means["aabb", ""])
 
 
-def _exponents(scaling: pd.DataFrame) -> list[tuple[str, float, float]]:
-    """Return the range of each stage's exponents over own structures."""
-    fits = exponents(scaling[~scaling["rival"].astype(bool)])
-    return [(stage.removesuffix("_ms"), fits[stage].min(), fits[stage].max()) for stage in STAGES]
-
-
 def _stopped(stopped: pd.DataFrame) -> dict[str, Any]:
     """Return what it costs to stop AABB trees early, and what triangles give, by scene; lengths in mm."""
     plain = stopped[stopped["structure"] == "aabb"]
@@ -110,7 +104,6 @@ def _stopped(stopped: pd.DataFrame) -> dict[str, Any]:
 
 
 def _split(rows: pd.DataFrame) -> tuple[pd.DataFrame, pd.Series]:
-    """Return the rows of layers in their order, and the row of the whole tree."""
     exact = rows["exact"].astype(bool)
     return rows[~exact].sort_values("layer"), rows[exact].iloc[0]
 
@@ -130,7 +123,6 @@ def _half(scene: str, layers: pd.DataFrame, whole: pd.Series) -> dict[str, Any]:
 
 
 def _exact(scene: str, whole: pd.Series) -> dict[str, Any]:
-    """Return the errors of the contacts of triangles."""
     return {
         "scene": scene,
         "place [mm]": 1e3 * whole["place_error_m"],

@@ -18,9 +18,6 @@ from palpate.collision.triangles.distance import triangle_pairs_distance
 from palpate.studies.collision.compare_trees import RefittedTrees, timed
 from palpate.table import Table
 
-PARTS = 3
-"""Parts of each edge of a triangle whose overlap is integrated: 9 points of it."""
-
 
 class Overlap(NamedTuple):
     """Overlap of a body a with a body b.
@@ -85,13 +82,14 @@ def _inside(
     away = np.full(len(points), np.inf)
     away[near] = [measure.EvaluateFunction(point) for point in points[near]]
     chosen = triangles[away[triangles].min(axis=1) < reach]
-    places = np.einsum("pc,tci->tpi", _centres(PARTS), points[chosen]).reshape(-1, 3)
-    areas = np.linalg.norm(area_normals(points, chosen), axis=1) / 2 / PARTS**2
+    centres = _centres(3)  # nine points of a triangle
+    places = np.einsum("pc,tci->tpi", centres, points[chosen]).reshape(-1, 3)
+    areas = np.linalg.norm(area_normals(points, chosen), axis=1) / 2 / len(centres)
     closest, ways, kept = [0.0, 0.0, 0.0], np.zeros_like(places), np.zeros(len(places), dtype=bool)
     for k, place in enumerate(places):
         if measure.EvaluateFunctionAndGetClosestPoint(place, closest) < 0.0:
             ways[k], kept[k] = closest - place, True
-    return places[kept], ways[kept], np.repeat(areas, PARTS**2)[kept]
+    return places[kept], ways[kept], np.repeat(areas, len(centres))[kept]
 
 
 def _centres(parts: int) -> np.ndarray:
@@ -103,8 +101,7 @@ def _centres(parts: int) -> np.ndarray:
     return np.column_stack([1.0 - across - along, across, along])
 
 
-SPAN = 1e-4
-"""Part of a scene over which velocities are differences of positions; a scene lasts one second."""
+SPAN = 1e-4  # of a scene, over which velocities are differences of positions; a scene lasts one second
 
 
 class Frame(NamedTuple):
@@ -141,15 +138,15 @@ def measure(
 ) -> pd.DataFrame:
     """Measure the rows of collision_precision.csv: one for each scene, structure and layer, and one for whole trees.
 
-    frames : of each scene; refinements : of the livers; depths : of composite trees; layers : at which trees stop
-    report : called with the name of each scene that is done
+    layers : at which trees stop; other arguments as of ``compare_trees.measure``
     Whole trees test triangles. Errors are against ``overlap``.
     """
     rows = []
+    kinds: list[tuple[str, tuple[int, int] | None]] = [("sphere", None), ("aabb", None)]
+    kinds += [("composite", (upper, middle)) for upper, middle in depths]
     for scene in (make(refinements) for make in (two_livers, instrument_press, instrument_approach, livers_apart)):
         course = _course(scene, frames)
-        kinds: list[tuple[str, tuple[int, int] | None]] = [("sphere", None), ("aabb", None)]
-        for structure, deep in kinds + [("composite", (upper, middle)) for upper, middle in depths]:
+        for structure, deep in kinds:
             for layer in [*layers, None]:
                 row = {"scene": scene.name, "structure": structure, "depths": "/".join(map(str, deep or ()))}
                 rows.append(row | _row(scene, course, structure, deep, layer))
@@ -158,19 +155,14 @@ def measure(
 
 
 def _course(scene: Moving, frames: int) -> list[Frame]:
-    """Find the truth about each frame."""
     spheres, found = [Tree(at, cells, "sphere") for at, cells in zip(scene.at(0.0), scene.triangles, strict=True)], []
     for time in (np.arange(frames) + 0.5) / frames:
-        points = scene.at(time)
-        velocities = [
-            (after - before) / (2 * SPAN)
-            for before, after in zip(scene.at(time - SPAN), scene.at(time + SPAN), strict=True)
-        ]
+        points, around = scene.at(time), zip(scene.at(time - SPAN), scene.at(time + SPAN), strict=True)
+        velocities = [(after - before) / (2 * SPAN) for before, after in around]
         pairs = crossing(points, scene.triangles)
-        if len(pairs):
-            found.append(Frame(points, velocities, pairs, 0.0, overlap(points, velocities, scene.triangles)))
-        else:
-            found.append(Frame(points, velocities, pairs, distance(points, spheres), None))
+        apart = 0.0 if len(pairs) else distance(points, spheres)
+        shared = overlap(points, velocities, scene.triangles) if len(pairs) else None
+        found.append(Frame(points, velocities, pairs, apart, shared))
     return found
 
 
@@ -202,20 +194,16 @@ def _true_pairs(trees: RefittedTrees, frame: Frame) -> np.ndarray:
     return np.unique(np.column_stack(leaves), axis=0)
 
 
-def response(contacts: ContactPoints) -> tuple[np.ndarray, np.ndarray]:
-    """Return the direction (3,) of the contacts' mean, weighted with depths, and it times the largest depth [m].
+def _judge(contacts: ContactPoints, frame: Frame, true: np.ndarray) -> dict[str, float]:
+    """Compare the contacts of a frame with the truth; lengths in m.
 
-    It is what a penalty force is proportional to; both are zero without contacts, or where they cancel.
+    The response is the direction of the contacts' mean, weighted with depths, times the largest depth: a penalty force
+    is proportional to it. It is zero without contacts, or where they cancel.
     """
     pushed = contacts.depths @ contacts.directions
     length = float(np.linalg.norm(pushed))
     direction = pushed / length if length > 0.0 else np.zeros(3)
-    return direction, float(contacts.depths.max(initial=0.0)) * direction
-
-
-def _judge(contacts: ContactPoints, frame: Frame, true: np.ndarray) -> dict[str, float]:
-    """Compare the contacts of a frame with the truth; lengths in m."""
-    direction, moved = response(contacts)
+    moved = float(contacts.depths.max(initial=0.0)) * direction
     truth = frame.overlap
     wanted = truth.depth * truth.direction if truth else np.zeros(3)
     reported, crossed = (pairs[:, 0].astype(np.int64) << 32 | pairs[:, 1] for pairs in (contacts.pairs, true))
@@ -239,7 +227,6 @@ def _judge(contacts: ContactPoints, frame: Frame, true: np.ndarray) -> dict[str,
 
 
 def _errors(judged: pd.DataFrame, course: list[Frame]) -> dict[str, float]:
-    """Gather what a row of the table says of all frames."""
     judged = judged.reindex(columns=["reported", "false", "missed", "response", "place", "angle", "depth", "velocity"])
     apart = np.array([not len(frame.pairs) for frame in course])
     away = np.array([frame.distance for frame in course])

@@ -7,16 +7,12 @@ import pandas as pd
 
 from palpate.report.claims import Claim, claims, verdict
 from palpate.studies.ct.imaging import BETWEEN, CORNERS, GRADIENT, TRIANGLES
-from palpate.studies.ct.ray_casting import BACK, FRONT, SOLID, TRANSLUCENT
+from palpate.studies.ct.ray_casting import FRONT, SOLID, TRANSLUCENT, back_and_early
 
-_SAME = 1e-6
-"""Two pictures are the same if no colour differs by more than this."""
-_GOOD = 0.95
-"""Dice coefficient from which on a mask counts as the same; two people who draw one differ by as much."""
-_SUPPOSED = 5
-"""Slices apart that masks are drawn; the thesis gives no number."""
-_FASTER = 0.9
-"""Share of the samples from which on downwards a picture is faster: less of a difference is lost in the noise."""
+_SAME = 1e-6  # two pictures are the same if no colour differs by more than this
+_GOOD = 0.95  # Dice coefficient from which on a mask counts as the same; two people who draw one differ by as much
+_SUPPOSED = 5  # slices apart that masks are drawn; the thesis gives no number
+_FASTER = 0.9  # share of the samples from which on downwards a picture is faster: less is lost in the noise
 _SCAN = "synthetic abdomen, CT"
 
 
@@ -37,13 +33,10 @@ def _compositing(table: pd.DataFrame) -> Iterator[Claim]:
     yield Claim(3, section, claim, _SCAN, "the same", ours, verdict(whole["difference"].max() <= _SAME))
     claim = "front to back with rays that end early is faster"
     for looks in (TRANSLUCENT, SOLID):
-        rows = table[table["looks"] == looks]
-        back = rows[rows["order"] == BACK].iloc[0]
-        early = rows[(rows["order"] == FRONT) & (rows["enough"] < 1)].sort_values("enough").iloc[0]
+        back, early = back_and_early(table, looks)
         share, time = early["samples"] / back["samples"], early["median_s"] / back["median_s"]
-        ours = f"{100 * share:.0f} % of the samples, {100 * time:.0f} % of the time, colours within " + (
-            f"{100 * early['difference']:.2g} %"
-        )
+        ours = f"{100 * share:.0f} % of the samples, {100 * time:.0f} % of the time, "
+        ours += f"colours within {100 * early['difference']:.2g} %"
         premise = f"{_SCAN}, {looks} tissues, rays end at opacity {early['enough']:g}"
         yield Claim(3, section, claim, premise, "faster", ours, verdict(share <= _FASTER and time < 1))
 
@@ -83,13 +76,11 @@ def _mri(table: pd.DataFrame) -> Claim:
     return Claim(3, "2, acquisition", claim, premise, "either", ours, verdict(bool(found["MRI, evened"] >= _GOOD)))
 
 
-SYNTHETIC = "abdomen"
-MADE_UP = "synthetic: masses of meshes of a real liver differed by 10 %"
-"""The body of the shipped settings whose CT is made up, and what a real one gave (docs/papers.md)."""
-
+# the body of the shipped settings whose CT is made up, and what a real one gave (docs/papers.md)
+SYNTHETIC, MADE_UP = "abdomen", "synthetic: masses of meshes of a real liver differed by 10 %"
 SPREAD, ELEMENTS, GOOD = 0.035, 6000, 0.01
-"""The largest difference between meshes that the paper reports, the elements from which on masses are good, and what
-good is taken to be: a deviation from the voxels."""
+"""The largest difference between meshes that the paper reports, the elements from which on it calls masses good, and
+what good is taken to be: a deviation from the voxels."""
 
 
 @claims("node_mass")

@@ -10,7 +10,7 @@ from palpate.bodies.ct.image import Image
 from palpate.bodies.surfaces.triangles import image_data
 from palpate.report import panels, render, style, tables
 from palpate.studies.ct.imaging import BETWEEN, Pictures
-from palpate.studies.ct.ray_casting import front
+from palpate.studies.ct.ray_casting import corners, front
 
 _SKIN, _MUSCLE, _BONE, _ORGAN = (0.98, 0.85, 0.76), (0.66, 0.32, 0.26), (0.96, 0.95, 0.92), (0.70, 0.20, 0.15)
 _ORGAN_HU, _GAP_HU, _DARK_HU, _BRIGHT_HU = -3000, -1000, -250, 0
@@ -91,11 +91,6 @@ def _richest(mask, cut: int) -> int:
     return int(mask.sum(axis=tuple(axis for axis in range(3) if axis != cut)).argmax())
 
 
-def _window(image: Image) -> tuple[float, float]:
-    """Return the grey values that are drawn black and white: usual ones of a CT, and the range of an MRI."""
-    return _WINDOW if image.modality == "ct" else (float(image.hu.min()), float(np.percentile(image.hu, 99)))
-
-
 def _slice(axis, image, mask, cut: tuple[int, int], shown: tuple[int, int]) -> None:
     """Draw one slice with axes in mm; ``cut`` is its normal axis and index, ``shown`` the axes to the right and up."""
     right, up = shown
@@ -103,7 +98,8 @@ def _slice(axis, image, mask, cut: tuple[int, int], shown: tuple[int, int]) -> N
     low = 1e3 * (image.to_world(np.full(3, -0.5)))
     high = 1e3 * image.to_world(np.array(image.hu.shape) - 0.5)
     extent = (low[2 - right], high[2 - right], low[2 - up], high[2 - up])
-    darkest, brightest = _window(image)
+    ct = image.modality == "ct"
+    darkest, brightest = _WINDOW if ct else (float(image.hu.min()), float(np.percentile(image.hu, 99)))
     axis.imshow(grey, cmap="gray", vmin=darkest, vmax=brightest, extent=extent, origin="lower", aspect="equal")
     places = [1e3 * (image.origin_m[2 - a] + image.spacing_m[2 - a] * np.arange(image.hu.shape[a])) for a in shown]
     if inside.any():
@@ -126,32 +122,22 @@ def draw_ct_volume_rendering(image: Image, mask: np.ndarray, body: Body) -> Figu
     Classification, then one ray a pixel with evenly spaced trilinear samples, shaded by normals from central
     differences and composited front to back (paper 3, chapter 2).
     """
-    view = _view(_corners(image))
+    axes = front()
+    view = render.frame(axes, [corners(image)])
     aspect = view.width / view.height
     size = _PIXELS, round(_PIXELS / aspect)
     with render.Stage(*size) as stage:
         pictures = {"ray casting": stage.picture(view, [lambda s: s.volume(_volume(image, mask))])}
-    close = _view(body.coarse.nodes)
+    close = render.frame(axes, [body.coarse.nodes])
     with render.Stage(*size) as stage:
         for name, level in (("coarse", 0), ("fine", len(body.levels) - 1)):
             mesh = body.levels[level]
             pictures[f"{name} surface: {len(mesh.surface):,} nodes"] = stage.level(close, mesh, body.supported(level))
-    figure, axes = panels.grid(1, len(pictures), aspect, _VOLUME_INCHES, bare=True)
-    for axis, (caption, picture) in zip(axes[0], pictures.items(), strict=True):
+    figure, grid = panels.grid(1, len(pictures), aspect, _VOLUME_INCHES, bare=True)
+    for axis, (caption, picture) in zip(grid[0], pictures.items(), strict=True):
         panels.place(axis, picture, caption)
-    axes[0, 0].set_ylabel(body.name, fontweight="bold")
+    grid[0, 0].set_ylabel(body.name, fontweight="bold")
     return figure
-
-
-def _view(points: np.ndarray) -> render.View:
-    """Choose a view from the front, slightly from the patient's right and from above; z is up."""
-    return render.frame(front(), [points])
-
-
-def _corners(image: Image) -> np.ndarray:
-    """Return the corners of the grid, (8, 3) [m]."""
-    last = np.array(image.hu.shape) - 1
-    return image.to_world(np.array(list(np.ndindex(2, 2, 2))) * last)
 
 
 def _volume(image: Image, mask: np.ndarray):
@@ -232,7 +218,7 @@ def _picture(axis: Axes, caption: str) -> Axes:
 
 def _mri(axis: Axes, image: Image, found: np.ndarray, liver: np.ndarray) -> None:
     """Draw the axial slice in the middle of the true liver, with the outlines of what is found and of the truth."""
-    at = int(liver.sum(axis=(1, 2)).argmax())
+    at = _richest(liver, 0)
     steps = image.spacing_m[1] / image.spacing_m[0]
     axis.imshow(image.hu[at], cmap="gray", vmin=0, vmax=np.percentile(image.hu, 99), aspect=steps)
     for mask, colour, line in ((liver, _TRUE, "--"), (found, _FOUND, "-")):
@@ -247,7 +233,6 @@ def _mri(axis: Axes, image: Image, found: np.ndarray, liver: np.ndarray) -> None
 
 
 def _masks(axis: Axes, table: pd.DataFrame) -> None:
-    """Draw how far masks come back over how many slices apart they are drawn."""
     for i, body in enumerate(tables.bodies(table)):
         for method, line in ((BETWEEN, "-"), (None, ":")):
             rows = tables.where(table, body=body)
@@ -277,7 +262,14 @@ def draw_node_mass(node_mass) -> Figure:
         left.plot(rows["elements"], 100 * rows["raw_deviation"], color=colour, ls="--", marker="o", ms=3, alpha=0.7)
         left.plot(rows["elements"], 100 * rows["deviation_from_voxels"], color=colour, marker="o", ms=4, label=body)
         right.plot(rows["elements"], rows["mean_density_kg_m3"], color=colour, marker="o", ms=4, label=body)
-    _bounds(left, node_mass["elements"])
+    elements = node_mass["elements"]
+    left.axhspan(-_PAPERS, _PAPERS, color="#f3f3f3", zorder=0)
+    note = {"textcoords": "offset points", "fontsize": 8}
+    left.annotate(f"±{_PAPERS:g} %: paper 2's meshes", (elements.min(), _PAPERS), (0, -10), **note)
+    if elements.max() > _ENOUGH:
+        left.fill_between([_ENOUGH, elements.max()], -_BOUND, _BOUND, color="#dcdcdc", lw=0, zorder=0.5)
+        said = f"±{_BOUND:g} % from {_ENOUGH} elements"
+        left.annotate(said, (elements.max(), _BOUND), (0, 3), ha="right", **note)
     left.plot([], [], color=style.INK, label="densities of the organ only")
     left.plot([], [], color=style.INK, ls="--", alpha=0.7, label="densities of all voxels (paper 2)")
     left.set(title="deviation of the total mass from the voxels", ylabel="deviation [%]")
@@ -291,17 +283,3 @@ def draw_node_mass(node_mass) -> Figure:
         axis.set_xlabel("elements")
         style.plain_log(axis.xaxis)
     return figure
-
-
-def _bounds(axis, elements) -> None:
-    """Draw the range that paper 2 reports, and the bound for meshes with enough elements."""
-    axis.axhspan(-_PAPERS, _PAPERS, color="#f3f3f3", zorder=0)
-    axis.annotate(
-        f"±{_PAPERS:g} %: paper 2's meshes", (elements.min(), _PAPERS), (0, -10), textcoords="offset points", fontsize=8
-    )
-    if elements.max() > _ENOUGH:
-        axis.fill_between([_ENOUGH, elements.max()], -_BOUND, _BOUND, color="#dcdcdc", lw=0, zorder=0.5)
-        axis.annotate(
-            f"±{_BOUND:g} % from {_ENOUGH} elements", (elements.max(), _BOUND), (0, 3), textcoords="offset points",
-            fontsize=8, ha="right",
-        )  # fmt: skip

@@ -8,40 +8,14 @@ import numpy as np
 import pandas as pd
 from scipy.ndimage import gaussian_filter
 
+from palpate.bodies.ct import synthetic_abdomen
 from palpate.bodies.ct.image import Image
 from palpate.bodies.ct.scan_of import even_brightness, fill_between
 from palpate.bodies.ct.segmentation import segment
-from palpate.bodies.ct.synthetic_abdomen import (
-    FAT_HU,
-    LIVER_HU,
-    LIVER_SIGNALS,
-    abdomen,
-    hu_of_shapes,
-    liver_side,
-    mri_abdomen,
-    shape_shares,
-)
 from palpate.bodies.surfaces.decimate import area_normals, vertex_normals
 from palpate.bodies.surfaces.mask_surface import isosurface
 from palpate.errors import InputError
-from palpate.studies.ct.ray_casting import (
-    GREY,
-    TISSUES,
-    Rays,
-    by_percentage,
-    by_threshold,
-    cast,
-    compositing,
-    field_of,
-    fit_mixture,
-    front,
-    likely,
-    on_white,
-    parallel_rays,
-    probabilities,
-    thresholds,
-    transfer_of,
-)
+from palpate.studies.ct import ray_casting
 from palpate.table import Table
 
 NEAREST, BETWEEN = "nearest slice", "signed distance"
@@ -99,8 +73,7 @@ def _compare(method: str, image: Image, mask: np.ndarray, drawn: np.ndarray) -> 
     return dice(filled, mask), float(filled.sum() / mask.sum() - 1)
 
 
-SAME_ORGAN_DISTANCE = 0.06
-"""Points so far from the exact surface, relative to the half axes, belong to another organ."""
+SAME_ORGAN_DISTANCE = 0.06  # points so far from the exact surface, relative to the half axes, belong to another organ
 GRADIENT, CORNERS, TRIANGLES = "gradient", "triangles around", "triangle"
 
 SURFACE_NORMALS = Table(
@@ -120,13 +93,13 @@ def surface_normals(image: Image) -> pd.DataFrame:
     Normals are the gradient of the grey values by central differences; the mean of the triangles around a point, by
     their areas; or those of each triangle.
     """
-    level, rows = (LIVER_HU + FAT_HU) / 2, []
+    level, rows = (synthetic_abdomen.LIVER_HU + synthetic_abdomen.FAT_HU) / 2, []
     for blur in (0.0, 1.0):
         steps = blur * image.spacing_m.min() / image.spacing_m[::-1]
         grey = gaussian_filter(image.hu.astype(np.float32), steps)
         points, triangles, slopes = isosurface(grey, level, image.origin_m, image.spacing_m, normals=True)
         for source, places, normals in _sources(points, triangles, slopes):
-            side, exact = liver_side(places)
+            side, exact = synthetic_abdomen.liver_side(places)
             near = np.abs(side - 1) < SAME_ORGAN_DISTANCE
             cosines = np.abs(np.einsum("ij,ij->i", normals[near], exact[near]))
             angles = np.degrees(np.arccos(np.clip(cosines, 0, 1)))
@@ -153,13 +126,11 @@ def _onto(points: np.ndarray) -> np.ndarray:
     """Move points near the exact liver along its normals onto it, by a few steps of Newton's method."""
     found = points.copy()
     for _ in range(4):
-        side, normals = liver_side(found)
-        ahead = liver_side(found + 1e-6 * normals)[0]
+        side, normals = synthetic_abdomen.liver_side(found)
+        ahead = synthetic_abdomen.liver_side(found + 1e-6 * normals)[0]
         found -= ((side - 1) / (ahead - side) * 1e-6)[:, None] * normals
     return found
 
-
-CT_RANGE = (30, 120)
 
 SEGMENTED_SCANS = Table(
     "segmented_scans",
@@ -176,22 +147,19 @@ def segmented_scans(ct: Image, liver: np.ndarray) -> tuple[pd.DataFrame, list[tu
     ct, liver : the synthetic abdomen and its liver, (nz, ny, nx) bool
     Where nothing is found, dice is 0.
     """
-    raw = mri_abdomen(spacing_m=ct.spacing_m.tolist())[0]
+    raw = synthetic_abdomen.mri_abdomen(spacing_m=ct.spacing_m.tolist())[0]
     rows, shown = [], []
     for scan, image in (("CT", ct), ("MRI", raw), ("MRI, evened", even_brightness(raw))):
-        found = _segmented(image, CT_RANGE if image.modality == "ct" else LIVER_SIGNALS)
+        limits = (30, 120) if image.modality == "ct" else synthetic_abdomen.LIVER_SIGNALS
+        try:
+            found = segment(image, {"threshold_hu": limits, "threshold": limits})
+        except InputError:
+            found = np.zeros(image.hu.shape, dtype=bool)
         volume = float(found.sum() / liver.sum() - 1)
         rows.append((scan, dice(found, liver), volume))
         if image.modality == "mri":
             shown.append((image, found))
     return SEGMENTED_SCANS.frame(rows), shown
-
-
-def _segmented(image: Image, limits: Sequence[float]) -> np.ndarray:
-    try:
-        return segment(image, {"threshold_hu": limits, "threshold": limits})
-    except InputError:
-        return np.zeros(image.hu.shape, dtype=bool)
 
 
 TISSUE_CLASSES = Table(
@@ -212,16 +180,16 @@ def tissue_classes(image: Image) -> pd.DataFrame:
     or the percentages of two neighbouring tissues. A voxel is of the tissue that fills most of it.
     """
     truth = _shares(image)
-    mixture = fit_mixture(image.hu, [tissue.hu for tissue in TISSUES])
+    mixture = ray_casting.fit_mixture(image.hu, [tissue.hu for tissue in ray_casting.TISSUES])
     methods = {
-        "threshold": by_threshold,
-        "probability": lambda grey: probabilities(mixture, grey),
-        "percentage": by_percentage,
+        "threshold": ray_casting.by_threshold,
+        "probability": lambda grey: ray_casting.probabilities(mixture, grey),
+        "percentage": ray_casting.by_percentage,
     }
     rows = []
     for method, classify in methods.items():
         found = classify(image.hu.astype(np.float32))
-        for k, tissue in enumerate(TISSUES):
+        for k, tissue in enumerate(ray_casting.TISSUES):
             within = truth.argmax(axis=0) == k
             error = float(np.sqrt(((found - truth)[k] ** 2).mean()))
             rows.append((method, tissue.name, float((found.argmax(axis=0) != k)[within].mean()), error))
@@ -230,18 +198,16 @@ def tissue_classes(image: Image) -> pd.DataFrame:
 
 def _shares(image: Image) -> np.ndarray:
     """Return the share of each tissue in each voxel, (k, nz, ny, nx); what no shape fills is a gap."""
-    shares = shape_shares(image.spacing_m.tolist())
-    truth = np.zeros((len(TISSUES), *image.hu.shape), dtype=np.float32)
-    for name, hu in hu_of_shapes().items():
-        truth[np.searchsorted(thresholds(), hu)] += shares[name]
+    shares = synthetic_abdomen.shape_shares(image.spacing_m.tolist())
+    truth = np.zeros((len(ray_casting.TISSUES), *image.hu.shape), dtype=np.float32)
+    for name, hu in synthetic_abdomen.hu_of_shapes().items():
+        truth[np.searchsorted(ray_casting.thresholds(), hu)] += shares[name]
     truth[0] += 1 - truth.sum(axis=0)
     return truth
 
 
-STEP = 0.5
-"""Of the smallest side of a voxel, between samples along a ray."""
-OPAQUE = 0.99
-"""Opacity at which rays of the pictures end."""
+STEP = 0.5  # of the smallest side of a voxel, between samples along a ray
+OPAQUE = 0.99  # opacity at which rays of the pictures end
 
 
 class Pictures(NamedTuple):
@@ -268,7 +234,7 @@ def measure(
     masks : image and organ of each body; pixels : across the pictures that are timed; voxel_m : side of the voxels of
     the synthetic scans, whose truth is known; progress : wraps the list of tables
     """
-    image, truth = abdomen(spacing_m=(voxel_m,) * 3)
+    image, truth = synthetic_abdomen.abdomen(spacing_m=(voxel_m,) * 3)
     found: dict[str, pd.DataFrame] = {}
     for name in progress(["mask_interpolation", "surface_normals", "tissue_classes", "segmented_scans", "compositing"]):
         if name == "mask_interpolation":
@@ -281,22 +247,22 @@ def measure(
         elif name == "segmented_scans":
             found[name], mris = segmented_scans(image, truth["liver"])
         else:
-            rays = parallel_rays(image, front(), pixels, STEP)
-            found[name] = compositing(field_of(image), rays, likely(image))
+            rays = ray_casting.parallel_rays(image, ray_casting.front(), pixels, STEP)
+            found[name] = ray_casting.compositing(ray_casting.field_of(image), rays, ray_casting.likely(image))
     return found, Pictures(*_pictures(image, rays), mris, truth["liver"])
 
 
-def _pictures(image: Image, rays: Rays) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def _pictures(image: Image, rays: ray_casting.Rays) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Cast the pictures that are drawn: classes by threshold and by probability, both orders of compositing."""
-    field, transfer = field_of(image), likely(image)
-    sharp = transfer_of(GREY, by_threshold(GREY))
-    back = cast(field, transfer, rays, back_to_front=True)
-    front_first, samples = cast(field, transfer, rays, enough=OPAQUE)
+    field, transfer = ray_casting.field_of(image), ray_casting.likely(image)
+    sharp = ray_casting.transfer_of(ray_casting.GREY, ray_casting.by_threshold(ray_casting.GREY))
+    back = ray_casting.cast(field, transfer, rays, back_to_front=True)
+    front_first, samples = ray_casting.cast(field, transfer, rays, enough=OPAQUE)
     shape = rays.height, rays.width
     shown = {
-        "classes by threshold": cast(field, sharp, rays)[0],
+        "classes by threshold": ray_casting.cast(field, sharp, rays)[0],
         "by probability, back to front": back[0],
         f"front to back, ends at {OPAQUE:g}": front_first,
     }
-    pictures = {caption: on_white(found).reshape(*shape, 3) for caption, found in shown.items()}
+    pictures = {caption: ray_casting.on_white(found).reshape(*shape, 3) for caption, found in shown.items()}
     return pictures, (samples / np.maximum(back[1], 1)).reshape(shape)

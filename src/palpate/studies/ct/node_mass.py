@@ -43,22 +43,10 @@ def measure(
         mesh = _mesh(image, mask, wanted)
         masses = node_masses(mesh, organ_densities(mesh.nodes, image, mask))
         raw = node_masses(mesh, raw_densities(mesh.nodes, image, mask))
-        rows.append(
-            {
-                "body": name,
-                "elements": len(mesh.tetrahedra),
-                "nodes": len(mesh.nodes),
-                "total_mass_kg": masses.sum(),
-                "mean_density_kg_m3": masses.sum() / mesh.volumes.sum(),
-                "deviation_from_voxels": masses.sum() / voxels - 1,
-                "raw_deviation": raw.sum() / voxels - 1,
-                "surface_nodes": len(mesh.surface),
-                "voxel_mass_kg": voxels,
-                "least_node_kg": masses.min(),
-                "largest_node_kg": masses.max(),
-            }
-        )
-    return pd.DataFrame(rows)
+        mass, deviations = masses.sum(), (masses.sum() / voxels - 1, raw.sum() / voxels - 1)
+        row = name, len(mesh.tetrahedra), len(mesh.nodes), mass, mass / mesh.volumes.sum(), *deviations
+        rows.append((*row, len(mesh.surface), voxels, masses.min(), masses.max()))
+    return NODE_MASS.frame(rows)
 
 
 def _mesh(image: Image, mask: np.ndarray, wanted: int) -> TetMesh:

@@ -13,8 +13,7 @@ from palpate.bodies.ct.image import Image
 from palpate.table import Table
 
 _ROUNDS, _BINS = 200, 1024
-_SETTLED = 1e-4
-"""Share of the range of grey values by which means still move when they count as found."""
+_SETTLED = 1e-4  # share of the range of grey values by which means still move when they count as found
 
 
 class Tissue(NamedTuple):
@@ -126,8 +125,7 @@ def transfer_of(values: np.ndarray, shares: np.ndarray) -> Transfer:
     return Transfer(values, colours, opacities @ shares)
 
 
-AMBIENT, DIFFUSE = 0.3, 0.65
-"""Shares of light from all sides, and from where the viewer is."""
+AMBIENT, DIFFUSE = 0.3, 0.65  # shares of light from all sides, and from where the viewer is
 
 
 _TURN, _RISE = np.radians(-28.0), np.radians(14.0)  # from the front towards the patient's right, and up
@@ -139,16 +137,6 @@ def front() -> np.ndarray:
     right = np.cross([0.0, 0.0, 1.0], toward)
     right /= np.linalg.norm(right)
     return np.array([right, np.cross(toward, right), toward])
-
-
-class Field(NamedTuple):
-    """Samples for rays: ``voxels`` (nz, ny, nx, 4), grey values and their gradient [1/m] along x, y and z.
-
-    Two voxels along each axis at least.
-    """
-
-    voxels: np.ndarray
-    image: Image
 
 
 class Rays(NamedTuple):
@@ -167,11 +155,19 @@ class Rays(NamedTuple):
     width: int
 
 
-def field_of(image: Image) -> Field:
-    """Compute central differences of the grey values in every voxel, for shading."""
+def field_of(image: Image) -> np.ndarray:
+    """Return (nz, ny, nx, 4) grey values and their gradient along x, y and z [1/m], by central differences.
+
+    There must be two voxels along each axis at least.
+    """
     grey = image.hu.astype(np.float32)
     slopes = np.gradient(grey, *image.spacing_m[::-1].astype(np.float32))
-    return Field(np.stack([grey, *slopes[::-1]], axis=-1), image)
+    return np.stack([grey, *slopes[::-1]], axis=-1)
+
+
+def corners(image: Image) -> np.ndarray:
+    """Return the corners of the grid, (8, 3) [m]."""
+    return image.to_world(np.array(list(np.ndindex(2, 2, 2))) * (np.array(image.hu.shape) - 1))
 
 
 def parallel_rays(image: Image, axes: np.ndarray, pixels: int, step: float) -> Rays:
@@ -179,38 +175,41 @@ def parallel_rays(image: Image, axes: np.ndarray, pixels: int, step: float) -> R
 
     axes : (3, 3), rows right, up and toward the viewer; step : between samples, in the smallest side of a voxel
     """
-    last = np.array(image.hu.shape) - 1
-    corners = image.to_world(np.array(list(np.ndindex(2, 2, 2))) * last) @ axes.T
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    seen = corners(image) @ axes.T
+    low, high = seen.min(axis=0), seen.max(axis=0)
     pixel = float(high[0] - low[0]) / pixels
     height = max(round(float(high[1] - low[1]) / pixel), 1)
     across = low[0] + pixel * (np.arange(pixels) + 0.5)
     upward = high[1] - pixel * (np.arange(height) + 0.5)
-    seen = np.stack(np.broadcast_arrays(across, upward[:, None], high[2]), axis=-1).reshape(-1, 3)
-    starts = image.to_index(seen @ axes)
+    places = np.stack(np.broadcast_arrays(across, upward[:, None], high[2]), axis=-1).reshape(-1, 3)
     step_m = step * float(image.spacing_m.min())
     move = (-step_m * axes[2] / image.spacing_m)[::-1]
-    return _within(Rays(starts, move, np.empty(0, dtype=np.int64), step_m, -axes[2], height, pixels), last)
+    starts, counts = _within(image.to_index(places @ axes), move, np.array(image.hu.shape) - 1)
+    return Rays(starts, move, counts, step_m, -axes[2], height, pixels)
 
 
-def _within(rays: Rays, last: np.ndarray) -> Rays:
-    """Let each ray begin where it enters the grid, on the same planes of samples for all, and end where it leaves."""
+def _within(starts: np.ndarray, step: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Let each ray begin where it enters the grid, on the same planes of samples for all, and end where it leaves.
+
+    Returns starts (n, 3) and counts of samples (n,), which are 0 for a ray that passes by.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
-        one, other = -rays.starts / rays.step, (last - rays.starts) / rays.step
-    still = rays.step == 0
-    inside = ((rays.starts >= 0) & (rays.starts <= last)) | ~still
+        one, other = -starts / step, (last - starts) / step
+    still = step == 0
+    inside = ((starts >= 0) & (starts <= last)) | ~still
     enter = np.where(still, -np.inf, np.minimum(one, other)).max(axis=1)
     leave = np.where(still, np.inf, np.maximum(one, other)).min(axis=1)
     first = np.ceil(enter - 1e-9)
     counts = np.where(inside.all(axis=1), np.maximum(np.floor(leave + 1e-9) - first + 1, 0), 0).astype(np.int64)
-    return rays._replace(starts=rays.starts + np.where(counts > 0, first, 0.0)[:, None] * rays.step, counts=counts)
+    return starts + np.where(counts > 0, first, 0.0)[:, None] * step, counts
 
 
 def cast(
-    field: Field, transfer: Transfer, rays: Rays, back_to_front: bool = False, enough: float = 1.0
+    voxels: np.ndarray, transfer: Transfer, rays: Rays, back_to_front: bool = False, enough: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Cast rays: colour times opacity, and opacity, (n, 4), and how many samples each ray took, (n,).
 
+    voxels : of ``field_of``
     enough : opacity at which a ray ends, front to back; with 1 none does. What lies behind would then be seen at
         ``1 − enough`` at most, which bounds the difference of any colour.
     Samples are trilinear, classified by ``transfer`` after interpolation, and lit by a lamp at the viewer. Opacity per
@@ -219,7 +218,7 @@ def cast(
     opacity = 1 - (1 - transfer.per_mm) ** (1e3 * rays.step_m)
     table = np.column_stack([transfer.colours, opacity])
     scale = transfer.values[0], transfer.values[1] - transfer.values[0]
-    return _cast(field.voxels, table, scale, rays.starts, rays.step, rays.counts, rays.away, back_to_front, enough)
+    return _cast(voxels, table, scale, rays.starts, rays.step, rays.counts, rays.away, back_to_front, enough)
 
 
 @numba.njit(cache=True)
@@ -271,7 +270,6 @@ def _interpolate(voxels, z, y, x, c):
 
 @numba.njit(cache=True)
 def _look_up(grey, table, scale, colour):
-    """Look up the colour and the opacity of a grey value."""
     place = min(max((grey - scale[0]) / scale[1], 0.0), len(table) - 1.0)
     at = min(int(place), len(table) - 2)
     share = place - at
@@ -293,13 +291,8 @@ def _facing(voxels, z, y, x, viewer):
 BACK, FRONT = "back to front", "front to back"
 ORDERS = ((BACK, 1.0), (FRONT, 1.0), (FRONT, 0.99))
 """Order of compositing, and the opacity at which a ray ends; at 1 no ray does."""
-GREY = np.arange(-1100.0, 1501.0, 4.0)
-"""Grey values [HU] at which looks are tabulated."""
-REPEATS = 5
-"""Timed pictures; each takes some tenths of a second."""
-TRANSLUCENT, SOLID = "translucent", "solid"
-_SOLID = 10.0
-"""Times as many layers of a tissue lie in a millimetre where tissues look solid."""
+GREY = np.arange(-1100.0, 1501.0, 4.0)  # grey values [HU] at which looks are tabulated
+TRANSLUCENT, SOLID = "translucent", "solid"  # tissues as they are, and ten times as dense
 
 COMPOSITING = Table(
     "compositing",
@@ -312,25 +305,28 @@ COMPOSITING = Table(
 )
 
 
-def compositing(field: Field, rays: Rays, transfer: Transfer) -> pd.DataFrame:
+def compositing(voxels: np.ndarray, rays: Rays, transfer: Transfer) -> pd.DataFrame:
     """Compute the rows of compositing.csv, with the opacities of ``transfer`` and of tissues ten times as dense."""
     rows = []
-    for looks, shown in ((TRANSLUCENT, transfer), (SOLID, solid(transfer))):
+    dense = transfer._replace(per_mm=1 - (1 - transfer.per_mm) ** 10.0)
+    for looks, shown in ((TRANSLUCENT, transfer), (SOLID, dense)):
         calls = [
-            partial(cast, field, shown, rays, back_to_front=order == BACK, enough=enough) for order, enough in ORDERS
+            partial(cast, voxels, shown, rays, back_to_front=order == BACK, enough=enough) for order, enough in ORDERS
         ]
         taken = [call() for call in calls]
         exact = on_white(taken[0][0])
-        timed = time_calls(calls, REPEATS).seconds
+        timed = time_calls(calls, 5).seconds  # each takes some tenths of a second
         for (order, enough), (found, samples), seconds in zip(ORDERS, taken, timed, strict=True):
             apart = float(abs(on_white(found) - exact).max())
             rows.append((looks, order, enough, float(samples.mean()), float(np.median(seconds)), apart))
     return COMPOSITING.frame(rows)
 
 
-def solid(transfer: Transfer) -> Transfer:
-    """Return looks of tissues ten times as dense."""
-    return transfer._replace(per_mm=1 - (1 - transfer.per_mm) ** _SOLID)
+def back_and_early(compositing: pd.DataFrame, looks: str) -> tuple[pd.Series, pd.Series]:
+    """Return the rows of compositing.csv back to front, and of rays that end at 99 % opacity, or the nearest to it."""
+    rows = compositing[compositing["looks"] == looks]
+    early = rows[(rows["order"] == FRONT) & (rows["enough"] < 1)].sort_values("enough")
+    return rows[rows["order"] == BACK].iloc[0], early.iloc[0]
 
 
 def on_white(found: np.ndarray) -> np.ndarray:

@@ -7,13 +7,12 @@ import pandas as pd
 from palpate.report import tables
 from palpate.report.material import Report
 from palpate.report.words import spaced
+from palpate.studies.ct.claims import ELEMENTS
 from palpate.studies.ct.imaging import BETWEEN, CORNERS, GRADIENT, NEAREST, TRIANGLES
-from palpate.studies.ct.ray_casting import BACK, FRONT, SOLID, TRANSLUCENT
+from palpate.studies.ct.ray_casting import FRONT, SOLID, TRANSLUCENT, back_and_early
 from palpate.table import Table
 
 TITLE = "From CT to body"
-ENOUGH_ELEMENTS = 6000
-"""The elements from which on paper 2 calls masses good."""
 
 MESH_QUALITY = Table(
     "mesh_quality",
@@ -35,13 +34,12 @@ def numbers(report: Report) -> dict[str, Any]:
         "masses": [_masses(rows) for _, rows in found["node_mass"].groupby("body", sort=False)]
         if "node_mass" in found
         else [],
-        "enough_elements": ENOUGH_ELEMENTS,
+        "enough_elements": ELEMENTS,
         **_imaging(found),
     }
 
 
 def _of_body(body: str, quality: pd.DataFrame) -> dict[str, Any]:
-    """Return the volume of the coarse mesh, the smallest dihedral angle of all levels, and the table of quality."""
     return {
         "key": body,
         "name": spaced(body),
@@ -52,9 +50,8 @@ def _of_body(body: str, quality: pd.DataFrame) -> dict[str, Any]:
 
 
 def _masses(rows: pd.DataFrame) -> dict[str, Any]:
-    """Return the masses and densities of one body's meshes, and their largest deviations from the voxels."""
     rows = rows.sort_values("elements")
-    off, enough = rows["deviation_from_voxels"].abs(), rows["elements"] >= ENOUGH_ELEMENTS
+    off, enough = rows["deviation_from_voxels"].abs(), rows["elements"] >= ELEMENTS
     return {
         "name": spaced(str(rows["body"].iloc[0])),
         "total_kg": (rows["total_mass_kg"].min(), rows["total_mass_kg"].max()),
@@ -66,7 +63,6 @@ def _masses(rows: pd.DataFrame) -> dict[str, Any]:
 
 
 def _imaging(found: dict[str, pd.DataFrame]) -> dict[str, Any]:
-    """Return what the steps from a scan to a picture and a mask give."""
     orders, masks, classes = found["compositing"], found["mask_interpolation"], found["tissue_classes"]
     scans = found["segmented_scans"].set_index("scan")["dice"]
     sharp = tables.where(found["surface_normals"], blur_voxels=0.0).set_index("normals_from")["median_deg"]
@@ -74,7 +70,7 @@ def _imaging(found: dict[str, pd.DataFrame]) -> dict[str, Any]:
     means = classes.groupby("method", sort=False)[["wrong", "rms_error"]].mean()
     return {
         "order_difference": tables.where(orders, order=FRONT, enough=1.0)["difference"].max(),
-        "early": [_early(tables.where(orders, looks=looks), looks) for looks in (TRANSLUCENT, SOLID)],
+        "early": [_early(orders, looks) for looks in (TRANSLUCENT, SOLID)],
         "every": int(every),
         "dice": [tables.where(masks, every=every, method=method)["dice"].min() for method in (BETWEEN, NEAREST)],
         "angles": [sharp[source] for source in (GRADIENT, CORNERS, TRIANGLES)],
@@ -84,8 +80,6 @@ def _imaging(found: dict[str, pd.DataFrame]) -> dict[str, Any]:
 
 
 def _early(orders: pd.DataFrame, looks: str) -> dict[str, Any]:
-    """Return what it saves and changes to end rays at 99 % opacity, or at the nearest to it."""
-    back = tables.where(orders, order=BACK).iloc[0]
-    row = orders[(orders["order"] == FRONT) & (orders["enough"] < 1)].sort_values("enough").iloc[0]
-    shares = {name: row[name] / back[name] for name in ("samples", "median_s")}
-    return {"looks": looks, "enough": row["enough"], "difference": row["difference"]} | shares
+    back, early = back_and_early(orders, looks)
+    shares = {name: early[name] / back[name] for name in ("samples", "median_s")}
+    return {"looks": looks, "enough": early["enough"], "difference": early["difference"]} | shares

@@ -92,10 +92,9 @@ def membrane_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float,
     mu, lam = material.shear_pa, material.lame_pa
     plane = 2.0 * lam * mu / (lam + 2.0 * mu)
     weights = thickness_m * areas
-    modes = [((along + across) / np.sqrt(2.0), 2.0 * (mu + plane)), ((along - across) / np.sqrt(2.0), 2.0 * mu)]
-    modes.append((mixed / np.sqrt(2.0), 2.0 * mu))
-    gradients, moduli = zip(*modes, strict=True)
-    return np.tile(triangles, (3, 1)), np.concatenate(gradients), np.concatenate([m * weights for m in moduli])
+    gradients = np.concatenate([along + across, along - across, mixed]) / np.sqrt(2.0)
+    moduli = (2.0 * (mu + plane), 2.0 * mu, 2.0 * mu)
+    return np.tile(triangles, (3, 1)), gradients, np.concatenate([modulus * weights for modulus in moduli])
 
 
 def spring_parts(nodes: np.ndarray, triangles: np.ndarray, thickness_m: float, material: Material) -> Parts:

@@ -22,12 +22,8 @@ from palpate.table import Table
 
 READINGS = ("nonnegative_a", "nonnegative_b", LITERAL)
 """Ways to weigh samples that are compared: the paper's text allows each."""
-PAPERS = "nonnegative_a"
-LINEAR = "linear"
-NONE = "none"
-"""The weights of answers that blend nothing."""
-MOVED = 0.1
-"""Share of the peak from which on a node counts as moved."""
+PAPERS = READINGS[0]
+MOVED = 0.1  # share of the peak from which on a node counts as moved
 
 
 class Zero:
@@ -39,7 +35,6 @@ class Zero:
         self._shape = db.nodes_fine_surface.shape
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
-        """Return zeros (n, 3) [m]."""
         return np.zeros(self._shape)
 
 
@@ -54,14 +49,14 @@ def split_errors(db: Database, counts: tuple[int, int], number: int, options: Fi
         train, test = split(db.contact, *counts, kind, asked.seed)
         fitting = Fitting.of(db, train, "paper", asked)
         methods: dict[tuple[str, str], Method] = {
-            ("zero", NONE): Zero(db),
-            ("interpolation", NONE): interpolation.fit(fitting),
+            ("zero", "none"): Zero(db),
+            ("interpolation", "none"): interpolation.fit(fitting),
         }
         for features in FEATURES:
             readings = READINGS if kind == "contacts" else (PAPERS,)
             methods |= {(features, weights): paper_enrichment.fit(fitting, features, weights) for weights in readings}
             if kind == "contacts":
-                methods[features, LINEAR] = paper_enrichment.fit_linear(fitting, features)
+                methods[features, "linear"] = paper_enrichment.LinearRegressor(fitting, features)
         yield _errors(db, methods, train, test, number, kind)
 
 
@@ -114,14 +109,11 @@ def summarise(errors: pd.DataFrame) -> pd.DataFrame:
         draws = resampled(table.rename(columns={"features": "model", "weights": "setting"}), "rmse_of_peak")
         means = table.groupby(["features", "weights"], sort=False)["rmse_of_peak"].mean()
         for (features, weights), mean in means.items():
-            row = [kind, train, features, weights, table["split"].nunique(), mean]
-            row += np.quantile(draws.loc[(features, weights)], RANGE).tolist()
-            if (against := ("unordered", weights)) in means.index:
-                ratios = draws.loc[(features, weights)] / draws.loc[against]
-                row += [mean / means[against], *np.quantile(ratios, RANGE)]
-            else:
-                row += [np.nan] * 3
-            rows.append(row)
+            drawn, against, ratio = draws.loc[(features, weights)], ("unordered", weights), [np.nan] * 3
+            if against in means.index:
+                ratio = [mean / means[against], *np.quantile(drawn / draws.loc[against], RANGE)]
+            about = [kind, train, features, weights, table["split"].nunique()]
+            rows.append([*about, mean, *np.quantile(drawn, RANGE), *ratio])
     return pd.DataFrame(rows, columns=PREMISES.columns[1:])
 
 
@@ -136,10 +128,6 @@ def moved_share(fine: np.ndarray) -> float:
     return float((moved > MOVED * moved.max(axis=1, keepdims=True)).mean())
 
 
-ALIKE_RAD = np.radians(5.0)
-"""Angle between two presses up to which they have the same direction."""
-
-
 def choose_alike(db: Database) -> tuple[int, int]:
     """Choose two samples with different contacts, in the middle of those there are: pressed in directions within 5°
     and far apart; if no two are as near, those that are nearest.
@@ -152,7 +140,7 @@ def choose_alike(db: Database) -> tuple[int, int]:
     outer = apart.mean(axis=1) > np.median(apart.mean(axis=1))
     unlike = outer[:, None] | outer[None] | (apart == 0.0)
     angle[unlike] = np.inf
-    alike = angle <= ALIKE_RAD
+    alike = angle <= np.radians(5.0)
     best = np.argmax(np.where(alike, apart, -1.0)) if alike.any() else np.argmin(angle)
     first, second = np.unravel_index(best, apart.shape)
     return int(first), int(second)
@@ -206,13 +194,8 @@ def memory_rows(db: Database, train: np.ndarray, options: FitOptions) -> pd.Data
 
 def _orders(features: Features, contacts: np.ndarray) -> int:
     """Return the bytes of all views, each array counted once."""
-    arrays = {
-        id(array): array.nbytes
-        for view in [features.view(int(contact)) for contact in contacts]
-        for array in view
-        if array is not None
-    }
-    return sum(arrays.values())
+    views = [features.view(int(contact)) for contact in contacts]
+    return sum({id(array): array.nbytes for view in views for array in view if array is not None}.values())
 
 
 class Settings(NamedTuple):
@@ -254,7 +237,7 @@ def compare(
     databases : by body, nonlinear samples of the study, which are a premise of their own, named after the body
     progress : wraps the sequence of names, as ``tqdm`` does
     """
-    found: dict[str, list[pd.DataFrame]] = {table.name: [] for table in TABLES}
+    found: list[list[pd.DataFrame]] = []
     options, neighbours = settings.options, settings.options.neighbours
     for name in progress([*databases, *premises]):
         if name in premises:
@@ -269,9 +252,9 @@ def compare(
             feature_rows(every, neighbours),
             memory_rows(drawn[0], np.arange(counts[0]), options),
         )
-        for table, rows in zip(TABLES, parts, strict=True):
-            found[table.name].append(rows.assign(premise=name))
-    return {table.name: pd.concat(found[table.name])[table.columns] for table in TABLES}
+        found.append([rows.assign(premise=name) for rows in parts])
+    by_table = zip(TABLES, zip(*found, strict=True), strict=True)
+    return {table.name: pd.concat(rows)[table.columns] for table, rows in by_table}
 
 
 def _linear(
@@ -283,7 +266,8 @@ def _linear(
     and one sample of every contact.
     """
     magnitudes, train, test = sample_counts(f"enrichment.premises.cases.{name}", premise, entry)
-    prepared = prepare(name, premise, {key: value for key, value in entry.items() if key not in SAMPLED})
+    sampling = ("magnitudes", "train", "test", "paper_surface")  # keys of an entry that do not say what the body is
+    prepared = prepare(name, premise, {key: value for key, value in entry.items() if key not in sampling})
     peak_m = settings.peak_of_size * prepared.body.fine.size
     contacts, seed = (train + test) // len(magnitudes), settings.options.seed
     drawn = [prepared.database(contacts, magnitudes, peak_m, seed + number) for number in range(settings.splits)]
@@ -299,7 +283,3 @@ def _summary(databases: Sequence[Database], counts: tuple[int, int], settings: S
         errors += split_errors(db, counts, number, settings.options)
         errors += growing_errors(db, counts, number, settings.options, settings.training_shares)
     return summarise(pd.concat(errors))
-
-
-SAMPLED = ("magnitudes", "train", "test", "paper_surface")
-"""Keys of a body's entry that say how it is sampled, and not what it is."""

@@ -14,8 +14,7 @@ from palpate.studies.enrichment.premises import LOCAL
 from palpate.table import Table
 
 TITLE = "Paper 1: enriching a coarse simulation"
-METHOD = "detail_correction"
-"""The method that is compared with those of the paper."""
+METHOD = "detail_correction"  # the method that is compared with those of the paper
 PAPERS_WEIGHTS = style.PAPERS.partition("_")[2]
 
 ENRICHMENT_ACCURACY = Table(
@@ -73,6 +72,7 @@ def numbers(report: Report) -> dict[str, Any]:
     easy = tables.where(accuracy, protocol="paper", split="samples", regime=regime)
     hard = tables.where(accuracy, protocol="live", split="contacts", regime=regime)
     cases = dict.fromkeys(zip(accuracy["body"], accuracy["regime"], strict=True))
+    moved = found["premise_bodies"]["moved_share"]
     return {
         "regime": regime,
         "bodies": [_of_body(body, easy, hard, report) for body in tables.bodies(accuracy)],
@@ -86,7 +86,7 @@ def numbers(report: Report) -> dict[str, Any]:
             for name, node in found["feature_vectors"].groupby("features", sort=False)["node"].max().items()
         },
         "premises": _premises(found["premises"], found["premise_bodies"]),
-        "cut": _cut(found["premise_bodies"]["moved_share"]),
+        "cut": (LOCAL, moved[moved <= LOCAL].max(), moved[moved > LOCAL].min()),  # and the nearest on both sides
         "fewer": _fewer(found["premises"]),
         "orders": _orders(found["complexity"]),
         "times": [
@@ -133,7 +133,6 @@ def _sigma(sweep: pd.DataFrame, report: Report) -> dict[str, Any]:
 
 
 def _case(accuracy: pd.DataFrame, body: str, regime: str) -> dict[str, Any]:
-    """Return the table of errors in one database, by method, protocol and split."""
     rows = tables.where(accuracy, body=body, regime=regime)
     rows = rows.assign(case=rows["protocol"] + ", " + rows["split"] + " held out", error=100 * rows["rmse_of_peak"])
     wide = rows.pivot(index="method", columns="case", values="error")
@@ -165,7 +164,6 @@ def _equal_meshes(sizes: pd.DataFrame) -> tuple[int, int]:
 
 
 def _splits(splits: pd.DataFrame, published: Mapping[str, Any]) -> pd.DataFrame:
-    """Tabulate the samples to train and to test, the paper's at the right."""
     theirs = pd.DataFrame(published).T.rename(columns=lambda c: f"paper_{c}")
     frame = splits.merge(theirs, left_on="body", right_index=True, how="left")
     frame.loc[frame["split"] != "samples", theirs.columns] = np.nan
@@ -173,7 +171,6 @@ def _splits(splits: pd.DataFrame, published: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def _premises(premises: pd.DataFrame, about: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the errors of ordered and unordered features in each premise, the most local first."""
     rows = tables.where(premises, held_out="contacts", weights=PAPERS_WEIGHTS)
     rows = rows[rows["train"] == rows.groupby("premise")["train"].transform("max")]
     found = []
@@ -185,13 +182,7 @@ def _premises(premises: pd.DataFrame, about: pd.DataFrame) -> list[dict[str, Any
     return found
 
 
-def _cut(moved: pd.Series) -> tuple[float, float, float]:
-    """Return the share up to which a deformation is local, and the nearest shares of premises on both its sides."""
-    return LOCAL, moved[moved <= LOCAL].max(), moved[moved > LOCAL].min()
-
-
 def _fewer(premises: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate errors over those of unordered features that learn from as many samples."""
     rows = tables.where(premises, held_out="contacts", weights=PAPERS_WEIGHTS)
     rows = rows[rows["features"].isin(["ordered", "framed"])]
     wide = rows.pivot(index=["premise", "train"], columns="features", values="ratio").reset_index()
@@ -200,7 +191,6 @@ def _fewer(premises: pd.DataFrame) -> pd.DataFrame:
 
 
 def _orders(complexity: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate measured exponents beside the paper's order."""
     rows = []
     for row in complexity.to_dict("records"):
         name, order = style.OPERATIONS.get(row["operation"], row["operation"]), row["paper_order"]
@@ -213,7 +203,6 @@ def _orders(complexity: pd.DataFrame) -> pd.DataFrame:
 
 
 def _times(timing: pd.DataFrame, body: str, paper: Mapping[str, Any]) -> dict[str, Any]:
-    """Tabulate the times of five loads, the paper's above those of this run."""
     columns, theirs = [*(f"d{i}_s" for i in range(1, 6)), "mean_s"], paper["timing"].get(body, {})
     rows: list[list[str]] = []
     faint: list[int] = []

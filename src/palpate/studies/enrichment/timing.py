@@ -136,10 +136,8 @@ PAPERS_TABLE = {
     "detail_correction": "detail_correction",
 }
 """Rows of the paper's tables 4 and 5 and the methods that stand there."""
-DEFORMATIONS = 5
-"""The paper times five of them, d1 to d5."""
-FEM_REPEATS = 5
-"""A fine simulation takes long and is no online method."""
+DEFORMATIONS = 5  # the paper times five of them, d1 to d5
+FEM_REPEATS = 5  # a fine simulation takes long and is no online method
 
 
 def solves(body: Body, level: int, loads: pd.DataFrame, tolerance: float) -> list[Call]:

@@ -43,7 +43,9 @@ _SIDE, _CAPTION, _GAP = 0.35, 0.62, 0.1  # [inch] for the body's name, for three
 def draw_mesh_levels(bodies: list[Body]) -> Figure:
     """Draw one row for each body, one column for each level; dark balls are nodes that are held or lie on a bed."""
     columns = max(len(body.levels) for body in bodies)
-    views = render.same_scale([_view_of_levels(body) for body in bodies])
+    clouds = [body.coarse.nodes for body in bodies]
+    axes = [render.directions(nodes, np.zeros(3)) for nodes in clouds]
+    views = render.same_scale([render.frame(ways, [nodes], _MARGIN) for ways, nodes in zip(axes, clouds, strict=True)])
     aspect = views[0].width / views[0].height
     picture = _MESH_INCHES - _GAP, (_MESH_INCHES - _GAP) / aspect
     row = picture[1] + _CAPTION
@@ -63,14 +65,7 @@ def draw_mesh_levels(bodies: list[Body]) -> Figure:
     return figure
 
 
-def _view_of_levels(body: Body) -> render.View:
-    """Return the view of a body from above and to the side."""
-    axes = render.directions(body.coarse.nodes, np.zeros(3))
-    return render.frame(axes, [body.coarse.nodes], _MARGIN)
-
-
 def _level_caption(mesh, level: int) -> str:
-    """Return the counts of one level."""
     name = "coarse" if level == 0 else f"refined {level}×"
     return (
         f"{name}\n"
@@ -139,7 +134,6 @@ def _states(database, predictions, i):
 
 
 def _view_of_sample(database, i) -> render.View:
-    """Choose one camera for all pictures of a sample."""
     rest = database.nodes_fine_surface
     contact = database.contact[i]
     axes = render.directions(rest, _normal(database, i))
@@ -183,7 +177,6 @@ def _surface(stage, body, database, what, moved, limit) -> None:
 
 
 def _sample_caption(database, i, what, moved, peak) -> str:
-    """Return the caption below a panel."""
     if what == "rest":
         return f"sample {i}: {np.linalg.norm(database.force[i]):.2g} N"
     if what == "fine":
@@ -196,8 +189,6 @@ def _sample_caption(database, i, what, moved, peak) -> str:
 
 JUDGED = ["interpolation", style.PAPERS, "detail_correction"]
 """One row each: interpolation, which costs least, the paper's method, and detail correction."""
-
-_DECADES = 3
 
 
 @style.figure("error_over_body")
@@ -232,7 +223,7 @@ def draw_error_over_body(body: Body, database: Database, groups: dict[str, dict[
 def limits(fields: list[np.ndarray]) -> tuple[float, float]:
     """Return the limits in % of three decades up to the largest of some errors / peak."""
     top = 100 * max(float(field.max()) for field in fields)
-    return top / 10**_DECADES, top
+    return top / 1000, top
 
 
 def percent(value: float) -> str:
@@ -262,17 +253,10 @@ def _coloured(stage, view, body, database, percent, moved, limits) -> np.ndarray
     rest = database.nodes_fine_surface
     held = body.coarse.nodes[np.intersect1d(body.supported(0), body.coarse.surface)]
     ball = 0.014 * float(np.ptp(rest, axis=0).max())
-    clipped = np.maximum(percent, limits[0])
-    return stage.picture(
-        view,
-        [
-            lambda s: s.surface(rest + moved, database.triangles, clipped, limits, style.ERROR, log=True),
-            lambda s: s.dots(held, ball),
-        ],
-    )
+    surface = rest + moved, database.triangles, np.maximum(percent, limits[0]), limits, style.ERROR
+    return stage.picture(view, [lambda s: s.surface(*surface, log=True), lambda s: s.dots(held, ball)])
 
 
-RANKS = ("best", "median", "worst")
 _START = 1  # the first method's median sample; its contact is visible in the chosen view
 
 
@@ -288,22 +272,15 @@ def write(database: Database, predictions: dict[str, Prediction], path: str | Pa
     positions = np.array([rest + moved for _, _, moved, _ in picks])
     first = camera(database, *picks[_START][::2])
     notes = [f"sample {i}: {percent(100 * error)} % of peak" for i, _, _, error in picks]
-    turnable.write(
-        turnable.Turnable(
-            render.frame(first.axes, list(positions)),
-            positions,
-            database.triangles,
-            turnable.shades(100 * np.array([field for _, field, _, _ in picks]), norm),
-            len(database.triangles),
-            turnable.legend("error [% of the sample's peak displacement]", norm, style.ERROR),
-            {
-                "choices": {
-                    "method": [style.short(method).replace("\n", " ") for method in JUDGED],
-                    "test sample": list(RANKS),
-                },
-                "notes": notes,
-                "start": _START,
-            },
-        ),
-        path,
+    methods = [style.short(method).replace("\n", " ") for method in JUDGED]
+    choices = {"method": methods, "test sample": ["best", "median", "worst"]}
+    shown = turnable.Turnable(
+        render.frame(first.axes, list(positions)),
+        positions,
+        database.triangles,
+        turnable.shades(100 * np.array([field for _, field, _, _ in picks]), norm),
+        len(database.triangles),
+        turnable.legend("error [% of the sample's peak displacement]", norm, style.ERROR),
+        {"choices": choices, "notes": notes, "start": _START},
     )
+    turnable.write(shown, path)

@@ -32,7 +32,6 @@ def draw_feature_vectors(feature_vectors, premise_bodies) -> Figure:
 
 
 def _vectors(axis, rows, features) -> None:
-    """Draw the two vectors of one kind of feature, and their distance."""
     colours = (style.look(f"{features}_nonnegative_a").colour, style.INK)
     vectors = [press.sort_values(["node", "axis"])["share_of_peak"].to_numpy() for _, press in rows.groupby("press")]
     for i, (vector, colour) in enumerate(zip(vectors, colours, strict=True)):
@@ -43,17 +42,15 @@ def _vectors(axis, rows, features) -> None:
 
 
 @style.figure("sigma_sweep", tables=("sigma_sweep", "enrichment_accuracy"))
-def draw_sigma_sweep(
-    sigma_sweep, enrichment_accuracy, *, published: dict, protocol: str = "paper", split: str = "samples"
-) -> Figure:
+def draw_sigma_sweep(sigma_sweep, enrichment_accuracy, *, published: dict) -> Figure:
     """Draw a row for each body and regime, a column for each feature vector, a line for each kind of weights.
 
     published : the paper's numbers; ``sigma`` holds its σ and the length of a unit of its meshes here [m]
     Marks are the σ chosen by cross-validation on training samples (disc), the paper's σ (diamond), and the error of
     linear interpolation, which has no σ (dashed).
     """
-    sweep = tables.where(sigma_sweep, protocol=protocol, split=split)
-    accuracy = tables.where(enrichment_accuracy, protocol=protocol, split=split)
+    sweep = tables.where(sigma_sweep, protocol="paper", split="samples")
+    accuracy = tables.where(enrichment_accuracy, protocol="paper", split="samples")
     rows = list(dict.fromkeys(zip(sweep["body"], sweep["regime"], strict=True)))
     features = [f for f in style.FEATURES if f in set(sweep["features"])]
     figure = Figure(figsize=(3.1 * len(features) + 0.4, 1.75 * len(rows) + 1.2), layout="constrained")
@@ -95,10 +92,8 @@ def _curve(axis, curve, accuracy, method, sigma_m) -> None:
 
 def _sweep_legend() -> list[Line2D]:
     """Return the handles; shades of grey represent the shades that each column has in its own hue."""
-    greys = ("#2b2b2b", "#6f6f6f", "#a0a0a0", "#cfcfcf")
-    lines = [
-        Line2D([], [], color=grey, label=name) for grey, (name, _) in zip(greys, style.WEIGHTS.values(), strict=True)
-    ]
+    greys = zip(("#2b2b2b", "#6f6f6f", "#a0a0a0", "#cfcfcf"), style.WEIGHTS.values(), strict=True)
+    lines = [Line2D([], [], color=grey, label=name) for grey, (name, _) in greys]
     return [
         *lines,
         Line2D([], [], ls="", marker="o", color=style.INK, label="σ by cross-validation"),
@@ -115,26 +110,26 @@ READINGS = {
     "linear": ("linear regressor of § 3.2", "P"),
 }
 """Label and marker of each way to weigh samples that is compared."""
-SHOWN = (0.08, 30.0)
-"""Ratios that are shown; what is larger is marked at the end of the scale."""
+SHOWN = (0.08, 30.0)  # ratios that are shown; what is larger is marked at the end of the scale
 
 
 @style.figure("premises", tables=("premises", "premise_bodies"))
-def draw_premises(premises, premise_bodies, *, held_out: str = "contacts") -> Figure:
+def draw_premises(premises, premise_bodies) -> Figure:
     """Draw a row for each premise, the most local first: errors on the left, ratios to unordered features on the right.
 
-    Whiskers hold 90 % of draws of splits and contacts. Left of the line ordered features pay; ratios beyond SHOWN are
-    arrows at its end.
+    Contacts are held out. Whiskers hold 90 % of draws of splits and contacts. Left of the line ordered features pay;
+    ratios beyond SHOWN are arrows at its end.
     """
     about = premise_bodies.sort_values("moved_share", kind="stable")
-    shown = tables.where(premises, held_out=held_out)
+    shown = tables.where(premises, held_out="contacts")
     whole = shown[shown["train"] == shown.groupby("premise")["train"].transform("max")]
     figure = Figure(figsize=(10, 0.62 * len(about) + 1.7), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     right.set(xscale="log", xlim=SHOWN, xlabel="error / error of unordered features with the same weights")
     for y, row in enumerate(about.itertuples()):
-        _errors(left, y, tables.where(whole, premise=row.premise))
-        _ratios(right, y, tables.where(whole, premise=row.premise))
+        rows = tables.where(whole, premise=row.premise)
+        _errors(left, y, rows)
+        _ratios(right, y, rows)
     labels = [
         f"{row.premise.replace('_', ' ')}{'*' if row.responses == 'nonlinear' else ''}\n"
         f"{100 * row.moved_share:.0f} % of the surface moves"
@@ -161,9 +156,8 @@ def _errors(axis, y, rows) -> None:
         axis.plot(error, y - 0.36, marker, color=colour, ms=11 if marker == "|" else 6, mew=2 if marker == "|" else 0.5)
     for i, features in enumerate(style.FEATURES):
         row = tables.where(rows, features=features, weights=PAPERS).iloc[0]
-        _whisker(
-            axis, y + 0.22 * (i - 1), [100 * row[c] for c in ("rmse_of_peak", "error_low", "error_high")], features
-        )
+        values = [100 * row[c] for c in ("rmse_of_peak", "error_low", "error_high")]
+        _whisker(axis, y + 0.22 * (i - 1), values, features)
 
 
 def _ratios(axis, y, rows) -> None:
@@ -185,7 +179,6 @@ def _whisker(axis, y, values, features, marker="s") -> None:
 
 
 def _premise_legend() -> list[Line2D]:
-    """Return the handles: colours for features, markers for weights."""
     colours = [
         Line2D([], [], color=style.look(f"{features}_{PAPERS}").colour, label=name)
         for features, (name, _) in style.FEATURES.items()
@@ -214,8 +207,10 @@ def draw_complexity(complexity) -> Figure:
             axis.errorbar(value, y + shift, xerr=reach, fmt="o", color=_COLOURS[letter], capsize=3)
             paper = row[f"paper_exponent_{letter}"]
             axis.plot(paper, y + shift, "D", mfc="none", mec=style.INK, ms=9, mew=0.9, zorder=3)
-    names = zip(complexity["operation"], complexity["paper_order"], strict=True)
-    labels = [f"{style.OPERATIONS.get(o, o)}\n{order.replace('^2', '²')}" for o, order in names]
+    labels = [
+        f"{style.OPERATIONS.get(row.operation, row.operation)}\n{row.paper_order.replace('^2', '²')}"
+        for row in complexity.itertuples()
+    ]
     axis.set_yticks(range(len(complexity)), labels)
     axis.set(xlabel="exponent of the measured time", ylim=(len(complexity) - 0.5, -0.5), xlim=(0, None))
     axis.grid(axis="y", visible=False)
@@ -262,18 +257,14 @@ def _bar(axis, y, seconds, low, **look) -> None:
         axis.annotate(written(seconds), (seconds, y), (5, 0), textcoords="offset points", va="center", fontsize=7.5)
 
 
-BUDGETS_S = {"1 ms": 1e-3, "16.7 ms": 1 / 60, "100 ms": 0.1}
-"""Frame budgets: haptics, 60 pictures a second, and a response that still seems immediate."""
-
-
 @style.figure("accuracy_vs_online_cost", tables=("enrichment_accuracy", "online_cost", "fem_cost"))
-def draw_accuracy_vs_online_cost(enrichment_accuracy, online_cost, fem_cost, *, split: str = "contacts") -> Figure:
-    """Draw one column for each body and one row for each protocol and regime, for one ``split``.
+def draw_accuracy_vs_online_cost(enrichment_accuracy, online_cost, fem_cost) -> Figure:
+    """Draw one column for each body and one row for each protocol and regime, with contacts held out.
 
     The whisker ends at the 95th percentile of the time. The stepped line is the Pareto front. A method without a
     finite error or time is named in its panel as failed.
     """
-    accuracy = tables.where(enrichment_accuracy, split=split)
+    accuracy = tables.where(enrichment_accuracy, split="contacts")
     joined = accuracy.merge(online_cost, on=["body", "protocol", "method"], how="left")
     names = tables.bodies(joined)
     rows = list(dict.fromkeys(zip(joined["protocol"], joined["regime"], strict=True)))
@@ -297,7 +288,6 @@ def draw_accuracy_vs_online_cost(enrichment_accuracy, online_cost, fem_cost, *, 
 
 
 def _points(axis, panel) -> None:
-    """Draw the methods of one panel and their front, and name those that failed."""
     milliseconds = 1e3 * panel["online_median_s"].to_numpy()
     late = 1e3 * panel["online_p95_s"].to_numpy()
     error = 100 * panel["rmse_of_peak"].to_numpy()
@@ -316,27 +306,22 @@ def _points(axis, panel) -> None:
 
 
 def _lines(axis, fem_seconds) -> None:
-    """Draw frame budgets, and the median time of the fine simulation that the methods replace."""
-    budgets = [(name, 1e3 * s, "#b5b5b5", ":", 0) for name, s in BUDGETS_S.items()]
+    # haptics, 60 pictures a second, and a response that still seems immediate
+    budgets_s = {"1 ms": 1e-3, "16.7 ms": 1 / 60, "100 ms": 0.1}
+    budgets = [(name, 1e3 * s, "#b5b5b5", ":", 0) for name, s in budgets_s.items()]
     fine = ("fine FEM", 1e3 * float(fem_seconds.median()), style.look("fine_fem").colour, "-.", 1)
+    places = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points"}
+    looks = {"rotation": 90, "ha": "right", "fontsize": 7, "color": "#666666"}
     for name, x, colour, dashes, end in [*budgets, fine]:
         axis.axvline(x, color=colour, ls=dashes, lw=1, zorder=1)
-        axis.annotate(
-            name, (x, end), (-1.5, 2 - 4 * end), xycoords=("data", "axes fraction"),
-            textcoords="offset points", rotation=90, ha="right", va="top" if end else "bottom",
-            fontsize=7, color="#666666",
-        )  # fmt: skip
+        axis.annotate(name, (x, end), (-1.5, 2 - 4 * end), va="top" if end else "bottom", **places, **looks)
 
 
 def _method_legend(present) -> list[Line2D]:
-    """Return the handles of every method in table order, then of the front."""
-    handles = [
-        Line2D(
-            [], [], ls="", marker=look.marker, color=look.colour, ms=9 if look.marker == "*" else 6, label=look.label
-        )
-        for method, look in style.METHODS.items()
-        if method in set(present)
-    ]
+    handles = []
+    for look in (look for method, look in style.METHODS.items() if method in set(present)):
+        size = 9 if look.marker == "*" else 6
+        handles.append(Line2D([], [], ls="", marker=look.marker, color=look.colour, ms=size, label=look.label))
     return [*handles, Line2D([], [], color=style.INK, lw=1, label="Pareto front")]
 
 
@@ -345,10 +330,7 @@ _REGIMES = (("#0072b2", "o"), ("#d55e00", "^"), ("#009e73", "s"), ("#7d7d7d", "D
 
 @style.figure("fem_cost", tables=("fem_cost", "sample_peaks"))
 def draw_fem_cost(fem_cost, sample_peaks) -> Figure:
-    """Draw seconds and Newton iterations over the peak displacement [mm], one column for each body.
-
-    fem_cost, sample_peaks : the tables of these names, joined on body, regime and sample
-    """
+    """Draw seconds and Newton iterations over the peak displacement [mm], one column for each body."""
     joined = fem_cost.merge(sample_peaks, on=["body", "regime", "sample"], validate="one_to_one")
     names = tables.bodies(joined)
     figure = Figure(figsize=(4.2 * len(names) + 0.4, 5), layout="constrained")
@@ -357,10 +339,9 @@ def draw_fem_cost(fem_cost, sample_peaks) -> Figure:
         here = tables.where(joined, body=body)
         for (regime, rows), (colour, marker) in zip(here.groupby("regime", sort=False), _REGIMES, strict=False):
             label = f"{regime} loads: median {rows['seconds'].median():.2g} s, most {rows['seconds'].max():.2g} s"
+            looks = {"color": colour, "ms": 4, "mec": "white", "mew": 0.4, "label": label}
             for axis, value in zip(column, ("seconds", "newton_iterations"), strict=True):
-                axis.plot(
-                    1e3 * rows["peak_m"], rows[value], marker, color=colour, ms=4, mec="white", mew=0.4, label=label
-                )
+                axis.plot(1e3 * rows["peak_m"], rows[value], marker, **looks)
         column[0].set(xscale="log", yscale="log")
         column[0].set_title(body, pad=32)
         column[0].legend(loc="lower left", bbox_to_anchor=(-0.03, 0.99))

@@ -12,8 +12,10 @@ from palpate.bodies.particles import Particles, merge_particles, solid_particles
 from palpate.collision.contact.obstacles import pieces_of
 from palpate.collision.triangles.brute_force import crossing
 from palpate.collision.triangles.distance import triangle_pairs_distance
+from palpate.scenes.run_scene import run
+from palpate.studies.hard_cases import stage
 from palpate.studies.hard_cases.hard_case import Answer, Case, finite
-from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, GRAVITY, SHEETS, SPRINGS, play
+from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, GRAVITY, SHAPES, SHEETS, SPRINGS
 
 MEETS_WITHIN = 0.002
 """Distance at which bodies count as having met, in sizes of the smallest; they begin to repel at half of it."""
@@ -56,19 +58,17 @@ def _near(a: np.ndarray, b: np.ndarray, reach: float) -> np.ndarray:
 
 def lands(surface: np.ndarray, height: float, size: float) -> Callable[[np.ndarray], float]:
     """Measure frames (k, n, 3) [m] by LANDS; surface : numbers of its nodes; height : of the floor [m]."""
+    return lambda a: clearance(float(a[:, surface, 2].min() - height) / size)
 
-    def error(a: np.ndarray) -> float:
-        above = float(a[:, surface, 2].min() - height) / size
-        return above if above >= 0.0 else 1.0 - above
 
-    return error
+def clearance(share: float) -> float:
+    """Return a distance as a share of some size, 1 and more if it is negative."""
+    return float(share if share >= 0.0 else 1.0 - share)
 
 
 ERLEBEN = "Erleben 2018"
 SOLIDS = (*FEM, *SPRINGS, "shapes_linear")
 ALL = (*SOLIDS, *EXPLICIT)
-STEP_S = {"fem_implicit": 0.01, "springs_implicit": 0.01, "shapes_linear": 0.01}
-SHORT_S = 2e-4
 SIZE_M = 0.1
 """Size of the bodies."""
 
@@ -160,32 +160,21 @@ def played(
     model: str, particles: Particles, duration_s: float, more: dict, step_s: float | None = None, **contact: Any
 ) -> np.ndarray:
     """Simulate the motion under gravity with contact; return MOST_FRAMES of its positions (k, n, 3) [m]."""
-    h = step_s or STEP_S.get(model, SHORT_S)
+    h = step_s or (0.01 if model in SOLIDS else 2e-4)
     settings = GRAVITY | {"contact": {"friction": 0.3, **contact}} | more
-    if model == "shapes_linear":  # one cluster a piece, and weak damping, so that it falls
-        settings |= {"shape_matching": SHAPED, "velocity_damping": {"rate_1_s": 0.1}}
-    positions = play(model, particles, h, duration_s, settings, frames=100_000).positions
+    if model in SHAPES:  # one cluster a piece, and weak damping, so that it falls
+        settings |= stage.one_cluster(model) | {"velocity_damping": {"rate_1_s": 0.1}}
+    positions = run(stage.scene(model, h, duration_s, settings, frames=100_000), particles).motion.positions
     finite(positions)
     count = len(positions)
     return positions[np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(int))]
 
 
-SHAPED = {"mode": "linear", "alpha": 0.5, "beta": 0.5, "clusters": {"kind": "one"}}
-
-
-def _surface(particles: Particles) -> np.ndarray:
-    return np.unique(particles.triangles)
-
-
-def _floor(height: float) -> list[dict]:
-    return [{"kind": "floor", "height_m": height}]
-
-
 def _falls(model: str, mesh: TetMesh, duration_s: float, height: float, step_s: float | None = None) -> Answer:
     """Drop a body on a floor at ``height`` [m]."""
     particles = solid(mesh, False)
-    found = played(model, particles, duration_s, {}, step_s, instruments=_floor(height))
-    return Answer(found, found[0], lands(_surface(particles), height, SIZE_M))
+    found = played(model, particles, duration_s, {}, step_s, instruments=[{"kind": "floor", "height_m": height}])
+    return Answer(found, found[0], lands(np.unique(particles.triangles), height, SIZE_M))
 
 
 def _stack(model: str) -> Answer:
@@ -193,11 +182,9 @@ def _stack(model: str) -> Answer:
     light = replace(light, masses=0.1 * light.masses)
     heavy = replace(light, masses=100.0 * light.masses)
     particles = merge_particles([light, light, heavy], [[0, 0, 0.005], [0.01, 0, 0.11], [0, 0.01, 0.215]], "hard_case")
-    found = played(model, particles, 0.25, {}, instruments=_floor(0.0))
-    on_each_other, on_floor = (
-        meets(pairs_of(particles, [(0, 1), (1, 2)]), SIZE_M),
-        lands(_surface(particles), 0.0, SIZE_M),
-    )
+    found = played(model, particles, 0.25, {}, instruments=[{"kind": "floor", "height_m": 0.0}])
+    on_each_other = meets(pairs_of(particles, [(0, 1), (1, 2)]), SIZE_M)
+    on_floor = lands(np.unique(particles.triangles), 0.0, SIZE_M)
     return Answer(found, found[0], lambda a: max(on_each_other(a), on_floor(a)))
 
 
@@ -295,16 +282,14 @@ def _separated(model: str, shifts: list[list[float]], push_out: bool) -> Answer:
 
 def _swallowed(model: str, push_out: bool = True) -> Answer:
     """Begin with a ball inside a block, without gravity."""
-    ball = {"kind": "sphere", "center_m": [0.05, 0.05, 0.05], "radius_m": 0.02}
-    particles = solid(block(), False)
+    particles, center = solid(block(), False), np.array([0.05, 0.05, 0.05])
+    ball = {"kind": "sphere", "center_m": center.tolist(), "radius_m": 0.02}
     found = played(model, particles, 0.02, STILL, instruments=[ball], push_out=push_out)
-    center = np.array([0.05, 0.05, 0.05])
 
     def error(a: np.ndarray) -> float:
         """Measure the distance of the block, which stays a block, from the ball."""
-        low, high = a[:, :, :].min(axis=1), a.max(axis=1)
-        beyond = np.linalg.norm(center - np.clip(center, low, high), axis=1).min() / 0.02 - 1.0
-        return float(beyond if beyond >= 0.0 else 1.0 - beyond)
+        nearest = np.clip(center, a.min(axis=1), a.max(axis=1))
+        return clearance(np.linalg.norm(center - nearest, axis=1).min() / 0.02 - 1.0)
 
     return Answer(found, particles.nodes, error)
 
@@ -319,7 +304,6 @@ def _dented(model: str) -> Answer:
     top = mesh.nodes[:, 2] == 0.1
 
     def error(a: np.ndarray) -> float:
-        clear = (min(np.linalg.norm(x[top] - center, axis=1).min() for x in a) - 0.02) / 0.02
-        return float(clear if clear >= 0.0 else 1.0 - clear)
+        return clearance((min(np.linalg.norm(x[top] - center, axis=1).min() for x in a) - 0.02) / 0.02)
 
     return Answer(found, particles.nodes, error)

@@ -100,10 +100,8 @@ def linear_motion(system: System, time_s: float) -> np.ndarray:
 
 def _sag(model: str, h: float, material: Material, **rest: Any) -> Answer:
     more = {"held": None} | GRAVITY | (SLOW if model in EXPLICIT else {})
-    described, particles = (
-        stage.scene(model, h, 100 * h, more, **({"substeps": "auto"} | rest)),
-        stage.bar(material=material),
-    )
+    described = stage.scene(model, h, 100 * h, more, **({"substeps": "auto"} | rest))
+    particles = stage.bar(material=material)
     found = run(described, particles).motion.positions[-1]
     system = compose(described, particles)
     return Answer(found, particles.nodes, lambda a: stage.unbalanced(system, a))

@@ -119,16 +119,14 @@ def natural_frequency(
         left[specimen.held] = 0.0
         change, _, positive = conjugate_gradients(multiply, precondition, left, SOLVED, 1000)
         if not positive:
-            raise NotConverged(
-                "a body that has come to rest has a way to give in; its equilibrium is not stable", history
-            )
+            unstable = "a body that has come to rest has a way to give in; its equilibrium is not stable"
+            raise NotConverged(unstable, history)
         history.append(float(np.vdot(left, change)) / squared)
         if history[-1] <= EIGENVALUE_TOLERANCE:
             return float(np.sqrt(stiffer * squared)) / (2 * np.pi), shape
         shape = shape + change
-    raise NotConverged(
-        f"a frequency is still wrong by {history[-1]:.1e} after {MOST_INVERSE_ITERATIONS} steps", history
-    )
+    wrong = f"a frequency is still wrong by {history[-1]:.1e} after {MOST_INVERSE_ITERATIONS} steps"
+    raise NotConverged(wrong, history)
 
 
 @dataclass(eq=False)
@@ -217,23 +215,15 @@ def creep_rows(predictor: Predictor, fitted: Case) -> Iterator[Row]:
         seen, found = predictor.observed[case.name], dict.fromkeys(("frequency_hz", "creep_m"))
         about: Row = {"case": case.name, "calibrated": fitted.name, "softness": sudden, "message": ""}
         try:
-            found = _swing(predictor, case, relaxed, sudden)
+            axis = axis_down(seen.down)
+            far = predictor.bench.moves(predictor.settle(case, relaxed))
+            x = predictor.settle(case, sudden)
+            creep_m = float(((far - predictor.bench.moves(x)) @ axis).mean())
+            found = {"frequency_hz": predictor.frequency(case, x, sudden), "creep_m": creep_m}
         except NotConverged as failure:
             about["message"] = str(failure)
         for row in compare_swing(seen, found):
             yield about | row | {"fitted": case is fitted and row["quantity"] == "creep_m"}
-
-
-def _swing(predictor: Predictor, case: Case, relaxed: float, sudden: float) -> dict[str, float | None]:
-    axis = axis_down(predictor.observed[case.name].down)
-    far = predictor.bench.moves(predictor.settle(case, relaxed))
-    x = predictor.settle(case, sudden)
-    crept = float(((far - predictor.bench.moves(x)) @ axis).mean())
-    return {"frequency_hz": predictor.frequency(case, x, sudden), "creep_m": crept}
-
-
-POWERS = {"mass": -1.0, "stiffness": 1.0}
-"""Rayleigh's two kinds of damping, and the power of the frequency that their damping ratio is proportional to."""
 
 
 def damping_rows(
@@ -241,13 +231,13 @@ def damping_rows(
 ) -> Iterator[tuple[str, Row]]:
     """Yield each kind of damping with its rows, from predicted ``frequencies`` [Hz] of cases.
 
-    A mode of ω is damped by α/2ω with a damping matrix α M, and by β ω/2 with β K.
+    A mode of ω is damped by α/2ω with Rayleigh's damping matrix α M, and by β ω/2 with β K.
     """
     swings, own = observed[fitted].swings, frequencies.get(fitted)
     if not swings or own is None:
         return
     ratio = sum(swing.damping_ratio for swing in swings) / len(swings)
-    for kind, power in POWERS.items():
+    for kind, power in {"mass": -1.0, "stiffness": 1.0}.items():
         for case in experiment.swinging:
             hz = frequencies.get(case.name)
             predicted = None if hz is None else ratio * (hz / own) ** power

@@ -38,6 +38,8 @@ def _of(rows: pd.DataFrame) -> dict[str, Any]:
     laws = sunk[sunk["model"].eq("fem_p2") & sunk["setting"].str.fullmatch(OF_ONE_MESH)]
     ratios = every[every["quantity"].eq("damping_ratio")]
     apart = every.drop_duplicates(["case", "quantity"]).dropna(subset=["repeat"])
+    untested = rows[rows["measured"].isna() & rows["predicted"].notna() & rows["marker"].eq("all")]
+    untested = untested.assign(model=[named(row) for row in untested.itertuples()])
     return {
         "key": rows["experiment"].iloc[0],
         "name": spaced(str(rows["experiment"].iloc[0])),
@@ -58,7 +60,7 @@ def _of(rows: pd.DataFrame) -> dict[str, Any]:
             {"apart": row.repeat / abs(row.measured), "what": QUANTITIES[row.quantity], "case": spaced(row.case)}
             for row in apart[apart["quantity"].isin(QUANTITIES)].itertuples()
         ],
-        "untested": _untested(rows),
+        "untested": untested[["case", "model", "calibrated", "quantity", "predicted"]],
     }
 
 
@@ -97,21 +99,9 @@ def _errors(rows: pd.DataFrame, name=lambda row: "") -> list[dict[str, Any]]:
 def _ratios(rows: pd.DataFrame) -> list[dict[str, Any]]:
     """Return predicted and measured damping ratios."""
     return [
-        {
-            "found": row.predicted,
-            "wanted": row.measured,
-            "case": spaced(row.case),
-            "how": named(row).rpartition(", ")[2],
-        }
+        {"found": row.predicted, "wanted": row.measured, "case": spaced(row.case), "how": named(row).split(", ")[-1]}
         for row in rows.itertuples()
     ]
-
-
-def _untested(rows: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate the predictions of cases that nobody measured."""
-    free = rows[rows["measured"].isna() & rows["predicted"].notna() & rows["marker"].eq("all")]
-    shown = free.assign(model=[named(row) for row in free.itertuples()])
-    return shown[["case", "model", "calibrated", "quantity", "predicted"]]
 
 
 def failures(report: Report) -> Iterator[tuple[str, str, str]]:

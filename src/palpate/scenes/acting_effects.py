@@ -76,13 +76,13 @@ def has_contact(entry: Mapping[str, Any]) -> bool:
 
 def has_moving_instrument(entry: Mapping[str, Any]) -> bool:
     """Return whether contact acts in a scene and an instrument moves before its end."""
-    tools = entry.get("contact", {}).get("instruments", [])
-    return has_contact(entry) and any(_moves(tool, entry["duration_s"]) for tool in tools)
-
-
-def _moves(tool: dict, duration: float) -> bool:
-    places = list(zip(tool.get("times_s", []), tool.get("shifts_m", []), strict=True))
-    return any(a < duration and b > 0.0 and here != there for (a, here), (b, there) in pairwise(places))
+    if not has_contact(entry):
+        return False
+    for tool in entry.get("contact", {}).get("instruments", []):
+        places = zip(tool.get("times_s", []), tool.get("shifts_m", []), strict=True)
+        if any(a < entry["duration_s"] and b > 0.0 and here != there for (a, here), (b, there) in pairwise(places)):
+            return True
+    return False
 
 
 def decide(entry: Mapping[str, Any], moved: Moved, place: str = "") -> list[Decision]:
@@ -94,9 +94,11 @@ def decide(entry: Mapping[str, Any], moved: Moved, place: str = "") -> list[Deci
     decisions = [Decision(elastic, True, why)]
     decisions += [Decision(name, False, f"{elastic} holds the body together") for name in ELASTIC if name != elastic]
     for name, effect in EFFECTS.items():
-        if effect.role == "other":
-            answer = RULES[name](entry, moved, elastic) if name in RULES else _described(entry, name)
-            decisions.append(Decision(name, *answer))
+        if effect.role == "other" and name in RULES:
+            decisions.append(Decision(name, *RULES[name](entry, moved, elastic)))
+        elif effect.role == "other":
+            reason = "the scene describes it" if name in entry else "the scene does not describe it"
+            decisions.append(Decision(name, name in entry, reason))
     own = entry.get("own", {})
     moves = [d.effect for d in decisions if d.called and d.effect in ("gravity", "push", "contact")] + list(own)
     if (start := entry.get("start", "rest")) != "rest":
@@ -116,13 +118,6 @@ def _elastic(entry: Mapping[str, Any], moved: Moved, place: str) -> tuple[str, s
         "solid": (of_law(moved.law), "the body is made of tetrahedra"),
         "surface": ("springs", "the particles are a surface without an inside"),
     }[moved.form]
-
-
-def _described(entry: Mapping[str, Any], name: str) -> Answer:
-    """Decide on an effect without a rule of its own."""
-    if name in entry:
-        return True, "the scene describes it"
-    return False, "the scene does not describe it"
 
 
 def _gravity(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
@@ -145,9 +140,7 @@ def _held(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
 def _bed(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
     if not entry.get("held", True):
         return False, "the scene lets the body go"
-    if not moved.bedded:
-        return False, "no body has a bed"
-    return True, "the body lies on an elastic bed"
+    return moved.bedded, "the body lies on an elastic bed" if moved.bedded else "no body has a bed"
 
 
 def _push(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
@@ -193,18 +186,13 @@ def _plasticity(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
 
 
 def _dampings(entry: Mapping[str, Any], elastic: str, moves: list[str]) -> list[Decision]:
+    if not moves:
+        return [Decision(name, False, "nothing moves the body") for name in DAMPINGS]
     described = [name for name in DAMPINGS if name in entry]
     suits = described or [EFFECTS[elastic].damping]
-    found = []
-    for name in DAMPINGS:
-        if not moves:
-            found.append(Decision(name, False, "nothing moves the body"))
-        elif name not in suits:
-            found.append(Decision(name, False, f"{suits[0]} damps it"))
-        else:
-            why = "the scene describes it" if described else f"suits {elastic}"
-            found.append(Decision(name, True, f"the body moves ({', '.join(moves)}); {why}"))
-    return found
+    suited = "the scene describes it" if described else f"suits {elastic}"
+    why = f"the body moves ({', '.join(moves)}); {suited}"
+    return [Decision(name, name in suits, why if name in suits else f"{suits[0]} damps it") for name in DAMPINGS]
 
 
 RULES: dict[str, Callable[[Mapping[str, Any], Moved, str], Answer]] = {

@@ -1,7 +1,5 @@
 """Compose the system of a scene: exactly the effects that it names."""
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
 
@@ -53,22 +51,14 @@ def compose(scene: Scene, particles: Particles, without: str | None = None) -> S
     for name in effect_names(scene, particles):
         if name == without:
             continue
-        elastic, settings = next(iter(effects.values()), None), _settings(scene, name)
+        elastic = next(iter(effects.values()), None)
         if name in scene.own:
-            module = own_effect.load(name, scene.own[name], scene.place)
-            effects[name] = own_effect.make(scene.own[name], module, particles, settings, elastic)
+            effects[name] = own_effect.make(name, scene, particles, elastic)
         else:
-            effects[name] = effect_registry.effect(name).make(particles, settings, elastic)
+            settings = scene.settings.get(name, effect_registry.EFFECTS[name].settings or {})
+            effects[name] = effect_registry.effect(name).make(particles, dict(settings), elastic)
     system = System(particles, effects)
     if (particles.masses[system.free] <= 0.0).any():
         node = int(np.flatnonzero(system.free & (particles.masses <= 0.0))[0])
         raise InputError(f"{scene.place}: node {node} of {particles.name} has no mass; remove nodes without elements.")
     return system
-
-
-def _settings(scene: Scene, name: str) -> dict[str, Any]:
-    if name in scene.settings:
-        return scene.settings[name]
-    if name in scene.own:
-        return {}
-    return dict(effect_registry.EFFECTS[name].settings or {})

@@ -34,9 +34,10 @@ def check_effects(place: str, scene: dict, body: dict) -> None:
         entry = EFFECTS[name]
         if form not in entry.forms:
             wanted = " or ".join(FORM_WORDS[each] for each in entry.forms)
+            suiting = " or ".join(other for other in ELASTIC if form in EFFECTS[other].forms)
+            remedy = f"name {suiting}" if name == elastic else f"leave {name} out"
             raise InputError(
-                f"{where} {name}, which needs {wanted}, and {scene['body']} is moved as {FORM_WORDS[form]}; "
-                f"{_instead(name, form)}."
+                f"{where} {name}, which needs {wanted}, and {scene['body']} is moved as {FORM_WORDS[form]}; {remedy}."
             )
         if elastic not in entry.elastic:
             raise InputError(
@@ -55,8 +56,7 @@ def check_stiffness(place: str, scene: dict, bodies: dict) -> None:
     first = bodies[scene["body"]]
     elastic = _elastic(_acting(place, scene, assumed(scene, first)))
     for body in bodies_in(scene):
-        same = ["thickness_m", *(("young_pa", "poisson") if elastic in ONE_STIFFNESS else ())]
-        for key in same:
+        for key in ["thickness_m", *(("young_pa", "poisson") if elastic in ONE_STIFFNESS else ())]:
             of_first, of_this = first.get(key, 0.0), bodies[body].get(key, 0.0)
             if of_first != of_this:
                 raise InputError(
@@ -101,14 +101,19 @@ def _elastic(names: list[str]) -> str:
     return next(name for name in names if name in ELASTIC)
 
 
-def _instead(name: str, form: str) -> str:
-    """Return what to do about an effect that does not suit a body."""
-    suiting = [other for other in ELASTIC if form in EFFECTS[other].forms]
-    return f"name {' or '.join(suiting)}" if name in ELASTIC else f"leave {name} out"
-
-
 def _check_integrator(place: str, scene: dict, elastic: str) -> None:
-    _check_reduced(place, scene)
+    """Raise InputError for an integrator that does not suit the elastic effect, or its modes, which need their own."""
+    modes, level = scene.get("reduced"), scene.get("level", 0)
+    if modes is not None and scene["integrator"] != "reduced":
+        raise InputError(
+            f"{place}.reduced describes modes, and the integrator is {scene['integrator']}; "
+            "choose reduced, or leave the block out."
+        )
+    if modes is not None and modes["coarsened"] > level:  # cells coarser than the coarse mesh
+        raise InputError(
+            f"{place}.reduced.coarsened is {modes['coarsened']}, and the scene is on level {level}; give {level} at "
+            "most, or a finer level."
+        )
     goals = scene["integrator"] == "goal_position"
     if goals and elastic != "shape_matching":
         raise InputError(
@@ -119,21 +124,6 @@ def _check_integrator(place: str, scene: dict, elastic: str) -> None:
         raise InputError(
             f"{place}.integrator is {scene['integrator']}, and shape_matching needs goal_position; choose that, "
             "or another elastic effect."
-        )
-
-
-def _check_reduced(place: str, scene: dict) -> None:
-    """Raise InputError for modes without their integrator, and for cells that are coarser than the coarse mesh."""
-    modes, level = scene.get("reduced"), scene.get("level", 0)
-    if modes is not None and scene["integrator"] != "reduced":
-        raise InputError(
-            f"{place}.reduced describes modes, and the integrator is {scene['integrator']}; "
-            "choose reduced, or leave the block out."
-        )
-    if modes is not None and modes["coarsened"] > level:
-        raise InputError(
-            f"{place}.reduced.coarsened is {modes['coarsened']}, and the scene is on level {level}; give {level} at "
-            "most, or a finer level."
         )
 
 
@@ -199,20 +189,18 @@ def check_instruments(place: str, scene: dict) -> None:
     first: dict[str, str] = {}
     for number, tool in enumerate(scene.get("contact", {}).get("instruments", [])):
         where = f"{place}.contact.instruments[{number}]"
-        _check_path(where, tool.get("times_s", []), tool.get("shifts_m", []))
+        times, shifts = tool.get("times_s", []), tool.get("shifts_m", [])
+        if len(times) != len(shifts):
+            raise InputError(
+                f"{where}.times_s has {len(times)} entries, and shifts_m has {len(shifts)}; give one shift for each "
+                "time."
+            )
+        for earlier, later in pairwise(times):
+            if later <= earlier:
+                raise InputError(f"{where}.times_s has {later:g} after {earlier:g}; give times in increasing order.")
         name = tool.get("name", f"{tool['kind']}_{number}")
         if re.fullmatch(rf"{together}(_\d+)?", name):
             raise InputError(f"{where} is called {name}, as a body is; give it a name of its own.")
         if name in first:
             raise InputError(f"{where} is called {name}, as {first[name]} is; give it a name of its own.")
         first[name] = f"instruments[{number}]"
-
-
-def _check_path(where: str, times: list[float], shifts: list[list[float]]) -> None:
-    if len(times) != len(shifts):
-        raise InputError(
-            f"{where}.times_s has {len(times)} entries, and shifts_m has {len(shifts)}; give one shift for each time."
-        )
-    for earlier, later in pairwise(times):
-        if later <= earlier:
-            raise InputError(f"{where}.times_s has {later:g} after {earlier:g}; give times in increasing order.")

@@ -40,6 +40,7 @@ def test_a_good_one_is_made(made):
     ("text", "said"),
     [
         ("x = ", "cannot be imported"),
+        ("import sys\nsys.exit(3)", "cannot be imported"),
         ("x = 1", "no function make"),
         ("def make(p): pass", "does not work"),
         ("def make(p, s, e): pass", "has none of"),

@@ -47,6 +47,5 @@ def test_the_finding_has_the_coarser_mesh_too(measured_table):
 
 def test_a_model_without_an_answer_has_failed(measured_table):
     assert list(measured.failures(material("measured", {"measured": measured_table}))) == []
-    silent = measured_table.assign(message="stopped")
-    failed = list(measured.failures(material("measured", {"measured": silent})))
+    failed = list(measured.failures(material("measured", {"measured": measured_table.assign(message="stopped")})))
     assert failed[0] == ("quadratic elements (P2), 1701 nodes", "beam, gravity", "stopped")

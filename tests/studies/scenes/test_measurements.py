@@ -11,26 +11,14 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.scenes.motion import Motion, Moved, load, save
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
+from palpate.studies.scenes import measurements
 from palpate.studies.scenes.contact_force import closed, contact_force, nearest
-from palpate.studies.scenes.measurements import (
-    ENERGY_BALANCE,
-    FAILS,
-    HOLDS,
-    REST,
-    UNKNOWN,
-    cost,
-    energy_balance,
-    left_out,
-    warn_of_gain,
-)
+from palpate.studies.scenes.measurements import FAILS, HOLDS, REST, UNKNOWN, cost, energy_balance, left_out
 
 LOAD = {"at_m": [0.2, 0.1, 0.08], "force_n": [0, 0, 0], "radius_m": 0.0, "start_s": 0, "press_s": 0.1}
 LOAD |= {"hold_s": 1, "release_s": 0.1}
-SETTINGS = {
-    "gravity": {"acceleration_m_s2": [0.0, 0.0, -0.5]},
-    "rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.02},
-    "push": {"loads": [LOAD]},
-}
+SETTINGS = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -0.5]}, "push": {"loads": [LOAD]}}
+SETTINGS |= {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.02}}
 EFFECTS = ["corotational", "gravity", "held", "push", "rayleigh"]
 SAG = Scene("sag", EFFECTS, "backward_euler", 0.02, 1.0, frames=20, settings=SETTINGS)
 
@@ -61,9 +49,8 @@ def test_what_cannot_be_left_out_says_why(errors, particles):
     assert errors.loc["corotational", "note"] == "it holds the body together"
     assert (errors["note"].iloc[1:] == "").all()
     assert (errors["scene"] == "sag").all()
-    hasty = replace(
-        SAG, integrator="symplectic_euler", step_s=1e-4, duration_s=1e-3, effects=["corotational", "gravity"]
-    )
+    hasty = replace(SAG, integrator="symplectic_euler", effects=["corotational", "gravity"])
+    hasty = replace(hasty, step_s=1e-4, duration_s=1e-3)
     whole = run(hasty, particles).motion
     table = left_out(replace(hasty, step_s=0.05), particles, whole).set_index("effect")
     assert np.isnan(table.loc["gravity", "error_if_left_out"])
@@ -101,7 +88,7 @@ ROWS |= {"outer_work_j": [0.0, 2.0, 1.0], "total_j": [0.0, 1.0, 0.5], "gain_j": 
 
 def judged(**changed):
     found = energy_balance(pd.DataFrame(ROWS | changed), {"a": "symplectic_euler"})
-    assert list(found) == ENERGY_BALANCE.columns
+    assert list(found) == measurements.ENERGY_BALANCE.columns
     return found.iloc[0]
 
 
@@ -128,11 +115,11 @@ def test_a_run_warns_of_energy_that_an_integrator_without_proof_made():
     scene = Scene("a", ["springs"], "bdf2", 0.1, 1.0)
     energies = pd.DataFrame(ROWS | {"gain_j": 0.1}).drop(columns="scene")
     with pytest.warns(UserWarning, match=r"^scenes\.a: nothing proves that steps of bdf2 make no energy, and one made"):
-        warn_of_gain(scene, energies)
+        measurements.warn_of_gain(scene, energies)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warn_of_gain(replace(scene, integrator="backward_euler"), energies)
-        warn_of_gain(scene, energies.assign(gain_j=1e-9))
+        measurements.warn_of_gain(replace(scene, integrator="backward_euler"), energies)
+        measurements.warn_of_gain(scene, energies.assign(gain_j=1e-9))
 
 
 @pytest.fixture
@@ -175,9 +162,9 @@ def test_nearest_is_signed_and_forgets_no_change_of_sides(box):
     assert nearest(np.zeros((1, 3)), ways, corners) == pytest.approx([-0.01, 0.02, 0.05, -0.04, -0.03], abs=1e-12)
     rng = np.random.default_rng(3)
     points, walk = rng.uniform(0.0, 0.1, (5, 3)), rng.normal(0.0, 0.01, (60, 3)).cumsum(axis=0)
-    outside = np.maximum(np.abs(points + walk[:, None] - [0.1, 0.05, 0.04]) - [0.1, 0.05, 0.04], 0.0)
-    depth = (np.array([0.1, 0.05, 0.04]) - np.abs(points + walk[:, None] - [0.1, 0.05, 0.04])).min(axis=2)
-    signed = np.where(depth > 0.0, -depth, np.linalg.norm(outside, axis=2))
+    beyond = np.abs(points + walk[:, None] - [0.1, 0.05, 0.04]) - [0.1, 0.05, 0.04]  # of the box's halves
+    inside = beyond.max(axis=2)
+    signed = np.where(inside < 0.0, inside, np.linalg.norm(np.maximum(beyond, 0.0), axis=2))
     assert nearest(points, walk, corners) == pytest.approx(signed.min(axis=1), abs=1e-12)
 
 
@@ -202,10 +189,8 @@ def test_what_comes_home_at_every_kept_frame_still_moves(motion):
 def test_a_motion_keeps_its_instruments_and_contacts(motion, tmp_path):
     save(motion, tmp_path / "motion.h5")
     again = load(tmp_path / "motion.h5")
-    assert [(t.name, t.kind, t.radius_m) for t in again.obstacles] == [
-        ("finger", "capsule", 0.01),
-        ("floor_1", "floor", 0.0),
-    ]
+    told = [(thing.name, thing.kind, thing.radius_m) for thing in again.obstacles]
+    assert told == [("finger", "capsule", 0.01), ("floor_1", "floor", 0.0)]
     np.testing.assert_array_equal(again.obstacles[0].positions, motion.obstacles[0].positions)
     pd.testing.assert_frame_equal(again.contacts, motion.contacts, check_dtype=False)
     assert again.observed.equals(motion.observed)

@@ -49,7 +49,6 @@ BOXES = {
 
 
 def stability() -> list[Case]:
-    """Return the declared cases of this family."""
     told = ("stable", "not_converged")
     measure = f"{RESIDUAL}; more than 1 if the stiffness there is not positive"
 

@@ -74,8 +74,6 @@ SIZE_M = 0.1
 
 
 def contacts() -> list[Case]:
-    """Return the declared cases of this family."""
-
     def case(name, scene, expected, run, models=SOLIDS, measure=MEETS, declared=None, bound=MEETS_WITHIN, **more):
         return Case(name, scene, expected, measure, bound, run, models, declared or {}, **more)
 
@@ -242,8 +240,6 @@ STILL = {"gravity": {"acceleration_m_s2": [0.0, 0.0, 0.0]}}
 
 
 def overlaps() -> list[Case]:
-    """Return the declared cases of this family."""
-
     def case(name, scene, expected, run, models, measure=MEETS, declared=None):
         bound = MEETS_WITHIN if measure == MEETS else OFF
         return Case(name, scene, expected, measure, bound, run, models, declared or {})

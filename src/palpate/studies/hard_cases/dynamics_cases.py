@@ -26,7 +26,6 @@ RESIDUAL = "residual force / the weight at the end"
 
 
 def motions() -> list[Case]:
-    """Return the declared cases of this family."""
     return [
         *(
             Case(f"step_of_{name}_s", f"a firm bar begins to sag under gravity in 100 steps of {name} s",
@@ -216,8 +215,6 @@ STEP_S, DURATION_S = 0.01, 0.5
 
 
 def modes() -> list[Case]:
-    """Return the declared cases of motion in modes."""
-
     def case(name: str, scene: str, run: Any, expected: str = "the motion of the mesh", **rest: Any) -> Case:
         return Case(name, scene, expected, MEASURE, 0.01, run, MODELS, **rest)
 

@@ -51,7 +51,6 @@ ROUGH = ("unordered_clipped", "ordered_clipped", "framed_clipped", "detail_corre
 
 
 def cases() -> list[Case]:
-    """Return the declared cases of this family."""
     refused = {"shared_setup": ("refused",)}
     learnt = [method for method in METHODS if method != "interpolation"]
     # the weights of the paper's blends sum to one, so that they cannot predict zero displacement
@@ -309,8 +308,6 @@ GRID = {
 
 
 def bounds() -> list[Case]:
-    """Return the declared cases of this family."""
-
     def case(name: str, scene: str, times: float = 1.0, along: bool = False, **body: float) -> Case:
         expected = "errors below the bounds that come with the answers"
         measure = "largest error against fine quadratic elements / its bound"

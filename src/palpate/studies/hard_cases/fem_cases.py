@@ -86,7 +86,6 @@ MOMENTUM = "change of momentum, or of the centre's motion, in 20 steps / sum of 
 
 
 def elasticity() -> list[Case]:
-    """Return the declared cases of this family."""
     return [
         Case("nearly_incompressible", "ν = 0.4999, a bar bent by a force at its end", "equilibrium", RESIDUAL, 1e-6,
              lambda model: _pressed(model, 0.4999, 0.01), STATIC),
@@ -236,8 +235,6 @@ def _stretched(model: str) -> Answer:
 
 
 def statics() -> list[Case]:
-    """Return the declared cases of this family."""
-
     def case(name, scene, times, mirrored=False):
         run = partial(_pressed_statically, times, mirrored)
         return Case(name, scene, "equilibrium", RESIDUAL, 1e-6, run, SOLVERS)

@@ -10,6 +10,7 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.database import database_of
 from palpate.benchmark.load import Load, displacement_of, loads_of
 from palpate.benchmark.model import Case as ModelCase
+from palpate.benchmark.model import Solver
 from palpate.bodies.body import Body
 from palpate.bodies.material import LAWS
 from palpate.effects.elements import locking_is_measured
@@ -28,7 +29,6 @@ NEWTONS = 0.018
 
 
 def reduced_contacts() -> list[Case]:
-    """Return the declared cases of this family."""
     told = ("stable", "not_converged")
     outcomes = {"the answer": told[:1], "the answer, or it is told": told, "it is told": told[1:]}
 
@@ -90,7 +90,6 @@ GRID = {"pod_galerkin": {"nodes": 12000}}
 
 
 def learnt() -> list[Case]:
-    """Return the declared cases of this family."""
     told = {model: ("stable", "not_converged") for model in MODELS}
 
     def case(name, scene, times=1.0, models=MODELS, declared=None, **samples):
@@ -112,7 +111,13 @@ def _asked(times: float, samples: dict[str, Any], model: str) -> Answer:
     case, elements = _learnable(**samples)
     load = Load.at(int(case.database.contact[-1]), times * NEWTONS * np.array(WAYS[0]))
     expected = displacement_of(elements.respond(load))
-    return _beside(_answer(model, case, load), expected)
+    if model == "pod_galerkin":
+        solver: Solver = pod_galerkin.offline(case).online({"modes": 20, "thinned": 0.01})
+    else:
+        learner = model.removeprefix("pod_")
+        setting = {"modes": 12} | ({"hidden": 8} if learner == "network" else {})
+        solver = pod_of_loads.Learnt(case, setting, learner)
+    return _beside(displacement_of(solver.respond(load)), expected)
 
 
 @cache
@@ -130,14 +135,6 @@ def _learnable(poisson: float = 0.3, degrees: float = 0.0, alike: bool = False) 
     return replace(case, database=replace(case.database, fine=fine)), elements
 
 
-def _answer(model: str, case: ModelCase, load: Load) -> np.ndarray:
-    if model == "pod_galerkin":
-        return displacement_of(pod_galerkin.offline(case).online({"modes": 20, "thinned": 0.01}).respond(load))
-    learner = model.removeprefix("pod_")
-    setting = {"modes": 12} | ({"hidden": 8} if learner == "network" else {})
-    return displacement_of(pod_of_loads.Learnt(case, setting, learner).respond(load))
-
-
 ENGINE_SETTINGS: dict[str, dict[str, float]] = {
     "mujoco": {"level": 0, "steps": 60, "iterations": 200},
     "newton_vbd": {"level": 0, "steps": 400, "sweeps": 20, "step": 3.0},
@@ -146,7 +143,6 @@ ENGINE_SETTINGS: dict[str, dict[str, float]] = {
 
 
 def engines() -> list[Case]:
-    """Return the declared cases of the engines that are installed."""
     found = [name for name in ENGINES if name not in absent()]
     expected = "the equilibrium of linear elements with the engine's own law, on the same mesh"
 

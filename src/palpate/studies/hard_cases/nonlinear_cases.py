@@ -23,7 +23,6 @@ from palpate.studies.hard_cases.stage import EXPLICIT, FEM, RESIDUAL, SHAPES, SL
 
 
 def laws() -> list[Case]:
-    """Return the declared cases of this family."""
     return [
         Case("each_law_crushed", "a bar under a press along its axis of half its Young's modulus, for each law",
              "equilibrium", RESIDUAL, 1e-6, partial(_residual, [-0.5, 0.0, 0.0]), LAWS),
@@ -77,7 +76,6 @@ WEIGHT = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -0.05]}}
 
 
 def starts() -> list[Case]:
-    """Return the declared cases of this family."""
     return [
         *(
             Case(f"start_{kind}", f"a free body starts {kind} and drifts", "its rest shape, where the drift takes it",
@@ -134,8 +132,6 @@ ERROR = "RMS distance from the equilibrium that Newton's method finds / RMS disp
 
 
 def relaxations() -> list[Case]:
-    """Return the declared cases of this family."""
-
     def case(name, scene, run):
         return Case(f"relaxed_{name}", scene, "the equilibrium of finite elements", ERROR, 0.03, run, SETTINGS)
 

@@ -31,7 +31,6 @@ MOST_STRAIN = {"flows_to_the_yield": 2.0, "flows_to_the_limit": 0.5}
 
 
 def still() -> list[Case]:
-    """Return the declared cases of the family fem."""
     return [
         Case("regions_of_contrast_1e6", "two regions, one a million times as stiff as the other, and a bar that is "
              "pulled", "the elongation of theory", "relative error of the elongation", 1e-3, _regions,
@@ -40,7 +39,6 @@ def still() -> list[Case]:
 
 
 def moving() -> list[Case]:
-    """Return the declared cases of the family dynamics."""
     return [
         Case("maxwell_times", "a Maxwell element relaxes in a millionth of a step, and in a million steps",
              "the elongation of the spring alone, and of both springs", "largest relative error of the elongations",
@@ -130,7 +128,6 @@ VOLUME = "relative error of volume or mass"
 
 
 def organs() -> list[Case]:
-    """Return the declared cases of this family."""
     return [
         Case("ct_thick_slices", "a ball in slices ten times as thick as the pixels", "its volume and mass", VOLUME,
              0.05, lambda model: _ball([0.001, 0.001, 0.01], 20.0), ("segmentation",), blunt=("segmentation",)),

@@ -99,7 +99,8 @@ def measure(experiment: Experiment, body: Body, settings: Mapping[str, Any], pro
     table["message"] = table["message"].fillna("")
     table["misfit_m"] = table["case"].map({name: seen.misfit_m for name, seen in observed.items()}).astype(float)
     table["uncertainty"] = uncertainties(table, experiment, observed)
-    _warn(experiment, table, body.fine.size)
+    for doubt in _doubts(experiment, table, body.fine.size):
+        warnings.warn(doubt, stacklevel=2)
     return table[MEASURED.columns]
 
 
@@ -150,25 +151,21 @@ def _of(candidate: Candidate, experiment: Experiment, observed: dict[str, Observ
         yield known | {"setting": f"{candidate.setting} damping={kind}"} | row
 
 
-def _warn(experiment: Experiment, table: pd.DataFrame, size_m: float) -> None:
-    """Warn of what can be computed and is hardly meant, for a body of this size."""
+def _doubts(experiment: Experiment, table: pd.DataFrame, size_m: float) -> Iterator[str]:
+    """Yield what can be computed and is hardly meant, for a body of this size."""
     sunk = table[table["quantity"].eq("sink_m") & table["marker"].eq(ALL)]
     for case in experiment.cases:
         place, rows = f"measured.experiments.{experiment.name}.cases.{case.name}", sunk[sunk["case"].eq(case.name)]
         for number, weight in enumerate(case.weights):
             if weight.line_m is None and weight.radius_m == 0.0:
-                _say(f"{place}.loads[{number}] acts on a point, where no mesh has an answer; give radius_m.")
+                yield f"{place}.loads[{number}] acts on a point, where no mesh has an answer; give radius_m."
         if (misfit := float(rows["misfit_m"].max())) > FITS * size_m:
-            _say(
+            yield (
                 f"{place}: before the release the markers are {1e3 * misfit:.2g} mm (RMS) from their places at rest; "
                 "see markers and held_s."
             )
         if (most := float(rows["predicted"].abs().max())) > LARGE * size_m:
-            _say(
+            yield (
                 f"{place}: its markers are predicted to sink by {1e3 * most:.3g} mm, and the body is "
                 f"{1e3 * size_m:.3g} mm long; see weight_n and force_n (in N) and young_pa."
             )
-
-
-def _say(text: str) -> None:
-    warnings.warn(text, stacklevel=4)

@@ -125,8 +125,8 @@ def methods(db: Database, train: np.ndarray, settings: FitOptions = SETTINGS) ->
 def blends(db: Database, train: np.ndarray, sigma: float | dict[str, float], settings: FitOptions = SETTINGS) -> dict:
     """Fit the regressors BLENDS with a width of ``sigma`` median distances between features, or in [m] by name."""
     fold = np.zeros(len(train), dtype=int)  # the width is given, so that no fold is needed and one sample is enough
-    known = (values[train] for values in (db.coarse_live, db.fine, db.contact, db.force, db.peaks))
-    training = Training(*known, fold)
+    learnt = db.take(train)
+    training = Training(learnt.coarse_live, learnt.fine, learnt.contact, learnt.force, learnt.peaks, fold)
     found = {}
     for name, features in kinds(db, settings.neighbours).items():
         described = DescribedSamples(features, training, settings)

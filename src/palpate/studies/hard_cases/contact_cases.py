@@ -1,6 +1,6 @@
 """Hard cases of contact: touches, falls, stacks and overlaps in which bodies may penetrate each other."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -24,12 +24,15 @@ LANDS = "least height of the surface over the floor / the body's size; 1 and mor
 MOST_FRAMES = 100
 """Frames of a motion that are looked at, evenly over time, the first and the last among them."""
 
-Surfaces = Sequence[tuple[np.ndarray, np.ndarray]]
-"""Pairs of surfaces that have to meet, each as triangles (m, 3)."""
+SIZE_M = 0.1
+"""Size of the bodies."""
 
 
-def meets(pairs: Surfaces, size: float) -> Callable[[np.ndarray], float]:
-    """Measure frames (k, n, 3) [m] by MEETS: each pair of surfaces has to be near in one of them, and cross in none."""
+def meets(pairs: list[tuple[np.ndarray, np.ndarray]], size: float = SIZE_M) -> Callable[[np.ndarray], float]:
+    """Measure frames (k, n, 3) [m] by MEETS: each pair of surfaces has to be near in one of them, and cross in none.
+
+    pairs : of surfaces that have to meet, each as triangles (m, 3)
+    """
 
     def error(a: np.ndarray) -> float:
         count = sum(len(crossing([x, x], list(pair))) for x in a for pair in pairs)
@@ -56,9 +59,10 @@ def _near(a: np.ndarray, b: np.ndarray, reach: float) -> np.ndarray:
     return ((a.max(axis=1) >= low) & (a.min(axis=1) <= high)).all(axis=1)
 
 
-def lands(surface: np.ndarray, height: float, size: float) -> Callable[[np.ndarray], float]:
-    """Measure frames (k, n, 3) [m] by LANDS; surface : numbers of its nodes; height : of the floor [m]."""
-    return lambda a: clearance(float(a[:, surface, 2].min() - height) / size)
+def lands(particles: Particles, height: float) -> Callable[[np.ndarray], float]:
+    """Measure frames (k, n, 3) [m] of bodies by LANDS; height : of the floor [m]."""
+    surface = np.unique(particles.triangles)
+    return lambda a: clearance(float(a[:, surface, 2].min() - height) / SIZE_M)
 
 
 def clearance(share: float) -> float:
@@ -69,8 +73,6 @@ def clearance(share: float) -> float:
 ERLEBEN = "Erleben 2018"
 SOLIDS = (*FEM, *SPRINGS, "shapes_linear")
 ALL = (*SOLIDS, *EXPLICIT)
-SIZE_M = 0.1
-"""Size of the bodies."""
 
 
 def contacts() -> list[Case]:
@@ -145,10 +147,10 @@ def _meet(model: str, meshes: list[TetMesh], shift: list[float], duration_s: flo
     """Drop the second body on the first, which is held."""
     particles = merge_particles([solid(meshes[0], True), solid(meshes[1], False)], [[0.0] * 3, shift], "hard_case")
     found = played(model, particles, duration_s, {"held": None})
-    return Answer(found, found[0], meets(pairs_of(particles, [(0, 1)]), SIZE_M))
+    return Answer(found, found[0], meets(pairs_of(particles, [(0, 1)])))
 
 
-def pairs_of(particles: Particles, which: list[tuple[int, int]]) -> Surfaces:
+def pairs_of(particles: Particles, which: list[tuple[int, int]]) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return the surfaces of pairs of pieces, given by their numbers."""
     pieces = pieces_of(particles)
     return [(pieces[i], pieces[j]) for i, j in which]
@@ -172,7 +174,7 @@ def _falls(model: str, mesh: TetMesh, duration_s: float, height: float, step_s: 
     """Drop a body on a floor at ``height`` [m]."""
     particles = solid(mesh, False)
     found = played(model, particles, duration_s, {}, step_s, instruments=[{"kind": "floor", "height_m": height}])
-    return Answer(found, found[0], lands(np.unique(particles.triangles), height, SIZE_M))
+    return Answer(found, found[0], lands(particles, height))
 
 
 def _stack(model: str) -> Answer:
@@ -181,8 +183,8 @@ def _stack(model: str) -> Answer:
     heavy = replace(light, masses=100.0 * light.masses)
     particles = merge_particles([light, light, heavy], [[0, 0, 0.005], [0.01, 0, 0.11], [0, 0.01, 0.215]], "hard_case")
     found = played(model, particles, 0.25, {}, instruments=[{"kind": "floor", "height_m": 0.0}])
-    on_each_other = meets(pairs_of(particles, [(0, 1), (1, 2)]), SIZE_M)
-    on_floor = lands(np.unique(particles.triangles), 0.0, SIZE_M)
+    on_each_other = meets(pairs_of(particles, [(0, 1), (1, 2)]))
+    on_floor = lands(particles, 0.0)
     return Answer(found, found[0], lambda a: max(on_each_other(a), on_floor(a)))
 
 
@@ -191,7 +193,7 @@ def _crack(model: str, mesh: TetMesh) -> Answer:
     shifts = [[-0.12, -0.1, 0.0], [0.02, -0.1, 0.0], [0.001, 0.002, 0.155 - 0.04]]
     particles = merge_particles([wall, wall, solid(mesh, False)], shifts, "hard_case")
     found = played(model, particles, 0.2, {"held": None})
-    return Answer(found, found[0], meets(pairs_of(particles, [(0, 2), (1, 2)]), SIZE_M))
+    return Answer(found, found[0], meets(pairs_of(particles, [(0, 2), (1, 2)])))
 
 
 def _cloth(mesh: Sheet, held: np.ndarray) -> Particles:
@@ -270,7 +272,7 @@ def _separated(model: str, shifts: list[list[float]], push_out: bool) -> Answer:
 
     def error(a: np.ndarray) -> float:
         """Measure as ``meets``, where one pair has to be near."""
-        each = [meets([pair], SIZE_M)(a) for pair in pairs]
+        each = [meets([pair])(a) for pair in pairs]
         return max(each) if max(each) > 1.0 else min(each)
 
     return Answer(found, particles.nodes, error)

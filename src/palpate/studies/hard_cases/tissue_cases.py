@@ -27,7 +27,8 @@ from palpate.studies.hard_cases.stage import SOFT, Pull, bar_mesh, end_face, poi
 
 YIELD, STRETCH = 0.05, 3.0
 """Yield strain of plastic flow, and the stretch at which it is tried."""
-MOST_STRAIN = {"flows_to_the_yield": 2.0, "flows_to_the_limit": 0.5}
+MOST_STRAIN = 2.0, 0.5
+"""Limits of the lasting strain: one that is not reached, and one that is."""
 
 
 def still() -> list[Case]:
@@ -87,12 +88,12 @@ def _plastic(model: str) -> Answer:
     """Compute the flow at a held stretch of constant volume, whose Hencky strain is the logarithm of the stretch."""
     mesh, found = box([0.1, 0.1, 0.1], [2, 2, 2]), []
     x = mesh.nodes * [STRETCH, STRETCH**-0.5, STRETCH**-0.5]
-    for most in MOST_STRAIN.values():
+    for most in MOST_STRAIN:
         plastic = FemPlasticity(LinearElements(mesh, SOFT), YIELD, 10.0, most)
         plastic.relax(x, 1e6)
         logs = np.log(np.linalg.svd(plastic.plastic, compute_uv=False))
         found.append(np.sqrt(2.0 / 3.0 * np.square(logs - logs.mean(axis=1, keepdims=True)).sum(axis=1)))
-    expected = np.minimum(np.log(STRETCH) - YIELD, list(MOST_STRAIN.values()))[:, None]
+    expected = np.minimum(np.log(STRETCH) - YIELD, MOST_STRAIN)[:, None]
     return Answer(np.array(found), np.zeros(1), lambda a: float(np.abs(a / expected - 1.0).max()))
 
 

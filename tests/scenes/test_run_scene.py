@@ -62,8 +62,11 @@ def test_a_run_is_reproducible_to_the_bit_and_costs_are_recorded(particles, tmp_
 
 
 def test_what_is_not_named_is_not_there(particles):
-    system = compose(replace(SCENE, effects=["corotational", "held"]), particles)
-    assert list(system.effects) == ["corotational", "held"]
+    bare = replace(SCENE, effects=["corotational", "held"])
+    assert list(compose(bare, particles).effects) == ["corotational", "held"]
+    table = decisions(bare, particles).set_index("effect")
+    assert not table.loc["gravity", "called"] and table.loc["gravity", "auto"]
+    assert table.loc["held", "called"] and "anchored" in table.loc["held", "reason"]
     whole = run(SCENE, particles).motion
     without = run(SCENE, particles, without="gravity").motion
     assert np.abs(whole.positions - particles.nodes).max() > 1e-3
@@ -152,12 +155,6 @@ def test_an_own_effect_acts(particles, tmp_path):
         run(scene, particles)
 
 
-def test_decisions_tell_what_is_called_and_what_auto_would(particles):
-    table = decisions(replace(SCENE, effects=["corotational", "held"]), particles).set_index("effect")
-    assert not table.loc["gravity", "called"] and table.loc["gravity", "auto"]
-    assert table.loc["held", "called"] and "anchored" in table.loc["held", "reason"]
-
-
 @pytest.mark.parametrize("kind", ["rest", "inverted", "random", "plane", "line", "point"])
 def test_starts(particles, kind):
     free = np.ones(len(particles.nodes), dtype=bool)
@@ -172,7 +169,7 @@ def test_starts(particles, kind):
 def test_up_is_where_weight_comes_from_or_else_a_floors_axis_or_z(particles):
     floor = {"contact": {"instruments": [{"kind": "floor", "axis": "y", "height_m": -1.0}]}}
     short = replace(SCENE, duration_s=0.05)
-    fallen = run(replace(short, settings=GRAVITY | floor), particles).motion
     still = replace(short, effects=["corotational", "contact"], held=False, settings=floor)
     bare = replace(short, effects=["corotational"], held=False, settings={})
-    assert [fallen.up, run(still, particles).motion.up, run(bare, particles).motion.up] == [0, 1, 2]
+    scenes = replace(short, settings=GRAVITY | floor), still, bare
+    assert [run(scene, particles).motion.up for scene in scenes] == [0, 1, 2]

@@ -65,7 +65,7 @@ def made_up(t, hz=7.74, ratio=0.052, creep=6e-4, noise=0.0):
     return 6.5e-3 - creep * np.exp(-t / 0.55) + swing + np.random.default_rng(0).normal(0.0, noise, len(t))
 
 
-@pytest.mark.parametrize(("hz", "ratio"), [(7.74, 0.052), (4.34, 0.02), (2.0, 0.2)])
+@pytest.mark.parametrize(("hz", "ratio"), [(7.74, 0.052), (2.0, 0.2)])
 def test_it_is_recovered(hz, ratio):
     t = np.arange(0.0, 4.0, 0.01)
     found = fit_oscillation(t, made_up(t, hz, ratio), "made up")

@@ -127,7 +127,6 @@ def write_series(motion: Motion, folder: Path | str) -> Path:
 
 
 def _write_frame(motion: Motion, positions: np.ndarray, path: Path) -> None:
-    """Write one frame as VTK XML."""
     import meshio
 
     held = np.zeros(len(positions), dtype=np.int8)

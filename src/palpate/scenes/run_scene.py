@@ -132,7 +132,6 @@ class _Record:
         self._keep(0, x, still, self._energies(x, still))
 
     def after(self, step: int, x: np.ndarray, v: np.ndarray) -> None:
-        """Record one step."""
         spent = dict(self._system.seconds)
         energies = self._energies(x, v)
         if self._observers:
@@ -165,7 +164,6 @@ class _Record:
             self._contacts += [effect.contacts(x).assign(time_s=time) for effect in self._contact_effects]
 
     def motion(self) -> Motion:
-        """Return the motion recorded so far."""
         energy, particles = pd.DataFrame(self._rows), self._system.particles
         times = energy["time_s"].to_numpy()
         obstacles = [obstacle for effect in self._contact_effects for obstacle in effect.obstacles]

@@ -16,14 +16,14 @@ STRETCHED = ("structural_n_m", "shear_n_m", "bending_n_m")
 """Stiffnesses of springs that have no solid to take them from."""
 
 
-def check_effects(place: str, scene: dict, body: dict) -> None:
-    """Raise InputError, beginning with ``place``, for effects that exclude, lack or do not suit each other.
+def check_effects(place: str, scene: dict, bodies: dict) -> None:
+    """Raise InputError, beginning with ``place``, for effects that exclude, lack or do not suit each other or a body.
 
-    scene : its complete entry; body : that of its body
+    scene : its complete entry; bodies : the entries of the config, by name
     """
-    moved = assumed(scene, body)
+    moved = assumed(scene, bodies[scene["body"]])
     names, form = _acting(place, scene, moved), moved.form
-    elastic = _elastic(names)
+    elastic = next(name for name in names if name in ELASTIC)
     if elastic in FINITE_ELEMENTS and elastic != of_law(moved.law):
         raise InputError(
             f"{place}.effects names {elastic}, and the law of {scene['body']} is {moved.law}; "
@@ -46,15 +46,12 @@ def check_effects(place: str, scene: dict, body: dict) -> None:
             )
     _check_integrator(place, scene, elastic)
     _check_settings(place, scene, elastic, form, names)
+    _check_stiffness(place, scene, bodies, elastic)
 
 
-def check_stiffness(place: str, scene: dict, bodies: dict) -> None:
-    """Raise InputError, beginning with ``place``, for several stiffnesses where the elastic effect has one.
-
-    scene : its complete entry; bodies : the entries of the config, by name
-    """
+def _check_stiffness(place: str, scene: dict, bodies: dict, elastic: str) -> None:
+    """Raise InputError for several stiffnesses where the elastic effect has one."""
     first = bodies[scene["body"]]
-    elastic = _elastic(_acting(place, scene, assumed(scene, first)))
     for body in bodies_in(scene):
         for key in ["thickness_m", *(("young_pa", "poisson") if elastic in ONE_STIFFNESS else ())]:
             of_first, of_this = first.get(key, 0.0), bodies[body].get(key, 0.0)
@@ -95,10 +92,6 @@ def _check_listed(place: str, scene: dict, names: list[str]) -> None:
             raise InputError(f"{place}.effects names {name}, and the scene says held: false; remove one of them.")
         if name in EFFECTS and EFFECTS[name].settings is None and name not in scene:
             raise InputError(f"{place}.effects names {name}, and the scene does not describe it; add a block {name}.")
-
-
-def _elastic(names: list[str]) -> str:
-    return next(name for name in names if name in ELASTIC)
 
 
 def _check_integrator(place: str, scene: dict, elastic: str) -> None:

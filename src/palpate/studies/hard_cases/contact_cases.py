@@ -171,7 +171,6 @@ def played(
 
 
 def _falls(model: str, mesh: TetMesh, duration_s: float, height: float, step_s: float | None = None) -> Answer:
-    """Drop a body on a floor at ``height`` [m]."""
     particles = solid(mesh, False)
     found = played(model, particles, duration_s, {}, step_s, instruments=[{"kind": "floor", "height_m": height}])
     return Answer(found, found[0], lands(particles, height))
@@ -279,7 +278,6 @@ def _separated(model: str, shifts: list[list[float]], push_out: bool) -> Answer:
 
 
 def _swallowed(model: str, push_out: bool = True) -> Answer:
-    """Begin with a ball inside a block, without gravity."""
     particles, center = solid(block(), False), np.array([0.05, 0.05, 0.05])
     ball = {"kind": "sphere", "center_m": center.tolist(), "radius_m": 0.02}
     found = played(model, particles, 0.02, STILL, instruments=[ball], push_out=push_out)

@@ -123,7 +123,6 @@ def elasticity() -> list[Case]:
 
 
 def _pressed(model: str, poisson: float, newtons: float, held: bool = True) -> Answer:
-    """Compute the equilibrium under a load at the end."""
     body = stage.bar_body(sum(STATIC[model]) - 1, replace(SOFT, poisson=poisson), held=held)
     x, load = _solved(body, model, newtons)
     if STATIC[model][1] == 1:

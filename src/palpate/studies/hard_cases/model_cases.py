@@ -54,7 +54,6 @@ def bar(poisson: float = 0.3, degrees: float = 0.0) -> Body:
 
 
 def _pressed(direction: list[float], changed: dict[str, float], model: str) -> Answer:
-    """Press the bar and compare with quadratic elements."""
     body = bar(**changed)
     load, case = pressing(body, direction), case_of(body)
     found = displacement_of(contact_modes.offline(case).online(SETTING).respond(load))

@@ -42,7 +42,6 @@ def _load(body: Body, moduli: list[float]) -> np.ndarray:
 
 
 def _residual(moduli: list[float], law: str, mirrored: bool = False) -> Answer:
-    """Compute an equilibrium under a traction on the end."""
     body = stage.bar_body(1, replace(SOFT, law=law))
     load, rest = _load(body, moduli), body.fine.nodes
     start = rest * [-1.0, 1.0, 1.0] if mirrored else None

@@ -136,7 +136,6 @@ class Pull:
         self._force = np.outer(shares, newtons)
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Add the force to ``force`` (n, 3) [N]."""
         force += self._force
 
 

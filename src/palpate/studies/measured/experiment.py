@@ -156,7 +156,6 @@ def check_places(experiment: Experiment, body: Body, away: Away) -> None:
 
 
 def _check_load(place: str, weight: Weight, body: Body, away: Away, box: str) -> None:
-    """Raise InputError for one load, named ``place``."""
     size, points = body.fine.size, _points(weight)
     key = "at_m" if weight.line_m is None else "line_m"
     if len(points) > 1 and not np.linalg.norm(points[-1] - points[0]) > SHORT * size:

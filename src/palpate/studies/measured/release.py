@@ -94,7 +94,6 @@ class DeadLoad(Energy):
         return -float(np.vdot(self._force, x - self._rest))
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Add the load to ``force`` (n, 3) [N]."""
         force += self._force
 
 

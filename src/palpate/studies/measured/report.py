@@ -97,7 +97,6 @@ def _errors(rows: pd.DataFrame, name=lambda row: "") -> list[dict[str, Any]]:
 
 
 def _ratios(rows: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return predicted and measured damping ratios."""
     return [
         {"found": row.predicted, "wanted": row.measured, "case": spaced(row.case), "how": named(row).split(", ")[-1]}
         for row in rows.itertuples()

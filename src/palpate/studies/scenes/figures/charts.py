@@ -116,7 +116,6 @@ def draw_effects(effects: pd.DataFrame) -> Figure:
 
 
 def _bars(axis, rows: pd.DataFrame) -> None:
-    """Draw the milliseconds per step in table order, with their share of the step."""
     longest = rows["ms_per_step"].max()
     for y, row in enumerate(rows.itertuples()):
         axis.barh(y, row.ms_per_step, color=style.effect_colour(row.effect), height=0.7)

@@ -14,15 +14,9 @@ from palpate.solvers.system import System
 
 def moved(particles: Particles) -> Moved:
     """Return what decides on effects of ``particles``."""
-    return Moved(
-        "sheet" if particles.thickness_m else "solid" if len(particles.tetrahedra) else "surface",
-        particles.material.law,
-        bool(particles.beds),
-        len(particles.held),
-        float(particles.masses.sum()),
-        particles.material.poisson,
-        particles.thickness_m,
-    )
+    form = "sheet" if particles.thickness_m else "solid" if len(particles.tetrahedra) else "surface"
+    held, mass_kg, material = len(particles.held), float(particles.masses.sum()), particles.material
+    return Moved(form, material.law, bool(particles.beds), held, mass_kg, material.poisson, particles.thickness_m)
 
 
 def effect_names(scene: Scene, particles: Particles) -> list[str]:

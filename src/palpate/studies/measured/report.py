@@ -43,7 +43,7 @@ def _of(rows: pd.DataFrame) -> dict[str, Any]:
     return {
         "key": rows["experiment"].iloc[0],
         "name": spaced(str(rows["experiment"].iloc[0])),
-        **_predicted(rows),
+        **_predicted(fitted),
         "crept": _errors(every[every["setting"].str.endswith(" creep") & every["quantity"].eq("frequency_hz")]),
         "branched": _errors(every[every["setting"].str.contains(" prony ") & every["quantity"].eq("creep_m")]),
         "given": _errors(free, named),
@@ -64,10 +64,9 @@ def _of(rows: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _predicted(rows: pd.DataFrame) -> dict[str, Any]:
+def _predicted(fitted: pd.DataFrame) -> dict[str, Any]:
     """Return how well quadratic elements on the finest mesh predict the cases that they were not fitted to."""
-    model = rows[rows["model"].eq("fem_p2") & rows["setting"].str.fullmatch(PLAIN) & rows["calibrated"].ne(GIVEN)]
-    model = model[model["marker"].eq("all") & model["error"].notna() & model["case"].ne(model["calibrated"])]
+    model = fitted[fitted["model"].eq("fem_p2") & fitted["setting"].str.fullmatch(PLAIN)]
     model = model[model["quantity"].isin(["sink_m", "frequency_hz"])]
     nodes = model["nodes"].max()
     predicted = []
@@ -84,11 +83,8 @@ def _predicted(rows: pd.DataFrame) -> dict[str, Any]:
             }
         )
     excluded = [f"the {row['what']} of {row['case']}" for row in predicted if row["error"] > COVER * row["uncertainty"]]
-    return {
-        "predicted": predicted,
-        "excluded": listed(excluded),
-        "fitted": spaced(str(model["calibrated"].iloc[0])) if len(model) else "",
-    }
+    on = spaced(str(model["calibrated"].iloc[0])) if len(model) else ""
+    return {"predicted": predicted, "excluded": listed(excluded), "fitted": on}
 
 
 def _errors(rows: pd.DataFrame, name=lambda row: "") -> list[dict[str, Any]]:

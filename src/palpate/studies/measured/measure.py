@@ -11,7 +11,7 @@ import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.studies.measured.experiment import GIVEN, Experiment, check_places
-from palpate.studies.measured.predict import ALL, Predictor, Row, axis_down, creep_rows, damping_rows
+from palpate.studies.measured.predict import ALL, Predictor, Row, creep_rows, damping_rows
 from palpate.studies.measured.records import Observed, observe_all
 from palpate.studies.measured.release import release_rows
 from palpate.studies.measured.specimen import FemSpecimen, Specimen, SpringSpecimen, off_surface
@@ -120,10 +120,7 @@ def uncertainties(table: pd.DataFrame, experiment: Experiment, observed: Mapping
     own = held.where(table["quantity"].isin(["sink_m", "move_m"]), 0.5 * table["repeat"].fillna(0.0).astype(float))
     share, fitted = 0.0, experiment.fitted
     if fitted is not None:
-        moves = observed[fitted.name].moves
-        assert moves is not None  # it was fitted to them
-        way = float((moves @ axis_down(observed[fitted.name].down)).mean())
-        share = observed[fitted.name].uncertainty_m / abs(way)
+        share = observed[fitted.name].uncertainty_m / abs(observed[fitted.name].sink_m)
     passed_on = power.abs() * table["predicted"].astype(float).abs() * share
     passed_on = passed_on.where(table["calibrated"].ne(GIVEN) & power.notna(), 0.0)
     return np.hypot(own, passed_on).where(power.notna()) / table["measured"].astype(float).abs()

@@ -19,23 +19,15 @@ ALL = "all"
 Row = dict[str, Any]
 
 
-def axis_down(down: np.ndarray) -> np.ndarray:
-    """Return the axis (3,) of the body that is nearest to ``down`` (3,): along it markers sink."""
-    axis = np.zeros(3)
-    axis[np.argmax(np.abs(down))] = np.sign(down[np.argmax(np.abs(down))])
-    return axis
-
-
 def compare_moves(experiment: Experiment, seen: Observed, moves: np.ndarray | None) -> Iterator[Row]:
     """Yield how far markers sink, each and on average, and how far they move as vectors (RMS over markers).
 
     moves : (m, 3) [m] as predicted, or None if there is no prediction. Of vectors the error is that of their
     difference, and cannot be negative.
     """
-    axis, names = axis_down(seen.down), [marker.name for marker in experiment.compared]
-    found = [repeat.moves for repeat in seen.repeats]
-    sinks = [each @ axis for each in found]
-    sunk = None if moves is None else moves @ axis
+    names, found = [marker.name for marker in experiment.compared], [repeat.moves for repeat in seen.repeats]
+    sinks = [each @ seen.axis for each in found]
+    sunk = None if moves is None else moves @ seen.axis
     yield _row("sink_m", ALL, [float(s.mean()) for s in sinks], None if sunk is None else float(sunk.mean()))
     for i, name in enumerate(names):
         yield _row("sink_m", name, [float(s[i]) for s in sinks], None if sunk is None else float(sunk[i]))
@@ -155,13 +147,11 @@ class Predictor:
     def softness(self, case: Case, less_m: float = 0.0) -> float:
         """Fit the softness to how far the markers of a case sank, less ``less_m`` [m]; errors as ``calibrate``."""
         seen = self.observed[case.name]
-        axis, moves = axis_down(seen.down), seen.moves
-        assert moves is not None  # a case with files
 
         def sink(softness: float) -> float:
-            return float((self.bench.moves(self.settle(case, softness)) @ axis).mean())
+            return float((self.bench.moves(self.settle(case, softness)) @ seen.axis).mean())
 
-        return calibrate(sink, float((moves @ axis).mean()) - less_m)
+        return calibrate(sink, seen.sink_m - less_m)
 
     def frequency(self, case: Case, x: np.ndarray, softness: float) -> float:
         """Return the frequency [Hz] at the equilibrium ``x`` (n, 3) [m] of a case."""
@@ -215,10 +205,9 @@ def creep_rows(predictor: Predictor, fitted: Case) -> Iterator[Row]:
         seen, found = predictor.observed[case.name], dict.fromkeys(("frequency_hz", "creep_m"))
         about: Row = {"case": case.name, "calibrated": fitted.name, "softness": sudden, "message": ""}
         try:
-            axis = axis_down(seen.down)
             far = predictor.bench.moves(predictor.settle(case, relaxed))
             x = predictor.settle(case, sudden)
-            creep_m = float(((far - predictor.bench.moves(x)) @ axis).mean())
+            creep_m = float(((far - predictor.bench.moves(x)) @ seen.axis).mean())
             found = {"frequency_hz": predictor.frequency(case, x, sudden), "creep_m": creep_m}
         except NotConverged as failure:
             about["message"] = str(failure)

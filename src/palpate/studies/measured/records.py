@@ -210,6 +210,19 @@ class Observed:
         return np.mean([seen.moves for seen in self.repeats], axis=0) if self.repeats else None
 
     @property
+    def axis(self) -> np.ndarray:
+        """The axis (3,) of the body that is nearest to ``down``: along it markers sink."""
+        axis, nearest = np.zeros(3), np.argmax(np.abs(self.down))
+        axis[nearest] = np.sign(self.down[nearest])
+        return axis
+
+    @property
+    def sink_m(self) -> float:
+        """How far the markers sank on average [m], in a case with files."""
+        assert self.moves is not None
+        return float((self.moves @ self.axis).mean())
+
+    @property
     def swings(self) -> list[Oscillation]:
         """The oscillations of the repeats in which one was looked for."""
         return [seen.swing for seen in self.repeats if seen.swing is not None]

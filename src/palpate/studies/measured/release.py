@@ -17,7 +17,7 @@ from palpate.scenes.effect_registry import effect
 from palpate.solvers.backward_euler import make
 from palpate.solvers.system import System
 from palpate.studies.measured.experiment import GIVEN, Experiment, Weight
-from palpate.studies.measured.predict import Predictor, Row, axis_down, compare_swing
+from palpate.studies.measured.predict import Predictor, Row, compare_swing
 from palpate.studies.measured.records import Observed, Oscillation, swing_of
 from palpate.studies.measured.specimen import Bench, FemSpecimen, hung_masses, nodal_loads
 
@@ -151,8 +151,6 @@ def _series(seen: Observed, poisson: float) -> dict:
     In bending and in tension the modulus falls by the share c = 2 (1 + ν) g / 3, as the bulk modulus stays, and a held
     load creeps by c of the whole way in the time τ / (1 − g).
     """
-    assert seen.moves is not None  # it has crept
-    whole = float((seen.moves @ axis_down(seen.down)).mean())
-    share = 3.0 * seen.creep_m / whole / (2.0 * (1.0 + poisson))
+    share = 3.0 * seen.creep_m / seen.sink_m / (2.0 * (1.0 + poisson))
     time = float(np.mean([swing.creep_s for swing in seen.swings]))
     return {"shares": [share], "times_s": [time * (1.0 - share)]}

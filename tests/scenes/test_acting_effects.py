@@ -70,6 +70,7 @@ MINE = replace(SOLID, material=Material(1e3, 0.4, 1e3, "my.py"))
         ("kelvin", (having(springs={}), SOLID), (SCENE, SOLID)),
         ("maxwell", (having(springs={}, maxwell={}), SOLID), (having(springs={}), SOLID)),
         ("velocity_damping", (having(shape_matching={}), SOLID), (SCENE, SOLID)),
+        ("wind", (replace(SCENE, own={"wind": "wind.py"}), SOLID), (SCENE, SOLID)),
     ],
 )
 def test_each_decision_flips(effect, yes, no):
@@ -83,10 +84,6 @@ def test_one_elastic_effect_and_a_reason_for_each_decision(particles):
     assert sum(d.called for d in decisions if d.effect in ELASTIC) == 1
     assert all(d.reason for d in decisions)
     assert len({d.effect for d in decisions}) == len(decisions)
-
-
-def test_own_effects_are_called():
-    assert "wind" in called(replace(SCENE, own={"wind": "wind.py"}), SOLID)
 
 
 @pytest.mark.parametrize(
@@ -114,7 +111,6 @@ PUSHED = STILL | {"times_s": [0.5, 1.0], "shifts_m": [[0, 0, 0], [0, 0, 1]]}
 @pytest.mark.parametrize(
     ("entry", "acts"),
     [
-        ({"effects": "auto"}, False),
         ({"effects": "auto", "contact": {"instruments": []}}, False),
         ({"effects": "auto", "contact": {"instruments": [STILL]}}, True),
         ({"effects": "auto", "contact": {"self_contact": True}}, True),

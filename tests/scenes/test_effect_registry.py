@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from palpate.bodies.particles import particles_of
 from palpate.scenes import effect_registry
@@ -29,25 +28,17 @@ def make(particles, settings, elastic):
 SCENE = Scene("s", "auto", "backward_euler", 0.01, 0.05, settings={"wind": {"force_n": 1e-3}})
 
 
-@pytest.fixture
-def wind(monkeypatch, tmp_path):
+def test_one_line_adds_an_effect_and_a_default_makes_its_block_optional(monkeypatch, tmp_path, slab):
     (tmp_path / "wind_of_a_test.py").write_text(WIND)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setitem(EFFECTS, "wind", Entry("wind_of_a_test"))
-
-
-def test_one_line_adds_an_effect(wind, slab):
     particles = particles_of(slab, 0, surface=False)
     moved = run(SCENE, particles).motion.positions[-1] - particles.nodes
     assert moved[:, 0].max() > 1e-6
     table = decisions(replace(SCENE, settings={}), particles).set_index("effect")
     assert not table.loc["wind", "called"]
     assert list(compose(replace(SCENE, settings={}), particles).effects) == ["corotational", "held"]
-
-
-def test_a_default_makes_the_block_optional(wind, monkeypatch, slab):
     monkeypatch.setitem(EFFECTS, "wind", Entry("wind_of_a_test", settings={"force_n": 2.0}))
-    particles = particles_of(slab, 0, surface=False)
     system = compose(replace(SCENE, effects=["corotational", "wind"], settings={}), particles)
     force = system.outer_force(particles.nodes, np.zeros_like(particles.nodes))
     assert (force[:, 0] == 2.0).all()

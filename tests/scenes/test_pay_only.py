@@ -73,10 +73,11 @@ def test_only_what_is_named_is_imported(seen):
     assert not {"matplotlib", "pyvista", "snakemake"} & loaded
 
 
-def test_only_what_is_named_is_made_and_called(seen):
-    assert seen["steps"] == 2
-    assert seen["effects"] == seen["timed"]
-    assert sorted(seen["effects"]) == sorted(seen["named"])
+def test_only_what_is_named_is_made_and_called_and_repeats_to_the_bit(seen):
+    assert seen["steps"] == 2 and seen["repeats"]
+    assert seen["effects"] == seen["timed"] and sorted(seen["effects"]) == sorted(seen["named"])
+    # auto picks the list written by hand
+    assert seen["auto"][0] == seen["effects"][0] and set(seen["auto"]) == set(seen["named"])
 
 
 def test_nothing_alive_is_of_what_is_not_named(seen):
@@ -85,12 +86,3 @@ def test_nothing_alive_is_of_what_is_not_named(seen):
     # the one name with two makings, neither in its own module: the one that does not suit the elastic effect is absent
     makings = {"palpate.effects.fem_plasticity", "palpate.effects.shape_plasticity"}
     assert len(makings & set(seen["modules"])) == ("plasticity" in seen["named"])
-
-
-def test_a_scene_repeats_to_the_bit(seen):
-    assert seen["repeats"]
-
-
-def test_auto_picks_the_list_written_by_hand(seen):
-    assert seen["auto"][0] == seen["effects"][0]
-    assert set(seen["auto"]) == set(seen["named"])

@@ -7,28 +7,19 @@ from types import ModuleType
 import pandas as pd
 import pytest
 
+from palpate.report import claims as judged
 from palpate.report import declared
-from palpate.report.claims import (
-    CONFIRMED,
-    CONFIRMED_OUTSIDE,
-    REFUTED,
-    REFUTED_OUTSIDE,
-    Claim,
-    gather,
-    not_testable,
-    percent,
-    verdict,
-)  # fmt: skip
+from palpate.report.claims import Claim, gather, verdict
 from palpate.report.tables import columns
 
 JUDGES = [(study, *judge) for study in declared.names() for judge in declared.claims(study).items()]
 
 
 def test_verdicts():
-    assert [verdict(True), verdict(True, within=False)] == [CONFIRMED, CONFIRMED_OUTSIDE]
-    assert [verdict(False), verdict(False, within=False)] == [REFUTED, REFUTED_OUTSIDE]
-    assert not_testable("no data") == "not testable: no data"
-    assert (percent(0.1234), percent(1.04), percent(0.000123)) == ("12 %", "100 %", "0.012 %")
+    assert [verdict(True), verdict(True, within=False)] == [judged.CONFIRMED, judged.CONFIRMED_OUTSIDE]
+    assert [verdict(False), verdict(False, within=False)] == [judged.REFUTED, judged.REFUTED_OUTSIDE]
+    assert judged.not_testable("no data") == "not testable: no data"
+    assert [judged.percent(share) for share in (0.1234, 1.04, 0.000123)] == ["12 %", "100 %", "0.012 %"]
 
 
 @pytest.mark.parametrize(("study", "place", "tables"), JUDGES)
@@ -42,7 +33,9 @@ def test_claims_are_gathered_by_paper_and_see_their_own_tables_only(monkeypatch)
     def judge(paper):
         def claims(tables):
             assert list(tables) == ["lengths"]
-            yield Claim(paper, "1", "it is long", "a bar", "2 m", f"{tables['lengths']['m'].iloc[0]} m", CONFIRMED)
+            yield Claim(
+                paper, "1", "it is long", "a bar", "2 m", f"{tables['lengths']['m'].iloc[0]} m", judged.CONFIRMED
+            )
 
         return claims
 

@@ -4,7 +4,7 @@ The check of settings, the digest of code and the run decide here. Before a body
 that nodes are anchored, that it has mass, and that springs need the effect volume.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -17,9 +17,6 @@ from palpate.scenes.effect_registry import DAMPINGS, EFFECTS, ELASTIC, INTEGRATO
 
 SPRING_POISSON = 0.25
 """Poisson's ratio of a spring network (Kot and Nagahashi): to reach a higher one, it needs the effect volume."""
-
-Answer = tuple[bool, str]
-"""Whether an effect is called, and the reason."""
 
 
 class Decision(NamedTuple):
@@ -76,13 +73,13 @@ def has_contact(entry: Mapping[str, Any]) -> bool:
 
 def has_moving_instrument(entry: Mapping[str, Any]) -> bool:
     """Return whether contact acts in a scene and an instrument moves before its end."""
-    tools = entry.get("contact", {}).get("instruments", [])
-    return has_contact(entry) and any(_moves(tool, entry["duration_s"]) for tool in tools)
-
-
-def _moves(tool: dict, duration: float) -> bool:
-    places = list(zip(tool.get("times_s", []), tool.get("shifts_m", []), strict=True))
-    return any(a < duration and b > 0.0 and here != there for (a, here), (b, there) in pairwise(places))
+    if not has_contact(entry):
+        return False
+    for tool in entry.get("contact", {}).get("instruments", []):
+        places = zip(tool.get("times_s", []), tool.get("shifts_m", []), strict=True)
+        if any(a < entry["duration_s"] and b > 0.0 and here != there for (a, here), (b, there) in pairwise(places)):
+            return True
+    return False
 
 
 def decide(entry: Mapping[str, Any], moved: Moved, place: str = "") -> list[Decision]:
@@ -95,8 +92,7 @@ def decide(entry: Mapping[str, Any], moved: Moved, place: str = "") -> list[Deci
     decisions += [Decision(name, False, f"{elastic} holds the body together") for name in ELASTIC if name != elastic]
     for name, effect in EFFECTS.items():
         if effect.role == "other":
-            answer = RULES[name](entry, moved, elastic) if name in RULES else _described(entry, name)
-            decisions.append(Decision(name, *answer))
+            decisions.append(Decision(name, *_other(name, entry, moved, elastic)))
     own = entry.get("own", {})
     moves = [d.effect for d in decisions if d.called and d.effect in ("gravity", "push", "contact")] + list(own)
     if (start := entry.get("start", "rest")) != "rest":
@@ -118,104 +114,62 @@ def _elastic(entry: Mapping[str, Any], moved: Moved, place: str) -> tuple[str, s
     }[moved.form]
 
 
-def _described(entry: Mapping[str, Any], name: str) -> Answer:
-    """Decide on an effect without a rule of its own."""
-    if name in entry:
-        return True, "the scene describes it"
-    return False, "the scene does not describe it"
-
-
-def _gravity(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
-    acceleration = entry.get("gravity", {}).get("acceleration_m_s2", [0, 0, 0])
-    if not np.any(acceleration):
-        return False, "no acceleration is given"
-    if not moved.mass_kg:
-        return False, "the body has no mass"
-    return True, f"{np.linalg.norm(acceleration):.3g} m/s² act on {moved.mass_kg:.3g} kg"
-
-
-def _held(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
-    if not entry.get("held", True):
-        return False, "the scene lets the body go"
-    if not moved.anchored:
-        return False, "no node of these particles is anchored"
-    return True, f"{moved.anchored} nodes are anchored"
-
-
-def _bed(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
-    if not entry.get("held", True):
-        return False, "the scene lets the body go"
-    if not moved.bedded:
-        return False, "no body has a bed"
-    return True, "the body lies on an elastic bed"
-
-
-def _push(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
-    loads = [load for load in entry.get("push", {}).get("loads", []) if np.any(load["force_n"])]
-    return bool(loads), f"loads that push: {len(loads)}" if loads else "nothing pushes"
-
-
-def _bending(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
-    if elastic == "triangles":
-        return True, f"the sheet is {1e3 * moved.thickness_m:g} mm thick"
-    return False, "only triangles lack a resistance to bending"
-
-
-def _volume(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
-    if elastic != "springs" or moved.form != "solid":
-        return False, f"{elastic} keeps what volume it should, or there is none to keep"
-    if moved.poisson <= SPRING_POISSON and "volume" not in entry:
-        return False, f"a spring network has Poisson's ratio 1/4 by itself, {moved.poisson:g} is asked"
-    return True, f"springs alone would lose volume: Poisson's ratio {moved.poisson:g} is asked, 1/4 given"
-
-
-def _body_springs(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
-    if elastic == "springs" and moved.form == "surface":
-        return True, "a closed surface of springs has no inside that resists"
-    return False, "the body resists by itself"
-
-
-def _contact(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
-    settings = entry.get("contact", {})
-    if instruments := settings.get("instruments", []):
-        return True, f"instruments that the body can meet: {len(instruments)}"
-    if others := entry.get("others", []):
-        return True, f"bodies that can meet each other: {1 + len(others)}"
-    if settings.get("self_contact"):
-        return True, "the scene says that the body can meet itself"
-    return False, "there is one body and nothing that it can meet"
-
-
-def _plasticity(entry: Mapping[str, Any], moved: Moved, elastic: str) -> Answer:
-    if entry.get("plasticity", {}).get("max_strain", 0) > 0:
-        return True, f"the body yields above {entry['plasticity']['yield_strain']:g}"
-    return False, "the body does not yield"
+def _other(name: str, entry: Mapping[str, Any], moved: Moved, elastic: str) -> tuple[bool, str]:
+    """Return whether an effect that is neither elastic nor a damping is called, and the reason."""
+    match name:
+        case "gravity":
+            acceleration = entry.get("gravity", {}).get("acceleration_m_s2", [0, 0, 0])
+            if not np.any(acceleration):
+                return False, "no acceleration is given"
+            if not moved.mass_kg:
+                return False, "the body has no mass"
+            return True, f"{np.linalg.norm(acceleration):.3g} m/s² act on {moved.mass_kg:.3g} kg"
+        case "held" | "bed" if not entry.get("held", True):
+            return False, "the scene lets the body go"
+        case "held":
+            if not moved.anchored:
+                return False, "no node of these particles is anchored"
+            return True, f"{moved.anchored} nodes are anchored"
+        case "bed":
+            return moved.bedded, "the body lies on an elastic bed" if moved.bedded else "no body has a bed"
+        case "push":
+            loads = [load for load in entry.get("push", {}).get("loads", []) if np.any(load["force_n"])]
+            return bool(loads), f"loads that push: {len(loads)}" if loads else "nothing pushes"
+        case "bending":
+            if elastic == "triangles":
+                return True, f"the sheet is {1e3 * moved.thickness_m:g} mm thick"
+            return False, "only triangles lack a resistance to bending"
+        case "volume":
+            if elastic != "springs" or moved.form != "solid":
+                return False, f"{elastic} keeps what volume it should, or there is none to keep"
+            if moved.poisson <= SPRING_POISSON and "volume" not in entry:
+                return False, f"a spring network has Poisson's ratio 1/4 by itself, {moved.poisson:g} is asked"
+            return True, f"springs alone would lose volume: Poisson's ratio {moved.poisson:g} is asked, 1/4 given"
+        case "body_springs":
+            if elastic == "springs" and moved.form == "surface":
+                return True, "a closed surface of springs has no inside that resists"
+            return False, "the body resists by itself"
+        case "contact":
+            settings = entry.get("contact", {})
+            if instruments := settings.get("instruments", []):
+                return True, f"instruments that the body can meet: {len(instruments)}"
+            if others := entry.get("others", []):
+                return True, f"bodies that can meet each other: {1 + len(others)}"
+            if settings.get("self_contact"):
+                return True, "the scene says that the body can meet itself"
+            return False, "there is one body and nothing that it can meet"
+        case "plasticity":
+            if entry.get("plasticity", {}).get("max_strain", 0) > 0:
+                return True, f"the body yields above {entry['plasticity']['yield_strain']:g}"
+            return False, "the body does not yield"
+    return name in entry, "the scene describes it" if name in entry else "the scene does not describe it"
 
 
 def _dampings(entry: Mapping[str, Any], elastic: str, moves: list[str]) -> list[Decision]:
+    if not moves:
+        return [Decision(name, False, "nothing moves the body") for name in DAMPINGS]
     described = [name for name in DAMPINGS if name in entry]
     suits = described or [EFFECTS[elastic].damping]
-    found = []
-    for name in DAMPINGS:
-        if not moves:
-            found.append(Decision(name, False, "nothing moves the body"))
-        elif name not in suits:
-            found.append(Decision(name, False, f"{suits[0]} damps it"))
-        else:
-            why = "the scene describes it" if described else f"suits {elastic}"
-            found.append(Decision(name, True, f"the body moves ({', '.join(moves)}); {why}"))
-    return found
-
-
-RULES: dict[str, Callable[[Mapping[str, Any], Moved, str], Answer]] = {
-    "gravity": _gravity,
-    "held": _held,
-    "bed": _bed,
-    "push": _push,
-    "bending": _bending,
-    "volume": _volume,
-    "body_springs": _body_springs,
-    "contact": _contact,
-    "plasticity": _plasticity,
-}
-"""Rules for effects that a scene may call for, or not, without a block of their name."""
+    suited = "the scene describes it" if described else f"suits {elastic}"
+    why = f"the body moves ({', '.join(moves)}); {suited}"
+    return [Decision(name, name in suits, why if name in suits else f"{suits[0]} damps it") for name in DAMPINGS]

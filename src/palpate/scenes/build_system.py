@@ -1,7 +1,5 @@
 """Compose the system of a scene: exactly the effects that it names."""
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
 
@@ -16,15 +14,9 @@ from palpate.solvers.system import System
 
 def moved(particles: Particles) -> Moved:
     """Return what decides on effects of ``particles``."""
-    return Moved(
-        "sheet" if particles.thickness_m else "solid" if len(particles.tetrahedra) else "surface",
-        particles.material.law,
-        bool(particles.beds),
-        len(particles.held),
-        float(particles.masses.sum()),
-        particles.material.poisson,
-        particles.thickness_m,
-    )
+    form = "sheet" if particles.thickness_m else "solid" if len(particles.tetrahedra) else "surface"
+    held, mass_kg, material = len(particles.held), float(particles.masses.sum()), particles.material
+    return Moved(form, material.law, bool(particles.beds), held, mass_kg, material.poisson, particles.thickness_m)
 
 
 def effect_names(scene: Scene, particles: Particles) -> list[str]:
@@ -53,22 +45,14 @@ def compose(scene: Scene, particles: Particles, without: str | None = None) -> S
     for name in effect_names(scene, particles):
         if name == without:
             continue
-        elastic, settings = next(iter(effects.values()), None), _settings(scene, name)
+        elastic = next(iter(effects.values()), None)
         if name in scene.own:
-            module = own_effect.load(name, scene.own[name], scene.place)
-            effects[name] = own_effect.make(scene.own[name], module, particles, settings, elastic)
+            effects[name] = own_effect.make(name, scene, particles, elastic)
         else:
-            effects[name] = effect_registry.effect(name).make(particles, settings, elastic)
+            settings = scene.settings.get(name, effect_registry.EFFECTS[name].settings or {})
+            effects[name] = effect_registry.effect(name).make(particles, dict(settings), elastic)
     system = System(particles, effects)
     if (particles.masses[system.free] <= 0.0).any():
         node = int(np.flatnonzero(system.free & (particles.masses <= 0.0))[0])
         raise InputError(f"{scene.place}: node {node} of {particles.name} has no mass; remove nodes without elements.")
     return system
-
-
-def _settings(scene: Scene, name: str) -> dict[str, Any]:
-    if name in scene.settings:
-        return scene.settings[name]
-    if name in scene.own:
-        return {}
-    return dict(effect_registry.EFFECTS[name].settings or {})

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -74,19 +75,11 @@ def save(motion: Motion, path: Path | str) -> None:
 def load(path: Path | str) -> Motion:
     """Read a file of ``save``; InputError if it is missing or damaged."""
     with read_hdf5(path) as file:
-        energy, observed, contacts = (_read_table(file, table) for table in TABLES)
         groups = file.get("obstacles", {})
         obstacles = tuple(_read_obstacle(groups[number]) for number in sorted(groups, key=int))
-        arrays = {name: file[name][()] for name in ARRAYS}
-        return Motion(
-            scene=str(file.attrs["scene"]),
-            energy=energy,
-            obstacles=obstacles,
-            observed=observed,
-            contacts=contacts,
-            up=int(file.attrs["up"]),
-            **arrays,
-        )
+        arrays: dict[str, Any] = {name: file[name][()] for name in ARRAYS}
+        arrays |= {name: _read_table(file, name) for name in TABLES}
+        return Motion(str(file.attrs["scene"]), obstacles=obstacles, up=int(file.attrs["up"]), **arrays)
 
 
 def _write_table(file: h5py.File, name: str, table: pd.DataFrame) -> None:
@@ -103,10 +96,8 @@ def _read_table(file: h5py.File, name: str) -> pd.DataFrame:
 
 
 def _read_obstacle(group: h5py.Group) -> Moved:
-    tags = group.attrs
-    return Moved(
-        str(tags["name"]), str(tags["kind"]), float(tags["radius_m"]), group["positions"][()], group["triangles"][()]
-    )
+    tags, points = group.attrs, group["positions"][()]
+    return Moved(str(tags["name"]), str(tags["kind"]), float(tags["radius_m"]), points, group["triangles"][()])
 
 
 def write_series(motion: Motion, folder: Path | str) -> Path:
@@ -121,13 +112,11 @@ def write_series(motion: Motion, folder: Path | str) -> Path:
     index.unlink(missing_ok=True)
     for old in folder.glob(f"{motion.scene}_[0-9]*.vtu"):
         old.unlink()
-    names = [f"{motion.scene}_{frame:04d}.vtu" for frame in range(len(motion.times))]
-    for name, positions in zip(names, motion.positions, strict=True):
+    entries = ""
+    for frame, (time, positions) in enumerate(zip(motion.times, motion.positions, strict=True)):
+        name = f"{motion.scene}_{frame:04d}.vtu"
         _write_frame(motion, positions, folder / name)
-    entries = "".join(
-        f'    <DataSet timestep="{float(time)!r}" part="0" file="{name}"/>\n'
-        for time, name in zip(motion.times, names, strict=True)
-    )
+        entries += f'    <DataSet timestep="{float(time)!r}" part="0" file="{name}"/>\n'
     with write_whole(index) as part:
         part.write_text(
             '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
@@ -138,7 +127,6 @@ def write_series(motion: Motion, folder: Path | str) -> Path:
 
 
 def _write_frame(motion: Motion, positions: np.ndarray, path: Path) -> None:
-    """Write one frame as VTK XML."""
     import meshio
 
     held = np.zeros(len(positions), dtype=np.int8)

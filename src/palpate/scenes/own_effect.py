@@ -3,8 +3,6 @@
 Force and energy, and stiffness and force, are compared by central differences.
 """
 
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -15,13 +13,13 @@ from palpate.effects.effect import Effect, Energy, Stiffness, offers
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import shared_pattern
 from palpate.own_file import EFFECT_FUNCTIONS, failure, import_file
+from palpate.scenes.scene import Scene
 
 MOVED, STEP = 1e-2, 1e-6
 """Displacement of each node, and the step of the differences, relative to the shortest edge of the surface."""
 DIRECTIONS = 3
 FORCE_ERROR, STIFFNESS_ERROR = 1e-3, 5e-2
 """Relative errors that are accepted: of the force, and of the stiffness, which may be an approximation."""
-DISPLACED = "by central differences at a displaced state"
 
 
 def disagreement(effect: Effect, particles: Particles) -> str:
@@ -36,13 +34,11 @@ def disagreement(effect: Effect, particles: Particles) -> str:
     edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).min())
     x = particles.nodes + MOVED * edge * random.uniform(-1.0, 1.0, particles.nodes.shape)
     steps = [STEP * edge * random.standard_normal(x.shape) for _ in range(DIRECTIONS)]
-    error = _force_error(effect, x, steps)
-    if error > FORCE_ERROR:
-        return f"add_force differs by {error:.2g} of its size from minus the gradient of energy, {DISPLACED}"
-    if offers(effect, hooks.Stiffness):
-        error = _stiffness_error(effect, x, steps)
-        if error > STIFFNESS_ERROR:
-            return f"add_stiffness differs by {error:.2g} of its size from minus the gradient of add_force, {DISPLACED}"
+    said = "differs by {:.2g} of its size from minus the gradient of {}, by central differences at a displaced state"
+    if (error := _force_error(effect, x, steps)) > FORCE_ERROR:
+        return "add_force " + said.format(error, "energy")
+    if offers(effect, hooks.Stiffness) and (error := _stiffness_error(effect, x, steps)) > STIFFNESS_ERROR:
+        return "add_stiffness " + said.format(error, "add_force")
     return ""
 
 
@@ -91,21 +87,14 @@ ACTING = (
 GUIDE = "see docs/add-an-effect.md"
 
 
-def load(name: str, path: Path, place: str) -> ModuleType:
-    """Import the module in the file ``path``; InputError unless it has a function ``make``."""
-    module = import_file(path, f"{place}.own.{name}")
+def make(name: str, scene: Scene, particles: Particles, elastic: Effect | None) -> Effect:
+    """Make an effect of the scene's own and call it at rest and near it; InputError naming the file and the fault."""
+    path = scene.own[name]
+    module = import_file(path, f"{scene.place}.own.{name}")
     if not hasattr(module, "make"):
         raise InputError(f"{path}: has no function {EFFECT_FUNCTIONS[0]}; {GUIDE}.")
-    return module
-
-
-def make(
-    path: Path, module: ModuleType, particles: Particles, settings: dict[str, Any], elastic: Effect | None
-) -> Effect:
-    """Make the effect of ``module`` and call it at rest and near it; InputError naming the file and the fault."""
-
     try:
-        effect = module.make(particles, settings, elastic)
+        effect = module.make(particles, scene.settings.get(name, {}), elastic)
         fault = _fault(effect, particles) or disagreement(effect, particles)
     except InputError:
         raise

@@ -1,7 +1,8 @@
 """Run a scene: its initial state, the loop over steps, its records, and the cost of each effect."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, Protocol
@@ -77,9 +78,14 @@ def run(scene: Scene, particles: Particles, progress: Callable = iter, without: 
     or a position that is not finite.
     """
     system = compose(scene, particles, without)
-    integrator = _integrator(scene, system)
+    with _told(f"{scene.place}.integrator is {scene.integrator}"):
+        integrator = effect_registry.integrator(scene.integrator).make(system, scene.integration)
     parts = _parts(scene, integrator.limit_s)
-    record = _Record(scene, system, _start(scene, system))
+    x = initial_positions(particles, system.free, scene.start, scene.seed)
+    for _, effect in system.offering(hooks.Placement):
+        with _told(scene.place):
+            x = effect.place(x)
+    record = _Record(scene, system, x)
     system.seconds = dict.fromkeys(system.effects, 0.0)  # preparation is not part of a step
     loop(system, integrator, scene, record, progress, parts)
     seen = {id(particles), *map(id, vars(particles).values())}
@@ -126,7 +132,6 @@ class _Record:
         self._keep(0, x, still, self._energies(x, still))
 
     def after(self, step: int, x: np.ndarray, v: np.ndarray) -> None:
-        """Record one step."""
         spent = dict(self._system.seconds)
         energies = self._energies(x, v)
         if self._observers:
@@ -149,22 +154,17 @@ class _Record:
         return found | {"outer_work_j": work, "total_j": total, "gain_j": self._gain}
 
     def _keep(self, step: int, x: np.ndarray, v: np.ndarray, energies: dict[str, float]) -> None:
-        if not (np.isfinite(x).all() and np.isfinite(v).all()):
-            raise NotConverged(
-                f"{self._scene.place}: positions are not finite at {step * self._scene.step_s:.4g} s; "
-                "take a shorter step or another integrator.",
-                [],
-            )
         time = step * self._scene.step_s
+        if not (np.isfinite(x).all() and np.isfinite(v).all()):
+            place = f"{self._scene.place}: positions are not finite at {time:.4g} s"
+            raise NotConverged(f"{place}; take a shorter step or another integrator.", [])
         self._rows.append({"time_s": time} | energies)
         self._frames.append(x.copy())
         if step:  # before the first step there are no contacts yet
             self._contacts += [effect.contacts(x).assign(time_s=time) for effect in self._contact_effects]
 
     def motion(self) -> Motion:
-        """Return the motion recorded so far."""
-        energy = pd.DataFrame(self._rows)
-        particles = self._system.particles
+        energy, particles = pd.DataFrame(self._rows), self._system.particles
         times = energy["time_s"].to_numpy()
         obstacles = [obstacle for effect in self._contact_effects for obstacle in effect.obstacles]
         return Motion(
@@ -195,22 +195,13 @@ def _up(system: System, obstacles: Sequence[hooks.Rigid]) -> int:
     return int(np.ptp(floors[0], axis=0).argmin()) if floors else 2
 
 
-def _integrator(scene: Scene, system: System) -> Integrator:
+@contextmanager
+def _told(place: str) -> Iterator[None]:
+    """Begin the message of an InputError with ``place``."""
     try:
-        return effect_registry.integrator(scene.integrator).make(system, scene.integration)
+        yield
     except InputError as error:
-        raise InputError(f"{scene.place}.integrator is {scene.integrator}: {error}") from error
-
-
-def _start(scene: Scene, system: System) -> np.ndarray:
-    """Return the positions (n, 3) [m] from which the first step begins."""
-    x = initial_positions(system.particles, system.free, scene.start, scene.seed)
-    for _, effect in system.offering(hooks.Placement):
-        try:
-            x = effect.place(x)
-        except InputError as error:
-            raise InputError(f"{scene.place}: {error}") from error
-    return x
+        raise InputError(f"{place}: {error}") from error
 
 
 def _parts(scene: Scene, limit_s: float) -> int:

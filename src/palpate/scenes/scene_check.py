@@ -16,14 +16,14 @@ STRETCHED = ("structural_n_m", "shear_n_m", "bending_n_m")
 """Stiffnesses of springs that have no solid to take them from."""
 
 
-def check_effects(place: str, scene: dict, body: dict) -> None:
-    """Raise InputError, beginning with ``place``, for effects that exclude, lack or do not suit each other.
+def check_effects(place: str, scene: dict, bodies: dict) -> None:
+    """Raise InputError, beginning with ``place``, for effects that exclude, lack or do not suit each other or a body.
 
-    scene : its complete entry; body : that of its body
+    scene : its complete entry; bodies : the entries of the config, by name
     """
-    moved = assumed(scene, body)
+    moved = assumed(scene, bodies[scene["body"]])
     names, form = _acting(place, scene, moved), moved.form
-    elastic = _elastic(names)
+    elastic = next(name for name in names if name in ELASTIC)
     if elastic in FINITE_ELEMENTS and elastic != of_law(moved.law):
         raise InputError(
             f"{place}.effects names {elastic}, and the law of {scene['body']} is {moved.law}; "
@@ -34,9 +34,10 @@ def check_effects(place: str, scene: dict, body: dict) -> None:
         entry = EFFECTS[name]
         if form not in entry.forms:
             wanted = " or ".join(FORM_WORDS[each] for each in entry.forms)
+            suiting = " or ".join(other for other in ELASTIC if form in EFFECTS[other].forms)
+            remedy = f"name {suiting}" if name == elastic else f"leave {name} out"
             raise InputError(
-                f"{where} {name}, which needs {wanted}, and {scene['body']} is moved as {FORM_WORDS[form]}; "
-                f"{_instead(name, form)}."
+                f"{where} {name}, which needs {wanted}, and {scene['body']} is moved as {FORM_WORDS[form]}; {remedy}."
             )
         if elastic not in entry.elastic:
             raise InputError(
@@ -45,18 +46,14 @@ def check_effects(place: str, scene: dict, body: dict) -> None:
             )
     _check_integrator(place, scene, elastic)
     _check_settings(place, scene, elastic, form, names)
+    _check_stiffness(place, scene, bodies, elastic)
 
 
-def check_stiffness(place: str, scene: dict, bodies: dict) -> None:
-    """Raise InputError, beginning with ``place``, for several stiffnesses where the elastic effect has one.
-
-    scene : its complete entry; bodies : the entries of the config, by name
-    """
+def _check_stiffness(place: str, scene: dict, bodies: dict, elastic: str) -> None:
+    """Raise InputError for several stiffnesses where the elastic effect has one."""
     first = bodies[scene["body"]]
-    elastic = _elastic(_acting(place, scene, assumed(scene, first)))
     for body in bodies_in(scene):
-        same = ["thickness_m", *(("young_pa", "poisson") if elastic in ONE_STIFFNESS else ())]
-        for key in same:
+        for key in ["thickness_m", *(("young_pa", "poisson") if elastic in ONE_STIFFNESS else ())]:
             of_first, of_this = first.get(key, 0.0), bodies[body].get(key, 0.0)
             if of_first != of_this:
                 raise InputError(
@@ -97,18 +94,19 @@ def _check_listed(place: str, scene: dict, names: list[str]) -> None:
             raise InputError(f"{place}.effects names {name}, and the scene does not describe it; add a block {name}.")
 
 
-def _elastic(names: list[str]) -> str:
-    return next(name for name in names if name in ELASTIC)
-
-
-def _instead(name: str, form: str) -> str:
-    """Return what to do about an effect that does not suit a body."""
-    suiting = [other for other in ELASTIC if form in EFFECTS[other].forms]
-    return f"name {' or '.join(suiting)}" if name in ELASTIC else f"leave {name} out"
-
-
 def _check_integrator(place: str, scene: dict, elastic: str) -> None:
-    _check_reduced(place, scene)
+    """Raise InputError for an integrator that does not suit the elastic effect, or its modes, which need their own."""
+    modes, level = scene.get("reduced"), scene.get("level", 0)
+    if modes is not None and scene["integrator"] != "reduced":
+        raise InputError(
+            f"{place}.reduced describes modes, and the integrator is {scene['integrator']}; "
+            "choose reduced, or leave the block out."
+        )
+    if modes is not None and modes["coarsened"] > level:  # cells coarser than the coarse mesh
+        raise InputError(
+            f"{place}.reduced.coarsened is {modes['coarsened']}, and the scene is on level {level}; give {level} at "
+            "most, or a finer level."
+        )
     goals = scene["integrator"] == "goal_position"
     if goals and elastic != "shape_matching":
         raise InputError(
@@ -119,21 +117,6 @@ def _check_integrator(place: str, scene: dict, elastic: str) -> None:
         raise InputError(
             f"{place}.integrator is {scene['integrator']}, and shape_matching needs goal_position; choose that, "
             "or another elastic effect."
-        )
-
-
-def _check_reduced(place: str, scene: dict) -> None:
-    """Raise InputError for modes without their integrator, and for cells that are coarser than the coarse mesh."""
-    modes, level = scene.get("reduced"), scene.get("level", 0)
-    if modes is not None and scene["integrator"] != "reduced":
-        raise InputError(
-            f"{place}.reduced describes modes, and the integrator is {scene['integrator']}; "
-            "choose reduced, or leave the block out."
-        )
-    if modes is not None and modes["coarsened"] > level:
-        raise InputError(
-            f"{place}.reduced.coarsened is {modes['coarsened']}, and the scene is on level {level}; give {level} at "
-            "most, or a finer level."
         )
 
 
@@ -199,20 +182,18 @@ def check_instruments(place: str, scene: dict) -> None:
     first: dict[str, str] = {}
     for number, tool in enumerate(scene.get("contact", {}).get("instruments", [])):
         where = f"{place}.contact.instruments[{number}]"
-        _check_path(where, tool.get("times_s", []), tool.get("shifts_m", []))
+        times, shifts = tool.get("times_s", []), tool.get("shifts_m", [])
+        if len(times) != len(shifts):
+            raise InputError(
+                f"{where}.times_s has {len(times)} entries, and shifts_m has {len(shifts)}; give one shift for each "
+                "time."
+            )
+        for earlier, later in pairwise(times):
+            if later <= earlier:
+                raise InputError(f"{where}.times_s has {later:g} after {earlier:g}; give times in increasing order.")
         name = tool.get("name", f"{tool['kind']}_{number}")
         if re.fullmatch(rf"{together}(_\d+)?", name):
             raise InputError(f"{where} is called {name}, as a body is; give it a name of its own.")
         if name in first:
             raise InputError(f"{where} is called {name}, as {first[name]} is; give it a name of its own.")
         first[name] = f"instruments[{number}]"
-
-
-def _check_path(where: str, times: list[float], shifts: list[list[float]]) -> None:
-    if len(times) != len(shifts):
-        raise InputError(
-            f"{where}.times_s has {len(times)} entries, and shifts_m has {len(shifts)}; give one shift for each time."
-        )
-    for earlier, later in pairwise(times):
-        if later <= earlier:
-            raise InputError(f"{where}.times_s has {later:g} after {earlier:g}; give times in increasing order.")

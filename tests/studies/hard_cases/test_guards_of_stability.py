@@ -17,8 +17,8 @@ from palpate.models.fem_statics import Simulation
 from palpate.solvers import equilibrium, pushed_discs
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium, Unbuckled
 from palpate.studies.hard_cases.buckling_cases import EULER_N, NODES, RADIUS_M, body_of, press_of, stability
+from palpate.studies.hard_cases.enrichment_cases import SETTINGS as FIT
 from palpate.studies.hard_cases.hard_case import judge
-from palpate.studies.hard_cases.pressed_samples import SETTINGS as FIT
 from palpate.studies.hard_cases.stage import bar_body, end_face
 
 CASES = {case.name: case for case in stability()}
@@ -47,7 +47,7 @@ def test_linear_responses_without_a_guard_miss_how_far_a_column_bends(monkeypatc
 
 
 def unchecked(problem, at_rest, size, solution, settle):
-    """What is in the place of ``made_stable``."""
+    """Stand in for ``made_stable``."""
     return solution
 
 
@@ -79,9 +79,8 @@ def test_a_post_that_is_pushed_stays_straight_without_a_guard(monkeypatch):
     assert aside() < 2e-5
 
 
-@pytest.fixture(scope="module")
-def galerkin():
-    """A column, of which samples know how it is pressed and how it bends a little, and its model."""
+def test_galerkin_without_guards_answers_with_the_straight_column(monkeypatch):
+    """Of samples of how it is pressed and bends a little. Each guard is enough: the tangent, and the body's shapes."""
     body, (node, force) = body_of("column"), press_of("column", 1.0)
     ways = np.array([[0.9, 0.0, 0.0], [0.3, 0.0, 0.0], [0.0, 0.005, 0.0], [0.0, 0.0, 0.005]]) * force[0]
     nodes, grid = np.full(len(ways), node), {"pod_galerkin": {"nodes": NODES}}
@@ -90,23 +89,15 @@ def galerkin():
     elements = fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2)
     fine = np.array([displacement_of(elements.respond(load)) for load in loads_of(nodes, ways)])
     case = replace(case, database=replace(case.database, fine=fine))
-    return pod_galerkin.offline(case).online({"modes": 20, "thinned": 0.0}), elements, node, force
-
-
-def test_galerkin_without_guards_answers_with_the_straight_column(galerkin, monkeypatch):
-    """Each guard is enough: the tangent in its modes, and the body's own shapes, which samples may lack."""
-    solver, elements, node, force = galerkin
+    solver = pod_galerkin.offline(case).online({"modes": 20, "thinned": 0.0})
     load = Load.at(node, 1.4 * force)
-    for off in ("stiffness", "buckling"):
-        with monkeypatch.context() as one:
-            if off == "stiffness":
-                one.setattr(pod_galerkin, "LEAST_STIFFNESS", -1e9)
-            else:
-                one.setattr(solver._buckling, "_largest", np.inf)
-            with pytest.raises(Doubted):
-                solver.respond(load)
-    monkeypatch.setattr(pod_galerkin, "LEAST_STIFFNESS", -1e9)
-    monkeypatch.setattr(solver._buckling, "_largest", np.inf)
+    guards = [(pod_galerkin, "LEAST_STIFFNESS", -1e9), (solver._buckling, "_largest", np.inf)]
+    for guard in guards:
+        with monkeypatch.context() as one, pytest.raises(Doubted):
+            one.setattr(*guard)
+            solver.respond(load)
+    for guard in guards:
+        monkeypatch.setattr(*guard)
     found, expected = solver.respond(load), displacement_of(elements.respond(load))
     assert np.linalg.norm(found, axis=1).max() < 0.3 * np.linalg.norm(expected, axis=1).max()
 
@@ -114,8 +105,8 @@ def test_galerkin_without_guards_answers_with_the_straight_column(galerkin, monk
 def test_a_truth_without_guards_is_the_straight_column(monkeypatch):
     """Each guard is enough: the softest direction, and the Hessian that had to be clamped."""
     body, (node, force) = body_of("column"), press_of("column", 1.06)
-    row = (0, node, *force, RADIUS_M)
-    press = pd.DataFrame([row], columns=["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"])
+    names = ["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"]
+    press = pd.DataFrame([(0, node, *force, RADIUS_M)], columns=names)
     with pytest.warns(UserWarning, match="no truth"):
         assert "not stable" in truth_of(body, press, {0}).rejected[0]
     monkeypatch.setattr(Unbuckled, "check_stable", lambda solver, x: None)

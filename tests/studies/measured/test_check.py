@@ -4,7 +4,6 @@ from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from palpate.bodies.make_body import make_body
@@ -17,16 +16,13 @@ from palpate.studies.measured.specimen import off_surface
 ROOT = Path(__file__).parents[3]
 
 
-@pytest.fixture(scope="module")
-def shipped() -> dict:
-    """The shipped beam and its experiment, alone."""
-    settings = read_settings(ROOT / "config.yaml")
-    return {"bodies": {"beam": settings["bodies"]["beam"]}, "measured": settings["measured"]}
+SHIPPED = read_settings(ROOT / "config.yaml")
 
 
 @pytest.fixture
-def settings(shipped) -> dict:
-    return deepcopy(shipped)
+def settings() -> dict:
+    """The shipped beam and its experiment, alone."""
+    return deepcopy({"bodies": {"beam": SHIPPED["bodies"]["beam"]}, "measured": SHIPPED["measured"]})
 
 
 def refusal(settings: dict) -> str:
@@ -61,10 +57,6 @@ CHANGES = {
         lambda beam, models: beam["markers"].update(m7={"at_m": [0.05, 0.015, 0.036]}),
         "gravity_a.csv lacks the column m7_x_m",
     ),
-    "an unknown law": (
-        lambda beam, models: models.update(fem_p2={"laws": ["hencki"]}),
-        "measured.models.fem_p2.laws names hencki, which is unknown",
-    ),
     "a law without a file": (
         lambda beam, models: models.update(fem_p2={"laws": ["examples/hencki.py"]}),
         "measured.models.fem_p2.laws is examples/hencki.py, where there is no file",
@@ -78,16 +70,6 @@ def test_what_does_not_exist_is_named(settings, change, said):
     assert said in refusal(settings)
 
 
-def test_millimetres_are_noticed(settings, tmp_path):
-    entry = settings["measured"]["experiments"]["beam"]
-    table = pd.read_csv(ROOT / "examples/beam/gravity_a.csv")
-    table.iloc[:, 1:] *= 1000
-    table.to_csv(tmp_path / "mm.csv", index=False)
-    entry["cases"]["gravity"]["files"] = [str(tmp_path / "mm.csv")]
-    said = refusal(settings)
-    assert "see whether both are in metres" in said and "mm.csv" in said
-
-
 EDGE = [[0.1, 0, 0.03], [0.1, 0.03, 0.03]]
 BOX = "beam, which reaches from [0, 0, 0] to [0.1, 0.03, 0.03] m"
 LOADS = {
@@ -99,7 +81,6 @@ LOADS = {
         {"line_m": [[-0.05, 0, 0.03], [-0.05, 0.03, 0.03]]},
         f"line_m is 0.05 m off the surface of {BOX}",
     ),
-    "millimetres": ({"line_m": [[100, 0, 30], [100, 30, 30]]}, f"m off the surface of {BOX}"),
     "above the edge": ({"line_m": [[0.1, 0, 0.032], [0.1, 0.03, 0.032]]}, "line_m is 0.002 m off the surface"),
     "through the body": ({"line_m": [[0.05, 0.015, 0], [0.05, 0.015, 0.03]]}, "line_m is 0.015 m off the surface"),
     "a line of no length": ({"line_m": [EDGE[0], EDGE[0]]}, "line_m is as short as a point"),
@@ -119,10 +100,6 @@ def test_markers_far_from_the_body_are_refused(settings):
     markers = settings["measured"]["experiments"]["beam"]["markers"]
     markers["m1"]["at_m"][2] += 0.02
     assert f"markers.m1.at_m is 0.026 m off the surface of {BOX}" in refusal(settings)
-    markers["m1"]["at_m"][2] -= 0.02
-    for marker in markers.values():
-        marker["at_m"][0] -= 0.1
-    assert "markers.m4.at_m is 0.0945 m off the surface" in refusal(settings)
 
 
 def test_gravity_that_points_upwards_is_refused_unless_a_force_may_lift(settings):

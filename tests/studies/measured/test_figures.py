@@ -10,9 +10,7 @@ from palpate.studies.measured import figures
 def test_a_panel_a_case_and_quantity(measured_table, tmp_path):
     figure = figures.draw_measured(measured_table, scene="beam")
     titles = [axis.get_title("left") for axis in figure.axes]
-    assert (
-        titles[0] == "gravity: place" and titles[-1] == "load: creep" and len(titles) == 8
-    )  # none of what nobody measured
+    assert (titles[0], titles[-1], len(titles)) == ("gravity: place", "load: creep", 8)  # none of what nobody measured
     place = figure.axes[4]
     drawn = {(line.get_xdata()[0], line.get_mfc()) for line in place.lines if line.get_marker() == "h"}
     assert drawn == {(-4.0, "white"), (-5.0, "#111111")}

@@ -24,10 +24,9 @@ def test_the_finding_is_about_what_was_not_fitted(measured_table):
 
 def test_errors_are_compared(measured_table):
     (found,) = numbers("measured", {"measured": measured_table})["experiments"]
-    assert [(row["of"], round(row["error"], 3)) for row in found["given"]] == [
-        ("quadratic elements (P2), 1701 nodes", 0.01)
-    ]
-    assert [(row["case"], round(row["error"], 3)) for row in found["finest"]] == [("load", -0.05)]
+    (given,), (finest,) = found["given"], found["finest"]
+    assert (given["of"], round(given["error"], 3)) == ("quadratic elements (P2), 1701 nodes", 0.01)
+    assert (finest["case"], round(finest["error"], 3)) == ("load", -0.05)
     assert [row["how"] for row in found["stepped"]] == ["steps of 2 ms"] and found["laws"] == []
     assert [found["stepped"][0][name] for name in ("found", "wanted")] == pytest.approx([0.04717, 0.053])
 
@@ -47,6 +46,5 @@ def test_the_finding_has_the_coarser_mesh_too(measured_table):
 
 def test_a_model_without_an_answer_has_failed(measured_table):
     assert list(measured.failures(material("measured", {"measured": measured_table}))) == []
-    silent = measured_table.assign(message="stopped")
-    failed = list(measured.failures(material("measured", {"measured": silent})))
+    failed = list(measured.failures(material("measured", {"measured": measured_table.assign(message="stopped")})))
     assert failed[0] == ("quadratic elements (P2), 1701 nodes", "beam, gravity", "stopped")

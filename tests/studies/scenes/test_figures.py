@@ -23,25 +23,16 @@ def felt() -> pd.DataFrame:
     return table.assign(scene="palpation", instrument="finger")
 
 
-def test_force_and_depth_are_drawn_in_newtons_and_millimetres(felt, tmp_path):
-    figure = charts.draw_contact_force(felt, scene="palpation")
-    force, depth, loop = figure.axes[:3]
-    assert force.lines[0].get_ydata().max() == pytest.approx(0.6)
-    assert depth.lines[0].get_ydata().max() == pytest.approx(15.0)
-    assert len(loop.collections[0].get_offsets()) == (felt["force_n"] > 0.0).sum()
-    style.save(figure, tmp_path / "felt")
-
-
-def test_each_instrument_has_a_row_and_one_without_a_depth_has_its_force(felt, tmp_path):
+def test_each_instrument_has_its_force_in_newtons_and_its_depth_if_any_in_millimetres(felt, tmp_path):
     plate = felt.assign(instrument="plate", depth_m=np.nan, force_n=2.0)
     other = felt.assign(scene="other", instrument="hook")
     figure = charts.draw_contact_force(pd.concat([felt, plate, other]), scene="palpation")
-    titles = [axis.get_title(loc="left") for axis in figure.axes]
-    assert [title for title in titles if "force on" in title] == [
-        "palpation: force on the finger",
-        "palpation: force on the plate, which has no depth",
-    ]
-    assert figure.axes[0].lines[0].get_ydata() == pytest.approx(felt["force_n"].to_numpy())
+    titles = [title for axis in figure.axes if "force on" in (title := axis.get_title(loc="left"))]
+    assert titles == ["palpation: force on the finger", "palpation: force on the plate, which has no depth"]
+    force, depth, loop = figure.axes[:3]
+    assert force.lines[0].get_ydata() == pytest.approx(felt["force_n"].to_numpy())
+    assert depth.lines[0].get_ydata().max() == pytest.approx(15.0)
+    assert len(loop.collections[0].get_offsets()) == (felt["force_n"] > 0.0).sum()
     assert figure.axes[-1].lines[0].get_ydata() == pytest.approx(2.0)
     style.save(figure, tmp_path / "felt")
     for axis in (figure.axes[0], figure.axes[-1]):
@@ -102,13 +93,9 @@ def test_one_panel_a_scene_with_its_own_energies(scene_results, tmp_path):
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "springs, corotational" in labels and "gravity" in labels and "sum − external work" in labels
     style.save(figure, tmp_path / "energy")
-
-
-@pytest.mark.parametrize("count", [1, 2, 3, 4, 7])
-def test_any_number_of_scenes_has_its_panels(scene_results, count):
-    press = scene_results["energy"].query("scene == 'press'")
-    table = pd.concat([press.assign(scene=f"scene{i}") for i in range(count)])
-    assert len(charts.draw_energy(table).axes) == count
+    pushed = scene_results["energy"].query("scene == 'press'")
+    four = pd.concat([pushed.assign(scene=f"scene{i}") for i in range(4)])
+    assert len(charts.draw_energy(four).axes) == 4
 
 
 def test_a_sum_without_the_elastic_energy_is_not_shown(scene_results):
@@ -176,30 +163,26 @@ def test_motion_runs_up_or_down_the_view(sagging, axis, sign):
 
 
 def test_a_floor_is_seen_from_above_though_the_body_moved_most_below_and_sideways(sagging):
-    nodes, up = sagging.rest, np.eye(3)[2]
+    nodes = sagging.rest
     bulge = (nodes[:, 2] == nodes[:, 2].min()) & (nodes[:, 1] == nodes[:, 1].max())
     positions = nodes + 0.2 * sagging.times[:, None, None] * bulge[:, None] * [1.0, 0.0, 0.0]
     corners = np.array([[-9.0, -9.0, -0.01], [27.0, -9.0, -0.01], [-9.0, 27.0, -0.01]])
     floor = Moved("floor_0", "floor", 0.0, np.repeat(corners[None], 31, axis=0), np.array([[0, 1, 2]]))
     sliding = replace(sagging, positions=positions, obstacles=(floor,), up=2)
     view = motion.Scenery(sliding).view
-    assert view.axes[2] @ up > 0.3 and view.axes[1] @ up > 0.9
+    assert view.axes[2, 2] > 0.3 and view.axes[1, 2] > 0.9
     colours = motion.stills(sliding, 3).axes[0].images[0].get_array()
     assert (colours == [211, 216, 221]).all(axis=2).sum() > 3000  # the floor's own, which is not the page's white
 
 
 def test_both_sides_of_a_sheet_are_lit():
     nodes = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    triangles = np.array([[0, 1, 2], [0, 2, 3]])
-    below = np.diag([-1.0, 1, -1])
+    triangles, greys = np.array([[0, 1, 2], [0, 2, 3]]), []
     with render.Stage(60, 60) as stage:
-        greys = [
-            stage.picture(
-                render.View(axes, nodes.mean(axis=0), 1.5, 1.5),
-                [lambda s: s.surface(nodes, triangles, None, None, None)],
-            )[30, 30].mean()
-            for axes in (np.eye(3), below)
-        ]
+        for axes in (np.eye(3), np.diag([-1.0, 1, -1])):
+            view = render.View(axes, nodes.mean(axis=0), 1.5, 1.5)
+            picture = stage.picture(view, [lambda s: s.surface(nodes, triangles, None, None, None)])
+            greys.append(picture[30, 30].mean())
     assert greys[0] == pytest.approx(greys[1], rel=0.02) and greys[0] > 150
 
 
@@ -210,7 +193,6 @@ def test_the_animation_loops_in_the_scenes_order_and_repeats_byte_for_byte(saggi
     data = (tmp_path / "a.gif").read_bytes()
     assert data == (tmp_path / "b.gif").read_bytes()
     assert len(data) <= 1_500_000
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.gif", "b.gif"]
     with Image.open(tmp_path / "a.gif") as gif:
         assert gif.info["loop"] == 0
         assert max(gif.size) >= 480 and gif.n_frames == len(sagging.times)
@@ -224,12 +206,9 @@ def test_the_animation_loops_in_the_scenes_order_and_repeats_byte_for_byte(saggi
 
 
 def test_what_never_moves_and_nothing_held_can_be_drawn(sagging, tmp_path):
-    still = replace(
-        sagging, positions=sagging.positions[:1].repeat(4, axis=0), times=sagging.times[:4], held=np.array([])
-    )
-    figure = motion.stills(still, 3)
-    assert figure.axes[0].get_xlabel() == "0 s"
-    style.save(figure, tmp_path / "still")
+    positions = sagging.positions[:1].repeat(4, axis=0)
+    still = replace(sagging, positions=positions, times=sagging.times[:4], held=np.array([]))
+    assert motion.stills(still, 3).axes[0].get_xlabel() == "0 s"
     motion.animate(still, tmp_path / "still.gif")
     # all particles at one point to begin with
     burst = replace(sagging, positions=sagging.positions * np.linspace(0, 1, 31)[:, None, None])

@@ -11,26 +11,14 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.scenes.motion import Motion, Moved, load, save
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
+from palpate.studies.scenes import measurements
 from palpate.studies.scenes.contact_force import closed, contact_force, nearest
-from palpate.studies.scenes.measurements import (
-    ENERGY_BALANCE,
-    FAILS,
-    HOLDS,
-    REST,
-    UNKNOWN,
-    cost,
-    energy_balance,
-    left_out,
-    warn_of_gain,
-)
+from palpate.studies.scenes.measurements import FAILS, HOLDS, REST, UNKNOWN, cost, energy_balance, left_out
 
 LOAD = {"at_m": [0.2, 0.1, 0.08], "force_n": [0, 0, 0], "radius_m": 0.0, "start_s": 0, "press_s": 0.1}
 LOAD |= {"hold_s": 1, "release_s": 0.1}
-SETTINGS = {
-    "gravity": {"acceleration_m_s2": [0.0, 0.0, -0.5]},
-    "rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.02},
-    "push": {"loads": [LOAD]},
-}
+SETTINGS = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -0.5]}, "push": {"loads": [LOAD]}}
+SETTINGS |= {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.02}}
 EFFECTS = ["corotational", "gravity", "held", "push", "rayleigh"]
 SAG = Scene("sag", EFFECTS, "backward_euler", 0.02, 1.0, frames=20, settings=SETTINGS)
 
@@ -40,13 +28,12 @@ def particles(slab) -> Particles:
     return particles_of(slab, 0, surface=False)
 
 
-@pytest.fixture(scope="module")
-def errors(particles):
-    return left_out(SAG, particles, run(SAG, particles).motion).set_index("effect")
-
-
-def test_errors_are_those_of_what_is_missing(errors):
+def test_errors_are_those_of_what_is_missing(particles):
+    errors = left_out(SAG, particles, run(SAG, particles).motion).set_index("effect")
+    assert list(errors.index) == EFFECTS and (errors["scene"] == "sag").all()
+    assert errors["note"].tolist() == ["it holds the body together", "", "", "", ""]
     missing = errors["error_if_left_out"]
+    assert np.isnan(missing["corotational"])
     # no displacement instead of one that is near its peak for most of the time and grows along the body
     assert 0.2 < missing["gravity"] < 1.0
     # without anchors it falls farther than it bends
@@ -55,44 +42,31 @@ def test_errors_are_those_of_what_is_missing(errors):
     assert missing["push"] == 0.0
 
 
-def test_what_cannot_be_left_out_says_why(errors, particles):
-    assert list(errors.index) == EFFECTS
-    assert np.isnan(errors.loc["corotational", "error_if_left_out"])
-    assert errors.loc["corotational", "note"] == "it holds the body together"
-    assert (errors["note"].iloc[1:] == "").all()
-    assert (errors["scene"] == "sag").all()
-    hasty = replace(
-        SAG, integrator="symplectic_euler", step_s=1e-4, duration_s=1e-3, effects=["corotational", "gravity"]
-    )
+def test_what_has_no_error_says_why(particles):
+    hasty = replace(SAG, integrator="symplectic_euler", effects=["corotational", "gravity"])
+    hasty = replace(hasty, step_s=1e-4, duration_s=1e-3)
     whole = run(hasty, particles).motion
     table = left_out(replace(hasty, step_s=0.05), particles, whole).set_index("effect")
     assert np.isnan(table.loc["gravity", "error_if_left_out"])
     assert "stable up to" in table.loc["gravity", "note"]
+    still = replace(SAG, effects=["corotational", "held", "push"], duration_s=0.1)
+    table = left_out(still, particles, run(still, particles).motion).set_index("effect")
+    assert np.isnan(table.loc["push", "error_if_left_out"]) and table.loc["push", "note"] == "the scene is still"
 
 
-def test_shares_make_a_whole_step(particles):
+def test_shares_make_a_whole_step_and_memory_is_what_an_effect_holds_itself(particles):
     table = cost(replace(SAG, duration_s=0.1), particles, repeats=3).set_index("effect")
     assert list(table.index) == [*EFFECTS, REST]
     assert table["share_of_step"].sum() == pytest.approx(1.0, rel=1e-12)
     assert (table["ms_per_step"] >= 0.0).all()
     np.testing.assert_allclose(table["ms_per_step"] / table["ms_per_step"].sum(), table["share_of_step"], rtol=1e-12)
     assert table.loc["held", "ms_per_step"] == 0.0
-
-
-def test_memory_is_what_an_effect_holds_itself(particles):
-    memory = cost(replace(SAG, duration_s=0.04), particles, repeats=1).set_index("effect")["memory_kb"]
+    memory = table["memory_kb"]
     assert memory["held"] == 0.0  # its anchors are the body's
     # a force a node, and the acceleration
     assert memory["gravity"] == pytest.approx((particles.nodes.nbytes + 24) / 1024, rel=0.01)
     assert memory["corotational"] >= (4 * 3 + 1) * 8 * len(particles.tetrahedra) / 1024  # gradients and volumes
     assert np.isnan(memory[REST])
-
-
-def test_a_scene_that_stands_still_has_no_error_and_says_why(particles):
-    still = replace(SAG, effects=["corotational", "held", "push"], duration_s=0.1)
-    table = left_out(still, particles, run(still, particles).motion).set_index("effect")
-    assert np.isnan(table.loc["push", "error_if_left_out"])
-    assert table.loc["push", "note"] == "the scene is still"
 
 
 ROWS = {"scene": "a", "time_s": [0.0, 1.0, 2.0], "kinetic_j": 0.0, "springs_j": [0.0, 1.0, 0.5]}
@@ -101,7 +75,7 @@ ROWS |= {"outer_work_j": [0.0, 2.0, 1.0], "total_j": [0.0, 1.0, 0.5], "gain_j": 
 
 def judged(**changed):
     found = energy_balance(pd.DataFrame(ROWS | changed), {"a": "symplectic_euler"})
-    assert list(found) == ENERGY_BALANCE.columns
+    assert list(found) == measurements.ENERGY_BALANCE.columns
     return found.iloc[0]
 
 
@@ -128,11 +102,11 @@ def test_a_run_warns_of_energy_that_an_integrator_without_proof_made():
     scene = Scene("a", ["springs"], "bdf2", 0.1, 1.0)
     energies = pd.DataFrame(ROWS | {"gain_j": 0.1}).drop(columns="scene")
     with pytest.warns(UserWarning, match=r"^scenes\.a: nothing proves that steps of bdf2 make no energy, and one made"):
-        warn_of_gain(scene, energies)
+        measurements.warn_of_gain(scene, energies)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        warn_of_gain(replace(scene, integrator="backward_euler"), energies)
-        warn_of_gain(scene, energies.assign(gain_j=1e-9))
+        measurements.warn_of_gain(replace(scene, integrator="backward_euler"), energies)
+        measurements.warn_of_gain(scene, energies.assign(gain_j=1e-9))
 
 
 @pytest.fixture
@@ -175,9 +149,9 @@ def test_nearest_is_signed_and_forgets_no_change_of_sides(box):
     assert nearest(np.zeros((1, 3)), ways, corners) == pytest.approx([-0.01, 0.02, 0.05, -0.04, -0.03], abs=1e-12)
     rng = np.random.default_rng(3)
     points, walk = rng.uniform(0.0, 0.1, (5, 3)), rng.normal(0.0, 0.01, (60, 3)).cumsum(axis=0)
-    outside = np.maximum(np.abs(points + walk[:, None] - [0.1, 0.05, 0.04]) - [0.1, 0.05, 0.04], 0.0)
-    depth = (np.array([0.1, 0.05, 0.04]) - np.abs(points + walk[:, None] - [0.1, 0.05, 0.04])).min(axis=2)
-    signed = np.where(depth > 0.0, -depth, np.linalg.norm(outside, axis=2))
+    beyond = np.abs(points + walk[:, None] - [0.1, 0.05, 0.04]) - [0.1, 0.05, 0.04]  # of the box's halves
+    inside = beyond.max(axis=2)
+    signed = np.where(inside < 0.0, inside, np.linalg.norm(np.maximum(beyond, 0.0), axis=2))
     assert nearest(points, walk, corners) == pytest.approx(signed.min(axis=1), abs=1e-12)
 
 
@@ -202,10 +176,8 @@ def test_what_comes_home_at_every_kept_frame_still_moves(motion):
 def test_a_motion_keeps_its_instruments_and_contacts(motion, tmp_path):
     save(motion, tmp_path / "motion.h5")
     again = load(tmp_path / "motion.h5")
-    assert [(t.name, t.kind, t.radius_m) for t in again.obstacles] == [
-        ("finger", "capsule", 0.01),
-        ("floor_1", "floor", 0.0),
-    ]
+    told = [(thing.name, thing.kind, thing.radius_m) for thing in again.obstacles]
+    assert told == [("finger", "capsule", 0.01), ("floor_1", "floor", 0.0)]
     np.testing.assert_array_equal(again.obstacles[0].positions, motion.obstacles[0].positions)
     pd.testing.assert_frame_equal(again.contacts, motion.contacts, check_dtype=False)
     assert again.observed.equals(motion.observed)

@@ -17,13 +17,12 @@ from palpate.effects.patch_load import nodal_load, patch_at, patch_shares
 from palpate.models import fem, linear_fem, warped_compliance
 from palpate.models.contact_modes import contact_modes
 from palpate.solvers.compliance import compute_compliance
-from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.solvers.pushed_discs import push
+from palpate.studies.hard_cases.fem_cases import SOLVERS
 from palpate.studies.hard_cases.hard_case import Answer, Case
 from palpate.studies.hard_cases.model_cases import MEASURE, SETTING
 from palpate.studies.hard_cases.stage import RESIDUAL, SOFT, bar_body
 
-SOLVERS = {"fem_quadratic": Equilibrium, "fem_fast": FastEquilibrium}
 REDUCED, STORED = ("contact_modes",), ("linear_fem", "warped_compliance")
 RADIUS_M, NODES = 0.02, 1
 """Of the disc; and most nodes of the level that contact modes reduce, so that it is the coarse one."""
@@ -33,7 +32,7 @@ POST_M = 0.6
 SHORTENED_M = 4.4934**2 * 0.05**2 / 12.0 / POST_M
 """How far its buckling load (kL)² EI / L² shortens a post of square section whose pushed end is held from the side and
 may turn: tan kL = kL, as with one end clamped and one pinned."""
-BODIES = {
+PRESSES = {
     "column": ([0.2, 0.025, 0.025], [-EULER_N, 0.0, 0.0]),
     "post": ([POST_M, 0.025, 0.025], [-SHORTENED_M, 0.0, 0.0]),
     "lobe": ([0.1, 0.04, 0.004], [-0.004, 0.0, 0.0]),
@@ -41,10 +40,15 @@ BODIES = {
 }
 """Where each body is pressed [m], and by what [N]: Euler's load, and about those at which the others give way. The post
 is pushed so far [m]."""
+BOXES = {
+    "post": ([POST_M, 0.05, 0.05], [12, 2, 2]),
+    "lobe": ([0.1, 0.08, 0.008], [6, 4, 1]),
+    "arch": ([0.2, 0.03, 0.008], [12, 2, 1]),
+}
+"""Sides [m] and divisions of each body but the column; the arch is bent afterwards."""
 
 
 def stability() -> list[Case]:
-    """Return the declared cases of this family."""
     told = ("stable", "not_converged")
     measure = f"{RESIDUAL}; more than 1 if the stiffness there is not positive"
 
@@ -88,24 +92,20 @@ def stability() -> list[Case]:
 
 @cache
 def body_of(name: str) -> Body:
-    """Make one of BODIES, of two levels."""
+    """Make the body of one of PRESSES, of two levels, held at its end or, the arch, at both."""
     if name == "column":
         return bar_body(1)
-    if name == "post":
-        mesh = box([POST_M, 0.05, 0.05], [12, 2, 2])
-        return nest("post", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), SOFT)
-    if name == "lobe":
-        mesh = box([0.1, 0.08, 0.008], [6, 4, 1])
-        return nest("lobe", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), SOFT)
-    flat = box([0.2, 0.03, 0.008], [12, 2, 1])
-    rise = 0.02 * (1.0 - (10.0 * flat.nodes[:, 0] - 1.0) ** 2)
-    mesh = TetMesh(flat.nodes + np.outer(rise, [0.0, 0.0, 1.0]), flat.tetrahedra)
-    return nest("arch", mesh, 1, np.flatnonzero(np.isin(flat.nodes[:, 0], [0.0, flat.nodes[:, 0].max()])), SOFT)
+    mesh = box(*BOXES[name])
+    x, ends = mesh.nodes[:, 0], [0.0]
+    if name == "arch":
+        rise, ends = 0.02 * (1.0 - (10.0 * x - 1.0) ** 2), [0.0, x.max()]
+        mesh = TetMesh(mesh.nodes + np.outer(rise, [0.0, 0.0, 1.0]), mesh.tetrahedra)
+    return nest(name, mesh, 1, np.flatnonzero(np.isin(x, ends)), SOFT)
 
 
 def press_of(name: str, times: float, tilt: float = 0.0) -> tuple[int, np.ndarray]:
     """Return the node that is pressed, and the force (3,) [N] or the post's way [m], by ``tilt`` [degrees] off axis."""
-    place, force = BODIES[name]
+    place, force = PRESSES[name]
     body = body_of(name)
     surface = body.coarse.surface
     node = int(surface[np.argmin(np.linalg.norm(body.coarse.nodes[surface] - place, axis=1))])
@@ -157,7 +157,13 @@ def _asked(name: str, times: float, tilt: float, model: str) -> Answer:
     body = body_of(name)
     node, force = press_of(name, times, tilt)
     case, load = _case(name), Load((Press(node, moved=force),)) if name == "post" else Load.at(node, force)
-    found = displacement_of(_solvers(model, case).respond(load))
+    if model == "contact_modes":
+        solver: Solver = contact_modes.offline(case).online(SETTING)
+    elif model == "linear_fem":
+        solver = linear_fem.Linear(case, {})
+    else:
+        solver = warped_compliance.prepare(case, {"samples": 0})
+    found = displacement_of(solver.respond(load))
     expected = displacement_of(fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-6}, 2).respond(load))
     surface = body.fine.surface
     opposite = body.fine.nodes[surface] * [1.0, -1.0, 1.0] + [0.0, np.ptp(body.fine.nodes[:, 1]), 0.0]
@@ -174,11 +180,3 @@ def _case(name: str) -> ModelCase:
     body, (node, _) = body_of(name), press_of(name, 1.0)
     case = ModelCase.untrained(body, "hard", RADIUS_M, 0, 1e-8, {"contact_modes": {"nodes": NODES}})
     return replace(case, response=compute_compliance(body, RADIUS_M, contacts=np.array([node]), order=2))
-
-
-def _solvers(model: str, case: ModelCase) -> Solver:
-    if model == "contact_modes":
-        return contact_modes.offline(case).online(SETTING)
-    if model == "linear_fem":
-        return linear_fem.Linear(case, {})
-    return warped_compliance.prepare(case, {"samples": 0})

@@ -24,8 +24,6 @@ def shape_matching(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
         rows = table[table["case"].str.startswith(begin)]
         if len(rows):
             stable = int((rows["outcome"] == "stable").sum())
-            ours = (
-                f"{stable} of {len(rows)} runs, {rows['value'].max():.1g} off at most (bound {rows['bound'].max():.1g})"
-            )
-            premise = "; ".join(dict.fromkeys(rows["scene"]))
+            worst = f"{rows['value'].max():.1g} off at most (bound {rows['bound'].max():.1g})"
+            ours, premise = f"{stable} of {len(rows)} runs, {worst}", "; ".join(dict.fromkeys(rows["scene"]))
             yield Claim(3, "3", claim, premise, published, ours, verdict(stable == len(rows)))

@@ -1,6 +1,6 @@
 """Hard cases of contact: touches, falls, stacks and overlaps in which bodies may penetrate each other."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -12,8 +12,10 @@ from palpate.bodies.particles import Particles, merge_particles, solid_particles
 from palpate.collision.contact.obstacles import pieces_of
 from palpate.collision.triangles.brute_force import crossing
 from palpate.collision.triangles.distance import triangle_pairs_distance
+from palpate.scenes.run_scene import run
+from palpate.studies.hard_cases import stage
 from palpate.studies.hard_cases.hard_case import Answer, Case, finite
-from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, GRAVITY, SHEETS, SPRINGS, play
+from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, GRAVITY, SHAPES, SHEETS, SPRINGS
 
 MEETS_WITHIN = 0.002
 """Distance at which bodies count as having met, in sizes of the smallest; they begin to repel at half of it."""
@@ -22,12 +24,15 @@ LANDS = "least height of the surface over the floor / the body's size; 1 and mor
 MOST_FRAMES = 100
 """Frames of a motion that are looked at, evenly over time, the first and the last among them."""
 
-Surfaces = Sequence[tuple[np.ndarray, np.ndarray]]
-"""Pairs of surfaces that have to meet, each as triangles (m, 3)."""
+SIZE_M = 0.1
+"""Size of the bodies."""
 
 
-def meets(pairs: Surfaces, size: float) -> Callable[[np.ndarray], float]:
-    """Measure frames (k, n, 3) [m] by MEETS: each pair of surfaces has to be near in one of them, and cross in none."""
+def meets(pairs: list[tuple[np.ndarray, np.ndarray]], size: float = SIZE_M) -> Callable[[np.ndarray], float]:
+    """Measure frames (k, n, 3) [m] by MEETS: each pair of surfaces has to be near in one of them, and cross in none.
+
+    pairs : of surfaces that have to meet, each as triangles (m, 3)
+    """
 
     def error(a: np.ndarray) -> float:
         count = sum(len(crossing([x, x], list(pair))) for x in a for pair in pairs)
@@ -54,28 +59,23 @@ def _near(a: np.ndarray, b: np.ndarray, reach: float) -> np.ndarray:
     return ((a.max(axis=1) >= low) & (a.min(axis=1) <= high)).all(axis=1)
 
 
-def lands(surface: np.ndarray, height: float, size: float) -> Callable[[np.ndarray], float]:
-    """Measure frames (k, n, 3) [m] by LANDS; surface : numbers of its nodes; height : of the floor [m]."""
+def lands(particles: Particles, height: float) -> Callable[[np.ndarray], float]:
+    """Measure frames (k, n, 3) [m] of bodies by LANDS; height : of the floor [m]."""
+    surface = np.unique(particles.triangles)
+    return lambda a: clearance(float(a[:, surface, 2].min() - height) / SIZE_M)
 
-    def error(a: np.ndarray) -> float:
-        above = float(a[:, surface, 2].min() - height) / size
-        return above if above >= 0.0 else 1.0 - above
 
-    return error
+def clearance(share: float) -> float:
+    """Return a distance as a share of some size, 1 and more if it is negative."""
+    return float(share if share >= 0.0 else 1.0 - share)
 
 
 ERLEBEN = "Erleben 2018"
 SOLIDS = (*FEM, *SPRINGS, "shapes_linear")
 ALL = (*SOLIDS, *EXPLICIT)
-STEP_S = {"fem_implicit": 0.01, "springs_implicit": 0.01, "shapes_linear": 0.01}
-SHORT_S = 2e-4
-SIZE_M = 0.1
-"""Size of the bodies."""
 
 
 def contacts() -> list[Case]:
-    """Return the declared cases of this family."""
-
     def case(name, scene, expected, run, models=SOLIDS, measure=MEETS, declared=None, bound=MEETS_WITHIN, **more):
         return Case(name, scene, expected, measure, bound, run, models, declared or {}, **more)
 
@@ -147,10 +147,10 @@ def _meet(model: str, meshes: list[TetMesh], shift: list[float], duration_s: flo
     """Drop the second body on the first, which is held."""
     particles = merge_particles([solid(meshes[0], True), solid(meshes[1], False)], [[0.0] * 3, shift], "hard_case")
     found = played(model, particles, duration_s, {"held": None})
-    return Answer(found, found[0], meets(pairs_of(particles, [(0, 1)]), SIZE_M))
+    return Answer(found, found[0], meets(pairs_of(particles, [(0, 1)])))
 
 
-def pairs_of(particles: Particles, which: list[tuple[int, int]]) -> Surfaces:
+def pairs_of(particles: Particles, which: list[tuple[int, int]]) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return the surfaces of pairs of pieces, given by their numbers."""
     pieces = pieces_of(particles)
     return [(pieces[i], pieces[j]) for i, j in which]
@@ -160,32 +160,20 @@ def played(
     model: str, particles: Particles, duration_s: float, more: dict, step_s: float | None = None, **contact: Any
 ) -> np.ndarray:
     """Simulate the motion under gravity with contact; return MOST_FRAMES of its positions (k, n, 3) [m]."""
-    h = step_s or STEP_S.get(model, SHORT_S)
+    h = step_s or (0.01 if model in SOLIDS else 2e-4)
     settings = GRAVITY | {"contact": {"friction": 0.3, **contact}} | more
-    if model == "shapes_linear":  # one cluster a piece, and weak damping, so that it falls
-        settings |= {"shape_matching": SHAPED, "velocity_damping": {"rate_1_s": 0.1}}
-    positions = play(model, particles, h, duration_s, settings, frames=100_000).positions
+    if model in SHAPES:  # one cluster a piece, and weak damping, so that it falls
+        settings |= stage.one_cluster(model) | {"velocity_damping": {"rate_1_s": 0.1}}
+    positions = run(stage.scene(model, h, duration_s, settings, frames=100_000), particles).motion.positions
     finite(positions)
     count = len(positions)
     return positions[np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(int))]
 
 
-SHAPED = {"mode": "linear", "alpha": 0.5, "beta": 0.5, "clusters": {"kind": "one"}}
-
-
-def _surface(particles: Particles) -> np.ndarray:
-    return np.unique(particles.triangles)
-
-
-def _floor(height: float) -> list[dict]:
-    return [{"kind": "floor", "height_m": height}]
-
-
 def _falls(model: str, mesh: TetMesh, duration_s: float, height: float, step_s: float | None = None) -> Answer:
-    """Drop a body on a floor at ``height`` [m]."""
     particles = solid(mesh, False)
-    found = played(model, particles, duration_s, {}, step_s, instruments=_floor(height))
-    return Answer(found, found[0], lands(_surface(particles), height, SIZE_M))
+    found = played(model, particles, duration_s, {}, step_s, instruments=[{"kind": "floor", "height_m": height}])
+    return Answer(found, found[0], lands(particles, height))
 
 
 def _stack(model: str) -> Answer:
@@ -193,11 +181,9 @@ def _stack(model: str) -> Answer:
     light = replace(light, masses=0.1 * light.masses)
     heavy = replace(light, masses=100.0 * light.masses)
     particles = merge_particles([light, light, heavy], [[0, 0, 0.005], [0.01, 0, 0.11], [0, 0.01, 0.215]], "hard_case")
-    found = played(model, particles, 0.25, {}, instruments=_floor(0.0))
-    on_each_other, on_floor = (
-        meets(pairs_of(particles, [(0, 1), (1, 2)]), SIZE_M),
-        lands(_surface(particles), 0.0, SIZE_M),
-    )
+    found = played(model, particles, 0.25, {}, instruments=[{"kind": "floor", "height_m": 0.0}])
+    on_each_other = meets(pairs_of(particles, [(0, 1), (1, 2)]))
+    on_floor = lands(particles, 0.0)
     return Answer(found, found[0], lambda a: max(on_each_other(a), on_floor(a)))
 
 
@@ -206,7 +192,7 @@ def _crack(model: str, mesh: TetMesh) -> Answer:
     shifts = [[-0.12, -0.1, 0.0], [0.02, -0.1, 0.0], [0.001, 0.002, 0.155 - 0.04]]
     particles = merge_particles([wall, wall, solid(mesh, False)], shifts, "hard_case")
     found = played(model, particles, 0.2, {"held": None})
-    return Answer(found, found[0], meets(pairs_of(particles, [(0, 2), (1, 2)]), SIZE_M))
+    return Answer(found, found[0], meets(pairs_of(particles, [(0, 2), (1, 2)])))
 
 
 def _cloth(mesh: Sheet, held: np.ndarray) -> Particles:
@@ -255,8 +241,6 @@ STILL = {"gravity": {"acceleration_m_s2": [0.0, 0.0, 0.0]}}
 
 
 def overlaps() -> list[Case]:
-    """Return the declared cases of this family."""
-
     def case(name, scene, expected, run, models, measure=MEETS, declared=None):
         bound = MEETS_WITHIN if measure == MEETS else OFF
         return Case(name, scene, expected, measure, bound, run, models, declared or {})
@@ -287,24 +271,21 @@ def _separated(model: str, shifts: list[list[float]], push_out: bool) -> Answer:
 
     def error(a: np.ndarray) -> float:
         """Measure as ``meets``, where one pair has to be near."""
-        each = [meets([pair], SIZE_M)(a) for pair in pairs]
+        each = [meets([pair])(a) for pair in pairs]
         return max(each) if max(each) > 1.0 else min(each)
 
     return Answer(found, particles.nodes, error)
 
 
 def _swallowed(model: str, push_out: bool = True) -> Answer:
-    """Begin with a ball inside a block, without gravity."""
-    ball = {"kind": "sphere", "center_m": [0.05, 0.05, 0.05], "radius_m": 0.02}
-    particles = solid(block(), False)
+    particles, center = solid(block(), False), np.array([0.05, 0.05, 0.05])
+    ball = {"kind": "sphere", "center_m": center.tolist(), "radius_m": 0.02}
     found = played(model, particles, 0.02, STILL, instruments=[ball], push_out=push_out)
-    center = np.array([0.05, 0.05, 0.05])
 
     def error(a: np.ndarray) -> float:
         """Measure the distance of the block, which stays a block, from the ball."""
-        low, high = a[:, :, :].min(axis=1), a.max(axis=1)
-        beyond = np.linalg.norm(center - np.clip(center, low, high), axis=1).min() / 0.02 - 1.0
-        return float(beyond if beyond >= 0.0 else 1.0 - beyond)
+        nearest = np.clip(center, a.min(axis=1), a.max(axis=1))
+        return clearance(np.linalg.norm(center - nearest, axis=1).min() / 0.02 - 1.0)
 
     return Answer(found, particles.nodes, error)
 
@@ -319,7 +300,6 @@ def _dented(model: str) -> Answer:
     top = mesh.nodes[:, 2] == 0.1
 
     def error(a: np.ndarray) -> float:
-        clear = (min(np.linalg.norm(x[top] - center, axis=1).min() for x in a) - 0.02) / 0.02
-        return float(clear if clear >= 0.0 else 1.0 - clear)
+        return clearance((min(np.linalg.norm(x[top] - center, axis=1).min() for x in a) - 0.02) / 0.02)
 
     return Answer(found, particles.nodes, error)

@@ -17,40 +17,15 @@ from palpate.scenes.build_system import compose
 from palpate.scenes.run_scene import run
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
-from palpate.studies.hard_cases.fem_cases import keeps_momentum
+from palpate.studies.hard_cases import stage
 from palpate.studies.hard_cases.hard_case import Answer, Case
-from palpate.studies.hard_cases.stage import (
-    EXPLICIT,
-    FEM,
-    FIRM,
-    GRAVITY,
-    REDUCED,
-    RETURN_STEPS,
-    SECOND,
-    SHAPES,
-    SLOW,
-    SOFT,
-    SPRINGS,
-    Stepper,
-    bar,
-    edge_error,
-    one_cluster,
-    play,
-    points,
-    returns,
-    scene,
-    travel_s,
-    unbalanced,
-    weight,
-)
+from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, GRAVITY, SECOND, SHAPES, SLOW, SPRINGS
 
 IMPLICIT = (*FEM, *SECOND, *SPRINGS)
 RESIDUAL = "residual force / the weight at the end"
-AXES = {"point": [0, 0, 0], "line": [1, 0, 0], "plane": [1, 1, 0]}
 
 
 def motions() -> list[Case]:
-    """Return the declared cases of this family."""
     return [
         *(
             Case(f"step_of_{name}_s", f"a firm bar begins to sag under gravity in 100 steps of {name} s",
@@ -89,9 +64,8 @@ def motions() -> list[Case]:
             Case(f"flat_rest_{name}", f"shape matching of particles whose rest shape is a {name}, and which drift",
                  "their rest shape, where the drift takes them",
                  "largest error of a distance between two particles, or of the centre's way / those", 1e-3,
-                 partial(_degenerate, AXES[name]), SHAPES,
-                 source="Müller et al. 2005")
-            for name in AXES
+                 partial(_degenerate, axes), SHAPES, source="Müller et al. 2005")
+            for name, axes in {"point": [0, 0, 0], "line": [1, 0, 0], "plane": [1, 1, 0]}.items()
         ),
         Case("one_particle", "shape matching of a single moving particle", "uniform motion",
              "position error / distance travelled", 1e-12, _alone, SHAPES, source="Müller et al. 2005"),
@@ -101,8 +75,8 @@ def motions() -> list[Case]:
 
 def _begins_to_sag(h: float, model: str) -> Answer:
     """Compare 100 steps from rest with the exact motion of the system linearised at rest."""
-    particles = bar(material=FIRM)
-    stepper, rest = Stepper(model, particles, {"held": None} | GRAVITY), particles.nodes
+    particles = stage.bar(material=FIRM)
+    stepper, rest = stage.Stepper(model, particles, {"held": None} | GRAVITY), particles.nodes
     found, _ = stepper.go(rest, np.zeros_like(rest), h, 100)
     expected = linear_motion(stepper.system, 100 * h)
     peak = float(np.linalg.norm(expected, axis=1).max())
@@ -116,7 +90,7 @@ def linear_motion(system: System, time_s: float) -> np.ndarray:
     matrices = (system.stiffness(rest, True), system.damping(rest))
     zero, one = np.zeros((free.sum(), free.sum())), np.eye(int(free.sum()))
     k, c = (zero if m is None else inverse * m.toarray()[np.ix_(free, free)] for m in matrices)
-    load = inverse * weight(system).reshape(-1, 1)[free]
+    load = inverse * stage.weight(system).reshape(-1, 1)[free]
     rows = [zero, one, 0.0 * load], [-k, -c, load], [0.0 * load.T, 0.0 * load.T, np.zeros((1, 1))]
     found = np.zeros(len(free))
     found[free] = expm(time_s * np.block([list(row) for row in rows]))[: len(one), -1]
@@ -125,35 +99,35 @@ def linear_motion(system: System, time_s: float) -> np.ndarray:
 
 def _sag(model: str, h: float, material: Material, **rest: Any) -> Answer:
     more = {"held": None} | GRAVITY | (SLOW if model in EXPLICIT else {})
-    described, particles = scene(model, h, 100 * h, more, **({"substeps": "auto"} | rest)), bar(material=material)
+    described = stage.scene(model, h, 100 * h, more, **({"substeps": "auto"} | rest))
+    particles = stage.bar(material=material)
     found = run(described, particles).motion.positions[-1]
     system = compose(described, particles)
-    return Answer(found, particles.nodes, lambda a: unbalanced(system, a))
+    return Answer(found, particles.nodes, lambda a: stage.unbalanced(system, a))
 
 
 def _lopsided() -> tuple[Particles, np.ndarray]:
     """Return a free bar whose left half has a million times the mass, and the mask (n,) of that half's nodes."""
-    particles = bar(held=False)
+    particles = stage.bar(held=False)
     heavy = particles.nodes[:, 0] < 0.1
     return replace(particles, masses=np.where(heavy, 1e6, 1.0) * particles.masses), heavy
 
 
 def _heavy(model: str) -> Answer:
     particles, heavy = _lopsided()
-    v = np.where(heavy[:, None], 0.0, [0.0, 0.0, 1.0]) + np.where(heavy[:, None], [0.0, 1e-6, 0.0], 0.0)
-    return keeps_momentum(model, particles, v, 1e-9)
+    return stage.keeps_momentum(model, particles, np.where(heavy[:, None], [0.0, 1e-6, 0.0], [0.0, 0.0, 1.0]), 1e-9)
 
 
 def _heavy_half(model: str) -> Answer:
     particles, heavy = _lopsided()
     v, masses = np.where(heavy[:, None], 0.0, [0.0, 0.0, 1.0]), particles.masses
-    step_s, steps = RETURN_STEPS[model not in SHAPES]
-    found, _ = Stepper(model, particles).go(particles.nodes, v, step_s, steps)
-    way = travel_s(model, step_s, steps) * (masses @ v) / masses.sum()
+    step_s, steps = stage.RETURN_STEPS[model not in SHAPES]
+    found, _ = stage.Stepper(model, particles).go(particles.nodes, v, step_s, steps)
+    way = stage.travel_s(model, step_s, steps) * (masses @ v) / masses.sum()
 
     def error(a: np.ndarray) -> float:
         strayed = np.linalg.norm(masses @ (a - particles.nodes) / masses.sum() - way) / np.linalg.norm(way)
-        return max(edge_error(particles, a), float(strayed))
+        return max(stage.edge_error(particles, a), float(strayed))
 
     return Answer(found, particles.nodes, error)
 
@@ -166,16 +140,16 @@ def _turned(x: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
 
 
 def _unwind(model: str) -> Answer:
-    particles = bar(held=False)
-    return returns(model, particles, _turned(particles.nodes, 20.0 * np.pi * particles.nodes[:, 0] / 0.2))
+    particles = stage.bar(held=False)
+    return stage.returns(model, particles, _turned(particles.nodes, 20.0 * np.pi * particles.nodes[:, 0] / 0.2))
 
 
 def _wind(model: str) -> Answer:
     """Rotate the held nodes of both ends by 9° in opposite directions in each step, then wait in long steps."""
     mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
     ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], (0.0, 0.2)))
-    particles = solid_particles(mesh, ends, SOFT, "rod")
-    stepper, x, v = Stepper(model, particles, {"held": None}), mesh.nodes.copy(), np.zeros_like(mesh.nodes)
+    particles = solid_particles(mesh, ends, stage.SOFT, "rod")
+    stepper, x, v = stage.Stepper(model, particles, {"held": None}), mesh.nodes.copy(), np.zeros_like(mesh.nodes)
     way = np.where(mesh.nodes[ends, 0] > 0.1, 1.0, -1.0) * np.pi / 20.0
     for _ in range(205):
         x = x.copy()
@@ -189,11 +163,8 @@ def _wind(model: str) -> Answer:
     force = np.zeros_like(x)
     elastic.add_force(x, np.zeros_like(x), force)
     on_end = float(np.linalg.norm(force[mesh.nodes[:, 0] == 0.0]))
-
-    def error(a: np.ndarray) -> float:
-        return float(np.linalg.norm(stepper.system.potential_force(a))) / on_end
-
-    return Answer(x, straight, error)
+    left = stepper.system.potential_force
+    return Answer(x, straight, lambda a: float(np.linalg.norm(left(a))) / on_end)
 
 
 def _stiff(model: str, **rest: Any) -> Answer:
@@ -202,11 +173,11 @@ def _stiff(model: str, **rest: Any) -> Answer:
 
 def _released(model: str) -> Answer:
     """Join the places after 2, 5 and 10 steps, and at the end."""
-    particles, motions = bar(), []
+    particles, motions = stage.bar(), []
     start = particles.nodes * [2.0, 1.0, 1.0]
     for h in (1e-5, 2.0):
         more = {"held": None, "velocity_damping": {"rate_1_s": 0.05 / h}}  # 5 % damping per step for every step size
-        stepper, x, v, places = Stepper(model, particles, more), start, np.zeros_like(start), []
+        stepper, x, v, places = stage.Stepper(model, particles, more), start, np.zeros_like(start), []
         for steps in (2, 3, 5, 990):
             x, v = stepper.go(x, v, h, steps)
             places.append(x)
@@ -218,17 +189,17 @@ def _released(model: str) -> Answer:
 
 def _degenerate(axes: list[int], model: str) -> Answer:
     random = np.random.default_rng(4).uniform(-0.1, 0.1, (20, 3))
-    particles = points("cloud", random * axes)
+    particles = stage.points("cloud", random * axes)
 
     def error(a: np.ndarray) -> float:
         return float(np.abs(pdist(a) - pdist(particles.nodes)).max() / pdist(random).max())
 
-    return returns(model, particles, random, one_cluster(model), error)
+    return stage.returns(model, particles, random, stage.one_cluster(model), error)
 
 
 def _alone(model: str) -> Answer:
-    particles = points("dot", np.zeros((1, 3)))
-    settings = one_cluster(model)["shape_matching"]
+    particles = stage.points("dot", np.zeros((1, 3)))
+    settings = stage.one_cluster(model)["shape_matching"]
     integrator = goal_position.make(System(particles, {"shape_matching": shape_matching.make(particles, settings)}), {})
     x, v = np.zeros((1, 3)), np.array([[1.0, 2.0, 3.0]])
     for _ in range(100):
@@ -236,36 +207,32 @@ def _alone(model: str) -> Answer:
     return Answer(x, np.zeros((1, 3)), lambda a: float(np.abs(a - [1.0, 2.0, 3.0]).max()))
 
 
-MODELS = tuple(REDUCED)
+MODELS = tuple(stage.REDUCED)
 NEWTONS = 0.01
 """A push on the tip that moves it by a tenth of the bar's length."""
 MEASURE = "RMSE over frames and nodes / the largest displacement"
-STEP_S, DURATION_S, FRAMES = 0.01, 0.5, 25
+STEP_S, DURATION_S = 0.01, 0.5
 
 
 def modes() -> list[Case]:
-    """Return the declared cases of motion in modes."""
-
     def case(name: str, scene: str, run: Any, expected: str = "the motion of the mesh", **rest: Any) -> Case:
         return Case(name, scene, expected, MEASURE, 0.01, run, MODELS, **rest)
 
-    found = [
-        case(f"modes_load_times_{k}", f"a bar is pushed by {k} times what moves its tip by a tenth of its length, "
-             "and let go", partial(_pushed, bar(), k))
-        for k in (2, 3)
-    ]  # fmt: skip
-    flattened = dict.fromkeys(MODELS, ("not_converged",))
-    refused = dict.fromkeys(MODELS, ("refused",))
+    flattened, refused = (dict.fromkeys(MODELS, (outcome,)) for outcome in ("not_converged", "refused"))
     return [
-        *found,
+        *(
+            case(f"modes_load_times_{k}", f"a bar is pushed by {k} times what moves its tip by a tenth of its length, "
+                 "and let go", partial(_pushed, stage.bar(), k))
+            for k in (2, 3)
+        ),
         case("modes_load_times_100", "the same by 100 times that, which flattens elements",
-             partial(_pushed, bar(), 100), "that modes cannot tell is reported", declared=flattened),
+             partial(_pushed, stage.bar(), 100), "that modes cannot tell is reported", declared=flattened),
         case("modes_inverted_start", "a bar that moves in modes starts inverted", _inverted, "refused",
              declared=refused),
         case("modes_slivers", "a bar with a layer of elements of 0.1° is pushed and let go",
-             partial(_pushed, bar(degrees=0.1), 1)),
+             partial(_pushed, stage.bar(degrees=0.1), 1)),
         case("modes_incompressible", "a bar of Poisson's ratio 0.49 is pushed and let go; both lock alike",
-             partial(_pushed, bar(material=Material(3000.0, 0.49, 1000.0)), 1)),
+             partial(_pushed, stage.bar(material=Material(3000.0, 0.49, 1000.0)), 1)),
     ]  # fmt: skip
 
 
@@ -278,18 +245,16 @@ def _more(times: float) -> dict[str, Any]:
 def _pushed(particles: Particles, times: float, model: str) -> Answer:
     """Compare all frames with those of the mesh, at a fifth of the step."""
     found, expected = (
-        play(name, particles, step_s, DURATION_S, _more(times), frames=FRAMES).positions[1:]
+        run(stage.scene(name, step_s, DURATION_S, _more(times), frames=25), particles).motion.positions[1:]
         for name, step_s in ((model, STEP_S), (next(iter(SECOND)), STEP_S / 5.0))
     )
     peak = float(np.linalg.norm(expected - particles.nodes, axis=2).max())
 
-    def error(a: np.ndarray) -> float:
-        return float(np.sqrt(np.mean(np.sum((a - expected) ** 2, axis=2)))) / peak
-
-    return Answer(found, np.broadcast_to(particles.nodes, found.shape), error)
+    rest = np.broadcast_to(particles.nodes, found.shape)
+    return Answer(found, rest, lambda a: float(np.sqrt(np.mean(np.sum((a - expected) ** 2, axis=2)))) / peak)
 
 
 def _inverted(model: str) -> Answer:
-    particles = bar()
-    found = play(model, particles, STEP_S, DURATION_S, _more(1.0), start="inverted").positions
+    particles = stage.bar()
+    found = run(stage.scene(model, STEP_S, DURATION_S, _more(1.0), start="inverted"), particles).motion.positions
     return Answer(found, found, lambda a: 0.0)

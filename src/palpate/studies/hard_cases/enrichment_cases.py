@@ -1,4 +1,4 @@
-"""Hard cases of enrichment: samples, widths and queries at which it may fail, and bounds beyond their loads."""
+"""Hard cases of enrichment, on samples of a small bar: widths and queries at which it may fail, and its bounds."""
 
 from dataclasses import replace
 from functools import cache, partial
@@ -10,28 +10,29 @@ from palpate.benchmark.database import Database, database_of
 from palpate.benchmark.load import Answer as Told
 from palpate.benchmark.load import loads_of
 from palpate.benchmark.model import Case as ModelCase
-from palpate.bodies.body import nest
+from palpate.benchmark.model import FitOptions
+from palpate.bodies.body import Body, nest
 from palpate.bodies.box import box
 from palpate.bodies.contacts import contacts_of
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.elements import locking_is_measured
+from palpate.effects.patch_load import nodal_load
 from palpate.models import cascade
-from palpate.models.enrichment.methods import METHODS
-from palpate.models.enrichment.paper_enrichment import gaussian, squared_distances
+from palpate.models.enrichment.features import FEATURES, kinds
+from palpate.models.enrichment.fitting import Training
+from palpate.models.enrichment.methods import METHODS, build
+from palpate.models.enrichment.paper_enrichment import WEIGHTS, Blend, DescribedSamples, gaussian, squared_distances
 from palpate.models.fem_statics import Simulation, to_surface
-from palpate.solvers.compliance import compute_compliance
+from palpate.solvers.compliance import Compliance, compute_compliance
+from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.hard_cases.hard_case import Answer, Case, finite
-from palpate.studies.hard_cases.pressed_samples import (
-    BLENDS,
-    PHYSICAL,
-    SETTINGS,
-    TRAIN,
-    blends,
-    methods,
-    pressed,
-    scaled,
-)
 from palpate.studies.hard_cases.stage import SOFT
+
+PRESSED, TRAIN = 8, 12
+"""Contacts of the samples of most cases, of which there are two each, and the samples that are learnt from."""
+SETTINGS = FitOptions(6, {"min": 0.01, "max": 100, "count": 7}, 3, "contacts", 1)
+BLENDS = tuple(f"{features}_{weights}" for features in FEATURES for weights in WEIGHTS)
+PHYSICAL = ("linear_fem", "detail_correction_unturned", "detail_correction_untaught")
 
 ALL, ASKED = np.arange(TRAIN), np.arange(TRAIN, TRAIN + 4)
 ERROR = "largest difference from what is expected / its peak"
@@ -50,7 +51,6 @@ ROUGH = ("unordered_clipped", "ordered_clipped", "framed_clipped", "detail_corre
 
 
 def cases() -> list[Case]:
-    """Return the declared cases of this family."""
     refused = {"shared_setup": ("refused",)}
     learnt = [method for method in METHODS if method != "interpolation"]
     # the weights of the paper's blends sum to one, so that they cannot predict zero displacement
@@ -88,6 +88,53 @@ def cases() -> list[Case]:
         Case("body_at_rest", "zero force and zero coarse displacement, and a millionth of a press",
              "zero displacement, and a thousandth of that under a thousandth of a press", ERROR, 0.01, _rest, passive),
     ]  # fmt: skip
+
+
+@cache
+def pressed() -> tuple[Body, Database, Compliance]:
+    """Simulate a bar of 0.2 m, held at one end and pressed at PRESSED contacts with 0.02 and 0.04 N.
+
+    Returns the body, its samples and its linear responses.
+    """
+    mesh = box([0.2, 0.05, 0.05], [4, 2, 2])
+    body = nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), SOFT)
+    compliance = compute_compliance(body, 0.0)
+    able = [c for c in compliance.contacts if mesh.nodes[c, 0] > 0.06]
+    contacts = np.random.default_rng(1).choice(able, PRESSED, replace=False).repeat(2)
+    forces = -np.tile([0.02, 0.04], PRESSED)[:, None] * body.fine.normals[contacts]
+    found = []
+    for level in (0, 1):
+        solver = Equilibrium(body, level)
+        loads = [nodal_load(body, level, c, f, 0.0) for c, f in zip(contacts, forces, strict=True)]
+        found.append(np.array([solver.solve(load, 1e-8).x - solver.mesh.nodes for load in loads]))
+    return body, database_of(body, contacts, forces, *found), compliance
+
+
+def scaled(db: Database, factor: np.ndarray | float) -> Database:
+    """Return the database with displacements and forces times ``factor``, a number or (k,)."""
+    factor = np.reshape(factor, (-1, 1, 1))
+    more = {name: getattr(db, name) * factor for name in ("fine", "coarse_paper", "coarse_live")}
+    return replace(db, force=db.force * factor[:, 0], **more)
+
+
+def methods(db: Database, train: np.ndarray, settings: FitOptions = SETTINGS) -> dict:
+    """Fit all of METHODS with cross-validation on the samples ``train`` of the live protocol."""
+    return build(db, pressed()[2], train, "live", settings)
+
+
+def blends(db: Database, train: np.ndarray, sigma: float | dict[str, float], settings: FitOptions = SETTINGS) -> dict:
+    """Fit the regressors BLENDS with a width of ``sigma`` median distances between features, or in [m] by name."""
+    fold = np.zeros(len(train), dtype=int)  # the width is given, so that no fold is needed and one sample is enough
+    learnt = db.take(train)
+    training = Training(learnt.coarse_live, learnt.fine, learnt.contact, learnt.force, learnt.peaks, fold)
+    found = {}
+    for name, features in kinds(db, settings.neighbours).items():
+        described = DescribedSamples(features, training, settings)
+        for kind in WEIGHTS:
+            blend = f"{name}_{kind}"
+            width = sigma[blend] if isinstance(sigma, dict) else sigma * described.scale
+            found[blend] = Blend(described, kind, width)
+    return found
 
 
 @cache
@@ -243,8 +290,8 @@ def _rest(model: str) -> Answer:
     return _told(np.concatenate([nothing, small]), np.concatenate([0.0 * nothing, less]))
 
 
-CONTACTS, ASKED_CONTACTS, RADIUS_M, DEPTH = 14, 4, 0.03, 0.04
-"""Contacts, how many of them are asked for and not learnt from, radius of the disc, and largest linear peak / size."""
+CONTACTS, RADIUS_M, DEPTH = 14, 0.03, 0.04
+"""Contacts, a third of which is asked for and not learnt from, radius of the disc, and largest linear peak / size."""
 _AXIS = np.array([0.6, 0.48, 0.64])
 """About it forces are turned by 90 degrees; it is along no normal."""
 GRID = {
@@ -261,21 +308,11 @@ GRID = {
 
 
 def bounds() -> list[Case]:
-    """Return the declared cases of this family."""
-
     def case(name: str, scene: str, times: float = 1.0, along: bool = False, **body: float) -> Case:
         expected = "errors below the bounds that come with the answers"
         measure = "largest error against fine quadratic elements / its bound"
-        return Case(
-            f"bound_{name}",
-            scene,
-            expected,
-            measure,
-            1.0,
-            partial(_asked, times, along, body),
-            ("cascade",),
-            blunt=("cascade",),
-        )
+        run, models = partial(_asked, times, along, body), ("cascade",)
+        return Case(f"bound_{name}", scene, expected, measure, 1.0, run, models, blunt=models)
 
     return [
         case("twice_the_load", "presses twice as hard as what bounds were found on", 2.0),
@@ -304,22 +341,15 @@ def _case(poisson: float = 0.3, degrees: float = 0.0) -> tuple[ModelCase, ModelC
     unit = -body.fine.normals[stored.contacts]
     peaks = np.linalg.norm(np.einsum("ci,cink->cnk", unit, stored.fine), axis=2).max(axis=1)
     force = DEPTH * body.fine.size / peaks.max() * unit
-    none = np.empty((0, len(body.coarse.nodes), 3)), np.empty((0, len(body.fine.nodes), 3))
-    empty = database_of(body, np.empty(0, dtype=int), np.empty((0, 3)), *none)
-    case = ModelCase(body, "pressed", RADIUS_M, empty, stored, SETTINGS, 1e-8, GRID)
+    case = ModelCase.untrained(body, "pressed", RADIUS_M, SETTINGS.seed, 1e-8, GRID)
+    case = replace(case, response=stored, options=SETTINGS)
     loads = loads_of(stored.contacts, force)
-    coarse, fine = (
-        np.array([s.displacement(load) for load in loads]) for s in (Simulation(case, 0, 1e-8), _fine(case))
-    )
+    simulations = Simulation(case, 0, 1e-8), Simulation(case, 1, 1e-8, order=2)
+    coarse, fine = (np.array([s.displacement(load) for load in loads]) for s in simulations)
     db = database_of(body, stored.contacts, force, coarse, fine)
-    asked = np.arange(CONTACTS) % (CONTACTS // ASKED_CONTACTS) == 0
-    sides = np.flatnonzero(~asked), np.flatnonzero(asked)
-    learnt, held = (replace(case, database=db.take(side)) for side in sides)
+    asked = np.arange(CONTACTS) % 3 == 0
+    learnt, held = (replace(case, database=db.take(np.flatnonzero(side))) for side in (~asked, asked))
     return learnt, held
-
-
-def _fine(case: ModelCase) -> Simulation:
-    return Simulation(case, len(case.body.levels) - 1, 1e-8, order=2)
 
 
 @locking_is_measured()
@@ -329,8 +359,8 @@ def _asked(times: float, along: bool, body: dict[str, float], model: str) -> Ans
     along : whether the forces are turned about _AXIS, away from the normal
     """
     learnt, held = _case(**body)
-    solver, fine = cascade.offline(learnt).online({"asked": 0.05}), _fine(learnt)
-    up, db = to_surface(learnt.body, len(learnt.body.levels) - 1, 2), held.database
+    solver, fine = cascade.offline(learnt).online({"asked": 0.05}), Simulation(learnt, 1, 1e-8, order=2)
+    up, db = to_surface(learnt.body, 1, 2), held.database
     forces = times * (np.cross(db.force, _AXIS) if along else db.force)
     loads = loads_of(db.contact, forces)
     told: list[Told] = [solver.respond(load) for load in loads]

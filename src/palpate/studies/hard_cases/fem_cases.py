@@ -21,26 +21,9 @@ from palpate.effects.springs import Springs
 from palpate.solvers import backward_euler
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.solvers.system import System
+from palpate.studies.hard_cases import stage
 from palpate.studies.hard_cases.hard_case import Answer, Case
-from palpate.studies.hard_cases.stage import (
-    FEM,
-    RESIDUAL,
-    SHAPES,
-    SOFT,
-    SPRINGS,
-    Pull,
-    Stepper,
-    bar,
-    bar_body,
-    bar_mesh,
-    end_face,
-    momentum_error,
-    one_cluster,
-    points,
-    residual,
-    returns,
-    travel_s,
-)
+from palpate.studies.hard_cases.stage import FEM, RESIDUAL, SHAPES, SOFT, SPRINGS
 
 POISSON, INSTEAD = 0.4999, 0.45
 CASES = {
@@ -59,15 +42,11 @@ LOCKED = ("level_0", "level_1", "level_2", "level_2_softer")
 def deflection(model: str) -> Answer:
     """Compute the deflection of one of CASES for a bar under a small load at its end, against ``reference``."""
     level, poisson, order = CASES[model]
-    body = bar_body(level + order - 1, replace(SOFT, poisson=poisson))
-    shares = end_face(body.fine)
+    body = stage.bar_body(level + order - 1, replace(SOFT, poisson=poisson))
+    shares = stage.end_face(body.fine)
     found = Equilibrium(body, level, order).linear_solver(1e-8)(np.outer(shares, [0.0, 0.0, 1.0]))
     expected = reference()
-
-    def error(moved: np.ndarray) -> float:
-        return abs(1.0 - float(shares @ moved[:, 2]) / expected)
-
-    return Answer(found, np.zeros_like(found), error)
+    return Answer(found, np.zeros_like(found), lambda moved: abs(1.0 - float(shares @ moved[:, 2]) / expected))
 
 
 @cache
@@ -76,36 +55,27 @@ def reference() -> float:
 
     These elements (Taylor and Hood 1973), quadratic in the displacement and linear in the pressure, do not lock.
     """
-    from skfem import (
-        Basis,
-        BilinearForm,
-        ElementTetP1,
-        ElementTetP2,
-        ElementVector,
-        FacetBasis,
-        LinearForm,
-        MeshTet,
-        bmat,
-        condense,
-        solve,
-    )
+    import skfem
     from skfem.helpers import ddot, div, sym_grad
 
     tissue = replace(SOFT, poisson=POISSON)
-    body = bar_body(1, tissue).fine
-    mesh = MeshTet(np.ascontiguousarray(body.nodes.T), np.ascontiguousarray(body.tetrahedra.T))
-    basis = Basis(mesh, ElementVector(ElementTetP2()), intorder=4)
-    pressure = basis.with_element(ElementTetP1())
-    stiffness = BilinearForm(lambda u, v, w: 2.0 * tissue.shear_pa * ddot(sym_grad(u), sym_grad(v))).assemble(basis)
-    coupling = BilinearForm(lambda u, q, w: -div(u) * q).assemble(basis, pressure)
-    bulk = BilinearForm(lambda p, q, w: -p * q / tissue.lame_pa).assemble(pressure)
-    face = FacetBasis(mesh, basis.elem, facets=mesh.facets_satisfying(lambda x: np.isclose(x[0], 0.2)))
-    load = LinearForm(lambda v, w: v[2] / (0.05 * 0.05)).assemble(face)
+    body = stage.bar_body(1, tissue).fine
+    mesh = skfem.MeshTet(np.ascontiguousarray(body.nodes.T), np.ascontiguousarray(body.tetrahedra.T))
+    basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementTetP2()), intorder=4)
+    pressure = basis.with_element(skfem.ElementTetP1())
+    strains = skfem.BilinearForm(lambda u, v, w: 2.0 * tissue.shear_pa * ddot(sym_grad(u), sym_grad(v)))
+    stiffness = strains.assemble(basis)
+    coupling = skfem.BilinearForm(lambda u, q, w: -div(u) * q).assemble(basis, pressure)
+    bulk = skfem.BilinearForm(lambda p, q, w: -p * q / tissue.lame_pa).assemble(pressure)
+    face = skfem.FacetBasis(mesh, basis.elem, facets=mesh.facets_satisfying(lambda x: np.isclose(x[0], 0.2)))
+    load = skfem.LinearForm(lambda v, w: v[2] / (0.05 * 0.05)).assemble(face)
     held = basis.get_dofs(lambda x: np.isclose(x[0], 0.0)).all()
     load = np.concatenate([load, np.zeros(pressure.N)])
-    return float(load @ solve(*condense(bmat([[stiffness, coupling.T], [coupling, bulk]], "csc"), load, D=held)))
+    matrix = skfem.bmat([[stiffness, coupling.T], [coupling, bulk]], "csc")
+    return float(load @ skfem.solve(*skfem.condense(matrix, load, D=held)))
 
 
+SOLVERS: dict[str, type[Equilibrium]] = {"fem_quadratic": Equilibrium, "fem_fast": FastEquilibrium}
 STATIC = {"fem_static": (0, 1), "fem_multigrid": (1, 1), "fem_quadratic": (0, 2), "fem_fast": (0, 2)}
 """Level of the mesh and order of the elements by model: one level, two levels with multigrid, quadratic elements, and
 those by L-BFGS."""
@@ -115,7 +85,6 @@ MOMENTUM = "change of momentum, or of the centre's motion, in 20 steps / sum of 
 
 
 def elasticity() -> list[Case]:
-    """Return the declared cases of this family."""
     return [
         Case("nearly_incompressible", "ν = 0.4999, a bar bent by a force at its end", "equilibrium", RESIDUAL, 1e-6,
              lambda model: _pressed(model, 0.4999, 0.01), STATIC),
@@ -138,7 +107,7 @@ def elasticity() -> list[Case]:
              0.0, lambda model: _pressed("fem_static", 0.3, 0.01, held=False), ("shared_check",),
              {"shared_check": ("refused",)}),
         Case("unanchored_thrown", "a free body moves, with random velocities added", "momentum is conserved",
-             MOMENTUM, 1e-7, lambda model: _thrown(model, bar(held=False)), (*FEM, *SPRINGS)),
+             MOMENTUM, 1e-7, lambda model: _thrown(model, stage.bar(held=False)), (*FEM, *SPRINGS)),
         Case("single_tetrahedron", "one element is released at three times its size, and drifts", "its rest shape",
              "largest relative error of edges or of the centre's way after 20 s", 1e-3, _single, MOVING),
         Case("joined_by_one_node_as_mesh", "a mesh of two boxes that share one node", "refused: a hinge",
@@ -153,39 +122,37 @@ def elasticity() -> list[Case]:
 
 
 def _pressed(model: str, poisson: float, newtons: float, held: bool = True) -> Answer:
-    """Compute the equilibrium under a load at the end."""
-    body = bar_body(sum(STATIC[model]) - 1, replace(SOFT, poisson=poisson), held=held)
+    body = stage.bar_body(sum(STATIC[model]) - 1, replace(SOFT, poisson=poisson), held=held)
     x, load = _solved(body, model, newtons)
     if STATIC[model][1] == 1:
         elements: Elements = LinearElements(body.fine, body.material)
     else:
         elements = (MeanDilatation if poisson > PLAIN_POISSON else QuadraticElements)(body.coarse, body.tissue(0))
-    return Answer(x, body.fine.nodes, residual(elements, load, body.anchors[-1]))
+    return Answer(x, body.fine.nodes, stage.residual(elements, load, body.anchors[-1]))
 
 
 def _solved(body: Body, model: str, newtons: float) -> tuple[np.ndarray, np.ndarray]:
-    load = np.outer(end_face(body.fine), [0.0, 0.0, -newtons])
-    kind = FastEquilibrium if model == "fem_fast" else Equilibrium
-    return kind(body, *STATIC[model]).solve(load, 1e-8).x, load
+    load = np.outer(stage.end_face(body.fine), [0.0, 0.0, -newtons])
+    return SOLVERS.get(model, Equilibrium)(body, *STATIC[model]).solve(load, 1e-8).x, load
 
 
 def _contrast(model: str) -> Answer:
     """Compare the elongation of a bar of ν = 0, or of a chain of springs, with theory: x = F L (1/k + 1/K)."""
     if model in SPRINGS:
         ends, stiff = np.column_stack([np.arange(10), np.arange(1, 11)]), np.repeat([1e6, 1.0], 5)
-        particles = points("chain", np.outer(np.arange(11.0), [1.0, 0.0, 0.0]), [0])
+        particles = stage.points("chain", np.outer(np.arange(11.0), [1.0, 0.0, 0.0]), [0])
         force, expected = np.eye(11)[10], 5.0 * (1.0 + 1e-6)
         elastic: dict[str, Effect] = {"springs": Springs(ends, stiff, np.ones(10))}
     else:
-        particles = bar(material=Material(3000.0, 0.0, 1000.0))
+        particles = stage.bar(material=Material(3000.0, 0.0, 1000.0))
         mesh = TetMesh(particles.nodes, particles.tetrahedra)
         hard = particles.nodes[mesh.tetrahedra].mean(axis=1)[:, 0] < 0.1
         elastic = {
             name: LinearElements(TetMesh(mesh.nodes, mesh.tetrahedra[which]), Material(young, 0.0, 1000.0))
             for name, which, young in (("soft", ~hard, 3000.0), ("hard", hard, 3e9))
         }
-        force, expected = end_face(mesh), 0.1 / (3000.0 * 0.05**2) * (1.0 + 1e-6)
-    system = System(particles, elastic | {"held": Held(particles.held), "pull": Pull(force)})
+        force, expected = stage.end_face(mesh), 0.1 / (3000.0 * 0.05**2) * (1.0 + 1e-6)
+    system = System(particles, elastic | {"held": Held(particles.held), "pull": stage.Pull(force)})
     integrator, x = backward_euler.BackwardEuler(system, 1e-10), particles.nodes
     for _ in range(4):  # steps so long that inertia is negligible
         x, _ = integrator.step(x, np.zeros_like(x), 1e4)
@@ -197,27 +164,27 @@ def _slivers(model: str) -> Answer:
     """Compare the deflections of a bar with one very thin layer of elements and of a bar without that layer."""
     way = 0.0
     for degrees in (0.0, 0.1):
-        body = bar_body(sum(STATIC[model]) - 1, SOFT, degrees)
+        body = stage.bar_body(sum(STATIC[model]) - 1, SOFT, degrees)
         x, load = _solved(body, model, 0.01)
         rest, expected, way = body.fine.nodes, way, float(np.vdot(load, x - body.fine.nodes))
-    if not dihedral_angles(bar_mesh(0.1)).min() < 0.11:
+    if not dihedral_angles(stage.bar_mesh(0.1)).min() < 0.11:
         raise AssertionError("the slivers are not as thin as this case requires")
     return Answer(x, rest, lambda a: abs(float(np.vdot(load, a - rest)) / expected - 1.0))
 
 
 def _half_turn(model: str) -> Answer:
-    particles = bar(held=False)
+    particles = stage.bar(held=False)
     x = particles.nodes * [-1.0, -1.0, 1.0]
-    way = np.array([0.0, 0.3, 0.4]) * travel_s(model, 0.01, 20)
-    found, _ = Stepper(model, particles).go(x, np.tile([0.0, 0.3, 0.4], (len(x), 1)), 0.01, 20)
-    error = lambda a: float(np.linalg.norm(a - x - way, axis=1).max() / np.linalg.norm(way))  # noqa: E731
-    return Answer(found, x, error, zero=particles.nodes)
+    way = np.array([0.0, 0.3, 0.4]) * stage.travel_s(model, 0.01, 20)
+    found, _ = stage.Stepper(model, particles).go(x, np.tile([0.0, 0.3, 0.4], (len(x), 1)), 0.01, 20)
+    scale = np.linalg.norm(way)
+    return Answer(found, x, lambda a: float(np.linalg.norm(a - x - way, axis=1).max() / scale), zero=particles.nodes)
 
 
 @cache
 def _inverting(model: str) -> float:
     """Find the force [N] on the end, within a factor of two, that inverts the first element."""
-    body, newtons = bar_body(sum(STATIC[model]) - 1), 0.01
+    body, newtons = stage.bar_body(sum(STATIC[model]) - 1), 0.01
     while TetMesh(_solved(body, model, newtons)[0], body.fine.tetrahedra).volumes.min() > 0.0:
         newtons *= 2.0
     return newtons
@@ -226,21 +193,13 @@ def _inverting(model: str) -> float:
 def _thrown(model: str, particles: Particles) -> Answer:
     random = np.random.default_rng(3).normal(size=particles.nodes.shape)
     v = [1.0, 2.0, 3.0] + np.cross([0.0, 0.0, 20.0], particles.nodes) + 0.3 * random
-    return keeps_momentum(model, particles, v, 1e-10)
-
-
-def keeps_momentum(model: str, particles: Particles, v: np.ndarray, tolerance: float) -> Answer:
-    """Step a free body 20 times from rest and velocities ``v`` (n, 3) [m/s], judged by ``momentum_error``."""
-    x = particles.nodes
-    found = np.array(Stepper(model, particles, tolerance=tolerance).go(x, v, 0.01, 20))
-    error = momentum_error(particles, x, v, 0.2)
-    return Answer(found, np.array([x, v]), error, zero=np.array([x, 0.0 * v]))
+    return stage.keeps_momentum(model, particles, v, 1e-10)
 
 
 def _single(model: str) -> Answer:
     mesh = TetMesh(0.1 * np.vstack([np.zeros(3), np.eye(3)]), np.array([[0, 1, 2, 3]]))
     particles = solid_particles(mesh, np.array([], dtype=int), SOFT, "tetrahedron")
-    return returns(model, particles, 3.0 * mesh.nodes, one_cluster(model) if model in SHAPES else {})
+    return stage.returns(model, particles, 3.0 * mesh.nodes, stage.one_cluster(model) if model in SHAPES else {})
 
 
 def _hinge() -> TetMesh:
@@ -262,7 +221,7 @@ def _stretched(model: str) -> Answer:
     ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], mesh.nodes[[0, -1], 0]))
     particles = solid_particles(mesh, ends, Material(3000.0, 0.488, 1000.0), "cube")
     start, elements = mesh.nodes * [3.0, 1.0, 1.0], LinearElements(mesh, particles.material)
-    found, _ = Stepper(model, particles, {"held": None}).go(start, np.zeros_like(start), 0.05, 200)
+    found, _ = stage.Stepper(model, particles, {"held": None}).go(start, np.zeros_like(start), 0.05, 200)
     zero = mesh.nodes.copy()
     zero[ends] = start[ends]
     on_end = np.linalg.norm(elements.force(found)[mesh.nodes[:, 0] == 0.0].sum(axis=0))
@@ -273,17 +232,10 @@ def _stretched(model: str) -> Answer:
     return Answer(found, start, error, zero=zero)
 
 
-SOLVERS = {"fem_quadratic": Equilibrium, "fem_fast": FastEquilibrium}
-PRESSED_N = 0.05
-"""Moves the bar by a tenth of its length."""
-
-
 def statics() -> list[Case]:
-    """Return the declared cases of this family."""
-
     def case(name, scene, times, mirrored=False):
         run = partial(_pressed_statically, times, mirrored)
-        return Case(name, scene, "equilibrium", RESIDUAL, 1e-6, run, tuple(SOLVERS))
+        return Case(name, scene, "equilibrium", RESIDUAL, 1e-6, run, SOLVERS)
 
     return [
         case("twice_the_load", "a bar is pressed by a disc, twice as hard as moves it by a tenth of its length", 2.0),
@@ -293,14 +245,14 @@ def statics() -> list[Case]:
 
 
 def _pressed_statically(times: float, mirrored: bool, model: str) -> Answer:
-    """Press the bar near its end."""
-    body = bar_body(1)
+    """Press the bar near its end with ``times`` 0.05 N, which move it by a tenth of its length."""
+    body = stage.bar_body(1)
     solver, rest = SOLVERS[model](body, 0, 2), body.fine.nodes
     contact = int(np.argmax(body.coarse.nodes @ [1.0, 0.1, 1.0]))
-    load = nodal_load(body, 0, contact, np.array([0.0, 0.0, -times * PRESSED_N]), 0.03, order=2)
+    load = nodal_load(body, 0, contact, np.array([0.0, 0.0, -times * 0.05]), 0.03, order=2)
     start = None
     if mirrored:
         start = rest * [1.0, -1.0, 1.0]
         start[body.anchors[1]] = rest[body.anchors[1]]
-    error = residual(QuadraticElements(body.coarse, body.material), load, body.anchors[1])
+    error = stage.residual(QuadraticElements(body.coarse, body.material), load, body.anchors[1])
     return Answer(solver.solve(load, 1e-8, start).x, rest, error)

@@ -32,20 +32,18 @@ def draw_hard_cases(hard_cases) -> Figure:
 
     hard_cases : the table of this name
     """
-    table = hard_cases
-    parts = [[table[table["family"].isin(families)] for families in column] for column in COLUMNS]
+    parts = [[hard_cases[hard_cases["family"].isin(families)] for families in column] for column in COLUMNS]
     parts = [[part for part in column if len(part)] for column in parts]
     wide = [max((part["model"].nunique() for part in column), default=0) for column in parts]
     tall = [sum(_above(part) + CELL * part["case"].nunique() for part in column) for column in parts]
-    width, height = sum(LEFT + CELL * count + 0.2 for count in wide if count), max(tall) + BELOW
-    figure, left = Figure(figsize=(max(width, 6.5), height)), 0.0
+    width, height = max(sum(LEFT + CELL * count + 0.2 for count in wide if count), 6.5), max(tall) + BELOW
+    figure, left = Figure(figsize=(width, height)), 0.0
     for column, count in zip(parts, wide, strict=True):
         top = height
         for part in column:
             rows, columns = CELL * part["case"].nunique(), CELL * part["model"].nunique()
             top -= _above(part) + rows
-            place = ((left + LEFT) / max(width, 6.5), top / height, columns / max(width, 6.5), rows / height)
-            _matrix(figure.add_axes(place), part)
+            _matrix(figure.add_axes(((left + LEFT) / width, top / height, columns / width, rows / height)), part)
         left += LEFT + CELL * count + 0.2 if count else 0.0
     figure.legend(handles=_handles(), loc="lower left", ncols=3, bbox_to_anchor=(0.01, 0.0))
     return figure

@@ -41,10 +41,8 @@ class Answer:
 
     def wrong(self) -> dict[str, float]:
         """Return the errors of the answers WRONG and NEARLY: of a share too much and too little, the smaller error."""
-        origin = self.frozen if self.origin is None else self.origin
-        way = self.found - origin
-        zero = self.frozen if self.zero is None else self.zero
-        made = {"frozen": [self.frozen], "zero": [zero]}
+        way = self.found - (self.frozen if self.origin is None else self.origin)
+        made = {"frozen": [self.frozen], "zero": [self.frozen if self.zero is None else self.zero]}
         made |= {name: [self.found - share * way, self.found + share * way] for name, share in SHARES.items()}
         shape = self.found.shape
         return {name: min(self._error(np.broadcast_to(one, shape)) for one in some) for name, some in made.items()}

@@ -20,6 +20,8 @@ def numbers(report: Report) -> dict[str, Any]:
     table = report.tables["hard_cases"]
     passed, bad = table["passed"].astype(bool), table["outcome"].isin(["wrong", "nan"])
     sharp = table.loc[table["outcome"] == "stable", "sharp"].astype(str)
+    # whatever numbers and names of models they contain
+    reasons = table.loc[table["value"].isna(), "message"].fillna("").astype(str)
     locked = tables.where(table, case="locking").set_index("model")["value"]
     return {
         "cases": table["case"].nunique(),
@@ -28,7 +30,7 @@ def numbers(report: Report) -> dict[str, Any]:
         "known": int((bad & passed).sum()),
         "undeclared": int((~passed).sum()),
         "answers": int(table["value"].notna().sum()),
-        "reasons": _reasons(table),
+        "reasons": int(reasons.str.replace(r"[-+.\de]*\d", "0", regex=True).nunique()),
         "sharp": int((sharp == "True").sum()),
         "sharper": int((table["twentieth"] > table["bound"])[table["outcome"] == "stable"].sum()),
         "stable": len(sharp),
@@ -46,25 +48,17 @@ def _declared(outcomes: str) -> str:
     return " or ".join(_outcome(name.strip()) for name in str(outcomes).split(" or "))
 
 
-def _reasons(table: pd.DataFrame) -> int:
-    """Count the different reasons of runs without an answer, whatever numbers and names of models they contain."""
-    given = table.loc[table["value"].isna(), "message"].fillna("").astype(str)
-    return int(given.str.replace(r"[-+.\de]*\d", "0", regex=True).nunique())
-
-
 def _refusals(table: pd.DataFrame) -> pd.DataFrame:
     """Tabulate every outcome but stable: a case, its models, and the reason that the first of them gives."""
     given = table[table["outcome"] != "stable"].assign(
         case=table["case"].map(spaced), model=table["model"].map(named), outcome=table["outcome"].map(_outcome)
     )
     groups = given.groupby(["case", "outcome", "declared"], sort=False)
-    found = groups.agg(models=("model", _names), reason=("message", "first")).reset_index()
-    return found.assign(declared=found["declared"].map(_declared))
-
-
-def _names(models: pd.Series) -> str:
-    """Name a few models, or count many."""
-    return ", ".join(models) if len(models) <= 4 else f"all {len(models)} that were tried"
+    found = groups.agg(
+        models=("model", lambda few: ", ".join(few) if len(few) <= 4 else f"all {len(few)} that were tried"),
+        reason=("message", "first"),
+    )
+    return found.reset_index().assign(declared=lambda rows: rows["declared"].map(_declared))
 
 
 def failures(report: Report) -> Iterator[tuple[str, str, str]]:

@@ -27,11 +27,11 @@ from palpate.studies.hard_cases.stage import SOFT, Pull, bar_mesh, end_face, poi
 
 YIELD, STRETCH = 0.05, 3.0
 """Yield strain of plastic flow, and the stretch at which it is tried."""
-MOST_STRAIN = {"flows_to_the_yield": 2.0, "flows_to_the_limit": 0.5}
+MOST_STRAIN = 2.0, 0.5
+"""Limits of the lasting strain: one that is not reached, and one that is."""
 
 
 def still() -> list[Case]:
-    """Return the declared cases of the family fem."""
     return [
         Case("regions_of_contrast_1e6", "two regions, one a million times as stiff as the other, and a bar that is "
              "pulled", "the elongation of theory", "relative error of the elongation", 1e-3, _regions,
@@ -40,7 +40,6 @@ def still() -> list[Case]:
 
 
 def moving() -> list[Case]:
-    """Return the declared cases of the family dynamics."""
     return [
         Case("maxwell_times", "a Maxwell element relaxes in a millionth of a step, and in a million steps",
              "the elongation of the spring alone, and of both springs", "largest relative error of the elongations",
@@ -60,8 +59,7 @@ def _regions(model: str) -> Answer:
     mesh = bar_mesh()
     soft, hard = Material(3000.0, 0.0, 1000.0), Material(3e9, 0.0, 1000.0)
     region = (mesh.nodes[mesh.tetrahedra].mean(axis=1)[:, 0] < 0.1).astype(np.int64)
-    held = np.flatnonzero(mesh.nodes[:, 0] == 0.0)
-    body = nest("bar", mesh, level, held, soft, regions=Tissue((soft, hard), region))
+    body = nest("bar", mesh, level, np.flatnonzero(mesh.nodes[:, 0] == 0.0), soft, regions=Tissue((soft, hard), region))
     share = end_face(body.fine)
     found = Equilibrium(body, level).linear_solver(1e-8)(np.outer(share, [1.0, 0.0, 0.0]))
     expected = 0.1 / 0.05**2 * (1.0 / soft.young_pa + 1.0 / hard.young_pa)
@@ -75,10 +73,8 @@ def _maxwell(model: str) -> Answer:
     for steps_to_relax in (1e-6, 1e6):
         springs = Springs(np.array([[0, 1]]), np.array([100.0]), np.ones(1))
         maxwell = Maxwell(springs, 1.0, 10.0 * steps_to_relax)
-        effects: dict[str, Effect] = {
-            "springs": springs, "maxwell": maxwell, "held": Held(np.array([0])), "pull": Pull(np.array([0.0, 1.0]))
-        }  # fmt: skip
-        system = System(particles, effects)
+        loaded = {"held": Held(np.array([0])), "pull": Pull(np.array([0.0, 1.0]))}
+        system = System(particles, {"springs": springs, "maxwell": maxwell, **loaded})
         integrator, x = BackwardEuler(system, 1e-10), nodes
         for _ in range(20):  # steps so long that inertia is negligible
             x, _ = integrator.step(x, np.zeros_like(x), 10.0)
@@ -92,12 +88,12 @@ def _plastic(model: str) -> Answer:
     """Compute the flow at a held stretch of constant volume, whose Hencky strain is the logarithm of the stretch."""
     mesh, found = box([0.1, 0.1, 0.1], [2, 2, 2]), []
     x = mesh.nodes * [STRETCH, STRETCH**-0.5, STRETCH**-0.5]
-    for most in MOST_STRAIN.values():
+    for most in MOST_STRAIN:
         plastic = FemPlasticity(LinearElements(mesh, SOFT), YIELD, 10.0, most)
         plastic.relax(x, 1e6)
         logs = np.log(np.linalg.svd(plastic.plastic, compute_uv=False))
         found.append(np.sqrt(2.0 / 3.0 * np.square(logs - logs.mean(axis=1, keepdims=True)).sum(axis=1)))
-    expected = np.minimum(np.log(STRETCH) - YIELD, list(MOST_STRAIN.values()))[:, None]
+    expected = np.minimum(np.log(STRETCH) - YIELD, MOST_STRAIN)[:, None]
     return Answer(np.array(found), np.zeros(1), lambda a: float(np.abs(a / expected - 1.0).max()))
 
 
@@ -106,8 +102,7 @@ def _tied(model: str) -> Answer:
 
     All masses are equal, so that the surface moves as a whole and its own springs stay at rest.
     """
-    mesh = box([0.1, 0.1, 0.1], [2, 2, 2])
-    whole = particles_of(nest("cube", mesh, 0, np.array([0]), SOFT), 0, True)
+    whole = particles_of(nest("cube", box([0.1, 0.1, 0.1], [2, 2, 2]), 0, np.array([0]), SOFT), 0, True)
     masses = np.full(len(whole.nodes), 0.01)
     particles = Particles("shell", whole.nodes, masses, whole.held, whole.triangles, whole.tetrahedra, SOFT)
     pairs = np.unique(np.sort(particles.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
@@ -122,10 +117,9 @@ def _tied(model: str) -> Answer:
     x, v = start, np.zeros_like(start)
     for step_s in [0.05] * 100 + [10.0] * 10:
         x, v = integrator.step(x, v, step_s)
-    expected, sink = particles.nodes - [0.0, 0.0, 0.01 * 9.81 / 10.0], 0.01 * 9.81 / 10.0
-    return Answer(
-        x, start, lambda a: float(np.abs(a - expected).max()) / sink, zero=particles.nodes, origin=particles.nodes
-    )
+    rest, sink = particles.nodes, 0.01 * 9.81 / 10.0
+    expected = rest - [0.0, 0.0, sink]
+    return Answer(x, start, lambda a: float(np.abs(a - expected).max()) / sink, zero=rest, origin=rest)
 
 
 RADIUS_M = 0.03
@@ -135,7 +129,6 @@ VOLUME = "relative error of volume or mass"
 
 
 def organs() -> list[Case]:
-    """Return the declared cases of this family."""
     return [
         Case("ct_thick_slices", "a ball in slices ten times as thick as the pixels", "its volume and mass", VOLUME,
              0.05, lambda model: _ball([0.001, 0.001, 0.01], 20.0), ("segmentation",), blunt=("segmentation",)),
@@ -157,7 +150,7 @@ def _ball(spacing_m: list[float], noise_hu: float, bridge: bool = False) -> Answ
     counts = np.ceil(2.0 * half / spacing).astype(int)
     x, y, z = (s * (np.arange(n) - (n - 1) / 2.0) for s, n in zip(spacing, counts, strict=True))
     grid = x[None, None, :], y[None, :, None], z[:, None, None]
-    share = _share_of_ball(grid, spacing, 0.0 if not bridge else -0.04)
+    share = _share_of_ball(grid, spacing, -0.04 if bridge else 0.0)
     if bridge:
         rod = (np.hypot(grid[1], grid[2]) < 0.002) & (np.abs(grid[0]) < 0.02)
         smaller = _share_of_ball(grid, spacing, 0.04, 0.8 * RADIUS_M)
@@ -195,9 +188,9 @@ def _search(model: str) -> Answer:
         away = -np.abs(np.log(young / best)).sum(axis=1)
         return np.where((young > 6000.0).any(axis=1), -np.inf, away)
 
+    start = np.full(6, 1000.0)
     if model == "cma_es":
-        found = cma_es(fitness, np.full(6, 1000.0), limits, 3000, 1).young
+        found = cma_es(fitness, start, limits, 3000, 1).young
     else:
         found = evolve(fitness, 6, Rules(60, limits, 1), 400).young
-    start = np.full(6, 1000.0)
     return Answer(found, start, lambda a: float(np.abs(a / best - 1.0).max()), np.zeros(6), np.zeros(6))

@@ -92,20 +92,17 @@ def experiment_of(name: str, entry: dict) -> Experiment:
         raise InputError(f"{place}.markers are all fixed; leave fixed out of those on what moves.")
     if not np.linalg.norm(entry["down"]) > 0.0:
         raise InputError(f"{place}.down is [0, 0, 0]; give the direction of gravity in the frame of the files.")
-    cases = tuple(_case(f"{place}.cases.{case}", case, each) for case, each in entry["cases"].items())
+    cases = []
+    for case, each in entry["cases"].items():
+        weights = tuple(_weight(f"{place}.cases.{case}.loads[{i}]", load) for i, load in enumerate(each["loads"]))
+        cases.append(Case(case, weights, tuple(each["files"]), each["swings"]))
     on, known = entry["calibrate_on"], {case.name: case for case in cases}
     if on is not None and (on not in known or not known[on].files):
         measured = ", ".join(case.name for case in cases if case.files) or "none has files"
         raise InputError(f"{place}.calibrate_on is {on}, which is no case with files; choose from {measured}, or null.")
-    return Experiment(
-        name, entry["gravity_m_s2"], _vector(entry["down"]), markers, cases, on or "",
-        entry["held_s"], entry["settled_s"],
-    )  # fmt: skip
-
-
-def _case(place: str, name: str, entry: dict) -> Case:
-    weights = tuple(_weight(f"{place}.loads[{i}]", each) for i, each in enumerate(entry["loads"]))
-    return Case(name, weights, tuple(entry["files"]), entry["swings"])
+    plain = {key: entry[key] for key in ("gravity_m_s2", "held_s", "settled_s")}
+    down = _vector(entry["down"])
+    return Experiment(name, down=down, markers=markers, cases=tuple(cases), calibrate_on=on or "", **plain)
 
 
 def _weight(place: str, entry: dict) -> Weight:
@@ -115,13 +112,11 @@ def _weight(place: str, entry: dict) -> Weight:
         raise InputError(f"{place} must have either line_m, the ends of an edge, or at_m, a point; give one of them.")
     if "line_m" in entry and entry.get("radius_m", 0.0) > 0.0:
         raise InputError(f"{place} has radius_m, which belongs to at_m and not to line_m; remove one of the two.")
-    force = _vector(entry["force_n"]) if "force_n" in entry else None
-    line = np.array(entry["line_m"], dtype=float) if "line_m" in entry else None
-    at = _vector(entry["at_m"]) if "at_m" in entry else None
+    force, line, at = (_vector(entry[key]) if key in entry else None for key in ("force_n", "line_m", "at_m"))
     return Weight(force, entry.get("weight_n", 0.0), line, at, entry.get("radius_m", 0.0))
 
 
-def _vector(values: list[float]) -> np.ndarray:
+def _vector(values: list) -> np.ndarray:
     return np.array(values, dtype=float)
 
 
@@ -161,7 +156,6 @@ def check_places(experiment: Experiment, body: Body, away: Away) -> None:
 
 
 def _check_load(place: str, weight: Weight, body: Body, away: Away, box: str) -> None:
-    """Raise InputError for one load, named ``place``."""
     size, points = body.fine.size, _points(weight)
     key = "at_m" if weight.line_m is None else "line_m"
     if len(points) > 1 and not np.linalg.norm(points[-1] - points[0]) > SHORT * size:

@@ -81,11 +81,10 @@ def _panel(axis: Axes, rows: pd.DataFrame, kinds: pd.DataFrame) -> None:
 
 def _handles(rows: pd.DataFrame) -> list:
     calibrated = [case for case in dict.fromkeys(rows["calibrated"]) if case != GIVEN]
-    handles = [_dot("white", "Young's modulus as given")]
-    handles += [_dot(style.INK, f"fitted to {spaced(case)} alone (× what was fitted)") for case in calibrated]
+    faces = {"Young's modulus as given": "white"}
+    faces |= {f"fitted to {spaced(case)} alone (× what was fitted)": style.INK for case in calibrated}
+    dots = [
+        Line2D([], [], ls="", marker="o", mec=style.INK, ms=5.5, mfc=face, label=label) for label, face in faces.items()
+    ]
     bands = {BAND: "range of the repeats", WIDE: "standard uncertainty of the measurement"}
-    return [*handles, *(Patch(color=colour, label=label) for colour, label in bands.items())]
-
-
-def _dot(face: str, label: str) -> Line2D:
-    return Line2D([], [], ls="", marker="o", mec=style.INK, ms=5.5, mfc=face, label=label)
+    return [*dots, *(Patch(color=colour, label=label) for colour, label in bands.items())]

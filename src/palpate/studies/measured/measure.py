@@ -11,7 +11,7 @@ import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.studies.measured.experiment import GIVEN, Experiment, check_places
-from palpate.studies.measured.predict import ALL, Predictor, Row, axis_down, creep_rows, damping_rows
+from palpate.studies.measured.predict import ALL, Predictor, Row, creep_rows, damping_rows
 from palpate.studies.measured.records import Observed, observe_all
 from palpate.studies.measured.release import release_rows
 from palpate.studies.measured.specimen import FemSpecimen, Specimen, SpringSpecimen, off_surface
@@ -99,7 +99,8 @@ def measure(experiment: Experiment, body: Body, settings: Mapping[str, Any], pro
     table["message"] = table["message"].fillna("")
     table["misfit_m"] = table["case"].map({name: seen.misfit_m for name, seen in observed.items()}).astype(float)
     table["uncertainty"] = uncertainties(table, experiment, observed)
-    _warn(experiment, table, body.fine.size)
+    for doubt in _doubts(experiment, table, body.fine.size):
+        warnings.warn(doubt, stacklevel=2)
     return table[MEASURED.columns]
 
 
@@ -119,10 +120,7 @@ def uncertainties(table: pd.DataFrame, experiment: Experiment, observed: Mapping
     own = held.where(table["quantity"].isin(["sink_m", "move_m"]), 0.5 * table["repeat"].fillna(0.0).astype(float))
     share, fitted = 0.0, experiment.fitted
     if fitted is not None:
-        moves = observed[fitted.name].moves
-        assert moves is not None  # it was fitted to them
-        way = float((moves @ axis_down(observed[fitted.name].down)).mean())
-        share = observed[fitted.name].uncertainty_m / abs(way)
+        share = observed[fitted.name].uncertainty_m / abs(observed[fitted.name].sink_m)
     passed_on = power.abs() * table["predicted"].astype(float).abs() * share
     passed_on = passed_on.where(table["calibrated"].ne(GIVEN) & power.notna(), 0.0)
     return np.hypot(own, passed_on).where(power.notna()) / table["measured"].astype(float).abs()
@@ -150,25 +148,21 @@ def _of(candidate: Candidate, experiment: Experiment, observed: dict[str, Observ
         yield known | {"setting": f"{candidate.setting} damping={kind}"} | row
 
 
-def _warn(experiment: Experiment, table: pd.DataFrame, size_m: float) -> None:
-    """Warn of what can be computed and is hardly meant, for a body of this size."""
+def _doubts(experiment: Experiment, table: pd.DataFrame, size_m: float) -> Iterator[str]:
+    """Yield what can be computed and is hardly meant, for a body of this size."""
     sunk = table[table["quantity"].eq("sink_m") & table["marker"].eq(ALL)]
     for case in experiment.cases:
         place, rows = f"measured.experiments.{experiment.name}.cases.{case.name}", sunk[sunk["case"].eq(case.name)]
         for number, weight in enumerate(case.weights):
             if weight.line_m is None and weight.radius_m == 0.0:
-                _say(f"{place}.loads[{number}] acts on a point, where no mesh has an answer; give radius_m.")
+                yield f"{place}.loads[{number}] acts on a point, where no mesh has an answer; give radius_m."
         if (misfit := float(rows["misfit_m"].max())) > FITS * size_m:
-            _say(
+            yield (
                 f"{place}: before the release the markers are {1e3 * misfit:.2g} mm (RMS) from their places at rest; "
                 "see markers and held_s."
             )
         if (most := float(rows["predicted"].abs().max())) > LARGE * size_m:
-            _say(
+            yield (
                 f"{place}: its markers are predicted to sink by {1e3 * most:.3g} mm, and the body is "
                 f"{1e3 * size_m:.3g} mm long; see weight_n and force_n (in N) and young_pa."
             )
-
-
-def _say(text: str) -> None:
-    warnings.warn(text, stacklevel=4)

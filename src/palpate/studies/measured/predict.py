@@ -19,23 +19,15 @@ ALL = "all"
 Row = dict[str, Any]
 
 
-def axis_down(down: np.ndarray) -> np.ndarray:
-    """Return the axis (3,) of the body that is nearest to ``down`` (3,): along it markers sink."""
-    axis = np.zeros(3)
-    axis[np.argmax(np.abs(down))] = np.sign(down[np.argmax(np.abs(down))])
-    return axis
-
-
 def compare_moves(experiment: Experiment, seen: Observed, moves: np.ndarray | None) -> Iterator[Row]:
     """Yield how far markers sink, each and on average, and how far they move as vectors (RMS over markers).
 
     moves : (m, 3) [m] as predicted, or None if there is no prediction. Of vectors the error is that of their
     difference, and cannot be negative.
     """
-    axis, names = axis_down(seen.down), [marker.name for marker in experiment.compared]
-    found = [repeat.moves for repeat in seen.repeats]
-    sinks = [each @ axis for each in found]
-    sunk = None if moves is None else moves @ axis
+    names, found = [marker.name for marker in experiment.compared], [repeat.moves for repeat in seen.repeats]
+    sinks = [each @ seen.axis for each in found]
+    sunk = None if moves is None else moves @ seen.axis
     yield _row("sink_m", ALL, [float(s.mean()) for s in sinks], None if sunk is None else float(sunk.mean()))
     for i, name in enumerate(names):
         yield _row("sink_m", name, [float(s[i]) for s in sinks], None if sunk is None else float(sunk[i]))
@@ -119,16 +111,14 @@ def natural_frequency(
         left[specimen.held] = 0.0
         change, _, positive = conjugate_gradients(multiply, precondition, left, SOLVED, 1000)
         if not positive:
-            raise NotConverged(
-                "a body that has come to rest has a way to give in; its equilibrium is not stable", history
-            )
+            unstable = "a body that has come to rest has a way to give in; its equilibrium is not stable"
+            raise NotConverged(unstable, history)
         history.append(float(np.vdot(left, change)) / squared)
         if history[-1] <= EIGENVALUE_TOLERANCE:
             return float(np.sqrt(stiffer * squared)) / (2 * np.pi), shape
         shape = shape + change
-    raise NotConverged(
-        f"a frequency is still wrong by {history[-1]:.1e} after {MOST_INVERSE_ITERATIONS} steps", history
-    )
+    wrong = f"a frequency is still wrong by {history[-1]:.1e} after {MOST_INVERSE_ITERATIONS} steps"
+    raise NotConverged(wrong, history)
 
 
 @dataclass(eq=False)
@@ -157,13 +147,11 @@ class Predictor:
     def softness(self, case: Case, less_m: float = 0.0) -> float:
         """Fit the softness to how far the markers of a case sank, less ``less_m`` [m]; errors as ``calibrate``."""
         seen = self.observed[case.name]
-        axis, moves = axis_down(seen.down), seen.moves
-        assert moves is not None  # a case with files
 
         def sink(softness: float) -> float:
-            return float((self.bench.moves(self.settle(case, softness)) @ axis).mean())
+            return float((self.bench.moves(self.settle(case, softness)) @ seen.axis).mean())
 
-        return calibrate(sink, float((moves @ axis).mean()) - less_m)
+        return calibrate(sink, seen.sink_m - less_m)
 
     def frequency(self, case: Case, x: np.ndarray, softness: float) -> float:
         """Return the frequency [Hz] at the equilibrium ``x`` (n, 3) [m] of a case."""
@@ -217,23 +205,14 @@ def creep_rows(predictor: Predictor, fitted: Case) -> Iterator[Row]:
         seen, found = predictor.observed[case.name], dict.fromkeys(("frequency_hz", "creep_m"))
         about: Row = {"case": case.name, "calibrated": fitted.name, "softness": sudden, "message": ""}
         try:
-            found = _swing(predictor, case, relaxed, sudden)
+            far = predictor.bench.moves(predictor.settle(case, relaxed))
+            x = predictor.settle(case, sudden)
+            creep_m = float(((far - predictor.bench.moves(x)) @ seen.axis).mean())
+            found = {"frequency_hz": predictor.frequency(case, x, sudden), "creep_m": creep_m}
         except NotConverged as failure:
             about["message"] = str(failure)
         for row in compare_swing(seen, found):
             yield about | row | {"fitted": case is fitted and row["quantity"] == "creep_m"}
-
-
-def _swing(predictor: Predictor, case: Case, relaxed: float, sudden: float) -> dict[str, float | None]:
-    axis = axis_down(predictor.observed[case.name].down)
-    far = predictor.bench.moves(predictor.settle(case, relaxed))
-    x = predictor.settle(case, sudden)
-    crept = float(((far - predictor.bench.moves(x)) @ axis).mean())
-    return {"frequency_hz": predictor.frequency(case, x, sudden), "creep_m": crept}
-
-
-POWERS = {"mass": -1.0, "stiffness": 1.0}
-"""Rayleigh's two kinds of damping, and the power of the frequency that their damping ratio is proportional to."""
 
 
 def damping_rows(
@@ -241,13 +220,13 @@ def damping_rows(
 ) -> Iterator[tuple[str, Row]]:
     """Yield each kind of damping with its rows, from predicted ``frequencies`` [Hz] of cases.
 
-    A mode of ω is damped by α/2ω with a damping matrix α M, and by β ω/2 with β K.
+    A mode of ω is damped by α/2ω with Rayleigh's damping matrix α M, and by β ω/2 with β K.
     """
     swings, own = observed[fitted].swings, frequencies.get(fitted)
     if not swings or own is None:
         return
     ratio = sum(swing.damping_ratio for swing in swings) / len(swings)
-    for kind, power in POWERS.items():
+    for kind, power in {"mass": -1.0, "stiffness": 1.0}.items():
         for case in experiment.swinging:
             hz = frequencies.get(case.name)
             predicted = None if hz is None else ratio * (hz / own) ** power

@@ -53,17 +53,13 @@ def read_record(path: str | Path, markers: list[str]) -> Record:
     times = values[:, 0]
     if len(times) < 2 or not (np.diff(times) > 0.0).all():
         raise InputError(f"{path} has times that do not increase, or fewer than two; sort its rows by time_s.")
-    for place, name in enumerate(wanted[1:], start=1):
-        values[:, place] = _filled(times, values[:, place], f"{path}: {name}")
+    for name, column in zip(wanted[1:], values.T[1:], strict=True):
+        seen = np.isfinite(column)
+        if not seen.mean() >= 1.0 - GAPS:
+            empty = f"{path}: {name} is empty in {1 - seen.mean():.0%} of the rows"
+            raise InputError(f"{empty}; leave out the marker, or fill it.")
+        column[~seen] = np.interp(times[~seen], times[seen], column[seen])
     return Record(str(path), times, values[:, 1:].reshape(len(times), len(markers), 3))
-
-
-def _filled(times: np.ndarray, values: np.ndarray, place: str) -> np.ndarray:
-    """Interpolate what is not finite, in time."""
-    seen = np.isfinite(values)
-    if not seen.mean() >= 1.0 - GAPS:
-        raise InputError(f"{place} is empty in {1 - seen.mean():.0%} of the rows; leave out the marker, or fill it.")
-    return values if seen.all() else np.interp(times, times[seen], values[seen])
 
 
 MISFIT = 0.2
@@ -126,6 +122,12 @@ class Oscillation:
     creep_m: float
     creep_s: float
     misfit: float
+
+
+def swing_of(times: np.ndarray, along: np.ndarray, place: str, creeps: bool = True) -> Oscillation:
+    """Fit the mean way ``along`` (n,) [m] of the markers from the far end of their first swing; ``fit_oscillation``."""
+    first = int(np.argmax(along))
+    return fit_oscillation(times[first:], along[first:], place, creeps)
 
 
 def fit_oscillation(times: np.ndarray, y: np.ndarray, place: str, creeps: bool = True) -> Oscillation:
@@ -208,6 +210,19 @@ class Observed:
         return np.mean([seen.moves for seen in self.repeats], axis=0) if self.repeats else None
 
     @property
+    def axis(self) -> np.ndarray:
+        """The axis (3,) of the body that is nearest to ``down``: along it markers sink."""
+        axis, nearest = np.zeros(3), np.argmax(np.abs(self.down))
+        axis[nearest] = np.sign(self.down[nearest])
+        return axis
+
+    @property
+    def sink_m(self) -> float:
+        """How far the markers sank on average [m], in a case with files."""
+        assert self.moves is not None
+        return float((self.moves @ self.axis).mean())
+
+    @property
     def swings(self) -> list[Oscillation]:
         """The oscillations of the repeats in which one was looked for."""
         return [seen.swing for seen in self.repeats if seen.swing is not None]
@@ -234,7 +249,7 @@ class Observed:
 
 def observe_all(experiment: Experiment) -> dict[str, Observed]:
     """Read and evaluate the files of all cases, by name; InputError as ``follow`` and ``fit_oscillation``."""
-    seen = {case.name: [_see(file, experiment, case.swings) for file in case.files] for case in experiment.cases}
+    seen = {case.name: [_seen(file, experiment, case.swings) for file in case.files] for case in experiment.cases}
     downs = [repeat.down for repeats in seen.values() for repeat in repeats]
     common = _unit(np.mean(downs, axis=0)) if downs else _unit(experiment.down)
     return {
@@ -257,13 +272,12 @@ def follow(file: str, experiment: Experiment) -> Seen:
         raise InputError(f"{file} lasts {end - begin:g} s, less than held_s and settled_s together; shorten them.")
     held = record.mean(begin, begin + experiment.held_s)
     frame = register(held, np.array([marker.at_m for marker in experiment.markers]), file)
-    compared = [i for i, marker in enumerate(experiment.markers) if not marker.fixed]
-    before = frame.apply(held[compared])
+    fixed = np.array([marker.fixed for marker in experiment.markers])
+    before = frame.apply(held[~fixed])
     every = frame.apply(record.mean(end - experiment.settled_s, end)) - frame.apply(held)
-    fixed = [i for i, marker in enumerate(experiment.markers) if marker.fixed]
-    moves = every[compared] - (every[fixed].mean(axis=0) if fixed else 0.0)
+    moves = every[~fixed] - (every[fixed].mean(axis=0) if fixed.any() else 0.0)
     way = moves.mean(axis=0)
-    along = (frame.apply(record.places[:, compared]) - before).mean(axis=1) @ _unit(way)
+    along = (frame.apply(record.places[:, ~fixed]) - before).mean(axis=1) @ _unit(way)
     whole, restless = float(np.linalg.norm(way)), float(np.ptp(along[record.times <= begin + experiment.held_s + 1e-9]))
     if not restless <= STILL * whole:
         raise InputError(
@@ -283,12 +297,9 @@ def check_down(found: Seen, case: Case, experiment: Experiment, file: str) -> No
         )
 
 
-def _see(file: str, experiment: Experiment, swings: bool) -> Seen:
+def _seen(file: str, experiment: Experiment, swings: bool) -> Seen:
     found = follow(file, experiment)
-    if not swings:
-        return found
-    first = int(np.argmax(found.along))  # the far end of the first swing
-    return replace(found, swing=fit_oscillation(found.times[first:], found.along[first:], file))
+    return replace(found, swing=swing_of(found.times, found.along, file)) if swings else found
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.bodies.particles import Particles, particles_of
+from palpate.bodies.particles import particles_of
 from palpate.effects.effect import Effect, Energy
 from palpate.effects.elements import locking_is_measured
 from palpate.effects.gravity import Gravity
@@ -17,8 +17,8 @@ from palpate.scenes.effect_registry import effect
 from palpate.solvers.backward_euler import make
 from palpate.solvers.system import System
 from palpate.studies.measured.experiment import GIVEN, Experiment, Weight
-from palpate.studies.measured.predict import Predictor, Row, axis_down, compare_swing
-from palpate.studies.measured.records import Observed, Oscillation, fit_oscillation
+from palpate.studies.measured.predict import Predictor, Row, compare_swing
+from palpate.studies.measured.records import Observed, Oscillation, swing_of
 from palpate.studies.measured.specimen import Bench, FemSpecimen, hung_masses, nodal_loads
 
 TOLERANCE = 1e-6
@@ -57,9 +57,8 @@ class Release:
             system.relax(x, self.step_s)
             way.append(self.bench.moves(x).mean(axis=0))
         along = np.array(way) @ (way[-1] / np.linalg.norm(way[-1]))
-        first, times = int(np.argmax(along)), self.step_s * np.arange(steps + 1)
         place = f"{self.body.name}: a release in steps of {self.step_s:g} s"
-        return fit_oscillation(times[first:], along[first:], place, creeps=self.prony is not None)
+        return swing_of(self.step_s * np.arange(steps + 1), along, place, creeps=self.prony is not None)
 
     def _system(self, weights: Sequence[Weight], gravity: np.ndarray) -> System:
         """Compose elements, masses and loads.
@@ -74,36 +73,28 @@ class Release:
         law = particles.material.law
         with locking_is_measured():
             elastic = effect(law).make(particles, {}, None)
-        effects: dict[str, Effect] = {
-            law: elastic,
-            "gravity": Gravity(particles, gravity),
-            "held": Held(particles.held),
-        }
+        effects: dict[str, Effect] = {law: elastic}
+        effects |= {"gravity": Gravity(particles, gravity), "held": Held(particles.held)}
         if forces := [weight for weight in weights if weight.force_n is not None]:
-            load = self.softness * nodal_loads(mesh, forces, gravity / size, order=1)
-            effects["load"] = DeadLoad(particles, load)
+            load = nodal_loads(mesh, forces, gravity / size, order=1)
+            effects["load"] = DeadLoad(particles.nodes, self.softness * load)
         if self.prony is not None:
             effects["prony"] = effect("prony").make(particles, dict(self.prony), elastic)
         return System(particles, effects)
 
 
 class DeadLoad(Energy):
-    """A constant force on each node, (n, 3) [N]; its energy is zero at rest."""
+    """A constant force on each node, (n, 3) [N]; its energy is zero at ``rest`` (n, 3) [m]."""
 
-    def __init__(self, particles: Particles, force: np.ndarray):
-        self._force, self._rest = force, particles.nodes
+    def __init__(self, rest: np.ndarray, force: np.ndarray):
+        self._force, self._rest = force, rest
 
     def energy(self, x: np.ndarray) -> float:
-        """Return minus the work of the load [J] at ``x`` (n, 3) [m]."""
+        """Return minus the work of the load [J]."""
         return -float(np.vdot(self._force, x - self._rest))
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Add the load to ``force`` (n, 3) [N]."""
         force += self._force
-
-
-DAMPED, CREPT = ("frequency_hz", "damping_ratio"), ("creep_m", "creep_s")
-"""The quantities that are compared, without and with the Prony effect."""
 
 
 def release_rows(
@@ -114,9 +105,9 @@ def release_rows(
     settings : ``measured.models.releases``; with ``creep``, also a release with one Prony branch that is fitted to the
         creep of that case. A release that is not computed has a message.
     """
-    level, steps = settings["level"], list(settings["steps_s"])
+    level, steps, creep = settings["level"], settings["steps_s"], settings["creep"]
     fitted, own, seen = experiment.fitted, body.material, None
-    if settings["creep"] is not None and fitted is not None and observed[fitted.name].creep_m > 0.0:
+    if creep is not None and fitted is not None and observed[fitted.name].creep_m > 0.0:
         seen = observed[fitted.name]
     if not (steps or seen):
         return
@@ -131,17 +122,17 @@ def release_rows(
     about |= {"softness": softness}
     for step_s in steps:
         release = Release(body, level, predictor.bench, softness, step_s, settings["duration_s"])
-        yield from _rows(release, experiment, observed, about | {"setting": f"level={level} step_s={step_s:g}"}, DAMPED)
+        yield from _rows(release, experiment, observed, about | {"setting": f"level={level} step_s={step_s:g}"})
     if seen:
-        creep, prony = settings["creep"], _series(seen, own.poisson)
+        prony = _series(seen, own.poisson)
         release = Release(body, level, predictor.bench, softness, creep["step_s"], creep["duration_s"], prony)
         about |= {"setting": f"level={level} prony step_s={creep['step_s']:g}"}
-        yield from _rows(release, experiment, observed, about, CREPT)
+        yield from _rows(release, experiment, observed, about)
 
 
-def _rows(
-    release: Release, experiment: Experiment, observed: Mapping[str, Observed], about: Row, names: tuple[str, ...]
-) -> Iterator[Row]:
+def _rows(release: Release, experiment: Experiment, observed: Mapping[str, Observed], about: Row) -> Iterator[Row]:
+    """Compare damping without the Prony effect, and creep with it."""
+    names = ("frequency_hz", "damping_ratio") if release.prony is None else ("creep_m", "creep_s")
     for case in experiment.swinging:
         found, message = dict.fromkeys(names), ""
         try:
@@ -160,8 +151,6 @@ def _series(seen: Observed, poisson: float) -> dict:
     In bending and in tension the modulus falls by the share c = 2 (1 + ν) g / 3, as the bulk modulus stays, and a held
     load creeps by c of the whole way in the time τ / (1 − g).
     """
-    assert seen.moves is not None  # it has crept
-    whole = float((seen.moves @ axis_down(seen.down)).mean())
-    share = 3.0 * seen.creep_m / whole / (2.0 * (1.0 + poisson))
+    share = 3.0 * seen.creep_m / seen.sink_m / (2.0 * (1.0 + poisson))
     time = float(np.mean([swing.creep_s for swing in seen.swings]))
     return {"shares": [share], "times_s": [time * (1.0 - share)]}

@@ -38,10 +38,12 @@ def _of(rows: pd.DataFrame) -> dict[str, Any]:
     laws = sunk[sunk["model"].eq("fem_p2") & sunk["setting"].str.fullmatch(OF_ONE_MESH)]
     ratios = every[every["quantity"].eq("damping_ratio")]
     apart = every.drop_duplicates(["case", "quantity"]).dropna(subset=["repeat"])
+    untested = rows[rows["measured"].isna() & rows["predicted"].notna() & rows["marker"].eq("all")]
+    untested = untested.assign(model=[named(row) for row in untested.itertuples()])
     return {
         "key": rows["experiment"].iloc[0],
         "name": spaced(str(rows["experiment"].iloc[0])),
-        **_predicted(rows),
+        **_predicted(fitted),
         "crept": _errors(every[every["setting"].str.endswith(" creep") & every["quantity"].eq("frequency_hz")]),
         "branched": _errors(every[every["setting"].str.contains(" prony ") & every["quantity"].eq("creep_m")]),
         "given": _errors(free, named),
@@ -58,14 +60,13 @@ def _of(rows: pd.DataFrame) -> dict[str, Any]:
             {"apart": row.repeat / abs(row.measured), "what": QUANTITIES[row.quantity], "case": spaced(row.case)}
             for row in apart[apart["quantity"].isin(QUANTITIES)].itertuples()
         ],
-        "untested": _untested(rows),
+        "untested": untested[["case", "model", "calibrated", "quantity", "predicted"]],
     }
 
 
-def _predicted(rows: pd.DataFrame) -> dict[str, Any]:
+def _predicted(fitted: pd.DataFrame) -> dict[str, Any]:
     """Return how well quadratic elements on the finest mesh predict the cases that they were not fitted to."""
-    model = rows[rows["model"].eq("fem_p2") & rows["setting"].str.fullmatch(PLAIN) & rows["calibrated"].ne(GIVEN)]
-    model = model[model["marker"].eq("all") & model["error"].notna() & model["case"].ne(model["calibrated"])]
+    model = fitted[fitted["model"].eq("fem_p2") & fitted["setting"].str.fullmatch(PLAIN)]
     model = model[model["quantity"].isin(["sink_m", "frequency_hz"])]
     nodes = model["nodes"].max()
     predicted = []
@@ -82,11 +83,8 @@ def _predicted(rows: pd.DataFrame) -> dict[str, Any]:
             }
         )
     excluded = [f"the {row['what']} of {row['case']}" for row in predicted if row["error"] > COVER * row["uncertainty"]]
-    return {
-        "predicted": predicted,
-        "excluded": listed(excluded),
-        "fitted": spaced(str(model["calibrated"].iloc[0])) if len(model) else "",
-    }
+    on = spaced(str(model["calibrated"].iloc[0])) if len(model) else ""
+    return {"predicted": predicted, "excluded": listed(excluded), "fitted": on}
 
 
 def _errors(rows: pd.DataFrame, name=lambda row: "") -> list[dict[str, Any]]:
@@ -95,23 +93,10 @@ def _errors(rows: pd.DataFrame, name=lambda row: "") -> list[dict[str, Any]]:
 
 
 def _ratios(rows: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return predicted and measured damping ratios."""
     return [
-        {
-            "found": row.predicted,
-            "wanted": row.measured,
-            "case": spaced(row.case),
-            "how": named(row).rpartition(", ")[2],
-        }
+        {"found": row.predicted, "wanted": row.measured, "case": spaced(row.case), "how": named(row).split(", ")[-1]}
         for row in rows.itertuples()
     ]
-
-
-def _untested(rows: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate the predictions of cases that nobody measured."""
-    free = rows[rows["measured"].isna() & rows["predicted"].notna() & rows["marker"].eq("all")]
-    shown = free.assign(model=[named(row) for row in free.itertuples()])
-    return shown[["case", "model", "calibrated", "quantity", "predicted"]]
 
 
 def failures(report: Report) -> Iterator[tuple[str, str, str]]:

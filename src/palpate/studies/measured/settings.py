@@ -25,7 +25,7 @@ from palpate.setting_types import (
     key,
     optional,
 )  # fmt: skip
-from palpate.studies.measured.experiment import Experiment, check_places, experiment_of, off_box
+from palpate.studies.measured.experiment import check_places, experiment_of, off_box
 from palpate.studies.measured.records import check_down, follow
 
 
@@ -125,7 +125,11 @@ def check(config: dict, file: Path) -> None:
         _check_levels(f"{file}: measured.models", models, entry["body"], body["refinements"] + 1)
         try:
             experiment = experiment_of(name, entry)
-            _check_places(experiment, entry["body"], body)
+            if body["kind"] == "box":
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")  # the job that makes the body warns
+                    made = make_body(entry["body"], body | {"refinements": 0})
+                check_places(experiment, made, partial(off_box, np.array(body["sizes_m"], dtype=float)))
         except InputError as error:
             raise InputError(f"{file}: {error}") from error
         for case in experiment.cases:
@@ -138,24 +142,14 @@ def check(config: dict, file: Path) -> None:
                     raise InputError(f"{key}: {error}") from error
 
 
-def _check_places(experiment: Experiment, name: str, entry: dict) -> None:
-    if entry["kind"] == "box":
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the job that makes the body warns
-            body = make_body(name, entry | {"refinements": 0})
-        check_places(experiment, body, partial(off_box, np.array(entry["sizes_m"], dtype=float)))
-
-
 def _check_levels(place: str, models: dict, body: str, levels: int) -> None:
     """Raise InputError for a level that a body does not have; quadratic elements need one more."""
     asked = {"fem_p1": 0, "fem_p2": 1, "springs": 0}
-    wanted = [(f"{model}.levels", models[model]["levels"] or [], more) for model, more in asked.items()]
-    wanted.append(("releases.level", [models["releases"]["level"]], 0))
-    for part, chosen, more in wanted:
-        for level in chosen:
-            if level + more >= levels:
-                raise InputError(
-                    f"{place}.{part} names level {level}, and the body {body} has levels 0 to {levels - 1}"
-                    f"{', of which quadratic elements leave out the last' if more else ''}; "
-                    f"choose another, or give bodies.{body} more refinements."
-                )
+    wanted = [(f"{m}.levels", level, more) for m, more in asked.items() for level in models[m]["levels"] or []]
+    for part, level, more in [*wanted, ("releases.level", models["releases"]["level"], 0)]:
+        if level + more >= levels:
+            raise InputError(
+                f"{place}.{part} names level {level}, and the body {body} has levels 0 to {levels - 1}"
+                f"{', of which quadratic elements leave out the last' if more else ''}; "
+                f"choose another, or give bodies.{body} more refinements."
+            )

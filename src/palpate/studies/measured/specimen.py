@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from math import factorial
-from typing import Protocol
 
 import numpy as np
 from scipy import sparse
@@ -181,29 +180,11 @@ TOLERANCE = 1e-5
 """Relative residual of equilibria, far below the differences between repeats."""
 
 
-class Specimen(Protocol):
-    """A model of a body: ``rest`` (n, 3) [m], what is ``held`` (k,), ``masses`` (n, n) [kg].
-
-    mesh, order : its surface has linear or quadratic shape functions on this mesh
-    """
-
-    rest: np.ndarray
-    held: np.ndarray
-    masses: sparse.csr_array
-    mesh: Mesh
-    order: int
-
-    def settle(self, load: np.ndarray, start: np.ndarray | None) -> np.ndarray:
-        """Return the equilibrium (n, 3) [m] under ``load`` (n, 3) [N], sought from ``start``; NotConverged if none."""
-        raise NotImplementedError
-
-    def linearise(self, x: np.ndarray) -> tuple[Product, Product]:
-        """Return the products with the stiffness at ``x`` [N/m] and with a preconditioner for it."""
-        raise NotImplementedError
-
-
 class FemSpecimen:
-    """Finite elements of ``order`` on a level of ``body``."""
+    """Finite elements of ``order`` on a level of ``body``.
+
+    rest : (n, 3) [m]; held : (k,) nodes; masses : (n, n) [kg]; mesh : that of the level, without middles of edges
+    """
 
     def __init__(self, body: Body, level: int, order: int):
         with locking_is_measured():
@@ -214,9 +195,11 @@ class FemSpecimen:
         self.masses = mass_matrix(self.mesh, body.tissue(level).density_kg_m3, order)
 
     def settle(self, load: np.ndarray, start: np.ndarray | None) -> np.ndarray:
+        """Return the equilibrium (n, 3) [m] under ``load`` (n, 3) [N], sought from ``start``; NotConverged if none."""
         return self._equilibrium.solve(load, TOLERANCE, start).x
 
     def linearise(self, x: np.ndarray) -> tuple[Product, Product]:
+        """Return the products with the stiffness at ``x`` [N/m] and with a preconditioner for it."""
         return self._equilibrium.linearise(x)
 
 
@@ -256,6 +239,9 @@ class SpringSpecimen:
         assert stiffness is not None
         self._system.hold(stiffness)
         return stiffness
+
+
+Specimen = FemSpecimen | SpringSpecimen
 
 
 class Bench:

@@ -9,8 +9,6 @@ from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest
 from palpate.scenes.motion import Motion, Moved
 from palpate.table import Table
 
-ALONG = 9
-"""Points of a rod's axis at which its depth is evaluated."""
 CONTACT_FORCE = Table(
     "contact_force",
     "The force on each moved instrument over time, and its depth below the body's surface at rest.",
@@ -44,16 +42,13 @@ def _felt(motion: Motion, thing: Moved) -> pd.DataFrame:
     forces = motion.observed[[f"{thing.name}_force_{axis}_n" for axis in "xyz"]].to_numpy()
     depths = np.full(len(forces), np.nan)
     if thing.kind != "floor" and closed(motion.triangles):
-        depths = thing.radius_m - nearest(_samples(thing.positions[0]), middles[1:] - middles[0], corners)
+        ends = thing.positions[0]  # a rod is evaluated at 9 points of its axis, anything else at its corners
+        points = np.linspace(ends[0], ends[1], 9) if len(ends) == 2 else np.unique(ends, axis=0)
+        depths = thing.radius_m - nearest(points, middles[1:] - middles[0], corners)
     columns = {f"force_{axis}_n": forces[:, i] for i, axis in enumerate("xyz")}
     return pd.DataFrame({"time_s": motion.observed["time_s"], **columns}).assign(
         scene=motion.scene, instrument=thing.name, force_n=np.linalg.norm(forces, axis=1), depth_m=depths
     )
-
-
-def _samples(points: np.ndarray) -> np.ndarray:
-    """Return the points at which an instrument may be deepest: its points, or points along the axis of a rod."""
-    return np.linspace(points[0], points[1], ALONG) if len(points) == 2 else np.unique(points, axis=0)
 
 
 def closed(triangles: np.ndarray) -> bool:

@@ -30,21 +30,18 @@ def measure_effects(input, params, wildcards, say):
     particles = load_particles(scene, input.bodies)
     costs = cost(scene, particles, repeats=3)
     progress = steps(say, f"{scene.name}: without effect")
-    return {
-        "cost": costs,
-        "left_out": left_out(scene, load_particles(scene, input.bodies), motion.load(input.motion), progress),
-    }
+    errors = left_out(scene, load_particles(scene, input.bodies), motion.load(input.motion), progress)
+    return {"cost": costs, "left_out": errors}
 
 
 def tabulate_scenes(input, output, params):
     from palpate.studies.scenes.measurements import energy_balance
 
-    costs = pd.concat([pd.read_csv(path) for path in input.costs])
-    errors = pd.concat([pd.read_csv(path) for path in input.errors])
+    costs, errors = (pd.concat(map(pd.read_csv, paths)) for paths in (input.costs, input.errors))
     energies = {found.scene: found.energy for found in map(motion.load, input.motions)}
     energy = pd.concat(energies, names=["scene", "frame"]).reset_index("scene")
     return {
-        "decisions": pd.concat([pd.read_csv(path) for path in input.decisions]),
+        "decisions": pd.concat(map(pd.read_csv, input.decisions)),
         "effects": costs.merge(errors, on=["scene", "effect"], how="left"),
         "energy": energy,
         "balance": energy_balance(energy, params.integrators),
@@ -61,11 +58,10 @@ def tabulate_contacts(input):
 
 def draw_motion(input, output):
     from palpate.report import style
-    from palpate.scenes.motion import write_series
     from palpate.studies.scenes.figures import motion as pictures
 
     moved = motion.load(input.motion)
     style.save(pictures.stills(moved, count=6), stem(output.stills))
     pictures.animate(moved, output.animation)
     pictures.write(moved, output.turnable)
-    write_series(motion.load(input.motion), output.series)
+    motion.write_series(moved, output.series)

@@ -18,8 +18,8 @@ from palpate.table import Table
 
 ALLOWED = 1e-6
 """Share of a scene's work that a step may gain beyond its own: what the solver's tolerance leaves."""
-GUARANTEED = ("backward_euler",)
-"""Integrators that cannot gain energy where it is convex; of the others only the run is known."""
+GUARANTEED = "backward_euler"
+"""The integrator that cannot gain energy where it is convex; of the others only the run is known."""
 UNPROVEN, MUCH = ("bdf2", "reduced"), 1e-3
 """Integrators of second order, which may make energy; and the share of the work from which a run warns of it."""
 HOLDS, FAILS, UNKNOWN = "holds", "does not hold", "not known"
@@ -36,7 +36,7 @@ ENERGY_BALANCE = Table(
 
 
 def energy_balance(energies: pd.DataFrame, integrators: Mapping[str, str]) -> pd.DataFrame:
-    """Tabulate energy_balance.csv, a row a scene: scene, integrator, work_j, gain_j, gain_of_work, verdict, guaranteed.
+    """Tabulate energy_balance.csv, a row a scene.
 
     energies : energy.csv; integrators : of each scene. work_j : the most that loads, weight and instruments had done
     together, or the range of the energy where nothing does work; gain_j : the most that the sum of all energies rose
@@ -55,7 +55,7 @@ def energy_balance(energies: pd.DataFrame, integrators: Mapping[str, str]) -> pd
             verdict = HOLDS if gain <= ALLOWED * work else FAILS
         share = gain / work if work else 0.0 * gain
         row = {"scene": scene, "integrator": integrator, "work_j": work, "gain_j": gain, "gain_of_work": share}
-        rows.append(row | {"verdict": verdict, "guaranteed": integrator in GUARANTEED})
+        rows.append(row | {"verdict": verdict, "guaranteed": integrator == GUARANTEED})
     return pd.DataFrame(rows)
 
 
@@ -95,10 +95,10 @@ EFFECTS = Table(
 
 
 def cost(scene: Scene, particles: Particles, repeats: int) -> pd.DataFrame:
-    """Measure the cost of each effect and of the integrator, one row each.
+    """Measure the cost of each effect and of the integrator, one row each, as EFFECTS has it.
 
-    The columns are scene, effect, ms_per_step, share_of_step and memory_kb. They are those of the run with the median
-    time of ``repeats`` runs, or of as many as take ENOUGH_S; a short run before them compiles the code.
+    It is that of the run with the median time of ``repeats`` runs, or of as many as take ENOUGH_S; a short run before
+    them compiles the code.
     """
     run(replace(scene, duration_s=2 * scene.step_s), particles)
     runs = [run(scene, particles)]

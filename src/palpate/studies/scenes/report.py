@@ -52,8 +52,10 @@ def numbers(report: Report) -> dict[str, Any]:
 
 def _of_scene(scene: str, effects: pd.DataFrame, decisions: pd.DataFrame, driven: bool) -> dict[str, Any]:
     """Return the costs of a scene's effects, which of them cost and matter most and least, and why each acts."""
-    rows = tables.where(effects, scene=scene)
+    rows, decided = tables.where(effects, scene=scene), tables.where(decisions, scene=scene)
     errors = rows.loc[np.isfinite(rows["error_if_left_out"])].set_index("effect")["error_if_left_out"]
+    acts = decided["called"].map({True: "yes", False: "no"})
+    extremes = (errors.idxmax(), errors.idxmin()) if len(errors) else ()
     return {
         "key": scene,
         "name": spaced(scene),
@@ -61,24 +63,11 @@ def _of_scene(scene: str, effects: pd.DataFrame, decisions: pd.DataFrame, driven
         "step_s": 1e-3 * rows["ms_per_step"].sum(),
         "costliest": spaced(rows.loc[rows["ms_per_step"].idxmax(), "effect"]),
         "share": rows["share_of_step"].max(),
-        "missed": [(spaced(str(name)), errors[name]) for name in (errors.idxmax(), errors.idxmin())]
-        if len(errors)
-        else [],
+        "missed": [(spaced(str(name)), errors[name]) for name in extremes],
         "costs": _costs(rows),
-        **_decisions(tables.where(decisions, scene=scene)),
+        "decisions": pd.DataFrame({"effect": decided["effect"].map(spaced), "acts": acts, "reason": decided["reason"]}),
+        "idle": [i for i, called in enumerate(decided["called"]) if not called],
     }
-
-
-def _decisions(rows: pd.DataFrame) -> dict[str, Any]:
-    """Tabulate which effects act, and number the rows of those that do not."""
-    frame = pd.DataFrame(
-        {
-            "effect": rows["effect"].map(spaced),
-            "acts": rows["called"].map({True: "yes", False: "no"}),
-            "reason": rows["reason"],
-        }
-    )
-    return {"decisions": frame, "idle": [i for i, acts in enumerate(rows["called"]) if not acts]}
 
 
 def _costs(rows: pd.DataFrame) -> pd.DataFrame:

@@ -9,7 +9,7 @@ from palpate.errors import InputError, suggest
 from palpate.files import check_file
 from palpate.own_file import EFFECT_FUNCTIONS, check_source
 from palpate.scenes.scene import bodies_in
-from palpate.scenes.scene_check import check_effects, check_instruments, check_loads, check_stiffness
+from palpate.scenes.scene_check import check_effects, check_instruments, check_loads
 from palpate.scenes.settings import Scene
 from palpate.setting_types import Name
 
@@ -43,8 +43,7 @@ def _check_effects(place: str, scene: dict, bodies: dict) -> None:
     for name in scene.get("own_settings", {}):
         if name not in scene.get("own", {}):
             raise InputError(f"{place}.own_settings names {name}, and own does not; add its file there, or remove it.")
-    check_effects(place, scene, bodies[scene["body"]])
-    check_stiffness(place, scene, bodies)
+    check_effects(place, scene, bodies)
 
 
 def _check_files(place: str, scene: dict, folder: Path) -> None:

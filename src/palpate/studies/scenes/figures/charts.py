@@ -10,7 +10,6 @@ from palpate.report import style, tables
 from palpate.report.words import percent, seconds
 from palpate.studies.scenes.measurements import whole
 
-_COLUMNS, _PANEL_INCHES = 3, (3.7, 2.4)
 _UNITS = (("J", 1.0), ("mJ", 1e3), ("µJ", 1e6), ("nJ", 1e9))
 _FREE = "gravity_j"  # potential without a natural zero: relative to its first value
 _BESIDES = ("scene", "time_s", "outer_work_j", "total_j", "gain_j")
@@ -25,9 +24,9 @@ def draw_energy(energy: pd.DataFrame) -> Figure:
     elastic effect has no energy (shape matching) has neither sum nor black line, which would be incomplete.
     """
     names = tables.scenes(energy)
-    columns = min(_COLUMNS, len(names))
+    columns = min(3, len(names))
     rows = -(-len(names) // columns)
-    figure = Figure(figsize=(_PANEL_INCHES[0] * columns, _PANEL_INCHES[1] * rows + 0.6), layout="constrained")
+    figure = Figure(figsize=(3.7 * columns, 2.4 * rows + 0.6), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axis, scene in zip(grid, names, strict=False):
         _panel(axis, scene, counted(tables.where(energy, scene=scene)))
@@ -87,7 +86,7 @@ def _legend(energy: pd.DataFrame) -> list[Line2D]:
     ]
 
 
-_INCHES, _BAR_INCHES = 9.0, 0.27
+_BAR_INCHES = 0.27
 _LEAST = 1e-4  # smaller errors are drawn here, so that an error near zero does not stretch the axis
 
 
@@ -102,15 +101,9 @@ def draw_effects(effects: pd.DataFrame) -> Figure:
     parts = [tables.where(effects, scene=scene) for scene in names]
     counts = [len(rows) for rows in parts]
     height = _BAR_INCHES * sum(counts) + 0.5 * len(names) + 0.45
-    figure = Figure(figsize=(_INCHES, height), layout="constrained")
-    grid = figure.subplots(
-        len(names),
-        2,
-        squeeze=False,
-        sharey="row",
-        height_ratios=[_BAR_INCHES * n + 0.2 for n in counts],
-        width_ratios=[3, 2],
-    )
+    figure = Figure(figsize=(9.0, height), layout="constrained")
+    heights = [_BAR_INCHES * n + 0.2 for n in counts]
+    grid = figure.subplots(len(names), 2, squeeze=False, sharey="row", height_ratios=heights, width_ratios=[3, 2])
     finite = effects["error_if_left_out"].replace([np.inf, -np.inf], np.nan)
     top = max(1.0, 3 * float(np.nan_to_num(finite.max())))
     for (left, right), scene, rows in zip(grid, names, parts, strict=True):
@@ -123,7 +116,6 @@ def draw_effects(effects: pd.DataFrame) -> Figure:
 
 
 def _bars(axis, rows: pd.DataFrame) -> None:
-    """Draw the milliseconds per step in table order, with their share of the step."""
     longest = rows["ms_per_step"].max()
     for y, row in enumerate(rows.itertuples()):
         axis.barh(y, row.ms_per_step, color=style.effect_colour(row.effect), height=0.7)
@@ -153,15 +145,6 @@ def _dots(axis, rows: pd.DataFrame, top: float) -> None:
     axis.tick_params(axis="y", left=False, labelleft=False)
 
 
-_PARTS = (
-    ("force_x_n", "x", "#56b4e9"),
-    ("force_y_n", "y", "#e69f00"),
-    ("force_z_n", "z", "#009e73"),
-)
-_ROW_INCHES = 4.2
-"""[inch]"""
-
-
 @style.figure("contact_force", tables=("contact_force",))
 def draw_contact_force(contact_force: pd.DataFrame, *, scene: str) -> Figure:
     """Draw for each instrument its force and depth below the surface at rest over time, and its force over depth.
@@ -173,8 +156,12 @@ def draw_contact_force(contact_force: pd.DataFrame, *, scene: str) -> Figure:
     felt = tables.where(contact_force, scene=scene)
     names = list(dict.fromkeys(felt["instrument"]))
     if not names:
-        return _nothing(scene)
-    figure = Figure(figsize=(9.5, _ROW_INCHES * len(names)), layout="constrained")
+        figure = Figure(figsize=(9.5, 1.2), layout="constrained")
+        axis, note = figure.add_subplot(), f"{scene}: no instrument moves before the scene ends"
+        axis.set_axis_off()
+        axis.text(0.0, 0.5, note, va="center", transform=axis.transAxes)
+        return figure
+    figure = Figure(figsize=(9.5, 4.2 * len(names)), layout="constrained")
     for part, name in zip(figure.subfigures(len(names), squeeze=False)[:, 0], names, strict=True):
         rows = tables.where(felt, instrument=name)
         title = f"{scene}: force on the {name}"
@@ -209,16 +196,8 @@ def _with_depth(part, rows: pd.DataFrame, title: str) -> None:
 def _force(axis, rows: pd.DataFrame, title: str) -> None:
     """Draw magnitude and components over time, with the legend beside the panel."""
     axis.plot(rows["time_s"], rows["force_n"], color=style.INK, lw=2, label="magnitude")
-    for column, label, colour in _PARTS:
-        axis.plot(rows["time_s"], rows[column], color=colour, label=label)
+    for way, colour in {"x": "#56b4e9", "y": "#e69f00", "z": "#009e73"}.items():
+        axis.plot(rows["time_s"], rows[f"force_{way}_n"], color=colour, label=way)
     axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axis.set(title=title, ylabel="force [N]")
     axis.margins(x=0.0)
-
-
-def _nothing(scene: str) -> Figure:
-    figure = Figure(figsize=(9.5, 1.2), layout="constrained")
-    axis = figure.add_subplot()
-    axis.set_axis_off()
-    axis.text(0.0, 0.5, f"{scene}: no instrument moves before the scene ends", va="center", transform=axis.transAxes)
-    return figure

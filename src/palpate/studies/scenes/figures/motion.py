@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 from palpate.report import gif, panels, render, style, turnable
 from palpate.scenes.motion import Motion, Moved
 
-_INCHES, _PIXELS, _GIF_FRAMES = 1.9, 480, 30
-_ASPECTS = (0.6, 3.0)
+_PIXELS = 480
 _COARSE = 800  # triangles; the edges of more would darken the picture
 
 
@@ -27,22 +26,21 @@ def stills(motion: Motion, count: int) -> Figure:
     scenery = Scenery(motion)
     frames = _moments(motion, scenery.surface, count)
     aspect = scenery.view.width / scenery.view.height
-    figure, axes = panels.grid(1, len(frames), aspect, _INCHES * min(1.0, aspect))
+    figure, axes = panels.grid(1, len(frames), aspect, 1.9 * min(1.0, aspect))
     with render.Stage(*_size(aspect)) as stage:
         rest = scenery.draw(stage, motion.rest, np.zeros(len(motion.rest)))
         for axis, frame in zip(axes[0], frames, strict=True):
             panels.place(axis, scenery.picture(stage, frame), f"{motion.times[frame]:.3g} s")
             panels.outline(axis, rest)
     axes[0, 0].set_title(motion.scene)
-    label = "displacement [mm]"
-    panels.colour_bar(figure, Normalize(0, scenery.limit), style.DISPLACEMENT, label)
+    panels.colour_bar(figure, Normalize(0, scenery.limit), style.DISPLACEMENT, "displacement [mm]")
     return figure
 
 
 def animate(motion: Motion, path: str | Path) -> None:
     """Write a looping GIF of at most 30 frames with the view and the colours of ``stills``."""
     scenery = Scenery(motion)
-    frames = gif.evenly(len(motion.times), _GIF_FRAMES)
+    frames = gif.evenly(len(motion.times), 30)
     with render.Stage(*_size(scenery.view.width / scenery.view.height)) as stage:
         gif.write([scenery.picture(stage, frame) for frame in frames], motion.times[frames], path)
 
@@ -60,13 +58,16 @@ class Scenery:
         cloud = np.vstack([motion.rest[self.surface], *motion.positions[:, self.surface]])
         self.things = [_seen(thing, cloud) for thing in motion.obstacles]
         peak = self.surface[np.argmax(self.millimetres[:, self.surface].max(axis=0))]
-        normal = _normal(motion.rest, motion.triangles, peak)
+        a, b, c = motion.rest[motion.triangles[(motion.triangles == peak).any(axis=1)]].transpose(1, 0, 2)
+        normal = np.cross(b - a, c - a).sum(axis=0)
+        normal = normal / (np.linalg.norm(normal) or 1.0)  # zero if the triangles around the peak have no area
         if any(thing.kind == "floor" for thing in self.things):
             normal[motion.up] = max(normal[motion.up], 0.0)  # seen from below, a floor would hide everything
         axes = render.directions(cloud, normal, motion.up)
-        view = render.frame(axes, [cloud, *(_corners(thing) for thing in self.things)])
-        low, high = _ASPECTS  # very high or very flat views get more space at the sides
-        self.view = replace(view, width=max(view.width, low * view.height), height=max(view.height, view.width / high))
+        boxes = [thing.positions.reshape(-1, 3) + r for thing in self.things for r in (-thing.radius_m, thing.radius_m)]
+        view = render.frame(axes, [cloud, *boxes])
+        # very high or very flat views get more space at the sides
+        self.view = replace(view, width=max(view.width, 0.6 * view.height), height=max(view.height, view.width / 3.0))
         self._ball = 0.011 * self.view.width
 
     def picture(self, stage: render.Stage, frame: int) -> np.ndarray:
@@ -104,20 +105,6 @@ def _seen(thing: Moved, cloud: np.ndarray) -> Moved:
     return replace(thing, positions=positions, triangles=np.array([[0, 1, 2], [0, 2, 3]]))
 
 
-def _corners(thing: Moved) -> np.ndarray:
-    """Return the corners of boxes around all positions of a thing, (n, 3) [m]."""
-    places = thing.positions.reshape(-1, 3)
-    return np.vstack([places - thing.radius_m, places + thing.radius_m])
-
-
-def _normal(nodes: np.ndarray, triangles: np.ndarray, node: int) -> np.ndarray:
-    """Compute the surface's normal (3,) at a node; zero if its triangles have no area."""
-    around = triangles[(triangles == node).any(axis=1)]
-    a, b, c = nodes[around].transpose(1, 0, 2)
-    normal = np.cross(b - a, c - a).sum(axis=0)
-    return normal / (np.linalg.norm(normal) or 1.0)
-
-
 def _moments(motion: Motion, surface: np.ndarray, count: int) -> list[int]:
     """Choose frames from first to last, evenly spaced in the mean of relative time and distance; one is the peak."""
     moved = motion.positions[:, surface] - motion.positions[0, surface]
@@ -138,13 +125,10 @@ def _size(aspect: float) -> tuple[int, int]:
     return round(_PIXELS * min(1.0, aspect)), round(_PIXELS / max(1.0, aspect))
 
 
-_FRAMES = 60
-
-
 def write(motion: Motion, path: str | Path) -> None:
     """Write at most 60 frames of the surface, coloured as in the stills, of the rigid things, and their times."""
     scenery = Scenery(motion)
-    kept = np.array(gif.evenly(len(motion.times), _FRAMES))
+    kept = np.array(gif.evenly(len(motion.times), 60))
     norm = Normalize(0.0, scenery.limit)
     renumber = np.full(len(motion.rest), -1)
     renumber[scenery.surface] = np.arange(len(scenery.surface))
@@ -160,15 +144,7 @@ def write(motion: Motion, path: str | Path) -> None:
     times = motion.times[kept]
     pace, note = gif.pace(float(np.ptp(times)))
     peak = int(np.argmax(scenery.millimetres[np.ix_(kept, scenery.surface)].max(axis=1)))
-    turnable.write(
-        turnable.Turnable(
-            scenery.view,
-            np.concatenate(positions, axis=1),
-            np.vstack(triangles),
-            shades,
-            len(triangles[0]),
-            turnable.legend("displacement [mm]", norm, style.DISPLACEMENT),
-            {"times_s": times.round(6).tolist(), "pace": pace, "note": note.removeprefix(", "), "start": peak},
-        ),
-        path,
-    )
+    legend = turnable.legend("displacement [mm]", norm, style.DISPLACEMENT)
+    played = {"times_s": times.round(6).tolist(), "pace": pace, "note": note.removeprefix(", "), "start": peak}
+    surfaces = np.concatenate(positions, axis=1), np.vstack(triangles)
+    turnable.write(turnable.Turnable(scenery.view, *surfaces, shades, len(triangles[0]), legend, played), path)

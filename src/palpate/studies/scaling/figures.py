@@ -43,15 +43,9 @@ def _times(axis, component: str, rows) -> None:
         label = _with_power(stage, found["seconds_exponent"].iloc[0])
         axis.loglog(found["size"], found["seconds"], "o-", ms=4, lw=1.2, color=colour, label=label)
     ends = np.array([rows["size"].min(), rows["size"].max()], dtype=float)
-    first, last = (rows[rows["size"] == end]["seconds"].max() for end in ends)
-    axis.loglog(
-        ends,
-        first / ends if component == "cores" else last * ends / ends[-1],
-        color=style.FAINT,
-        lw=0.9,
-        ls=":",
-        zorder=1,
-    )
+    first, last = (tables.where(rows, size=end)["seconds"].max() for end in ends)
+    ideal = first / ends if component == "cores" else last * ends / ends[-1]
+    axis.loglog(ends, ideal, color=style.FAINT, lw=0.9, ls=":", zorder=1)
     axis.set(title=COMPONENTS[component][0], xlabel=f"{rows['unit'].iloc[0]}, n")
     _finish(axis)
 

@@ -21,7 +21,6 @@ FRAMES_1_S = 50
 
 @claims("integrator_stability", "body_springs", "clusters", "shape_matching_timing")
 def experiments(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claims."""
     yield from _integrators(tables["integrator_stability"])
     yield from _poke(tables["body_springs"])
     yield _column(tables["clusters"])
@@ -94,13 +93,11 @@ def _cost(timing: pd.DataFrame) -> Iterator[Claim]:
         ("quadratic clusters cost more than linear ones", table["quadratic"] > table["linear"], "modes"),
     ):
         yield Claim(3, section, claim, premise, "it does", _times(table, names), verdict(bool(np.all(rises))))
-    step, theirs = headline(timing), 1e3 / FRAMES_1_S
-    objects, particles, clusters = (HEADLINE[key] for key in ("objects", "particles", "clusters"))
-    claim = f"{objects} objects of {particles} particles in {clusters} quadratic clusters each run at"
+    step, holds = headline(timing), headline(timing) <= 1e3 / FRAMES_1_S
+    claim = "{objects} objects of {particles} particles in {clusters} quadratic clusters each run at".format(**HEADLINE)
     ours = f"{1e3 / step:.3g} steps a second ({step:.2g} ms a step)"
-    yield Claim(
-        3, section, claim, "one core, without drawing", f"{FRAMES_1_S} frames a second", ours, verdict(step <= theirs)
-    )
+    premise = "one core, without drawing"
+    yield Claim(3, section, claim, premise, f"{FRAMES_1_S} frames a second", ours, verdict(holds))
 
 
 def _times(table: pd.DataFrame, names: str) -> str:
@@ -116,31 +113,28 @@ _CLOSE_TO_THEORY = 0.02
 
 @claims("maxwell_creep")
 def creep(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claim."""
     table = tables["maxwell_creep"]
     error, held = closeness(table), table[table["load"] > 1.0 - 1e-6]["creep_m"]
     crept = float(held.iloc[-1] / held.iloc[0] - 1.0)
     ours = f"{100 * crept:.2g} % more under the load that stays, {100 * error:.2g} % from the closed solution"
     claim = "Maxwell dampers beside springs make a body creep as a standard linear solid does"
     premise = f"{str(table['scene'].iloc[0]).replace('_', ' ')}: small strains, slow against its swings"
-    yield Claim(
-        3, "3", claim, premise, "the model is given, no figure", ours, verdict(error < _CLOSE_TO_THEORY and crept > 0.0)
-    )
+    holds = error < _CLOSE_TO_THEORY and crept > 0.0
+    yield Claim(3, "3", claim, premise, "the model is given, no figure", ours, verdict(holds))
 
 
-ALPHA, RECURSION_STEPS = 1.0, 400
-STRETCH, BETAS = 1.5, (1.0, 0.8)
+RECURSION_STEPS, STRETCH = 400, 1.5
 
 
 @claims()
 def formulas(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claims."""
-    yield _forced(ALPHA)
-    yield from map(_volume, BETAS)
+    yield _forced()
+    yield from map(_volume, (1.0, 0.8))
 
 
-def _forced(alpha: float) -> Claim:
+def _forced() -> Claim:
     """Judge forces from outside by the scheme itself: two runs under the same force part as they do without it."""
+    alpha = 1.0
     force = np.random.default_rng(1).normal(size=RECURSION_STEPS)
     parted = [_run(1.0, alpha, load) - _run(0.0, alpha, load) for load in (force, 0.0 * force)]
     error = float(np.abs(parted[0] - parted[1]).max() / np.abs(parted[1]).max())
@@ -177,13 +171,12 @@ _FOLLOWS, _MISSES = 1e-9, 0.05
 
 @claims("deformation_modes", "cluster_goals")
 def modes_and_clusters(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claims."""
     yield from _modes(tables["deformation_modes"])
     yield from _clusters(tables["cluster_goals"])
 
 
 def _modes(modes: pd.DataFrame) -> Iterator[Claim]:
-    left = modes.groupby(["mode", "deformation"], sort=False)["left"].first().unstack("deformation", sort=False)
+    left = lacking(modes)
     premise = f"a block of {modes['particle'].nunique()} particles in one cluster, deformed to second order, β = 1"
     curved = [name for name in left.columns if name != "linear"]
     found = left.loc[["quadratic", "linear"], curved]
@@ -222,6 +215,11 @@ def limit(stability: pd.DataFrame) -> float:
     return float(stability.loc[stability["scheme"] == "symplectic_euler", "blow_up_measured"].iloc[0])
 
 
+def lacking(modes: pd.DataFrame) -> pd.DataFrame:
+    """Return what is left of each deformation (columns) by each mode (rows)."""
+    return modes.groupby(["mode", "deformation"], sort=False)["left"].first().unstack(sort=False)
+
+
 def held(body_springs: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of the end of the hold."""
     times = body_springs["time_s"]
@@ -237,5 +235,10 @@ def moved(body_springs: pd.DataFrame) -> pd.Series:
 
 def tips(clusters: pd.DataFrame) -> pd.Series:
     """Return the largest displacement [m] of the column, by number of clusters."""
-    bent = clusters[["x_m", "y_m", "z_m"]].to_numpy() - clusters[["rest_x_m", "rest_y_m", "rest_z_m"]].to_numpy()
-    return pd.Series(np.linalg.norm(bent, axis=1)).groupby(clusters["clusters"].to_numpy()).max()
+    bent = np.linalg.norm(displacement(clusters), axis=1)
+    return pd.Series(bent).groupby(clusters["clusters"].to_numpy()).max()
+
+
+def displacement(clusters: pd.DataFrame) -> np.ndarray:
+    """Return that of each row's particle, (rows, 3) [m]."""
+    return clusters[["x_m", "y_m", "z_m"]].to_numpy() - clusters[["rest_x_m", "rest_y_m", "rest_z_m"]].to_numpy()

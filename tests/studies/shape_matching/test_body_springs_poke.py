@@ -52,5 +52,5 @@ def test_the_table_is_complete_and_repeats(table):
     assert list(dict.fromkeys(table["phase"])) == ["press", "hold", "release", "after"]
     particles = body_springs_poke.tube()
     assert (len(particles.nodes), len(particles.triangles)) == (182, 360)
-    again = body_springs_poke._table("none", 0.0, body_springs_poke._run(particles, 0.2, {}))
+    again = body_springs_poke.poke(particles, 0.2, "none", 0.0, {})
     assert again.equals(table[table["case"] == "none"].reset_index(drop=True))

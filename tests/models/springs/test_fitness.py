@@ -68,12 +68,9 @@ def test_any_number_of_threads_gives_the_same_bits(cube, population):
     assert np.array_equal([cube.fitness(young[None])[0] for young in population], together)
 
 
-def test_it_counts_and_survives_a_diverging_motion(cube):
-    fitness = Fitness(cube.model, cube.press, cube.settings, *cube.motion)
-    found = fitness(np.stack([np.full(120, 1e7), np.full(120, 1500.0)]))
-    assert found[0] == -np.inf
-    assert found[1] > -1e-12
-    assert fitness.evaluations == 2
+def test_it_survives_a_diverging_motion(cube):
+    found = cube.fitness(np.stack([np.full(120, 1e7), np.full(120, 1500.0)]))
+    assert found[0] == -np.inf and found[1] > -1e-12
 
 
 def test_a_reference_of_another_shape_gets_one_sentence(cube):

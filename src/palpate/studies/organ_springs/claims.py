@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 import pandas as pd
 
 from palpate.report.claims import Claim, claims, not_testable, verdict
+from palpate.report.words import spaced
 
 HOLDS = 1.5
 """Springs hold at other contacts if their error is less than so many times that at the fitted ones."""
@@ -14,17 +15,16 @@ MATTERS = 0.01
 
 @claims("organ_springs", "organ_history", "mass_motion")
 def chain(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claims, each for every body."""
     for body, rows in tables["organ_springs"].groupby("body", sort=False):
         fitted, tested = (rows[rows["used_in_fit"].astype(bool) == used] for used in (True, False))
         contacts = f"fitted at {fitted['contact'].nunique()} contacts, tested at {tested['contact'].nunique()} others"
         searched = _searched(tables["organ_history"], str(body))
-        premise = f"{str(body).replace('_', ' ')}, {contacts}; springs alone; {searched}"
+        premise = f"{spaced(str(body))}, {contacts}; springs alone; {searched}"
         yield _holds(fitted, tested, premise)
         yield _search(tested, premise)
     for body, rows in tables["mass_motion"].groupby("body", sort=False):
         if rows["from_ct"].astype(bool).any():
-            yield _masses(rows.set_index("masses"), str(body).replace("_", " "))
+            yield _masses(rows.set_index("masses"), spaced(str(body)))
 
 
 def _searched(history: pd.DataFrame, body: str) -> str:

@@ -20,14 +20,11 @@ from palpate.models.springs.spring_motion import KeyPoints, Press, Settings, Spr
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.table import Table
 
-Motion = tuple[np.ndarray, np.ndarray]
-"""Positions [m] and velocities [m/s] of all key points at the end of each frame, both (frames, p, 3)."""
-
 
 class Reference(NamedTuple):
     """The motion that models are compared with: the limit of ever smaller steps, extrapolated from two.
 
-    positions, velocities : as in Motion
+    positions [m], velocities [m/s] : of all key points at the end of each frame, both (frames, p, 3)
     error : the largest that the shorter of both steps has, over the peak; what is left of it is smaller
     """
 
@@ -184,13 +181,18 @@ def mass_motion(found: Organ) -> pd.DataFrame:
 
     Masses are the body's own, those of density_kg_m3 everywhere (uniform), and the own total spread evenly (mean).
     """
-    own = found.particles(0)
-    uniform = found.particles(0) if found.body.densities is None else _uniform(found)
+    own, uniform = found.particles(0), replace(found, body=replace(found.body, densities=None)).particles(0)
     even = replace(own, masses=uniform.masses * (own.masses.sum() / uniform.masses.sum()))
-    frequencies, motions = frequencies_hz(own), _motions(found, own)
-    rows = []
+    rest, settings = found.keys.of(found.body.coarse.nodes), found.in_steps(1)
+    presses = [found.press(i, 0) for i in range(found.fitted)]
+
+    def motions(particles: Particles) -> list[np.ndarray]:
+        return [reference_motion(particles, found.model, press, settings, 1)[0] for press in presses]
+
+    rows, frequencies, wanted = [], frequencies_hz(own), motions(own)
     for name, particles in {"own": own, "uniform": uniform, "mean": even}.items():
         other = frequencies_hz(particles)
+        changes = [deviation(x, y, rest) for x, y in zip(motions(particles), wanted, strict=True)]
         rows.append(
             {
                 "body": found.body.name,
@@ -201,7 +203,7 @@ def mass_motion(found: Organ) -> pd.DataFrame:
                 "most_node_of_uniform": float((particles.masses / uniform.masses).max()),
                 "frequency_hz": other[0],
                 "change_of_frequency": float(np.abs(other / frequencies - 1.0).max()),
-                "change_of_motion": _change(found, _motions(found, particles), motions),
+                "change_of_motion": float(np.mean(changes)),
             }
         )
     return pd.DataFrame(rows)
@@ -215,17 +217,3 @@ def frequencies_hz(particles: Particles) -> np.ndarray:
     start = np.random.default_rng(0).normal(size=masses.shape[0])  # fixed, so that results repeat
     squares = eigsh(stiffness.tocsc(), MODES, masses, sigma=0.0, v0=start, return_eigenvectors=False)
     return np.sqrt(np.sort(squares)) / (2.0 * np.pi)
-
-
-def _uniform(found: Organ) -> Particles:
-    return replace(found, body=replace(found.body, densities=None)).particles(0)
-
-
-def _motions(found: Organ, particles: Particles) -> list[Motion]:
-    settings, presses = found.in_steps(1), range(found.fitted)
-    return [reference_motion(particles, found.model, found.press(i, 0), settings, 1) for i in presses]
-
-
-def _change(found: Organ, motions: list[Motion], wanted: list[Motion]) -> float:
-    rest = found.keys.of(found.body.coarse.nodes)
-    return float(np.mean([deviation(x, y, rest) for (x, _), (y, _) in zip(motions, wanted, strict=True)]))

@@ -70,7 +70,6 @@ def _converged(history: pd.DataFrame, premise: str) -> Claim:
 
 
 def _time(seconds: float, premise: str) -> Claim:
-    """Compare the hour, for what it is worth."""
     published, ours = f"about {SECONDS / 3600:g} h", f"{seconds:.2g} s"
     why = "the paper does not name its machine"
     return Claim(2, "2", "the search takes", premise, published, ours, not_testable(why))
@@ -129,7 +128,6 @@ def _searches(history: pd.DataFrame, premise: str) -> Iterator[Claim]:
 
 
 def _damping() -> Claim:
-    """Explain why equation 6 is not used."""
     claim, ours = "springs are damped by", "2 ratio sqrt(k m₁m₂/(m₁ + m₂)) instead"
     why = "its unit is not N s/m; in metres it is thousands of times what lets the cube move"
     return Claim(2, "1, equation 6", claim, "any", "2 sqrt(k (m₁ + m₂))/l", ours, not_testable(why))

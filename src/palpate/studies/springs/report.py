@@ -1,6 +1,5 @@
 """Report on paper 2: how well each method fits springs, how errors grow, and what springs can do at all."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -85,12 +84,12 @@ def _medians(fits: pd.DataFrame) -> pd.DataFrame:
         row |= {"time": seconds(runs[runs["used_in_fit"]].groupby("seed")["seconds"].first().median())}
         row |= {"fitness [m]": runs[runs["press"] == fits["press"].iloc[0]]["fitness"].median()}
         for press, found in runs.groupby("press", sort=False):
-            row[f"{press} press{' (fitted)' if press in fitted else ''}"] = spread(found["rmse_of_peak"], percent)
+            row[f"{press} press{' (fitted)' if press in fitted else ''}"] = _spread(found["rmse_of_peak"])
         rows.append(row)
     return pd.DataFrame(rows)
 
 
-def spread(values: pd.Series, words: Callable[[float], str]) -> str:
+def _spread(values: pd.Series) -> str:
     """Return the median, and the range if there are several values."""
-    median, least, largest = (words(value) for value in (values.median(), values.min(), values.max()))
+    median, least, largest = map(percent, (values.median(), values.min(), values.max()))
     return median if len(values) == 1 else f"{median} [{least}, {largest}]"

@@ -39,10 +39,7 @@ VARIED = {
 
 @style.figure("dynamic_accuracy", tables=("dynamic_accuracy",))
 def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
-    """Draw one panel for each scene; settings that did not converge are counted in the panel's title.
-
-    dynamic_accuracy : the table of this name
-    """
+    """Draw one panel for each scene; settings that did not converge are counted in the panel's title."""
     table = dynamic_accuracy
     looks = {model: look(model) for model in dict.fromkeys(table["model"])}
     figure, axes = panels(tables.scenes(table), 3.6, "RMSE [% of peak]")
@@ -81,10 +78,7 @@ def _curve(axis, rows, its) -> None:
 
 @style.figure("dynamic_reference", tables=("dynamic_reference",))
 def draw_dynamic_reference(dynamic_reference) -> Figure:
-    """Draw one panel for each scene, a line for each step; frames in which models are not compared are shaded.
-
-    dynamic_reference : the table of this name
-    """
+    """Draw one panel for each scene, a line for each step; frames in which models are not compared are shaded."""
     table = dynamic_reference
     figure, axes = panels(tables.scenes(table), 2.6, "change [% of peak]")
     for scene, axis in axes.items():

@@ -26,7 +26,6 @@ MESHES = {
 def draw_law(law) -> Figure:
     """Draw a column for each body: above, what each change is worth, and the mesh; below, the change of its volume.
 
-    law : the table of this name
     A line is one contact, dotted and hollow where it has no truth that is believed. Crosses at the top are presses
     without an equilibrium.
     """

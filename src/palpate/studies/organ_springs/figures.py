@@ -34,7 +34,7 @@ APART = 1.16
 def draw_organ_springs(organ_springs) -> Figure:
     """Draw each model's errors at fitted and tested contacts, and those at tested contacts over time; a row a body.
 
-    organ_springs : the table of this name; a dot is a contact and a bar their mean, medians over the seeds
+    A dot is a contact and a bar their mean, medians over the seeds
     """
     names = tables.bodies(organ_springs)
     # the median over the seeds of each search in the place of its seeds

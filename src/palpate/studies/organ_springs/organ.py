@@ -111,22 +111,11 @@ def organ(body: Body, settings: dict) -> Organ:
     looked = np.unique(np.linspace(0, len(free) - 1, settings["key_points"]).round().astype(int))
     low, high = settings["young_of_body"]
     young = particles.material.young_pa
-    return Organ(
-        body,
-        spring_model(particles),
-        contacts,
-        fitted,
-        _forces(body, contacts, settings),
-        nodes_as_keys(free),
-        looked,
-        Range(low * young, high * young),
-        settings,
-    )
-
-
-def nodes_as_keys(nodes: np.ndarray) -> KeyPoints:
-    """Return key points that are ``nodes`` (p,), on every level on which these have the same numbers."""
-    return KeyPoints(np.repeat(nodes[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (len(nodes), 1)))
+    # the nodes themselves, on every level on which they have the same numbers
+    keys = KeyPoints(np.repeat(free[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (len(free), 1)))
+    limits = Range(low * young, high * young)
+    forces = _forces(body, contacts, settings)
+    return Organ(body, spring_model(particles), contacts, fitted, forces, keys, looked, limits, settings)
 
 
 def _forces(body: Body, contacts: np.ndarray, settings: dict) -> np.ndarray:

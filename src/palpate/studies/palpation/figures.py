@@ -18,8 +18,8 @@ FELT = "#aa0000"
 def draw_palpation(palpation) -> Figure:
     """Draw force over depth of three places, and how much stiffer each is than without regions over its distance.
 
-    palpation : the table of this name; a row of panels for each body. The places of curves are the two nearest to a
-    region and the farthest; their colours are those of the distance.
+    A row of panels for each body. The places of curves are the two nearest to a region and the farthest; their colours
+    are those of the distance.
     """
     names = tables.bodies(palpation)
     figure = Figure(figsize=(9.5, 3.6 * len(names)), layout="constrained")
@@ -68,10 +68,7 @@ def _shares(axis, rows, norm) -> None:
 
 @style.figure("palpation_limits", tables=("palpation_limits",))
 def draw_palpation_limits(palpation_limits) -> Figure:
-    """Draw the difference over the contrast, a line for each depth, and the least contrast felt over the depth.
-
-    palpation_limits : the table of this name
-    """
+    """Draw the difference over the contrast, a line for each depth, and the least contrast felt over the depth."""
     figure = Figure(figsize=(9.5, 3.8), layout="constrained")
     left, right = figure.subplots(1, 2)
     covers = sorted(palpation_limits["cover_m"].unique())

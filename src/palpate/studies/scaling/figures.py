@@ -20,10 +20,7 @@ _STAGES = ("#111111", "#d55e00", "#0072b2", "#009e73")
 
 @style.figure("scaling", tables=("scaling",))
 def draw_scaling(scaling) -> Figure:
-    """Draw one panel for each component, one curve with its exponent for each stage, and the memory in the last panel.
-
-    scaling : the table of this name
-    """
+    """Draw one panel for each component, one curve with its exponent for each stage, and memory in the last panel."""
     components = [component for component in COMPONENTS if (scaling["component"] == component).any()]
     figure = Figure(figsize=(12, 6.6), layout="constrained")
     panels = figure.subplots(2, 4).ravel()

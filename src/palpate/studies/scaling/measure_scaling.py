@@ -73,7 +73,8 @@ class Meter:
         return self._timed(stage, call, given, self._patience_s)
 
     def _timed(self, stage: str, call: Callable, given: tuple, patience: float) -> Any:
-        _forget_peak()
+        with suppress(OSError):  # forget the peak of resident memory, where the operating system can
+            Path("/proc/self/clear_refs").write_text("5")
         seconds: list[float] = []
         while not seconds or sum(seconds) < patience:
             start = self.clock()
@@ -82,12 +83,6 @@ class Meter:
         grown = max(0.0, _resident_mb("VmHWM") - self._before)
         self.stages.append({"stage": stage, "seconds": float(np.median(seconds)), "memory_mb": grown})
         return result
-
-
-def _forget_peak() -> None:
-    """Reset the operating system's record of the peak of resident memory, where that is possible."""
-    with suppress(OSError):
-        Path("/proc/self/clear_refs").write_text("5")
 
 
 def _resident_mb(what: str) -> float:

@@ -26,8 +26,9 @@ def searches(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield the claims; springs alone, as in the fit, medians over the seeds."""
     fits, history = (genetic(tables[name]) for name in ("spring_fit", "spring_history"))
     fitted, others = fits[fits["used_in_fit"]], fits[~fits["used_in_fit"]]
-    count = int(fitted["generations"].max())
-    premise = f"a cube of 120 nodes and 590 springs, fitted to finite elements; {count} generations, {_seeds(fitted)}"
+    count, seeds = int(fitted["generations"].max()), fitted["seed"].nunique()
+    runs = f"median of {seeds} seeds" if seeds > 1 else "one seed"
+    premise = f"a cube of 120 nodes and 590 springs, fitted to finite elements; {count} generations, {runs}"
     yield _fitness(fitted["fitness"].median(), count, premise)
     yield _converged(history, premise)
     yield _time(fitted["seconds"].median(), premise)
@@ -41,11 +42,6 @@ def searches(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
 def genetic(table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows of the paper's own search, without volume force."""
     return table[(table["method"] == "genetic") & ~table["volume_force"].astype(bool)]
-
-
-def _seeds(rows: pd.DataFrame) -> str:
-    count = rows["seed"].nunique()
-    return f"median of {count} seeds" if count > 1 else "one seed"
 
 
 def _fitness(found: float, count: int, premise: str) -> Claim:
@@ -88,13 +84,10 @@ def _volume(floor: pd.DataFrame) -> Claim:
     poisson = floor["poisson"].max()
     worst = floor[floor["poisson"] == poisson].groupby("volume_force")["rmse_of_peak"].max()
     ours = f"{percent(worst[True])} of the peak with the force, {percent(worst[False])} without"
-    premise = (
-        f"the same cube, Poisson's ratio {poisson:g}, moduli and stiffness of the force fitted to all three presses"
-    )
+    fit = "moduli and stiffness of the force fitted to all three presses"
+    premise, holds = f"the same cube, Poisson's ratio {poisson:g}, {fit}", worst[True] < _LESS * worst[False]
     claim = "a volume force lets springs follow tissue that keeps its volume"
-    return Claim(
-        2, "1, equation 2", claim, premise, "it preserves volume", ours, verdict(worst[True] < _LESS * worst[False])
-    )
+    return Claim(2, "1, equation 2", claim, premise, "it preserves volume", ours, verdict(holds))
 
 
 def _fixed_ratio(floor: pd.DataFrame) -> Claim:
@@ -169,10 +162,8 @@ def _growth(errors: pd.DataFrame, premise: str) -> Claim:
 
 def _bounds(errors: pd.DataFrame, premise: str) -> Iterator[Claim]:
     """Judge the bound as printed, which the zero answer meets, and scaled by the sides of an organ and of the cube."""
-    largest = {
-        press: (rows["most_m"].max(), rows["zero_m"].max()) for press, rows in errors.groupby("press", sort=False)
-    }
-    worst, zero = (1e3 * max(each) for each in zip(*largest.values(), strict=True))
+    largest = errors.groupby("press", sort=False)[["most_m", "zero_m"]].max()
+    worst, zero = 1e3 * largest.max()
     ours = f"{worst:.2g} mm at most; without any motion {zero:.2g} mm"
     claim = "errors of position stay below"
     below = worst < 1e3 * BOUND_M
@@ -180,10 +171,10 @@ def _bounds(errors: pd.DataFrame, premise: str) -> Iterator[Claim]:
     yield Claim(2, "2, figure 3", claim, premise, "5 mm in all three presses", ours, kind)
     scaled = BOUND_M / ORGAN_M * 0.01
     shares = ", ".join(
-        f"{press} {1e3 * error:.2g} of {1e3 * still:.2g} mm" for press, (error, still) in largest.items()
+        f"{press} {1e3 * error:.2g} of {1e3 * still:.2g} mm" for press, error, still in largest.itertuples()
     )
     scale = f"{premise}; 5 mm on a cube of an organ's size, {ORGAN_M:g} m, are {1e3 * scaled:g} mm on one of 10 mm"
-    kind = verdict(all(error < scaled for error, _ in largest.values()))
+    kind = verdict(bool((largest["most_m"] < scaled).all()))
     yield Claim(2, "2, figure 3", f"{claim} 5 % of the cube's side", scale, "in all three presses", shares, kind)
 
 

@@ -32,9 +32,7 @@ def test_the_fit_is_drawn_over_generations_and_time(spring_results):
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == [*(look.label for m, look in style.FITS.items() if m != "gradient_all"), labels[-1]]
     assert labels[-1] == "range of 3 seeds, line: median"
-    over_generations, over_time = figure.axes[:2]
-    assert len(over_generations.lines) == 4
-    assert len(over_time.lines) == 4 + 2 * 3
+    assert [len(axis.lines) for axis in figure.axes[:2]] == [4, 4 + 2 * 3]  # over generations and over time
 
 
 def test_the_floor_is_drawn_for_each_press(spring_results):

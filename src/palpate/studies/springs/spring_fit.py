@@ -78,23 +78,6 @@ SPRING_FIT = Table(
 )
 
 
-def judge(
-    trial: Experiment, model: SpringModel, young: np.ndarray, references: dict[str, Motion], used: list[str]
-) -> pd.DataFrame:
-    """Evaluate the error of the key points over all steps, one row of SPRING_FIT a press; ``used`` were fitted."""
-    rows = []
-    rest = trial.settings.keys.of(trial.model.nodes)
-    for press, (positions, velocities) in references.items():
-        error = simulate(model, young, trial.presses[press], trial.settings)[0] - positions
-        rmse = float(np.sqrt((error**2).sum(axis=2).mean()))
-        peak = float(np.linalg.norm(positions - rest, axis=2).max())
-        scored = Fitness(model, trial.presses[press], trial.settings, positions, velocities)
-        value = float(scored(young[None])[0])
-        rows.append((press, press in used, rmse, rmse / peak, *np.abs(error).max(axis=(0, 1)), value))
-    names = "press used_in_fit rmse_m rmse_of_peak max_x_m max_y_m max_z_m fitness"
-    return pd.DataFrame(rows, columns=names.split())
-
-
 SPRING_ERRORS = Table(
     "spring_errors",
     "The signed error of the point that moves most after every time step of each press, and the largest of all key "
@@ -108,20 +91,28 @@ SPRING_ERRORS = Table(
 )
 
 
-def errors(
+def judge(
     trial: Experiment, model: SpringModel, young: np.ndarray, references: dict[str, Motion], used: list[str]
-) -> pd.DataFrame:
-    """Evaluate errors along each axis, for each press and step: the rows of SPRING_ERRORS (paper 2's figure 3)."""
-    tables = []
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Evaluate errors of the key points, of presses of which ``used`` were fitted.
+
+    Returns a row of SPRING_FIT a press, over all steps, and rows of SPRING_ERRORS (paper 2's figure 3), one a step.
+    """
+    rows, steps = [], []
     rest = trial.settings.keys.of(trial.model.nodes)
-    for press, (positions, _) in references.items():
+    for press, (positions, velocities) in references.items():
         error = simulate(model, young, trial.presses[press], trial.settings)[0] - positions
-        point = int(np.linalg.norm(positions - rest, axis=2).max(axis=0).argmax())
-        signed = pd.DataFrame(error[:, point], columns=["error_x_m", "error_y_m", "error_z_m"])
+        rmse, moved = float(np.sqrt((error**2).sum(axis=2).mean())), np.linalg.norm(positions - rest, axis=2)
+        scored = Fitness(model, trial.presses[press], trial.settings, positions, velocities)
+        value = float(scored(young[None])[0])
+        most = np.abs(error).max(axis=(0, 1))
+        rows.append((press, press in used, rmse, rmse / float(moved.max()), *most, value))
+        signed = pd.DataFrame(error[:, moved.max(axis=0).argmax()], columns=["error_x_m", "error_y_m", "error_z_m"])
         signed.insert(0, "step", np.arange(1, len(error) + 1))
         largest, zero = (np.abs(each).max(axis=(1, 2)) for each in (error, positions - rest))
-        tables.append(signed.assign(most_m=largest, zero_m=zero, press=press, used_in_fit=press in used))
-    return pd.concat(tables, ignore_index=True)
+        steps.append(signed.assign(most_m=largest, zero_m=zero, press=press, used_in_fit=press in used))
+    names = "press used_in_fit rmse_m rmse_of_peak max_x_m max_y_m max_z_m fitness"
+    return pd.DataFrame(rows, columns=names.split()), pd.concat(steps, ignore_index=True)
 
 
 def tables(
@@ -151,13 +142,13 @@ def tables(
         rises.insert(0, "generation", np.arange(len(rises)))
         last = rises.iloc[-1]
         labels = {"method": method, "volume_force": volume_force, "seed": seed}
-        judged = judge(trial, model, fit.young, references, used).assign(
+        judged, grown = judge(trial, model, fit.young, references, used)
+        judged = judged.assign(
             generations=int(last["generation"]),
             evaluations=int(last["evaluations"]),
             seconds=last["seconds"],
             volume_n_m=trial.settings.volume_n_m,
         )
-        grown = errors(trial, model, fit.young, references, used)
         if checkpoint:
             checkpoint.unlink(missing_ok=True)
         for name, table in zip(parts, (judged, rises, grown), strict=True):
@@ -197,7 +188,7 @@ def measure(found: Experiment, references: dict[str, Motion], stiffest_n_m: floa
     fit, stiffness = max(ends, key=lambda end: end[0].fitness)
     cases = ((found, alone, False), (found.with_volume(stiffness), fit, True))
     tables = [
-        judge(trial, found.model, fitted.young, references, list(references)).assign(
+        judge(trial, found.model, fitted.young, references, list(references))[0].assign(
             volume_force=force, volume_n_m=trial.settings.volume_n_m, poisson=found.particles.material.poisson
         )
         for trial, fitted, force in cases

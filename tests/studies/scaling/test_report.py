@@ -9,8 +9,5 @@ def test_the_finding_names_the_largest_body(scaling_table):
     assert "with the number of elements to the power of 1.07" in found and "2 cores are 2 times as fast as one" in found
     # of all stages, proportional in this table
     assert abs(numbers("scaling", {"scaling": scaling_table})["power_of_first"] - 1.0) < 1e-9
-
-
-def test_one_core_has_no_speed_up(scaling_table):
     alone = scaling_table[(scaling_table["component"] != "cores") | (scaling_table["size"] == 1)]
     assert "there is one core only" in page("scaling", {"scaling": alone})

@@ -36,9 +36,9 @@ def test_the_fit_is_drawn_over_generations_and_time(spring_results):
 
 
 def test_the_floor_is_drawn_for_each_press(spring_results):
-    figure = figures.draw_spring_floor(spring_results["spring_floor"])
-    assert [axis.get_title("left") for axis in figure.axes] == ["top press", "left press", "front press"]
-    alone, tied = figure.axes[0].lines[1:]
+    axes = figures.draw_spring_floor(spring_results["spring_floor"]).axes
+    assert [axis.get_title("left") for axis in axes] == ["top press", "left press", "front press"]
+    alone, tied = axes[0].lines[1:]
     assert (alone.get_ydata() > tied.get_ydata()).all()
 
 

@@ -36,8 +36,8 @@ def draw_palpation(palpation) -> Figure:
         left.set(title=f"{title}: what the finger feels", xlabel="depth [mm]", ylabel="force [N]")
         right.set(title=f"{title}: where it differs", xlabel="distance from the region [mm]", ylabel="stiffer by [%]")
         colours = [line.get_color() for line in left.lines if line.get_linestyle() == "-"]
-        names = zip(colours, ("nearest place", "next place", "farthest place"), strict=False)
-        handles = [Line2D([], [], color=colour, label=name) for colour, name in names]
+        places = zip(colours, ("nearest place", "next place", "farthest place"), strict=False)
+        handles = [Line2D([], [], color=colour, label=name) for colour, name in places]
         handles.append(Line2D([], [], color=style.INK, label="with the region"))
         handles.append(Line2D([], [], color=style.INK, ls="--", label="without it"))
         left.legend(handles=handles, loc="lower right")

@@ -38,7 +38,7 @@ def numbers(report: Report) -> dict[str, Any]:
         "column_force_n": clusters["force_n"].iloc[0],
         "tips_cm": {int(count): 100 * most for count, most in tips(clusters).items()},
         "slopes": list(exponents(timing).groupby("mode", sort=False)["exponent"].agg(["min", "max"]).itertuples()),
-        "poked": [_poked(*case, rows) for case, rows in pokes],
+        "poked": [_poked(case, stiffness, rows) for (case, stiffness), rows in pokes],
         "block_particles": modes["particle"].nunique(),
         "left": lacking(modes).T.to_dict(),
         **_goals(found["cluster_goals"]),

@@ -34,7 +34,6 @@ def load_checkpoint(path: Path, key: np.ndarray) -> dict | None:
         return None
 
 
-RECOMBINATION_PROBABILITY = 0.9
 EXTENSION = 0.5
 """Extension of intermediate recombination beyond the parents, relative to their distance."""
 
@@ -91,7 +90,7 @@ class Genetic:
         random, limits, n = self._random, self._rules.range, self.generation
         first, second = self.individuals[random.integers(len(self.individuals), size=2)]
         child = first.copy()
-        if random.random() < RECOMBINATION_PROBABILITY:
+        if random.random() < 0.9:
             child += random.uniform(-EXTENSION, 1.0 + EXTENSION, len(child)) * (second - first)
         if random.random() < 1.0 / (n + 2) + 0.002:  # eq. 7
             chosen = random.random(len(child)) < 0.5
@@ -137,10 +136,6 @@ def evolve(
     return population.fit()
 
 
-INITIAL_SIGMA = 0.3
-"""Standard deviation of the first individuals, in log E: a factor of 1.35."""
-
-
 def cma_es(
     fitness: Callable[[np.ndarray], np.ndarray],
     start_pa: np.ndarray,
@@ -163,8 +158,8 @@ def cma_es(
         "popsize": len(LANES),
         "verbose": -9,
     }
-    track = Track(fitness)
-    search = cma.CMAEvolutionStrategy(np.log(start_pa), INITIAL_SIGMA, options)
+    track, sigma = Track(fitness), 0.3  # of the first individuals, in log E: a factor of 1.35
+    search = cma.CMAEvolutionStrategy(np.log(start_pa), sigma, options)
     while not search.stop():
         candidates = search.ask()
         search.tell(candidates, (-track(np.exp(np.array(candidates)))).tolist())

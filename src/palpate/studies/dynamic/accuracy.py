@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -132,10 +133,9 @@ def measure(
 
     lesson : the motion that models are fitted to, None if none is
     grid : by model, the values to try of its settings: ``dynamic.settings`` of the config
-    names : the models to try, all that can do the scene if there is none
+    names : the models to try, all that can do the scene if there is none; progress : wraps them, as ``tqdm`` does
     Columns: failures is also 1 for a model to which nothing could be fitted; times are without preparation. varied is
     what a setting changes: STEP or, at the same step, order, tolerance, gap, or place.
-    ``progress`` wraps the models, as ``tqdm`` does.
     """
     whole_s = trial.duration_s
     trial = replace(trial, duration_s=truth.duration_s, frames=truth.frames)
@@ -185,28 +185,26 @@ def _models(
 
 def _coarse(trial: Trial, grid: Grid) -> Tried:
     """Yield steps of finite elements on the coarse level, then looser residuals and other gaps at the middle one."""
-    counts, young = grid["steps_per_frame"], trial.body.material.young_pa
+    counts, elements = grid["steps_per_frame"], Fitted(Trial.fem, trial.body.material.young_pa, 0.0)
     if len(trial.body.levels) > 1:
         for count in counts:
-            yield count * trial.frames, Fitted(Trial.fem, young, 0.0), ""
+            yield count * trial.frames, elements, ""
     middle = counts[len(counts) // 2] * trial.frames
     if trial.order > 1:
-        yield middle, Fitted(partial(Trial.fem, order=1), young, 0.0), "order=1"
+        yield middle, replace(elements, scene=partial(Trial.fem, order=1)), "order=1"
     for loose in grid["tolerances"]:
-        yield middle, Fitted(partial(_looser, loose), young, 0.0), f"tolerance={loose:g}"
+        yield middle, replace(elements, scene=partial(_looser, loose)), f"tolerance={loose:g}"
     for factor in grid["gaps"] if "contact" in trial.loads else []:
-        yield middle, Fitted(partial(_wider, factor), young, 0.0), f"gap={factor:g}×"
+        yield middle, replace(elements, scene=partial(_wider, factor)), f"gap={factor:g}×"
 
 
 def _fine(trial: Trial, grid: Grid) -> Tried:
     """Yield looser residuals of the reference's own elements, and a step of first order; its steps are known."""
-    young = trial.body.material.young_pa
-    for count in grid["steps_per_frame"]:
-        for loose in grid["tolerances"]:
-            yield count * trial.frames, Fitted(partial(_looser, loose), young, 0.0, level=-1), f"tolerance={loose:g}"
+    counts, elements = grid["steps_per_frame"], Fitted(Trial.fem, trial.body.material.young_pa, 0.0, level=-1)
+    for count, loose in product(counts, grid["tolerances"]):
+        yield count * trial.frames, replace(elements, scene=partial(_looser, loose)), f"tolerance={loose:g}"
     if trial.order > 1:
-        first = Fitted(partial(Trial.fem, order=1), young, 0.0, level=-1)
-        yield min(grid["steps_per_frame"]) * trial.frames, first, "order=1"
+        yield min(counts) * trial.frames, replace(elements, scene=partial(Trial.fem, order=1)), "order=1"
 
 
 def _corrected(trial: Trial, grid: Grid) -> Tried:

@@ -74,8 +74,5 @@ def _goals(table: pd.DataFrame) -> dict[str, Any]:
 def _creep(table: pd.DataFrame) -> dict[str, Any]:
     """Return how near the creep of a scene is to its closed solution."""
     full = table[table["load"] > 1.0 - 1e-6]["creep_m"].iloc[0]
-    return {
-        "scene": spaced(table["scene"].iloc[0]),
-        "error": closeness(table),
-        "late": 1.0 - full / table["closed_m"].max(),
-    }
+    late = 1.0 - full / table["closed_m"].max()
+    return {"scene": spaced(table["scene"].iloc[0]), "error": closeness(table), "late": late}

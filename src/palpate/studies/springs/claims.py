@@ -7,6 +7,7 @@ import pandas as pd
 
 from palpate.report.claims import BOUND, Claim, claims, not_testable, percent, verdict
 from palpate.report.tables import where
+from palpate.scenes.acting_effects import SPRING_POISSON
 
 FITNESS_M, GENERATIONS, SECONDS = -0.05, 1000, 3600
 """Where the search ends in figure 2, and after how long."""
@@ -14,8 +15,6 @@ _HOLDS = 1.5
 """Moduli hold for a load that they were not fitted to if its error is less than so many times the fitted one."""
 _LESS = 0.8
 """An error is clearly smaller if it is less than this share of the other."""
-_FIXED = 0.25
-"""Poisson's ratio of springs."""
 _MAGNITUDE = 10.0
 """A search is faster by an order of magnitude if it takes so many times less time to the same fitness."""
 _LATE, _GAIN = 0.1, 0.05
@@ -93,7 +92,7 @@ def _fixed_ratio(floor: pd.DataFrame) -> Claim:
     ours = "mean error " + ", ".join(f"{percent(error)} at {poisson:g}" for poisson, error in errors.items())
     claim = "springs without a volume force have one Poisson's ratio, whatever their moduli"
     premise = f"the same cube, tissues of {len(errors)} ratios, moduli fitted to all three presses"
-    near = errors.index[(errors.index - _FIXED).to_series().abs().to_numpy().argmin()]
+    near = errors.index[(errors.index - SPRING_POISSON).to_series().abs().to_numpy().argmin()]
     return Claim(2, "beyond the paper", claim, premise, "1/4", f"{ours}; least at {best:g}", verdict(best == near))
 
 

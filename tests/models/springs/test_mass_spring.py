@@ -91,9 +91,8 @@ def test_nothing_is_answered_unchecked(slab_case):
     case = slab_case[0]
     made = model("springs", {})
     solver = made.offline(case).online(made.settings(case)[0])
-    contact = int(case.database.contact[0])
-    assert not solver.respond(Load.at(contact, np.zeros(3))).any()
-    load = Load.at(contact, np.zeros(3))
+    load = Load.at(int(case.database.contact[0]), np.zeros(3))
+    assert not solver.respond(load).any()
     load.presses[0].force[0] = np.nan  # loads are checked when they are made
     with pytest.raises(NotConverged, match="find no way"):
         solver.respond(load)

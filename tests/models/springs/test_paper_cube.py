@@ -7,19 +7,15 @@ from palpate.bodies.mesh_quality import quality
 from palpate.models.springs.paper_cube import middle, paper_cube
 
 
-def test_counts_are_the_papers(cube):
+def test_counts_are_the_papers_and_elements_are_good(cube):
     mesh = cube.mesh
     assert (len(mesh.nodes), len(mesh.tetrahedra), len(mesh.edges)) == (120, 377, 590)
     assert len(np.unique(mesh.tetrahedra)) == 120
     assert (len(mesh.surface), len(mesh.triangles)) == (96, 188)
-
-
-def test_it_is_a_cube_of_good_elements(cube):
-    assert cube.mesh.volumes.min() > 0.0
-    assert cube.mesh.volumes.sum() == pytest.approx(1e-6, rel=1e-12)
-    assert (np.ptp(cube.mesh.nodes, axis=0) == 0.01).all()
-    assert quality(cube.mesh)["min_dihedral_deg"] > 12.0
-    assert np.array_equal(paper_cube(0.01).tetrahedra, cube.mesh.tetrahedra)
+    assert mesh.volumes.min() > 0.0 and mesh.volumes.sum() == pytest.approx(1e-6, rel=1e-12)
+    assert (np.ptp(mesh.nodes, axis=0) == 0.01).all()
+    assert quality(mesh)["min_dihedral_deg"] > 12.0
+    assert np.array_equal(paper_cube(0.01).tetrahedra, mesh.tetrahedra)
 
 
 def test_middles_of_the_pressed_faces_are_nodes(cube):

@@ -11,20 +11,8 @@ from palpate.effects.linear_elements import LinearElements
 from palpate.effects.springs import Springs, volume_springs
 from palpate.effects.volume_force import Volume
 from palpate.errors import InputError, NotConverged
-from palpate.models.springs.spring_motion import (
-    ALONE,
-    Load,
-    Press,
-    advance,
-    constants,
-    damping_time,
-    dampings,
-    key_points,
-    reference_motion,
-    simulate,
-    stiffnesses,
-    trajectory,
-)
+from palpate.models.springs import spring_motion
+from palpate.models.springs.spring_motion import Load, Press, dampings, reference_motion, simulate, stiffnesses
 from palpate.solvers.symplectic_euler import SymplecticEuler
 from palpate.solvers.system import System
 
@@ -56,14 +44,15 @@ def test_one_step_is_that_of_the_effects(cube, young):
     x = cube.model.nodes + random.normal(0, 2e-4, (120, 3))
     v = random.normal(0, 0.02, (120, 3))
     v[cube.model.held] = 0.0
-    *network, load, factors, h = constants(cube.model, cube.press, settings)
+    *network, load, factors, h = spring_motion.constants(cube.model, cube.press, settings)
     push = Load(cube.press)
     push.factor = factors[20]
     expected = integrator(cube, young, push).step(x, v, h)
-    k = stiffnesses(cube.model, young)[:, None]
-    new_x, new_v = x.copy(), v.copy()
-    damping = dampings(cube.model, k[:, 0], settings.damping_ratio)[:, None]
-    advance(new_x, new_v, np.empty_like(x), np.empty(12), k, damping, *network[1:], load, factors[20], h, ALONE)
+    k = stiffnesses(cube.model, young)
+    damping = dampings(cube.model, k, settings.damping_ratio)
+    new_x, new_v, springs = x.copy(), v.copy(), (k[:, None], damping[:, None], *network[1:])
+    spaces, lanes = (np.empty_like(x), np.empty(12)), spring_motion.ALONE
+    spring_motion.advance(new_x, new_v, *spaces, *springs, load, factors[20], h, lanes)
     assert new_v == pytest.approx(expected[1], rel=1e-12, abs=1e-14)
     assert new_x == pytest.approx(expected[0], rel=1e-12, abs=1e-16)
 
@@ -81,10 +70,9 @@ def test_a_motion_is_that_of_the_effects(cube, young):
 
 
 def test_held_nodes_stay_and_the_pressed_one_goes_in(cube, young):
-    positions, velocities = trajectory(cube.model, young, cube.press, cube.settings)
+    positions, velocities = spring_motion.trajectory(cube.model, young, cube.press, cube.settings)
     assert (positions[:, cube.model.held] == cube.model.nodes[cube.model.held]).all()
-    assert (velocities[0] == 0.0).all()
-    assert (positions[0] == cube.model.nodes).all()
+    assert (positions[0] == cube.model.nodes).all() and not velocities[0].any()
     assert 1e-4 < cube.model.nodes[cube.press.node, 2] - positions[-1, cube.press.node, 2] < 1e-3
 
 
@@ -106,9 +94,8 @@ def test_the_papers_damping_would_freeze_the_cube(cube):
     model = cube.model
     k = stiffnesses(model, np.full(120, 1000.0))
     paper = 2.0 * np.sqrt(k * model.masses[model.pairs].sum(axis=1)) / model.rest_m
-    assert np.median(paper / dampings(model, k, 1.0)) > 500.0
-    assert np.median(paper / k) > 1.0
-    assert np.median(dampings(model, k, 1.0) / k) < 0.01
+    ours = dampings(model, k, 1.0)
+    assert np.median(paper / ours) > 500.0 and np.median(paper / k) > 1.0 > 100.0 * np.median(ours / k)
 
 
 def test_a_diverging_motion_and_bad_moduli_are_reported(cube):
@@ -124,10 +111,7 @@ def test_masses_and_weights_are_the_bodys(cube):
     pairs, stiffness = volume_springs(cube.particles)
     assert np.array_equal(cube.model.pairs, pairs)
     assert 1000.0 * cube.model.weights == pytest.approx(stiffness, rel=1e-13)
-
-
-def test_swelling_springs_have_the_bulk_modulus_of_a_quarter(cube):
-    """Σ k l² = 9 V (2E/3): eq. 5 is isotropic elasticity at ν = 1/4, averaged over directions."""
+    # Σ k l² = 9 V (2E/3): eq. 5 is isotropic elasticity at ν = 1/4, averaged over directions
     total = (cube.model.weights * cube.model.rest_m**2).sum()
     assert total == pytest.approx(9.0 * 1e-6 * 2.0 / 3.0, rel=1e-12)
 
@@ -143,11 +127,9 @@ def test_key_points_follow_an_affine_motion(cube):
 
 @pytest.mark.parametrize("point", [[0.005, 0.005, 0.0101], [-1, 0, 0], [np.nan, 0.001, 0.001]])
 def test_a_point_outside_gets_one_sentence(cube, point):
-    with pytest.raises(
-        InputError, match=r"^springs\.key_points_m\[1\] is \[.*\], which is outside the mesh; give .*\.$"
-    ) as caught:
-        key_points(cube.mesh.nodes, cube.mesh.tetrahedra, [[0.001, 0.001, 0.001], point])
-    assert "\n" not in str(caught.value)
+    said = r"^springs\.key_points_m\[1\] is \[.*\], which is outside the mesh; give .*\.$"
+    with pytest.raises(InputError, match=said):
+        spring_motion.key_points(cube.mesh.nodes, cube.mesh.tetrahedra, [[0.001, 0.001, 0.001], point])
 
 
 def test_a_press_rises_without_a_kink():
@@ -159,11 +141,9 @@ def test_a_press_rises_without_a_kink():
 def test_swelling_is_damped_as_in_the_springs(cube):
     """At ν = 1/4, where both have the same bulk modulus."""
     model, v = cube.model, 3.0 * cube.model.nodes
-    k = stiffnesses(model, np.full(120, 1000.0))
-    rates = 3.0 * model.rest_m
-    elastic = LinearElements(cube.particles, cube.particles.material)
-    stiffness = elastic.stiffness(model.nodes, definite=True)
-    power = damping_time(model, 1000.0, 0.2) * v.ravel() @ (stiffness @ v.ravel())
+    k, rates = stiffnesses(model, np.full(120, 1000.0)), 3.0 * model.rest_m
+    stiffness = LinearElements(cube.particles, cube.particles.material).stiffness(model.nodes, definite=True)
+    power = spring_motion.damping_time(model, 1000.0, 0.2) * v.ravel() @ (stiffness @ v.ravel())
     assert (dampings(model, k, 0.2) * rates**2).sum() == pytest.approx(power, rel=1e-9)
 
 
@@ -173,17 +153,15 @@ def test_finer_steps_converge_to_first_order(cube):
         reference_motion(cube.particles, cube.model, cube.press, settings, substeps)[0] for substeps in (1, 2, 4)
     )
     assert coarse.shape == (20, 4, 3)
-    moved = np.abs(fine - settings.keys.of(cube.model.nodes)).max()
-    assert 1e-5 < moved < 1e-3
-    assert np.abs(middle - fine).max() < 0.05 * moved
-    assert np.abs(coarse - middle).max() / np.abs(middle - fine).max() == pytest.approx(2.0, rel=0.2)
+    moved, off = np.abs(fine - settings.keys.of(cube.model.nodes)).max(), np.abs(middle - fine).max()
+    assert 1e-5 < moved < 1e-3 and off < 0.05 * moved
+    assert np.abs(coarse - middle).max() / off == pytest.approx(2.0, rel=0.2)
 
 
 def test_it_follows_the_press(cube):
     """The top goes down, and as far within a factor of three as springs of the same modulus."""
-    positions, velocities = reference_motion(
-        cube.particles, cube.model, cube.press, replace(cube.settings, steps=30), 1
-    )
+    settings = replace(cube.settings, steps=30)
+    positions, velocities = reference_motion(cube.particles, cube.model, cube.press, settings, 1)
     down = 0.01 - positions[-1, 0, 2]
     assert 1.0 < (0.01 - cube.motion[0][29, 0, 2]) / down < 3.0
     assert velocities[10, 0, 2] < 0.0

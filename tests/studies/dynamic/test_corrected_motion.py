@@ -25,11 +25,10 @@ def pressed(box) -> Trial:
 
 
 def test_a_motion_that_has_come_to_rest_is_the_fine_one(pressed):
-    found = CorrectedMotion(pressed)
+    found, scene = CorrectedMotion(pressed), pressed.fem(40)
     assert 1.0 < found.softness < 2.0
-    held = pressed.scale_loads(1.0)
-    soft = held.move(held.fem(40), 0, held.body.material.young_pa / found.softness)[1].motion
-    coarse, fine = held.move(held.fem(40), 0)[0][0], held.move(held.fem(40), 1)[0][0]
+    soft = pressed.move(scene, 0, pressed.body.material.young_pa / found.softness)[1].motion
+    coarse, fine = (pressed.move(scene, level)[0][0] for level in (0, 1))
     corrected = found.correct(soft)[0]
     assert np.linalg.norm(corrected - fine) < 0.02 * np.linalg.norm(fine) < 0.2 * np.linalg.norm(coarse - fine)
 

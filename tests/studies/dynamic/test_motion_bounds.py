@@ -35,9 +35,7 @@ def test_what_a_model_knows_of_itself_makes_bounds_sharp_and_both_hold(measured)
     for each in (flat, own):
         assert each["places"] == PLACES and 0.85 <= each["coverage"] <= 1.0
     assert own["estimate_s"] == 0.1 and flat["estimate_s"] == 0.0
-
-
-def test_a_model_that_says_nothing_has_the_constant_bound_alone(measured):
+    # a model that says nothing has the constant bound alone
     assert set(motion_bounds([measured]).set_index("model").loc[["silent"], "estimate"]) == {CONSTANT}
 
 

@@ -58,15 +58,13 @@ def test_steps_of_half_the_length_are_said_to_be_better(pressed):
 
 
 def test_pushes_elsewhere_are_as_hard_and_inward(pressed):
-    found = moved_pushes(pressed, 5, [0, 45], 1)
-    again = moved_pushes(pressed, 5, [0, 45], 1)
+    found, again = (moved_pushes(pressed, 5, [0, 45], 1) for _ in range(2))
     fine, own = pressed.body.fine, pressed.loads["push"]["loads"][0]
     assert len(found) == 5 and not set(found) & set(pressed.body.anchors[0])
     for number, (contact, there) in enumerate(found.items()):
-        push = there.loads["push"]["loads"][0]
-        force = np.array(push["force_n"])
-        assert np.linalg.norm(force) == pytest.approx(np.linalg.norm(own["force_n"]))
-        inward = -force @ fine.normals[contact] / np.linalg.norm(force)
+        push, newtons = there.loads["push"]["loads"][0], np.linalg.norm(own["force_n"])
+        assert np.linalg.norm(push["force_n"]) == pytest.approx(newtons)
+        inward = -np.array(push["force_n"]) @ fine.normals[contact] / newtons
         assert inward == pytest.approx(np.cos(np.radians([0, 45][number % 2])))
         assert push["at_m"] == fine.nodes[contact].tolist() and push["press_s"] == own["press_s"]
         assert push == again[contact].loads["push"]["loads"][0]

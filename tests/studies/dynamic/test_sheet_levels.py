@@ -20,11 +20,9 @@ def test_a_finer_sheet_is_the_lattice_of_twice_the_divisions(cloth):
     fine, prolongation = refine_sheet(cloth.coarse)
     assert np.array_equal(fine.nodes[: len(cloth.coarse.nodes)], cloth.coarse.nodes)
     assert prolongation @ cloth.coarse.nodes == pytest.approx(fine.nodes)
-    lattice = sheet([0.3, 0.2], [12, 8], 0.001)
-    middles = [
-        np.sort(mesh.nodes[mesh.triangles].mean(axis=1).round(9).view("f8,f8,f8"), axis=0) for mesh in (fine, lattice)
-    ]
-    assert np.array_equal(*middles)
+    pair = fine, sheet([0.3, 0.2], [12, 8], 0.001)
+    middles = [mesh.nodes[mesh.triangles].mean(axis=1).round(9) for mesh in pair]
+    assert np.array_equal(*(np.sort(points.view("f8,f8,f8"), axis=0) for points in middles))
     a, b, c = (fine.nodes[fine.triangles[:, i]] for i in range(3))
     assert (np.cross(b - a, c - a)[:, 2] > 0.0).all()
 
@@ -32,13 +30,9 @@ def test_a_finer_sheet_is_the_lattice_of_twice_the_divisions(cloth):
 def test_levels_begin_with_half_the_divisions_and_hold_what_the_sheet_holds(cloth):
     nested = nest_sheet(cloth, 2)
     assert [len(level.nodes) for level in nested.levels] == [12, 35, 117]
-    assert sorted(map(tuple, nested.levels[1].nodes[nested.anchors[1]].round(9))) == sorted(
-        map(tuple, cloth.coarse.nodes[cloth.anchors[0]].round(9))
-    )
+    pair = nested.levels[1].nodes[nested.anchors[1]], cloth.coarse.nodes[cloth.anchors[0]]
+    assert np.array_equal(*(np.sort(points.round(9).view("f8,f8,f8"), axis=0) for points in pair))
     assert [len(held) for held in nested.anchors] == [2, 5, 13]
-
-
-def test_level_0_alone_is_the_sheet_of_half_the_divisions(cloth):
     alone = nest_sheet(cloth, 0)
     assert [len(level.nodes) for level in alone.levels] == [12] and not alone.prolongations
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.studies.scaling import components, measure_scaling
+from palpate.studies.scaling import measure_scaling
 from palpate.studies.scaling.measure_scaling import COMPONENTS, FITTED_SIZES, Meter, doubling, exponents, measure
 
 SIZES = {
@@ -58,14 +58,14 @@ def test_the_press_moves_the_coarse_body_as_far_as_was_asked(refinements):
 
         often = once
 
-    components.fem(refinements, Keep())
+    measure_scaling.fem(refinements, Keep())
     body, (solve, (load, _), solution) = found["mesh"][-1], found["respond"]
     moved = np.linalg.norm(solution.x - body.fine.nodes, axis=1).max()
     if refinements == 0:
-        assert moved == pytest.approx(components.PEAK_OF_SIZE * body.fine.size, rel=0.03)
-    assert solution.history[-1] <= components.TOLERANCE
+        assert moved == pytest.approx(measure_scaling.PEAK_OF_SIZE * body.fine.size, rel=0.03)
+    assert solution.history[-1] <= measure_scaling.TOLERANCE
     left = solve.__self__.force(solution.x)
-    assert np.linalg.norm(left) <= 1.01 * components.TOLERANCE * np.linalg.norm(load)
+    assert np.linalg.norm(left) <= 1.01 * measure_scaling.TOLERANCE * np.linalg.norm(load)
 
 
 def test_a_meter_sees_what_a_call_takes():

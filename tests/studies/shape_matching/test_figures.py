@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from fixtures.drawn import texts
 
+from palpate.report import tables
 from palpate.studies.shape_matching import figures
 
 
@@ -13,7 +14,7 @@ def test_every_case_is_named_with_its_share_of_moved_nodes(shape_matching_result
     damped = table[table["case"] == "none"].assign(case="dampers_only")
     labels = [t.get_text() for t in figures.draw_body_springs(pd.concat([table, damped])).legends[0].get_texts()]
     assert len(labels) == 3
-    held = table[(table["case"] == "none") & (table["phase"] == "hold") & (table["time_s"] == 1.0)]
+    held = tables.where(table, case="none", phase="hold", time_s=1.0)
     share = held["moved"].sum() / held["nodes"].sum()
     assert labels[0].startswith(f"surface springs only\n{100 * share:.0f} % of nodes moved")
 
@@ -41,9 +42,8 @@ def test_the_figure_shows_each_column_and_how_far_it_moves(shape_matching_result
 def test_each_block_says_what_its_mode_misses(shape_matching_results):
     table = shape_matching_results["deformation_modes"]
     figure = figures.draw_deformation_modes(table)
-    said = [[text.get_text() for text in axis.texts if "misses" in text.get_text() or text.get_text() == "follows"]
-            for axis in figure.axes]  # fmt: skip
-    assert [text for (text,) in said] == ["misses 90\u00a0%"] * 2 + ["follows", "misses 50\u00a0%"] + ["follows"] * 2
+    said = [text for axis in figure.axes for text in texts(axis) if "misses" in text or text == "follows"]
+    assert said == ["misses 90\u00a0%"] * 2 + ["follows", "misses 50\u00a0%"] + ["follows"] * 2
     assert [axis.get_title(loc="left") for axis in figure.axes[:2]] == ["linear", "bent"]
 
 

@@ -17,11 +17,8 @@ def test_numbers_come_from_the_tables(shape_matching_results):
     assert max(found["left"]["quadratic"].values()) == 1e-15 and found["left"]["linear"]["bent"] == 0.5
     assert (found["letter"]["clusters_most"], found["letter"]["alpha_limit_measured"]) == (30, 0.151)
     assert (found["cheaper"], found["drift"]) == (pytest.approx(0.1), 2e-16)
-    assert found["creep"] == {
-        "scene": "strip creep",
-        "error": pytest.approx(0.01),
-        "late": pytest.approx(0.39, abs=0.005),
-    }
+    creep = {"scene": "strip creep", "error": pytest.approx(0.01), "late": pytest.approx(0.39, abs=0.005)}
+    assert found["creep"] == creep
     assert [(row["moved"], row["nodes"], row["left"]) for row in found["poked"]] == [
         (30, 30, pytest.approx(0.2)), (12, 30, pytest.approx(0.0)),
     ]  # fmt: skip

@@ -32,15 +32,13 @@ def test_the_fit_is_drawn_over_generations_and_time(spring_results):
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == [*(look.label for m, look in style.FITS.items() if m != "gradient_all"), labels[-1]]
     assert labels[-1] == "range of 3 seeds, line: median"
-    over_generations, over_time = figure.axes[:2]
-    assert len(over_generations.lines) == 4
-    assert len(over_time.lines) == 4 + 2 * 3
+    assert [len(axis.lines) for axis in figure.axes[:2]] == [4, 4 + 2 * 3]  # over generations and over time
 
 
 def test_the_floor_is_drawn_for_each_press(spring_results):
-    figure = figures.draw_spring_floor(spring_results["spring_floor"])
-    assert [axis.get_title("left") for axis in figure.axes] == ["top press", "left press", "front press"]
-    alone, tied = figure.axes[0].lines[1:]
+    axes = figures.draw_spring_floor(spring_results["spring_floor"]).axes
+    assert [axis.get_title("left") for axis in axes] == ["top press", "left press", "front press"]
+    alone, tied = axes[0].lines[1:]
     assert (alone.get_ydata() > tied.get_ydata()).all()
 
 

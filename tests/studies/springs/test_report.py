@@ -23,9 +23,6 @@ def test_numbers_come_from_the_tables(spring_results):
     text = " ".join(page("springs", spring_results, PUBLISHED).split())
     assert "(the paper: about 1 h); the gradient from the adjoint reaches its fitness after 11 s" in text
     assert "ends with 55 % less error" in text
-
-
-def test_a_gradient_that_never_passes_is_reported(spring_results):
     history = spring_results["spring_history"].copy()
     history.loc[history["method"] == "gradient", "fitness"] = -1.0
     assert "never reaches its fitness" in page("springs", spring_results | {"spring_history": history}, PUBLISHED)

@@ -150,8 +150,6 @@ def _through_volume(x, w, tetrahedra, volume_rest, volume, a, by_volume):
 
 MEMORY = 30
 """Pairs of steps and gradients from which L-BFGS estimates the curvature."""
-LEAST_GAIN = 1e-7
-"""Relative gain of a step at which L-BFGS stops."""
 LEAST_VOLUME = 1e-6
 """Least stiffness of a fitted volume force, relative to the largest; at 0 it would have no derivative."""
 
@@ -206,7 +204,7 @@ def descend(
     if most_n_m is not None:
         start = np.append(start, np.clip(initial_n_m / most_n_m, LEAST_VOLUME, 1.0))
         bounds.append((LEAST_VOLUME, 1.0))
-    options = {"maxcor": MEMORY, "maxfun": evaluations, "maxiter": evaluations, "ftol": LEAST_GAIN, "gtol": 0.0}
+    options = {"maxcor": MEMORY, "maxfun": evaluations, "maxiter": evaluations, "ftol": 1e-7, "gtol": 0.0}
     minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
     value, young, volume = best
     return Fit(young, value, np.array(history)), volume

@@ -13,28 +13,6 @@ import numpy as np
 from palpate.files import write_whole
 from palpate.models.springs.fitness import LANES, Fit, Range, Track
 
-
-def save_checkpoint(path: Path, key: np.ndarray, state: dict) -> None:
-    """Write ``state``, arrays and the state of a generator ``random``, with the ``key`` of the search it belongs to."""
-    arrays = {name: value for name, value in state.items() if name != "random"}
-    with write_whole(path) as part, open(part, "wb") as file:
-        np.savez(file, key=key, random=json.dumps(state["random"]), **arrays)
-
-
-def load_checkpoint(path: Path, key: np.ndarray) -> dict | None:
-    """Load what ``save_checkpoint`` wrote; None if it is missing, damaged or of another ``key``: a search starts anew.
-
-    The key holds the first generation and its fitness, so that a state of it is whole: it was written whole or not.
-    """
-    try:
-        with np.load(path) as file:
-            state = {name: file[name] for name in file.files}
-        return state | {"random": json.loads(str(state["random"]))} if np.array_equal(state["key"], key) else None
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        return None
-
-
-RECOMBINATION_PROBABILITY = 0.9
 EXTENSION = 0.5
 """Extension of intermediate recombination beyond the parents, relative to their distance."""
 
@@ -91,7 +69,7 @@ class Genetic:
         random, limits, n = self._random, self._rules.range, self.generation
         first, second = self.individuals[random.integers(len(self.individuals), size=2)]
         child = first.copy()
-        if random.random() < RECOMBINATION_PROBABILITY:
+        if random.random() < 0.9:
             child += random.uniform(-EXTENSION, 1.0 + EXTENSION, len(child)) * (second - first)
         if random.random() < 1.0 / (n + 2) + 0.002:  # eq. 7
             chosen = random.random(len(child)) < 0.5
@@ -99,16 +77,28 @@ class Genetic:
             child[chosen] = random.normal(child[chosen], sigma)
         return np.clip(child, limits.low_pa, limits.high_pa)
 
-    def state(self) -> dict[str, Any]:
-        """Return everything that the next generations depend on."""
+    def save(self, path: Path, key: np.ndarray) -> None:
+        """Write everything that the next generations depend on, with the ``key`` of the search."""
         names = ("individuals", "fitness", "generation", "history")
-        return {name: np.array(getattr(self, name)) for name in names} | {"random": self._random.bit_generator.state}
+        state: dict[str, Any] = {name: np.array(getattr(self, name)) for name in names}
+        with write_whole(path) as part, open(part, "wb") as file:
+            np.savez(file, key=key, random=json.dumps(self._random.bit_generator.state), **state)
 
-    def resume(self, state: dict) -> None:
-        """Continue from a ``state``."""
+    def resume(self, path: Path, key: np.ndarray, generations: int) -> None:
+        """Continue from what ``save`` wrote, unless that is missing, damaged, of another ``key`` or too late.
+
+        The key holds the first generation and its fitness, so that a state of it is whole: it was written whole or not.
+        """
+        try:
+            with np.load(path) as file:
+                state = {name: file[name] for name in file.files}
+            if not np.array_equal(state["key"], key) or int(state["generation"]) > generations:
+                return
+            self._random.bit_generator.state = json.loads(str(state["random"]))
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            return
         self.individuals, self.fitness = state["individuals"], state["fitness"]
         self.generation, self.history = int(state["generation"]), state["history"].tolist()
-        self._random.bit_generator.state = state["random"]
 
 
 def evolve(
@@ -126,19 +116,14 @@ def evolve(
     """
     population = Genetic(fitness, nodes, rules)
     key = np.concatenate([population.fitness, population.individuals.sum(axis=1)])
-    state = load_checkpoint(checkpoint, key) if checkpoint else None
-    if state and int(state["generation"]) <= generations:
-        population.resume(state)
+    if checkpoint:
+        population.resume(checkpoint, key, generations)
     while population.generation < generations:
         population.advance()
         report(population.generation, float(population.fitness[0]))
         if checkpoint and (population.generation % 50 == 0 or population.generation == generations):
-            save_checkpoint(checkpoint, key, population.state())
+            population.save(checkpoint, key)
     return population.fit()
-
-
-INITIAL_SIGMA = 0.3
-"""Standard deviation of the first individuals, in log E: a factor of 1.35."""
 
 
 def cma_es(
@@ -163,8 +148,8 @@ def cma_es(
         "popsize": len(LANES),
         "verbose": -9,
     }
-    track = Track(fitness)
-    search = cma.CMAEvolutionStrategy(np.log(start_pa), INITIAL_SIGMA, options)
+    track, sigma = Track(fitness), 0.3  # of the first individuals, in log E: a factor of 1.35
+    search = cma.CMAEvolutionStrategy(np.log(start_pa), sigma, options)
     while not search.stop():
         candidates = search.ask()
         search.tell(candidates, (-track(np.exp(np.array(candidates)))).tolist())

@@ -50,8 +50,8 @@ class Fitness:
     """f = −Σ_steps Σ_keys (‖r − rˢ‖ + α ‖v − vˢ‖) [m], with norms, since the paper's bare differences could cancel.
 
     positions [m] and velocities [m/s] : of the reference at the key points when compared, both (steps/every, p, 3)
-    ``evaluations`` counts individuals. Each is computed in one lane of one thread, so that results are identical bit
-    for bit for any number of threads. An individual whose motion diverges has the fitness −inf.
+    Each individual is computed in one lane of one thread, so that results are identical bit for bit for any number of
+    threads. One whose motion diverges has the fitness −inf.
     """
 
     def __init__(
@@ -66,7 +66,6 @@ class Fitness:
                 )
         self.model, self.press, self.settings = model, press, settings
         self.positions, self.velocities = positions, velocities
-        self.evaluations = 0
         self._constants = constants(model, press, settings)
         self._wanted = (settings.keys.corners, settings.keys.shares, positions, velocities, settings.every)
 
@@ -78,7 +77,6 @@ class Fitness:
         fitness = np.empty(len(lanes[0]) * len(LANES))
         _evaluate(fitness, *lanes, *self._wanted, *self._constants)
         fitness = fitness[: len(young)]
-        self.evaluations += len(young)
         return np.where(np.isfinite(fitness), fitness, -np.inf)
 
 
@@ -177,6 +175,10 @@ def lloyd(model: SpringModel, material: Material) -> tuple[SpringModel, np.ndarr
     shares = np.repeat(2.0 * np.sqrt(2.0) / 25.0 * regular, len(EDGES))
     weights = np.bincount(edge.ravel(), shares, minlength=len(pairs))
     return replace(model, weights=weights), np.full(len(model.masses), float(material.young_pa))
+
+
+CLOSED = {"van_gelder": van_gelder, "lloyd": lloyd}
+"""Closed forms of moduli, which need no search."""
 
 
 def uniform(fitness: Callable[[np.ndarray], np.ndarray], nodes: int, limits: Range) -> Fit:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -132,10 +133,9 @@ def measure(
 
     lesson : the motion that models are fitted to, None if none is
     grid : by model, the values to try of its settings: ``dynamic.settings`` of the config
-    names : the models to try, all that can do the scene if there is none
+    names : the models to try, all that can do the scene if there is none; progress : wraps them, as ``tqdm`` does
     Columns: failures is also 1 for a model to which nothing could be fitted; times are without preparation. varied is
     what a setting changes: STEP or, at the same step, order, tolerance, gap, or place.
-    ``progress`` wraps the models, as ``tqdm`` does.
     """
     whole_s = trial.duration_s
     trial = replace(trial, duration_s=truth.duration_s, frames=truth.frames)
@@ -185,31 +185,26 @@ def _models(
 
 def _coarse(trial: Trial, grid: Grid) -> Tried:
     """Yield steps of finite elements on the coarse level, then looser residuals and other gaps at the middle one."""
-    counts, young = grid["steps_per_frame"], trial.body.material.young_pa
+    counts, elements = grid["steps_per_frame"], Fitted(Trial.fem, trial.body.material.young_pa, 0.0)
     if len(trial.body.levels) > 1:
         for count in counts:
-            yield count * trial.frames, Fitted(Trial.fem, young, 0.0), ""
+            yield count * trial.frames, elements, ""
     middle = counts[len(counts) // 2] * trial.frames
     if trial.order > 1:
-        yield middle, Fitted(_first_order, young, 0.0), "order=1"
+        yield middle, replace(elements, scene=partial(Trial.fem, order=1)), "order=1"
     for loose in grid["tolerances"]:
-        yield middle, Fitted(partial(_looser, loose), young, 0.0), f"tolerance={loose:g}"
+        yield middle, replace(elements, scene=partial(_looser, loose)), f"tolerance={loose:g}"
     for factor in grid["gaps"] if "contact" in trial.loads else []:
-        yield middle, Fitted(partial(_wider, factor), young, 0.0), f"gap={factor:g}×"
+        yield middle, replace(elements, scene=partial(_wider, factor)), f"gap={factor:g}×"
 
 
 def _fine(trial: Trial, grid: Grid) -> Tried:
     """Yield looser residuals of the reference's own elements, and a step of first order; its steps are known."""
-    young = trial.body.material.young_pa
-    for count in grid["steps_per_frame"]:
-        for loose in grid["tolerances"]:
-            yield count * trial.frames, Fitted(partial(_looser, loose), young, 0.0, level=-1), f"tolerance={loose:g}"
+    counts, elements = grid["steps_per_frame"], Fitted(Trial.fem, trial.body.material.young_pa, 0.0, level=-1)
+    for count, loose in product(counts, grid["tolerances"]):
+        yield count * trial.frames, replace(elements, scene=partial(_looser, loose)), f"tolerance={loose:g}"
     if trial.order > 1:
-        yield min(grid["steps_per_frame"]) * trial.frames, Fitted(_first_order, young, 0.0, level=-1), "order=1"
-
-
-def _first_order(trial: Trial, steps: int) -> Scene:
-    return trial.fem(steps, 1)
+        yield min(counts) * trial.frames, replace(elements, scene=partial(Trial.fem, order=1)), "order=1"
 
 
 def _corrected(trial: Trial, grid: Grid) -> Tried:
@@ -259,9 +254,9 @@ def _row(trial: Trial, truth: Reference, steps: int, fitted: Fitted, varied: str
         begin = perf_counter()
         moved = fitted.finish(run.motion)
         seconds += perf_counter() - begin
-    costs = _cost(seconds, run.step_p95_s, steps, trial.duration_s)
     told = estimated(trial, fitted, steps, run.motion, moved)
-    return row | _errors(moved, truth) | costs | told._asdict() | {"offline_s": fitted.offline_s}
+    measured = _measured(moved, truth, seconds, run.step_p95_s, steps, trial.duration_s)
+    return row | measured | told._asdict() | {"offline_s": fitted.offline_s}
 
 
 def _tried(trial: Trial, truth: Reference, number: int, whole_s: float) -> dict:
@@ -269,19 +264,17 @@ def _tried(trial: Trial, truth: Reference, number: int, whole_s: float) -> dict:
     step, last = float(truth.tried_s[number]), len(trial.body.levels) - 1
     steps = round(whole_s / step)
     row = {"model": "fem_fine"} | _head(trial, last, step, steps, "")
-    costs = _cost(float(truth.seconds[number]), float(truth.step_p95_s[number]), steps, whole_s)
     told = MotionEstimate()
     if number and corrects(trial):  # the run at twice the step is there already
         off = change_of_step(truth.tried[number - 1], truth.tried[number], trial.fem(steps).integrator)
         peak = np.linalg.norm(truth.tried[number], axis=2).max()
         told = MotionEstimate(off / peak, float(truth.seconds[number - 1]))
-    return row | _errors(truth.tried[number], truth) | costs | told._asdict() | {"offline_s": 0.0}
+    taken = float(truth.seconds[number]), float(truth.step_p95_s[number])
+    return row | _measured(truth.tried[number], truth, *taken, steps, whole_s) | told._asdict() | {"offline_s": 0.0}
 
 
-def _errors(moved: np.ndarray, truth: Reference) -> dict:
-    return errors(moved.reshape(-1, 3), truth.truth.reshape(-1, 3))._asdict()
-
-
-def _cost(seconds: float, step_p95_s: float, steps: int, duration_s: float) -> dict:
-    spent = {"ms_per_step": 1e3 * seconds / steps, "step_p95_ms": 1e3 * step_p95_s}
-    return spent | {"real_time_factor": seconds / duration_s}
+def _measured(moved: np.ndarray, truth: Reference, seconds: float, p95_s: float, steps: int, whole_s: float) -> dict:
+    """Return the errors of a motion of ``whole_s`` [s], and what it took."""
+    found = errors(moved.reshape(-1, 3), truth.truth.reshape(-1, 3))._asdict()
+    found |= {"ms_per_step": 1e3 * seconds / steps, "step_p95_ms": 1e3 * p95_s}
+    return found | {"real_time_factor": seconds / whole_s}

@@ -76,9 +76,9 @@ def trials(scenes: dict, bodies: dict) -> tuple[dict[str, float], dict[str, str]
 
     A scene is followed to its end, but no longer than LONGEST_S or, if that is later, than until all is pressed.
     """
-    left_out = {name: unfit(entry, bodies[entry["body"]]["kind"]) for name, entry in scenes.items()}
-    left_out = {name: reason for name, reason in left_out.items() if reason}
-    return {name: followed(entry) for name, entry in scenes.items() if name not in left_out}, left_out
+    reasons = {name: unfit(entry, bodies[entry["body"]]["kind"]) for name, entry in scenes.items()}
+    durations = {name: followed(entry) for name, entry in scenes.items() if not reasons[name]}
+    return durations, {name: reason for name, reason in reasons.items() if reason}
 
 
 def followed(entry: dict) -> float:

@@ -14,7 +14,7 @@ from palpate.benchmark.error_bounds import CONSTANT, OWN
 from palpate.benchmark.presses import oblique
 from palpate.bodies.contacts import kept_contacts
 from palpate.errors import NotConverged
-from palpate.studies.dynamic.accuracy import measure
+from palpate.studies.dynamic.accuracy import STEP, measure
 from palpate.studies.dynamic.reference import reference
 from palpate.studies.dynamic.trial import Trial
 from palpate.table import Table
@@ -60,29 +60,23 @@ def _of_scene(table: pd.DataFrame) -> list[dict]:
         failures = int((rows["failures"] > 0).sum())
         labels |= {"places": len(rows), "unresolved": unresolved, "failures": failures}
         errors = rows["rmse_of_peak"].where(rows["failures"] == 0, np.inf).to_numpy()
-        draws, place = Draws(rows["contact"].to_numpy()), rows["contact"].to_numpy()
+        place = rows["contact"].to_numpy()
+        draws = Draws(place)
         values = {CONSTANT: (np.ones(len(rows)), 0.0)}
         told = rows["estimate_of_peak"].to_numpy()
         if np.isfinite(told[np.isfinite(errors)]).all() and np.isfinite(told).any():
             values[OWN] = np.maximum(np.nan_to_num(told, nan=1.0), EXACT), float(rows["estimate_s"].median())
         for name, (value, seconds) in values.items():
             factor = finite(bound_factor(errors / value, place))
-            told = {"estimate": name, "rank_correlation": _rank(errors, value), "error_of_peak": np.median(errors)}
+            told = {"estimate": name, "rank_correlation": np.nan, "error_of_peak": np.median(errors)}
+            if np.ptp(value) > 0 and np.unique(errors).size > 1:
+                told["rank_correlation"] = float(spearmanr(errors, value).statistic)
             told |= {"bound_factor": factor, "bound_of_peak": factor * np.median(value), "estimate_s": seconds}
             with np.errstate(invalid="ignore"):  # how sharp an infinite bound of a failure is
                 kept = draws.coverage(errors, value)
             told |= {key: getattr(kept, key) for key in ("sharpness", "coverage", "coverage_low")}
             found.append(labels | told)
     return found
-
-
-def _rank(errors: np.ndarray, values: np.ndarray) -> float:
-    """Return the rank correlation of errors and estimates; NaN where one of them is the same everywhere."""
-    return float(spearmanr(errors, values).statistic) if np.ptp(values) > 0 and np.unique(errors).size > 1 else np.nan
-
-
-UNTAUGHT = ("fem_coarse", "detail_correction", "moving_modes")
-"""Models that are asked beside the reference's own steps: nothing was fitted to another place."""
 
 
 def moved_pushes(trial: Trial, count: int, tilts_degrees: Sequence[float], seed: int) -> dict[int, Trial]:
@@ -95,8 +89,8 @@ def moved_pushes(trial: Trial, count: int, tilts_degrees: Sequence[float], seed:
     newtons = float(np.linalg.norm(push["force_n"]))
     sides = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(contacts))
     found = {}
+    fine = trial.body.fine
     for number, (contact, side) in enumerate(zip(contacts, sides, strict=True)):
-        fine = trial.body.fine
         along = oblique(fine.normals[contact], tilts_degrees[number % len(tilts_degrees)], side)
         there = {"at_m": fine.nodes[contact].tolist(), "force_n": (newtons * along).tolist()}
         found[int(contact)] = replace(trial, loads=trial.loads | {"push": {"loads": [push | there]}})
@@ -124,6 +118,7 @@ def measure_elsewhere(
         except NotConverged:
             rows.append(pd.DataFrame({"scene": [trial.name], "body": trial.body.name, "contact": contact}))
             continue
-        table = measure(moved, None, truth, grid, UNTAUGHT)
-        rows.append(table[table["varied"] == "step"].assign(contact=contact, peak_m=truth.peak))
+        # beside the reference's own steps; nothing was fitted to another place
+        table = measure(moved, None, truth, grid, ("fem_coarse", "detail_correction", "moving_modes"))
+        rows.append(table[table["varied"] == STEP].assign(contact=contact, peak_m=truth.peak))
     return pd.concat(rows, ignore_index=True).reindex(columns=MEASURED)

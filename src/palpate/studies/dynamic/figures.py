@@ -9,17 +9,15 @@ from matplotlib.lines import Line2D
 
 from palpate.report import style, tables
 from palpate.report.model_looks import look
-
-COLUMNS = 4
-"""Panels in a row at most."""
+from palpate.report.words import spaced
 
 
 def panels(scenes: list[str], height: float, upright: str) -> tuple[Figure, dict[str, Axes]]:
-    """Make a figure with a panel for each scene, in as many rows as needed, of ``height`` inches each.
+    """Make a figure with a panel for each scene, in rows of at most four and of ``height`` inches.
 
     upright : what all y-axes show, said beside the first of each row
     """
-    columns = min(COLUMNS, len(scenes))
+    columns = min(4, len(scenes))
     rows = ceil(len(scenes) / columns)
     figure = Figure(figsize=(3.4 * columns, height * rows + 0.5), layout="constrained")
     axes = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
@@ -30,38 +28,38 @@ def panels(scenes: list[str], height: float, upright: str) -> tuple[Figure, dict
     return figure, dict(zip(scenes, axes, strict=False))
 
 
-VARIED = {"tolerance": "x", "gap": "+", "order": "1", "place": "2"}
-"""Markers of settings that differ from the others of their model in more than the step."""
-MEANINGS = {"tolerance": "looser residual", "gap": "another gap of contact"}
-MEANINGS |= {"order": "steps of first order", "place": "modes for another place"}
+VARIED = {
+    "tolerance": ("x", "looser residual"),
+    "gap": ("+", "another gap of contact"),
+    "order": ("1", "steps of first order"),
+    "place": ("2", "modes for another place"),
+}
+"""Markers and meanings of settings that differ from the others of their model in more than the step."""
 
 
 @style.figure("dynamic_accuracy", tables=("dynamic_accuracy",))
 def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
-    """Draw one panel for each scene; settings that did not converge are counted in the panel's title.
-
-    dynamic_accuracy : the table of this name
-    """
+    """Draw one panel for each scene; settings that did not converge are counted in the panel's title."""
     table = dynamic_accuracy
-    models = list(dict.fromkeys(table["model"]))
+    looks = {model: look(model) for model in dict.fromkeys(table["model"])}
     figure, axes = panels(tables.scenes(table), 3.6, "RMSE [% of peak]")
     for scene, axis in axes.items():
         rows = tables.where(table, scene=scene)
-        for model in models:
-            _curve(axis, rows[(rows["model"] == model) & (rows["failures"] == 0)], look(model))
+        for model, its in looks.items():
+            _curve(axis, tables.where(rows, model=model, failures=0), its)
         axis.axvline(1.0, color=style.FAINT, lw=1)
         axis.axhline(100 * rows["reference_change"].iloc[0], color=style.FAINT, ls=":", lw=1)
         failed = int(rows["failures"].sum())
         axis.set(xscale="log", yscale="log", xlabel="seconds for a second of motion")
-        axis.set_title(scene.replace("_", " ") + (f", {failed} did not converge" if failed else ""))
+        axis.set_title(spaced(scene) + (f", {failed} did not converge" if failed else ""))
         level = f"standard on level {rows['reference_level'].iloc[0]:g}"
         axis.annotate(level, (0.0, 0.0), (3, 3), "axes fraction", "offset points", color=style.INK)
     for axis in axes.values():
         style.plain_log(axis.xaxis)
         style.plain_log(axis.yaxis)
-    handles = [Line2D([], [], color=look(m).colour, marker=look(m).marker, ms=5, label=look(m).label) for m in models]
-    there = [name for name in VARIED if name in set(table["varied"])]
-    handles += [Line2D([], [], color=style.INK, ls="", marker=VARIED[n], ms=6, label=MEANINGS[n]) for n in there]
+    handles = [Line2D([], [], color=its.colour, marker=its.marker, ms=5, label=its.label) for its in looks.values()]
+    there = [VARIED[name] for name in VARIED if name in set(table["varied"])]
+    handles += [Line2D([], [], color=style.INK, ls="", marker=marker, ms=6, label=words) for marker, words in there]
     figure.legend(handles=handles, loc="outside upper center", ncols=4)
     return figure
 
@@ -71,41 +69,33 @@ def _curve(axis, rows, its) -> None:
     usual = rows[~rows["varied"].isin(VARIED)].sort_values("real_time_factor")
     percents = 100 * usual["rmse_of_peak"]
     axis.plot(usual["real_time_factor"], percents, marker=its.marker, color=its.colour, ms=5, mec="white", mew=0.5)
-    for name, marker in VARIED.items():
-        other = rows[rows["varied"] == name]
+    for name, (marker, _) in VARIED.items():
+        other = tables.where(rows, varied=name)
         if len(other):
             percents = 100 * other["rmse_of_peak"]
             axis.plot(other["real_time_factor"], percents, marker=marker, color=its.colour, ls="", ms=6, mew=1.2)
 
 
-LOWEST_PERCENT = 0.01
-"""The lower end of the axis [%]: before the first contact, or in free fall, nothing changes."""
-
-
 @style.figure("dynamic_reference", tables=("dynamic_reference",))
 def draw_dynamic_reference(dynamic_reference) -> Figure:
-    """Draw one panel for each scene, a line for each step; frames in which models are not compared are shaded.
-
-    dynamic_reference : the table of this name
-    """
+    """Draw one panel for each scene, a line for each step; frames in which models are not compared are shaded."""
     table = dynamic_reference
     figure, axes = panels(tables.scenes(table), 2.6, "change [% of peak]")
     for scene, axis in axes.items():
         rows = tables.where(table, scene=scene)
         steps = sorted(set(rows["step_s"]), reverse=True)
-        shades = matplotlib.colormaps["viridis_r"]
-        for number, step in enumerate(steps):
-            line = rows[rows["step_s"] == step]
-            colour = shades((number + 1) / len(steps))
+        for number, step in enumerate(steps, start=1):
+            line = tables.where(rows, step_s=step)
+            colour = matplotlib.colormaps["viridis_r"](number / len(steps))
             axis.plot(line["time_s"], 100 * line["change_of_peak"], color=colour, label=f"{1e3 * step:.2g} ms")
         axis.axhline(100 * rows["bound"].iloc[0], color=style.FAINT, ls=":", lw=1)
         until, end = rows.loc[rows["resolved"].astype(bool), "time_s"].max(), rows["time_s"].max()
         if until < end:
             axis.axvspan(until, end, color="#eeeeee", lw=0)
         axis.set(yscale="log", xlabel="time [s]")
-        axis.set_title(scene.replace("_", " "))
+        axis.set_title(spaced(scene))
         axis.legend(title="step", loc="lower right", fontsize=7, title_fontsize=7)
     for axis in axes.values():
-        axis.set_ylim(bottom=LOWEST_PERCENT)
+        axis.set_ylim(bottom=0.01)  # before the first contact, or in free fall, nothing changes
         style.plain_log(axis.yaxis)
     return figure

@@ -1,8 +1,7 @@
 """Models that are fitted to another motion: springs, shape matching, corrected coarse FEM, and modes."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import product
 from time import perf_counter
 from typing import Any
@@ -54,27 +53,25 @@ def fit_springs(lesson: Trial, wanted: np.ndarray, volume: bool, step_share: flo
     if volume:
         bulk = volume_stiffness(spring_model(particles_of(lesson.body, 0, surface=False)), given)
 
+    def young_pa(q: np.ndarray) -> float:
+        return float(given.young_pa * np.exp(q[0]))
+
     def scene(trial: Trial, steps: int, q: np.ndarray) -> Scene:
-        young = float(given.young_pa * np.exp(q[0]))
-        stiffness = _of_sheet(trial.thickness_m * young, float(np.exp(q[2]))) if trial.thickness_m else {}
-        return trial.springs(steps, stiffness, float(np.exp(q[1])), bulk * young / given.young_pa)
+        stiffness = {}
+        if trial.thickness_m:  # the modulus times the thickness [N/m], and a share of that against bending
+            along = trial.thickness_m * young_pa(q)
+            stiffness = {"structural_n_m": along, "shear_n_m": along, "bending_n_m": float(np.exp(q[2])) * along}
+        return trial.springs(steps, stiffness, float(np.exp(q[1])), bulk * young_pa(q) / given.young_pa)
 
     def misfit(q: np.ndarray) -> float:
-        young = float(given.young_pa * np.exp(q[0]))
-        limit = lesson.limit_s(scene(lesson, lesson.frames, q), young)
-        return error_of(lesson, scene(lesson, lesson.steps(step_share * limit), q), young, wanted)
+        limit = lesson.limit_s(scene(lesson, lesson.frames, q), young_pa(q))
+        return error_of(lesson, scene(lesson, lesson.steps(step_share * limit), q), young_pa(q), wanted)
 
     start, sides, bounds = [0.0, np.log(0.1)], [-0.4, 0.7], [(-2.3, 2.3), (-6.0, 1.0)]
     if lesson.thickness_m:
         start, sides, bounds = [*start, -4.0], [*sides, 1.5], [*bounds, (-9.0, 1.0)]
     q = _simplex(misfit, np.array(start), sides, bounds, evaluations, f"{lesson.name}: no springs")
-    young = float(given.young_pa * np.exp(q[0]))
-    return Fitted(lambda trial, steps: scene(trial, steps, q), young, perf_counter() - begin)
-
-
-def _of_sheet(along: float, bending: float) -> dict:
-    """Return the springs of a sheet: its modulus times its thickness [N/m], and a share of that against bending."""
-    return {"structural_n_m": along, "shear_n_m": along, "bending_n_m": bending * along}
+    return Fitted(lambda trial, steps: scene(trial, steps, q), young_pa(q), perf_counter() - begin)
 
 
 def fit_shapes(lesson: Trial, wanted: np.ndarray, per_frame: int, evaluations: int) -> Fitted:
@@ -88,9 +85,8 @@ def fit_shapes(lesson: Trial, wanted: np.ndarray, per_frame: int, evaluations: i
 
     def scene(trial: Trial, steps: int, q: np.ndarray) -> Scene:
         matching = {"mode": "linear", "alpha": float(q[0]), "beta": float(q[1]), "clusters": clusters}
-        return (trial.scale_loads(float(np.exp(q[3]))) if scaled else trial).shapes(
-            steps, matching, float(np.exp(q[2]))
-        )
+        loaded = trial.scale_loads(float(np.exp(q[3]))) if scaled else trial
+        return loaded.shapes(steps, matching, float(np.exp(q[2])))
 
     def misfit(q: np.ndarray) -> float:
         return error_of(lesson, scene(lesson, steps, q), young, wanted)
@@ -114,14 +110,7 @@ def error_of(trial: Trial, scene: Scene, young_pa: float, wanted: np.ndarray) ->
     return float(min(rmse, 1.0))
 
 
-def _simplex(
-    misfit: Callable[[np.ndarray], float],
-    start: np.ndarray,
-    sides: list[float],
-    bounds: Sequence[tuple[float, float]],
-    evaluations: int,
-    what: str,
-) -> np.ndarray:
+def _simplex(misfit: Callable, start: np.ndarray, sides: list, bounds: list, evaluations: int, what: str) -> np.ndarray:
     corners = np.vstack([start, start + np.diag(sides)])
     options = {"maxfev": evaluations, "initial_simplex": corners, "xatol": 1e-3, "fatol": 1e-5}
     found = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options)
@@ -180,10 +169,12 @@ def fit_correction(trial: Trial) -> Fitted:
 def _responses(trial: Trial, level: int) -> tuple[np.ndarray, np.ndarray]:
     """Return linear responses (k, n, 3) [m] of a level to each load at its height, and the loads (k, n, 3) [N]."""
     particles, loads = trial.particles(level), []
-    for single in _singles(trial):
+    singles = [{"gravity": trial.loads["gravity"]}] if "gravity" in trial.loads else []
+    singles += [{"push": {"loads": [push]}} for push in _pushes(trial)]
+    for single in (replace(trial, loads=each) for each in singles):
         system = compose(single.fem(single.frames), particles)
-        for load in single.loads.get("push", {}).get("loads", []):
-            system.at(load["start_s"] + load["press_s"])
+        for push in _pushes(single):
+            system.at(push["start_s"] + push["press_s"])
         still = np.zeros_like(particles.nodes)
         loads.append(system.outer_force(particles.nodes, still) + system.potential_force(particles.nodes))
     matrix = system.stiffness(particles.nodes, definite=True)
@@ -193,17 +184,12 @@ def _responses(trial: Trial, level: int) -> tuple[np.ndarray, np.ndarray]:
     return np.array([factor.solve(load) for load in loads]), np.array(loads)
 
 
-def _singles(trial: Trial) -> list[Trial]:
-    """List trials of one load each."""
-    found = [{"gravity": trial.loads["gravity"]}] if "gravity" in trial.loads else []
-    found += [{"push": {"loads": [load]}} for load in trial.loads.get("push", {}).get("loads", [])]
-    return [replace(trial, loads=loads) for loads in found]
+def _pushes(trial: Trial) -> list[dict]:
+    return trial.loads.get("push", {}).get("loads", [])
 
 
 TOLERANCE = 1e-4
 """Relative residual of a step; what the modes lack is more."""
-OF_MODES = ("vibrations", "bent", "coarsened")
-"""Settings that describe modes."""
 
 
 def moving_modes(trial: Trial, lesson: Trial | None, grid: Mapping[str, Any]) -> Iterator[tuple[int, Fitted, str]]:
@@ -211,7 +197,7 @@ def moving_modes(trial: Trial, lesson: Trial | None, grid: Mapping[str, Any]) ->
 
     Nothing is learnt: of the lesson's motion its places are taken alone, to see what a push elsewhere comes to.
     """
-    modes = {key: grid[key] for key in OF_MODES}
+    modes = {key: grid[key] for key in ("vibrations", "bent", "coarsened")}
     own = _prepared(trial, modes)
     for count in grid["steps_per_frame"]:
         yield count * trial.frames, own, ""
@@ -223,15 +209,15 @@ def moving_modes(trial: Trial, lesson: Trial | None, grid: Mapping[str, Any]) ->
 
 def _places(trial: Trial) -> list[dict]:
     """List the discs that are pushed."""
-    return [{key: load[key] for key in ("at_m", "radius_m")} for load in trial.loads.get("push", {}).get("loads", [])]
+    return [{key: push[key] for key in ("at_m", "radius_m")} for push in _pushes(trial)]
 
 
 def _prepared(trial: Trial, modes: dict) -> Fitted:
     """Make the modes once, to see how long that takes."""
+
+    def in_modes(trial: Trial, steps: int) -> Scene:
+        return replace(trial.reduced(steps, modes), tolerance=TOLERANCE)
+
     begin, scene = perf_counter(), trial.reduced(trial.frames, modes)
     ReducedBody.of(compose(scene, trial.particles(-1)), scene.integration["reduced"])
-    return Fitted(partial(_scene, modes), trial.body.material.young_pa, perf_counter() - begin, level=-1)
-
-
-def _scene(modes: dict, trial: Trial, steps: int) -> Scene:
-    return replace(trial.reduced(steps, modes), tolerance=TOLERANCE)
+    return Fitted(in_modes, trial.body.material.young_pa, perf_counter() - begin, level=-1)

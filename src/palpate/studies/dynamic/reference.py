@@ -1,7 +1,8 @@
 """Find how a scene really moves: fine implicit finite elements at steps that are halved until that changes nothing."""
 
 import warnings
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ LEAST_SHARE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Converged:
+class Reference:
     """Surface displacements [m] at the ends of the first f of ``of_frames`` frames, up to which steps are resolved.
 
     truth : (f, n_surface, 3), extrapolated to steps of no length; change : what halving the step last changed it by,
@@ -28,6 +29,7 @@ class Converged:
         step_p95_s : (m,) what each took for all frames, and 95 % of its steps at most
     changes : (m − 2, of_frames) of each frame by each halving after the first, in parts of the peak of all frames
     duration_s : the time until the last of the f frames
+    training : (g, n_surface, 3) of the motion that models are fitted to, until training_s; if none is fitted, g is 0
     """
 
     truth: np.ndarray
@@ -41,6 +43,8 @@ class Converged:
     changes: np.ndarray
     of_frames: int
     duration_s: float
+    training: np.ndarray
+    training_s: float
 
     @property
     def frames(self) -> int:
@@ -51,17 +55,6 @@ class Converged:
     def peak(self) -> float:
         """The largest displacement [m]."""
         return float(np.linalg.norm(self.truth, axis=-1).max())
-
-
-@dataclass(frozen=True, eq=False)
-class Reference(Converged):
-    """A converged motion, and that which models are fitted to: ``training`` (g, n_surface, 3) [m], until training_s.
-
-    If none is fitted, g is 0.
-    """
-
-    training: np.ndarray
-    training_s: float
 
 
 def reference(trial: Trial, lesson: Trial | None, change: float, max_halvings: int) -> Reference:
@@ -82,11 +75,10 @@ def reference(trial: Trial, lesson: Trial | None, change: float, max_halvings: i
             f"{found.changes[-1].max():.2%} of its peak.",
             stacklevel=2,
         )
-    training = (taught.truth, taught.duration_s) if taught else (np.empty((0, *found.truth.shape[1:])), 0.0)
-    return Reference(**vars(found), training=training[0], training_s=training[1])
+    return replace(found, training=taught.truth, training_s=taught.duration_s) if taught else found
 
 
-def converge(trial: Trial, change: float, max_halvings: int) -> Converged:
+def converge(trial: Trial, change: float, max_halvings: int) -> Reference:
     """Simulate a motion with fine finite elements at steps that are halved; errors as ``reference``."""
     steps, tried, costs, changes = [], [], [], []
     resolved = 0
@@ -97,8 +89,12 @@ def converge(trial: Trial, change: float, max_halvings: int) -> Converged:
         tried.append(displacement)
         costs.append((run.seconds, run.step_p95_s))
         if halving > 1:
-            before, truth = (_extrapolate(tried[k - 1], tried[k], trial.order) for k in (-2, -1))
-            off, peaks = _differences(truth, before), np.linalg.norm(truth, axis=2).max(axis=1)
+            # the motions at steps of no length, from those at a step and at half of it
+            before, truth = (
+                shorter + (shorter - longer) / (2.0**trial.order - 1.0) for longer, shorter in pairwise(tried[-3:])
+            )
+            off = np.sqrt(np.mean(np.sum((truth - before) ** 2, axis=2), axis=1))
+            peaks = np.linalg.norm(truth, axis=2).max(axis=1)
             changes.append(off / peaks.max())
             resolved = resolved_frames(off, peaks, change)
             if resolved == trial.frames:
@@ -113,13 +109,9 @@ def converge(trial: Trial, change: float, max_halvings: int) -> Converged:
     last = float((off[:resolved] / peaks[:resolved].max()).max())
     kept = np.array(tried)[:, :resolved]
     length = trial.duration_s * resolved / trial.frames
-    times = np.array(steps), seconds, p95
-    return Converged(truth[:resolved], last, steps[-1], change, kept, *times, np.array(changes), trial.frames, length)
-
-
-def _extrapolate(longer: np.ndarray, shorter: np.ndarray, order: int) -> np.ndarray:
-    """Return the motion at steps of no length, from those at a step and at half of it."""
-    return shorter + (shorter - longer) / (2.0**order - 1.0)
+    times, untaught = (np.array(steps), seconds, p95), (np.empty((0, *truth.shape[1:])), 0.0)
+    found = truth[:resolved], last, steps[-1], change, kept, *times, np.array(changes)
+    return Reference(*found, trial.frames, length, *untaught)
 
 
 def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
@@ -129,11 +121,6 @@ def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
     """
     small = np.maximum.accumulate(off) <= change * np.maximum.accumulate(peaks)
     return int(np.flatnonzero(small)[-1]) + 1 if small.any() else 0
-
-
-def _differences(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the RMSE over nodes of each frame, (f,) [m]."""
-    return np.sqrt(np.mean(np.sum((a - b) ** 2, axis=2), axis=1))
 
 
 def save(found: Reference, path: Path | str) -> None:
@@ -159,7 +146,7 @@ DYNAMIC_REFERENCE = Table(
 )
 
 
-def tabulate(trial: Trial, found: Converged) -> pd.DataFrame:
+def tabulate(trial: Trial, found: Reference) -> pd.DataFrame:
     """Tabulate dynamic_reference.csv, a row a frame and halving of the step; changes are RMSE over the whole peak."""
     times = trial.duration_s * np.arange(1, found.of_frames + 1) / found.of_frames
     parts = [

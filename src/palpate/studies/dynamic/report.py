@@ -54,7 +54,7 @@ def _taken(advice: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
 
 def _most_accurate(scene: str, rows: pd.DataFrame) -> dict[str, Any]:
     """Return the model with the least error of those that need less than a second for a second of motion."""
-    fast = rows[(rows["failures"] == 0) & (rows["real_time_factor"] < 1)]
+    fast = tables.where(rows[rows["real_time_factor"] < 1], failures=0)
     if fast.empty:
         return {"scene": spaced(scene), "model": ""}
     best = fast.loc[fast["rmse_of_peak"].idxmin()]

@@ -97,7 +97,17 @@ class Trial:
 
     def scale_loads(self, factor: float) -> "Trial":
         """Multiply gravity and pushes by ``factor``."""
-        return replace(self, loads=_times(self.loads, factor))
+
+        def scaled(vector: list) -> list[float]:
+            return (factor * np.array(vector, dtype=float)).tolist()
+
+        loads = dict(self.loads)
+        if "gravity" in loads:
+            loads["gravity"] = {"acceleration_m_s2": scaled(loads["gravity"]["acceleration_m_s2"])}
+        if "push" in loads:
+            pushes = loads["push"]["loads"]
+            loads["push"] = {"loads": [push | {"force_n": scaled(push["force_n"])} for push in pushes]}
+        return replace(self, loads=loads)
 
     def widen(self, factor: float) -> "Trial":
         """Multiply the gap at which contact begins to repel by ``factor``."""
@@ -191,10 +201,14 @@ def trial(name: str, entry: dict, body: Body, own: dict) -> Trial:
     loads = {effect: entry[effect] for effect in TAKEN_OVER if effect in entry and acts(effect, entry, kind)}
     damping = entry.get("rayleigh", dict(effect_registry.EFFECTS["rayleigh"].settings or {}))
     last = own.get("level", max(entry.get("level", 0), 1))
-    nested = nest_sheet(body, last) if kind else _nested(body, last)
+    if kind:
+        body = nest_sheet(body, last)
+    else:
+        while len(body.levels) <= last:
+            body = finer(body)
+        body = body.up_to(last)
     shifts = [other["shift_m"] for other in entry.get("others", [])]
-    length = own["duration_s"], own["frames"]
-    return Trial(name, nested, loads, damping, *length, shifts, entry.get("held", True))
+    return Trial(name, body, loads, damping, own["duration_s"], own["frames"], shifts, entry.get("held", True))
 
 
 def trial_and_training(name: str, entry: dict, body: Body, own: dict, share: float) -> tuple[Trial, Trial | None]:
@@ -216,21 +230,3 @@ def training_of(trial: Trial, training: dict, share: float) -> Trial:
     frame = trial.duration_s / trial.frames
     frames = max(1, round(training.get("duration_s", trial.duration_s) / frame))
     return replace(trial, loads=loads, shifts_m=shifts, duration_s=frames * frame, frames=frames)
-
-
-def _nested(body: Body, last: int) -> Body:
-    while len(body.levels) <= last:
-        body = finer(body)
-    return body.up_to(last)
-
-
-def _times(loads: dict, factor: float) -> dict:
-    found = dict(loads)
-    if "gravity" in loads:
-        g = np.array(loads["gravity"]["acceleration_m_s2"], dtype=float)
-        found["gravity"] = {"acceleration_m_s2": (factor * g).tolist()}
-    if "push" in loads:
-        pushes = loads["push"]["loads"]
-        forces = [(factor * np.array(push["force_n"], dtype=float)).tolist() for push in pushes]
-        found["push"] = {"loads": [push | {"force_n": f} for push, f in zip(pushes, forces, strict=True)]}
-    return found

@@ -46,16 +46,13 @@ def variants(body: Body, laws: Sequence[str], poissons: Sequence[float]) -> list
     """
     found = [Variant(OWN, body)]
     found += [Variant(LAW, _changed(body, law=law)) for law in laws if law != body.material.law]
+    materials: list[Material] = [body.material, *(body.regions.materials if body.regions is not None else ())]
     for poisson in poissons:
-        if any(each.poisson != poisson for each in _materials(body)):
+        if any(each.poisson != poisson for each in materials):
             found.append(Variant(POISSON, _changed(body, poisson=poisson)))
     if body.regions is not None:
         found.append(Variant(REGIONS, replace(body, regions=None)))
     return found
-
-
-def _materials(body: Body) -> Sequence[Material]:
-    return [body.material] if body.regions is None else [body.material, *body.regions.materials]
 
 
 def _changed(body: Body, **change: Any) -> Body:
@@ -68,8 +65,6 @@ def _changed(body: Body, **change: Any) -> Body:
 
 TOLERANCE = 1e-3
 """Relative residual on every level but the first; 1e-4 moves no change of a law by more than a fiftieth of it."""
-MEASURES = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
-"""The errors of TruthErrors that are tabulated."""
 LAW_TABLE = Table(
     "law",
     "The same presses under each law: what it changes, beside the errors of three meshes against its own truth.",
@@ -106,18 +101,17 @@ def compare_laws(
     rows: list[dict] = []
     own = None
     for each in progress(variants(body, laws, poissons)):
-        truth, linear = _truth(each.body, loads, tolerance), _linear(each.body, loads, tolerance)
+        with warnings.catch_warnings():  # the table says which presses have no truth, instead
+            warnings.filterwarnings("ignore", ".*presses have no truth")
+            truth = truth_of(each.body, loads, (), tolerance=tolerance)
+        linear = _linear(each.body, loads, tolerance)
         own = own or truth  # the first variant is the body as it is described
+        material = each.body.material
+        labels = {"body": each.body.name, "changed": each.changed, "law": material.law, "poisson": material.poisson}
         for i, (_, load) in enumerate(loads.iterrows()):
-            rows.append(_labels(each, load) | _numbers(each.body, truth, own, linear[i], i, load))
+            pressed = {"contact": int(load["contact"]), "force_n": float(np.linalg.norm(force_of(load)))}
+            rows.append(labels | pressed | _numbers(each.body, truth, own, linear[i], i, load))
     return LAW_TABLE.frame(rows)
-
-
-def _truth(body: Body, loads: pd.DataFrame, tolerance: float) -> Truth:
-    """Find the limits on the first three levels; the table says which presses have none, instead of a warning."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", ".*presses have no truth")
-        return truth_of(body, loads, (), tolerance=tolerance)
 
 
 def _linear(body: Body, loads: pd.DataFrame, tolerance: float) -> list[np.ndarray | None]:
@@ -134,13 +128,6 @@ def _linear(body: Body, loads: pd.DataFrame, tolerance: float) -> list[np.ndarra
         else:
             answers.append(moved[body.fine.surface])
     return answers
-
-
-def _labels(each: Variant, load: pd.Series) -> dict:
-    """Name a press of a variant."""
-    material = each.body.material
-    row = {"body": each.body.name, "changed": each.changed, "law": material.law, "poisson": material.poisson}
-    return row | {"contact": int(load["contact"]), "force_n": float(np.linalg.norm(force_of(load)))}
 
 
 def _numbers(body: Body, truth: Truth, own: Truth, linear: np.ndarray | None, i: int, load: pd.Series) -> dict:
@@ -160,7 +147,9 @@ def _numbers(body: Body, truth: Truth, own: Truth, linear: np.ndarray | None, i:
     patch = patch_nodes(body.fine, int(load["contact"]), float(load["radius_m"]))
     for kind, (found, truly) in pairs.items():
         errors = truth_errors(found, truly, patch)
-        row |= {f"{kind}_{name}": getattr(errors, name) for name in MEASURES}
+        row |= {
+            f"{kind}_{name}": getattr(errors, name) for name in ("rmse_of_peak", "relative_l2", "patch_rms_of_peak")
+        }
     row |= {"peak_of_size": _peak(limit) / body.fine.size}
     row |= {"own_rmse_of_peak": truth.own[i, ERRORS.index("rmse_of_peak")]}
     row |= {"volume_change": truth.volume_change[i], "least_det": truth.least_det[i]}
@@ -197,16 +186,15 @@ def growing_presses(
 
 
 VARIANT = ["body", "changed", "law", "poisson"]
-DEPTH_COLUMNS = [*VARIANT, "contact", "mesh", "from_depth"]
 
 
 def from_depths(table: pd.DataFrame) -> pd.DataFrame:
     """Tabulate, from law.csv, the depth from which on each change matters more than each mesh.
 
-    Returns a row for each variant, contact and mesh, with DEPTH_COLUMNS: ``from_depth`` as a share of the body's size,
-    0 where the change is larger at every depth that was pressed, infinite where it is not even at the largest. The
-    mesh's error is that of the changed body against its own truth, and counts where that is believed; the mesh "own"
-    is that truth, and its own error.
+    Returns a row for each VARIANT, ``contact`` and ``mesh``: ``from_depth`` as a share of the body's size, 0 where the
+    change is larger at every depth that was pressed, infinite where it is not even at the largest. The mesh's error is
+    that of the changed body against its own truth, and counts where that is believed; the mesh "own" is that truth, and
+    its own error.
     """
     rows = []
     changed = table[(table["changed"] != OWN) & table["change_rmse_of_peak"].notna() & table["believed"].astype(bool)]
@@ -214,9 +202,10 @@ def from_depths(table: pd.DataFrame) -> pd.DataFrame:
         for mesh in (*MESHES, "own"):
             known = curve[curve[f"{mesh}_rmse_of_peak"].notna()].sort_values("depth_of_size")
             if len(known):
-                ends = known["depth_of_size"], known["change_rmse_of_peak"] / known[f"{mesh}_rmse_of_peak"]
-                rows.append([*variant, contact, mesh, crossing(*(end.to_numpy() for end in ends))])
-    return pd.DataFrame(rows, columns=DEPTH_COLUMNS)
+                share = known["change_rmse_of_peak"] / known[f"{mesh}_rmse_of_peak"]
+                depth = crossing(known["depth_of_size"].to_numpy(), share.to_numpy())
+                rows.append([*variant, contact, mesh, depth])
+    return pd.DataFrame(rows, columns=[*VARIANT, "contact", "mesh", "from_depth"])
 
 
 def crossing(depth: np.ndarray, share: np.ndarray) -> float:

@@ -26,7 +26,6 @@ MESHES = {
 def draw_law(law) -> Figure:
     """Draw a column for each body: above, what each change is worth, and the mesh; below, the change of its volume.
 
-    law : the table of this name
     A line is one contact, dotted and hollow where it has no truth that is believed. Crosses at the top are presses
     without an equilibrium.
     """
@@ -34,17 +33,23 @@ def draw_law(law) -> Figure:
     figure = Figure(figsize=(max(4.6 * len(names), 6.4), 6.4), layout="constrained")
     axes = figure.subplots(2, len(names), squeeze=False, sharex="col", height_ratios=[5, 3])
     poissons = sorted(set(tables.where(law, changed=POISSON)["poisson"]))
+
+    def shade_of(changed: str, name: str, poisson: float) -> str:
+        return colour(changed, name, poissons.index(poisson) if changed == POISSON else 0)
+
     handles: dict[str, Line2D] = {}
     for body, (errors, volume) in zip(names, axes.T, strict=True):
         rows = tables.where(law, body=body)
         for (changed, name, poisson), part in rows.groupby(["changed", "law", "poisson"], sort=False):
-            shade = colour(changed, name, poissons.index(poisson) if changed == POISSON else 0)
+            shade = shade_of(changed, name, poisson)
             for _, curve in part.groupby("contact"):
                 _curve(errors, volume, curve.sort_values("depth_of_size"), changed, shade)
             if changed != OWN:
                 handles[label(changed, name, poisson)] = Line2D([], [], marker="o", ms=3.5, color=shade)
-        if (rows["why"].fillna("") != "").any():
-            _without(errors, rows, poissons)
+        if (rows["why"].fillna("") != "").any():  # presses without an answer, at the top
+            for row in rows[~np.isfinite(rows["peak_of_size"])].itertuples():
+                looks = {"color": shade_of(row.changed, row.law, row.poisson), "ms": 6, "zorder": 4}
+                errors.plot(100 * row.depth_of_size, 0.97, "x", transform=errors.get_xaxis_transform(), **looks)
         errors.set(yscale="log", xscale="log", title=spaced(body))
         volume.set(xlabel="depth of the press [% of the body's size]")
         style.plain_log(errors.xaxis)
@@ -74,15 +79,6 @@ def _curve(errors, volume, curve, changed: str, shade: str) -> None:
         looks |= {"marker": "o", "ms": 3.5, "zorder": 3, "color": shade}
         errors.plot(depth, 100 * curve["change_rmse_of_peak"], **looks)
     volume.plot(depth, 100 * curve["volume_change"], "-", lw=1.2, zorder=2, color=shade)
-
-
-def _without(axis, rows, poissons: list[float]) -> None:
-    """Mark presses that have no answer, at the top."""
-    lost = rows[~np.isfinite(rows["peak_of_size"])]
-    for row in lost.itertuples():
-        shade = colour(row.changed, row.law, poissons.index(row.poisson) if row.changed == POISSON else 0)
-        place = axis.get_xaxis_transform()
-        axis.plot(100 * row.depth_of_size, 0.97, "x", color=shade, ms=6, transform=place, zorder=4)
 
 
 def label(changed: str, law: str, poisson: float) -> str:

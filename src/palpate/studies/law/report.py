@@ -101,10 +101,8 @@ def _known(rows: pd.DataFrame) -> str:
 def _doubted(table: pd.DataFrame) -> str:
     """List the changes whose truth is not believed, with its own error."""
     rows = table[~table["believed"].astype(bool) & table["own_rmse_of_peak"].notna()]
-    found = [
-        f"{label(*names)} ({_range(part['own_rmse_of_peak'])})" for names, part in rows.groupby(VARIANT[1:], sort=False)
-    ]
-    return listed(found) if found else "none"
+    groups = rows.groupby(VARIANT[1:], sort=False)["own_rmse_of_peak"]
+    return listed([f"{label(*names)} ({_range(own)})" for names, own in groups]) or "none"
 
 
 def _from(depths: pd.DataFrame) -> str:
@@ -142,10 +140,8 @@ def _lost(table: pd.DataFrame) -> str:
 def _locking(table: pd.DataFrame) -> str:
     """List what linear elements lack on the finest mesh, by Poisson's ratio."""
     shown = pd.concat([tables.where(table, changed=changed) for changed in (OWN, POISSON)])
-    shown = shown.dropna(subset=["linear_rmse_of_peak"])
-    groups = shown.groupby("poisson")
-    means = [f"{percent(part['linear_rmse_of_peak'].mean())} at ν = {nu:g}{_known(part)}" for nu, part in groups]
-    return listed(means)
+    groups = shown.dropna(subset=["linear_rmse_of_peak"]).groupby("poisson")
+    return listed([f"{percent(part['linear_rmse_of_peak'].mean())} at ν = {nu:g}{_known(part)}" for nu, part in groups])
 
 
 def summary(table: pd.DataFrame) -> pd.DataFrame:

@@ -5,6 +5,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from palpate.benchmark.settings import pressed_bodies
 from palpate.bodies.material import LAWS
 from palpate.bodies.settings import check_laws
 from palpate.errors import InputError, describe_unknown
@@ -37,8 +38,7 @@ class Settings(Block):
 
 def compared_bodies(config: dict) -> list[str]:
     """Return the names of the bodies that are pressed: those that are given or all that are refined, and regions_of."""
-    named = config["law"]["bodies"] or [name for name, body in config["bodies"].items() if body.get("refinements", 0)]
-    return list(dict.fromkeys([*named, *config["law"]["regions_of"]]))
+    return list(dict.fromkeys([*pressed_bodies(config, "law"), *config["law"]["regions_of"]]))
 
 
 def changes_of(config: dict, body: str) -> dict:
@@ -46,10 +46,10 @@ def changes_of(config: dict, body: str) -> dict:
 
     Of a body that is named under regions_of alone only these are left out, at the contact above them.
     """
-    settings, alone = config["law"], body in config["law"]["regions_of"]
-    alone &= body not in compared_bodies(config | {"law": settings | {"regions_of": []}})
-    tried = {"laws": settings["laws"], "poissons": settings["poissons"], "contacts": settings["contacts"]}
-    return {"laws": [], "poissons": [], "contacts": 0} if alone else tried
+    settings = config["law"]
+    if body in settings["regions_of"] and body not in pressed_bodies(config, "law"):
+        return {"laws": [], "poissons": [], "contacts": 0}
+    return {key: settings[key] for key in ("laws", "poissons", "contacts")}
 
 
 def check(config: dict, file: Path) -> None:

@@ -5,6 +5,8 @@ from collections.abc import Iterator, Mapping
 import pandas as pd
 
 from palpate.report.claims import Claim, claims, not_testable, verdict
+from palpate.report.tables import where
+from palpate.report.words import spaced
 
 HOLDS = 1.5
 """Springs hold at other contacts if their error is less than so many times that at the fitted ones."""
@@ -14,30 +16,24 @@ MATTERS = 0.01
 
 @claims("organ_springs", "organ_history", "mass_motion")
 def chain(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
-    """Yield the claims, each for every body."""
     for body, rows in tables["organ_springs"].groupby("body", sort=False):
-        fitted, tested = (rows[rows["used_in_fit"].astype(bool) == used] for used in (True, False))
+        fitted, tested = (where(rows, used_in_fit=used) for used in (True, False))
         contacts = f"fitted at {fitted['contact'].nunique()} contacts, tested at {tested['contact'].nunique()} others"
-        searched = _searched(tables["organ_history"], str(body))
-        premise = f"{str(body).replace('_', ' ')}, {contacts}; springs alone; {searched}"
+        history = where(tables["organ_history"], body=body, model="genetic")
+        seeds = history["seed"].nunique()
+        searched = f"{history['generation'].max()} generations, "
+        searched += f"medians of {seeds} seeds" if seeds > 1 else "one seed"
+        premise = f"{spaced(str(body))}, {contacts}; springs alone; {searched}"
         yield _holds(fitted, tested, premise)
         yield _search(tested, premise)
     for body, rows in tables["mass_motion"].groupby("body", sort=False):
         if rows["from_ct"].astype(bool).any():
-            yield _masses(rows.set_index("masses"), str(body).replace("_", " "))
-
-
-def _searched(history: pd.DataFrame, body: str) -> str:
-    """Return how long the genetic algorithm went on, and how often."""
-    rows = history[(history["body"] == body) & (history["model"] == "genetic")]
-    seeds = rows["seed"].nunique()
-    return f"{rows['generation'].max()} generations, {f'medians of {seeds} seeds' if seeds > 1 else 'one seed'}"
+            yield _masses(rows.set_index("masses"), spaced(str(body)))
 
 
 def _of_seeds(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the mean error over contacts without volume force, by seed and model; that of the model's best step."""
-    alone = rows[~rows["volume_force"].astype(bool)]
-    means = alone.groupby(["model", "step_s", "seed"])["rmse_of_peak"].mean()
+    means = where(rows, volume_force=False).groupby(["model", "step_s", "seed"])["rmse_of_peak"].mean()
     return means.groupby(["model", "seed"]).min().unstack("model")
 
 

@@ -6,6 +6,7 @@ from matplotlib.lines import Line2D
 
 from palpate.report import style, tables
 from palpate.report.style import DASHES, FITS, FORCES, Look
+from palpate.report.words import spaced
 
 SHORT = {
     "van_gelder": "Van Gelder",
@@ -25,7 +26,6 @@ LOOKS = FITS | {
 }
 """Every model that may occur in the table."""
 
-
 APART = 1.16
 """Springs, which all take the same time, are drawn so many times as far to the right as one another."""
 
@@ -34,19 +34,20 @@ APART = 1.16
 def draw_organ_springs(organ_springs) -> Figure:
     """Draw each model's errors at fitted and tested contacts, and those at tested contacts over time; a row a body.
 
-    organ_springs : the table of this name; a dot is a contact and a bar their mean, medians over the seeds
+    A dot is a contact and a bar their mean, medians over the seeds
     """
     names = tables.bodies(organ_springs)
-    organ_springs = medians(organ_springs)
+    # the median over the seeds of each search in the place of its seeds
+    one = ["body", "model", "volume_force", "step_s", "contact", "used_in_fit"]
+    organ_springs = organ_springs.groupby(one, sort=False)[["rmse_of_peak", "ms_a_second"]].median().reset_index()
     figure = Figure(figsize=(9.5, 3.9 * len(names)), layout="constrained")
     axes = figure.subplots(len(names), 2, squeeze=False, width_ratios=[1.25, 1])
     for (left, right), body in zip(axes, names, strict=True):
         rows = tables.where(organ_springs, body=body)
         _errors(left, rows)
         _over_time(right, rows)
-        title = body.replace("_", " ")
-        left.set_title(f"{title}: at the fitted contacts (filled) and at others")
-        right.set_title(f"{title}: at contacts that no fit saw")
+        left.set_title(f"{spaced(body)}: at the fitted contacts (filled) and at others")
+        right.set_title(f"{spaced(body)}: at contacts that no fit saw")
     looks = [LOOKS[model] for model in dict.fromkeys(organ_springs["model"]) if model != "zero"]
     handles = [Line2D([], [], ls="", marker=look.marker, color=look.colour, label=look.label) for look in looks]
     forces = sorted(set(organ_springs["volume_force"].astype(bool)))
@@ -54,12 +55,6 @@ def draw_organ_springs(organ_springs) -> Figure:
         handles += [Line2D([], [], color=style.INK, ls=DASHES[force], label=FORCES[force]) for force in forces]
     figure.legend(handles=handles, loc="outside upper center", ncols=5)
     return figure
-
-
-def medians(table):
-    """Return the table with the median over the seeds of each search in the place of its seeds."""
-    one = ["body", "model", "volume_force", "step_s", "contact", "used_in_fit"]
-    return table.groupby(one, sort=False)[["rmse_of_peak", "ms_a_second"]].median().reset_index()
 
 
 def _errors(axis, rows) -> None:
@@ -70,12 +65,10 @@ def _errors(axis, rows) -> None:
         ways.append((model, bool(force), found[found["step_s"] == best]))
     for place, (model, force, found) in enumerate(ways):
         for used, shift, fill in ((True, -0.18, LOOKS[model].colour), (False, 0.18, "none")):
-            error = 100 * found[found["used_in_fit"] == used]["rmse_of_peak"]
-            axis.plot([place + shift] * len(error), error, "o", mfc=fill, mec=LOOKS[model].colour, ms=4)
-            axis.plot(
-                [place + shift - 0.15, place + shift + 0.15], [error.mean()] * 2, color=style.INK, ls=DASHES[force]
-            )
-    zero = 100 * rows[rows["model"] == "zero"]["rmse_of_peak"].mean()
+            error, at = 100 * tables.where(found, used_in_fit=used)["rmse_of_peak"], place + shift
+            axis.plot([at] * len(error), error, "o", mfc=fill, mec=LOOKS[model].colour, ms=4)
+            axis.plot([at - 0.15, at + 0.15], [error.mean()] * 2, color=style.INK, ls=DASHES[force])
+    zero = 100 * tables.where(rows, model="zero")["rmse_of_peak"].mean()
     axis.annotate(f"no motion: {zero:.0f} %", (1.0, 1.0), (-2, -8), "axes fraction", "offset points", ha="right")
     labels = [SHORT[model] + (" + V" if force and len(ways) > 8 else "") for model, force, _ in ways]
     axis.set_xticks(range(len(ways)), labels, rotation=30, ha="right")

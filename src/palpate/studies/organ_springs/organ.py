@@ -20,14 +20,11 @@ from palpate.models.springs.spring_motion import KeyPoints, Press, Settings, Spr
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.table import Table
 
-Motion = tuple[np.ndarray, np.ndarray]
-"""Positions [m] and velocities [m/s] of all key points at the end of each frame, both (frames, p, 3)."""
-
 
 class Reference(NamedTuple):
     """The motion that models are compared with: the limit of ever smaller steps, extrapolated from two.
 
-    positions, velocities : as in Motion
+    positions [m], velocities [m/s] : of all key points at the end of each frame, both (frames, p, 3)
     error : the largest that the shorter of both steps has, over the peak; what is left of it is smaller
     """
 
@@ -114,22 +111,11 @@ def organ(body: Body, settings: dict) -> Organ:
     looked = np.unique(np.linspace(0, len(free) - 1, settings["key_points"]).round().astype(int))
     low, high = settings["young_of_body"]
     young = particles.material.young_pa
-    return Organ(
-        body,
-        spring_model(particles),
-        contacts,
-        fitted,
-        _forces(body, contacts, settings),
-        nodes_as_keys(free),
-        looked,
-        Range(low * young, high * young),
-        settings,
-    )
-
-
-def nodes_as_keys(nodes: np.ndarray) -> KeyPoints:
-    """Return key points that are ``nodes`` (p,), on every level on which these have the same numbers."""
-    return KeyPoints(np.repeat(nodes[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (len(nodes), 1)))
+    # the nodes themselves, on every level on which they have the same numbers
+    keys = KeyPoints(np.repeat(free[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (len(free), 1)))
+    limits = Range(low * young, high * young)
+    forces = _forces(body, contacts, settings)
+    return Organ(body, spring_model(particles), contacts, fitted, forces, keys, looked, limits, settings)
 
 
 def _forces(body: Body, contacts: np.ndarray, settings: dict) -> np.ndarray:
@@ -184,13 +170,18 @@ def mass_motion(found: Organ) -> pd.DataFrame:
 
     Masses are the body's own, those of density_kg_m3 everywhere (uniform), and the own total spread evenly (mean).
     """
-    own = found.particles(0)
-    uniform = found.particles(0) if found.body.densities is None else _uniform(found)
+    own, uniform = found.particles(0), replace(found, body=replace(found.body, densities=None)).particles(0)
     even = replace(own, masses=uniform.masses * (own.masses.sum() / uniform.masses.sum()))
-    frequencies, motions = frequencies_hz(own), _motions(found, own)
-    rows = []
+    rest, settings = found.keys.of(found.body.coarse.nodes), found.in_steps(1)
+    presses = [found.press(i, 0) for i in range(found.fitted)]
+
+    def motions(particles: Particles) -> list[np.ndarray]:
+        return [reference_motion(particles, found.model, press, settings, 1)[0] for press in presses]
+
+    rows, frequencies, wanted = [], frequencies_hz(own), motions(own)
     for name, particles in {"own": own, "uniform": uniform, "mean": even}.items():
         other = frequencies_hz(particles)
+        changes = [deviation(x, y, rest) for x, y in zip(motions(particles), wanted, strict=True)]
         rows.append(
             {
                 "body": found.body.name,
@@ -201,7 +192,7 @@ def mass_motion(found: Organ) -> pd.DataFrame:
                 "most_node_of_uniform": float((particles.masses / uniform.masses).max()),
                 "frequency_hz": other[0],
                 "change_of_frequency": float(np.abs(other / frequencies - 1.0).max()),
-                "change_of_motion": _change(found, _motions(found, particles), motions),
+                "change_of_motion": float(np.mean(changes)),
             }
         )
     return pd.DataFrame(rows)
@@ -215,17 +206,3 @@ def frequencies_hz(particles: Particles) -> np.ndarray:
     start = np.random.default_rng(0).normal(size=masses.shape[0])  # fixed, so that results repeat
     squares = eigsh(stiffness.tocsc(), MODES, masses, sigma=0.0, v0=start, return_eigenvectors=False)
     return np.sqrt(np.sort(squares)) / (2.0 * np.pi)
-
-
-def _uniform(found: Organ) -> Particles:
-    return replace(found, body=replace(found.body, densities=None)).particles(0)
-
-
-def _motions(found: Organ, particles: Particles) -> list[Motion]:
-    settings, presses = found.in_steps(1), range(found.fitted)
-    return [reference_motion(particles, found.model, found.press(i, 0), settings, 1) for i in presses]
-
-
-def _change(found: Organ, motions: list[Motion], wanted: list[Motion]) -> float:
-    rest = found.keys.of(found.body.coarse.nodes)
-    return float(np.mean([deviation(x, y, rest) for (x, _), (y, _) in zip(motions, wanted, strict=True)]))

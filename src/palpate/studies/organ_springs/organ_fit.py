@@ -13,17 +13,16 @@ from palpate.effects.held import Held
 from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import NotConverged
 from palpate.models.shape_matching import cubes
-from palpate.models.springs import evolution
 from palpate.models.springs.descent import descend
-from palpate.models.springs.evolution import cma_es
-from palpate.models.springs.fitness import Fit, Fitness, lloyd, uniform, van_gelder
+from palpate.models.springs.evolution import Rules, cma_es, evolve
+from palpate.models.springs.fitness import CLOSED, Fit, Fitness, uniform
 from palpate.models.springs.spring_motion import Load, Settings, SpringModel, reference_motion, simulate
 from palpate.solvers.goal_position import GoalPosition
 from palpate.solvers.system import System
 from palpate.studies.organ_springs.organ import Organ, Reference, deviation
 from palpate.table import Table
 
-METHODS = ("van_gelder", "lloyd", "uniform", "genetic", "cma_es", "gradient")
+METHODS = (*CLOSED, "uniform", "genetic", "cma_es", "gradient")
 """Ways to find moduli, in the order of tables."""
 SEEDED = ("genetic", "cma_es")
 """Those that draw random numbers, and are repeated."""
@@ -74,19 +73,16 @@ def find(method: str, found: Organ, fitnesses: list[Fitness], seed: int, report:
     def fitness(young: np.ndarray) -> np.ndarray:
         return np.sum([press(young) for press in fitnesses], axis=0)
 
-    def closed(way: Callable) -> tuple[SpringModel, Fit]:
-        begin = perf_counter()
-        model, young = way(found.model, material)
-        return model, Fit(young, np.nan, np.array([[0, perf_counter() - begin, float(fitness(young[None])[0])]]))
-
     start = np.full(nodes, float(material.young_pa))
-    if method in ("van_gelder", "lloyd"):
-        return closed({"van_gelder": van_gelder, "lloyd": lloyd}[method])
+    if method in CLOSED:
+        begin = perf_counter()
+        model, young = CLOSED[method](found.model, material)
+        return model, Fit(young, np.nan, np.array([[0, perf_counter() - begin, float(fitness(young[None])[0])]]))
     if method == "uniform":
         return found.model, uniform(fitness, nodes, found.limits)
     if method == "genetic":
-        rules = evolution.Rules(searches["population"], found.limits, seed)
-        return found.model, evolution.evolve(fitness, nodes, rules, searches["generations"], report=report)
+        rules = Rules(searches["population"], found.limits, seed)
+        return found.model, evolve(fitness, nodes, rules, searches["generations"], report=report)
     if method == "cma_es":
         return found.model, cma_es(fitness, start, found.limits, searches["cma_es_evaluations"], seed, report)
     return found.model, descend(fitnesses, start, found.limits, searches["gradient_evaluations"])[0]
@@ -153,10 +149,8 @@ def rivals(found: Organ, references: list[Reference]) -> pd.DataFrame:
     rest = found.keys.of(found.body.coarse.nodes)
     zero = judge_motions(found, lambda number: rest[None], references)
     tables = [zero.assign(model="zero", step_s=found.settings["duration_s"], offline_s=0.0)]
-    for share in found.settings["fem_frames"]:
-        tables.append(_fem(found, share, references))
-    for steps in found.settings["shape_steps"]:
-        tables.append(_shapes(found, steps, references))
+    tables += [_fem(found, every, references) for every in found.settings["fem_frames"]]
+    tables += [_shapes(found, steps, references) for steps in found.settings["shape_steps"]]
     return pd.concat(tables, ignore_index=True).assign(volume_force=False, evaluations=0, seed=0)
 
 

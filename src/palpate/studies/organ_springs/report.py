@@ -19,8 +19,7 @@ def numbers(report: Report) -> dict[str, Any]:
     counts = springs.groupby("used_in_fit")["contact"].nunique()
     return {
         "bodies": [
-            _of_body(tables.where(springs, body=body), tables.where(masses, body=body))
-            for body in tables.bodies(springs)
+            _of_body(rows, tables.where(masses, body=body)) for body, rows in springs.groupby("body", sort=False)
         ],
         "fitted": int(counts[True]),
         "tested": int(counts[False]),
@@ -36,8 +35,8 @@ def means(springs: pd.DataFrame) -> pd.DataFrame:
     setting = ["model", "volume_force", "step_s"]
     found = springs.groupby(setting, sort=False)[["ms_a_second", "offline_s"]].median()
     for name, used in (("fitted", True), ("tested", False)):
-        part = springs[springs["used_in_fit"] == used]
-        means = part.groupby([*setting, "seed"], sort=False)["rmse_of_peak"].mean().groupby(setting, sort=False)
+        part = tables.where(springs, used_in_fit=used).groupby([*setting, "seed"], sort=False)
+        means = part["rmse_of_peak"].mean().groupby(setting, sort=False)
         found[name] = means.median()
     return found.assign(low=means.min(), high=means.max(), seeds=means.size()).reset_index()
 
@@ -67,7 +66,7 @@ def _of_body(springs: pd.DataFrame, masses: pd.DataFrame) -> dict[str, Any]:
 
 def _worst(springs: pd.DataFrame) -> dict[str, Any]:
     """Return the errors at the one fitted contact where springs without a search are worst, and at the others."""
-    fitted = springs[springs["used_in_fit"]]
+    fitted = tables.where(springs, used_in_fit=True)
     names = [name for name in ("van_gelder", *SEARCHES) if name in set(fitted["model"])]
     errors = fitted[fitted["model"].isin(names)].pivot_table("rmse_of_peak", "contact", "model", aggfunc="median")
     worst = errors["van_gelder"].idxmax()
@@ -80,8 +79,7 @@ def _masses(masses: pd.DataFrame) -> dict[str, Any] | None:
     """Return what uniform masses change, or None without a CT."""
     if not masses["from_ct"].astype(bool).any():
         return None
-    own, uniform, mean = (tables.where(masses, masses=name).iloc[0] for name in ("own", "uniform", "mean"))
-    return {"own": own, "uniform": uniform, "mean": mean}
+    return {name: tables.where(masses, masses=name).iloc[0] for name in ("own", "uniform", "mean")}
 
 
 def _tabulated(springs: pd.DataFrame) -> pd.DataFrame:

@@ -110,8 +110,6 @@ def palpate(
 
 TAG = 1
 """Tag of the ball; the slab around it has the next."""
-DENSITY_KG_M3 = 1000.0
-"""Density, which has no effect on a press."""
 IN_BALL, UNDER_FINGER, COARSENED = 0.4, 0.4, 0.2
 """Lengths of edges as shares of the ball's radius, the finger's, and the slab's height."""
 
@@ -140,7 +138,7 @@ def ball_in_slab(slab: Mapping, ball_radius_m: float, cover_m: float, finger_m: 
         region = np.zeros(len(tetrahedra), dtype=np.int64)
         region[load_tagged(path, TAG)] = 1
     mesh = TetMesh(nodes, check_tetrahedra("slab", nodes, tetrahedra))
-    own = Material(slab["young_pa"], slab["poisson"], DENSITY_KG_M3)
+    own = Material(slab["young_pa"], slab["poisson"], 1000.0)  # the density has no effect on a press
     held = np.flatnonzero(nodes[:, 2] < 1e-6 * z)
     return nest("slab", mesh, 1, held, own, regions=_ball_in(own, contrast, region))
 

@@ -28,10 +28,10 @@ def numbers(report: Report) -> dict[str, Any]:
 def _of_body(rows: pd.DataFrame) -> dict[str, Any]:
     """Return how much stiffer the nearest place is, up to where the region is felt, and the spread without it."""
     felt = rows[rows["felt"].astype(bool)]
-    softest = rows[rows["force_n"] == rows["force_n"].min()]["depth_without_m"]
+    softest = tables.where(rows, force_n=rows["force_n"].min())["depth_without_m"]
     return {
         "name": spaced(rows["body"].iloc[0]),
-        "stiffer": rows[rows["cover_m"] == rows["cover_m"].min()]["stiffer"].max(),
+        "stiffer": tables.where(rows, cover_m=rows["cover_m"].min())["stiffer"].max(),
         "felt_mm": 1e3 * felt["cover_m"].max() if len(felt) else None,
         "spread": softest.max() / softest.min(),
     }

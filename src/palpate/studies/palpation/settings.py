@@ -47,11 +47,6 @@ def check(config: dict, file: Path) -> None:
     if not able:
         raise InputError(f"{file}: palpation is there and no body has regions; give one some, or remove palpation.")
     for name in named or []:
-        if name not in bodies:
-            raise InputError(
-                f"{file}: palpation.bodies names {name}, which is not there; {suggest(name, able, 'name')}"
-            )
         if name not in able:
-            raise InputError(
-                f"{file}: palpation.bodies names {name}, which has no regions; {suggest(name, able, 'name')}"
-            )
+            lack = "has no regions" if name in bodies else "is not there"
+            raise InputError(f"{file}: palpation.bodies names {name}, which {lack}; {suggest(name, able, 'name')}")

@@ -7,13 +7,16 @@ from palpate.run.job import steps
 
 
 def export_model(input, output, params, say):
+    from palpate.benchmark.model import Case
     from palpate.press.coarse_answer import coarse_answer, save
-    from palpate.studies.press.measure import export
+    from palpate.press.portable.export import export_model
 
-    body = load(input.body)
+    body, settings = load(input.body), params.settings
     save(coarse_answer(body, params.radius_m), output.coarse)
-    rest = params.radius_m, params.grid, params.seed, params.tolerance
-    export(body, params.settings, *rest, output.model, lambda what: steps(say, f"{body.name}: {what}"))
+    case = Case.untrained(body, "press", params.radius_m, params.seed, params.tolerance, params.grid)
+    setting = {"modes": settings["modes"], "rings": params.grid["contact_modes"]["rings"][-1]}
+    setting |= {"thinned": settings["thinned"], "target": "limit"}
+    export_model(case, setting, settings["contacts"], output.model, lambda what: steps(say, f"{body.name}: {what}"))
 
 
 def write_press(input, output, params):

@@ -1,21 +1,18 @@
-"""Prepare the model of the page on which a body is pressed, choose presses whose truth is known, and measure it."""
+"""Choose presses whose truth is known, and measure the models of the page on which a body is pressed."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.model import Case
 from palpate.benchmark.presses import force_of
 from palpate.benchmark.truth import OWN, load_truth
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, spread_over
 from palpate.press.page.page import Known
-from palpate.press.portable.export import Progress, export_model
 from palpate.table import Table
 
 PRESS = Table(
@@ -28,28 +25,6 @@ PRESS = Table(
     online_median_s online_p95_s file_mb: time of an answer in Python [s], and size of the file [1e6 bytes]
     """,
 )
-REGIME = "press"
-"""The name of a regime that has no samples."""
-
-
-def export(
-    body: Body,
-    settings: Mapping,
-    radius_m: float,
-    grid: Mapping,
-    seed: int,
-    tolerance: float,
-    path: Path | str,
-    progress: Progress,
-) -> None:
-    """Write contact modes of ``body`` for discs of ``radius_m`` [m] to ``path``.
-
-    settings : ``contacts``, how many are prepared, ``modes`` and ``thinned``; grid, seed, tolerance : as of a Case
-    """
-    case = Case.untrained(body, REGIME, radius_m, seed, tolerance, grid)
-    setting = {"modes": settings["modes"], "rings": grid["contact_modes"]["rings"][-1]}
-    setting |= {"thinned": settings["thinned"], "target": "limit"}
-    export_model(case, setting, settings["contacts"], path, progress)
 
 
 def place_of(body: Body, node: int) -> dict:
@@ -103,19 +78,17 @@ def measure(
             for answer, one in zip(answers, known, strict=False)
         ]
         told = [answer.error for answer in answers if answer.error is not None and np.isfinite(answer.error)]
-        seconds = [_timed(model, presses[call % len(presses)]) for call in range(CALLS)]
+        seconds = []
+        for call in range(CALLS):
+            start = perf_counter()
+            model.respond(presses[call % len(presses)])
+            seconds.append(perf_counter() - start)
         row = {"body": body, "model": name, "contacts": contacts, "samples": len(known)}
         row |= {"rmse_of_peak": _median(found), "rmse_of_peak_most": max(found, default=np.nan)}
         row |= {"error_of_peak": _median(told), "doubted": sum(bool(answer.doubt) for answer in answers)}
         row |= {"online_median_s": _median(seconds), "online_p95_s": float(np.percentile(seconds, 95))}
         rows.append(row | {"file_mb": files_mb[name]})
     return PRESS.frame(rows)
-
-
-def _timed(model: Any, presses: list[dict]) -> float:
-    start = perf_counter()
-    model.respond(presses)
-    return perf_counter() - start
 
 
 def _median(values: Sequence[float]) -> float:

@@ -35,8 +35,5 @@ def _of(body: str, rows: pd.DataFrame) -> dict[str, Any]:
             "file [MB]": rows["file_mb"],
         }
     ).replace({np.nan: None})
-    names = {"key": body, "name": spaced(body), "models": shown}
-    return names | {
-        key: modes[key]
-        for key in ("contacts", "samples", "rmse_of_peak", "error_of_peak", "online_median_s", "doubted")
-    }
+    told = ["contacts", "samples", "rmse_of_peak", "error_of_peak", "online_median_s", "doubted"]
+    return {"key": body, "name": spaced(body), "models": shown} | modes[told].to_dict()

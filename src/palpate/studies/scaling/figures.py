@@ -20,10 +20,7 @@ _STAGES = ("#111111", "#d55e00", "#0072b2", "#009e73")
 
 @style.figure("scaling", tables=("scaling",))
 def draw_scaling(scaling) -> Figure:
-    """Draw one panel for each component, one curve with its exponent for each stage, and the memory in the last panel.
-
-    scaling : the table of this name
-    """
+    """Draw one panel for each component, one curve with its exponent for each stage, and memory in the last panel."""
     components = [component for component in COMPONENTS if (scaling["component"] == component).any()]
     figure = Figure(figsize=(12, 6.6), layout="constrained")
     panels = figure.subplots(2, 4).ravel()
@@ -43,15 +40,9 @@ def _times(axis, component: str, rows) -> None:
         label = _with_power(stage, found["seconds_exponent"].iloc[0])
         axis.loglog(found["size"], found["seconds"], "o-", ms=4, lw=1.2, color=colour, label=label)
     ends = np.array([rows["size"].min(), rows["size"].max()], dtype=float)
-    first, last = (rows[rows["size"] == end]["seconds"].max() for end in ends)
-    axis.loglog(
-        ends,
-        first / ends if component == "cores" else last * ends / ends[-1],
-        color=style.FAINT,
-        lw=0.9,
-        ls=":",
-        zorder=1,
-    )
+    first, last = (tables.where(rows, size=end)["seconds"].max() for end in ends)
+    ideal = first / ends if component == "cores" else last * ends / ends[-1]
+    axis.loglog(ends, ideal, color=style.FAINT, lw=0.9, ls=":", zorder=1)
     axis.set(title=COMPONENTS[component][0], xlabel=f"{rows['unit'].iloc[0]}, n")
     _finish(axis)
 

@@ -36,14 +36,11 @@ def measure(force_n: float, stiffnesses_n_m: list[float]) -> pd.DataFrame:
     particles = tube()
     frequency = np.sqrt(DAMPED_LIKE / particles.masses.mean())
     damped = {"velocity_damping": {"rate_1_s": 2.0 * DAMPING_RATIO * float(frequency)}}
-    tables = [
-        _table("none", 0.0, _run(particles, force_n, {})),
-        _table("dampers_only", 0.0, _run(particles, force_n, damped)),
-    ]
+    cases: list[tuple[str, float, dict]] = [("none", 0.0, {}), ("dampers_only", 0.0, damped)]
     for stiffness in stiffnesses_n_m:
         tied = {"body_springs": {"stiffness_n_m": stiffness, "damping_ratio": DAMPING_RATIO}}
-        tables.append(_table("body_springs", stiffness, _run(particles, force_n, tied)))
-    return pd.concat(tables, ignore_index=True)
+        cases.append(("body_springs", stiffness, tied))
+    return pd.concat([poke(particles, force_n, *case) for case in cases], ignore_index=True)
 
 
 def tube() -> Particles:
@@ -53,11 +50,8 @@ def tube() -> Particles:
     return particles_of(nest("tube", mesh, 0, ends, Material(3000.0, 0.3, 1000.0)), 0, surface=True)
 
 
-def _run(particles: Particles, force_n: float, extra: dict[str, dict]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Simulate the poke with ``extra`` effects.
-
-    Returns times (f,) [s], displacements (f, n) [m] and rest distances from the poked node (n,) [m].
-    """
+def poke(particles: Particles, force_n: float, case: str, stiffness_n_m: float, extra: dict[str, dict]) -> pd.DataFrame:
+    """Simulate the poke with ``extra`` effects; tabulate a row for each time and ring, of which 0 is the poked node."""
     at = np.array([RADIUS_M, 0.0, LENGTH_M / 2])
     load = {"at_m": at, "force_n": [-force_n, 0.0, 0.0], "radius_m": 0.0, "start_s": 0.0}
     load |= {"press_s": PRESS_S, "hold_s": HOLD_S, "release_s": RELEASE_S}
@@ -73,21 +67,15 @@ def _run(particles: Particles, force_n: float, extra: dict[str, dict]) -> tuple[
     )
     motion = run(scene, particles).motion
     distance = np.linalg.norm(particles.nodes - at, axis=1)
-    poked = particles.nodes[np.argmin(distance)]
-    moved = np.linalg.norm(motion.positions - particles.nodes, axis=2)
-    return motion.times, moved, np.linalg.norm(particles.nodes - poked, axis=1)
-
-
-def _table(case: str, stiffness: float, found: tuple[np.ndarray, np.ndarray, np.ndarray]) -> pd.DataFrame:
-    """Tabulate one row for each time and ring; ring 0 is the poked node."""
-    times, moved, distance = found
+    distance = np.linalg.norm(particles.nodes - particles.nodes[np.argmin(distance)], axis=1)
     ring = (distance / RING_M + 0.5).astype(int)
+    moved = np.linalg.norm(motion.positions - particles.nodes, axis=2)
     rows = []
-    for t, u in zip(times, moved, strict=True):
+    for t, u in zip(motion.times, moved, strict=True):
         phase = np.searchsorted(np.cumsum([PRESS_S, HOLD_S, RELEASE_S]), t - 1e-9)
         named = ("press", "hold", "release", "after")[phase]
         for r in np.unique(ring):
             of = u[ring == r]
             counts = len(of), int(np.sum(of > MOVED * u.max()))
-            rows.append((case, stiffness, t, named, distance[ring == r].mean(), of.mean(), of.max(), *counts))
+            rows.append((case, stiffness_n_m, t, named, distance[ring == r].mean(), of.mean(), of.max(), *counts))
     return BODY_SPRINGS.frame(rows)

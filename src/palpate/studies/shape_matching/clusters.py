@@ -9,15 +9,17 @@ import pandas as pd
 from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
-from palpate.effects import held, shape_matching, velocity_damping
+from palpate.effects import shape_matching
 from palpate.effects.held import Held
 from palpate.effects.shape_matching import OVERLAPS, TERMS, ShapeMatching, make_clusters
+from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import NotConverged
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
 from palpate.table import Table
 
-BLOCK_SPACING_M, DIVISIONS = 0.02, (2, 2, 8)
+SPACING_M = 0.02
+DIVISIONS = (2, 2, 8)
 STRETCH, SHEAR, BEND_1_M, TWIST_1_M = 1.25, 0.4, 5.0, 8.0
 """Stretch along z and shear of x with z, curvature of the axis, and angle a length, of the deformations."""
 
@@ -78,12 +80,11 @@ def deformation_modes() -> pd.DataFrame:
 
 def block() -> Particles:
     """Make the block of 3 × 3 × 9 particles of equal mass."""
-    mesh = box([BLOCK_SPACING_M * n for n in DIVISIONS], list(DIVISIONS))
+    mesh = box([SPACING_M * n for n in DIVISIONS], list(DIVISIONS))
     masses, held = np.full(len(mesh.nodes), 0.01), np.empty(0, dtype=np.int64)
     return Particles("block", mesh.nodes, masses, held, mesh.triangles, mesh.tetrahedra, Material(3000.0, 0.3, 1000.0))
 
 
-SPACING_M = 0.02
 LAYERS = 15
 EDGES_M = {1: 14 * SPACING_M, 2: 28 / 3 * SPACING_M, 5: 14 / 3 * SPACING_M}
 """Sides of the cubes by the number of clusters that they form; neighbouring cubes overlap by half."""
@@ -145,9 +146,9 @@ def settle(
     top = body.nodes[:, 2] == body.nodes[:, 2].max()
     effects = {
         "shape_matching": matched,
-        "held": held.make(body, {}, None),
+        "held": Held(body.held),
         "push": _Push(np.outer(top, [force_n / top.sum(), 0.0, 0.0])),
-        "velocity_damping": velocity_damping.make(body, {"rate_1_s": rate_1_s}, None),
+        "velocity_damping": VelocityDamping(body.masses, rate_1_s),
     }
     integrator = goal_position.make(System(body, effects), {})
     x, v, history = body.nodes, np.zeros_like(body.nodes), []
@@ -205,14 +206,12 @@ def cluster_goals(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
             shared = matched.clusters.shared_by
             used = alpha / float(shared.mean()) if overlap == "sum" else alpha
             rest = settle(body, _matched(body, kind, overlap, used, beta), force_n, QUICK_RATE_1_S, QUICK_STILL_M)
-            row = {"kind": kind, "goals": overlap, "clusters": len(matched.ranks)}
-            row |= {"memberships": len(matched.clusters.members)}
-            row |= {"clusters_mean": float(shared.mean()), "clusters_most": int(shared.max())}
             limit = _predicted(body, matched)
-            row |= {"alpha_limit": limit, "alpha_limit_measured": _measured(body, kind, overlap, beta, limit)}
-            row |= {"alpha": used, "peak_m": float(np.linalg.norm(rest - body.nodes, axis=1).max())}
-            rows.append(row | {"drift": _drift(body, matched)})
-    return pd.DataFrame(rows)
+            counts = len(matched.ranks), len(matched.clusters.members), float(shared.mean()), int(shared.max())
+            limits = limit, _measured(body, kind, overlap, beta, limit)
+            peak = float(np.linalg.norm(rest - body.nodes, axis=1).max())
+            rows.append((kind, overlap, *counts, *limits, used, peak, _drift(body, matched)))
+    return CLUSTER_GOALS.frame(rows)
 
 
 def _matched(body: Particles, kind: str, overlap: str, alpha: float, beta: float) -> ShapeMatching:
@@ -240,19 +239,19 @@ def _predicted(body: Particles, matched: ShapeMatching) -> float:
 
 def _measured(body: Particles, kind: str, overlap: str, beta: float, predicted: float) -> float:
     """Search by bisection for the α from which on a small disturbance grows; inf if it does not at α = 1."""
-    if not _grows(body, _matched(body, kind, overlap, 1.0, beta)):
+
+    def grows(alpha: float) -> bool:
+        return _grows(body, _matched(body, kind, overlap, alpha, beta))
+
+    if not grows(1.0):
         return np.inf
     stable, unstable = 0.0, 1.0
     if np.isfinite(predicted):  # nearly there, if theory is right; otherwise the search covers everything
         for guess in (0.98 * predicted, 1.02 * predicted):
-            grows = _grows(body, _matched(body, kind, overlap, guess, beta))
-            stable, unstable = (stable, min(unstable, guess)) if grows else (max(stable, guess), unstable)
+            stable, unstable = (stable, min(unstable, guess)) if grows(guess) else (max(stable, guess), unstable)
     while unstable - stable > WITHIN * unstable:
         middle = 0.5 * (stable + unstable)
-        if _grows(body, _matched(body, kind, overlap, middle, beta)):
-            unstable = middle
-        else:
-            stable = middle
+        stable, unstable = (stable, middle) if grows(middle) else (middle, unstable)
     return unstable
 
 

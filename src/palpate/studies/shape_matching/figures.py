@@ -6,8 +6,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from palpate.report import style
-from palpate.report.words import percent
+from palpate.report import style, tables
+from palpate.report.words import percent, spaced
+from palpate.studies.shape_matching.claims import displacement, held
 from palpate.studies.shape_matching.shape_matching_timing import HEADLINE, exponents, headline
 
 _NAMES = {"symplectic_euler": "symplectic Euler", "goal_position": "goal positions", "backward_euler": "backward Euler"}
@@ -26,7 +27,7 @@ def draw_integrator_stability(integrator_stability) -> Figure:
     growth, error = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     handles = []
     for scheme, looks in _LOOKS.items():
-        cases = integrator_stability[integrator_stability["scheme"] == scheme].groupby("alpha", dropna=False)
+        cases = tables.where(integrator_stability, scheme=scheme).groupby("alpha", dropna=False)
         for (alpha, rows), (colour, marker) in zip(cases, looks, strict=False):
             x, expected, found = (rows[c] for c in ("h_over_sqrt_m_k", "spectral_radius", "growth_measured"))
             growth.plot(x, expected, color=colour)
@@ -50,13 +51,12 @@ def _threshold(axis, stability) -> None:
         at, stated = rows[["blow_up_measured", "limit_stated"]].iloc[0]
         axis.axvline(at, color=style.FAINT, ls=":", lw=1)
         text = f"{_NAMES[scheme]} unstable\nfrom {at:.4f} (stated limit {stated:.4f})"
-        axis.annotate(
-            text, (at, 0.97), (-6, 0), xycoords=("data", "axes fraction"),
-            textcoords="offset points", ha="right", va="top", fontsize=8,
-        )  # fmt: skip
+        place = (at, 0.97), (-6, 0), ("data", "axes fraction"), "offset points"
+        axis.annotate(text, *place, ha="right", va="top", fontsize=8)
 
 
-_MODE_COLOURS = {"rigid": "#0072b2", "linear": "#009e73", "quadratic": "#d55e00"}
+_MODES = {"rigid": ("#0072b2", "o", 7), "linear": ("#009e73", "s", 4), "quadratic": ("#d55e00", "D", 4)}
+"""Colour, marker and its size; rigid and linear cost the same, so that one marker must surround the other."""
 _SEEN_FROM = np.array([[0.9, 0.43, 0.0], [-0.15, 0.31, 0.94]])
 """The directions of the picture, across and up, in space."""
 
@@ -66,16 +66,16 @@ def draw_deformation_modes(deformation_modes) -> Figure:
     """Draw a row for each mode and a column for each deformation: the block as it is in grey, and its goals."""
     table = deformation_modes
     deformations = list(dict.fromkeys(table["deformation"]))
-    figure = Figure(figsize=(1.7 * len(deformations) + 0.6, 2.5 * len(_MODE_COLOURS)), layout="constrained")
-    axes = figure.subplots(len(_MODE_COLOURS), len(deformations), sharex=True, sharey=True, squeeze=False)
-    for row, (mode, colour) in zip(axes, _MODE_COLOURS.items(), strict=True):
+    figure = Figure(figsize=(1.7 * len(deformations) + 0.6, 2.5 * len(_MODES)), layout="constrained")
+    axes = figure.subplots(len(_MODES), len(deformations), sharex=True, sharey=True, squeeze=False)
+    for row, (mode, (colour, _, _)) in zip(axes, _MODES.items(), strict=True):
         for axis, deformation in zip(row, deformations, strict=True):
-            group = table[(table["deformation"] == deformation) & (table["mode"] == mode)]
+            group = tables.where(table, deformation=deformation, mode=mode)
             _block_edges(axis, group, "", style.FAINT, 1.6)
             _block_edges(axis, group, "goal_", colour, 0.7)
             left = group["left"].iloc[0]
-            axis.annotate(f"misses {percent(left)}" if left > 1e-9 else "follows", (0.5, 0.0), (0, -2), fontsize=8,
-                          xycoords="axes fraction", textcoords="offset points", ha="center", va="top")  # fmt: skip
+            said, place = f"misses {percent(left)}" if left > 1e-9 else "follows", ((0.5, 0.0), (0, -2))
+            axis.annotate(said, *place, "axes fraction", "offset points", ha="center", va="top", fontsize=8)
             axis.set_axis_off()
             axis.set_aspect("equal")
             axis.autoscale()
@@ -110,29 +110,20 @@ def draw_clusters(clusters) -> Figure:
     groups = list(clusters.groupby("clusters"))
     figure = Figure(figsize=(2.0 * len(groups) + 2.6, 4.2), layout="constrained")
     axes = figure.subplots(1, len(groups) + 1, width_ratios=[2.0] * len(groups) + [2.4])
-    moved = _displacement(clusters)
-    norm = matplotlib.colors.Normalize(0.0, 100.0 * np.linalg.norm(moved, axis=1).max())
+    norm = matplotlib.colors.Normalize(0.0, 100.0 * np.linalg.norm(displacement(clusters), axis=1).max())
     places = 100.0 * np.concatenate([clusters[["rest_x_m", "rest_z_m"]], clusters[["x_m", "z_m"]]])
     (left, low), (right, high) = places.min(axis=0) - 1.5, places.max(axis=0) + 1.5
     for axis, (count, group), colour in zip(axes, groups, _COLOURS, strict=False):
         _column_edges(axis, group, ["rest_x_m", "rest_z_m"], style.FAINT, 0.7)
         _column_edges(axis, group, ["x_m", "z_m"], style.INK, 0.9)
-        farther = 100.0 * np.linalg.norm(_displacement(group), axis=1)
-        dots = axis.scatter(
-            *(100.0 * group[["x_m", "z_m"]].to_numpy().T),
-            c=farther,
-            norm=norm,
-            cmap=style.DISPLACEMENT,
-            s=18,
-            edgecolors=style.INK,
-            linewidths=0.4,
-            zorder=3,
-        )
+        farther = 100.0 * np.linalg.norm(displacement(group), axis=1)
+        colours = {"c": farther, "norm": norm, "cmap": style.DISPLACEMENT, "edgecolors": style.INK}
+        dots = axis.scatter(*(100.0 * group[["x_m", "z_m"]].to_numpy().T), s=18, linewidths=0.4, zorder=3, **colours)
         axis.set_title(f"{count} cluster{'s' if count > 1 else ''}\ntip moves {farther.max():.1f} cm", color=colour)
         axis.set(xlim=(left, right), ylim=(low, high), aspect="equal", xlabel="x [cm]")
         axis.label_outer()
-        height, sideways = _profile(group)
-        axes[-1].plot(sideways, height, color=colour, marker="o", ms=3, label=str(count))
+        sideways = 100.0 * (group["x_m"] - group["rest_x_m"]).groupby(group["rest_z_m"]).mean()  # of each layer
+        axes[-1].plot(sideways, 100.0 * sideways.index, color=colour, marker="o", ms=3, label=str(count))
     axes[0].set_ylabel("height [cm]")
     axes[-1].set(xlabel="sideways displacement [cm]", ylabel="height at rest [cm]")
     axes[-1].set_title(f"{clusters['force_n'].iloc[0]:g} N on the top\nof {len(groups[0][1])} particles")
@@ -143,21 +134,11 @@ def draw_clusters(clusters) -> Figure:
     return figure
 
 
-def _displacement(table) -> np.ndarray:
-    return table[["x_m", "y_m", "z_m"]].to_numpy() - table[["rest_x_m", "rest_y_m", "rest_z_m"]].to_numpy()
-
-
 def _column_edges(axis, group, columns: list[str], colour: str, width: float) -> None:
     """Join particles that are neighbours along x or z at rest."""
     for across, along in (("rest_x_m", "rest_z_m"), ("rest_z_m", "rest_x_m")):
         for _, line in group.sort_values(along).groupby([across, "rest_y_m"]):
             axis.plot(*(100.0 * line[columns].to_numpy().T), color=colour, lw=width)
-
-
-def _profile(group) -> tuple[np.ndarray, np.ndarray]:
-    """Compute the height at rest and the mean displacement along x of each layer, both [cm]."""
-    layers = (group["x_m"] - group["rest_x_m"]).groupby(group["rest_z_m"]).mean()
-    return 100.0 * layers.index.to_numpy(), 100.0 * layers.to_numpy()
 
 
 _KINDS = {"tetrahedra": "neighbourhoods until\nall are covered", "each_tetrahedron": "one neighbourhood\na tetrahedron"}
@@ -171,7 +152,7 @@ def draw_cluster_goals(cluster_goals) -> Figure:
     limits, tips = figure.subplots(1, 2)
     kinds = list(dict.fromkeys(cluster_goals["kind"]))
     for shift, (goals, (label, colour)) in zip((-0.2, 0.2), _GOALS.items(), strict=True):
-        rows = cluster_goals[cluster_goals["goals"] == goals].set_index("kind").loc[kinds]
+        rows = tables.where(cluster_goals, goals=goals).set_index("kind").loc[kinds]
         places = np.arange(len(kinds)) + shift
         found, stated = (np.minimum(rows[name], 1.0) for name in ("alpha_limit_measured", "alpha_limit"))
         limits.bar(places, found, 0.36, color=colour, label=label)
@@ -180,15 +161,14 @@ def draw_cluster_goals(cluster_goals) -> Figure:
             text = f"{limit:.3f}" if np.isfinite(limit) else "none\nup to 1"
             limits.annotate(text, (place, bound), (0, 3), textcoords="offset points", ha="center", fontsize=8)
         tips.bar(places, 100.0 * rows["peak_m"], 0.36, color=colour, label=label)
-        for place, (_, row) in zip(places, rows.iterrows(), strict=True):
-            tips.annotate(f"α = {row['alpha']:.3g}", (place, 100.0 * row["peak_m"]), (0, 3), ha="center", fontsize=8,
-                          textcoords="offset points")  # fmt: skip
+        for place, row in zip(places, rows.itertuples(), strict=True):
+            at = (place, 100.0 * row.peak_m)
+            tips.annotate(f"α = {row.alpha:.3g}", at, (0, 3), textcoords="offset points", ha="center", fontsize=8)
+    names = [
+        f"{_KINDS[row.kind]}\n{row.clusters} clusters, {row.clusters_mean:.0f} a particle"
+        for row in cluster_goals.drop_duplicates("kind").itertuples()
+    ]
     for axis in (limits, tips):
-        shared = cluster_goals.drop_duplicates("kind").set_index("kind").loc[kinds]
-        names = [
-            f"{_KINDS[kind]}\n{row['clusters']} clusters, {row['clusters_mean']:.0f} a particle"
-            for kind, row in shared.iterrows()
-        ]
         axis.set_xticks(range(len(kinds)), names)
     limits.set(ylabel="α", title="unstable from this α on", ylim=(0.0, 1.25))
     tips.set(ylabel="displacement of the tip [cm]", title="the column under its load", ylim=(0.0, None))
@@ -197,19 +177,14 @@ def draw_cluster_goals(cluster_goals) -> Figure:
     return figure
 
 
-_MODE_MARKERS = {"rigid": ("#0072b2", "o", 7), "linear": ("#009e73", "s", 4), "quadratic": ("#d55e00", "D", 4)}
-"""Colour, marker and its size; rigid and linear cost the same, so that one marker must surround the other."""
-
 _THESIS_MS, _NS = 20.0, 20.0
 
 
 @style.figure("shape_matching_timing", tables=("shape_matching_timing",))
 def draw_shape_matching_timing(shape_matching_timing) -> Figure:
-    """Draw objects of 100 particles, one panel for each number of clusters, and one object of many particles.
-
-    Exponents are fitted from FEWEST particles on, below which the cost of calling compiled functions matters."""
+    """Draw objects of 100 particles, one panel for each number of clusters, and one object of many particles."""
     table = shape_matching_timing
-    many, one = table[table["particles"] == 100], table[table["objects"] == 1]
+    many, one = tables.where(table, particles=100), tables.where(table, objects=1)
     counts = sorted(many["clusters"].unique())
     figure = Figure(figsize=(2.6 * (len(counts) + 1) + 0.4, 3.9), layout="constrained")
     axes = figure.subplots(1, len(counts) + 1, sharey=True)
@@ -217,11 +192,12 @@ def draw_shape_matching_timing(shape_matching_timing) -> Figure:
     for axis, clusters in zip(axes, counts, strict=False):
         title = f"objects of 100 particles,\n{clusters} cluster{'s' if clusters > 1 else ''} each"
         fits = slopes.xs(clusters, level="clusters")
-        _curves(axis, many[many["clusters"] == clusters], title, {m: f"{m}: n$^{{{fits[m]:.2f}}}$" for m in fits.index})
+        labels = {mode: f"{mode}: n$^{{{power:.2f}}}$" for mode, power in fits.items()}
+        _curves(axis, tables.where(many, clusters=clusters), title, labels)
         if clusters == HEADLINE["clusters"]:
             _mark_headline(axis, headline(table))
-    largest = one[one["clusters"] == HEADLINE["clusters"]]
-    _curves(axes[-1], largest, f"one object,\n{HEADLINE['clusters']} clusters", {m: m for m in _MODE_MARKERS})
+    largest = tables.where(one, clusters=HEADLINE["clusters"])
+    _curves(axes[-1], largest, f"one object,\n{HEADLINE['clusters']} clusters", {mode: mode for mode in _MODES})
     axes[0].set_ylabel("time of a step on one core [ms]")
     axes[0].set_ylim(table["ms_per_step"].min() / 12, 60)
     for axis in axes:
@@ -232,8 +208,8 @@ def draw_shape_matching_timing(shape_matching_timing) -> Figure:
 
 def _curves(axis, rows, title: str, labels: dict[str, str]) -> None:
     for mode, label in labels.items():
-        colour, marker, size = _MODE_MARKERS[mode]
-        curve = rows[rows["mode"] == mode].sort_values("all_particles")
+        colour, marker, size = _MODES[mode]
+        curve = tables.where(rows, mode=mode).sort_values("all_particles")
         axis.loglog(curve["all_particles"], curve["ms_per_step"], color=colour, marker=marker, ms=size, label=label)
     ends = np.array([rows["all_particles"].min(), rows["all_particles"].max()])
     axis.loglog(ends, 1e-6 * _NS * ends, color=style.FAINT, lw=0.8, ls=":", label=f"{_NS:g} ns per particle")
@@ -262,8 +238,7 @@ def draw_body_springs(body_springs) -> Figure:
     handles, shades = [], iter(_SHADES)
     for (case, stiffness), rows in body_springs.groupby(["case", "body_springs_n_m"], sort=False):
         colour, dashes, label = _look(case, stiffness, shades)
-        end = rows[rows["phase"] == "hold"]
-        end = end[end["time_s"] == end["time_s"].max()]
+        end = held(rows)
         peak = end["max_displacement_m"].max()
         local.plot(1e3 * end["distance_m"], 1e3 * end["mean_displacement_m"], "o", ls=dashes, ms=4, color=colour)
         over = rows.groupby("time_s")["max_displacement_m"].max() / peak
@@ -273,8 +248,8 @@ def draw_body_springs(body_springs) -> Figure:
         handles.append(Line2D([], [], color=colour, ls=dashes, marker="o", ms=4, label=label))
     released = body_springs.loc[body_springs["phase"] == "hold", "time_s"].max()
     back.axvline(released, color=style.FAINT, ls=":", lw=1)
-    back.annotate("release", (released, 0.01), (-3, 2), xycoords=("data", "axes fraction"),
-                  textcoords="offset points", rotation=90, ha="right", va="bottom", fontsize=7)  # fmt: skip
+    place = (released, 0.01), (-3, 2), ("data", "axes fraction"), "offset points"
+    back.annotate("release", *place, rotation=90, ha="right", va="bottom", fontsize=7)
     local.set(xlabel="rest distance from the poke [mm]", ylabel="mean displacement [mm]", title="during the hold")
     back.set(xlabel="time [s]", ylabel="largest displacement [% of that during the hold]", title="over time")
     back.set(yscale="log", ylim=(1e-2, 300))
@@ -307,7 +282,7 @@ def draw_maxwell_creep(maxwell_creep) -> Figure:
     error.axhline(0.0, color=style.FAINT, lw=0.8)
     largest = table["closed_m"].abs().max()
     error.plot(times, 100.0 * (table["creep_m"] - table["closed_m"]) / largest, "o-", color=colour, ms=3)
-    moved.set(ylabel="displacement [mm]", title=str(table["scene"].iloc[0]).replace("_", " "))
+    moved.set(ylabel="displacement [mm]", title=spaced(table["scene"].iloc[0]))
     error.set(xlabel="time [s]", ylabel="difference\n[% of largest]")
     moved.legend()
     return figure

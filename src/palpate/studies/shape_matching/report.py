@@ -7,7 +7,7 @@ import pandas as pd
 
 from palpate.report.material import Report
 from palpate.report.words import spaced
-from palpate.studies.shape_matching.claims import held, limit, tips
+from palpate.studies.shape_matching.claims import held, lacking, limit, tips
 from palpate.studies.shape_matching.maxwell_creep import closeness
 from palpate.studies.shape_matching.shape_matching_timing import HEADLINE, exponents, headline
 
@@ -24,11 +24,10 @@ VARIANTS = {
 def numbers(report: Report) -> dict[str, Any]:
     """Return what the template names."""
     found = report.tables
-    stability, clusters, timing = (
-        found[name] for name in ("integrator_stability", "clusters", "shape_matching_timing")
-    )
+    stability, clusters, timing = found["integrator_stability"], found["clusters"], found["shape_matching_timing"]
     calm = stability.groupby("scheme", sort=False)["blow_up_measured"].min()
     modes = found["deformation_modes"]
+    pokes = found["body_springs"].groupby(["case", "body_springs_n_m"], sort=False)
     return {
         "case": HEADLINE,
         "step_s": 1e-3 * headline(timing),
@@ -39,16 +38,12 @@ def numbers(report: Report) -> dict[str, Any]:
         "column_force_n": clusters["force_n"].iloc[0],
         "tips_cm": {int(count): 100 * most for count, most in tips(clusters).items()},
         "slopes": list(exponents(timing).groupby("mode", sort=False)["exponent"].agg(["min", "max"]).itertuples()),
-        "poked": [_poked(case, stiffness, rows) for (case, stiffness), rows in _pokes(found["body_springs"])],
+        "poked": [_poked(case, stiffness, rows) for (case, stiffness), rows in pokes],
         "block_particles": modes["particle"].nunique(),
-        "left": modes.groupby(["mode", "deformation"], sort=False)["left"].first().unstack(sort=False).T.to_dict(),
+        "left": lacking(modes).T.to_dict(),
         **_goals(found["cluster_goals"]),
         "creep": _creep(found["maxwell_creep"]) if "maxwell_creep" in found else None,
     }
-
-
-def _pokes(table: pd.DataFrame):
-    return table.groupby(["case", "body_springs_n_m"], sort=False)
 
 
 def _poked(case: str, stiffness: float, rows: pd.DataFrame) -> dict[str, Any]:
@@ -79,8 +74,5 @@ def _goals(table: pd.DataFrame) -> dict[str, Any]:
 def _creep(table: pd.DataFrame) -> dict[str, Any]:
     """Return how near the creep of a scene is to its closed solution."""
     full = table[table["load"] > 1.0 - 1e-6]["creep_m"].iloc[0]
-    return {
-        "scene": spaced(table["scene"].iloc[0]),
-        "error": closeness(table),
-        "late": 1.0 - full / table["closed_m"].max(),
-    }
+    late = 1.0 - full / table["closed_m"].max()
+    return {"scene": spaced(table["scene"].iloc[0]), "error": closeness(table), "late": late}

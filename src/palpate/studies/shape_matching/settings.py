@@ -5,8 +5,6 @@ from pathlib import Path
 from palpate.errors import InputError, describe_unknown
 from palpate.setting_types import Block, Count, NotNegative, Positive, Share, key
 
-NEEDED = ("springs", "push", "maxwell")
-
 
 class IntegratorStability(Block):
     alphas: list[Share] = key("Stiffnesses of goal positions that are compared", [0.1, 0.5, 1.0], min_length=1)
@@ -48,9 +46,9 @@ def check(config: dict, file: Path) -> None:
         return
     if wrong := describe_unknown([creep["scene"]], list(scenes)):
         raise InputError(f"{file}: shape_matching.creep.scene names {wrong}")
-    named = scenes[creep["scene"]].get("effects", "auto")
-    missing = [name for name in NEEDED if name not in (scenes[creep["scene"]] if named == "auto" else named)]
-    if missing:
+    scene = scenes[creep["scene"]]
+    effects = scene if scene.get("effects", "auto") == "auto" else scene["effects"]
+    if missing := [name for name in ("springs", "push", "maxwell") if name not in effects]:
         raise InputError(
             f"{file}: shape_matching.creep.scene names {creep['scene']}, which lacks {', '.join(missing)}; name a "
             "scene of springs with maxwell that a push loads, or write creep: null."

@@ -9,6 +9,7 @@ import pandas as pd
 from palpate.benchmark.timing import processor_seconds
 from palpate.effects.shape_matching import TERMS
 from palpate.linalg.polar import rotations
+from palpate.report.tables import where
 from palpate.scenes.matched_boxes import DIVISIONS, stepper
 from palpate.table import Table
 
@@ -30,8 +31,8 @@ TIMING = Table(
 def measure(repeats: int) -> pd.DataFrame:
     """Measure the milliseconds of a goal-position step: medians of ``repeats`` passes over all rows, on one thread.
 
-    Objects of 100 particles vary in number, clusters and mode; one object of 8
-    clusters varies in particles. Times are processor times, which exclude other processes.
+    Objects of 100 particles vary in number, clusters and mode; one object of 8 clusters varies in particles. Times are
+    processor times, which exclude other processes.
     """
     scans = [(100, objects, clusters) for clusters in (1, 8, 18) for objects in OBJECTS]
     scans += [(particles, 1, 8) for particles in DIVISIONS if particles > 100]
@@ -74,7 +75,4 @@ def exponents(table: pd.DataFrame) -> pd.DataFrame:
 
 def headline(table: pd.DataFrame) -> float:
     """Look up the milliseconds of a step of 100 objects of 100 particles in 8 quadratic clusters each."""
-    rows = table
-    for column, value in HEADLINE.items():
-        rows = rows[rows[column] == value]
-    return float(rows["ms_per_step"].iloc[0])
+    return float(where(table, **HEADLINE)["ms_per_step"].iloc[0])

@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.report.claims import BOUND, Claim, claims, not_testable, percent, verdict
+from palpate.report.tables import where
+from palpate.scenes.acting_effects import SPRING_POISSON
 
 FITNESS_M, GENERATIONS, SECONDS = -0.05, 1000, 3600
 """Where the search ends in figure 2, and after how long."""
@@ -13,39 +15,34 @@ _HOLDS = 1.5
 """Moduli hold for a load that they were not fitted to if its error is less than so many times the fitted one."""
 _LESS = 0.8
 """An error is clearly smaller if it is less than this share of the other."""
-_FIXED = 0.25
-"""Poisson's ratio of springs."""
 _MAGNITUDE = 10.0
 """A search is faster by an order of magnitude if it takes so many times less time to the same fitness."""
 _LATE, _GAIN = 0.1, 0.05
 """A search has converged if its last tenth gains less than this share of what the whole gains."""
+PAPERS = {"method": "genetic", "volume_force": False}
+"""The rows of the paper's own search, without volume force."""
 
 
 @claims("spring_fit", "spring_history", "spring_floor")
 def searches(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield the claims; springs alone, as in the fit, medians over the seeds."""
-    fits, history = (genetic(tables[name]) for name in ("spring_fit", "spring_history"))
-    fitted, others = fits[fits["used_in_fit"]], fits[~fits["used_in_fit"]]
-    count = int(fitted["generations"].max())
-    premise = f"a cube of 120 nodes and 590 springs, fitted to finite elements; {count} generations, {_seeds(fitted)}"
+    fits, history = (where(tables[name], **PAPERS) for name in ("spring_fit", "spring_history"))
+    fitted, others = (where(fits, used_in_fit=used) for used in (True, False))
+    count, seeds = int(fitted["generations"].max()), fitted["seed"].nunique()
+    runs = f"median of {seeds} seeds" if seeds > 1 else "one seed"
+    premise = f"a cube of 120 nodes and 590 springs, fitted to finite elements; {count} generations, {runs}"
     yield _fitness(fitted["fitness"].median(), count, premise)
     yield _converged(history, premise)
-    yield _time(fitted["seconds"].median(), premise)
+    published, ours = f"about {SECONDS / 3600:g} h", f"{fitted['seconds'].median():.2g} s"
+    why = "the paper does not name its machine"
+    yield Claim(2, "2", "the search takes", premise, published, ours, not_testable(why))
     yield _holds(fitted["rmse_of_peak"].median(), others, premise)
     yield _volume(tables["spring_floor"])
     yield _fixed_ratio(tables["spring_floor"])
     yield from _searches(tables["spring_history"], premise)
-    yield _damping()
-
-
-def genetic(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of the paper's own search, without volume force."""
-    return table[(table["method"] == "genetic") & ~table["volume_force"].astype(bool)]
-
-
-def _seeds(rows: pd.DataFrame) -> str:
-    count = rows["seed"].nunique()
-    return f"median of {count} seeds" if count > 1 else "one seed"
+    claim, ours = "springs are damped by", "2 ratio sqrt(k m₁m₂/(m₁ + m₂)) instead"
+    why = "its unit is not N s/m; in metres it is thousands of times what lets the cube move"
+    yield Claim(2, "1, equation 6", claim, "any", "2 sqrt(k (m₁ + m₂))/l", ours, not_testable(why))
 
 
 def _fitness(found: float, count: int, premise: str) -> Claim:
@@ -69,13 +66,6 @@ def _converged(history: pd.DataFrame, premise: str) -> Claim:
     return Claim(2, "2, figure 2", claim, premise, f"about {GENERATIONS} generations", ours, verdict(share < _GAIN))
 
 
-def _time(seconds: float, premise: str) -> Claim:
-    """Compare the hour, for what it is worth."""
-    published, ours = f"about {SECONDS / 3600:g} h", f"{seconds:.2g} s"
-    why = "the paper does not name its machine"
-    return Claim(2, "2", "the search takes", premise, published, ours, not_testable(why))
-
-
 def _holds(error: float, others: pd.DataFrame, premise: str) -> Claim:
     """Judge moduli at presses that they were not fitted to."""
     worst = others.groupby("press")["rmse_of_peak"].median().max()
@@ -87,52 +77,41 @@ def _holds(error: float, others: pd.DataFrame, premise: str) -> Claim:
 def _volume(floor: pd.DataFrame) -> Claim:
     """Judge the volume force by the tissue that keeps its volume best: springs fitted to all presses at once."""
     poisson = floor["poisson"].max()
-    worst = floor[floor["poisson"] == poisson].groupby("volume_force")["rmse_of_peak"].max()
+    worst = where(floor, poisson=poisson).groupby("volume_force")["rmse_of_peak"].max()
     ours = f"{percent(worst[True])} of the peak with the force, {percent(worst[False])} without"
-    premise = (
-        f"the same cube, Poisson's ratio {poisson:g}, moduli and stiffness of the force fitted to all three presses"
-    )
+    fit = "moduli and stiffness of the force fitted to all three presses"
+    premise, holds = f"the same cube, Poisson's ratio {poisson:g}, {fit}", worst[True] < _LESS * worst[False]
     claim = "a volume force lets springs follow tissue that keeps its volume"
-    return Claim(
-        2, "1, equation 2", claim, premise, "it preserves volume", ours, verdict(worst[True] < _LESS * worst[False])
-    )
+    return Claim(2, "1, equation 2", claim, premise, "it preserves volume", ours, verdict(holds))
 
 
 def _fixed_ratio(floor: pd.DataFrame) -> Claim:
     """Judge by which tissue springs alone follow best, fitted to all presses at once."""
-    errors = floor[~floor["volume_force"].astype(bool)].groupby("poisson")["rmse_of_peak"].mean()
+    errors = where(floor, volume_force=False).groupby("poisson")["rmse_of_peak"].mean()
     best = float(errors.idxmin())
     ours = "mean error " + ", ".join(f"{percent(error)} at {poisson:g}" for poisson, error in errors.items())
     claim = "springs without a volume force have one Poisson's ratio, whatever their moduli"
     premise = f"the same cube, tissues of {len(errors)} ratios, moduli fitted to all three presses"
-    near = errors.index[(errors.index - _FIXED).to_series().abs().to_numpy().argmin()]
+    near = errors.index[(errors.index - SPRING_POISSON).to_series().abs().to_numpy().argmin()]
     return Claim(2, "beyond the paper", claim, premise, "1/4", f"{ours}; least at {best:g}", verdict(best == near))
 
 
 def _searches(history: pd.DataFrame, premise: str) -> Iterator[Claim]:
     """Compare when other searches are as fit as the genetic algorithm at its end, medians over the seeds."""
-    alone = history[~history["volume_force"].astype(bool)]
-    paper = alone[alone["method"] == "genetic"].groupby("seed")
+    paper = where(history, **PAPERS).groupby("seed")
     wanted, taken = paper["fitness"].max().median(), paper["seconds"].max().median()
     for method, words in (("gradient", "the gradient by the adjoint"), ("cma_es", "CMA-ES")):
-        rows = alone[(alone["method"] == method) & (alone["fitness"] >= wanted)]
-        if method not in set(alone["method"]):
+        rows = where(history, method=method, volume_force=False)
+        if rows.empty:
             continue
-        first = rows.groupby("seed")["seconds"].min()
-        every = len(first) == alone.loc[alone["method"] == method, "seed"].nunique()
+        first = rows[rows["fitness"] >= wanted].groupby("seed")["seconds"].min()
+        every = len(first) == rows["seed"].nunique()
         ours = "not as fit at its end"
         if every:
             ours = f"as fit after {first.median():.2g} s as the genetic algorithm after {taken:.2g} s"
         claim = f"{words} beats the genetic algorithm by orders of magnitude in time"
         holds = every and taken / first.median() >= _MAGNITUDE
         yield Claim(2, "beyond the paper", claim, premise, "ten times or more", ours, verdict(bool(holds)))
-
-
-def _damping() -> Claim:
-    """Explain why equation 6 is not used."""
-    claim, ours = "springs are damped by", "2 ratio sqrt(k m₁m₂/(m₁ + m₂)) instead"
-    why = "its unit is not N s/m; in metres it is thousands of times what lets the cube move"
-    return Claim(2, "1, equation 6", claim, "any", "2 sqrt(k (m₁ + m₂))/l", ours, not_testable(why))
 
 
 BOUND_M = 0.005
@@ -146,7 +125,7 @@ _PART = 4
 @claims("spring_errors", "spring_fit")
 def presses(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     """Yield the claims on the genetic algorithm's springs without volume force; medians over the seeds."""
-    errors, fits = (genetic(tables[name]) for name in ("spring_errors", "spring_fit"))
+    errors, fits = (where(tables[name], **PAPERS) for name in ("spring_errors", "spring_fit"))
     premise = "a cube of 10 mm held at its bottom, fitted to the top press in finite elements"
     yield _growth(errors, premise)
     yield from _bounds(errors, premise)
@@ -171,10 +150,8 @@ def _growth(errors: pd.DataFrame, premise: str) -> Claim:
 
 def _bounds(errors: pd.DataFrame, premise: str) -> Iterator[Claim]:
     """Judge the bound as printed, which the zero answer meets, and scaled by the sides of an organ and of the cube."""
-    largest = {
-        press: (rows["most_m"].max(), rows["zero_m"].max()) for press, rows in errors.groupby("press", sort=False)
-    }
-    worst, zero = (1e3 * max(each) for each in zip(*largest.values(), strict=True))
+    largest = errors.groupby("press", sort=False)[["most_m", "zero_m"]].max()
+    worst, zero = 1e3 * largest.max()
     ours = f"{worst:.2g} mm at most; without any motion {zero:.2g} mm"
     claim = "errors of position stay below"
     below = worst < 1e3 * BOUND_M
@@ -182,10 +159,10 @@ def _bounds(errors: pd.DataFrame, premise: str) -> Iterator[Claim]:
     yield Claim(2, "2, figure 3", claim, premise, "5 mm in all three presses", ours, kind)
     scaled = BOUND_M / ORGAN_M * 0.01
     shares = ", ".join(
-        f"{press} {1e3 * error:.2g} of {1e3 * still:.2g} mm" for press, (error, still) in largest.items()
+        f"{press} {1e3 * error:.2g} of {1e3 * still:.2g} mm" for press, error, still in largest.itertuples()
     )
     scale = f"{premise}; 5 mm on a cube of an organ's size, {ORGAN_M:g} m, are {1e3 * scaled:g} mm on one of 10 mm"
-    kind = verdict(all(error < scaled for error, _ in largest.values()))
+    kind = verdict(bool((largest["most_m"] < scaled).all()))
     yield Claim(2, "2, figure 3", f"{claim} 5 % of the cube's side", scale, "in all three presses", shares, kind)
 
 

@@ -9,6 +9,7 @@ from matplotlib.patches import Patch
 
 from palpate.report import style, tables
 from palpate.report.style import DASHES, FITS, FORCES, look
+from palpate.scenes.acting_effects import SPRING_POISSON
 
 _POINTS = 200
 """Number of generations or times at which the seeds of a search are compared."""
@@ -120,8 +121,6 @@ def draw_spring_errors(spring_errors) -> Figure:
     return figure
 
 
-NETWORK_POISSON = 0.25
-"""The Poisson ratio of a spring network (Kot and Nagahashi)."""
 _MARKERS = {False: "o", True: "s"}
 
 
@@ -137,7 +136,7 @@ def draw_spring_floor(spring_floor) -> Figure:
     axes = figure.subplots(1, len(presses), sharey=True, squeeze=False)[0]
     colour = FITS["gradient"].colour
     for axis, press in zip(axes, presses, strict=True):
-        axis.axvline(NETWORK_POISSON, color=style.FAINT, ls=":", lw=1)
+        axis.axvline(SPRING_POISSON, color=style.FAINT, ls=":", lw=1)
         for force, marker in _MARKERS.items():
             rows = tables.where(floor, press=press, volume_force=force).sort_values("poisson")
             error = 100 * rows["rmse_of_peak"]

@@ -1,6 +1,5 @@
 """Report on paper 2: how well each method fits springs, how errors grow, and what springs can do at all."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from palpate.report.words import percent, seconds
 TITLE = "Paper 2: spring parameters"
 FITTED, OTHERS = 0.05, 0.15
 """RMSE of the peak up to which a fit is good, on its own press and on the others."""
-SEARCHES = ("genetic", "cma_es", "gradient")
 
 
 def numbers(report: Report) -> dict[str, Any]:
@@ -46,11 +44,10 @@ def numbers(report: Report) -> dict[str, Any]:
 def _found(fits: pd.DataFrame) -> list[dict[str, Any]]:
     """Return fitness and time of each search."""
     rows = []
-    for method in SEARCHES:
+    for method in ("genetic", "cma_es", "gradient"):
         runs = tables.where(fits, method=method, used_in_fit=True)
-        ends = runs["fitness"].agg(median="median", least="min", most="max").to_dict()
         row = {"name": look(method).label, "seconds": runs["seconds"].median(), "seeds": runs["seed"].nunique()}
-        rows.append(row | ends)
+        rows.append(row | runs["fitness"].agg(median="median", least="min", most="max").to_dict())
     return rows
 
 
@@ -85,12 +82,12 @@ def _medians(fits: pd.DataFrame) -> pd.DataFrame:
         row |= {"time": seconds(runs[runs["used_in_fit"]].groupby("seed")["seconds"].first().median())}
         row |= {"fitness [m]": runs[runs["press"] == fits["press"].iloc[0]]["fitness"].median()}
         for press, found in runs.groupby("press", sort=False):
-            row[f"{press} press{' (fitted)' if press in fitted else ''}"] = spread(found["rmse_of_peak"], percent)
+            row[f"{press} press{' (fitted)' if press in fitted else ''}"] = _spread(found["rmse_of_peak"])
         rows.append(row)
     return pd.DataFrame(rows)
 
 
-def spread(values: pd.Series, words: Callable[[float], str]) -> str:
+def _spread(values: pd.Series) -> str:
     """Return the median, and the range if there are several values."""
-    median, least, largest = (words(value) for value in (values.median(), values.min(), values.max()))
+    median, least, largest = map(percent, (values.median(), values.min(), values.max()))
     return median if len(values) == 1 else f"{median} [{least}, {largest}]"

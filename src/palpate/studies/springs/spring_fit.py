@@ -11,15 +11,11 @@ import pandas as pd
 from palpate.models.springs.descent import descend, descend_smoothly, value_and_gradient
 from palpate.models.springs.evolution import Rules, cma_es, evolve
 from palpate.models.springs.experiment import Experiment, Motion
-from palpate.models.springs.fitness import Fit, Fitness, lloyd, uniform, van_gelder
+from palpate.models.springs.fitness import CLOSED, Fit, Fitness, uniform
 from palpate.models.springs.spring_motion import SpringModel, simulate
 from palpate.table import Table
 
-CLOSED = {"van_gelder": van_gelder, "lloyd": lloyd}
 SEEDED = ["genetic", "cma_es"]
-METHODS = ["uniform", *CLOSED, *SEEDED, "gradient", "gradient_smooth", "gradient_all"]
-"""All methods in table order. gradient_smooth regularises the differences of moduli; gradient_all is fitted to all
-presses and shows the accuracy that the model can reach when it sees them."""
 
 
 def find(
@@ -31,8 +27,10 @@ def find(
     checkpoint: Path | None = None,
     report: Callable[[int, float], None] = lambda count, best: None,
 ) -> tuple[SpringModel, Fit]:
-    """Find the parameters by one of METHODS, and the model that they belong to.
+    """Find the parameters by one of the methods of style.FITS, and the model that they belong to.
 
+    gradient_smooth regularises the differences of moduli; gradient_all is fitted to all presses and shows the accuracy
+    that the model can reach when it sees them.
     fitnesses : of the presses, of which all but gradient_all use the first only
     searches : the config's limits: generations and population of the genetic algorithm, evaluations of the others
     """
@@ -68,13 +66,6 @@ SPRING_HISTORY = Table(
 )
 
 
-def history(fit: Fit) -> pd.DataFrame:
-    """Tabulate the best fitness over generations or iterations; closed forms have a single row."""
-    table = pd.DataFrame(fit.history, columns=["evaluations", "seconds", "fitness"])
-    table.insert(0, "generation", np.arange(len(table)))
-    return table.astype({"evaluations": int})
-
-
 SPRING_FIT = Table(
     "spring_fit",
     "The error of the spring network on each press after each method of finding its parameters.",
@@ -85,23 +76,6 @@ SPRING_FIT = Table(
     fitness generations evaluations seconds: of the search: its end [m], and what it took
     """,
 )
-
-
-def judge(
-    trial: Experiment, model: SpringModel, young: np.ndarray, references: dict[str, Motion], used: list[str]
-) -> pd.DataFrame:
-    """Evaluate the error of the key points over all steps, one row of SPRING_FIT a press; ``used`` were fitted."""
-    rows = []
-    rest = trial.settings.keys.of(trial.model.nodes)
-    for press, (positions, velocities) in references.items():
-        error = simulate(model, young, trial.presses[press], trial.settings)[0] - positions
-        rmse = float(np.sqrt((error**2).sum(axis=2).mean()))
-        peak = float(np.linalg.norm(positions - rest, axis=2).max())
-        scored = Fitness(model, trial.presses[press], trial.settings, positions, velocities)
-        value = float(scored(young[None])[0])
-        rows.append((press, press in used, rmse, rmse / peak, *np.abs(error).max(axis=(0, 1)), value))
-    names = "press used_in_fit rmse_m rmse_of_peak max_x_m max_y_m max_z_m fitness"
-    return pd.DataFrame(rows, columns=names.split())
 
 
 SPRING_ERRORS = Table(
@@ -117,20 +91,28 @@ SPRING_ERRORS = Table(
 )
 
 
-def errors(
+def judge(
     trial: Experiment, model: SpringModel, young: np.ndarray, references: dict[str, Motion], used: list[str]
-) -> pd.DataFrame:
-    """Evaluate errors along each axis, for each press and step: the rows of SPRING_ERRORS (paper 2's figure 3)."""
-    tables = []
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Evaluate errors of the key points, of presses of which ``used`` were fitted.
+
+    Returns a row of SPRING_FIT a press, over all steps, and rows of SPRING_ERRORS (paper 2's figure 3), one a step.
+    """
+    rows, steps = [], []
     rest = trial.settings.keys.of(trial.model.nodes)
-    for press, (positions, _) in references.items():
+    for press, (positions, velocities) in references.items():
         error = simulate(model, young, trial.presses[press], trial.settings)[0] - positions
-        point = int(np.linalg.norm(positions - rest, axis=2).max(axis=0).argmax())
-        signed = pd.DataFrame(error[:, point], columns=["error_x_m", "error_y_m", "error_z_m"])
+        rmse, moved = float(np.sqrt((error**2).sum(axis=2).mean())), np.linalg.norm(positions - rest, axis=2)
+        scored = Fitness(model, trial.presses[press], trial.settings, positions, velocities)
+        value = float(scored(young[None])[0])
+        most = np.abs(error).max(axis=(0, 1))
+        rows.append((press, press in used, rmse, rmse / float(moved.max()), *most, value))
+        signed = pd.DataFrame(error[:, moved.max(axis=0).argmax()], columns=["error_x_m", "error_y_m", "error_z_m"])
         signed.insert(0, "step", np.arange(1, len(error) + 1))
         largest, zero = (np.abs(each).max(axis=(1, 2)) for each in (error, positions - rest))
-        tables.append(signed.assign(most_m=largest, zero_m=zero, press=press, used_in_fit=press in used))
-    return pd.concat(tables, ignore_index=True)
+        steps.append(signed.assign(most_m=largest, zero_m=zero, press=press, used_in_fit=press in used))
+    names = "press used_in_fit rmse_m rmse_of_peak max_x_m max_y_m max_z_m fitness"
+    return pd.DataFrame(rows, columns=names.split()), pd.concat(steps, ignore_index=True)
 
 
 def tables(
@@ -151,30 +133,27 @@ def tables(
     fitnesses = [trial.fitness(press, references) for press in references]
     used = list(references) if method == "gradient_all" else [fitnesses[0].press.name]
     parts: dict[str, list[pd.DataFrame]] = {"spring_fit": [], "spring_history": [], "spring_errors": []}
-    _warm_up(fitnesses[0], trial.start())
+    fitnesses[0](trial.start()[None])  # so that compilation is not timed
+    value_and_gradient(fitnesses[0], trial.start(), trial.settings.volume_n_m)
     for seed, checkpoint in runs.items():
         model, fit = find(method, trial, fitnesses, searches, seed, checkpoint, partial(report, seed))
-        rises = history(fit)
+        # closed forms have a single row
+        rises = pd.DataFrame(fit.history, columns=["evaluations", "seconds", "fitness"]).astype({"evaluations": int})
+        rises.insert(0, "generation", np.arange(len(rises)))
         last = rises.iloc[-1]
         labels = {"method": method, "volume_force": volume_force, "seed": seed}
-        judged = judge(trial, model, fit.young, references, used).assign(
+        judged, grown = judge(trial, model, fit.young, references, used)
+        judged = judged.assign(
             generations=int(last["generation"]),
             evaluations=int(last["evaluations"]),
             seconds=last["seconds"],
             volume_n_m=trial.settings.volume_n_m,
         )
-        grown = errors(trial, model, fit.young, references, used)
         if checkpoint:
             checkpoint.unlink(missing_ok=True)
         for name, table in zip(parts, (judged, rises, grown), strict=True):
             parts[name].append(table.assign(**labels)[[*labels, *table.columns]])
     return {name: pd.concat(found, ignore_index=True) for name, found in parts.items()}
-
-
-def _warm_up(fitness: Fitness, young: np.ndarray) -> None:
-    """Run the functions that a search calls once, so that compilation is not timed."""
-    fitness(young[None])
-    value_and_gradient(fitness, young, fitness.settings.volume_n_m)
 
 
 INCOMPRESSIBLE = 0.49
@@ -199,29 +178,20 @@ def measure(found: Experiment, references: dict[str, Motion], stiffest_n_m: floa
     """
     fitnesses = [found.fitness(press, references) for press in references]
     alone, _ = descend(fitnesses, found.start(), found.limits, evaluations)
-    fit, stiffness = _with_volume(found, references, alone.young, stiffest_n_m, evaluations)
+    # from the material's volume force, and from none with the best moduli without it: so a volume force cannot seem to
+    # increase the error only because a descent ended too early
+    ends = []
+    for young, stiffness in ((found.start(), min(found.volume_n_m(), stiffest_n_m)), (alone.young, 0.0)):
+        trial = found.with_volume(stiffness)
+        fitnesses = [trial.fitness(press, references) for press in references]
+        ends.append(descend(fitnesses, young, found.limits, evaluations, stiffest_n_m))
+    fit, stiffness = max(ends, key=lambda end: end[0].fitness)
     cases = ((found, alone, False), (found.with_volume(stiffness), fit, True))
     tables = [
-        judge(trial, found.model, fitted.young, references, list(references)).assign(
+        judge(trial, found.model, fitted.young, references, list(references))[0].assign(
             volume_force=force, volume_n_m=trial.settings.volume_n_m, poisson=found.particles.material.poisson
         )
         for trial, fitted, force in cases
     ]
     names = " ".join(SPRING_FLOOR.columns) + " max_x_m max_y_m max_z_m fitness"
     return pd.concat(tables)[names.split()]
-
-
-def _with_volume(
-    found: Experiment, references: dict[str, Motion], alone: np.ndarray, stiffest_n_m: float, evaluations: int
-) -> tuple[Fit, float]:
-    """Fit from the material's volume force, and from none with the best moduli ``alone``; keep the better fit.
-
-    So a volume force cannot seem to increase the error only because a descent ended too early.
-    """
-    starts = ((found.start(), min(found.volume_n_m(), stiffest_n_m)), (alone, 0.0))
-    ends = []
-    for young, stiffness in starts:
-        trial = found.with_volume(stiffness)
-        fitnesses = [trial.fitness(press, references) for press in references]
-        ends.append(descend(fitnesses, young, found.limits, evaluations, stiffest_n_m))
-    return max(ends, key=lambda end: end[0].fitness)

@@ -1,3 +1,0 @@
-"""The table of the study, made up."""
-
-from fixtures.studies import law_table  # noqa: F401

@@ -143,7 +143,7 @@ def test_explicit_steps_are_limited_by_what_is_not_elastic(particles, integrator
 
 def test_an_own_effect_acts(particles, tmp_path):
     wind = tmp_path / "wind.py"
-    wind.write_text(re.search(r"```python\n(.*?)```", GUIDE.read_text(), re.S)[1])
+    wind.write_text(re.search(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.S)[1])
     entry = {"effects": "auto", "integrator": "backward_euler", "step_s": 0.05, "duration_s": 0.2, "body": "bar"}
     entry |= {"own": {"wind": wind}, "own_settings": {"wind": {"pressure_pa": 5.4}}}
     scene = scene_of("windy", entry)

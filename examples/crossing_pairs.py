@@ -5,7 +5,7 @@ import sys
 import draw
 import numpy as np
 
-from palpate.bodies.surfaces.decimate import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.remesh import fibonacci_sphere, triangulate
 from palpate.collision import Tree, crossing_pairs, crossing_segments
 
 

@@ -112,7 +112,7 @@ def _add_data(command: argparse.ArgumentParser) -> argparse._MutuallyExclusiveGr
 
 def _init(asked: argparse.Namespace) -> str:
     from palpate.init.command import init, init_each
-    from palpate.init.data import recognise
+    from palpate.init.recognise import recognise
 
     paths, label = _given(asked)
     if asked.each:
@@ -123,7 +123,7 @@ def _init(asked: argparse.Namespace) -> str:
 
 def _given(asked: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
     """Return the data's paths, and labels; InputError if there is no such side to hold."""
-    from palpate.init.data import HOLDS
+    from palpate.init.recognise import HOLDS
 
     if asked.hold not in (None, *HOLDS):
         raise InputError(f"--hold {asked.hold} is no side; choose from {', '.join(HOLDS)}.")
@@ -133,8 +133,8 @@ def _given(asked: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
 
 def _try(asked: argparse.Namespace) -> str:
     from palpate.init.command import program
-    from palpate.init.data import recognise
-    from palpate.init.try_body import try_body
+    from palpate.init.recognise import recognise
+    from palpate.init.try_command import try_body
 
     paths, label = _given(asked)
     data = recognise(paths, label, asked.threshold, asked.regions, asked.mri, asked.scale)

@@ -8,7 +8,7 @@ import pytest
 
 from palpate.benchmark.accuracy import patch_nodes
 from palpate.benchmark.database import write
-from palpate.benchmark.judge import TRAINING, judge, read_judged, trained
+from palpate.benchmark.judge import TRAINING, judge, judge_at_training, read_judged
 from palpate.benchmark.split import fold_sides, fold_table
 from palpate.benchmark.truth import OWN, Truth, save_truth
 from palpate.bodies.body_file import save
@@ -102,15 +102,15 @@ def test_a_case_has_no_sample_that_is_judged(slab, slab_case, slab_compliance, a
 
 def test_a_press_of_each_training_contact_is_judged_beside_the_others(slab, all_samples):
     db, folds, truth = all_samples
-    found, more = judge(slab, db, folds, truth, 2, 0.05), trained(slab, db, folds, truth, 2, 0.05)
-    assert set(more.side) == {TRAINING} and found.more is None
+    found, more = judge(slab, db, folds, truth, 2, 0.05), judge_at_training(slab, db, folds, truth, 2, 0.05)
+    assert set(more.side) == {TRAINING} and found.training is None
     assert set(more.samples.contact) | set(found.samples.contact) == set(db.contact)
     assert not set(more.samples.contact) & set(found.samples.contact)
     assert len(set(more.samples.contact)) == len(more.side)
     assert np.allclose(more.truth[0], 1.1 * db.fine[more.numbers[0]])
     lost = np.where(np.isin(truth.contact, db.contact[more.numbers]), "no limit", "").astype(object)
     nothing = replace(truth, rejected=lost, displacement=np.full_like(truth.displacement, np.nan))
-    assert trained(slab, db, folds, nothing, 2, 0.05) is None
+    assert judge_at_training(slab, db, folds, nothing, 2, 0.05) is None
 
 
 def test_the_page_shows_the_hardest_press_of_a_contact_with_the_truth_s_own_rmse(slab, all_samples, tmp_path):

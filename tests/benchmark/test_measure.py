@@ -81,7 +81,7 @@ def test_what_a_model_says_of_its_own_error_stands_with_its_samples(slab_case, s
 def test_what_learns_nothing_is_asked_at_training_contacts_too(slab_case, slab_judge):
     """Such answers are rows of the samples, and no part of means, times and costs; who learns is not asked."""
     more = replace(slab_judge, side=np.full(6, TRAINING))
-    judge = replace(slab_judge, more=more)
+    judge = replace(slab_judge, training=more)
 
     def prepare(fresh, setting):
         if setting["learns"]:
@@ -303,7 +303,7 @@ def test_the_truth_and_zero_have_rows_of_their_own(slab_case, slab_judge):
     assert np.isnan(zero["online_median_s"]) and len(samples) == 12
     # bounds that know training contacts add the truth's own error there, and means are those of the others
     more = replace(slab_judge, side=np.full(6, TRAINING), own=10 * slab_judge.own)
-    samples, settings = bounds(slab_case[0], replace(slab_judge, more=more))
+    samples, settings = bounds(slab_case[0], replace(slab_judge, training=more))
     own = samples[(samples["side"] == TRAINING) & (samples["model"] == "truth")]
     assert own["rmse_of_peak"].to_numpy() == pytest.approx(10 * slab_judge.own[:, ERRORS.index("rmse_of_peak")])
     assert settings["rmse_of_peak"].iloc[0] == pytest.approx(0.002)

@@ -27,7 +27,7 @@ from palpate.benchmark.truth import OWN, Truth, reasons, truth_of
 from palpate.bodies.body import Body
 from palpate.bodies.make_body import make_body
 from palpate.init.choose import Choice, choose
-from palpate.init.data import Data, recognise
+from palpate.init.recognise import Data, recognise
 
 MM = 1e-3
 HEAD = f"{'organ':16} {'nodes':>5} {'tets':>6} {'away':>6} {'volume':>7} {'level':>5} {'elements':>8} {'ratio':>11} "

@@ -13,7 +13,7 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import quality
 from palpate.bodies.organs import SAMPLES, SHAPES, SmoothSurface, coarse_body, kidney_shape, liver_shape, stomach_shape
 from palpate.bodies.refinement import finer, refine, with_midpoints
-from palpate.bodies.surfaces.decimate import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.remesh import fibonacci_sphere, triangulate
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
 

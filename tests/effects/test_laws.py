@@ -78,22 +78,22 @@ def test_energy_is_that_of_the_paper(law, rotation):
 @pytest.mark.parametrize("law", LAWS)
 def test_slopes_and_curvatures_are_derivatives(law):
     for s in STRETCHES:
-        _, slopes, curvatures = evaluate(law_of(law), s, MU, LAM)
+        _, gradient, hessian = evaluate(law_of(law), s, MU, LAM)
         for k, step in enumerate(1e-6 * np.eye(3)):
             more, less = (evaluate(law_of(law), s + sign * step, MU, LAM) for sign in (1.0, -1.0))
-            assert (more[0] - less[0]) / 2e-6 == pytest.approx(slopes[k], abs=1e-6 * MU)
-            assert np.abs((more[1] - less[1]) / 2e-6 - curvatures[k]).max() < 1e-6 * np.abs(curvatures).max()
+            assert (more[0] - less[0]) / 2e-6 == pytest.approx(gradient[k], abs=1e-6 * MU)
+            assert np.abs((more[1] - less[1]) / 2e-6 - hessian[k]).max() < 1e-6 * np.abs(hessian).max()
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_shape_is_without_stress_at_rest_and_volume_too(law):
     """So that mean dilatation, which averages the one and not the other, is at rest the same for all."""
-    functions, slopes, curvatures, derivatives = law_of(law), np.empty(3), np.empty((3, 3)), np.empty(2)
-    assert functions.shape(np.ones(3), MU, slopes, curvatures) == 0.0
-    assert np.abs(slopes).max() < 1e-12 * MU
-    theta = functions.measure(np.ones(3), slopes, curvatures)
+    functions, gradient, hessian, derivatives = law_of(law), np.empty(3), np.empty((3, 3)), np.empty(2)
+    assert functions.shape(np.ones(3), MU, gradient, hessian) == 0.0
+    assert np.abs(gradient).max() < 1e-12 * MU
+    theta = functions.measure(np.ones(3), gradient, hessian)
     assert functions.volume(theta, MU, LAM, derivatives) == 0.0 and derivatives[0] == 0.0
-    assert slopes == pytest.approx(np.ones(3)) and derivatives[1] == pytest.approx(LAM)
+    assert gradient == pytest.approx(np.ones(3)) and derivatives[1] == pytest.approx(LAM)
 
 
 @pytest.mark.parametrize("kind", ELEMENTS)
@@ -242,12 +242,16 @@ def test_a_law_of_ones_own_works_in_a_second_process(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("slopes[i] = 2.0 * mu * log", "slopes[i] = 3.0 * mu * log", "slope 0 is not the derivative of the energy"),
-        ("2.0 * mu * (1.0 - log)", "2.0 * mu", "row 0 of the curvatures is not the derivative of the slopes"),
-        ("return energy", "return energy + s[0]", "slope 0 is not the derivative of the energy"),
+        (
+            "gradient[i] = 2.0 * mu * log",
+            "gradient[i] = 3.0 * mu * log",
+            "entry 0 of the gradient",
+        ),
+        ("2.0 * mu * (1.0 - log)", "2.0 * mu", "row 0 of the Hessian is not the derivative of the gradient"),
+        ("return energy", "return energy + s[0]", "entry 0 of the gradient"),
         ("lam * log * log", "lam * log * log / (theta - theta)", "not finite"),
         ("def volume", "def volumes", "has no attribute 'volume'"),
-        ("log = math.log(theta)", "log, lam = math.log(theta), 2.0 * lam", "curvatures are not 2 mu I"),
+        ("log = math.log(theta)", "log, lam = math.log(theta), 2.0 * lam", "Hessian is not 2 mu I"),
     ],
 )
 def test_a_faulty_law_is_refused_with_its_fault(tmp_path, old, new, said):

@@ -302,12 +302,12 @@ def test_a_disordered_start_ends_without_a_gain_of_energy(start, heavy):
 def test_halved_steps_update_the_branches_half_by_half(heavy, monkeypatch):
     short = pressed(heavy, step_s=0.01)
 
-    def refuse(step, *rest, minimise=backward_euler.minimise):
+    def refuse(step, *rest, minimise=backward_euler.minimise_by_newton):
         if step._h > 0.011:
             raise NotConverged("too long", [])
         return minimise(step, *rest)
 
-    monkeypatch.setattr(backward_euler, "minimise", refuse)
+    monkeypatch.setattr(backward_euler, "minimise_by_newton", refuse)
     halved = pressed(heavy)
     assert np.abs(moved(halved) - moved(short)).max() < 1e-9 * np.abs(moved(short)).max()
     assert halved.energy["prony_j"].iloc[-1] == pytest.approx(short.energy["prony_j"].iloc[-1], rel=1e-9)

@@ -17,7 +17,7 @@ from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
 from palpate.bodies.supports import inner_nodes, read_bed
-from palpate.bodies.surfaces.remeshed import apart
+from palpate.bodies.surfaces.coarse_solid import apart
 from palpate.cli import main
 from palpate.effects.bed import BedSprings
 from palpate.errors import InputError
@@ -25,7 +25,7 @@ from palpate.files import read_yaml
 from palpate.init import choose
 from palpate.init.choose import FINE_TETRAHEDRA, Likeness, _bed, _regimes
 from palpate.init.command import _schema, init, init_each, told
-from palpate.init.data import body_name, recognise
+from palpate.init.recognise import body_name, recognise
 from palpate.run.settings import complete
 
 ROOT = Path(__file__).parents[2]

@@ -20,8 +20,8 @@ from palpate.files import read_yaml
 from palpate.init import try_body
 from palpate.init.choose import _bed, _too_few_nodes
 from palpate.init.command import program
-from palpate.init.data import HOLDS, sides_of
-from palpate.init.try_body import MODELS, is_unchanged
+from palpate.init.recognise import HOLDS, sides_of
+from palpate.init.try_command import MODELS, is_unchanged
 from palpate.report.tables import read
 from palpate.run.settings import complete
 

@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from palpate.report import markup
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 
 @pytest.mark.parametrize(

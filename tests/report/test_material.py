@@ -14,7 +14,7 @@ STUDIES = declared.names()
 TOY = {
     "__init__.py": "",
     "measure.py": (
-        "from palpate.table import Table\n"
+        "from palpate.table_declaration import Table\n"
         'TOYS = Table("toys", "The price of each toy.", """\n    toy: its name\n    price: in cents [0.01 €]\n""")\n'
     ),
     "report.py": (

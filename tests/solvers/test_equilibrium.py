@@ -20,8 +20,8 @@ from palpate.effects.surface_integrals import midpoints
 from palpate.errors import InputError, NotConverged
 from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
-from palpate.solvers.lbfgs import descend
-from palpate.solvers.newton import minimise
+from palpate.solvers.lbfgs import minimise_by_lbfgs
+from palpate.solvers.newton import minimise_by_newton
 
 
 def push(body, level, contact, force):
@@ -114,9 +114,9 @@ def test_load_steps_reach_the_same_equilibrium(slab, monkeypatch):
 
     def impatient(problem, x, scale, tolerance, solution):
         calls.append(tolerance)
-        return minimise(problem, x, scale, tolerance, max_iterations=whole.iterations - 2, solution=solution)
+        return minimise_by_newton(problem, x, scale, tolerance, max_iterations=whole.iterations - 2, solution=solution)
 
-    monkeypatch.setattr(equilibrium, "minimise", impatient)
+    monkeypatch.setattr(equilibrium, "minimise_by_newton", impatient)
     stepped = Equilibrium(slab, 1).solve(load, 1e-10)
     assert len(calls) >= 3 and calls[-1] == 1e-10
     assert stepped.iterations > whole.iterations
@@ -126,7 +126,7 @@ def test_load_steps_reach_the_same_equilibrium(slab, monkeypatch):
 
 
 def test_gives_up_below_the_smallest_step(slab, monkeypatch):
-    monkeypatch.setattr(equilibrium, "minimise", partial(minimise, max_iterations=0))
+    monkeypatch.setattr(equilibrium, "minimise_by_newton", partial(minimise_by_newton, max_iterations=0))
     with pytest.raises(NotConverged, match=r"at 2% of the load in steps of 1\.6%") as failure:
         Equilibrium(slab, 1).solve(push(slab, 1, 44, [0.0, 0.0, -1.0]), 1e-8)
     assert failure.value.history == [pytest.approx(1 / 2**k, rel=1e-9) for k in range(7)]
@@ -213,9 +213,9 @@ def test_newton_begins_anew_where_the_energy_is_not_convex(bent, monkeypatch):
     newton, fast, load = bent
 
     def over_a_hill(*asked):
-        return replace(descend(*asked), convex=False)
+        return replace(minimise_by_lbfgs(*asked), convex=False)
 
-    monkeypatch.setattr(equilibrium, "descend", over_a_hill)
+    monkeypatch.setattr(equilibrium, "minimise_by_lbfgs", over_a_hill)
     for start in (None, newton.solve(0.8 * load, 1e-6).x):
         expected, found = newton.solve(load, 1e-6, start), fast.solve(load, 1e-6, start)
         assert found.linear_solves == expected.linear_solves > 0 and found.iterations > expected.iterations

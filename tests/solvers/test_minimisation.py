@@ -5,8 +5,8 @@ import pytest
 
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.lbfgs import descend
-from palpate.solvers.newton import minimise
+from palpate.solvers.lbfgs import minimise_by_lbfgs
+from palpate.solvers.newton import minimise_by_newton
 
 
 class Chain:
@@ -40,14 +40,14 @@ WELLS = Chain(
 
 
 def test_finds_the_minimum_and_keeps_count():
-    solution = minimise(VALLEY, np.zeros((2, 3)), 1.0, 1e-12)
+    solution = minimise_by_newton(VALLEY, np.zeros((2, 3)), 1.0, 1e-12)
     assert np.abs(solution.x - TARGET).max() < 1e-12
     assert len(solution.history) == len(solution.seconds) == solution.iterations + 1
     assert solution.history[0] == pytest.approx(np.linalg.norm(VALLEY.force(np.zeros((2, 3)))))
     assert solution.history[-1] <= 1e-12
     assert solution.linear_solves == solution.iterations
     assert np.all(np.diff(solution.seconds) >= 0)
-    again = minimise(VALLEY, TARGET.copy(), 1.0, 1e-12)
+    again = minimise_by_newton(VALLEY, TARGET.copy(), 1.0, 1e-12)
     assert again.iterations == 0 and again.linear_solves == 0
 
 
@@ -58,12 +58,12 @@ def test_rounding_of_the_energy_does_not_reject_the_last_steps():
         VALLEY._hessian,
     )
     for start in np.linspace(-0.5, 0.5, 11):
-        solution = minimise(rough, TARGET + start, 1.0, 1e-12)
+        solution = minimise_by_newton(rough, TARGET + start, 1.0, 1e-12)
         assert np.abs(solution.x - TARGET).max() < 1e-12 and solution.iterations < 15
 
 
 def test_converges_quadratically():
-    residuals = np.array(minimise(VALLEY, TARGET + np.array([1.0, -1.0, 0.5]), 1.0, 1e-13).history)
+    residuals = np.array(minimise_by_newton(VALLEY, TARGET + np.array([1.0, -1.0, 0.5]), 1.0, 1e-13).history)
     before, after = residuals[:-1][residuals[:-1] < 1.0], residuals[1:][residuals[:-1] < 1.0]
     assert len(before) >= 3
     assert np.all(after < np.maximum(before**2, 1e-14))
@@ -84,14 +84,14 @@ def test_leaves_saddles_downhill():
     for seed in range(20):
         random = np.random.default_rng(seed)
         x = random.uniform(0.2, 0.8, (2, 3)) * random.choice([-1, 1], (2, 3))
-        solution = minimise(WELLS, x, 1.0, 1e-10)
+        solution = minimise_by_newton(WELLS, x, 1.0, 1e-10)
         assert np.abs(np.abs(solution.x) - 1.0).max() < 1e-9
         assert WELLS.energy(solution.x) < 1e-18
 
 
 def fails(problem, x, **options):
     with pytest.raises(NotConverged) as failure:
-        minimise(problem, x, 1.0, 1e-10, **options)
+        minimise_by_newton(problem, x, 1.0, 1e-10, **options)
     assert f"{failure.value.history[-1]:.1e}" in str(failure.value)
     return failure.value.history
 
@@ -152,17 +152,17 @@ class Bowl:
 def test_one_iteration_solves_what_the_factor_knows_and_more_make_up_for_a_wrong_one():
     """Unless who asks ends the search."""
     start = np.zeros((1, 3))
-    x = descend(Bowl(), lambda right: np.linalg.solve(Bowl.hessian, right[0])[None], start, 1e-12, 1).x
+    x = minimise_by_lbfgs(Bowl(), lambda right: np.linalg.solve(Bowl.hessian, right[0])[None], start, 1e-12, 1).x
     assert np.abs(Bowl().force(x)).max() < 1e-12
-    x = descend(Bowl(), lambda right: 0.1 * right, start, 1e-10, 30).x
+    x = minimise_by_lbfgs(Bowl(), lambda right: 0.1 * right, start, 1e-10, 30).x
     assert np.linalg.norm(Bowl().force(x)) <= 1e-10
-    way = descend(Bowl(), lambda right: 0.1 * right, start, 1e-10, 30, lambda way: len(way.forces) < 4)
+    way = minimise_by_lbfgs(Bowl(), lambda right: 0.1 * right, start, 1e-10, 30, lambda way: len(way.forces) < 4)
     assert len(way.forces) == 4
 
 
 def test_a_bent_valley_is_followed_downhill():
     start, valley = np.array([[-1.2, 1.0, 1.0]]), Valley()
-    ways = [descend(valley, lambda right: 0.001 * right, start, 1e-9, n) for n in range(0, 80, 4)]
+    ways = [minimise_by_lbfgs(valley, lambda right: 0.001 * right, start, 1e-9, n) for n in range(0, 80, 4)]
     energies = [valley.energy(way.x) for way in ways]
     assert (np.diff(energies) <= 1e-12).all() and energies[-1] < 1e-12
     for way in ways:
@@ -171,8 +171,8 @@ def test_a_bent_valley_is_followed_downhill():
 
 def test_what_climbs_or_is_not_finite_is_not_followed():
     start = np.zeros((1, 3))
-    assert descend(Bowl(), lambda right: -right, start, 1e-9, 5).x is start
-    assert descend(Bowl(), lambda right: np.nan * right, start, 1e-9, 5).x is start
+    assert minimise_by_lbfgs(Bowl(), lambda right: -right, start, 1e-9, 5).x is start
+    assert minimise_by_lbfgs(Bowl(), lambda right: np.nan * right, start, 1e-9, 5).x is start
 
 
 class Double:
@@ -187,7 +187,9 @@ class Double:
 
 def test_a_hill_on_the_way_is_told():
     """On the hill the force grows along a step; from beyond it the search is in a bowl."""
-    on, beyond = (descend(Double(), lambda right: 0.3 * right, np.array([[a, 0.0, 0.0]]), 1e-9, 60) for a in (0.1, 0.9))
+    on, beyond = (
+        minimise_by_lbfgs(Double(), lambda right: 0.3 * right, np.array([[a, 0.0, 0.0]]), 1e-9, 60) for a in (0.1, 0.9)
+    )
     assert not on.convex and beyond.convex
     for way in (on, beyond):
         assert np.abs(way.x - [[1.0, 0.0, 0.0]]).max() < 1e-8

@@ -10,7 +10,7 @@ from snakemake.cli import get_argument_parser
 
 from palpate.bodies.box import box
 from palpate.init.command import init
-from palpate.init.data import recognise
+from palpate.init.recognise import recognise
 
 ROOT = Path(__file__).parents[2]
 

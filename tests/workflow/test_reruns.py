@@ -227,7 +227,7 @@ import random
 
 import pandas as pd
 
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 TOY = Table(
     "toy",

@@ -4,12 +4,12 @@
 include: "functions/dynamic.smk"
 
 
-from palpate.studies.dynamic.comparable import followed, trials
+from palpate.studies.dynamic.comparable import compared_scenes, followed
 
 # how each scene is followed, and why those are left out in which models cannot be compared
 FOLLOWED, LEFT_OUT = config["dynamic"].get("scenes"), {}
 if FOLLOWED is None:
-    DURATIONS, LEFT_OUT = trials(config["scenes"], config["bodies"])
+    DURATIONS, LEFT_OUT = compared_scenes(config["scenes"], config["bodies"])
     FOLLOWED = dict.fromkeys(DURATIONS, {})
 # what a scene does not say for itself
 OF_ALL = some("dynamic", "frames", "change_of_peak", "max_halvings")
@@ -47,7 +47,7 @@ rule leave_out_scenes:
 
 rule simulate_dynamic_reference:
     input:
-        body=body_of_trial,
+        body=body_of_compared,
     output:
         reference=f"{TRIAL}/reference.npz",
         table=f"{TRIAL}/reference.csv",
@@ -56,14 +56,14 @@ rule simulate_dynamic_reference:
         "results/logs/dynamic/{scene}/simulate_dynamic_reference.log",
     params:
         **calls("palpate.studies.dynamic.jobs:simulate_dynamic_reference", by_name),
-        trial=trial_of,
+        compared=compared_of,
     script:
         "../job.py"
 
 
 rule measure_dynamic:
     input:
-        body=body_of_trial,
+        body=body_of_compared,
         reference=f"{TRIAL}/reference.npz",
     output:
         f"{TRIAL}/accuracy.csv",
@@ -72,8 +72,8 @@ rule measure_dynamic:
     threads: HALF
     params:
         **calls("palpate.studies.dynamic.jobs:measure_dynamic", by_name),
-        trial=trial_of,
-        settings=settings_of_trial,
+        compared=compared_of,
+        settings=settings_of_compared,
     script:
         "../job.py"
 
@@ -82,15 +82,15 @@ if ELSEWHERE:
 
     rule measure_elsewhere:
         input:
-            body=body_of_trial,
+            body=body_of_compared,
         output:
             f"{TRIAL}/elsewhere.csv",
         log:
             "results/logs/dynamic/{scene}/measure_elsewhere.log",
         params:
             **calls("palpate.studies.dynamic.jobs:measure_elsewhere", by_name),
-            trial=trial_of,
-            settings=settings_of_trial,
+            compared=compared_of,
+            settings=settings_of_compared,
             own=lambda wildcards: FOLLOWED[wildcards.scene]["elsewhere"],
             seed=config["seed"],
         script:

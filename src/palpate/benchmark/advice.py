@@ -22,7 +22,7 @@ from palpate.benchmark.comparison import (
 from palpate.benchmark.conformal import FEWEST, bound_factor, finite
 from palpate.benchmark.held_out import SETTING, TIED, HeldOut, fastest, least_wrong
 from palpate.errors import InputError
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 NONE = "none"
 """The word that stands for a model where none fits."""

@@ -13,7 +13,7 @@ from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.judge import TRAINING
 from palpate.benchmark.measure import COARSER as APART
 from palpate.benchmark.measure import ESTIMATED
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 ERROR_BOUNDS = Table(
     "error_bounds",

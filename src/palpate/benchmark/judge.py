@@ -35,7 +35,7 @@ class Judge:
     patch : (k, n) bool, the nodes that are pressed
     coarser : (k, n, 3) [m], converged answers of quadratic elements one level coarser than the finest, which any answer
         can be compared with; or None
-    more : presses at training contacts, for bounds of models that learn nothing; or None
+    training : presses at training contacts, for bounds of models that learn nothing; or None
     rejected : the presses of the two sides whose truth was rejected, but those among the k; or None
     """
 
@@ -47,7 +47,7 @@ class Judge:
     own: np.ndarray
     own_seconds: np.ndarray
     patch: np.ndarray
-    more: "Judge | None" = None
+    training: "Judge | None" = None
     coarser: np.ndarray | None = None
     rejected: Database | None = None
 
@@ -81,7 +81,7 @@ def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: in
     """Collect the validation and test samples of ``split`` whose truth is believed, as ``Truth.rows`` says.
 
     The presses of the others are kept as ``rejected``.
-    db : of all samples; table : of ``samples.folds``; radius_m : of the patch [m]
+    db : of all samples; table : as ``split.read_folds`` returns it; radius_m : of the patch [m]
     Raises InputError if a side has no sample left.
     """
     side: list[str] = []
@@ -101,7 +101,9 @@ def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: in
     return replace(judged, rejected=db.take(np.array(rejected)) if rejected else None)
 
 
-def trained(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: int, radius_m: float) -> Judge | None:
+def judge_at_training(
+    body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: int, radius_m: float
+) -> Judge | None:
     """Collect a press of each training contact of ``split`` whose truth is believed; None where there is none."""
     rows = truth.rows(training_presses(table, split))
     return _of(body, db, truth, split, radius_m, rows, np.full(len(rows), TRAINING)) if len(rows) else None
@@ -129,7 +131,7 @@ def read_judged(
     """
     case, db, table = _read(files, regime, split, *rest)
     judged = case.body, db, table, load_truth(files["truth"]), split, case.radius_m
-    return case, replace(judge(*judged), more=trained(*judged) if more else None)
+    return case, replace(judge(*judged), training=judge_at_training(*judged) if more else None)
 
 
 def read_case(files: Mapping[str, Any], regime: str, split: int, *rest: Any) -> Case:

@@ -67,7 +67,7 @@ class Finding(NamedTuple):
     """The result of one setting; ``labels`` are the columns LABELS, ``kind`` those of KIND.
 
     asked : the answer to each sample
-    more : the answers to ``judge.more``, which are rows of samples and no part of means
+    more : the answers to ``judge.training``, which are rows of samples and no part of means
     rejected : of each press whose truth was rejected whether it was answered, without a doubt or a failure
     """
 
@@ -91,8 +91,8 @@ def found_rows(findings: list[Finding], judge: Judge) -> tuple[pd.DataFrame, pd.
     samples: list[dict] = []
     for finding in findings:
         samples += _sample_rows(finding.labels, finding.asked, judge)
-        if finding.more and judge.more:
-            samples += _sample_rows(finding.labels, finding.more, judge.more)
+        if finding.more and judge.training:
+            samples += _sample_rows(finding.labels, finding.more, judge.training)
     settings = [_setting_row(finding, judge) for finding in findings]
     return pd.DataFrame(samples, columns=SAMPLE_COLUMNS), pd.DataFrame(settings, columns=SETTING_COLUMNS)
 
@@ -152,8 +152,9 @@ def measure(
     """Measure all settings of ``model`` on the samples of ``judge``: rows of both tables.
 
     ``repeats`` and ``budget_s`` are those of ``ask``; ``progress`` wraps the sequence of settings, as ``tqdm`` does.
-    more_of : a regular expression; a setting in whose name it is found is asked for ``judge.more`` too, unless it has
-        learnt from training samples. This is not timed and no part of means: bounds of its errors know more contacts.
+    more_of : a regular expression; a setting in whose name it is found is asked for ``judge.training`` too, unless it
+        has learnt from training samples. This is not timed and no part of means: bounds of its errors know more
+        contacts.
     Every setting is asked for the presses of ``judge.rejected``, too, off the clock: these have no truth, and a model
     that knows its limits doubts or refuses them.
     On one BLAS thread. A setting that cannot be prepared has failed on every sample. A model that does not know such a
@@ -176,8 +177,9 @@ def measure(
             else:
                 asked, memory = ask(one.solver, judge, repeats, budget_s, *given), float(one.solver.memory_mb)
                 offline = one.offline_s  # with the contacts that were prepared when they were asked for
-                if judge.more and "training" not in one.used and more_of is not None and re.search(more_of, one.text):
-                    more = ask(one.solver, judge.more, 0, 0.0, *given)
+                learnt = "training" in one.used
+                if judge.training and not learnt and more_of is not None and re.search(more_of, one.text):
+                    more = ask(one.solver, judge.training, 0, 0.0, *given)
             about = kind | {"prepared": model.needs_contacts(one.setting)}
             answered = _answered(one.solver, judge, asked, model.place)
             findings.append(Finding(labels_of(case, name, one.text), asked, offline, memory, about, more, answered))
@@ -353,12 +355,12 @@ def warn_unanswered(name: str, settings: pd.DataFrame) -> None:
 def bounds(case: Case, judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate the models "truth" and "zero" as ``measure`` does: a row a sample, a row a setting.
 
-    The truth's own errors are those of ``judge.more`` too. The time of the truth is that of its solutions
+    The truth's own errors are those of ``judge.training`` too. The time of the truth is that of its solutions
     on all levels; the answer zero has none.
     """
     still = [Asked(judge.errors(i, np.zeros_like(truth))) for i, truth in enumerate(judge.truth)]
     about: dict[str, str | bool] = {"sees": "load", "prepared": False}
-    known, more = about | {"law": case.body.material.law}, _own(judge.more) if judge.more else None
+    known, more = about | {"law": case.body.material.law}, _own(judge.training) if judge.training else None
     findings = [
         Finding(labels_of(case, TRUTH, OWN_ERROR), _own(judge), 0.0, 0.0, known, more),
         Finding(labels_of(case, ZERO, "default"), still, 0.0, 0.0, about | {"law": ""}),

@@ -26,7 +26,7 @@ from palpate.effects.surface_integrals import enclosed_volume
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
 from palpate.solvers.equilibrium import Unbuckled
-from palpate.solvers.newton import Solution, minimise
+from palpate.solvers.newton import Solution, minimise_by_newton
 
 RATIOS = (2.2, 8.0)
 """Ratios of convergence between which a limit is believed, however far it is from the finest level: from the order 1.1
@@ -163,7 +163,7 @@ class _Problem(Unbuckled):
 
         def newton(begin: np.ndarray | None) -> Solution:
             assert begin is not None
-            return minimise(self, begin, self._scale(load), tolerance, MOST_ITERATIONS)
+            return minimise_by_newton(self, begin, self._scale(load), tolerance, MOST_ITERATIONS)
 
         solution = self.descend_or(newton, load, CLOSER * tolerance, start)
         self.check_stable(solution.x)
@@ -173,10 +173,10 @@ class _Problem(Unbuckled):
 class _Level:
     """One level of quadratic elements, and the interpolation to the next if there is one."""
 
-    def __init__(self, body: Body, whole: Body, level: int, goes_on: bool):
+    def __init__(self, body: Body, whole: Body, level: int, is_prolonged: bool):
         self.level, self._body, self._whole = level, body, whole
         self._problem = _Problem(whole, level, order=2)
-        self._up = quadratic_prolongation(*whole.levels[level : level + 2]) if goes_on else None
+        self._up = quadratic_prolongation(*whole.levels[level : level + 2]) if is_prolonged else None
 
     def answer(self, each: Ascent, tolerance: float) -> None:
         """Solve for one load, and leave behind what the next level starts from."""

@@ -11,8 +11,8 @@ from palpate.bodies.mesh_file import KEPT_NODES, choose_scale, in_words, load_sh
 from palpate.bodies.mesh_quality import LEAST_DEG, check_boundary, check_closed, check_tetrahedra, dihedral_angles
 from palpate.bodies.refinement import Snap
 from palpate.bodies.regions import balls_of
+from palpate.bodies.surfaces.coarse_solid import NODES, CoarseSolid, remesh_solid
 from palpate.bodies.surfaces.mend import Mended, mend
-from palpate.bodies.surfaces.remeshed import NODES, Remeshed, remesh_solid
 from palpate.bodies.surfaces.solid import Solid, solidify
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError
@@ -99,12 +99,12 @@ def _solid(path: Path, scale_m: float, changed: int) -> tuple[Mended, Solid]:
 
 
 @lru_cache(maxsize=4)
-def _remeshed(path: Path, scale_m: float, nodes: int | None, snap: bool, changed: int) -> Remeshed:
+def _remeshed(path: Path, scale_m: float, nodes: int | None, snap: bool, changed: int) -> CoarseSolid:
     mended, solid = _solid(path, scale_m, changed)
     return remesh_solid(solid, mended, nodes, snap)
 
 
-def _remesh(path: Path, scale_m: float, nodes: int | None, snap: bool) -> Remeshed:
+def _remesh(path: Path, scale_m: float, nodes: int | None, snap: bool) -> CoarseSolid:
     mended, solid = solid_of(path, scale_m)
     _report_mended(path, mended.notes + solid.notes)
     made = _remeshed(path, scale_m, nodes, snap, _changed(path))

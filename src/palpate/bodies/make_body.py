@@ -13,7 +13,7 @@ from palpate.bodies.mesh_quality import check_quality
 from palpate.bodies.organs import SHAPES, coarse_body, surface_of
 from palpate.bodies.regions import balls_of, read_regions
 from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
-from palpate.bodies.surfaces.remeshed import NODES
+from palpate.bodies.surfaces.coarse_solid import NODES
 from palpate.errors import InputError, about
 
 

@@ -11,7 +11,7 @@ from palpate.bodies.box import onto_cylinder
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import REFUSED_DEG
 from palpate.bodies.refinement import Snap
-from palpate.bodies.surfaces.decimate import fibonacci_sphere, nearest_alike, triangulate, triangulate_evenly
+from palpate.bodies.surfaces.remesh import fibonacci_sphere, nearest_alike, triangulate, triangulate_evenly
 from palpate.bodies.surfaces.snap import Onto, element_quality, snapper_onto
 from palpate.bodies.surfaces.tetrahedralize import Ball, tetrahedralize
 from palpate.bodies.surfaces.triangles import vertex_normals

@@ -12,7 +12,7 @@ from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
 from palpate.bodies.particles import particles_of
-from palpate.bodies.surfaces.decimate import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.remesh import fibonacci_sphere, triangulate
 
 TURN = 2 * np.pi
 LENGTH_M = 0.2

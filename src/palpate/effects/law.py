@@ -5,8 +5,8 @@ resists changes of shape, and is without stress at rest; U resists those of a me
 averages over an element. Its file, one of those in ``laws`` or the user's own, has three functions of plain Python that
 numba compiles:
 
-    shape(s, mu, slopes, curvatures)         returns W [J/m³], writes ∂W/∂s (3,) and ∂²W/∂s² (3, 3)
-    measure(s, slopes, curvatures)           returns θ, writes ∂θ/∂s and ∂²θ/∂s²
+    shape(s, mu, gradient, hessian)         returns W [J/m³], writes ∂W/∂s (3,) and ∂²W/∂s² (3, 3)
+    measure(s, gradient, hessian)           returns θ, writes ∂θ/∂s and ∂²θ/∂s²
     volume(theta, mu, lam, derivatives)      returns U [J/m³], writes U′ and U″ (2,)
 
 A kernel gets them as pointers, so that it is compiled once and serves every law. A law of the user's own is checked at
@@ -87,8 +87,8 @@ def _compiled(module: ModuleType, kept: bool) -> Law:
 
 def evaluate(law: Law, s: np.ndarray, mu: float, lam: float) -> tuple[float, np.ndarray, np.ndarray]:
     """Return Ψ [J/m³], ∂Ψ/∂s (3,) and ∂²Ψ/∂s² (3, 3) [Pa] at the stretches ``s`` (3,); ``law`` is not PLAIN."""
-    slopes, curvatures = np.empty(3), np.empty((3, 3))
-    return density(np.asarray(s, dtype=float), mu, lam, *law, slopes, curvatures), slopes, curvatures
+    gradient, hessian = np.empty(3), np.empty((3, 3))
+    return density(np.asarray(s, dtype=float), mu, lam, *law, gradient, hessian), gradient, hessian
 
 
 MU, LAM = 1.0, 1.5
@@ -98,18 +98,18 @@ STRETCHES = ([1.2, 1.05, 0.9], [1.1, 1.0, 0.8], [1.0, 1.0, 1.0])
 def fault(law: Law) -> str:
     """Describe the first fault of a law: wrong derivatives, stress at rest, or other moduli; empty if there is none."""
     for s in STRETCHES:
-        energy, slopes, curvatures = evaluate(law, np.array(s), MU, LAM)
-        if not np.isfinite([energy, *slopes, *curvatures.ravel()]).all():
+        energy, gradient, hessian = evaluate(law, np.array(s), MU, LAM)
+        if not np.isfinite([energy, *gradient, *hessian.ravel()]).all():
             return f"at the stretches {s} the energy or its derivatives are not finite"
         for i, step in enumerate(1e-6 * np.eye(3)):
             more, less = (evaluate(law, np.array(s) + sign * step, MU, LAM) for sign in (1.0, -1.0))
-            if abs((more[0] - less[0]) / 2e-6 - slopes[i]) > 1e-6:
-                return f"at the stretches {s} slope {i} is not the derivative of the energy"
-            if np.abs((more[1] - less[1]) / 2e-6 - curvatures[i]).max() > 1e-6:
-                return f"at the stretches {s} row {i} of the curvatures is not the derivative of the slopes"
-    _, slopes, curvatures = evaluate(law, np.ones(3), MU, LAM)
-    if np.abs(slopes).max() > 1e-9:
-        return f"at rest the principal stresses are {slopes.tolist()} and not zero"
-    if np.abs(curvatures - LAM - 2.0 * MU * np.eye(3)).max() > 1e-9:
-        return "at rest the curvatures are not 2 mu I + lam, so that Young's modulus and Poisson's ratio do not hold"
+            if abs((more[0] - less[0]) / 2e-6 - gradient[i]) > 1e-6:
+                return f"at the stretches {s} entry {i} of the gradient is not the derivative of the energy"
+            if np.abs((more[1] - less[1]) / 2e-6 - hessian[i]).max() > 1e-6:
+                return f"at the stretches {s} row {i} of the Hessian is not the derivative of the gradient"
+    _, gradient, hessian = evaluate(law, np.ones(3), MU, LAM)
+    if np.abs(gradient).max() > 1e-9:
+        return f"at rest the principal stresses are {gradient.tolist()} and not zero"
+    if np.abs(hessian - LAM - 2.0 * MU * np.eye(3)).max() > 1e-9:
+        return "at rest the Hessian is not 2 mu I + lam, so that Young's modulus and Poisson's ratio do not hold"
     return ""

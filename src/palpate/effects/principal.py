@@ -19,7 +19,7 @@ PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
 @numba.njit(cache=True, error_model="numpy")
-def write_blocks(u, v, curvatures, flips, twists, gradients, share, k, h, b, blocks):
+def write_blocks(u, v, hessian, flips, twists, gradients, share, k, h, b, blocks):
     """Write column ``k`` of ``blocks``; ``share`` is its volume [m³], ``h, b`` (3, 3) are scratch.
 
     With h = Vᵀ g the block of g and g' is V U b Uᵀ, where bᵢⱼ = ∂²Ψ/∂sᵢ∂sⱼ hᵢ h'ⱼ on and off the diagonal, and each
@@ -34,7 +34,7 @@ def write_blocks(u, v, curvatures, flips, twists, gradients, share, k, h, b, blo
         c, d = PAIRS[pair]
         for i in range(3):
             for j in range(3):
-                b[i, j] = share * curvatures[i, j] * h[c, i] * h[d, j]
+                b[i, j] = share * hessian[i, j] * h[c, i] * h[d, j]
         for axis in range(3):
             i, j = (axis + 1) % 3, (axis + 2) % 3
             same = 0.5 * share * (flips[axis] + twists[axis])
@@ -52,10 +52,10 @@ def write_blocks(u, v, curvatures, flips, twists, gradients, share, k, h, b, blo
 
 
 @numba.njit(cache=True, error_model="numpy")
-def clamp(curvatures, flips, twists):
+def clamp(hessian, flips, twists):
     """Replace the negative eigenvalues of what a Hessian consists of by zero, in place."""
-    values, vectors = np.linalg.eigh(curvatures)
-    curvatures[:] = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    values, vectors = np.linalg.eigh(hessian)
+    hessian[:] = (vectors * np.maximum(values, 0.0)) @ vectors.T
     clamp_pairs(flips, twists)
 
 
@@ -77,20 +77,20 @@ def stresses(f, p, count, group, mu, lam, shape, measure, volume, energies):
     f, p : (9, BLOCK); mu, lam : (count,) [Pa], the same in a group; shape, measure, volume : a law's functions
     """
     given, u, v, s = np.empty((3, 3)), np.empty((group, 3, 3)), np.empty((group, 3, 3)), np.empty((group, 3))
-    slopes, rates, unused, derivatives = np.empty((group, 3)), np.empty((group, 3)), np.empty((3, 3)), np.empty(2)
+    gradient, rates, unused, derivatives = np.empty((group, 3)), np.empty((group, 3)), np.empty((3, 3)), np.empty(2)
     stride = count // group
     for k in range(stride):
         mean = 0.0
         for q in range(group):
             decompose(f, q * stride + k, given, u[q], s[q], v[q])
-            energies[q * stride + k] = shape(s[q], mu[k], slopes[q], unused)
+            energies[q * stride + k] = shape(s[q], mu[k], gradient[q], unused)
             mean += measure(s[q], rates[q], unused) / group
         energy = volume(mean, mu[k], lam[k], derivatives)
         for q in range(group):
             energies[q * stride + k] += energy
             for i in range(3):
-                slopes[q, i] += derivatives[0] * rates[q, i]
-            turn(u[q], slopes[q], v[q], p, q * stride + k)
+                gradient[q, i] += derivatives[0] * rates[q, i]
+            turn(u[q], gradient[q], v[q], p, q * stride + k)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -103,7 +103,7 @@ def hessians(f, gradients, shares, count, group, mu, lam, shape, measure, volume
         ``pulls`` (9, BLOCK), and U″ of each group to ``stiffnesses`` (BLOCK,) [Pa]
     """
     given, u, v, s = np.empty((3, 3)), np.empty((group, 3, 3)), np.empty((group, 3, 3)), np.empty((group, 3))
-    slopes, rates = np.empty((group, 3)), np.empty((group, 3))
+    gradient, rates = np.empty((group, 3)), np.empty((group, 3))
     second, bends = np.empty((group, 3, 3)), np.empty((group, 3, 3))
     derivatives, flips, twists, h, b = np.empty(2), np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     stride = count // group
@@ -111,7 +111,7 @@ def hessians(f, gradients, shares, count, group, mu, lam, shape, measure, volume
         mean = 0.0
         for q in range(group):
             decompose(f, q * stride + k, given, u[q], s[q], v[q])
-            shape(s[q], mu[k], slopes[q], second[q])
+            shape(s[q], mu[k], gradient[q], second[q])
             mean += measure(s[q], rates[q], bends[q]) / group
         volume(mean, mu[k], lam[k], derivatives)
         if definite:
@@ -119,7 +119,7 @@ def hessians(f, gradients, shares, count, group, mu, lam, shape, measure, volume
         stiffnesses[k] = derivatives[1]
         for q in range(group):
             column = q * stride + k
-            _add_volume(slopes[q], second[q], rates[q], bends[q], derivatives, flips, twists, s[q], group == 1)
+            _add_volume(gradient[q], second[q], rates[q], bends[q], derivatives, flips, twists, s[q], group == 1)
             if definite and not _positive(second[q]):
                 clamp(second[q], flips, twists)
             elif definite:
@@ -130,31 +130,31 @@ def hessians(f, gradients, shares, count, group, mu, lam, shape, measure, volume
 
 
 @numba.njit(cache=True, error_model="numpy")
-def density(s, mu, lam, shape, measure, volume, slopes, curvatures):
+def density(s, mu, lam, shape, measure, volume, gradient, hessian):
     """Return Ψ [J/m³] at the stretches ``s`` (3,), and write ∂Ψ/∂s and ∂²Ψ/∂s² [Pa]."""
     rates, bends, derivatives, unused = np.empty(3), np.empty((3, 3)), np.empty(2), np.empty(3)
-    energy = shape(s, mu, slopes, curvatures)
+    energy = shape(s, mu, gradient, hessian)
     energy += volume(measure(s, rates, bends), mu, lam, derivatives)
-    _add_volume(slopes, curvatures, rates, bends, derivatives, unused, unused, s, True)
+    _add_volume(gradient, hessian, rates, bends, derivatives, unused, unused, s, True)
     return energy
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _add_volume(slopes, second, rates, bends, derivatives, flips, twists, s, plain):
+def _add_volume(gradient, second, rates, bends, derivatives, flips, twists, s, plain):
     """Add the derivatives of U to those of W, and write flips and twists (see ``corotational``).
 
     ``plain`` adds the part of U″, too, which flips and twists do not depend on.
     """
     for i in range(3):
-        slopes[i] += derivatives[0] * rates[i]
+        gradient[i] += derivatives[0] * rates[i]
         for j in range(3):
             second[i, j] += derivatives[0] * bends[i, j]
     for axis in range(3):
         i, j = (axis + 1) % 3, (axis + 2) % 3
         apart, both, near = s[i] - s[j], s[i] + s[j], EQUAL_STRETCHES * (abs(s[i]) + abs(s[j]))
         mean = 0.5 * (second[i, i] + second[j, j])
-        flips[axis] = (slopes[i] - slopes[j]) / apart if abs(apart) > near else mean - second[i, j]
-        twists[axis] = (slopes[i] + slopes[j]) / both if abs(both) > near else mean + second[i, j]
+        flips[axis] = (gradient[i] - gradient[j]) / apart if abs(apart) > near else mean - second[i, j]
+        twists[axis] = (gradient[i] + gradient[j]) / both if abs(both) > near else mean + second[i, j]
     if plain:
         for i in range(3):
             for j in range(3):

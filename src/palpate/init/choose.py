@@ -16,11 +16,11 @@ from palpate.bodies.ct.mesh_from_ct import segment_entry
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.supports import Bed, inner_nodes
+from palpate.bodies.surfaces.coarse_solid import MOST_AWAY, MOST_VOLUME, apart
 from palpate.bodies.surfaces.mask_surface import dense_surface
-from palpate.bodies.surfaces.remeshed import MOST_AWAY, MOST_VOLUME, apart
 from palpate.bodies.surfaces.triangles import area_normals
 from palpate.errors import InputError
-from palpate.init.data import sides_of
+from palpate.init.recognise import sides_of
 
 MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}  # of soft tissue, unless the user knows better
 # tetrahedra of the fine mesh up to which the truth, which needs eight times as many quadratic ones, takes 5 GB at most

@@ -17,7 +17,7 @@ from palpate.errors import InputError
 from palpate.files import write_whole
 from palpate.init.choose import Choice, Likeness, choose
 from palpate.init.config_text import config_text, lies_on
-from palpate.init.data import Data, body_name, labels_of, recognise
+from palpate.init.recognise import Data, body_name, labels_of, recognise
 from palpate.studies.enrichment.figures import bodies
 
 ROOT = Path(__file__).parents[3]  # palpate's folder, where ``make`` is typed

@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 
 from palpate.init.choose import BED_THICKNESS, Choice
-from palpate.init.data import Data
+from palpate.init.recognise import Data
 
 _HEAD = """\
 # What accuracy costs for {name}: written by palpate init, to be changed by you. SI units: m, kg, s, N, Pa.

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from palpate import benchmark
 from palpate.errors import InputError
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 CLAIMS = Table(
     "claims",

@@ -12,7 +12,7 @@ import pandas as pd
 
 from palpate.files import require_file
 from palpate.report.page_assets import base64_of
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 _LONG = 60  # rows of a folded table from which on the page holds it deflated
 _WIDTHS = {18: "mid", 40: "long", 120: "text"}  # the class of a cell with more characters, which may break into lines

@@ -19,7 +19,7 @@ def capital(sentence: str) -> str:
 
 
 def two_digits(value: float) -> str:
-    """Write a number with two digits that count, and without a power of ten where it is large: "130"."""
+    """Write a number with two significant digits, and below a million without a power of ten: "130"."""
     return f"{float(f'{value:.2g}'):g}"
 
 

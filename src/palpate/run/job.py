@@ -45,7 +45,7 @@ def save_warnings(lines: Iterable[str], path: str | Path) -> None:
 
 
 def load_warnings(paths: Iterable[str | Path]) -> list[str]:
-    """Read the warnings in files of ``save``, each once."""
+    """Read the warnings in files of ``save_warnings``, each once."""
     return list(dict.fromkeys(line for path in paths for line in Path(path).read_text(encoding="utf-8").splitlines()))
 
 

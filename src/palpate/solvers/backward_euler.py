@@ -9,7 +9,7 @@ from scipy import sparse
 from palpate.effects.effect import Damping, Energy, Force, Stiffness, is_load, offers
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor
-from palpate.solvers.newton import Product, minimise
+from palpate.solvers.newton import Product, minimise_by_newton
 from palpate.solvers.system import System
 
 HALVINGS = 8
@@ -89,7 +89,7 @@ class BackwardEuler:
         seen : positions (n, 3) [m] whose damping matrix and loads act throughout the step
         """
         step = (_BoundedStep if self._system.bounded else _Step)(self, x, v, h, carried, seen)
-        return minimise(step, step.start(), step.scale(self._crushing), self._tolerance).x, step.load
+        return minimise_by_newton(step, step.start(), step.scale(self._crushing), self._tolerance).x, step.load
 
     def _two_halves(self, x: np.ndarray, v: np.ndarray, half: float, halvings: int) -> tuple[np.ndarray, np.ndarray]:
         end = self._system.time

@@ -16,9 +16,9 @@ from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import BlockPattern, hold, pattern_of, product
 from palpate.linalg.conjugate_gradients import linear_response
 from palpate.linalg.multigrid import Factor, Multigrid
-from palpate.solvers.lbfgs import Descent, descend
-from palpate.solvers.newton import Product, Solution, capped, minimise
-from palpate.solvers.stability import NEUTRAL, joined, made_stable, slide, softest, solution_of
+from palpate.solvers.lbfgs import Descent, minimise_by_lbfgs
+from palpate.solvers.newton import Product, Solution, capped, minimise_by_newton
+from palpate.solvers.stability import NEUTRAL, joined, made_stable, settle_from_unstable, softest, solution_of
 
 GIVES_WAY = 0.01
 """Softest value of the tangent over the state at rest below which a body that has no answer yet is taken to buckle: of
@@ -173,7 +173,7 @@ class Equilibrium:
             self.load = (reached + step) * load
             last = reached + step >= 1.0
             try:
-                minimise(self, x, scale, tolerance if last else max(tolerance, 1e-4), solution=solution)
+                minimise_by_newton(self, x, scale, tolerance if last else max(tolerance, 1e-4), solution=solution)
             except NotConverged as failure:
                 if not solution.history[-1] * scale <= self._rounding:
                     if step == 1.0 and (slid := self._buckled(solution, tolerance)) is not None:
@@ -200,7 +200,7 @@ class Equilibrium:
             return None
 
     def _slide(self, x: np.ndarray, tolerance: float) -> Solution:
-        return slide(self, self.at_rest(), x, self._scale(self.load), tolerance)
+        return settle_from_unstable(self, self.at_rest(), x, self._scale(self.load), tolerance)
 
     def _scale(self, load: np.ndarray) -> float:
         return float(np.linalg.norm(load[~self._held]))
@@ -321,7 +321,7 @@ class FastEquilibrium(Equilibrium):
     ) -> Descent:
         self.load = load
         begin = self.mesh.nodes if start is None else start
-        return descend(self, self._precondition, begin, tolerance_n, iterations, callback)
+        return minimise_by_lbfgs(self, self._precondition, begin, tolerance_n, iterations, callback)
 
 
 class Unbuckled(FastEquilibrium):

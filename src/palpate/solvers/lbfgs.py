@@ -41,7 +41,7 @@ class Descent:
     convex: bool = True
 
 
-def descend(
+def minimise_by_lbfgs(
     problem: Smooth,
     solve: Callable[[np.ndarray], np.ndarray],
     x: np.ndarray,

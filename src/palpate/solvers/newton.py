@@ -52,7 +52,7 @@ class Solution:
         return len(self.history) - 1
 
 
-def minimise(
+def minimise_by_newton(
     problem: Problem,
     x: np.ndarray,
     scale: float,
@@ -101,7 +101,7 @@ def capped(problem: Problem, x: np.ndarray, scale: float, tolerance: float, iter
     """Do so many iterations at most from ``x``; NotConverged if one fails, but not because there are too few."""
     solution = Solution(x)
     try:
-        minimise(problem, x, scale, tolerance, iterations, solution)
+        minimise_by_newton(problem, x, scale, tolerance, iterations, solution)
     except NotConverged:
         if solution.iterations < iterations or not np.isfinite(solution.history[-1]):
             raise

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import splu
 
 from palpate.effects.bed import BedSprings
 from palpate.effects.linear_elements import LinearElements
-from palpate.solvers.lbfgs import descend
+from palpate.solvers.lbfgs import minimise_by_lbfgs
 
 TOLERANCE = 1e-10
 """Of the residual, relative to the load."""
@@ -45,7 +45,7 @@ class ProjectiveDynamics:
         """
         self._load, self._rest = np.where(self._held[:, None], 0.0, load), x
         tolerance_n = TOLERANCE * float(np.linalg.norm(self._load))
-        return descend(self, self._solve, x, tolerance_n, iterations, kept=memory).x, x
+        return minimise_by_lbfgs(self, self._solve, x, tolerance_n, iterations, kept=memory).x, x
 
     def energy(self, x: np.ndarray) -> float:
         return sum(each.energy(x) for each in self._effects) - float(np.vdot(self._load, x - self._rest))

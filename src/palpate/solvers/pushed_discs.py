@@ -15,8 +15,8 @@ from scipy import sparse
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.conjugate_gradients import conjugate_gradients
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.newton import Product, Solution, capped, minimise
-from palpate.solvers.stability import made_stable, slide
+from palpate.solvers.newton import Product, Solution, capped, minimise_by_newton
+from palpate.solvers.stability import made_stable, settle_from_unstable
 
 BEGIN_TOLERANCE, PART_TOLERANCE = 1e-2, 1e-4
 """Relative residuals of the linear response that a search begins at, and of an equilibrium on the way."""
@@ -154,7 +154,7 @@ def push(
 
 def _slide(problem: Pushed, x: np.ndarray, tolerance: float) -> Solution:
     """Find the equilibrium that ``x`` (n_nodes, 3) [m] comes to from beside an unstable one."""
-    solution = slide(problem, problem.at_rest(), x, problem.scale(x), tolerance)
+    solution = settle_from_unstable(problem, problem.at_rest(), x, problem.scale(x), tolerance)
     _settle(problem, solution.x, tolerance, solution)
     return solution
 
@@ -164,6 +164,6 @@ def _settle(problem: Pushed, begin: np.ndarray, tolerance: float, solution: Solu
     solution.x = begin
     for _ in range(5):
         scale = problem.scale(solution.x)
-        minimise(problem, solution.x, scale, tolerance, solution=solution)
+        minimise_by_newton(problem, solution.x, scale, tolerance, solution=solution)
         if problem.scale(solution.x) >= 0.5 * scale:
             return

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.errors import NotConverged
-from palpate.solvers.lbfgs import Descent, Smooth, descend
-from palpate.solvers.newton import Problem, Product, Solution, minimise
+from palpate.solvers.lbfgs import Descent, Smooth, minimise_by_lbfgs
+from palpate.solvers.newton import Problem, Product, Solution, minimise_by_newton
 
 DIFFERENCE = 1e-5
 """Largest displacement, over the body's size, of the differences of forces that give a product with the tangent."""
@@ -31,9 +31,9 @@ LEAST_BEND, BENDS = 1e-5, 12
 """Displacement, over the body's size, by which an unstable equilibrium is left at least, and how often that doubles."""
 TURNS = 4
 """How often an equilibrium may be left for another; one does unless a body buckles in several modes."""
-STEEPER = 0.01
+TIGHTER = 0.01
 """Share of the tolerance to which the search for another goes on: beside an unstable equilibrium forces are small."""
-SLIDES = 400
+MOST_LBFGS_ITERATIONS = 400
 """Iterations of L-BFGS from an equilibrium that is not stable; where the body bends by its own length 400 are few."""
 
 
@@ -113,17 +113,16 @@ def _bent(problem: Smooth, x: np.ndarray, direction: np.ndarray, size: float) ->
     return x + ways[int(np.argmin(np.nan_to_num(energies, nan=np.inf)))] * unit
 
 
-def slide(problem: Problem, at_rest: Product, x: np.ndarray, scale: float, tolerance: float) -> Solution:
-    """Find the equilibrium that ``x`` (n, 3) [m] comes to from beside an unstable one, as far as it may be.
+def settle_from_unstable(problem: Problem, at_rest: Product, x: np.ndarray, scale: float, tolerance: float) -> Solution:
+    """Find the equilibrium that a body comes to from ``x`` (n, 3) [m] beside an unstable one.
 
     at_rest : the preconditioner of the state at rest; scale : of the forces [N], over which ``tolerance`` is
-    Far from any equilibrium L-BFGS is the faster one, as no stiffness there is positive; it never climbs. Raises
-    NotConverged.
+    By L-BFGS first, which never climbs and needs no positive stiffness, then by Newton's method. Raises NotConverged.
     """
-    way = descend(problem, at_rest, x, STEEPER * tolerance * scale, SLIDES)
+    way = minimise_by_lbfgs(problem, at_rest, x, TIGHTER * tolerance * scale, MOST_LBFGS_ITERATIONS)
     if way.forces[-1] <= tolerance * scale:
         return solution_of(way, scale)
-    return joined(solution_of(way, scale), minimise(problem, way.x, scale, tolerance))
+    return joined(solution_of(way, scale), minimise_by_newton(problem, way.x, scale, tolerance))
 
 
 def solution_of(way: Descent, scale: float) -> Solution:

@@ -6,8 +6,8 @@ import threading
 import numpy as np
 import pytest
 
-from palpate.bodies.surfaces.decimate import fibonacci_sphere, triangulate
 from palpate.bodies.surfaces.mend import mend
+from palpate.bodies.surfaces.remesh import fibonacci_sphere, triangulate
 from palpate.bodies.surfaces.solid import solidify, winding_numbers
 from palpate.bodies.surfaces.tetrahedralize import gmsh_session, tetrahedralize
 from palpate.bodies.surfaces.triangles import volume, weld

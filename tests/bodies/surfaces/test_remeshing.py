@@ -6,7 +6,7 @@ import pytest
 from palpate.bodies.body import nest
 from palpate.bodies.mesh_quality import check_closed, quality
 from palpate.bodies.refinement import refine
-from palpate.bodies.surfaces.decimate import collapse, fibonacci_sphere, flip, remesh, triangulate, triangulate_evenly
+from palpate.bodies.surfaces.remesh import collapse, fibonacci_sphere, flip, remesh, triangulate, triangulate_evenly
 from palpate.bodies.surfaces.snap import WANTED_DEG, element_quality, relax, snapper
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.bodies.surfaces.triangles import vertex_normals, volume

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
-from palpate.bodies.surfaces.decimate import fibonacci_sphere, triangulate
+from palpate.bodies.surfaces.remesh import fibonacci_sphere, triangulate
 from palpate.collision.contact_points import ContactPoints
 from palpate.collision.moving_surfaces import two_bodies
 from palpate.collision.trees.build_tree import CHILD

@@ -3,7 +3,7 @@
 import pytest
 
 from palpate.errors import InputError
-from palpate.studies.dynamic.comparable import check_trial, fits, taught, trials, unable, unfit
+from palpate.studies.dynamic.comparable import check_compared, compared_scenes, fits, taught, unable, unfit
 
 LOAD = {"at_m": [0, 0, 0], "force_n": [0, 0, -1], "radius_m": 0, "start_s": 0.1, "press_s": 0.3, "hold_s": 9}
 PRESSED = {"body": "bar", "effects": "auto", "duration_s": 5.0, "push": {"loads": [LOAD]}}
@@ -54,7 +54,7 @@ def test_without_loads_there_is_nothing_to_compare():
 )
 def test_what_is_left_out_cannot_be_asked_for(change, said):
     with pytest.raises(InputError, match=said):
-        check_trial("here", "pile", PRESSED | change)
+        check_compared("here", "pile", PRESSED | change)
 
 
 def test_a_model_that_cannot_do_a_scene_is_named_before_anything_runs():
@@ -76,6 +76,6 @@ def test_scenes_are_followed_to_their_end_but_not_for_long_unless_they_are_press
     sag = {"body": "bar", "effects": "auto", "duration_s": 0.7, "gravity": {"acceleration_m_s2": [0, 0, -9.81]}}
     cloth = PRESSED | {"body": "cloth"}
     bodies = {"bar": {"kind": "box"}, "cloth": {"kind": "sheet"}}
-    found, left_out = trials({"press": PRESSED, "late": late, "sag": sag, "cloth": cloth}, bodies)
+    found, left_out = compared_scenes({"press": PRESSED, "late": late, "sag": sag, "cloth": cloth}, bodies)
     assert found == {"press": 1.0, "late": 2.3, "sag": 0.7}
     assert left_out == {"cloth": "moves a sheet"}

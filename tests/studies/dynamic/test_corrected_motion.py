@@ -10,8 +10,8 @@ from palpate.bodies.body import Body
 from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
 from palpate.models.fem_statics import to_surface
+from palpate.studies.dynamic.compared_scene import ComparedScene, compared_scene
 from palpate.studies.dynamic.fitted import CorrectedMotion, corrects
-from palpate.studies.dynamic.trial import Trial, trial
 
 GRAVITY = {"acceleration_m_s2": [0, 1e-3, 0]}
 EFFECTS = ["corotational", "held", "push", "gravity", "rayleigh"]
@@ -19,7 +19,7 @@ DAMPING = {"mass_1_s": 50.0, "stiffness_s": 0.1}
 
 
 @pytest.fixture(scope="module")
-def pressed(box) -> Trial:
+def pressed(box) -> ComparedScene:
     slow = {"force_n": [0, 0, -1e-3], "hold_s": 1.0}
     return poked(box, slow, 4.0, 4, effects=EFFECTS, gravity=GRAVITY, rayleigh=DAMPING)
 
@@ -49,4 +49,4 @@ def test_only_held_solids_without_contact_have_linear_responses(pressed):
     mesh = sheet([0.1, 0.1], [2, 2], 0.001)
     cloth = Body("cloth", [mesh], [], [np.array([4])], Material(5e4, 0.3, 1000.0))
     hangs = {"body": "cloth", "effects": ["triangles", "gravity", "held"], "gravity": GRAVITY}
-    assert not corrects(trial("hang", hangs, cloth, {"duration_s": 1.0, "frames": 1}))
+    assert not corrects(compared_scene("hang", hangs, cloth, {"duration_s": 1.0, "frames": 1}))

@@ -9,15 +9,15 @@ from fixtures.poked_bar import poked
 from palpate.errors import InputError, NotConverged
 from palpate.run.settings import defaults
 from palpate.studies.dynamic import accuracy
+from palpate.studies.dynamic.compared_scene import ComparedScene, training_of
 from palpate.studies.dynamic.reference import Reference, load, reference, resolved_frames, save
-from palpate.studies.dynamic.trial import Trial, training_of
 
 SHARE = 0.5
 """Of the loads, under which the motion is that models are fitted to."""
 
 
 @pytest.fixture(scope="module")
-def pressed(box) -> Trial:
+def pressed(box) -> ComparedScene:
     return poked(box, {"hold_s": 1.0}, duration_s=0.2, frames=5)
 
 
@@ -86,6 +86,6 @@ def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(press
 
 
 def test_a_motion_that_blows_up_is_a_failure(pressed, truth):
-    fitted = accuracy.Fitted(lambda *at: replace(Trial.springs(*at, {}, 0.1), allow_unstable=True), 1e12, 0.0)
+    fitted = accuracy.Fitted(lambda *at: replace(ComparedScene.springs(*at, {}, 0.1), allow_unstable=True), 1e12, 0.0)
     row = accuracy._row(pressed, truth, pressed.frames * 20, fitted, "")
     assert row["failures"] == 1 and "rmse_m" not in row

@@ -9,9 +9,9 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.errors import InputError
 from palpate.studies.dynamic import accuracy
+from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training, compared_scene, training_of
 from palpate.studies.dynamic.reference import reference, tabulate
 from palpate.studies.dynamic.settings import _check_training
-from palpate.studies.dynamic.trial import Trial, training_of, trial, trial_and_training
 
 FLOOR = {"instruments": [{"kind": "floor", "height_m": -0.005}], "friction": 0.5}
 ENTRY = {"body": "block", "effects": ["corotational", "gravity", "contact", "rayleigh"], "held": False}
@@ -30,9 +30,9 @@ def block(box) -> Body:
 
 
 @pytest.fixture(scope="module")
-def falling(block) -> tuple[Trial, Trial]:
+def falling(block) -> tuple[ComparedScene, ComparedScene]:
     own = {"duration_s": 0.06, "frames": 6, "level": 0, "training": {"duration_s": 0.04} | LOWER}
-    return trial_and_training("drop", ENTRY, block, own, 0.5)
+    return compared_and_training("drop", ENTRY, block, own, 0.5)
 
 
 def test_until_it_lands_the_reference_falls_freely_and_then_stays_above_the_floor(falling):
@@ -77,7 +77,7 @@ def test_what_nothing_can_be_fitted_to_is_a_failure(falling, monkeypatch):
 def test_the_motion_that_is_fitted_to_has_frames_of_the_same_length(block):
     own = {"duration_s": 0.2, "frames": 10, "level": 0, "training": {"duration_s": 0.07} | LOWER}
     others = {"others": [{"body": "block", "shift_m": [0, 0, 0.05]}] * 2}
-    made = trial("pile", ENTRY | others, block, own)
+    made = compared_scene("pile", ENTRY | others, block, own)
     lesson = training_of(made, own["training"] | {"others": others["others"][:1]}, 0.5)
     assert (lesson.frames, lesson.duration_s) == (4, pytest.approx(0.08))
     assert lesson.loads["contact"] == FLOOR | LOWER["contact"] and lesson.loads["gravity"] == made.loads["gravity"]
@@ -88,7 +88,7 @@ def test_the_motion_that_is_fitted_to_has_frames_of_the_same_length(block):
 
 def test_where_nothing_is_fitted_no_other_motion_is_simulated(block):
     own = {"duration_s": 0.04, "frames": 4, "level": 0, "models": ["fem_coarse"]}
-    made, lesson = trial_and_training("drop", ENTRY, block, own, 0.5)
+    made, lesson = compared_and_training("drop", ENTRY, block, own, 0.5)
     assert lesson is None
     found = reference(made, lesson, 0.05, 6)
     assert found.training.shape == (0, *found.truth.shape[1:]) and found.training_s == 0.0
@@ -99,7 +99,7 @@ def test_plasticity_leaves_springs_out_and_shapes_have_it(block):
     entry = ENTRY | {"effects": [*ENTRY["effects"], "plasticity"]}
     entry |= {"plasticity": {"yield_strain": 0.05, "creep_1_s": 20, "max_strain": 0.8}}
     own = {"duration_s": 0.05, "frames": 5, "level": 0, "training": LOWER}
-    made = trial("dent", entry, block, own)
+    made = compared_scene("dent", entry, block, own)
     grid = {name: {"steps_per_frame": [1], "evaluations": 5} for name in ("fem_coarse", "springs", "shape_matching")}
     taught = SimpleNamespace(training=None)  # a reference of which the motion to fit to alone is asked
     assert list(accuracy._models(made, made, taught, grid)) == ["fem_coarse", "shape_matching"]

@@ -7,10 +7,10 @@ from fixtures.poked_bar import poked
 
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.accuracy import estimated, mesh_residual
+from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.elsewhere import measure_elsewhere, moved_pushes
 from palpate.studies.dynamic.fitted import Fitted
 from palpate.studies.dynamic.reference import reference
-from palpate.studies.dynamic.trial import Trial
 
 MODES = {"vibrations": 10, "bent": 3, "coarsened": 1}
 FINE = {"steps_per_frame": [1], "tolerances": []}
@@ -41,7 +41,7 @@ def test_estimates_of_elements_and_modes_are_near_their_errors(pressed, truth):
 def test_the_residual_of_a_slow_press_is_what_the_finer_mesh_adds(pressed):
     """Pressed slowly, a body is in equilibrium: what two meshes differ by is what one Newton step of the finer adds."""
     push = pressed.scale_loads(0.2).loads["push"]["loads"][0] | {"press_s": 4.0, "hold_s": 4.0}
-    slow = Trial(**vars(pressed) | {"loads": {"push": {"loads": [push]}}, "duration_s": 6.0, "frames": 6})
+    slow = ComparedScene(**vars(pressed) | {"loads": {"push": {"loads": [push]}}, "duration_s": 6.0, "frames": 6})
     (coarse, run), (fine, _) = (slow.move(slow.fem(24), level) for level in (0, 1))
     middle = int(np.linalg.norm(coarse[:-1], axis=2).max(axis=1).argmax())
     off = np.sqrt(np.mean(np.sum((coarse[middle] - fine[middle]) ** 2, axis=1)))
@@ -49,7 +49,7 @@ def test_the_residual_of_a_slow_press_is_what_the_finer_mesh_adds(pressed):
 
 
 def test_steps_of_half_the_length_are_said_to_be_better(pressed):
-    fitted = Fitted(Trial.fem, pressed.body.material.young_pa, 0.0, level=-1)
+    fitted = Fitted(ComparedScene.fem, pressed.body.material.young_pa, 0.0, level=-1)
     said = []
     for count in (2, 4, 8):
         moved, run = pressed.move(pressed.fem(count * pressed.frames), 1)

@@ -6,7 +6,7 @@ import pytest
 from palpate.bodies.body import Body
 from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
-from palpate.studies.dynamic.trial import nest_sheet, refine_sheet
+from palpate.studies.dynamic.compared_scene import nest_sheet, refine_sheet
 
 
 @pytest.fixture

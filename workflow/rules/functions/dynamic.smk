@@ -1,10 +1,10 @@
-# Scenes as trials of models.
+# Scenes to compare models by.
 
 from palpate.scenes.acting_effects import has_contact
 
 
-def trial_of(wildcards):
-    """A scene as a trial of models, apart from the values that are tried of their settings."""
+def compared_of(wildcards):
+    """A scene as a scene to compare models by, apart from the values that are tried of their settings."""
     own = {key: value for key, value in FOLLOWED[wildcards.scene].items() if key not in ("settings", "elsewhere")}
     return {
         "name": wildcards.scene,
@@ -14,11 +14,11 @@ def trial_of(wildcards):
     }
 
 
-def body_of_trial(wildcards):
+def body_of_compared(wildcards):
     return f"results/data/{config['scenes'][wildcards.scene]['body']}/body.h5"
 
 
-def settings_of_trial(wildcards):
+def settings_of_compared(wildcards):
     """The values to try of each model's settings, those of the scene before those of all."""
     own = FOLLOWED[wildcards.scene].get("settings", {})
     return {name: grid | own.get(name, {}) for name, grid in config["dynamic"]["settings"].items()}

@@ -8,7 +8,7 @@ from scipy.ndimage import gaussian_filter, zoom
 from palpate.bodies.ct.image import Grid
 from palpate.bodies.ct.segmentation import box_around
 from palpate.bodies.mesh import TetMesh, area_normals
-from palpate.bodies.surfaces.decimate import remesh
+from palpate.bodies.surfaces.remesh import remesh
 from palpate.bodies.surfaces.tetrahedralize import Ball, label_shells, tetrahedralize
 from palpate.bodies.surfaces.triangles import arrays, image_data, inflate, mean_edge, signed_volumes, volume
 from palpate.errors import InputError

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import LEAST_DEG, dihedral_angles
 from palpate.bodies.refinement import Snap, refine
-from palpate.bodies.surfaces.decimate import project
+from palpate.bodies.surfaces.remesh import project
 
 ROUNDS = 6
 # elements below this smallest dihedral angle [°] are improved

@@ -24,7 +24,7 @@ from palpate.effects import effect
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import gather, hold
 from palpate.linalg.multigrid import Factor
-from palpate.solvers.newton import Product, minimise
+from palpate.solvers.newton import Product, minimise_by_newton
 
 TOLERANCE = 1e-8
 """Relative residual at which the place counts as found."""
@@ -46,7 +46,7 @@ def project(contact: "Contact", start: np.ndarray, target: np.ndarray, inertia: 
     starts = [start, *(start + contact.limit(start, motion) * motion for motion in (displacement, guess))]
     start = min(starts, key=problem.energy)
     scale = float(np.linalg.norm(inertia[:, None] * displacement)) + float(np.linalg.norm(problem.force(start)))
-    return minimise(problem, start, scale, TOLERANCE, MAX_ITERATIONS).x if scale > 0.0 else start
+    return minimise_by_newton(problem, start, scale, TOLERANCE, MAX_ITERATIONS).x if scale > 0.0 else start
 
 
 class _Problem:

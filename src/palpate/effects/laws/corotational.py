@@ -7,25 +7,25 @@ resistance to volume is that to the sum of stretches, which allows det F → 0. 
 from palpate.effects.corotational import smoothed_trace
 
 
-def shape(s, mu, slopes, curvatures):
+def shape(s, mu, gradient, hessian):
     """Return W = μ Σ (sᵢ − 1)², and write its derivatives; with the fold, tr S is T(s) (see smoothed_trace)."""
     trace, slope, curvature, _ = smoothed_trace(s, 0.0, 0.0)
     squares = (s[0] - 1.0) ** 2 + (s[1] - 1.0) ** 2 + (s[2] - 1.0) ** 2
     for i in range(3):
-        slopes[i] = 2.0 * mu * (s[i] - (1.0 if i == 0 else slope))
+        gradient[i] = 2.0 * mu * (s[i] - (1.0 if i == 0 else slope))
         for j in range(3):
             bend = curvature if i > 0 and j > 0 else 0.0
-            curvatures[i, j] = 2.0 * mu * ((1.0 if i == j else 0.0) - bend)
+            hessian[i, j] = 2.0 * mu * ((1.0 if i == j else 0.0) - bend)
     return mu * (squares + 2.0 * (s[0] + (s[1] + s[2]) - trace))
 
 
-def measure(s, slopes, curvatures):
+def measure(s, gradient, hessian):
     """Return θ = tr S − 3, and write its derivatives."""
     trace, slope, curvature, _ = smoothed_trace(s, 0.0, 0.0)
     for i in range(3):
-        slopes[i] = 1.0 if i == 0 else slope
+        gradient[i] = 1.0 if i == 0 else slope
         for j in range(3):
-            curvatures[i, j] = curvature if i > 0 and j > 0 else 0.0
+            hessian[i, j] = curvature if i > 0 and j > 0 else 0.0
     return trace - 3.0
 
 

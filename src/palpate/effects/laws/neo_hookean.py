@@ -8,26 +8,26 @@ stiffen as fibrous tissue does, and ln² J is not convex above J = e.
 from math import inf, log1p
 
 
-def shape(s, mu, slopes, curvatures):
+def shape(s, mu, gradient, hessian):
     """Return W = μ/2 Σ (sᵢ² − 1) − μ ln J, and write its derivatives; infinite, with no slope, unless J > 0."""
-    slopes[:], curvatures[:] = 0.0, 0.0
+    gradient[:], hessian[:] = 0.0, 0.0
     if not s[2] > 0.0:
         return inf
     energy = 0.0
     for i in range(3):
         strain = s[i] - 1.0
         energy += mu * (strain * (1.0 + 0.5 * strain) - log1p(strain))
-        slopes[i] = mu * strain * (s[i] + 1.0) / s[i]
-        curvatures[i, i] = mu * (1.0 + 1.0 / (s[i] * s[i]))
+        gradient[i] = mu * strain * (s[i] + 1.0) / s[i]
+        hessian[i, i] = mu * (1.0 + 1.0 / (s[i] * s[i]))
     return energy
 
 
-def measure(s, slopes, curvatures):
+def measure(s, gradient, hessian):
     """Return θ = J = s₁ s₂ s₃, the ratio of volumes, and write its derivatives."""
     for i in range(3):
-        slopes[i] = s[(i + 1) % 3] * s[(i + 2) % 3]
+        gradient[i] = s[(i + 1) % 3] * s[(i + 2) % 3]
         for j in range(3):
-            curvatures[i, j] = 0.0 if i == j else s[3 - i - j]
+            hessian[i, j] = 0.0 if i == j else s[3 - i - j]
     return s[0] * s[1] * s[2]
 
 

@@ -6,25 +6,25 @@ resistance. Use it for small strains and large rotations.
 """
 
 
-def shape(s, mu, slopes, curvatures):
+def shape(s, mu, gradient, hessian):
     """Return W = μ Σ eᵢ² with eᵢ = (sᵢ² − 1)/2, and write its derivatives."""
     energy = 0.0
-    curvatures[:] = 0.0
+    hessian[:] = 0.0
     for i in range(3):
         strain = 0.5 * (s[i] - 1.0) * (s[i] + 1.0)
         energy += mu * strain * strain
-        slopes[i] = 2.0 * mu * strain * s[i]
-        curvatures[i, i] = 2.0 * mu * (s[i] * s[i] + strain)
+        gradient[i] = 2.0 * mu * strain * s[i]
+        hessian[i, i] = 2.0 * mu * (s[i] * s[i] + strain)
     return energy
 
 
-def measure(s, slopes, curvatures):
+def measure(s, gradient, hessian):
     """Return θ = tr E, and write its derivatives."""
     total = 0.0
-    curvatures[:] = 0.0
+    hessian[:] = 0.0
     for i in range(3):
         total += 0.5 * (s[i] - 1.0) * (s[i] + 1.0)
-        slopes[i], curvatures[i, i] = s[i], 1.0
+        gradient[i], hessian[i, i] = s[i], 1.0
     return total
 
 

@@ -13,7 +13,7 @@ from palpate.effects.laws.neo_hookean import measure
 __all__ = ["measure", "shape", "volume"]
 
 
-def shape(s, mu, slopes, curvatures):
+def shape(s, mu, gradient, hessian):
     """Return W = Ψ − λ/2 (J − 1)², without stress at rest, and write its derivatives."""
     m, grown, change = 4.0 / 3.0 * mu, 0.0, s[0] * s[1] * s[2] - 1.0
     for i in range(3):
@@ -21,11 +21,11 @@ def shape(s, mu, slopes, curvatures):
     share, tension = 1.0 / (grown + 4.0), 5.0 / 6.0 * mu * change - mu
     for i in range(3):
         area = s[(i + 1) % 3] * s[(i + 2) % 3]
-        slopes[i] = m * (1.0 - share) * s[i] + tension * area
+        gradient[i] = m * (1.0 - share) * s[i] + tension * area
         for j in range(3):
             other = s[(j + 1) % 3] * s[(j + 2) % 3]
-            curvatures[i, j] = 2.0 * m * share * share * s[i] * s[j] + 5.0 / 6.0 * mu * area * other
-            curvatures[i, j] += m * (1.0 - share) if i == j else tension * s[3 - i - j]
+            hessian[i, j] = 2.0 * m * share * share * s[i] * s[j] + 5.0 / 6.0 * mu * area * other
+            hessian[i, j] += m * (1.0 - share) if i == j else tension * s[3 - i - j]
     return 0.5 * m * (grown - log1p(0.25 * grown)) + (5.0 / 12.0 * mu * change - mu) * change
 
 

@@ -11,7 +11,7 @@ from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import NotConverged
 from palpate.linalg.conjugate_gradients import linear_response
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.lbfgs import Descent, descend
+from palpate.solvers.lbfgs import Descent, minimise_by_lbfgs
 
 
 class ElementsAtRest:
@@ -94,11 +94,11 @@ class ElementsAtRest:
         """
         enough = tolerance * float(np.linalg.norm(load))
 
-        def goes_on(way: Descent) -> bool:
+        def callback(way: Descent) -> bool:
             return len(way.forces) <= least or way.forces[-1] > enough
 
         loaded = _Loaded(self._equilibrium, load)
-        return descend(loaded, self.precondition, self.rest + moved, 0.0, iterations, goes_on).x - self.rest
+        return minimise_by_lbfgs(loaded, self.precondition, self.rest + moved, 0.0, iterations, callback).x - self.rest
 
 
 class _Loaded:

@@ -21,7 +21,7 @@ from palpate.linalg.multigrid import Factor
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.springs.fitness import volume_stiffness
 from palpate.models.springs.spring_motion import spring_model, stiffnesses
-from palpate.solvers.lbfgs import descend
+from palpate.solvers.lbfgs import minimise_by_lbfgs
 from palpate.solvers.system import System
 
 TOLERANCE, REQUIRED_RESIDUAL, MAX_ITERATIONS = 1e-6, 1e-3, 300
@@ -82,9 +82,9 @@ class Network:
 
         Raises NotConverged if not even the first lowers the energy.
         """
-        enough, start = TOLERANCE * float(np.linalg.norm(self._load)), self.rest if start is None else start
-        x = descend(self, self._factor.solve, start, enough, iterations).x
-        if x is start and not np.linalg.norm(self.force(x)) <= enough:
+        tolerance_n, start = TOLERANCE * float(np.linalg.norm(self._load)), self.rest if start is None else start
+        x = minimise_by_lbfgs(self, self._factor.solve, start, tolerance_n, iterations).x
+        if x is start and not np.linalg.norm(self.force(x)) <= tolerance_n:
             raise NotConverged(f"{self.particles.name}: springs find no way to give in; check the force", [])
         return x
 

@@ -15,7 +15,7 @@ from palpate.collision.trees.tree_query import overlapping_trees
 from palpate.collision.trees.volumes import volumes_overlap
 from palpate.studies.collision.compare_trees import PURE, RefittedTrees, contenders, timed
 from palpate.studies.collision.stopped_precision import distance
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 TESTS, LOOPS = 200_000, 5
 """Tests in a loop that is timed, so that it takes a millisecond or more, and loops of which the fastest counts."""

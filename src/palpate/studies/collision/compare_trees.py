@@ -12,7 +12,7 @@ import pandas as pd
 from palpate.collision.moving_surfaces import Moving, crossing_waves, scenes
 from palpate.collision.trees.tree_query import RefittedTrees
 from palpate.collision.triangles.brute_force import crossing
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 EVERY = 10**9  # upper limit of pairs, never reached: by default both packages stop after a few pairs
 

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from scipy.spatial import KDTree
 
-from palpate.bodies.surfaces.decimate import area_normals
+from palpate.bodies.surfaces.remesh import area_normals
 from palpate.bodies.surfaces.triangles import polydata
 from palpate.collision.contact_points import ContactPoints, stopped_contacts, triangle_contacts
 from palpate.collision.moving_surfaces import Moving, instrument_approach, instrument_press, livers_apart, two_livers
@@ -16,7 +16,7 @@ from palpate.collision.trees.tree_query import StoppedTree, candidates
 from palpate.collision.triangles.brute_force import crossing
 from palpate.collision.triangles.distance import triangle_pairs_distance
 from palpate.studies.collision.compare_trees import RefittedTrees, timed
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 
 class Overlap(NamedTuple):

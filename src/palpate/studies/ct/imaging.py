@@ -12,11 +12,11 @@ from palpate.bodies.ct import synthetic_abdomen
 from palpate.bodies.ct.image import Image
 from palpate.bodies.ct.scan_of import even_brightness, fill_between
 from palpate.bodies.ct.segmentation import segment
-from palpate.bodies.surfaces.decimate import area_normals, vertex_normals
 from palpate.bodies.surfaces.mask_surface import isosurface
+from palpate.bodies.surfaces.remesh import area_normals, vertex_normals
 from palpate.errors import InputError
 from palpate.studies.ct import ray_casting
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 NEAREST, BETWEEN = "nearest slice", "signed distance"
 

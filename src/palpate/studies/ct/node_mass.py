@@ -11,7 +11,7 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.surfaces.mask_surface import surface
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 _MORE = (1.0, 1.1, 1.2)  # factors of the surface nodes, tried in turn for thin organs
 

@@ -10,7 +10,7 @@ import pandas as pd
 
 from palpate.benchmark.timing import time_calls
 from palpate.bodies.ct.image import Image
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 _ROUNDS, _BINS = 200, 1024
 _SETTLED = 1e-4  # share of the range of grey values by which means still move when they count as found

@@ -10,7 +10,7 @@ from palpate.report.words import spaced
 from palpate.studies.ct.claims import ELEMENTS
 from palpate.studies.ct.imaging import BETWEEN, CORNERS, GRADIENT, NEAREST, TRIANGLES
 from palpate.studies.ct.ray_casting import FRONT, SOLID, TRANSLUCENT, back_and_early
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 TITLE = "From CT to body"
 

@@ -17,10 +17,10 @@ from palpate.models.fem_statics import to_fine
 from palpate.scenes.build_system import compose
 from palpate.scenes.motion import Motion
 from palpate.scenes.scene import Scene
+from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.fitted import Fitted, corrects, fit_correction, fit_shapes, fit_springs, moving_modes
 from palpate.studies.dynamic.reference import Reference
-from palpate.studies.dynamic.trial import Trial
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 ORDERS = {"backward_euler": 1, "bdf2": 2, "reduced": 2}
 """Order of the steps of each integrator whose steps are long enough to matter; explicit ones take far shorter ones."""
@@ -33,7 +33,7 @@ class MotionEstimate(NamedTuple):
     estimate_s: float = np.nan
 
 
-def estimated(trial: Trial, fitted: Fitted, steps: int, motion: Motion, moved: np.ndarray) -> MotionEstimate:
+def estimated(compared: ComparedScene, fitted: Fitted, steps: int, motion: Motion, moved: np.ndarray) -> MotionEstimate:
     """Estimate the error of a model's motion without a reference: √(step² + mesh²).
 
     motion, moved : of the model in so many ``steps``, and its displacements (f, n_surface, 3) [m]
@@ -41,29 +41,29 @@ def estimated(trial: Trial, fitted: Fitted, steps: int, motion: Motion, moved: n
     model on the reference's own mesh does without. There is none where bodies touch, yield or drift, nor for answers
     that are known on the surface alone.
     """
-    if not corrects(trial) or fitted.finish is not None or trial.frames < 2:
+    if not corrects(compared) or fitted.finish is not None or compared.frames < 2:
         return MotionEstimate()
-    integrator = fitted.scene(trial, steps).integrator
-    own = fitted.level % len(trial.body.levels)
+    integrator = fitted.scene(compared, steps).integrator
+    own = fitted.level % len(compared.body.levels)
     of_step, of_mesh, seconds = 0.0, 0.0, 0.0
     if integrator in ORDERS:
         try:
-            of_step, seconds = twice_as_long(trial, fitted, steps, moved)
+            of_step, seconds = twice_as_long(compared, fitted, steps, moved)
         except NotConverged:
             return MotionEstimate()
     begin = perf_counter()
-    if own < len(trial.body.levels) - 1 or integrator == "reduced":
-        of_mesh = mesh_residual(trial, own, motion)
+    if own < len(compared.body.levels) - 1 or integrator == "reduced":
+        of_mesh = mesh_residual(compared, own, motion)
     peak = np.linalg.norm(moved, axis=2).max()
     return MotionEstimate(float(np.hypot(of_step, of_mesh) / peak), seconds + perf_counter() - begin)
 
 
-def twice_as_long(trial: Trial, fitted: Fitted, steps: int, moved: np.ndarray) -> tuple[float, float]:
+def twice_as_long(compared: ComparedScene, fitted: Fitted, steps: int, moved: np.ndarray) -> tuple[float, float]:
     """Return ``change_of_step`` [m] of steps twice as long, which meet every second frame, and their time [s]."""
-    count = trial.frames // 2
-    half = replace(trial, frames=count, duration_s=trial.duration_s * (2 * count) / trial.frames)
-    scene = fitted.scene(half, steps // trial.frames * count)
-    longer, run = half.move(scene, fitted.level % len(trial.body.levels), fitted.young_pa)
+    count = compared.frames // 2
+    half = replace(compared, frames=count, duration_s=compared.duration_s * (2 * count) / compared.frames)
+    scene = fitted.scene(half, steps // compared.frames * count)
+    longer, run = half.move(scene, fitted.level % len(compared.body.levels), fitted.young_pa)
     return change_of_step(longer, moved[1::2][:count], scene.integrator), run.seconds
 
 
@@ -73,7 +73,7 @@ def change_of_step(longer: np.ndarray, shorter: np.ndarray, integrator: str) -> 
     return off / (2.0 ** ORDERS[integrator] - 1.0)
 
 
-def mesh_residual(trial: Trial, level: int, motion: Motion) -> float:
+def mesh_residual(compared: ComparedScene, level: int, motion: Motion) -> float:
     """Return the RMS [m] over the surface of one Newton step of the fine mesh, at the frame that is deflected most.
 
     motion : on ``level``, interpolated to the fine mesh, whose forces there, inertia and damping included, do not
@@ -82,11 +82,11 @@ def mesh_residual(trial: Trial, level: int, motion: Motion) -> float:
     """
     moved = motion.positions - motion.rest
     number = int(np.linalg.norm(moved, axis=2).max(axis=1)[1:-1].argmax()) + 1
-    before, here, after = (to_fine(trial.body, level) @ moved[number + side] for side in (-1, 0, 1))
+    before, here, after = (to_fine(compared.body, level) @ moved[number + side] for side in (-1, 0, 1))
     h = float(motion.times[number + 1] - motion.times[number])
-    last = len(trial.body.levels) - 1
-    particles = trial.particles(last)
-    system = compose(trial.fem(trial.frames), particles)
+    last = len(compared.body.levels) - 1
+    particles = compared.particles(last)
+    system = compose(compared.fem(compared.frames), particles)
     system.at(float(motion.times[number]))
     x = particles.nodes + here
     inertia = system.masses[:, None] * (after - 2.0 * here + before) / h**2
@@ -94,7 +94,7 @@ def mesh_residual(trial: Trial, level: int, motion: Motion) -> float:
     matrix = system.stiffness(x, definite=True)
     assert matrix is not None  # finite elements have one
     system.hold(matrix)
-    lacking = Factor(matrix).solve(residual)[trial.body.fine.surface]
+    lacking = Factor(matrix).solve(residual)[compared.body.fine.surface]
     return float(np.sqrt(np.mean(np.sum(lacking**2, axis=1))))
 
 
@@ -122,8 +122,8 @@ DYNAMIC_ACCURACY = Table(
 
 
 def measure(
-    trial: Trial,
-    lesson: Trial | None,
+    compared: ComparedScene,
+    lesson: ComparedScene | None,
     truth: Reference,
     grid: Mapping[str, Grid],
     names: Sequence[str] = (),
@@ -137,116 +137,121 @@ def measure(
     Columns: failures is also 1 for a model to which nothing could be fitted; times are without preparation. varied is
     what a setting changes: STEP or, at the same step, order, tolerance, gap, or place.
     """
-    whole_s = trial.duration_s
-    trial = replace(trial, duration_s=truth.duration_s, frames=truth.frames)
+    whole_s = compared.duration_s
+    compared = replace(compared, duration_s=truth.duration_s, frames=truth.frames)
     lesson = lesson and replace(lesson, duration_s=truth.training_s, frames=len(truth.training))
-    rows = [_tried(trial, truth, number, whole_s) for number in range(len(truth.tried))]
-    models = {name: tried for name, tried in _models(trial, lesson, truth, grid).items() if not names or name in names}
+    rows = [_tried(compared, truth, number, whole_s) for number in range(len(truth.tried))]
+    models = {
+        name: tried for name, tried in _models(compared, lesson, truth, grid).items() if not names or name in names
+    }
     for name in progress(list(models)):
         try:
             # of a body with one level the coarse one is the reference's
-            said = "fem_fine" if name == "fem_coarse" and len(trial.body.levels) == 1 else name
-            rows += [{"model": said} | _row(trial, truth, *found) for found in models[name]()]
+            said = "fem_fine" if name == "fem_coarse" and len(compared.body.levels) == 1 else name
+            rows += [{"model": said} | _row(compared, truth, *found) for found in models[name]()]
         except NotConverged:  # nothing that was fitted moves like the reference
-            failed = {"setting": "fitted", "varied": STEP, "level": 0, "nodes": trial.nodes(0), "failures": 1}
+            failed = {"setting": "fitted", "varied": STEP, "level": 0, "nodes": compared.nodes(0), "failures": 1}
             rows.append({"model": name} | failed)
     table = pd.DataFrame(rows).assign(
-        reference_level=len(trial.body.levels) - 1,
-        reference_nodes=trial.nodes(-1),
+        reference_level=len(compared.body.levels) - 1,
+        reference_nodes=compared.nodes(-1),
         reference_step_s=truth.step_s,
         reference_change=truth.change,
         duration_s=whole_s,
         resolved_s=truth.duration_s,
     )
-    table.insert(0, "scene", trial.name)
-    table.insert(1, "body", trial.body.name)
+    table.insert(0, "scene", compared.name)
+    table.insert(1, "body", compared.body.name)
     return table
 
 
 def _models(
-    trial: Trial, lesson: Trial | None, truth: Reference, grid: Mapping[str, Grid]
+    compared: ComparedScene, lesson: ComparedScene | None, truth: Reference, grid: Mapping[str, Grid]
 ) -> dict[str, Callable[[], Tried]]:
     """Return the models that can do a scene: springs have no plasticity, and those of a sheet no volume."""
-    found: dict[str, Callable[[], Tried]] = {"fem_coarse": partial(_coarse, trial, grid["fem_coarse"])}
-    if len(trial.body.levels) > 1:
-        found["fem_fine"] = partial(_fine, trial, grid["fem_fine"])
-    if corrects(trial):
-        found["detail_correction"] = partial(_corrected, trial, grid["fem_coarse"])
-        found["moving_modes"] = partial(moving_modes, trial, lesson, grid["moving_modes"])
+    found: dict[str, Callable[[], Tried]] = {"fem_coarse": partial(_coarse, compared, grid["fem_coarse"])}
+    if len(compared.body.levels) > 1:
+        found["fem_fine"] = partial(_fine, compared, grid["fem_fine"])
+    if corrects(compared):
+        found["detail_correction"] = partial(_corrected, compared, grid["fem_coarse"])
+        found["moving_modes"] = partial(moving_modes, compared, lesson, grid["moving_modes"])
     if not lesson:
         return found
     learnt = lesson, truth.training
-    if "plasticity" not in trial.loads:
-        found["springs"] = partial(_springs, trial, *learnt, False, grid["springs"])
-        if not trial.thickness_m:
-            found["springs_volume"] = partial(_springs, trial, *learnt, True, grid["springs"])
-    return found | {"shape_matching": partial(_shapes, trial, *learnt, grid["shape_matching"])}
+    if "plasticity" not in compared.loads:
+        found["springs"] = partial(_springs, compared, *learnt, False, grid["springs"])
+        if not compared.thickness_m:
+            found["springs_volume"] = partial(_springs, compared, *learnt, True, grid["springs"])
+    return found | {"shape_matching": partial(_shapes, compared, *learnt, grid["shape_matching"])}
 
 
-def _coarse(trial: Trial, grid: Grid) -> Tried:
+def _coarse(compared: ComparedScene, grid: Grid) -> Tried:
     """Yield steps of finite elements on the coarse level, then looser residuals and other gaps at the middle one."""
-    counts, elements = grid["steps_per_frame"], Fitted(Trial.fem, trial.body.material.young_pa, 0.0)
-    if len(trial.body.levels) > 1:
+    counts, elements = grid["steps_per_frame"], Fitted(ComparedScene.fem, compared.body.material.young_pa, 0.0)
+    if len(compared.body.levels) > 1:
         for count in counts:
-            yield count * trial.frames, elements, ""
-    middle = counts[len(counts) // 2] * trial.frames
-    if trial.order > 1:
-        yield middle, replace(elements, scene=partial(Trial.fem, order=1)), "order=1"
+            yield count * compared.frames, elements, ""
+    middle = counts[len(counts) // 2] * compared.frames
+    if compared.order > 1:
+        yield middle, replace(elements, scene=partial(ComparedScene.fem, order=1)), "order=1"
     for loose in grid["tolerances"]:
         yield middle, replace(elements, scene=partial(_looser, loose)), f"tolerance={loose:g}"
-    for factor in grid["gaps"] if "contact" in trial.loads else []:
+    for factor in grid["gaps"] if "contact" in compared.loads else []:
         yield middle, replace(elements, scene=partial(_wider, factor)), f"gap={factor:g}×"
 
 
-def _fine(trial: Trial, grid: Grid) -> Tried:
+def _fine(compared: ComparedScene, grid: Grid) -> Tried:
     """Yield looser residuals of the reference's own elements, and a step of first order; its steps are known."""
-    counts, elements = grid["steps_per_frame"], Fitted(Trial.fem, trial.body.material.young_pa, 0.0, level=-1)
+    counts, elements = (
+        grid["steps_per_frame"],
+        Fitted(ComparedScene.fem, compared.body.material.young_pa, 0.0, level=-1),
+    )
     for count, loose in product(counts, grid["tolerances"]):
-        yield count * trial.frames, replace(elements, scene=partial(_looser, loose)), f"tolerance={loose:g}"
-    if trial.order > 1:
-        yield min(counts) * trial.frames, replace(elements, scene=partial(Trial.fem, order=1)), "order=1"
+        yield count * compared.frames, replace(elements, scene=partial(_looser, loose)), f"tolerance={loose:g}"
+    if compared.order > 1:
+        yield min(counts) * compared.frames, replace(elements, scene=partial(ComparedScene.fem, order=1)), "order=1"
 
 
-def _corrected(trial: Trial, grid: Grid) -> Tried:
+def _corrected(compared: ComparedScene, grid: Grid) -> Tried:
     """Yield the same steps of the coarse level, corrected."""
-    fitted = fit_correction(trial)
+    fitted = fit_correction(compared)
     for count in grid["steps_per_frame"]:
-        yield count * trial.frames, fitted, ""
+        yield count * compared.frames, fitted, ""
 
 
-def _looser(tolerance: float, trial: Trial, steps: int) -> Scene:
-    return replace(trial.fem(steps), tolerance=tolerance)
+def _looser(tolerance: float, compared: ComparedScene, steps: int) -> Scene:
+    return replace(compared.fem(steps), tolerance=tolerance)
 
 
-def _wider(factor: float, trial: Trial, steps: int) -> Scene:
-    return trial.widen(factor).fem(steps)
+def _wider(factor: float, compared: ComparedScene, steps: int) -> Scene:
+    return compared.widen(factor).fem(steps)
 
 
-def _springs(trial: Trial, lesson: Trial, wanted: np.ndarray, volume: bool, grid: Grid) -> Tried:
+def _springs(compared: ComparedScene, lesson: ComparedScene, wanted: np.ndarray, volume: bool, grid: Grid) -> Tried:
     shares = grid["shares_of_stable_step"]
     fitted = fit_springs(lesson, wanted, volume, max(shares), grid["evaluations"])
-    limit = trial.limit_s(fitted.scene(trial, trial.frames), fitted.young_pa)
+    limit = compared.limit_s(fitted.scene(compared, compared.frames), fitted.young_pa)
     for share in shares:
-        yield trial.steps(share * limit), fitted, ""
+        yield compared.steps(share * limit), fitted, ""
 
 
-def _shapes(trial: Trial, lesson: Trial, wanted: np.ndarray, grid: Grid) -> Tried:
+def _shapes(compared: ComparedScene, lesson: ComparedScene, wanted: np.ndarray, grid: Grid) -> Tried:
     for count in grid["steps_per_frame"]:
-        yield count * trial.frames, fit_shapes(lesson, wanted, count, grid["evaluations"]), ""
+        yield count * compared.frames, fit_shapes(lesson, wanted, count, grid["evaluations"]), ""
 
 
-def _head(trial: Trial, level: int, step_s: float, steps: int, varied: str) -> dict:
+def _head(compared: ComparedScene, level: int, step_s: float, steps: int, varied: str) -> dict:
     """Name a setting, of which ``varied`` is not the usual one."""
     row = {"setting": f"step_s={step_s:.3g} {varied}".rstrip(), "varied": varied.partition("=")[0] or STEP}
-    return row | {"level": level, "nodes": trial.nodes(level), "step_s": step_s, "steps": steps, "failures": 0}
+    return row | {"level": level, "nodes": compared.nodes(level), "step_s": step_s, "steps": steps, "failures": 0}
 
 
-def _row(trial: Trial, truth: Reference, steps: int, fitted: Fitted, varied: str) -> dict:
-    scene = fitted.scene(trial, steps)
-    level = fitted.level % len(trial.body.levels)
-    row = _head(trial, level, scene.step_s, steps, varied)
+def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted, varied: str) -> dict:
+    scene = fitted.scene(compared, steps)
+    level = fitted.level % len(compared.body.levels)
+    row = _head(compared, level, scene.step_s, steps, varied)
     try:
-        moved, run = trial.move(scene, level, fitted.young_pa)
+        moved, run = compared.move(scene, level, fitted.young_pa)
     except NotConverged:
         return row | {"failures": 1, "offline_s": fitted.offline_s}
     seconds = run.seconds
@@ -254,19 +259,19 @@ def _row(trial: Trial, truth: Reference, steps: int, fitted: Fitted, varied: str
         begin = perf_counter()
         moved = fitted.finish(run.motion)
         seconds += perf_counter() - begin
-    told = estimated(trial, fitted, steps, run.motion, moved)
-    measured = _measured(moved, truth, seconds, run.step_p95_s, steps, trial.duration_s)
+    told = estimated(compared, fitted, steps, run.motion, moved)
+    measured = _measured(moved, truth, seconds, run.step_p95_s, steps, compared.duration_s)
     return row | measured | told._asdict() | {"offline_s": fitted.offline_s}
 
 
-def _tried(trial: Trial, truth: Reference, number: int, whole_s: float) -> dict:
+def _tried(compared: ComparedScene, truth: Reference, number: int, whole_s: float) -> dict:
     """Take the reference at one of its steps, as it is: its error is that of the step alone."""
-    step, last = float(truth.tried_s[number]), len(trial.body.levels) - 1
+    step, last = float(truth.tried_s[number]), len(compared.body.levels) - 1
     steps = round(whole_s / step)
-    row = {"model": "fem_fine"} | _head(trial, last, step, steps, "")
+    row = {"model": "fem_fine"} | _head(compared, last, step, steps, "")
     told = MotionEstimate()
-    if number and corrects(trial):  # the run at twice the step is there already
-        off = change_of_step(truth.tried[number - 1], truth.tried[number], trial.fem(steps).integrator)
+    if number and corrects(compared):  # the run at twice the step is there already
+        off = change_of_step(truth.tried[number - 1], truth.tried[number], compared.fem(steps).integrator)
         peak = np.linalg.norm(truth.tried[number], axis=2).max()
         told = MotionEstimate(off / peak, float(truth.seconds[number - 1]))
     taken = float(truth.seconds[number]), float(truth.step_p95_s[number])

@@ -6,9 +6,9 @@ from palpate.errors import InputError
 from palpate.scenes.acting_effects import acting, assumed, has_contact
 
 LOADS = ("gravity", "push")
-"""Effects that a trial takes over from its scene, and that can be made larger or smaller."""
+"""Effects that a compared scene takes over from its scene, and that can be made larger or smaller."""
 TAKEN_OVER = (*LOADS, "contact", "plasticity")
-"""All effects that a trial takes over from its scene."""
+"""All effects that a compared scene takes over from its scene."""
 UNKNOWN_TO_MODELS = ("prony", "body_springs", "maxwell")
 """Effects that not all models have, and that no motion to fit them to makes up for."""
 FITTED = ("springs", "springs_volume", "shape_matching")
@@ -47,7 +47,7 @@ def acts(name: str, entry: dict, kind: str = "") -> bool:
     return name in acting(entry, assumed(entry, {"kind": kind}))
 
 
-def check_trial(place: str, name: str, entry: dict, kind: str = "", taught: bool = False) -> None:
+def check_compared(place: str, name: str, entry: dict, kind: str = "", taught: bool = False) -> None:
     """Raise InputError, naming ``place``, for a scene ``name`` in which models cannot be compared."""
     if reason := unfit(entry, kind, taught):
         cure = "" if taught or unfit(entry, kind, True) else "describe a motion to fit models to as its training, or "
@@ -55,7 +55,7 @@ def check_trial(place: str, name: str, entry: dict, kind: str = "", taught: bool
 
 
 def unable(model: str, entry: dict, kind: str = "") -> str:
-    """Return why a model cannot do a scene that is a trial, such as "has plasticity"; empty if it can.
+    """Return why a model cannot do a compared scene, such as "has plasticity"; empty if it can.
 
     entry : the scene's, complete; kind : of its body
     """
@@ -71,7 +71,7 @@ def unable(model: str, entry: dict, kind: str = "") -> str:
     return next((reason for reason, holds in reasons if holds), "")
 
 
-def trials(scenes: dict, bodies: dict) -> tuple[dict[str, float], dict[str, str]]:
+def compared_scenes(scenes: dict, bodies: dict) -> tuple[dict[str, float], dict[str, str]]:
     """Return how long each scene is followed [s] in which models can be compared, and why the others are left out.
 
     A scene is followed to its end, but no longer than LONGEST_S or, if that is later, than until all is pressed.

@@ -15,9 +15,9 @@ from palpate.benchmark.presses import oblique
 from palpate.bodies.contacts import kept_contacts
 from palpate.errors import NotConverged
 from palpate.studies.dynamic.accuracy import STEP, measure
+from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.reference import reference
-from palpate.studies.dynamic.trial import Trial
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 MEASURED = [
     "scene", "body", "contact", "model", "setting", "failures", "rmse_of_peak", "estimate_of_peak", "estimate_s",
@@ -79,26 +79,28 @@ def _of_scene(table: pd.DataFrame) -> list[dict]:
     return found
 
 
-def moved_pushes(trial: Trial, count: int, tilts_degrees: Sequence[float], seed: int) -> dict[int, Trial]:
-    """Return, by the node that is pushed, trials that differ in the place and the direction of their only push.
+def moved_pushes(
+    compared: ComparedScene, count: int, tilts_degrees: Sequence[float], seed: int
+) -> dict[int, ComparedScene]:
+    """Return, by the node that is pushed, scenes that differ in place and direction of their only push.
 
     Places are ``count`` contacts spread over the surface; forces are as large as the scene's and follow the same
     course, inward, tilted by one of ``tilts_degrees`` after the other towards a seeded random side.
     """
-    contacts, push = kept_contacts(trial.body, count), trial.loads["push"]["loads"][0]
+    contacts, push = kept_contacts(compared.body, count), compared.loads["push"]["loads"][0]
     newtons = float(np.linalg.norm(push["force_n"]))
     sides = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(contacts))
     found = {}
-    fine = trial.body.fine
+    fine = compared.body.fine
     for number, (contact, side) in enumerate(zip(contacts, sides, strict=True)):
         along = oblique(fine.normals[contact], tilts_degrees[number % len(tilts_degrees)], side)
         there = {"at_m": fine.nodes[contact].tolist(), "force_n": (newtons * along).tolist()}
-        found[int(contact)] = replace(trial, loads=trial.loads | {"push": {"loads": [push | there]}})
+        found[int(contact)] = replace(compared, loads=compared.loads | {"push": {"loads": [push | there]}})
     return found
 
 
 def measure_elsewhere(
-    trial: Trial, own: Mapping[str, Any], grid: Mapping[str, Any], seed: int, progress: Callable = iter
+    compared: ComparedScene, own: Mapping[str, Any], grid: Mapping[str, Any], seed: int, progress: Callable = iter
 ) -> pd.DataFrame:
     """Tabulate errors and estimates of models at other places, a row a place, model and setting of the step.
 
@@ -110,13 +112,13 @@ def measure_elsewhere(
     grid = dict(grid) | {name: grid[name] | {"steps_per_frame": steps} for name in ("fem_coarse", "moving_modes")}
     grid["fem_coarse"] |= {"tolerances": [], "gaps": []}
     rows = []
-    for contact, moved in progress(list(moved_pushes(trial, own["places"], own["tilts_degrees"], seed).items())):
+    for contact, moved in progress(list(moved_pushes(compared, own["places"], own["tilts_degrees"], seed).items())):
         try:
             truth = reference(moved, None, own["change_of_peak"], own["max_halvings"])
             if truth.frames < moved.frames:
-                raise NotConverged(f"{trial.name}: steps at node {contact} are not resolved to the end", [])
+                raise NotConverged(f"{compared.name}: steps at node {contact} are not resolved to the end", [])
         except NotConverged:
-            rows.append(pd.DataFrame({"scene": [trial.name], "body": trial.body.name, "contact": contact}))
+            rows.append(pd.DataFrame({"scene": [compared.name], "body": compared.body.name, "contact": contact}))
             continue
         # beside the reference's own steps; nothing was fitted to another place
         table = measure(moved, None, truth, grid, ("fem_coarse", "detail_correction", "moving_modes"))

@@ -23,25 +23,25 @@ from palpate.scenes.build_system import compose
 from palpate.scenes.motion import Motion
 from palpate.scenes.scene import Scene
 from palpate.studies.dynamic.comparable import LOADS
-from palpate.studies.dynamic.trial import Trial
+from palpate.studies.dynamic.compared_scene import ComparedScene
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """A model with its parameters found: ``scene(trial, steps)``, the modulus for its particles, what the fit took.
+    """A model with its parameters found: ``scene(compared, steps)``, the modulus for its particles, what the fit took.
 
     finish : what makes displacements (f, n_surface, 3) [m] of its motion, if interpolation does not
     level : which it moves, 0 is the coarse one, −1 the reference's
     """
 
-    scene: Callable[[Trial, int], Scene]
+    scene: Callable[[ComparedScene, int], Scene]
     young_pa: float
     offline_s: float
     finish: Callable[[Motion], np.ndarray] | None = None
     level: int = 0
 
 
-def fit_springs(lesson: Trial, wanted: np.ndarray, volume: bool, step_share: float, evaluations: int) -> Fitted:
+def fit_springs(lesson: ComparedScene, wanted: np.ndarray, volume: bool, step_share: float, evaluations: int) -> Fitted:
     """Fit a modulus, the dampers' ratio and a sheet's bending springs, in so many motions at most.
 
     lesson, wanted : the motion to fit, and its displacements (f, n_surface, 3) [m]
@@ -56,12 +56,12 @@ def fit_springs(lesson: Trial, wanted: np.ndarray, volume: bool, step_share: flo
     def young_pa(q: np.ndarray) -> float:
         return float(given.young_pa * np.exp(q[0]))
 
-    def scene(trial: Trial, steps: int, q: np.ndarray) -> Scene:
+    def scene(compared: ComparedScene, steps: int, q: np.ndarray) -> Scene:
         stiffness = {}
-        if trial.thickness_m:  # the modulus times the thickness [N/m], and a share of that against bending
-            along = trial.thickness_m * young_pa(q)
+        if compared.thickness_m:  # the modulus times the thickness [N/m], and a share of that against bending
+            along = compared.thickness_m * young_pa(q)
             stiffness = {"structural_n_m": along, "shear_n_m": along, "bending_n_m": float(np.exp(q[2])) * along}
-        return trial.springs(steps, stiffness, float(np.exp(q[1])), bulk * young_pa(q) / given.young_pa)
+        return compared.springs(steps, stiffness, float(np.exp(q[1])), bulk * young_pa(q) / given.young_pa)
 
     def misfit(q: np.ndarray) -> float:
         limit = lesson.limit_s(scene(lesson, lesson.frames, q), young_pa(q))
@@ -71,10 +71,10 @@ def fit_springs(lesson: Trial, wanted: np.ndarray, volume: bool, step_share: flo
     if lesson.thickness_m:
         start, sides, bounds = [*start, -4.0], [*sides, 1.5], [*bounds, (-9.0, 1.0)]
     q = _simplex(misfit, np.array(start), sides, bounds, evaluations, f"{lesson.name}: no springs")
-    return Fitted(lambda trial, steps: scene(trial, steps, q), young_pa(q), perf_counter() - begin)
+    return Fitted(lambda compared, steps: scene(compared, steps, q), young_pa(q), perf_counter() - begin)
 
 
-def fit_shapes(lesson: Trial, wanted: np.ndarray, per_frame: int, evaluations: int) -> Fitted:
+def fit_shapes(lesson: ComparedScene, wanted: np.ndarray, per_frame: int, evaluations: int) -> Fitted:
     """Fit α, β, the decay of velocities and the scale of the loads, for so many steps a frame: α m/h² depends on them.
 
     Where the body falls or is met by an instrument, loads are what they are.
@@ -83,9 +83,9 @@ def fit_shapes(lesson: Trial, wanted: np.ndarray, per_frame: int, evaluations: i
     clusters = cubes(lesson.body.coarse)
     scaled = lesson.held and "contact" not in lesson.loads
 
-    def scene(trial: Trial, steps: int, q: np.ndarray) -> Scene:
+    def scene(compared: ComparedScene, steps: int, q: np.ndarray) -> Scene:
         matching = {"mode": "linear", "alpha": float(q[0]), "beta": float(q[1]), "clusters": clusters}
-        loaded = trial.scale_loads(float(np.exp(q[3]))) if scaled else trial
+        loaded = compared.scale_loads(float(np.exp(q[3]))) if scaled else compared
         return loaded.shapes(steps, matching, float(np.exp(q[2])))
 
     def misfit(q: np.ndarray) -> float:
@@ -97,13 +97,13 @@ def fit_shapes(lesson: Trial, wanted: np.ndarray, per_frame: int, evaluations: i
         bounds, sides = [*bounds, (-12.0, 12.0)], [*sides, 0.7]
         starts = [np.array([0.7, 0.4, 1.6, scale]) for scale in np.arange(-6.0, 6.1, 1.5)]
     q = _simplex(misfit, min(starts, key=misfit), sides, bounds, evaluations, f"{lesson.name}: no shapes")
-    return Fitted(lambda trial, steps: scene(trial, steps, q), young, perf_counter() - begin)
+    return Fitted(lambda compared, steps: scene(compared, steps, q), young, perf_counter() - begin)
 
 
-def error_of(trial: Trial, scene: Scene, young_pa: float, wanted: np.ndarray) -> float:
+def error_of(compared: ComparedScene, scene: Scene, young_pa: float, wanted: np.ndarray) -> float:
     """Return the RMSE of a motion over all frames and nodes over the peak of ``wanted`` (f, n_surface, 3) [m], or 1."""
     try:
-        moved = trial.move(scene, 0, young_pa)[0]
+        moved = compared.move(scene, 0, young_pa)[0]
     except (NotConverged, InputError):  # diverged, or its steps are too long: as wrong as no motion
         return 1.0
     rmse = np.sqrt(np.mean(np.sum((moved - wanted) ** 2, axis=2))) / np.linalg.norm(wanted, axis=2).max()
@@ -119,10 +119,10 @@ def _simplex(misfit: Callable, start: np.ndarray, sides: list, bounds: list, eva
     return found.x
 
 
-def corrects(trial: Trial) -> bool:
-    """Return whether a trial has a linear response for all that acts: one held solid under gravity and pushes."""
-    solid = trial.held and not trial.shifts_m and not trial.thickness_m
-    return solid and set(trial.loads) <= set(LOADS) and len(trial.body.levels) > 1
+def corrects(compared: ComparedScene) -> bool:
+    """Return whether all that acts has a linear response: a held solid under gravity and pushes."""
+    solid = compared.held and not compared.shifts_m and not compared.thickness_m
+    return solid and set(compared.loads) <= set(LOADS) and len(compared.body.levels) > 1
 
 
 class CorrectedMotion:
@@ -135,18 +135,18 @@ class CorrectedMotion:
     detail by the rotation of the coarse material, as corrected coarse FEM does in statics (docs/method.md).
     """
 
-    def __init__(self, trial: Trial):
-        last = len(trial.body.levels) - 1
-        (coarse, loads), (fine, fine_loads) = _responses(trial, 0), _responses(trial, last)
+    def __init__(self, compared: ComparedScene):
+        last = len(compared.body.levels) - 1
+        (coarse, loads), (fine, fine_loads) = _responses(compared, 0), _responses(compared, last)
         self.softness = float(np.vdot(fine_loads, fine) / np.vdot(loads, coarse))
         coarse = self.softness * coarse
-        self._up = to_surface(trial.body, 0)
-        fine_up = to_surface(trial.body, last)
+        self._up = to_surface(compared.body, 0)
+        fine_up = to_surface(compared.body, last)
         self.detail = np.array([fine_up @ u - self._up @ c for u, c in zip(fine, coarse, strict=True)])
-        masses = np.sqrt(np.repeat(trial.particles(0).masses, 3))
+        masses = np.sqrt(np.repeat(compared.particles(0).masses, 3))
         self._shares = np.linalg.pinv((coarse.reshape(len(coarse), -1) * masses).T) * masses
-        assert isinstance(trial.body.coarse, TetMesh)  # as ``corrects`` asks for
-        self._rotations = NodalRotations(trial.body.coarse)
+        assert isinstance(compared.body.coarse, TetMesh)  # as ``corrects`` asks for
+        self._rotations = NodalRotations(compared.body.coarse)
 
     def correct(self, motion: Motion) -> np.ndarray:
         """Return displacements (f, n_surface, 3) [m] of the fine surface after each frame of a coarse motion."""
@@ -158,20 +158,20 @@ class CorrectedMotion:
         return self._up @ moved + (turns @ detail[:, :, None])[:, :, 0]
 
 
-def fit_correction(trial: Trial) -> Fitted:
-    """Prepare the correction of a trial; nothing is learnt, so no motion to fit to is needed."""
+def fit_correction(compared: ComparedScene) -> Fitted:
+    """Prepare the correction of a compared scene; nothing is learnt, so no motion to fit to is needed."""
     begin = perf_counter()
-    found = CorrectedMotion(trial)
-    young = trial.body.material.young_pa / found.softness
-    return Fitted(Trial.fem, young, perf_counter() - begin, found.correct)
+    found = CorrectedMotion(compared)
+    young = compared.body.material.young_pa / found.softness
+    return Fitted(ComparedScene.fem, young, perf_counter() - begin, found.correct)
 
 
-def _responses(trial: Trial, level: int) -> tuple[np.ndarray, np.ndarray]:
+def _responses(compared: ComparedScene, level: int) -> tuple[np.ndarray, np.ndarray]:
     """Return linear responses (k, n, 3) [m] of a level to each load at its height, and the loads (k, n, 3) [N]."""
-    particles, loads = trial.particles(level), []
-    singles = [{"gravity": trial.loads["gravity"]}] if "gravity" in trial.loads else []
-    singles += [{"push": {"loads": [push]}} for push in _pushes(trial)]
-    for single in (replace(trial, loads=each) for each in singles):
+    particles, loads = compared.particles(level), []
+    singles = [{"gravity": compared.loads["gravity"]}] if "gravity" in compared.loads else []
+    singles += [{"push": {"loads": [push]}} for push in _pushes(compared)]
+    for single in (replace(compared, loads=each) for each in singles):
         system = compose(single.fem(single.frames), particles)
         for push in _pushes(single):
             system.at(push["start_s"] + push["press_s"])
@@ -184,40 +184,42 @@ def _responses(trial: Trial, level: int) -> tuple[np.ndarray, np.ndarray]:
     return np.array([factor.solve(load) for load in loads]), np.array(loads)
 
 
-def _pushes(trial: Trial) -> list[dict]:
-    return trial.loads.get("push", {}).get("loads", [])
+def _pushes(compared: ComparedScene) -> list[dict]:
+    return compared.loads.get("push", {}).get("loads", [])
 
 
 TOLERANCE = 1e-4
 """Relative residual of a step; what the modes lack is more."""
 
 
-def moving_modes(trial: Trial, lesson: Trial | None, grid: Mapping[str, Any]) -> Iterator[tuple[int, Fitted, str]]:
-    """Yield steps in modes for the pushes of ``trial``, then, at the middle step, in modes for those of ``lesson``.
+def moving_modes(
+    compared: ComparedScene, lesson: ComparedScene | None, grid: Mapping[str, Any]
+) -> Iterator[tuple[int, Fitted, str]]:
+    """Yield steps in modes for the pushes of ``compared``, then, at the middle step, in modes for those of ``lesson``.
 
     Nothing is learnt: of the lesson's motion its places are taken alone, to see what a push elsewhere comes to.
     """
     modes = {key: grid[key] for key in ("vibrations", "bent", "coarsened")}
-    own = _prepared(trial, modes)
+    own = _prepared(compared, modes)
     for count in grid["steps_per_frame"]:
-        yield count * trial.frames, own, ""
-    here, there = (_places(each) if each else [] for each in (trial, lesson))
+        yield count * compared.frames, own, ""
+    here, there = (_places(each) if each else [] for each in (compared, lesson))
     if there and there != here:
         middle = grid["steps_per_frame"][len(grid["steps_per_frame"]) // 2]
-        yield middle * trial.frames, _prepared(trial, modes | {"places": there}), "place=another"
+        yield middle * compared.frames, _prepared(compared, modes | {"places": there}), "place=another"
 
 
-def _places(trial: Trial) -> list[dict]:
+def _places(compared: ComparedScene) -> list[dict]:
     """List the discs that are pushed."""
-    return [{key: push[key] for key in ("at_m", "radius_m")} for push in _pushes(trial)]
+    return [{key: push[key] for key in ("at_m", "radius_m")} for push in _pushes(compared)]
 
 
-def _prepared(trial: Trial, modes: dict) -> Fitted:
+def _prepared(compared: ComparedScene, modes: dict) -> Fitted:
     """Make the modes once, to see how long that takes."""
 
-    def in_modes(trial: Trial, steps: int) -> Scene:
-        return replace(trial.reduced(steps, modes), tolerance=TOLERANCE)
+    def in_modes(compared: ComparedScene, steps: int) -> Scene:
+        return replace(compared.reduced(steps, modes), tolerance=TOLERANCE)
 
-    begin, scene = perf_counter(), trial.reduced(trial.frames, modes)
-    ReducedBody.of(compose(scene, trial.particles(-1)), scene.integration["reduced"])
-    return Fitted(in_modes, trial.body.material.young_pa, perf_counter() - begin, level=-1)
+    begin, scene = perf_counter(), compared.reduced(compared.frames, modes)
+    ReducedBody.of(compose(scene, compared.particles(-1)), scene.integration["reduced"])
+    return Fitted(in_modes, compared.body.material.young_pa, perf_counter() - begin, level=-1)

@@ -14,11 +14,11 @@ def leave_out_scenes(params):
 
 
 def simulate_dynamic_reference(input, output, params, say):
+    from palpate.studies.dynamic.compared_scene import compared_and_training
     from palpate.studies.dynamic.reference import reference, save, tabulate
-    from palpate.studies.dynamic.trial import trial_and_training
 
-    scene, lesson = trial_and_training(body=load(input.body), **params.trial)
-    own = params.trial["own"]
+    scene, lesson = compared_and_training(body=load(input.body), **params.compared)
+    own = params.compared["own"]
     found = reference(scene, lesson, own["change_of_peak"], own["max_halvings"])
     say(f"{scene.name}: a step of {found.step_s:.2g} s; halving it last changed {found.change:.2%} of the peak")
     save(found, output.reference)
@@ -28,18 +28,18 @@ def simulate_dynamic_reference(input, output, params, say):
 def measure_dynamic(input, params, say):
     from palpate.studies.dynamic import reference
     from palpate.studies.dynamic.accuracy import measure
-    from palpate.studies.dynamic.trial import trial_and_training
+    from palpate.studies.dynamic.compared_scene import compared_and_training
 
-    moving = trial_and_training(body=load(input.body), **params.trial)
-    more = params.trial["own"].get("models", ()), steps(say, f"{moving[0].name}: model")
+    moving = compared_and_training(body=load(input.body), **params.compared)
+    more = params.compared["own"].get("models", ()), steps(say, f"{moving[0].name}: model")
     return measure(*moving, reference.load(input.reference), params.settings, *more)
 
 
 def measure_elsewhere(input, params, say):
+    from palpate.studies.dynamic.compared_scene import compared_and_training
     from palpate.studies.dynamic.elsewhere import measure_elsewhere
-    from palpate.studies.dynamic.trial import trial_and_training
 
-    scene, _ = trial_and_training(body=load(input.body), **params.trial)
+    scene, _ = compared_and_training(body=load(input.body), **params.compared)
     return measure_elsewhere(scene, params.own, params.settings, params.seed, steps(say, f"{scene.name}: place"))
 
 

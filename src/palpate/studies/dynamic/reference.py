@@ -10,8 +10,8 @@ import pandas as pd
 
 from palpate.errors import NotConverged
 from palpate.files import write_whole
-from palpate.studies.dynamic.trial import Trial
-from palpate.table import Table
+from palpate.studies.dynamic.compared_scene import ComparedScene
+from palpate.table_declaration import Table
 
 LOOSER = 4.0
 """How many times the change of the step may be as large in the motion that models are fitted to."""
@@ -57,8 +57,8 @@ class Reference:
         return float(np.linalg.norm(self.truth, axis=-1).max())
 
 
-def reference(trial: Trial, lesson: Trial | None, change: float, max_halvings: int) -> Reference:
-    """Simulate the motion of ``trial`` and that of ``lesson``, which models are fitted to, if any is.
+def reference(compared: ComparedScene, lesson: ComparedScene | None, change: float, max_halvings: int) -> Reference:
+    """Simulate the motion of ``compared`` and that of ``lesson``, which models are fitted to, if any is.
 
     change : of the extrapolated motion at a halving, below which it ends: RMSE of the worst frame over the peak
     max_halvings : of the step, from one a frame. Where they are not enough, the frames count that come before, with a
@@ -66,52 +66,53 @@ def reference(trial: Trial, lesson: Trial | None, change: float, max_halvings: i
     The error is of order k in the step, 2 for BDF2 and 1 for backward Euler, so u(h/2) + (u(h/2) − u(h)) / (2ᵏ − 1) is
     of the next, until contact makes it less.
     """
-    found = converge(trial, change, max_halvings)
+    found = converge(compared, change, max_halvings)
     taught = converge(lesson, LOOSER * change, max_halvings) if lesson else None
-    if found.frames < trial.frames:
+    if found.frames < compared.frames:
         warnings.warn(
-            f"scenes.{trial.name}: models are compared in its first {found.duration_s:.3g} s of "
-            f"{trial.duration_s:.3g} s, as steps of {found.step_s:.2g} s still change what comes later by "
+            f"scenes.{compared.name}: models are compared in its first {found.duration_s:.3g} s of "
+            f"{compared.duration_s:.3g} s, as steps of {found.step_s:.2g} s still change what comes later by "
             f"{found.changes[-1].max():.2%} of its peak.",
             stacklevel=2,
         )
     return replace(found, training=taught.truth, training_s=taught.duration_s) if taught else found
 
 
-def converge(trial: Trial, change: float, max_halvings: int) -> Reference:
+def converge(compared: ComparedScene, change: float, max_halvings: int) -> Reference:
     """Simulate a motion with fine finite elements at steps that are halved; errors as ``reference``."""
     steps, tried, costs, changes = [], [], [], []
     resolved = 0
     for halving in range(max_halvings + 1):
-        scene = trial.fem(trial.frames * 2**halving)
-        displacement, run = trial.move(scene, len(trial.body.levels) - 1)
+        scene = compared.fem(compared.frames * 2**halving)
+        displacement, run = compared.move(scene, len(compared.body.levels) - 1)
         steps.append(scene.step_s)
         tried.append(displacement)
         costs.append((run.seconds, run.step_p95_s))
         if halving > 1:
             # the motions at steps of no length, from those at a step and at half of it
             before, truth = (
-                shorter + (shorter - longer) / (2.0**trial.order - 1.0) for longer, shorter in pairwise(tried[-3:])
+                shorter + (shorter - longer) / (2.0**compared.order - 1.0) for longer, shorter in pairwise(tried[-3:])
             )
             off = np.sqrt(np.mean(np.sum((truth - before) ** 2, axis=2), axis=1))
             peaks = np.linalg.norm(truth, axis=2).max(axis=1)
             changes.append(off / peaks.max())
             resolved = resolved_frames(off, peaks, change)
-            if resolved == trial.frames:
+            if resolved == compared.frames:
                 break
-    if resolved < max(1, LEAST_SHARE * trial.frames):
+    if resolved < max(1, LEAST_SHARE * compared.frames):
         raise NotConverged(
-            f"{trial.name}: halving the step to {steps[-1]:.2g} s still changes the motion by {changes[-1].max():.2%} "
+            f"{compared.name}: halving the step to {steps[-1]:.2g} s still changes the motion by "
+            f"{changes[-1].max():.2%} "
             "of its peak; allow more change, or damp the scene more",
             [float(each.max()) for each in changes],
         )
     seconds, p95 = np.array(costs).T
     last = float((off[:resolved] / peaks[:resolved].max()).max())
     kept = np.array(tried)[:, :resolved]
-    length = trial.duration_s * resolved / trial.frames
+    length = compared.duration_s * resolved / compared.frames
     times, untaught = (np.array(steps), seconds, p95), (np.empty((0, *truth.shape[1:])), 0.0)
     found = truth[:resolved], last, steps[-1], change, kept, *times, np.array(changes)
-    return Reference(*found, trial.frames, length, *untaught)
+    return Reference(*found, compared.frames, length, *untaught)
 
 
 def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
@@ -146,14 +147,14 @@ DYNAMIC_REFERENCE = Table(
 )
 
 
-def tabulate(trial: Trial, found: Reference) -> pd.DataFrame:
+def tabulate(compared: ComparedScene, found: Reference) -> pd.DataFrame:
     """Tabulate dynamic_reference.csv, a row a frame and halving of the step; changes are RMSE over the whole peak."""
-    times = trial.duration_s * np.arange(1, found.of_frames + 1) / found.of_frames
+    times = compared.duration_s * np.arange(1, found.of_frames + 1) / found.of_frames
     parts = [
         pd.DataFrame({"step_s": step, "time_s": times, "change_of_peak": changes})
         for step, changes in zip(found.tried_s[2:], found.changes, strict=True)
     ]
     table = pd.concat(parts, ignore_index=True).assign(bound=found.bound)
     table["resolved"] = table["time_s"] <= found.duration_s * (1 + 1e-9)
-    table.insert(0, "scene", trial.name)
+    table.insert(0, "scene", compared.name)
     return table

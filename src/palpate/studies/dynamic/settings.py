@@ -24,7 +24,7 @@ from palpate.setting_types import (
     key,
     optional,
 )  # fmt: skip
-from palpate.studies.dynamic.comparable import acts, check_trial, taught, trials, unable
+from palpate.studies.dynamic.comparable import acts, check_compared, compared_scenes, taught, unable
 
 Change = Annotated[Positive, Field(le=0.2)]
 Halvings = Annotated[Whole, Field(ge=2)]
@@ -165,7 +165,7 @@ def check(config: dict, file: Path) -> None:
             known = ", ".join(scenes) or "there are none"
             raise InputError(f"{place} names {name}, which is not a scene; choose from scenes: {known}.")
         entry, body = scenes[name], bodies.get(scenes[name]["body"], {})
-        check_trial(place, name, entry, body.get("kind", ""), taught(own))
+        check_compared(place, name, entry, body.get("kind", ""), taught(own))
         for model in own.get("models") or []:
             if reason := unable(model, entry, body.get("kind", "")):
                 raise InputError(
@@ -199,7 +199,7 @@ def _check_elsewhere(place: str, entry: dict, kind: str) -> None:
 
 def _check_any(file: Path, scenes: dict, bodies: dict) -> None:
     known = {name: entry for name, entry in scenes.items() if entry["body"] in bodies}  # of others the scenes' check
-    found, left_out = trials(known, bodies)
+    found, left_out = compared_scenes(known, bodies)
     if not found:
         reasons = "; ".join(f"{name} {reason}" for name, reason in left_out.items()) or "there is no scene"
         raise InputError(

@@ -18,7 +18,7 @@ from palpate.models.enrichment.features import FEATURES, Features, kinds
 from palpate.models.enrichment.fitting import Fitting, gather
 from palpate.models.enrichment.paper_enrichment import LITERAL, DescribedSamples, gaussian, inverse
 from palpate.studies.enrichment.premise_samples import prepare, sample_counts
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 READINGS = ("nonnegative_a", "nonnegative_b", LITERAL)
 """Ways to weigh samples that are compared: the paper's text allows each."""

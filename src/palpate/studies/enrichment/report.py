@@ -11,7 +11,7 @@ from palpate.report import style, tables
 from palpate.report.material import Report
 from palpate.report.words import capital, seconds, spaced
 from palpate.studies.enrichment.premises import LOCAL
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 TITLE = "Paper 1: enriching a coarse simulation"
 METHOD = "detail_correction"  # the method that is compared with those of the paper

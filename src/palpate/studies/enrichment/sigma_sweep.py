@@ -14,7 +14,7 @@ from palpate.benchmark.model import FitOptions
 from palpate.models.enrichment.features import describe, in_slots, kinds
 from palpate.models.enrichment.fitting import blend_errors, gather
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, DescribedSamples, squared_distances
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 SIGMA_SWEEP = Table(
     "sigma_sweep",

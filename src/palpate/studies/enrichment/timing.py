@@ -21,7 +21,7 @@ from palpate.bodies.body import Body
 from palpate.models.enrichment.features import nearest_first
 from palpate.models.enrichment.paper_enrichment import gaussian, inverse, query_weights, squared_distances
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 
 class Operation(NamedTuple):

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import pandas as pd
 
 from palpate.studies.hard_cases import (
+    bound_cases,
     buckling_cases,
     contact_cases,
     dynamics_cases,
@@ -12,13 +13,14 @@ from palpate.studies.hard_cases import (
     fem_cases,
     model_cases,
     nonlinear_cases,
+    organ_cases,
     tissue_cases,
 )
 from palpate.studies.hard_cases.hard_case import Case, judge
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 FAMILIES = {
-    "enrichment": [enrichment_cases.cases, enrichment_cases.bounds],
+    "enrichment": [enrichment_cases.cases, bound_cases.cases],
     "fem": [
         fem_cases.elasticity,
         fem_cases.statics,
@@ -33,7 +35,7 @@ FAMILIES = {
     ],
     "dynamics": [dynamics_cases.motions, tissue_cases.moving],
     "contact": [contact_cases.overlaps, contact_cases.contacts],
-    "organ": [tissue_cases.organs],
+    "organ": [organ_cases.cases],
 }
 
 

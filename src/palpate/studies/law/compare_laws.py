@@ -23,7 +23,7 @@ from palpate.bodies.material import Material, Tissue
 from palpate.effects.elements import locking_is_measured
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 OWN, LAW, POISSON, REGIONS = "nothing", "law", "poisson", "regions"
 """What differs from the body as it is described."""

@@ -15,7 +15,7 @@ from palpate.studies.measured.predict import ALL, Predictor, Row, creep_rows, da
 from palpate.studies.measured.records import Observed, observe_all
 from palpate.studies.measured.release import release_rows
 from palpate.studies.measured.specimen import FemSpecimen, Specimen, SpringSpecimen, off_surface
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from palpate.linalg.block_pattern import product
 from palpate.linalg.multigrid import Factor
 from palpate.linalg.polar import rotations
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.newton import Product, minimise
+from palpate.solvers.newton import Product, minimise_by_newton
 from palpate.solvers.system import System
 from palpate.studies.measured.experiment import Marker, Weight
 
@@ -221,7 +221,7 @@ class SpringSpecimen:
     def settle(self, load: np.ndarray, start: np.ndarray | None) -> np.ndarray:
         self._load = np.where(self._system.free[:, None], load, 0.0)
         scale = float(np.linalg.norm(self._load))
-        return minimise(self, self.rest if start is None else start, scale, TOLERANCE).x
+        return minimise_by_newton(self, self.rest if start is None else start, scale, TOLERANCE).x
 
     def energy(self, x: np.ndarray) -> float:
         """Return the energy of the springs minus the work of the load [J]."""

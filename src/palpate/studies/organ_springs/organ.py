@@ -18,7 +18,7 @@ from palpate.errors import InputError
 from palpate.models.springs.fitness import Fitness, Range, step_limit, volume_stiffness
 from palpate.models.springs.spring_motion import KeyPoints, Press, Settings, SpringModel, reference_motion, spring_model
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 
 class Reference(NamedTuple):

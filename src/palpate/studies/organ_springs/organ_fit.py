@@ -20,7 +20,7 @@ from palpate.models.springs.spring_motion import Load, Settings, SpringModel, re
 from palpate.solvers.goal_position import GoalPosition
 from palpate.solvers.system import System
 from palpate.studies.organ_springs.organ import Organ, Reference, deviation
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 METHODS = (*CLOSED, "uniform", "genetic", "cma_es", "gradient")
 """Ways to find moduli, in the order of tables."""

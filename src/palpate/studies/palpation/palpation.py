@@ -20,7 +20,7 @@ from palpate.bodies.surfaces.tetrahedralize import gmsh_session, set_sizes
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 TOLERANCE = 1e-7
 """Relative residual of the solves: differences between two bodies are to be exact to 1e-5."""

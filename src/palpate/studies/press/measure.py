@@ -13,7 +13,7 @@ from palpate.benchmark.truth import OWN, load_truth
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, spread_over
 from palpate.press.page.page import Known
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 PRESS = Table(
     "press",

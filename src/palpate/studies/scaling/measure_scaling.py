@@ -14,7 +14,7 @@ from scipy import sparse
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 if TYPE_CHECKING:
     from palpate.benchmark.database import Database
@@ -228,7 +228,7 @@ def _database(fine: int, count: int) -> tuple["Database", "Training", "FitOption
     """
     from palpate.benchmark.database import Database
     from palpate.benchmark.model import FitOptions
-    from palpate.bodies.surfaces.decimate import fibonacci_sphere
+    from palpate.bodies.surfaces.remesh import fibonacci_sphere
     from palpate.models.enrichment.fitting import gather
 
     random, mesh = np.random.default_rng(0), liver(LENGTH_M)

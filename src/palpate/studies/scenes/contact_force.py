@@ -7,7 +7,7 @@ import pandas as pd
 from palpate.collision.contact.obstacles import winding_number
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest
 from palpate.scenes.motion import Motion, Moved
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 CONTACT_FORCE = Table(
     "contact_force",

@@ -14,7 +14,7 @@ from palpate.scenes.effect_registry import ELASTIC
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 ALLOWED = 1e-6
 """Share of a scene's work that a step may gain beyond its own: what the solver's tolerance leaves."""

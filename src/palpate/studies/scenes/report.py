@@ -9,7 +9,7 @@ from palpate.report import declared, tables
 from palpate.report.material import Report
 from palpate.report.words import percent, seconds, spaced
 from palpate.studies.scenes.measurements import FAILS, HOLDS, UNKNOWN
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 TITLE = "Scenes in motion"
 

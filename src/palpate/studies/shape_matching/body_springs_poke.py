@@ -9,7 +9,7 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 LENGTH_M, RADIUS_M, RING_M = 0.2, 0.03, 0.015
 PRESS_S, HOLD_S, RELEASE_S, DURATION_S = 0.1, 0.9, 0.05, 2.0

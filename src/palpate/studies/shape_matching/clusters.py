@@ -16,7 +16,7 @@ from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import NotConverged
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 SPACING_M = 0.02
 DIVISIONS = (2, 2, 8)

@@ -20,7 +20,7 @@ from palpate.effects.springs import Springs
 from palpate.scenes.run_scene import Integrator
 from palpate.solvers import backward_euler, goal_position, symplectic_euler
 from palpate.solvers.system import System
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 MASS_KG, STIFFNESS_N_M, REST_M, SIZE_M = 0.04, 25.0, 1.0, 1e-5
 FREQUENCY = math.sqrt(STIFFNESS_N_M / MASS_KG)

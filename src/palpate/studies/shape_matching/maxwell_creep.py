@@ -17,7 +17,7 @@ from palpate.scenes.build_system import compose
 from palpate.scenes.motion import Motion
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 INSTANTS = 4001
 """Number of times at which the load is sampled; between them it counts as linear."""

@@ -13,7 +13,7 @@ from palpate.models.springs.evolution import Rules, cma_es, evolve
 from palpate.models.springs.experiment import Experiment, Motion
 from palpate.models.springs.fitness import CLOSED, Fit, Fitness, uniform
 from palpate.models.springs.spring_motion import SpringModel, simulate
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 SEEDED = ["genetic", "cma_es"]
 

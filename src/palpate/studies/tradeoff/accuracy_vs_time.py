@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.models.model_registry import SAVED_AGAINST
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 
 def commit() -> str:

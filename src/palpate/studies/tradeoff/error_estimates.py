@@ -44,7 +44,7 @@ def estimates(case: Case, judge: Judge, models: tuple[str, ...] = SOLVED) -> pd.
         of the linear response, and of elements on the coarse level, for those of ``models``
     coarser : what finding a second answer takes, without a value, as that differs from model to model
     """
-    whole = [_of(case, part, models) for part in (judge, judge.more) if part]
+    whole = [_of(case, part, models) for part in (judge, judge.training) if part]
     return pd.concat(whole, ignore_index=True)
 
 

@@ -20,7 +20,7 @@ from palpate.errors import NotConverged
 from palpate.models.contact_modes.workshop import Workshop
 from palpate.models.fem_statics import Simulation
 from palpate.solvers.equilibrium import FastEquilibrium
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 SHARE = 0.7
 """Part of its own force that each of two presses has, so that both together squeeze no element that one would not."""

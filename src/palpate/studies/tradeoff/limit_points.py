@@ -17,7 +17,7 @@ from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 LIMIT_POINTS = Table(
     "limit_points",

@@ -15,7 +15,7 @@ from palpate.bodies.organs import SmoothSurface
 from palpate.bodies.refinement import finer
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.table import Table
+from palpate.table_declaration import Table
 
 TRUTH = Table(
     "truth",
@@ -27,7 +27,7 @@ TRUTH = Table(
     rmse_of_peak_max relative_l2_max patch_rms_of_peak_max: its greatest errors
     ratio_min ratio_max: between which the ratios of successive changes lie
     least_det squeezed volume_change: least determinant of F, samples below a half, and change of volume / volume
-    iterations cycles seconds: means of a sample's iterations, multigrid cycles and time [s]
+    iterations cycles seconds: of a sample, the mean iterations and multigrid cycles and the median time [s]
     validation_samples validation_rmse_of_peak validation_patch_rms_of_peak: samples that choose settings and do without
         the finest mesh, and means of their truth's own errors
     validation_rmse_of_peak_max validation_patch_rms_of_peak_max: the greatest of these

@@ -22,7 +22,7 @@ import yaml
 from palpate.errors import InputError
 from palpate.files import PART, read_yaml, write_whole
 from palpate.init.command import PICTURE, ROOT, config_file, program, run_of, typed, write_config
-from palpate.init.data import Data
+from palpate.init.recognise import Data
 from palpate.report import tables
 from palpate.report.advice_words import advice_list
 

@@ -11,9 +11,9 @@ from palpate.bodies.body import SHAPE_LEVEL
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import LEAST_DEG, dihedral_angles
 from palpate.bodies.refinement import Snap, refine
-from palpate.bodies.surfaces.decimate import flip, flip_onto, project, smooth_tangentially, undo_folds
 from palpate.bodies.surfaces.mask_surface import coarse_shell, fill
 from palpate.bodies.surfaces.mend import Mended
+from palpate.bodies.surfaces.remesh import flip, flip_onto, project, smooth_tangentially, undo_folds
 from palpate.bodies.surfaces.snap import element_quality, relax, snapper
 from palpate.bodies.surfaces.solid import Solid, distances, sample
 from palpate.bodies.surfaces.triangles import inflate, vertex_normals
@@ -82,7 +82,7 @@ Settle = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass
-class Remeshed:
+class CoarseSolid:
     """A coarse mesh, the function that snaps its finer meshes or None, its nodes, and how close it is to the file's."""
 
     mesh: TetMesh
@@ -91,13 +91,13 @@ class Remeshed:
     fidelity: Fidelity
 
 
-def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) -> Remeshed:
+def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) -> CoarseSolid:
     """Build a coarse body of ``nodes`` surface nodes; without a number, of the fewest that show its shape well.
 
     Raises InputError if the nodes are too few for the body to be built.
     """
     reasons: list[InputError] = []
-    best: Remeshed | None = None
+    best: CoarseSolid | None = None
     # edges that follow grooves and ridges suit some shapes, edges of even triangles others
     for count, follow in product((nodes,) if nodes is not None else NODES, (False, True) if snap else (False,)):
         # a shape that is far from shown needs more nodes, not other edges
@@ -118,7 +118,7 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
     return best
 
 
-def _remesh(solid: Solid, mended: Mended, nodes: int, settle: Settle | None) -> Remeshed:
+def _remesh(solid: Solid, mended: Mended, nodes: int, settle: Settle | None) -> CoarseSolid:
     shells = [
         _shell(solid, mask, count, settle, hollow=number > 0)
         for number, (mask, count) in enumerate(zip([solid.mask, *solid.hollows], _shares(solid, nodes), strict=True))
@@ -128,7 +128,7 @@ def _remesh(solid: Solid, mended: Mended, nodes: int, settle: Settle | None) -> 
     triangles = np.vstack([t + start for (_, t), start in zip(shells, starts[:-1], strict=True)])
     mesh = _fill_well(points, triangles, solid, nodes)
     snap = snapper(solid.places, solid.normals) if settle is not None else None
-    return Remeshed(mesh, snap, nodes, fidelity(mesh, snap, solid, mended))
+    return CoarseSolid(mesh, snap, nodes, fidelity(mesh, snap, solid, mended))
 
 
 def _fill_well(points: np.ndarray, triangles: np.ndarray, solid: Solid, nodes: int) -> TetMesh:

@@ -1,4 +1,4 @@
-"""Turn a scene into a trial of models: what moves and what acts, on nested levels of its body."""
+"""A scene reduced to what all models can share: what moves and what acts, on nested levels of its body."""
 
 from dataclasses import dataclass, field, replace
 
@@ -68,7 +68,7 @@ def _divisions(lattice: Sheet) -> list[int]:
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
+class ComparedScene:
     """A scene whose models are compared at the ends of ``frames`` equal parts of ``duration_s``.
 
     body : of nested levels, the last of which is the reference's
@@ -95,7 +95,7 @@ class Trial:
         """The order of the steps of finite elements: 2, but 1 where something is touched or yields."""
         return 1 if {"contact", "plasticity"} & set(self.loads) else 2
 
-    def scale_loads(self, factor: float) -> "Trial":
+    def scale_loads(self, factor: float) -> "ComparedScene":
         """Multiply gravity and pushes by ``factor``."""
 
         def scaled(vector: list) -> list[float]:
@@ -109,14 +109,14 @@ class Trial:
             loads["push"] = {"loads": [push | {"force_n": scaled(push["force_n"])} for push in pushes]}
         return replace(self, loads=loads)
 
-    def widen(self, factor: float) -> "Trial":
+    def widen(self, factor: float) -> "ComparedScene":
         """Multiply the gap at which contact begins to repel by ``factor``."""
         composed = compose(self.fem(self.frames), self.particles(0))
         gap = factor * vars(composed.effects["contact"])["gap_m"]
         return replace(self, loads=self.loads | {"contact": self.loads["contact"] | {"gap_m": gap}})
 
     def fem(self, steps: int, order: int | None = None) -> Scene:
-        """Compose finite elements, stepped implicitly, by an integrator of ``order``, the trial's own if not given."""
+        """Compose finite elements, stepped implicitly, by an integrator of ``order``, by default the scene's own."""
         integrator = "bdf2" if (order or self.order) == 2 else "backward_euler"
         return self._scene(self._elements(), integrator, steps, {"rayleigh": self.rayleigh})
 
@@ -191,8 +191,8 @@ class Trial:
         )
 
 
-def trial(name: str, entry: dict, body: Body, own: dict) -> Trial:
-    """Make the trial of the scene ``entry`` of the config.
+def compared_scene(name: str, entry: dict, body: Body, own: dict) -> ComparedScene:
+    """Reduce the scene ``entry`` of the config to what its models can share.
 
     own : ``duration_s``, ``frames``, and what the settings of the comparison say of this scene: ``level`` (of the
         reference; without it the scene's, but one finer than the coarse one), ``training``
@@ -208,25 +208,27 @@ def trial(name: str, entry: dict, body: Body, own: dict) -> Trial:
             body = finer(body)
         body = body.up_to(last)
     shifts = [other["shift_m"] for other in entry.get("others", [])]
-    return Trial(name, body, loads, damping, own["duration_s"], own["frames"], shifts, entry.get("held", True))
+    return ComparedScene(name, body, loads, damping, own["duration_s"], own["frames"], shifts, entry.get("held", True))
 
 
-def trial_and_training(name: str, entry: dict, body: Body, own: dict, share: float) -> tuple[Trial, Trial | None]:
-    """Make the trial of a scene as ``trial`` does, and the motion that models are fitted to, if any is."""
-    made = trial(name, entry, body, own)
+def compared_and_training(
+    name: str, entry: dict, body: Body, own: dict, share: float
+) -> tuple[ComparedScene, ComparedScene | None]:
+    """Make what ``compared_scene`` makes, and the motion that models are fitted to, if any is."""
+    made = compared_scene(name, entry, body, own)
     return made, training_of(made, own.get("training", {}), share) if fits(own) else None
 
 
-def training_of(trial: Trial, training: dict, share: float) -> Trial:
+def training_of(compared: ComparedScene, training: dict, share: float) -> ComparedScene:
     """Return the motion that models are fitted to: as ``training`` describes it, or under a share of the loads.
 
     training : blocks that replace or complete those of the scene, ``others`` and ``duration_s``; empty for the share
-    Its frames are as long as those of ``trial``, since what is fitted may depend on the step.
+    Its frames are as long as those of ``compared``, since what is fitted may depend on the step.
     """
     if not training:
-        return trial.scale_loads(share)
-    loads = {name: block | training.get(name, {}) for name, block in trial.loads.items()}
-    shifts = [other["shift_m"] for other in training["others"]] if "others" in training else trial.shifts_m
-    frame = trial.duration_s / trial.frames
-    frames = max(1, round(training.get("duration_s", trial.duration_s) / frame))
-    return replace(trial, loads=loads, shifts_m=shifts, duration_s=frames * frame, frames=frames)
+        return compared.scale_loads(share)
+    loads = {name: block | training.get(name, {}) for name, block in compared.loads.items()}
+    shifts = [other["shift_m"] for other in training["others"]] if "others" in training else compared.shifts_m
+    frame = compared.duration_s / compared.frames
+    frames = max(1, round(training.get("duration_s", compared.duration_s) / frame))
+    return replace(compared, loads=loads, shifts_m=shifts, duration_s=frames * frame, frames=frames)

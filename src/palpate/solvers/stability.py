@@ -35,6 +35,9 @@ TIGHTER = 0.01
 """Share of the tolerance to which the search for another goes on: beside an unstable equilibrium forces are small."""
 MOST_LBFGS_ITERATIONS = 400
 """Iterations of L-BFGS from an equilibrium that is not stable; where the body bends by its own length 400 are few."""
+LONG_LBFGS_ITERATIONS = 4000
+"""The same where Newton's method fails after that: a square column, once bent, turns about its axis along a valley of
+the energy that is curved and almost level, in which Newton's steps stay short."""
 
 
 class Softest(NamedTuple):
@@ -122,7 +125,16 @@ def settle_from_unstable(problem: Problem, at_rest: Product, x: np.ndarray, scal
     way = minimise_by_lbfgs(problem, at_rest, x, TIGHTER * tolerance * scale, MOST_LBFGS_ITERATIONS)
     if way.forces[-1] <= tolerance * scale:
         return solution_of(way, scale)
-    return joined(solution_of(way, scale), minimise_by_newton(problem, way.x, scale, tolerance))
+    there = solution_of(way, scale)
+    try:
+        return joined(there, minimise_by_newton(problem, way.x, scale, tolerance))
+    except NotConverged:
+        way = minimise_by_lbfgs(problem, at_rest, way.x, TIGHTER * tolerance * scale, LONG_LBFGS_ITERATIONS)
+    there = joined(there, solution_of(way, scale))
+    try:
+        return joined(there, minimise_by_newton(problem, way.x, scale, tolerance))
+    except NotConverged as failure:
+        raise NotConverged(f"the body buckles, and where it goes was not found: {failure}", failure.history) from failure
 
 
 def solution_of(way: Descent, scale: float) -> Solution:

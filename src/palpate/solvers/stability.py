@@ -134,7 +134,8 @@ def settle_from_unstable(problem: Problem, at_rest: Product, x: np.ndarray, scal
     try:
         return joined(there, minimise_by_newton(problem, way.x, scale, tolerance))
     except NotConverged as failure:
-        raise NotConverged(f"the body buckles, and where it goes was not found: {failure}", failure.history) from failure
+        message = f"the body buckles, and where it goes was not found: {failure}"
+        raise NotConverged(message, failure.history) from failure
 
 
 def solution_of(way: Descent, scale: float) -> Solution:

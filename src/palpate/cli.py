@@ -69,7 +69,7 @@ def _parser() -> argparse.ArgumentParser:
         "--speed", type=_positive, help="of a scene that moves: seconds of motion in a second, such as 20"
     )
     advise.add_argument(
-        "--error", choices=["rms", "patch"], default="rms", help="over the whole surface (rms), or where it is pressed"
+        "--error", choices=["rms", "patch"], help="over the whole surface (rms, if left out), or where it is pressed"
     )
     advise.add_argument(
         "--load", choices=["prepared", "never-prepared", "two-contacts", "depth", "all"],
@@ -203,9 +203,14 @@ def _advise(asked: argparse.Namespace) -> str:
 
     results, scene = Path(asked.results), None if asked.scene == "all" else asked.scene
     if asked.check:
+        for option in ("load", "budget_ms", "max_error", "speed", "error"):
+            if getattr(asked, option) is not None:
+                text = option.replace("_", "-")
+                raise InputError(f"--check tries the limits that the run was asked for; leave --{text} out.")
         return check(results, scene)
+    error = asked.error or "rms"
     if asked.load is not None:
-        return advise_any_load(results, scene, asked.load, asked.budget_ms, asked.max_error, asked.error)
+        return advise_any_load(results, scene, asked.load, asked.budget_ms, asked.max_error, error)
     given = {"budgets_ms": asked.budget_ms, "max_errors": asked.max_error, "speeds": asked.speed}
     limits = {name: [value] for name, value in given.items() if value is not None}
-    return advise(results, scene, limits, asked.error)
+    return advise(results, scene, limits, error)

@@ -58,8 +58,10 @@ ADVICE = Table(
         (of its mesh and its step), which is added to what is compared with max_error
     faster faster_setting faster_error faster_high faster_factor: what is this many times as fast and was passed over,
         its mean error, and its bound
-    nearest nearest_setting nearest_bound nearest_risk: where there is none for max_error, what comes nearest, its
-        bound, and the share of its answers that are above max_error
+    nearest nearest_setting nearest_bound nearest_risk: where there is none, what comes nearest, its bound, and the
+        share of its answers that are above max_error
+    nearest_error nearest_s: its mean error, the truth's own added, and the time of its slowest press, or where a body
+        moves of a step at the 95th percentile [s]
     speed times_life: seconds of motion in a second, asked for and reached
     bound_on: where a body moves, what the bound was measured on, or why there is none
     why: the reason
@@ -129,7 +131,7 @@ class Question:
         none = self.none | {"budget_ms": budget_ms}
         fits = 1e3 * self.slowest <= (1 - MARGIN) * budget_ms
         if not fits.any():
-            return none | {"why": self._why_late(budget_ms)}
+            return none | self._late(budget_ms)
         by = "bound_of_peak" if np.isfinite(self.bound[fits]).any() else "mean_of_peak"
         best, rival = self._two(fits, lambda among: least_wrong(among, self.slowest, self.able[by], self.floor))
         sure = self._stays(fits, best, by)
@@ -156,7 +158,7 @@ class Question:
         """Choose the fastest of what is accurate enough; none where nobody can promise that."""
         none = self.none | {"max_error": max_error}
         if max_error < self.own:
-            return none | {"why": self._why_unknown()}
+            return none | self._nearest(max_error) | {"why": self._why_unknown()}
         found: dict = {}
         for share in STRICTER:
             most = share * max_error
@@ -171,7 +173,7 @@ class Question:
             if after <= max_error:
                 return none | self._under(max_error, most, best, rival, max(after, best["bound_of_peak"]), sure)
             why = self._because(self._why_lucky(best, sure, max_error))
-            found = _near(best, finite(after), 1 - sure) | {"confidence": sure, "why": why}
+            found = _near(best, after, 1 - sure) | {"confidence": sure, "why": why}
         return none | (found or self._nearest(max_error) | {"why": self._why_wrong()})
 
     def _fastest(self, most: float, bound: np.ndarray, mean: np.ndarray, among: np.ndarray) -> int | None:
@@ -229,22 +231,22 @@ class Question:
 
     def _nearest(self, max_error: float) -> dict:
         """Return what comes nearest to an error that nothing is sure to keep, and what it risks."""
-        if not np.isfinite(self.bound).any():
+        if self.able.empty:
             return {}
-        place = int(np.argmin(self.bound))
+        place = int(np.argmin(self.bound if np.isfinite(self.bound).any() else self.mean))
         best, errors = self.able.iloc[place], self.held.errors[place]
         known = np.isfinite(errors)
         risk = 1.0 - _kept(errors[known], self.held.contact[known], max_error)
         return _near(best, best["bound_of_peak"], risk)
 
-    def _why_late(self, budget_ms: float) -> str:
-        """Explain why nothing fits a budget."""
+    def _late(self, budget_ms: float) -> dict:
+        """Return what comes nearest to a budget that nothing fits, and explain that."""
         if self.able.empty:
-            return "; ".join(["no setting has answered every sample", *self.failed])
-        quickest = self.able.loc[self.able["online_max_s"].idxmin()]
-        need = f"{(1 - MARGIN) * budget_ms:.3g} ms are what leaves {_share(MARGIN)} of the budget free"
+            return {"why": "; ".join(["no setting has answered every sample", *self.failed])}
+        quickest, most = self.able.loc[self.able["online_max_s"].idxmin()], (1 - MARGIN) * budget_ms
         told = f"the fastest setting, {name(quickest)}, takes {_ms(quickest['online_max_s'])} for its slowest press"
-        return "; ".join([f"{told}, and {need}", *self.failed])
+        need = f"{1e3 * quickest['online_max_s'] / most:.3g} times the {most:.3g} ms that leave {_share(MARGIN)} unused"
+        return _near(quickest, quickest["bound_of_peak"], np.nan) | {"why": self._because(f"{told}, {need}")}
 
     def _why_unknown(self) -> str:
         """Explain that no model can be judged by an error as small as was asked for."""
@@ -266,10 +268,9 @@ class Question:
             return "; ".join(["no setting has answered every sample", *self.failed])
         least = self.able.loc[self.able["bound_of_peak"].idxmin()]
         if not np.isfinite(least["bound_of_peak"]):
-            most = int(self.able["contacts"].max())
-            return (
-                f"a bound needs {FEWEST} contacts that a model has not learnt from, and no model has more than {most}"
-            )
+            most = self.able.loc[self.able["contacts"].idxmax()]
+            needed = f"a bound needs {FEWEST} contacts that a model has not learnt from"
+            return f"{needed}, and no model has more than {most['contacts']} contacts ({most['presses']} presses there)"
         told = f"nine answers in ten of the setting of least bound, {name(least)}, have an error of less than"
         return self._because(f"{told} {percent(least['bound_of_peak'])} ({_few(least)})")
 
@@ -284,7 +285,8 @@ class Question:
 
 def _near(best: pd.Series, bound: float, risk: float) -> dict:
     """Return the columns of ADVICE about what comes nearest."""
-    found = {"nearest": best["model"], "nearest_setting": best["setting"], "nearest_bound": bound, "nearest_risk": risk}
+    found = {"nearest": best["model"], "nearest_setting": best["setting"], "nearest_risk": risk}
+    found |= {"nearest_bound": finite(bound), "nearest_error": best["mean_of_peak"], "nearest_s": best["online_max_s"]}
     return found | {"contacts": best["contacts"], "presses": best["presses"]}
 
 

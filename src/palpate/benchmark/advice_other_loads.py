@@ -19,7 +19,8 @@ from palpate.benchmark.advice import (
     tie_of,
     versus,
 )
-from palpate.benchmark.comparison import EQUAL, KINDS, TIED_TIMES, by_error, by_time
+from palpate.benchmark.comparison import EQUAL, KINDS, TIED_TIMES, by_error, by_time, own_error
+from palpate.benchmark.conformal import FEWEST, finite
 from palpate.benchmark.error_bounds import CONSTANT
 from palpate.errors import InputError
 
@@ -43,7 +44,7 @@ def advise_motion(
     A budget is for a step: of what runs in real time, and with 95 % of its steps within the budget, MARGIN of both left
     unused, the least wrong is taken, and likewise of what runs as fast as asked; of what is less wrong than an error,
     the standard's own added, the fastest, whether it keeps up or not. No error is promised below the standard's own, or
-    where nobody knows that.
+    where that is not known.
     Such a scene has one load, so nothing can be drawn anew: interval and confidence stay empty. The bound is of pushes
     elsewhere, and its factor is that of ``constant`` in ``bounds``.
     """
@@ -110,9 +111,10 @@ def _within(able: pd.DataFrame, limit: dict, bounds: pd.DataFrame | None) -> dic
         least = able.loc[used.idxmin()]
         why = (
             f"the fastest setting, {name(least)}, takes {least['real_time_factor']:.2g} s for a second of motion and "
-            f"{least['step_p95_ms']:.3g} ms a step at the 95th percentile"
+            f"{least['step_p95_ms']:.3g} ms a step at the 95th percentile, {used.min() / (1 - MARGIN):.3g} times what "
+            f"leaves {percent(MARGIN)} unused"
         )
-        return {"why": why}
+        return _near(least) | {"why": why}
     reason = f"least error of {counted(fits)} that run {what} and leave {100 * MARGIN:.0f} % of it unused"
     best, row = _chosen(able, fits, BY_ERROR, reason, bounds)
     return row | {"margin": 1 - used[best.name]}
@@ -122,14 +124,23 @@ def _under(able: pd.DataFrame, limit: dict, bounds: pd.DataFrame | None) -> dict
     """Choose the fastest setting whose error, the standard's own added, is within ``limit``."""
     bounded, max_error = able["rmse_of_peak"] + able["own_error"], limit["max_error"]
     nearest = able.loc[able["rmse_of_peak"].idxmin()]
-    near = {"nearest": nearest["model"], "nearest_setting": nearest["setting"], "nearest_bound": bounded[nearest.name]}
+    near = _near(nearest)
     fits = able[bounded <= max_error]
     if fits.empty:
-        distance = f"{percent(nearest['rmse_of_peak'])} from the standard, {_mesh(able)}"
+        pace = f"{nearest['real_time_factor']:.2g} s for a second of motion"
+        distance = f"{percent(nearest['rmse_of_peak'])} from the standard, {_mesh(able)}, and takes {pace}"
         return near | {"why": f"the setting of least error, {name(nearest)}, is {distance}"}
     reason = f"fastest of {counted(fits)} whose error, the standard's own added, stays below {percent(max_error)}"
     best, row = _chosen(able, fits, BY_TIME, reason, bounds)
     return row | {"margin": 1 - bounded[best.name] / max_error}
+
+
+def _near(setting: pd.Series) -> dict:
+    """Return the columns of ADVICE about what comes nearest."""
+    error = setting["rmse_of_peak"]
+    found = {"nearest": setting["model"], "nearest_setting": setting["setting"]}
+    found |= {"nearest_error": np.nansum([error, setting["own_error"]]), "nearest_s": 1e-3 * setting["step_p95_ms"]}
+    return found | {"nearest_bound": error + setting["own_error"]}
 
 
 def _chosen(
@@ -177,20 +188,15 @@ def _mesh(able: pd.DataFrame) -> str:
     own = able["own_error"].iloc[0]
     mesh = f"mesh (level {able['reference_level'].iloc[0]:g})"
     if np.isnan(own):
-        return f"and how wrong that is itself nobody knows, as no press of this body was measured on its {mesh}"
+        return f"whose own error is not known, as no press of this body was measured on its {mesh}"
     return f"which is {percent(own)} wrong itself, by its {mesh} and its step"
 
 
 class _Limit(NamedTuple):
-    """The thing asked for: a largest error, or a budget of time [ms]; ``column`` is that of the error."""
+    """The thing asked for: a largest error, or a budget of time [ms]."""
 
-    column: str
     max_error: float | None
     budget_ms: float | None
-
-    @property
-    def most(self) -> str:
-        return f"{self.column}_most"
 
     @property
     def text(self) -> str:
@@ -199,63 +205,112 @@ class _Limit(NamedTuple):
         return f"{self.budget_ms:g} ms"
 
     def met(self, rows: pd.DataFrame) -> pd.DataFrame:
-        """Return the ``rows`` that meet it; the loads are few, so the largest error stands for draws of them."""
+        """Return the ``rows`` that meet it."""
         if self.max_error is not None:
-            return rows[rows[self.most] <= self.max_error]
-        return rows[1e3 * rows["online_p95_s"] <= (1 - MARGIN) * float(self.budget_ms or 0)]
+            return rows[rows["bound_of_peak"] <= self.max_error]
+        return rows[1e3 * rows["online_max_s"] <= (1 - MARGIN) * float(self.budget_ms or 0)]
 
     def chosen(self, rows: pd.DataFrame) -> tuple[pd.Series, pd.Series | None]:
         """Return the fastest, or the least wrong, and the best of the other models."""
-        return choice(rows, by_time(self.column) if self.max_error is not None else by_error(self.column))
+        return choice(rows, by_time("bound_of_peak") if self.max_error is not None else by_error(_judged_by(rows)))
 
-    @property
-    def compared(self) -> str:
-        """The column by which the best and its rival are compared."""
-        return self.column if self.max_error is None else "online_median_s"
+    def nearest(self, rows: pd.DataFrame) -> pd.Series:
+        """Return what of the ``rows``, none of which meets it, comes nearest."""
+        return rows.loc[rows[_judged_by(rows) if self.max_error is not None else "online_max_s"].idxmin()]
+
+    def compared(self, rows: pd.DataFrame) -> str:
+        """Return the column by which the best of the ``rows`` and its rival are compared."""
+        return "online_median_s" if self.max_error is not None else _judged_by(rows)
+
+
+def _judged_by(rows: pd.DataFrame) -> str:
+    """Return the column of the bounds, or where no row has one that of the mean errors."""
+    return "bound_of_peak" if np.isfinite(rows["bound_of_peak"]).any() else "error_of_peak"
+
+
+OPERATOR = "fem_p2"
+"""The elements of the fine operator among the models of accuracy_vs_time.csv."""
+
+
+def operator_error(pressed: pd.DataFrame, column: str) -> float:
+    """Return how wrong the fine operator is, of the peak: its distance from the truth, and the truth's own error.
+
+    pressed : the scene's rows of accuracy_vs_time.csv; column : one of KINDS
+    The mean over test samples of the most exact setting of OPERATOR on its finest level that was measured; NaN where
+    there is none, or no truth.
+    """
+    rows = pressed[(pressed["model"] == OPERATOR) & (pressed["failures"] == 0)]
+    told = rows["setting"].str.extract(r"^level=(\d+), start=rest, tolerance=([0-9.e+-]+)$").astype(float)
+    told = told.dropna().sort_values([0, 1], ascending=[False, True])
+    if told.empty:
+        return np.nan
+    finest = told.index[(told == told.iloc[0]).all(axis=1)]
+    return float(rows.loc[finest, column].mean()) + own_error(pressed, column)
 
 
 def advise_any_load(
-    rows: pd.DataFrame, kind: str, budget_ms: float | None = None, max_error: float | None = None, error: str = "rms"
+    rows: pd.DataFrame,
+    kind: str,
+    budget_ms: float | None = None,
+    max_error: float | None = None,
+    error: str = "rms",
+    own: float = np.nan,
 ) -> pd.Series:
     """Choose from the ``rows`` of any_load.csv of one scene, for one ``kind`` of load.
 
-    Returns scene, kind, model, setting and why, and unless the model is "none" (n places, of which a new one may be
-    the worst, as in ``conformal``)
-        error_of_peak, force_error : means over the loads that were answered, and of the force of a disc pushed so far
-        most, sure : the largest error, and the share of answers at another place below which that stays: n / (n + 1)
-        samples, doubted : the loads that were asked, and how many of them the model has said that it cannot answer
-        online_p95_s, preparation_s, offline_s : of an answer, for one press beforehand, and of all contacts, once
+    own : ``operator_error``, which is added to errors that are compared with ``max_error``; NaN where not known
+    Returns scene, kind, model, setting, why, and of the model, or if that is "none" of ``nearest``, nearest_setting
+        error_of_peak, most, own_of_peak : mean and largest distance from the fine operator, and its own error
+        bound_of_peak : below which nine answers in ten at another place stay; NaN below FEWEST contacts
+        contacts, samples, doubted : places answered, loads asked, and how many of these it said that it cannot answer
+        force_error : of the force of a disc that is pushed to a depth
+        online_p95_s, online_max_s, preparation_s, offline_s : of an answer, of the slowest load, for one press
+            beforehand, and of all contacts, once
 
-    Of what answered all loads: the fastest whose largest error stays below ``max_error``, or the least wrong whose
-    time leaves MARGIN of ``budget_ms`` [ms] free. If none does: of what says which loads it cannot answer, and answers
-    the others so, what doubts fewest. A setting that failed without saying so before is never advised.
+    The rule is that of ``advice``: of what answered all loads the fastest with a bound below ``max_error``, or the
+    least bound, or mean error where there is no bound, of what answers the slowest load in ``budget_ms`` [ms] less
+    MARGIN. If none does: of what says which loads it cannot answer, and answers the others so, what doubts fewest.
+    A setting that failed without saying so before is never advised. The bound is the largest error: from FEWEST
+    contacts on, nine in ten others stay below it.
     error : one of KINDS. Raises InputError for a kind that the table does not have.
     """
-    scene, limit = rows["scene"].iloc[0], _Limit(KINDS[error], max_error, budget_ms)
+    scene, limit, column = rows["scene"].iloc[0], _Limit(max_error, budget_ms), KINDS[error]
     answers = rows[rows["kind"] == kind]
     if answers.empty:
         raise InputError(f"any_load.csv has no loads of the kind {kind} in {scene}; choose another scene.")
     if max_error is None and budget_ms is None:
         raise InputError("advice for a kind of load needs a limit; give --max-error or --budget-ms.")
     able = answers[(answers["refused"] == 0) & (answers["failures"] == 0) & (answers["contacts"] > 0)]
+    bound = np.where(able["contacts"] >= FEWEST, able[f"{column}_most"] + np.nan_to_num(own), np.inf)
+    able = able.assign(error_of_peak=able[column], most=able[f"{column}_most"], own_of_peak=own, bound_of_peak=bound)
     fits, unsure = limit.met(able[able["doubted"] == 0]), limit.met(able[able["doubted"] > 0])
     refused = sorted(set(answers["model"]) - set(answers.loc[answers["refused"] == 0, "model"]))
     refusals = f"; refused by {', '.join(refused)}" if refused else ""
     if fits.empty and unsure.empty:
-        why = f"{_none(able, limit)}, so that nothing meets {limit.text}{refusals}"
-        return pd.Series({"scene": scene, "kind": kind, "model": NONE, "setting": "", "why": why})
+        found = {"scene": scene, "kind": kind, "model": NONE, "setting": "", "nearest": ""}
+        if not able.empty:
+            close = limit.nearest(able)
+            found |= {"nearest": close["model"], "nearest_setting": close["setting"]} | _told(close)
+        return pd.Series(found | {"why": f"{_none(able, limit)}, so that nothing meets {limit.text}{refusals}"})
     if fits.empty:
         fits = unsure[unsure["doubted"] == unsure["doubted"].min()]
         best, rival = limit.chosen(fits)
         also = f"; nothing that answers all of them meets {limit.text}"
     else:
         best, rival = limit.chosen(fits)
-        also = _unsure(unsure, best, limit)
-    why = f"{_first(fits, limit)}; {next_best(rival, best, limit.compared)}{also}{refusals}"
-    copied = ("model", "setting", "force_error", "online_p95_s", "preparation_s", "offline_s", "samples", "doubted")
-    row = {key: best[key] for key in copied} | {"error_of_peak": best[limit.column], "most": best[limit.most]}
-    row |= {"scene": scene, "kind": kind, "sure": best["contacts"] / (best["contacts"] + 1), "why": why}
-    return pd.Series(row)
+        also = _unsure(unsure, best, limit, fits)
+    why = f"{_first(fits, limit)}; {next_best(rival, best, limit.compared(fits))}{also}{refusals}"
+    found = {"scene": scene, "kind": kind, "model": best["model"], "setting": best["setting"]}
+    return pd.Series(found | _told(best) | {"why": why})
+
+
+def _told(best: pd.Series) -> dict:
+    """Return what ``advise_any_load`` says of its model, or of what comes nearest."""
+    names = (
+        "error_of_peak", "most", "own_of_peak", "force_error", "online_p95_s", "online_max_s", "preparation_s",
+        "offline_s", "contacts", "samples", "doubted",
+    )  # fmt: skip
+    return {key: best[key] for key in names} | {"bound_of_peak": finite(best["bound_of_peak"])}
 
 
 def doubts(row: pd.Series) -> str:
@@ -265,28 +320,28 @@ def doubts(row: pd.Series) -> str:
 
 def _first(fits: pd.DataFrame, limit: _Limit) -> str:
     if limit.max_error is not None:
-        return f"fastest of {counted(fits)} whose largest error stays below {percent(limit.max_error)}"
-    left = f"leaves {percent(MARGIN)} of {limit.text} unused"
-    return f"least wrong of {counted(fits)} whose 95th percentile {left}"
+        return f"fastest of {counted(fits)} of which nine answers in ten stay below {percent(limit.max_error)}"
+    least = "least bound" if _judged_by(fits) == "bound_of_peak" else "least mean error"
+    return f"{least} of {counted(fits)} whose slowest load leaves {percent(MARGIN)} of {limit.text} unused"
 
 
 def _none(able: pd.DataFrame, limit: _Limit) -> str:
     if able.empty:
         return "no setting has answered all loads"
-    least = able.loc[able[limit.most].idxmin()]
-    doubted = f", {doubts(least)}" if doubts(least) else ""
-    return (
-        f"the setting of least error, {name(least)}, has {percent(least[limit.column])}, at most "
-        f"{percent(least[limit.most])}, in {1e3 * least['online_p95_s']:.3g} ms{doubted}"
-    )
+    close = limit.nearest(able)
+    if limit.max_error is None:
+        return f"the fastest setting, {name(close)}, takes {1e3 * close['online_max_s']:.3g} ms for its slowest load"
+    if np.isfinite(close["bound_of_peak"]):
+        return f"the setting of least bound, {name(close)}, has {percent(close['bound_of_peak'])}"
+    return f"a bound needs answers at {FEWEST} contacts, and no setting has them at more than {able['contacts'].max()}"
 
 
-def _unsure(unsure: pd.DataFrame, best: pd.Series, limit: _Limit) -> str:
+def _unsure(unsure: pd.DataFrame, best: pd.Series, limit: _Limit, fits: pd.DataFrame) -> str:
     """Name what is clearly better where it answers, and was passed over as it does not answer all; or nothing."""
     if unsure.empty:
         return ""
-    other, _ = limit.chosen(unsure)
-    factor, (tie, what) = ratio(best, other, limit.compared), tie_of(limit.compared)
+    (other, _), column = limit.chosen(unsure), limit.compared(fits)
+    factor, (tie, what) = ratio(best, other, column), tie_of(column)
     if factor <= tie:
         return ""
     return f"; {name(other)} has {1 / factor:.2g} of the {what} and was passed over, as it {doubts(other)}"

@@ -8,6 +8,7 @@ import pandas as pd
 from palpate.benchmark.advice import NONE, name
 from palpate.benchmark.advice_other_loads import doubts
 from palpate.benchmark.comparison import EQUAL, KINDS, TIED_TIMES, UNKNOWN
+from palpate.benchmark.conformal import FEWEST
 from palpate.report.model_looks import label
 from palpate.report.words import percent, seconds, two_digits
 
@@ -33,7 +34,7 @@ def lines(advice: pd.Series, rows: pd.DataFrame | None = None) -> str:
         told = row["estimate_of_peak"]
         found = {
             "error": moved_error(advice),
-            "itself": f"says that it is wrong by {percent(told)}" if np.isfinite(told) else "",
+            "estimate": f"{percent(told)}, which the model finds without the standard" if np.isfinite(told) else "",
             "bound": bounded(advice),
             "speed": f"{pace(advice['times_life'])}, {seconds(1e-3 * row['ms_per_step'])} a step, {p95}, {here}",
         }
@@ -50,10 +51,18 @@ def lines(advice: pd.Series, rows: pd.DataFrame | None = None) -> str:
             f"{seconds(advice['online_max_s'])} for the slowest press, {here}",
         }
         before = f"{_prepared(advice['offline_s'])}, {advice['memory_mb']:.3g} MB"
-    share = percent(advice["margin"]) if advice["margin"] > 0 else "nothing"
-    margin = f"{share} of the allowed {'time' if timed(advice) else 'error'} is left"
-    rest = {"margin": margin, "before": before, "because": advice["why"]}
+    rest = {"margin": _margin(advice), "before": before, "because": advice["why"]}
     return _lines(f"{head}: {name(advice)}", beware=exceeded(advice), **found, **rest)
+
+
+def _margin(advice: pd.Series) -> str:
+    """Return what is left of what was asked for; a motion within a budget also has to run in real time."""
+    left = {f"the allowed {'time' if timed(advice) else 'error'}": advice["margin"]}
+    if moves(advice) and np.isfinite(advice["budget_ms"]):
+        step = 1.0 - 1e3 * advice["online_p95_s"] / advice["budget_ms"]
+        left = {"real time": 1.0 - 1.0 / advice["times_life"], "the time allowed for a step": step}
+    said = [f"{percent(share) if share > 0 else 'nothing'} of {what}" for what, share in left.items()]
+    return f"{' and '.join(said)} {'are' if len(said) > 1 else 'is'} left"
 
 
 def _prepared(offline_s: float) -> str:
@@ -64,22 +73,47 @@ def any_load_lines(advice: pd.Series) -> str:
     """Return lines for the terminal about a kind of load."""
     head = f"{advice.scene}, {advice.kind}"
     if advice.model == NONE:
-        return _lines(f"{head}: none", because=advice.why)
-    force = f"; of the force {percent(advice.force_error)}" if np.isfinite(advice.force_error) else ""
+        return _lines(f"{head}: none", nearest=_nearest_any(advice), because=advice.why)
     share = percent(advice.doubted / advice.samples)
     count = f"{advice.doubted} of {advice.samples} loads ({share})"
     return _lines(
         f"{head}: {name(advice)}",
-        error=f"{percent(advice.error_of_peak)} of the peak displacement, {percent(advice.most)} at most{force}; "
-        "against the fine operator, whose own error comes on top",
-        bound=f"{'of those that it answers, ' if advice.doubted else ''}{percent(advice.sure)} of such loads at "
-        f"another place are answered with an error of less than {percent(advice.most)}, the largest that was found",
+        error=_error_any(advice),
+        bound=f"{'of those that it answers, ' if advice.doubted else ''}{_bound_any(advice)}",
         doubts=f"{count}: it says that it does not know, and gives no answer" if advice.doubted else "",
-        time=f"{seconds(advice.online_p95_s)} at the 95th percentile",
+        time=f"{seconds(advice.online_p95_s)} at the 95th percentile, {seconds(advice.online_max_s)} for the slowest "
+        "load, on the machine that filled the tables",
         before=f"{seconds(advice.offline_s)} of preparation"
         + (f", {seconds(advice.preparation_s)} for a new press" if advice.preparation_s > 0 else ""),
         because=advice.why,
     )
+
+
+def _error_any(advice: pd.Series) -> str:
+    """Return the error of a model that a kind of load is about, and that of the fine operator it was compared with."""
+    own = advice.own_of_peak
+    known = f"which is {percent(own)} wrong itself, so {percent(advice.error_of_peak + own)} with it"
+    force = f"; of the force {percent(advice.force_error)}" if np.isfinite(advice.force_error) else ""
+    return (
+        f"{percent(advice.error_of_peak)} of the peak displacement on average, {percent(advice.most)} at most, from "
+        f"the fine operator, {known if np.isfinite(own) else 'whose own error is not known'}{force}"
+    )
+
+
+def _bound_any(advice: pd.Series) -> str:
+    few = f"{advice.contacts:.0f} {'contact' if advice.contacts == 1 else 'contacts'}"
+    if not np.isfinite(advice.bound_of_peak):
+        return f"none, as the answers are at {few} only, and {FEWEST} are needed"
+    return f"nine answers in ten at other contacts are wrong by less than {percent(advice.bound_of_peak)}, by {few}"
+
+
+def _nearest_any(advice: pd.Series) -> str:
+    """Return what comes nearest to a limit that nothing keeps for a kind of load; empty where nothing does."""
+    if not advice.nearest:
+        return ""
+    doubted = f"; it {doubts(advice)}" if advice.doubted else ""
+    told = f"{_error_any(advice)}; bound: {_bound_any(advice)}; {seconds(advice.online_max_s)} for the slowest load"
+    return f"{label(advice.nearest, advice.nearest_setting)}: {told}{doubted}"
 
 
 def _lines(head: str, **said: str) -> str:
@@ -94,8 +128,6 @@ def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
     kind : of the errors
     """
     advice = advice[advice["error"] == kind]
-    if advice.empty:
-        return "No scene has advice about that kind of error."
     width = max(len(limit(row)) for _, row in advice.iterrows())
     found = []
     for scene, rows in advice.groupby("scene", sort=False):
@@ -103,8 +135,7 @@ def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
         found += [f"  {limit(row):{width}}  {_choice(row)}" for _, row in rows.iterrows()]
         own = rows["reference_error"].max()
         if rows[["times_life", "speed"]].notna().any(axis=None):
-            how = f"{percent(own)} wrong itself" if np.isfinite(own) else "wrong itself by nobody knows how much"
-            found.append(f"  Errors are from a standard that is {how}.")
+            found.append(f"  Errors are from a standard {_wrong_itself(own)}.")
         elif np.isnan(own):
             found.append(f"  Beware: {UNKNOWN}.")
         elif own > rows[[KINDS[kind], "max_error"]].min(axis=None):
@@ -114,7 +145,8 @@ def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
 
 def _choice(row: pd.Series) -> str:
     if row["model"] == NONE:
-        return f"none; nearest {nearest(row)}" if row["nearest_risk"] >= 0 else f"none: {row['why']}"
+        # of a time the reason is that of what comes nearest
+        return f"none: {row['why']}" if timed(row) or pd.isna(row["nearest"]) else f"none; nearest {nearest(row)}"
     said = moved_cell(row) if moves(row) else f"{label(row['model'], row['setting'])}: {cell(row)}"
     return f"{said} (beware: {more})" if (more := exceeded(row)) else said
 
@@ -143,14 +175,20 @@ def nearest(advice: pd.Series) -> str:
     """Return what comes nearest to an error that nothing keeps, and what it risks; empty where nothing does."""
     if pd.isna(advice["nearest"]):
         return ""
-    who = label(advice["nearest"], advice["nearest_setting"])
+    who, error = label(advice["nearest"], advice["nearest_setting"]), percent(advice["nearest_error"])
+    time, few = seconds(advice["nearest_s"]), f"{advice['contacts']:.0f} contacts"
+    if np.isnan(advice["contacts"]):  # a scene that moves
+        known = np.isfinite(advice["nearest_bound"])
+        own = "with the standard's own error" if known else "from a standard whose own error is not known"
+        return f"{who}: {error} {own}, in {time} a step at the 95th percentile"
+    said = f"{who}: nine answers in ten are below {percent(advice['nearest_bound'])} ({few})"
     if not np.isfinite(advice["nearest_bound"]):
-        return who
+        added = ", the truth's own error added" * bool(np.isfinite(advice["reference_error"]))
+        said = f"{who}: {error} on average{added} ({few}, {advice['presses']:.0f} presses: too few for a bound)"
+    said += f", in {time} for the slowest press"
     if not np.isfinite(advice["nearest_risk"]):
-        return f"{who}: {percent(advice['nearest_bound'])} with the standard's own error"
-    few = f"{advice['contacts']:.0f} contacts"
-    above = f"{percent(advice['nearest_risk'])} of its answers are above {percent(advice['max_error'])}"
-    return f"{who}: nine answers in ten are below {percent(advice['nearest_bound'])} ({few}); {above}"
+        return said
+    return f"{said}; {percent(advice['nearest_risk'])} of its answers are above {percent(advice['max_error'])}"
 
 
 def moved_cell(advice: pd.Series) -> str:
@@ -163,11 +201,18 @@ def moved_cell(advice: pd.Series) -> str:
 
 
 def any_load_cell(advice: pd.Series) -> str:
-    """Return model, mean and largest error, and time for a kind of load, for a cell of a table."""
-    if advice.model == NONE:
+    """Return model, mean error, bound or what stands for it, and time for a kind of load, for a cell of a table."""
+    none, who = advice.model == NONE, (advice.model, advice.setting)
+    if none and not advice.nearest:
         return "none"
-    error = f"{percent(advice.error_of_peak)}, at most {percent(advice.most)}"
-    said = f"{label(advice.model, advice.setting)}: {error}, in {seconds(advice.online_p95_s)}"
+    if none:
+        who = (advice.nearest, advice.nearest_setting)
+    few = f"{advice.contacts:.0f} contacts"
+    bound = f"at most {percent(advice.most)} ({few}: too few for a bound)"
+    if np.isfinite(advice.bound_of_peak):
+        bound = f"nine in ten below {percent(advice.bound_of_peak)} ({few})"
+    error = f"{percent(advice.error_of_peak)}, {bound}"
+    said = f"{'none; nearest ' * none}{label(*who)}: {error}, in {seconds(advice.online_max_s)}"
     return f"{said}, {doubts(advice)}" if advice.doubted else said
 
 
@@ -212,12 +257,15 @@ def error_of(advice: pd.Series) -> float:
 def moved_error(advice: pd.Series) -> str:
     """Return the error of a motion in words, of the scene's own push."""
     both = advice["rmse_of_peak"] + advice["reference_error"]
-    known = f"{percent(advice['reference_error'])} wrong itself, so {percent(both)} with it"
-    own = known if np.isfinite(both) else "wrong itself by nobody knows how much"
+    own = _wrong_itself(advice["reference_error"]) + (f", so {percent(both)} with it" if np.isfinite(both) else "")
     return (
-        f"{percent(advice['rmse_of_peak'])} of the peak displacement over the whole motion, from a standard that is "
-        f"{own}; at 95 % of the nodes {percent(advice['p95_of_peak'])} at most"
+        f"{percent(advice['rmse_of_peak'])} of the peak displacement over the whole motion, from a standard {own}; at "
+        f"95 % of the nodes {percent(advice['p95_of_peak'])} at most"
     )
+
+
+def _wrong_itself(own: float) -> str:
+    return f"that is {percent(own)} wrong itself" if np.isfinite(own) else "whose own error is not known"
 
 
 def interval(advice: pd.Series) -> str:

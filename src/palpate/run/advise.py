@@ -7,7 +7,7 @@ import pandas as pd
 from palpate.benchmark import advice as pressed
 from palpate.benchmark import advice_other_loads as other_loads
 from palpate.benchmark.advice_trial import NOISE, advised_again, tried_elsewhere
-from palpate.benchmark.comparison import read_errors
+from palpate.benchmark.comparison import EQUAL, KINDS, read_errors
 from palpate.errors import InputError
 from palpate.report import tables
 from palpate.report.advice_words import advice_list, any_load_lines, lines
@@ -27,30 +27,81 @@ def advise(results: Path, scene: str | None, limits: dict[str, list[float]], err
         raise InputError(f"--scene {scene} is not in {results}; choose from {', '.join(known)}.")
     chosen = known if scene is None else [scene]
     if not limits:
-        return advice_list(found[0][found[0]["scene"].isin(chosen)], error)
-    return "\n".join(_of_scene(results, name, found, limits, error) for name in chosen)
+        return _listed(found[0], chosen, error, results)
+    said, refused = [], 0
+    for name in chosen:
+        try:
+            said.append(_of_scene(results, name, found, limits, error))
+        except _NoSuchLimit as refusal:
+            refused += 1
+            if refused == len(chosen):  # nothing is left that has such a limit
+                raise
+            said.append(str(refusal))
+    return "\n".join(said)
+
+
+class _NoSuchLimit(InputError):
+    """A scene was asked for what it does not have: a patch, or a speed."""
+
+
+def _listed(table: pd.DataFrame, chosen: list[str], error: str, results: Path) -> str:
+    """List the rows of advice.csv about the scenes ``chosen``, and name the scenes without a row of that ``error``."""
+    rows = table[table["scene"].isin(chosen)]
+    there = set(rows.loc[rows["error"] == error, "scene"])
+    lost = [_no_patch(name, error) for name in chosen if name not in there]
+    if not there:
+        raise InputError(lost[0] if len(lost) == 1 else f"{results} has no advice by --error {error}; leave it out.")
+    return "\n".join([advice_list(rows, error), *lost])
+
+
+def _no_patch(scene: str, error: str) -> str:
+    return f"{scene}: a scene that moves has no patch; leave --error {error} out."
 
 
 def check(results: Path, scene: str | None) -> str:
-    """Try the limits of advice.csv for one pressed scene, or all: with other times, and at contacts held out."""
+    """Try the limits of advice.csv for one pressed scene, or all: with other times, and at contacts held out.
+
+    InputError if there is no such scene, or nothing of it could be tried.
+    """
     table, asked = (tables.read(results / "tables" / f"{name}.csv") for name in ("accuracy_vs_time", "advice"))
-    said = []
-    for name in tables.scenes(table):
-        if scene not in (None, name):
-            continue
-        rows, of_scene = tables.where(table, scene=name), tables.where(asked, scene=name)
-        errors = read_errors(results / "data", rows)
-        budgets, most = (list(of_scene[column].dropna().unique()) for column in ("budget_ms", "max_error"))
-        again = advised_again(rows, errors, {"budgets_ms": budgets, "max_errors": most})
-        tried = tried_elsewhere(rows, errors, most)
-        times = f"{NOISE[0]:g} to {NOISE[1]:g} times as long"
-        said.append(
-            f"{name}: of {again.rows} rows with times {times} {again.as_good} advise the same model ({again.same}) "
-            f"or one whose bound is as good; of {tried.rows} limits of error tried at contacts held out {tried.broken} "
-            f"were broken, and {tried.above} of {tried.answers} answers above them; {tried.over} bounds were above "
-            "their limit"
-        )
-    return "\n".join(said)
+    pressed_scenes, known = tables.scenes(table), list(dict.fromkeys([*tables.scenes(table), *tables.scenes(asked)]))
+    if scene is not None and scene not in known:
+        raise InputError(f"--scene {scene} is not in {results}; choose from {', '.join(known)}.")
+    if scene is not None and scene not in pressed_scenes:
+        raise InputError(f"{_not_checked(scene)}; choose from {', '.join(pressed_scenes)}.")
+    chosen = known if scene is None else [scene]
+    return "\n".join(
+        _checked(results, tables.where(table, scene=name), tables.where(asked, scene=name))
+        if name in pressed_scenes
+        else f"{_not_checked(name)}."
+        for name in chosen
+    )
+
+
+def _not_checked(scene: str) -> str:
+    return (
+        f"{scene}: --check tries presses at contacts held out, and a scene that moves has none, so nothing was checked"
+    )
+
+
+def _checked(results: Path, rows: pd.DataFrame, asked: pd.DataFrame) -> str:
+    """Try the limits ``asked`` for one pressed scene, and count what came of it."""
+    errors = read_errors(results / "data", rows)
+    budgets, most = (list(asked[column].dropna().unique()) for column in ("budget_ms", "max_error"))
+    again = advised_again(rows, errors, {"budgets_ms": budgets, "max_errors": most})
+    tried = tried_elsewhere(rows, errors, most)
+    times = f"with each setting's times multiplied by {NOISE[0]:g} to {NOISE[1]:g}"
+    said = (
+        f"{rows['scene'].iloc[0]}: {times}, {again.same} of {again.rows} rows of advice name the same model, and "
+        f"{again.as_good - again.same} another whose bound is no more than {100 * (EQUAL - 1):.0f} % larger"
+    )
+    if not tried.rows:
+        why = "without these no model is advised for one" if most else "the run was asked for none"
+        return f"{said}; no limit of error was tried at contacts held out, as {why}."
+    return (
+        f"{said}; of {tried.rows} limits of error tried at contacts held out, mean errors broke {tried.broken}; of "
+        f"{tried.answers} answers there {tried.above} were above their limit; of {tried.rows} bounds {tried.over} were."
+    )
 
 
 def advise_any_load(
@@ -61,12 +112,13 @@ def advise_any_load(
     if scene is not None and scene not in tables.scenes(table):
         raise InputError(f"--scene {scene} is not in any_load.csv; choose from {', '.join(tables.scenes(table))}.")
     kinds = list(dict.fromkeys(table["kind"])) if load == "all" else [load.replace("-", " ")]
-    return "\n".join(
-        any_load_lines(other_loads.advise_any_load(tables.where(table, scene=name), kind, budget_ms, max_error, error))
-        for name in tables.scenes(table)
-        if scene in (None, name)
-        for kind in kinds
-    )
+    pressed_rows, said = tables.read(results / "tables/accuracy_vs_time.csv"), []
+    for name in tables.scenes(table) if scene is None else [scene]:
+        rows, settings = (tables.where(found, scene=name) for found in (table, pressed_rows))
+        own = other_loads.operator_error(settings, KINDS[error])
+        for kind in kinds:
+            said.append(any_load_lines(other_loads.advise_any_load(rows, kind, budget_ms, max_error, error, own)))
+    return "\n".join(said)
 
 
 def _of_scene(results: Path, scene: str, found: list[pd.DataFrame], limits: dict, kind: str) -> str:
@@ -76,7 +128,7 @@ def _of_scene(results: Path, scene: str, found: list[pd.DataFrame], limits: dict
     if "regime" not in table:
         return _of_motion(results, rows, limits, kind)
     if "speeds" in limits:
-        return f"{scene}: what is pressed and does not move has no speed; give --budget-ms"
+        raise _NoSuchLimit(f"{scene}: what is pressed and does not move has no speed; give --budget-ms.")
     return lines(pressed.advise(rows, read_errors(results / "data", rows), **limits, kinds=[kind]).iloc[0])
 
 
@@ -84,7 +136,7 @@ def _of_motion(results: Path, rows: pd.DataFrame, limits: dict, kind: str) -> st
     """Advise for one scene of dynamic_accuracy.csv, with its bounds if the run has them."""
     scene, path = rows["scene"].iloc[0], results / "tables/motion_bounds.csv"
     if kind != "rms":
-        return f"{scene}: a scene that moves has no patch; leave --error {kind} out"
+        raise _NoSuchLimit(_no_patch(scene, kind))
     bounds = tables.where(tables.read(path), scene=scene) if path.is_file() else None
     pressed = tables.read(table) if (table := path.with_name("accuracy_vs_time.csv")).is_file() else None
     return lines(other_loads.advise_motion(rows, **limits, bounds=bounds, pressed=pressed).iloc[0], rows)

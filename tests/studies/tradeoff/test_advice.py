@@ -90,14 +90,20 @@ def test_too_few_contacts_have_no_bound_and_no_error_is_promised(liver):
     few = errors[errors["side"] != "training"]
     budget, limit = one((settings, few), budgets_ms=16.7), one((settings, few), max_errors=0.5)
     assert budget.model == "pod_rbf" and np.isnan(budget.bound_of_peak)  # in the mean both are tied and as fast
-    assert limit.model == NONE and "needs 9 contacts" in limit.why and "more than 8" in limit.why
+    assert limit.model == NONE and "needs 9 contacts" in limit.why and "more than 8 contacts (24 presses" in limit.why
+    assert limit.nearest == "fem_fine" and np.isnan(limit.nearest_bound) and limit.nearest_risk == 0.0
+    assert 0.0 < limit.nearest_error < 0.01 and (limit.contacts, limit.presses) == (8, 24)
+    within_own = one((settings, few), max_errors=1e-4)  # smaller than the truth's own error
+    assert within_own.nearest == "fem_fine" and within_own.nearest_risk == 1.0
 
 
 def test_none_is_said_and_why_and_what_is_nearest(liver):
     late, wrong = one(liver, budgets_ms=0.01), one(liver, max_errors=0.0021)
     assert late.model == wrong.model == NONE
     assert np.isnan([late.rmse_of_peak, late.margin, wrong.online_p95_s]).all()
-    assert "linear_fem, takes 0.012 ms for its slowest press, and 0.008 ms are" in late.why
+    assert "linear_fem, takes 0.012 ms for its slowest press, 1.5 times the 0.008 ms" in late.why
+    assert (late.nearest, late.nearest_s) == ("linear_fem", pytest.approx(12e-6)) and np.isnan(late.nearest_risk)
+    assert late.nearest_bound > late.nearest_error > 0.05
     assert (wrong.nearest, wrong.nearest_setting, wrong.contacts) == ("fem_fine", "tolerance=1e-08", 12)
     assert wrong.nearest_bound == pytest.approx(1.5 * 0.0015, rel=1e-4)
     assert wrong.nearest_risk == pytest.approx(3 / 12)  # of contacts, a quarter have an own error of half more

@@ -99,6 +99,7 @@ def test_the_operator_itself_is_right_and_a_linear_one_is_told_what_it_lacks(ask
     coarse = measure_any(case, "fem_p1", model("fem_p1", {}), "level=0, start=rest, tol", found[2:], 5, 0.01)
     assert (coarse.groupby("kind")["rmse_of_peak"].min() > 0.01).all()
     assert (coarse["rmse_of_peak_most"] >= coarse["rmse_of_peak"]).all() and (coarse["online_median_s"] > 0).all()
+    assert (coarse["online_max_s"] > 0).all()
 
 
 def test_refusals_are_counted_apart_from_failures(asked):

@@ -127,7 +127,8 @@ ANY_LOAD = Table(
     samples refused doubted failures contacts: loads; refused beforehand, doubted, failed; places that were answered
     rmse_of_peak relative_l2 patch_rms_of_peak patch_max_of_peak force_error: mean errors; of the force of a pushed disc
     rmse_of_peak_most patch_rms_of_peak_most force_error_most: the largest of them
-    online_median_s online_p95_s preparation_s: time of an answer, and beforehand for one press [s]
+    online_median_s online_p95_s online_max_s: times of an answer: median, 95th percentile, and of the slowest load [s]
+    preparation_s: time beforehand for one press [s]
     offline_s memory_mb failure: preparation of all contacts [s], memory [1e6 bytes], and the first reason
     """,
     always=False,
@@ -199,6 +200,7 @@ def _asked(
     row |= {f"{name}_most": errors[name].max() for name in LARGEST_OF}
     if seconds := [s for calls in timed.seconds for s in calls]:
         row |= {"online_median_s": np.median(seconds), "online_p95_s": np.percentile(seconds, 95)}
+        row["online_max_s"] = max(np.median(calls) for calls in timed.seconds if calls)
         row["preparation_s"] = float(np.median(queries.prepared)) if queries.prepared else 0.0
     return row
 

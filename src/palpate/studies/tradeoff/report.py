@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.advice import MARGIN, NONE
-from palpate.benchmark.advice_other_loads import advise_any_load
+from palpate.benchmark.advice_other_loads import advise_any_load, operator_error
 from palpate.benchmark.comparison import EQUAL, KINDS, TIED_TIMES, UNKNOWN, averaged, own_error
 from palpate.benchmark.held_out import TIED
 from palpate.files import read_yaml
@@ -93,7 +93,7 @@ def numbers(report: Report) -> dict[str, Any]:
             }
             for scene in sorted(names, key=lambda scene: scene != hardest)
         ],
-        "any_load": _any_load(optional["any_load"]) if "any_load" in optional else None,
+        "any_load": _any_load(optional["any_load"], settings) if "any_load" in optional else None,
         "refusals": _refusals(optional["any_load"]) if "any_load" in optional else None,
         "described": models_table(models, families),
         "not_measured": [label(name, "default") for name in ENGINES if name not in measured],
@@ -380,13 +380,13 @@ def _without_truth(rows: pd.DataFrame) -> dict[str, list[str]]:
     return {"presses without a truth answered": [f"{k} of {n}" for k, n in given]} if given[:, 1].any() else {}
 
 
-def _any_load(table: pd.DataFrame) -> pd.DataFrame:
+def _any_load(table: pd.DataFrame, settings: pd.DataFrame) -> pd.DataFrame:
     """Tabulate what to take for each kind of load."""
     rows = []
     for scene in tables.scenes(table):
-        found = tables.where(table, scene=scene)
+        found, own = tables.where(table, scene=scene), operator_error(tables.where(settings, scene=scene), KINDS["rms"])
         for kind in dict.fromkeys(found["kind"]):
-            cells = [any_load_cell(advise_any_load(found, kind, max_error=most)) for most in LIMITS]
+            cells = [any_load_cell(advise_any_load(found, kind, max_error=most, own=own)) for most in LIMITS]
             cells = [SAME if i and each == cells[i - 1] != NONE else each for i, each in enumerate(cells)]
             heads = [f"error of at most {percent(most)}" for most in LIMITS]
             rows.append({"scene": spaced(scene), "load": kind} | dict(zip(heads, cells, strict=True)))

@@ -100,7 +100,9 @@ def _add_data(command: argparse.ArgumentParser) -> argparse._MutuallyExclusiveGr
     command.add_argument("--label", nargs="+", default=[], metavar="L", help="numbers or names of the mask's labels")
     parts = command.add_mutually_exclusive_group()
     parts.add_argument("--regions", action="store_true", help="the largest label is the body, the others its regions")
-    command.add_argument("--threshold", nargs=2, type=float, metavar=("LOW", "HIGH"), help="CT numbers of it [HU]")
+    command.add_argument(
+        "--threshold", nargs=2, type=float, metavar=("LOW", "HIGH"), help="CT numbers of it [HU]; without a mask 30 120"
+    )
     command.add_argument("--mri", action="store_true", help="the image is an MRI; --threshold is of its grey values")
     command.add_argument("--scale", type=_positive, metavar="M", help="length of a mesh file's unit [m]; else guessed")
     command.add_argument(

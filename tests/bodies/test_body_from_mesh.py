@@ -293,6 +293,11 @@ def test_remeshing_bad_tetrahedra_is_advised_where_it_changes_them(tmp_path, div
         ("png.obj", b"\x89PNG\r\n\x1a\n" + bytes(99), "it holds a PNG picture and no mesh"),
         ("page.vtk", b"<!doctype html><html></html>", "it holds a web page and no mesh"),
         ("text.stl", b"Dear all,\nthe organ is attached.\n" * 9, "it holds a text that does not begin with solid"),
+        ("short.stl", b"hello\n", "it holds a text that does not begin with solid"),
+        ("random.stl", np.random.default_rng(1).bytes(5000), "it holds neither the text nor the triangles of an STL"),
+        ("lfs.stl", b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\n", "it holds a pointer of Git LFS"),
+        ("stl.obj", b"solid a".ljust(80) + bytes([1, 0, 0, 0]) + bytes(50), "it holds what a .stl file holds; give it"),
+        ("ply.off", b"ply\nformat ascii 1.0\n", "it holds what a .ply file holds; give it"),
         ("flat.obj", FLAT_SQUARE, "all of its points lie in one plane, so it encloses no body"),
     ],
 )

@@ -95,7 +95,7 @@ def test_a_cube_as_exporters_write_it(tmp_path, name):
 CUT = {
     "binary.stl": stl()[:-120],
     "solid.stl": stl(b"solid")[:-100],
-    "head.stl": stl()[:60],
+    "head.stl": stl(b"x\0")[:60],
     "ascii.stl": ASCII_STL[:-300].encode(),
     "little.ply": ply()[:-40],
     "points.ply": ply()[:-180],

@@ -7,10 +7,11 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from fixtures.organs import organ
 from fixtures.scans import write_scan
 
 from palpate.bodies.body import nest
-from palpate.bodies.body_from_mesh import solid_of
+from palpate.bodies.body_from_mesh import build, solid_of
 from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.make_body import make_body
@@ -94,7 +95,8 @@ def test_it_is_pressed_by_a_fingertip_and_by_a_hand_and_has_contacts_to_judge_by
     size = make_body("", entry | paths_of(file, entry)).coarse.size
     small, deep, large = given["regimes"].values()
     assert list(given["regimes"]) == ["small", "deep", "large"]
-    assert small["radius_m"] == deep["radius_m"] == 0.012 and large["radius_m"] == pytest.approx(0.15 * size, rel=0.1)
+    assert small["radius_m"] == deep["radius_m"] == 0.012
+    assert large["radius_m"] == pytest.approx(0.025 if what == "tetrahedra" else 0.15 * size, rel=0.1)
     assert deep["pressure_of_young"] == 0.25 and "peak_of_size" not in deep
     assert small["peak_of_size"] == pytest.approx(0.3 * large["peak_of_size"], rel=0.1)
     assert large["peak_of_size"] <= 0.1
@@ -110,10 +112,12 @@ def test_it_is_pressed_by_a_fingertip_and_by_a_hand_and_has_contacts_to_judge_by
     assert len(lines) > 20 and max(map(len, text.splitlines())) <= 130
 
 
-@pytest.mark.parametrize(("size", "tip"), [(0.02, 0.003), (0.2, 0.012), (1.0, 0.04)])
-def test_the_fingertip_stays_one_unless_the_body_is_tiny_or_huge(size, tip):
+@pytest.mark.parametrize(
+    ("size", "wide", "tip"), [(0.02, 0.005, 0.0025), (0.2, 0.05, 0.012), (1.0, 0.25, 0.04), (0.2, 0.004, 0.002)]
+)
+def test_the_fingertip_stays_one_unless_the_body_is_tiny_or_huge_or_thin(size, wide, tip):
     """The disc has to be small on the body, and a fine mesh has to see it."""
-    body = nest("bar", box([size, size / 4, size / 4], [8, 2, 2]), 1, np.arange(9), Material(3000, 0.3, 1000))
+    body = nest("bar", box([size, wide, wide], [8, 2, 2]), 1, np.arange(9), Material(3000, 0.3, 1000))
     regimes = _regimes(body)
     assert regimes["small"]["radius_m"] == pytest.approx(tip)
     assert regimes["large"]["radius_m"] >= tip
@@ -122,8 +126,13 @@ def test_the_fingertip_stays_one_unless_the_body_is_tiny_or_huge(size, tip):
 def test_a_mesh_of_too_few_nodes_and_a_folder_that_cannot_be_written_are_refused(data, tmp_path):
     bar = box([0.2, 0.2, 0.2], [1, 1, 1])
     meshio.write_points_cells(tmp_path / "cube.vtk", bar.nodes, [("tetra", bar.tetrahedra)])
-    with pytest.raises(InputError, match=r"has [0-4] nodes that can be pressed|enough nodes|holds the whole"):
+    with pytest.raises(InputError, match="has 8 nodes, of which it lies on 4 and 4 can be pressed"):
         init(recognise([tmp_path / "cube.vtk"]))
+    tetrahedron = [[0, 0, 0], [60, 0, 0], [0, 60, 0], [0, 0, 60]]
+    corners = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
+    meshio.write_points_cells(tmp_path / "tet.stl", np.array(tetrahedron, float), [("triangle", np.array(corners))])
+    with pytest.raises(InputError, match=r"^tet: its surface has 4 nodes, .*; give a mesh with more triangles"):
+        init(recognise([tmp_path / "tet.stl"]))
     with pytest.raises(InputError, match=r"config\.yaml cannot be written \(File exists\); give another folder with"):
         init(recognise([data / "bar.vtk"]), tmp_path / "cube.vtk")
 
@@ -196,25 +205,71 @@ def test_a_surface_gets_as_many_nodes_as_its_shape_needs(monkeypatch, tmp_path):
     points = [50, 30, 20] * (dense.nodes - 1) / np.linalg.norm(dense.nodes - 1, axis=1).clip(0.1)[:, None]
     meshio.write_points_cells(tmp_path / "organ.stl", points, [("triangle", dense.triangles)], binary=True)
     read = recognise([tmp_path / "organ.stl"], scale_m=0.001)
-    entry, mesh, like = choose._resolved("organ", read.entry, str)
-    assert like is not None and like.close
+    entry, mesh, tried = choose._resolved(read.entry, str)
+    like = tried[entry["surface_nodes"]]
+    assert like.close
     mended, solid = solid_of(Path(entry["path"]), 0.001)
     assert like.volume_m3 == pytest.approx(mesh.volumes.sum()) and like.data_m3 == pytest.approx(solid.volume_m3)
     assert abs(like.volume) <= 0.02 and apart(mesh, solid.places, mended.points, mended.triangles) <= 0.01 * mesh.size
 
     penalties = {140: 9.0, 280: 4.5, 560: 4.0, 1120: 3.9}
-    monkeypatch.setattr(choose, "_coarse", lambda name, tried: mesh)
-    like_data = {count: Likeness(0, 0.01 * penalty, 1, 1) for count, penalty in penalties.items()}
+    monkeypatch.setattr(choose, "_coarse", lambda tried: mesh)
+    like_data = {count: Likeness(0, 0.01 * penalty, 1, 1, 1) for count, penalty in penalties.items()}
     monkeypatch.setattr(choose, "likeness", lambda found, tried: like_data[tried["surface_nodes"]])
-    assert choose._resolved("organ", read.entry, str)[0]["surface_nodes"] == 280
+    assert choose._resolved(read.entry, str)[0]["surface_nodes"] == 280
+
+
+def test_a_coarse_surface_that_cannot_be_filled_well_is_made_anew_unless_its_own_number_is_asked_for(
+    monkeypatch, tmp_path
+):
+    """A rod with triangles of its whole length."""
+    angles = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    ring = np.column_stack([8 * np.cos(angles), 8 * np.sin(angles)])
+    points = np.vstack([*(np.column_stack([ring, np.full(12, z)]) for z in (0, 100.0)), [[0, 0, 0], [0, 0, 100]]])
+    k = np.arange(12)
+    after = (k + 1) % 12
+    sides = [[k, after, after + 12], [k, after + 12, k + 12], [after, k, 0 * k + 24], [k + 12, after + 12, 0 * k + 25]]
+    triangles = np.concatenate([np.column_stack(side) for side in sides])
+    meshio.write_points_cells(tmp_path / "rod.stl", points, [("triangle", triangles)], binary=True)
+    read = recognise([tmp_path / "rod.stl"], scale_m=0.001)
+    monkeypatch.setattr(choose, "SURFACE_NODES", (280,))
+    entry, mesh, tried = choose._resolved(read.entry, str)
+    assert (entry["surface_nodes"], entry["snap"], len(mesh.surface)) == (280, False, 280)
+    like = tried[280]
+    assert not like.other and abs(like.volume) < 0.005
+    assert like.thick_m == pytest.approx(2 * like.data_m3 / (2 * np.pi * 0.008 * 0.108), rel=0.05)
+    assert len(build(entry | {"surface_nodes": 26})[0].surface) == 26
+
+
+def test_a_body_that_is_not_the_organ_is_refused_and_nothing_is_written(capsys, monkeypatch, tmp_path):
+    monkeypatch.setattr(choose, "SURFACE_NODES", (140,))
+    points, triangles = organ("kidney", 2000)
+    flat = 1000 * points * [1, 1, 0.1]
+    meshio.write_points_cells(tmp_path / "flat.stl", flat, [("triangle", triangles)], binary=True)
+    assert main(["init", str(tmp_path / "flat.stl"), "--scale", "0.001"]) == 1
+    printed = capsys.readouterr()
+    assert "so that it is not the organ; cut off or thicken" in printed.err and printed.err.count("\n") == 1
+    assert not (tmp_path / "flat").exists()
+
+
+def test_what_is_assumed_is_said_before_the_body_is_made(capsys, monkeypatch, data, tmp_path):
+    def failing(*_: object) -> None:
+        raise InputError("no body")
+
+    monkeypatch.setattr("palpate.init.command.choose", failing)
+    assert main(["init", str(data / "scan.nii.gz"), "-o", str(tmp_path)]) == 1
+    assert "the organ is the largest piece between 30 and 120 HU" in capsys.readouterr().out
 
 
 def test_a_step_that_takes_long_is_told_while_it_does(capsys):
     with told("the data", every_s=0.02) as say:
         say("a mesh of 140 surface nodes")
+        time.sleep(0.6)
+        say("a mesh of 280 surface nodes")
         time.sleep(0.1)
-    lines = capsys.readouterr().out.splitlines()
-    assert len(lines) >= 2 and all("a mesh of 140 surface nodes, 0 s so far" in line for line in lines)
+    first, *_, last = capsys.readouterr().out.splitlines()
+    assert "a mesh of 140 surface nodes, 0 s so far in all" in first
+    assert "a mesh of 280 surface nodes, 1 s so far in all" in last
 
 
 def test_it_is_written_beside_the_data_and_never_over_another(capsys, data):

@@ -22,27 +22,35 @@ def build(entry: dict) -> tuple[TetMesh, Snap | None, bool]:
     """Build the coarse mesh of a config entry of kind file; also return its snapping, or None, and if it was remeshed.
 
     Tetrahedra are taken as they are. So is a closed surface of at most ``entry["surface_nodes"]`` nodes (by default
-    400), filled with an edge length of about ``entry["spacing_m"]``. Other surfaces, and those that cannot be filled
-    well, are remeshed. Warns of all that was assumed and changed; raises InputError if no body can be made.
+    400), filled with an edge length of about ``entry["spacing_m"]``. Other surfaces are remeshed, and so are those that
+    cannot be filled well, unless ``surface_nodes`` is just their number. Warns of all that was assumed and changed;
+    raises InputError if no body can be made.
     """
+    own, scale_m, count = own_mesh(entry)
+    if own is not None:
+        return own, None, False
     path, nodes = Path(entry["path"]), entry.get("surface_nodes")
-    points, triangles, tetrahedra = _loaded(path, _changed(path))
-    scale_m = choose_scale(str(path), points, entry.get("scale_m"))
-    points = points * scale_m
-    count = len(np.unique(triangles))
-    if tetrahedra is not None and count <= (nodes or count):
-        return _given_tetrahedra(path, points, tetrahedra, count), None, False
-    if count <= (nodes or KEPT_NODES):
-        kept = _kept(path, points, triangles, entry, asked=nodes is not None)
-        if kept is not None:
-            return kept, None, False
-    made = _remesh(path, scale_m, None if nodes is None or count <= nodes else nodes, entry.get("snap", True))
+    made = _remesh(path, scale_m, None if nodes == count else nodes, entry.get("snap", True))
     if nodes is None:
         _warn(
             f"{path}: its surface of {count} nodes is remeshed to {made.nodes}; give surface_nodes to choose another "
             f"number, {count} to keep its own."
         )
     return made.mesh, made.snap, True
+
+
+def own_mesh(entry: dict) -> tuple[TetMesh | None, float, int]:
+    """Build the mesh of a file as it is, None if it is to be remeshed; also return its unit [m] and surface nodes."""
+    path, nodes = Path(entry["path"]), entry.get("surface_nodes")
+    points, triangles, tetrahedra = _loaded(path, _changed(path))
+    scale_m = choose_scale(str(path), points, entry.get("scale_m"))
+    points = points * scale_m
+    count = len(np.unique(triangles))
+    if tetrahedra is not None and count <= (nodes or count):
+        return _given_tetrahedra(path, points, tetrahedra, count), scale_m, count
+    if count <= (nodes or KEPT_NODES):
+        return _kept(path, points, triangles, entry, asked=nodes == count), scale_m, count
+    return None, scale_m, count
 
 
 def _given_tetrahedra(path: Path, points: np.ndarray, tetrahedra: np.ndarray, count: int) -> TetMesh:

@@ -62,7 +62,7 @@ def _make(name: str, entry: dict) -> Body:
                 )
         body = replace(body, densities=nodal_densities(entry, body.levels))
     if entry["kind"] in ("file", "ct"):
-        check_quality(body, _remedy(body, remeshed))
+        check_quality(body.levels, _remedy(body, remeshed))
     return body
 
 

@@ -1,12 +1,13 @@
 """Checks of a mesh, each of which raises InputError, and tables of its elements' shapes and counts."""
 
 import warnings
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
-from palpate.bodies.mesh import EDGES, FACES, TetMesh, components
+from palpate.bodies.mesh import EDGES, FACES, Mesh, TetMesh, components
 from palpate.errors import InputError
 
 # larger coordinates are damaged files: a wrong byte order gives finite numbers up to 1e38
@@ -148,9 +149,9 @@ def quality(mesh: TetMesh) -> dict[str, float]:
     }
 
 
-def check_quality(body: Body, remedy: str) -> None:
+def check_quality(levels: Sequence[Mesh], remedy: str) -> None:
     """Warn of elements with small dihedral angles on any level; InputError below 1°, where results mean nothing."""
-    for level, mesh in enumerate(body.levels):
+    for level, mesh in enumerate(levels):
         if not isinstance(mesh, TetMesh):
             continue
         angles = dihedral_angles(mesh).min(axis=1)

@@ -146,8 +146,9 @@ class File(_Compared):
     path: str = key("The mesh (.msh .vtk .vtu .mesh, or a surface .stl .obj .ply .off), relative to this configuration")
     scale_m: Positive = optional("Length [m] of one unit of the file; if left out, guessed from the size, and reported")
     surface_nodes: Whole = optional(
-        "Nodes that the coarse surface is remeshed to; a surface with fewer is kept. Without it tetrahedra and "
-        "surfaces of at most 400 nodes are kept, and others are remeshed to 140 to 360, as their shape needs",
+        "Nodes that the coarse surface is remeshed to; a surface with as many is kept, and one with fewer if it can be "
+        "filled well. Without it tetrahedra and surfaces of at most 400 nodes are kept, and others are remeshed to 140 "
+        "to 360, as their shape needs",
         ge=12,
     )
     snap: Switch = key(

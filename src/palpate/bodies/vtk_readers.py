@@ -25,6 +25,15 @@ SIGNATURES = {
     b"<html": "a web page",
 }
 """How files begin that are often named as meshes, and what they are."""
+FIRST_WORDS = {
+    b"solid": ".stl",
+    b"ply": ".ply",
+    b"OFF": ".off",
+    b"$MeshFormat": ".msh",
+    b"MeshVersionFormatted": ".mesh",
+}
+"""First words of mesh files, by which one with another format's name is known."""
+NO_NORMAL = 1e6  # a component that no triangle's normal has; of random bytes, 4 in 10 are larger
 _PLY_TYPES = {
     "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4",
     "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
@@ -39,8 +48,12 @@ def check_content(kind: str, data: bytes) -> None:
     for signature, what in SIGNATURES.items():
         if data[: len(signature)].lower() == signature.lower():
             raise ValueError(f"it holds {what} and no mesh; give the file of the mesh, or unpack or export it")
+    if data.startswith(b"version https://git-lfs"):
+        raise ValueError("it holds a pointer of Git LFS in place of the mesh; get the mesh with git lfs pull")
+    if (other := _other_format(kind, data)) is not None:
+        raise ValueError(f"it holds what a {other} file holds; give it a name that ends in {other}")
     first = data.lstrip()[:5].lower()
-    if kind == ".stl" and len(data) >= 84 and first != b"solid" and b"\0" not in data and data.isascii():
+    if kind == ".stl" and first not in (b"", b"solid") and b"\0" not in data and data.isascii():
         raise ValueError("it holds a text that does not begin with solid, and so is no STL file; give that of the mesh")
 
     checks: dict[str, Callable[[bytes], None]] = {
@@ -57,9 +70,20 @@ def check_content(kind: str, data: bytes) -> None:
         checks[kind](data)
 
 
+def _other_format(kind: str, data: bytes) -> str | None:
+    """Return the suffix of the format that the content has, if it is another than ``kind``."""
+    word = data[:100].split(None, 1)[:1]
+    found = ".stl" if _is_whole_binary_stl(data) else FIRST_WORDS.get(word[0]) if word else None
+    return None if found in (None, kind) or (kind == ".stl" and b"\0" in data[:84]) else found
+
+
+def _is_whole_binary_stl(data: bytes) -> bool:
+    return len(data) >= 84 and len(data) == 84 + 50 * int(np.frombuffer(data, "<u4", 1, 80)[0])
+
+
 def is_binary_stl(data: bytes) -> bool:
     """Test whether an STL file is binary; trap: the header of a binary one may begin with "solid", too."""
-    if len(data) >= 84 and len(data) == 84 + 50 * int(np.frombuffer(data, "<u4", 1, 80)[0]):
+    if _is_whole_binary_stl(data):
         return True
     return data.lstrip()[:5].lower() != b"solid" or b"\0" in data[:1000]
 
@@ -73,6 +97,9 @@ def _check_stl(data: bytes) -> None:
         raise ValueError(CUT.format(f"its {len(data)} bytes do not hold even the header of a binary STL file"))
     announced, there = int(np.frombuffer(data, "<u4", 1, 80)[0]), (len(data) - 84) // 50
     if announced > there:
+        normals = np.frombuffer(data, [("normal", "<f4", 3), ("rest", "V38")], there, 84)["normal"]
+        if not (np.abs(normals) < NO_NORMAL).all():
+            raise ValueError("it holds neither the text nor the triangles of an STL file; give that of the mesh")
         raise ValueError(CUT.format(f"its header announces {announced} triangles and {there} are there"))
 
 

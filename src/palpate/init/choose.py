@@ -9,12 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from palpate.bodies import body_from_mesh
 from palpate.bodies.body import Body
-from palpate.bodies.body_from_mesh import solid_of
 from palpate.bodies.contacts import contacts_of, pressed_contacts
-from palpate.bodies.ct.mesh_from_ct import segment_entry
+from palpate.bodies.ct import mesh_from_ct
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_file import in_words
+from palpate.bodies.mesh_quality import check_quality
 from palpate.bodies.supports import Bed, inner_nodes
 from palpate.bodies.surfaces.coarse_solid import MOST_AWAY, MOST_VOLUME, apart
 from palpate.bodies.surfaces.mask_surface import dense_surface
@@ -31,13 +33,19 @@ PRESSED, LEAST_PRESSED = 24, 5
 SURFACE_NODES = (140, 280, 560, 1120)
 # how much less like the data a body of fewer surface nodes may be, where none has its shape
 WORSE = 1.2
+# distance between the surfaces, as a share of the thickness, up to which a thin body has the shape of the data
+THIN_AWAY = 0.25
+# distance, as shares of the size and of the thickness, beyond which a body is not the organ; of ten organs the worst, a
+# liver in a CT, has 0.044 and 0.33
+MOST_APART, THIN_APART = 0.08, 0.5
 # thickness of the tissue that the body lies on, as a share of its longest side: 10 mm of fat and ligaments under a
 # liver. Tissue as stiff as the body, and so thick, resists displacement by E / thickness
 BED_THICKNESS = 0.05
 # a side counts as the broadest if it has this share of the area of the broadest
 BROAD = 0.95
-# radius of a fingertip [m], and between which shares of the longest side it stays; that of a flat hand, as a share
-FINGERTIP, TIP_OF_SIZE, HAND = 0.012, (0.04, 0.15), 0.15
+# radius of a fingertip [m], and between which shares of the longest side it stays; that of a flat hand, as a share; the
+# largest radius as a share of the middle side, since a disc lies on the broadest face
+FINGERTIP, TIP_OF_SIZE, HAND, DISC = 0.012, (0.04, 0.15), 0.15, 0.5
 # the largest displacement of the large regime, as a share of the longest side; less where the body is thin, as no
 # solver follows tissue that is pressed flat: this share of the way to the bed
 PEAK, OF_WAY = 0.1, 0.4
@@ -47,12 +55,16 @@ SMALL, DEEP = 0.3, 0.25
 
 @dataclass(frozen=True)
 class Likeness:
-    """Greatest distance [m] between two surfaces, either way; its share of the size; both volumes [m³]."""
+    """Greatest distance [m] between two surfaces, either way; its share of the size; both volumes [m³]; thickness [m].
+
+    The thickness is that of a sheet with the volume and the surface of the data, which is the radius of a rod.
+    """
 
     away_m: float
     away: float
     volume_m3: float
     data_m3: float
+    thick_m: float
 
     @property
     def volume(self) -> float:
@@ -61,8 +73,13 @@ class Likeness:
 
     @property
     def penalty(self) -> float:
-        """The worse of both, 1 where just good enough."""
-        return max(self.away / MOST_AWAY, abs(self.volume) / MOST_VOLUME)
+        """The worst of all, 1 where just good enough."""
+        return max(self.away / MOST_AWAY, self.away_m / (THIN_AWAY * self.thick_m), abs(self.volume) / MOST_VOLUME)
+
+    @property
+    def other(self) -> bool:
+        """Whether the mesh is another body than that of the data."""
+        return self.away > MOST_APART or self.away_m > THIN_APART * self.thick_m
 
     @property
     def close(self) -> bool:
@@ -73,20 +90,23 @@ class Likeness:
 def likeness(mesh: TetMesh, entry: dict) -> Likeness:
     """Compare ``mesh`` with the surface and the volume of what a config entry of kind file or ct was made from."""
     if entry["kind"] == "file":
-        mended, solid = solid_of(Path(entry["path"]), entry["scale_m"])
+        mended, solid = body_from_mesh.solid_of(Path(entry["path"]), entry["scale_m"])
         places, points, triangles, volume_m3 = solid.places, mended.points, mended.triangles, solid.volume_m3
     else:
-        image, mask = segment_entry(entry)
+        image, mask = mesh_from_ct.segment_entry(entry)
         points, triangles = dense_surface(mask, image)
         places, volume_m3 = points, float(mask.sum() * image.voxel_m3)
     away_m = apart(mesh, places, points, triangles)
-    return Likeness(away_m, away_m / float(np.ptp(places, axis=0).max()), float(mesh.volumes.sum()), volume_m3)
+    thick_m = 4.0 * volume_m3 / float(np.linalg.norm(area_normals(points, triangles), axis=1).sum())
+    away = away_m / float(np.ptp(places, axis=0).max())
+    return Likeness(away_m, away, float(mesh.volumes.sum()), volume_m3, thick_m)
 
 
 class Choice(NamedTuple):
     """The body that results, its coarse mesh, its whole entry, the regimes that suit it, how many contacts it has.
 
     likeness : to the data, or None where the data's own mesh is used
+    tried : surface nodes → likeness, of all meshes that were made anew
     """
 
     body: Body
@@ -95,6 +115,7 @@ class Choice(NamedTuple):
     regimes: dict
     contacts: int
     likeness: Likeness | None
+    tried: dict[int, Likeness]
 
 
 def choose(name: str, entry: dict, hold: str | None = None, say: Callable[[str], object] = str) -> Choice:
@@ -104,41 +125,54 @@ def choose(name: str, entry: dict, hold: str | None = None, say: Callable[[str],
     hold : the side that it lies on, as ``sides_of`` knows them; chosen if it is not given
     say : takes the words of each step, before it
     """
-    entry, coarse, like = _resolved(name, entry, say)
+    entry, coarse, tried = _resolved(entry, say)
+    like = tried.get(entry.get("surface_nodes", 0))
+    if like is not None and like.other:
+        raise InputError(
+            f"{name}: with {entry['surface_nodes']} surface nodes the body's surface is up to {in_words(like.away_m)} "
+            f"({100 * like.away:.2g} % of the size) from that of the data, which is {in_words(like.thick_m)} thick, so "
+            "that it is not the organ; cut off or thicken what is thin, or give tetrahedra that another program made."
+        )
     bed = _bed(name, coarse, sides_of(entry["kind"], hold), _too_few_nodes(entry, hold))
     refinements = 2 if 64 * len(coarse.tetrahedra) <= FINE_TETRAHEDRA else 1
     chosen = entry | MATERIAL | {"refinements": refinements, "bed": bed}
     say(f"a mesh that is refined {refinements} times")
     body = make_body(name, chosen)
     able = len(pressed_contacts(body, contacts_of(body)))
-    if able < LEAST_PRESSED:
-        raise InputError(f"{name}: its mesh has {able} nodes that can be pressed; give one with more triangles.")
-    return Choice(body, coarse, chosen, _regimes(body), min(PRESSED, able), like)
+    return Choice(body, coarse, chosen, _regimes(body), min(PRESSED, able), like, tried)
 
 
 def _regimes(body: Body) -> dict:
     """Choose how hard a body is pressed, and by what: a fingertip gently and firmly, a flat hand deep."""
     size = body.coarse.size
     largest = min(PEAK, OF_WAY * _way(body) / size)
-    tip = rounded(float(np.clip(FINGERTIP, TIP_OF_SIZE[0] * size, TIP_OF_SIZE[1] * size)))
+    widest = DISC * float(np.sort(np.ptp(body.coarse.nodes, axis=0))[1])
+    tip = rounded(min(float(np.clip(FINGERTIP, TIP_OF_SIZE[0] * size, TIP_OF_SIZE[1] * size)), widest))
     return {
         "small": {"peak_of_size": rounded(SMALL * largest), "radius_m": tip},
         "deep": {"pressure_of_young": DEEP, "radius_m": tip},
-        "large": {"peak_of_size": rounded(largest), "radius_m": rounded(HAND * size)},
+        "large": {"peak_of_size": rounded(largest), "radius_m": rounded(min(HAND * size, widest))},
     }
 
 
-def _resolved(name: str, entry: dict, say: Callable[[str], object]) -> tuple[dict, TetMesh, Likeness | None]:
-    """Make the coarse mesh with as few surface nodes as its shape needs; return the entry with that number, too."""
+def _resolved(entry: dict, say: Callable[[str], object]) -> tuple[dict, TetMesh, dict[int, Likeness]]:
+    """Make the coarse mesh: the file's own, or one with as few surface nodes as its shape needs.
+
+    Return the entry, with that number if there is one, the mesh, and the likeness by number of all that were made.
+    """
     if "surface_nodes" not in entry:
         say("a mesh of the file's own surface")
-        return entry, _coarse(name, entry), None
+        with warnings.catch_warnings(action="ignore"):
+            own, *_ = body_from_mesh.own_mesh(entry)
+        if own is not None:
+            return entry, own, {}
+        entry = entry | {"surface_nodes": SURFACE_NODES[0], "snap": False}
     found: list[tuple[dict, TetMesh, Likeness]] = []
     for count in SURFACE_NODES:
         tried = entry | {"surface_nodes": count}
         say(f"a mesh of {count} surface nodes")
         try:
-            mesh = _coarse(name, tried)
+            mesh = _coarse(tried)
         except InputError as error:
             if "surface_nodes" not in str(error) or (count == SURFACE_NODES[-1] and not found):
                 raise
@@ -149,13 +183,15 @@ def _resolved(name: str, entry: dict, say: Callable[[str], object]) -> tuple[dic
         if found[-1][2].close:
             break
     least = min(like.penalty for _, _, like in found)
-    return next(each for each in found if each[2].penalty <= max(1.0, WORSE * least))
+    chosen, mesh, _ = next(each for each in found if each[2].penalty <= max(1.0, WORSE * least))
+    return chosen, mesh, {each["surface_nodes"]: like for each, _, like in found}
 
 
-def _coarse(name: str, entry: dict) -> TetMesh:
+def _coarse(entry: dict) -> TetMesh:
+    """Make the coarse mesh of ``entry["surface_nodes"]`` on the surface."""
     with warnings.catch_warnings(action="ignore"):  # they come again when the whole body is made
-        mesh = make_body(name, entry | MATERIAL | {"refinements": 0}).coarse
-    assert isinstance(mesh, TetMesh)
+        mesh = body_from_mesh.build(entry)[0] if entry["kind"] == "file" else mesh_from_ct.build(entry)[0]
+        check_quality([mesh], "give more surface_nodes")
     return mesh
 
 
@@ -204,6 +240,11 @@ def _bed(name: str, mesh: TetMesh, sides: list[tuple[str, str]], fault: str) -> 
     points = mesh.nodes[inner_nodes(mesh, bed)]
     if len(points) < 3 or np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1] < 0.1 * mesh.size:
         raise InputError(f"{name}: {fault}.")
+    if (free := len(mesh.surface) - len(points)) < LEAST_PRESSED:
+        raise InputError(
+            f"{name}: its surface has {len(mesh.surface)} nodes, of which it lies on {len(points)} and {free} can be "
+            f"pressed, but {LEAST_PRESSED} have to be; give a mesh with more triangles."
+        )
     sphere = {"center_m": [float(f"{x:.4g}") for x in bed.center_m], "radius_m": bed.radius_m}
     assert bed.facing is not None
     facing = [int(x) for x in bed.facing]

@@ -15,13 +15,14 @@ import numpy as np
 
 from palpate.errors import InputError
 from palpate.files import write_whole
-from palpate.init.choose import Choice, Likeness, choose
+from palpate.init.choose import Choice, choose
 from palpate.init.config_text import config_text, lies_on
 from palpate.init.recognise import Data, body_name, labels_of, recognise
 from palpate.studies.enrichment.figures import bodies
 
 ROOT = Path(__file__).parents[3]  # palpate's folder, where ``make`` is typed
 PICTURE = "body.png"  # the file beside a configuration that shows the body
+SAME = 5e-4  # a smaller difference between volumes, as a share, is not told
 
 
 def init(data: Data, folder: Path | None = None, hold: str | None = None) -> str:
@@ -57,6 +58,9 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
 
     Raises InputError if there can be no such body, or nothing can be written.
     """
+    for word, lines in (("found   ", data.found), ("assumed ", data.assumed), ("warning:", data.warned)):
+        for line in lines:  # before what takes long
+            print(word, line, flush=True)
     with warnings.catch_warnings(record=True) as caught, told("the data") as say:
         warnings.simplefilter("always")
         choice = choose(data.name, data.entry, hold, say)
@@ -69,7 +73,7 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
             part.write_text(config_text(data, choice, file, run_of(file), _schema(file)), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{file} cannot be written ({error.strerror}); give another folder with --folder.") from error
-    return _report(data, choice, list(said), file, hold)
+    return _report(choice, list(said), file, hold)
 
 
 def init_each(
@@ -126,7 +130,7 @@ def _schema(file: Path) -> Path | None:
     return Path(relpath(ROOT / ".venv/settings.schema.json", file.resolve().parent)) if inside else None
 
 
-def _report(data: Data, choice: Choice, said: list[str], file: Path, hold: str | None) -> list[str]:
+def _report(choice: Choice, said: list[str], file: Path, hold: str | None) -> list[str]:
     body, entry = choice.body, choice.entry
     sides = " × ".join(f"{side:.3g}" for side in np.ptp(choice.coarse.nodes, axis=0))
     volume = f"{1e6 * choice.coarse.volumes.sum():.4g} mL"
@@ -134,11 +138,8 @@ def _report(data: Data, choice: Choice, said: list[str], file: Path, hold: str |
     radius = f"{1e3 * choice.regimes['small']['radius_m']:.3g} mm"
     how = "given   " if hold else "assumed "
     return [
-        *(f"found    {line}" for line in data.found),
         f"found    a body of {sides} m and {volume}; {meshes} tetrahedra in its coarse and its fine mesh",
-        *_compared(choice.likeness),
-        *(f"assumed  {line}" for line in data.assumed),
-        *(f"warning: {line}" for line in data.warned),
+        *_compared(choice),
         f"{how} it {lies_on(choice)}{'' if hold else '; else give --hold'}",
         f"assumed  Young's modulus {entry['young_pa']} Pa, Poisson's ratio {entry['poisson']}, "
         f"density {entry['density_kg_m3']} kg/m³, a fingertip of {radius} radius",
@@ -147,30 +148,36 @@ def _report(data: Data, choice: Choice, said: list[str], file: Path, hold: str |
     ]
 
 
-def _compared(like: Likeness | None) -> list[str]:
+def _compared(choice: Choice) -> list[str]:
+    like = choice.likeness
     if like is None:
         return []
+    more = f"{100 * abs(like.volume):.2g} % {'more' if like.volume > 0 else 'less'}"
     about = (
-        f"the organ of the data has {1e6 * like.data_m3:.4g} mL, and the body {100 * like.volume:+.2g} % of that more; "
-        f"their surfaces are up to {1e3 * like.away_m:.2g} mm apart ({100 * like.away:.2g} % of the size)"
+        f"the organ of the data has {1e6 * like.data_m3:.4g} mL, and the body "
+        f"{'the same volume' if abs(like.volume) < SAME else more}; "
+        f"their surfaces are up to {1e3 * like.away_m:.2g} mm apart ({100 * like.away:.2g} % of the size, "
+        f"{100 * like.away_m / like.thick_m:.2g} % of the thickness)"
     )
     if like.close:
         return [f"found    {about}"]
-    return [f"warning: {about}, as thin or sharp parts are lost; more surface_nodes hardly help"]
+    nodes = choice.entry["surface_nodes"]
+    finer = [f"{1e3 * other.away_m:.2g} mm with {count}" for count, other in choice.tried.items() if count > nodes]
+    return [f"warning: {', and '.join([f'{about} with {nodes} surface nodes', *finer])}"]
 
 
 @contextmanager
 def told(step: str, every_s: float = 4.0) -> Iterator[Callable[[str], None]]:
-    """Print every few seconds the step that is being taken in the block; yield what begins the next one."""
+    """Print every few seconds the step and the time that the block has taken; yield what begins the next step."""
     begun, over = perf_counter(), threading.Event()
 
     def say(words: str) -> None:
-        nonlocal step, begun
-        step, begun = words, perf_counter()
+        nonlocal step
+        step = words
 
     def tick() -> None:
         while not over.wait(every_s):
-            print(f"         {step}, {perf_counter() - begun:.0f} s so far", flush=True)
+            print(f"         {step}, {perf_counter() - begun:.0f} s so far in all", flush=True)
 
     thread = threading.Thread(target=tick, daemon=True)
     thread.start()

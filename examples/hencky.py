@@ -3,26 +3,26 @@
 import math
 
 
-def shape(s, mu, slopes, curvatures):
+def shape(s, mu, gradient, hessian):
     """Return W = μ Σ ln² sᵢ, and write its derivatives; infinite unless all stretches are positive."""
-    slopes[:], curvatures[:] = 0.0, 0.0
+    gradient[:], hessian[:] = 0.0, 0.0
     if not s[2] > 0.0:
         return math.inf
     energy = 0.0
     for i in range(3):
         log = math.log(s[i])
         energy += mu * log * log
-        slopes[i] = 2.0 * mu * log / s[i]
-        curvatures[i, i] = 2.0 * mu * (1.0 - log) / (s[i] * s[i])
+        gradient[i] = 2.0 * mu * log / s[i]
+        hessian[i, i] = 2.0 * mu * (1.0 - log) / (s[i] * s[i])
     return energy
 
 
-def measure(s, slopes, curvatures):
+def measure(s, gradient, hessian):
     """Return θ = J, and write its derivatives."""
     for i in range(3):
-        slopes[i] = s[(i + 1) % 3] * s[(i + 2) % 3]
+        gradient[i] = s[(i + 1) % 3] * s[(i + 2) % 3]
         for j in range(3):
-            curvatures[i, j] = 0.0 if i == j else s[3 - i - j]
+            hessian[i, j] = 0.0 if i == j else s[3 - i - j]
     return s[0] * s[1] * s[2]
 
 

@@ -153,7 +153,7 @@ def test_the_way_is_gone_in_parts_where_it_cannot_be_gone_at_once(liver, monkeyp
     problem, weights, inward = liver
     nothing = np.zeros_like(problem.mesh.nodes)
     whole, force = push(problem, nothing, weights, 0.015 * inward[None], 1e-8)
-    minimise, begun = pushed_discs.minimise, []
+    minimise, begun = pushed_discs.minimise_by_newton, []
 
     def stubborn(pushed, x, scale, tolerance, *rest, **named):
         depth = float(np.linalg.norm(weights @ (x - problem.mesh.nodes)))
@@ -162,7 +162,7 @@ def test_the_way_is_gone_in_parts_where_it_cannot_be_gone_at_once(liver, monkeyp
         begun.append(depth)
         return minimise(pushed, x, scale, tolerance, *rest, **named)
 
-    monkeypatch.setattr(pushed_discs, "minimise", stubborn)
+    monkeypatch.setattr(pushed_discs, "minimise_by_newton", stubborn)
     parts, again = push(problem, nothing, weights, 0.015 * inward[None], 1e-8)
     assert len(set(np.round(begun, 6))) == 4 and np.abs(parts.x - whole.x).max() < 1e-7
     assert np.allclose(again, force, rtol=1e-5)

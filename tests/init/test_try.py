@@ -17,7 +17,7 @@ from palpate.bodies.supports import inner_nodes, read_bed
 from palpate.cli import main
 from palpate.errors import InputError
 from palpate.files import read_yaml
-from palpate.init import try_body
+from palpate.init import try_command
 from palpate.init.choose import _bed, _too_few_nodes
 from palpate.init.command import program
 from palpate.init.recognise import HOLDS, sides_of
@@ -56,7 +56,7 @@ def ran(monkeypatch, trade_off_folder) -> list[Path]:
         found.append(file)
         write_tables(trade_off_folder, file.parent)
 
-    monkeypatch.setattr(try_body, "run_settings", run)
+    monkeypatch.setattr(try_command, "run_settings", run)
     return found
 
 
@@ -97,7 +97,7 @@ def test_commands_are_said_as_they_can_be_typed_here(monkeypatch, tmp_path):
 @pytest.mark.parametrize("few", [False, True])
 def test_try_says_on_how_many_presses_its_advice_rests(tmp_path, trade_off_folder, few):
     write_tables(trade_off_folder, tmp_path, samples=1 if few else 4)
-    said = try_body._advice(tmp_path)[-1]
+    said = try_command._advice(tmp_path)[-1]
     assert f"means over {1 if few else 4} press" in said and ("too few to rely on" in said) == few
 
 
@@ -143,11 +143,11 @@ def test_try_goes_on_where_it_was_killed_and_never_over_results_of_all_settings(
 def test_a_run_that_fails_is_said_to_have_and_how_to_go_on(monkeypatch, tmp_path, code):
     """The workflow's own last words come before."""
     (tmp_path / "run.py").write_text(f"import sys; open('asked', 'w').write(' '.join(sys.argv[1:])); sys.exit({code})")
-    monkeypatch.setattr(try_body, "RUN", tmp_path / "run.py")
-    monkeypatch.setattr(try_body, "ROOT", tmp_path)
+    monkeypatch.setattr(try_command, "RUN", tmp_path / "run.py")
+    monkeypatch.setattr(try_command, "ROOT", tmp_path)
     failed = pytest.raises(InputError, match=r"try\.yaml ended before its end; what it has is kept, and")
     with failed if code else nullcontext():
-        try_body.run_settings(tmp_path / "try.yaml", "palpate try a.stl")
+        try_command.run_settings(tmp_path / "try.yaml", "palpate try a.stl")
     asked = (tmp_path / "asked").read_text()
     assert asked.startswith("snakemake ") and asked.endswith(f"--configfile {tmp_path / 'try.yaml'}")
     assert f"--directory {tmp_path}" in asked
@@ -157,8 +157,10 @@ def test_a_run_that_fails_is_said_to_have_and_how_to_go_on(monkeypatch, tmp_path
 def test_a_try_that_is_killed_takes_its_run_with_it(tmp_path):
     """Not even a signal that cannot be caught leaves a run behind that computes on."""
     (tmp_path / "run.py").write_text("import time; time.sleep(60)")
-    code = f"from palpate.init import try_body; from pathlib import Path; try_body.ROOT = Path({str(tmp_path)!r}); "
-    code += "try_body.RUN = try_body.ROOT / 'run.py'; try_body.run_settings(try_body.ROOT / 'try.yaml', 'again')"
+    code = (
+        f"from palpate.init import try_command; from pathlib import Path; try_command.ROOT = Path({str(tmp_path)!r}); "
+    )
+    code += "try_command.RUN = try_command.ROOT / 'run.py'; try_command.run_settings(try_command.ROOT / 'try.yaml', 'again')"
     tried = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert tried.stdout is not None
     number = int(re.findall(r"process (\d+)", tried.stdout.readline())[0])

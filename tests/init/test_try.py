@@ -158,9 +158,9 @@ def test_a_try_that_is_killed_takes_its_run_with_it(tmp_path):
     """Not even a signal that cannot be caught leaves a run behind that computes on."""
     (tmp_path / "run.py").write_text("import time; time.sleep(60)")
     code = (
-        f"from palpate.init import try_command; from pathlib import Path; try_command.ROOT = Path({str(tmp_path)!r}); "
+        f"from pathlib import Path; from palpate.init import try_command as command; folder = Path({str(tmp_path)!r}); "
     )
-    code += "try_command.RUN = try_command.ROOT / 'run.py'; try_command.run_settings(try_command.ROOT / 'try.yaml', 'again')"
+    code += "command.ROOT, command.RUN = folder, folder / 'run.py'; command.run_settings(folder / 'try.yaml', 'again')"
     tried = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert tried.stdout is not None
     number = int(re.findall(r"process (\d+)", tried.stdout.readline())[0])

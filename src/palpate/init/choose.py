@@ -130,8 +130,9 @@ def choose(name: str, entry: dict, hold: str | None = None, say: Callable[[str],
     if like is not None and like.other:
         raise InputError(
             f"{name}: with {entry['surface_nodes']} surface nodes the body's surface is up to {in_words(like.away_m)} "
-            f"({100 * like.away:.2g} % of the size) from that of the data, which is {in_words(like.thick_m)} thick, so "
-            "that it is not the organ; cut off or thicken what is thin, or give tetrahedra that another program made."
+            f"({100 * like.away:.2g} % of the size) from that of the data, whose thickness (2 volume / area) is "
+            f"{in_words(like.thick_m)}, so that it is not the organ; cut off or thicken what is thin, or give "
+            "tetrahedra that another program made."
         )
     bed = _bed(name, coarse, sides_of(entry["kind"], hold), _too_few_nodes(entry, hold))
     refinements = 2 if 64 * len(coarse.tetrahedra) <= FINE_TETRAHEDRA else 1

@@ -157,10 +157,8 @@ def test_a_run_that_fails_is_said_to_have_and_how_to_go_on(monkeypatch, tmp_path
 def test_a_try_that_is_killed_takes_its_run_with_it(tmp_path):
     """Not even a signal that cannot be caught leaves a run behind that computes on."""
     (tmp_path / "run.py").write_text("import time; time.sleep(60)")
-    code = (
-        f"from pathlib import Path; from palpate.init import try_command as command; folder = Path({str(tmp_path)!r}); "
-    )
-    code += "command.ROOT, command.RUN = folder, folder / 'run.py'; command.run_settings(folder / 'try.yaml', 'again')"
+    code = f"from palpate.init import try_command as t; from pathlib import Path; t.ROOT = Path({str(tmp_path)!r}); "
+    code += "t.RUN = t.ROOT / 'run.py'; t.run_settings(t.ROOT / 'try.yaml', 'again')"
     tried = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert tried.stdout is not None
     number = int(re.findall(r"process (\d+)", tried.stdout.readline())[0])

@@ -171,6 +171,15 @@ def spent(advice: pd.Series) -> str:
     return f"prepared in {seconds(advice['offline_s'])}, {advice['memory_mb']:.3g}\u00a0MB"
 
 
+def nearest_cell(advice: pd.Series) -> str:
+    """Return what comes nearest and its bound, or mean error where it has none, for a cell of a table."""
+    if pd.isna(advice["nearest"]):
+        return ""
+    bound, mean = advice["nearest_bound"], f"{percent(advice['nearest_error'])} on average"
+    told = f"nine in ten below {percent(bound)}" if np.isfinite(bound) else mean
+    return f"{label(advice['nearest'], 'default')}, {told}"
+
+
 def nearest(advice: pd.Series) -> str:
     """Return what comes nearest to an error that nothing keeps, and what it risks; empty where nothing does."""
     if pd.isna(advice["nearest"]):

@@ -16,7 +16,7 @@ from palpate.benchmark.held_out import TIED
 from palpate.files import read_yaml
 from palpate.models.model_registry import ENGINES, FAMILY_OF, INSTALL, SAVED_AGAINST
 from palpate.report import tables
-from palpate.report.advice_words import SAME, any_load_cell, by_limit, cell, exceeded, nearest, next_best
+from palpate.report.advice_words import SAME, any_load_cell, by_limit, cell, exceeded, nearest, nearest_cell, next_best
 from palpate.report.material import Report
 from palpate.report.model_looks import label, named
 from palpate.report.words import listed, percent, spaced
@@ -265,7 +265,7 @@ def _spread(settings: pd.DataFrame) -> float:
 def _taken(row: pd.Series) -> str:
     """Return what to take, its error, its bound, what that rests on and what it costs; marked where it is exceeded."""
     if row["model"] == NONE:
-        return f"none; nearest {close}" if (close := nearest(row)) else "none"
+        return f"none; nearest {close}" if (close := nearest_cell(row)) else "none"
     more = exceeded(row)
     return f"{label(row['model'], 'default')}: {cell(row)}" + (f" (beware: {more})" if more else "")
 

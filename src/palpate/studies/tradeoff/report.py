@@ -16,7 +16,7 @@ from palpate.benchmark.held_out import TIED
 from palpate.files import read_yaml
 from palpate.models.model_registry import ENGINES, FAMILY_OF, INSTALL, SAVED_AGAINST
 from palpate.report import tables
-from palpate.report.advice_words import SAME, any_load_cell, by_limit, cell, exceeded, nearest, nearest_cell, next_best
+from palpate.report.advice_words import SAME, any_load_cell, by_limit, cell, exceeded, nearest_cell, next_best
 from palpate.report.material import Report
 from palpate.report.model_looks import label, named
 from palpate.report.words import listed, percent, spaced
@@ -186,7 +186,7 @@ def _answer(rows: list[pd.Series]) -> dict[str, Any]:
     """Return what rows of advice.csv share: the model, its error, its times and what it rests on; none is empty."""
     first = rows[0]
     if first["model"] == NONE:
-        return {"model": "", "nearest": nearest(first), "why": first["why"]}
+        return {"model": "", "nearest": nearest_cell(first), "why": first["why"]}
     return {"model": label(first["model"], "default"), "cell": cell(first)}
 
 

@@ -33,11 +33,10 @@ TURNS = 4
 """How often an equilibrium may be left for another; one does unless a body buckles in several modes."""
 TIGHTER = 0.01
 """Share of the tolerance to which the search for another goes on: beside an unstable equilibrium forces are small."""
-MOST_LBFGS_ITERATIONS = 400
-"""Iterations of L-BFGS from an equilibrium that is not stable; where the body bends by its own length 400 are few."""
-LONG_LBFGS_ITERATIONS = 4000
-"""The same where Newton's method fails after that: a square column, once bent, turns about its axis along a valley of
-the energy that is curved and almost level, in which Newton's steps stay short."""
+LBFGS_ITERATIONS = (400, 4000)
+"""Iterations of L-BFGS from an equilibrium that is not stable, and again where Newton's method fails after them. Where
+the body bends by its own length 400 are few; a square column, once bent, turns about its axis along a valley of the
+energy that is curved and almost level, in which Newton's steps stay short."""
 
 
 class Softest(NamedTuple):
@@ -122,20 +121,18 @@ def settle_from_unstable(problem: Problem, at_rest: Product, x: np.ndarray, scal
     at_rest : the preconditioner of the state at rest; scale : of the forces [N], over which ``tolerance`` is
     By L-BFGS first, which never climbs and needs no positive stiffness, then by Newton's method. Raises NotConverged.
     """
-    way = minimise_by_lbfgs(problem, at_rest, x, TIGHTER * tolerance * scale, MOST_LBFGS_ITERATIONS)
-    if way.forces[-1] <= tolerance * scale:
-        return solution_of(way, scale)
-    there = solution_of(way, scale)
-    try:
-        return joined(there, minimise_by_newton(problem, way.x, scale, tolerance))
-    except NotConverged:
-        way = minimise_by_lbfgs(problem, at_rest, way.x, TIGHTER * tolerance * scale, LONG_LBFGS_ITERATIONS)
-    there = joined(there, solution_of(way, scale))
-    try:
-        return joined(there, minimise_by_newton(problem, way.x, scale, tolerance))
-    except NotConverged as failure:
-        message = f"the body buckles, and where it goes was not found: {failure}"
-        raise NotConverged(message, failure.history) from failure
+    spent = None
+    for iterations in LBFGS_ITERATIONS:
+        way = minimise_by_lbfgs(problem, at_rest, x, TIGHTER * tolerance * scale, iterations)
+        x, found = way.x, solution_of(way, scale)
+        spent = found if spent is None else joined(spent, found)
+        if way.forces[-1] <= tolerance * scale:
+            return spent
+        try:
+            return joined(spent, minimise_by_newton(problem, x, scale, tolerance))
+        except NotConverged as failure:
+            last = failure
+    raise NotConverged(f"the body buckles, and where it goes was not found: {last}", last.history) from last
 
 
 def solution_of(way: Descent, scale: float) -> Solution:

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from press.portable.conftest import press_near
 
-from palpate.press.portable.runtimes.palpate_model import APART, ENOUGH, MISSED, _energies, settle, undeformed
+from palpate.press.portable.runtimes.palpate_model import (
+    APART,
+    MISSED,
+    RESIDUAL_TOLERANCE,
+    _energies,
+    settle,
+    undeformed,
+)
 
 
 def test_energy_and_gradient_are_those_of_the_corotational_law(made_up, model):
@@ -32,9 +39,9 @@ def test_coordinates_are_those_of_the_reduced_contact(made_up, model):
     for contact, reduced in zip(model.contacts, made_up.contacts, strict=True):
         force = np.array([0.05, -0.02, -0.3])
         load = contact.loads @ force
-        (found,) = settle([contact], [load], [undeformed(contact)], ENOUGH)
+        (found,) = settle([contact], [load], [undeformed(contact)], RESIDUAL_TOLERANCE)
         expected = reduced.settle(force, 1e-8)
-        assert np.linalg.norm(load - found.pull) <= ENOUGH * np.linalg.norm(load)
+        assert np.linalg.norm(load - found.pull) <= RESIDUAL_TOLERANCE * np.linalg.norm(load)
         assert found.least == pytest.approx(expected.least_det, rel=1e-3)
         assert found.q == pytest.approx(expected.q, abs=2e-4 * np.abs(expected.q).max())
 

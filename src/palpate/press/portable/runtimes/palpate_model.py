@@ -17,8 +17,8 @@ SCALARS = (
     *("radius_m", "guard", "far", "hard", "farthest_m", "floor"),
     *("share", "spread", "several", "peak_m", "hardest_n", "spare"),
 )
-ENOUGH, ITERATIONS = 1e-6, 200
-CLOSE, LOOSE, MOST, HELD, ALIKE, MISSED = 1e-6, 0.1, 40, 2e-3, 0.03, 0.1
+RESIDUAL_TOLERANCE, ITERATIONS = 1e-6, 200
+FORCE_SEARCH_TOLERANCE, LOOSE, MOST_SEARCH_STEPS, HELD, ALIKE, MISSED = 1e-6, 0.1, 40, 2e-3, 0.03, 0.1
 APART = "the nearest place that was prepared"
 MOST_MODES, MOST_CELLS, MOST_VECTORS, MOST_PARTS, MOST_PRESSES = 256, 4096, 1024, 8, 16
 WORDS, NUMBERS = ("body", "regime", "model", "error"), ("radius_m", "peak_m", "hardest_n")
@@ -294,7 +294,7 @@ class PortableModel:
         loaded = np.zeros(self._compliance.shape[0])
         for place, newtons in zip(places, force, strict=True):
             loaded += newtons @ place.disc
-        rests = settle(*_loaded(places, force), rests, ENOUGH)
+        rests = settle(*_loaded(places, force), rests, RESIDUAL_TOLERANCE)
         own = iter(rests)
         bent = [
             _bent(place, newtons, [next(own) for _ in place.near]) for place, newtons in zip(places, force, strict=True)
@@ -379,14 +379,14 @@ class _Search:
         """Return all forces, from those (k, 3) and ``rests`` on; contacts come to rest the closer the nearer it is."""
         size, tolerance = self._scale, LOOSE
         missed, step, _ = self._missed(force, rests)
-        for _ in range(MOST):
-            if size <= CLOSE * self._scale and tolerance <= ENOUGH:
+        for _ in range(MOST_SEARCH_STEPS):
+            if size <= FORCE_SEARCH_TOLERANCE * self._scale and tolerance <= RESIDUAL_TOLERANCE:
                 break
-            tolerance = max(ENOUGH, LOOSE * min(1.0, size / self._scale))
+            tolerance = max(RESIDUAL_TOLERANCE, LOOSE * min(1.0, size / self._scale))
             tried = force + step
             reached = settle(*_loaded(self._places, tried), rests, tolerance)
             now, ahead, found = self._missed(tried, reached)
-            if not (found < 1.5 * size or found <= CLOSE * self._scale):
+            if not (found < 1.5 * size or found <= FORCE_SEARCH_TOLERANCE * self._scale):
                 rests = [old._replace(inverse=new.inverse) for old, new in zip(rests, reached, strict=True)]
                 step = 0.5 * step
                 continue

@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double ENOUGH = 1e-6, CLOSE = 1e-6, LOOSE = 0.1, HELD = 2e-3, ALIKE = 0.03, MISSED = 0.1;
-enum { VERSION = 1, HEAD = 144, ITERATIONS = 200, MOST = 40, MOST_MODES = 256, MOST_CELLS = 4096, MOST_VECTORS = 1024 };
-enum { MOST_PARTS = 8, MOST_PRESSES = 16, WIDE = 3 * MOST_PRESSES };
+static const double RESIDUAL_TOLERANCE = 1e-6, FORCE_SEARCH_TOLERANCE = 1e-6, FIRST_TOLERANCE = 0.1, HELD_COMPLIANCE = 2e-3, LEAST_EIGENVALUE = 0.03, MOST_MISSED = 0.1;
+enum { VERSION = 1, HEAD = 144, ITERATIONS = 200, MOST_SEARCH_STEPS = 40, MOST_MODES = 256, MOST_CELLS = 4096 };
+enum { MOST_VECTORS = 1024, MOST_PARTS = 8, MOST_PRESSES = 16, WIDE = 3 * MOST_PRESSES };
 
 typedef struct {
     uint32_t r, m; const double *place, *normal, *bearing; double reach, noise;
@@ -370,7 +370,7 @@ static void bend(palpate_model *m, place_of_press *at, const double *force) {
     at->least = INFINITY, at->far = at->left = at->spread = 0, memcpy(at->force, force, sizeof at->force);
     for (int k = 0; k < 3 && at->near[k].one; k++) {
         neighbour *near = at->near + k; contact *one = near->one; double *part = m->part + k * b;
-        load_of(near, force, load), at->left = fmax(at->left, settle(near, load, ENOUGH));
+        load_of(near, force, load), at->left = fmax(at->left, settle(near, load, RESIDUAL_TOLERANCE));
         at->least = fmin(at->least, near->now.least), at->far = fmax(at->far, sqrt(dot(near->now.q, near->now.q, one->r)) / one->reach), memset(part, 0, b * sizeof *part);
         for (uint32_t i = 0; i < one->r; i++)
             for (size_t v = 0; v < b; v++) part[v] += (near->now.q[i] - load[i]) * one->coefficients[i * b + v];
@@ -430,7 +430,7 @@ static void find_ways(search *s, double held) {
     for (size_t i = 0; i < n * n; i++) linear[i] = by[i / n] * by[i % n] * s->linear[i / n * s->all + s->moved[i % n]];
     eigen(linear, axes, n), s->kept = 0;
     for (size_t j = 0; j < n; j++)
-        for (size_t i = (s->kept += linear[j * n + j] > ALIKE, 0); linear[j * n + j] > ALIKE && i < n; i++)
+        for (size_t i = (s->kept += linear[j * n + j] > LEAST_EIGENVALUE, 0); linear[j * n + j] > LEAST_EIGENVALUE && i < n; i++)
             s->ways[(s->kept - 1) * n + i] = by[i] * axes[i * n + j];
 }
 /* what independent ways have of displacements of the discs; returns its norm */
@@ -489,22 +489,22 @@ static double find_forces(palpate_model *m, const palpate_press *presses, size_t
             others[i] += presses[j / 3].moves ? 0 : found * force[j], see(m, m->places[j / 3].near + j % 3, s.moved[i], mine);
         }
     }
-    find_ways(&s, m->s[10] > 0 ? HELD * m->s[9] / m->s[10] : 0);
+    find_ways(&s, m->s[10] > 0 ? HELD_COMPLIANCE * m->s[9] / m->s[10] : 0);
     look_ahead(m, force, &s), memcpy(step, s.step, sizeof step);
     const double scale = fmax(fmax(along_ways(&s, s.wanted, x), along_ways(&s, others, x)), 1e-300);
     const double way = fmax(sqrt(fmax(dot(s.wanted, s.wanted, s.size), dot(others, others, s.size))), 1e-300); /* a held disc has one */
-    double size = scale, tolerance = LOOSE, most = sqrt(dot(s.missed, s.missed, s.size));
-    for (int turn = 0; turn < MOST && !(size <= CLOSE * scale && tolerance <= ENOUGH); turn++) {
-        tolerance = fmax(ENOUGH, LOOSE * fmin(1, size / scale));
+    double size = scale, tolerance = FIRST_TOLERANCE, most = sqrt(dot(s.missed, s.missed, s.size));
+    for (int turn = 0; turn < MOST_SEARCH_STEPS && !(size <= FORCE_SEARCH_TOLERANCE * scale && tolerance <= RESIDUAL_TOLERANCE); turn++) {
+        tolerance = fmax(RESIDUAL_TOLERANCE, FIRST_TOLERANCE * fmin(1, size / scale));
         for (size_t i = 0; i < s.all; i++) tried[i] = force[i] + step[i];
         rest_all(m, count, tried, tolerance); const double found = look_ahead(m, tried, &s);
-        const int nearer = found < 1.5 * size || found <= CLOSE * scale;
+        const int nearer = found < 1.5 * size || found <= FORCE_SEARCH_TOLERANCE * scale;
         for (size_t i = 0; i < s.all; i++) step[i] = nearer ? s.step[i] : 0.5 * step[i];
         if (!nearer) rest_all(m, count, NULL, 0);
         else memcpy(force, tried, s.all * sizeof *force), size = found, most = sqrt(dot(s.missed, s.missed, s.size));
     }
     if (!(size <= 1e-3 * scale)) snprintf(doubt, 160, "no force was found that moves the disc as far as it is pushed");
-    else if (!(most <= MISSED * way)) snprintf(doubt, 160, "a disc is held there, or too near another, and misses its way by %.0f %%", 100 * most / way);
+    else if (!(most <= MOST_MISSED * way)) snprintf(doubt, 160, "a disc is held there, or too near another, and misses its way by %.0f %%", 100 * most / way);
     return most;
 }
 static void say_doubt(const palpate_model *m, const place_of_press *at, const double *force, char *doubt) {

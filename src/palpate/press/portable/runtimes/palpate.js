@@ -4,8 +4,9 @@
 //   model.respond(presses, {from: answer});    // begins where an answer to similar presses has ended
 "use strict";
 const Palpate = (() => {
-  const VERSION = 1, HEAD = 144, ENOUGH = 1e-6, ITERATIONS = 200, CLOSE = 1e-6, LOOSE = 0.1, MOST = 40;
-  const HELD = 2e-3, ALIKE = 0.03, MISSED = 0.1, MOST_PRESSES = 16;
+  const VERSION = 1, HEAD = 144, RESIDUAL_TOLERANCE = 1e-6, ITERATIONS = 200, FIRST_TOLERANCE = 0.1;
+  const FORCE_SEARCH_TOLERANCE = 1e-6, MOST_SEARCH_STEPS = 40, HELD_COMPLIANCE = 2e-3;
+  const LEAST_EIGENVALUE = 0.03, MOST_MISSED = 0.1, MOST_PRESSES = 16;
   const MOST_MODES = 256, MOST_CELLS = 4096, MOST_VECTORS = 1024, MOST_PARTS = 8;
   const WORDS = ["body", "regime", "model", "error"], NUMBERS = ["radius_m", "peak_m", "hardest_n"];
 
@@ -97,7 +98,7 @@ const Palpate = (() => {
       const { n, t, stored, vectors } = this;
       this.info = read.info;
       [this.radius, this.guard, this.far, this.hard, this.farthest, this.floor, this.share, this.spread, this.several] = s;
-      this.held = s[10] > 0 ? (HELD * s[9]) / s[10] : 0;
+      this.held = s[10] > 0 ? (HELD_COMPLIANCE * s[9]) / s[10] : 0;
       this.nodes = read.floats(3 * n);
       this.normals = read.floats(3 * n);
       this.triangles = read.take(Uint32Array, 3 * t);
@@ -286,7 +287,7 @@ const Palpate = (() => {
       let least = Infinity, far = 0, left = 0, spread = 0;
       for (const each of place.near) {
         const { one } = each, load = loadOf(each, force), part = new Float64Array(vectors);
-        left = Math.max(left, settle(each, load, ENOUGH));
+        left = Math.max(left, settle(each, load, RESIDUAL_TOLERANCE));
         for (let i = 0; i < one.r; i++) {
           const by = each.q[i] - load[i];
           for (let v = 0; v < vectors; v++) part[v] += by * one.coefficients[i * vectors + v];
@@ -452,15 +453,15 @@ const Palpate = (() => {
       const along = (x) => Math.hypot(...ways.map((way) => inner(way, x)));
       const scale = Math.max(along(wanted), along(others), 1e-300); // a held disc has a way to go, too
       const way = Math.max(Math.hypot(...wanted), Math.hypot(...others), 1e-300), all = { places, wanted, linear, moved, ways };
-      let { step, missed } = lookAhead(all, force), size = scale, tolerance = LOOSE;
-      for (let turn = 0; turn < MOST && !(size <= CLOSE * scale && tolerance <= ENOUGH); turn++) {
-        tolerance = Math.max(ENOUGH, LOOSE * Math.min(1, size / scale));
+      let { step, missed } = lookAhead(all, force), size = scale, tolerance = FIRST_TOLERANCE;
+      for (let turn = 0; turn < MOST_SEARCH_STEPS && !(size <= FORCE_SEARCH_TOLERANCE * scale && tolerance <= RESIDUAL_TOLERANCE); turn++) {
+        tolerance = Math.max(RESIDUAL_TOLERANCE, FIRST_TOLERANCE * Math.min(1, size / scale));
         const tried = force.map((each, i) => each + step[i]), before = places.map(({ near }) => near.map((each) => ({ ...each })));
         places.forEach(({ near }, i) => {
           for (const each of near) settle(each, loadOf(each, tried.subarray(3 * i, 3 * i + 3)), tolerance);
         });
         const ahead = lookAhead(all, tried), { found } = ahead;
-        if (found < 1.5 * size || found <= CLOSE * scale) {
+        if (found < 1.5 * size || found <= FORCE_SEARCH_TOLERANCE * scale) {
           force.set(tried);
           ({ step, missed } = ahead);
           size = found;
@@ -472,7 +473,7 @@ const Palpate = (() => {
       const lost = Math.hypot(...missed), share = lost / way;
       if (!(size <= 1e-3 * scale && lost < Infinity)) return { missed: lost, doubt: "no force was found that moves the disc as far as it is pushed" };
       const doubt = `a disc is held there, or too near another, and misses its way by ${(100 * share).toFixed(0)} %`;
-      return { missed: lost, doubt: share <= MISSED ? "" : doubt };
+      return { missed: lost, doubt: share <= MOST_MISSED ? "" : doubt };
     }
   }
 
@@ -550,7 +551,7 @@ const Palpate = (() => {
       return mean > held ? 1 / Math.sqrt(mean) : 0;
     });
     const { values, vectors } = eigen(moved.map((_, i) => moved.map((j, k) => by[i] * by[k] * linear[i][j])));
-    return vectors.map((each) => each.map((x, i) => by[i] * x)).filter((_, k) => values[k] > ALIKE);
+    return vectors.map((each) => each.map((x, i) => by[i] * x)).filter((_, k) => values[k] > LEAST_EIGENVALUE);
   }
 
   // eigenvalues of a symmetric matrix, and rows of eigenvectors, by Jacobi's rotations

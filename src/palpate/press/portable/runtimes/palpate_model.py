@@ -18,7 +18,8 @@ SCALARS = (
     *("share", "spread", "several", "peak_m", "hardest_n", "spare"),
 )
 RESIDUAL_TOLERANCE, ITERATIONS = 1e-6, 200
-FORCE_SEARCH_TOLERANCE, LOOSE, MOST_SEARCH_STEPS, HELD, ALIKE, MISSED = 1e-6, 0.1, 40, 2e-3, 0.03, 0.1
+FORCE_SEARCH_TOLERANCE, FIRST_TOLERANCE, MOST_SEARCH_STEPS = 1e-6, 0.1, 40
+HELD_COMPLIANCE, LEAST_EIGENVALUE, MOST_MISSED = 2e-3, 0.03, 0.1
 APART = "the nearest place that was prepared"
 MOST_MODES, MOST_CELLS, MOST_VECTORS, MOST_PARTS, MOST_PRESSES = 256, 4096, 1024, 8, 16
 WORDS, NUMBERS = ("body", "regime", "model", "error"), ("radius_m", "peak_m", "hardest_n")
@@ -121,7 +122,7 @@ class _Found(NamedTuple):
         """Return why these forces are not to be believed, or nothing."""
         if not self.sure:
             return "no force was found that moves the disc as far as it is pushed"
-        if not self.share <= MISSED:
+        if not self.share <= MOST_MISSED:
             return f"a disc is held there, or too near another, and misses its way by {100.0 * self.share:.0f} %"
         return ""
 
@@ -137,7 +138,7 @@ class PortableModel:
         self.info, scalars = reader.info, reader.scalars
         self.radius_m, self._guard, self._far, self._hard, self._farthest = scalars[:5]
         self._floor, self._share, self._spread, self._several, peak, hardest = scalars[5:11]
-        self._held = HELD * peak / hardest if hardest > 0.0 else 0.0
+        self._held = HELD_COMPLIANCE * peak / hardest if hardest > 0.0 else 0.0
         n, t, stored, vectors, contacts, parts = reader.counts
         self.nodes = reader.floats(3 * n).reshape(n, 3).astype(float)
         self._normals = reader.floats(3 * n).reshape(n, 3).astype(float)
@@ -377,12 +378,12 @@ class _Search:
 
     def forces(self, force: np.ndarray, rests: list[Rest]) -> _Found:
         """Return all forces, from those (k, 3) and ``rests`` on; contacts come to rest the closer the nearer it is."""
-        size, tolerance = self._scale, LOOSE
+        size, tolerance = self._scale, FIRST_TOLERANCE
         missed, step, _ = self._missed(force, rests)
         for _ in range(MOST_SEARCH_STEPS):
             if size <= FORCE_SEARCH_TOLERANCE * self._scale and tolerance <= RESIDUAL_TOLERANCE:
                 break
-            tolerance = max(RESIDUAL_TOLERANCE, LOOSE * min(1.0, size / self._scale))
+            tolerance = max(RESIDUAL_TOLERANCE, FIRST_TOLERANCE * min(1.0, size / self._scale))
             tried = force + step
             reached = settle(*_loaded(self._places, tried), rests, tolerance)
             now, ahead, found = self._missed(tried, reached)
@@ -424,7 +425,7 @@ def _independent(linear: np.ndarray, held: float) -> np.ndarray:
     if not np.isfinite(scaled).all():
         return np.zeros((len(linear), 0))
     values, vectors = np.linalg.eigh(scaled)
-    return by[:, None] * vectors[:, values > ALIKE]
+    return by[:, None] * vectors[:, values > LEAST_EIGENVALUE]
 
 
 def _solved(matrix: np.ndarray, x: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ import yaml
 
 from palpate.effects.effect import HOOKS, members
 from palpate.effects.patch_load import nodal_load
-from palpate.report import readme
+from palpate.report import snapshot
 from palpate.solvers.equilibrium import Equilibrium
 
 ROOT = Path(__file__).parents[1]
@@ -55,11 +55,11 @@ def test_the_python_of_readme_runs_and_its_numbers_are_right(capsys):
 
 def test_each_number_of_readme_is_traced_to_the_row_of_a_table():
     page = text(ROOT / "README.md")
-    assert readme.untraced(page, ROOT / "docs") == []
-    shipped = pd.read_csv(ROOT / "docs" / readme.FOUND, dtype={"written": str})
-    assert readme.wrong(shipped) == []
+    assert snapshot.untraced(page, ROOT / "docs") == []
+    shipped = pd.read_csv(ROOT / "docs" / snapshot.FOUND, dtype={"written": str})
+    assert snapshot.wrong(shipped) == []
     flat = " ".join(page.split())
-    entries = yaml.safe_load(text(ROOT / "docs" / readme.QUERIES))
+    entries = yaml.safe_load(text(ROOT / "docs" / snapshot.QUERIES))
     assert [entry["says"] for kind in entries.values() for entry in kind if entry["says"] not in flat] == []
     assert set(shipped["says"]) == {entry["says"] for entry in entries["traced"]}
 

@@ -14,8 +14,8 @@ from typing import Any
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from snakemake_logger_plugin_palpate import interrupt, targets
-from snakemake_logger_plugin_palpate.last_words import LastWords
+from snakemake_logger_plugin_palpate import interrupt
+from snakemake_logger_plugin_palpate.last_words import LastWords, goals
 from snakemake_logger_plugin_palpate.remaining import Jobs
 
 _SILENT = ("Assuming unrestricted shared filesystem usage.", "None")
@@ -65,9 +65,8 @@ class LogHandler(LogHandlerBase):
 
     def _follow(self, event: LogEvent | None, record: Any) -> None:
         if event == LogEvent.RUN_INFO:
-            goals = sum(record.stats.get(name, 0) for name in targets.goals())
-            self.total = record.stats["total"] - goals
-        elif event == LogEvent.JOB_INFO and record.rule_name in targets.goals():
+            self.total = record.stats["total"] - sum(record.stats.get(name, 0) for name in goals())
+        elif event == LogEvent.JOB_INFO and record.rule_name in goals():
             self.last_words.names[record.jobid] = record.rule_name
         elif event == LogEvent.JOB_INFO:
             self.begun += 1

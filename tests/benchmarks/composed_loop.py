@@ -27,8 +27,7 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.files import read_yaml
 from palpate.run.settings import complete
 from palpate.scenes import effect_registry
-from palpate.scenes.build_system import compose
-from palpate.scenes.run_scene import loop
+from palpate.scenes.run_scene import compose, loop
 from palpate.scenes.scene import Scene, scene_of
 
 ROOT = Path(__file__).parents[2]

@@ -10,8 +10,8 @@ import pytest
 from palpate.bodies.particles import merge_particles
 from palpate.effects import linear_elements
 from palpate.errors import NotConverged
-from palpate.scenes.build_system import compose
 from palpate.scenes.effect_registry import integrator
+from palpate.scenes.run_scene import compose
 from palpate.scenes.scene import Scene
 
 FLOOR = {"name": "ground", "kind": "floor", "height_m": 0.0}

@@ -13,8 +13,7 @@ from palpate.bodies.refinement import finer, refine
 from palpate.bodies.supports import Bed, inner_nodes, read_bed
 from palpate.effects.bed import BedSprings, make
 from palpate.errors import InputError
-from palpate.scenes.build_system import effect_names
-from palpate.scenes.run_scene import run
+from palpate.scenes.run_scene import effect_names, run
 from palpate.scenes.scene import Scene
 from palpate.solvers.equilibrium import Equilibrium
 

@@ -12,8 +12,7 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.errors import InputError, NotConverged
 from palpate.models.reduced_body import ReducedBody, bends, vibrations
 from palpate.models.reduced_motion import CarriedBfgs
-from palpate.scenes.build_system import compose
-from palpate.scenes.run_scene import run
+from palpate.scenes.run_scene import compose, run
 from palpate.scenes.scene import Scene
 from palpate.solvers.equilibrium import Equilibrium
 

@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 
 from palpate.report import page as report
 from palpate.studies.enrichment.figures import bodies
-from palpate.studies.scenes.figures import motion
+from palpate.studies.scenes import motion_pictures as motion
 
 sys.path.insert(0, str(Path(__file__).parent))
 import browser as chromium

@@ -11,7 +11,7 @@ from matplotlib.colors import LogNorm, Normalize
 from palpate.report import render, turnable
 from palpate.scenes.motion import Motion, Moved
 from palpate.studies.enrichment.figures import bodies
-from palpate.studies.scenes.figures import motion as drawn_motion
+from palpate.studies.scenes import motion_pictures as drawn_motion
 
 
 def unpacked(path):

@@ -9,8 +9,8 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
 from palpate.bodies.supports import Bed
 from palpate.scenes.acting_effects import acting, assumed, decide, has_contact, has_moving_instrument, modules
-from palpate.scenes.build_system import moved
 from palpate.scenes.effect_registry import EFFECTS, ELASTIC
+from palpate.scenes.run_scene import moved
 from palpate.scenes.scene import Scene
 
 NODES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])

@@ -6,9 +6,8 @@ import numpy as np
 
 from palpate.bodies.particles import particles_of
 from palpate.scenes import effect_registry
-from palpate.scenes.build_system import compose, decisions
 from palpate.scenes.effect_registry import EFFECTS, INTEGRATORS, Entry
-from palpate.scenes.run_scene import run
+from palpate.scenes.run_scene import compose, decisions, run
 from palpate.scenes.scene import Scene
 
 WIND = """

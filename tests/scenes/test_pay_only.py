@@ -21,7 +21,7 @@ from dataclasses import replace
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of, merge_particles
 from palpate.scenes import run_scene as runs
-from palpate.scenes.build_system import effect_names
+from palpate.scenes.run_scene import effect_names
 from palpate.scenes.scene import scene_of
 
 name, entry, bodies = json.load(sys.stdin)

@@ -13,8 +13,7 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import motion
-from palpate.scenes.build_system import compose, decisions, effect_names
-from palpate.scenes.run_scene import initial_positions, run
+from palpate.scenes.run_scene import compose, decisions, effect_names, initial_positions, run
 from palpate.scenes.scene import Scene, scene_of
 
 GUIDE = Path(__file__).parents[2] / "docs/add-an-effect.md"

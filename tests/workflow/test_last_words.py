@@ -8,8 +8,8 @@ from pathlib import Path
 import h5py
 import pytest
 
-from snakemake_logger_plugin_palpate import targets
-from snakemake_logger_plugin_palpate.explain import explain, quote
+from snakemake_logger_plugin_palpate import last_words
+from snakemake_logger_plugin_palpate.last_words import explain, nearest_target, quote
 
 ROOT = Path(__file__).parents[2]
 BODY, MOTION = "results/data/bar/body.h5", "results/data/scenes/sag/motion.h5"
@@ -86,12 +86,12 @@ def test_a_failed_make_says_the_fault_and_exits_with_makes_own_status():
 
 def test_nearest_names(monkeypatch):
     for name in ("_asked", "_studies", "_files"):
-        monkeypatch.setattr(targets, name, [])
-    targets.offer(["scenes"], ["scenes", "ct"], ["results/figures/effects.png", "results/tables/effects.csv"])
-    assert targets.explain("effects") == "nothing makes effects; did you mean figures/effects or tables/effects?"
-    assert targets.explain("scnes") == "nothing makes scnes; did you mean scenes?"
-    assert targets.explain("ct") == "ct is not asked for in the settings; add its block, ct:, to them."
-    assert targets.explain("nonsense").startswith("nothing makes nonsense; ask for one of scenes, or for a file")
+        monkeypatch.setattr(last_words, name, [])
+    last_words.offer(["scenes"], ["scenes", "ct"], ["results/figures/effects.png", "results/tables/effects.csv"])
+    assert nearest_target("effects") == "nothing makes effects; did you mean figures/effects or tables/effects?"
+    assert nearest_target("scnes") == "nothing makes scnes; did you mean scenes?"
+    assert nearest_target("ct") == "ct is not asked for in the settings; add its block, ct:, to them."
+    assert nearest_target("nonsense").startswith("nothing makes nonsense; ask for one of scenes, or for a file")
 
 
 def test_a_damaged_result_is_named_and_made_again(last, run, tmp_path, sagging):

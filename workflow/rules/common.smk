@@ -22,7 +22,7 @@ from palpate.run.system_faults import check_environment
 from snakemake.io import get_wildcard_names, strip_wildcard_constraints
 from snakemake.utils import update_config
 from snakemake_logger_plugin_palpate import interrupt, remaining
-from snakemake_logger_plugin_palpate.targets import offer
+from snakemake_logger_plugin_palpate.last_words import offer
 
 ROOT = Path(workflow.basedir)
 CONFIG_FILES = [Path(relpath(file)) for file in workflow.config_settings.configfiles] or [Path("config.yaml")]

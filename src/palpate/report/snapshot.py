@@ -1,4 +1,7 @@
-"""Write docs/results.md, what a run found, from results/report.md: ``make snapshot``."""
+"""Write docs/results.md, what a run found, from results/report.md, and trace README's numbers to it: ``make snapshot``.
+
+The numbers of README.md are traced to the tables of a run by the queries in docs/readme.yaml.
+"""
 
 import os
 import platform
@@ -6,14 +9,19 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
 from palpate.errors import InputError
-from palpate.files import require_file, write_whole
-from palpate.report import readme
+from palpate.files import read_yaml, require_file, write_whole
 
+QUERIES = "readme.yaml"
+FOUND = "results/readme.csv"
+"""The file of docs/ with the queries, and that with what they found in the run of docs/results.md."""
+NUMBER = re.compile(r"\d+(?:\.\d+)?")
 HEAD = """# Results of one run
 
 `make snapshot` wrote this page from {source} on {cores} cores ({processor}, Python {python}). Times are those of this
@@ -38,18 +46,16 @@ def write(results: str | Path, docs: str | Path) -> None:
     (docs / "results").mkdir()
     for picture in pictures:
         shutil.copyfile(picture, docs / "results" / picture.name)
-    if (docs / readme.QUERIES).is_file():
-        traced = readme.look_up(docs, results / "tables")
-        traced.to_csv(docs / readme.FOUND, index=False)
+    if (docs / QUERIES).is_file():
+        traced = look_up(docs, results / "tables")
+        traced.to_csv(docs / FOUND, index=False)
     source = f"the tables of a run of commit {', '.join(commits)}" if len(commits) else "the tables of a run"
     machine = {"cores": os.cpu_count(), "processor": _processor(), "python": platform.python_version()}
     with write_whole(docs / "results.md") as part:
         head = HEAD.format(source=source, **machine)
         part.write_text(f"{head}\n{text.replace('](figures/', '](results/')}", encoding="utf-8")
-    if (docs / readme.QUERIES).is_file() and (lines := readme.wrong(traced)):
-        raise InputError(
-            "docs/results.md is written; correct README.md and docs/readme.yaml: " + "; ".join(lines) + "."
-        )
+    if (docs / QUERIES).is_file() and (lines := wrong(traced)):
+        raise InputError("docs/results.md is written; correct README.md and docs/yaml: " + "; ".join(lines) + ".")
 
 
 def _check_commit(commit: str, folder: Path) -> None:
@@ -76,6 +82,64 @@ def _processor() -> str:
         lines = []
     named = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
     return named[0] if named else platform.machine()
+
+
+def look_up(docs: Path, tables: Path) -> pd.DataFrame:
+    """Return what a run found for each number that README says: says, take, written, found.
+
+    docs : the folder of readme.yaml; tables : that of a run's tables; what it lacks is left out
+    Raises InputError for a query that finds no row, or several values where there should be one.
+    """
+    rows = []
+    for entry in read_yaml(docs / QUERIES)["traced"]:
+        file = tables / f"{entry['table']}.csv"
+        if file.is_file():
+            written = NUMBER.findall(entry["says"])
+            found = list(_values(entry, pd.read_csv(file)))
+            if len(written) != len(found):
+                raise InputError(f"{docs / QUERIES}: {entry['says']!r} has {len(written)} numbers; take as many.")
+            rows += [[entry["says"], *each] for each in zip(entry["take"], written, found, strict=True)]
+    return pd.DataFrame(rows, columns=["says", "take", "written", "found"])
+
+
+def _values(entry: dict[str, Any], table: pd.DataFrame) -> Iterator[float]:
+    """Yield the values that an entry takes."""
+    if "where" in entry:
+        table = table.query(entry["where"], engine="python")
+    if "once" in entry:
+        table = table.drop_duplicates(entry["once"])
+    values = table[entry["of"]] if entry["of"] in table else table.eval(entry["of"], engine="python")
+    if values.empty and entry["take"] != ["count"]:
+        raise InputError(f"{QUERIES}: {entry['says']!r} is found in no row of {entry['table']}.csv; correct its query.")
+    for take in entry["take"]:
+        if take == "only" and values.nunique() > 1:
+            raise InputError(f"{QUERIES}: {entry['says']!r} has {values.nunique()} values; take min, median or max.")
+        yield float(len(values) if take == "count" else values.iloc[0] if take == "only" else values.agg(take))
+
+
+def agrees(written: str, found: float) -> bool:
+    """Return whether a number rounds to what is written."""
+    digits = len(written.partition(".")[2])
+    return abs(found - float(written)) <= 0.5 * 10.0**-digits * (1.0 + 1e-9)
+
+
+def wrong(rows: pd.DataFrame) -> list[str]:
+    """Return a line for each number of ``look_up`` that README says otherwise."""
+    return [
+        f"README says {row.written} in {row.says!r}, and the run has {row.found:.4g}"
+        for row in rows.itertuples()
+        if not agrees(str(row.written), row.found)
+    ]
+
+
+def untraced(readme: str, docs: Path) -> list[str]:
+    """Return the numbers in the prose of README that no entry of readme.yaml traces, each with the words around it."""
+    text = " ".join(re.sub(r"```.*?```|`[^`]*`|\]\([^)]*\)", " ", readme, flags=re.DOTALL).split())
+    entries = read_yaml(require_file(docs / QUERIES))
+    for kind in ("traced", "given"):
+        for entry in entries[kind]:
+            text = text.replace(entry["says"], " ")
+    return [text[max(found.start() - 30, 0) : found.end() + 10] for found in NUMBER.finditer(text)]
 
 
 if __name__ == "__main__":

@@ -7,8 +7,8 @@ import pytest
 
 from palpate.bodies.material import Material
 from palpate.bodies.particles import solid_particles
+from palpate.models.springs.experiment import middle, paper_cube
 from palpate.models.springs.fitness import Fitness
-from palpate.models.springs.paper_cube import middle, paper_cube
 from palpate.models.springs.spring_motion import Press, Settings, key_points, simulate, spring_model
 
 KEYS = [[0.005, 0.005, 0.01], [0.0, 0.0, 0.01], [0.01, 0.003, 0.006], [0.005, 0.004, 0.005]]

@@ -10,7 +10,7 @@ from PIL import Image
 
 from palpate.report import render, style, tables
 from palpate.scenes.motion import Motion, Moved
-from palpate.studies.scenes.figures import charts, motion
+from palpate.studies.scenes import figures, motion_pictures
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def felt() -> pd.DataFrame:
 def test_each_instrument_has_its_force_in_newtons_and_its_depth_if_any_in_millimetres(felt, tmp_path):
     plate = felt.assign(instrument="plate", depth_m=np.nan, force_n=2.0)
     other = felt.assign(scene="other", instrument="hook")
-    figure = charts.draw_contact_force(pd.concat([felt, plate, other]), scene="palpation")
+    figure = figures.draw_contact_force(pd.concat([felt, plate, other]), scene="palpation")
     titles = [title for axis in figure.axes if "force on" in (title := axis.get_title(loc="left"))]
     assert titles == ["palpation: force on the finger", "palpation: force on the plate, which has no depth"]
     force, depth, loop = figure.axes[:3]
@@ -43,10 +43,10 @@ def test_a_scene_without_a_moving_instrument_has_a_note(felt, tmp_path):
     felt.iloc[:0].to_csv(tmp_path / "contact_force.csv", index=False)
     empty = tables.read(tmp_path / "contact_force.csv", rows=False)
     for table in (felt, empty):
-        figure = charts.draw_contact_force(table, scene="other")
+        figure = figures.draw_contact_force(table, scene="other")
         assert figure.axes[0].texts[0].get_text() == "other: no instrument moves before the scene ends"
         style.save(figure, tmp_path / "nothing")
-    style.save(charts.draw_contact_force(felt.assign(force_n=0.0), scene="palpation"), tmp_path / "untouched")
+    style.save(figures.draw_contact_force(felt.assign(force_n=0.0), scene="palpation"), tmp_path / "untouched")
 
 
 def texts(axis):
@@ -55,7 +55,7 @@ def texts(axis):
 
 
 def test_a_bar_an_effect_and_a_dot_where_it_could_be_left_out(scene_results, tmp_path):
-    figure = charts.draw_effects(scene_results["effects"])
+    figure = figures.draw_effects(scene_results["effects"])
     press, press_error, sag, sag_error = figure.axes
     np.testing.assert_allclose([bar.get_width() for bar in press.patches], [0.75, 0.05, 0.2])
     assert texts(press) == ["750 µs, 75 %", "50 µs, 5 %", "200 µs, 20 %"]
@@ -67,23 +67,23 @@ def test_a_bar_an_effect_and_a_dot_where_it_could_be_left_out(scene_results, tmp
     assert high > 4000
     style.save(figure, tmp_path / "effects")
     # no error is off the axis
-    for axis in charts.draw_effects(scene_results["effects"].assign(error_if_left_out=1e-9)).axes[1::2]:
+    for axis in figures.draw_effects(scene_results["effects"].assign(error_if_left_out=1e-9)).axes[1::2]:
         dots = [line.get_xdata()[0] for line in axis.lines if line.get_marker() == "o"]
         assert dots and min(dots) >= axis.get_xlim()[0]
 
 
 def test_balance_is_the_sum_minus_the_work_and_gravity_begins_at_zero(scene_results):
     table = scene_results["energy"]
-    press, sag = (charts.counted(table[table["scene"] == scene]) for scene in ("press", "sag"))
+    press, sag = (figures.counted(table[table["scene"] == scene]) for scene in ("press", "sag"))
     np.testing.assert_allclose(press["balance_j"], -0.5e-3 * press["time_s"], atol=1e-15)
     assert sag["gravity_j"].iloc[0] == 0 and sag["total_j"].iloc[0] == 0
     assert sag["gravity_j"].iloc[-1] == pytest.approx(-2e-3)
-    assert charts.of_effects(press) == ["kinetic_j", "springs_j"]
-    assert charts.of_effects(sag) == ["kinetic_j", "gravity_j", "corotational_j"]
+    assert figures.of_effects(press) == ["kinetic_j", "springs_j"]
+    assert figures.of_effects(sag) == ["kinetic_j", "gravity_j", "corotational_j"]
 
 
 def test_one_panel_a_scene_with_its_own_energies(scene_results, tmp_path):
-    figure = charts.draw_energy(scene_results["energy"])
+    figure = figures.draw_energy(scene_results["energy"])
     press, sag = figure.axes
     assert (press.get_title(loc="left"), sag.get_title(loc="left")) == ("press", "sag")
     assert press.get_ylabel() == "energy [mJ]"
@@ -95,13 +95,13 @@ def test_one_panel_a_scene_with_its_own_energies(scene_results, tmp_path):
     style.save(figure, tmp_path / "energy")
     pushed = scene_results["energy"].query("scene == 'press'")
     four = pd.concat([pushed.assign(scene=f"scene{i}") for i in range(4)])
-    assert len(charts.draw_energy(four).axes) == 4
+    assert len(figures.draw_energy(four).axes) == 4
 
 
 def test_a_sum_without_the_elastic_energy_is_not_shown(scene_results):
     press = scene_results["energy"].query("scene == 'press'").drop(columns="springs_j")
-    assert not charts.whole(charts.counted(press))
-    (axis,) = charts.draw_energy(press).axes
+    assert not figures.whole(figures.counted(press))
+    (axis,) = figures.draw_energy(press).axes
     assert len(axis.lines) == 3  # zero, kinetic, outer work
     assert [text.get_text() for text in axis.texts] == ["its elastic effect has no energy"]
 
@@ -114,7 +114,7 @@ def shown(axis):
 
 
 def test_stills_begin_and_end_the_motion_do_not_miss_its_peak_and_bend_down(sagging):
-    figure = motion.stills(sagging, 5)
+    figure = motion_pictures.stills(sagging, 5)
     stills, bar = figure.axes[:5], figure.axes[5]
     times = [float(axis.get_xlabel().removesuffix(" s")) for axis in stills]
     assert times == sorted(times) and times[0] == 0 and times[-1] == 1
@@ -131,7 +131,7 @@ def test_a_short_press_and_a_long_fall_are_shown(sagging):
     """The peak is one of the stills however short it lasts, and a body that falls far still has a picture."""
     positions = sagging.positions[:1].repeat(31, axis=0)
     positions[7, :, 2] -= 3.0
-    figure = motion.stills(replace(sagging, positions=positions), 4)
+    figure = motion_pictures.stills(replace(sagging, positions=positions), 4)
     assert f"{sagging.times[7]:.3g} s" in [axis.get_xlabel() for axis in figure.axes]
     width, height = figure.axes[0].get_window_extent().size
     assert width > 100 and height < 400
@@ -146,7 +146,7 @@ def test_seen_from_above_unless_what_moves_looks_down(side):
     positions[1, 4, 2] = -0.2 * side
     cells = triangles, np.empty((0, 4), dtype=int)
     pressed = Motion("plate", np.array([0.0, 1.0]), positions, positions[0], *cells, np.arange(4), pd.DataFrame())
-    assert np.sign(motion.Scenery(pressed).view.axes[2, 2]) == side
+    assert np.sign(motion_pictures.Scenery(pressed).view.axes[2, 2]) == side
 
 
 @pytest.mark.parametrize("axis", range(3))
@@ -155,7 +155,7 @@ def test_motion_runs_up_or_down_the_view(sagging, axis, sign):
     way = np.zeros_like(sagging.positions)
     way[:, :, axis] = sign * 0.05 * sagging.times[:, None]
     moved = replace(sagging, positions=sagging.positions[0] + way, up=axis)
-    view = motion.Scenery(moved).view
+    view = motion_pictures.Scenery(moved).view
     assert abs(view.axes[1, axis]) > 0.9  # up or down, 20° off at most
     across = moved.positions.reshape(-1, 3) - view.centre
     assert np.abs(across @ view.axes[0]).max() < view.width / 2
@@ -169,9 +169,9 @@ def test_a_floor_is_seen_from_above_though_the_body_moved_most_below_and_sideway
     corners = np.array([[-9.0, -9.0, -0.01], [27.0, -9.0, -0.01], [-9.0, 27.0, -0.01]])
     floor = Moved("floor_0", "floor", 0.0, np.repeat(corners[None], 31, axis=0), np.array([[0, 1, 2]]))
     sliding = replace(sagging, positions=positions, obstacles=(floor,), up=2)
-    view = motion.Scenery(sliding).view
+    view = motion_pictures.Scenery(sliding).view
     assert view.axes[2, 2] > 0.3 and view.axes[1, 2] > 0.9
-    colours = motion.stills(sliding, 3).axes[0].images[0].get_array()
+    colours = motion_pictures.stills(sliding, 3).axes[0].images[0].get_array()
     assert (colours == [211, 216, 221]).all(axis=2).sum() > 3000  # the floor's own, which is not the page's white
 
 
@@ -189,7 +189,7 @@ def test_both_sides_of_a_sheet_are_lit():
 def test_the_animation_loops_in_the_scenes_order_and_repeats_byte_for_byte(sagging, tmp_path):
     sagging = replace(sagging, times=sagging.times[::5], positions=sagging.positions[::5])
     for name in "ab":
-        motion.animate(sagging, tmp_path / f"{name}.gif")
+        motion_pictures.animate(sagging, tmp_path / f"{name}.gif")
     data = (tmp_path / "a.gif").read_bytes()
     assert data == (tmp_path / "b.gif").read_bytes()
     assert len(data) <= 1_500_000
@@ -208,8 +208,8 @@ def test_the_animation_loops_in_the_scenes_order_and_repeats_byte_for_byte(saggi
 def test_what_never_moves_and_nothing_held_can_be_drawn(sagging, tmp_path):
     positions = sagging.positions[:1].repeat(4, axis=0)
     still = replace(sagging, positions=positions, times=sagging.times[:4], held=np.array([]))
-    assert motion.stills(still, 3).axes[0].get_xlabel() == "0 s"
-    motion.animate(still, tmp_path / "still.gif")
+    assert motion_pictures.stills(still, 3).axes[0].get_xlabel() == "0 s"
+    motion_pictures.animate(still, tmp_path / "still.gif")
     # all particles at one point to begin with
     burst = replace(sagging, positions=sagging.positions * np.linspace(0, 1, 31)[:, None, None])
-    motion.stills(burst, 3)
+    motion_pictures.stills(burst, 3)

@@ -14,8 +14,8 @@ from palpate.benchmark.accuracy import errors
 from palpate.errors import NotConverged
 from palpate.linalg.multigrid import Factor
 from palpate.models.fem_statics import to_fine
-from palpate.scenes.build_system import compose
 from palpate.scenes.motion import Motion
+from palpate.scenes.run_scene import compose
 from palpate.scenes.scene import Scene
 from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.fitted import Fitted, corrects, fit_correction, fit_shapes, fit_springs, moving_modes

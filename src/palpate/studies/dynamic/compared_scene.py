@@ -14,8 +14,7 @@ from palpate.bodies.refinement import finer, midpoints_between
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry
-from palpate.scenes.build_system import compose
-from palpate.scenes.run_scene import Run, run
+from palpate.scenes.run_scene import Run, compose, run
 from palpate.scenes.scene import Scene
 from palpate.studies.dynamic.comparable import TAKEN_OVER, acts, fits
 

@@ -19,8 +19,8 @@ from palpate.models.reduced_body import ReducedBody
 from palpate.models.shape_matching import cubes
 from palpate.models.springs.fitness import volume_stiffness
 from palpate.models.springs.spring_motion import spring_model
-from palpate.scenes.build_system import compose
 from palpate.scenes.motion import Motion
+from palpate.scenes.run_scene import compose
 from palpate.scenes.scene import Scene
 from palpate.studies.dynamic.comparable import LOADS
 from palpate.studies.dynamic.compared_scene import ComparedScene

@@ -13,8 +13,7 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.effects import shape_matching
 from palpate.effects.effect import Force
-from palpate.scenes.build_system import compose
-from palpate.scenes.run_scene import run
+from palpate.scenes.run_scene import compose, run
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
 from palpate.studies.hard_cases import stage

@@ -13,7 +13,7 @@ from palpate.bodies.particles import Particles, solid_particles
 from palpate.effects.effect import Weight
 from palpate.effects.elements import Elements
 from palpate.scenes import effect_registry
-from palpate.scenes.build_system import compose
+from palpate.scenes.run_scene import compose
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
 from palpate.studies.hard_cases.hard_case import Answer, finite

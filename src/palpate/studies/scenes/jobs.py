@@ -8,8 +8,7 @@ from palpate.scenes.scene import load_particles, scene_of
 
 
 def simulate_scene(input, output, params, wildcards, say):
-    from palpate.scenes.build_system import decisions
-    from palpate.scenes.run_scene import run
+    from palpate.scenes.run_scene import decisions, run
     from palpate.studies.scenes.measurements import warn_of_gain
 
     scene = scene_of(wildcards.scene, **params.scene)
@@ -58,7 +57,7 @@ def tabulate_contacts(input):
 
 def draw_motion(input, output):
     from palpate.report import style
-    from palpate.studies.scenes.figures import motion as pictures
+    from palpate.studies.scenes import motion_pictures as pictures
 
     moved = motion.load(input.motion)
     style.save(pictures.stills(moved, count=6), stem(output.stills))

@@ -9,10 +9,9 @@ import pandas as pd
 
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError, NotConverged
-from palpate.scenes.build_system import effect_names
 from palpate.scenes.effect_registry import ELASTIC
 from palpate.scenes.motion import Motion
-from palpate.scenes.run_scene import run
+from palpate.scenes.run_scene import effect_names, run
 from palpate.scenes.scene import Scene
 from palpate.table_declaration import Table
 

@@ -13,8 +13,8 @@ from scipy.signal import StateSpace, lsim
 from scipy.sparse.linalg import spsolve
 
 from palpate.bodies.particles import Particles
-from palpate.scenes.build_system import compose
 from palpate.scenes.motion import Motion
+from palpate.scenes.run_scene import compose
 from palpate.scenes.scene import Scene
 from palpate.solvers.system import System
 from palpate.table_declaration import Table

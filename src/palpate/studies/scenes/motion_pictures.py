@@ -1,5 +1,6 @@
 """Pictures of a scene in motion: a row of stills, a short animation that loops, and a view that turns and plays."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -75,7 +76,9 @@ class Scenery:
         things = [partial(render.Stage.rigid, points=t.positions[frame], thing=t) for t in self.things]
         return self.draw(stage, self._motion.positions[frame], self.millimetres[frame], things)
 
-    def draw(self, stage: render.Stage, nodes: np.ndarray, millimetres: np.ndarray, things=()) -> np.ndarray:
+    def draw(
+        self, stage: render.Stage, nodes: np.ndarray, millimetres: np.ndarray, things: Sequence = ()
+    ) -> np.ndarray:
         """Render nodes (n, 3) [m], coloured by their displacement (n,) [mm], and ``things``, as ``picture`` does."""
         motion = self._motion
         actors = [

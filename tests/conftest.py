@@ -18,11 +18,11 @@ import pandas as pd
 import pytest
 from fixtures import kernel_lock
 
-from palpate.benchmark.comparison import COLUMNS as ERRORS_OF_SAMPLES
+from palpate.benchmark.ranking import COLUMNS as ERRORS_OF_SAMPLES
 from palpate.bodies.body import Body, nest
-from palpate.bodies.box import cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.simple_shapes import cylinder
 from palpate.run.settings import defaults
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.studies.tradeoff.accuracy_vs_time import ACCURACY_VS_TIME

@@ -9,7 +9,7 @@ import pytest
 from fixtures.trade_off import any_load
 
 from palpate.benchmark.advice import advise
-from palpate.benchmark.comparison import read_errors
+from palpate.benchmark.ranking import read_errors
 from palpate.cli import main
 from palpate.report.tables import read
 

@@ -9,7 +9,6 @@ import pytest
 from fixtures.stub import Stub, made_up
 
 from palpate.benchmark.accuracy import truth_errors
-from palpate.benchmark.comparison import averaged
 from palpate.benchmark.judge import TRAINING
 from palpate.benchmark.load import Answer, Doubted, Refused
 from palpate.benchmark.measure import (
@@ -29,6 +28,7 @@ from palpate.benchmark.measure import (
     warn_unanswered,
 )
 from palpate.benchmark.model import BODYS, Solver, refuse_bed
+from palpate.benchmark.ranking import averaged
 from palpate.benchmark.timing import WARM_UP
 from palpate.bodies.supports import Bed
 from palpate.errors import InputError, NotConverged

@@ -15,10 +15,10 @@ os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())  # read when numba is import
 import numpy as np
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles, particles_of
+from palpate.bodies.simple_shapes import box
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
 

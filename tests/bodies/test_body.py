@@ -9,12 +9,12 @@ from scipy.spatial.distance import cdist, pdist
 
 from palpate.bodies.body import nest
 from palpate.bodies.body_file import load, save
-from palpate.bodies.box import sheet
 from palpate.bodies.contacts import contacts_of, kept_contacts, pressed_contacts, row_of
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import mesh_quality, mesh_sizes
 from palpate.bodies.refinement import finer
+from palpate.bodies.simple_shapes import sheet
 from palpate.bodies.supports import Bed, choose_anchors, default_anchors
 from palpate.errors import InputError
 

@@ -10,10 +10,10 @@ import pyvista
 from fixtures.organs import organ, torn, volume, write_ascii_stl, write_binary_ply, write_binary_stl, write_blender_obj
 
 from palpate.bodies.body_from_mesh import build
-from palpate.bodies.box import box
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh_file import inspect, load_shape, load_surface
 from palpate.bodies.mesh_quality import quality
+from palpate.bodies.simple_shapes import box
 from palpate.bodies.surfaces.solid import distances, sample
 from palpate.bodies.surfaces.tetrahedralize import gmsh_session
 from palpate.bodies.surfaces.triangles import weld

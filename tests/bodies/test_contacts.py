@@ -3,8 +3,8 @@
 import numpy as np
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import cylinder
 from palpate.bodies.contacts import contacts_by_area, contacts_of, kept_contacts, pressed_contacts, sampled_contacts
+from palpate.bodies.simple_shapes import cylinder
 
 
 def test_contacts_are_drawn_as_often_as_they_are_large(soft):

@@ -9,13 +9,13 @@ import pytest
 from scipy.integrate import quad
 
 from palpate.bodies.body_file import load, save
-from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import LESION
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material, Series, prony_fault
 from palpate.bodies.mesh_quality import dihedral_angles
 from palpate.bodies.refinement import finer
 from palpate.bodies.regions import share_inside
+from palpate.bodies.simple_shapes import box
 from palpate.errors import InputError
 
 SERIES = Series([0.3, 0.2], [0.1, 2.0])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import box, sheet
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.particles import merge_particles, particles_of
+from palpate.bodies.simple_shapes import box, sheet
 from palpate.effects import shape_matching
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.springs import edge_stiffness, volume_springs

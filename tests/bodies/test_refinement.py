@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import box, cylinder
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import EDGES, FACES
@@ -21,6 +20,7 @@ from palpate.bodies.refinement import (
     shape_functions,
     ten_nodes,
 )
+from palpate.bodies.simple_shapes import box, cylinder
 
 
 def test_fine_nodes_are_the_prolonged_coarse_ones_which_come_first(cube):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import box, cut_lattice, cylinder, sheet
 from palpate.bodies.mesh_quality import check_boundary, check_tetrahedra, quality
+from palpate.bodies.simple_shapes import box, cut_lattice, cylinder, sheet
 from palpate.effects.linear_elements import LinearElements
 
 

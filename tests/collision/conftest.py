@@ -8,9 +8,9 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import box, sheet
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, merge_particles, particles_of
+from palpate.bodies.simple_shapes import box, sheet
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import Run, run
 from palpate.scenes.scene import Scene

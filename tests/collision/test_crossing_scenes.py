@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from palpate.collision.moving_surfaces import folding_sheet, random_soup, two_livers
+from palpate.collision.prescribed_motions import folding_sheet, random_soup, two_livers
 from palpate.collision.triangles.brute_force import crossing, overlapping
 from palpate.collision.triangles.intersection import triangle_pairs_intersect
 

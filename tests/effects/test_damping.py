@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.bodies.box import sheet
 from palpate.bodies.particles import Particles, particles_of
+from palpate.bodies.simple_shapes import sheet
 from palpate.effects import linear_elements, triangles
 from palpate.effects.rayleigh import make
 from palpate.effects.velocity_damping import make as make_velocity_damping

@@ -271,7 +271,7 @@ def test_a_second_process_compiles_nothing(tmp_path):
     """All laws and kinds of elements from the kernels that the first process has kept."""
     code = (
         "import numpy as np, numba\n"
-        "from palpate.bodies.box import box\n"
+        "from palpate.bodies.simple_shapes import box\n"
         "from palpate.bodies.material import LAWS, Material\n"
         "from palpate.effects.linear_elements import LinearElements\n"
         "from palpate.effects import linear_elements\n"

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import Sheet
 from palpate.bodies.particles import merge_particles, particles_of
+from palpate.bodies.simple_shapes import sheet
 from palpate.effects.bending import hinges
 from palpate.effects.bending import make as make_bending
 from palpate.effects.triangles import FOLD, make

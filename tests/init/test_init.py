@@ -12,11 +12,11 @@ from fixtures.scans import write_scan
 
 from palpate.bodies.body import nest
 from palpate.bodies.body_from_mesh import build, solid_of
-from palpate.bodies.box import box
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
+from palpate.bodies.simple_shapes import box
 from palpate.bodies.supports import inner_nodes, read_bed
 from palpate.bodies.surfaces.coarse_solid import apart
 from palpate.cli import main

@@ -11,8 +11,8 @@ import meshio
 import pytest
 
 from palpate.benchmark.advice import advise
-from palpate.benchmark.comparison import read_errors
-from palpate.bodies.box import box
+from palpate.benchmark.ranking import read_errors
+from palpate.bodies.simple_shapes import box
 from palpate.bodies.supports import inner_nodes, read_bed
 from palpate.cli import main
 from palpate.errors import InputError

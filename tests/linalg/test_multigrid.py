@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import cylinder
+from palpate.bodies.simple_shapes import cylinder
 from palpate.effects.linear_elements import LinearElements
 from palpate.linalg.block_pattern import hold, pattern_of, product
 from palpate.linalg.conjugate_gradients import conjugate_gradients

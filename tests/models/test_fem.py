@@ -9,8 +9,8 @@ import pytest
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load
 from palpate.bodies.body import nest
-from palpate.bodies.box import cylinder
 from palpate.bodies.refinement import finer
+from palpate.bodies.simple_shapes import cylinder
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.models import fem

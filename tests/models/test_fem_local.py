@@ -7,10 +7,10 @@ import pytest
 
 from palpate.benchmark.load import Load
 from palpate.bodies.body import nest
-from palpate.bodies.box import box
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.material import Material
 from palpate.bodies.refinement import finer
+from palpate.bodies.simple_shapes import box
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError
 from palpate.models import fem, fem_local

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.box import box
 from palpate.bodies.material import LAWS, Material
 from palpate.bodies.particles import Particles, particles_of
+from palpate.bodies.simple_shapes import box
 from palpate.errors import InputError, NotConverged
 from palpate.models.reduced_body import ReducedBody, bends, vibrations
 from palpate.models.reduced_motion import CarriedBfgs

@@ -15,7 +15,7 @@ from palpate.benchmark.static_responses import press
 from palpate.bodies.mesh import TetMesh
 from palpate.errors import InputError
 from palpate.models.enrichment.features import Ordered
-from palpate.models.enrichment.fitting import gather
+from palpate.models.enrichment.training_samples import gather
 from palpate.models.linear_fem import LinearFem
 from palpate.models.warped_compliance import LoadResidual
 from palpate.models.warped_response import NodalSpins, WarpedResponse, turn, warp

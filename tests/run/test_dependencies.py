@@ -25,7 +25,7 @@ def script(tmp_path, monkeypatch):
     return digest
 
 
-PLAIN = "from palpate.bodies.box import box\n\n\ndef sides():\n    return box\n"
+PLAIN = "from palpate.bodies.simple_shapes import box\n\n\ndef sides():\n    return box\n"
 
 
 def test_words_and_layout_do_not_count(script):

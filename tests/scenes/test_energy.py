@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import box
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
 from palpate.bodies.particles import merge_particles, particles_of
+from palpate.bodies.simple_shapes import box
 from palpate.errors import NotConverged
 from palpate.files import read_yaml
 from palpate.run.settings import complete

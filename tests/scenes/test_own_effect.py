@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import sheet
 from palpate.bodies.particles import particles_of
+from palpate.bodies.simple_shapes import sheet
 from palpate.effects import bending, body_springs, gravity, linear_elements, springs, triangles, volume_force
 from palpate.errors import InputError
 from palpate.scenes import own_effect

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
+from palpate.bodies.simple_shapes import cylinder
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import motion
 from palpate.scenes.run_scene import compose, decisions, effect_names, initial_positions, run

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import box, cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
+from palpate.bodies.simple_shapes import box, cylinder
 from palpate.effects import gravity, held, linear_elements, rayleigh, velocity_damping
 from palpate.effects.springs import Springs
 from palpate.errors import InputError, NotConverged

@@ -9,10 +9,10 @@ from fixtures.direct import direct
 from scipy.spatial import cKDTree
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.box import box
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.simple_shapes import box
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import QuadraticElements

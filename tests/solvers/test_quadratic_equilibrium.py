@@ -9,10 +9,10 @@ from skfem import BilinearForm, ElementTetP0, asm
 from skfem.helpers import ddot, div, sym_grad
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.box import box as box_of
-from palpate.bodies.box import cylinder
 from palpate.bodies.material import LAWS, Material
 from palpate.bodies.refinement import refine
+from palpate.bodies.simple_shapes import box as box_of
+from palpate.bodies.simple_shapes import cylinder
 from palpate.bodies.supports import Bed
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import MeanDilatation, QuadraticElements

@@ -5,7 +5,7 @@ import pytest
 from scipy import sparse
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import box, cylinder
+from palpate.bodies.simple_shapes import box, cylinder
 from palpate.errors import NotConverged
 from palpate.solvers.buckling import Buckling
 from palpate.solvers.equilibrium import NEUTRAL, Equilibrium, FastEquilibrium, Unbuckled, softest

@@ -8,7 +8,7 @@ import meshio
 import pytest
 from snakemake.cli import get_argument_parser
 
-from palpate.bodies.box import box
+from palpate.bodies.simple_shapes import box
 from palpate.init.command import init
 from palpate.init.recognise import recognise
 

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.comparison import (
+from palpate.benchmark.conformal import FEWEST, bound_factor, finite
+from palpate.benchmark.held_out import SETTING, TIED, HeldOut, fastest, least_wrong
+from palpate.benchmark.ranking import (
     BOUNDS,
     EQUAL,
     EXACT,
@@ -19,8 +21,6 @@ from palpate.benchmark.comparison import (
     resampled,
     unknown,
 )
-from palpate.benchmark.conformal import FEWEST, bound_factor, finite
-from palpate.benchmark.held_out import SETTING, TIED, HeldOut, fastest, least_wrong
 from palpate.errors import InputError
 from palpate.table_declaration import Table
 

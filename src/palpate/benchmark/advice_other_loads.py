@@ -19,9 +19,9 @@ from palpate.benchmark.advice import (
     tie_of,
     versus,
 )
-from palpate.benchmark.comparison import EQUAL, KINDS, TIED_TIMES, by_error, by_time, own_error
 from palpate.benchmark.conformal import FEWEST, finite
 from palpate.benchmark.error_bounds import CONSTANT
+from palpate.benchmark.ranking import EQUAL, KINDS, TIED_TIMES, by_error, by_time, own_error
 from palpate.errors import InputError
 
 BY_ERROR = {"rmse_of_peak": EQUAL, "real_time_factor": TIED_TIMES}

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.advice import ADVICE, NONE, Question, advise
-from palpate.benchmark.comparison import EQUAL, KINDS
 from palpate.benchmark.held_out import SETTING
+from palpate.benchmark.ranking import EQUAL, KINDS
 from palpate.benchmark.split import deal
 
 NOISE = (0.7, 1.4)

@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
-from palpate.benchmark.comparison import BOUNDS, EXACT, KINDS, lasting, own_errors
 from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.judge import TRAINING
 from palpate.benchmark.measure import COARSER as APART
 from palpate.benchmark.measure import ESTIMATED
+from palpate.benchmark.ranking import BOUNDS, EXACT, KINDS, lasting, own_errors
 from palpate.table_declaration import Table
 
 ERROR_BOUNDS = Table(

@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.comparison import BOUNDS, EQUAL, averaged, first_of, own_errors, same_settings
 from palpate.benchmark.conformal import bound_factor, bounds
 from palpate.benchmark.judge import SIDES, TRAINING
+from palpate.benchmark.ranking import BOUNDS, EQUAL, averaged, first_of, own_errors, same_settings
 
 SETTING = ["model", "setting"]
 TIED = 2.0

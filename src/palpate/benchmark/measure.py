@@ -12,10 +12,10 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors
-from palpate.benchmark.comparison import OWN_ERROR, TRUTH, ZERO
 from palpate.benchmark.judge import SIDES, Judge
 from palpate.benchmark.load import Answer, Doubted, Load, Refused, loads_of
 from palpate.benchmark.model import Case, LeftOut, Model, Setting, Solver, checked, setting_text
+from palpate.benchmark.ranking import OWN_ERROR, TRUTH, ZERO
 from palpate.benchmark.timing import said, time_calls
 from palpate.errors import InputError, NotConverged
 

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 from palpate.bodies import body_from_mesh
 from palpate.bodies.body import Body, nest
-from palpate.bodies.box import box, cylinder, sheet
 from palpate.bodies.ct import mesh_from_ct
 from palpate.bodies.ct.masses import nodal_densities
 from palpate.bodies.material import read_material
 from palpate.bodies.mesh_quality import check_quality
 from palpate.bodies.organs import SHAPES, coarse_body, surface_of
 from palpate.bodies.regions import balls_of, read_regions
+from palpate.bodies.simple_shapes import box, cylinder, sheet
 from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
 from palpate.bodies.surfaces.coarse_solid import NODES
 from palpate.errors import InputError, about

@@ -7,10 +7,10 @@ from functools import lru_cache, partial
 import numpy as np
 from scipy.spatial import cKDTree
 
-from palpate.bodies.box import onto_cylinder
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import REFUSED_DEG
 from palpate.bodies.refinement import Snap
+from palpate.bodies.simple_shapes import onto_cylinder
 from palpate.bodies.surfaces.remesh import fibonacci_sphere, nearest_alike, triangulate, triangulate_evenly
 from palpate.bodies.surfaces.snap import Onto, element_quality, snapper_onto
 from palpate.bodies.surfaces.tetrahedralize import Ball, tetrahedralize

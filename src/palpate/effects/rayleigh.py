@@ -32,22 +32,23 @@ class Rayleigh(Force, Proportional):
         count = np.bincount(self.couples.ravel(), minlength=len(masses))
         self._shares = (mass_rate * masses / np.maximum(count, 1))[self.couples]
         m, k = self.couples.shape
-        self._slots = np.arange(m * k * k, dtype=np.int32).reshape(m, k, k)
+        self._own_blocks = np.arange(m * k * k, dtype=np.int32).reshape(m, k, k)
         self._masses = np.multiply.outer(self._shares.ravel(), np.eye(3))
 
     @cached_property
     def _blocks(self) -> np.ndarray:
         """Scratch for the blocks of all elements, which implicit steps do without."""
-        return np.zeros((self._slots.size, 3, 3))
+        return np.zeros((self._own_blocks.size, 3, 3))
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
+        """Subtract C(x) v; each element has blocks of its own, so that none is written twice."""
         self._blocks[:] = 0.0
         if self._elastic is not None:
-            self._elastic.add_stiffness(x, True, self._slots, self._blocks)
+            self._elastic.add_stiffness(x, True, self._own_blocks, self._blocks)
             self._blocks *= self._time
-        places = np.diagonal(self._slots, axis1=1, axis2=2)
+        diagonal = np.diagonal(self._own_blocks, axis1=1, axis2=2)
         for i in range(3):
-            self._blocks[places, i, i] += self._shares
+            self._blocks[diagonal, i, i] += self._shares
         _subtract_products(self.couples, self._blocks, v, force)
 
     def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:

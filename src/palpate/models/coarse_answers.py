@@ -11,7 +11,7 @@ import numpy as np
 from palpate.benchmark.accuracy import Method
 from palpate.benchmark.load import Load, Refused, loads_of
 from palpate.benchmark.model import Case, Setting, Solver, distinct
-from palpate.models.enrichment.fitting import Fitting
+from palpate.models.enrichment.training_samples import Fitting
 from palpate.models.fem_statics import LinearCoarse, Simulation
 
 LINEAR, LOOSE, CONVERGED = "linear", "loose", "converged"

@@ -6,7 +6,7 @@ from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.model import Case, Setting, Solver, one_stage
 from palpate.models.coarse_answers import coarse_settings, coarse_solver
-from palpate.models.enrichment.fitting import Fitting
+from palpate.models.enrichment.training_samples import Fitting
 
 
 class Interpolation:

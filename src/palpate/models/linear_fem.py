@@ -9,7 +9,7 @@ from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.model import Case, Setting, Solver, aims_at_limit, held_mb, one_stage
 from palpate.bodies.contacts import row_of
 from palpate.models.depths import Discs
-from palpate.models.enrichment.fitting import Fitting
+from palpate.models.enrichment.training_samples import Fitting
 from palpate.models.limit import TO_LIMIT, at_limit
 from palpate.models.near_buckling import NearBuckling
 from palpate.solvers.compliance import Compliance

@@ -14,8 +14,8 @@ from palpate.benchmark.model import Case, FitOptions, Setting, Solver, one_stage
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.errors import NotConverged
 from palpate.models.coarse_answers import fitting_to
-from palpate.models.enrichment.fitting import Training
 from palpate.models.enrichment.ridge import LAMBDAS, dual_weights
+from palpate.models.enrichment.training_samples import Training
 from palpate.models.near_buckling import NearBuckling
 
 REACHES = np.geomspace(0.05, 3.0, 9)

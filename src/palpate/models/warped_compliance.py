@@ -20,8 +20,8 @@ from palpate.benchmark.model import (
 from palpate.bodies.contacts import row_of
 from palpate.models.depths import Discs
 from palpate.models.enrichment.features import Ordered
-from palpate.models.enrichment.fitting import Training, convinces, gather
 from palpate.models.enrichment.ridge import KernelRidge
+from palpate.models.enrichment.training_samples import Training, convinces, gather
 from palpate.models.limit import TO_LIMIT, at_limit
 from palpate.models.linear_fem import LinearFem
 from palpate.models.near_buckling import NearBuckling

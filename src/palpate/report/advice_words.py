@@ -7,8 +7,8 @@ import pandas as pd
 
 from palpate.benchmark.advice import NONE, name
 from palpate.benchmark.advice_other_loads import doubts
-from palpate.benchmark.comparison import EQUAL, KINDS, TIED_TIMES, UNKNOWN
 from palpate.benchmark.conformal import FEWEST
+from palpate.benchmark.ranking import EQUAL, KINDS, TIED_TIMES, UNKNOWN
 from palpate.report.model_looks import label
 from palpate.report.words import percent, seconds, two_digits
 

@@ -126,7 +126,7 @@ class Stage:
     def volume(self, volume) -> None:
         """Add a vtkVolume, lit from the camera.
 
-        Trap: its ray caster takes ambient light from lamps, which have none by default; this stage gets another lamp.
+        Trap: its ray caster takes ambient light from lamps, which have none by default; one that has it replaces them.
         """
         lamp = self._pyvista.Light(light_type="headlight")
         lamp.SetAmbientColor(1, 1, 1)

@@ -7,7 +7,7 @@ import pandas as pd
 from palpate.benchmark import advice as pressed
 from palpate.benchmark import advice_other_loads as other_loads
 from palpate.benchmark.advice_trial import NOISE, advised_again, tried_elsewhere
-from palpate.benchmark.comparison import EQUAL, KINDS, read_errors
+from palpate.benchmark.ranking import EQUAL, KINDS, read_errors
 from palpate.errors import InputError
 from palpate.report import tables
 from palpate.report.advice_words import advice_list, any_load_lines, lines

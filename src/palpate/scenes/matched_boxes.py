@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
+from palpate.bodies.simple_shapes import box
 from palpate.effects import shape_matching
 from palpate.solvers import goal_position
 from palpate.solvers.system import System

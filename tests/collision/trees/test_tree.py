@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.collision.moving_surfaces import folding_sheet, instrument_press, liver_surface, random_soup, two_livers
+from palpate.collision.prescribed_motions import folding_sheet, instrument_press, liver_surface, random_soup, two_livers
 from palpate.collision.trees.tree import REBUILD_QUALITY, Tree
 from palpate.collision.trees.tree_query import candidates, crossing_pairs, self_candidates
 from palpate.collision.trees.volumes import KINDS as VOLUMES

@@ -12,7 +12,7 @@ from palpate.benchmark.presses import LOAD_COLUMNS
 from palpate.benchmark.static_responses import assemble, press
 from palpate.bodies.mesh import TetMesh
 from palpate.models.enrichment.detail_correction import DetailCorrection, NodalRotations, Scale, fit_scale
-from palpate.models.enrichment.fitting import Training, gather
+from palpate.models.enrichment.training_samples import Training, gather
 from palpate.models.interpolation import Interpolation
 
 PROTOCOLS = ("paper", "live")

@@ -7,11 +7,11 @@ import pytest
 from scipy.sparse import csr_array
 
 from palpate.models.enrichment.features import kinds
-from palpate.models.enrichment.fitting import gather
 from palpate.models.enrichment.methods import build
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, Blend, DescribedSamples
 from palpate.models.enrichment.pod_rbf import PodRbf
 from palpate.models.enrichment.ridge import KernelRidgeDetail, RidgeUpsampling
+from palpate.models.enrichment.training_samples import gather
 from palpate.models.interpolation import Interpolation
 from palpate.solvers.compliance import Compliance
 

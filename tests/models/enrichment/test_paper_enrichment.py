@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from palpate.models.enrichment.fitting import Fitting
 from palpate.models.enrichment.paper_enrichment import (
     LITERAL,
     WEIGHTS,
@@ -18,6 +17,7 @@ from palpate.models.enrichment.paper_enrichment import (
     query_weights,
     squared_distances,
 )
+from palpate.models.enrichment.training_samples import Fitting
 
 RANDOM = np.random.default_rng(0)
 KNOWN = RANDOM.normal(size=(15, 6))

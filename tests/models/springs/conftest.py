@@ -7,7 +7,7 @@ import pytest
 
 from palpate.bodies.material import Material
 from palpate.bodies.particles import solid_particles
-from palpate.models.springs.experiment import middle, paper_cube
+from palpate.models.springs.cube_experiment import middle, paper_cube
 from palpate.models.springs.fitness import Fitness
 from palpate.models.springs.spring_motion import Press, Settings, key_points, simulate, spring_model
 

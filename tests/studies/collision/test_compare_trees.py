@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.collision.moving_surfaces import random_soup, two_livers
+from palpate.collision.prescribed_motions import random_soup, two_livers
 from palpate.collision.triangles.brute_force import crossing
 from palpate.studies.collision import compare_trees
 

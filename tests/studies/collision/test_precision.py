@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.bodies.surfaces.remesh import fibonacci_sphere, triangulate
 from palpate.collision.contact_points import ContactPoints
-from palpate.collision.moving_surfaces import two_bodies
+from palpate.collision.prescribed_motions import two_bodies
 from palpate.collision.trees.build_tree import CHILD
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import Counts

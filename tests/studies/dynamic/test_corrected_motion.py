@@ -7,8 +7,8 @@ import pytest
 from fixtures.poked_bar import poked
 
 from palpate.bodies.body import Body
-from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
+from palpate.bodies.simple_shapes import sheet
 from palpate.models.fem_statics import to_surface
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_scene
 from palpate.studies.dynamic.fitted import CorrectedMotion, corrects

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import Body
-from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
+from palpate.bodies.simple_shapes import sheet
 from palpate.studies.dynamic.compared_scene import nest_sheet, refine_sheet
 
 

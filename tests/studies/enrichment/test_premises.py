@@ -8,9 +8,9 @@ import pytest
 
 from palpate.benchmark.model import FitOptions
 from palpate.bodies.body import nest
-from palpate.bodies.box import cylinder, sheet
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
+from palpate.bodies.simple_shapes import cylinder, sheet
 from palpate.effects.springs import Springs
 from palpate.effects.triangles import make
 from palpate.errors import InputError

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.box import box
 from palpate.bodies.material import Material
+from palpate.bodies.simple_shapes import box
 
 LENGTH, SIDE = 0.2, 0.01
 

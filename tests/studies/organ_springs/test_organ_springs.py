@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import box
 from palpate.bodies.material import Material, Tissue
+from palpate.bodies.simple_shapes import box
 from palpate.errors import InputError
 from palpate.models.springs.spring_motion import simulate
 from palpate.run.settings import defaults

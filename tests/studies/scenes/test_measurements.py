@@ -12,7 +12,7 @@ from palpate.scenes.motion import Motion, Moved, load, save
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
 from palpate.studies.scenes import measurements
-from palpate.studies.scenes.contact_force import closed, contact_force, nearest
+from palpate.studies.scenes.contact_force import closed, contact_force, least_signed_distance
 from palpate.studies.scenes.measurements import FAILS, HOLDS, REST, UNKNOWN, cost, energy_balance, left_out
 
 LOAD = {"at_m": [0.2, 0.1, 0.08], "force_n": [0, 0, 0], "radius_m": 0.0, "start_s": 0, "press_s": 0.1}
@@ -146,13 +146,15 @@ def test_nearest_is_signed_and_forgets_no_change_of_sides(box):
     mesh = box([4, 2, 2], [0.2, 0.1, 0.08])
     corners = mesh.nodes[mesh.triangles]
     ways = np.array([[0.1, 0.05, 0.07], [0.1, 0.05, 0.1], [0.23, 0.14, 0.04], [0.1, 0.05, 0.04], [0.1, 0.05, 0.05]])
-    assert nearest(np.zeros((1, 3)), ways, corners) == pytest.approx([-0.01, 0.02, 0.05, -0.04, -0.03], abs=1e-12)
+    assert least_signed_distance(np.zeros((1, 3)), ways, corners) == pytest.approx(
+        [-0.01, 0.02, 0.05, -0.04, -0.03], abs=1e-12
+    )
     rng = np.random.default_rng(3)
     points, walk = rng.uniform(0.0, 0.1, (5, 3)), rng.normal(0.0, 0.01, (60, 3)).cumsum(axis=0)
     beyond = np.abs(points + walk[:, None] - [0.1, 0.05, 0.04]) - [0.1, 0.05, 0.04]  # of the box's halves
     inside = beyond.max(axis=2)
     signed = np.where(inside < 0.0, inside, np.linalg.norm(np.maximum(beyond, 0.0), axis=2))
-    assert nearest(points, walk, corners) == pytest.approx(signed.min(axis=1), abs=1e-12)
+    assert least_signed_distance(points, walk, corners) == pytest.approx(signed.min(axis=1), abs=1e-12)
 
 
 def test_a_floor_and_an_open_surface_give_no_depth(motion, box):

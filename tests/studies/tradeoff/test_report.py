@@ -8,8 +8,8 @@ import pytest
 from fixtures.material import STUDIES, material, numbers, page
 from fixtures.trade_off import OWN, accuracy_vs_time
 
-from palpate.benchmark.comparison import TRUTH, UNKNOWN, own_error
 from palpate.benchmark.measure import CHOSEN_BY, ERRORS
+from palpate.benchmark.ranking import TRUTH, UNKNOWN, own_error
 from palpate.files import read_yaml
 from palpate.models.model_registry import MODELS, RESERVED
 from palpate.report import page as report

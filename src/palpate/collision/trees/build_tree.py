@@ -245,7 +245,7 @@ def box_areas(nodes, corners):
 
 
 @numba.njit(cache=True)
-def refit_obbs(nodes, corners, pad, frames, axes, boxes):
+def refit_obbs(nodes, corners, pad, corner_offsets, axes, boxes):
     """Refit OBBs with axes that rotate with three corners of each node, around all its corners: O(m) per level.
 
     So a rigid motion keeps them as tight as when they were chosen, and no motion makes them miss a corner.
@@ -253,7 +253,7 @@ def refit_obbs(nodes, corners, pad, frames, axes, boxes):
     turned, frame = np.empty((3, 3)), np.empty((3, 3))
     for n in range(len(nodes)):
         first, last = 3 * nodes[n, FIRST], 3 * nodes[n, LAST]
-        _frame(corners, first, frames[n, 0], frames[n, 1], frame)
+        _frame(corners, first, corner_offsets[n, 0], corner_offsets[n, 1], frame)
         for i in range(3):
             for j in range(3):
                 turned[i, j] = axes[n, i, 0] * frame[0, j] + axes[n, i, 1] * frame[1, j] + axes[n, i, 2] * frame[2, j]
@@ -263,7 +263,7 @@ def refit_obbs(nodes, corners, pad, frames, axes, boxes):
 
 
 @numba.njit(cache=True)
-def choose_axes(nodes, corners, frames, axes):
+def choose_axes(nodes, corners, corner_offsets, axes):
     """Choose axes of each node's OBB at ``corners`` (3m, 3), as coordinates (3, 3) in a frame of three of its corners.
 
     The second and third corner, (2,) counted from the node's first, are the farthest from the first, and from the line
@@ -272,15 +272,15 @@ def choose_axes(nodes, corners, frames, axes):
     row, frame = np.empty((1, 15)), np.empty((3, 3))
     for n in range(len(nodes)):
         first, last = 3 * nodes[n, FIRST], 3 * nodes[n, LAST]
-        frames[n, 0] = frames[n, 1] = 0
+        corner_offsets[n, 0] = corner_offsets[n, 1] = 0
         best = 0.0
         for p in range(first + 1, last):
             far = 0.0
             for i in range(3):
                 far += abs(corners[p, i] - corners[first, i])
             if far > best:
-                best, frames[n, 0] = far, p - first
-        _frame(corners, first, frames[n, 0], 0, frame)
+                best, corner_offsets[n, 0] = far, p - first
+        _frame(corners, first, corner_offsets[n, 0], 0, frame)
         best = 0.0
         for p in range(first + 1, last):
             far = 0.0
@@ -290,8 +290,8 @@ def choose_axes(nodes, corners, frames, axes):
                     along += frame[k, i] * (corners[p, i] - corners[first, i])
                 far += abs(along)
             if far > best:
-                best, frames[n, 1] = far, p - first
-        _frame(corners, first, frames[n, 0], frames[n, 1], frame)
+                best, corner_offsets[n, 1] = far, p - first
+        _frame(corners, first, corner_offsets[n, 0], corner_offsets[n, 1], frame)
         fit_obb(corners, first, last, row, 0)
         for i in range(3):
             for k in range(3):

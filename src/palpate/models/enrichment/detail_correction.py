@@ -17,8 +17,8 @@ from palpate.bodies.mesh import TetMesh
 from palpate.effects.linear_elements import shape_gradients
 from palpate.linalg.polar import signed_svd
 from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, seen_with
-from palpate.models.enrichment.fitting import Fitting, Training, convinces, gather
 from palpate.models.enrichment.ridge import KernelRidge
+from palpate.models.enrichment.training_samples import Fitting, Training, convinces, gather
 from palpate.models.limit import TO_LIMIT, with_limit
 from palpate.solvers.compliance import Compliance
 

@@ -58,7 +58,7 @@ def build(
     # imported here, so that names alone cost nothing, and by name, so that whoever reads imports finds them
     from palpate.models import interpolation, linear_fem
     from palpate.models.enrichment import detail_correction, paper_enrichment, pod_rbf, ridge
-    from palpate.models.enrichment.fitting import Fitting
+    from palpate.models.enrichment.training_samples import Fitting
 
     modules = (paper_enrichment, detail_correction, interpolation, linear_fem, pod_rbf, ridge)
     fits = {module.__name__: module.fit for module in modules}

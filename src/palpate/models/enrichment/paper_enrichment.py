@@ -16,7 +16,7 @@ from scipy.spatial.distance import cdist
 from palpate.benchmark.model import Case, FitOptions, Setting, one_stage, training_counts
 from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, fitting_to, seen_with
 from palpate.models.enrichment.features import Features, describe, in_slots, kinds
-from palpate.models.enrichment.fitting import Fitting, Training
+from palpate.models.enrichment.training_samples import Fitting, Training
 
 SEES, REDUCES, LAW = "deformation", "p2", "the body's"
 WEIGHTS = ("signed", "nonnegative_a", "nonnegative_b", "clipped")  # kinds of weights, which ``BlendWeights`` explains

@@ -10,8 +10,8 @@ from scipy.interpolate import RBFInterpolator
 from palpate.benchmark.database import Database
 from palpate.benchmark.model import Case, Setting, one_stage
 from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, fitting_to, seen_with
-from palpate.models.enrichment.fitting import Fitting, Training
 from palpate.models.enrichment.paper_enrichment import median_distance, squared_distances
+from palpate.models.enrichment.training_samples import Fitting, Training
 
 KERNELS = [("linear", 1.0)] + [
     (name, shape) for name in ("multiquadric", "gaussian") for shape in np.geomspace(0.01, 10, 7).tolist()

@@ -9,8 +9,8 @@ import numpy as np
 from palpate.benchmark.database import Database
 from palpate.benchmark.model import Case, FitOptions, Setting, one_stage, training_counts
 from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, fitting_to, seen_with
-from palpate.models.enrichment.fitting import Fitting, Training
 from palpate.models.enrichment.paper_enrichment import gaussian, median_distance, squared_distances
+from palpate.models.enrichment.training_samples import Fitting, Training
 
 LAMBDAS = np.geomspace(1e-12, 1e2, 29)  # the λ tried, relative to the mean eigenvalue of the kernel matrix
 

@@ -67,7 +67,7 @@ class Fitness:
         self.model, self.press, self.settings = model, press, settings
         self.positions, self.velocities = positions, velocities
         self._constants = constants(model, press, settings)
-        self._wanted = (settings.keys.corners, settings.keys.shares, positions, velocities, settings.every)
+        self._reference_arguments = (settings.keys.corners, settings.keys.shares, positions, velocities, settings.every)
 
     def __call__(self, young: np.ndarray) -> np.ndarray:
         """Compute the fitness (k,) [m] of individuals ``young`` (k, n) [Pa]."""
@@ -75,7 +75,7 @@ class Fitness:
         damping = dampings(self.model, stiffness, self.settings.damping_ratio)
         lanes = _in_lanes(stiffness), _in_lanes(damping)
         fitness = np.empty(len(lanes[0]) * len(LANES))
-        _evaluate(fitness, *lanes, *self._wanted, *self._constants)
+        _evaluate(fitness, *lanes, *self._reference_arguments, *self._constants)
         fitness = fitness[: len(young)]
         return np.where(np.isfinite(fitness), fitness, -np.inf)
 

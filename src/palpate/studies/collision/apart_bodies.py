@@ -8,7 +8,7 @@ import numba
 import numpy as np
 import pandas as pd
 
-from palpate.collision.moving_surfaces import turned, two_bodies
+from palpate.collision.prescribed_motions import turned, two_bodies
 from palpate.collision.trees.build_tree import CHILD, KIND
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import overlapping_trees

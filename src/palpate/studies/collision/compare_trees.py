@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.collision.moving_surfaces import Moving, crossing_waves, scenes
+from palpate.collision.prescribed_motions import Moving, crossing_waves, scenes
 from palpate.collision.trees.tree_query import RefittedTrees
 from palpate.collision.triangles.brute_force import crossing
 from palpate.table_declaration import Table

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 from palpate.bodies.surfaces.remesh import area_normals
 from palpate.bodies.surfaces.triangles import polydata
 from palpate.collision.contact_points import ContactPoints, stopped_contacts, triangle_contacts
-from palpate.collision.moving_surfaces import Moving, instrument_approach, instrument_press, livers_apart, two_livers
+from palpate.collision.prescribed_motions import Moving, instrument_approach, instrument_press, livers_apart, two_livers
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import StoppedTree, candidates
 from palpate.collision.triangles.brute_force import crossing

@@ -7,10 +7,10 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from palpate.bodies.body import Body
-from palpate.bodies.box import sheet
 from palpate.bodies.mesh import Sheet
 from palpate.bodies.particles import Particles, merge_particles, particles_of
 from palpate.bodies.refinement import finer, midpoints_between
+from palpate.bodies.simple_shapes import sheet
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
-from palpate.benchmark.comparison import EXACT
 from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.error_bounds import CONSTANT, OWN
 from palpate.benchmark.presses import oblique
+from palpate.benchmark.ranking import EXACT
 from palpate.bodies.contacts import kept_contacts
 from palpate.errors import NotConverged
 from palpate.studies.dynamic.accuracy import STEP, measure

@@ -8,15 +8,15 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import Method, sample_errors
-from palpate.benchmark.comparison import RANGE, resampled
 from palpate.benchmark.database import Database
 from palpate.benchmark.model import FitOptions
+from palpate.benchmark.ranking import RANGE, resampled
 from palpate.benchmark.split import SPLITS, split
 from palpate.models import interpolation
 from palpate.models.enrichment import paper_enrichment
 from palpate.models.enrichment.features import FEATURES, Features, kinds
-from palpate.models.enrichment.fitting import Fitting, gather
 from palpate.models.enrichment.paper_enrichment import LITERAL, DescribedSamples, gaussian, inverse
+from palpate.models.enrichment.training_samples import Fitting, gather
 from palpate.studies.enrichment.premise_samples import prepare, sample_counts
 from palpate.table_declaration import Table
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.comparison import front
+from palpate.benchmark.ranking import front
 from palpate.report import style, tables
 from palpate.report.material import Report
 from palpate.report.words import capital, seconds, spaced

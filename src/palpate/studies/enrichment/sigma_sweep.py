@@ -12,8 +12,8 @@ import pandas as pd
 from palpate.benchmark.database import Database
 from palpate.benchmark.model import FitOptions
 from palpate.models.enrichment.features import describe, in_slots, kinds
-from palpate.models.enrichment.fitting import blend_errors, gather
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, DescribedSamples, squared_distances
+from palpate.models.enrichment.training_samples import blend_errors, gather
 from palpate.table_declaration import Table
 
 SIGMA_SWEEP = Table(

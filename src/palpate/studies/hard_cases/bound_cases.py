@@ -10,9 +10,9 @@ from palpate.benchmark.load import Answer as Told
 from palpate.benchmark.load import loads_of
 from palpate.benchmark.model import Case as ModelCase
 from palpate.bodies.body import nest
-from palpate.bodies.box import box
 from palpate.bodies.contacts import contacts_of
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.simple_shapes import box
 from palpate.effects.elements import locking_is_measured
 from palpate.models import cascade
 from palpate.models.fem_statics import Simulation, to_surface

@@ -11,8 +11,8 @@ from palpate.benchmark.load import Load, Press, displacement_of
 from palpate.benchmark.model import Case as ModelCase
 from palpate.benchmark.model import Solver
 from palpate.bodies.body import Body, nest
-from palpate.bodies.box import box
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.simple_shapes import box
 from palpate.effects.patch_load import nodal_load, patch_at, patch_shares
 from palpate.models import fem, linear_fem, warped_compliance
 from palpate.models.contact_modes import contact_modes

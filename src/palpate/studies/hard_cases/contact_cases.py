@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from palpate.bodies.box import box, sheet
 from palpate.bodies.mesh import Sheet, TetMesh
 from palpate.bodies.particles import Particles, merge_particles, solid_particles
+from palpate.bodies.simple_shapes import box, sheet
 from palpate.collision.contact.obstacles import pieces_of
 from palpate.collision.triangles.brute_force import crossing
 from palpate.collision.triangles.distance import triangle_pairs_distance

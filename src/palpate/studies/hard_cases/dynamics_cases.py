@@ -8,9 +8,9 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.spatial.distance import pdist
 
-from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, solid_particles
+from palpate.bodies.simple_shapes import box
 from palpate.effects import shape_matching
 from palpate.effects.effect import Force
 from palpate.scenes.run_scene import compose, run

@@ -9,12 +9,12 @@ import numpy as np
 from palpate.benchmark.database import Database, database_of
 from palpate.benchmark.model import FitOptions
 from palpate.bodies.body import Body, nest
-from palpate.bodies.box import box
+from palpate.bodies.simple_shapes import box
 from palpate.effects.patch_load import nodal_load
 from palpate.models.enrichment.features import FEATURES, kinds
-from palpate.models.enrichment.fitting import Training
 from palpate.models.enrichment.methods import METHODS, build
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, Blend, DescribedSamples, gaussian, squared_distances
+from palpate.models.enrichment.training_samples import Training
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.hard_cases.hard_case import Answer, Case, finite
@@ -139,14 +139,14 @@ def _noise() -> np.ndarray:
     return np.random.default_rng(0).uniform(-1.0, 1.0, (1, *pressed()[1].coarse_live[0].shape))
 
 
-def _answers(method: Any, coarse: np.ndarray, of: np.ndarray, newtons: float = 1.0) -> np.ndarray:
-    """Return the answers (q, n, 3) [m] to coarse displacements (q, N, 3) [m] at contacts of the samples ``of`` (q,).
+def _answers(method: Any, coarse: np.ndarray, samples: np.ndarray, newtons: float = 1.0) -> np.ndarray:
+    """Return the answers (q, n, 3) [m] to coarse displacements (q, N, 3) [m] at contacts of the ``samples`` (q,).
 
     newtons : factor of these samples' forces
     """
     db = pressed()[1]
     return np.array(
-        [method.predict(u, int(db.contact[i]), newtons * db.force[i]) for u, i in zip(coarse, of, strict=True)]
+        [method.predict(u, int(db.contact[i]), newtons * db.force[i]) for u, i in zip(coarse, samples, strict=True)]
     )
 
 

@@ -6,11 +6,11 @@ from functools import cache, partial
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import check_boundary, dihedral_angles
 from palpate.bodies.particles import Particles, solid_particles
+from palpate.bodies.simple_shapes import box
 from palpate.effects.effect import Effect
 from palpate.effects.elements import PLAIN_POISSON, Elements
 from palpate.effects.held import Held

@@ -14,7 +14,7 @@ from palpate.benchmark.model import Solver
 from palpate.bodies.body import Body
 from palpate.bodies.material import LAWS
 from palpate.effects.elements import locking_is_measured
-from palpate.models import fem, pod_galerkin, pod_of_loads, quadratic_neo_hookean
+from palpate.models import fem, newton_law, pod_galerkin, pod_of_loads
 from palpate.models.contact_modes import contact_modes
 from palpate.models.model_registry import ENGINES, absent, model
 from palpate.studies.hard_cases.enrichment_cases import SETTINGS as FIT
@@ -162,7 +162,7 @@ def engines() -> list[Case]:
 def _engine_pressed(times: float, changed: dict[str, float], engine: str) -> Answer:
     """Press the bar as contact modes are, with another law, and compare with Newton's method."""
     made, body = model(engine, {}), bar(**changed)
-    law = made.law if made.law in LAWS else quadratic_neo_hookean.__file__
+    law = made.law if made.law in LAWS else newton_law.__file__
     case = case_of(replace(body, material=replace(body.material, law=law)))
     load = pressing(body, [0.0, 0.0, -times])
     with locking_is_measured():

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.particles import Particles, solid_particles
+from palpate.bodies.simple_shapes import box
 from palpate.effects.effect import Weight
 from palpate.effects.elements import Elements
 from palpate.scenes import effect_registry

@@ -3,9 +3,9 @@
 import numpy as np
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import box
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.particles import Particles, particles_of
+from palpate.bodies.simple_shapes import box
 from palpate.effects.body_springs import BodySprings
 from palpate.effects.effect import Effect
 from palpate.effects.fem_plasticity import FemPlasticity

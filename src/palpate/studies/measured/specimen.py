@@ -51,7 +51,9 @@ def nearest_points(mesh: Mesh, points: np.ndarray, order: int) -> sparse.csr_arr
 
 
 def disc_points(mesh: Mesh, center: np.ndarray, radius: float, order: int) -> tuple[sparse.csr_array, np.ndarray]:
-    """Choose points of the surface in the ball of ``radius`` [m] around ``center``: their map (k, n) and weights (k,).
+    """Return quadrature on the surface in the ball of ``radius`` [m] around ``center``: interpolation and weights (k,).
+
+    The interpolation is (k, n), from the n nodes to the points.
 
     The weights [m²] integrate polynomials of degree 4 over that part of the surface; single ones may be negative.
     """

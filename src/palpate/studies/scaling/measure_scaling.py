@@ -19,7 +19,7 @@ from palpate.table_declaration import Table
 if TYPE_CHECKING:
     from palpate.benchmark.database import Database
     from palpate.benchmark.model import FitOptions
-    from palpate.models.enrichment.fitting import Training
+    from palpate.models.enrichment.training_samples import Training
 
 FITTED_SIZES = 4
 """Number of largest sizes over which an exponent is fitted: at smaller ones the cost of the call itself matters."""
@@ -143,7 +143,7 @@ def _liver(refinements: int) -> Body:
 
 def triangles(count: int, meter: Meter) -> Size:
     """Build, refit and query composite trees of two crossing sheets of together about ``count`` triangles."""
-    from palpate.collision.moving_surfaces import crossing_waves
+    from palpate.collision.prescribed_motions import crossing_waves
     from palpate.collision.trees.tree_query import RefittedTrees
 
     scene = crossing_waves(count)
@@ -166,8 +166,8 @@ def cores(count: int, meter: Meter) -> Size:
     """Compute a generation of paper 2's genetic algorithm on ``count`` cores."""
     import numba
 
+    from palpate.models.springs.cube_experiment import experiment
     from palpate.models.springs.evolution import Genetic, Rules
-    from palpate.models.springs.experiment import experiment
 
     found = experiment(CUBE, 0.3)
     # a reference at rest costs as much as a moving one
@@ -229,7 +229,7 @@ def _database(fine: int, count: int) -> tuple["Database", "Training", "FitOption
     from palpate.benchmark.database import Database
     from palpate.benchmark.model import FitOptions
     from palpate.bodies.surfaces.remesh import fibonacci_sphere
-    from palpate.models.enrichment.fitting import gather
+    from palpate.models.enrichment.training_samples import gather
 
     random, mesh = np.random.default_rng(0), liver(LENGTH_M)
     among, n = mesh.surface, len(mesh.nodes)

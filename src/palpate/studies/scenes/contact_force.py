@@ -27,7 +27,7 @@ def contact_force(motion: Motion) -> pd.DataFrame:
     The instrument is a ball, the axis of a rod or the corners of a mesh, each with its radius. The depth is nan for a
     floor, and where the surface is open, as a sheet's, so that it has no inside.
     """
-    tables = [_felt(motion, thing) for thing in motion.obstacles if np.ptp(_middles(motion, thing), axis=0).any()]
+    tables = [_rows_of(motion, thing) for thing in motion.obstacles if np.ptp(_middles(motion, thing), axis=0).any()]
     return pd.concat(tables, ignore_index=True)[CONTACT_FORCE.columns] if tables else CONTACT_FORCE.frame([])
 
 
@@ -37,14 +37,16 @@ def _middles(motion: Motion, thing: Moved) -> np.ndarray:
     return np.vstack([thing.positions[0].mean(axis=0), seen])
 
 
-def _felt(motion: Motion, thing: Moved) -> pd.DataFrame:
+def _rows_of(motion: Motion, thing: Moved) -> pd.DataFrame:
+    """Tabulate an instrument's force and depth: its radius less the least signed distance of its moved points."""
     middles, corners = _middles(motion, thing), motion.rest[motion.triangles]
+    shifts = middles[1:] - middles[0]  # the first is the start
     forces = motion.observed[[f"{thing.name}_force_{axis}_n" for axis in "xyz"]].to_numpy()
     depths = np.full(len(forces), np.nan)
     if thing.kind != "floor" and closed(motion.triangles):
         ends = thing.positions[0]  # a rod is evaluated at 9 points of its axis, anything else at its corners
         points = np.linspace(ends[0], ends[1], 9) if len(ends) == 2 else np.unique(ends, axis=0)
-        depths = thing.radius_m - nearest(points, middles[1:] - middles[0], corners)
+        depths = thing.radius_m - least_signed_distance(points, shifts, corners)
     columns = {f"force_{axis}_n": forces[:, i] for i, axis in enumerate("xyz")}
     return pd.DataFrame({"time_s": motion.observed["time_s"], **columns}).assign(
         scene=motion.scene, instrument=thing.name, force_n=np.linalg.norm(forces, axis=1), depth_m=depths
@@ -59,7 +61,7 @@ def closed(triangles: np.ndarray) -> bool:
     return np.array_equal(ways, back) and np.array_equal(counts, others)
 
 
-def nearest(points: np.ndarray, shifts: np.ndarray, corners: np.ndarray) -> np.ndarray:
+def least_signed_distance(points: np.ndarray, shifts: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Compute the least signed distance (s,) [m] of ``points`` (n, 3) + ``shifts[i]``, (s, 3), to a closed surface.
 
     corners : (m, 3, 3) [m] of its triangles, oriented outward; the distance is negative inside

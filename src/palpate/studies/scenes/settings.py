@@ -1,4 +1,4 @@
-"""Settings of the scenes: what is simulated over time."""
+"""Checks of the block ``scenes`` that its schema cannot make; a scene's fields are in palpate.scenes.settings."""
 
 from pathlib import Path
 from typing import Annotated

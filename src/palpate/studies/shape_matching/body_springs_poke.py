@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import cylinder
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
+from palpate.bodies.simple_shapes import cylinder
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene
 from palpate.table_declaration import Table

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.bodies.box import box
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
+from palpate.bodies.simple_shapes import box
 from palpate.effects import shape_matching
 from palpate.effects.held import Held
 from palpate.effects.shape_matching import OVERLAPS, TERMS, ShapeMatching, make_clusters

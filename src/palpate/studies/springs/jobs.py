@@ -6,7 +6,7 @@ from palpate.run.job import rarely, use_threads, write_table
 
 
 def simulate_spring_reference(output, params):
-    from palpate.models.springs.experiment import experiment, save_references, simulate_references
+    from palpate.models.springs.cube_experiment import experiment, save_references, simulate_references
 
     found = experiment(params.calibration, params.poisson)
     save_references(simulate_references(found, params.calibration["substeps"]), output[0])
@@ -14,7 +14,7 @@ def simulate_spring_reference(output, params):
 
 def fit_springs(input, output, params, wildcards, threads, say):
     use_threads(threads)  # before numba is imported
-    from palpate.models.springs.experiment import experiment, load_references
+    from palpate.models.springs.cube_experiment import experiment, load_references
     from palpate.studies.springs.spring_fit import SEEDED, tables
 
     calibration, method = params.calibration, wildcards.method
@@ -32,7 +32,7 @@ def fit_springs(input, output, params, wildcards, threads, say):
 
 
 def tabulate_spring_floor(output, params, wildcards):
-    from palpate.models.springs.experiment import experiment, load_references, save_references, simulate_references
+    from palpate.models.springs.cube_experiment import experiment, load_references, save_references, simulate_references
     from palpate.studies.springs.spring_fit import INCOMPRESSIBLE, measure
 
     poisson = float(wildcards.poisson)

@@ -8,9 +8,9 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
+from palpate.models.springs.cube_experiment import Experiment, Motion
 from palpate.models.springs.descent import descend, descend_smoothly, value_and_gradient
 from palpate.models.springs.evolution import Rules, cma_es, evolve
-from palpate.models.springs.experiment import Experiment, Motion
 from palpate.models.springs.fitness import CLOSED, Fit, Fitness, uniform
 from palpate.models.springs.spring_motion import SpringModel, simulate
 from palpate.table_declaration import Table

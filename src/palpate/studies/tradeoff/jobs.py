@@ -108,7 +108,7 @@ def tabulate_error_bounds(input):
 def _advice(table, errors, limits):
     """Advise on each scene of a table, the files of whose samples are ``errors``."""
     from palpate.benchmark.advice import advise
-    from palpate.benchmark.comparison import errors_from
+    from palpate.benchmark.ranking import errors_from
 
     return [
         advise(settings, errors_from(_of(errors, body, regime), settings), **limits)

@@ -11,8 +11,8 @@ import pandas as pd
 
 from palpate.benchmark.advice import MARGIN, NONE
 from palpate.benchmark.advice_other_loads import advise_any_load, operator_error
-from palpate.benchmark.comparison import EQUAL, KINDS, TIED_TIMES, UNKNOWN, averaged, own_error
 from palpate.benchmark.held_out import TIED
+from palpate.benchmark.ranking import EQUAL, KINDS, TIED_TIMES, UNKNOWN, averaged, own_error
 from palpate.files import read_yaml
 from palpate.models.model_registry import ENGINES, FAMILY_OF, INSTALL, SAVED_AGAINST
 from palpate.report import tables

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
-from palpate.benchmark.comparison import KINDS
 from palpate.benchmark.presses import nodal_forces
+from palpate.benchmark.ranking import KINDS
 from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, limit, ratio, reasons, truth_levels
 from palpate.bodies.body import Body
 from palpate.bodies.organs import SmoothSurface

@@ -8,7 +8,7 @@ import pytest
 from fixtures.drawn import texts
 from fixtures.trade_off import accuracy_vs_time
 
-from palpate.benchmark.comparison import averaged
+from palpate.benchmark.ranking import averaged
 from palpate.report import style
 from palpate.report.model_looks import look
 from palpate.studies.tradeoff.figures import precision

@@ -1,6 +1,6 @@
 """Models are compared on the front of a scene only above the error of the truth itself."""
 
-from palpate.benchmark.comparison import averaged, own_error
+from palpate.benchmark.ranking import averaged, own_error
 from palpate.report import tables
 from palpate.studies.tradeoff.figures.scene_rows import front_rows
 

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from palpate.benchmark.comparison import front
+from palpate.benchmark.ranking import front
 from palpate.report import style, tables
 from palpate.report.words import seconds as written
 

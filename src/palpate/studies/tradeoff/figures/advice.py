@@ -10,8 +10,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from palpate.benchmark.advice import NONE
-from palpate.benchmark.comparison import BY_ERROR, KINDS, averaged, own_error, pick
 from palpate.benchmark.load import DEPTH, LOADS
+from palpate.benchmark.ranking import BY_ERROR, KINDS, averaged, own_error, pick
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
 from palpate.report.words import percent

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from palpate.benchmark.advice import NONE
-from palpate.benchmark.comparison import EXACT, KINDS, UNKNOWN, ZERO, averaged, front, own_error
 from palpate.benchmark.model import LIMIT
+from palpate.benchmark.ranking import EXACT, KINDS, UNKNOWN, ZERO, averaged, front, own_error
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
 from palpate.report.words import percent, seconds

@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.comparison import BOUNDS, EXACT, alone, lasting, own_error
 from palpate.benchmark.model import LIMIT
+from palpate.benchmark.ranking import BOUNDS, EXACT, alone, lasting, own_error
 from palpate.models.model_registry import FAMILY_OF
 
 KNOWN = 0.003

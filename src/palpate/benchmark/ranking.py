@@ -61,7 +61,7 @@ def lasting(seconds: np.ndarray, error: np.ndarray, floor: float = EXACT) -> np.
 
     A point is left out if another is clearly less wrong in no longer a time, ties counted, or clearly faster and no
     more wrong, ties counted; one that is not finite is never on it. Errors below ``floor`` are tied with it.
-    Trap: a point may be left out for one that is left out for a third; the exact front is ``figures.pareto.front``.
+    Trap: a point may be left out for one that is left out for a third; the exact front is ``front``.
     """
     seconds, error = np.asarray(seconds, float), np.asarray(error, float)
     t, e = np.where(np.isfinite(seconds + error), [seconds, np.maximum(error, floor)], np.inf)

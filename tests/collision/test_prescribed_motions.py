@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.collision.moving_surfaces import SOUP_GRID, crossing_waves, liver_surface, scenes
+from palpate.collision.prescribed_motions import SOUP_GRID, crossing_waves, liver_surface, scenes
 from palpate.collision.triangles.brute_force import crossing
 
 NAMES = ["two_livers", "instrument_press", "folding_sheet", "random_soup"]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.benchmark.comparison import front
+from palpate.benchmark.ranking import front
 
 
 def brute_force(cost, error):

@@ -8,10 +8,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.bodies.body import nest
-from palpate.bodies.box import sheet
 from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
 from palpate.bodies.particles import particles_of
+from palpate.bodies.simple_shapes import sheet
 from palpate.bodies.surfaces.remesh import fibonacci_sphere, triangulate
 
 TURN = 2 * np.pi

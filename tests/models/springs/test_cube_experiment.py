@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.mesh_quality import quality
-from palpate.models.springs.experiment import middle, paper_cube
+from palpate.models.springs.cube_experiment import middle, paper_cube
 
 
 def test_counts_are_the_papers_and_elements_are_good(cube):

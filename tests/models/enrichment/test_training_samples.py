@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.errors import InputError
-from palpate.models.enrichment.fitting import blend_errors, convinces, divide, gather
+from palpate.models.enrichment.training_samples import blend_errors, convinces, divide, gather
 
 
 def test_folds_are_even_and_as_many_as_there_are_contacts(settings):

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.comparison import (
+from palpate.benchmark.ranking import (
     BY_ERROR,
     DRAWS,
     EQUAL,

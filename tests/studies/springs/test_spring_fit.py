@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from palpate.errors import InputError
-from palpate.models.springs import experiment
+from palpate.models.springs import cube_experiment as experiment
 from palpate.models.springs.spring_motion import simulate
 from palpate.studies.springs import spring_fit
 

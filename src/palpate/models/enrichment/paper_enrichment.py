@@ -10,6 +10,7 @@ where non-negative weights all vanish).
 """
 
 import numpy as np
+from scipy.linalg import eigh
 from scipy.optimize import nnls
 from scipy.spatial.distance import cdist
 
@@ -60,7 +61,8 @@ def inverse(phi: np.ndarray) -> np.ndarray:
     every entry tends to 1 (the weights then tend to 1/k). Without the cut rounding errors would be magnified
     there; with it training samples are no longer reproduced exactly where it bites.
     """
-    values, vectors = np.linalg.eigh(phi)
+    # divide and conquer, which numpy uses, may fail where entries are denormal
+    values, vectors = eigh(phi, driver="ev")
     kept = values > SINGULAR * values[-1]
     return (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
 

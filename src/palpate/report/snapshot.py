@@ -55,7 +55,9 @@ def write(results: str | Path, docs: str | Path) -> None:
         head = HEAD.format(source=source, **machine)
         part.write_text(f"{head}\n{text.replace('](figures/', '](results/')}", encoding="utf-8")
     if (docs / QUERIES).is_file() and (lines := wrong(traced)):
-        raise InputError("docs/results.md is written; correct README.md and docs/readme.yaml: " + "; ".join(lines) + ".")
+        raise InputError(
+            "docs/results.md is written; correct README.md and docs/readme.yaml: " + "; ".join(lines) + "."
+        )
 
 
 def _check_commit(commit: str, folder: Path) -> None:

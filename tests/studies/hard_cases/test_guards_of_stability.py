@@ -1,12 +1,14 @@
 """Without its guard each model is believed where the body is about to give way, and is wrong."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from palpate.benchmark import truth
+from palpate.benchmark.accuracy import errors
 from palpate.benchmark.database import database_of
 from palpate.benchmark.load import Doubted, Load, Press, displacement_of, loads_of
 from palpate.benchmark.model import Case
@@ -14,6 +16,7 @@ from palpate.benchmark.truth import truth_of
 from palpate.models import fem, near_buckling, pod_galerkin
 from palpate.models.contact_modes import contact_modes
 from palpate.models.fem_statics import Simulation
+from palpate.run.settings import defaults
 from palpate.solvers import equilibrium, pushed_discs
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium, Unbuckled
 from palpate.studies.hard_cases.buckling_cases import EULER_N, NODES, RADIUS_M, body_of, press_of, stability
@@ -44,6 +47,20 @@ def test_linear_responses_without_a_guard_miss_how_far_a_column_bends(monkeypatc
     monkeypatch.setattr(near_buckling, "LARGEST_SHARE", np.inf)
     row = judge(case, model)
     assert row["outcome"] == "wrong" and row["value"] > 0.05
+
+
+def test_the_last_stage_of_the_cascade_answers_where_elements_that_stop_early_doubt():
+    """At half of Euler's load, where the other stages doubt; its elements settle, and are looked at."""
+    body, (node, force) = body_of("column"), press_of("column", 0.5)
+    case, load = Case.untrained(body, "hard", RADIUS_M, 0, 1e-8, {}), Load.at(node, force)
+    stage = defaults("tradeoff")["settings"]["cascade"]["stages"][-1]
+    setting = {key: value for key, value in stage["setting"].items() if key != "target"} | {"level": 0}
+    elements = partial(fem.Fem, case, order=2, solver=FastEquilibrium)
+    with pytest.raises(Doubted):
+        elements({"level": 0, "start": "rest", "iterations": 8}).respond(load)
+    expected = displacement_of(fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2).respond(load))
+    found = displacement_of(elements(setting).respond(load))
+    assert stage["model"] == "fast_fem" and errors(found, expected).rmse_of_peak < 0.01
 
 
 def unchecked(problem, at_rest, size, solution, settle):

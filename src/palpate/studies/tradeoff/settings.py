@@ -344,7 +344,7 @@ class Cascade(Block):
                 "model": "contact_modes",
                 "setting": {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "limit"},
             },
-            {"model": "fast_fem", "setting": {"level": "last", "start": "rest", "iterations": 8, "target": "limit"}},
+            {"model": "fast_fem", "setting": {"level": "last", "start": "rest", "tolerance": 1e-3, "target": "limit"}},
         ],
         min_length=1,
     )

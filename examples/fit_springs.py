@@ -8,9 +8,9 @@ import plot
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
+from palpate.models.springs.cube_experiment import middle, paper_cube
 from palpate.models.springs.descent import descend
 from palpate.models.springs.fitness import Fitness, Range
-from palpate.models.springs.paper_cube import middle, paper_cube
 from palpate.models.springs.spring_motion import Press, Settings, key_points, reference_motion, simulate, spring_model
 
 

@@ -132,6 +132,7 @@ def test_a_motion_plays_to_its_end(page):
 
 
 def test_a_method_and_a_sample_are_chosen(page):
+    page.locator(f"details:has({ERRORS}) summary").first.click()
     before = seen(page, ERRORS)[1]
     choices = page.locator(f"{ERRORS} select")
     assert [choice.locator("option").count() for choice in choices.all()] == [3, 3]

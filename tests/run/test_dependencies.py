@@ -35,7 +35,10 @@ def test_words_and_layout_do_not_count(script):
 
 @pytest.mark.parametrize(
     "edited",
-    [PLAIN.replace("return box", "return box(1)"), PLAIN.replace("bodies.box import box", "bodies import mesh")],
+    [
+        PLAIN.replace("return box", "return box(1)"),
+        PLAIN.replace("bodies.simple_shapes import box", "bodies import mesh"),
+    ],
 )
 def test_what_is_done_counts(script, edited):
     assert script(PLAIN) != script(edited)

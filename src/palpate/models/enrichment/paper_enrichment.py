@@ -54,6 +54,14 @@ def query_weights(squared: np.ndarray, sigma: float) -> np.ndarray:
     return gaussian(squared - squared.min(axis=0), sigma)
 
 
+def eigen(kernel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the eigenvalues (k,), rising, and the eigenvectors (k, k) of a symmetric kernel matrix.
+
+    Trap: divide and conquer, which numpy uses, may not converge where a Gaussian's values are denormal; this is QR.
+    """
+    return eigh(kernel, driver="ev")
+
+
 def inverse(phi: np.ndarray) -> np.ndarray:
     """Invert a symmetric kernel matrix (k, k), leaving out eigenvalues below 1e-12 of the largest.
 
@@ -61,8 +69,7 @@ def inverse(phi: np.ndarray) -> np.ndarray:
     every entry tends to 1 (the weights then tend to 1/k). Without the cut rounding errors would be magnified
     there; with it training samples are no longer reproduced exactly where it bites.
     """
-    # divide and conquer, which numpy uses, may fail where entries are denormal
-    values, vectors = eigh(phi, driver="ev")
+    values, vectors = eigen(phi)
     kept = values > SINGULAR * values[-1]
     return (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
 

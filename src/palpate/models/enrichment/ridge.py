@@ -9,7 +9,7 @@ import numpy as np
 from palpate.benchmark.database import Database
 from palpate.benchmark.model import Case, FitOptions, Setting, one_stage, training_counts
 from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, fitting_to, seen_with
-from palpate.models.enrichment.paper_enrichment import gaussian, median_distance, squared_distances
+from palpate.models.enrichment.paper_enrichment import eigen, gaussian, median_distance, squared_distances
 from palpate.models.enrichment.training_samples import Fitting, Training
 
 LAMBDAS = np.geomspace(1e-12, 1e2, 29)  # the λ tried, relative to the mean eigenvalue of the kernel matrix
@@ -17,7 +17,7 @@ LAMBDAS = np.geomspace(1e-12, 1e2, 29)  # the λ tried, relative to the mean eig
 
 def dual_weights(among: np.ndarray, across: np.ndarray, lambdas: np.ndarray) -> np.ndarray:
     """Return (K + λ I)⁻¹ k of every λ and query, (λ, known, asked), from K (known, known) and k (known, asked)."""
-    values, vectors = np.linalg.eigh(among)
+    values, vectors = eigen(among)
     damped = np.maximum(values, 0.0) + lambdas[:, None] * among.trace() / len(among)
     return vectors @ ((vectors.T @ across) / damped[:, :, None])
 

@@ -1,6 +1,6 @@
 """Refine a body near a place only: fine elements there, coarse ones elsewhere, joined without gaps."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.bodies.material import Tissue, uniform
 from palpate.bodies.mesh import EDGES, TetMesh
-from palpate.bodies.refinement import halfway, ten_nodes
+from palpate.bodies.refinement import halfway, midpoints_between, refine, ten_nodes
 
 _SIDES = np.array([[i for i, edge in enumerate(EDGES) if corner not in edge] for corner in range(4)])
 """The three edges of the face opposite each corner."""
@@ -41,67 +41,118 @@ class LocalRefinement:
     two or four, so that no node lies within an edge or a face of another element; those are not split again. Each level
     refines the one before, so displacements of the coarse mesh are a subspace, as on the body's own levels. A library
     that bisects edges would make other nodes than the body's, which may have moved to a smooth surface.
+
+    Levels beyond the body's finest exist near the place only; their new nodes are midpoints.
     """
 
     def __init__(self, body: Body, depth: int):
-        """Take ``body`` and the level that is reached, at least 1 and at most its finest."""
+        """Take ``body`` and the level that is reached, at least 1."""
         self._body, self._depth = body, depth
-        self._ten = [ten_nodes(body.levels[level]) for level in range(depth)]
+        self._own = [_Level.of(body.levels[level], level) for level in range(min(depth + 1, len(body.levels)))]
 
-    def around(self, center: np.ndarray, radius_m: float) -> LocalBody:
-        """Refine every element with a corner within ``radius_m`` [m] of ``center`` (3,) [m], on each level."""
-        body, marks = self._body, self._marks(center, radius_m)
+    def around(self, center: np.ndarray, radius_m: float | Sequence[float]) -> LocalBody:
+        """Refine every element with a corner within ``radius_m`` [m] of ``center`` (3,) [m].
+
+        radius_m : one for all levels, or one for each that is refined, none larger than the one before
+        """
+        radii = np.broadcast_to(radius_m, self._depth)
+        body, graded = self._body, list(self._own)
+        for radius in radii[len(graded) - 1 :]:
+            graded.append(graded[-1].split(center, radius))
+        marks = _marks(graded[:-1], center, radii)
         levels, numbers = [body.coarse], [np.arange(len(body.coarse.nodes))]
         prolongations, anchors, roots = [], [body.anchors[0]], [np.arange(len(body.coarse.tetrahedra))]
         for level in range(1, self._depth + 1):
-            parts = list(self._elements(marks[:level]))
+            parts = list(_elements(graded[: level + 1], marks[:level]))
             elements, root = (np.concatenate(each) for each in zip(*parts, strict=True))
             kept = np.unique(elements)
-            coarser = body.levels[level - 1]
+            coarser = graded[level - 1].mesh
             new = kept[len(numbers[-1]) :] - len(coarser.nodes)
             prolongations.append(halfway(len(numbers[-1]), np.searchsorted(numbers[-1], coarser.edges[new])))
-            levels.append(TetMesh(body.levels[level].nodes[kept], np.searchsorted(kept, elements)))
+            levels.append(TetMesh(graded[level].mesh.nodes[kept], np.searchsorted(kept, elements)))
+            anchors.append(midpoints_between(anchors[-1], prolongations[-1]))
             numbers.append(kept)
             roots.append(root)
-            anchors.append(np.flatnonzero(np.isin(kept, body.anchors[level])))
         dense = None
         if body.densities is not None:
             dense = [all_of[kept] for all_of, kept in zip(body.densities, numbers, strict=False)]
+            for up in prolongations[len(dense) - 1 :]:
+                dense.append(up @ dense[-1])
         fixed = (body.name, levels, prolongations, anchors, body.material, body.bed, body.regions, dense)
         return LocalBody(*fixed, numbers=tuple(numbers), roots=tuple(roots))
 
-    def _marks(self, center: np.ndarray, radius_m: float) -> list[np.ndarray]:
-        """Return the edges of each level that are halved, (n_edges,) bool.
 
-        The finest level comes first: whatever it splits must be a part of an element that the level before splits into
-        eight.
-        """
-        marks: list[np.ndarray] = []
-        whole = np.empty(0, dtype=np.int64)
-        for level in reversed(range(self._depth)):
-            mesh, edges = self._body.levels[level], self._edges(level)
-            close = np.linalg.norm(mesh.nodes - center, axis=1) <= radius_m
-            marked = np.zeros(len(mesh.edges), dtype=bool)
-            marked[edges[close[mesh.tetrahedra].any(axis=1)]] = True
-            marked[edges[whole]] = True
-            _close(edges, marked)
-            marks.insert(0, marked)
-            whole = np.unique(np.flatnonzero(marked[edges].any(axis=1)) // 8)
-        return marks
+MARGIN = 2.0
+"""Longest edges beyond the radius within which parts are made: neighbours of what is split may have to be, too."""
 
-    def _edges(self, level: int) -> np.ndarray:
-        return self._ten[level][:, 4:] - len(self._body.levels[level].nodes)
 
-    def _elements(self, marks: list[np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield elements (m, 4), by node numbers of the whole body, and the coarse ones (m,) that they are parts of."""
-        active = np.arange(len(self._body.coarse.tetrahedra))
-        for level, marked in enumerate(marks):
-            halved, ten = marked[self._edges(level)[active]], self._ten[level][active]
-            for pattern, children in _PATTERNS:
-                chosen = (halved == pattern).all(axis=1)
-                yield ten[chosen][:, children].reshape(-1, 4), np.repeat(active[chosen] // 8**level, len(children))
-            active = (8 * active[halved.all(axis=1), None] + np.arange(8)).ravel()
-        yield self._body.levels[len(marks)].tetrahedra[active], active // 8 ** len(marks)
+@dataclass(frozen=True, eq=False)
+class _Level:
+    """Elements of one level, all of them or those near a place only.
+
+    ten : (m, 10) their nodes as quadratic elements; parents : (m,) which of the level before they are parts of
+    first : by these, the first of eight parts that follow each other, or -1; roots : (m,) the coarse elements
+    """
+
+    mesh: TetMesh
+    ten: np.ndarray
+    parents: np.ndarray
+    first: np.ndarray
+    roots: np.ndarray
+
+    @staticmethod
+    def of(mesh: TetMesh, level: int) -> "_Level":
+        """Take all elements of a body's ``level``."""
+        each = np.arange(len(mesh.tetrahedra))
+        return _Level(mesh, ten_nodes(mesh), each // 8, each[::8], each // 8**level)
+
+    @property
+    def edges(self) -> np.ndarray:
+        """The number of each edge of each element, (m, 6)."""
+        return self.ten[:, 4:] - len(self.mesh.nodes)
+
+    def split(self, center: np.ndarray, radius: float) -> "_Level":
+        """Return the parts of the elements that may be split if those with a corner within ``radius`` are."""
+        corners, (finer, _) = self.mesh.nodes[self.mesh.tetrahedra], refine(self.mesh)
+        away = np.linalg.norm(corners - center, axis=2).min(axis=1)
+        longest = np.linalg.norm(corners[:, EDGES[:, 0]] - corners[:, EDGES[:, 1]], axis=2).max(axis=1)
+        chosen = np.flatnonzero(away <= radius + MARGIN * longest[away <= radius].max(initial=0.0))
+        mesh = TetMesh(finer.nodes, finer.tetrahedra.reshape(-1, 8, 4)[chosen].reshape(-1, 4))
+        first = np.full(len(corners), -1)
+        first[chosen] = 8 * np.arange(len(chosen))
+        return _Level(mesh, ten_nodes(mesh), np.repeat(chosen, 8), first, np.repeat(self.roots[chosen], 8))
+
+
+def _marks(graded: list[_Level], center: np.ndarray, radii: np.ndarray) -> list[np.ndarray]:
+    """Return the edges of each level that are halved, (n_edges,) bool.
+
+    The finest level comes first: whatever it splits must be a part of an element that the level before splits into
+    eight.
+    """
+    marks: list[np.ndarray] = []
+    whole = np.empty(0, dtype=np.int64)
+    for level, radius in reversed(list(zip(graded, radii, strict=True))):
+        edges = level.edges
+        close = np.linalg.norm(level.mesh.nodes - center, axis=1) <= radius
+        marked = np.zeros(len(level.mesh.edges), dtype=bool)
+        marked[edges[close[level.mesh.tetrahedra].any(axis=1)]] = True
+        marked[edges[whole]] = True
+        _close(edges, marked)
+        marks.insert(0, marked)
+        whole = np.unique(level.parents[marked[edges].any(axis=1)])
+    return marks
+
+
+def _elements(graded: list[_Level], marks: list[np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield elements (m, 4), by node numbers of the last level, and the coarse ones (m,) that they are parts of."""
+    active = np.arange(len(graded[0].mesh.tetrahedra))
+    for level, finer, marked in zip(graded[:-1], graded[1:], marks, strict=True):
+        halved, ten = marked[level.edges[active]], level.ten[active]
+        for pattern, children in _PATTERNS:
+            chosen = (halved == pattern).all(axis=1)
+            yield ten[chosen][:, children].reshape(-1, 4), np.repeat(level.roots[active[chosen]], len(children))
+        active = (finer.first[active[halved.all(axis=1)], None] + np.arange(8)).ravel()
+    yield graded[-1].mesh.tetrahedra[active], graded[-1].roots[active]
 
 
 def _close(edges: np.ndarray, marked: np.ndarray) -> None:

@@ -63,10 +63,7 @@ class Equilibrium:
         else:
             self._precondition = self._multigrid.solve
             if order == 2:
-                linear = LinearElements(self.mesh, _easier(body.tissue(finest)), patterns[-1])
-                springs = _springs(body, finest, 1)
-                blocks = None if springs is None else linear.pattern.blocks(springs)
-                self._multigrid.update(self._on_supports(linear.stiffness(self.mesh.nodes), blocks))
+                self._multigrid.update(self._linear_at_rest(body, finest))
 
     def energy(self, x: np.ndarray) -> float:
         """Return the elastic energy minus the work of the load [J]."""
@@ -120,6 +117,15 @@ class Equilibrium:
             stiffness.data += springs
         hold(stiffness.indptr, stiffness.indices, stiffness.data, self._held)
         return stiffness
+
+    def _linear_at_rest(self, body: Body, finest: int) -> sparse.bsr_array:
+        """Return the stiffness at rest of linear elements on the nodes of quadratic ones."""
+        linear = LinearElements(
+            self.mesh, _easier(body.tissue(finest)), pattern_of(self.mesh.tetrahedra, len(self._held))
+        )
+        springs = _springs(body, finest, 1)
+        blocks = None if springs is None else linear.pattern.blocks(springs)
+        return self._on_supports(linear.stiffness(self.mesh.nodes), blocks)
 
     def linear_solver(self, tolerance: float = 1e-10) -> Callable[[np.ndarray], np.ndarray]:
         """Return the function from loads (n_nodes, 3) [N] to displacements [m] of the body linearised at rest.

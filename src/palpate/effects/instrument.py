@@ -1,0 +1,207 @@
+"""A rigid instrument: its signed distance with two derivatives, where it first touches, and how it presses on points.
+
+Contact is an augmented Lagrangian (Alart and Curnier 1991; Simo and Laursen 1992): a point of the surface with the gap g
+to the instrument bears the pressure max(λ − k g, 0), where the multiplier λ is set to that pressure again and again
+until nothing overlaps. There is no tension and no friction unless points stick, which then keep their place on the
+instrument while they are pressed.
+"""
+
+from dataclasses import dataclass, replace
+
+import numba
+import numpy as np
+
+from palpate.bodies.mesh import Mesh
+from palpate.errors import InputError
+
+SPHERE, CAPSULE, PUNCH = "sphere", "capsule", "punch"
+KINDS = (SPHERE, CAPSULE, PUNCH)
+
+
+@dataclass(frozen=True, eq=False)
+class Instrument:
+    """A rigid body that is pushed into tissue.
+
+    kind : a sphere; a capsule, that lies on its side; or a punch, a cylinder with a flat end
+    radius_m : of the sphere, the capsule or the cylinder [m]
+    edge_m : radius of the punch's rounded edge, at most that of the cylinder [m]
+    length_m : of the capsule between the centres of its ends [m]
+    InputError for lengths that are no such.
+    """
+
+    kind: str
+    radius_m: float
+    edge_m: float = 0.0
+    length_m: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise InputError(f"instrument: kind is {self.kind}; take one of {', '.join(KINDS)}.")
+        if not (np.isfinite(self.radius_m) and self.radius_m > 0.0):
+            raise InputError(f"instrument: radius_m is {self.radius_m}; give a positive length [m].")
+        if not 0.0 <= self.edge_m <= self.radius_m:
+            raise InputError(f"instrument: edge_m is {self.edge_m}; give 0 to {self.radius_m:g} m, its radius_m.")
+        if not 0.0 <= self.length_m < np.inf:
+            raise InputError(f"instrument: length_m is {self.length_m}; give a length [m] of 0 or more.")
+
+    @property
+    def shape(self) -> tuple[int, float, float, float]:
+        """What the kernels take: number of the kind, radius, edge and half the length [m]."""
+        return KINDS.index(self.kind), self.radius_m, self.edge_m, 0.5 * self.length_m
+
+    @property
+    def name(self) -> str:
+        """What tables call it."""
+        return f"{self.kind} {1e3 * self.radius_m:g} mm"
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Where an instrument is.
+
+    tip : (3,) [m], its lowest point; axes : (3, 3), rows: along a capsule, across, and from the tip into the instrument
+    """
+
+    instrument: Instrument
+    tip: np.ndarray
+    axes: np.ndarray
+
+    def moved(self, way: np.ndarray) -> "Pose":
+        """Return it farther by ``way`` (3,) [m]."""
+        return replace(self, tip=self.tip + way)
+
+    def gaps(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the distance (n,) [m] of ``points`` (n, 3) [m], negative inside, and its gradient (n, 3)."""
+        gaps, normals = np.empty(len(points)), np.empty((len(points), 3))
+        distances(points, self.tip, self.axes, *self.instrument.shape, gaps, normals)
+        return gaps, normals
+
+    def bends(self, points: np.ndarray, gaps: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Return the second derivatives (n, 3, 3) [1/m] of the distance; gaps, normals : as ``gaps`` returns them."""
+        found = np.empty((len(points), 3, 3))
+        curvatures(points, self.tip, self.axes, *self.instrument.shape, gaps, normals, found)
+        return found
+
+
+def upright(instrument: Instrument, tip: np.ndarray, outward: np.ndarray) -> Pose:
+    """Return the pose of an instrument whose ``tip`` (3,) [m] points against ``outward`` (3,)."""
+    up = outward / np.linalg.norm(outward)
+    along = np.cross(up, np.eye(3)[np.abs(up).argmin()])
+    along /= np.linalg.norm(along)
+    return Pose(instrument, np.asarray(tip, dtype=float), np.array([along, np.cross(up, along), up]))
+
+
+@numba.njit(cache=True, error_model="numpy")
+def distances(points, tip, axes, kind, radius, edge, half, gaps, normals):
+    """Write the signed distances (n,) [m] of ``points`` (n, 3) from an instrument, and their gradients (n, 3).
+
+    A sphere is a capsule of no length. A punch is a cylinder of radius − edge, that has no upper end, made rounder by
+    its edge; inside it the nearer of end and side counts.
+    """
+    for n in range(len(points)):
+        a, b, c = points[n, 0] - tip[0], points[n, 1] - tip[1], points[n, 2] - tip[2]
+        x = axes[0, 0] * a + axes[0, 1] * b + axes[0, 2] * c
+        y = axes[1, 0] * a + axes[1, 1] * b + axes[1, 2] * c
+        z = axes[2, 0] * a + axes[2, 1] * b + axes[2, 2] * c
+        if kind == 2:
+            rho = np.sqrt(x * x + y * y)
+            out, below = rho - (radius - edge), edge - z
+            if out > 0.0 and below > 0.0:
+                away = np.sqrt(out * out + below * below)
+                side, down = out / away, below / away
+            elif out > below:
+                away, side, down = out, 1.0, 0.0
+            else:
+                away, side, down = below, 0.0, 1.0
+            gaps[n] = away - edge
+            safe = max(rho, 1e-300)
+            x, y, z = side * x / safe, side * y / safe, -down
+        else:
+            x -= min(max(x, -half), half)
+            z -= radius
+            away = max(np.sqrt(x * x + y * y + z * z), 1e-300)
+            gaps[n] = away - radius
+            x, y, z = x / away, y / away, z / away
+        for i in range(3):
+            normals[n, i] = axes[0, i] * x + axes[1, i] * y + axes[2, i] * z
+
+
+@numba.njit(cache=True, error_model="numpy")
+def curvatures(points, tip, axes, kind, radius, edge, half, gaps, normals, bends):
+    """Write the second derivatives (n, 3, 3) [1/m] of the distances; gaps, normals : those of ``distances``."""
+    first, second = np.empty(3), np.empty(3)
+    for n in range(len(points)):
+        x = y = z = 0.0
+        for i in range(3):
+            x += axes[0, i] * (points[n, i] - tip[i])
+            y += axes[1, i] * (points[n, i] - tip[i])
+            z += axes[2, i] * (points[n, i] - tip[i])
+        bends[n] = 0.0
+        away = gaps[n] + (edge if kind == 2 else radius)
+        if kind != 2:
+            within = -half < x < half  # a straight part bends one way only
+            for i in range(3):
+                for j in range(3):
+                    flat = (1.0 if i == j else 0.0) - normals[n, i] * normals[n, j]
+                    bends[n, i, j] = (flat - (axes[0, i] * axes[0, j] if within else 0.0)) / max(away, 1e-300)
+            continue
+        rho = np.sqrt(x * x + y * y)
+        out, below = rho - (radius - edge), edge - z
+        if rho == 0.0 or out <= 0.0 or (below <= 0.0 and out <= below):
+            continue
+        side = out / away if below > 0.0 else 1.0
+        down = below / away if below > 0.0 else 0.0
+        for i in range(3):
+            radial = (axes[0, i] * x + axes[1, i] * y) / rho
+            first[i] = (axes[1, i] * x - axes[0, i] * y) / rho  # around the axis
+            second[i] = down * radial + side * axes[2, i]  # around the edge
+        for i in range(3):
+            for j in range(3):
+                bends[n, i, j] = side / rho * first[i] * first[j]
+                if below > 0.0:
+                    bends[n, i, j] += second[i] * second[j] / away
+
+
+ZOOMS, ZOOM = 12, 0.3
+"""How often the place of first touch is looked for in a smaller part of a triangle, and its size over the last."""
+TOUCHES, TOUCH_TOLERANCE = 60, 1e-9
+"""Most steps of the instrument to where it touches, and the gap, over its radius, that is none."""
+_GRID = np.array([[i, j, 6 - i - j] for i in range(7) for j in range(7 - i)]) / 6.0
+
+
+def first_touch(pose: Pose, mesh: Mesh, direction: np.ndarray) -> Pose:
+    """Return ``pose`` moved along the unit vector ``direction`` (3,) to where it first touches the surface of ``mesh``.
+
+    The distance of a convex instrument is convex on a triangle, so that ever smaller grids around the least value of
+    one find the least. InputError where it misses the body.
+    """
+    way = np.asarray(direction, dtype=float)
+    corners, size = mesh.nodes[mesh.triangles], mesh.size
+    pose = pose.moved(-2.0 * (size + pose.instrument.radius_m) * way)
+    for _ in range(TOUCHES):
+        gap, closing = _least_gap(pose, corners, way)
+        if abs(gap) <= TOUCH_TOLERANCE * pose.instrument.radius_m:
+            return pose
+        if closing <= 0.0 and gap > 0.0:
+            break
+        # never past the surface: a distance does not fall faster than one moves
+        pose = pose.moved(max(gap, 0.0) * way if gap > 1e-3 * pose.instrument.radius_m else gap / closing * way)
+    raise InputError("the instrument does not reach the body along its direction; choose another place or direction.")
+
+
+def _least_gap(pose: Pose, corners: np.ndarray, way: np.ndarray) -> tuple[float, float]:
+    """Return the least gap [m] to triangles (m, 3, 3) [m], and by how much it falls with each metre along ``way``."""
+    points = np.einsum("ga,mai->mgi", _GRID, corners)
+    gaps = pose.gaps(points.reshape(-1, 3))[0].reshape(len(corners), -1)
+    spread = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1) / 3.0
+    near = np.flatnonzero(gaps.min(axis=1) - spread <= gaps.min())
+    center, scale, within = _GRID[gaps[near].argmin(axis=1)], 1.0, corners[near]
+    for _ in range(ZOOMS):
+        scale *= ZOOM
+        around = np.clip(center[:, None] + scale * (_GRID - 1.0 / 3.0), 0.0, None)
+        around = np.concatenate([center[:, None], around / around.sum(axis=2, keepdims=True)], axis=1)
+        points = np.einsum("mga,mai->mgi", around, within).reshape(-1, 3)
+        gaps, normals = pose.gaps(points)
+        center = around[np.arange(len(within)), gaps.reshape(len(within), -1).argmin(axis=1)]
+    least = int(gaps.argmin())
+    return float(gaps[least]), float(normals[least] @ way)

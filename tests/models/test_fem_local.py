@@ -14,7 +14,7 @@ from palpate.bodies.simple_shapes import box
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError
 from palpate.models import fem, fem_local
-from palpate.models.fem_local import SurfaceMap
+from palpate.effects.surface_map import SurfaceMap
 
 FAR = 100.0
 

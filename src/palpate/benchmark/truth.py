@@ -115,9 +115,7 @@ def truth_levels(body: Body) -> range:
     nearer to it by the order of 2, which Richardson's limit takes up.
     """
     fine = len(body.levels) - 1
-    moved = range(fine, 0, -1) if body.smooth is None else ()
-    shape = next((level for level in moved if not _is_plain(body, level)), 0)
-    first = max(shape, fine - 2)
+    first = max(0 if body.smooth is not None else body.shape_level, fine - 2)
     return range(first, max(fine + 1, first + 2) + 1)
 
 
@@ -206,12 +204,6 @@ class _Level:
             each.start = finer = self._up @ moved
             fine = moved if len(moved) >= len(self._body.fine.nodes) else finer
         each.surface.append(fine[self._body.fine.surface])
-
-
-def _is_plain(body: Body, level: int) -> bool:
-    """Return whether the nodes of a level are midpoints of edges of the level before."""
-    nodes = body.prolongations[level - 1] @ body.levels[level - 1].nodes
-    return bool(np.allclose(nodes, body.levels[level].nodes, rtol=0.0, atol=1e-9 * body.coarse.size))
 
 
 NEXT = 1e-4

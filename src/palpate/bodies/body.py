@@ -80,6 +80,26 @@ class Body:
             densities=None if self.densities is None else self.densities[:count],
         )
 
+    def from_level(self, level: int) -> "Body":
+        """Return the body without the levels coarser than ``level``, counted from 0."""
+        return replace(
+            self,
+            levels=self.levels[level:],
+            prolongations=self.prolongations[level:],
+            anchors=self.anchors[level:],
+            regions=None if self.regions is None else self.tissue(level),
+            densities=None if self.densities is None else self.densities[level:],
+        )
+
+    @property
+    def shape_level(self) -> int:
+        """The first level of the finest one's shape: all that follow have new nodes halfway between old ones."""
+        for level in range(len(self.levels) - 1, 0, -1):
+            nodes = self.prolongations[level - 1] @ self.levels[level - 1].nodes
+            if not np.allclose(nodes, self.levels[level].nodes, rtol=0.0, atol=1e-9 * self.coarse.size):
+                return level
+        return 0
+
     @cached_property
     def prolongation(self) -> sparse.csr_array:
         """Linear interpolation from coarse to fine nodes, (n_fine, n_coarse)."""

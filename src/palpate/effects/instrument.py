@@ -1,7 +1,7 @@
 """A rigid instrument: its signed distance with two derivatives, where it first touches, and how it presses on points.
 
-Contact is an augmented Lagrangian (Alart and Curnier 1991; Simo and Laursen 1992): a point of the surface with the gap g
-to the instrument bears the pressure max(λ − k g, 0), where the multiplier λ is set to that pressure again and again
+Contact is an augmented Lagrangian (Alart and Curnier 1991; Simo and Laursen 1992): a point of the surface with the gap
+g to the instrument bears the pressure max(λ − k g, 0), where the multiplier λ is set to that pressure again and again
 until nothing overlaps. There is no tension and no friction unless points stick, which then keep their place on the
 instrument while they are pressed.
 """

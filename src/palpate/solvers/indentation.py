@@ -246,8 +246,8 @@ class Indentation(Equilibrium):
                         raise NotConverged(
                             f"{failure}, at a depth of {1e3 * (reached + 2 * step):.3g} mm", failure.history
                         ) from failure
-                    for side, (side.multiplier, side.drag) in zip(self._sides, kept, strict=True):
-                        pass
+                    for side, (multiplier, drag) in zip(self._sides, kept, strict=True):
+                        side.multiplier, side.drag = multiplier, drag
                     continue
                 x, reached = found.x, reached + step
                 if self._sticks:

@@ -1,0 +1,116 @@
+"""Describe how an instrument is pushed into a body, what a model answers to that, and which touches are asked for."""
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from palpate.bodies.body import Body
+from palpate.bodies.contacts import surface_contacts
+from palpate.effects.instrument import Instrument, Pose, first_touch, upright
+from palpate.errors import InputError
+
+TOUCH_COLUMNS = ["sample", "node", "direction_x", "direction_y", "direction_z", "depth_m", "asked_m"]
+STEPS = (0.8, 1.0)
+"""Depths at which forces are asked for, over the whole depth: the stiffness is the slope between them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """An instrument that is pushed from first touch to a depth.
+
+    node : of the fine surface, where its tip is held against the surface, upright on its normal, before it is moved
+    direction : unit vector (3,) of the motion; depth_m : how far, from first touch [m]
+    """
+
+    instrument: Instrument
+    node: int
+    direction: np.ndarray
+    depth_m: float
+
+    def pose(self, body: Body) -> Pose:
+        """Return where the instrument first touches ``body``; InputError where it does not."""
+        outward = body.fine.normals[self.node]
+        return first_touch(upright(self.instrument, body.fine.nodes[self.node], outward), body.fine, self.direction)
+
+
+class Touched(NamedTuple):
+    """The answer to a touch.
+
+    displacement : (n_surface, 3) [m] of the fine surface
+    force_n : the instrument's force along its direction at each of the depths STEPS, (2,) [N]; NaN where it is not told
+    area_m2 : that touches [m²]; NaN where it is not told
+    """
+
+    displacement: np.ndarray
+    force_n: np.ndarray
+    area_m2: float = np.nan
+
+    @property
+    def stiffness(self) -> float:
+        """The slope of the force over the depth, times the depth [N]."""
+        return float((self.force_n[1] - self.force_n[0]) / (STEPS[1] - STEPS[0]))
+
+
+def touches_of(instrument: Instrument, table: pd.DataFrame) -> list[Touch]:
+    """Return the touches of the rows of a table with TOUCH_COLUMNS."""
+    ways = table[["direction_x", "direction_y", "direction_z"]].to_numpy(dtype=float)
+    rows = zip(table["node"], ways, table["depth_m"], strict=True)
+    return [Touch(instrument, int(node), way, float(depth)) for node, way, depth in rows]
+
+
+TILT = 45.0
+"""Largest angle [degrees] of every other touch to the inward normal."""
+LOWER, FALLS = 0.7, 4
+"""Factor by which a touch that is too deep for the body is lowered, and how often; then another place is taken."""
+
+
+def choose_touches(
+    body: Body,
+    instrument: Instrument,
+    count: int,
+    depth_of_radius: tuple[float, float],
+    seed: int,
+    bears: Callable[[Touch], bool],
+) -> pd.DataFrame:
+    """Choose ``count`` touches: places drawn by area, depths evenly, every other one tilted, to TILT at most.
+
+    depth_of_radius : least and largest depth over the radius
+    bears : whether the body bears a touch; those that it does not are made less deep, then left for other places
+    Warns of touches that were lowered or left; InputError where no place bears any.
+    """
+    rng, able = np.random.default_rng(seed), places_to_touch(body)
+    order = able[np.argsort(rng.exponential(size=len(able)) / body.fine.areas[able])]
+    rows: list[list[float]] = []
+    left = lowered = 0
+    for node in order[: 3 * count]:
+        if len(rows) == count:
+            break
+        tilt = np.deg2rad(TILT * rng.random()) if len(rows) % 2 else 0.0
+        turn, asked = 2.0 * np.pi * rng.random(), float(rng.uniform(*depth_of_radius)) * instrument.radius_m
+        across, along, outward = upright(instrument, body.fine.nodes[node], body.fine.normals[node]).axes
+        way = -np.cos(tilt) * outward + np.sin(tilt) * (np.cos(turn) * across + np.sin(turn) * along)
+        for fall in range(FALLS):
+            if bears(touch := Touch(instrument, int(node), way, asked * LOWER**fall)):
+                rows.append([len(rows), node, *way, touch.depth_m, asked])
+                lowered += fall > 0
+                break
+        else:
+            left += 1
+    if not rows:
+        raise InputError(f"bodies.{body.name}: no place bears the {instrument.name}; take a smaller one, or less deep.")
+    if left or lowered:
+        said = f"bodies.{body.name}, {instrument.name}: {lowered} of {len(rows)} touches were made less deep, and"
+        warnings.warn(f"{said} {left} places left, as the body gives way there or is squeezed flat.", stacklevel=2)
+    table = pd.DataFrame(rows, columns=TOUCH_COLUMNS)
+    return table.astype({"sample": int, "node": int})
+
+
+def places_to_touch(body: Body) -> np.ndarray:
+    """Return the fine surface nodes, increasing, that are neither held nor neighbours of one that is."""
+    held = np.isin(np.arange(len(body.fine.nodes)), body.supported(len(body.levels) - 1))
+    near = body.fine.triangles[held[body.fine.triangles].any(axis=1)]
+    return np.setdiff1d(surface_contacts(body), near)

@@ -1,0 +1,238 @@
+"""Find what an instrument truly does to a body: quadratic elements, refined where it touches, with an error of its own.
+
+Three meshes halve all elements, those far away and those that are touched, one after the other. Where they close in on
+a limit it is the truth (Richardson 1911), for the displacement and for each number by itself; elsewhere the finest
+answer is, and may be off by its last change. The truth is read by evaluation only.
+"""
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+
+from palpate.benchmark.accuracy import patch_nodes, truth_errors
+from palpate.benchmark.touch import Touch, Touched
+from palpate.benchmark.touched_mesh import TouchedMeshes
+from palpate.benchmark.truth import RATIOS, estimate, ratio, reasons
+from palpate.bodies.body import Body
+from palpate.errors import InputError, NotConverged
+from palpate.files import read_hdf5, write_whole
+
+ALONG_RADIUS = 3.0
+"""Least number of elements along the contact's radius on the finest mesh; each has a node in its middle."""
+FINEST = 2
+"""Level that the finest mesh is refined to everywhere."""
+TOLERANCE = 1e-4
+"""Residual over the forces of contact."""
+MOST_OVERLAP = 2e-3
+"""Mean overlap over the depth above which the finest answer is none of this instrument."""
+LEAST_DET = 0.1
+"""Smallest det F at any point of integration of the finest elements; below, the law is no tissue's."""
+MOST_FORCE, MOST_SURFACE = 0.03, 0.01
+"""Own errors, of the force over the force and of the surface over the peak, above which a touch judges no model."""
+
+
+class TouchErrors(NamedTuple):
+    """Errors of one answer to a touch against the truth; signed ones are positive where the answer is too large.
+
+    rmse_of_peak, patch_rms_of_peak, patch_max_of_peak, max_of_peak : as in ``TruthErrors``; the patch is the surface
+        within a radius of the instrument from where it first touches
+    force_error, stiffness_error, contact_area_error : over the truth's own, NaN where a model does not tell it
+    """
+
+    rmse_of_peak: float
+    patch_rms_of_peak: float
+    patch_max_of_peak: float
+    max_of_peak: float
+    force_error: float
+    stiffness_error: float
+    contact_area_error: float
+
+
+def touch_errors(answer: Touched, truth: Touched, patch: np.ndarray) -> TouchErrors:
+    """Measure an answer; patch : (n_surface,) bool, the nodes that are pressed."""
+    moved = truth_errors(answer.displacement, truth.displacement, patch)
+    numbers = [
+        found / true - 1.0
+        for found, true in (
+            (answer.force_n[-1], truth.force_n[-1]),
+            (answer.stiffness, truth.stiffness),
+            (answer.area_m2, truth.area_m2),
+        )
+    ]
+    surface = [getattr(moved, name) for name in TouchErrors._fields[:4]]
+    return TouchErrors(*surface, *map(float, numbers))
+
+
+def patch_of(body: Body, touch: Touch) -> np.ndarray:
+    """Mark the fine surface nodes within a radius of the instrument from where it first touches, (n_surface,) bool."""
+    return patch_nodes(body.fine, touch.node, touch.instrument.radius_m)
+
+
+@dataclass(frozen=True, eq=False)
+class TouchTruth:
+    """The truth of k touches on the n fine surface nodes of a body.
+
+    sample : (k,); displacement : (k, n, 3) [m]; force : (k, 2) [N], at the depths STEPS; area : (k,) [m²]
+    pressure : (k,) [Pa], the greatest, on the finest mesh
+    own : (k, len(TouchErrors)) the errors that it may have itself
+    order : (k,) observed, of the displacement; force_order : (k,) of the force
+    overlap, least_det : (k,) of the finest mesh; nodes : (k,) its number of nodes; edge_m : (k,) its edges there [m]
+    rejected : (k,) why a touch judges no model, or ""
+    seconds : (k,) [s]
+    """
+
+    sample: np.ndarray
+    displacement: np.ndarray
+    force: np.ndarray
+    area: np.ndarray
+    pressure: np.ndarray
+    own: np.ndarray
+    order: np.ndarray
+    force_order: np.ndarray
+    overlap: np.ndarray
+    least_det: np.ndarray
+    nodes: np.ndarray
+    edge_m: np.ndarray
+    rejected: np.ndarray
+    seconds: np.ndarray
+
+    @property
+    def believed(self) -> np.ndarray:
+        """Truth values (k,): which touches judge models."""
+        return self.rejected == ""
+
+    def answer(self, row: int) -> Touched:
+        """Return the truth of one row."""
+        return Touched(self.displacement[row], self.force[row], float(self.area[row]))
+
+
+def truth_of_touches(body: Body, touches: Sequence[Touch], progress: Callable = iter) -> TouchTruth:
+    """Find the truth of each touch; ``progress`` wraps their sequence, as ``tqdm`` does. Warns of those rejected."""
+    meshes, rows = TouchedMeshes(body), []
+    for touch in progress(touches):
+        begin = perf_counter()
+        rows.append(_truth(body, meshes, touch) | {"seconds": perf_counter() - begin})
+    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    rejected = columns.pop("rejected").astype(object)
+    truth = TouchTruth(sample=np.arange(len(rows)), rejected=rejected, **columns)
+    if counts := reasons(rejected):
+        why = "; ".join(f"{count} times {reason}" for reason, count in counts.items())
+        name = touches[0].instrument.name
+        said = f"bodies.{body.name}, {name}: {sum(counts.values())} of {len(rows)} touches have no truth ({why});"
+        warnings.warn(f"{said} they judge no model.", stacklevel=2)
+    return truth
+
+
+def _truth(body: Body, meshes: TouchedMeshes, touch: Touch) -> dict[str, Any]:
+    """Return a row of the truth, all but its sample and seconds."""
+    finest = meshes.level_for(touch, ALONG_RADIUS)
+    answers: list[Touched] = []
+    count = len(body.fine.surface)
+    try:
+        for back in (2, 1, 0):
+            mesh = meshes.around(touch, max(0, FINEST - back), max(finest - back, FINEST - back, 0))
+            answer, state = mesh.answer(TOLERANCE)
+            answers.append(answer)
+    except (NotConverged, InputError) as failure:
+        nothing = dict.fromkeys(("area", "pressure", "order", "force_order", "overlap", "least_det", "edge_m"), np.nan)
+        shape = {"displacement": np.full((count, 3), np.nan), "force": np.full(2, np.nan), "nodes": 0}
+        own = np.full(len(TouchErrors._fields), np.nan)
+        return nothing | shape | {"own": own, "rejected": f"no answer on a mesh ({failure})"}
+    found, off, order, force_order = _limit(answers)
+    patch = patch_of(body, touch)
+    own = np.max([np.abs(touch_errors(each, found, patch)) for each in off], axis=0)
+    least = mesh.problem.least_det(state.x)
+    return {
+        "displacement": found.displacement,
+        "force": found.force_n,
+        "area": found.area_m2,
+        "pressure": state.pressure_pa,
+        "own": own,
+        "order": order,
+        "force_order": force_order,
+        "overlap": state.overlap,
+        "least_det": least,
+        "nodes": len(state.x),
+        "edge_m": mesh.edge_m,
+        "rejected": _objection(own, state.overlap, least),
+    }
+
+
+def _limit(answers: Sequence[Touched]) -> tuple[Touched, list[Touched], float, float]:
+    """Return the limit of three answers, what it may be as well, and the orders of displacement and force."""
+    moved = np.array([each.displacement for each in answers])
+    numbers = np.array([[*each.force_n, each.area_m2] for each in answers])
+    converges = RATIOS[0] <= ratio(moved) <= RATIOS[1]
+    surface, away = estimate(moved) if converges else (moved[-1], (moved[-1] - moved[-2],))
+    limits, doubts = np.empty(3), np.empty(3)
+    for k, levels in enumerate(numbers.T):
+        limits[k], doubts[k] = number_limit(levels)
+    found = Touched(surface, limits[:2], float(limits[2]))
+    # forces at both depths are wrong alike, so that the slope of the last change says what is wrong with theirs
+    slope = numbers[-1, :2] - numbers[-2, :2]
+    other = limits[:2] + slope * (doubts[1] / max(abs(slope[1]), 1e-300))
+    off = [Touched(surface + each, other, float(limits[2] + doubts[2])) for each in away]
+    return found, off, float(np.log2(ratio(moved))), float(np.log2(max(_number_ratio(numbers[:, 1]), 1e-300)))
+
+
+def _number_ratio(levels: np.ndarray) -> float:
+    """Return by how much the last halving has reduced the change of a number (3,), negative if it has turned."""
+    before, last = levels[1] - levels[0], levels[2] - levels[1]
+    return float(before / last) if last else np.inf
+
+
+BELIEVED = (2.0, 16.0)
+"""Ratios of the changes of a number between which its limit is believed."""
+
+
+def number_limit(levels: np.ndarray) -> tuple[float, float]:
+    """Return the limit of a number on three meshes (3,), and how far it may be off.
+
+    Where the changes shrink as they do for an order of 1 to 4, it is extrapolated and may be off by as much as that has
+    changed it. Elsewhere it is that of the finest mesh, and may be off by the larger of the last change and a third of
+    the one before.
+    """
+    rate, last = _number_ratio(levels), levels[2] - levels[1]
+    if BELIEVED[0] <= rate <= BELIEVED[1]:
+        more = last / (rate - 1.0)
+        return float(levels[2] + more), float(abs(more))
+    return float(levels[2]), float(max(abs(last), abs(levels[1] - levels[0]) / 3.0))
+
+
+def _objection(own: np.ndarray, overlap: float, least_det: float) -> str:
+    errors = TouchErrors(*own)
+    said = []
+    if not (errors.force_error <= MOST_FORCE and errors.rmse_of_peak <= MOST_SURFACE):
+        said.append(
+            f"the meshes are too far apart (own error of the force {errors.force_error:.1%}, of the surface "
+            f"{errors.rmse_of_peak:.1%})"
+        )
+    if not overlap <= MOST_OVERLAP:
+        said.append(f"the instrument overlaps ({overlap:.1%} of the depth)")
+    if not least_det >= LEAST_DET:
+        said.append(f"an element is squeezed flat (det F {least_det:.2g})")
+    return "; ".join(said)
+
+
+ARRAYS = tuple(name for name in TouchTruth.__dataclass_fields__ if name != "rejected")
+
+
+def save_touch_truth(truth: TouchTruth, path: Path | str) -> None:
+    """Write to HDF5, whole or not at all."""
+    with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
+        for name in ARRAYS:
+            file.create_dataset(name, data=getattr(truth, name), fletcher32=True)
+        file.create_dataset("rejected", data=[str(why) for why in truth.rejected], dtype=h5py.string_dtype())
+
+
+def load_touch_truth(path: Path | str) -> TouchTruth:
+    """Read what ``save_touch_truth`` wrote; InputError if it is missing or damaged."""
+    with read_hdf5(path) as file:
+        arrays = {name: file[name][:] for name in ARRAYS}
+        return TouchTruth(**arrays, rejected=np.array(file["rejected"].asstr()[:], dtype=object))

@@ -1,0 +1,88 @@
+"""Meshes of a body that are finer where an instrument touches it, with the problem of that contact on them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from palpate.benchmark.touch import STEPS, Touch, Touched
+from palpate.bodies.body import Body
+from palpate.bodies.local_refinement import LocalRefinement
+from palpate.bodies.refinement import with_midpoints
+from palpate.effects.instrument import PUNCH, Instrument
+from palpate.effects.surface_map import SurfaceMap
+from palpate.solvers.indentation import Indentation, Touching, contact_points
+
+REACH, MARGIN = 1.3, 1.5
+"""A level is refined within so many contact radii and so many of its own edges from the place."""
+NEAR = 0.7
+"""Share of the depth within which of the instrument's last position the surface may come to touch it."""
+
+
+def contact_radius(instrument: Instrument, depth_m: float) -> float:
+    """Estimate the radius [m] of what touches at a depth; of a capsule half the width."""
+    round_one = min(float(np.sqrt(depth_m * instrument.radius_m)), instrument.radius_m)
+    return instrument.radius_m if instrument.kind == PUNCH else round_one
+
+
+@dataclass(frozen=True, eq=False)
+class TouchedMesh:
+    """Quadratic elements on a mesh that is refined around one place.
+
+    problem : of the contact; up : the map (n_surface, n) from its nodes to the fine surface of the body
+    edge_m : length of the surface's edges where it is touched [m]
+    """
+
+    touch: Touch
+    problem: Indentation
+    up: sparse.csr_array
+    edge_m: float
+
+    def answer(self, tolerance: float) -> tuple[Touched, Touching]:
+        """Return the answer to the touch, and the last state of the elements; NotConverged where there is none."""
+        depths = [share * self.touch.depth_m for share in STEPS]
+        states = list(self.problem.push(self.touch.direction, depths, tolerance))
+        moved = self.up @ (states[-1].x - self.problem.mesh.nodes)
+        force = np.array([state.force @ self.touch.direction for state in states])
+        return Touched(moved, force, states[-1].area_m2), states[-1]
+
+
+class TouchedMeshes:
+    """Makes such meshes of one body: from its first level on that has the shape of its finest."""
+
+    def __init__(self, body: Body):
+        self._body = body
+        self._base = body.from_level(body.shape_level if body.smooth is None else len(body.levels) - 1)
+        self._surface = SurfaceMap(self._base)
+
+    def level_for(self, touch: Touch, along_radius: float) -> int:
+        """Return the level on which so many elements at least lie along the radius of what touches."""
+        edge = self._edge(touch.node)
+        return max(0, int(np.ceil(np.log2(along_radius * edge / contact_radius(touch.instrument, touch.depth_m)))))
+
+    def around(self, touch: Touch, everywhere: int, level: int) -> TouchedMesh:
+        """Return the mesh that is refined to ``level`` where it is touched, and to the level ``everywhere`` elsewhere.
+
+        Both count from the first level of the shape. InputError where the instrument does not touch.
+        """
+        body, place = self._base, self._body.fine.nodes[touch.node]
+        edges = self._edge(touch.node) / 2.0 ** np.arange(level)
+        reach = REACH * contact_radius(touch.instrument, touch.depth_m) + 0.5 * touch.instrument.length_m
+        radii = np.where(np.arange(level) < everywhere, 2.0 * np.linalg.norm(np.ptp(body.coarse.nodes, axis=0)), 0.0)
+        radii = np.maximum(radii, reach + MARGIN * edges)
+        local = LocalRefinement(body, level).around(place, radii) if level else body.up_to(0)
+        up = self._surface.of(local, 2)
+        pose = touch.pose(self._body)
+        last = pose.moved(touch.depth_m * touch.direction)
+        points = contact_points(
+            local.fine, 2, body.material.young_pa, lambda at: last.gaps(at)[0] < NEAR * touch.depth_m
+        )
+        problem = Indentation(with_midpoints(local, level), level, 2, points, [pose])
+        return TouchedMesh(touch, problem, up, float(self._edge(touch.node) / 2**level))
+
+    def _edge(self, node: int) -> float:
+        """Return the mean length [m] of the edges of the coarse triangles nearest to a node."""
+        mesh, place = self._base.coarse, self._body.fine.nodes[node]
+        corners = mesh.nodes[mesh.triangles]
+        nearest = corners[np.argsort(np.linalg.norm(corners.mean(axis=1) - place, axis=1))[:4]]
+        return float(np.linalg.norm(nearest - np.roll(nearest, 1, axis=1), axis=2).mean())

@@ -1,0 +1,63 @@
+"""Bring displacements of a locally refined mesh to the fine surface of the whole body."""
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.body import Body
+from palpate.bodies.local_refinement import LocalBody
+from palpate.effects.surface_integrals import surface_interpolation
+
+_ROUNDING = 1e-9
+"""Coordinates above minus this count as inside; they are multiples of a power of 2, or at least 0.25 outside."""
+
+
+class SurfaceMap:
+    """Places of the fine surface nodes in the coarse triangles, which every local mesh of a body splits further.
+
+    They are found by the prolongation, not by rest positions, which may have moved to a smooth surface.
+    """
+
+    def __init__(self, body: Body):
+        first = np.unique(body.fine.triangles, return_index=True)[1]
+        self._coarse_nodes = len(body.coarse.nodes)
+        sides = _sides(body.prolongation, body.fine.triangles)[first // 3]
+        self._keys, self._places = self._key(sides), _coordinates(body.prolongation, body.fine.surface, sides)
+
+    def of(self, local: LocalBody, order: int) -> sparse.csr_array:
+        """Return the interpolation (n_surface, n_unknowns) with the shape functions of elements on ``local``.
+
+        Those of ``order`` 2 have the nodes and the edge midpoints of its finest level.
+        """
+        numbers, weights = local.fine.triangles, local.prolongation
+        sides = _sides(weights, numbers)
+        keys = self._key(sides)
+        ranked = np.argsort(keys, kind="stable")
+        first, last = (np.searchsorted(keys[ranked], self._keys, side) for side in ("left", "right"))
+        node = np.repeat(np.arange(len(self._keys)), last - first)
+        among = np.arange(len(node)) - np.repeat(np.cumsum(last - first) - (last - first), last - first)
+        triangle = ranked[np.repeat(first, last - first) + among]
+        corners = np.stack([_coordinates(weights, numbers[:, i], sides) for i in range(3)], axis=2)
+        inside = np.linalg.solve(corners[triangle], self._places[node][:, :, None])[:, :, 0]
+        kept = np.flatnonzero(inside.min(axis=1) > -_ROUNDING)
+        chosen = kept[np.unique(node[kept], return_index=True)[1]]
+        return surface_interpolation(local.fine, triangle[chosen], inside[chosen], order)
+
+    def _key(self, sides: np.ndarray) -> np.ndarray:
+        return (sides[:, 0].astype(np.int64) * self._coarse_nodes + sides[:, 1]) * self._coarse_nodes + sides[:, 2]
+
+
+def _sides(weights: sparse.csr_array, triangles: np.ndarray) -> np.ndarray:
+    """Return the coarse triangles (m, 3), by their nodes, that ``triangles`` (m, 3) of finer nodes are parts of.
+
+    weights : (n_finer, n_coarse), the linear interpolation from the coarse nodes
+    """
+    rows = np.repeat(np.arange(len(triangles)), 3)
+    means = sparse.csr_array((np.ones(triangles.size), (rows, triangles.ravel())), (len(triangles), weights.shape[0]))
+    corners = (means @ weights).tocsr()
+    corners.sort_indices()
+    return corners.indices.reshape(-1, 3)
+
+
+def _coordinates(weights: sparse.csr_array, nodes: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    """Return the coordinates (m, 3) of finer ``nodes`` (m,) in coarse triangles ``sides`` (m, 3)."""
+    return weights[nodes[:, None], sides].toarray()

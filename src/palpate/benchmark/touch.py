@@ -1,18 +1,20 @@
 """Describe how an instrument is pushed into a body, what a model answers to that, and which touches are asked for."""
 
 import warnings
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.model import held_mb
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import surface_contacts
 from palpate.effects.instrument import Instrument, Pose, first_touch, upright
-from palpate.errors import InputError
+from palpate.errors import InputError, NotConverged
 
+Made = TypeVar("Made")
 TOUCH_COLUMNS = ["sample", "node", "direction_x", "direction_y", "direction_z", "depth_m", "asked_m"]
 STEPS = (0.8, 1.0)
 """Depths at which forces are asked for, over the whole depth: the stiffness is the slope between them."""
@@ -43,16 +45,66 @@ class Touched(NamedTuple):
     displacement : (n_surface, 3) [m] of the fine surface
     force_n : the instrument's force along its direction at each of the depths STEPS, (2,) [N]; NaN where it is not told
     area_m2 : that touches [m²]; NaN where it is not told
+    reaction_n : the same force as the body's supports feel it, at the whole depth [N]; NaN where it is not told
     """
 
     displacement: np.ndarray
     force_n: np.ndarray
     area_m2: float = np.nan
+    reaction_n: float = np.nan
 
     @property
     def stiffness(self) -> float:
         """The slope of the force over the depth, times the depth [N]."""
         return float((self.force_n[1] - self.force_n[0]) / (STEPS[1] - STEPS[0]))
+
+
+class TouchDoubted(NotConverged):
+    """An answer that its model does not believe."""
+
+
+@dataclass(frozen=True, eq=False)
+class TouchCase:
+    """One body under one instrument: all that a model may know before it is asked.
+
+    deepest_m : no touch is deeper [m]
+    grid : by model, the values to try of its settings
+    kept : what ``share`` has made
+    """
+
+    body: Body
+    instrument: Instrument
+    deepest_m: float
+    seed: int
+    grid: Mapping[str, Any] = field(default_factory=dict)
+    kept: dict[Hashable, Any] = field(default_factory=dict)
+
+    def share(self, name: Hashable, make: Callable[[], Made]) -> Made:
+        """Return what ``make`` makes, made once for all models and settings of this case."""
+        if name not in self.kept:
+            self.kept[name] = make()
+        return self.kept[name]
+
+
+class TouchSolver:
+    """A model with one setting: what answers touches.
+
+    A module of a model has ``settings(case)``, a list of dictionaries from cheap to expensive, and
+    ``online(case, setting)``, which returns such a solver; both take a ``TouchCase``, and raise NotConverged, its kind
+    LeftOut for a body that the model does not know.
+    """
+
+    def prepare(self, touch: Touch) -> None:
+        """Prepare its place, for any depth and direction: timed apart, once for each touch."""
+
+    def respond(self, touch: Touch) -> Touched:
+        """Return the answer; this is timed. NotConverged where there is none, TouchDoubted where it is not believed."""
+        raise NotImplementedError
+
+    @property
+    def memory_mb(self) -> float:
+        """The memory that is held between queries [MB]."""
+        return held_mb(self)
 
 
 def touches_of(instrument: Instrument, table: pd.DataFrame) -> list[Touch]:

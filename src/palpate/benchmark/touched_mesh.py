@@ -40,11 +40,16 @@ class TouchedMesh:
 
     def answer(self, tolerance: float) -> tuple[Touched, Touching]:
         """Return the answer to the touch, and the last state of the elements; NotConverged where there is none."""
-        depths = [share * self.touch.depth_m for share in STEPS]
-        states = list(self.problem.push(self.touch.direction, depths, tolerance))
-        moved = self.up @ (states[-1].x - self.problem.mesh.nodes)
-        force = np.array([state.force @ self.touch.direction for state in states])
-        return Touched(moved, force, states[-1].area_m2), states[-1]
+        return answer_of(self.problem, self.touch, self.up, tolerance)
+
+
+def answer_of(problem: Indentation, touch: Touch, up: sparse.csr_array, tolerance: float) -> tuple[Touched, Touching]:
+    """Return what ``problem`` answers to ``touch``, and its last state; up : its nodes' map to the fine surface."""
+    depths = [share * touch.depth_m for share in STEPS]
+    states = list(problem.push(touch.direction, depths, tolerance))
+    moved = up @ (states[-1].x - problem.mesh.nodes)
+    force = np.array([state.force @ touch.direction for state in states])
+    return Touched(moved, force, states[-1].area_m2), states[-1]
 
 
 class TouchedMeshes:

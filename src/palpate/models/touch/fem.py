@@ -1,0 +1,51 @@
+"""Answer a touch with finite elements: of either order on each level of the body, or on meshes refined at the place."""
+
+from palpate.benchmark.model import Setting
+from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
+from palpate.benchmark.touched_mesh import NEAR, TouchedMeshes, answer_of
+from palpate.bodies.refinement import with_midpoints
+from palpate.models.fem_statics import to_surface
+from palpate.solvers.indentation import Indentation, contact_points
+
+TOLERANCE = 1e-4
+LAW = "the body's"
+
+
+def settings(case: TouchCase) -> list[Setting]:
+    """List meshes from cheap to expensive: by order and level, or by the levels everywhere and at the place."""
+    own = [dict(each) for each in case.grid["fem"]["levels"] if each["level"] < len(case.body.levels)]
+    return own + [dict(each) for each in case.grid["fem"]["local"]]
+
+
+def online(case: TouchCase, setting: Setting) -> TouchSolver:
+    """Return the elements of a setting; those of a whole level are set up for each touch, as what may touch changes."""
+    return LocalTouch(case, setting) if "everywhere" in setting else LevelTouch(case, setting)
+
+
+class LevelTouch(TouchSolver):
+    """Elements of one order on a level of the body."""
+
+    def __init__(self, case: TouchCase, setting: Setting):
+        self._level, self._order = setting["level"], setting["order"]
+        self._shape = case.body
+        self._body = with_midpoints(case.body, self._level) if self._order == 2 else case.body
+        self._up = to_surface(case.body, self._level, self._order)
+
+    def respond(self, touch: Touch) -> Touched:
+        pose, mesh = touch.pose(self._shape), self._body.levels[self._level]
+        last = pose.moved(touch.depth_m * touch.direction)
+        near = NEAR * touch.depth_m
+        points = contact_points(mesh, self._order, self._body.material.young_pa, lambda at: last.gaps(at)[0] < near)
+        problem = Indentation(self._body, self._level, self._order, points, [pose])
+        return answer_of(problem, touch, self._up, TOLERANCE)[0]
+
+
+class LocalTouch(TouchSolver):
+    """Quadratic elements on a mesh that is refined around the place."""
+
+    def __init__(self, case: TouchCase, setting: Setting):
+        self._meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
+        self._where = setting["everywhere"], setting["level"]
+
+    def respond(self, touch: Touch) -> Touched:
+        return self._meshes.around(touch, *self._where).answer(TOLERANCE)[0]

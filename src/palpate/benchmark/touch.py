@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -16,8 +16,8 @@ from palpate.errors import InputError, NotConverged
 
 Made = TypeVar("Made")
 TOUCH_COLUMNS = ["sample", "node", "direction_x", "direction_y", "direction_z", "depth_m", "asked_m"]
-STEPS = (0.8, 1.0)
-"""Depths at which forces are asked for, over the whole depth: the stiffness is the slope between them."""
+BEFORE = 0.8
+"""Share of the depth at which the force is asked for, too: the stiffness is the slope between them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,37 +26,41 @@ class Touch:
 
     node : of the fine surface, where its tip is held against the surface, upright on its normal, before it is moved
     direction : unit vector (3,) of the motion; depth_m : how far, from first touch [m]
+    poses : where it first touches, by body, once it was looked for
     """
 
     instrument: Instrument
     node: int
     direction: np.ndarray
     depth_m: float
+    poses: dict[Body, Pose] = field(default_factory=dict)
+
+    @property
+    def before(self) -> "Touch":
+        """The same touch at the share BEFORE of its depth."""
+        return replace(self, depth_m=BEFORE * self.depth_m)
 
     def pose(self, body: Body) -> Pose:
         """Return where the instrument first touches ``body``; InputError where it does not."""
-        outward = body.fine.normals[self.node]
-        return first_touch(upright(self.instrument, body.fine.nodes[self.node], outward), body.fine, self.direction)
+        if body not in self.poses:
+            held = upright(self.instrument, body.fine.nodes[self.node], body.fine.normals[self.node])
+            self.poses[body] = first_touch(held, body.fine, self.direction)
+        return self.poses[body]
 
 
 class Touched(NamedTuple):
     """The answer to a touch.
 
     displacement : (n_surface, 3) [m] of the fine surface
-    force_n : the instrument's force along its direction at each of the depths STEPS, (2,) [N]; NaN where it is not told
+    force_n : the instrument's force along its direction [N]; NaN where it is not told
     area_m2 : that touches [m²]; NaN where it is not told
-    reaction_n : the same force as the body's supports feel it, at the whole depth [N]; NaN where it is not told
+    reaction_n : the same force as the body's supports feel it [N]; NaN where it is not told
     """
 
     displacement: np.ndarray
-    force_n: np.ndarray
+    force_n: float
     area_m2: float = np.nan
     reaction_n: float = np.nan
-
-    @property
-    def stiffness(self) -> float:
-        """The slope of the force over the depth, times the depth [N]."""
-        return float((self.force_n[1] - self.force_n[0]) / (STEPS[1] - STEPS[0]))
 
 
 class TouchDoubted(NotConverged):

@@ -120,10 +120,14 @@ def _measured(
         row, r = asked[i]
         checked(answer.displacement, count)
         touch = touches[r]
+        if "force_error" in row:
+            return
         row |= touch_errors(answer, truth.answer(r), patch_of(case.body, touch))._asdict()
         row["penetration_of_depth"] = penetration(case, touch, answer)
         row["reaction_error"] = answer.reaction_n / truth.force[r, 1] - 1.0
+        answers[i] = answer.force_n
 
+    answers: dict[int, float] = {}
     if asked:
         calls = [_Call(solver, touches[r]) for _, r in asked]
         timed = time_calls(calls, repeats, budget_s, receive)
@@ -131,8 +135,20 @@ def _measured(
             row["failure"] = failure
             row["seconds"] = float(np.median(seconds)) if seconds else np.nan
             row["all_seconds"] = seconds
+        for i, force in answers.items():
+            row, r = asked[i]
+            row["stiffness_error"] = _slope_error(solver, touches[r], force, truth.force[r])
     memory = float(solver.memory_mb)
     return found, {"offline_s": offline, "memory_mb": memory}
+
+
+def _slope_error(solver: TouchSolver, touch: Touch, force: float, true: np.ndarray) -> float:
+    """Return the error of the slope of the force over depth; NaN where there is no answer before the whole depth."""
+    try:
+        before = solver.respond(touch.before).force_n
+    except NotConverged:
+        return np.nan
+    return float((force - before) / (true[1] - true[0]) - 1.0)
 
 
 class _Call:

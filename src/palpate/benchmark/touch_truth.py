@@ -17,7 +17,7 @@ import numpy as np
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.touch import Touch, Touched
-from palpate.benchmark.touched_mesh import TouchedMeshes
+from palpate.benchmark.touched_mesh import TouchedMeshes, answer_of
 from palpate.benchmark.truth import RATIOS, estimate, ratio, reasons
 from palpate.bodies.body import Body
 from palpate.errors import InputError, NotConverged
@@ -42,7 +42,8 @@ class TouchErrors(NamedTuple):
 
     rmse_of_peak, patch_rms_of_peak, patch_max_of_peak, max_of_peak : as in ``TruthErrors``; the patch is the surface
         within a radius of the instrument from where it first touches
-    force_error, stiffness_error, contact_area_error : over the truth's own, NaN where a model does not tell it
+    force_error, contact_area_error, stiffness_error : over the truth's own, NaN where a model does not tell it; the
+        stiffness is the slope of the force over the last part of the depth
     """
 
     rmse_of_peak: float
@@ -54,19 +55,12 @@ class TouchErrors(NamedTuple):
     contact_area_error: float
 
 
-def touch_errors(answer: Touched, truth: Touched, patch: np.ndarray) -> TouchErrors:
+def touch_errors(answer: Touched, truth: Touched, patch: np.ndarray, stiffness_error: float = np.nan) -> TouchErrors:
     """Measure an answer; patch : (n_surface,) bool, the nodes that are pressed."""
     moved = truth_errors(answer.displacement, truth.displacement, patch)
-    numbers = [
-        found / true - 1.0
-        for found, true in (
-            (answer.force_n[-1], truth.force_n[-1]),
-            (answer.stiffness, truth.stiffness),
-            (answer.area_m2, truth.area_m2),
-        )
-    ]
+    force, area = answer.force_n / truth.force_n - 1.0, answer.area_m2 / truth.area_m2 - 1.0
     surface = [getattr(moved, name) for name in TouchErrors._fields[:4]]
-    return TouchErrors(*surface, *map(float, numbers))
+    return TouchErrors(*surface, float(force), stiffness_error, float(area))
 
 
 def patch_of(body: Body, touch: Touch) -> np.ndarray:
@@ -109,7 +103,7 @@ class TouchTruth:
 
     def answer(self, row: int) -> Touched:
         """Return the truth of one row."""
-        return Touched(self.displacement[row], self.force[row], float(self.area[row]))
+        return Touched(self.displacement[row], float(self.force[row, 1]), float(self.area[row]))
 
 
 def truth_of_touches(body: Body, touches: Sequence[Touch], progress: Callable = iter) -> TouchTruth:
@@ -133,29 +127,32 @@ def _truth(body: Body, meshes: TouchedMeshes, touch: Touch) -> dict[str, Any]:
     """Return a row of the truth, all but its sample and seconds."""
     finest = meshes.level_for(touch, ALONG_RADIUS)
     answers: list[Touched] = []
+    before: list[float] = []
     count = len(body.fine.surface)
     try:
         for back in (2, 1, 0):
             mesh = meshes.around(touch, max(0, FINEST - back), max(finest - back, FINEST - back, 0))
-            answer, state = mesh.answer(TOLERANCE)
-            answers.append(answer)
+            first, state = mesh.problem.push(touch.direction, [touch.before.depth_m, touch.depth_m], TOLERANCE)
+            before.append(float(first.force @ touch.direction))
+            answers.append(answer_of(mesh.problem, state, touch, mesh.up))
     except (NotConverged, InputError) as failure:
         nothing = dict.fromkeys(("area", "pressure", "order", "force_order", "overlap", "least_det", "edge_m"), np.nan)
         shape = {"displacement": np.full((count, 3), np.nan), "force": np.full(2, np.nan), "nodes": 0}
         own = np.full(len(TouchErrors._fields), np.nan)
         return nothing | shape | {"own": own, "rejected": f"no answer on a mesh ({failure})"}
-    found, off, order, force_order = _limit(answers)
-    patch = patch_of(body, touch)
-    own = np.max([np.abs(touch_errors(each, found, patch)) for each in off], axis=0)
+    patch, (found, off, order) = patch_of(body, touch), _limit(answers)
+    forces = np.column_stack([before, [each.force_n for each in answers]])
+    stiffness, slope_off = number_limit(forces[:, 1] - forces[:, 0])
+    own = np.max([np.abs(touch_errors(each, found, patch, slope_off / stiffness)) for each in off], axis=0)
     least = mesh.problem.least_det(state.x)
     return {
         "displacement": found.displacement,
-        "force": found.force_n,
+        "force": np.array([found.force_n - stiffness, found.force_n]),
         "area": found.area_m2,
         "pressure": state.pressure_pa,
         "own": own,
         "order": order,
-        "force_order": force_order,
+        "force_order": float(np.log2(max(number_ratio(forces[:, 1]), 1e-300))),
         "overlap": state.overlap,
         "least_det": least,
         "nodes": len(state.x),
@@ -164,24 +161,18 @@ def _truth(body: Body, meshes: TouchedMeshes, touch: Touch) -> dict[str, Any]:
     }
 
 
-def _limit(answers: Sequence[Touched]) -> tuple[Touched, list[Touched], float, float]:
-    """Return the limit of three answers, what it may be as well, and the orders of displacement and force."""
+def _limit(answers: Sequence[Touched]) -> tuple[Touched, list[Touched], float]:
+    """Return the limit of three answers, what it may be as well, and the order of the displacement."""
     moved = np.array([each.displacement for each in answers])
-    numbers = np.array([[*each.force_n, each.area_m2] for each in answers])
     converges = RATIOS[0] <= ratio(moved) <= RATIOS[1]
     surface, away = estimate(moved) if converges else (moved[-1], (moved[-1] - moved[-2],))
-    limits, doubts = np.empty(3), np.empty(3)
-    for k, levels in enumerate(numbers.T):
-        limits[k], doubts[k] = number_limit(levels)
-    found = Touched(surface, limits[:2], float(limits[2]))
-    # forces at both depths are wrong alike, so that the slope of the last change says what is wrong with theirs
-    slope = numbers[-1, :2] - numbers[-2, :2]
-    other = limits[:2] + slope * (doubts[1] / max(abs(slope[1]), 1e-300))
-    off = [Touched(surface + each, other, float(limits[2] + doubts[2])) for each in away]
-    return found, off, float(np.log2(ratio(moved))), float(np.log2(max(_number_ratio(numbers[:, 1]), 1e-300)))
+    force, force_off = number_limit(np.array([each.force_n for each in answers]))
+    area, area_off = number_limit(np.array([each.area_m2 for each in answers]))
+    off = [Touched(surface + each, force + force_off, area + area_off) for each in away]
+    return Touched(surface, force, area), off, float(np.log2(ratio(moved)))
 
 
-def _number_ratio(levels: np.ndarray) -> float:
+def number_ratio(levels: np.ndarray) -> float:
     """Return by how much the last halving has reduced the change of a number (3,), negative if it has turned."""
     before, last = levels[1] - levels[0], levels[2] - levels[1]
     return float(before / last) if last else np.inf
@@ -198,7 +189,7 @@ def number_limit(levels: np.ndarray) -> tuple[float, float]:
     changed it. Elsewhere it is that of the finest mesh, and may be off by the larger of the last change and a third of
     the one before.
     """
-    rate, last = _number_ratio(levels), levels[2] - levels[1]
+    rate, last = number_ratio(levels), levels[2] - levels[1]
     if BELIEVED[0] <= rate <= BELIEVED[1]:
         more = last / (rate - 1.0)
         return float(levels[2] + more), float(abs(more))

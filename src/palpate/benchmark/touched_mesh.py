@@ -1,11 +1,12 @@
 """Meshes of a body that are finer where an instrument touches it, with the problem of that contact on them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
 
-from palpate.benchmark.touch import STEPS, Touch, Touched
+from palpate.benchmark.touch import Touch, Touched
 from palpate.bodies.body import Body
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.refinement import with_midpoints
@@ -29,27 +30,31 @@ def contact_radius(instrument: Instrument, depth_m: float) -> float:
 class TouchedMesh:
     """Quadratic elements on a mesh that is refined around one place.
 
-    problem : of the contact; up : the map (n_surface, n) from its nodes to the fine surface of the body
+    body : with this mesh, and the nodes of the elements, as its last two levels; problem : of the contact
+    up : the map (n_surface, n) from its nodes to the fine surface of the whole body
     edge_m : length of the surface's edges where it is touched [m]
     """
 
     touch: Touch
+    body: Body
     problem: Indentation
     up: sparse.csr_array
     edge_m: float
 
     def answer(self, tolerance: float) -> tuple[Touched, Touching]:
         """Return the answer to the touch, and the last state of the elements; NotConverged where there is none."""
-        return answer_of(self.problem, self.touch, self.up, tolerance)
+        *_, state = self.problem.push(self.touch.direction, [self.touch.depth_m], tolerance)
+        return answer_of(self.problem, state, self.touch, self.up), state
 
 
-def answer_of(problem: Indentation, touch: Touch, up: sparse.csr_array, tolerance: float) -> tuple[Touched, Touching]:
-    """Return what ``problem`` answers to ``touch``, and its last state; up : its nodes' map to the fine surface."""
-    depths = [share * touch.depth_m for share in STEPS]
-    states = list(problem.push(touch.direction, depths, tolerance))
-    moved = up @ (states[-1].x - problem.mesh.nodes)
-    force = np.array([state.force @ touch.direction for state in states])
-    return Touched(moved, force, states[-1].area_m2), states[-1]
+def answer_of(problem: Indentation, state: Touching, touch: Touch, up: sparse.csr_array) -> Touched:
+    """Return the answer that a ``state`` of ``problem`` is; up : its nodes' map to the fine surface."""
+    return Touched(up @ (state.x - problem.mesh.nodes), float(state.force @ touch.direction), state.area_m2)
+
+
+def _reach(touch: Touch) -> float:
+    """Return the radius [m] around the place within which a touch needs small elements."""
+    return REACH * contact_radius(touch.instrument, touch.depth_m) + 0.5 * touch.instrument.length_m
 
 
 class TouchedMeshes:
@@ -70,20 +75,30 @@ class TouchedMeshes:
 
         Both count from the first level of the shape. InputError where the instrument does not touch.
         """
-        body, place = self._base, self._body.fine.nodes[touch.node]
-        edges = self._edge(touch.node) / 2.0 ** np.arange(level)
-        reach = REACH * contact_radius(touch.instrument, touch.depth_m) + 0.5 * touch.instrument.length_m
+        return self.around_all([touch], everywhere, level)[0]
+
+    def around_all(self, touches: Sequence[Touch], everywhere: int, level: int) -> list[TouchedMesh]:
+        """Return the same mesh for several touches of one place, with the points of its surface that any may touch."""
+        first, body = touches[0], self._base
+        place = self._body.fine.nodes[first.node]
+        edges = self._edge(first.node) / 2.0 ** np.arange(level)
+        reach = max(map(_reach, touches))
         radii = np.where(np.arange(level) < everywhere, 2.0 * np.linalg.norm(np.ptp(body.coarse.nodes, axis=0)), 0.0)
         radii = np.maximum(radii, reach + MARGIN * edges)
         local = LocalRefinement(body, level).around(place, radii) if level else body.up_to(0)
-        up = self._surface.of(local, 2)
-        pose = touch.pose(self._body)
-        last = pose.moved(touch.depth_m * touch.direction)
-        points = contact_points(
-            local.fine, 2, body.material.young_pa, lambda at: last.gaps(at)[0] < NEAR * touch.depth_m
-        )
-        problem = Indentation(with_midpoints(local, level), level, 2, points, [pose])
-        return TouchedMesh(touch, problem, up, float(self._edge(touch.node) / 2**level))
+        up, whole = self._surface.of(local, 2), with_midpoints(local, level)
+        poses = [touch.pose(self._body) for touch in touches]
+        last = [pose.moved(touch.depth_m * touch.direction) for pose, touch in zip(poses, touches, strict=True)]
+
+        def near(at: np.ndarray) -> np.ndarray:
+            return np.min([pose.gaps(at)[0] / t.depth_m for pose, t in zip(last, touches, strict=True)], axis=0) < NEAR
+
+        points = contact_points(local.fine, 2, body.material.young_pa, near)
+        edge = float(self._edge(first.node) / 2**level)
+        return [
+            TouchedMesh(touch, whole, Indentation(whole, level, 2, points, [pose]), up, edge)
+            for touch, pose in zip(touches, poses, strict=True)
+        ]
 
     def _edge(self, node: int) -> float:
         """Return the mean length [m] of the edges of the coarse triangles nearest to a node."""

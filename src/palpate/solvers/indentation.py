@@ -137,7 +137,7 @@ class Indentation(Equilibrium):
         self, body: Body, level: int, order: int, points: ContactPoints, poses: Sequence[Pose], sticks: bool = False
     ):
         super().__init__(body, level, order)
-        self._points, self._sticks = points, sticks
+        self.points, self._sticks = points, sticks
         self._sides = [_Side(pose, len(points.areas)) for pose in poses]
         self._spread = points.interpolation.T.tocsr()
         absolute = abs(points.interpolation)
@@ -146,13 +146,13 @@ class Indentation(Equilibrium):
 
     def energy(self, x: np.ndarray) -> float:
         """Return the elastic energy and that of contact [J]."""
-        energy, at, k = super().energy(x), self._points.interpolation @ x, self._points.penalty
+        energy, at, k = super().energy(x), self.points.interpolation @ x, self.points.penalty
         for side in self._sides:
             pressure = self._pressure(side, side.pose.gaps(at)[0])
-            energy += 0.5 * float(self._points.areas @ ((pressure**2 - side.multiplier**2) / k))
+            energy += 0.5 * float(self.points.areas @ ((pressure**2 - side.multiplier**2) / k))
             if self._sticks:
                 drag = self._drag(side, at)
-                energy += 0.5 * float(self._points.areas @ (((drag**2).sum(axis=1) - (side.drag**2).sum(axis=1)) / k))
+                energy += 0.5 * float(self.points.areas @ (((drag**2).sum(axis=1) - (side.drag**2).sum(axis=1)) / k))
         return energy
 
     def force(self, x: np.ndarray) -> np.ndarray:
@@ -163,22 +163,27 @@ class Indentation(Equilibrium):
 
     def pushes(self, x: np.ndarray) -> list[np.ndarray]:
         """Return the force (q, 3) [N] of each instrument on the points of a body at ``x`` (n, 3) [m]."""
-        at, found = self._points.interpolation @ x, []
+        at, found = self.points.interpolation @ x, []
         for side in self._sides:
             gaps, normals = side.pose.gaps(at)
             push = self._pressure(side, gaps)[:, None] * normals
             if self._sticks:
                 push += self._drag(side, at)
-            found.append(self._points.areas[:, None] * push)
+            found.append(self.points.areas[:, None] * push)
         return found
 
+    def gaps(self, x: np.ndarray) -> np.ndarray:
+        """Return the distance (q,) [m] of each point from the nearest instrument, of a body at ``x`` (n, 3) [m]."""
+        at = self.points.interpolation @ x
+        return np.min([side.pose.gaps(at)[0] for side in self._sides], axis=0)
+
     def _pressure(self, side: _Side, gaps: np.ndarray) -> np.ndarray:
-        return np.maximum(side.multiplier - self._points.penalty * gaps, 0.0)
+        return np.maximum(side.multiplier - self.points.penalty * gaps, 0.0)
 
     def _drag(self, side: _Side, at: np.ndarray) -> np.ndarray:
         """Return what holds points that stick, (q, 3) [Pa], along the surface of the instrument."""
         off = np.where(side.stuck[:, None], side.held_at() - at, 0.0)
-        return self._along(side, side.drag + self._points.penalty[:, None] * off)
+        return self._along(side, side.drag + self.points.penalty[:, None] * off)
 
     def _along(self, side: _Side, vectors: np.ndarray) -> np.ndarray:
         normals = side.pose.gaps(side.held_at())[1]
@@ -187,7 +192,7 @@ class Indentation(Equilibrium):
     def linearise(self, x: np.ndarray, definite: bool = False) -> tuple[Product, Product]:
         """Return the products with the stiffness, contact included, and with a preconditioner that has it lumped."""
         stiffness = self._stiffness(x, definite)
-        at, k = self._points.interpolation @ x, self._points.penalty
+        at, k = self.points.interpolation @ x, self.points.penalty
         stiff, bent = np.zeros((len(k), 3, 3)), np.zeros((len(k), 3, 3))
         for side in self._sides:
             gaps, normals = side.pose.gaps(at)
@@ -200,9 +205,9 @@ class Indentation(Equilibrium):
                 normal = side.pose.gaps(side.held_at())[1][side.stuck]
                 stiff[side.stuck] += k[side.stuck, None, None] * (np.eye(3) - normal[:, :, None] * normal[:, None, :])
         touched = np.flatnonzero(stiff.any(axis=(1, 2)))
-        areas = self._points.areas[touched, None, None]
+        areas = self.points.areas[touched, None, None]
         blocks, stiff = areas * (stiff + bent)[touched], areas * stiff[touched]
-        near, spread, elastic = self._points.interpolation[touched], self._spread[:, touched], product(stiffness)
+        near, spread, elastic = self.points.interpolation[touched], self._spread[:, touched], product(stiffness)
 
         def multiply(moved: np.ndarray) -> np.ndarray:
             found = elastic(moved) + spread @ np.einsum("qij,qj->qi", blocks, near @ moved)
@@ -223,10 +228,12 @@ class Indentation(Equilibrium):
         hold(found.indptr, found.indices, found.data, self._held)
         return found
 
-    def push(self, direction: np.ndarray, depths: Sequence[float], tolerance: float) -> Iterator[Touching]:
+    def push(
+        self, direction: np.ndarray, depths: Sequence[float], tolerance: float, updates: int = UPDATES
+    ) -> Iterator[Touching]:
         """Push all instruments along the unit vector ``direction`` (3,), and yield what they do at each of ``depths``.
 
-        tolerance : of the residual, over the norm of the nodal forces of contact
+        tolerance : of the residual, over the norm of the nodal forces of contact; updates : most of the multipliers
         Depths [m] are those of a path from first touch, up or down; what sticks lets go where it is pulled off. Raises
         NotConverged.
         """
@@ -239,7 +246,7 @@ class Indentation(Equilibrium):
                     side.pose = pose.moved((reached + step) * direction)
                 kept = [(side.multiplier, side.drag) for side in self._sides]
                 try:
-                    found = self._settle_touching(x, reached + step, tolerance)
+                    found = self._settle_touching(x, reached + step, tolerance, updates)
                 except NotConverged as failure:
                     step *= 0.5
                     if abs(step) < abs(depth) / 64:
@@ -257,12 +264,12 @@ class Indentation(Equilibrium):
                 step = depth - reached
             yield found
 
-    def _settle_touching(self, x: np.ndarray, depth: float, tolerance: float) -> Touching:
+    def _settle_touching(self, x: np.ndarray, depth: float, tolerance: float, updates: int) -> Touching:
         """Find the equilibrium with the instruments where they are, from ``x`` (n, 3) [m], and set the multipliers."""
         overlap = np.inf
-        for _ in range(UPDATES):
+        for _ in range(updates):
             x = self._balanced(x, tolerance)
-            found, at = self._touching(x, depth), self._points.interpolation @ x
+            found, at = self._touching(x, depth), self.points.interpolation @ x
             for side in self._sides:
                 if self._sticks:
                     side.drag = self._drag(side, at)
@@ -289,22 +296,22 @@ class Indentation(Equilibrium):
         return self._scale(self._spread @ sum(self.pushes(x)))
 
     def _touching(self, x: np.ndarray, depth: float) -> Touching:
-        at, stretch = self._points.interpolation @ x, self._points.stretch(x)
+        at, stretch = self.points.interpolation @ x, self.points.stretch(x)
         force, area, greatest, overlap, whole = np.zeros(3), 0.0, 0.0, 0.0, 0.0
         for side, push in zip(self._sides, self.pushes(x), strict=True):
             gaps = side.pose.gaps(at)[0]
             pressure = self._pressure(side, gaps)
             on = pressure > 0.0
             force += push.sum(axis=0)
-            area += float((self._points.areas * stretch)[on].sum())
+            area += float((self.points.areas * stretch)[on].sum())
             greatest = max(greatest, float((pressure / stretch)[on].max(initial=0.0)))
-            weights = self._points.areas * pressure
+            weights = self.points.areas * pressure
             overlap, whole = overlap + float(weights @ np.abs(gaps)), whole + float(weights.sum())
         return Touching(depth, x, force, area, greatest, overlap / max(whole * abs(depth), 1e-300))
 
     def _stick(self, x: np.ndarray) -> None:
         """Let points stick where they have come to touch, and let go of those that do not touch any more."""
-        at = self._points.interpolation @ x
+        at = self.points.interpolation @ x
         for side in self._sides:
             on = side.multiplier > 0.0
             new = on & ~side.stuck

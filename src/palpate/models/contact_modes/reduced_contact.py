@@ -188,6 +188,17 @@ def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume
 
 
 @numba.njit(cache=True, error_model="numpy")
+def add_tangent(q, slopes, volumes, mu, lam, shape, measure, volume, found):
+    """Add to ``found`` (r, r) what of the tangent of k cells changes with ``q`` (r,); slopes : (9, k, r)."""
+    for begin in range(0, len(volumes), BLOCK):
+        end = min(begin + BLOCK, len(volumes))
+        if shape is None:
+            found += _plain_tangent(q, slopes, volumes, mu, lam, begin, end)
+        else:
+            found += _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume)
+
+
+@numba.njit(cache=True, error_model="numpy")
 def is_positive(matrix):
     """Return whether the symmetric ``matrix`` (r, r) is positive definite, by Cholesky's pivots; not if it is NaN."""
     work = matrix.copy()
@@ -403,16 +414,17 @@ class ReducedContact:
 
     The coordinates q (r,) are those of a basis in which the stiffness at rest is the identity.
     loads : (r, f), the unit forces in these coordinates, three of each contact
+    base : (r, r), what of the tangent does not change
     """
 
     def __init__(self, cells: Cells, loads: np.ndarray, law: Law, rest: np.ndarray | None = None):
         self.cells, self.loads, self.law = cells, np.ascontiguousarray(loads), law
         self._slopes = cells.slopes.reshape(-1, cells.slopes.shape[2])
         self.rest = np.eye(len(loads)) - cells.stiffness if rest is None else rest
-        self._base = self.rest  # what of the tangent does not change
+        self.base = self.rest
         if law.shape is None:
             weighted = np.tile(2.0 * cells.mu * cells.volumes, 9)[:, None] * self._slopes
-            self._base = self.rest + self._slopes.T @ weighted
+            self.base = self.rest + self._slopes.T @ weighted
 
     def settle(self, force: np.ndarray, tolerance: float) -> Coordinates:
         """Return the coordinates under ``force`` (f,) [N], whose residual is above ``tolerance`` if none were found."""
@@ -433,14 +445,8 @@ class ReducedContact:
 
         It is NaN where a cell of the corotational law is inverted.
         """
-        slopes, volumes, mu, lam = self.cells
-        found = self._base.copy()
-        for begin in range(0, len(volumes), BLOCK):
-            some = begin, min(begin + BLOCK, len(volumes))
-            if self.law.shape is None:
-                found += _plain_tangent(q, slopes, volumes, mu, lam, *some)
-            else:
-                found += _law_tangent(q, slopes, volumes, mu, lam, *some, *self.law)
+        found = self.base.copy()
+        add_tangent(q, *self.cells, *self.law, found)
         return found
 
     def thinned(

@@ -37,7 +37,8 @@ class LevelTouch(TouchSolver):
         near = NEAR * touch.depth_m
         points = contact_points(mesh, self._order, self._body.material.young_pa, lambda at: last.gaps(at)[0] < near)
         problem = Indentation(self._body, self._level, self._order, points, [pose])
-        return answer_of(problem, touch, self._up, TOLERANCE)[0]
+        *_, state = problem.push(touch.direction, [touch.depth_m], TOLERANCE)
+        return answer_of(problem, state, touch, self._up)
 
 
 class LocalTouch(TouchSolver):

@@ -1,0 +1,137 @@
+"""Answer a touch with a reduced model of its place, whose shapes are presses of quadratic elements by the instrument.
+
+A place is prepared by pushing the instrument straight in and along four tilted directions, on a mesh that is refined
+there; the shapes found are the coordinates, and few cells give the energy, as those of ``contact_modes`` do.
+"""
+
+import numpy as np
+
+from palpate.benchmark.model import Setting
+from palpate.benchmark.touch import Touch, TouchCase, TouchDoubted, Touched, TouchSolver
+from palpate.benchmark.touched_mesh import TouchedMesh, TouchedMeshes
+from palpate.effects.instrument import upright
+from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
+from palpate.models.contact_modes.reduced_contact import ReducedContact, some_points
+from palpate.models.contact_modes.snapshots import coordinates, orthonormal
+from palpate.models.touch.reduced_touch import RESIDUAL, ReducedTouch
+
+LAW = "the body's"
+TILT, AROUND = 45.0, 4
+"""Angle [degrees] of the tilted pushes to the straight one, and their number."""
+STRAIGHT, TILTED = (0.25, 0.5, 0.75, 1.0), (0.35, 0.7, 1.0)
+"""Depths of the pushes, over the deepest that is asked for."""
+PUSH_TOLERANCE = 1e-3
+THINNED, FEW = 1e-2, 2000
+"""Tolerance to which few cells pull as all do, and the number of points that they are chosen from."""
+NEAR = 0.15
+"""Share of the deepest within which a point comes to the instrument in some push, or is not looked at."""
+ROUNDING = 1.0 + 1e-9
+RIDGE = 1e-6
+"""Part of the identity that is added to the kernel by which pushes are told apart."""
+
+
+def settings(case: TouchCase) -> list[Setting]:
+    """List meshes from cheap to expensive: the levels everywhere and at the place."""
+    return [dict(each) for each in case.grid["modes"]]
+
+
+def online(case: TouchCase, setting: Setting) -> TouchSolver:
+    """Return the model; each place is prepared when it is asked to."""
+    return TouchModes(case, setting)
+
+
+class TouchModes(TouchSolver):
+    """Reduced models of places, by node."""
+
+    def __init__(self, case: TouchCase, setting: Setting):
+        self._case, self._where = case, (setting["everywhere"], setting["level"])
+        self._places: dict[int, _Place] = {}
+
+    def prepare(self, touch: Touch) -> None:
+        if touch.node not in self._places:
+            self._places[touch.node] = _Place(self._case, self._where, touch.node)
+
+    def respond(self, touch: Touch) -> Touched:
+        """Answer as ``TouchSolver`` does; TouchDoubted where the search stops above its tolerance."""
+        return self._places[touch.node].answer(touch)
+
+
+class _Place:
+    """One place, prepared for pushes up to the deepest, up to TILT."""
+
+    def __init__(self, case: TouchCase, where: tuple[int, int], node: int):
+        meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
+        outward, instrument = case.body.fine.normals[node], case.instrument
+        self._body, self._deepest = case.body, case.deepest_m
+        self._axes = upright(instrument, case.body.fine.nodes[node], outward).axes
+        touches = [Touch(instrument, node, way @ self._axes, case.deepest_m) for way in _ways()]
+        problems = meshes.around_all(touches, *where)
+        first = problems[0]
+        points, rest = first.problem.points, first.problem.mesh.nodes
+        pushed, moved, stretched = [], [], []
+        near = np.zeros(len(points.areas), dtype=bool)
+        for each in problems:
+            for state in each.problem.push(each.touch.direction, _depths(each, first), PUSH_TOLERANCE, 1):
+                pushed.append(state.depth_m * each.touch.direction)
+                moved.append(state.x - rest)
+                gaps = each.problem.gaps(state.x)
+                near |= gaps < NEAR * case.deepest_m
+                stretched.append(state.area_m2 / points.areas[gaps < 0.0].sum())
+        self._pushed = self._local(np.array(pushed))
+        elements = ElementsAtRest(first.body, where[1])
+        snapshots = np.stack(moved, axis=2)
+        modes = orthonormal(elements, snapshots)
+        states = coordinates(elements, snapshots, modes).T
+        model = _thinned(elements, modes, moved, states, case.seed)
+        self._reduced = ReducedTouch(model, modes, points, near, rest, first.up)
+        kernel = _kernel(self._pushed, self._pushed) + RIDGE * np.eye(len(moved))
+        self._starts, self._stretched = np.linalg.solve(kernel, states), float(np.mean(stretched))
+
+    def answer(self, touch: Touch) -> Touched:
+        """Return the answer; the search begins at what pushes like it have come to."""
+        way = touch.depth_m * touch.direction
+        q = _kernel(self._local(way[None]), self._pushed)[0] @ self._starts
+        force, area, left = self._reduced.touch(touch.pose(self._body).moved(way), q)
+        answer = Touched(self._reduced.displacement(q), float(force @ touch.direction), self._stretched * area)
+        if not left <= RESIDUAL:
+            raise TouchDoubted(f"the reduced model stopped at a residual of {left:.1e}", [left])
+        if touch.depth_m > ROUNDING * self._deepest:
+            raise TouchDoubted(f"{1e3 * touch.depth_m:.3g} mm is deeper than what was prepared", [left])
+        if -self._local(way[None])[0, 2] * self._deepest * ROUNDING < np.cos(np.deg2rad(TILT)) * touch.depth_m:
+            raise TouchDoubted(f"the direction is more than {TILT:g} degrees off the normal", [left])
+        return answer
+
+    def _local(self, ways: np.ndarray) -> np.ndarray:
+        """Return ways (k, 3) [m] over the deepest, along the axes of the upright instrument."""
+        return ways / self._deepest @ self._axes.T
+
+
+def _depths(each: TouchedMesh, first: TouchedMesh) -> list[float]:
+    """Return the depths [m] of a push, the first of which is straight."""
+    return [share * each.touch.depth_m for share in (STRAIGHT if each is first else TILTED)]
+
+
+def _thinned(
+    elements: ElementsAtRest, modes: np.ndarray, moved: list[np.ndarray], states: np.ndarray, seed: int
+) -> ReducedContact:
+    """Return the model of few cells that pull as the elements do where they have ``moved`` [(n, 3)] [m]."""
+    flat, count = modes.reshape(-1, modes.shape[2]), modes.shape[2]
+    pulls = -np.array([elements.force(each).ravel() for each in moved]) @ flat - states
+    nowhere = np.zeros(len(elements.couples), dtype=bool)
+    cells = some_points(elements, modes, nowhere, FEW, np.random.default_rng(seed))
+    unlike = np.zeros((count, count))
+    model = ReducedContact(cells, np.zeros((count, 0)), elements.law, unlike)
+    return model.thinned(list(states), THINNED, list(pulls))
+
+
+def _ways() -> np.ndarray:
+    """Return unit vectors (1 + AROUND, 3) along the axes of an upright instrument, straight in first."""
+    tilt, turns = np.deg2rad(TILT), 2.0 * np.pi * np.arange(AROUND) / AROUND
+    aside = np.sin(tilt) * np.column_stack([np.cos(turns), np.sin(turns)])
+    return np.vstack([[0.0, 0.0, -1.0], np.column_stack([aside, np.full(AROUND, -np.cos(tilt))])])
+
+
+def _kernel(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return how alike ways (k, 3) and (m, 3) are, (k, m): the kernel of polynomials of the degrees 1 to 3."""
+    product = a @ b.T
+    return product + product**2 + product**3

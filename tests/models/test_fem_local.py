@@ -12,9 +12,9 @@ from palpate.bodies.material import Material
 from palpate.bodies.refinement import finer
 from palpate.bodies.simple_shapes import box
 from palpate.effects.patch_load import patch_at, patch_shares
+from palpate.effects.surface_map import SurfaceMap
 from palpate.errors import InputError
 from palpate.models import fem, fem_local
-from palpate.effects.surface_map import SurfaceMap
 
 FAR = 100.0
 

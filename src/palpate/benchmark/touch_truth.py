@@ -178,7 +178,7 @@ def number_ratio(levels: np.ndarray) -> float:
     return float(before / last) if last else np.inf
 
 
-BELIEVED = (2.0, 16.0)
+BELIEVED = (1.8, 18.0)
 """Ratios of the changes of a number between which its limit is believed."""
 
 

@@ -152,6 +152,15 @@ class ReducedTouch:
         )
         return force, area, left
 
+    def energy(self, pose: Pose, q: np.ndarray) -> float:
+        """Return the energy [J] of the body and of contact at ``q`` (r,)."""
+        flat, _, volumes, mu, lam = self._cells
+        k, p = len(volumes), len(self._points[2])
+        scratch = np.empty((9, k)), np.empty((9, k)), np.empty(k), np.empty(k, dtype=bool)
+        stored = cell_stresses(q, flat, volumes, mu, lam, *self._law, *scratch) + 0.5 * q @ self._stiff @ q
+        touched = np.empty((p, 3)), np.empty(p), np.empty((p, 3)), np.empty(p)
+        return float(stored + contact(q, *self._points, pose.tip, pose.axes, pose.instrument.shape, *touched))
+
     def displacement(self, q: np.ndarray) -> np.ndarray:
         """Return the displacement (n_surface, 3) [m] of the fine surface."""
         return (self._surface @ q).reshape(-1, 3)

@@ -1,0 +1,105 @@
+"""Touches, their truth, and how models are measured on them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fixtures.touched_pad import *  # noqa: F403
+from fixtures.touched_pad import BALL
+
+from palpate.benchmark.touch import choose_touches, places_to_touch, touches_of
+from palpate.benchmark.touch_measure import SETTING_COLUMNS, measure_touches, penetration, truth_rows
+from palpate.benchmark.touch_truth import (
+    TouchErrors,
+    load_touch_truth,
+    number_limit,
+    patch_of,
+    save_touch_truth,
+    touch_errors,
+)
+from palpate.benchmark.touched_mesh import TouchedMeshes
+from palpate.errors import InputError
+from palpate.models.touch import fem
+
+
+def test_the_truth_is_known_to_less_than_coarse_elements_are_wrong(touch_case, touches, touch_truth):
+    assert touch_truth.believed.all()
+    own = {name: column for name, column in zip(TouchErrors._fields, touch_truth.own.T, strict=True)}
+    assert (own["force_error"] < 0.02).all() and (own["rmse_of_peak"] < 0.005).all()
+    coarse = fem.online(touch_case, {"order": 1, "level": 1}).respond(touches[0])
+    found = touch_errors(coarse, touch_truth.answer(0), patch_of(touch_case.body, touches[0]))
+    assert found.force_error > 0.1 and found.rmse_of_peak > 0.01
+
+
+def test_a_finer_mesh_than_the_truths_is_within_its_own_error(touch_case, touches, touch_truth):
+    """Three times the elements along the contact's radius, at the place only."""
+    meshes = TouchedMeshes(touch_case.body)
+    level = meshes.level_for(touches[0], 5.0)
+    finer = meshes.around(touches[0], 1, level).answer(1e-4)[0]
+    patch = patch_of(touch_case.body, touches[0])
+    found, own = touch_errors(finer, touch_truth.answer(0), patch), TouchErrors(*touch_truth.own[0])
+    assert abs(found.force_error) < 2.0 * own.force_error + 0.002
+
+
+def test_what_is_written_is_read(touch_truth, tmp_path):
+    save_touch_truth(touch_truth, tmp_path / "truth.h5")
+    again = load_touch_truth(tmp_path / "truth.h5")
+    assert np.array_equal(again.displacement, touch_truth.displacement)
+    assert list(again.rejected) == list(touch_truth.rejected) and np.array_equal(again.force, touch_truth.force)
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0, 3.0])
+def test_a_number_that_converges_has_its_limit(order):
+    levels = 5.0 + 0.3 * 2.0 ** (-order * np.arange(3))
+    limit, off = number_limit(levels)
+    assert limit == pytest.approx(5.0, rel=1e-12) and off == pytest.approx(levels[2] - 5.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("levels", [[1.0, 1.1, 1.05], [1.0, 1.1, 1.3], [1.0, 1.0, 1.2]])
+def test_a_number_that_does_not_is_as_far_off_as_it_last_changed(levels):
+    limit, off = number_limit(np.array(levels))
+    assert limit == levels[2] and off >= abs(levels[2] - levels[1])
+
+
+def test_errors_have_a_sign(touch_truth):
+    true = touch_truth.answer(0)
+    harder = true._replace(force_n=1.3 * true.force_n, area_m2=0.9 * true.area_m2)
+    found = touch_errors(harder, true, np.ones(len(true.displacement), dtype=bool))
+    assert found.force_error == pytest.approx(0.3) and found.contact_area_error == pytest.approx(-0.1)
+    assert found.rmse_of_peak == 0.0
+
+
+def test_places_are_drawn_with_depths_and_tilts(pad):
+    table = choose_touches(pad, BALL, 6, (0.2, 0.3), 3, lambda touch: True)
+    assert len(table) == 6 and np.isin(table["node"], places_to_touch(pad)).all()
+    assert table["depth_m"].between(0.2 * BALL.radius_m, 0.3 * BALL.radius_m).all()
+    cosines = [-touch.direction @ pad.fine.normals[touch.node] for touch in touches_of(BALL, table)]
+    assert np.allclose(cosines[::2], 1.0) and all(np.sqrt(0.5) - 1e-9 <= c < 1.0 for c in cosines[1::2])
+
+
+def test_what_a_body_does_not_bear_is_lowered_or_left(pad):
+    with pytest.warns(UserWarning, match="less deep"):
+        table = choose_touches(pad, BALL, 3, (0.3, 0.3), 3, lambda touch: touch.depth_m < 0.005)
+    assert (table["depth_m"] < 0.005).all() and (table["asked_m"] == 0.3 * BALL.radius_m).all()
+    with pytest.raises(InputError, match="no place bears"):
+        choose_touches(pad, BALL, 3, (0.3, 0.3), 3, lambda touch: False)
+
+
+def test_measured_rows_have_errors_times_and_failures(touch_case, touches, touch_truth):
+    case = replace(touch_case, grid={"fem": {"levels": [{"order": 1, "level": 1}], "local": []}})
+    samples, settings = measure_touches(case, "fem", fem, touches, touch_truth, 2, 1.0)
+    assert list(settings.columns) == SETTING_COLUMNS and len(samples) == 2
+    row = settings.iloc[0]
+    assert row["failures"] == 0 and row["online_median_s"] > 0.0
+    assert row["force_error"] == pytest.approx(samples["force_error"].mean())
+    assert row["force_error_p95"] >= abs(samples["force_error"]).min()
+    assert samples["stiffness_error"].between(-0.5, 1.0).all()
+    own = truth_rows(case, touches, touch_truth)[1].iloc[0]
+    assert own["force_error"] == pytest.approx(touch_truth.own[:, TouchErrors._fields.index("force_error")].mean())
+
+
+def test_penetration_is_that_of_the_deepest_node(touch_case, touches, touch_truth):
+    true = touch_truth.answer(0)
+    still = true._replace(displacement=np.zeros_like(true.displacement))
+    assert penetration(touch_case, touches[0], still) == pytest.approx(1.0, rel=1e-6)
+    assert penetration(touch_case, touches[0], true) < 0.02

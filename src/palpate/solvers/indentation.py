@@ -13,12 +13,12 @@ from scipy import sparse
 
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import TetMesh
-from palpate.effects.instrument import Pose
+from palpate.effects.instrument import TOUCH_TOLERANCE, Pose
 from palpate.effects.surface_integrals import surface_interpolation
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import hold, product
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.newton import Product, minimise_by_newton
+from palpate.solvers.newton import Product, Solution, minimise_by_newton
 
 PENALTY = 20.0
 """Stiffness of contact [Pa/m] over Young's modulus by the length of an element."""
@@ -28,21 +28,42 @@ UPDATES, SLOW = 12, 0.5
 """Most updates of the multipliers at one depth, of which two to four are usual, and the least that one has to reduce
 the overlap by: quadratic elements of a coarse mesh cannot follow an instrument at all points."""
 
+HELD = 0.1
+"""Overlap that is no solution: the instrument is pushed into nodes that do not move."""
+TOUCHED = 0.15
+"""Mean pressure of a triangle, over the greatest, from which it counts as touched. Pressures at points are no measure:
+they alternate, as the surface of an element cannot follow the instrument at all of them."""
+GRIP = 4.0
+"""Stiffness with which points stick, over that of contact."""
+AT_FIRST, AFTER = 1.0 / 2.0, 2.0 / 3.0
+"""Shares of the way that points slide in a step without sticking, at the time at which they touch: ahead of an area
+that grows evenly and sticks the surface follows (Mindlin 1949), by 1 − 2/π asin(a/r) of what it would slide."""
+STRIDE = 0.5
+"""Longest step over the radius of an instrument, which would pass through the surface in one of two radii."""
+STICKING_STEPS = 4
+"""Least steps to the largest depth where points stick: the force then differs by 0.1 to 0.5 % from that of twice as
+many."""
+FIRST = 1e-2
+"""Tolerance of the equilibrium for the multipliers at the start of a step, which are about to change."""
+STICKING = 0.01
+"""Force on points that come to stick or let go, over that on all, above which the multipliers are set again."""
 
-def _degree_six() -> tuple[np.ndarray, np.ndarray]:
-    """Return 12 points (12, 3) of a triangle, barycentric, and weights that add up to 1 (Dunavant 1985)."""
+
+def _of_triangles(values: np.ndarray) -> np.ndarray:
+    """Return the sum of ``values`` (q,) of the points of each triangle."""
+    return values.reshape(-1, len(PLACES)).sum(axis=1)
+
+
+def _degree_four() -> tuple[np.ndarray, np.ndarray]:
+    """Return 6 points (6, 3) of a triangle, barycentric, and weights that add up to 1 (Dunavant 1985)."""
     places, weights = [], []
-    for weight, r in ((0.116786275726379, 0.249286745170910), (0.050844906370207, 0.063089014491502)):
+    for weight, r in ((0.223381589678011, 0.445948490915965), (0.109951743655322, 0.091576213509771)):
         places += [np.roll([1.0 - 2.0 * r, r, r], shift) for shift in range(3)]
         weights += [weight] * 3
-    r, s = 0.310352451033785, 0.053145049844816
-    for corners in ([r, s, 1.0 - r - s], [s, r, 1.0 - r - s]):
-        places += [np.roll(corners, shift) for shift in range(3)]
-        weights += [0.082851075618374] * 3
     return np.array(places), np.array(weights) / np.sum(weights)
 
 
-PLACES, SHARES = _degree_six()
+PLACES, SHARES = _degree_four()
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +83,7 @@ class ContactPoints:
 def contact_points(
     mesh: TetMesh, order: int, young_pa: float, near: Callable[[np.ndarray], np.ndarray]
 ) -> ContactPoints:
-    """Return points that integrate polynomials of degree 6 on triangles of ``mesh`` with elements of ``order``.
+    """Return points that integrate polynomials of degree 4 on triangles of ``mesh`` with elements of ``order``.
 
     near : from points (k, 3) [m] to which of them (k,) may touch; triangles with such a corner, edge or middle are kept
     """
@@ -98,7 +119,7 @@ class Touching(NamedTuple):
     depth_m : from first touch [m]
     x : (n, 3) [m], the nodes
     force : (3,) [N], of the instrument on the body
-    area_m2 : that touches, as it is deformed; pressure_pa : the greatest, on that
+    area_m2 : of the triangles that touch, as they are deformed; pressure_pa : the greatest mean over one of them
     overlap : mean overlap, weighted with the pressure, over the depth
     """
 
@@ -115,15 +136,29 @@ class _Side:
 
     pose : where it is; multiplier : (q,) [Pa]; drag : (q, 3) [Pa], of points that stick
     stuck : (q,) which do; grip : (q, 3), where they do, along the instrument's axes from its tip [m]
+    seen : (q, 3), of a copy, where points were, the same
     """
 
     def __init__(self, pose: Pose, count: int):
         self.pose, self.multiplier = pose, np.zeros(count)
         self.stuck, self.grip, self.drag = np.zeros(count, dtype=bool), np.zeros((count, 3)), np.zeros((count, 3))
+        self.seen = np.zeros((0, 3))
 
     def held_at(self) -> np.ndarray:
         """Return where points that stick belong, (q, 3) [m]."""
-        return self.pose.tip + self.grip @ self.pose.axes
+        return self.held(self.grip)
+
+    def held(self, places: np.ndarray) -> np.ndarray:
+        """Return where ``places`` (q, 3) on the instrument, along its axes from its tip [m], are (q, 3) [m]."""
+        return self.pose.tip + places @ self.pose.axes
+
+    def as_seen(self, at: np.ndarray) -> "_Side":
+        """Return a copy, with places of points ``at`` (q, 3) [m] from the instrument."""
+        other = _Side(self.pose, len(self.multiplier))
+        other.multiplier, other.drag = self.multiplier, self.drag
+        other.stuck, other.grip = self.stuck, self.grip.copy()
+        other.seen = (at - self.pose.tip) @ self.pose.axes.T
+        return other
 
 
 class Indentation(Equilibrium):
@@ -152,7 +187,9 @@ class Indentation(Equilibrium):
             energy += 0.5 * float(self.points.areas @ ((pressure**2 - side.multiplier**2) / k))
             if self._sticks:
                 drag = self._drag(side, at)
-                energy += 0.5 * float(self.points.areas @ (((drag**2).sum(axis=1) - (side.drag**2).sum(axis=1)) / k))
+                energy += 0.5 * float(
+                    self._points.areas @ (((drag**2).sum(axis=1) - (side.drag**2).sum(axis=1)) / (GRIP * k))
+                )
         return energy
 
     def force(self, x: np.ndarray) -> np.ndarray:
@@ -183,7 +220,7 @@ class Indentation(Equilibrium):
     def _drag(self, side: _Side, at: np.ndarray) -> np.ndarray:
         """Return what holds points that stick, (q, 3) [Pa], along the surface of the instrument."""
         off = np.where(side.stuck[:, None], side.held_at() - at, 0.0)
-        return self._along(side, side.drag + self.points.penalty[:, None] * off)
+        return self._along(side, side.drag + GRIP * self._points.penalty[:, None] * off)
 
     def _along(self, side: _Side, vectors: np.ndarray) -> np.ndarray:
         normals = side.pose.gaps(side.held_at())[1]
@@ -203,7 +240,9 @@ class Indentation(Equilibrium):
                 bent[on] -= pressure[on, None, None] * side.pose.bends(at[on], gaps[on], normals[on])
             if self._sticks:
                 normal = side.pose.gaps(side.held_at())[1][side.stuck]
-                stiff[side.stuck] += k[side.stuck, None, None] * (np.eye(3) - normal[:, :, None] * normal[:, None, :])
+                stiff[side.stuck] += (
+                    GRIP * k[side.stuck, None, None] * (np.eye(3) - normal[:, :, None] * normal[:, None, :])
+                )
         touched = np.flatnonzero(stiff.any(axis=(1, 2)))
         areas = self.points.areas[touched, None, None]
         blocks, stiff = areas * (stiff + bent)[touched], areas * stiff[touched]
@@ -235,48 +274,75 @@ class Indentation(Equilibrium):
 
         tolerance : of the residual, over the norm of the nodal forces of contact; updates : most of the multipliers
         Depths [m] are those of a path from first touch, up or down; what sticks lets go where it is pulled off. Raises
-        NotConverged.
+        InputError for a depth that is negative or larger than the body is along ``direction``, and NotConverged.
         """
-        x, reached = self.mesh.nodes.copy(), 0.0
-        begin = [side.pose for side in self._sides]
+        largest = float(np.ptp(self.mesh.nodes @ direction))
         for depth in depths:
-            step = depth - reached
+            if not 0.0 <= depth < largest:
+                raise InputError(f"a depth is {depth:g} m; give 0 to {largest:.3g} m, the body along the direction.")
+        x, reached, scale = self.mesh.nodes.copy(), 0.0, max(depths, default=0.0)
+        begin = [side.pose for side in self._sides]
+
+        most = STRIDE * min((pose.instrument.radius_m for pose in begin), default=np.inf)
+        most = min(most, scale / STICKING_STEPS) if self._sticks else most
+
+        def longest(way: float) -> float:
+            return way / max(np.ceil(abs(way) / most - 1e-9), 1.0) if way else way
+
+        for depth in depths:
+            if depth == 0.0:  # exactly, not but for what first touch and multipliers leave
+                self._sides = [_Side(pose, len(self._points.areas)) for pose in begin]
+                x, reached = self.mesh.nodes.copy(), 0.0
+                yield Touching(0.0, x, np.zeros(3), 0.0, 0.0, 0.0)
+                continue
+            step = longest(depth - reached)
             while True:
+                at = self._points.interpolation @ x
+                kept = [side.as_seen(at) for side in self._sides]
                 for side, pose in zip(self._sides, begin, strict=True):
                     side.pose = pose.moved((reached + step) * direction)
-                kept = [(side.multiplier, side.drag) for side in self._sides]
                 try:
-                    found = self._settle_touching(x, reached + step, tolerance, updates)
+                    found = self._settle_touching(x, reached + step, tolerance, kept)
                 except NotConverged as failure:
-                    step *= 0.5
-                    if abs(step) < abs(depth) / 64:
+                    self._sides, step = kept, 0.5 * step
+                    if abs(step) < scale / 64:
                         raise NotConverged(
                             f"{failure}, at a depth of {1e3 * (reached + 2 * step):.3g} mm", failure.history
                         ) from failure
-                    for side, (multiplier, drag) in zip(self._sides, kept, strict=True):
-                        side.multiplier, side.drag = multiplier, drag
                     continue
                 x, reached = found.x, reached + step
-                if self._sticks:
-                    self._stick(x)
-                if reached == depth:
+                if (det := self.least_det(x)) <= 0.0:
+                    raise NotConverged(f"an element is inverted at a depth of {1e3 * reached:.3g} mm", [det])
+                if abs(reached - depth) <= 1e-12 * scale:
                     break
-                step = depth - reached
+                step = longest(depth - reached)
             yield found
 
-    def _settle_touching(self, x: np.ndarray, depth: float, tolerance: float, updates: int) -> Touching:
-        """Find the equilibrium with the instruments where they are, from ``x`` (n, 3) [m], and set the multipliers."""
+    def _settle_touching(self, x: np.ndarray, depth: float, tolerance: float, before: list["_Side"]) -> Touching:
+        """Find the equilibrium with the instruments where they are, from ``x`` (n, 3) [m], and set the multipliers.
+
+        before : the sides before the step, with their ``_Side.seen``
+        """
         overlap = np.inf
-        for _ in range(updates):
-            x = self._balanced(x, tolerance)
-            found, at = self._touching(x, depth), self.points.interpolation @ x
+        for update in range(UPDATES):
+            x = self._balanced(x, max(tolerance, FIRST) if update == 0 else tolerance)
+            found, at = self._touching(x, depth), self._points.interpolation @ x
             for side in self._sides:
                 if self._sticks:
                     side.drag = self._drag(side, at)
                 side.multiplier = self._pressure(side, side.pose.gaps(at)[0])
+            if self._sticks and self._stick(at, before) > STICKING:
+                continue
+            if update == 0 and tolerance < FIRST:
+                continue
             if found.overlap <= OVERLAP or found.overlap > SLOW * overlap:
                 break
             overlap = found.overlap
+        if found.overlap > HELD:
+            raise NotConverged(
+                f"the instrument overlaps the body by {found.overlap:.0%} of its depth: what it touches is held",
+                [found.overlap],
+            )
         return found
 
     def _balanced(self, x: np.ndarray, tolerance: float) -> np.ndarray:
@@ -285,7 +351,13 @@ class Indentation(Equilibrium):
         for _ in range(3):  # the forces that the tolerance is of are not known before
             if scale == 0.0 and self._scale(self.force(x)) <= self._rounding:
                 return x  # nothing touches
-            x = minimise_by_newton(self, x, scale or self._scale(self.force(x)), tolerance).x
+            solution, against = Solution(x), scale or self._scale(self.force(x))
+            try:
+                minimise_by_newton(self, x, against, tolerance, solution=solution)
+            except NotConverged:
+                if not solution.history[-1] * against <= self._rounding:
+                    raise
+            x = solution.x
             before, scale = scale, self._pushed(x)
             if scale >= 0.5 * before:
                 break
@@ -296,25 +368,47 @@ class Indentation(Equilibrium):
         return self._scale(self._spread @ sum(self.pushes(x)))
 
     def _touching(self, x: np.ndarray, depth: float) -> Touching:
-        at, stretch = self.points.interpolation @ x, self.points.stretch(x)
+        at, stretch = self._points.interpolation @ x, self._points.stretch(x)
+        areas = _of_triangles(self._points.areas * stretch)
         force, area, greatest, overlap, whole = np.zeros(3), 0.0, 0.0, 0.0, 0.0
         for side, push in zip(self._sides, self.pushes(x), strict=True):
             gaps = side.pose.gaps(at)[0]
-            pressure = self._pressure(side, gaps)
-            on = pressure > 0.0
+            weights, off = self._points.areas * self._pressure(side, gaps), np.abs(gaps)
+            mean = _of_triangles(weights) / areas
             force += push.sum(axis=0)
-            area += float((self.points.areas * stretch)[on].sum())
-            greatest = max(greatest, float((pressure / stretch)[on].max(initial=0.0)))
-            weights = self.points.areas * pressure
-            overlap, whole = overlap + float(weights @ np.abs(gaps)), whole + float(weights.sum())
+            area += float(areas[mean > TOUCHED * mean.max()].sum())
+            greatest = max(greatest, float(mean.max()))
+            if self._sticks:
+                slips = self._along(side, side.held_at() - at)
+                off += np.where(side.stuck, np.linalg.norm(slips, axis=1), 0.0)
+            overlap, whole = overlap + float(weights @ off), whole + float(weights.sum())
         return Touching(depth, x, force, area, greatest, overlap / max(whole * abs(depth), 1e-300))
 
-    def _stick(self, x: np.ndarray) -> None:
-        """Let points stick where they have come to touch, and let go of those that do not touch any more."""
-        at = self.points.interpolation @ x
-        for side in self._sides:
+    def _stick(self, at: np.ndarray, before: list["_Side"]) -> float:
+        """Let points ``at`` (q, 3) [m] stick that have come to touch, and let go of those that do not touch any more.
+
+        They stick to where they were at first touch, between their places before the step and now. Returns the force
+        on points that have come to stick or lost their hold, over that on all.
+        """
+        changed, whole = 0.0, 1e-300
+        for side, old in zip(self._sides, before, strict=True):
             on = side.multiplier > 0.0
-            new = on & ~side.stuck
-            side.grip[new] = (at[new] - side.pose.tip) @ side.pose.axes.T
-            side.drag[~on | new] = 0.0
-            side.stuck = on
+            late, new, lost = on & ~old.stuck, on & ~side.stuck, side.stuck & ~on
+            times, places = np.zeros(len(on)), (at - side.pose.tip) @ side.pose.axes.T
+            times[late] = (AFTER if old.stuck.any() else AT_FIRST) * self._when(late, old)
+            side.grip[new] = (old.seen + times[:, None] * (places - old.seen))[new]
+            side.drag[~on | new], side.stuck = 0.0, on
+            force = self._points.areas * np.maximum(side.multiplier, old.multiplier)
+            changed, whole = changed + float(force[new | lost].sum()), whole + float(force.sum())
+        return changed / whole
+
+    def _when(self, late: np.ndarray, old: "_Side") -> np.ndarray:
+        """Return when ``late`` points (q,) bool have come to touch, from 0 to 1 in the step: with evenly growing area.
+
+        The area grows so under a sphere in theory, and nearer points come first. What touches at the start has t = 0.
+        """
+        gaps, areas = old.pose.gaps(old.held(old.seen))[0][late], self._points.areas[late]
+        order = np.argsort(gaps)
+        times = np.empty(len(order))
+        times[order] = (np.cumsum(areas[order]) - 0.5 * areas[order]) / max(areas.sum(), 1e-300)
+        return np.where(gaps <= TOUCH_TOLERANCE * 10.0 * old.pose.instrument.radius_m, 0.0, times)

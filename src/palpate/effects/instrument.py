@@ -1,7 +1,7 @@
 """A rigid instrument: its signed distance with two derivatives, where it first touches, and how it presses on points.
 
-Contact is an augmented Lagrangian (Alart and Curnier 1991; Simo and Laursen 1992): a point of the surface with the gap
-g to the instrument bears the pressure max(λ − k g, 0), where the multiplier λ is set to that pressure again and again
+Contact is an augmented Lagrangian (Alart and Curnier 1991; Simo and Laursen 1992): a point of the surface, at the gap g
+to the instrument bears the pressure max(λ − k g, 0), where the multiplier λ is set to that pressure again and again
 until nothing overlaps. There is no tension and no friction unless points stick, which then keep their place on the
 instrument while they are pressed.
 """
@@ -147,10 +147,11 @@ def curvatures(points, tip, axes, kind, radius, edge, half, gaps, normals, bends
             continue
         rho = np.sqrt(x * x + y * y)
         out, below = rho - (radius - edge), edge - z
-        if rho == 0.0 or out <= 0.0 or (below <= 0.0 and out <= below):
+        edged = out > 0.0 and below > 0.0
+        if rho == 0.0 or not (edged or out > below):
             continue
-        side = out / away if below > 0.0 else 1.0
-        down = below / away if below > 0.0 else 0.0
+        side = out / away if edged else 1.0
+        down = below / away if edged else 0.0
         for i in range(3):
             radial = (axes[0, i] * x + axes[1, i] * y) / rho
             first[i] = (axes[1, i] * x - axes[0, i] * y) / rho  # around the axis
@@ -158,12 +159,13 @@ def curvatures(points, tip, axes, kind, radius, edge, half, gaps, normals, bends
         for i in range(3):
             for j in range(3):
                 bends[n, i, j] = side / rho * first[i] * first[j]
-                if below > 0.0:
+                if edged:
                     bends[n, i, j] += second[i] * second[j] / away
 
 
-ZOOMS, ZOOM = 12, 0.3
-"""How often the place of first touch is looked for in a smaller part of a triangle, and its size over the last."""
+ZOOMS, ZOOM = 42, 0.7
+"""How often the place of first touch is looked for in a smaller part of a triangle, and its size over the last: not so
+small that the least value along a narrow valley, as under a capsule, is left outside."""
 TOUCHES, TOUCH_TOLERANCE = 60, 1e-9
 """Most steps of the instrument to where it touches, and the gap, over its radius, that is none."""
 _GRID = np.array([[i, j, 6 - i - j] for i in range(7) for j in range(7 - i)]) / 6.0
@@ -176,16 +178,22 @@ def first_touch(pose: Pose, mesh: Mesh, direction: np.ndarray) -> Pose:
     one find the least. InputError where it misses the body.
     """
     way = np.asarray(direction, dtype=float)
-    corners, size = mesh.nodes[mesh.triangles], mesh.size
-    pose = pose.moved(-2.0 * (size + pose.instrument.radius_m) * way)
+    corners, radius = mesh.nodes[mesh.triangles], pose.instrument.radius_m
+    pose = pose.moved(-(2.0 * (mesh.size + radius) + pose.instrument.length_m) * way)
+    step = 0.0
     for _ in range(TOUCHES):
         gap, closing = _least_gap(pose, corners, way)
-        if abs(gap) <= TOUCH_TOLERANCE * pose.instrument.radius_m:
+        if abs(gap) <= TOUCH_TOLERANCE * radius:
             return pose
-        if closing <= 0.0 and gap > 0.0:
+        if gap < 0.0:  # another triangle came first
+            step *= 0.5
+            pose = pose.moved(-step * way)
+            continue
+        if closing <= 0.0:
             break
-        # never past the surface: a distance does not fall faster than one moves
-        pose = pose.moved(max(gap, 0.0) * way if gap > 1e-3 * pose.instrument.radius_m else gap / closing * way)
+        # never past the surface: a distance does not fall faster than one moves; Newton's steps where it is near
+        step = gap if gap > 1e-2 * radius else min(gap / closing, 0.1 * radius)
+        pose = pose.moved(step * way)
     raise InputError("the instrument does not reach the body along its direction; choose another place or direction.")
 
 

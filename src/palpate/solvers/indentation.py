@@ -274,7 +274,8 @@ class Indentation(Equilibrium):
 
         tolerance : of the residual, over the norm of the nodal forces of contact; updates : most of the multipliers
         Depths [m] are those of a path from first touch, up or down; what sticks lets go where it is pulled off. Raises
-        InputError for a depth that is negative or larger than the body is along ``direction``, and NotConverged.
+        InputError for a depth that is negative or larger than the body is along ``direction``, and NotConverged, also
+        where what touches is held, an element is inverted, or no point of the surface touches.
         """
         largest = float(np.ptp(self.mesh.nodes @ direction))
         for depth in depths:
@@ -316,6 +317,8 @@ class Indentation(Equilibrium):
                 if abs(reached - depth) <= 1e-12 * scale:
                     break
                 step = longest(depth - reached)
+            if not found.area_m2:
+                raise NotConverged(f"nothing touches at a depth of {1e3 * depth:.3g} mm: elements are too large", [0.0])
             yield found
 
     def _settle_touching(self, x: np.ndarray, depth: float, tolerance: float, before: list["_Side"]) -> Touching:
@@ -408,7 +411,8 @@ class Indentation(Equilibrium):
         The area grows so under a sphere in theory, and nearer points come first. What touches at the start has t = 0.
         """
         gaps, areas = old.pose.gaps(old.held(old.seen))[0][late], self._points.areas[late]
-        order = np.argsort(gaps)
-        times = np.empty(len(order))
-        times[order] = (np.cumsum(areas[order]) - 0.5 * areas[order]) / max(areas.sum(), 1e-300)
-        return np.where(gaps <= TOUCH_TOLERANCE * 10.0 * old.pose.instrument.radius_m, 0.0, times)
+        order, none = np.argsort(gaps), 10.0 * TOUCH_TOLERANCE * old.pose.instrument.radius_m
+        whole, ranked = np.append(0.0, np.cumsum(areas[order])), gaps[order]
+        # points that are equally far touch together
+        before, until = (whole[np.searchsorted(ranked, gaps + shift)] for shift in (-none, none))
+        return np.where(gaps <= none, 0.0, 0.5 * (before + until) / max(whole[-1], 1e-300))

@@ -15,6 +15,7 @@ from palpate.studies.hard_cases import (
     nonlinear_cases,
     organ_cases,
     tissue_cases,
+    touch_cases,
 )
 from palpate.studies.hard_cases.hard_case import Case, judge
 from palpate.table_declaration import Table
@@ -34,7 +35,7 @@ FAMILIES = {
         model_cases.engines,
     ],
     "dynamics": [dynamics_cases.motions, tissue_cases.moving],
-    "contact": [contact_cases.overlaps, contact_cases.contacts],
+    "contact": [contact_cases.overlaps, contact_cases.contacts, touch_cases.cases],
     "organ": [organ_cases.cases],
 }
 

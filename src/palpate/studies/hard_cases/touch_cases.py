@@ -1,0 +1,179 @@
+"""Hard cases of instruments that are pressed into tissue: where they touch first, how deep, how, and on what."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from palpate.bodies.body import Body, nest
+from palpate.bodies.material import LAWS, Material
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.refinement import with_midpoints
+from palpate.bodies.simple_shapes import box
+from palpate.bodies.supports import Bed
+from palpate.effects.instrument import Instrument, first_touch, upright
+from palpate.solvers.indentation import Indentation, Touching, contact_points
+from palpate.studies.hard_cases.hard_case import Answer, Case
+from palpate.studies.hard_cases.stage import SOFT
+
+MODELS = ("fem_quadratic",)
+DOWN = np.array([0.0, 0.0, -1.0])
+OBLIQUE = np.array([np.sqrt(0.5), 0.0, -np.sqrt(0.5)])
+DEPTH_M = 0.003
+BALL = Instrument("sphere", 0.02)
+TOUCHES = "least distance of the surface from the instrument, or of nodes that it does not touch from balance"
+MEASURE = f"{TOUCHES}, over the depth or the force"
+OFF_REST = "largest distance of a node from rest / the depth"
+WITHIN = 0.02
+TOP = (0.05, 0.05)
+"""Middle of the block's upper side [m], a node."""
+
+
+def cases() -> list[Case]:
+    def case(name, scene, run, expected="it touches, and forces balance", bound=WITHIN, declared=None, **more):
+        outcomes = {model: declared for model in MODELS} if declared else {}
+        return Case(f"touch_{name}", scene, expected, MEASURE, bound, run, MODELS, outcomes, **more)
+
+    def off_rest(name, scene, run):
+        return Case(f"touch_{name}", scene, "the body is at rest, without force", OFF_REST, 1e-6, run, MODELS)
+
+    told, refused = ("stable", "not_converged"), ("refused",)
+    return [
+        case("at_a_node", "a ball touches a block first exactly at a node", _pressed),
+        case("at_an_edge", "the same, exactly at the middle of an edge", partial(_pressed, at=(0.0625, 0.05))),
+        case("on_a_face", "the same, within a face",
+             partial(_pressed, at=(0.058, 0.053), instrument=Instrument("sphere", 0.04))),
+        case("at_a_corner", "a ball touches a cube first at its corner",
+             partial(_pressed, at=(0.1, 0.1), direction=-np.ones(3) / np.sqrt(3.0), depth=0.006), bound=0.005),
+        case("in_a_groove", "a ball is pressed into a groove and touches both sides", partial(_pressed, make=_groove)),
+        case("two_1_mm_apart", "two balls are pressed, 1 mm apart", partial(_pressed, at=(0.0295, 0.05), beside=0.041)),
+        case("larger_than_the_body", "a ball of 1 m is pressed on a block of 0.1 m",
+             partial(_pressed, instrument=Instrument("sphere", 1.0))),
+        case("tiny", "a ball of a twelfth of an element's length",
+             partial(_pressed, instrument=Instrument("sphere", 0.002), depth=0.0005),
+             "it is told that elements are too large", declared=("not_converged",)),
+        case("capsule", "a capsule lies on the block",
+             partial(_pressed, instrument=Instrument("capsule", 0.01, length_m=0.03))),
+        case("sharp_punch", "a flat punch without a rounded edge",
+             partial(_pressed, instrument=Instrument("punch", 0.02))),
+        case("stuck_oblique", "a ball that sticks is pushed at 45°", partial(_pressed, direction=OBLIQUE, sticks=True)),
+        case("incompressible", "ν = 0.4999", partial(_pressed, make=_incompressible)),
+        case("of_another_law", "a stable neo-Hookean block",
+             partial(_pressed, make=lambda: _block(replace(SOFT, law=LAWS[1])))),
+        case("on_a_sliver", "an element of 1° lies under the tip", partial(_pressed, make=_sliver)),
+        case("on_a_bed", "the block rests on springs", partial(_pressed, make=_bedded)),
+        case("at_the_rim_of_held_nodes", "a ball touches first where held nodes of the upper side end",
+             partial(_pressed, make=lambda: _block(held=_half_held), at=(0.0375, 0.05)), declared=told),
+        case("at_held_nodes", "a ball is pressed on nodes that do not move",
+             partial(_pressed, make=lambda: _block(held=lambda x: x[:, 2] > -1.0)), "no convergence is reported",
+             declared=("not_converged",)),
+        off_rest("depth_0", "a depth of 0 is asked for", partial(_back, depths=[0.0])),
+        off_rest("pulled_back", "a ball is pressed and pulled back to first touch",
+                 partial(_back, depths=[DEPTH_M, 0.0])),
+        off_rest("pulled_back_stuck", "the same, and it sticks while it presses",
+                 partial(_back, depths=[DEPTH_M, 0.5 * DEPTH_M, 0.0], sticks=True)),
+        case("nearly_through", "a ball of 5 mm is pressed through nine tenths of the block",
+             partial(_pressed, instrument=Instrument("sphere", 0.005), depth=0.045), "equilibrium, or it is told",
+             declared=told),
+        case("through", "a ball is pressed farther than the block is thick", partial(_pressed, depth=0.051), "refused",
+             declared=refused),
+        case("depth_negative", "a negative depth is asked for", partial(_pressed, depth=-0.001), "refused",
+             declared=refused),
+        case("radius_nan", "an instrument's radius is not a number",
+             lambda model: _pressed(model, instrument=Instrument("sphere", np.nan)), "refused", declared=refused),
+        case("beside_the_body", "a ball is pressed where nothing is", partial(_pressed, at=(0.2, 0.05)), "refused",
+             declared=refused),
+    ]  # fmt: skip
+
+
+def _block(
+    material: Material = SOFT, held: Callable = lambda x: x[:, 2] == 0.0, mesh: TetMesh | None = None, bed=None
+) -> Body:
+    """Make a block of 0.1 m × 0.1 m × 0.05 m in 192 tetrahedra, or ``mesh``, held below."""
+    mesh = box([0.1, 0.1, 0.05], [4, 4, 2]) if mesh is None else mesh
+    return with_midpoints(nest("block", mesh, 0, np.flatnonzero(held(mesh.nodes)), material, bed=bed), 0)
+
+
+def _incompressible() -> Body:
+    """Return a coarser block, as conjugate gradients take hundreds of steps."""
+    return _block(replace(SOFT, poisson=0.4999), mesh=box([0.1, 0.1, 0.05], [2, 2, 2]))
+
+
+def _half_held(x: np.ndarray) -> np.ndarray:
+    """Choose nodes (n, 3) [m] of the lower side and of a part of the upper one."""
+    return (x[:, 2] == 0.0) | ((x[:, 2] == 0.05) & (x[:, 0] < 0.04))
+
+
+def _moved(shift: Callable[[np.ndarray], np.ndarray]) -> Body:
+    """Make the block with nodes shifted upward by ``shift`` (n,) [m]."""
+    mesh = box([0.1, 0.1, 0.05], [4, 4, 2])
+    return _block(mesh=TetMesh(mesh.nodes + np.outer(shift(mesh.nodes), -DOWN), mesh.tetrahedra))
+
+
+def _groove() -> Body:
+    return _moved(lambda x: np.where((x[:, 2] == 0.05) & (x[:, 0] == 0.05), -0.02, 0.0))
+
+
+def _sliver() -> Body:
+    """Return the block with the node below the tip moved almost to the upper side."""
+    return _moved(
+        lambda x: np.where((np.abs(x - [*TOP, 0.025]) < 1e-9).all(axis=1), 0.025 - 0.025 * np.tan(np.radians(1)), 0.0)
+    )
+
+
+def _bedded() -> Body:
+    bed = Bed(np.array([0.05, 0.05, 0.0]), 0.2, 4e5, DOWN)
+    return _block(held=lambda x: np.zeros(len(x), dtype=bool), bed=bed)
+
+
+def _problem(
+    body: Body, instrument: Instrument, at: Sequence[float], direction: np.ndarray, beside: float, sticks: bool
+) -> Indentation:
+    """Let an instrument, and if given another one ``beside`` it [m], touch the block over ``at`` (2,) [m]."""
+    tops = [np.array([at[0] + shift, at[1], 0.05]) for shift in ((0.0, beside) if beside else (0.0,))]
+    poses = [
+        first_touch(upright(instrument, top, -direction if at[1] > 0.09 else -DOWN), body.coarse, direction)
+        for top in tops
+    ]
+    points = contact_points(body.levels[0], 2, SOFT.young_pa, lambda p: p[:, 2] > 0.02)
+    return Indentation(body, 0, 2, points, poses, sticks)
+
+
+def _pressed(
+    model: str,
+    make: Callable[[], Body] = _block,
+    instrument: Instrument = BALL,
+    at: Sequence[float] = TOP,
+    direction: np.ndarray = DOWN,
+    depth: float = DEPTH_M,
+    beside: float = 0.0,
+    sticks: bool = False,
+) -> Answer:
+    """Press, and judge by the surface's distance from the instrument and the balance of nodes apart from it."""
+    problem = _problem(make(), instrument, at, direction, beside, sticks)
+    (found,) = problem.push(direction, [depth], 1e-6)
+    return Answer(found.x, problem.mesh.nodes, partial(_off, problem, found, depth))
+
+
+def _off(problem: Indentation, found: Touching, depth: float, x: np.ndarray) -> float:
+    points, near = problem._points, np.zeros(len(x), dtype=bool)
+    at, nearest = points.interpolation @ x, []
+    for side in problem._sides:
+        gaps = side.pose.gaps(at)[0]
+        nearest.append(abs(float(gaps.min())))
+        near[(points.interpolation.T @ (side.multiplier > 0.0)) != 0.0] = True
+    left = problem.force(x) - problem._spread @ sum(problem.pushes(x))
+    return max(max(nearest) / depth, float(np.linalg.norm(left[~near]) / np.linalg.norm(found.force)))
+
+
+def _back(model: str, depths: list[float], sticks: bool = False) -> Answer:
+    """Press along ``depths`` [m], the last one 0; frozen is the body that is pressed."""
+    body = _block()
+    (pressed,) = _problem(body, BALL, TOP, DOWN, 0.0, sticks).push(DOWN, [DEPTH_M], 1e-6)
+    problem = _problem(body, BALL, TOP, DOWN, 0.0, sticks)
+    found = list(problem.push(DOWN, depths, 1e-6))[-1]
+    if found.force.any() or found.area_m2 or found.pressure_pa:
+        raise AssertionError(f"there is a force of {found.force} N without contact")
+    rest = problem.mesh.nodes
+    return Answer(found.x, pressed.x, lambda a: float(np.abs(a - rest).max() / DEPTH_M))

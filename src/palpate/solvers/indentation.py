@@ -262,6 +262,7 @@ class Indentation(Equilibrium):
     def _with_contact(self, matrix: sparse.bsr_array, touched: np.ndarray, blocks: np.ndarray) -> sparse.bsr_array:
         """Return ``matrix`` with the stiffness of contact lumped on the diagonal."""
         lumped = self._lumped[:, touched] @ (self._lump[touched, None] * blocks.reshape(-1, 9))
+        assert self._multigrid is not None
         found = matrix.copy()
         found.data[self._multigrid.patterns[-1].diagonal] += lumped.reshape(-1, 3, 3)
         hold(found.indptr, found.indices, found.data, self._held)

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import cast
 
 import numpy as np
 
@@ -88,7 +89,10 @@ def cases() -> list[Case]:
 
 
 def _block(
-    material: Material = SOFT, held: Callable = lambda x: x[:, 2] == 0.0, mesh: TetMesh | None = None, bed=None
+    material: Material = SOFT,
+    held: Callable = lambda x: x[:, 2] == 0.0,
+    mesh: TetMesh | None = None,
+    bed: Bed | None = None,
 ) -> Body:
     """Make a block of 0.1 m × 0.1 m × 0.05 m in 192 tetrahedra, or ``mesh``, held below."""
     mesh = box([0.1, 0.1, 0.05], [4, 4, 2]) if mesh is None else mesh
@@ -136,7 +140,7 @@ def _problem(
         first_touch(upright(instrument, top, -direction if at[1] > 0.09 else -DOWN), body.coarse, direction)
         for top in tops
     ]
-    points = contact_points(body.levels[0], 2, SOFT.young_pa, lambda p: p[:, 2] > 0.02)
+    points = contact_points(cast(TetMesh, body.levels[0]), 2, SOFT.young_pa, lambda p: p[:, 2] > 0.02)
     return Indentation(body, 0, 2, points, poses, sticks)
 
 

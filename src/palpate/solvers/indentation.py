@@ -188,7 +188,7 @@ class Indentation(Equilibrium):
             if self._sticks:
                 drag = self._drag(side, at)
                 energy += 0.5 * float(
-                    self._points.areas @ (((drag**2).sum(axis=1) - (side.drag**2).sum(axis=1)) / (GRIP * k))
+                    self.points.areas @ (((drag**2).sum(axis=1) - (side.drag**2).sum(axis=1)) / (GRIP * k))
                 )
         return energy
 
@@ -220,7 +220,7 @@ class Indentation(Equilibrium):
     def _drag(self, side: _Side, at: np.ndarray) -> np.ndarray:
         """Return what holds points that stick, (q, 3) [Pa], along the surface of the instrument."""
         off = np.where(side.stuck[:, None], side.held_at() - at, 0.0)
-        return self._along(side, side.drag + GRIP * self._points.penalty[:, None] * off)
+        return self._along(side, side.drag + GRIP * self.points.penalty[:, None] * off)
 
     def _along(self, side: _Side, vectors: np.ndarray) -> np.ndarray:
         normals = side.pose.gaps(side.held_at())[1]
@@ -293,18 +293,18 @@ class Indentation(Equilibrium):
 
         for depth in depths:
             if depth == 0.0:  # exactly, not but for what first touch and multipliers leave
-                self._sides = [_Side(pose, len(self._points.areas)) for pose in begin]
+                self._sides = [_Side(pose, len(self.points.areas)) for pose in begin]
                 x, reached = self.mesh.nodes.copy(), 0.0
                 yield Touching(0.0, x, np.zeros(3), 0.0, 0.0, 0.0)
                 continue
             step = longest(depth - reached)
             while True:
-                at = self._points.interpolation @ x
+                at = self.points.interpolation @ x
                 kept = [side.as_seen(at) for side in self._sides]
                 for side, pose in zip(self._sides, begin, strict=True):
                     side.pose = pose.moved((reached + step) * direction)
                 try:
-                    found = self._settle_touching(x, reached + step, tolerance, kept)
+                    found = self._settle_touching(x, reached + step, tolerance, kept, updates)
                 except NotConverged as failure:
                     self._sides, step = kept, 0.5 * step
                     if abs(step) < scale / 64:
@@ -322,22 +322,24 @@ class Indentation(Equilibrium):
                 raise NotConverged(f"nothing touches at a depth of {1e3 * depth:.3g} mm: elements are too large", [0.0])
             yield found
 
-    def _settle_touching(self, x: np.ndarray, depth: float, tolerance: float, before: list["_Side"]) -> Touching:
+    def _settle_touching(
+        self, x: np.ndarray, depth: float, tolerance: float, before: list["_Side"], updates: int
+    ) -> Touching:
         """Find the equilibrium with the instruments where they are, from ``x`` (n, 3) [m], and set the multipliers.
 
         before : the sides before the step, with their ``_Side.seen``
         """
-        overlap = np.inf
-        for update in range(UPDATES):
-            x = self._balanced(x, max(tolerance, FIRST) if update == 0 else tolerance)
-            found, at = self._touching(x, depth), self._points.interpolation @ x
+        overlap, first = np.inf, FIRST if updates > 1 else tolerance
+        for update in range(updates):
+            x = self._balanced(x, max(tolerance, first) if update == 0 else tolerance)
+            found, at = self._touching(x, depth), self.points.interpolation @ x
             for side in self._sides:
                 if self._sticks:
                     side.drag = self._drag(side, at)
                 side.multiplier = self._pressure(side, side.pose.gaps(at)[0])
             if self._sticks and self._stick(at, before) > STICKING:
                 continue
-            if update == 0 and tolerance < FIRST:
+            if update == 0 and tolerance < first:
                 continue
             if found.overlap <= OVERLAP or found.overlap > SLOW * overlap:
                 break
@@ -372,12 +374,12 @@ class Indentation(Equilibrium):
         return self._scale(self._spread @ sum(self.pushes(x)))
 
     def _touching(self, x: np.ndarray, depth: float) -> Touching:
-        at, stretch = self._points.interpolation @ x, self._points.stretch(x)
-        areas = _of_triangles(self._points.areas * stretch)
+        at, stretch = self.points.interpolation @ x, self.points.stretch(x)
+        areas = _of_triangles(self.points.areas * stretch)
         force, area, greatest, overlap, whole = np.zeros(3), 0.0, 0.0, 0.0, 0.0
         for side, push in zip(self._sides, self.pushes(x), strict=True):
             gaps = side.pose.gaps(at)[0]
-            weights, off = self._points.areas * self._pressure(side, gaps), np.abs(gaps)
+            weights, off = self.points.areas * self._pressure(side, gaps), np.abs(gaps)
             mean = _of_triangles(weights) / areas
             force += push.sum(axis=0)
             area += float(areas[mean > TOUCHED * mean.max()].sum())
@@ -402,7 +404,7 @@ class Indentation(Equilibrium):
             times[late] = (AFTER if old.stuck.any() else AT_FIRST) * self._when(late, old)
             side.grip[new] = (old.seen + times[:, None] * (places - old.seen))[new]
             side.drag[~on | new], side.stuck = 0.0, on
-            force = self._points.areas * np.maximum(side.multiplier, old.multiplier)
+            force = self.points.areas * np.maximum(side.multiplier, old.multiplier)
             changed, whole = changed + float(force[new | lost].sum()), whole + float(force.sum())
         return changed / whole
 
@@ -411,7 +413,7 @@ class Indentation(Equilibrium):
 
         The area grows so under a sphere in theory, and nearer points come first. What touches at the start has t = 0.
         """
-        gaps, areas = old.pose.gaps(old.held(old.seen))[0][late], self._points.areas[late]
+        gaps, areas = old.pose.gaps(old.held(old.seen))[0][late], self.points.areas[late]
         order, none = np.argsort(gaps), 10.0 * TOUCH_TOLERANCE * old.pose.instrument.radius_m
         whole, ranked = np.append(0.0, np.cumsum(areas[order])), gaps[order]
         # points that are equally far touch together

@@ -33,8 +33,8 @@ def away(one, other):
 @pytest.mark.parametrize("number", [0, 1])
 def test_modes_answer_as_their_elements_do(answers, number):
     found, elements = answers["modes"][number], answers["elements"][number]
-    assert away(found, elements) < 0.004
-    assert found.force_n == pytest.approx(elements.force_n, rel=0.02)
+    assert away(found, elements) < 0.006
+    assert found.force_n == pytest.approx(elements.force_n, rel=0.04)
 
 
 def test_linear_responses_are_too_stiff_where_tissue_is_pressed_deep(answers):

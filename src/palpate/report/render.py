@@ -99,6 +99,7 @@ class Stage:
     def picture(self, view: View, actors: list) -> np.ndarray:
         """Render ``actors``, functions that are given this stage, as (height, width, 3) uint8."""
         p = self._plotter
+        p.suppress_rendering = True  # or each actor is rendered as it is added
         p.clear_actors()
         p.set_background("white")
         for actor in actors:
@@ -110,6 +111,7 @@ class Stage:
         p.camera.parallel_projection = True
         p.camera.parallel_scale = max(view.height, view.width * height / width) / 2
         p.renderer.ResetCameraClippingRange()
+        p.suppress_rendering = False
         p.render()
         return p.screenshot(return_img=True)
 

@@ -16,7 +16,7 @@ ALONE = {
     "law": {"make_body", "compare_laws", "merge_law", "draw_law"},
 }
 """The rules of studies that need no body, or whose bodies need nothing else."""
-MORE = {"springs": {"fit_springs": 8, "tabulate_spring_floor": 2}}
+MORE = {"springs": {"fit_springs": 8}}
 """Those that run more than once."""
 REPORT = {"write_report", "all"}
 SHARED = ("seed", "bodies", "regimes", "solver", "timing")

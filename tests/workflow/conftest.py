@@ -3,14 +3,13 @@
 import re
 import shutil
 import subprocess
-import sys
 from collections.abc import Callable
 from copy import deepcopy
 from pathlib import Path
 
 import pytest
 import yaml
-from fixtures.command_line import run_snakemake
+from fixtures.command_line import start_snakemake
 
 ROOT = Path(__file__).parents[2]
 COMPARISONS = ("tradeoff", "law", "dynamic", "hard_cases", "scaling")
@@ -33,12 +32,12 @@ raise SystemExit
 
 @pytest.fixture(scope="session")
 def command() -> Callable[..., list[str]]:
-    """The snakemake command for the workflow in ``root``, with its results in ``folder``."""
+    """The arguments of snakemake for the workflow in ``root``, with its results in ``folder``."""
 
     def arguments(folder: Path, config: Path, *more: str, root: Path = ROOT) -> list[str]:
         places = ["--snakefile", root / "Snakefile", "--directory", folder, "--configfile", config]
         profile = ["--workflow-profile", root / "profiles/default"]
-        return [sys.executable, "-m", "snakemake", *map(str, [*places, *profile]), "--cores", "2", *more]
+        return [*map(str, [*places, *profile]), "--cores", "2", *more]
 
     return arguments
 
@@ -50,8 +49,9 @@ def run(command, tmp_path_factory) -> Callable[..., subprocess.CompletedProcess]
     def finish(*arguments, root: Path = ROOT, **options) -> subprocess.CompletedProcess:
         words = command(*arguments, root=root, **options)
         printed = tmp_path_factory.mktemp("printed") / "out.txt"
-        status = run_snakemake(words[words.index("snakemake") + 1 :], root / "src", printed)
-        return subprocess.CompletedProcess(words, status, printed.read_text(encoding="utf-8"))
+        process = start_snakemake(words, root / "src", printed)
+        process.join()
+        return subprocess.CompletedProcess(words, process.exitcode, printed.read_text(encoding="utf-8"))
 
     return finish
 

@@ -13,5 +13,5 @@ LENGTH, SIDE = 0.2, 0.01
 @pytest.fixture(scope="session")
 def bar() -> Body:
     """A bar of 0.2 m × 0.01 m × 0.01 m, held at x = 0, once refined."""
-    mesh = box([LENGTH, SIDE, SIDE], [20, 2, 2])
+    mesh = box([LENGTH, SIDE, SIDE], [10, 2, 2])
     return nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), Material(1e6, 0.0, 1000.0))

@@ -8,6 +8,8 @@ STAMP := $(VENV)/.whole
 TOOLS := $(VENV)/.tools
 # modules are compiled as they are imported, most never
 INSTALL := $(BIN)/python -m pip --disable-pip-version-check install -qq --no-deps --no-compile
+# or each process, of which a run has hundreds, compiles them anew where a machine's settings say so
+unexport PYTHONDONTWRITEBYTECODE
 # where jobs run: profiles/default is this machine, profiles/slurm a cluster
 PROFILE ?= default
 FLAGS := --workflow-profile profiles/$(PROFILE)

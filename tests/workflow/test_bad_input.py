@@ -14,12 +14,12 @@ def refused(run, smoke, write_config, tmp_path):
     """Run with changed settings towards a body, and return what the refusal printed."""
 
     def printed(**changes) -> str:
-        smoke["bodies"]["liver"] |= changes
+        settings = {"bodies": {"liver": smoke["bodies"]["liver"] | changes}, "enrichment": None}
         if "path" in changes:
-            smoke["bodies"]["liver"] |= {"kind": "file", "scale_m": 1.0}
-            del smoke["bodies"]["liver"]["length_m"]
+            settings["bodies"]["liver"] |= {"kind": "file", "scale_m": 1.0}
+            del settings["bodies"]["liver"]["length_m"]
         target = "results/data/liver/body.h5"
-        done = run(tmp_path, write_config(smoke), "--", target)
+        done = run(tmp_path, write_config(settings), "--", target)
         assert done.returncode == 1
         assert "Traceback" not in done.stdout
         assert done.stdout.count("error: ") == 1

@@ -12,14 +12,15 @@ from typing import NamedTuple, TextIO
 import h5py
 import numpy as np
 import pytest
+import yaml
 from fixtures.command_line import start_snakemake
 
-SMOKE, SOURCES = Path(__file__).parents[1] / "smoke/config.yaml", Path(__file__).parents[2] / "src"
+SOURCES = Path(__file__).parents[2] / "src"
 BODY, TARGET = "results/data/liver/body.h5", "results/data/liver/point_small/fine_0.h5"
 
 
 class Started(NamedTuple):
-    """The smoke run towards TARGET, and what it prints."""
+    """A run towards TARGET, and what it prints."""
 
     process: BaseProcess
     printed: TextIO
@@ -33,16 +34,24 @@ class Started(NamedTuple):
         return self.process.exitcode
 
 
+@pytest.fixture(scope="module")
+def config(whole, tmp_path_factory):
+    """The settings of the smoke run for enrichment alone."""
+    path = tmp_path_factory.mktemp("settings") / "config.yaml"
+    path.write_text(yaml.safe_dump({key: whole[key] for key in ("seed", "bodies", "solver", "enrichment")}))
+    return path
+
+
 @pytest.fixture
-def start(command, tmp_path):
+def start(command, config, tmp_path):
     """Start the run, and wait until it prints ``line``."""
     started = []
 
     def until(line: str) -> Started:
         pipe = tmp_path / f"pipe_{len(started)}"
         os.mkfifo(pipe)
-        process = start_snakemake(command(tmp_path, SMOKE, "--", TARGET), SOURCES, pipe)
-        started.append(Started(process, open(pipe, encoding="utf-8")))
+        process = start_snakemake(command(tmp_path, config, "--", TARGET), SOURCES, pipe)
+        started.append(Started(process, pipe.open(encoding="utf-8")))
         printed = []
         for text in started[-1].printed:
             printed.append(text)
@@ -57,10 +66,10 @@ def start(command, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def made(run, tmp_path_factory):
+def made(run, config, tmp_path_factory):
     """A folder in which the liver is made."""
     folder = tmp_path_factory.mktemp("made")
-    assert run(folder, SMOKE, "--", BODY).returncode == 0
+    assert run(folder, config, "--", BODY).returncode == 0
     return folder
 
 
@@ -71,7 +80,7 @@ def begun(start, made, tmp_path):
     return start("unit forces at contact 1")
 
 
-def test_a_killed_run_is_completed(start, run, tmp_path):
+def test_a_killed_run_is_completed(start, run, config, tmp_path):
     for line, unfinished in [
         ("make body (liver)", "results/data/liver/body.h5"),
         ("unit forces at contact 1", "results/data/liver/compliance_0.0m.h5"),
@@ -79,7 +88,7 @@ def test_a_killed_run_is_completed(start, run, tmp_path):
     ]:
         start(line).kill()
         assert not (tmp_path / unfinished).exists()
-    done = run(tmp_path, SMOKE, "--", TARGET)
+    done = run(tmp_path, config, "--", TARGET)
     assert done.returncode == 0, done.stdout
     with h5py.File(tmp_path / TARGET) as file:
         assert len(file["displacement"]) == 14
@@ -129,7 +138,7 @@ def jobs_of(run: Started) -> list[int]:
     return [process for process in found if process != os.getpid()]
 
 
-def test_a_second_run_in_the_same_folder_is_refused(begun, run, tmp_path):
-    done = run(tmp_path, SMOKE, "--", TARGET)
+def test_a_second_run_in_the_same_folder_is_refused(begun, run, config, tmp_path):
+    done = run(tmp_path, config, "--", TARGET)
     assert done.returncode == 1
     assert "error: another run is under way in this folder; wait for it or stop it first." in done.stdout

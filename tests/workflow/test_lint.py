@@ -1,16 +1,15 @@
 """Snakemake's own lint, with the one exception that one locked environment makes."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
+
+from fixtures.command_line import start_snakemake
 
 ALLOWED = {"Specify a conda environment or container for each rule."}
 
 
-def test_nothing_but_missing_containers_is_linted():
-    root = Path(__file__).parents[2]
-    done = subprocess.run(
-        [sys.executable, "-m", "snakemake", "--lint"], cwd=root, capture_output=True, text=True, check=False
-    )
-    assert set(re.findall(r"^ +\* (.*):$", done.stderr + done.stdout, re.M)) == ALLOWED
+def test_nothing_but_missing_containers_is_linted(tmp_path):
+    root, printed = Path(__file__).parents[2], tmp_path / "printed.txt"
+    words = ["--lint", "--snakefile", root / "Snakefile", "--configfile", root / "config.yaml"]
+    start_snakemake([*map(str, words)], root / "src", printed).join()
+    assert set(re.findall(r"^ +\* (.*):$", printed.read_text(), re.M)) == ALLOWED

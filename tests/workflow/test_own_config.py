@@ -22,9 +22,10 @@ def make(*words: str) -> subprocess.CompletedProcess:
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
 
 
-@pytest.fixture
-def mine(tmp_path) -> Path:
+@pytest.fixture(scope="module")
+def mine(tmp_path_factory) -> Path:
     """A config in a folder with a space in its name, as init writes it for a box."""
+    tmp_path = tmp_path_factory.mktemp("own")
     block = box([0.1, 0.05, 0.05], [6, 3, 3])
     meshio.write_points_cells(tmp_path / "block.vtk", 1e3 * block.nodes, [("tetra", block.tetrahedra)])
     init(recognise([tmp_path / "block.vtk"]), tmp_path / "my block")

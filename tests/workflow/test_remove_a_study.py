@@ -25,9 +25,10 @@ main(["--dry-run", "--quiet", "all", "--cores", "1", "--configfile", "tests/smok
 """
 
 
-@pytest.fixture
-def copy(tmp_path):
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory):
     """A copy of the sources without the study: its folder, its rules file, its line, and its block of the settings."""
+    tmp_path = tmp_path_factory.mktemp("copy")
     for name in ("src", "workflow", "tests/smoke", "docs", "examples"):
         left_out = shutil.ignore_patterns("__pycache__", "*.egg-info", "results", ".snakemake", "*.png")
         shutil.copytree(ROOT / name, tmp_path / name, ignore=left_out)

@@ -140,6 +140,18 @@ def drags(loads):
     return [([before(press) for press in presses], presses) for presses in loads]
 
 
+@pytest.fixture(scope="session")
+def cold(model, loads):
+    """The answers of the Python runtime."""
+    return [model.respond(presses) for presses in loads]
+
+
+@pytest.fixture(scope="session")
+def warm(model, drags):
+    """The same answers, each found from an earlier one."""
+    return [model.respond(presses, start=model.respond(before)) for before, presses in drags]
+
+
 def press_near(model, point, depth):
     """Return a press straight into the flat face that ``point`` lies on."""
     corners = model.nodes[model.triangles]

@@ -108,18 +108,17 @@ def test_what_is_no_press_is_refused_in_words(model):
             model.respond([press | wrong])
 
 
-def test_an_answer_that_starts_from_an_earlier_one_is_the_same(model, drags):
+def test_an_answer_that_starts_from_an_earlier_one_is_the_same(cold, warm):
     """As close as runtimes are to each other."""
     compared = 0
-    for before, presses in drags:
-        cold, warm = model.respond(presses), model.respond(presses, start=model.respond(before))
-        if cold.doubt:
+    for one, other in zip(cold, warm, strict=True):
+        if one.doubt:
             continue
         compared += 1
-        peak = np.linalg.norm(cold.displacement, axis=1).max()
-        assert np.abs(warm.displacement - cold.displacement).max() <= 1e-5 * peak
-        assert warm.forces == pytest.approx(cold.forces, abs=1e-5 * np.abs(cold.forces).max())
-        assert warm.error == pytest.approx(cold.error, rel=1e-4) and warm.doubt == ""
+        peak = np.linalg.norm(one.displacement, axis=1).max()
+        assert np.abs(other.displacement - one.displacement).max() <= 1e-5 * peak
+        assert other.forces == pytest.approx(one.forces, abs=1e-5 * np.abs(one.forces).max())
+        assert other.error == pytest.approx(one.error, rel=1e-4) and other.doubt == ""
     assert compared >= 100
 
 

@@ -122,15 +122,14 @@ def runtime(request):
     return request.getfixturevalue(request.param)
 
 
-def test_other_runtimes_answer_as_python(runtime, model, loads, pairs):
-    for some, least in ((loads, 200), (pairs, len(pairs))):  # the latter are of discs that are near
-        found = runtime([([], presses) for presses in some])
-        compare([model.respond(presses) for presses in some], found, least)
+def test_other_runtimes_answer_as_python(runtime, model, loads, cold, pairs):
+    near = [model.respond(presses) for presses in pairs]
+    for some, expected, least in ((loads, cold, 200), (pairs, near, len(pairs))):
+        compare(expected, runtime([([], presses) for presses in some]), least)
 
 
-def test_other_runtimes_start_from_an_earlier_answer_as_python(runtime, model, drags):
-    found = runtime(drags)
-    compare([model.respond(presses, start=model.respond(before)) for before, presses in drags], found, 200)
+def test_other_runtimes_start_from_an_earlier_answer_as_python(runtime, drags, warm):
+    compare(warm, runtime(drags), 200)
 
 
 @pytest.mark.parametrize("given", ["force", "moved"])

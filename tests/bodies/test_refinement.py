@@ -189,3 +189,32 @@ def test_levels_are_nested_and_keep_what_is_held_and_stiff(whole):
         at_rest = whole.levels[0].volumes if level == 0 else None
         if at_rest is None and np.allclose(mesh.volumes.sum(), whole.coarse.volumes.sum()):
             assert mesh.volumes[stiff].sum() == pytest.approx(whole.coarse.volumes[whole_stiff].sum(), rel=1e-12)
+
+
+@pytest.mark.parametrize("radii", [0.05, [0.2, 0.1, 0.05, 0.03]])
+def test_levels_beyond_the_bodys_own_are_as_sound(whole, radii):
+    """Two levels that the body lacks, near the place only: conforming, nested, of the body's shape and volume."""
+    plain = whole.from_level(whole.shape_level)
+    depth = len(plain.levels) + 1
+    local = LocalRefinement(plain, depth).around(TIP, radii if isinstance(radii, float) else radii[:depth])
+    assert len(local.levels) == depth + 1
+    for up, mesh, finer_mesh in zip(local.prolongations, local.levels[:-1], local.levels[1:], strict=True):
+        assert (finer_mesh.volumes > 0.0).all() and faces(finer_mesh)[1].max() == 2
+        assert np.abs(up @ mesh.nodes - finer_mesh.nodes).max() < 1e-15
+        assert finer_mesh.volumes.sum() == pytest.approx(plain.coarse.volumes.sum(), rel=1e-12)
+        assert finer_mesh.areas.sum() == pytest.approx(plain.coarse.areas.sum(), rel=1e-12)
+    stiff = local.tissue(depth).region == 1
+    of_coarse = plain.coarse.volumes[plain.tissue(0).region == 1].sum()
+    assert local.fine.volumes[stiff].sum() == pytest.approx(of_coarse, rel=1e-12)
+    near = np.linalg.norm(local.fine.nodes[local.fine.edges].mean(axis=1) - TIP, axis=1) < 0.02
+    longest = np.linalg.norm(np.diff(local.fine.nodes[local.fine.edges], axis=1)[:, 0], axis=1)[near].max()
+    coarse = np.linalg.norm(np.diff(plain.coarse.nodes[plain.coarse.edges], axis=1)[:, 0], axis=1).max()
+    assert longest < 1.1 * coarse / 2**depth
+
+
+def test_the_shape_begins_at_the_last_level_that_was_moved(whole):
+    moved = not np.allclose(whole.prolongations[0] @ whole.coarse.nodes, whole.levels[1].nodes)
+    assert whole.shape_level == (1 if moved else 0)
+    shape = whole.from_level(whole.shape_level)
+    assert np.abs(shape.prolongation @ shape.coarse.nodes - whole.fine.nodes).max() < 1e-12
+    assert np.array_equal(shape.tissue(0).region, whole.tissue(whole.shape_level).region)

@@ -7,7 +7,8 @@ import pytest
 from fixtures.touched_pad import *  # noqa: F403
 from fixtures.touched_pad import BALL
 
-from palpate.benchmark.touch import choose_touches, places_to_touch, touches_of
+from palpate.benchmark.model import LeftOut
+from palpate.benchmark.touch import choose_touches, given_touches, places_to_touch, touches_of
 from palpate.benchmark.touch_measure import SETTING_COLUMNS, measure_touches, penetration, truth_rows
 from palpate.benchmark.touch_truth import (
     TouchErrors,
@@ -19,7 +20,7 @@ from palpate.benchmark.touch_truth import (
 )
 from palpate.benchmark.touched_mesh import TouchedMeshes
 from palpate.errors import InputError
-from palpate.models.touch import fem
+from palpate.models.touch import fem, modes
 
 
 def test_the_truth_is_known_to_less_than_coarse_elements_are_wrong(touch_case, touches, touch_truth):
@@ -103,3 +104,26 @@ def test_penetration_is_that_of_the_deepest_node(touch_case, touches, touch_trut
     still = true._replace(displacement=np.zeros_like(true.displacement))
     assert penetration(touch_case, touches[0], still) == pytest.approx(1.0, rel=1e-6)
     assert penetration(touch_case, touches[0], true) < 0.02
+
+
+def test_touches_of_a_config_are_at_the_nearest_node(pad, middle):
+    given = [
+        {"at_m": [0.041, 0.04, 0.045], "direction": None, "depths_m": [0.001, 0.002]},
+        {"at_m": [0.04, 0.04, 0.04], "direction": [0.0, 1.0, -1.0], "depths_m": [0.003]},
+    ]
+    table = given_touches(pad, given)
+    assert list(table["node"]) == [middle] * 3 and list(table["depth_m"]) == [0.001, 0.002, 0.003]
+    ways = [touch.direction for touch in touches_of(BALL, table)]
+    assert np.allclose(ways[0], [0.0, 0.0, -1.0]) and np.allclose(ways[2], [0.0, np.sqrt(0.5), -np.sqrt(0.5)])
+
+
+def test_tissue_that_sticks_is_harder_to_press(touch_case, touches):
+    local = touch_case.grid["fem"]["local"][0]
+    forces = []
+    for sticks in (False, True):
+        ball = replace(BALL, sticks=sticks)
+        case = replace(touch_case, instrument=ball, kept={})
+        forces.append(fem.online(case, local).respond(replace(touches[0], instrument=ball, poses={})).force_n)
+    assert 1.002 < forces[1] / forces[0] < 1.1
+    with pytest.raises(LeftOut):
+        modes.online(case, local)

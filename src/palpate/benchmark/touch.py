@@ -1,14 +1,14 @@
 """Describe how an instrument is pushed into a body, what a model answers to that, and which touches are asked for."""
 
 import warnings
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.model import held_mb
+from palpate.benchmark.model import LeftOut, held_mb
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import surface_contacts
 from palpate.effects.instrument import Instrument, Pose, first_touch, upright
@@ -109,6 +109,26 @@ class TouchSolver:
     def memory_mb(self) -> float:
         """The memory that is held between queries [MB]."""
         return held_mb(self)
+
+
+def refuse_sticking(case: TouchCase, what: str) -> None:
+    """Raise LeftOut for an instrument that tissue sticks to, which ``what`` do not know."""
+    if case.instrument.sticks:
+        raise LeftOut(f"{what} know no tissue that sticks to an instrument", [float("nan")])
+
+
+def given_touches(body: Body, given: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """Return the touches that a config gives, one for each depth, as ``choose_touches`` does.
+
+    given : ``at_m``, the point whose nearest surface node is touched; ``depths_m``; ``direction``, or the inward normal
+    """
+    able, rows = places_to_touch(body), []
+    for each in given:
+        node = int(able[np.argmin(np.linalg.norm(body.fine.nodes[able] - each["at_m"], axis=1))])
+        way = -body.fine.normals[node] if each["direction"] is None else np.array(each["direction"], dtype=float)
+        for depth in each["depths_m"]:
+            rows.append([len(rows), node, *(way / np.linalg.norm(way)), depth, depth])
+    return pd.DataFrame(rows, columns=TOUCH_COLUMNS).astype({"sample": int, "node": int})
 
 
 def touches_of(instrument: Instrument, table: pd.DataFrame) -> list[Touch]:

@@ -96,7 +96,7 @@ class TouchedMeshes:
         points = contact_points(local.fine, 2, body.material.young_pa, near)
         edge = float(self._edge(first.node) / 2**level)
         return [
-            TouchedMesh(touch, whole, Indentation(whole, level, 2, points, [pose]), up, edge)
+            TouchedMesh(touch, whole, Indentation(whole, level, 2, points, [pose], first.instrument.sticks), up, edge)
             for touch, pose in zip(touches, poses, strict=True)
         ]
 

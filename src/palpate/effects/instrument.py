@@ -26,6 +26,7 @@ class Instrument:
     radius_m : of the sphere, the capsule or the cylinder [m]
     edge_m : radius of the punch's rounded edge, at most that of the cylinder [m]
     length_m : of the capsule between the centres of its ends [m]
+    sticks : whether what it touches keeps its place on it, or slides without friction
     InputError for lengths that are no such.
     """
 
@@ -33,6 +34,7 @@ class Instrument:
     radius_m: float
     edge_m: float = 0.0
     length_m: float = 0.0
+    sticks: bool = False
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:

@@ -36,7 +36,7 @@ class LevelTouch(TouchSolver):
         last = pose.moved(touch.depth_m * touch.direction)
         near = NEAR * touch.depth_m
         points = contact_points(mesh, self._order, self._body.material.young_pa, lambda at: last.gaps(at)[0] < near)
-        problem = Indentation(self._body, self._level, self._order, points, [pose])
+        problem = Indentation(self._body, self._level, self._order, points, [pose], touch.instrument.sticks)
         *_, state = problem.push(touch.direction, [touch.depth_m], TOLERANCE)
         return answer_of(problem, state, touch, self._up)
 

@@ -7,7 +7,7 @@ these the answer is made that the instrument leaves room for (Duriez and others 
 import numpy as np
 
 from palpate.benchmark.model import Setting
-from palpate.benchmark.touch import Touch, TouchCase, TouchDoubted, Touched, TouchSolver
+from palpate.benchmark.touch import Touch, TouchCase, TouchDoubted, Touched, TouchSolver, refuse_sticking
 from palpate.benchmark.touched_mesh import TouchedMeshes, contact_radius
 from palpate.bodies.contacts import spread_over
 from palpate.effects.law import PLAIN
@@ -28,7 +28,8 @@ def settings(case: TouchCase) -> list[Setting]:
 
 
 def online(case: TouchCase, setting: Setting) -> TouchSolver:
-    """Return the model; each place is prepared when it is asked to."""
+    """Return the model; each place is prepared when it is asked to. LeftOut for an instrument that sticks."""
+    refuse_sticking(case, "linear responses of a place")
     return LinearTouch(case, setting)
 
 

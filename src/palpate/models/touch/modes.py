@@ -7,7 +7,7 @@ there; the shapes found are the coordinates, and few cells give the energy, as t
 import numpy as np
 
 from palpate.benchmark.model import Setting
-from palpate.benchmark.touch import Touch, TouchCase, TouchDoubted, Touched, TouchSolver
+from palpate.benchmark.touch import Touch, TouchCase, TouchDoubted, Touched, TouchSolver, refuse_sticking
 from palpate.benchmark.touched_mesh import TouchedMesh, TouchedMeshes
 from palpate.effects.instrument import upright
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
@@ -36,7 +36,8 @@ def settings(case: TouchCase) -> list[Setting]:
 
 
 def online(case: TouchCase, setting: Setting) -> TouchSolver:
-    """Return the model; each place is prepared when it is asked to."""
+    """Return the model; each place is prepared when it is asked to. LeftOut for an instrument that sticks."""
+    refuse_sticking(case, "reduced models of a place")
     return TouchModes(case, setting)
 
 

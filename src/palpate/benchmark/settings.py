@@ -25,6 +25,11 @@ class Regime(Block):
     radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
 
 
+def instrument_name(kind: str, radius_m: float) -> str:
+    """Return what an instrument is called in names of scenes and folders: "sphere_8mm"."""
+    return f"{kind}_{1e3 * radius_m:g}mm"
+
+
 def pressed_bodies(config: dict, study: str = "tradeoff") -> list[str]:
     """Return the names of the bodies that a study presses: those that it names, or all that are refined."""
     if study not in config:

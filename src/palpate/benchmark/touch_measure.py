@@ -9,24 +9,28 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.model import LeftOut, Setting, checked, setting_text
+from palpate.benchmark.ranking import OWN_ERROR, TRUTH
+from palpate.benchmark.settings import instrument_name
 from palpate.benchmark.timing import said, time_calls
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
 from palpate.benchmark.touch_truth import TouchErrors, TouchTruth, patch_of, touch_errors
 from palpate.errors import NotConverged
 
 LABELS = ["scene", "body", "instrument", "radius_m", "model", "setting"]
+KIND = ["sees", "prepared", "law"]
 SIGNED = ("force_error", "stiffness_error", "contact_area_error")
 """Errors with a sign: means keep it, and medians and percentiles are of their size."""
 SPREAD = ("rmse_of_peak", "patch_rms_of_peak", *SIGNED)
 MORE = ["penetration_of_depth", "reaction_error", "preparation_s", "seconds"]
 SAMPLE_COLUMNS = [*LABELS, "sample", "node", *TouchErrors._fields, *MORE, "failure"]
 SETTING_COLUMNS = [
-    *LABELS, "samples", "failures", *TouchErrors._fields,
+    *LABELS, *KIND, "samples", "failures", "rejected", *TouchErrors._fields,
     *(f"{name}_{part}" for name in SPREAD for part in ("median", "p95")),
     "penetration_of_depth", "reaction_error", "online_median_s", "online_p95_s", "online_max_s", "preparation_s",
     "offline_s", "memory_mb", "threads", "failure",
 ]  # fmt: skip
-TRUTH = "truth"
+LAW = "the body's"
+"""The law of models that take it from the body."""
 
 
 def measure_touches(
@@ -58,6 +62,7 @@ def measure_touches(
                 continue
             labels = _labels(case) | {"model": name, "setting": setting_text(setting)}
             samples += [labels | row for row in found]
+            about |= {"sees": "load", "law": getattr(model, "LAW", ""), "rejected": int((~truth.believed).sum())}
             settings.append(labels | about | _means(found))
     return pd.DataFrame(samples, columns=SAMPLE_COLUMNS), pd.DataFrame(settings, columns=SETTING_COLUMNS)
 
@@ -70,15 +75,16 @@ def truth_rows(case: TouchCase, touches: Sequence[Touch], truth: TouchTruth) -> 
         | {"penetration_of_depth": truth.overlap[row], "seconds": truth.seconds[row]}
         for row in np.flatnonzero(truth.believed)
     ]
-    labels = _labels(case) | {"model": TRUTH, "setting": "own error"}
+    labels = _labels(case) | {"model": TRUTH, "setting": OWN_ERROR}
     times = {"offline_s": 0.0, "preparation_s": 0.0, "memory_mb": 0.0}
-    table = pd.DataFrame([labels | times | _means(found)], columns=SETTING_COLUMNS)
+    about = {"sees": "load", "prepared": False, "law": LAW, "rejected": int((~truth.believed).sum())}
+    table = pd.DataFrame([labels | times | about | _means(found)], columns=SETTING_COLUMNS)
     return pd.DataFrame([labels | row for row in found], columns=SAMPLE_COLUMNS), table
 
 
 def _labels(case: TouchCase) -> dict[str, Any]:
     kind, radius = case.instrument.kind, case.instrument.radius_m
-    scene = f"{case.body.name}_{kind}_{1e3 * radius:g}mm"
+    scene = f"{case.body.name}_{instrument_name(kind, radius)}"
     return {"scene": scene, "body": case.body.name, "instrument": kind, "radius_m": radius}
 
 
@@ -103,7 +109,8 @@ def _measured(
     except NotConverged as failure:
         if isinstance(failure, LeftOut):
             raise
-        return [row | {"failure": said(failure)} for row in found], {"offline_s": perf_counter() - begin}
+        about = {"offline_s": perf_counter() - begin, "prepared": False}
+        return [row | {"failure": said(failure)} for row in found], about
     offline = perf_counter() - begin
     asked = []
     for row, r in zip(found, rows, strict=True):
@@ -139,7 +146,8 @@ def _measured(
             row, r = asked[i]
             row["stiffness_error"] = _slope_error(solver, touches[r], force, truth.force[r])
     memory = float(solver.memory_mb)
-    return found, {"offline_s": offline, "memory_mb": memory}
+    prepared = type(solver).prepare is not TouchSolver.prepare
+    return found, {"offline_s": offline, "memory_mb": memory, "prepared": prepared}
 
 
 def _slope_error(solver: TouchSolver, touch: Touch, force: float, true: np.ndarray) -> float:

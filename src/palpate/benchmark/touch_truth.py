@@ -17,24 +17,16 @@ import numpy as np
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.touch import Touch, Touched
-from palpate.benchmark.touched_mesh import TouchedMeshes, answer_of
+from palpate.benchmark.touched_mesh import TOLERANCE, TouchedMeshes, answer_of
 from palpate.benchmark.truth import RATIOS, estimate, ratio, reasons
 from palpate.bodies.body import Body
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
 
-ALONG_RADIUS = 3.0
-"""Least number of elements along the contact's radius on the finest mesh; each has a node in its middle."""
-FINEST = 2
-"""Level that the finest mesh is refined to everywhere."""
-TOLERANCE = 1e-4
-"""Residual over the forces of contact."""
 MOST_OVERLAP = 2e-3
 """Mean overlap over the depth above which the finest answer is none of this instrument."""
 LEAST_DET = 0.1
 """Smallest det F at any point of integration of the finest elements; below, the law is no tissue's."""
-MOST_FORCE, MOST_SURFACE = 0.03, 0.01
-"""Own errors, of the force over the force and of the surface over the peak, above which a touch judges no model."""
 
 
 class TouchErrors(NamedTuple):
@@ -106,12 +98,32 @@ class TouchTruth:
         return Touched(self.displacement[row], float(self.force[row, 1]), float(self.area[row]))
 
 
-def truth_of_touches(body: Body, touches: Sequence[Touch], progress: Callable = iter) -> TouchTruth:
+class Asked(NamedTuple):
+    """What is asked of a truth.
+
+    along_radius : least number of elements along the contact's radius on the finest mesh; each has a node in its middle
+    finest : level that the finest mesh is refined to everywhere
+    most_force_error, most_error : own errors, of the force over the force and of the surface over the peak, above which
+        a touch judges no model
+    """
+
+    along_radius: float = 3.0
+    finest: int = 2
+    most_force_error: float = 0.03
+    most_error: float = 0.01
+
+
+USUAL = Asked()
+
+
+def truth_of_touches(
+    body: Body, touches: Sequence[Touch], progress: Callable = iter, asked: Asked = USUAL
+) -> TouchTruth:
     """Find the truth of each touch; ``progress`` wraps their sequence, as ``tqdm`` does. Warns of those rejected."""
     meshes, rows = TouchedMeshes(body), []
     for touch in progress(touches):
         begin = perf_counter()
-        rows.append(_truth(body, meshes, touch) | {"seconds": perf_counter() - begin})
+        rows.append(_truth(body, meshes, touch, asked) | {"seconds": perf_counter() - begin})
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     rejected = columns.pop("rejected").astype(object)
     truth = TouchTruth(sample=np.arange(len(rows)), rejected=rejected, **columns)
@@ -123,15 +135,16 @@ def truth_of_touches(body: Body, touches: Sequence[Touch], progress: Callable = 
     return truth
 
 
-def _truth(body: Body, meshes: TouchedMeshes, touch: Touch) -> dict[str, Any]:
+def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: Asked) -> dict[str, Any]:
     """Return a row of the truth, all but its sample and seconds."""
-    finest = meshes.level_for(touch, ALONG_RADIUS)
+    finest = meshes.level_for(touch, asked.along_radius)
     answers: list[Touched] = []
     before: list[float] = []
     count = len(body.fine.surface)
     try:
         for back in (2, 1, 0):
-            mesh = meshes.around(touch, max(0, FINEST - back), max(finest - back, FINEST - back, 0))
+            everywhere = max(0, asked.finest - back)
+            mesh = meshes.around(touch, everywhere, max(finest - back, everywhere))
             first, state = mesh.problem.push(touch.direction, [touch.before.depth_m, touch.depth_m], TOLERANCE)
             before.append(float(first.force @ touch.direction))
             answers.append(answer_of(mesh.problem, state, touch, mesh.up))
@@ -157,7 +170,7 @@ def _truth(body: Body, meshes: TouchedMeshes, touch: Touch) -> dict[str, Any]:
         "least_det": least,
         "nodes": len(state.x),
         "edge_m": mesh.edge_m,
-        "rejected": _objection(own, state.overlap, least),
+        "rejected": _objection(own, state.overlap, least, asked),
     }
 
 
@@ -196,10 +209,10 @@ def number_limit(levels: np.ndarray) -> tuple[float, float]:
     return float(levels[2]), float(max(abs(last), abs(levels[1] - levels[0]) / 3.0))
 
 
-def _objection(own: np.ndarray, overlap: float, least_det: float) -> str:
+def _objection(own: np.ndarray, overlap: float, least_det: float, asked: Asked) -> str:
     errors = TouchErrors(*own)
     said = []
-    if not (errors.force_error <= MOST_FORCE and errors.rmse_of_peak <= MOST_SURFACE):
+    if not (errors.force_error <= asked.most_force_error and errors.rmse_of_peak <= asked.most_error):
         said.append(
             f"the meshes are too far apart (own error of the force {errors.force_error:.1%}, of the surface "
             f"{errors.rmse_of_peak:.1%})"

@@ -1,6 +1,6 @@
 """Meshes of a body that are finer where an instrument touches it, with the problem of that contact on them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,10 +12,13 @@ from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.refinement import with_midpoints
 from palpate.effects.instrument import PUNCH, Instrument
 from palpate.effects.surface_map import SurfaceMap
+from palpate.errors import NotConverged
 from palpate.solvers.indentation import Indentation, Touching, contact_points
 
 REACH, MARGIN = 1.3, 1.5
 """A level is refined within so many contact radii and so many of its own edges from the place."""
+TOLERANCE = 1e-4
+"""Residual over the forces of contact."""
 NEAR = 0.7
 """Share of the depth within which of the instrument's last position the surface may come to touch it."""
 
@@ -55,6 +58,27 @@ def answer_of(problem: Indentation, state: Touching, touch: Touch, up: sparse.cs
 def _reach(touch: Touch) -> float:
     """Return the radius [m] around the place within which a touch needs small elements."""
     return REACH * contact_radius(touch.instrument, touch.depth_m) + 0.5 * touch.instrument.length_m
+
+
+LEAST_DET = 0.4
+"""Smallest det F of elements that are four times as long as the truth's, at which a body is said to bear a touch."""
+
+
+def bearing(body: Body, along_radius: float) -> Callable[[Touch], bool]:
+    """Return what says of a touch whether ``body`` bears it: elements four times as long as asked for, in a second.
+
+    along_radius : as of the truth
+    """
+    meshes = TouchedMeshes(body)
+
+    def bears(touch: Touch) -> bool:
+        try:
+            mesh = meshes.around(touch, 0, max(0, meshes.level_for(touch, along_radius) - 2))
+            return mesh.problem.least_det(mesh.answer(TOLERANCE)[1].x) > LEAST_DET
+        except NotConverged:
+            return False
+
+    return bears
 
 
 class TouchedMeshes:

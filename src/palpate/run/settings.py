@@ -20,6 +20,7 @@ from palpate.setting_types import Block, Count, Name, Positive, Whole, key, opti
 STUDIES = (
     "tradeoff",
     "press",
+    "touch",
     "law",
     "dynamic",
     "measured",

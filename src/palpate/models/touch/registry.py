@@ -1,0 +1,6 @@
+"""Register where each model of touches lives. Names only: a module is imported when its model is measured."""
+
+MODELS = {
+    "fem": "palpate.models.touch.fem",
+}
+"""Modules with ``settings(case)`` and ``online(case, setting)``, as ``TouchSolver`` says, by the models' names."""

@@ -1,0 +1,74 @@
+"""Functions that the rules of workflow/rules/touch.smk call; palpate.studies.jobs says how."""
+
+import pandas as pd
+
+from palpate.run.job import steps
+
+
+def choose_touches(input, params):
+    from palpate.benchmark.touch import choose_touches
+    from palpate.benchmark.touched_mesh import bearing
+    from palpate.bodies.body_file import load
+    from palpate.effects.instrument import Instrument
+
+    body, instrument = load(input.body), Instrument(**params.instrument)
+    asked = params.samples, tuple(params.depth_of_radius), params.seed
+    return {"touches": choose_touches(body, instrument, *asked, bearing(body, params.along_radius))}
+
+
+def simulate_touch_truth(input, output, params, wildcards, say):
+    from palpate.benchmark.touch import touches_of
+    from palpate.benchmark.touch_truth import Asked, save_touch_truth, truth_of_touches
+    from palpate.bodies.body_file import load
+    from palpate.effects.instrument import Instrument
+
+    touches = touches_of(Instrument(**params.instrument), pd.read_csv(input.touches))
+    progress = steps(say, f"{wildcards.body}, {wildcards.tool}: truth of touch")
+    save_touch_truth(truth_of_touches(load(input.body), touches, progress, Asked(**params.truth)), output.truth)
+
+
+def measure_touch_models(input, params, wildcards, say):
+    from importlib import import_module
+
+    from palpate.benchmark.touch import TouchCase, touches_of
+    from palpate.benchmark.touch_measure import measure_touches
+    from palpate.benchmark.touch_truth import load_touch_truth
+    from palpate.bodies.body_file import load
+    from palpate.effects.instrument import Instrument
+
+    instrument = Instrument(**params.instrument)
+    touches = touches_of(instrument, pd.read_csv(input.touches))
+    deepest = params.deepest_of_radius * instrument.radius_m
+    case = TouchCase(load(input.body), instrument, deepest, params.seed, params.settings)
+    asked = touches, load_touch_truth(input.truth), params.repeats, params.budget_s
+    progress = steps(say, f"{wildcards.body}, {wildcards.tool}, {wildcards.model}: setting")
+    tables = measure_touches(case, wildcards.model, import_module(params.place), *asked, progress)
+    return dict(zip(("samples", "settings"), tables, strict=True))
+
+
+def tabulate_touch(input, params):
+    from palpate.benchmark.touch import TouchCase, touches_of
+    from palpate.benchmark.touch_measure import truth_rows
+    from palpate.benchmark.touch_truth import load_touch_truth
+    from palpate.bodies.body_file import load
+    from palpate.effects.instrument import Instrument
+    from palpate.studies.touch.tables import Known, touch_table, touch_truth_table
+
+    known, samples, settings = [], [], []
+    files = zip(input.bodies, input.touches, input.truths, params.instruments, strict=True)
+    for body, chosen, solved, entry in files:
+        instrument, touches, truth = Instrument(**entry), pd.read_csv(chosen), load_touch_truth(solved)
+        case = TouchCase(load(body), instrument, touches["depth_m"].max(), 0)
+        own, row = truth_rows(case, touches_of(instrument, touches), truth)
+        labels = row[["scene", "body", "instrument"]].iloc[0].to_dict() | entry
+        known.append(Known({name: labels[name] for name in labels if name != "kind"}, touches, truth))
+        samples.append(own)
+        settings.append(row)
+    samples += map(pd.read_csv, input.samples)
+    settings += map(pd.read_csv, input.settings)
+    return {"truth": touch_truth_table(known), "touch": touch_table(_joined(settings), _joined(samples))}
+
+
+def _joined(tables):
+    """Join tables, of which some may have no rows."""
+    return pd.concat([table for table in tables if len(table)] or tables[:1], ignore_index=True)

@@ -1,0 +1,116 @@
+"""Settings of the study of touches."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from palpate.benchmark.settings import check_refined, instrument_name, pressed_bodies
+from palpate.bodies.settings import longest_m
+from palpate.errors import InputError, describe_unknown
+from palpate.models.touch.registry import MODELS
+from palpate.setting_types import Block, Count, Distinct, Index, NotNegative, Pair, Positive, Share, Some, key, rows
+
+
+class Instrument(Block):
+    kind: Literal["sphere", "capsule", "punch"] = key(
+        "A ball; a capsule, which lies on its side; or a punch, a cylinder with a flat end"
+    )
+    radius_m: Positive = key("Radius [m]")
+    edge_m: NotNegative = key("Radius [m] of a punch's rounded edge", 0.0)
+    length_m: NotNegative = key("Length [m] of a capsule between the centres of its ends", 0.0)
+
+
+class Truth(Block):
+    along_radius: Positive = key("Least number of elements along the contact's radius on the finest mesh", 3.0)
+    finest: Index = key("Level, from the first of the body's shape, that the finest mesh is refined to everywhere", 2)
+    most_force_error: Share = key("Own error of the force above which a touch judges no model, over the force", 0.03)
+    most_error: Share = key("Own error over the surface above which a touch judges no model, over the peak", 0.01)
+
+
+class LevelMesh(Block):
+    order: Literal[1, 2] = key("Linear elements, 1, or quadratic ones, 2")
+    level: Index = key("Level of the body; those that a body has not are left out")
+
+
+class LocalMesh(Block):
+    everywhere: Index = key("Level, from the first of the body's shape, that the mesh is refined to everywhere")
+    level: Index = key("Level that it is refined to where it is touched")
+
+
+class Fem(Block):
+    levels: Distinct[LevelMesh] = key(
+        "Meshes of the body, from cheap to expensive", rows("order level", (1, 1), (1, 2), (2, 0), (2, 1))
+    )
+    local: Distinct[LocalMesh] = key(
+        "Meshes that are refined where they are touched, with quadratic elements, from cheap to expensive",
+        rows("everywhere level", (0, 2), (0, 3), (1, 3), (1, 4)),
+    )
+
+
+class Families(Block):
+    fem: Fem = key("Finite elements, converged", {})
+
+
+class Settings(Block):
+    """What an instrument that is pushed into a body moves, and what the hand feels, for every model."""
+
+    bodies: Some[str] | None = key("Bodies that are touched, by name; null takes all that are refined", None)
+    instruments: list[Instrument] = key(
+        "Rigid instruments without friction", rows("kind radius_m", ("sphere", 0.008)), min_length=1
+    )
+    samples: Count = key("Touches of each body by each instrument, at places drawn by area", 4)
+    depth_of_radius: Pair[Annotated[Positive, Field(le=2)]] = key(
+        "Least and largest depth of a touch from where it begins, over the instrument's radius; depths are lowered "
+        "where the body gives way",
+        [0.25, 0.75],
+    )
+    truth: Truth = key("What models are judged by, the limit of quadratic elements that are refined at the place", {})
+    models: Distinct[str] | None = key("Models by name; null takes all that palpate has", None)
+    settings: Families = key("What each model is tried with: a point in the diagram for each", {})
+    budget_s: Positive = key("Time [s] for which each setting is asked again, beyond once for each touch", 0.1)
+    budgets_ms: Distinct[Positive] = key("Times [ms] of an answer that the report has a model for", [1, 16.7, 100])
+
+
+def instruments_of(config: dict) -> dict[str, dict]:
+    """Return the instruments of ``touch.instruments`` by their names in tables and folders."""
+    return {instrument_name(entry["kind"], entry["radius_m"]): entry for entry in config["touch"]["instruments"]}
+
+
+def check(config: dict, file: Path) -> None:
+    """Raise InputError for models and bodies that there are not, and for instruments and depths that are none."""
+    place, settings = f"{file}: touch", config["touch"]
+    if wrong := describe_unknown(settings["models"] or [], list(MODELS)):
+        raise InputError(f"{place}.models names {wrong}")
+    bodies = pressed_bodies(config, "touch")
+    check_refined(f"{place}.bodies", bodies, config)
+    if not bodies:
+        raise InputError(f"{place} is there and no body is refined; give one refinements of at least 1.")
+    if settings["depth_of_radius"][0] > settings["depth_of_radius"][1]:
+        raise InputError(f"{place}.depth_of_radius is {settings['depth_of_radius']}; give the lower number first.")
+    named: dict[str, int] = {}
+    for i, entry in enumerate(settings["instruments"]):
+        _check_instrument(f"{place}.instruments[{i}]", entry)
+        name = instrument_name(entry["kind"], entry["radius_m"])
+        if name in named:
+            raise InputError(
+                f"{place}.instruments[{i}] has the kind and radius_m of instruments[{named[name]}], by which tables "
+                "tell instruments apart; change one, or remove it."
+            )
+        named[name] = i
+        for body in bodies:
+            size = longest_m(config["bodies"][body])
+            if size is not None and entry["radius_m"] > size:
+                raise InputError(
+                    f"{place}.instruments[{i}].radius_m is {entry['radius_m']:g}, and all of {body} is {size:g} m "
+                    "long; give the radius in metres."
+                )
+
+
+def _check_instrument(place: str, entry: dict) -> None:
+    """Raise InputError for lengths that the instrument of an ``entry`` does not have."""
+    for name, kind in (("edge_m", "punch"), ("length_m", "capsule")):
+        if entry[name] and entry["kind"] != kind:
+            raise InputError(f"{place}.{name} is {entry[name]:g}, and a {entry['kind']} has none; leave it out.")
+    if entry["edge_m"] > entry["radius_m"]:
+        raise InputError(f"{place}.edge_m is {entry['edge_m']:g}; give at most its radius_m, {entry['radius_m']:g}.")

@@ -1,0 +1,114 @@
+# A rigid instrument pressed into tissue: what moves and what the hand feels, of every model, against a truth.
+
+
+from palpate.models.touch.registry import MODELS as TOUCH_MODELS
+from palpate.studies.touch.settings import instruments_of
+
+TOUCH = config["touch"]
+TOUCHED = pressed_bodies(config, "touch")
+# the instruments, by what scenes and folders call them
+TOOLS = instruments_of(config)
+TOUCHES = [(body, tool) for body in TOUCHED for tool in TOOLS]
+COMPARED_TOUCH = TOUCH["models"] or list(TOUCH_MODELS)
+TOUCHING = "results/data/{body}/touch/{tool}"
+
+
+def touching(name, **more):
+    """One file for each instrument on each body."""
+    return [file for body, tool in TOUCHES for file in expand(f"{TOUCHING}/{name}", body=body, tool=tool, **more)]
+
+
+def touch_grid(model):
+    """What a model is tried with, under its own name or that of its module."""
+    names = {model, TOUCH_MODELS[model].rpartition(".")[2]}
+    return {name: block for name, block in TOUCH["settings"].items() if name in names}
+
+
+TARGETS["touch"] = tabulated("touch_truth", "touch") + figures(
+    "touch", "touch_precision", scenes=[f"{body}_{tool}" for body, tool in TOUCHES]
+)
+WARNED += warned_of(TOUCHED) + touching("touches_warned.txt") + touching("truth_warned.txt")
+
+
+wildcard_constraints:
+    tool="|".join(TOOLS).replace(".", "[.]"),
+
+
+rule choose_touches:
+    input:
+        body=BODY,
+    output:
+        touches=f"{TOUCHING}/touches.csv",
+        warned=f"{TOUCHING}/touches_warned.txt",
+    log:
+        "results/logs/{body}/{tool}/choose_touches.log",
+    params:
+        **calls("palpate.studies.touch.jobs:choose_touches"),
+        **some("touch", "samples", "depth_of_radius"),
+        instrument=lambda wildcards: TOOLS[wildcards.tool],
+        along_radius=TOUCH["truth"]["along_radius"],
+        seed=config["seed"],
+    script:
+        "../job.py"
+
+
+rule simulate_touch_truth:
+    input:
+        body=BODY,
+        touches=f"{TOUCHING}/touches.csv",
+    output:
+        truth=f"{TOUCHING}/truth.h5",
+        warned=f"{TOUCHING}/truth_warned.txt",
+    log:
+        "results/logs/{body}/{tool}/simulate_touch_truth.log",
+    params:
+        **calls("palpate.studies.touch.jobs:simulate_touch_truth"),
+        **some("touch", "truth"),
+        instrument=lambda wildcards: TOOLS[wildcards.tool],
+    script:
+        "../job.py"
+
+
+rule measure_touch_models:
+    input:
+        body=BODY,
+        touches=f"{TOUCHING}/touches.csv",
+        truth=f"{TOUCHING}/truth.h5",
+    output:
+        samples=f"{TOUCHING}/{{model}}_samples.csv",
+        settings=f"{TOUCHING}/{{model}}_settings.csv",
+    log:
+        "results/logs/{body}/{tool}/measure_touch_models_{model}.log",
+    wildcard_constraints:
+        model="|".join(TOUCH_MODELS),
+    threads: HALF
+    params:
+        **calls("palpate.studies.touch.jobs:measure_touch_models", lambda wildcards: [TOUCH_MODELS[wildcards.model]]),
+        instrument=lambda wildcards: TOOLS[wildcards.tool],
+        deepest_of_radius=TOUCH["depth_of_radius"][1],
+        place=lambda wildcards: TOUCH_MODELS[wildcards.model],
+        settings=lambda wildcards: touch_grid(wildcards.model),
+        repeats=config["timing"]["repeats"],
+        budget_s=TOUCH["budget_s"],
+        seed=config["seed"],
+    script:
+        "../job.py"
+
+
+rule tabulate_touch:
+    input:
+        bodies=[file for body, _ in TOUCHES for file in expand(BODY, body=body)],
+        touches=touching("touches.csv"),
+        truths=touching("truth.h5"),
+        samples=touching("{model}_samples.csv", model=COMPARED_TOUCH),
+        settings=touching("{model}_settings.csv", model=COMPARED_TOUCH),
+    output:
+        truth="results/tables/touch_truth.csv",
+        touch="results/tables/touch.csv",
+    log:
+        "results/logs/tabulate_touch.log",
+    params:
+        **calls("palpate.studies.touch.jobs:tabulate_touch"),
+        instruments=[TOOLS[tool] for _, tool in TOUCHES],
+    script:
+        "../job.py"

@@ -8,6 +8,9 @@ from palpate.report.style import METHODS, WEIGHTS, Look
 _NAMED = {
     "fem_p1": Look("linear elements (P1)", "#7a7a7a", "8"),
     "fem_p2": Look("quadratic elements (P2)", "#111111", "h"),
+    "fem": Look("finite elements", "#111111", "h"),
+    "linear": Look("linear responses with contact", "#3b3b8f", "h"),
+    "modes": Look("reduced model of each touch", "#6a3d9a", "p"),
     "fast_fem": Look("quadratic elements, L-BFGS", "#3d5a80", "p"),
     "fem_local": Look("locally refined elements", "#b5651d", "d"),
     "contact_modes": Look("reduced model of each contact", "#6a3d9a", "p"),

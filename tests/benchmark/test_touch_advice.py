@@ -1,0 +1,50 @@
+"""Advice by the error of an instrument's force follows from the table of touches."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.benchmark.advice import NONE
+from palpate.benchmark.ranking import OWN_ERROR, TRUTH
+from palpate.benchmark.touch_advice import TOLD, advise_touch
+
+COLUMNS = ["scene", *TOLD, "force_error_p95", "force_error_bound", "failures"]
+
+
+def rows(*models) -> pd.DataFrame:
+    """Rows of a table: name, 95th percentile of the error of the force, time [s], failures."""
+    found = []
+    for name, error, time, failures in ((TRUTH, 0.01, np.nan, 0), *models):
+        row = dict.fromkeys(COLUMNS, 0.0) | {"scene": "liver_sphere_8mm", "model": name, "setting": OWN_ERROR}
+        row |= {"force_error_p95": error, "force_error_size": error / 2, "force_error_bound": np.nan}
+        found.append(row | {"online_median_s": time, "online_max_s": time, "memory_mb": 1.0, "failures": failures})
+    return pd.DataFrame(found)
+
+
+SPREAD = rows(("fast", 0.3, 1e-4, 0), ("fine", 0.02, 1e-2, 0), ("lost", 0.0, 1e-5, 1), ("mute", np.nan, 1e-5, 0))
+
+
+@pytest.mark.parametrize(("budget", "best"), [(1.0, "fast"), (11.0, "fast"), (16.7, "fine"), (None, "fine")])
+def test_the_nearest_that_answers_in_time_is_taken(budget, best):
+    found = advise_touch(SPREAD, budget_ms=budget)
+    assert found["model"] == best and found["own"] == 0.01
+    assert found["limit"] == pytest.approx({"fast": 0.31, "fine": 0.03}[best]) and not found["bounded"]
+
+
+@pytest.mark.parametrize(("most", "best"), [(0.5, "fast"), (0.1, "fine"), (0.03, "fine")])
+def test_the_fastest_that_is_near_enough_is_taken(most, best):
+    assert advise_touch(SPREAD, max_error=most)["model"] == best
+
+
+def test_where_nothing_keeps_the_limit_the_nearest_is_named():
+    late, wrong = advise_touch(SPREAD, budget_ms=0.1), advise_touch(SPREAD, max_error=0.025)
+    assert late["model"] == wrong["model"] == NONE
+    assert late["nearest"]["model"] == "fast" and wrong["nearest"]["model"] == "fine"
+    silent = advise_touch(rows(("mute", np.nan, 1e-5, 0)), budget_ms=1.0)
+    assert silent["nearest"] is None and silent["why"] == "no model tells a force"
+
+
+def test_a_bound_takes_the_place_of_a_percentile():
+    known = SPREAD.assign(force_error_bound=[np.nan, 0.02, 0.5, 0.0, np.nan])
+    found = advise_touch(known, budget_ms=100.0)
+    assert found["model"] == "fast" and found["limit"] == 0.02 and found["bounded"]

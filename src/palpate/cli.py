@@ -69,8 +69,9 @@ def _parser() -> argparse.ArgumentParser:
         "--speed", type=_positive, help="of a scene that moves: seconds of motion in a second, such as 20"
     )
     advise.add_argument(
-        "--error", choices=["rms", "patch"], help="over the whole surface (rms, if left out), or where it is pressed"
-    )
+        "--error", choices=["rms", "patch", "force"],
+        help="over the whole surface (rms, if left out), where it is pressed, or of an instrument's force",
+    )  # fmt: skip
     advise.add_argument(
         "--load", choices=["prepared", "never-prepared", "two-contacts", "depth", "all"],
         help="another kind of load: a place never prepared, two contacts at once, a disc pushed to a depth; or all",
@@ -201,7 +202,7 @@ def _share(text: str) -> float:
 
 
 def _advise(asked: argparse.Namespace) -> str:
-    from palpate.run.advise import advise, advise_any_load, check
+    from palpate.run.advise import advise, advise_any_load, advise_force, check
 
     results, scene = Path(asked.results), None if asked.scene == "all" else asked.scene
     if asked.check:
@@ -211,6 +212,11 @@ def _advise(asked: argparse.Namespace) -> str:
                 raise InputError(f"--check tries the limits that the run was asked for; leave --{text} out.")
         return check(results, scene)
     error = asked.error or "rms"
+    if error == "force":
+        for option in ("load", "speed"):
+            if getattr(asked, option) is not None:
+                raise InputError(f"--error force is of instruments that are pushed to a depth; leave --{option} out.")
+        return advise_force(results, scene, asked.budget_ms, asked.max_error)
     if asked.load is not None:
         return advise_any_load(results, scene, asked.load, asked.budget_ms, asked.max_error, error)
     given = {"budgets_ms": asked.budget_ms, "max_errors": asked.max_error, "speeds": asked.speed}

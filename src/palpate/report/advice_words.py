@@ -89,6 +89,50 @@ def any_load_lines(advice: pd.Series) -> str:
     )
 
 
+def force_lines(advice: dict) -> str:
+    """Return lines for the terminal about what ``benchmark.touch_advice`` advises in a scene."""
+    asked = "whatever time it takes"
+    if advice["max_error"] is not None:
+        asked = f"error of the force of at most {percent(advice['max_error'])}"
+    elif advice["budget_ms"] is not None:
+        asked = f"within {advice['budget_ms']:g} ms"
+    head, own = f"{advice['scene']}, {asked}", advice["own"]
+    if advice["model"] == NONE:
+        near = advice["nearest"]
+        told = (
+            f"{label(near['model'], near['setting'])}: {_force_error(near, own)}; {_force_time(near)}" if near else ""
+        )
+        return _lines(f"{head}: none", nearest=told, because=advice["why"])
+    return _lines(
+        f"{head}: {label(advice['model'], advice['setting'])}",
+        error=_force_error(advice, own),
+        surface=f"{percent(advice['rmse_of_peak'])} {WHERE['rms']} on average, in the dent "
+        f"{percent(advice['patch_rms_of_peak'])}",
+        time=f"{_force_time(advice)}, on the machine that filled the tables",
+        before=f"{_prepared(advice['offline_s'])}"
+        + (f", {seconds(advice['preparation_s'])} for a new place" if advice["preparation_s"] > 1e-4 else "")
+        + f", {advice['memory_mb']:.3g} MB",
+        because=advice["why"],
+    )
+
+
+def _force_error(told: dict, own: float) -> str:
+    """Return the mean error of the force, with its sign where all have the same, and below what nine in ten stay."""
+    few = f"{told['samples']:.0f} touches"
+    what = f"nine answers in ten at other places are below {percent(told['limit'])}, by {few}"
+    if not told["bounded"]:
+        what = f"{percent(told['limit'])} at the 95th percentile of {few}, which are too few for a bound ({FEWEST})"
+    size, mean = told["force_error_size"], told["force_error"]
+    way = f"by {percent(abs(mean))} too {'large' if mean > 0 else 'small'} with its sign"
+    return f"{percent(size)} of the force on average, {way}; {what}, the truth's own {percent(own)} in it"
+
+
+def _force_time(told: dict) -> str:
+    return (
+        f"{seconds(told['online_median_s'])} an answer (median), {seconds(told['online_max_s'])} for the slowest touch"
+    )
+
+
 def _error_any(advice: pd.Series) -> str:
     """Return the error of a model that a kind of load is about, and that of the fine operator it was compared with."""
     own = advice.own_of_peak

@@ -8,9 +8,10 @@ from palpate.benchmark import advice as pressed
 from palpate.benchmark import advice_other_loads as other_loads
 from palpate.benchmark.advice_trial import NOISE, advised_again, tried_elsewhere
 from palpate.benchmark.ranking import EQUAL, KINDS, read_errors
+from palpate.benchmark.touch_advice import advise_touch
 from palpate.errors import InputError
 from palpate.report import tables
-from palpate.report.advice_words import advice_list, any_load_lines, lines
+from palpate.report.advice_words import advice_list, any_load_lines, force_lines, lines
 
 
 def advise(results: Path, scene: str | None, limits: dict[str, list[float]], error: str) -> str:
@@ -119,6 +120,21 @@ def advise_any_load(
         for kind in kinds:
             said.append(any_load_lines(other_loads.advise_any_load(rows, kind, budget_ms, max_error, error, own)))
     return "\n".join(said)
+
+
+def advise_force(results: Path, scene: str | None, budget_ms: float | None, max_error: float | None) -> str:
+    """Advise by the error of the force of an instrument, in one scene of touch.csv or all; InputError as ``advise``.
+
+    Without a limit, what is nearest to the true force whatever time it takes.
+    """
+    table = tables.read(results / "tables/touch.csv")
+    known = tables.scenes(table)
+    if scene is not None and scene not in known:
+        raise InputError(f"--scene {scene} is not in touch.csv; choose from {', '.join(known)}.")
+    chosen = known if scene is None else [scene]
+    return "\n".join(
+        force_lines(advise_touch(tables.where(table, scene=name), budget_ms, max_error)) for name in chosen
+    )
 
 
 def _of_scene(results: Path, scene: str, found: list[pd.DataFrame], limits: dict, kind: str) -> str:

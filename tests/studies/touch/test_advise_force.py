@@ -1,0 +1,57 @@
+"""The command's advice by the error of an instrument's force."""
+
+import pytest
+
+from palpate.cli import main
+
+
+@pytest.fixture
+def ask(touch, tmp_path, capsys):
+    """What ``palpate advise --error force`` returns and says."""
+    (tmp_path / "tables").mkdir()
+    touch.to_csv(tmp_path / "tables/touch.csv", index=False)
+
+    def asked(*words: str) -> tuple[int, str]:
+        code = main(["advise", "--results", str(tmp_path), "--error", "force", *words])
+        said = capsys.readouterr()
+        return code, (said.out + said.err).replace("\u00a0", " ")
+
+    return asked
+
+
+def test_the_force_is_told_with_its_limit_and_the_own_error(ask):
+    code, said = ask("--scene", "liver_sphere_8mm", "--budget-ms", "1")
+    assert code == 0 and said.startswith("liver_sphere_8mm, within 1 ms: linear responses with contact (places=all)\n")
+    assert (
+        "9 % of the force on average, by 9 % too large with its sign; 14 % at the 95th percentile of 4 touches" in said
+    )
+    assert "too few for a bound (9), the truth's own 0.6 % in it" in said
+    assert "5 % of the peak displacement on average, in the dent 15 %" in said and "2 s for a new place" in said
+
+
+def test_all_scenes_are_advised_and_what_keeps_no_limit_has_a_nearest(ask):
+    code, said = ask("--max-error", "0.01")
+    assert code == 0 and said.count(", error of the force of at most 1 %: none\n") == 2
+    assert (
+        "finite elements (everywhere=1, level=4): 1 % of the force on average, by 1 % too small with its sign" in said
+    )
+    assert ask()[1].count("whatever time it takes: finite elements (everywhere=1, level=4)") == 2
+
+
+def test_a_bound_is_named_as_one(ask, touch, tmp_path):
+    known = touch.assign(force_error_bound=touch["force_error_size"] * 2)
+    known.to_csv(tmp_path / "tables/touch.csv", index=False)
+    said = ask("--scene", "liver_sphere_8mm", "--budget-ms", "1")[1]
+    assert "nine answers in ten at other places are below 18 %, by 4 touches" in said
+
+
+@pytest.mark.parametrize(
+    ("words", "refused"),
+    [
+        (["--scene", "liver"], "--scene liver is not in touch.csv; choose from liver_sphere_8mm, cylinder_punch_8mm."),
+        (["--speed", "20"], "--error force is of instruments that are pushed to a depth; leave --speed out."),
+        (["--load", "all"], "--error force is of instruments that are pushed to a depth; leave --load out."),
+    ],
+)
+def test_what_cannot_be_asked_is_refused(ask, words, refused):
+    assert ask(*words) == (1, f"error: {refused}\n")

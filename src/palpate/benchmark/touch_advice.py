@@ -36,7 +36,7 @@ def advise_touch(rows: pd.DataFrame, budget_ms: float | None = None, max_error: 
     if max_error is None:
         fits = every if budget_ms is None else every & (1e3 * slowest <= (1.0 - MARGIN) * budget_ms)
         chosen, near = first_of(fits, *by_error), first_of(every, (slowest, 1.0))
-        why = "it has the least limit of the error of the force of what answers in time"
+        why = "it has the least limit of the error of the force" + (" of what answers in time" if budget_ms else "")
         lost = "nothing that tells a force answers in time, a fifth of it to spare"
     else:
         fits = every & (limit <= max_error)

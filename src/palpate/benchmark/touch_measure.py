@@ -70,7 +70,7 @@ def measure_touches(
 def truth_rows(case: TouchCase, touches: Sequence[Touch], truth: TouchTruth) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate the truth's own errors as if it were a model."""
     found = [
-        {"sample": int(truth.sample[row]), "node": touches[row].node, "failure": ""}
+        {"sample": int(truth.sample[row]), "node": touches[int(row)].node, "failure": ""}
         | dict(zip(TouchErrors._fields, truth.own[row], strict=True))
         | {"penetration_of_depth": truth.overlap[row], "seconds": truth.seconds[row]}
         for row in np.flatnonzero(truth.believed)
@@ -138,8 +138,8 @@ def _measured(
     if asked:
         calls = [_Call(solver, touches[r]) for _, r in asked]
         timed = time_calls(calls, repeats, budget_s, receive)
-        for (row, _), failure, seconds in zip(asked, timed.failures, timed.seconds, strict=True):
-            row["failure"] = failure
+        for (row, _), why, seconds in zip(asked, timed.failures, timed.seconds, strict=True):
+            row["failure"] = why
             row["seconds"] = float(np.median(seconds)) if seconds else np.nan
             row["all_seconds"] = seconds
         for i, force in answers.items():

@@ -52,7 +52,7 @@ def draw_touch_precision(touch, *, scene: str) -> Figure:
     rows = tables.where(touch, scene=scene)
     shown = answers(rows)
     figure = Figure(figsize=(12.5, 5.9), layout="constrained")
-    parts = figure.subplot_mosaic([list(PANELS), ["legend"] * len(PANELS)], height_ratios=[4.6, 0.9])  # type: ignore[list-item]
+    parts = figure.subplot_mosaic([list(PANELS), ["legend"] * len(PANELS)], height_ratios=[4.6, 0.9])
     for column, name in PANELS.items():
         axis = parts[column]
         axis.set(xscale="log", yscale="log", xlabel="time of an answer [ms]", ylabel=name)

@@ -44,7 +44,7 @@ class Fem(Block):
     )
     local: Distinct[LocalMesh] = key(
         "Meshes that are refined where they are touched, with quadratic elements, from cheap to expensive",
-        rows("everywhere level", (0, 2), (0, 3), (1, 3), (1, 4)),
+        rows("everywhere level", (0, 2), (0, 3), (1, 3)),
     )
 
 

@@ -20,7 +20,7 @@ def touching(name, **more):
 
 def touch_grid(model):
     """What a model is tried with, under its own name or that of its module."""
-    names = {model, TOUCH_MODELS[model].rpartition(".")[2]}
+    names = {model, TOUCH_MODELS[model][0].rpartition(".")[2]}
     return {name: block for name, block in TOUCH["settings"].items() if name in names}
 
 
@@ -83,10 +83,11 @@ rule measure_touch_models:
         model="|".join(TOUCH_MODELS),
     threads: HALF
     params:
-        **calls("palpate.studies.touch.jobs:measure_touch_models", lambda wildcards: [TOUCH_MODELS[wildcards.model]]),
+        **calls("palpate.studies.touch.jobs:measure_touch_models", lambda wildcards: [TOUCH_MODELS[wildcards.model][0]]),
         instrument=lambda wildcards: TOOLS[wildcards.tool],
         deepest_of_radius=TOUCH["depth_of_radius"][1],
-        place=lambda wildcards: TOUCH_MODELS[wildcards.model],
+        place=lambda wildcards: TOUCH_MODELS[wildcards.model][0],
+        keywords=lambda wildcards: TOUCH_MODELS[wildcards.model][1],
         settings=lambda wildcards: touch_grid(wildcards.model),
         repeats=config["timing"]["repeats"],
         budget_s=TOUCH["budget_s"],

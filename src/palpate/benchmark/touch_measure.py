@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from time import perf_counter
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -36,7 +36,7 @@ LAW = "the body's"
 def measure_touches(
     case: TouchCase,
     name: str,
-    model: ModuleType,
+    model: ModuleType | SimpleNamespace,
     touches: Sequence[Touch],
     truth: TouchTruth,
     repeats: int,
@@ -90,7 +90,7 @@ def _labels(case: TouchCase) -> dict[str, Any]:
 
 def _measured(
     case: TouchCase,
-    model: ModuleType,
+    model: ModuleType | SimpleNamespace,
     setting: Setting,
     touches: Sequence[Touch],
     truth: TouchTruth,

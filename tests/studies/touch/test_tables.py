@@ -70,6 +70,11 @@ def test_means_have_no_sign_and_bounds_the_own_error():
     assert own["force_error_bound"] == pytest.approx(0.001) == own["force_error_size"]
 
 
+def test_bounds_are_tried_on_touches_that_they_were_not_found_on():
+    few, many = (touch_table(*rows(count)).iloc[1]["force_error_coverage"] for count in (FEWEST, 30))
+    assert np.isnan(few) and 0.8 < many < 1.0
+
+
 def test_there_is_no_bound_of_few_touches_or_after_a_failure():
     for asked in (rows(FEWEST - 1), rows(FEWEST, failed=[2])):
         fem = touch_table(*asked).iloc[1]

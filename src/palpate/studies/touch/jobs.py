@@ -28,13 +28,12 @@ def simulate_touch_truth(input, output, params, wildcards, say):
 
 
 def measure_touch_models(input, params, wildcards, say):
-    from importlib import import_module
-
     from palpate.benchmark.touch import TouchCase, touches_of
     from palpate.benchmark.touch_measure import measure_touches
     from palpate.benchmark.touch_truth import load_touch_truth
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
+    from palpate.models.touch.load_model import load_model
 
     instrument = Instrument(**params.instrument)
     touches = touches_of(instrument, pd.read_csv(input.touches))
@@ -42,7 +41,7 @@ def measure_touch_models(input, params, wildcards, say):
     case = TouchCase(load(input.body), instrument, deepest, params.seed, params.settings)
     asked = touches, load_touch_truth(input.truth), params.repeats, params.budget_s
     progress = steps(say, f"{wildcards.body}, {wildcards.tool}, {wildcards.model}: setting")
-    tables = measure_touches(case, wildcards.model, import_module(params.place), *asked, progress)
+    tables = measure_touches(case, wildcards.model, load_model(params.place, params.keywords), *asked, progress)
     return dict(zip(("samples", "settings"), tables, strict=True))
 
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.conformal import bound_factor, finite
+from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.ranking import TRUTH
 from palpate.benchmark.touch_measure import SIGNED
 from palpate.benchmark.touch_truth import TouchErrors, TouchTruth
@@ -59,6 +59,7 @@ TOUCH = Table(
     contact_area_error_median contact_area_error_p95: the same, without the sign
     rmse_of_peak_bound patch_rms_of_peak_bound force_error_bound: below which the error at another place stays in nine
         cases of ten, with the truth's own error; empty where fewer than nine touches are known
+    force_error_coverage: share of the touches that stay below such a bound of others; empty below ten touches
     penetration_of_depth: the deepest overlap of a surface node with the instrument, over the depth
     reaction_error: mean error of the force as the body's supports feel it
     online_median_s online_p95_s online_max_s: time of an answer, and of the slowest touch (median of its calls) [s]
@@ -128,10 +129,12 @@ def _spread(part: pd.DataFrame, own: pd.DataFrame) -> dict[str, float]:
     itself = 0.0 if (part["model"] == TRUTH).all() else own.reindex(places).to_numpy(dtype=float)
     errors = answered[list(BOUNDED)].to_numpy(dtype=float)
     errors, whole = np.abs(errors) + itself, len(answered) == len(part)
+    touch = answered["sample"].to_numpy()
     for name, values in zip(BOUNDED, errors.T, strict=True):
-        known = np.isfinite(values)
-        bound = bound_factor(values, answered["sample"].to_numpy()) if whole and known.all() else np.inf
-        row[f"{name}_bound"] = finite(bound)
+        known = whole and np.isfinite(values).all()
+        row[f"{name}_bound"] = finite(bound_factor(values, touch)) if known else np.nan
+        if known and name == "force_error":
+            row |= {"force_error_coverage": Draws(touch).coverage(values, np.ones(len(values))).coverage}
     return row
 
 

@@ -13,15 +13,7 @@ COMPARED_TOUCH = TOUCH["models"] or list(TOUCH_MODELS)
 TOUCHING = "results/data/{body}/touch/{tool}"
 
 
-def touching(name, **more):
-    """One file for each instrument on each body."""
-    return [file for body, tool in TOUCHES for file in expand(f"{TOUCHING}/{name}", body=body, tool=tool, **more)]
-
-
-def touch_grid(model):
-    """What a model is tried with, under its own name or that of its module."""
-    names = {model, TOUCH_MODELS[model][0].rpartition(".")[2]}
-    return {name: block for name, block in TOUCH["settings"].items() if name in names}
+include: "functions/touch.smk"
 
 
 TARGETS["touch"] = tabulated("touch_truth", "touch") + figures(

@@ -1,0 +1,12 @@
+# The files of each instrument on each body, and what models are tried with.
+
+
+def touching(name, **more):
+    """One file for each instrument on each body."""
+    return [file for body, tool in TOUCHES for file in expand(f"{TOUCHING}/{name}", body=body, tool=tool, **more)]
+
+
+def touch_grid(model):
+    """What a model is tried with, under its own name or that of its module."""
+    names = {model, TOUCH_MODELS[model][0].rpartition(".")[2]}
+    return {name: block for name, block in TOUCH["settings"].items() if name in names}

@@ -3,7 +3,8 @@
 After Bouaziz and others (2014), seen as Liu, Bouaziz and Kavan (2017) do: projecting each element on its rotation and
 solving with the constant matrix Σ (2μ + λ) V G Gᵀ, which is the same for x, y and z, is a descent along that matrix'
 inverse times the force. With a memory of the last steps it is theirs, L-BFGS; without, it is the original. The
-stiffness of a bed is constant, and the same for x, y and z, too: it is added to the matrix.
+stiffness of a bed is constant, and the same for x, y and z, too: it is added to the matrix. A node that an instrument
+overlaps is projected on the instrument's surface, along the normal, with a weight of its own.
 """
 
 import numpy as np
@@ -12,7 +13,9 @@ from scipy.sparse.linalg import splu
 
 from palpate.effects.bed import BedSprings
 from palpate.effects.linear_elements import LinearElements
+from palpate.effects.node_contact import NodeContact
 from palpate.solvers.lbfgs import minimise_by_lbfgs
+from palpate.solvers.pressed_descent import PressedDescent
 
 TOLERANCE = 1e-10
 """Of the residual, relative to the load."""
@@ -46,6 +49,10 @@ class ProjectiveDynamics:
         self._load, self._rest = np.where(self._held[:, None], 0.0, load), x
         tolerance_n = TOLERANCE * float(np.linalg.norm(self._load))
         return minimise_by_lbfgs(self, self._solve, x, tolerance_n, iterations, kept=memory).x, x
+
+    def pressed(self, contact: NodeContact) -> PressedDescent:
+        """Return what relaxes the body under an instrument; the stiffness of ``contact`` is the weight of its nodes."""
+        return PressedDescent(self._effects, contact, self._held, self._solve, isotropic=True)
 
     def energy(self, x: np.ndarray) -> float:
         return sum(each.energy(x) for each in self._effects) - float(np.vdot(self._load, x - self._rest))

@@ -5,18 +5,41 @@ neo-Hookean law): ‖F − R‖ with 1/(2 μ V), tr(RᵀF) − 3 with 1/(λ V). 
 couple them (Ton-That, Kry and Andrews 2023). Multipliers accumulate over the iterations of a step (Macklin, Müller,
 Chentanez 2016). The motion is stopped whenever its kinetic energy falls, so that it settles without a damping to be
 chosen. A step with too few iterations settles elsewhere; shorter steps need fewer. The springs of a bed are constraints
-of its triangles: three combinations of the corners' displacements, whose squares are the energy.
+of its triangles: three combinations of the corners' displacements, whose squares are the energy. An instrument is an
+inequality of each node, without compliance.
 """
 
 import numba
 import numpy as np
 
 from palpate.effects.bed import BedSprings
+from palpate.effects.instrument import Pose
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
 from palpate.linalg.polar import nearest
 
 LEAST_DISTANCE = 1e-12
 """Below this ‖F − R‖ has no direction, and the constraint is met."""
+
+
+class Obstacle:
+    """An instrument at a ``pose`` [m] that ``nodes`` (k,) are kept out of, without friction.
+
+    multipliers : (k,) [kg m], those of the last step; never negative, as nothing sticks
+    """
+
+    def __init__(self, nodes: np.ndarray, pose: Pose):
+        self.nodes, self.pose, self.multipliers = nodes, pose, np.zeros(len(nodes))
+
+    def keep_out(self, x: np.ndarray, inverse: np.ndarray) -> None:
+        """Correct the nodes of ``x`` (n, 3) [m] once, in place; inverse : of all masses (n,) [1/kg]."""
+        gaps, normals = self.pose.gaps(x[self.nodes])
+        found = np.maximum(self.multipliers - gaps / inverse[self.nodes], 0.0)
+        x[self.nodes] += (inverse[self.nodes] * (found - self.multipliers))[:, None] * normals
+        self.multipliers = found
+
+    def pushes(self, x: np.ndarray, step_s: float) -> np.ndarray:
+        """Return the forces (k, 3) [N] on the nodes in the last step."""
+        return (self.multipliers / step_s**2)[:, None] * self.pose.gaps(x[self.nodes])[1]
 
 
 class Xpbd:
@@ -37,10 +60,12 @@ class Xpbd:
         iterations: int,
         step_s: float,
         before: np.ndarray | None = None,
+        obstacle: Obstacle | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return positions after ``steps`` of ``step_s`` [s] from ``x`` (n, 3) [m], and those a step before.
 
         load : (n, 3) [N]; before : positions a step before ``x``, with which a motion goes on, or None for none
+        obstacle : what nodes are kept out of, or None; its multipliers are left at those of the last step
         """
         elements, bed, x = self._elements, self._bed, x.copy()
         parts = elements.tetrahedra, elements.gradients, elements.volumes, *elements.moduli
@@ -55,10 +80,14 @@ class Xpbd:
             multipliers[:] = 0.0
             if pulls is not None:
                 pulls[:] = 0.0
+            if obstacle is not None:
+                obstacle.multipliers = np.zeros(len(obstacle.nodes))
             for _ in range(iterations):
                 _meet(x, *parts, multipliers, turns, self._inverse, step_s)
                 if bed is not None:
                     _pull(x, bed.rest, bed.couples, bed.roots, pulls, self._inverse, step_s)
+                if obstacle is not None:
+                    obstacle.keep_out(x, self._inverse)
             moved = x - start
             energy_before, energy = energy, self._energy(moved)
             if energy < energy_before:

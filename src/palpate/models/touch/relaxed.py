@@ -1,0 +1,119 @@
+"""Answer a touch with methods that games relax bodies with: element by element, vertex by vertex, or by one matrix.
+
+Contact is what each of them has for it in practice, at the nodes of the surface: an inequality constraint of extended
+position-based dynamics, whose multiplier is the force; a projection with a weight in projective dynamics; a penalty in
+vertex block descent. All end at the equilibrium of corotational linear elements whose nodes are kept out.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from palpate.benchmark.load import Refused
+from palpate.benchmark.model import Setting
+from palpate.benchmark.touch import TouchCase
+from palpate.bodies.particles import particles_of
+from palpate.effects.bed import BedSprings
+from palpate.effects.instrument import Pose
+from palpate.effects.linear_elements import LinearElements
+from palpate.effects.node_contact import NodeContact
+from palpate.models.relaxed import LAW
+from palpate.models.touch.pushing import NodeTouch, Relaxing
+from palpate.solvers.projective_dynamics import ProjectiveDynamics
+from palpate.solvers.vertex_block_descent import VertexBlockDescent
+from palpate.solvers.xpbd import Obstacle, Xpbd
+
+PENALTY = 100.0
+"""Stiffness of a node's contact over what resists its displacement if all others stand still."""
+TOLERANCE = 1e-6
+"""Of the residual of projective dynamics, relative to what the instrument pushes with before a step."""
+
+
+def settings(case: TouchCase, method: str) -> list[Setting]:
+    """List the grid's settings of ``method`` on levels that the body has."""
+    return [dict(each) for each in case.grid["relaxed"][method] if each["level"] < len(case.body.levels)]
+
+
+class RelaxedTouch(NodeTouch):
+    """Linear elements on a level; each step of the instrument has as many iterations as the setting says."""
+
+    def __init__(self, case: TouchCase, setting: Setting, method: str):
+        level = setting["level"]
+        super().__init__(case, level)
+        tissue = case.body.tissue(level)
+        if tissue.law != LAW:
+            raise Refused(f"{method} has the corotational law, and {case.body.name} is {tissue.law}")
+        self._elements = LinearElements(self.mesh, tissue)
+        self._bed = None if case.body.bed is None else BedSprings(self.mesh, case.body.bed)
+        masses = particles_of(case.body, level, surface=False).masses
+        self._begin = _BEGIN[method](self._elements, masses, self.held, self._bed, setting)
+
+    def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
+        return self._begin(nodes, pose)
+
+    def supported(self, x: np.ndarray) -> np.ndarray:
+        borne = np.zeros_like(x)
+        if self._bed is not None:
+            self._bed.add_force(x, None, borne)
+        return self._elements.force(x)[self.held].sum(axis=0) - borne.sum(axis=0)
+
+
+Begin = Callable[[np.ndarray, Pose], Relaxing]
+"""From the nodes (k,) that may touch, and the pose at first touch, to what relaxes."""
+
+
+def _xpbd(
+    elements: LinearElements, masses: np.ndarray, held: np.ndarray, bed: BedSprings | None, setting: Setting
+) -> Begin:
+    step_s = setting["step"] * float(np.median(np.sqrt(masses / elements.resistance())))
+    xpbd, nothing = Xpbd(elements, masses, held, bed), np.zeros((len(held), 3))
+
+    def begin(nodes: np.ndarray, pose: Pose) -> Relaxing:
+        obstacle = Obstacle(nodes, pose)
+
+        def relax(x: np.ndarray) -> np.ndarray:
+            return xpbd.relax(x, nothing, setting["steps"], setting["iterations"], step_s, obstacle=obstacle)[0]
+
+        return Relaxing(obstacle, relax, lambda x: obstacle.pushes(x, step_s))
+
+    return begin
+
+
+def _projective_dynamics(
+    elements: LinearElements, masses: np.ndarray, held: np.ndarray, bed: BedSprings | None, setting: Setting
+) -> Begin:
+    projective, weights = ProjectiveDynamics(elements, held, bed), PENALTY * elements.resistance()
+
+    def begin(nodes: np.ndarray, pose: Pose) -> Relaxing:
+        contact = NodeContact(nodes, weights[nodes], pose)
+        descent = projective.pressed(contact)
+        return Relaxing(
+            contact, lambda x: descent.relax(x, setting["iterations"], setting["memory"], TOLERANCE), contact.pushes
+        )
+
+    return begin
+
+
+def _vertex_block_descent(
+    elements: LinearElements, masses: np.ndarray, held: np.ndarray, bed: BedSprings | None, setting: Setting
+) -> Begin:
+    descent, penalties = VertexBlockDescent(elements, held, bed), PENALTY * elements.resistance()
+    nothing = np.zeros((len(held), 3))
+
+    def begin(nodes: np.ndarray, pose: Pose) -> Relaxing:
+        contact = NodeContact(nodes, penalties[nodes], pose)
+
+        def relax(x: np.ndarray) -> np.ndarray:
+            return descent.relax(x, nothing, setting["sweeps"], setting["radius"], contact=contact)[0]
+
+        return Relaxing(contact, relax, contact.pushes)
+
+    return begin
+
+
+_BEGIN: dict[str, Callable[..., Begin]] = {
+    "xpbd": _xpbd,
+    "projective_dynamics": _projective_dynamics,
+    "vertex_block_descent": _vertex_block_descent,
+}
+online = RelaxedTouch

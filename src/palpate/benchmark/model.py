@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from time import perf_counter
 from types import FunctionType, MethodType, ModuleType
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -264,13 +264,20 @@ class LeftOut(NotConverged):
     """A body of a kind that a model does not know: it is left out of the comparison, and has not failed."""
 
 
-def refuse_bed(case: Case, what: str) -> None:
+class OfBody(Protocol):
+    """Any case of one body."""
+
+    @property
+    def body(self) -> Body: ...
+
+
+def refuse_bed(case: OfBody, what: str) -> None:
     """Raise LeftOut for a body on an elastic bed, which ``what`` do not have."""
     if case.body.bed is not None:
         raise LeftOut(f"{what} have no elastic bed, which {case.body.name} lies on", [float("nan")])
 
 
-def refuse_regions(case: Case, what: str) -> None:
+def refuse_regions(case: OfBody, what: str) -> None:
     """Raise NotConverged for a body of several stiffnesses, of which ``what`` have one: all samples count as failed."""
     if case.body.regions is not None and not case.body.regions.is_one_stiffness:
         raise NotConverged(f"{what} have one stiffness, and the regions of {case.body.name} differ", [float("nan")])

@@ -1,0 +1,83 @@
+"""Answer a touch with a network of springs on the edges of a level, whose nodes a penalty keeps out of the instrument.
+
+Springs have the moduli of the material (Van Gelder 1998), and with a volume force its bulk modulus, too. All are then
+multiplied by one factor, by which forces fit those of calibrating touches.
+"""
+
+import numpy as np
+from scipy import sparse
+
+from palpate.benchmark.model import Setting, refuse_bed, refuse_regions
+from palpate.benchmark.touch import Touch, TouchCase, Touched
+from palpate.bodies.particles import particles_of
+from palpate.effects.effect import Energy
+from palpate.effects.instrument import Pose
+from palpate.effects.node_contact import NodeContact
+from palpate.effects.springs import Springs, volume_springs
+from palpate.effects.volume_force import Volume
+from palpate.errors import InputError
+from palpate.linalg.multigrid import Factor
+from palpate.models.springs.fitness import volume_stiffness
+from palpate.models.springs.mass_spring import supports
+from palpate.models.springs.spring_motion import spring_model
+from palpate.models.touch.calibration import calibration, force_scale
+from palpate.models.touch.pushing import NodeTouch, Relaxing
+from palpate.solvers.pressed_descent import STILL, PressedDescent
+from palpate.solvers.system import System
+
+LAW = "springs"
+PENALTY, TOLERANCE, MEMORY = 100.0, 1e-6, 8
+"""Stiffness of a node's contact over its own; residual relative to the push before a step; and steps remembered."""
+
+
+def settings(case: TouchCase, volume: bool) -> list[Setting]:
+    """List levels that the body has, and iterations."""
+    return [dict(each) for each in case.grid["springs"] if each["level"] < len(case.body.levels)]
+
+
+class SpringsTouch(NodeTouch):
+    """A network that makes so many quasi-Newton iterations at each step of the instrument.
+
+    InputError for a body that nothing holds, LeftOut for one on a bed, NotConverged for one of several stiffnesses.
+    """
+
+    def __init__(self, case: TouchCase, setting: Setting, volume: bool):
+        refuse_bed(case, "springs that are calibrated under an instrument")  # a factor would stiffen the bed
+        refuse_regions(case, "springs")
+        level = setting["level"]
+        super().__init__(case, level)
+        particles = particles_of(case.body, level, surface=False)
+        if not len(particles.held):
+            raise InputError(f"{case.body.name}: nothing is held, so springs have no equilibrium; give it anchors.")
+        pairs, stiffness = volume_springs(particles)
+        model = spring_model(particles)
+        own: dict[str, Energy] = {"springs": Springs(pairs, stiffness, model.rest_m)}
+        if volume and (kappa := volume_stiffness(model, particles.material)) > 0.0:
+            own["volume"] = Volume(particles, kappa)
+        system = System(particles, own | supports(particles))
+        matrix = system.stiffness(particles.nodes, definite=False)
+        self._penalty = PENALTY * sparse.bsr_array(matrix).diagonal().reshape(-1, 3).mean(axis=1)
+        system.hold(matrix)
+        self._solve = Factor(matrix).solve
+        self._own = list(own.values())
+        self._iterations, self._scale = setting["iterations"], 1.0
+        touches, right = zip(*calibration(case), strict=True)
+        self._scale = force_scale([self.respond(touch) for touch in touches], right)
+
+    def respond(self, touch: Touch) -> Touched:
+        found = super().respond(touch)
+        return found._replace(force_n=self._scale * found.force_n, reaction_n=self._scale * found.reaction_n)
+
+    def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
+        contact = NodeContact(nodes, self._penalty[nodes], pose)
+        descent = PressedDescent(self._own, contact, self.held, self._solve, isotropic=False)
+        return Relaxing(contact, lambda x: descent.relax(x, self._iterations, MEMORY, TOLERANCE), contact.pushes)
+
+    def supported(self, x: np.ndarray) -> np.ndarray:
+        force = np.zeros_like(x)
+        for effect in self._own:
+            effect.add_force(x, STILL, force)
+        return force[self.held].sum(axis=0)
+
+
+online = SpringsTouch

@@ -1,0 +1,119 @@
+"""Springs and shape matching under an instrument, whose forces are calibrated by those of elements."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from fixtures.touched_block import block_of, mirrored, reflection, rmse_of_peak, touch_at
+
+from palpate.benchmark.model import LeftOut
+from palpate.benchmark.touch import Touched
+from palpate.bodies.supports import Bed
+from palpate.errors import InputError, NotConverged
+from palpate.models.touch import calibration as calibrating
+from palpate.models.touch import fem, shape_matching, springs
+from palpate.models.touch.calibration import calibration, force_scale
+
+SETTLED = {"level": 0, "iterations": 60}, {"level": 0, "mode": "linear", "clusters": "cubes", "steps": 160}
+MODELS = {
+    "springs": (partial(springs.online, volume=False), SETTLED[0]),
+    "springs_volume": (partial(springs.online, volume=True), SETTLED[0]),
+    "shape_matching": (shape_matching.online, SETTLED[1]),
+}
+OWN = {"springs": 1e-3, "springs_volume": 1e-3, "shape_matching": 0.02}
+"""How far the force may be from what the supports feel; particles bounce."""
+
+
+@pytest.fixture(scope="module")
+def solvers(calibrated):
+    return {name: online(calibrated, setting) for name, (online, setting) in MODELS.items()}
+
+
+@pytest.mark.parametrize("model, within", [("springs", 0.04), ("springs_volume", 0.04), ("shape_matching", 0.12)])
+def test_they_move_as_elements_do_whose_nodes_are_kept_out(solvers, touch, equilibrium, model, within):
+    """Within some of the peak, however stiff they are: the depth is given."""
+    assert rmse_of_peak(solvers[model].respond(touch).displacement, equilibrium[0]) < within
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_calibrated_forces_are_those_of_elements_within_a_quarter(solvers, block, touch, model):
+    right = fem.online(block, {"level": 0, "order": 1}).respond(touch)
+    assert solvers[model].respond(touch).force_n[1] == pytest.approx(right.force_n[1], rel=0.25)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_the_force_that_each_reports_is_what_the_supports_feel(solvers, touch, model):
+    found = solvers[model].respond(touch)
+    assert found.reaction_n == pytest.approx(found.force_n[1], rel=OWN[model])
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_forces_fit_the_calibrating_touches(calibrated, solvers, model):
+    """No other factor fits them better."""
+    touches, right = zip(*calibration(calibrated), strict=True)
+    assert force_scale([solvers[model].respond(each) for each in touches], right) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_mirrored_touch_has_the_mirrored_answer(solvers, block, touch, model):
+    found, other = solvers[model].respond(touch), solvers[model].respond(mirrored(touch))
+    assert other.force_n == pytest.approx(found.force_n, rel=OWN[model])
+    assert rmse_of_peak(other.displacement, found.displacement[reflection(block)] * [-1.0, 1.0, 1.0]) < 2e-3
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_what_touches_no_node_moves_nothing(calibrated, model):
+    case, (online, setting) = block_of([4, 4, 2], 1), MODELS[model]
+    felt = touch_at(case, (0.5, 0.5), 0.01, (0.0, 0.0, -1.0))
+    right = fem.online(case, {"level": 0, "order": 1}).respond(felt)
+    solver = online(replace(case, kept={"calibration": [(felt, right)]}), setting)
+    found = solver.respond(touch_at(case, (0.5, 0.375), 1e-3, (0.0, 0.0, -1.0)))
+    assert not found.displacement.any() and not found.force_n.any()
+    assert found.reaction_n == 0.0 and found.area_m2 == 0.0
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_bodies_that_they_cannot_hold_are_refused(calibrated, model):
+    online, setting = MODELS[model]
+    loose = replace(calibrated.body, anchors=[np.empty(0, dtype=np.int64)])
+    with pytest.raises(InputError, match="nothing is held"):
+        online(replace(calibrated, body=loose), setting)
+    bed = Bed(np.array([0.05, 0.05, 0.0]), 0.1, 3e5, np.array([0.0, 0.0, -1.0]))
+    with pytest.raises(LeftOut):
+        online(replace(calibrated, body=replace(loose, bed=bed)), setting)
+
+
+def test_a_level_that_is_not_felt_anywhere_is_not_calibrated(calibrated):
+    _, right = calibration(calibrated)[0]
+    with pytest.raises(NotConverged, match="is felt"):
+        force_scale([right._replace(force_n=np.zeros(2))], [right])
+
+
+class Answers:
+    """Stands for meshes on which every second touch has an answer, a force of twice its depth."""
+
+    def __init__(self, body):
+        self.asked = []
+
+    def level_for(self, touch, along):
+        return 0
+
+    def around(self, touch, everywhere, level):
+        self.asked.append(touch.depth_m)
+        return self
+
+    def answer(self, tolerance):
+        if len(self.asked) % 2:
+            raise NotConverged("the body gives way", [])
+        return Touched(np.zeros((1, 3)), np.full(2, 2.0 * self.asked[-1])), None
+
+
+def test_touches_without_an_answer_calibrate_nothing(block, monkeypatch):
+    """They are made less deep, and all are within the depths that may be asked; they are found once for a case."""
+    monkeypatch.setattr(calibrating, "TouchedMeshes", Answers)
+    case = replace(block, kept={})
+    found = calibration(case)
+    assert len(found) == calibrating.COUNT and calibration(case) is found
+    assert all(0.0 < touch.depth_m <= case.deepest_m for touch, _ in found)
+    assert all(answer.force_n[1] == 2.0 * touch.depth_m for touch, answer in found)

@@ -15,8 +15,6 @@ from palpate.solvers.lbfgs import minimise_by_lbfgs
 
 Solve = Callable[[np.ndarray], np.ndarray]
 """Applies the inverse of a constant matrix to (n, 3) [N]; held nodes stay at 0."""
-
-
 STILL = np.empty((0, 3))
 """Energies ask for no velocities."""
 

@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from fixtures.touched_block import SETTLED, block_of, mirrored, reflection, rmse_of_peak, touch_at
 
 from palpate.benchmark.load import Refused
+from palpate.bodies.supports import Bed
 from palpate.models.touch import fem, relaxed
 
 OWN = {"xpbd": 6e-3, "projective_dynamics": 2e-3, "vertex_block_descent": 2e-3}
@@ -58,6 +60,13 @@ def test_a_mirrored_touch_has_the_mirrored_answer(block, touch, method, answers)
     assert found.force_n == pytest.approx(answers[method].force_n, rel=OWN[method])
     mirror = answers[method].displacement[reflection(block)] * [-1.0, 1.0, 1.0]
     assert rmse_of_peak(found.displacement, mirror) < 1e-3
+
+
+def test_a_bed_bears_what_the_ball_pushes_with(block, touch):
+    bed = Bed(np.array([0.048, 0.048, 0.0]), 0.1, 3e5, np.array([0.0, 0.0, -1.0]))
+    body = replace(block.body, anchors=[np.empty(0, dtype=np.int64)], bed=bed)
+    found = ask(replace(block, body=body), touch, "projective_dynamics", iterations=200)
+    assert found.reaction_n == pytest.approx(found.force_n[1], rel=2e-3)
 
 
 @pytest.mark.parametrize("method", SETTLED)

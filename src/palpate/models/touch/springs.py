@@ -28,6 +28,8 @@ from palpate.solvers.system import System
 LAW = "springs"
 PENALTY, TOLERANCE, MEMORY = 100.0, 1e-6, 8
 """Stiffness of a node's contact over its own; residual relative to the push before a step; and steps remembered."""
+ENOUGH = 100
+"""Iterations with which springs are calibrated: a factor is that of springs at rest, whatever a setting affords."""
 
 
 def settings(case: TouchCase, volume: bool) -> list[Setting]:
@@ -60,9 +62,13 @@ class SpringsTouch(NodeTouch):
         system.hold(matrix)
         self._solve = Factor(matrix).solve
         self._own = list(own.values())
-        self._iterations, self._scale = setting["iterations"], 1.0
+        self._iterations, self._scale = ENOUGH, 1.0
+        self._scale = case.share(("factor of springs", level, volume), lambda: self._fitted(case))
+        self._iterations = setting["iterations"]
+
+    def _fitted(self, case: TouchCase) -> float:
         touches, right = zip(*calibration(case), strict=True)
-        self._scale = force_scale([self.respond(touch) for touch in touches], right)
+        return force_scale([self.respond(touch) for touch in touches], right)
 
     def respond(self, touch: Touch) -> Touched:
         found = super().respond(touch)

@@ -16,7 +16,7 @@ TOUCHING = "results/data/{body}/touch/{tool}"
 include: "functions/touch.smk"
 
 
-TARGETS["touch"] = tabulated("touch_truth", "touch") + figures(
+TARGETS["touch"] = tabulated("touch_truth", "touch_forces", "touch") + figures(
     "touch", "touch_precision", scenes=[f"{body}_{tool}" for body, tool in TOUCHES]
 )
 WARNED += warned_of(TOUCHED) + touching("touches_warned.txt") + touching("truth_warned.txt")
@@ -37,6 +37,7 @@ rule choose_touches:
     params:
         **calls("palpate.studies.touch.jobs:choose_touches"),
         **some("touch", "samples", "depth_of_radius"),
+        at=lambda wildcards: [given for given in TOUCH["at"] if given["body"] == wildcards.body],
         instrument=lambda wildcards: TOOLS[wildcards.tool],
         along_radius=TOUCH["truth"]["along_radius"],
         seed=config["seed"],
@@ -97,6 +98,7 @@ rule tabulate_touch:
         settings=touching("{model}_settings.csv", model=COMPARED_TOUCH),
     output:
         truth="results/tables/touch_truth.csv",
+        forces="results/tables/touch_forces.csv",
         touch="results/tables/touch.csv",
     log:
         "results/logs/tabulate_touch.log",

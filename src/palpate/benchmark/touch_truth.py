@@ -64,7 +64,8 @@ def patch_of(body: Body, touch: Touch) -> np.ndarray:
 class TouchTruth:
     """The truth of k touches on the n fine surface nodes of a body.
 
-    sample : (k,); displacement : (k, n, 3) [m]; force : (k, 2) [N], at the depths STEPS; area : (k,) [m²]
+    sample : (k,); displacement : (k, n, 3) [m]; area : (k,) [m²]
+    force : (k, 2) [N], at the share BEFORE of the depth and at all of it
     pressure : (k,) [Pa], the greatest, on the finest mesh
     own : (k, len(TouchErrors)) the errors that it may have itself
     order : (k,) observed, of the displacement; force_order : (k,) of the force

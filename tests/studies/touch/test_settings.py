@@ -48,4 +48,4 @@ def test_instruments_are_told_apart_by_kind_and_radius():
     given = settings(instruments=[BALL, punch])
     check(given, Path("my.yaml"))
     assert list(instruments_of(given)) == ["sphere_8mm", "punch_4.5mm"]
-    assert instruments_of(given)["punch_4.5mm"] == punch | {"length_m": 0.0}
+    assert instruments_of(given)["punch_4.5mm"] == punch | {"length_m": 0.0, "sticks": False}

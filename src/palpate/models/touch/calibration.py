@@ -49,7 +49,7 @@ def force_scale(found: list[Touched], right: list[Touched]) -> float:
 
     NotConverged where no touch is felt at all.
     """
-    ratios = np.array([one.force_n[-1] / other.force_n[-1] for one, other in zip(found, right, strict=True)])
+    ratios = np.array([one.force_n / other.force_n for one, other in zip(found, right, strict=True)])
     if not (np.isfinite(ratios).all() and ratios.sum() > 0.0):
         raise NotConverged("no calibrating touch is felt; take a finer level", [float("nan")])
     return float(ratios.sum() / (ratios @ ratios))

@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate.benchmark.touch import STEPS, Touch, TouchCase, Touched, TouchSolver
+from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
 from palpate.effects.instrument import Pose
 from palpate.effects.node_contact import NodeContact, may_touch
 from palpate.models.fem_statics import to_surface
 from palpate.solvers.xpbd import Obstacle
 
-SHARES = (0.2, 0.4, 0.6, STEPS[0], STEPS[1])
+SHARES = (0.2, 0.4, 0.6, 0.8, 1.0)
 """Depths at which the instrument stops on its way, over the whole depth."""
 REACH = 1.0
 """Nodes may come to touch that are within so many depths of the instrument's last place."""
@@ -39,7 +39,6 @@ class NodeTouch(TouchSolver):
     def __init__(self, case: TouchCase, level: int):
         self.shape, self.mesh, self._up = case.body, case.body.levels[level], to_surface(case.body, level)
         self.held = np.isin(np.arange(len(self.mesh.nodes)), case.body.anchors[level])
-        self._first: dict[tuple[int, bytes], Pose] = {}
 
     def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
         """Return what relaxes the body, of which ``nodes`` (k,) may touch an instrument at ``pose``."""
@@ -49,26 +48,17 @@ class NodeTouch(TouchSolver):
         """Return the force (3,) [N] of the body at ``x`` (n, 3) [m] on its supports."""
         raise NotImplementedError
 
-    def prepare(self, touch: Touch) -> None:
-        """Find where the instrument first touches, which is part of the question; depths count from there."""
-        self._first[_way(touch)] = touch.pose(self.shape)
-
     def respond(self, touch: Touch) -> Touched:
-        first, mesh = self._first.get(_way(touch)) or touch.pose(self.shape), self.mesh
+        first, mesh = touch.pose(self.shape), self.mesh
         nodes = may_touch(mesh, self.held, first.moved(touch.depth_m * touch.direction), REACH * touch.depth_m)
         relaxing, x, pushes = self.begin(nodes, first), mesh.nodes, np.zeros((len(nodes), 3))
-        forces = dict.fromkeys(SHARES, 0.0)
         for share in SHARES:
             pose = relaxing.contact.pose = first.moved(share * touch.depth_m * touch.direction)
             if x is mesh.nodes and not (pose.gaps(x[nodes])[0] < 0.0).any():
                 continue
             x = relaxing.relax(x)
             pushes = relaxing.pushes(x)
-            forces[share] = float(pushes.sum(axis=0) @ touch.direction)
+        force = float(pushes.sum(axis=0) @ touch.direction)
         area = float(mesh.areas[nodes[pushes.any(axis=1)]].sum())
         reaction = 0.0 if x is mesh.nodes else float(self.supported(x) @ touch.direction)
-        return Touched(self._up @ (x - mesh.nodes), np.array([forces[share] for share in STEPS]), area, reaction)
-
-
-def _way(touch: Touch) -> tuple[int, bytes]:
-    return touch.node, np.asarray(touch.direction, dtype=float).tobytes()
+        return Touched(self._up @ (x - mesh.nodes), force, area, reaction)

@@ -6,12 +6,14 @@ from palpate.run.job import steps
 
 
 def choose_touches(input, params):
-    from palpate.benchmark.touch import choose_touches
+    from palpate.benchmark.touch import choose_touches, given_touches
     from palpate.benchmark.touched_mesh import bearing
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
 
     body, instrument = load(input.body), Instrument(**params.instrument)
+    if params.at:
+        return {"touches": given_touches(body, params.at)}
     asked = params.samples, tuple(params.depth_of_radius), params.seed
     return {"touches": choose_touches(body, instrument, *asked, bearing(body, params.along_radius))}
 
@@ -37,7 +39,7 @@ def measure_touch_models(input, params, wildcards, say):
 
     instrument = Instrument(**params.instrument)
     touches = touches_of(instrument, pd.read_csv(input.touches))
-    deepest = params.deepest_of_radius * instrument.radius_m
+    deepest = max([params.deepest_of_radius * instrument.radius_m, *(touch.depth_m for touch in touches)])
     case = TouchCase(load(input.body), instrument, deepest, params.seed, params.settings)
     asked = touches, load_touch_truth(input.truth), params.repeats, params.budget_s
     progress = steps(say, f"{wildcards.body}, {wildcards.tool}, {wildcards.model}: setting")
@@ -51,21 +53,23 @@ def tabulate_touch(input, params):
     from palpate.benchmark.touch_truth import load_touch_truth
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
-    from palpate.studies.touch.tables import Known, touch_table, touch_truth_table
+    from palpate.studies.touch.tables import Known, touch_forces_table, touch_table, touch_truth_table
 
     known, samples, settings = [], [], []
     files = zip(input.bodies, input.touches, input.truths, params.instruments, strict=True)
     for body, chosen, solved, entry in files:
         instrument, touches, truth = Instrument(**entry), pd.read_csv(chosen), load_touch_truth(solved)
         case = TouchCase(load(body), instrument, touches["depth_m"].max(), 0)
+        places = case.body.fine.nodes[touches["node"]]
         own, row = truth_rows(case, touches_of(instrument, touches), truth)
         labels = row[["scene", "body", "instrument"]].iloc[0].to_dict() | entry
-        known.append(Known({name: labels[name] for name in labels if name != "kind"}, touches, truth))
+        known.append(Known({name: labels[name] for name in labels if name != "kind"}, touches, truth, places))
         samples.append(own)
         settings.append(row)
     samples += map(pd.read_csv, input.samples)
     settings += map(pd.read_csv, input.settings)
-    return {"truth": touch_truth_table(known), "touch": touch_table(_joined(settings), _joined(samples))}
+    tables = {"truth": touch_truth_table(known), "forces": touch_forces_table(known)}
+    return tables | {"touch": touch_table(_joined(settings), _joined(samples))}
 
 
 def _joined(tables):

@@ -9,7 +9,20 @@ from palpate.benchmark.settings import check_refined, instrument_name, pressed_b
 from palpate.bodies.settings import longest_m
 from palpate.errors import InputError, describe_unknown
 from palpate.models.touch.registry import MODELS
-from palpate.setting_types import Block, Count, Distinct, Index, NotNegative, Pair, Positive, Share, Some, key, rows
+from palpate.setting_types import (
+    Block,
+    Count,
+    Distinct,
+    Index,
+    NotNegative,
+    Pair,
+    Positive,
+    Share,
+    Some,
+    Vector,
+    key,
+    rows,
+)
 
 
 class Instrument(Block):
@@ -19,6 +32,7 @@ class Instrument(Block):
     radius_m: Positive = key("Radius [m]")
     edge_m: NotNegative = key("Radius [m] of a punch's rounded edge", 0.0)
     length_m: NotNegative = key("Length [m] of a capsule between the centres of its ends", 0.0)
+    sticks: Switch = key("Whether what it touches keeps its place on it, or slides without friction", False)
 
 
 class Truth(Block):
@@ -28,9 +42,12 @@ class Truth(Block):
     most_error: Share = key("Own error over the surface above which a touch judges no model, over the peak", 0.01)
 
 
+LEVEL = "Level of the body; those that a body has not are left out"
+
+
 class LevelMesh(Block):
     order: Literal[1, 2] = key("Linear elements, 1, or quadratic ones, 2")
-    level: Index = key("Level of the body; those that a body has not are left out")
+    level: Index = key(LEVEL)
 
 
 class LocalMesh(Block):
@@ -48,18 +65,102 @@ class Fem(Block):
     )
 
 
+class LinearMesh(LocalMesh):
+    discs: Count = key("Discs of unit pressure that cover what may be touched")
+
+
+class Xpbd(Block):
+    level: Index = key(LEVEL)
+    steps: Count = key("Steps at each of five stops of the instrument")
+    iterations: Count = key("Iterations of each step")
+    step: Positive = key("Length of a step over √(mass / stiffness) of a node alone")
+
+
+class VertexBlockDescent(Block):
+    level: Index = key(LEVEL)
+    sweeps: Count = key("Sweeps over all nodes at each of five stops of the instrument")
+    radius: NotNegative = key("Spectral radius of a sweep that Chebyshev's method assumes; 0 for none", lt=1)
+
+
+class ProjectiveDynamics(Block):
+    level: Index = key(LEVEL)
+    iterations: Count = key("Iterations at each of five stops of the instrument")
+    memory: Index = key("Steps by which the matrix is improved; 0 for the original")
+
+
+class Relaxed(Block):
+    xpbd: Distinct[Xpbd] = key(
+        "Extended position-based dynamics, from cheap to expensive",
+        rows(
+            "level steps iterations step",
+            (1, 10, 1, 3.0),
+            (1, 30, 1, 2.0),
+            (1, 100, 1, 1.0),
+            (2, 10, 1, 3.0),
+            (2, 40, 1, 1.0),
+        ),  # fmt: skip
+    )
+    vertex_block_descent: Distinct[VertexBlockDescent] = key(
+        "Vertex block descent, from cheap to expensive",
+        rows("level sweeps radius", (1, 10, 0.998), (1, 30, 0.998), (1, 100, 0.9995), (2, 10, 0.9995)),
+    )
+    projective_dynamics: Distinct[ProjectiveDynamics] = key(
+        "Projective dynamics, from cheap to expensive",
+        rows("level iterations memory", (1, 2, 5), (1, 10, 5), (2, 5, 5), (2, 10, 5), (2, 30, 5)),
+    )
+
+
+class Springs(Block):
+    level: Index = key(LEVEL)
+    iterations: Count = key("Iterations at each of five stops of the instrument")
+
+
+class Shapes(Block):
+    level: Index = key(LEVEL)
+    mode: str = key("Deformation in the goals, as of the trade-off's shape matching")
+    clusters: str = key("Kind of the clusters")
+    steps: Count = key("Steps at each of five stops of the instrument")
+
+
 class Families(Block):
     fem: Fem = key("Finite elements, converged", {})
+    modes: Distinct[LocalMesh] = key(
+        "Reduced models of a place, made of presses on meshes from cheap to expensive",
+        rows("everywhere level", (0, 2), (0, 3), (1, 3)),
+    )
+    linear: Distinct[LinearMesh] = key(
+        "Linear responses of a place with contact solved in them",
+        rows("discs everywhere level", (20, 0, 3), (40, 0, 3)),
+    )
+    relaxed: Relaxed = key("Methods of graphics and games, with contact as they have it in practice", {})
+    springs: Distinct[Springs] = key(
+        "Springs with moduli of the material times a fitted factor, from cheap to expensive",
+        rows("level iterations", (1, 1), (1, 4), (2, 1), (2, 3), (2, 10)),
+    )
+    shape_matching: Distinct[Shapes] = key(
+        "Shape matching, fitted to touches that are not asked",
+        rows(
+            "level mode clusters steps",
+            *((level, "linear", "cubes", steps) for level in (1, 2) for steps in (10, 40)),
+            (2, "linear", "tetrahedra", 40),
+        ),
+    )
+
+
+class Given(Block):
+    body: str = key("Body that is touched, by name")
+    at_m: Vector = key("Point [m] whose nearest node of the surface is touched")
+    direction: Vector | None = key("Direction of the instrument's way; null is the inward normal", None)
+    depths_m: Some[Positive] = key("Depths [m] from first touch, each a touch of its own")
 
 
 class Settings(Block):
     """What an instrument that is pushed into a body moves, and what the hand feels, for every model."""
 
     bodies: Some[str] | None = key("Bodies that are touched, by name; null takes all that are refined", None)
-    instruments: list[Instrument] = key(
-        "Rigid instruments without friction", rows("kind radius_m", ("sphere", 0.008)), min_length=1
-    )
+    instruments: list[Instrument] = key("Rigid instruments", rows("kind radius_m", ("sphere", 0.008)), min_length=1)
     samples: Count = key("Touches of each body by each instrument, at places drawn by area", 4)
+    at: list[Given] = key("Touches at places of your own, which are asked of their bodies instead of drawn ones", [])
     depth_of_radius: Pair[Annotated[Positive, Field(le=2)]] = key(
         "Least and largest depth of a touch from where it begins, over the instrument's radius; depths are lowered "
         "where the body gives way",
@@ -87,6 +188,11 @@ def check(config: dict, file: Path) -> None:
         raise InputError(f"{place} is there and no body is refined; give one refinements of at least 1.")
     if settings["depth_of_radius"][0] > settings["depth_of_radius"][1]:
         raise InputError(f"{place}.depth_of_radius is {settings['depth_of_radius']}; give the lower number first.")
+    for i, given in enumerate(settings["at"]):
+        if given["body"] not in bodies:
+            raise InputError(f"{place}.at[{i}].body is {given['body']}; give one of {', '.join(bodies)}.")
+        if given["direction"] is not None and not any(given["direction"]):
+            raise InputError(f"{place}.at[{i}].direction is [0, 0, 0]; give the way of the instrument, or null.")
     named: dict[str, int] = {}
     for i, entry in enumerate(settings["instruments"]):
         _check_instrument(f"{place}.instruments[{i}]", entry)

@@ -33,6 +33,21 @@ TOUCH_TRUTH = Table(
     why_rejected: the reasons, with their counts
     """,
 )
+TOUCH_FORCES = Table(
+    "touch_forces",
+    "The truth of each touch: what the instrument's hand feels, and how exactly that is known.",
+    """
+    scene body instrument radius_m edge_m length_m sticks: a body under an instrument
+    sample node x_m y_m z_m: the touch, and the surface node at the instrument's tip [m]
+    direction_x direction_y direction_z depth_m: of its way, from first touch [m]
+    force_n force_error: along that way, and its own error over it [N]
+    force_before_n: at 0.8 of the depth [N]
+    area_m2 area_error pressure_pa: that touches, its own error over it, and the greatest pressure [m², Pa]
+    rmse_of_peak: own error of the surface [peak]
+    order force_order: observed orders of convergence
+    rejected: why it judges no model
+    """,
+)
 _OWN = {
     "rmse_of_peak": "rmse_of_peak",
     "patch_rms_of_peak": "patch_rms_of_peak",
@@ -74,12 +89,13 @@ BOUNDED = ("rmse_of_peak", "patch_rms_of_peak", "force_error")
 class Known(NamedTuple):
     """An instrument on a body: what was asked, and the truth of it.
 
-    labels : scene, body, instrument and its lengths; touches : the rows of its table
+    labels : scene, body, instrument and its lengths; touches : the rows of its table; places : (k, 3) [m]
     """
 
     labels: dict[str, Any]
     touches: pd.DataFrame
     truth: TouchTruth
+    places: np.ndarray
 
 
 def touch_truth_row(known: Known) -> dict[str, Any]:
@@ -107,6 +123,22 @@ def touch_truth_row(known: Known) -> dict[str, Any]:
 def touch_truth_table(scenes: Sequence[Known]) -> pd.DataFrame:
     """Tabulate TOUCH_TRUTH, a row a scene."""
     return TOUCH_TRUTH.frame(map(touch_truth_row, scenes))
+
+
+def touch_forces_table(scenes: Sequence[Known]) -> pd.DataFrame:
+    """Tabulate TOUCH_FORCES, a row a touch."""
+    return TOUCH_FORCES.frame(row for known in scenes for row in _force_rows(known))
+
+
+def _force_rows(known: Known) -> list[dict[str, Any]]:
+    truth = known.truth
+    told = {"force_n": truth.force[:, 1], "force_before_n": truth.force[:, 0], "area_m2": truth.area}
+    told |= {name: getattr(truth, name) for name in ("order", "force_order", "rejected")}
+    told |= {"pressure_pa": truth.pressure} | dict(zip(("x_m", "y_m", "z_m"), known.places.T, strict=True))
+    for name in ("force_error", "contact_area_error", "rmse_of_peak"):
+        told[_OWN[name]] = truth.own[:, TouchErrors._fields.index(name)]
+    table = known.touches.drop(columns="asked_m").assign(**told)
+    return [known.labels | row for row in table.to_dict("records")]
 
 
 def touch_table(settings: pd.DataFrame, samples: pd.DataFrame) -> pd.DataFrame:

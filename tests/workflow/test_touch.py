@@ -1,5 +1,7 @@
 """Every instrument touches every body, and each model has a job of its own there."""
 
+from palpate.models.touch.registry import MODELS
+
 
 def test_instruments_and_bodies_have_jobs_of_their_own(whole, write_config, plan, tmp_path):
     whole["touch"] |= {"bodies": ["block", "liver"]}
@@ -8,5 +10,6 @@ def test_instruments_and_bodies_have_jobs_of_their_own(whole, write_config, plan
         {"kind": "punch", "radius_m": 0.0125, "edge_m": 0.002},
     ]
     jobs = plan(tmp_path, write_config(whole), "touch")
-    assert jobs["choose_touches"] == jobs["simulate_touch_truth"] == jobs["measure_touch_models"] == 4
+    assert jobs["choose_touches"] == jobs["simulate_touch_truth"] == 4
+    assert jobs["measure_touch_models"] == 4 * len(MODELS)
     assert jobs["make_body"] == 2 and jobs["tabulate_touch"] == jobs["draw_touch_precision"] == 1

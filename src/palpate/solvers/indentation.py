@@ -49,11 +49,6 @@ STICKING = 0.01
 """Force on points that come to stick or let go, over that on all, above which the multipliers are set again."""
 
 
-def _of_triangles(values: np.ndarray) -> np.ndarray:
-    """Return the sum of ``values`` (q,) of the points of each triangle."""
-    return values.reshape(-1, len(PLACES)).sum(axis=1)
-
-
 def _degree_four() -> tuple[np.ndarray, np.ndarray]:
     """Return 6 points (6, 3) of a triangle, barycentric, and weights that add up to 1 (Dunavant 1985)."""
     places, weights = [], []
@@ -72,12 +67,18 @@ class ContactPoints:
 
     interpolation : sparse (q, n), from the nodes to the points; areas : (q,) the part of the surface of each [m²]
     penalty : (q,) stiffness of contact [Pa/m]; stretch : areas (q,) over those at rest, of positions (n, 3) [m]
+    together : how many points, one after another, are of one triangle
     """
 
     interpolation: sparse.csr_array
     areas: np.ndarray
     penalty: np.ndarray
     stretch: Callable[[np.ndarray], np.ndarray]
+    together: int = len(PLACES)
+
+    def of_triangles(self, values: np.ndarray) -> np.ndarray:
+        """Return the sum of ``values`` (q,) over the points of each triangle."""
+        return values.reshape(-1, self.together).sum(axis=1)
 
 
 def contact_points(
@@ -375,12 +376,12 @@ class Indentation(Equilibrium):
 
     def _touching(self, x: np.ndarray, depth: float) -> Touching:
         at, stretch = self.points.interpolation @ x, self.points.stretch(x)
-        areas = _of_triangles(self.points.areas * stretch)
+        areas = self.points.of_triangles(self.points.areas * stretch)
         force, area, greatest, overlap, whole = np.zeros(3), 0.0, 0.0, 0.0, 0.0
         for side, push in zip(self._sides, self.pushes(x), strict=True):
             gaps = side.pose.gaps(at)[0]
             weights, off = self.points.areas * self._pressure(side, gaps), np.abs(gaps)
-            mean = _of_triangles(weights) / areas
+            mean = self.points.of_triangles(weights) / areas
             force += push.sum(axis=0)
             area += float(areas[mean > TOUCHED * mean.max()].sum())
             greatest = max(greatest, float(mean.max()))

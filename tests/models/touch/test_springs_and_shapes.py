@@ -37,9 +37,9 @@ def test_they_move_as_elements_do_whose_nodes_are_kept_out(solvers, touch, equil
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_calibrated_forces_are_those_of_elements_within_a_quarter(solvers, block, touch, model):
+def test_calibrated_forces_are_those_of_elements_within_a_third(solvers, block, touch, model):
     right = fem.online(block, {"level": 0, "order": 1}).respond(touch)
-    assert solvers[model].respond(touch).force_n == pytest.approx(right.force_n, rel=0.25)
+    assert solvers[model].respond(touch).force_n == pytest.approx(right.force_n, rel=0.33)
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -8,7 +8,16 @@ from palpate.benchmark.conformal import FEWEST
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH
 from palpate.benchmark.touch_measure import SAMPLE_COLUMNS, SETTING_COLUMNS
 from palpate.benchmark.touch_truth import ARRAYS, TouchErrors, TouchTruth
-from palpate.studies.touch.tables import BOUNDED, TOUCH, TOUCH_TRUTH, Known, touch_table, touch_truth_table
+from palpate.studies.touch.tables import (
+    BOUNDED,
+    TOUCH,
+    TOUCH_FORCES,
+    TOUCH_TRUTH,
+    Known,
+    touch_forces_table,
+    touch_table,
+    touch_truth_table,
+)
 
 OWN = np.array([0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.007])
 LABELS = {"scene": "liver_sphere_8mm", "body": "liver", "instrument": "sphere", "radius_m": 0.008}
@@ -23,11 +32,23 @@ def truth(why=("", "", "no answer on a mesh (why)")) -> TouchTruth:
 
 
 def touches() -> pd.DataFrame:
-    return pd.DataFrame({"depth_m": [0.002, 0.003, 0.004], "asked_m": [0.002, 0.003 / 0.7, 0.004]})
+    table = {"sample": [0, 1, 2], "node": [5, 6, 7], "direction_x": 0.0, "direction_y": 0.0, "direction_z": -1.0}
+    return pd.DataFrame(table | {"depth_m": [0.002, 0.003, 0.004], "asked_m": [0.002, 0.003 / 0.7, 0.004]})
+
+
+def known(labels, **told) -> Known:
+    return Known(labels, touches(), truth(**told), np.arange(9.0).reshape(3, 3))
+
+
+def test_each_touch_has_its_force_and_place():
+    rows = touch_forces_table([known(LABELS)])
+    assert list(rows) == TOUCH_FORCES.columns and list(rows["x_m"]) == [0.0, 3.0, 6.0]
+    assert list(rows["force_n"][:2]) == [1.0, 2.0] and list(rows["force_before_n"][:2]) == [0.5, 1.0]
+    assert rows["force_error"][1] == pytest.approx(2 * OWN[TouchErrors._fields.index("force_error")])
 
 
 def test_own_errors_are_those_of_touches_that_are_believed():
-    [row] = touch_truth_table([Known(LABELS | {"edge_m": 0.0, "length_m": 0.0}, touches(), truth())]).to_dict("records")
+    [row] = touch_truth_table([known(LABELS | {"edge_m": 0.0, "length_m": 0.0})]).to_dict("records")
     assert (row["samples"], row["rejected"], row["lowered"]) == (2, 1, 1)
     assert row["why_rejected"] == "1 no answer on a mesh"
     for name in ("rmse_of_peak", "patch_rms_of_peak", "force_error", "stiffness_error"):
@@ -39,7 +60,7 @@ def test_own_errors_are_those_of_touches_that_are_believed():
 
 
 def test_a_scene_of_which_nothing_is_believed_has_no_own_error():
-    table = touch_truth_table([Known(LABELS, touches(), truth(("a", "b", "a")))])
+    table = touch_truth_table([known(LABELS, why=("a", "b", "a"))])
     assert list(table) == TOUCH_TRUTH.columns
     assert table["samples"].item() == 0 and table["force_error"].isna().item() and table["why_rejected"].item()
 

@@ -19,6 +19,7 @@ from palpate.setting_types import (
     Positive,
     Share,
     Some,
+    Switch,
     Vector,
     key,
     rows,
@@ -98,7 +99,7 @@ class Relaxed(Block):
             (1, 100, 1, 1.0),
             (2, 10, 1, 3.0),
             (2, 40, 1, 1.0),
-        ),  # fmt: skip
+        ),
     )
     vertex_block_descent: Distinct[VertexBlockDescent] = key(
         "Vertex block descent, from cheap to expensive",

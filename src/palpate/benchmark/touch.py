@@ -122,7 +122,8 @@ def given_touches(body: Body, given: Sequence[Mapping[str, Any]]) -> pd.DataFram
 
     given : ``at_m``, the point whose nearest surface node is touched; ``depths_m``; ``direction``, or the inward normal
     """
-    able, rows = places_to_touch(body), []
+    able = places_to_touch(body)
+    rows: list[list[float]] = []
     for each in given:
         node = int(able[np.argmin(np.linalg.norm(body.fine.nodes[able] - each["at_m"], axis=1))])
         way = -body.fine.normals[node] if each["direction"] is None else np.array(each["direction"], dtype=float)

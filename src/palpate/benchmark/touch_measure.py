@@ -114,6 +114,7 @@ def _measured(
     offline = perf_counter() - begin
     asked = []
     for row, r in zip(found, rows, strict=True):
+        touches[r].pose(case.body)  # where it first touches is part of the question
         begin = perf_counter()
         try:
             solver.prepare(touches[r])

@@ -51,7 +51,7 @@ def touch_errors(answer: Touched, truth: Touched, patch: np.ndarray, stiffness_e
     """Measure an answer; patch : (n_surface,) bool, the nodes that are pressed."""
     moved = truth_errors(answer.displacement, truth.displacement, patch)
     force, area = answer.force_n / truth.force_n - 1.0, answer.area_m2 / truth.area_m2 - 1.0
-    surface = [getattr(moved, name) for name in TouchErrors._fields[:4]]
+    surface = moved.rmse_of_peak, moved.patch_rms_of_peak, moved.patch_max_of_peak, moved.max_of_peak
     return TouchErrors(*surface, float(force), stiffness_error, float(area))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.material import Tissue, uniform
-from palpate.bodies.mesh import EDGES, TetMesh
+from palpate.bodies.mesh import EDGES, Mesh, TetMesh
 from palpate.bodies.refinement import halfway, midpoints_between, refine, ten_nodes
 
 _SIDES = np.array([[i for i, edge in enumerate(EDGES) if corner not in edge] for corner in range(4)])
@@ -94,14 +94,14 @@ class _Level:
     first : by these, the first of eight parts that follow each other, or -1; roots : (m,) the coarse elements
     """
 
-    mesh: TetMesh
+    mesh: Mesh
     ten: np.ndarray
     parents: np.ndarray
     first: np.ndarray
     roots: np.ndarray
 
     @staticmethod
-    def of(mesh: TetMesh, level: int) -> "_Level":
+    def of(mesh: Mesh, level: int) -> "_Level":
         """Take all elements of a body's ``level``."""
         each = np.arange(len(mesh.tetrahedra))
         return _Level(mesh, ten_nodes(mesh), each // 8, each[::8], each // 8**level)

@@ -4,7 +4,6 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body
-from palpate.bodies.local_refinement import LocalBody
 from palpate.effects.surface_integrals import surface_interpolation
 
 _ROUNDING = 1e-9
@@ -23,7 +22,7 @@ class SurfaceMap:
         sides = _sides(body.prolongation, body.fine.triangles)[first // 3]
         self._keys, self._places = self._key(sides), _coordinates(body.prolongation, body.fine.surface, sides)
 
-    def of(self, local: LocalBody, order: int) -> sparse.csr_array:
+    def of(self, local: Body, order: int) -> sparse.csr_array:
         """Return the interpolation (n_surface, n_unknowns) with the shape functions of elements on ``local``.
 
         Those of ``order`` 2 have the nodes and the edge midpoints of its finest level.

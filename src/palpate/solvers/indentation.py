@@ -12,7 +12,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import Mesh
 from palpate.effects.instrument import TOUCH_TOLERANCE, Pose
 from palpate.effects.surface_integrals import surface_interpolation
 from palpate.errors import InputError, NotConverged
@@ -81,9 +81,7 @@ class ContactPoints:
         return values.reshape(-1, self.together).sum(axis=1)
 
 
-def contact_points(
-    mesh: TetMesh, order: int, young_pa: float, near: Callable[[np.ndarray], np.ndarray]
-) -> ContactPoints:
+def contact_points(mesh: Mesh, order: int, young_pa: float, near: Callable[[np.ndarray], np.ndarray]) -> ContactPoints:
     """Return points that integrate polynomials of degree 4 on triangles of ``mesh`` with elements of ``order``.
 
     near : from points (k, 3) [m] to which of them (k,) may touch; triangles with such a corner, edge or middle are kept

@@ -99,11 +99,11 @@ def settle_touching(q, cells, base, stiff, points, tip, axes, shape, law, tolera
             break
         q[:], energy = reached, lower
     force, area = np.zeros(3), 0.0
-    for n in range(p):
-        if pressures[n] > 0.0:
-            area += areas[n]
+    for m in range(p):
+        if pressures[m] > 0.0:
+            area += areas[m]
             for i in range(3):
-                force[i] += areas[n] * pressures[n] * normals[n, i]
+                force[i] += areas[m] * pressures[m] * normals[m, i]
     return force, area, left, count
 
 
@@ -156,8 +156,10 @@ class ReducedTouch:
         """Return the energy [J] of the body and of contact at ``q`` (r,)."""
         flat, _, volumes, mu, lam = self._cells
         k, p = len(volumes), len(self._points[2])
-        scratch = np.empty((9, k)), np.empty((9, k)), np.empty(k), np.empty(k, dtype=bool)
-        stored = cell_stresses(q, flat, volumes, mu, lam, *self._law, *scratch) + 0.5 * q @ self._stiff @ q
+        f, stress, energies, accepted = np.empty((9, k)), np.empty((9, k)), np.empty(k), np.empty(k, dtype=bool)
+        shape, measure, volume = self._law
+        stored = cell_stresses(q, flat, volumes, mu, lam, shape, measure, volume, f, stress, energies, accepted)
+        stored += 0.5 * q @ self._stiff @ q
         touched = np.empty((p, 3)), np.empty(p), np.empty((p, 3)), np.empty(p)
         return float(stored + contact(q, *self._points, pose.tip, pose.axes, pose.instrument.shape, *touched))
 

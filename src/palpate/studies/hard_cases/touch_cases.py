@@ -161,7 +161,7 @@ def _pressed(
 
 
 def _off(problem: Indentation, found: Touching, depth: float, x: np.ndarray) -> float:
-    points, near = problem._points, np.zeros(len(x), dtype=bool)
+    points, near = problem.points, np.zeros(len(x), dtype=bool)
     at, nearest = points.interpolation @ x, []
     for side in problem._sides:
         gaps = side.pose.gaps(at)[0]

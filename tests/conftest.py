@@ -1,5 +1,6 @@
 """Small bodies that tests of several packages share."""
 
+import locale
 import os
 from collections import Counter
 from collections.abc import Callable
@@ -28,6 +29,14 @@ from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.studies.tradeoff.accuracy_vs_time import ACCURACY_VS_TIME
 
 kernel_lock.one_at_a_time()
+LETTERS = locale.setlocale(locale.LC_CTYPE)
+
+
+@pytest.fixture(autouse=True)
+def letters() -> None:
+    """Read files as they were read at first. Trap: compiled libraries set the locale of the whole process to C."""
+    if locale.setlocale(locale.LC_CTYPE) != LETTERS:
+        locale.setlocale(locale.LC_CTYPE, LETTERS)
 
 
 def pytest_terminal_summary(terminalreporter) -> None:

@@ -21,7 +21,7 @@ def test_outcomes_are_counted(hard_cases_table):
 def test_what_ended_as_declared_is_no_failure(hard_cases_table):
     failed = list(hard_cases.failures(material("hard_cases", {"hard_cases": hard_cases_table})))
     assert failed == [
-        ("fem", "drop", "not a number; declared: stable"),
+        ("finite elements", "drop", "not a number; declared: stable"),
         ("corrected coarse FEM", "one sample", "wrong; declared: stable"),
     ]
     declared = hard_cases_table.assign(passed=True)

@@ -9,17 +9,18 @@ from scipy import sparse
 from palpate.benchmark.touch import Touch, Touched
 from palpate.bodies.body import Body
 from palpate.bodies.local_refinement import LocalRefinement
+from palpate.bodies.mesh import Mesh
 from palpate.bodies.refinement import with_midpoints
-from palpate.effects.instrument import PUNCH, Instrument
+from palpate.effects.instrument import PUNCH, Instrument, Pose
 from palpate.effects.surface_map import SurfaceMap
 from palpate.errors import NotConverged
-from palpate.solvers.indentation import Indentation, Touching, contact_points
+from palpate.solvers.indentation import ContactPoints, Indentation, Touching, contact_points
 
 REACH, MARGIN = 1.3, 1.5
 """A level is refined within so many contact radii and so many of its own edges from the place."""
 TOLERANCE = 1e-4
 """Residual over the forces of contact."""
-NEAR = 0.7
+TOUCHED_WITHIN = 0.7
 """Share of the depth within which of the instrument's last position the surface may come to touch it."""
 
 
@@ -53,6 +54,19 @@ class TouchedMesh:
 def answer_of(problem: Indentation, state: Touching, touch: Touch, up: sparse.csr_array) -> Touched:
     """Return the answer that a ``state`` of ``problem`` is; up : its nodes' map to the fine surface."""
     return Touched(up @ (state.x - problem.mesh.nodes), float(state.force @ touch.direction), state.area_m2)
+
+
+def points_touched(
+    mesh: Mesh, order: int, young_pa: float, touches: Sequence[Touch], poses: Sequence[Pose]
+) -> ContactPoints:
+    """Return the points of ``mesh`` that any of ``touches`` may touch; poses : where each begins."""
+    last = [pose.moved(touch.depth_m * touch.direction) for pose, touch in zip(poses, touches, strict=True)]
+
+    def near(at: np.ndarray) -> np.ndarray:
+        ends = zip(last, touches, strict=True)
+        return np.min([pose.gaps(at)[0] / touch.depth_m for pose, touch in ends], axis=0) < TOUCHED_WITHIN
+
+    return contact_points(mesh, order, young_pa, near)
 
 
 def _reach(touch: Touch) -> float:
@@ -112,12 +126,7 @@ class TouchedMeshes:
         local = LocalRefinement(body, level).around(place, radii) if level else body.up_to(0)
         up, whole = self._surface.of(local, 2), with_midpoints(local, level)
         poses = [touch.pose(self._body) for touch in touches]
-        last = [pose.moved(touch.depth_m * touch.direction) for pose, touch in zip(poses, touches, strict=True)]
-
-        def near(at: np.ndarray) -> np.ndarray:
-            return np.min([pose.gaps(at)[0] / t.depth_m for pose, t in zip(last, touches, strict=True)], axis=0) < NEAR
-
-        points = contact_points(local.fine, 2, body.material.young_pa, near)
+        points = points_touched(local.fine, 2, body.material.young_pa, touches, poses)
         edge = float(self._edge(first.node) / 2**level)
         return [
             TouchedMesh(touch, whole, Indentation(whole, level, 2, points, [pose], first.instrument.sticks), up, edge)

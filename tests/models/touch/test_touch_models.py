@@ -62,7 +62,7 @@ def test_the_force_is_the_slope_of_the_energy(touch_case, touches):
     for depth in (0.005 - step, 0.005 + step):
         pose = touches[0].pose(touch_case.body).moved(depth * touches[0].direction)
         q = np.zeros(place._reduced.count)
-        place._reduced.touch(pose, q)
+        place._reduced.settle(pose, q)
         stored.append(place._reduced.energy(pose, q))
     slope = (stored[1] - stored[0]) / (2.0 * step)
     # the instrument's force on the body along its way is what the hand feels

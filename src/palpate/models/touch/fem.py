@@ -2,10 +2,10 @@
 
 from palpate.benchmark.model import Setting
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
-from palpate.benchmark.touched_mesh import NEAR, TouchedMeshes, answer_of
+from palpate.benchmark.touched_mesh import TouchedMeshes, answer_of, points_touched
 from palpate.bodies.refinement import with_midpoints
 from palpate.models.fem_statics import to_surface
-from palpate.solvers.indentation import Indentation, contact_points
+from palpate.solvers.indentation import Indentation
 
 TOLERANCE = 1e-4
 LAW = "the body's"
@@ -33,9 +33,7 @@ class LevelTouch(TouchSolver):
 
     def respond(self, touch: Touch) -> Touched:
         pose, mesh = touch.pose(self._shape), self._body.levels[self._level]
-        last = pose.moved(touch.depth_m * touch.direction)
-        near = NEAR * touch.depth_m
-        points = contact_points(mesh, self._order, self._body.material.young_pa, lambda at: last.gaps(at)[0] < near)
+        points = points_touched(mesh, self._order, self._body.material.young_pa, [touch], [pose])
         problem = Indentation(self._body, self._level, self._order, points, [pose], touch.instrument.sticks)
         *_, state = problem.push(touch.direction, [touch.depth_m], TOLERANCE)
         return answer_of(problem, state, touch, self._up)

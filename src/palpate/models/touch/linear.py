@@ -7,14 +7,14 @@ these the answer is made that the instrument leaves room for (Duriez and others 
 import numpy as np
 
 from palpate.benchmark.model import Setting
-from palpate.benchmark.touch import Touch, TouchCase, TouchDoubted, Touched, TouchSolver, refuse_sticking
+from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver, refuse_sticking
 from palpate.benchmark.touched_mesh import TouchedMeshes, contact_radius
 from palpate.bodies.contacts import spread_over
 from palpate.effects.law import PLAIN
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import Cells, ReducedContact
 from palpate.models.contact_modes.snapshots import orthonormal
-from palpate.models.touch.reduced_touch import RESIDUAL, ReducedTouch
+from palpate.models.touch.reduced_touch import ReducedTouch
 
 LAW = "linear"
 COLUMN_RESIDUAL = 1e-4
@@ -65,9 +65,4 @@ class LinearTouch(TouchSolver):
     def respond(self, touch: Touch) -> Touched:
         """Answer as ``TouchSolver`` does; TouchDoubted where the search stops above its tolerance."""
         place = self._places[touch.node]
-        q = np.zeros(place.count)
-        force, area, left = place.touch(touch.pose(self._case.body).moved(touch.depth_m * touch.direction), q)
-        answer = Touched(place.displacement(q), float(force @ touch.direction), area)
-        if not left <= RESIDUAL:
-            raise TouchDoubted(f"contact stopped at a residual of {left:.1e}", [left])
-        return answer
+        return place.answer(touch, touch.pose(self._case.body), np.zeros(place.count))

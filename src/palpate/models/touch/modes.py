@@ -13,7 +13,7 @@ from palpate.effects.instrument import upright
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import ReducedContact, some_points
 from palpate.models.contact_modes.snapshots import coordinates, orthonormal
-from palpate.models.touch.reduced_touch import RESIDUAL, ReducedTouch
+from palpate.models.touch.reduced_touch import ReducedTouch
 
 LAW = "the body's"
 TILT, AROUND = 45.0, 4
@@ -23,7 +23,7 @@ STRAIGHT, TILTED = (0.25, 0.5, 0.75, 1.0), (0.35, 0.7, 1.0)
 PUSH_TOLERANCE = 1e-3
 THINNED, FEW = 1e-2, 2000
 """Tolerance to which few cells pull as all do, and the number of points that they are chosen from."""
-NEAR = 0.15
+LOOKED_AT = 0.15
 """Share of the deepest within which a point comes to the instrument in some push, or is not looked at."""
 ROUNDING = 1.0 + 1e-9
 RIDGE = 1e-6
@@ -76,7 +76,7 @@ class _Place:
                 pushed.append(state.depth_m * each.touch.direction)
                 moved.append(state.x - rest)
                 gaps = each.problem.gaps(state.x)
-                near |= gaps < NEAR * case.deepest_m
+                near |= gaps < LOOKED_AT * case.deepest_m
                 stretched.append(state.area_m2 / points.areas[gaps < 0.0].sum())
         self._pushed = self._local(np.array(pushed))
         elements = ElementsAtRest(first.body, where[1])
@@ -92,14 +92,11 @@ class _Place:
         """Return the answer; the search begins at what pushes like it have come to."""
         way = touch.depth_m * touch.direction
         q = _kernel(self._local(way[None]), self._pushed)[0] @ self._starts
-        force, area, left = self._reduced.touch(touch.pose(self._body).moved(way), q)
-        answer = Touched(self._reduced.displacement(q), float(force @ touch.direction), self._stretched * area)
-        if not left <= RESIDUAL:
-            raise TouchDoubted(f"the reduced model stopped at a residual of {left:.1e}", [left])
+        answer = self._reduced.answer(touch, touch.pose(self._body), q, self._stretched)
         if touch.depth_m > ROUNDING * self._deepest:
-            raise TouchDoubted(f"{1e3 * touch.depth_m:.3g} mm is deeper than what was prepared", [left])
+            raise TouchDoubted(f"{1e3 * touch.depth_m:.3g} mm is deeper than what was prepared", [])
         if -self._local(way[None])[0, 2] * self._deepest * ROUNDING < np.cos(np.deg2rad(TILT)) * touch.depth_m:
-            raise TouchDoubted(f"the direction is more than {TILT:g} degrees off the normal", [left])
+            raise TouchDoubted(f"the direction is more than {TILT:g} degrees off the normal", [])
         return answer
 
     def _local(self, ways: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ import numba
 import numpy as np
 from scipy import sparse
 
+from palpate.benchmark.touch import Touch, TouchDoubted, Touched
 from palpate.effects.instrument import Pose, curvatures, distances
 from palpate.models.contact_modes.reduced_contact import ReducedContact, add_tangent, cell_stresses
 from palpate.solvers.indentation import ContactPoints
@@ -144,13 +145,23 @@ class ReducedTouch:
         """The number of coordinates."""
         return len(self._stiff)
 
-    def touch(self, pose: Pose, q: np.ndarray) -> tuple[np.ndarray, float, float]:
+    def settle(self, pose: Pose, q: np.ndarray) -> tuple[np.ndarray, float, float]:
         """Settle ``q`` (r,) in place; return the force (3,) [N], the area touched [m²] and the residual."""
         where = self._points, pose.tip, pose.axes, pose.instrument.shape
         force, area, left, _ = settle_touching(
             q, self._cells, self._base, self._stiff, *where, self._law, RESIDUAL, ITERATIONS
         )
         return force, area, left
+
+    def answer(self, touch: Touch, pose: Pose, q: np.ndarray, stretched: float = 1.0) -> Touched:
+        """Return the answer to ``touch``, which begins at ``pose``, from coordinates ``q`` (r,), which are settled.
+
+        stretched : areas that touch over those at rest. TouchDoubted where the search stops above its tolerance.
+        """
+        force, area, left = self.settle(pose.moved(touch.depth_m * touch.direction), q)
+        if not left <= RESIDUAL:
+            raise TouchDoubted(f"the reduced model stopped at a residual of {left:.1e}", [left])
+        return Touched((self._surface @ q).reshape(-1, 3), float(force @ touch.direction), stretched * area)
 
     def energy(self, pose: Pose, q: np.ndarray) -> float:
         """Return the energy [J] of the body and of contact at ``q`` (r,)."""
@@ -162,7 +173,3 @@ class ReducedTouch:
         stored += 0.5 * q @ self._stiff @ q
         touched = np.empty((p, 3)), np.empty(p), np.empty((p, 3)), np.empty(p)
         return float(stored + contact(q, *self._points, pose.tip, pose.axes, pose.instrument.shape, *touched))
-
-    def displacement(self, q: np.ndarray) -> np.ndarray:
-        """Return the displacement (n_surface, 3) [m] of the fine surface."""
-        return (self._surface @ q).reshape(-1, 3)

@@ -28,7 +28,7 @@ from palpate.solvers.system import System
 LAW = "springs"
 PENALTY, TOLERANCE, MEMORY = 100.0, 1e-6, 8
 """Stiffness of a node's contact over its own; residual relative to the push before a step; and steps remembered."""
-ENOUGH = 100
+CALIBRATING_ITERATIONS = 100
 """Iterations with which springs are calibrated: a factor is that of springs at rest, whatever a setting affords."""
 
 
@@ -62,7 +62,7 @@ class SpringsTouch(NodeTouch):
         system.hold(matrix)
         self._solve = Factor(matrix).solve
         self._own = list(own.values())
-        self._iterations, self._scale = ENOUGH, 1.0
+        self._iterations, self._scale = CALIBRATING_ITERATIONS, 1.0
         self._scale = case.share(("factor of springs", level, volume), lambda: self._fitted(case))
         self._iterations = setting["iterations"]
 

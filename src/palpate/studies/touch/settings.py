@@ -118,8 +118,8 @@ class Springs(Block):
 
 class Shapes(Block):
     level: Index = key(LEVEL)
-    mode: str = key("Deformation in the goals, as of the trade-off's shape matching")
-    clusters: str = key("Kind of the clusters")
+    mode: Literal["rigid", "linear", "quadratic"] = key("How a cluster may deform")
+    clusters: Literal["one", "tetrahedra", "cubes"] = key("How particles are grouped")
     steps: Count = key("Steps at each of five stops of the instrument")
 
 

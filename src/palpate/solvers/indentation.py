@@ -257,7 +257,7 @@ class Indentation(Equilibrium):
         return multiply, self._precondition
 
     def _stiffness_of_contact(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the k points that touch (k,), and (k, 3, 3) [N/m] of each: what is positive, and what curvature adds."""
+        """Return the k points that touch (k,), and their stiffness and what curvature adds, (k, 3, 3) [N/m]."""
         at, k = self.points.interpolation @ x, self.points.penalty
         stiff, bent = np.zeros((len(k), 3, 3)), np.zeros((len(k), 3, 3))
         for side in self._sides:
@@ -287,7 +287,7 @@ class Indentation(Equilibrium):
     def push(
         self, direction: np.ndarray, depths: Sequence[float], tolerance: float, updates: int = UPDATES
     ) -> Iterator[Touching]:
-        """Push all instruments from first touch along the unit vector ``direction`` (3,); yield what they do at ``depths``.
+        """Push all instruments from first touch along the unit vector ``direction`` (3,), and yield what they do.
 
         tolerance : of the residual, over the norm of the nodal forces of contact; updates : most of the multipliers
         Depths [m] are those of a path from first touch, up or down; what sticks lets go where it is pulled off. Raises

@@ -1,8 +1,9 @@
 """Find what an instrument truly does to a body: quadratic elements, refined where it touches, with an error of its own.
 
-Three meshes halve all elements, those far away and those that are touched, one after the other. Where they close in on
-a limit it is the truth (Richardson 1911), for the displacement and for each number by itself; elsewhere the finest
-answer is, and may be off by its last change. The truth is read by evaluation only.
+Elements are halved where they are touched, and, apart from that, at the rim of what is held and everywhere, on three
+meshes each, since the two errors shrink at rates of their own. Each is carried to its limit (Richardson 1911), the
+displacement and each number by itself; the truth may be off by the sum of what both limits may be, and of what halving
+one changes of the other. The truth is read by evaluation only.
 """
 
 import warnings
@@ -17,11 +18,12 @@ import numpy as np
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.touch import Touch, Touched
-from palpate.benchmark.touched_mesh import TOLERANCE, TouchedMeshes, answer_of
-from palpate.benchmark.truth import RATIOS, estimate, ratio, reasons
+from palpate.benchmark.touched_mesh import TOLERANCE, TouchedMesh, TouchedMeshes, answer_of
+from palpate.benchmark.truth import estimate, ratio, reasons
 from palpate.bodies.body import Body
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
+from palpate.solvers.indentation import Touching
 
 MOST_OVERLAP = 2e-3
 """Mean overlap over the depth above which the finest answer is none of this instrument."""
@@ -68,8 +70,9 @@ class TouchTruth:
     force : (k, 2) [N], at the share BEFORE of the depth and at all of it
     pressure : (k,) [Pa], the greatest, on the finest mesh
     own : (k, len(TouchErrors)) the errors that it may have itself
-    order : (k,) observed, of the displacement; force_order : (k,) of the force
-    overlap, least_det : (k,) of the finest mesh; nodes : (k,) its number of nodes; edge_m : (k,) its edges there [m]
+    order : (k,) observed of the displacement, at what is held; force_order : (k,) of the force, where it is touched
+    overlap, least_det : (k,) of the mesh that is finest where it is touched; edge_m : (k,) its edges there [m]
+    nodes : (k,) of the largest mesh
     rejected : (k,) why a touch judges no model, or ""
     seconds : (k,) [s]
     """
@@ -103,13 +106,13 @@ class Asked(NamedTuple):
     """What is asked of a truth.
 
     along_radius : least number of elements along the contact's radius on the finest mesh; each has a node in its middle
-    finest : level that the finest mesh is refined to everywhere
+    finest : level that the finest mesh is refined to at the rim of what is held
     most_force_error, most_error : own errors, of the force over the force and of the surface over the peak, above which
         a touch judges no model
     """
 
     along_radius: float = 3.0
-    finest: int = 2
+    finest: int = 3
     most_force_error: float = 0.03
     most_error: float = 0.01
 
@@ -136,54 +139,83 @@ def truth_of_touches(
     return truth
 
 
+class _Answer(NamedTuple):
+    """What one mesh says: the displacement (n, 3) [m]; slope: what the last part of the depth adds to the force [N]."""
+
+    displacement: np.ndarray
+    force: float
+    slope: float
+    area: float
+
+    def plus(self, other: "_Answer", factor: float = 1.0) -> "_Answer":
+        return _Answer(*(mine + factor * more for mine, more in zip(self, other, strict=True)))
+
+
 def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: Asked) -> dict[str, Any]:
     """Return a row of the truth, all but its sample and seconds."""
-    finest = meshes.level_for(touch, asked.along_radius)
-    answers: list[Touched] = []
-    before: list[float] = []
-    count = len(body.fine.surface)
+    rims = [max(0, asked.finest - back) for back in (2, 1, 0)]
+    level = max(meshes.level_for(touch, asked.along_radius), 2)
+    where = [level - back for back in (2, 1, 0)]
+    found: dict[tuple[int, int], _Answer] = {}
+
+    def solve(held: int, level: int) -> tuple[TouchedMesh, Touching]:
+        mesh = meshes.around(touch, held, level)
+        before, state = mesh.problem.push(touch.direction, [touch.before.depth_m, touch.depth_m], TOLERANCE)
+        answer, slope = answer_of(mesh.problem, state, touch, mesh.up), (state.force - before.force) @ touch.direction
+        found[held, level] = _Answer(answer.displacement, answer.force_n, float(slope), answer.area_m2)
+        return mesh, state
+
     try:
-        for back in (2, 1, 0):
-            everywhere = max(0, asked.finest - back)
-            mesh = meshes.around(touch, everywhere, max(finest - back, everywhere))
-            first, state = mesh.problem.push(touch.direction, [touch.before.depth_m, touch.depth_m], TOLERANCE)
-            before.append(float(first.force @ touch.direction))
-            answers.append(answer_of(mesh.problem, state, touch, mesh.up))
+        for each in ((0, 0), (0, 1), (1, 0), (1, 1)):
+            solve(rims[each[0]], where[each[1]])
+        nodes = len(solve(rims[2], where[1])[1].x)
+        mesh, state = solve(rims[1], where[2])
     except (NotConverged, InputError) as failure:
         nothing = dict.fromkeys(("area", "pressure", "order", "force_order", "overlap", "least_det", "edge_m"), np.nan)
+        count = len(body.fine.surface)
         shape = {"displacement": np.full((count, 3), np.nan), "force": np.full(2, np.nan), "nodes": 0}
         own = np.full(len(TouchErrors._fields), np.nan)
         return nothing | shape | {"own": own, "rejected": f"no answer on a mesh ({failure})"}
-    patch, (found, off, order) = patch_of(body, touch), _limit(answers)
-    forces = np.column_stack([before, [each.force_n for each in answers]])
-    stiffness, slope_off = number_limit(forces[:, 1] - forces[:, 0])
-    own = np.max([np.abs(touch_errors(each, found, patch, slope_off / stiffness)) for each in off], axis=0)
-    least = mesh.problem.least_det(state.x)
+    far, near = [found[each, where[1]] for each in rims], [found[rims[1], each] for each in where]
+    (far_limit, far_off), (near_limit, near_off) = _limit(far), _limit(near)
+    truth = near_limit.plus(far_limit).plus(far[1], -1.0)
+    mixed = far[1].plus(far[0], -1.0).plus(near[0], -1.0).plus(found[rims[0], where[0]])
+    patch = patch_of(body, touch)
+    parts = (_errors(truth, off, patch) for off in (far_off, near_off, [mixed]))
+    own, least = np.sum(list(parts), axis=0), mesh.problem.least_det(state.x)
     return {
-        "displacement": found.displacement,
-        "force": np.array([found.force_n - stiffness, found.force_n]),
-        "area": found.area_m2,
+        "displacement": truth.displacement,
+        "force": np.array([truth.force - truth.slope, truth.force]),
+        "area": truth.area,
         "pressure": state.pressure_pa,
         "own": own,
-        "order": order,
-        "force_order": float(np.log2(max(number_ratio(forces[:, 1]), 1e-300))),
+        "order": float(np.log2(ratio(np.array([each.displacement for each in far])))),
+        "force_order": float(np.log2(max(number_ratio(np.array([each.force for each in near])), 1e-300))),
         "overlap": state.overlap,
         "least_det": least,
-        "nodes": len(state.x),
+        "nodes": max(nodes, len(state.x)),
         "edge_m": mesh.edge_m,
         "rejected": _objection(own, state.overlap, least, asked),
     }
 
 
-def _limit(answers: Sequence[Touched]) -> tuple[Touched, list[Touched], float]:
-    """Return the limit of three answers, what it may be as well, and the order of the displacement."""
-    moved = np.array([each.displacement for each in answers])
-    converges = RATIOS[0] <= ratio(moved) <= RATIOS[1]
-    surface, away = estimate(moved) if converges else (moved[-1], (moved[-1] - moved[-2],))
-    force, force_off = number_limit(np.array([each.force_n for each in answers]))
-    area, area_off = number_limit(np.array([each.area_m2 for each in answers]))
-    off = [Touched(surface + each, force + force_off, area + area_off) for each in away]
-    return Touched(surface, force, area), off, float(np.log2(ratio(moved)))
+def _limit(answers: Sequence[_Answer]) -> tuple[_Answer, list[_Answer]]:
+    """Return the limit of the answers of three meshes, and by what it may be off."""
+    surface, away = estimate(np.array([each.displacement for each in answers]))
+    levels = np.array([each[1:] for each in answers]).T
+    numbers, off = np.array([number_limit(each) for each in levels]).T
+    return _Answer(surface, *numbers), [_Answer(each, *off) for each in away]
+
+
+def _errors(truth: _Answer, off: Sequence[_Answer], patch: np.ndarray) -> np.ndarray:
+    """Return the largest errors (len(TouchErrors),) of what is ``off`` so far from ``truth``."""
+    true = Touched(truth.displacement, truth.force, truth.area)
+    found = (truth.plus(each) for each in off)
+    errors = [
+        touch_errors(Touched(wrong.displacement, wrong.force, wrong.area), true, patch, wrong.slope / truth.slope - 1.0)
+        for wrong in found
+    ]
+    return np.max(np.abs(errors), axis=0)
 
 
 def number_ratio(levels: np.ndarray) -> float:

@@ -18,6 +18,11 @@ from palpate.solvers.indentation import ContactPoints, Indentation, Touching, co
 
 REACH, MARGIN = 1.3, 1.5
 """A level is refined within so many contact radii and so many of its own edges from the place."""
+COARSER = 2
+"""By how many levels elements are coarser than at the rim of what is held, whose error is many times theirs: so refined,
+organs are as exact as with four times the nodes everywhere."""
+SHARPEST = 0.1
+"""Radius of a punch's edge, over its own, below which elements follow it no further."""
 TOLERANCE = 1e-4
 """Residual over the forces of contact."""
 TOUCHED_WITHIN = 0.7
@@ -104,31 +109,38 @@ class TouchedMeshes:
         self._surface = SurfaceMap(self._base)
 
     def level_for(self, touch: Touch, along_radius: float) -> int:
-        """Return the level on which so many elements at least lie along the radius of what touches."""
-        edge = self._edge(touch.node)
-        return max(0, int(np.ceil(np.log2(along_radius * edge / contact_radius(touch.instrument, touch.depth_m)))))
+        """Return the level on which so many elements at least lie along the radius of what touches.
 
-    def around(self, touch: Touch, everywhere: int, level: int) -> TouchedMesh:
-        """Return the mesh that is refined to ``level`` where it is touched, and to the level ``everywhere`` elsewhere.
-
-        Both count from the first level of the shape. InputError where the instrument does not touch.
+        Of a punch it is the geometric mean of its radius and its edge's, where the pressure is greatest.
         """
-        return self.around_all([touch], everywhere, level)
+        size = contact_radius(touch.instrument, touch.depth_m)
+        if touch.instrument.kind == PUNCH:
+            size = np.sqrt(size * max(touch.instrument.edge_m, SHARPEST * size))
+        return max(0, int(np.ceil(np.log2(along_radius * self._edge(touch.node) / size))))
 
-    def around_all(self, touches: Sequence[Touch], everywhere: int, level: int) -> TouchedMesh:
+    def around(self, touch: Touch, held: int, level: int) -> TouchedMesh:
+        """Return the mesh refined to ``level`` where it is touched, and to the level ``held`` at the rim of what is held.
+
+        Elsewhere it is COARSER levels coarser than there. Both count from the first level of the shape. InputError
+        where the instrument does not touch.
+        """
+        return self.around_all([touch], held, level)
+
+    def around_all(self, touches: Sequence[Touch], held: int, level: int) -> TouchedMesh:
         """Return the mesh for the first of several touches of one place, with the points that any of them may touch."""
         first, body = touches[0], self._base
         place = self._body.fine.nodes[first.node]
-        edges = self._edge(first.node) / 2.0 ** np.arange(level)
-        reach = max(map(_reach, touches))
-        radii = np.where(np.arange(level) < everywhere, 2.0 * np.linalg.norm(np.ptp(body.coarse.nodes, axis=0)), 0.0)
-        radii = np.maximum(radii, reach + MARGIN * edges)
-        local = LocalRefinement(body, level).around(place, radii) if level else body.up_to(0)
-        up, whole = self._surface.of(local, 2), with_midpoints(local, level)
+        depth, everywhere = max(level, held), max(0, held - COARSER)
+        levels = np.arange(depth)
+        reach = max(map(_reach, touches)) + MARGIN * self._edge(first.node) / 2.0**levels
+        all_of_it = 2.0 * np.linalg.norm(np.ptp(body.coarse.nodes, axis=0))
+        radii = np.where(levels < everywhere, all_of_it, np.where(levels < level, reach, -1.0))
+        local = LocalRefinement(body, depth).around(place, radii, held) if depth else body.up_to(0)
+        up, whole = self._surface.of(local, 2), with_midpoints(local, depth)
         poses = [touch.pose(self._body) for touch in touches]
         points = points_touched(local.fine, 2, body.material.young_pa, touches, poses)
         edge = float(self._edge(first.node) / 2**level)
-        problem = Indentation(whole, level, 2, points, poses[:1], first.instrument.sticks)
+        problem = Indentation(whole, depth, 2, points, poses[:1], first.instrument.sticks)
         return TouchedMesh(first, whole, problem, up, edge)
 
     def _edge(self, node: int) -> float:

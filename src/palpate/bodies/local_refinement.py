@@ -1,9 +1,10 @@
-"""Refine a body near a place only: fine elements there, coarse ones elsewhere, joined without gaps."""
+"""Refine a body near a place and near what is held only: fine elements there, coarse ones elsewhere, without gaps."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from palpate.bodies.body import Body
 from palpate.bodies.material import Tissue, uniform
@@ -48,18 +49,21 @@ class LocalRefinement:
     def __init__(self, body: Body, depth: int):
         """Take ``body`` and the level that is reached, at least 1."""
         self._body, self._depth = body, depth
-        self._own = [_Level.of(body.levels[level], level) for level in range(min(depth + 1, len(body.levels)))]
+        own = range(min(depth + 1, len(body.levels)))
+        self._own = [_Level.of(body.levels[level], level, body.anchors[level]) for level in own]
 
-    def around(self, center: np.ndarray, radius_m: float | Sequence[float]) -> LocalBody:
+    def around(self, center: np.ndarray, radius_m: float | Sequence[float], rim_level: int = 0) -> LocalBody:
         """Refine every element with a corner within ``radius_m`` [m] of ``center`` (3,) [m].
 
         radius_m : one for all levels, or one for each that is refined, none larger than the one before
+        rim_level : to which elements are refined that have a corner at the rim of what is held, besides: displacements
+            grow with the root of the distance there
         """
         radii = np.broadcast_to(radius_m, self._depth)
         body, graded = self._body, list(self._own)
-        for radius in radii[len(graded) - 1 :]:
-            graded.append(graded[-1].split(center, radius))
-        marks = _marks(graded[:-1], center, radii)
+        for level in range(len(graded) - 1, self._depth):
+            graded.append(graded[-1].split(center, radii[level], level < rim_level))
+        marks = _marks(graded[:-1], center, radii, rim_level)
         levels, numbers = [body.coarse], [np.arange(len(body.coarse.nodes))]
         prolongations, anchors, roots = [], [body.anchors[0]], [np.arange(len(body.coarse.tetrahedra))]
         for level in range(1, self._depth + 1):
@@ -92,6 +96,7 @@ class _Level:
 
     ten : (m, 10) their nodes as quadratic elements; parents : (m,) which of the level before they are parts of
     first : by these, the first of eight parts that follow each other, or -1; roots : (m,) the coarse elements
+    held : (n,) bool, of the nodes
     """
 
     mesh: Mesh
@@ -99,31 +104,45 @@ class _Level:
     parents: np.ndarray
     first: np.ndarray
     roots: np.ndarray
+    held: np.ndarray
 
     @staticmethod
-    def of(mesh: Mesh, level: int) -> "_Level":
-        """Take all elements of a body's ``level``."""
+    def of(mesh: Mesh, level: int, anchors: np.ndarray) -> "_Level":
+        """Take all elements of a body's ``level``; anchors : its held nodes."""
         each = np.arange(len(mesh.tetrahedra))
-        return _Level(mesh, ten_nodes(mesh), each // 8, each[::8], each // 8**level)
+        held = np.isin(np.arange(len(mesh.nodes)), anchors)
+        return _Level(mesh, ten_nodes(mesh), each // 8, each[::8], each // 8**level, held)
 
     @property
     def edges(self) -> np.ndarray:
         """The number of each edge of each element, (m, 6)."""
         return self.ten[:, 4:] - len(self.mesh.nodes)
 
-    def split(self, center: np.ndarray, radius: float) -> "_Level":
-        """Return the parts of the elements that may be split if those with a corner within ``radius`` are."""
+    @property
+    def rim(self) -> np.ndarray:
+        """The numbers of held nodes that have an element with one that is not."""
+        held = self.held[self.mesh.tetrahedra]
+        return np.unique(self.mesh.tetrahedra[held & ~held.all(axis=1, keepdims=True)])
+
+    def split(self, center: np.ndarray, radius: float, at_rim: bool) -> "_Level":
+        """Return the parts of the elements that may be split if those with a corner within ``radius`` are.
+
+        at_rim : and those with a corner at the rim of what is held
+        """
         corners, (finer, _) = self.mesh.nodes[self.mesh.tetrahedra], refine(self.mesh)
-        away = np.linalg.norm(corners - center, axis=2).min(axis=1)
+        away = np.linalg.norm(corners - center, axis=2).min(axis=1) - radius
+        if at_rim and len(rim := self.rim):
+            away = np.minimum(away, cKDTree(self.mesh.nodes[rim]).query(corners)[0].min(axis=1))
         longest = np.linalg.norm(corners[:, EDGES[:, 0]] - corners[:, EDGES[:, 1]], axis=2).max(axis=1)
-        chosen = np.flatnonzero(away <= radius + MARGIN * longest[away <= radius].max(initial=0.0))
+        chosen = np.flatnonzero(away <= MARGIN * longest[away <= 0.0].max(initial=0.0))
         mesh = TetMesh(finer.nodes, finer.tetrahedra.reshape(-1, 8, 4)[chosen].reshape(-1, 4))
         first = np.full(len(corners), -1)
         first[chosen] = 8 * np.arange(len(chosen))
-        return _Level(mesh, ten_nodes(mesh), np.repeat(chosen, 8), first, np.repeat(self.roots[chosen], 8))
+        held = np.concatenate([self.held, self.held[self.mesh.edges].all(axis=1)])
+        return _Level(mesh, ten_nodes(mesh), np.repeat(chosen, 8), first, np.repeat(self.roots[chosen], 8), held)
 
 
-def _marks(graded: list[_Level], center: np.ndarray, radii: np.ndarray) -> list[np.ndarray]:
+def _marks(graded: list[_Level], center: np.ndarray, radii: np.ndarray, rim_level: int) -> list[np.ndarray]:
     """Return the edges of each level that are halved, (n_edges,) bool.
 
     The finest level comes first: whatever it splits must be a part of an element that the level before splits into
@@ -131,9 +150,11 @@ def _marks(graded: list[_Level], center: np.ndarray, radii: np.ndarray) -> list[
     """
     marks: list[np.ndarray] = []
     whole = np.empty(0, dtype=np.int64)
-    for level, radius in reversed(list(zip(graded, radii, strict=True))):
+    for number, (level, radius) in reversed(list(enumerate(zip(graded, radii, strict=True)))):
         edges = level.edges
         close = np.linalg.norm(level.mesh.nodes - center, axis=1) <= radius
+        if number < rim_level:
+            close[level.rim] = True
         marked = np.zeros(len(level.mesh.edges), dtype=bool)
         marked[edges[close[level.mesh.tetrahedra].any(axis=1)]] = True
         marked[edges[whole]] = True

@@ -395,6 +395,7 @@ class Indentation(Equilibrium):
         It begins with the stiffness at rest and that of what touches, which is looked at every DESCENT steps. ``x`` is
         returned where the energy is not convex on the way.
         """
+        assert self._multigrid is not None
         start, scale = x, self._pushed(x)
         while scale > 0.0:
             self._multigrid.update(self._with_contact(self._linear, *self._stiffness_of_contact(x)[:2]))

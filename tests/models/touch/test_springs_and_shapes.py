@@ -99,7 +99,7 @@ class Answers:
     def level_for(self, touch, along):
         return 0
 
-    def around(self, touch, everywhere, level):
+    def around(self, touch, held, level):
         self.asked.append(touch.depth_m)
         return self
 

@@ -46,9 +46,9 @@ def test_linear_responses_are_too_stiff_where_tissue_is_pressed_deep(answers):
 def test_linear_responses_agree_with_elements_of_a_shallow_touch(touch_case, touches):
     """What is not linear vanishes with the depth; what is left is the few discs and the one direction of pressure."""
     shallow = replace(touches[0], depth_m=0.0008)
-    solver = linear.online(touch_case, {"discs": 60, "everywhere": 0, "level": 2})
+    solver = linear.online(touch_case, {"discs": 60, "held": 0, "level": 2})
     solver.prepare(shallow)
-    elements = fem.online(touch_case, {"everywhere": 0, "level": 2}).respond(shallow)
+    elements = fem.online(touch_case, {"held": 0, "level": 2}).respond(shallow)
     assert solver.respond(shallow).force_n == pytest.approx(elements.force_n, rel=0.05)
 
 

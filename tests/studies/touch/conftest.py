@@ -11,8 +11,8 @@ MODELS = [
     # model, setting, prepared, failures, surface, force, time [s]
     ("fem", "order=1, level=1", False, 0, 0.08, 0.6, 0.02),
     ("fem", "order=2, level=1", False, 0, 0.02, 0.2, 0.3),
-    ("fem", "everywhere=0, level=3", False, 0, 0.006, -0.03, 2.0),
-    ("fem", "everywhere=1, level=4", False, 0, 0.002, -0.01, 9.0),
+    ("fem", "held=0, level=3", False, 0, 0.006, -0.03, 2.0),
+    ("fem", "held=1, level=4", False, 0, 0.002, -0.01, 9.0),
     ("linear", "places=all", True, 0, 0.05, 0.09, 0.0004),
     ("linear", "places=few", True, 1, 0.06, 0.3, 0.0002),
     ("xpbd", "level=1", False, 0, 0.04, np.nan, 0.005),

@@ -32,10 +32,8 @@ def test_the_force_is_told_with_its_limit_and_the_own_error(ask):
 def test_all_scenes_are_advised_and_what_keeps_no_limit_has_a_nearest(ask):
     code, said = ask("--max-error", "0.01")
     assert code == 0 and said.count(", error of the force of at most 1 %: none\n") == 2
-    assert (
-        "finite elements (everywhere=1, level=4): 1 % of the force on average, by 1 % too small with its sign" in said
-    )
-    assert ask()[1].count("whatever time it takes: finite elements (everywhere=1, level=4)") == 2
+    assert "finite elements (held=1, level=4): 1 % of the force on average, by 1 % too small with its sign" in said
+    assert ask()[1].count("whatever time it takes: finite elements (held=1, level=4)") == 2
 
 
 def test_a_bound_is_named_as_one(ask, touch, tmp_path):

@@ -57,7 +57,7 @@ def test_a_curve_joins_the_settings_of_a_model_and_failures_are_hollow(figure):
 
 
 def test_elements_have_the_looks_of_their_order_or_mesh():
-    assert curve_of("fem", "order=2, level=1") == "fem_p2" and curve_of("fem", "everywhere=0, level=3") == "fem_local"
+    assert curve_of("fem", "order=2, level=1") == "fem_p2" and curve_of("fem", "held=0, level=3") == "fem_local"
     assert curve_of("xpbd", "level=1") == "xpbd"
 
 

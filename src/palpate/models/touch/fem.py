@@ -12,14 +12,14 @@ LAW = "the body's"
 
 
 def settings(case: TouchCase) -> list[Setting]:
-    """List meshes from cheap to expensive: by order and level, or by the levels everywhere and at the place."""
+    """List meshes from cheap to expensive: by order and level, or by the levels at what is held and at the place."""
     own = [dict(each) for each in case.grid["fem"]["levels"] if each["level"] < len(case.body.levels)]
     return own + [dict(each) for each in case.grid["fem"]["local"]]
 
 
 def online(case: TouchCase, setting: Setting) -> TouchSolver:
     """Return the elements of a setting; those of a whole level are set up for each touch, as what may touch changes."""
-    return LocalTouch(case, setting) if "everywhere" in setting else LevelTouch(case, setting)
+    return LocalTouch(case, setting) if "held" in setting else LevelTouch(case, setting)
 
 
 class LevelTouch(TouchSolver):
@@ -44,7 +44,7 @@ class LocalTouch(TouchSolver):
 
     def __init__(self, case: TouchCase, setting: Setting):
         self._meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
-        self._where = setting["everywhere"], setting["level"]
+        self._where = setting["held"], setting["level"]
 
     def respond(self, touch: Touch) -> Touched:
         return self._meshes.around(touch, *self._where).answer(TOLERANCE)[0]

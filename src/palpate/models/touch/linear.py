@@ -37,7 +37,7 @@ class LinearTouch(TouchSolver):
     """Linear responses of places, by node."""
 
     def __init__(self, case: TouchCase, setting: Setting):
-        self._case, self._discs, self._where = case, setting["discs"], (setting["everywhere"], setting["level"])
+        self._case, self._discs, self._where = case, setting["discs"], (setting["held"], setting["level"])
         self._places: dict[int, ReducedTouch] = {}
 
     def prepare(self, touch: Touch) -> None:

@@ -1,6 +1,6 @@
 """Answer a touch with a reduced model of its place, whose shapes are presses of quadratic elements by the instrument.
 
-A place is prepared by pushing the instrument straight in and along four tilted directions, on a mesh that is refined
+A place is prepared by pushing the instrument straight in and along eight tilted directions, on a mesh that is refined
 there; the shapes found are the coordinates, and few cells give the energy, as those of ``contact_modes`` do.
 """
 
@@ -16,11 +16,12 @@ from palpate.models.contact_modes.snapshots import coordinates, orthonormal
 from palpate.models.touch.reduced_touch import ReducedTouch
 
 LAW = "the body's"
-TILT, AROUND = 45.0, 4
-"""Angle [degrees] of the tilted pushes to the straight one, and their number."""
+TILT, AROUND = 45.0, 8
+"""Angle [degrees] of the tilted pushes to the straight one, and their number: between four, a deep and tilted push felt
+up to 61 % too hard, between eight 3 %."""
 STRAIGHT, TILTED = (0.25, 0.5, 0.75, 1.0), (0.35, 0.7, 1.0)
 """Depths of the pushes, over the deepest that is asked for."""
-PUSH_TOLERANCE = 1e-3
+PUSH_TOLERANCE = 1e-2
 THINNED, FEW = 1e-2, 2000
 """Tolerance to which few cells pull as all do, and the number of points that they are chosen from."""
 LOOKED_AT = 0.15
@@ -31,7 +32,7 @@ RIDGE = 1e-6
 
 
 def settings(case: TouchCase) -> list[Setting]:
-    """List meshes from cheap to expensive: the levels everywhere and at the place."""
+    """List meshes from cheap to expensive: the levels at what is held and at the place."""
     return [dict(each) for each in case.grid["modes"]]
 
 
@@ -45,7 +46,7 @@ class TouchModes(TouchSolver):
     """Reduced models of places, by node."""
 
     def __init__(self, case: TouchCase, setting: Setting):
-        self._case, self._where = case, (setting["everywhere"], setting["level"])
+        self._case, self._where = case, (setting["held"], setting["level"])
         self._places: dict[int, _Place] = {}
 
     def prepare(self, touch: Touch) -> None:

@@ -149,7 +149,7 @@ def _ways(axes: np.ndarray, tilts: Sequence[float], turns: Sequence[float] | np.
 def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPlace, list[_Trial]]:
     """Return a place without errors, and its trials; NotConverged where the body bears no such touch."""
     body, instrument, deepest = case.body, case.instrument, case.deepest_m
-    solver, origin = TouchModes(case, {"everywhere": 0, "level": level}), body.fine.nodes[node]
+    solver, origin = TouchModes(case, {"held": 2, "level": level}), body.fine.nodes[node]
     axes = upright(instrument, origin, body.fine.normals[node]).axes
     straight = Touch(instrument, node, -axes[2], deepest)
     solver.prepare(straight)

@@ -27,7 +27,7 @@ Tan and Durlach 1991)."""
 OWN_COLOUR, FELT_COLOUR = "#ececec", "#fbe3c4"
 STRIP = 0.12
 """Share of a panel's height that is left free below all points, for words."""
-_MESHES = {"order=1": "fem_p1", "order=2": "fem_p2", "everywhere=": "fem_local"}
+_MESHES = {"order=1": "fem_p1", "order=2": "fem_p2", "held=": "fem_local"}
 """How settings of finite elements begin, which are three curves, and the models whose looks these have."""
 
 

@@ -38,7 +38,7 @@ class Instrument(Block):
 
 class Truth(Block):
     along_radius: Positive = key("Least number of elements along the contact's radius on the finest mesh", 3.0)
-    finest: Index = key("Level, from the first of the body's shape, that the finest mesh is refined to everywhere", 2)
+    finest: Count = key("Level, from the first of the body's shape, that the rim of what is held is refined to", 3)
     most_force_error: Share = key("Own error of the force above which a touch judges no model, over the force", 0.03)
     most_error: Share = key("Own error over the surface above which a touch judges no model, over the peak", 0.01)
 
@@ -52,7 +52,7 @@ class LevelMesh(Block):
 
 
 class LocalMesh(Block):
-    everywhere: Index = key("Level, from the first of the body's shape, that the mesh is refined to everywhere")
+    held: Index = key("Level, from the first of the body's shape, that the rim of what is held is refined to")
     level: Index = key("Level that it is refined to where it is touched")
 
 
@@ -62,7 +62,7 @@ class Fem(Block):
     )
     local: Distinct[LocalMesh] = key(
         "Meshes that are refined where they are touched, with quadratic elements, from cheap to expensive",
-        rows("everywhere level", (0, 2), (0, 3), (1, 3)),
+        rows("held level", (0, 2), (2, 3), (3, 4)),
     )
 
 
@@ -127,11 +127,11 @@ class Families(Block):
     fem: Fem = key("Finite elements, converged", {})
     modes: Distinct[LocalMesh] = key(
         "Reduced models of a place, made of presses on meshes from cheap to expensive",
-        rows("everywhere level", (0, 2), (0, 3), (1, 3)),
+        rows("held level", (0, 2), (2, 3), (3, 4)),
     )
     linear: Distinct[LinearMesh] = key(
         "Linear responses of a place with contact solved in them",
-        rows("discs everywhere level", (20, 0, 3), (40, 0, 3)),
+        rows("discs held level", (20, 2, 3), (40, 2, 3)),
     )
     relaxed: Relaxed = key("Methods of graphics and games, with contact as they have it in practice", {})
     springs: Distinct[Springs] = key(

@@ -14,12 +14,13 @@ import pytest
 
 import palpate.press.portable.runtimes
 from palpate.bodies.make_body import make_body
+from palpate.effects.instrument import Instrument, upright
 from palpate.effects.law import PLAIN
 from palpate.models.contact_modes.contact_modes import Prepared
 from palpate.models.contact_modes.reduced_contact import Cells, ReducedContact, softness
 from palpate.press.portable.export import export_model
 from palpate.press.portable.file import read
-from palpate.press.portable.runtimes.palpate_model import HEAD, SCALARS, PortableModel
+from palpate.press.portable.runtimes.palpate_model import HEAD, KINDS, SCALARS, PortableModel, TouchPlace
 from palpate.press.portable.write import PackedContact, model_bytes, surface_basis
 
 SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.01, "target": "operator"}
@@ -30,10 +31,11 @@ CHECKS = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=al
 
 
 class MadeUp(NamedTuple):
-    """The bytes of a file, and the reduced contacts that are in it."""
+    """The bytes of a file, the reduced contacts that are in it, and the bytes with places to touch."""
 
     data: bytes
     contacts: list[ReducedContact]
+    touched: bytes
 
 
 @pytest.fixture(scope="session")
@@ -65,7 +67,32 @@ def made_up():
     compliance = 0.01 * np.cov(rng.normal(size=(10, 40)))
     info = {"format": "palpate portable model", "version": 1, "body": "block", "regime": "large", "model": "made up"}
     info |= {"radius_m": 0.03, "peak_m": 0.0, "hardest_n": 0.8, "error": "not measured"}
-    return MadeUp(model_bytes(info, scalars, basis, compliance, packed), contacts)
+    at = int(np.argmin(np.linalg.norm(nodes - [0.05, 0.05, 0.1], axis=1)))
+    places = [made_up_place(rng, nodes, at, kind) for kind in KINDS]
+    files = [model_bytes(info, scalars, basis, compliance, packed, touches) for touches in ((), places)]
+    return MadeUp(files[0], contacts, files[1])
+
+
+def made_up_place(rng, nodes, at, kind):
+    """A place on the flat top with six coordinates, bumps of its 81 points, and five cells."""
+    axes = upright(Instrument(kind, 0.01), nodes[at], np.array([0.0, 0.0, 1.0])).axes
+    across = np.array([[x, y, 0.0] for x in np.linspace(-0.02, 0.02, 9) for y in np.linspace(-0.02, 0.02, 9)])
+    points, directions = nodes[at] + across @ axes, np.vstack([axes, axes])
+    directions[3:] = axes[2]
+
+    def bumps(places):
+        wide = np.array([0.01, 0.012, 0.014, 0.008, 0.02, 0.03])
+        size = 0.05 * np.exp(-((np.linalg.norm(places - nodes[at], axis=1)[:, None] / wide) ** 2))
+        return (size[:, None] * directions.T).reshape(3 * len(places), 6)
+
+    slopes, volumes = 0.3 * rng.normal(size=(45, 6)), rng.uniform(1e-5, 1e-4, 5)
+    sizes = (0.015, 0.015) if kind == "sphere" else (0.012, 0.003)
+    told = 0.006, 1.1, 0.01, 0.03  # deepest, stretched, and errors
+    moduli = volumes, np.full(5, 1154.0), np.full(5, 1731.0)
+    contact = points.ravel(), bumps(points), np.full(81, 2.5e-5), np.full(81, 1.2e7)
+    starts = 0.7 * rng.uniform(-1.0, 1.0, size=(8, 3)) - [0.0, 0.0, 0.3], 0.02 * rng.normal(size=(8, 6))
+    arrays = axes, 1e-4 * rng.normal(size=6), *told, np.eye(6), *moduli, slopes, *contact, *starts, bumps(nodes)
+    return TouchPlace(at, kind, *sizes, *arrays)
 
 
 def repaired(data):
@@ -82,6 +109,22 @@ def headed(data, info):
 @pytest.fixture(scope="session")
 def model(made_up):
     return PortableModel(made_up.data)
+
+
+@pytest.fixture(scope="session")
+def touched(made_up):
+    """The same with places to touch."""
+    return PortableModel(made_up.touched)
+
+
+@pytest.fixture(scope="session")
+def asked():
+    """60 touches, (place, depth [m], direction or None): straight and tilted, some too deep or too far aslant."""
+    rng, found = np.random.default_rng(8), []
+    for k in range(60):
+        way = None if k % 3 == 0 else [*rng.normal(0.0, 0.5, 2).tolist(), -1.0]
+        found.append((k % 2, float(0.007 * rng.random()) * (k > 1), way))
+    return found
 
 
 @pytest.fixture(scope="session")

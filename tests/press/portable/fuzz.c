@@ -86,6 +86,15 @@ int main(int many, char **names) {
             if (!finite) return fprintf(stderr, "an answer is not finite, turn %ld\n", turn), 1;
             answered += 1 - go_on;
         }
+        const palpate_place *places;
+        const double ways[2][3] = {{0, 0, -1}, {0.4, 0.1, -1}};
+        for (uint32_t k = 0; k < palpate_places(model, &places) && k < 2; k++) {
+            palpate_touched touched;
+            if (palpate_touch(model, k, fmin(0.8 * places[k].deepest, 1), turn % 3 ? ways[turn % 2] : NULL, moved, &touched)) continue;
+            int finite = isfinite(touched.error) && isfinite(touched.along) && isfinite(touched.area);
+            for (size_t i = 0; i < 3 * (size_t)n; i++) finite = finite && isfinite(moved[i]);
+            if (!finite) return fprintf(stderr, "a touch is not finite, turn %ld\n", turn), 1;
+        }
         free(moved);
         palpate_free(model);
     }

@@ -35,7 +35,7 @@ def test_a_whole_file_is_read_and_told(made_up, written, capsys):
         (lambda data: data[:-7], "cut off"),
         (lambda data: data[:40], "no portable model"),
         (lambda data: b"PK\3\4" + data[4:], "no portable model"),
-        (lambda data: data[:8] + b"\2" + data[9:], "of version 2"),
+        (lambda data: data[:8] + b"\3" + data[9:], "of version 3, and versions 1 to 2"),
         (lambda data: data[:900] + bytes([data[900] ^ 4]) + data[901:], "checksum"),
         (lambda data: repaired(data + b"more"), "something follows"),
         (lambda data: headed(data, {}), "its header lacks body, which is a text"),

@@ -121,6 +121,8 @@ class ReducedTouch:
 
     model : its energy; modes : (n, 3, r) the motion of the nodes; points : of the surface, those ``near`` (q,) bool
     are looked at; rest : (n, 3) [m]; up : the map (n_surface, n) to the fine surface
+    Its ``points``, ``cells`` and ``rest`` are what ``settle_touching`` takes, the last as ``stiff``; ``surface``
+    (3 n_surface, r) is the motion of the fine surface.
     """
 
     def __init__(
@@ -134,22 +136,22 @@ class ReducedTouch:
     ):
         count, flat, nodes = modes.shape[2], modes.reshape(len(rest), -1), points.interpolation[near]
         moved = (nodes @ flat).reshape(-1, count)
-        self._points = (nodes @ rest).ravel(), moved, points.areas[near], STIFFER * points.penalty[near]
+        self.points = (nodes @ rest).ravel(), moved, points.areas[near], STIFFER * points.penalty[near]
         cells = model.cells
-        self._cells = (cells.slopes.reshape(-1, count), cells.slopes, cells.volumes, cells.mu, cells.lam)
-        self._base, self._stiff, self._law = model.base, model.rest, tuple(model.law)
-        self._surface = np.ascontiguousarray((up @ flat).reshape(-1, count))
+        self.cells = (cells.slopes.reshape(-1, count), cells.slopes, cells.volumes, cells.mu, cells.lam)
+        self._base, self.rest, self._law = model.base, model.rest, tuple(model.law)
+        self.surface = np.ascontiguousarray((up @ flat).reshape(-1, count))
 
     @property
     def count(self) -> int:
         """The number of coordinates."""
-        return len(self._stiff)
+        return len(self.rest)
 
     def settle(self, pose: Pose, q: np.ndarray) -> tuple[np.ndarray, float, float]:
         """Settle ``q`` (r,) in place; return the force (3,) [N], the area touched [m²] and the residual."""
-        where = self._points, pose.tip, pose.axes, pose.instrument.shape
+        where = self.points, pose.tip, pose.axes, pose.instrument.shape
         force, area, left, _ = settle_touching(
-            q, self._cells, self._base, self._stiff, *where, self._law, RESIDUAL, ITERATIONS
+            q, self.cells, self._base, self.rest, *where, self._law, RESIDUAL, ITERATIONS
         )
         return force, area, left
 
@@ -161,15 +163,15 @@ class ReducedTouch:
         force, area, left = self.settle(pose.moved(touch.depth_m * touch.direction), q)
         if not left <= RESIDUAL:
             raise TouchDoubted(f"the reduced model stopped at a residual of {left:.1e}", [left])
-        return Touched((self._surface @ q).reshape(-1, 3), float(force @ touch.direction), stretched * area)
+        return Touched((self.surface @ q).reshape(-1, 3), float(force @ touch.direction), stretched * area)
 
     def energy(self, pose: Pose, q: np.ndarray) -> float:
         """Return the energy [J] of the body and of contact at ``q`` (r,)."""
-        flat, _, volumes, mu, lam = self._cells
-        k, p = len(volumes), len(self._points[2])
+        flat, _, volumes, mu, lam = self.cells
+        k, p = len(volumes), len(self.points[2])
         f, stress, energies, accepted = np.empty((9, k)), np.empty((9, k)), np.empty(k), np.empty(k, dtype=bool)
         shape, measure, volume = self._law
         stored = cell_stresses(q, flat, volumes, mu, lam, shape, measure, volume, f, stress, energies, accepted)
-        stored += 0.5 * q @ self._stiff @ q
+        stored += 0.5 * q @ self.rest @ q
         touched = np.empty((p, 3)), np.empty(p), np.empty((p, 3)), np.empty(p)
-        return float(stored + contact(q, *self._points, pose.tip, pose.axes, pose.instrument.shape, *touched))
+        return float(stored + contact(q, *self.points, pose.tip, pose.axes, pose.instrument.shape, *touched))

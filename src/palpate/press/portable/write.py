@@ -14,7 +14,7 @@ from scipy import sparse
 from palpate.bodies.body import Body
 from palpate.models.contact_modes.contact_modes import Prepared
 from palpate.models.fem_statics import to_surface
-from palpate.press.portable.runtimes.palpate_model import HEAD, MAGIC, SCALARS, VERSION
+from palpate.press.portable.runtimes.palpate_model import HEAD, KINDS, MAGIC, SCALARS, VERSION, TouchPlace
 
 MADE_OF = 6
 """Nodes that a node of the surface is interpolated from at most: those of a quadratic triangle."""
@@ -139,19 +139,23 @@ def model_bytes(
     basis: SurfaceBasis,
     compliance: np.ndarray,
     contacts: Sequence[PackedContact],
+    places: Sequence[TouchPlace] = (),
 ) -> bytes:
-    """Return a whole file: the header ``info``, the ``scalars`` that runtimes need, the surface, and the contacts.
+    """Return a whole file: the header ``info``, the ``scalars`` that runtimes need, the surface, contacts and places.
 
     compliance : (b, b), from means over a disc to coordinates of the ``basis``, whose b vectors contacts are told in
     """
     head = json.dumps(info, ensure_ascii=True, allow_nan=False).encode()
     head += b" " * (-len(head) % 4)
     scale, packed = _short(basis.vectors.T)
-    parts = [struct.pack(f"<{len(SCALARS)}d", *(scalars[name] for name in SCALARS)), head]
+    numbers = {**scalars, "places": float(len(places))}
+    parts = [struct.pack(f"<{len(SCALARS)}d", *(numbers[name] for name in SCALARS)), head]
     parts += [_floats(basis.nodes), _floats(basis.normals), _words(basis.triangles), _words(basis.made_of)]
     parts += [_floats(basis.weights), _floats(scale), packed, _floats(compliance)]
     for each in contacts:
         parts += _contact(each, basis)
+    for place in places:
+        parts += _touched(place)
     sizes = len(basis.nodes), len(basis.triangles), basis.stored, basis.vectors.shape[1], len(contacts), basis.parts
     rest = struct.pack("<7I", len(head), *sizes) + b"".join(parts)
     total = HEAD - 8 * len(SCALARS) - 28 + len(rest)
@@ -162,13 +166,29 @@ def _contact(contact: PackedContact, basis: SurfaceBasis) -> list[bytes]:
     """Return the parts of one contact."""
     model = contact.prepared
     cells, loads = model.reduced.cells, model.reduced.loads
-    slope_scale, slopes = _short(cells.slopes.reshape(-1, cells.slopes.shape[2]), down=True)
     scale, coefficients = _short(basis.coordinates(model.rest).T)
     places = np.concatenate([contact.place, contact.normal, model.bearing[0], [model.reach]])
     moduli = [np.broadcast_to(each, cells.volumes.shape) for each in (cells.mu, cells.lam)]
     parts = [_words(np.array([loads.shape[0], len(cells.volumes)])), _floats(places), _floats(loads)]
     parts += [_floats(model.reduced.rest), *(_floats(each) for each in (cells.volumes, *moduli))]
-    return [*parts, _floats(slope_scale), slopes, _floats(scale), coefficients]
+    return [*parts, *_columns(cells.slopes.reshape(-1, cells.slopes.shape[2])), _floats(scale), coefficients]
+
+
+def _touched(place: TouchPlace) -> list[bytes]:
+    """Return the parts of a place that a rigid instrument was prepared at."""
+    r, sizes = place.rest.shape[0], (len(place.volumes), len(place.areas), len(place.pushed))
+    told = place.radius_m, place.edge_m, place.deepest_m, place.stretched, place.error, place.force_error
+    parts = [_words(np.array([place.node, KINDS.index(place.kind), r, *sizes])), _floats(np.array(told))]
+    parts += [_floats(each) for each in (place.axes, place.first, place.rest, place.volumes, place.mu, place.lam)]
+    parts += [*_columns(place.slopes), _floats(place.points), *_columns(place.moves)]
+    parts += [_floats(each) for each in (place.areas, place.penalty, place.pushed, place.starts)]
+    return [*parts, *_columns(place.surface)]
+
+
+def _columns(rows: np.ndarray) -> tuple[bytes, bytes]:
+    """Return the scales of the columns of ``rows`` and all numbers over them, as they are stored."""
+    scale, packed = _short(rows, down=True)
+    return _floats(scale), packed
 
 
 def _short(rows: np.ndarray, down: bool = False) -> tuple[np.ndarray, bytes]:

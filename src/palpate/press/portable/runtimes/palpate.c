@@ -7,7 +7,9 @@
 #include <string.h>
 
 static const double RESIDUAL_TOLERANCE = 1e-6, FORCE_SEARCH_TOLERANCE = 1e-6, FIRST_TOLERANCE = 0.1, HELD_COMPLIANCE = 2e-3, LEAST_EIGENVALUE = 0.03, MOST_MISSED = 0.1;
-enum { VERSION = 1, HEAD = 144, ITERATIONS = 200, MOST_SEARCH_STEPS = 40, MOST_MODES = 256, MOST_CELLS = 4096 };
+enum { VERSION = 2, HEAD = 144, ITERATIONS = 200, MOST_SEARCH_STEPS = 40, MOST_MODES = 256, MOST_CELLS = 4096 };
+enum { TOUCH_ITERATIONS = 60, MOST_POINTS = 16384, MOST_PUSHES = 256, MOST_PLACES = 1024, FRAME = 12 };
+static const double TOUCH_TOLERANCE = 1e-8, TOUCH_RESIDUAL = 1e-3, STEEPEST = 45, ROUNDING = 1 + 1e-6;
 enum { MOST_VECTORS = 1024, MOST_PARTS = 8, MOST_PRESSES = 16, WIDE = 3 * MOST_PRESSES };
 
 typedef struct {
@@ -23,6 +25,12 @@ typedef struct {
     double disc[3 * MOST_VECTORS], more[MOST_VECTORS], apart, size, spread, least, far, left, force[3];
     neighbour near[3]; int known;
 } place_of_press;
+/* a place that a rigid instrument was prepared at: its cells, p points that may be touched, with their moves (3 p, r), and k
+   past pushes. frames: of each point its gap, normal, two tangents, and how the instrument is curved along these */
+typedef struct {
+    contact cells; size_t p, k; double stretched, *axes, *first, *firm, *points, *moves, *areas, *penalty, *pushed, *starts;
+    double *surface, *frames, *stiff, *soft, *rows;
+} touch_place;
 /* moved components, what they are to do, their responses to all forces, and the forces that move discs independently */
 typedef struct {
     size_t moved[WIDE], size, kept, all;
@@ -32,6 +40,7 @@ struct palpate_model {
     void *held; uint32_t n, t, stored, vectors, contacts_count, parts, modes, shapes_count; size_t answered; char *info;
     float *nodes, *normals, *by, *basis, *compliance, *moved; uint32_t *triangles, *from; contact *contacts;
     double s[12], shapes[3 * MOST_PARTS * MOST_PARTS], *areas, *facing, *middles, *weights, wide;
+    uint32_t places_count; palpate_place *told; touch_place *touched;
     double part[3 * MOST_VECTORS], sum[MOST_VECTORS], loaded[MOST_VECTORS]; place_of_press places[MOST_PRESSES];
 };
 typedef struct { palpate_model *model; const unsigned char *bytes; size_t count, at; const char *why; } reader;
@@ -45,6 +54,11 @@ static double dot(const double *a, const double *b, size_t count) {
         for (size_t k = 0; k < 4; k++) sums[k] += a[i + k] * b[i + k];
     for (; i < count; i++) sums[0] += a[i] * b[i];
     return sums[0] + sums[1] + (sums[2] + sums[3]);
+}
+/* add a weight times the product of two vectors to a matrix */
+static void outer(double *into, const double *a, const double *b, double weight, size_t count) {
+    for (size_t i = 0; i < count; i++)
+        for (size_t j = 0; j < count; j++) into[i * count + j] += weight * a[i] * b[j];
 }
 static double square_apart(const double *a, const double *b) {
     return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]);
@@ -155,6 +169,35 @@ static void read_contact(palpate_model *model, reader *in, contact *one) {
         one->loads[i] = loads[i % r * 3 + i / r] - dot(model->part + i / r * b, one->coefficients + i % r * b, b);
     model->modes = r > model->modes ? (uint32_t)r : model->modes;
 }
+static void read_place(const palpate_model *model, reader *in, palpate_place *told, touch_place *one) {
+    const unsigned char *w = take(in, 6, 4); contact *cells = &one->cells;
+    if (!w) return;
+    const size_t r = cells->r = word(w + 8), m = cells->m = word(w + 12), p = one->p = word(w + 16), k = one->k = word(w + 20);
+    told->node = word(w), told->kind = word(w + 4);
+    if (told->node >= model->n || told->kind > 1 || r == 0 || r > MOST_MODES || m > MOST_CELLS || p > MOST_POINTS || k > MOST_PUSHES)
+        in->why = "a place to touch has sizes that are none";
+    const double *sizes = doubles(in, 6);
+    if (in->why) return;
+    told->radius = sizes[0], told->edge = sizes[1], told->deepest = sizes[2], one->stretched = sizes[3];
+    told->error = sizes[4], told->force_error = sizes[5];
+    if (!(told->radius > 0 && told->edge >= 0 && told->edge <= told->radius && told->deepest > 0) || !(one->stretched >= 0 && told->error >= 0 && told->force_error >= 0))
+        in->why = "a place to touch has lengths or errors that are none";
+    one->axes = doubles(in, 9), one->first = doubles(in, 6), cells->rest = doubles(in, r * r);
+    cells->volumes = doubles(in, m), cells->mu = doubles(in, m), cells->lam = doubles(in, m), cells->slopes = scaled(in, 9 * m, r, 0);
+    one->points = doubles(in, 3 * p), one->moves = scaled(in, 3 * p, r, 0), one->areas = doubles(in, p), one->penalty = doubles(in, p);
+    one->pushed = doubles(in, 3 * k), one->starts = doubles(in, k * r), one->surface = scaled(in, 3 * (size_t)model->n, r, 0);
+    if (in->why) return;
+    cells->f = keep(in, 9 * m, sizeof(double)), one->frames = keep(in, FRAME * p, sizeof(double));
+    one->firm = keep(in, 3 * r * r, sizeof(double)), one->rows = keep(in, 7 * r, sizeof(double));
+    if (in->why) return;
+    one->stiff = one->firm + r * r, one->soft = one->stiff + r * r, memcpy(told->outward, one->axes + 6, sizeof told->outward);
+    for (size_t i = 0; i < p; i++)
+        if (!(one->penalty[i] > 0 && one->areas[i] >= 0)) in->why = "a place to touch has areas or stiffnesses that are none";
+    for (size_t i = 0; i < m; i++) cells->noise += 4e-15 * cells->volumes[i] * (cells->mu[i] + cells->lam[i]);
+    memcpy(one->firm, cells->rest, r * r * sizeof(double));
+    for (size_t i = 0; i < 9 * m; i++)
+        outer(one->firm, cells->slopes + i * r, cells->slopes + i * r, 2 * cells->mu[i % m] * cells->volumes[i % m], r);
+}
 static void split_triangle(palpate_model *m) {
     const uint32_t count = m->parts; double *at = m->shapes;
     for (uint32_t i = 0; i < count; i++)
@@ -193,7 +236,7 @@ static void read_surface(palpate_model *m, reader *in) {
 static size_t read_head(palpate_model *m, reader *in) {
     const unsigned char *p = in->bytes; const size_t count = in->count;
     if (count < HEAD || memcmp(p, "palpate\n", 8) != 0) return in->why = "this is no portable model of palpate", 0;
-    if (word(p + 8) != VERSION) return in->why = "this is a portable model of another version than 1, which is read here", 0;
+    if (word(p + 8) < 1 || word(p + 8) > VERSION) return in->why = "this is a portable model of a version that is not 1 or 2, which are read here", 0;
     if (word(p + 12) != count) return in->why = "the file was cut off, or more was added: its size is not the one it says", 0;
     if (word(p + 16) != crc32_of(p + 20, count - 20)) return in->why = "the checksum is wrong; the file is damaged", 0;
     m->n = word(p + 24), m->t = word(p + 28), m->stored = word(p + 32);
@@ -208,6 +251,9 @@ static size_t read_head(palpate_model *m, reader *in) {
         if (!isfinite(m->s[i]) || m->s[i] < 0) in->why = "a number of the header is not finite";
     }
     if (!in->why && !(m->s[0] > 0)) in->why = "the radius is not above 0";
+    if (word(p + 8) == 1) m->s[11] = 0; /* places to touch, since version 2 */
+    if (!in->why && !(m->s[11] <= MOST_PLACES && m->s[11] == floor(m->s[11]))) in->why = "its number of places to touch is none";
+    if (!in->why) m->places_count = (uint32_t)m->s[11];
     if (!in->why && (word(p + 20) % 4 || word(p + 20) > count - HEAD)) in->why = "its header is longer than the file";
     return word(p + 20);
 }
@@ -219,6 +265,8 @@ palpate_model *palpate_load(const void *bytes, size_t count, char why[160]) {
     if (!in.why && (m->info = keep(&in, words + 1, 1))) memcpy(m->info, in.bytes + HEAD, words);
     if (!in.why) in.at += words, read_surface(m, &in);
     for (uint32_t i = 0; !in.why && i < m->contacts_count; i++) read_contact(m, &in, m->contacts + i);
+    if (!in.why) m->told = keep(&in, m->places_count, sizeof *m->told), m->touched = keep(&in, m->places_count, sizeof *m->touched);
+    for (uint32_t i = 0; !in.why && i < m->places_count; i++) read_place(m, &in, m->told + i, m->touched + i);
     if (!in.why && in.at != count) in.why = "something follows its last array";
     for (int k = 0; !in.why && k < 3 * MOST_PRESSES; k++) {
         neighbour *near = m->places[k / 3].near + k % 3; near->loads = keep(&in, (3 + WIDE + m->modes) * m->modes, sizeof(double));
@@ -235,31 +283,42 @@ void palpate_free(palpate_model *m) {
 uint32_t palpate_nodes(const palpate_model *m, const float **positions) { return positions ? *positions = m->nodes, m->n : m->n; }
 uint32_t palpate_triangles(const palpate_model *m, const uint32_t **corners) { return corners ? *corners = m->triangles, m->t : m->t; }
 const char *palpate_info(const palpate_model *m) { return m->info; }
-/* energy of a contact's cells, its gradient (r) and the smallest det F.
-   s = tr R'F is the largest root of (s^2 - I)^2 = 4 II + 8 J s, I, II and J^2 being the invariants of F'F; R = ds/dF */
+/* of F: its cofactors, det F, I and s = tr R'F, the largest root of (s^2 - I)^2 = 4 II + 8 J s, I, II and J^2 being the
+   invariants of F'F; R = ds/dF */
+static double stretch(const double *F, double *C, double *first, double *det) {
+    double second = 0; *first = 0;
+    C[0] = F[4] * F[8] - F[5] * F[7], C[1] = F[5] * F[6] - F[3] * F[8], C[2] = F[3] * F[7] - F[4] * F[6];
+    C[3] = F[2] * F[7] - F[1] * F[8], C[4] = F[0] * F[8] - F[2] * F[6], C[5] = F[1] * F[6] - F[0] * F[7];
+    C[6] = F[1] * F[5] - F[2] * F[4], C[7] = F[2] * F[3] - F[0] * F[5], C[8] = F[0] * F[4] - F[1] * F[3];
+    for (int i = 0; i < 9; i++) *first += F[i] * F[i], second += C[i] * C[i];
+    *det = F[0] * C[0] + F[1] * C[1] + F[2] * C[2]; double s = sqrt(3 * *first);
+    for (int turn = 0; turn < 30; turn++) {
+        const double off = s * s - *first;
+        const double change = (off * off - 4 * second - 8 * *det * s) / fmax(4 * s * off - 8 * *det, 1e-12);
+        s -= change;
+        if (!(fabs(change) > 1e-13 * s)) break;
+    }
+    return s;
+}
+/* F F'F */
+static void cubed(const double *F, double *S) {
+    double G[9];
+    for (int i = 0; i < 9; i++) G[i] = F[i / 3] * F[i % 3] + F[3 + i / 3] * F[3 + i % 3] + F[6 + i / 3] * F[6 + i % 3];
+    for (int i = 0; i < 9; i++) S[i] = F[i / 3 * 3] * G[i % 3] + F[i / 3 * 3 + 1] * G[3 + i % 3] + F[i / 3 * 3 + 2] * G[6 + i % 3];
+}
+/* energy of a contact's cells, its gradient (r) and the smallest det F */
 static double evaluate(contact *one, const double *q, double *gradient, double *least) {
     const size_t r = one->r, m = one->m; double energy = 0, *f = one->f; *least = INFINITY;
     for (size_t i = 0; i < 9 * m; i++) f[i] = dot(one->slopes + i * r, q, r);
     for (size_t k = 0; k < m; k++) {
-        double F[9], C[9], G[9], S[9], first = 0, second = 0;
+        double F[9], C[9], S[9], first, det;
         for (int i = 0; i < 9; i++) F[i] = f[i * m + k] + (i % 4 == 0);
-        C[0] = F[4] * F[8] - F[5] * F[7], C[1] = F[5] * F[6] - F[3] * F[8], C[2] = F[3] * F[7] - F[4] * F[6];
-        C[3] = F[2] * F[7] - F[1] * F[8], C[4] = F[0] * F[8] - F[2] * F[6], C[5] = F[1] * F[6] - F[0] * F[7];
-        C[6] = F[1] * F[5] - F[2] * F[4], C[7] = F[2] * F[3] - F[0] * F[5], C[8] = F[0] * F[4] - F[1] * F[3];
-        for (int i = 0; i < 9; i++) first += F[i] * F[i], second += C[i] * C[i];
-        const double det = F[0] * C[0] + F[1] * C[1] + F[2] * C[2]; double s = sqrt(3 * first);
-        for (int turn = 0; turn < 30; turn++) {
-            const double off = s * s - first;
-            const double change = (off * off - 4 * second - 8 * det * s) / fmax(4 * s * off - 8 * det, 1e-12);
-            s -= change;
-            if (!(fabs(change) > 1e-13 * s)) break;
-        }
+        const double s = stretch(F, C, &first, &det);
         const double off = s * s - first, mu = one->mu[k], lam = one->lam[k], volume = one->volumes[k];
         energy += volume * (mu * (first - 2 * s + 3) + 0.5 * lam * (s - 3) * (s - 3));
         const double bottom = fmax(s * off - 2 * det, 1e-12), turned = (lam * (s - 3) - 2 * mu) * volume / bottom;
         const double own = 2 * mu * volume + turned * (off + 2 * first);
-        for (int i = 0; i < 9; i++) G[i] = F[i / 3] * F[i % 3] + F[3 + i / 3] * F[3 + i % 3] + F[6 + i / 3] * F[6 + i % 3];
-        for (int i = 0; i < 9; i++) S[i] = F[i / 3 * 3] * G[i % 3] + F[i / 3 * 3 + 1] * G[3 + i % 3] + F[i / 3 * 3 + 2] * G[6 + i % 3];
+        cubed(F, S);
         for (int i = 0; i < 9; i++) f[i * m + k] = own * F[i] - 2 * turned * S[i] + 2 * s * turned * C[i];
         if (!(det >= *least)) *least = det;
     }
@@ -567,4 +626,139 @@ int palpate_respond(palpate_model *m, const palpate_press *presses, size_t count
     if (lost || !(answer->error <= 1)) answer->error = 1;
     if (!answer->doubt[0]) m->answered = count;
     return go_on && answer->doubt[0] ? palpate_respond(m, presses, count, 0, displacement, forces, answer) : 0;
+}
+uint32_t palpate_places(const palpate_model *m, const palpate_place **places) { return places ? *places = m->told, m->places_count : m->places_count; }
+/* the frame of a point from the tip; inside, the nearer of end and side counts. A ball is a punch whose edge is its radius,
+   its upper half, which is never reached, a cylinder */
+static void see_point(const palpate_place *told, const double *axes, const double *at, double *frame) {
+    const double x = dot(axes, at, 3), y = dot(axes + 3, at, 3), z = dot(axes + 6, at, 3), edge = told->edge;
+    const double rho = sqrt(x * x + y * y), safe = fmax(rho, 1e-300), out = rho - (told->radius - edge), below = edge - z;
+    const int edged = out > 0 && below > 0; const double away = edged ? sqrt(out * out + below * below) : fmax(out, below);
+    const double far = edged ? fmax(away, 1e-300) : 1, side = edged ? out / far : out > below, down = edged ? below / far : out <= below;
+    frame[0] = away - edge, frame[10] = side / safe, frame[11] = edged ? 1 / far : 0;
+    for (int d = 0; d < 3; d++) {
+        const double radial = (x * axes[d] + y * axes[3 + d]) / safe;
+        frame[1 + d] = side * radial - down * axes[6 + d], frame[4 + d] = (x * axes[3 + d] - y * axes[d]) / safe;
+        frame[7 + d] = down * radial + side * axes[6 + d];
+    }
+}
+/* energy of a place's cells and of contact with the instrument, its gradient (r), and the pull of contact (r) */
+static double touch_energy(touch_place *one, const palpate_place *told, const double *tip, const double *q, double *gradient, double *pull) {
+    const size_t r = one->cells.r; double least, energy = evaluate(&one->cells, q, gradient, &least);
+    memset(pull, 0, r * sizeof *pull);
+    for (size_t n = 0; n < one->p; n++) {
+        double at[3], *frame = one->frames + FRAME * n; const double *moves = one->moves + 3 * n * r;
+        for (size_t d = 0; d < 3; d++) at[d] = one->points[3 * n + d] + dot(moves + d * r, q, r) - tip[d];
+        see_point(told, one->axes, at, frame);
+        const double over = fmax(-frame[0], 0), push = one->areas[n] * one->penalty[n] * over; energy += 0.5 * push * over;
+        for (size_t i = 0; push > 0 && i < r; i++) pull[i] += push * (frame[1] * moves[i] + frame[2] * moves[r + i] + frame[3] * moves[2 * r + i]);
+    }
+    for (size_t i = 0; i < r; i++) gradient[i] -= pull[i];
+    return energy;
+}
+/* what of the Hessian is positive definite, into one->stiff, and the rest, rotations and the instrument's curves, into
+   one->soft. R turns by 1/G a, where a is the axis of dF R' - R dF' and G = s I - F R' */
+static void touch_stiffness(touch_place *one, const double *q) {
+    const contact *cells = &one->cells; const size_t r = cells->r, m = cells->m; double *rows = one->rows;
+    memcpy(one->stiff, one->firm, r * r * sizeof(double)), memset(one->soft, 0, r * r * sizeof(double));
+    for (size_t k = 0; k < m; k++) {
+        double F[9], C[9], S[9], R[9], G[9], A[9], first, det;
+        for (size_t i = 0; i < 9; i++) F[i] = dot(cells->slopes + (i * m + k) * r, q, r) + (i % 4 == 0);
+        const double s = stretch(F, C, &first, &det), off = s * s - first, bottom = fmax(s * off - 2 * det, 1e-12);
+        cubed(F, S), memset(rows, 0, 7 * r * sizeof *rows);
+        for (int i = 0; i < 9; i++) R[i] = (off * F[i] + 2 * (first * F[i] - S[i]) + 2 * s * C[i]) / bottom;
+        for (int i = 0; i < 9; i++) A[i] = dot(F + i / 3 * 3, R + i % 3 * 3, 3);
+        for (int i = 0; i < 9; i++) G[i] = s * (i % 4 == 0) - 0.5 * (A[i] + A[i % 3 * 3 + i / 3]);
+        for (int i = 0; i < 9; i++) { /* cofactors of G, which is symmetric */
+            const int a = (i / 3 + 1) % 3 * 3, b = (i / 3 + 2) % 3 * 3, c = (i + 1) % 3, d = (i + 2) % 3;
+            C[i] = G[a + c] * G[b + d] - G[a + d] * G[b + c];
+        }
+        const double size = dot(G, C, 3), share = cells->volumes[k] * (cells->lam[k] * (s - 3) - 2 * cells->mu[k]) / size;
+        for (size_t i = 0; i < 9; i++) {
+            const double *slope = cells->slopes + (i * m + k) * r, *turn = R + i % 3;
+            const size_t a = (i / 3 + 2) % 3, b = (i / 3 + 1) % 3;
+            for (size_t j = 0; j < r; j++) { /* dF R' has the entries of row i / 3 in columns a and b */
+                rows[j] += R[i] * slope[j];
+                rows[(1 + b) * r + j] += turn[3 * a] * slope[j], rows[(1 + a) * r + j] -= turn[3 * b] * slope[j];
+            }
+        }
+        outer(one->stiff, rows, rows, cells->lam[k] * cells->volumes[k], r);
+        if (!(size > 1e-6)) continue;
+        for (size_t i = 0; i < 9 * r; i++) rows[(4 + i / r / 3) * r + i % r] += C[i / r] * rows[(1 + i / r % 3) * r + i % r];
+        for (size_t i = 1; i < 4; i++) outer(one->soft, rows + i * r, rows + (3 + i) * r, share, r);
+    }
+    for (size_t n = 0; n < one->p; n++) {
+        const double *frame = one->frames + FRAME * n, *moves = one->moves + 3 * n * r, stiff = one->areas[n] * one->penalty[n];
+        for (size_t v = 0; frame[0] < 0 && v < 3; v++) {
+            const double *way = frame + 1 + 3 * v;
+            for (size_t i = 0; i < r; i++) rows[i] = way[0] * moves[i] + way[1] * moves[r + i] + way[2] * moves[2 * r + i];
+            outer(v ? one->soft : one->stiff, rows, rows, v ? stiff * frame[0] * frame[9 + v] : stiff, r);
+        }
+    }
+}
+/* minimise the energy of a place from q on by Newton's method, and, where its matrix is not positive definite, by what of
+   it always is; returns the residual over the force of contact */
+static double settle_touch(touch_place *one, const palpate_place *told, const double *tip, double *q) {
+    double gradient[MOST_MODES], next[MOST_MODES], pull[MOST_MODES], tried[MOST_MODES], step[MOST_MODES], scale = 0;
+    const size_t r = one->cells.r; double energy = touch_energy(one, told, tip, q, gradient, pull);
+    for (int turn = 0;; turn++) {
+        const double force = sqrt(dot(pull, pull, r)), size = sqrt(dot(gradient, gradient, r)); scale = force > 0 ? force : scale;
+        const double left = size > 0 && scale > 0 ? size / scale : size;
+        if (left <= TOUCH_TOLERANCE || turn == TOUCH_ITERATIONS) return left;
+        touch_stiffness(one, q);
+        for (size_t i = 0; i < r * r; i++) one->soft[i] += one->stiff[i];
+        for (size_t i = 0; i < r; i++) step[i] = -gradient[i];
+        solve(one->soft, step, r);
+        if (!(dot(gradient, step, r) < 0)) {
+            for (size_t i = 0; i < r; i++) step[i] = -gradient[i];
+            solve(one->stiff, step, r);
+        }
+        const double slope = dot(gradient, step, r); double length = 1; int found = 0;
+        while (slope < 0 && length > 1e-4) {
+            for (size_t i = 0; i < r; i++) tried[i] = q[i] + length * step[i];
+            const double lower = touch_energy(one, told, tip, tried, next, pull);
+            if ((found = lower <= energy + 1e-4 * length * slope + 1e-12 * fabs(energy) + one->cells.noise)) {
+                energy = lower, memcpy(q, tried, r * sizeof *q), memcpy(gradient, next, r * sizeof *q);
+                break;
+            }
+            length *= 0.5;
+        }
+        if (!found) return touch_energy(one, told, tip, q, gradient, pull), left;
+    }
+}
+int palpate_touch(palpate_model *m, uint32_t place, double depth, const double *direction, float *displacement, palpate_touched *answer) {
+    double way[3], local[3], q[MOST_MODES] = {0}; const char *wrong = NULL;
+    memset(answer, 0, sizeof *answer);
+    if (place >= m->places_count) return snprintf(answer->doubt, 160, "the touch is at a place which is not there"), -1;
+    touch_place *one = m->touched + place; const palpate_place *told = m->told + place; const size_t r = one->cells.r;
+    for (int d = 0; d < 3; d++) way[d] = direction ? direction[d] : -one->axes[6 + d];
+    const double length = sqrt(dot(way, way, 3));
+    if (!isfinite(depth) || depth < 0) wrong = "a touch needs a finite depth of 0 or more";
+    else if (!(length > 0 && length < INFINITY)) wrong = "the direction of a touch has no length";
+    if (wrong) return snprintf(answer->doubt, 160, "%s", wrong), -1;
+    for (int d = 0; d < 3; d++) way[d] /= length;
+    for (int d = 0; d < 3; d++) local[d] = dot(one->axes + 3 * d, way, 3);
+    const double x = local[0], y = local[1], *c = one->first;
+    const double along = c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * x * y + c[5] * y * y + depth;
+    for (int d = 0; d < 3; d++) answer->tip[d] = m->nodes[3 * told->node + d] + along * way[d];
+    for (size_t k = 0; k < one->k; k++) {
+        const double alike = dot(one->pushed + 3 * k, local, 3) * depth / told->deepest, by = alike + alike * alike + alike * alike * alike;
+        for (size_t i = 0; i < r; i++) q[i] += by * one->starts[k * r + i];
+    }
+    const double left = settle_touch(one, told, answer->tip, q); int sound = 1;
+    for (size_t n = 0; n < one->p; n++) {
+        const double *frame = one->frames + FRAME * n, push = one->areas[n] * one->penalty[n] * fmax(-frame[0], 0);
+        for (int d = 0; d < 3; d++) answer->force[d] += push * frame[1 + d];
+        answer->area += frame[0] < 0 ? one->stretched * one->areas[n] : 0;
+    }
+    answer->along = dot(answer->force, way, 3), answer->error = told->error, answer->force_error = told->force_error;
+    for (size_t i = 0; i < 3 * (size_t)m->n; i++) displacement[i] = (float)dot(one->surface + i * r, q, r), sound = sound && isfinite(displacement[i]);
+    if (!sound || !isfinite(answer->along) || !isfinite(left)) {
+        memset(displacement, 0, 3 * (size_t)m->n * sizeof *displacement), memset(answer->force, 0, sizeof answer->force);
+        answer->along = answer->area = 0, answer->error = answer->force_error = 1;
+        snprintf(answer->doubt, 160, "the numbers of this answer are beyond what can be stored");
+    } else if (!(left <= TOUCH_RESIDUAL)) snprintf(answer->doubt, 160, "the model found no rest: %.1f %% of the load are left", 100 * left);
+    else if (!(depth <= ROUNDING * told->deepest)) snprintf(answer->doubt, 160, "this is deeper than the %.1f mm that were prepared", 1e3 * told->deepest);
+    else if (!(-local[2] * ROUNDING >= cos(STEEPEST * 0.017453292519943295))) snprintf(answer->doubt, 160, "the direction is more than %.0f degrees off the normal", STEEPEST);
+    return 0;
 }

@@ -2,12 +2,15 @@
 //   const model = Palpate.load(bytes);    // an ArrayBuffer or a view, such as require("fs").readFileSync(path)
 //   model.respond([{triangle, weights: [a, b, c], force: [x, y, z]}]);    // or moved: [x, y, z] in place of force
 //   model.respond(presses, {from: answer});    // begins where an answer to similar presses has ended
+//   model.touch({place: 0, depth: 0.003, direction: [0, 0, -1]});    // the rigid instrument of model.touches[0]
 "use strict";
 const Palpate = (() => {
-  const VERSION = 1, HEAD = 144, RESIDUAL_TOLERANCE = 1e-6, ITERATIONS = 200, FIRST_TOLERANCE = 0.1;
+  const VERSION = 2, HEAD = 144, RESIDUAL_TOLERANCE = 1e-6, ITERATIONS = 200, FIRST_TOLERANCE = 0.1;
   const FORCE_SEARCH_TOLERANCE = 1e-6, MOST_SEARCH_STEPS = 40, HELD_COMPLIANCE = 2e-3;
   const LEAST_EIGENVALUE = 0.03, MOST_MISSED = 0.1, MOST_PRESSES = 16;
   const MOST_MODES = 256, MOST_CELLS = 4096, MOST_VECTORS = 1024, MOST_PARTS = 8;
+  const TOUCH_TOLERANCE = 1e-8, TOUCH_ITERATIONS = 60, TOUCH_RESIDUAL = 1e-3, STEEPEST = 45, ROUNDING = 1 + 1e-6;
+  const MOST_POINTS = 16384, MOST_PUSHES = 256, MOST_PLACES = 1024, FRAME = 12, KINDS = ["sphere", "punch"];
   const WORDS = ["body", "regime", "model", "error"], NUMBERS = ["radius_m", "peak_m", "hardest_n"];
 
   function must(holds, otherwise) {
@@ -35,7 +38,8 @@ const Palpate = (() => {
     for (let i = 0; i < Math.min(8, bytes.length); i++) magic += String.fromCharCode(bytes[i]);
     must(bytes.length >= HEAD && magic === "palpate\n", "this is no portable model of palpate");
     const word = (at) => view.getUint32(at, true);
-    must(word(8) === VERSION, `this is a portable model of version ${word(8)}, and version ${VERSION} is read here`);
+    const known = word(8) >= 1 && word(8) <= VERSION;
+    must(known, `this is a portable model of version ${word(8)}, and versions 1 to ${VERSION} are read here`);
     must(word(12) === bytes.length, `the file has ${bytes.length} bytes instead of ${word(12)}; it was cut off, or more was added`);
     must(word(16) === crc32(bytes, 20), "the checksum is wrong; the file is damaged");
     const words = word(20), counts = [24, 28, 32, 36, 40, 44].map(word), total = bytes.length;
@@ -46,6 +50,8 @@ const Palpate = (() => {
     for (let i = 0; i < 12; i++) scalars.push(view.getFloat64(48 + 8 * i, true));
     must(scalars.every((each) => Number.isFinite(each) && each >= 0), "a number of the header is not finite");
     must(scalars[0] > 0, "the radius is not above 0");
+    const places = word(8) > 1 ? scalars[11] : 0;
+    must(places <= MOST_PLACES && Number.isInteger(places), "its number of places to touch is none");
     must(words % 4 === 0 && HEAD + words <= total, "its header is longer than the file");
     let info = null;
     try {
@@ -73,7 +79,13 @@ const Palpate = (() => {
       for (let i = 0; i < count; i++) must(Number.isFinite(found[i]), "a number is not finite");
       return found;
     };
-    return { info, counts, scalars, take, floats, end: () => must(at === total, "something follows its last array") };
+    const doubles = (count) => Float64Array.from(floats(count));
+    // whole numbers in rows of so many times the scale of their column, which stands before them
+    const columns = (rows, count) => {
+      const scale = floats(count), packed = take(Int16Array, rows * count);
+      return Float64Array.from(packed, (each, i) => each * scale[i % count]);
+    };
+    return { info, counts, scalars, places, take, floats, doubles, columns, end: () => must(at === total, "something follows its last array") };
   }
 
   // the middles of the triangles that a triangle is split into, as weights of its corners
@@ -114,6 +126,8 @@ const Palpate = (() => {
       this.frame();
       this.contacts = [];
       for (let i = 0; i < read.counts[4]; i++) this.contacts.push(this.contact(read));
+      this.touches = [];
+      for (let i = 0; i < read.places; i++) this.touches.push(touchPlace(read, n));
       read.end();
       this.moved = new Float64Array(3 * stored);
       this.apart = new Float64Array(this.contacts.length);
@@ -157,11 +171,8 @@ const Palpate = (() => {
       one.volumes = read.floats(m);
       one.mu = read.floats(m);
       one.lam = read.floats(m);
-      let scale = read.floats(r), packed = read.take(Int16Array, 9 * m * r);
-      one.slopes = new Float64Array(9 * m * r);
-      for (let i = 0; i < packed.length; i++) one.slopes[i] = packed[i] * scale[i % r];
-      scale = read.floats(r);
-      packed = read.take(Int16Array, r * vectors);
+      one.slopes = read.columns(9 * m, r);
+      const scale = read.floats(r), packed = read.take(Int16Array, r * vectors);
       one.coefficients = new Float64Array(r * vectors);
       for (let i = 0; i < packed.length; i++) one.coefficients[i] = packed[i] * scale[Math.floor(i / vectors)];
       one.noise = 0;
@@ -387,6 +398,47 @@ const Palpate = (() => {
       if (doubt && from) return this.respond(presses);
       const rest = places.map((place) => place.near);
       return { displacement, forces: Float32Array.from(forces), error, doubt, rest, ms: now() - begin };
+    }
+
+    // push the instrument of a place from first touch to a depth [m], along a direction or straight in
+    touch({ place, depth, direction = null }) {
+      must(Number.isInteger(place) && place >= 0 && place < this.touches.length, `the touch is at place ${place}, which is not there`);
+      must(Number.isFinite(depth) && depth >= 0, "a touch needs a finite depth of 0 or more");
+      const begin = now(), one = this.touches[place], { r, axes, first: c } = one, row = (d) => axes.subarray(3 * d, 3 * d + 3);
+      let way = direction === null ? Array.from(row(2), (each) => -each) : numbers({ direction }, "direction");
+      const length = Math.sqrt(inner(way, way));
+      must(length > 0 && length < Infinity, "the direction of a touch has no length");
+      way = way.map((each) => each / length);
+      const local = [0, 1, 2].map((d) => inner(way, row(d))), [x, y] = local;
+      const along = c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * x * y + c[5] * y * y + depth;
+      const tip = way.map((each, d) => this.nodes[3 * one.node + d] + along * each), q = new Float64Array(r);
+      for (let k = 0; k < one.k; k++) {
+        const alike = (inner(local, one.pushed.subarray(3 * k, 3 * k + 3)) * depth) / one.deepest;
+        const by = alike + alike * alike + alike * alike * alike;
+        for (let i = 0; i < r; i++) q[i] += by * one.starts[k * r + i];
+      }
+      const { frames, left, q: found } = settleTouch(one, tip, q), force = [0, 0, 0], displacement = new Float32Array(3 * this.n);
+      let area = 0;
+      for (let n = 0; n < one.p; n++) {
+        const at = FRAME * n, push = one.areas[n] * one.penalty[n] * Math.max(-frames[at], 0);
+        for (let d = 0; d < 3; d++) force[d] += push * frames[at + 1 + d];
+        if (frames[at] < 0) area += one.stretched * one.areas[n];
+      }
+      for (let i = 0, at = 0; i < displacement.length; i++) {
+        let sum = 0;
+        for (let k = 0; k < r; k++, at++) sum += one.surface[at] * found[k];
+        displacement[i] = sum;
+      }
+      const forceAlong = inner(force, way), errors = { error: one.error, forceError: one.forceError };
+      if (!displacement.every(Number.isFinite) || !Number.isFinite(forceAlong)) {
+        const doubt = "the numbers of this answer are beyond what can be stored", nothing = { force: [0, 0, 0], forceAlong: 0, area: 0 };
+        return { displacement: displacement.fill(0), ...nothing, error: 1, forceError: 1, doubt, tip, ms: now() - begin };
+      }
+      let doubt = "";
+      if (!(left <= TOUCH_RESIDUAL)) doubt = `the model found no rest: ${(100 * left).toFixed(1)} % of the load are left`;
+      else if (!(depth <= ROUNDING * one.deepest)) doubt = `this is deeper than the ${(1e3 * one.deepest).toFixed(1)} mm that were prepared`;
+      else if (!(-local[2] * ROUNDING >= Math.cos((STEEPEST * Math.PI) / 180))) doubt = `the direction is more than ${STEEPEST} degrees off the normal`;
+      return { displacement, force, forceAlong, area, ...errors, doubt, tip, ms: now() - begin };
     }
 
     // bring coordinates to all nodes; return the largest displacement, NaN if a number is not finite
@@ -676,7 +728,183 @@ const Palpate = (() => {
     }
   }
 
-  // energy and smallest det F; the gradient is written. s = tr RᵀF is the largest root of (s² − I)² = 4 II + 8 J s
+  // add a weight times the product of two rows of r numbers to a matrix
+  function outer(into, rows, a, b, weight, r) {
+    for (let i = 0; i < r; i++) {
+      const by = weight * rows[a + i];
+      for (let j = 0; j < r; j++) into[i * r + j] += by * rows[b + j];
+    }
+  }
+
+  // a place that a rigid instrument was prepared at, in r coordinates with m cells, p points that may be touched, and k past
+  // pushes; a ball is a punch whose edge is its radius
+  function touchPlace(read, n) {
+    const [node, kind, r, m, p, k] = read.take(Uint32Array, 6);
+    const sound = node < n && kind < KINDS.length && r > 0 && r <= MOST_MODES && m <= MOST_CELLS;
+    must(sound && p <= MOST_POINTS && k <= MOST_PUSHES, "a place to touch has sizes that are none");
+    const [radius, edge, deepest, stretched, error, forceError] = read.floats(6);
+    const lengths = radius > 0 && edge >= 0 && edge <= radius && deepest > 0;
+    must(lengths && Math.min(stretched, error, forceError) >= 0, "a place to touch has lengths or errors that are none");
+    const axes = read.doubles(9), first = read.doubles(6), rest = read.doubles(r * r);
+    const volumes = read.doubles(m), mu = read.doubles(m), lam = read.doubles(m), slopes = read.columns(9 * m, r);
+    const points = read.doubles(3 * p), moves = read.columns(3 * p, r), areas = read.doubles(p), penalty = read.doubles(p);
+    const stiff = penalty.every((each) => each > 0) && areas.every((each) => each >= 0);
+    must(stiff, "a place to touch has areas or stiffnesses that are none");
+    const pushed = read.doubles(3 * k), starts = read.doubles(k * r), surface = read.columns(3 * n, r);
+    const firm = rest.slice(), f = new Float64Array(9 * m), rows = new Float64Array(7 * r);
+    for (let i = 0; i < 9 * m; i++) outer(firm, slopes, i * r, i * r, 2 * mu[i % m] * volumes[i % m], r);
+    const noise = volumes.reduce((sum, volume, i) => sum + 4e-15 * volume * (mu[i] + lam[i]), 0), outward = axes.subarray(6);
+    const told = { node, kind: KINDS[kind], radius, edge, deepest, stretched, error, forceError, axes, outward, first };
+    return { ...told, r, m, p, k, rest, firm, volumes, mu, lam, slopes, f, noise, points, moves, areas, penalty, pushed, starts, surface, rows };
+  }
+
+  // gap of a point from the tip, normal, two tangents, and how the instrument is curved along these; inside, the nearer of
+  // end and side counts
+  function seePoint({ radius, edge, axes: e }, a, b, c, frames, at) {
+    const x = e[0] * a + e[1] * b + e[2] * c, y = e[3] * a + e[4] * b + e[5] * c, z = e[6] * a + e[7] * b + e[8] * c;
+    const rho = Math.sqrt(x * x + y * y), safe = Math.max(rho, 1e-300), out = rho - (radius - edge), below = edge - z;
+    const edged = out > 0 && below > 0, away = edged ? Math.sqrt(out * out + below * below) : Math.max(out, below);
+    const far = edged ? Math.max(away, 1e-300) : 1, side = edged ? out / far : Number(out > below), down = edged ? below / far : Number(out <= below);
+    frames[at] = away - edge;
+    frames[at + 10] = side / safe;
+    frames[at + 11] = edged ? 1 / far : 0;
+    for (let d = 0; d < 3; d++) {
+      const radial = (x * e[d] + y * e[3 + d]) / safe;
+      frames[at + 1 + d] = side * radial - down * e[6 + d];
+      frames[at + 4 + d] = (x * e[3 + d] - y * e[d]) / safe;
+      frames[at + 7 + d] = down * radial + side * e[6 + d];
+    }
+  }
+
+  // energy of a place's cells and of contact with the instrument, its gradient, the pull of contact, and the points' frames
+  function touched(one, tip, q) {
+    const { r, p, points, moves } = one, gradient = new Float64Array(r), pull = new Float64Array(r), frames = new Float64Array(FRAME * p);
+    let [energy] = evaluate(one, q, gradient);
+    for (let n = 0, at = 0; n < p; n++, at += FRAME) {
+      const first = 3 * n * r;
+      let a = points[3 * n] - tip[0], b = points[3 * n + 1] - tip[1], c = points[3 * n + 2] - tip[2];
+      for (let i = 0, j = first; i < r; i++, j++) {
+        a += moves[j] * q[i];
+        b += moves[j + r] * q[i];
+        c += moves[j + 2 * r] * q[i];
+      }
+      seePoint(one, a, b, c, frames, at);
+      const over = Math.max(-frames[at], 0), push = one.areas[n] * one.penalty[n] * over;
+      energy += 0.5 * push * over;
+      for (let i = 0, j = first; push > 0 && i < r; i++, j++)
+        pull[i] += push * (frames[at + 1] * moves[j] + frames[at + 2] * moves[j + r] + frames[at + 3] * moves[j + 2 * r]);
+    }
+    for (let i = 0; i < r; i++) gradient[i] -= pull[i];
+    return { q, energy, gradient, pull, frames };
+  }
+
+  // what of the Hessian is positive definite, and the rest, rotations and the instrument's curves. R turns by 1/G a, where a is
+  // the axis of δF Rᵀ − R δFᵀ and G = s I − F Rᵀ
+  function touchStiffness(one, { q, frames }) {
+    const { r, m, p, slopes, rows, moves } = one, stiff = one.firm.slice(), soft = new Float64Array(r * r);
+    const F = new Float64Array(9), R = new Float64Array(9), C = new Float64Array(9), G = new Float64Array(9);
+    for (let k = 0; k < m; k++) {
+      for (let i = 0; i < 9; i++) {
+        F[i] = i % 4 ? 0 : 1;
+        for (let j = 0, at = (i * m + k) * r; j < r; j++, at++) F[i] += slopes[at] * q[j];
+      }
+      const s = turn(F, R);
+      for (let i = 0; i < 3; i++)
+        for (let j = 0; j < 3; j++) {
+          let both = 0;
+          for (let d = 0; d < 3; d++) both += F[3 * i + d] * R[3 * j + d] + F[3 * j + d] * R[3 * i + d];
+          G[3 * i + j] = (i === j ? s : 0) - 0.5 * both;
+        }
+      cofactors(G, C);
+      const size = G[0] * C[0] + G[1] * C[1] + G[2] * C[2];
+      rows.fill(0);
+      for (let i = 0; i < 9; i++) {
+        // δF Rᵀ has the entries of row i / 3 in columns a and b
+        const d = i % 3, row = (i - d) / 3, a = (row + 2) % 3, b = (row + 1) % 3, by = R[i], up = R[3 * a + d], down = R[3 * b + d];
+        for (let j = 0, at = (i * m + k) * r; j < r; j++, at++) {
+          rows[j] += by * slopes[at];
+          rows[(1 + b) * r + j] += up * slopes[at];
+          rows[(1 + a) * r + j] -= down * slopes[at];
+        }
+      }
+      outer(stiff, rows, 0, 0, one.lam[k] * one.volumes[k], r);
+      if (!(size > 1e-6)) continue;
+      const share = (one.volumes[k] * (one.lam[k] * (s - 3) - 2 * one.mu[k])) / size;
+      for (let i = 0; i < 3; i++) {
+        for (let j = 0; j < r; j++) rows[(4 + i) * r + j] = C[3 * i] * rows[r + j] + C[3 * i + 1] * rows[2 * r + j] + C[3 * i + 2] * rows[3 * r + j];
+        outer(soft, rows, (1 + i) * r, (4 + i) * r, share, r);
+      }
+    }
+    for (let n = 0, at = 0; n < p; n++, at += FRAME) {
+      const push = one.areas[n] * one.penalty[n];
+      for (let v = 0; frames[at] < 0 && v < 3; v++) {
+        const x = frames[at + 1 + 3 * v], y = frames[at + 2 + 3 * v], z = frames[at + 3 + 3 * v];
+        for (let i = 0, j = 3 * n * r; i < r; i++, j++) rows[i] = x * moves[j] + y * moves[j + r] + z * moves[j + 2 * r];
+        outer(v ? soft : stiff, rows, 0, 0, v ? push * frames[at] * frames[at + 9 + v] : push, r);
+      }
+    }
+    return { stiff, soft };
+  }
+
+  function cofactors(F, C) {
+    for (let i = 0; i < 9; i++) {
+      const a = 3 * ((Math.floor(i / 3) + 1) % 3), b = 3 * ((Math.floor(i / 3) + 2) % 3), c = (i + 1) % 3, d = (i + 2) % 3;
+      C[i] = F[a + c] * F[b + d] - F[a + d] * F[b + c];
+    }
+  }
+
+  // write the rotation of F and return s = tr RᵀF, as in evaluate
+  function turn(F, R) {
+    const C = new Float64Array(9);
+    cofactors(F, C);
+    const first = dot(F, F), second = dot(C, C), det = F[0] * C[0] + F[1] * C[1] + F[2] * C[2], s = root(first, second, det);
+    const off = s * s - first, bottom = Math.max(s * off - 2 * det, 1e-12);
+    for (let i = 0; i < 9; i++) {
+      const row = i - (i % 3), column = i % 3;
+      let cube = 0;
+      for (let k = 0; k < 3; k++) cube += F[row + k] * (F[k] * F[column] + F[3 + k] * F[3 + column] + F[6 + k] * F[6 + column]);
+      R[i] = (off * F[i] + 2 * (first * F[i] - cube) + 2 * s * C[i]) / bottom;
+    }
+    return s;
+  }
+
+  // minimise the energy of a place from q on by Newton's method, and, where its matrix is not positive definite, by what of it
+  // always is; left is the residual over the force of contact
+  function settleTouch(one, tip, q) {
+    const { r } = one, matrix = (flat) => Array.from({ length: r }, (_, i) => flat.slice(i * r, i * r + r));
+    let now = touched(one, tip, q), scale = 0;
+    for (let turns = 0; ; turns++) {
+      scale = norm(now.pull) || scale;
+      const size = norm(now.gradient), left = size > 0 && scale > 0 ? size / scale : size;
+      if (left <= TOUCH_TOLERANCE || turns === TOUCH_ITERATIONS) return { ...now, left };
+      const { stiff, soft } = touchStiffness(one, now), back = now.gradient.map((each) => -each);
+      for (let i = 0; i < r * r; i++) soft[i] += stiff[i];
+      let step = solve(matrix(soft), back.slice());
+      if (!(dot(now.gradient, step) < 0)) step = solve(matrix(stiff), back);
+      const slope = dot(now.gradient, step);
+      let found = null;
+      for (let length = 1; slope < 0 && length > 1e-4 && !found; length *= 0.5) {
+        const tried = touched(one, tip, now.q.map((each, i) => each + length * step[i]));
+        if (tried.energy <= now.energy + 1e-4 * length * slope + 1e-12 * Math.abs(now.energy) + one.noise) found = tried;
+      }
+      if (!found) return { ...now, left };
+      now = found;
+    }
+  }
+
+  // s = tr RᵀF, the largest root of (s² − I)² = 4 II + 8 J s
+  function root(first, second, det) {
+    let s = Math.sqrt(3 * first);
+    for (let turns = 0; turns < 30; turns++) {
+      const off = s * s - first;
+      const change = (off * off - 4 * second - 8 * det * s) / Math.max(4 * s * off - 8 * det, 1e-12);
+      s -= change;
+      if (!(Math.abs(change) > 1e-13 * s)) break;
+    }
+    return s;
+  }
+
+  // energy and smallest det F; the gradient is written
   function evaluate(one, q, gradient) {
     const { r, m, slopes, f, rest } = one;
     let energy = 0, least = Infinity;
@@ -699,14 +927,7 @@ const Palpate = (() => {
       const p = a * a + d * d + h * h, u = b * b + e * e + i * i, w = c * c + g * g + j * j, first = p + u + w;
       const x = a * b + d * e + h * i, y = a * c + d * g + h * j, z = b * c + e * g + i * j;
       const second = C0 * C0 + C1 * C1 + C2 * C2 + C3 * C3 + C4 * C4 + C5 * C5 + C6 * C6 + C7 * C7 + C8 * C8;
-      let s = Math.sqrt(3 * first);
-      for (let turn = 0; turn < 30; turn++) {
-        const off = s * s - first;
-        const change = (off * off - 4 * second - 8 * det * s) / Math.max(4 * s * off - 8 * det, 1e-12);
-        s -= change;
-        if (!(Math.abs(change) > 1e-13 * s)) break;
-      }
-      const off = s * s - first, mu = one.mu[k], lam = one.lam[k], volume = one.volumes[k];
+      const s = root(first, second, det), off = s * s - first, mu = one.mu[k], lam = one.lam[k], volume = one.volumes[k];
       energy += volume * (mu * (first - 2 * s + 3) + 0.5 * lam * (s - 3) * (s - 3));
       const bottom = Math.max(s * off - 2 * det, 1e-12), turned = (lam * (s - 3) - 2 * mu) * volume / bottom;
       const own = 2 * mu * volume + turned * (off + 2 * first), back = -2 * turned, side = 2 * s * turned;

@@ -8,20 +8,24 @@ import math
 import struct
 import zlib
 from collections.abc import Generator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-MAGIC, VERSION, HEAD = b"palpate\n", 1, 144
+MAGIC, VERSION, HEAD = b"palpate\n", 2, 144
 SCALARS = (
     *("radius_m", "guard", "far", "hard", "farthest_m", "floor"),
-    *("share", "spread", "several", "peak_m", "hardest_n", "spare"),
+    *("share", "spread", "several", "peak_m", "hardest_n", "places"),
 )
 RESIDUAL_TOLERANCE, ITERATIONS = 1e-6, 200
 FORCE_SEARCH_TOLERANCE, FIRST_TOLERANCE, MOST_SEARCH_STEPS = 1e-6, 0.1, 40
 HELD_COMPLIANCE, LEAST_EIGENVALUE, MOST_MISSED = 2e-3, 0.03, 0.1
 APART = "the nearest place that was prepared"
 MOST_MODES, MOST_CELLS, MOST_VECTORS, MOST_PARTS, MOST_PRESSES = 256, 4096, 1024, 8, 16
+TOUCH_TOLERANCE, TOUCH_ITERATIONS, TOUCH_RESIDUAL, STEEPEST, ROUNDING = 1e-8, 60, 1e-3, 45.0, 1.0 + 1e-6
+MOST_POINTS, MOST_PUSHES, MOST_PLACES, KINDS = 16384, 256, 1024, ("sphere", "punch")
 WORDS, NUMBERS = ("body", "regime", "model", "error"), ("radius_m", "peak_m", "hardest_n")
 
 
@@ -38,6 +42,71 @@ class PortableAnswer(NamedTuple):
     error: float
     doubt: str
     rest: "list[list[tuple[Contact, Rest]]]"
+
+
+class TouchAnswer(NamedTuple):
+    """The answer to a rigid instrument that is pushed in.
+
+    displacement : (n, 3) [m]; force : (3,) of the instrument on the body, force_n : along its way [N]
+    area_m2 : that touches; error : RMSE over peak, force_error : over the force, each the largest of the export's trials
+    doubt : why the answer is not to be believed, or ""; tip : (3,) where the instrument's tip is [m]
+    """
+
+    displacement: np.ndarray
+    force: np.ndarray
+    force_n: float
+    area_m2: float
+    error: float
+    force_error: float
+    doubt: str
+    tip: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class TouchPlace:
+    """A reduced model of one place under one instrument, in r coordinates with m cells and p points that may be touched.
+
+    node : of the surface, that the tip is held against; kind : of KINDS; a ball is a punch whose edge is its radius
+    axes : (3, 3), rows: two across, and outward; first : (6,) [m], how far from the node the instrument first touches,
+        a quadratic function of what its unit direction has across
+    deepest_m : that was prepared; stretched : areas that touch over those at rest; error, force_error : of TouchAnswer
+    rest : (r, r); volumes, mu, lam : (m,); slopes : (9 m, r); points : (3 p,) [m], moves : (3 p, r); areas, penalty : (p,)
+    pushed : (k, 3), of past pushes along the axes, over the deepest; starts : (k, r), by which a search begins
+    surface : (3 n, r)
+    """
+
+    node: int
+    kind: str
+    radius_m: float
+    edge_m: float
+    axes: np.ndarray
+    first: np.ndarray
+    deepest_m: float
+    stretched: float
+    error: float
+    force_error: float
+    rest: np.ndarray
+    volumes: np.ndarray
+    mu: np.ndarray
+    lam: np.ndarray
+    slopes: np.ndarray
+    points: np.ndarray
+    moves: np.ndarray
+    areas: np.ndarray
+    penalty: np.ndarray
+    pushed: np.ndarray
+    starts: np.ndarray
+    surface: np.ndarray
+
+    @cached_property
+    def firm(self) -> np.ndarray:
+        """What of the stiffness (r, r) does not change, and is positive: of 2 μ V |δF|², and ``rest``."""
+        return self.rest + self.slopes.T @ (np.tile(2.0 * self.mu * self.volumes, 9)[:, None] * self.slopes)
+
+    @property
+    def noise(self) -> float:
+        """Rounding of the energy [J]."""
+        return 4e-15 * float(self.volumes @ (self.mu + self.lam))
 
 
 class Contact(NamedTuple):
@@ -130,7 +199,7 @@ class _Found(NamedTuple):
 class PortableModel:
     """A model that was read from the bytes of a file; ValueError with one sentence if they are none.
 
-    info : the header; nodes : (n, 3) [m]; triangles : (t, 3)
+    info : the header; nodes : (n, 3) [m]; triangles : (t, 3); touches : places that rigid instruments were prepared at
     """
 
     def __init__(self, data: bytes):
@@ -159,6 +228,7 @@ class PortableModel:
         self._middles = corners.mean(axis=1)
         self._wide = float(np.linalg.norm(corners - self._middles[:, None], axis=2).max())
         self.contacts = [self._contact(reader, vectors) for _ in range(contacts)]
+        self.touches = [_touch_place(reader, n) for _ in range(reader.places)]
         reader.end()
         self._places = np.array([each.place for each in self.contacts])
         self._directions = np.array([each.normal for each in self.contacts])
@@ -203,6 +273,41 @@ class PortableModel:
         rest = [[(near.contact, next(own)) for near in place.near] for place in places]
         return PortableAnswer(moved.astype(float), force, error, doubt, rest)
 
+    @np.errstate(over="ignore", invalid="ignore", divide="ignore")
+    def touch(self, place: int, depth_m: float, direction: Sequence[float] | np.ndarray | None = None) -> TouchAnswer:
+        """Return the answer to the instrument of ``touches[place]``, pushed from first touch to a depth.
+
+        direction : of its way, or straight in; ValueError with one sentence for a touch that is none.
+        """
+        whole = isinstance(place, int | np.integer) and 0 <= place < len(self.touches)
+        _must(whole, f"the touch is at place {place}, which is not there")
+        sound = isinstance(depth_m, int | float | np.number) and math.isfinite(depth_m) and depth_m >= 0.0
+        _must(sound, "a touch needs a finite depth of 0 or more")
+        one = self.touches[place]
+        way = -one.axes[2] if direction is None else _vector({"direction": direction}, "direction")
+        length = float(np.linalg.norm(way))
+        _must(0.0 < length < math.inf, "the direction of a touch has no length")
+        way = way / length
+        local = one.axes @ way
+        x, y = local[:2]
+        along = one.first @ np.array([1.0, x, y, x * x, x * y, y * y]) + depth_m
+        tip = self.nodes[one.node] + along * way
+        begun = touch_kernel(one.pushed, local * (depth_m / one.deepest_m)) @ one.starts
+        q, force, area, left = settle_touch(one, tip, begun)
+        moved, along_n = (one.surface @ q).reshape(-1, 3), float(force @ way)
+        if not (np.isfinite(moved.astype(np.float32)).all() and math.isfinite(along_n)):
+            nothing, why = np.zeros_like(moved), "the numbers of this answer are beyond what can be stored"
+            return TouchAnswer(nothing, np.zeros(3), 0.0, 0.0, 1.0, 1.0, why, tip)
+        doubt = ""
+        if not left <= TOUCH_RESIDUAL:
+            doubt = f"the model found no rest: {100.0 * left:.1f} % of the load are left"
+        elif not depth_m <= ROUNDING * one.deepest_m:
+            doubt = f"this is deeper than the {1e3 * one.deepest_m:.1f} mm that were prepared"
+        elif not -local[2] * ROUNDING >= math.cos(math.radians(STEEPEST)):
+            doubt = f"the direction is more than {STEEPEST:.0f} degrees off the normal"
+        told = one.stretched * area, one.error, one.force_error
+        return TouchAnswer(moved, force, along_n, *told, doubt, tip)
+
     def _error(self, bent: list[_Bent], missed: float, peak: float) -> float:
         """Return the bound of an answer's error, as RMSE over peak."""
         sizes = [float(np.linalg.norm(each.more)) for each in bent]
@@ -235,8 +340,7 @@ class PortableModel:
         loads = reader.floats(3 * modes).reshape(modes, 3).astype(float)
         rest = reader.floats(modes**2).reshape(modes, modes).astype(float)
         volumes, mu, lam = reader.floats(3 * count).reshape(3, count).astype(float)
-        scale = reader.floats(modes).astype(float)
-        slopes = reader.take("<i2", 9 * count * modes).reshape(9 * count, modes) * scale
+        slopes = reader.columns(9 * count, modes)
         scale = reader.floats(modes).astype(float)
         rows = reader.take("<i2", modes * vectors).reshape(modes, vectors) * scale[:, None]
         shape, cells = (np.ascontiguousarray(rows.T), self.mean_over_disc(place, normal)), (volumes, mu, lam, slopes)
@@ -506,16 +610,28 @@ def _learned(inverse: np.ndarray | None, step: np.ndarray, bend: np.ndarray) -> 
 
 
 def _energies(contacts: Sequence[Contact], points: Sequence[np.ndarray]) -> list[tuple[float, np.ndarray, float]]:
-    """Return energy [J], gradient (r,) and smallest det F of each contact's cells at ``points`` [(r,)].
-
-    Ψ = μ ‖F − R‖² + λ/2 (tr RᵀF − 3)², where s = tr RᵀF is the largest root of (s² − I)² = 4 (II + 2 J s), I, II and J²
-    being the invariants of FᵀF; and R = ∂s/∂F.
-    """
+    """Return energy [J], gradient (r,) and smallest det F of each contact's cells at ``points`` [(r,)]."""
     if not contacts:
         return []
     f = np.hstack([(one.slopes @ q).reshape(9, -1) for one, q in zip(contacts, points, strict=True)])
     volumes, mu, lam = (np.concatenate(each) for each in zip(*(one[6:9] for one in contacts), strict=True))
     f[::4] += 1.0
+    energies, stress, det, _, _ = _corotational(f, mu, lam)
+    pulls, found, at = volumes * stress, [], 0
+    for one, q in zip(contacts, points, strict=True):
+        cells, rest = slice(at, at + len(one.volumes)), one.rest @ q
+        at = cells.stop
+        energy = float(volumes[cells] @ energies[cells]) + 0.5 * float(q @ rest)
+        found.append((energy, pulls[:, cells].ravel() @ one.slopes + rest, float(det[cells].min(initial=math.inf))))
+    return found
+
+
+def _corotational(f: np.ndarray, mu: np.ndarray, lam: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return energy (k,) and stress (9, k) [Pa] of cells with F (9, k), row by row, det F, s (k,), and R (9, k).
+
+    Ψ = μ ‖F − R‖² + λ/2 (tr RᵀF − 3)², where s = tr RᵀF is the largest root of (s² − I)² = 4 (II + 2 J s), I, II and J²
+    being the invariants of FᵀF; and R = ∂s/∂F.
+    """
     a, b, c, d, e, g, h, i, j = f
     cof = np.array([
         e * j - g * i, g * h - d * j, d * i - e * h,
@@ -539,13 +655,135 @@ def _energies(contacts: Sequence[Contact], points: Sequence[np.ndarray]) -> list
     rotation = (apart * f + 2.0 * (first * f - cubed) + 2.0 * s * cof) / bottom
     energies = mu * (first - 2.0 * s + 3.0) + 0.5 * lam * (s - 3.0) ** 2
     stress = 2.0 * mu * (f - rotation) + lam * (s - 3.0) * rotation
-    pulls, found, at = volumes * stress, [], 0
-    for one, q in zip(contacts, points, strict=True):
-        cells, rest = slice(at, at + len(one.volumes)), one.rest @ q
-        at = cells.stop
-        energy = float(volumes[cells] @ energies[cells]) + 0.5 * float(q @ rest)
-        found.append((energy, pulls[:, cells].ravel() @ one.slopes + rest, float(det[cells].min(initial=math.inf))))
-    return found
+    return energies, stress, det, s, rotation
+
+
+def touch_kernel(ways: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return how alike pushes (k, 3) and (3, ...) over the deepest are: the kernel of polynomials of degrees 1 to 3."""
+    product = ways @ others
+    return product + product**2 + product**3
+
+
+def settle_touch(one: TouchPlace, tip: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """Minimise the energy of a place's cells and of contact with the instrument at ``tip`` (3,) from ``q`` (r,) on.
+
+    Returns q, the force (3,) [N], the area at rest that touches [m²], and the residual over the force of contact. By
+    Newton's method; where its matrix is not positive definite, by what of it always is.
+    """
+    now, scale = _Touched(one, tip, q), 0.0
+    for turn in range(TOUCH_ITERATIONS + 1):
+        scale = _norm(now.pull) or scale
+        size = _norm(now.gradient)
+        left = size / scale if size > 0.0 and scale > 0.0 else size
+        if left <= TOUCH_TOLERANCE or turn == TOUCH_ITERATIONS:
+            break
+        firm, soft = now.stiffness()
+        step = _solved(firm + soft, -now.gradient)
+        if not float(now.gradient @ step) < 0.0:
+            step = _solved(firm, -now.gradient)
+        slope, length, found = float(now.gradient @ step), 1.0, None
+        while slope < 0.0 and length > 1e-4:
+            tried = _Touched(one, tip, now.q + length * step)
+            if tried.energy <= now.energy + 1e-4 * length * slope + 1e-12 * abs(now.energy) + one.noise:
+                found = tried
+                break
+            length *= 0.5
+        if found is None:
+            break
+        now = found
+    return now.q, now.pushes.sum(axis=0), float(one.areas @ (now.gaps < 0.0)), left
+
+
+class _Touched:
+    """A place at ``q`` (r,) with the instrument at ``tip`` (3,): energy [J], gradient and contact's pull (r,).
+
+    gaps : (p,) [m] of the points; pushes : (p, 3) [N], of the instrument on them
+    """
+
+    def __init__(self, one: TouchPlace, tip: np.ndarray, q: np.ndarray):
+        self._one, self.q = one, q
+        self._f = (one.slopes @ q).reshape(9, -1)
+        self._f[::4] += 1.0
+        energies, stress, _, self._s, self._rotation = _corotational(self._f, one.mu, one.lam)
+        self.gaps, self._normals, self._around = _punch(one, (one.points + one.moves @ q).reshape(-1, 3) - tip)
+        pressures = one.penalty * np.maximum(-self.gaps, 0.0)
+        self._push, own = one.areas * pressures, one.rest @ q
+        self.energy = float(one.volumes @ energies + 0.5 * (q @ own) + 0.5 * (self._push @ np.maximum(-self.gaps, 0.0)))
+        self.pushes = self._push[:, None] * self._normals
+        self.pull = self.pushes.ravel() @ one.moves
+        self.gradient = (one.volumes * stress).ravel() @ one.slopes + own - self.pull
+
+    def stiffness(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return what of the Hessian (r, r) is positive definite, and the rest: rotations and the instrument's curves.
+
+        R turns by G⁻¹ a, where a is the axis of δF Rᵀ − R δFᵀ and G = s I − F Rᵀ.
+        """
+        one, r = self._one, len(self.q)
+        slopes, rotation = one.slopes.reshape(3, 3, -1, r), self._rotation.reshape(3, 3, -1)
+        bent = np.einsum("ikmr,jkm->ijmr", slopes, rotation)
+        trace = bent[0, 0] + bent[1, 1] + bent[2, 2]
+        turns = np.stack([bent[2, 1] - bent[1, 2], bent[0, 2] - bent[2, 0], bent[1, 0] - bent[0, 1]], axis=1)
+        stretch = np.einsum("ikm,jkm->mij", self._f.reshape(3, 3, -1), rotation)
+        g = self._s[:, None, None] * np.eye(3) - 0.5 * (stretch + stretch.transpose(0, 2, 1))
+        sure = np.linalg.det(g) > 1e-6
+        g[~sure] = np.eye(3)
+        weight = np.where(sure, one.volumes * (one.lam * (self._s - 3.0) - 2.0 * one.mu), 0.0)
+        firm = one.firm + trace.T @ ((one.lam * one.volumes)[:, None] * trace)
+        turned = weight[:, None, None] * np.linalg.solve(g, turns)
+        soft = turns.reshape(-1, r).T @ turned.reshape(-1, r)
+        on = np.flatnonzero(self.gaps < 0.0)
+        moves = one.moves.reshape(-1, 3, r)[on]
+        along = np.einsum("pi,pir->pr", self._normals[on], moves)
+        firm += along.T @ ((one.areas * one.penalty)[on, None] * along)
+        for tangents, curves in self._around:
+            across = np.einsum("pi,pir->pr", tangents[on], moves)
+            soft -= across.T @ ((self._push * curves)[on, None] * across)
+        return firm, soft
+
+
+def _punch(one: TouchPlace, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
+    """Return gaps (p,) [m] of points ``at`` (p, 3) [m] from the tip, normals (p, 3), and two tangents with curvatures.
+
+    Inside, the nearer of end and side counts; the upper half of a ball, which is never reached, is a cylinder.
+    """
+    x, y, z = one.axes @ at.T
+    edge, rho = one.edge_m, np.sqrt(x * x + y * y)
+    safe = np.maximum(rho, 1e-300)
+    out, below = rho - (one.radius_m - edge), edge - z
+    edged = (out > 0.0) & (below > 0.0)
+    away = np.where(edged, np.sqrt(out * out + below * below), np.maximum(out, below))
+    far = np.where(edged, np.maximum(away, 1e-300), 1.0)
+    side = np.where(edged, out / far, out > below)
+    down = np.where(edged, below / far, out <= below)
+    radial, turned = np.array([x / safe, y / safe]), np.array([-y / safe, x / safe])
+    normals = (side * radial).T @ one.axes[:2] - down[:, None] * one.axes[2]
+    along = (down * radial).T @ one.axes[:2] + side[:, None] * one.axes[2]
+    around = [(turned.T @ one.axes[:2], side / safe), (along, np.where(edged, 1.0 / far, 0.0))]
+    return away - edge, normals, around
+
+
+def _touch_place(reader: "_Reader", n: int) -> TouchPlace:
+    """Read a place; ``n`` nodes of the surface."""
+    node, kind, modes, cells, points, pushes = map(int, reader.take("<u4", 6))
+    sound = node < n and kind < len(KINDS) and 0 < modes <= MOST_MODES and cells <= MOST_CELLS
+    _must(sound and points <= MOST_POINTS and pushes <= MOST_PUSHES, "a place to touch has sizes that are none")
+    radius, edge, deepest, *told = map(float, reader.floats(6))
+    lengths = 0.0 < edge <= radius or (edge == 0.0 and radius > 0.0)
+    _must(lengths and deepest > 0.0 and min(told) >= 0.0, "a place to touch has lengths or errors that are none")
+    axes, first = reader.floats(9).reshape(3, 3).astype(float), reader.floats(6).astype(float)
+    rest = reader.floats(modes**2).reshape(modes, modes).astype(float)
+    moduli = reader.floats(3 * cells).reshape(3, cells).astype(float)
+    slopes = reader.columns(9 * cells, modes)
+    at, moves = reader.floats(3 * points).astype(float), reader.columns(3 * points, modes)
+    areas, penalty = reader.floats(2 * points).reshape(2, points).astype(float)
+    _must(
+        bool((penalty > 0.0).all() and (areas >= 0.0).all()), "a place to touch has areas or stiffnesses that are none"
+    )
+    pushed = reader.floats(3 * pushes).reshape(pushes, 3).astype(float)
+    starts = reader.floats(pushes * modes).reshape(pushes, modes).astype(float)
+    surface, sizes = reader.columns(3 * n, modes), (deepest, *told)
+    points_of = at, moves, areas, penalty, pushed, starts, surface
+    return TouchPlace(node, KINDS[kind], radius, edge, axes, first, *sizes, rest, *moduli, slopes, *points_of)
 
 
 def _norm(x: np.ndarray) -> float:
@@ -558,7 +796,8 @@ class _Reader:
     def __init__(self, data: bytes):
         _must(len(data) >= HEAD and data[:8] == MAGIC, "this is no portable model of palpate")
         version, total, checksum, words, *counts = struct.unpack_from("<10I", data, 8)
-        _must(version == VERSION, f"this is a portable model of version {version}, and version {VERSION} is read here")
+        known = 1 <= version <= VERSION
+        _must(known, f"this is a portable model of version {version}, and versions 1 to {VERSION} are read here")
         whole = total == len(data)
         _must(whole, f"the file has {len(data)} bytes instead of {total}; it was cut off, or more was added")
         _must(checksum == zlib.crc32(data[20:]), "the checksum is wrong; the file is damaged")
@@ -568,6 +807,9 @@ class _Reader:
         self.scalars = struct.unpack_from(f"<{len(SCALARS)}d", data, 48)
         _must(all(math.isfinite(each) and each >= 0.0 for each in self.scalars), "a number of the header is not finite")
         _must(self.scalars[0] > 0.0, "the radius is not above 0")
+        places = self.scalars[11] if version > 1 else 0.0
+        _must(places <= MOST_PLACES and places == int(places), "its number of places to touch is none")
+        self.places = int(places)
         self._data, self._at = data, HEAD + words
         _must(words % 4 == 0 and self._at <= total, "its header is longer than the file")
         try:
@@ -592,6 +834,11 @@ class _Reader:
         found = self.take("<f4", count)
         _must(bool(np.isfinite(found).all()), "a number is not finite")
         return found
+
+    def columns(self, rows: int, columns: int) -> np.ndarray:
+        """Return whole numbers (rows, columns) times the scale of their column, which stands before them."""
+        scale = self.floats(columns).astype(float)
+        return self.take("<i2", rows * columns).reshape(rows, columns) * scale
 
     def end(self) -> None:
         """Check that nothing is left."""

@@ -1,0 +1,188 @@
+"""Prepare places that rigid instruments press in a portable file, and measure how wrong the file is there.
+
+A place is a reduced model of ``palpate.models.touch``. Its error is that of the file against quadratic elements of the
+same mesh, in pushes between those that it is made of.
+"""
+
+import warnings
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from palpate.benchmark.touch import Touch, TouchCase, places_to_touch
+from palpate.benchmark.touched_mesh import TouchedMeshes, answer_of
+from palpate.bodies.body import Body
+from palpate.bodies.contacts import spread_over
+from palpate.effects.instrument import SPHERE, Instrument, upright
+from palpate.errors import InputError, NotConverged
+from palpate.models.touch.modes import TouchModes
+from palpate.press.portable.runtimes.palpate_model import KINDS, PortableModel, TouchPlace, settle_touch, touch_kernel
+
+LOWER, FALLS = 0.7, 3
+"""Factor by which the depth of a place that bears too little is lowered, and how often; then another is taken."""
+TILTS, TURNS, SHARES = (0.0, 22.5, 45.0), 8, (0.35, 0.7, 1.0)
+"""Angles [degrees], directions and depths over the deepest at which searches of the file begin."""
+TRIED = ((0.0, 0.0, (0.4, 0.9)), (30.0, 45.0, (0.55, 0.85)))
+"""Tilts and turns [degrees] and depths over the deepest at which the file is compared with elements."""
+PUSH_TOLERANCE = 1e-4
+RIDGE = 1e-6
+"""Part of the identity that is added to the kernel by which pushes are told apart."""
+FLAT = 0.75
+"""Least cosine between the normal of a place and those within twice the instrument's radius of it."""
+
+
+@dataclass(frozen=True)
+class Touches:
+    """What a file is to hold: ``instruments``, each at so many ``places``, ``depth_of_radius`` deep at most.
+
+    level : that meshes are refined to where they are touched
+    """
+
+    instruments: Sequence[Instrument]
+    places: int
+    depth_of_radius: float = 0.75
+    level: int = 3
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """A touch of place number ``place`` that elements answer."""
+
+    place: int
+    touch: Touch
+    displacement: np.ndarray
+    force_n: float
+
+
+def prepare_places(
+    body: Body, asked: Touches, seed: int, progress: Callable[[Sequence], Iterable] = iter
+) -> tuple[list[TouchPlace], list[_Trial]]:
+    """Return places of ``body`` whose errors are not known yet, and trials to measure them by.
+
+    InputError for instruments that a file cannot hold; warns of places that bear no touch.
+    """
+    found: list[TouchPlace] = []
+    trials: list[_Trial] = []
+    for instrument in asked.instruments:
+        _refuse(instrument, asked.depth_of_radius)
+    pairs = [(one, node) for one in asked.instruments for node in _nodes(body, one, asked.places)]
+    left = 0
+    for instrument, node in progress(pairs):
+        for fall in range(FALLS):
+            deepest = asked.depth_of_radius * instrument.radius_m * LOWER**fall
+            try:
+                case = TouchCase(body, instrument, deepest, seed)
+                place, own = _place(case, asked.level, node, len(found))
+            except (NotConverged, InputError):
+                continue
+            found.append(place)
+            trials += own
+            break
+        else:
+            left += 1
+    if left:
+        warnings.warn(
+            f"bodies.{body.name}: {left} of {len(pairs)} places to touch give way, and are left.", stacklevel=2
+        )
+    return found, trials
+
+
+def measured(model: PortableModel, places: Sequence[TouchPlace], trials: Sequence[_Trial]) -> list[TouchPlace]:
+    """Return ``places`` with their errors, the largest of the ``trials`` there; model : the file that holds them."""
+    found = []
+    for number, place in enumerate(places):
+        errors = []
+        for trial in trials:
+            if trial.place == number:
+                answer = model.touch(number, trial.touch.depth_m, trial.touch.direction)
+                apart = np.sqrt(np.mean(np.sum((answer.displacement - trial.displacement) ** 2, axis=1)))
+                peak = np.linalg.norm(trial.displacement, axis=1).max()
+                errors.append((apart / peak, abs(answer.force_n / trial.force_n - 1.0)))
+        error, force_error = np.max(errors, axis=0)
+        found.append(replace(place, error=float(error), force_error=float(force_error)))
+    return found
+
+
+def _refuse(instrument: Instrument, depth_of_radius: float) -> None:
+    """Raise InputError for an instrument that a file cannot hold."""
+    if instrument.kind not in KINDS or instrument.sticks:
+        raise InputError(f"a portable model cannot hold the {instrument.name}; take a sphere or a punch that slides.")
+    if instrument.kind == SPHERE and depth_of_radius >= 1.0:
+        raise InputError(
+            f"{instrument.name}: {depth_of_radius:g} radii is deeper than half the ball; give less than 1."
+        )
+
+
+def _nodes(body: Body, instrument: Instrument, count: int) -> list[int]:
+    """Return ``count`` nodes that can be touched, spread over the surface, where it is no edge to the instrument."""
+    able, surface = places_to_touch(body), body.fine.surface
+    points, normals = body.fine.nodes[surface], body.fine.normals
+    flat = []
+    for node in able:
+        near = surface[np.linalg.norm(points - body.fine.nodes[node], axis=1) < 2.0 * instrument.radius_m]
+        flat.append(float((normals[near] @ normals[node]).min()) > FLAT)
+    able = able[flat] if any(flat) else able
+    return [int(able[row]) for row in spread_over(body.fine.nodes[able], count)]
+
+
+def _ways(axes: np.ndarray, tilts: Sequence[float], turns: Sequence[float]) -> np.ndarray:
+    """Return unit vectors (k, 3) that are tilted from straight in and turned about it by angles [degrees]."""
+    pairs = [(np.deg2rad(tilt), np.deg2rad(turn)) for tilt in tilts for turn in (turns if tilt else (0.0,))]
+    local = [[np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)] for tilt, turn in pairs]
+    return np.array(local) @ axes
+
+
+def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPlace, list[_Trial]]:
+    """Return a place without errors, and its trials; NotConverged where the body bears no such touch."""
+    body, instrument, deepest = case.body, case.instrument, case.deepest_m
+    solver, origin = TouchModes(case, {"everywhere": 0, "level": level}), body.fine.nodes[node]
+    axes = upright(instrument, origin, body.fine.normals[node]).axes
+    straight = Touch(instrument, node, -axes[2], deepest)
+    solver.prepare(straight)
+    reduced = solver._places[node]._reduced
+    ways = _ways(axes, TILTS, np.arange(TURNS) * 360.0 / TURNS)
+    begun = [Touch(instrument, node, way, deepest).pose(body) for way in ways]
+    first = _quadratic(
+        ways @ axes.T, np.array([(pose.tip - origin) @ way for pose, way in zip(begun, ways, strict=True)])
+    )
+    edge = instrument.radius_m if instrument.kind == SPHERE else instrument.edge_m
+    sizes = instrument.radius_m, edge, axes, first, deepest, 1.0, 0.0, 0.0
+    slopes, _, volumes, mu, lam = reduced.cells
+    moduli = volumes, np.broadcast_to(mu, volumes.shape), np.broadcast_to(lam, volumes.shape)
+    arrays = reduced.rest, *moduli, slopes, *reduced.points, np.empty((0, 3)), np.empty((0, reduced.count))
+    row = int(np.searchsorted(body.fine.surface, node))
+    place = TouchPlace(row, instrument.kind, *sizes, *arrays, reduced.surface)
+    pushed, states, areas = [], [], []
+    for pose, way in zip(begun, ways, strict=True):
+        q = np.zeros(reduced.count)
+        for share in SHARES:
+            q, _, area, _ = settle_touch(place, pose.tip + share * deepest * way, q)
+            pushed.append(share * axes @ way)
+            states.append(q)
+            areas.append(area)
+    kernel = touch_kernel(np.array(pushed), np.array(pushed).T) + RIDGE * np.eye(len(pushed))
+    starts, stretched = np.linalg.solve(kernel, states), solver.respond(straight).area_m2 / areas[len(SHARES) - 1]
+    place = replace(place, pushed=np.array(pushed), starts=starts, stretched=stretched)
+    return place, _trials(case, level, node, axes, number)
+
+
+def _quadratic(ways: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Fit ``values`` (k,) by a quadratic function, (6,), of what unit vectors (k, 3) have across."""
+    x, y = ways[:, 0], ways[:, 1]
+    return np.linalg.lstsq(np.column_stack([np.ones(len(x)), x, y, x * x, x * y, y * y]), values)[0]
+
+
+def _trials(case: TouchCase, level: int, node: int, axes: np.ndarray, number: int) -> list[_Trial]:
+    """Return touches between those that a place is made of, as elements of the same mesh answer them."""
+    meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
+    ways = [_ways(axes, [tilt], [turn])[0] for tilt, turn, _ in TRIED]
+    problems = meshes.around_all([Touch(case.instrument, node, way, case.deepest_m) for way in ways], 0, level)
+    found = []
+    for each, (_, _, shares) in zip(problems, TRIED, strict=True):
+        depths = [share * case.deepest_m for share in shares]
+        for state in each.problem.push(each.touch.direction, depths, PUSH_TOLERANCE):
+            touch = replace(each.touch, depth_m=state.depth_m)
+            answer = answer_of(each.problem, state, touch, each.up)
+            found.append(_Trial(number, touch, answer.displacement, answer.force_n))
+    return found

@@ -6,9 +6,12 @@ import os
 import shlex
 import sys
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from palpate.errors import InputError
+
+if TYPE_CHECKING:
+    from palpate.effects.instrument import Instrument
 
 
 class _Parser(argparse.ArgumentParser):
@@ -85,6 +88,11 @@ def _parser() -> argparse.ArgumentParser:
     export.add_argument("--scene", required=True, help="a body and a regime of loads, such as liver_large")
     export.add_argument("--model", default="contact_modes", help="contact_modes, the one that a file can hold")
     export.add_argument("--contacts", type=_count, default=120, help="places to prepare, spread over the surface (120)")
+    export.add_argument(
+        "--instrument", action="append", default=[], metavar="KIND:RADIUS_M[:EDGE_M]",
+        help="a rigid instrument to prepare places for, such as sphere:0.008 or punch:0.008:0.002; may be repeated",
+    )  # fmt: skip
+    export.add_argument("--places", type=_count, default=4, help="places of each instrument, some 15 s each (4)")
     export.add_argument("--out", required=True, type=Path, metavar="FILE", help="the file to write, and its folder")
     export.add_argument("--config", default="config.yaml", type=Path, help="the file of settings (config.yaml)")
     export.set_defaults(act=_export)
@@ -169,7 +177,19 @@ def _export(asked: argparse.Namespace) -> str:
     _share_compiled()
     from palpate.press.portable.command import export
 
-    return export(asked.config, asked.scene, asked.model, asked.contacts, asked.out)
+    instruments = [_instrument(text) for text in asked.instrument]
+    return export(asked.config, asked.scene, asked.model, asked.contacts, asked.out, instruments, asked.places)
+
+
+def _instrument(text: str) -> "Instrument":
+    from palpate.effects.instrument import Instrument
+
+    kind, *lengths = text.split(":")
+    try:
+        radius, edge = (*map(float, lengths), 0.0)[:2]
+    except ValueError:
+        raise InputError(f"--instrument {text} is none; give KIND:RADIUS_M, such as sphere:0.008.") from None
+    return Instrument(kind, radius, edge)
 
 
 def _load(asked: argparse.Namespace) -> str:

@@ -28,7 +28,7 @@ int main(int many, char **names) {
         if (palpate_touch(model, (uint32_t)row[0], row[1], row[2] != 0 ? row + 3 : NULL, moved, &answer)) return fprintf(stderr, "%s\n", answer.doubt), 1;
         clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &end);
         const double told[10] = {answer.force[0], answer.force[1], answer.force[2], answer.along, answer.area, answer.tip[0], answer.tip[1],
-            answer.tip[2], places[(uint32_t)row[0]].force_error, 1e3 * (double)(end.tv_sec - begin.tv_sec) + 1e-6 * (double)(end.tv_nsec - begin.tv_nsec)};
+            answer.tip[2], answer.force_error, 1e3 * (double)(end.tv_sec - begin.tv_sec) + 1e-6 * (double)(end.tv_nsec - begin.tv_nsec)};
         fwrite(told, sizeof *told, 10, out);
         fwrite(moved, sizeof *moved, 3 * (size_t)n, out);
         fwrite(answer.doubt, 1, 160, out);

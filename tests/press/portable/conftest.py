@@ -87,7 +87,7 @@ def made_up_place(rng, nodes, at, kind):
 
     slopes, volumes = 0.3 * rng.normal(size=(45, 6)), rng.uniform(1e-5, 1e-4, 5)
     sizes = (0.015, 0.015) if kind == "sphere" else (0.012, 0.003)
-    told = 0.006, 1.1, 0.01, 0.03  # deepest, stretched, and errors
+    told = 0.006, 1.1, 0.01, 0.03, 0.02, 0.1  # deepest, stretched, and errors
     moduli = volumes, np.full(5, 1154.0), np.full(5, 1731.0)
     contact = points.ravel(), bumps(points), np.full(81, 2.5e-5), np.full(81, 1.2e7)
     starts = 0.7 * rng.uniform(-1.0, 1.0, size=(8, 3)) - [0.0, 0.0, 0.3], 0.02 * rng.normal(size=(8, 6))

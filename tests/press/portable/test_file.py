@@ -29,6 +29,13 @@ def test_a_whole_file_is_read_and_told(made_up, written, capsys):
     assert "whole and sound" in said and said.endswith("\n".join(FOUR_ERRORS) + "\n")
 
 
+def test_places_to_touch_are_told(made_up, written):
+    assert "sphere of 15 mm at 1 places, to 6 mm; force within 3 % straight in, 10 %" in describe(
+        written(made_up.touched)
+    )
+    assert "sphere" not in describe(written(made_up.data))
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

@@ -1,4 +1,4 @@
-"""Touches of rigid instruments: runtimes agree, Python's are those of the reduced models, and old files are still read."""
+"""Touches of rigid instruments: runtimes agree, forces are slopes of the energy, and old files are still read."""
 
 import json
 import shutil
@@ -143,7 +143,7 @@ def test_what_is_no_touch_is_refused_in_words(touched, model, made_up, tmp_path)
 
 
 def test_files_of_version_1_are_read_and_places_cost_others_nothing(made_up, touched, model, compiled, tmp_path):
-    """A file without places differs from an old one by its version alone; presses beside places are answered as before."""
+    """A file without places differs from an old one by its version alone; presses are answered as before."""
     old = repaired(made_up.data[:8] + struct.pack("<I", 1) + made_up.data[12:])
     press = {"triangle": 7, "weights": [0.2, 0.3, 0.5], "force": [0.0, 0.0, -0.2]}
     right = model.respond([press]).displacement

@@ -2,16 +2,19 @@
 
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from palpate.benchmark.model import Case
 from palpate.benchmark.settings import finger_regimes, pressed_bodies, radius_of
 from palpate.bodies.make_body import make_body
 from palpate.bodies.settings import paths_of_body
+from palpate.effects.instrument import Instrument
 from palpate.errors import InputError, NotConverged, suggest
 from palpate.models.model_registry import MODELS
 from palpate.press.portable.export import COLUMNS, export_model
 from palpate.press.portable.file import describe
+from palpate.press.portable.touches import Touches
 from palpate.run.job import steps
 from palpate.run.settings import complete
 from palpate.run.settings_file import read_settings
@@ -20,9 +23,18 @@ CAN = "contact_modes"
 """The model that a file can hold."""
 
 
-def export(config: Path, scene: str, model: str, contacts: int, out: Path) -> str:
+def export(
+    config: Path,
+    scene: str,
+    model: str,
+    contacts: int,
+    out: Path,
+    instruments: Sequence[Instrument] = (),
+    places: int = 4,
+) -> str:
     """Write a model of a scene of the settings ``config`` to the file ``out``, and return what it is.
 
+    instruments : rigid ones, each prepared at so many ``places``
     InputError for a scene that the settings do not have, a model that a file cannot hold, and no place for the file.
     """
     if model != CAN:
@@ -35,7 +47,8 @@ def export(config: Path, scene: str, model: str, contacts: int, out: Path) -> st
 
     try:
         with threadpool_limits(limits=1):  # products are small, and threads wait for each other
-            export_model(case, COLUMNS, contacts, out, lambda what: steps(_say, what))
+            touches = Touches(instruments, places) if instruments else None
+            export_model(case, COLUMNS, contacts, out, lambda what: steps(_say, what), touches)
     except NotConverged as failure:
         raise InputError(f"{scene} cannot be exported: {failure}; press less hard, or refine the body.") from failure
     except OSError as error:

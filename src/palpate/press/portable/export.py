@@ -24,6 +24,7 @@ from palpate.models.contact_modes import contact_modes
 from palpate.models.contact_modes.contact_modes import LARGEST_NORM, LARGEST_PRESS, LEAST_DET, ContactModes, Prepared
 from palpate.models.contact_modes.workshop import Workshop, bring_to_surface
 from palpate.press.portable.runtimes.palpate_model import APART, SCALARS, VERSION, PortableModel
+from palpate.press.portable.touches import Touches, measured, prepare_places
 from palpate.press.portable.write import PackedContact, SurfaceBasis, fitted_compliance, model_bytes, surface_basis
 
 EVERY = 4
@@ -202,10 +203,12 @@ def export_model(
     contacts: int | Sequence[int],
     path: Path | str,
     progress: Progress = lambda _: iter,
+    touches: Touches | None = None,
 ) -> None:
     """Write contact modes of ``setting`` for any place of the body of ``case`` to the file ``path``.
 
     contacts : how many nodes of the fine surface, spread over it, or which
+    touches : rigid instruments, and at how many places they are prepared
     InputError for a body or a disc that the file cannot hold, and for nodes that cannot be pressed.
     """
     _refuse(case)
@@ -233,8 +236,13 @@ def export_model(
     found = calibrate(first, surface, solver, best, nodes, checked, progress("error at place"))
     scalars |= found.scalars()
     info = _info(case, setting, basis, prepared, scalars) | found.told()
+    places = []
+    if touches is not None:
+        places, trials = prepare_places(case.body, touches, case.seed, progress("place to touch"))
+        held = PortableModel(model_bytes(info, scalars, basis, compliance, packed, places))
+        places = measured(held, places, trials)
     with write_whole(path) as temporary:
-        temporary.write_bytes(model_bytes(info, scalars, basis, compliance, packed))
+        temporary.write_bytes(model_bytes(info, scalars, basis, compliance, packed, places))
 
 
 def _refuse(case: Case) -> None:

@@ -9,7 +9,7 @@
 static const double RESIDUAL_TOLERANCE = 1e-6, FORCE_SEARCH_TOLERANCE = 1e-6, FIRST_TOLERANCE = 0.1, HELD_COMPLIANCE = 2e-3, LEAST_EIGENVALUE = 0.03, MOST_MISSED = 0.1;
 enum { VERSION = 2, HEAD = 144, ITERATIONS = 200, MOST_SEARCH_STEPS = 40, MOST_MODES = 256, MOST_CELLS = 4096 };
 enum { TOUCH_ITERATIONS = 60, MOST_POINTS = 16384, MOST_PUSHES = 256, MOST_PLACES = 1024, FRAME = 12 };
-static const double TOUCH_TOLERANCE = 1e-8, TOUCH_RESIDUAL = 1e-3, STEEPEST = 45, ROUNDING = 1 + 1e-6;
+static const double TOUCH_TOLERANCE = 1e-8, TOUCH_RESIDUAL = 1e-3, STEEPEST = 45, TILTED = 30, ROUNDING = 1 + 1e-6;
 enum { MOST_VECTORS = 1024, MOST_PARTS = 8, MOST_PRESSES = 16, WIDE = 3 * MOST_PRESSES };
 
 typedef struct {
@@ -28,7 +28,7 @@ typedef struct {
 /* a place that a rigid instrument was prepared at: its cells, p points that may be touched, with their moves (3 p, r), and k
    past pushes. frames: of each point its gap, normal, two tangents, and how the instrument is curved along these */
 typedef struct {
-    contact cells; size_t p, k; double stretched, *axes, *first, *firm, *points, *moves, *areas, *penalty, *pushed, *starts;
+    contact cells; size_t p, k; double stretched, *axes, *first; const double *tilted; double *firm, *points, *moves, *areas, *penalty, *pushed, *starts;
     double *surface, *frames, *stiff, *soft, *rows;
 } touch_place;
 /* moved components, what they are to do, their responses to all forces, and the forces that move discs independently */
@@ -176,11 +176,11 @@ static void read_place(const palpate_model *model, reader *in, palpate_place *to
     told->node = word(w), told->kind = word(w + 4);
     if (told->node >= model->n || told->kind > 1 || r == 0 || r > MOST_MODES || m > MOST_CELLS || p > MOST_POINTS || k > MOST_PUSHES)
         in->why = "a place to touch has sizes that are none";
-    const double *sizes = doubles(in, 6);
+    const double *sizes = doubles(in, 8);
     if (in->why) return;
     told->radius = sizes[0], told->edge = sizes[1], told->deepest = sizes[2], one->stretched = sizes[3];
-    told->error = sizes[4], told->force_error = sizes[5];
-    if (!(told->radius > 0 && told->edge >= 0 && told->edge <= told->radius && told->deepest > 0) || !(one->stretched >= 0 && told->error >= 0 && told->force_error >= 0))
+    told->error = sizes[4], told->force_error = sizes[5], one->tilted = sizes + 6;
+    if (!(told->radius > 0 && told->edge >= 0 && told->edge <= told->radius && told->deepest > 0) || !(one->stretched >= 0 && told->error >= 0 && told->force_error >= 0 && sizes[6] >= 0 && sizes[7] >= 0))
         in->why = "a place to touch has lengths or errors that are none";
     one->axes = doubles(in, 9), one->first = doubles(in, 6), cells->rest = doubles(in, r * r);
     cells->volumes = doubles(in, m), cells->mu = doubles(in, m), cells->lam = doubles(in, m), cells->slopes = scaled(in, 9 * m, r, 0);
@@ -751,7 +751,10 @@ int palpate_touch(palpate_model *m, uint32_t place, double depth, const double *
         for (int d = 0; d < 3; d++) answer->force[d] += push * frame[1 + d];
         answer->area += frame[0] < 0 ? one->stretched * one->areas[n] : 0;
     }
-    answer->along = dot(answer->force, way, 3), answer->error = told->error, answer->force_error = told->force_error;
+    answer->along = dot(answer->force, way, 3);
+    const double share = fmin(sqrt(x * x + y * y) / sin(TILTED * 0.017453292519943295), 1);
+    answer->error = told->error + share * fmax(one->tilted[0] - told->error, 0);
+    answer->force_error = told->force_error + share * fmax(one->tilted[1] - told->force_error, 0);
     for (size_t i = 0; i < 3 * (size_t)m->n; i++) displacement[i] = (float)dot(one->surface + i * r, q, r), sound = sound && isfinite(displacement[i]);
     if (!sound || !isfinite(answer->along) || !isfinite(left)) {
         memset(displacement, 0, 3 * (size_t)m->n * sizeof *displacement), memset(answer->force, 0, sizeof answer->force);

@@ -13,7 +13,7 @@ typedef struct { uint32_t triangle; double weights[3]; int moves; double given[3
 /* error: RMSE over peak that nine in ten answers keep; doubt: why the answer is not to be believed, or "" */
 typedef struct { double error; char doubt[160]; } palpate_answer;
 
-/* A place that a rigid instrument was prepared at, and the largest errors there of the export's trials: a node of the
+/* A place that a rigid instrument was prepared at, and the largest errors there of the export's trials straight in: a node of the
    surface that its tip is held against; 0 for a ball or 1 for a punch; [m], and the outward direction */
 typedef struct { uint32_t node, kind; double radius, edge, deepest, error, force_error, outward[3]; } palpate_place;
 

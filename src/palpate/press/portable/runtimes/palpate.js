@@ -9,7 +9,7 @@ const Palpate = (() => {
   const FORCE_SEARCH_TOLERANCE = 1e-6, MOST_SEARCH_STEPS = 40, HELD_COMPLIANCE = 2e-3;
   const LEAST_EIGENVALUE = 0.03, MOST_MISSED = 0.1, MOST_PRESSES = 16;
   const MOST_MODES = 256, MOST_CELLS = 4096, MOST_VECTORS = 1024, MOST_PARTS = 8;
-  const TOUCH_TOLERANCE = 1e-8, TOUCH_ITERATIONS = 60, TOUCH_RESIDUAL = 1e-3, STEEPEST = 45, ROUNDING = 1 + 1e-6;
+  const TOUCH_TOLERANCE = 1e-8, TOUCH_ITERATIONS = 60, TOUCH_RESIDUAL = 1e-3, STEEPEST = 45, TILTED = 30, ROUNDING = 1 + 1e-6;
   const MOST_POINTS = 16384, MOST_PUSHES = 256, MOST_PLACES = 1024, FRAME = 12, KINDS = ["sphere", "punch"];
   const WORDS = ["body", "regime", "model", "error"], NUMBERS = ["radius_m", "peak_m", "hardest_n"];
 
@@ -429,7 +429,9 @@ const Palpate = (() => {
         for (let k = 0; k < r; k++, at++) sum += one.surface[at] * found[k];
         displacement[i] = sum;
       }
-      const forceAlong = inner(force, way), errors = { error: one.error, forceError: one.forceError };
+      const forceAlong = inner(force, way), share = Math.min(Math.hypot(x, y) / Math.sin((TILTED * Math.PI) / 180), 1);
+      const error = one.error + share * Math.max(one.tiltedError - one.error, 0);
+      const forceError = one.forceError + share * Math.max(one.tiltedForceError - one.forceError, 0);
       if (!displacement.every(Number.isFinite) || !Number.isFinite(forceAlong)) {
         const doubt = "the numbers of this answer are beyond what can be stored", nothing = { force: [0, 0, 0], forceAlong: 0, area: 0 };
         return { displacement: displacement.fill(0), ...nothing, error: 1, forceError: 1, doubt, tip, ms: now() - begin };
@@ -438,7 +440,7 @@ const Palpate = (() => {
       if (!(left <= TOUCH_RESIDUAL)) doubt = `the model found no rest: ${(100 * left).toFixed(1)} % of the load are left`;
       else if (!(depth <= ROUNDING * one.deepest)) doubt = `this is deeper than the ${(1e3 * one.deepest).toFixed(1)} mm that were prepared`;
       else if (!(-local[2] * ROUNDING >= Math.cos((STEEPEST * Math.PI) / 180))) doubt = `the direction is more than ${STEEPEST} degrees off the normal`;
-      return { displacement, force, forceAlong, area, ...errors, doubt, tip, ms: now() - begin };
+      return { displacement, force, forceAlong, area, error, forceError, doubt, tip, ms: now() - begin };
     }
 
     // bring coordinates to all nodes; return the largest displacement, NaN if a number is not finite
@@ -742,9 +744,9 @@ const Palpate = (() => {
     const [node, kind, r, m, p, k] = read.take(Uint32Array, 6);
     const sound = node < n && kind < KINDS.length && r > 0 && r <= MOST_MODES && m <= MOST_CELLS;
     must(sound && p <= MOST_POINTS && k <= MOST_PUSHES, "a place to touch has sizes that are none");
-    const [radius, edge, deepest, stretched, error, forceError] = read.floats(6);
+    const [radius, edge, deepest, stretched, error, forceError, tiltedError, tiltedForceError] = read.floats(8);
     const lengths = radius > 0 && edge >= 0 && edge <= radius && deepest > 0;
-    must(lengths && Math.min(stretched, error, forceError) >= 0, "a place to touch has lengths or errors that are none");
+    must(lengths && Math.min(stretched, error, forceError, tiltedError, tiltedForceError) >= 0, "a place to touch has lengths or errors that are none");
     const axes = read.doubles(9), first = read.doubles(6), rest = read.doubles(r * r);
     const volumes = read.doubles(m), mu = read.doubles(m), lam = read.doubles(m), slopes = read.columns(9 * m, r);
     const points = read.doubles(3 * p), moves = read.columns(3 * p, r), areas = read.doubles(p), penalty = read.doubles(p);
@@ -754,7 +756,7 @@ const Palpate = (() => {
     const firm = rest.slice(), f = new Float64Array(9 * m), rows = new Float64Array(7 * r);
     for (let i = 0; i < 9 * m; i++) outer(firm, slopes, i * r, i * r, 2 * mu[i % m] * volumes[i % m], r);
     const noise = volumes.reduce((sum, volume, i) => sum + 4e-15 * volume * (mu[i] + lam[i]), 0), outward = axes.subarray(6);
-    const told = { node, kind: KINDS[kind], radius, edge, deepest, stretched, error, forceError, axes, outward, first };
+    const told = { node, kind: KINDS[kind], radius, edge, deepest, stretched, error, forceError, tiltedError, tiltedForceError, axes, outward, first };
     return { ...told, r, m, p, k, rest, firm, volumes, mu, lam, slopes, f, noise, points, moves, areas, penalty, pushed, starts, surface, rows };
   }
 

@@ -24,7 +24,7 @@ FORCE_SEARCH_TOLERANCE, FIRST_TOLERANCE, MOST_SEARCH_STEPS = 1e-6, 0.1, 40
 HELD_COMPLIANCE, LEAST_EIGENVALUE, MOST_MISSED = 2e-3, 0.03, 0.1
 APART = "the nearest place that was prepared"
 MOST_MODES, MOST_CELLS, MOST_VECTORS, MOST_PARTS, MOST_PRESSES = 256, 4096, 1024, 8, 16
-TOUCH_TOLERANCE, TOUCH_ITERATIONS, TOUCH_RESIDUAL, STEEPEST, ROUNDING = 1e-8, 60, 1e-3, 45.0, 1.0 + 1e-6
+TOUCH_TOLERANCE, TOUCH_ITERATIONS, TOUCH_RESIDUAL, STEEPEST, TILTED, ROUNDING = 1e-8, 60, 1e-3, 45.0, 30.0, 1.0 + 1e-6
 MOST_POINTS, MOST_PUSHES, MOST_PLACES, KINDS = 16384, 256, 1024, ("sphere", "punch")
 WORDS, NUMBERS = ("body", "regime", "model", "error"), ("radius_m", "peak_m", "hardest_n")
 
@@ -48,7 +48,7 @@ class TouchAnswer(NamedTuple):
     """The answer to a rigid instrument that is pushed in.
 
     displacement : (n, 3) [m]; force : (3,) of the instrument on the body, force_n : along its way [N]
-    area_m2 : that touches; error : RMSE over peak, force_error : over the force, each the largest of the export's trials
+    area_m2 : that touches; error : RMSE over peak, force_error : over the force, the largest of the export's trials
     doubt : why the answer is not to be believed, or ""; tip : (3,) where the instrument's tip is [m]
     """
 
@@ -64,13 +64,15 @@ class TouchAnswer(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TouchPlace:
-    """A reduced model of one place under one instrument, in r coordinates with m cells and p points that may be touched.
+    """A reduced model of one place under one instrument, in r coordinates with m cells and p points to be touched.
 
     node : of the surface, that the tip is held against; kind : of KINDS; a ball is a punch whose edge is its radius
     axes : (3, 3), rows: two across, and outward; first : (6,) [m], how far from the node the instrument first touches,
         a quadratic function of what its unit direction has across
     deepest_m : that was prepared; stretched : areas that touch over those at rest; error, force_error : of TouchAnswer
-    rest : (r, r); volumes, mu, lam : (m,); slopes : (9 m, r); points : (3 p,) [m], moves : (3 p, r); areas, penalty : (p,)
+    tilted_error, tilted_force_error : the same of pushes that are tilted by TILTED degrees
+    rest : (r, r); volumes, mu, lam : (m,); slopes : (9 m, r)
+    points : (3 p,) [m], moves : (3 p, r); areas, penalty : (p,)
     pushed : (k, 3), of past pushes along the axes, over the deepest; starts : (k, r), by which a search begins
     surface : (3 n, r)
     """
@@ -85,6 +87,8 @@ class TouchPlace:
     stretched: float
     error: float
     force_error: float
+    tilted_error: float
+    tilted_force_error: float
     rest: np.ndarray
     volumes: np.ndarray
     mu: np.ndarray
@@ -305,8 +309,10 @@ class PortableModel:
             doubt = f"this is deeper than the {1e3 * one.deepest_m:.1f} mm that were prepared"
         elif not -local[2] * ROUNDING >= math.cos(math.radians(STEEPEST)):
             doubt = f"the direction is more than {STEEPEST:.0f} degrees off the normal"
-        told = one.stretched * area, one.error, one.force_error
-        return TouchAnswer(moved, force, along_n, *told, doubt, tip)
+        share = min(math.hypot(x, y) / math.sin(math.radians(TILTED)), 1.0)
+        error = one.error + share * max(one.tilted_error - one.error, 0.0)
+        force_error = one.force_error + share * max(one.tilted_force_error - one.force_error, 0.0)
+        return TouchAnswer(moved, force, along_n, one.stretched * area, error, force_error, doubt, tip)
 
     def _error(self, bent: list[_Bent], missed: float, peak: float) -> float:
         """Return the bound of an answer's error, as RMSE over peak."""
@@ -767,7 +773,7 @@ def _touch_place(reader: "_Reader", n: int) -> TouchPlace:
     node, kind, modes, cells, points, pushes = map(int, reader.take("<u4", 6))
     sound = node < n and kind < len(KINDS) and 0 < modes <= MOST_MODES and cells <= MOST_CELLS
     _must(sound and points <= MOST_POINTS and pushes <= MOST_PUSHES, "a place to touch has sizes that are none")
-    radius, edge, deepest, *told = map(float, reader.floats(6))
+    radius, edge, deepest, *told = map(float, reader.floats(8))
     lengths = 0.0 < edge <= radius or (edge == 0.0 and radius > 0.0)
     _must(lengths and deepest > 0.0 and min(told) >= 0.0, "a place to touch has lengths or errors that are none")
     axes, first = reader.floats(9).reshape(3, 3).astype(float), reader.floats(6).astype(float)

@@ -1,0 +1,46 @@
+"""Places that are prepared for a file answer as the reduced models and the elements that they are made of."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fixtures.touched_pad import *  # noqa: F403
+from fixtures.touched_pad import BALL
+
+from palpate.effects.instrument import Instrument
+from palpate.errors import InputError
+from palpate.models.touch.reduced_touch import settle_touching
+from palpate.press.portable.runtimes.palpate_model import settle_touch, touch_kernel
+from palpate.press.portable.touches import Touches, prepare_places
+
+
+@pytest.fixture(scope="module")
+def prepared(pad):
+    return prepare_places(pad, Touches([BALL], 1, 0.3, 2), 1)
+
+
+def test_a_place_answers_as_its_elements_between_the_pushes_it_is_made_of(prepared, pad):
+    (place,), trials = prepared
+    for trial in trials:
+        way = trial.touch.direction
+        q = touch_kernel(place.pushed, place.axes @ way * trial.touch.depth_m / place.deepest_m) @ place.starts
+        tip = trial.touch.pose(pad).tip + trial.touch.depth_m * way
+        q, force, _, left = settle_touch(place, tip, q)
+        apart = np.sqrt(np.mean(np.sum(((place.surface @ q).reshape(-1, 3) - trial.displacement) ** 2, axis=1)))
+        assert left < 1e-5 and apart < 0.01 * np.linalg.norm(trial.displacement, axis=1).max()
+        assert force @ way == pytest.approx(trial.force_n, rel=0.05)
+        # the same minimum as the compiled kernel of the reduced models finds
+        slopes = place.slopes.reshape(9, -1, len(q))
+        cells, points = (place.slopes, slopes, place.volumes, place.mu, place.lam), (place.points, place.moves)
+        points, shape = (*points, place.areas, place.penalty), BALL.shape
+        other, law = q + 1e-3 * np.abs(q).max(), (None, None, None)
+        settle_touching(other, cells, place.firm, place.rest, points, tip, place.axes, shape, law, 1e-8, 60)
+        assert place.surface @ other == pytest.approx(place.surface @ q, abs=1e-6 * np.abs(place.surface @ q).max())
+
+
+def test_instruments_that_a_file_cannot_hold_are_refused(pad):
+    for wrong in (Instrument("capsule", 0.01, length_m=0.01), replace(BALL, sticks=True)):
+        with pytest.raises(InputError, match="sphere or a punch"):
+            prepare_places(pad, Touches([wrong], 1), 1)
+    with pytest.raises(InputError, match="half the ball"):
+        prepare_places(pad, Touches([BALL], 1, 1.2), 1)

@@ -66,7 +66,7 @@ def made_up():
     scalars |= {"farthest_m": 0.1, "floor": 0.01, "share": 0.05, "spread": 0.5, "several": 0.2, "hardest_n": 0.8}
     compliance = 0.01 * np.cov(rng.normal(size=(10, 40)))
     info = {"format": "palpate portable model", "version": 1, "body": "block", "regime": "large", "model": "made up"}
-    info |= {"radius_m": 0.03, "peak_m": 0.0, "hardest_n": 0.8, "error": "not measured"}
+    info |= {"radius_m": 0.03, "peak_m": 0.01, "hardest_n": 0.8, "error": "not measured"}
     at = int(np.argmin(np.linalg.norm(nodes - [0.05, 0.05, 0.1], axis=1)))
     places = [made_up_place(rng, nodes, at, kind) for kind in KINDS]
     files = [model_bytes(info, scalars, basis, compliance, packed, touches) for touches in ((), places)]

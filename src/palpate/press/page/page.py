@@ -20,7 +20,7 @@ from palpate.report.words import percent, seconds, spaced
 
 _SCRIPTS = (
     *("camera", "light", "arrow", "painter", "coarse", "answers", "finger", "view"),
-    *("panel", "stage", "pace", "gestures", "readings"),
+    *("panel", "stage", "tool", "pace", "gestures", "readings"),
 )
 _COLOURS = {"displacement": "YlGnBu", "error": "YlOrRd"}  # as in all other pictures
 _SHADES = 254

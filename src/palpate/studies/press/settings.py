@@ -5,7 +5,13 @@ from typing import Literal
 
 from palpate.benchmark.settings import check_refined, pressed_bodies
 from palpate.errors import InputError, describe_unknown
-from palpate.setting_types import Block, Count, Index, Positive, Some, key
+from palpate.setting_types import Block, Count, Index, NotNegative, Positive, Some, key
+
+
+class Instrument(Block):
+    kind: Literal["sphere", "punch"] = key("A ball, or a punch, a cylinder with a flat end")
+    radius_m: Positive = key("Radius [m]")
+    edge_m: NotNegative = key("Radius [m] of a punch's rounded edge", 0.0)
 
 
 class Settings(Block):
@@ -18,6 +24,8 @@ class Settings(Block):
     )
     thinned: Positive = key("To what relative error of the reduced forces the cells are thinned", 0.003)
     samples: Index = key("Presses of the trade-off by the same finger whose truth the page can show, at most", 6)
+    instruments: list[Instrument] = key("Rigid instruments that the page offers beside the finger, at places", [])
+    places: Count = key("Places that are prepared for each instrument, in half a minute to one and a half each", 4)
     radius_m: Positive = key("Radius [m] of the finger's patch", 0.03)
     radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
 

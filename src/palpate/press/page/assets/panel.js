@@ -39,7 +39,7 @@ class Panel {
     this.live.setAttribute("aria-live", "polite");
     const list = make("dl", { id: `${id}_keys` }, ...KEYS.flatMap(([key, text]) => [make("dt", { textContent: key }), make("dd", { textContent: text })]));
     const help = make("details", {}, make("summary", { textContent: "Keys" }), list);
-    const side = make("div", { className: "side" }, this.readings(), this.ways(), this.sliders(), this.fingers(), this.selects(), this.truths(), help);
+    const side = make("div", { className: "side" }, this.readings(), this.tools(), this.ways(), this.sliders(), this.fingers(), this.selects(), this.truths(), help);
     this.whole = make("div", { className: "press-stage" }, make("div", { className: "seen" }, view, keys, this.doubt), side, this.live);
   }
 

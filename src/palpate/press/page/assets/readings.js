@@ -30,6 +30,7 @@ Object.assign(Panel.prototype, {
     this.answer.textContent = active ? said(Math.round(100 * median) / 100, "ms") : "–";
     this.error.textContent = error > 0 ? `± ${percent(error)}` : "–";
     this.bars(error);
+    this.drawCurve();
     this.doubtShown(doubt);
     clearTimeout(this.timer);
     this.timer = setTimeout(() => this.speak(), AGAIN_MS);
@@ -140,6 +141,7 @@ Object.assign(Panel.prototype, {
   // what is chosen is marked, and what cannot be chosen is not offered
   choose() {
     const { stage } = this, { truth, active } = stage;
+    this.offerTools();
     Object.entries(this.radios).forEach(([way, [radio]]) => (radio.checked = way === stage.mode));
     for (const each of [this.pin, this.let, this.angle[0], this.turned[0]]) each.disabled = !active;
     this.pin.setAttribute("aria-pressed", Boolean(active?.pinned));

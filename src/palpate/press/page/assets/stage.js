@@ -62,6 +62,7 @@ class Stage {
   bears(place) {
     const { model, depths, surface: { nodes, triangles } } = this.main, free = FREE * model.info.peak_m;
     if (!place) return free;
+    if (this.active?.touch?.deepest && place === this.active.place) return this.active.touch.deepest;
     if (isHeld(triangles, 3 * place.triangle, this.held)) return 0;
     if (!depths.has(place)) {
       const loaded = [model, ...this.choices.map((choice) => choice.loaded)];
@@ -92,6 +93,7 @@ class Stage {
       finger.surface = this.main.surface;
       finger.depth = Math.min(finger.wish, this.bears(finger.place)); // what another model did not bear comes back
     }
+    if (this.tool && !this.tools()[this.tool]) [this.tool, this.fingers, this.active] = [null, [], null];
     this.panel.show(choice);
     this.refresh();
   }
@@ -107,6 +109,7 @@ class Stage {
   // Press a place: with the finger that is not pinned, or with a new one. At most two press at once. A finger takes its wish
   // along, as far as the place is known to bear it.
   put(place, own = null) {
+    if (this.tool) return this.putTool(place);
     this.changed();
     const kept = this.fingers.filter((finger) => !finger.leaving);
     let finger = own ?? kept.find((each) => !each.pinned);
@@ -154,6 +157,7 @@ class Stage {
 
   // Press as in a sample whose truth was simulated.
   recall(truth) {
+    this.tool = null;
     const finger = new Finger(this.main.surface, { triangle: truth.triangle, weights: truth.weights }, 0);
     finger.force = truth.force;
     [this.fingers, this.active, this.truth, this.truthShown] = [[finger], finger, truth, false];
@@ -211,6 +215,7 @@ class Stage {
       const marks = { ...rings, crossed, doubt, sharp };
       this.painter.paint(view.buffers, this.camera, [box[0], height - box[1] - box[3], box[2], box[3]], marks);
     });
+    this.drawTool();
     this.painter.arrows.draw(this.panel.shafts(), sharp);
     this.pictures++;
     this.panel.tell();
@@ -235,7 +240,7 @@ class Stage {
   }
 
   rings() {
-    const rings = new Float32Array(12), inks = new Float32Array(9), { radius_m: radius } = this.main.model.info;
+    const rings = new Float32Array(12), inks = new Float32Array(9), radius = this.active?.touch?.radius ?? this.main.model.info.radius_m;
     const shown = this.fingers.map((finger) => [finger.rest, finger === this.active ? INKS.active : INKS.other]);
     if (this.cursorSeen && this.cursor && !(this.active && !this.active.pinned)) shown.push([this.cursor.rest, INKS.cursor]);
     shown.slice(0, 3).forEach(([place, ink], i) => {

@@ -26,14 +26,14 @@ class View {
     const began = performance.now();
     if (!presses.length) {
       this.answer.displacement.fill(0);
-      this.answer = { ...this.answer, forces: new Float32Array(0), error: NaN, doubt: "", lost: false, ms: NaN };
+      this.answer = { ...this.answer, forces: new Float32Array(0), error: NaN, doubt: "", lost: false, ms: NaN, tip: null };
       return;
     }
     try {
-      const found = await this.model.respond(presses);
+      const found = presses[0].touch ? askTool(this.model, presses[0].touch) : await this.model.respond(presses);
       this.answer = { ...found, lost: false, ms: found.ms ?? performance.now() - began };
     } catch (error) {
-      this.answer = { ...this.answer, error: NaN, doubt: error.message, lost: true, ms: performance.now() - began };
+      this.answer = { ...this.answer, tip: null, error: NaN, doubt: error.message, lost: true, ms: performance.now() - began };
     }
   }
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 from press.page.press_stage import READY
+from press.portable.conftest import made_up, touched  # noqa: F401
 from report import browser as chromium
 
 from palpate.bodies.make_body import make_body

@@ -34,6 +34,24 @@ def test_ten_presses_are_what_python_answers(page, answer):
     assert len(triangles) > 7
 
 
+def test_a_ball_and_a_punch_press_the_nearest_prepared_place(opened, made_up, touched):
+    """What the page shows of each is what Python answers, with its force and a curve."""
+    with opened([PressModel("contact_modes", "contact modes", made_up.touched)]) as page:
+        for number, name in enumerate(("Ball", "Punch")):
+            page.locator(".tools span", has_text=name).click()
+            page.evaluate(f"{STAGE}.put({{ triangle: 0, weights: [1, 0, 0] }})")
+            rest(page)
+            depth, along = page.evaluate(f"[{STAGE}.active.shown, {STAGE}.main.answer.forceAlong]")
+            right = touched.touch(number, depth)
+            assert depth > 1e-3 and along == pytest.approx(right.force_n, rel=1e-6)
+            shown = np.reshape(rest(page)["displacement"], (-1, 3))
+            assert np.abs(shown - right.displacement).max() < 1e-5 * np.abs(right.displacement).max()
+            page.wait_for_timeout(200)
+            assert page.locator(".curve svg polyline").count() == 1
+        page.locator(".tools span", has_text="Finger").click()
+        assert rest(page)["presses"] == []
+
+
 def test_a_drag_presses_deeper_and_the_wheel_too(page, answer):
     (x, y), *_ = spots(page, 1)
     page.mouse.move(x, y)

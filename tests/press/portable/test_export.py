@@ -8,9 +8,12 @@ from press.portable.conftest import SETTING
 
 from palpate.benchmark.load import Load
 from palpate.bodies.contacts import surface_contacts
+from palpate.effects.instrument import Instrument
 from palpate.errors import InputError, NotConverged
 from palpate.models.contact_modes import contact_modes
 from palpate.press.portable.export import export_model
+from palpate.press.portable.file import read
+from palpate.press.portable.touches import Touches
 
 
 def asked(case, model, node, newtons):
@@ -45,6 +48,19 @@ def test_between_contacts_nine_answers_in_ten_keep_their_bound(pressed, exported
             break
     assert len(kept) == 10 and sum(kept) >= 8
     assert "RMSE over peak" in exported.info["error"]
+
+
+def test_a_file_holds_places_to_touch_with_errors_against_elements(pressed, tmp_path):
+    case = pressed[0]
+    touches = Touches([Instrument("sphere", 0.02)], 1, 0.2, 1)
+    export_model(case, SETTING, 2, tmp_path / "touched.palpate", touches=touches)
+    model = read(tmp_path / "touched.palpate")
+    (place,) = model.touches
+    assert (
+        0.0 < place.error < 0.1 and 0.0 < place.force_error < 0.2 and place.deepest_m == pytest.approx(0.004, rel=1e-6)
+    )
+    answer = model.touch(0, 0.003)
+    assert answer.doubt == "" and answer.force_n > 0.0 and answer.force_error == pytest.approx(place.force_error)
 
 
 def test_what_a_file_cannot_hold_is_refused(pressed, tmp_path):

@@ -23,7 +23,7 @@ from palpate.files import write_whole
 from palpate.models.contact_modes import contact_modes
 from palpate.models.contact_modes.contact_modes import LARGEST_NORM, LARGEST_PRESS, LEAST_DET, ContactModes, Prepared
 from palpate.models.contact_modes.workshop import Workshop, bring_to_surface
-from palpate.press.portable.runtimes.palpate_model import APART, SCALARS, VERSION, PortableModel
+from palpate.press.portable.runtimes.palpate_model import APART, SCALARS, VERSION, PortableModel, TouchPlace
 from palpate.press.portable.touches import Touches, measured, prepare_places
 from palpate.press.portable.write import PackedContact, SurfaceBasis, fitted_compliance, model_bytes, surface_basis
 
@@ -236,9 +236,9 @@ def export_model(
     found = calibrate(first, surface, solver, best, nodes, checked, progress("error at place"))
     scalars |= found.scalars()
     info = _info(case, setting, basis, prepared, scalars) | found.told()
-    places = []
+    places: list[TouchPlace] = []
     if touches is not None:
-        places, trials = prepare_places(case.body, touches, case.seed, progress("place to touch"))
+        places, trials = prepare_places(case.body, touches, case.options.seed, progress("place to touch"))
         held = PortableModel(model_bytes(info, scalars, basis, compliance, packed, places))
         places = measured(held, places, trials)
     with write_whole(path) as temporary:

@@ -7,6 +7,7 @@ same mesh, in pushes between those that it is made of.
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -111,7 +112,7 @@ def measured(model: PortableModel, places: Sequence[TouchPlace], trials: Sequenc
                 straight = float(trial.touch.direction @ place.axes[2]) < -1.0 + 1e-9
                 errors[straight].append((apart / peak, abs(answer.force_n / trial.force_n - 1.0)))
         (error, force_error), (tilted, tilted_force) = (np.max(errors[straight], axis=0) for straight in (True, False))
-        told = {"error": float(error), "force_error": float(force_error)}
+        told: dict[str, Any] = {"error": float(error), "force_error": float(force_error)}
         found.append(replace(place, **told, tilted_error=float(tilted), tilted_force_error=float(tilted_force)))
     return found
 
@@ -138,7 +139,7 @@ def _nodes(body: Body, instrument: Instrument, count: int) -> list[int]:
     return [int(able[row]) for row in spread_over(body.fine.nodes[able], count)]
 
 
-def _ways(axes: np.ndarray, tilts: Sequence[float], turns: Sequence[float]) -> np.ndarray:
+def _ways(axes: np.ndarray, tilts: Sequence[float], turns: Sequence[float] | np.ndarray) -> np.ndarray:
     """Return unit vectors (k, 3) that are tilted from straight in and turned about it by angles [degrees]."""
     pairs = [(np.deg2rad(tilt), np.deg2rad(turn)) for tilt in tilts for turn in (turns if tilt else (0.0,))]
     local = [[np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)] for tilt, turn in pairs]
@@ -159,12 +160,13 @@ def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPl
         ways @ axes.T, np.array([(pose.tip - origin) @ way for pose, way in zip(begun, ways, strict=True)])
     )
     edge = instrument.radius_m if instrument.kind == SPHERE else instrument.edge_m
-    sizes = instrument.radius_m, edge, axes, first, deepest, 1.0, *4 * [0.0]
+    sizes: list[Any] = [instrument.radius_m, edge, axes, first, deepest, 1.0, *4 * [0.0]]
     slopes, _, volumes, mu, lam = reduced.cells
     moduli = volumes, np.broadcast_to(mu, volumes.shape), np.broadcast_to(lam, volumes.shape)
-    arrays = reduced.rest, *moduli, slopes, *reduced.points, np.empty((0, 3)), np.empty((0, reduced.count))
+    none = np.empty((0, 3)), np.empty((0, reduced.count))
+    arrays: list[Any] = [reduced.rest, *moduli, slopes, *reduced.points, *none, reduced.surface]
     row = int(np.searchsorted(body.fine.surface, node))
-    place = TouchPlace(row, instrument.kind, *sizes, *arrays, reduced.surface)
+    place = TouchPlace(row, instrument.kind, *sizes, *arrays)
     pushed, states, areas = [], [], []
     for pose, way in zip(begun, ways, strict=True):
         q = np.zeros(reduced.count)

@@ -8,8 +8,8 @@ from palpate.run.job import steps
 
 def export_model(input, output, params, say):
     from palpate.benchmark.model import Case
-    from palpate.press.coarse_answer import coarse_answer, save
     from palpate.effects.instrument import Instrument
+    from palpate.press.coarse_answer import coarse_answer, save
     from palpate.press.portable.export import export_model
     from palpate.press.portable.touches import Touches
 

@@ -788,8 +788,9 @@ def _touch_place(reader: "_Reader", n: int) -> TouchPlace:
     pushed = reader.floats(3 * pushes).reshape(pushes, 3).astype(float)
     starts = reader.floats(pushes * modes).reshape(pushes, modes).astype(float)
     surface, sizes = reader.columns(3 * n, modes), (deepest, *told)
-    points_of = at, moves, areas, penalty, pushed, starts, surface
-    return TouchPlace(node, KINDS[kind], radius, edge, axes, first, *sizes, rest, *moduli, slopes, *points_of)
+    of_points = at, moves, areas, penalty, pushed, starts, surface
+    arrays: list[Any] = [axes, first, *sizes, rest, *moduli, slopes, *of_points]
+    return TouchPlace(node, KINDS[kind], radius, edge, *arrays)
 
 
 def _norm(x: np.ndarray) -> float:

@@ -32,13 +32,42 @@ def contact(q, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals,
 
 
 @numba.njit(cache=True, error_model="numpy")
+def solve_positive(matrix, b):
+    """Write the solution of ``matrix`` x = b into ``b`` (r,) by Cholesky's method, which spoils the matrix (r, r).
+
+    Returns False, and leaves ``b``, where the symmetric matrix is not positive definite, or NaN.
+    """
+    r = len(b)
+    for k in range(r):
+        if not matrix[k, k] > 0.0:
+            return False
+        scale = 1.0 / np.sqrt(matrix[k, k])
+        for j in range(k, r):
+            matrix[k, j] *= scale
+        for i in range(k + 1, r):
+            share = matrix[k, i]
+            for j in range(i, r):
+                matrix[i, j] -= share * matrix[k, j]
+    for k in range(r):
+        b[k] /= matrix[k, k]
+        for j in range(k + 1, r):
+            b[j] -= b[k] * matrix[k, j]
+    for k in range(r - 1, -1, -1):
+        for j in range(k + 1, r):
+            b[k] -= matrix[k, j] * b[j]
+        b[k] /= matrix[k, k]
+    return True
+
+
+@numba.njit(cache=True, error_model="numpy")
 def settle_touching(q, cells, base, stiff, points, tip, axes, shape, law, tolerance, iterations):
     """Minimise the energy of a body and of contact from ``q`` (r,) in place, by Newton's method.
 
     cells : flat slopes (9 k, r), the same as (9, k, r), volumes, μ and λ of k cells; base : (r, r) what of the tangent
     does not change; stiff : (r, r), what the cells' energy lacks at rest; points, tip, axes, shape : as in ``contact``
-    Returns the force (3,) [N] of the instrument, the area at rest that it touches [m²], the residual over the force of
-    contact, and the iterations.
+    Where the tangent is not positive definite, as where cells give way or are inverted, the body's stiffness at rest,
+    the identity, stands for it. Returns the force (3,) [N] of the instrument, the area at rest that it touches [m²],
+    the residual over the force of contact, and the iterations.
     """
     flat, slopes, volumes, mu, lam = cells
     rest, modes, areas, penalty = points
@@ -46,51 +75,67 @@ def settle_touching(q, cells, base, stiff, points, tip, axes, shape, law, tolera
     f, stress, energies = np.empty((9, k)), np.empty((9, k)), np.empty(k)
     accepted = np.empty(k, dtype=np.bool_)
     at, normals, bends = np.empty((p, 3)), np.empty((p, 3)), np.empty((1, 3, 3))
-    gaps, pressures = np.empty(p), np.empty(p)
+    gaps, pressures, touched = np.empty(p), np.empty(p), np.empty(p, dtype=np.int64)
+    moves, blocks, pushes = np.empty((3 * p, r)), np.empty((3 * p, r)), np.empty(3 * p)
     kernel = (volumes, mu, lam, law[0], law[1], law[2], f, stress, energies, accepted)
-    energy = cell_stresses(q, flat, *kernel) + 0.5 * np.dot(q, np.dot(stiff, q))
+    pulled = np.dot(stiff, q)
+    energy = 0.5 * np.dot(q, pulled)
+    if k > 0:
+        energy += cell_stresses(q, flat, *kernel)
     energy += contact(q, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures)
     left, count, scale = np.inf, 0, 0.0
     while True:
-        touched = np.flatnonzero(pressures > 0.0)
-        pushes = np.zeros(3 * p)
-        for n in touched:
-            for i in range(3):
-                pushes[3 * n + i] = areas[n] * pressures[n] * normals[n, i]
-        pull = np.dot(pushes, modes)
-        gradient = np.dot(stress.ravel(), flat) + np.dot(stiff, q) - pull
-        scale = np.sqrt(np.dot(pull, pull)) if len(touched) > 0 else scale
+        m = 0
+        for n in range(p):
+            if pressures[n] > 0.0:
+                touched[m] = n
+                for i in range(3):
+                    pushes[3 * m + i] = areas[n] * pressures[n] * normals[n, i]
+                    moves[3 * m + i] = modes[3 * n + i]
+                m += 1
+        near, bent = moves[: 3 * m], blocks[: 3 * m]
+        pull = np.dot(pushes[: 3 * m], near)
+        gradient = pulled - pull
+        if k > 0:
+            gradient += np.dot(stress.ravel(), flat)
+        scale = np.sqrt(np.dot(pull, pull)) if m > 0 else scale
         size = np.sqrt(np.dot(gradient, gradient))
-        left = size / scale if size > 0.0 else 0.0
+        left = 0.0 if size == 0.0 else size / scale
         if left <= tolerance or count >= iterations:
             break
         count += 1
-        tangent = base.copy()
-        add_tangent(q, slopes, volumes, mu, lam, law[0], law[1], law[2], tangent)
-        along, curved = np.empty((len(touched), r)), np.empty((3 * len(touched), r))
-        bent = np.empty((3 * len(touched), r))
-        for m in range(len(touched)):
-            n = touched[m]
-            one = slice(n, n + 1)
-            curvatures(at[one], tip, axes, shape[0], shape[1], shape[2], shape[3], gaps[one], normals[one], bends)
-            root = np.sqrt(areas[n] * penalty[n])
-            for j in range(r):
-                a, b, c = modes[3 * n, j], modes[3 * n + 1, j], modes[3 * n + 2, j]
-                along[m, j] = root * (normals[n, 0] * a + normals[n, 1] * b + normals[n, 2] * c)
+        step, curved = -gradient, True
+        while True:
+            for j in range(m):
+                n = touched[j]
+                one = slice(n, n + 1)
+                curvatures(at[one], tip, axes, shape[0], shape[1], shape[2], shape[3], gaps[one], normals[one], bends)
+                push = areas[n] * pressures[n] if curved else 0.0
+                firm = areas[n] * penalty[n]
                 for i in range(3):
-                    curved[3 * m + i, j] = modes[3 * n + i, j]
-                    push = areas[n] * pressures[n]
-                    bent[3 * m + i, j] = push * (bends[0, i, 0] * a + bends[0, i, 1] * b + bends[0, i, 2] * c)
-        tangent += np.dot(along.T, along)
-        step = np.linalg.solve(tangent - np.dot(curved.T, bent), -gradient)
+                    a = firm * normals[n, i] * normals[n, 0] - push * bends[0, i, 0]
+                    b = firm * normals[n, i] * normals[n, 1] - push * bends[0, i, 1]
+                    c = firm * normals[n, i] * normals[n, 2] - push * bends[0, i, 2]
+                    for h in range(r):
+                        bent[3 * j + i, h] = a * near[3 * j, h] + b * near[3 * j + 1, h] + c * near[3 * j + 2, h]
+            tangent = np.dot(near.T, bent)
+            if curved:
+                tangent += base
+                if k > 0:
+                    add_tangent(q, slopes, volumes, mu, lam, law[0], law[1], law[2], tangent)
+            else:
+                tangent += np.eye(r)
+            if solve_positive(tangent, step) or not curved:
+                break
+            curved = False
         slope = np.dot(gradient, step)
-        if not slope < 0.0:
-            step = np.linalg.solve(tangent, -gradient)
-            slope = np.dot(gradient, step)
         length, found = 1.0, False
-        while length > 1e-4:
+        while slope < 0.0 and length > 1e-4:
             reached = q + length * step
-            lower = cell_stresses(reached, flat, *kernel) + 0.5 * np.dot(reached, np.dot(stiff, reached))
+            pulled = np.dot(stiff, reached)
+            lower = 0.5 * np.dot(reached, pulled)
+            if k > 0:
+                lower += cell_stresses(reached, flat, *kernel)
             lower += contact(reached, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures)
             if lower <= energy + 1e-4 * length * slope + 1e-12 * abs(energy):
                 found = True

@@ -113,10 +113,10 @@ class TouchedMeshes:
 
         Both count from the first level of the shape. InputError where the instrument does not touch.
         """
-        return self.around_all([touch], everywhere, level)[0]
+        return self.around_all([touch], everywhere, level)
 
-    def around_all(self, touches: Sequence[Touch], everywhere: int, level: int) -> list[TouchedMesh]:
-        """Return the same mesh for several touches of one place, with the points of its surface that any may touch."""
+    def around_all(self, touches: Sequence[Touch], everywhere: int, level: int) -> TouchedMesh:
+        """Return the mesh for the first of several touches of one place, with the points that any of them may touch."""
         first, body = touches[0], self._base
         place = self._body.fine.nodes[first.node]
         edges = self._edge(first.node) / 2.0 ** np.arange(level)
@@ -128,10 +128,8 @@ class TouchedMeshes:
         poses = [touch.pose(self._body) for touch in touches]
         points = points_touched(local.fine, 2, body.material.young_pa, touches, poses)
         edge = float(self._edge(first.node) / 2**level)
-        return [
-            TouchedMesh(touch, whole, Indentation(whole, level, 2, points, [pose], first.instrument.sticks), up, edge)
-            for touch, pose in zip(touches, poses, strict=True)
-        ]
+        problem = Indentation(whole, level, 2, points, poses[:1], first.instrument.sticks)
+        return TouchedMesh(first, whole, problem, up, edge)
 
     def _edge(self, node: int) -> float:
         """Return the mean length [m] of the edges of the coarse triangles nearest to a node."""

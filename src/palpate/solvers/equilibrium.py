@@ -63,7 +63,12 @@ class Equilibrium:
         else:
             self._precondition = self._multigrid.solve
             if order == 2:
-                self._multigrid.update(self._linear_at_rest(body, finest))
+                self._precondition_by(self._linear_at_rest(body, finest))
+
+    def _precondition_by(self, linear: sparse.bsr_array) -> None:
+        """Take the stiffness at rest of linear elements for what preconditions quadratic ones."""
+        assert self._multigrid is not None
+        self._multigrid.update(linear)
 
     def energy(self, x: np.ndarray) -> float:
         """Return the elastic energy minus the work of the load [J]."""

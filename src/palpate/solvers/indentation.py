@@ -1,7 +1,8 @@
 """Static equilibrium of a body that rigid instruments are pushed into, step by step to a depth.
 
-Contact acts at points of the surface with the shape functions of its elements. Newton's method finds the equilibrium
-for given multipliers; these are set to the pressures it has found until what overlaps is small against the depth.
+Contact acts at points of the surface with the shape functions of its elements. L-BFGS, and Newton's method where that
+is slow, finds the equilibrium for given multipliers; these are set to the pressures it has found until what overlaps is
+small against the depth.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -18,6 +19,7 @@ from palpate.effects.surface_integrals import surface_interpolation
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import hold, product
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.solvers.lbfgs import minimise_by_lbfgs
 from palpate.solvers.newton import Product, Solution, minimise_by_newton
 
 PENALTY = 20.0
@@ -45,6 +47,9 @@ STICKING_STEPS = 4
 many."""
 FIRST = 1e-2
 """Tolerance of the equilibrium for the multipliers at the start of a step, which are about to change."""
+DESCENT, WORTH = 10, 0.5
+"""Steps of L-BFGS with one set of points that touch in its matrix, and the share to which they have to bring the
+residual, or Newton's method is faster: one of its iterations takes as long as 15 to 20 of these steps."""
 STICKING = 0.01
 """Force on points that come to stick or let go, over that on all, above which the multipliers are set again."""
 
@@ -170,13 +175,21 @@ class Indentation(Equilibrium):
     def __init__(
         self, body: Body, level: int, order: int, points: ContactPoints, poses: Sequence[Pose], sticks: bool = False
     ):
+        self._linear: sparse.bsr_array | None = None
         super().__init__(body, level, order)
         self.points, self._sticks = points, sticks
-        self._sides = [_Side(pose, len(points.areas)) for pose in poses]
+        self.begin(poses)
         self._spread = points.interpolation.T.tocsr()
         absolute = abs(points.interpolation)
         self._lumped, self._lump = absolute.T.tocsr(), absolute.sum(axis=1)
-        self._linear = self._linear_at_rest(body, level + 1) if order == 2 else None
+
+    def begin(self, poses: Sequence[Pose]) -> None:
+        """Take other instruments, or the same elsewhere, at first touch."""
+        self._begin = list(poses)
+        self._sides = [_Side(pose, len(self.points.areas)) for pose in poses]
+
+    def _precondition_by(self, linear: sparse.bsr_array) -> None:
+        self._linear = linear
 
     def energy(self, x: np.ndarray) -> float:
         """Return the elastic energy and that of contact [J]."""
@@ -228,23 +241,8 @@ class Indentation(Equilibrium):
     def linearise(self, x: np.ndarray, definite: bool = False) -> tuple[Product, Product]:
         """Return the products with the stiffness, contact included, and with a preconditioner that has it lumped."""
         stiffness = self._stiffness(x, definite)
-        at, k = self.points.interpolation @ x, self.points.penalty
-        stiff, bent = np.zeros((len(k), 3, 3)), np.zeros((len(k), 3, 3))
-        for side in self._sides:
-            gaps, normals = side.pose.gaps(at)
-            pressure = self._pressure(side, gaps)
-            on = np.flatnonzero(pressure > 0.0)
-            stiff[on] += k[on, None, None] * normals[on, :, None] * normals[on, None, :]
-            if not definite:
-                bent[on] -= pressure[on, None, None] * side.pose.bends(at[on], gaps[on], normals[on])
-            if self._sticks:
-                normal = side.pose.gaps(side.held_at())[1][side.stuck]
-                stiff[side.stuck] += (
-                    GRIP * k[side.stuck, None, None] * (np.eye(3) - normal[:, :, None] * normal[:, None, :])
-                )
-        touched = np.flatnonzero(stiff.any(axis=(1, 2)))
-        areas = self.points.areas[touched, None, None]
-        blocks, stiff = areas * (stiff + bent)[touched], areas * stiff[touched]
+        touched, stiff, bent = self._stiffness_of_contact(x)
+        blocks = stiff if definite else stiff + bent
         near, spread, elastic = self.points.interpolation[touched], self._spread[:, touched], product(stiffness)
 
         def multiply(moved: np.ndarray) -> np.ndarray:
@@ -258,6 +256,25 @@ class Indentation(Equilibrium):
             )
         return multiply, self._precondition
 
+    def _stiffness_of_contact(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the k points that touch (k,), and their stiffness and what curvature adds, (k, 3, 3) [N/m]."""
+        at, k = self.points.interpolation @ x, self.points.penalty
+        stiff, bent = np.zeros((len(k), 3, 3)), np.zeros((len(k), 3, 3))
+        for side in self._sides:
+            gaps, normals = side.pose.gaps(at)
+            pressure = self._pressure(side, gaps)
+            on = np.flatnonzero(pressure > 0.0)
+            stiff[on] += k[on, None, None] * normals[on, :, None] * normals[on, None, :]
+            bent[on] -= pressure[on, None, None] * side.pose.bends(at[on], gaps[on], normals[on])
+            if self._sticks:
+                normal = side.pose.gaps(side.held_at())[1][side.stuck]
+                stiff[side.stuck] += (
+                    GRIP * k[side.stuck, None, None] * (np.eye(3) - normal[:, :, None] * normal[:, None, :])
+                )
+        touched = np.flatnonzero(stiff.any(axis=(1, 2)))
+        areas = self.points.areas[touched, None, None]
+        return touched, areas * stiff[touched], areas * bent[touched]
+
     def _with_contact(self, matrix: sparse.bsr_array, touched: np.ndarray, blocks: np.ndarray) -> sparse.bsr_array:
         """Return ``matrix`` with the stiffness of contact lumped on the diagonal."""
         lumped = self._lumped[:, touched] @ (self._lump[touched, None] * blocks.reshape(-1, 9))
@@ -270,7 +287,7 @@ class Indentation(Equilibrium):
     def push(
         self, direction: np.ndarray, depths: Sequence[float], tolerance: float, updates: int = UPDATES
     ) -> Iterator[Touching]:
-        """Push all instruments along the unit vector ``direction`` (3,), and yield what they do at each of ``depths``.
+        """Push all instruments from first touch along the unit vector ``direction`` (3,), and yield what they do.
 
         tolerance : of the residual, over the norm of the nodal forces of contact; updates : most of the multipliers
         Depths [m] are those of a path from first touch, up or down; what sticks lets go where it is pulled off. Raises
@@ -282,8 +299,8 @@ class Indentation(Equilibrium):
             if not 0.0 <= depth < largest:
                 raise InputError(f"a depth is {depth:g} m; give 0 to {largest:.3g} m, the body along the direction.")
         x, reached, scale = self.mesh.nodes.copy(), 0.0, max(depths, default=0.0)
-        begin = [side.pose for side in self._sides]
-
+        begin = self._begin
+        self.begin(begin)
         most = STRIDE * min((pose.instrument.radius_m for pose in begin), default=np.inf)
         most = min(most, scale / STICKING_STEPS) if self._sticks else most
 
@@ -352,6 +369,10 @@ class Indentation(Equilibrium):
 
     def _balanced(self, x: np.ndarray, tolerance: float) -> np.ndarray:
         """Return the equilibrium (n, 3) [m] for the multipliers there are, from ``x`` (n, 3) [m]."""
+        if self._linear is not None:
+            x, settled = self._descended(x, tolerance)
+            if settled:
+                return x
         scale = self._pushed(x)
         for _ in range(3):  # the forces that the tolerance is of are not known before
             if scale == 0.0 and self._scale(self.force(x)) <= self._rounding:
@@ -367,6 +388,25 @@ class Indentation(Equilibrium):
             if scale >= 0.5 * before:
                 break
         return x
+
+    def _descended(self, x: np.ndarray, tolerance: float) -> tuple[np.ndarray, bool]:
+        """Return where L-BFGS comes to from ``x`` (n, 3) [m], and whether that is the equilibrium.
+
+        It begins with the stiffness at rest and that of what touches, which is looked at every DESCENT steps. ``x`` is
+        returned where the energy is not convex on the way.
+        """
+        start, scale = x, self._pushed(x)
+        while scale > 0.0:
+            self._multigrid.update(self._with_contact(self._linear, *self._stiffness_of_contact(x)[:2]))
+            way = minimise_by_lbfgs(self, self._precondition, x, tolerance * scale, DESCENT)
+            if not way.convex:
+                return start, False
+            x, left, scale = way.x, way.forces[-1], self._pushed(way.x)
+            if left <= tolerance * scale:
+                return x, True
+            if len(way.forces) > DESCENT and left > WORTH * way.forces[0]:
+                break
+        return x, False
 
     def _pushed(self, x: np.ndarray) -> float:
         """Return the norm of the nodal forces [N] of contact."""

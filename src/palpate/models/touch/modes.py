@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.benchmark.model import Setting
 from palpate.benchmark.touch import Touch, TouchCase, TouchDoubted, Touched, TouchSolver, refuse_sticking
-from palpate.benchmark.touched_mesh import TouchedMesh, TouchedMeshes
+from palpate.benchmark.touched_mesh import TouchedMeshes
 from palpate.effects.instrument import upright
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import ReducedContact, some_points
@@ -66,25 +66,27 @@ class _Place:
         self._body, self._deepest = case.body, case.deepest_m
         self._axes = upright(instrument, case.body.fine.nodes[node], outward).axes
         touches = [Touch(instrument, node, way @ self._axes, case.deepest_m) for way in _ways()]
-        problems = meshes.around_all(touches, *where)
-        first = problems[0]
-        points, rest = first.problem.points, first.problem.mesh.nodes
+        mesh = meshes.around_all(touches, *where)
+        problem = mesh.problem
+        points, rest = problem.points, problem.mesh.nodes
         pushed, moved, stretched = [], [], []
         near = np.zeros(len(points.areas), dtype=bool)
-        for each in problems:
-            for state in each.problem.push(each.touch.direction, _depths(each, first), PUSH_TOLERANCE, 1):
-                pushed.append(state.depth_m * each.touch.direction)
+        for touch, shares in zip(touches, [STRAIGHT] + [TILTED] * AROUND, strict=True):
+            problem.begin([touch.pose(case.body)])
+            depths = [share * case.deepest_m for share in shares]
+            for state in problem.push(touch.direction, depths, PUSH_TOLERANCE, 1):
+                pushed.append(state.depth_m * touch.direction)
                 moved.append(state.x - rest)
-                gaps = each.problem.gaps(state.x)
+                gaps = problem.gaps(state.x)
                 near |= gaps < LOOKED_AT * case.deepest_m
                 stretched.append(state.area_m2 / points.areas[gaps < 0.0].sum())
         self._pushed = self._local(np.array(pushed))
-        elements = ElementsAtRest(first.body, where[1])
+        elements = ElementsAtRest(mesh.body, where[1])
         snapshots = np.stack(moved, axis=2)
         modes = orthonormal(elements, snapshots)
         states = coordinates(elements, snapshots, modes).T
         model = _thinned(elements, modes, moved, states, case.seed)
-        self._reduced = ReducedTouch(model, modes, points, near, rest, first.up)
+        self._reduced = ReducedTouch(model, modes, points, near, rest, mesh.up)
         kernel = _kernel(self._pushed, self._pushed) + RIDGE * np.eye(len(moved))
         self._starts, self._stretched = np.linalg.solve(kernel, states), float(np.mean(stretched))
 
@@ -102,11 +104,6 @@ class _Place:
     def _local(self, ways: np.ndarray) -> np.ndarray:
         """Return ways (k, 3) [m] over the deepest, along the axes of the upright instrument."""
         return ways / self._deepest @ self._axes.T
-
-
-def _depths(each: TouchedMesh, first: TouchedMesh) -> list[float]:
-    """Return the depths [m] of a push, the first of which is straight."""
-    return [share * each.touch.depth_m for share in (STRAIGHT if each is first else TILTED)]
 
 
 def _thinned(

@@ -75,8 +75,7 @@ def settle_touching(q, cells, base, stiff, points, tip, axes, shape, law, tolera
     f, stress, energies = np.empty((9, k)), np.empty((9, k)), np.empty(k)
     accepted = np.empty(k, dtype=np.bool_)
     at, normals, bends = np.empty((p, 3)), np.empty((p, 3)), np.empty((1, 3, 3))
-    gaps, pressures, touched = np.empty(p), np.empty(p), np.empty(p, dtype=np.int64)
-    moves, blocks, pushes = np.empty((3 * p, r)), np.empty((3 * p, r)), np.empty(3 * p)
+    gaps, pressures = np.empty(p), np.empty(p)
     kernel = (volumes, mu, lam, law[0], law[1], law[2], f, stress, energies, accepted)
     pulled = np.dot(stiff, q)
     energy = 0.5 * np.dot(q, pulled)
@@ -85,16 +84,16 @@ def settle_touching(q, cells, base, stiff, points, tip, axes, shape, law, tolera
     energy += contact(q, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures)
     left, count, scale = np.inf, 0, 0.0
     while True:
-        m = 0
-        for n in range(p):
-            if pressures[n] > 0.0:
-                touched[m] = n
-                for i in range(3):
-                    pushes[3 * m + i] = areas[n] * pressures[n] * normals[n, i]
-                    moves[3 * m + i] = modes[3 * n + i]
-                m += 1
-        near, bent = moves[: 3 * m], blocks[: 3 * m]
-        pull = np.dot(pushes[: 3 * m], near)
+        touched = np.flatnonzero(pressures > 0.0)
+        m = len(touched)
+        near, bent, pushes = np.empty((3 * m, r)), np.empty((3 * m, r)), np.empty(3 * m)
+        for j in range(m):
+            n = touched[j]
+            for i in range(3):
+                pushes[3 * j + i] = areas[n] * pressures[n] * normals[n, i]
+                for h in range(r):
+                    near[3 * j + i, h] = modes[3 * n + i, h]
+        pull = np.dot(pushes, near)
         gradient = pulled - pull
         if k > 0:
             gradient += np.dot(stress.ravel(), flat)
@@ -167,7 +166,7 @@ class ReducedTouch:
     model : its energy; modes : (n, 3, r) the motion of the nodes; points : of the surface, those ``near`` (q,) bool
     are looked at; rest : (n, 3) [m]; up : the map (n_surface, n) to the fine surface
     Its ``points``, ``cells`` and ``rest`` are what ``settle_touching`` takes, the last as ``stiff``; ``surface``
-    (3 n_surface, r) is the motion of the fine surface.
+    (3 n_surface, r) is the motion of the fine surface, in single precision: to read it is half of a linear answer.
     """
 
     def __init__(
@@ -185,7 +184,7 @@ class ReducedTouch:
         cells = model.cells
         self.cells = (cells.slopes.reshape(-1, count), cells.slopes, cells.volumes, cells.mu, cells.lam)
         self._base, self.rest, self._law = model.base, model.rest, tuple(model.law)
-        self.surface = np.ascontiguousarray((up @ flat).reshape(-1, count))
+        self.surface = (up @ flat).reshape(-1, count).astype(np.float32)
 
     @property
     def count(self) -> int:
@@ -200,6 +199,11 @@ class ReducedTouch:
         )
         return force, area, left
 
+    def gaps(self, pose: Pose, q: np.ndarray) -> np.ndarray:
+        """Return the distances [m] of the points from the instrument at ``q`` (r,)."""
+        rest, moved = self.points[:2]
+        return pose.gaps((rest + moved @ q).reshape(-1, 3))[0]
+
     def answer(self, touch: Touch, pose: Pose, q: np.ndarray, stretched: float = 1.0) -> Touched:
         """Return the answer to ``touch``, which begins at ``pose``, from coordinates ``q`` (r,), which are settled.
 
@@ -208,7 +212,7 @@ class ReducedTouch:
         force, area, left = self.settle(pose.moved(touch.depth_m * touch.direction), q)
         if not left <= RESIDUAL:
             raise TouchDoubted(f"the reduced model stopped at a residual of {left:.1e}", [left])
-        return Touched((self.surface @ q).reshape(-1, 3), float(force @ touch.direction), stretched * area)
+        return Touched((self.surface @ q.astype(np.float32)).reshape(-1, 3).astype(float), float(force @ touch.direction), stretched * area)
 
     def energy(self, pose: Pose, q: np.ndarray) -> float:
         """Return the energy [J] of the body and of contact at ``q`` (r,)."""
@@ -220,3 +224,47 @@ class ReducedTouch:
         stored += 0.5 * q @ self.rest @ q
         touched = np.empty((p, 3)), np.empty(p), np.empty((p, 3)), np.empty(p)
         return float(stored + contact(q, *self.points, pose.tip, pose.axes, pose.instrument.shape, *touched))
+
+
+TILT = 45.0
+"""Largest angle [degrees] to the straight push for which a place is prepared."""
+LOOKED_AT = 0.15
+"""Share of the deepest within which a point comes to the instrument in some push, or is not looked at."""
+ROUNDING = 1.0 + 1e-9
+RIDGE = 1e-6
+"""Part of the identity that is added to the kernel by which pushes are told apart."""
+
+
+def tilted_ways(axes: np.ndarray, around: int) -> np.ndarray:
+    """Return unit vectors (1 + around, 3) by the ``axes`` (3, 3) of an upright instrument, straight in first."""
+    tilt, turns = np.deg2rad(TILT), 2.0 * np.pi * np.arange(around) / around
+    aside = np.sin(tilt) * np.column_stack([np.cos(turns), np.sin(turns)])
+    return np.vstack([[0.0, 0.0, -1.0], np.column_stack([aside, np.full(around, -np.cos(tilt))])]) @ axes
+
+
+class Pushes:
+    """Pushes that a place was prepared by, between which a search begins, and beyond which its answer is doubted.
+
+    inward : (3,), unit vector; deepest_m : of the pushes [m]; ways : (k, 3) [m]; states : (k, r), where they came to
+    """
+
+    def __init__(self, inward: np.ndarray, deepest_m: float, ways: np.ndarray, states: np.ndarray):
+        self._inward, self._deepest, self._ways = inward, deepest_m, ways / deepest_m
+        self._weights = np.linalg.solve(_alike(self._ways, self._ways) + RIDGE * np.eye(len(ways)), states)
+
+    def begin(self, touch: Touch) -> np.ndarray:
+        """Return the coordinates (r,) at which the search for the answer to ``touch`` begins."""
+        return _alike(touch.depth_m / self._deepest * touch.direction, self._ways) @ self._weights
+
+    def doubt(self, touch: Touch) -> None:
+        """Raise TouchDoubted for a ``touch`` that is deeper or more tilted than what was prepared."""
+        if touch.depth_m > ROUNDING * self._deepest:
+            raise TouchDoubted(f"{1e3 * touch.depth_m:.3g} mm is deeper than what was prepared", [])
+        if ROUNDING * float(self._inward @ touch.direction) < np.cos(np.deg2rad(TILT)):
+            raise TouchDoubted(f"the direction is more than {TILT:g} degrees off the normal", [])
+
+
+def _alike(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return how alike ways (..., 3) and (m, 3) are, (..., m): the kernel of polynomials of the degrees 1 to 3."""
+    product = a @ b.T
+    return product + product**2 + product**3

@@ -84,7 +84,7 @@ class LinearTouch(TouchSolver):
         return Pushes(ways[0], case.deepest_m, np.array(pushed), np.array(states)), came
 
     def respond(self, touch: Touch) -> Touched:
-        """Answer as ``TouchSolver`` does; TouchDoubted where the search stops too early, or beyond what was prepared."""
+        """Answer as ``TouchSolver`` does; TouchDoubted where the search stops early, or unprepared."""
         place, pushes = self._places[touch.node]
         answer = place.answer(touch, touch.pose(self._case.body), pushes.begin(touch))
         pushes.doubt(touch)

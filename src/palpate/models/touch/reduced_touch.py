@@ -212,7 +212,11 @@ class ReducedTouch:
         force, area, left = self.settle(pose.moved(touch.depth_m * touch.direction), q)
         if not left <= RESIDUAL:
             raise TouchDoubted(f"the reduced model stopped at a residual of {left:.1e}", [left])
-        return Touched((self.surface @ q.astype(np.float32)).reshape(-1, 3).astype(float), float(force @ touch.direction), stretched * area)
+        return Touched(
+            (self.surface @ q.astype(np.float32)).reshape(-1, 3).astype(float),
+            float(force @ touch.direction),
+            stretched * area,
+        )
 
     def energy(self, pose: Pose, q: np.ndarray) -> float:
         """Return the energy [J] of the body and of contact at ``q`` (r,)."""

@@ -19,8 +19,8 @@ from palpate.solvers.indentation import ContactPoints, Indentation, Touching, co
 REACH, MARGIN = 1.3, 1.5
 """A level is refined within so many contact radii and so many of its own edges from the place."""
 COARSER = 2
-"""By how many levels elements are coarser than at the rim of what is held, whose error is many times theirs: so refined,
-organs are as exact as with four times the nodes everywhere."""
+"""By how many levels elements are coarser than at the rim of what is held, whose error is many times theirs: organs are
+then as exact as with four times the nodes everywhere."""
 SHARPEST = 0.1
 """Radius of a punch's edge, over its own, below which elements follow it no further."""
 TOLERANCE = 1e-4
@@ -119,9 +119,9 @@ class TouchedMeshes:
         return max(0, int(np.ceil(np.log2(along_radius * self._edge(touch.node) / size))))
 
     def around(self, touch: Touch, held: int, level: int) -> TouchedMesh:
-        """Return the mesh refined to ``level`` where it is touched, and to the level ``held`` at the rim of what is held.
+        """Return the mesh refined to ``level`` where it is touched, and to ``held`` at the rim of what is held.
 
-        Elsewhere it is COARSER levels coarser than there. Both count from the first level of the shape. InputError
+        Elsewhere it is COARSER levels coarser than at the rim. Levels count from the first of the shape. InputError
         where the instrument does not touch.
         """
         return self.around_all([touch], held, level)

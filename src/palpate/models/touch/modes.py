@@ -7,28 +7,22 @@ there; the shapes found are the coordinates, and few cells give the energy, as t
 import numpy as np
 
 from palpate.benchmark.model import Setting
-from palpate.benchmark.touch import Touch, TouchCase, TouchDoubted, Touched, TouchSolver, refuse_sticking
+from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver, refuse_sticking
 from palpate.benchmark.touched_mesh import TouchedMeshes
 from palpate.effects.instrument import upright
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import ReducedContact, some_points
 from palpate.models.contact_modes.snapshots import coordinates, orthonormal
-from palpate.models.touch.reduced_touch import ReducedTouch
+from palpate.models.touch.reduced_touch import LOOKED_AT, Pushes, ReducedTouch, tilted_ways
 
 LAW = "the body's"
-TILT, AROUND = 45.0, 8
-"""Angle [degrees] of the tilted pushes to the straight one, and their number: between four, a deep and tilted push felt
-up to 61 % too hard, between eight 3 %."""
+AROUND = 8
+"""Number of tilted pushes: between four, a deep and tilted push felt up to 61 % too hard, between eight 3 %."""
 STRAIGHT, TILTED = (0.25, 0.5, 0.75, 1.0), (0.35, 0.7, 1.0)
 """Depths of the pushes, over the deepest that is asked for."""
 PUSH_TOLERANCE = 1e-2
 THINNED, FEW = 1e-2, 2000
 """Tolerance to which few cells pull as all do, and the number of points that they are chosen from."""
-LOOKED_AT = 0.15
-"""Share of the deepest within which a point comes to the instrument in some push, or is not looked at."""
-ROUNDING = 1.0 + 1e-9
-RIDGE = 1e-6
-"""Part of the identity that is added to the kernel by which pushes are told apart."""
 
 
 def settings(case: TouchCase) -> list[Setting]:
@@ -64,9 +58,9 @@ class _Place:
     def __init__(self, case: TouchCase, where: tuple[int, int], node: int):
         meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
         outward, instrument = case.body.fine.normals[node], case.instrument
-        self._body, self._deepest = case.body, case.deepest_m
-        self._axes = upright(instrument, case.body.fine.nodes[node], outward).axes
-        touches = [Touch(instrument, node, way @ self._axes, case.deepest_m) for way in _ways()]
+        self._body = case.body
+        ways = tilted_ways(upright(instrument, case.body.fine.nodes[node], outward).axes, AROUND)
+        touches = [Touch(instrument, node, way, case.deepest_m) for way in ways]
         mesh = meshes.around_all(touches, *where)
         problem = mesh.problem
         points, rest = problem.points, problem.mesh.nodes
@@ -81,30 +75,20 @@ class _Place:
                 gaps = problem.gaps(state.x)
                 near |= gaps < LOOKED_AT * case.deepest_m
                 stretched.append(state.area_m2 / points.areas[gaps < 0.0].sum())
-        self._pushed = self._local(np.array(pushed))
         elements = ElementsAtRest(mesh.body, where[1])
         snapshots = np.stack(moved, axis=2)
         modes = orthonormal(elements, snapshots)
         states = coordinates(elements, snapshots, modes).T
         model = _thinned(elements, modes, moved, states, case.seed)
         self._reduced = ReducedTouch(model, modes, points, near, rest, mesh.up)
-        kernel = _kernel(self._pushed, self._pushed) + RIDGE * np.eye(len(moved))
-        self._starts, self._stretched = np.linalg.solve(kernel, states), float(np.mean(stretched))
+        self._pushes = Pushes(ways[0], case.deepest_m, np.array(pushed), states)
+        self._stretched = float(np.mean(stretched))
 
     def answer(self, touch: Touch) -> Touched:
         """Return the answer; the search begins at what pushes like it have come to."""
-        way = touch.depth_m * touch.direction
-        q = _kernel(self._local(way[None]), self._pushed)[0] @ self._starts
-        answer = self._reduced.answer(touch, touch.pose(self._body), q, self._stretched)
-        if touch.depth_m > ROUNDING * self._deepest:
-            raise TouchDoubted(f"{1e3 * touch.depth_m:.3g} mm is deeper than what was prepared", [])
-        if -self._local(way[None])[0, 2] * self._deepest * ROUNDING < np.cos(np.deg2rad(TILT)) * touch.depth_m:
-            raise TouchDoubted(f"the direction is more than {TILT:g} degrees off the normal", [])
+        answer = self._reduced.answer(touch, touch.pose(self._body), self._pushes.begin(touch), self._stretched)
+        self._pushes.doubt(touch)
         return answer
-
-    def _local(self, ways: np.ndarray) -> np.ndarray:
-        """Return ways (k, 3) [m] over the deepest, along the axes of the upright instrument."""
-        return ways / self._deepest @ self._axes.T
 
 
 def _thinned(
@@ -118,16 +102,3 @@ def _thinned(
     unlike = np.zeros((count, count))
     model = ReducedContact(cells, np.zeros((count, 0)), elements.law, unlike)
     return model.thinned(list(states), THINNED, list(pulls))
-
-
-def _ways() -> np.ndarray:
-    """Return unit vectors (1 + AROUND, 3) along the axes of an upright instrument, straight in first."""
-    tilt, turns = np.deg2rad(TILT), 2.0 * np.pi * np.arange(AROUND) / AROUND
-    aside = np.sin(tilt) * np.column_stack([np.cos(turns), np.sin(turns)])
-    return np.vstack([[0.0, 0.0, -1.0], np.column_stack([aside, np.full(AROUND, -np.cos(tilt))])])
-
-
-def _kernel(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return how alike ways (k, 3) and (m, 3) are, (k, m): the kernel of polynomials of the degrees 1 to 3."""
-    product = a @ b.T
-    return product + product**2 + product**3

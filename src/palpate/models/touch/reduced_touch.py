@@ -32,13 +32,42 @@ def contact(q, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals,
 
 
 @numba.njit(cache=True, error_model="numpy")
+def solve_positive(matrix, b):
+    """Write the solution of ``matrix`` x = b into ``b`` (r,) by Cholesky's method, which spoils the matrix (r, r).
+
+    Returns False, and leaves ``b``, where the symmetric matrix is not positive definite, or NaN.
+    """
+    r = len(b)
+    for k in range(r):
+        if not matrix[k, k] > 0.0:
+            return False
+        scale = 1.0 / np.sqrt(matrix[k, k])
+        for j in range(k, r):
+            matrix[k, j] *= scale
+        for i in range(k + 1, r):
+            share = matrix[k, i]
+            for j in range(i, r):
+                matrix[i, j] -= share * matrix[k, j]
+    for k in range(r):
+        b[k] /= matrix[k, k]
+        for j in range(k + 1, r):
+            b[j] -= b[k] * matrix[k, j]
+    for k in range(r - 1, -1, -1):
+        for j in range(k + 1, r):
+            b[k] -= matrix[k, j] * b[j]
+        b[k] /= matrix[k, k]
+    return True
+
+
+@numba.njit(cache=True, error_model="numpy")
 def settle_touching(q, cells, base, stiff, points, tip, axes, shape, law, tolerance, iterations):
     """Minimise the energy of a body and of contact from ``q`` (r,) in place, by Newton's method.
 
     cells : flat slopes (9 k, r), the same as (9, k, r), volumes, μ and λ of k cells; base : (r, r) what of the tangent
     does not change; stiff : (r, r), what the cells' energy lacks at rest; points, tip, axes, shape : as in ``contact``
-    Returns the force (3,) [N] of the instrument, the area at rest that it touches [m²], the residual over the force of
-    contact, and the iterations.
+    Where the tangent is not positive definite, as where cells give way or are inverted, the body's stiffness at rest,
+    the identity, stands for it. Returns the force (3,) [N] of the instrument, the area at rest that it touches [m²],
+    the residual over the force of contact, and the iterations.
     """
     flat, slopes, volumes, mu, lam = cells
     rest, modes, areas, penalty = points
@@ -48,49 +77,64 @@ def settle_touching(q, cells, base, stiff, points, tip, axes, shape, law, tolera
     at, normals, bends = np.empty((p, 3)), np.empty((p, 3)), np.empty((1, 3, 3))
     gaps, pressures = np.empty(p), np.empty(p)
     kernel = (volumes, mu, lam, law[0], law[1], law[2], f, stress, energies, accepted)
-    energy = cell_stresses(q, flat, *kernel) + 0.5 * np.dot(q, np.dot(stiff, q))
+    pulled = np.dot(stiff, q)
+    energy = 0.5 * np.dot(q, pulled)
+    if k > 0:
+        energy += cell_stresses(q, flat, *kernel)
     energy += contact(q, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures)
     left, count, scale = np.inf, 0, 0.0
     while True:
         touched = np.flatnonzero(pressures > 0.0)
-        pushes = np.zeros(3 * p)
-        for n in touched:
+        m = len(touched)
+        near, bent, pushes = np.empty((3 * m, r)), np.empty((3 * m, r)), np.empty(3 * m)
+        for j in range(m):
+            n = touched[j]
             for i in range(3):
-                pushes[3 * n + i] = areas[n] * pressures[n] * normals[n, i]
-        pull = np.dot(pushes, modes)
-        gradient = np.dot(stress.ravel(), flat) + np.dot(stiff, q) - pull
-        scale = np.sqrt(np.dot(pull, pull)) if len(touched) > 0 else scale
+                pushes[3 * j + i] = areas[n] * pressures[n] * normals[n, i]
+                for h in range(r):
+                    near[3 * j + i, h] = modes[3 * n + i, h]
+        pull = np.dot(pushes, near)
+        gradient = pulled - pull
+        if k > 0:
+            gradient += np.dot(stress.ravel(), flat)
+        scale = np.sqrt(np.dot(pull, pull)) if m > 0 else scale
         size = np.sqrt(np.dot(gradient, gradient))
-        left = size / scale if size > 0.0 else 0.0
+        left = 0.0 if size == 0.0 else size / scale
         if left <= tolerance or count >= iterations:
             break
         count += 1
-        tangent = base.copy()
-        add_tangent(q, slopes, volumes, mu, lam, law[0], law[1], law[2], tangent)
-        along, curved = np.empty((len(touched), r)), np.empty((3 * len(touched), r))
-        bent = np.empty((3 * len(touched), r))
-        for m in range(len(touched)):
-            n = touched[m]
-            one = slice(n, n + 1)
-            curvatures(at[one], tip, axes, shape[0], shape[1], shape[2], shape[3], gaps[one], normals[one], bends)
-            root = np.sqrt(areas[n] * penalty[n])
-            for j in range(r):
-                a, b, c = modes[3 * n, j], modes[3 * n + 1, j], modes[3 * n + 2, j]
-                along[m, j] = root * (normals[n, 0] * a + normals[n, 1] * b + normals[n, 2] * c)
+        step, curved = -gradient, True
+        while True:
+            for j in range(m):
+                n = touched[j]
+                one = slice(n, n + 1)
+                curvatures(at[one], tip, axes, shape[0], shape[1], shape[2], shape[3], gaps[one], normals[one], bends)
+                push = areas[n] * pressures[n] if curved else 0.0
+                firm = areas[n] * penalty[n]
                 for i in range(3):
-                    curved[3 * m + i, j] = modes[3 * n + i, j]
-                    push = areas[n] * pressures[n]
-                    bent[3 * m + i, j] = push * (bends[0, i, 0] * a + bends[0, i, 1] * b + bends[0, i, 2] * c)
-        tangent += np.dot(along.T, along)
-        step = np.linalg.solve(tangent - np.dot(curved.T, bent), -gradient)
+                    a = firm * normals[n, i] * normals[n, 0] - push * bends[0, i, 0]
+                    b = firm * normals[n, i] * normals[n, 1] - push * bends[0, i, 1]
+                    c = firm * normals[n, i] * normals[n, 2] - push * bends[0, i, 2]
+                    for h in range(r):
+                        bent[3 * j + i, h] = a * near[3 * j, h] + b * near[3 * j + 1, h] + c * near[3 * j + 2, h]
+            tangent = np.dot(near.T, bent)
+            if curved:
+                tangent += base
+                if k > 0:
+                    add_tangent(q, slopes, volumes, mu, lam, law[0], law[1], law[2], tangent)
+            else:
+                tangent += np.eye(r)
+            if solve_positive(tangent, step) or not curved:
+                break
+            curved = False
         slope = np.dot(gradient, step)
-        if not slope < 0.0:
-            step = np.linalg.solve(tangent, -gradient)
-            slope = np.dot(gradient, step)
         length, found = 1.0, False
-        while length > 1e-4:
+        while slope < 0.0 and length > 1e-4:
             reached = q + length * step
-            lower = cell_stresses(reached, flat, *kernel) + 0.5 * np.dot(reached, np.dot(stiff, reached))
+            pulled = np.dot(stiff, reached)
+            lower = 0.5 * np.dot(reached, pulled)
+            if k > 0:
+                lower += cell_stresses(reached, flat, *kernel)
             lower += contact(reached, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures)
             if lower <= energy + 1e-4 * length * slope + 1e-12 * abs(energy):
                 found = True
@@ -122,7 +166,7 @@ class ReducedTouch:
     model : its energy; modes : (n, 3, r) the motion of the nodes; points : of the surface, those ``near`` (q,) bool
     are looked at; rest : (n, 3) [m]; up : the map (n_surface, n) to the fine surface
     Its ``points``, ``cells`` and ``rest`` are what ``settle_touching`` takes, the last as ``stiff``; ``surface``
-    (3 n_surface, r) is the motion of the fine surface.
+    (3 n_surface, r) is the motion of the fine surface, in single precision: to read it is half of a linear answer.
     """
 
     def __init__(
@@ -140,7 +184,7 @@ class ReducedTouch:
         cells = model.cells
         self.cells = (cells.slopes.reshape(-1, count), cells.slopes, cells.volumes, cells.mu, cells.lam)
         self._base, self.rest, self._law = model.base, model.rest, tuple(model.law)
-        self.surface = np.ascontiguousarray((up @ flat).reshape(-1, count))
+        self.surface = (up @ flat).reshape(-1, count).astype(np.float32)
 
     @property
     def count(self) -> int:
@@ -155,6 +199,11 @@ class ReducedTouch:
         )
         return force, area, left
 
+    def gaps(self, pose: Pose, q: np.ndarray) -> np.ndarray:
+        """Return the distances [m] of the points from the instrument at ``q`` (r,)."""
+        rest, moved = self.points[:2]
+        return pose.gaps((rest + moved @ q).reshape(-1, 3))[0]
+
     def answer(self, touch: Touch, pose: Pose, q: np.ndarray, stretched: float = 1.0) -> Touched:
         """Return the answer to ``touch``, which begins at ``pose``, from coordinates ``q`` (r,), which are settled.
 
@@ -163,7 +212,11 @@ class ReducedTouch:
         force, area, left = self.settle(pose.moved(touch.depth_m * touch.direction), q)
         if not left <= RESIDUAL:
             raise TouchDoubted(f"the reduced model stopped at a residual of {left:.1e}", [left])
-        return Touched((self.surface @ q).reshape(-1, 3), float(force @ touch.direction), stretched * area)
+        return Touched(
+            (self.surface @ q.astype(np.float32)).reshape(-1, 3).astype(float),
+            float(force @ touch.direction),
+            stretched * area,
+        )
 
     def energy(self, pose: Pose, q: np.ndarray) -> float:
         """Return the energy [J] of the body and of contact at ``q`` (r,)."""
@@ -175,3 +228,47 @@ class ReducedTouch:
         stored += 0.5 * q @ self.rest @ q
         touched = np.empty((p, 3)), np.empty(p), np.empty((p, 3)), np.empty(p)
         return float(stored + contact(q, *self.points, pose.tip, pose.axes, pose.instrument.shape, *touched))
+
+
+TILT = 45.0
+"""Largest angle [degrees] to the straight push for which a place is prepared."""
+LOOKED_AT = 0.15
+"""Share of the deepest within which a point comes to the instrument in some push, or is not looked at."""
+ROUNDING = 1.0 + 1e-9
+RIDGE = 1e-6
+"""Part of the identity that is added to the kernel by which pushes are told apart."""
+
+
+def tilted_ways(axes: np.ndarray, around: int) -> np.ndarray:
+    """Return unit vectors (1 + around, 3) by the ``axes`` (3, 3) of an upright instrument, straight in first."""
+    tilt, turns = np.deg2rad(TILT), 2.0 * np.pi * np.arange(around) / around
+    aside = np.sin(tilt) * np.column_stack([np.cos(turns), np.sin(turns)])
+    return np.vstack([[0.0, 0.0, -1.0], np.column_stack([aside, np.full(around, -np.cos(tilt))])]) @ axes
+
+
+class Pushes:
+    """Pushes that a place was prepared by, between which a search begins, and beyond which its answer is doubted.
+
+    inward : (3,), unit vector; deepest_m : of the pushes [m]; ways : (k, 3) [m]; states : (k, r), where they came to
+    """
+
+    def __init__(self, inward: np.ndarray, deepest_m: float, ways: np.ndarray, states: np.ndarray):
+        self._inward, self._deepest, self._ways = inward, deepest_m, ways / deepest_m
+        self._weights = np.linalg.solve(_alike(self._ways, self._ways) + RIDGE * np.eye(len(ways)), states)
+
+    def begin(self, touch: Touch) -> np.ndarray:
+        """Return the coordinates (r,) at which the search for the answer to ``touch`` begins."""
+        return _alike(touch.depth_m / self._deepest * touch.direction, self._ways) @ self._weights
+
+    def doubt(self, touch: Touch) -> None:
+        """Raise TouchDoubted for a ``touch`` that is deeper or more tilted than what was prepared."""
+        if touch.depth_m > ROUNDING * self._deepest:
+            raise TouchDoubted(f"{1e3 * touch.depth_m:.3g} mm is deeper than what was prepared", [])
+        if ROUNDING * float(self._inward @ touch.direction) < np.cos(np.deg2rad(TILT)):
+            raise TouchDoubted(f"the direction is more than {TILT:g} degrees off the normal", [])
+
+
+def _alike(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return how alike ways (..., 3) and (m, 3) are, (..., m): the kernel of polynomials of the degrees 1 to 3."""
+    product = a @ b.T
+    return product + product**2 + product**3

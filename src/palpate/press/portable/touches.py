@@ -31,7 +31,9 @@ LOWER, FALLS = 0.7, 3
 """Factor by which the depth of a place that bears too little is lowered, and how often; then another is taken."""
 TILTS, TURNS, SHARES = (0.0, 22.5, 45.0), 8, (0.35, 0.7, 1.0)
 """Angles [degrees], directions and depths over the deepest at which searches of the file begin."""
-TRIED = ((0.0, 0.0, (0.4, 0.9)), (TILTED, 45.0, (0.55, 0.85)))
+HELD = 2
+"""Level to which meshes of places are refined at the rim of what is held."""
+TRIED = ((0.0, 0.0, (0.4, 0.9)), (TILTED, 22.5, (0.55, 0.85)))
 """Tilts and turns [degrees] and depths over the deepest at which the file is compared with elements."""
 PUSH_TOLERANCE = 1e-4
 RIDGE = 1e-6
@@ -149,7 +151,7 @@ def _ways(axes: np.ndarray, tilts: Sequence[float], turns: Sequence[float] | np.
 def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPlace, list[_Trial]]:
     """Return a place without errors, and its trials; NotConverged where the body bears no such touch."""
     body, instrument, deepest = case.body, case.instrument, case.deepest_m
-    solver, origin = TouchModes(case, {"held": 2, "level": level}), body.fine.nodes[node]
+    solver, origin = TouchModes(case, {"held": HELD, "level": level}), body.fine.nodes[node]
     axes = upright(instrument, origin, body.fine.normals[node]).axes
     straight = Touch(instrument, node, -axes[2], deepest)
     solver.prepare(straight)
@@ -190,13 +192,13 @@ def _quadratic(ways: np.ndarray, values: np.ndarray) -> np.ndarray:
 def _trials(case: TouchCase, level: int, node: int, axes: np.ndarray, number: int) -> list[_Trial]:
     """Return touches between those that a place is made of, as elements of the same mesh answer them."""
     meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
-    ways = [_ways(axes, [tilt], [turn])[0] for tilt, turn, _ in TRIED]
-    problems = meshes.around_all([Touch(case.instrument, node, way, case.deepest_m) for way in ways], 0, level)
+    pushes = [Touch(case.instrument, node, _ways(axes, [tilt], [turn])[0], case.deepest_m) for tilt, turn, _ in TRIED]
+    mesh = meshes.around_all(pushes, HELD, level)
     found = []
-    for each, (_, _, shares) in zip(problems, TRIED, strict=True):
-        depths = [share * case.deepest_m for share in shares]
-        for state in each.problem.push(each.touch.direction, depths, PUSH_TOLERANCE):
-            touch = replace(each.touch, depth_m=state.depth_m)
-            answer = answer_of(each.problem, state, touch, each.up)
+    for push, (_, _, shares) in zip(pushes, TRIED, strict=True):
+        mesh.problem.begin([push.pose(case.body)])
+        for state in mesh.problem.push(push.direction, [share * case.deepest_m for share in shares], PUSH_TOLERANCE):
+            touch = replace(push, depth_m=state.depth_m)
+            answer = answer_of(mesh.problem, state, touch, mesh.up)
             found.append(_Trial(number, touch, answer.displacement, answer.force_n))
     return found

@@ -148,7 +148,12 @@ class _Answer(NamedTuple):
     area: float
 
     def plus(self, other: "_Answer", factor: float = 1.0) -> "_Answer":
-        return _Answer(*(mine + factor * more for mine, more in zip(self, other, strict=True)))
+        return _Answer(
+            self.displacement + factor * other.displacement,
+            self.force + factor * other.force,
+            self.slope + factor * other.slope,
+            self.area + factor * other.area,
+        )
 
 
 def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: Asked) -> dict[str, Any]:
@@ -189,14 +194,19 @@ def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: Asked) -> dic
         "area": truth.area,
         "pressure": state.pressure_pa,
         "own": own,
-        "order": float(np.log2(ratio(np.array([each.displacement for each in far])))),
-        "force_order": float(np.log2(max(number_ratio(np.array([each.force for each in near])), 1e-300))),
+        "order": _order(ratio(np.array([each.displacement for each in far]))),
+        "force_order": _order(number_ratio(np.array([each.force for each in near]))),
         "overlap": state.overlap,
         "least_det": least,
         "nodes": max(nodes, len(state.x)),
         "edge_m": mesh.edge_m,
         "rejected": _objection(own, state.overlap, least, asked),
     }
+
+
+def _order(rate: float) -> float:
+    """Return the order of convergence that a ratio of changes shows, NaN where they do not shrink as they would."""
+    return float(np.log2(rate)) if rate > 0.0 else np.nan
 
 
 def _limit(answers: Sequence[_Answer]) -> tuple[_Answer, list[_Answer]]:

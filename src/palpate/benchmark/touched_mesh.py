@@ -50,6 +50,11 @@ class TouchedMesh:
     up: sparse.csr_array
     edge_m: float
 
+    @property
+    def level(self) -> int:
+        """The level of ``body`` that the mesh is."""
+        return len(self.body.levels) - 2
+
     def answer(self, tolerance: float) -> tuple[Touched, Touching]:
         """Return the answer to the touch, and the last state of the elements; NotConverged where there is none."""
         *_, state = self.problem.push(self.touch.direction, [self.touch.depth_m], tolerance)
@@ -135,7 +140,7 @@ class TouchedMeshes:
         reach = max(map(_reach, touches)) + MARGIN * self._edge(first.node) / 2.0**levels
         all_of_it = 2.0 * np.linalg.norm(np.ptp(body.coarse.nodes, axis=0))
         radii = np.where(levels < everywhere, all_of_it, np.where(levels < level, reach, -1.0))
-        local = LocalRefinement(body, depth).around(place, radii, held) if depth else body.up_to(0)
+        local = LocalRefinement(body, depth).around(place, radii.tolist(), held) if depth else body.up_to(0)
         up, whole = self._surface.of(local, 2), with_midpoints(local, depth)
         poses = [touch.pose(self._body) for touch in touches]
         points = points_touched(local.fine, 2, body.material.young_pa, touches, poses)

@@ -58,7 +58,7 @@ class LinearTouch(TouchSolver):
         away = np.linalg.norm(at[:, None] - centers, axis=2) / width
         pressures = points.areas[:, None] * np.clip(1.0 - away**2, 0.0, None)
         loads = -(points.interpolation.T @ pressures)[:, None, :] * outward[:, None]
-        elements = ElementsAtRest(found.body, self._where[1])
+        elements = ElementsAtRest(found.body, found.level)
         modes = orthonormal(elements, elements.solve(np.ascontiguousarray(loads), COLUMN_RESIDUAL))
         count = modes.shape[2]
         none = Cells(np.zeros((9, 0, count)), np.zeros(0), np.zeros(0), np.zeros(0))

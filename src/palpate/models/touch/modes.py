@@ -75,7 +75,7 @@ class _Place:
                 gaps = problem.gaps(state.x)
                 near |= gaps < LOOKED_AT * case.deepest_m
                 stretched.append(state.area_m2 / points.areas[gaps < 0.0].sum())
-        elements = ElementsAtRest(mesh.body, where[1])
+        elements = ElementsAtRest(mesh.body, mesh.level)
         snapshots = np.stack(moved, axis=2)
         modes = orthonormal(elements, snapshots)
         states = coordinates(elements, snapshots, modes).T

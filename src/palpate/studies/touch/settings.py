@@ -127,7 +127,7 @@ class Families(Block):
     fem: Fem = key("Finite elements, converged", {})
     modes: Distinct[LocalMesh] = key(
         "Reduced models of a place, made of presses on meshes from cheap to expensive",
-        rows("held level", (0, 2), (2, 3), (3, 4)),
+        rows("held level", (0, 2), (2, 3)),
     )
     linear: Distinct[LinearMesh] = key(
         "Linear responses of a place with contact solved in them",

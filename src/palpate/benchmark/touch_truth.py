@@ -171,8 +171,9 @@ def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: Asked) -> dic
         return mesh, state
 
     try:
-        for each in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            solve(rims[each[0]], where[each[1]])
+        for held in rims[:2]:
+            for level in where[:2]:
+                solve(held, level)
         nodes = len(solve(rims[2], where[1])[1].x)
         mesh, state = solve(rims[1], where[2])
     except (NotConverged, InputError) as failure:

@@ -62,9 +62,9 @@ def test_the_force_is_the_slope_of_the_energy(touch_case, touches):
     stored = []
     for depth in (0.005 - step, 0.005 + step):
         pose = touches[0].pose(touch_case.body).moved(depth * touches[0].direction)
-        q = np.zeros(place._reduced.count)
-        place._reduced.settle(pose, q)
-        stored.append(place._reduced.energy(pose, q))
+        q = np.zeros(place.reduced.count)
+        place.reduced.settle(pose, q)
+        stored.append(place.reduced.energy(pose, q))
     slope = (stored[1] - stored[0]) / (2.0 * step)
     # the instrument's force on the body along its way is what the hand feels
     assert solver.respond(touches[0]).force_n == pytest.approx(slope, rel=1e-3)
@@ -126,7 +126,7 @@ def test_cells_without_a_rotation_are_doubted_or_left(touch_case, touches):
     """From turned-out cells a search ends where it does from good ones, or doubts; from no numbers it doubts."""
     solver = modes.online(touch_case, modes.settings(touch_case)[0])
     solver.prepare(touches[0])
-    place, force = solver._places[touches[0].node]._reduced, solver.respond(touches[0]).force_n
+    place, force = solver.reduced(touches[0].node), solver.respond(touches[0]).force_n
     pose = touches[0].pose(touch_case.body)
     for scale in (-50.0, 50.0, np.nan):
         q = np.full(place.count, scale * 1e-1)

@@ -47,6 +47,10 @@ class TouchModes(TouchSolver):
         if touch.node not in self._places:
             self._places[touch.node] = _Place(self._case, self._where, touch.node)
 
+    def reduced(self, node: int) -> ReducedTouch:
+        """Return the reduced model of a place that was prepared."""
+        return self._places[node].reduced
+
     def respond(self, touch: Touch) -> Touched:
         """Answer as ``TouchSolver`` does; TouchDoubted where the search stops above its tolerance."""
         return self._places[touch.node].answer(touch)
@@ -80,13 +84,13 @@ class _Place:
         modes = orthonormal(elements, snapshots)
         states = coordinates(elements, snapshots, modes).T
         model = _thinned(elements, modes, moved, states, case.seed)
-        self._reduced = ReducedTouch(model, modes, points, near, rest, mesh.up)
+        self.reduced = ReducedTouch(model, modes, points, near, rest, mesh.up)
         self._pushes = Pushes(ways[0], case.deepest_m, np.array(pushed), states)
         self._stretched = float(np.mean(stretched))
 
     def answer(self, touch: Touch) -> Touched:
         """Return the answer; the search begins at what pushes like it have come to."""
-        answer = self._reduced.answer(touch, touch.pose(self._body), self._pushes.begin(touch), self._stretched)
+        answer = self.reduced.answer(touch, touch.pose(self._body), self._pushes.begin(touch), self._stretched)
         self._pushes.doubt(touch)
         return answer
 

@@ -18,6 +18,7 @@ from palpate.bodies.contacts import spread_over
 from palpate.effects.instrument import SPHERE, Instrument, upright
 from palpate.errors import InputError, NotConverged
 from palpate.models.touch.modes import TouchModes
+from palpate.models.touch.reduced_touch import RIDGE
 from palpate.press.portable.runtimes.palpate_model import (
     KINDS,
     TILTED,
@@ -36,8 +37,6 @@ HELD = 2
 TRIED = ((0.0, 0.0, (0.4, 0.9)), (TILTED, 22.5, (0.55, 0.85)))
 """Tilts and turns [degrees] and depths over the deepest at which the file is compared with elements."""
 PUSH_TOLERANCE = 1e-4
-RIDGE = 1e-6
-"""Part of the identity that is added to the kernel by which pushes are told apart."""
 FLAT = 0.75
 """Least cosine between the normal of a place and those within twice the instrument's radius of it."""
 
@@ -155,7 +154,7 @@ def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPl
     axes = upright(instrument, origin, body.fine.normals[node]).axes
     straight = Touch(instrument, node, -axes[2], deepest)
     solver.prepare(straight)
-    reduced = solver._places[node]._reduced
+    reduced = solver.reduced(node)
     ways = _ways(axes, TILTS, np.arange(TURNS) * 360.0 / TURNS)
     begun = [Touch(instrument, node, way, deepest).pose(body) for way in ways]
     first = _quadratic(

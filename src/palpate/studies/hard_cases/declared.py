@@ -4,9 +4,8 @@ from collections.abc import Callable
 
 import pandas as pd
 
+from palpate.run.job import steps
 from palpate.studies.hard_cases import (
-    bound_cases,
-    buckling_cases,
     contact_cases,
     dynamics_cases,
     enrichment_cases,
@@ -21,7 +20,7 @@ from palpate.studies.hard_cases.hard_case import Case, judge
 from palpate.table_declaration import Table
 
 FAMILIES = {
-    "enrichment": [enrichment_cases.cases, bound_cases.cases],
+    "enrichment": [enrichment_cases.cases, model_cases.bounds],
     "fem": [
         fem_cases.elasticity,
         fem_cases.statics,
@@ -29,7 +28,7 @@ FAMILIES = {
         nonlinear_cases.laws,
         tissue_cases.still,
         nonlinear_cases.relaxations,
-        buckling_cases.stability,
+        nonlinear_cases.stability,
         model_cases.reduced_contacts,
         model_cases.learnt,
         model_cases.engines,
@@ -69,3 +68,12 @@ def measure(family: str, progress: Callable = iter) -> pd.DataFrame:
     """
     cases = progress(declared([family]))
     return pd.DataFrame([{"family": family} | judge(case, model) for case in cases for model in case.models])
+
+
+def try_hard_cases(wildcards, say):
+    """Try a family, for the rule of that name; a warning for each outcome that is not as declared."""
+    table = measure(wildcards.family, steps(say, f"hard cases of {wildcards.family}:"))
+    for row in table[~table["passed"]].itertuples():
+        said = f"{row.case} with {row.model} is {row.outcome}, declared {row.declared}"
+        say(f"warning: {said}: {row.value} {row.message}")
+    return table

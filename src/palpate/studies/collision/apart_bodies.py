@@ -13,6 +13,7 @@ from palpate.collision.trees.build_tree import CHILD, KIND
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import overlapping_trees
 from palpate.collision.trees.volumes import volumes_overlap
+from palpate.studies.collision import stopped_precision
 from palpate.studies.collision.compare_trees import PURE, RefittedTrees, contenders, timed
 from palpate.studies.collision.stopped_precision import distance
 from palpate.table_declaration import Table
@@ -140,3 +141,11 @@ def _cost(one: Any, placed: list[list[np.ndarray]]) -> dict[str, float]:
     counts = {"node_tests": nodes, "triangle_tests": triangles}
     counts["roots_overlap"] = roots / len(placed) if tests else np.nan
     return times | counts | {"extra_pairs": found, "placements": len(placed), "threads": 1}
+
+
+def measure_collision_precision(params, say):
+    """Measure stopped trees and bodies apart, for the rule of that name."""
+    size, more = {"refinements": params.refinements}, {"depths": params.depths, "seed": params.seed}
+    stopped = stopped_precision.measure(**params.stopped, **size, report=lambda scene: say(f"{scene} is done"))
+    apart = measure(**params.apart, **size, **more, report=lambda pair: say(f"{pair} apart is done"))
+    return {"precision": stopped, "apart": apart}

@@ -12,11 +12,10 @@ from palpate.studies.hard_cases import (
     fem_cases,
     model_cases,
     nonlinear_cases,
-    organ_cases,
     tissue_cases,
     touch_cases,
 )
-from palpate.studies.hard_cases.hard_case import Case, judge
+from palpate.studies.hard_cases.stage import Case, judge
 from palpate.table_declaration import Table
 
 FAMILIES = {
@@ -35,7 +34,7 @@ FAMILIES = {
     ],
     "dynamics": [dynamics_cases.motions, tissue_cases.moving],
     "contact": [contact_cases.overlaps, contact_cases.contacts, touch_cases.cases],
-    "organ": [organ_cases.cases],
+    "organ": [tissue_cases.organs],
 }
 
 

@@ -24,8 +24,7 @@ from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.model_registry import ENGINES, absent, model
 from palpate.solvers.compliance import compute_compliance
 from palpate.studies.hard_cases.enrichment_cases import SETTINGS as FIT
-from palpate.studies.hard_cases.hard_case import Answer, Case, finite
-from palpate.studies.hard_cases.stage import SOFT, bar_body
+from palpate.studies.hard_cases.stage import SOFT, Answer, Case, bar_body, finite
 
 SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
 RADIUS_M = 0.02

@@ -31,9 +31,19 @@ from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.pushed_discs import push
 from palpate.studies.hard_cases import fem_cases, stage
 from palpate.studies.hard_cases.fem_cases import SOLVERS
-from palpate.studies.hard_cases.hard_case import Answer, Case
 from palpate.studies.hard_cases.model_cases import MEASURE, SETTING
-from palpate.studies.hard_cases.stage import EXPLICIT, FEM, RESIDUAL, SHAPES, SLOW, SOFT, SPRINGS, bar_body
+from palpate.studies.hard_cases.stage import (
+    EXPLICIT,
+    FEM,
+    RESIDUAL,
+    SHAPES,
+    SLOW,
+    SOFT,
+    SPRINGS,
+    Answer,
+    Case,
+    bar_body,
+)
 
 
 def laws() -> list[Case]:

@@ -41,7 +41,7 @@ rule measure_collision_precision:
     threads: HALF
     params:
         **some("collision", "stopped", "apart", "depths", "refinements"),
-        **calls("palpate.studies.collision.apart_bodies:measure_collision_precision"),
+        **calls("palpate.studies.collision.stopped_precision:measure_collision_precision"),
         seed=config["seed"],
     script:
         "../job.py"

@@ -26,7 +26,7 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.simple_shapes import cylinder
 from palpate.run.settings import defaults
 from palpate.solvers.compliance import Compliance, compute_compliance
-from palpate.studies.tradeoff.accuracy_vs_time import ACCURACY_VS_TIME
+from palpate.studies.tradeoff.jobs import ACCURACY_VS_TIME
 
 kernel_lock.one_at_a_time()
 LETTERS = locale.setlocale(locale.LC_CTYPE)

@@ -34,7 +34,7 @@ from palpate.bodies.supports import Bed
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_table
 from palpate.models.model_registry import SAVED_AGAINST
-from palpate.studies.tradeoff.accuracy_vs_time import ACCURACY_VS_TIME, accuracy_vs_time, commit
+from palpate.studies.tradeoff.jobs import ACCURACY_VS_TIME, accuracy_vs_time, commit
 
 
 class Scaled(Solver):

@@ -29,7 +29,7 @@ from palpate.bodies.refinement import finer, quadratic_prolongation
 from palpate.effects import elements
 from palpate.effects.patch_load import patch_at, spread
 from palpate.effects.quadratic_elements import QuadraticElements
-from palpate.linalg.conjugate_gradients import conjugate_gradients
+from palpate.linalg.multigrid import conjugate_gradients
 from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium
 

@@ -9,8 +9,7 @@ import pytest
 import pyvista
 from fixtures.organs import organ, torn, volume, write_ascii_stl, write_binary_ply, write_binary_stl, write_blender_obj
 
-from palpate.bodies.body_from_mesh import build
-from palpate.bodies.make_body import make_body
+from palpate.bodies.make_body import build, make_body
 from palpate.bodies.mesh_file import inspect, load_shape, load_surface
 from palpate.bodies.mesh_quality import quality
 from palpate.bodies.simple_shapes import box

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from fixtures.organs import volume
 
-from palpate.bodies.mesh_file import choose_scale, guess_scale
-from palpate.bodies.mesh_readers import read
+from palpate.bodies.mesh_file import choose_scale, guess_scale, read
 from palpate.errors import InputError
 
 CORNERS = [[i & 1, i >> 1 & 1, i >> 2] for i in range(8)]

@@ -11,9 +11,8 @@ from fixtures.organs import organ
 from fixtures.scans import write_scan
 
 from palpate.bodies.body import nest
-from palpate.bodies.body_from_mesh import build, solid_of
 from palpate.bodies.ct.synthetic_abdomen import abdomen
-from palpate.bodies.make_body import make_body
+from palpate.bodies.make_body import build, make_body, solid_of
 from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
 from palpate.bodies.simple_shapes import box

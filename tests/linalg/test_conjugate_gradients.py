@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.errors import NotConverged
-from palpate.linalg.conjugate_gradients import conjugate_gradients, linear_response
+from palpate.linalg.multigrid import conjugate_gradients, linear_response
 
 
 def nothing(residual):

@@ -7,8 +7,7 @@ from palpate.bodies.body import nest
 from palpate.bodies.simple_shapes import cylinder
 from palpate.effects.linear_elements import LinearElements
 from palpate.linalg.block_pattern import hold, pattern_of, product
-from palpate.linalg.conjugate_gradients import conjugate_gradients
-from palpate.linalg.multigrid import Factor, Multigrid
+from palpate.linalg.multigrid import Factor, Multigrid, conjugate_gradients
 
 
 def indicator(body, level):

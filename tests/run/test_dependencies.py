@@ -66,8 +66,8 @@ def test_closure_follows_imports_in_functions_and_of_packages(tmp_path):
 
 CALLS = [
     ("palpate.studies.jobs", "simulate_fine"),
-    ("palpate.studies.scenes.jobs", "draw_motion"),
-    ("palpate.studies.ct.jobs", "tabulate_node_mass"),
+    ("palpate.studies.scenes.motion_pictures", "draw_motion"),
+    ("palpate.studies.ct.node_mass", "tabulate_node_mass"),
 ]
 
 

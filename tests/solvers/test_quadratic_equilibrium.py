@@ -16,7 +16,7 @@ from palpate.bodies.simple_shapes import cylinder
 from palpate.bodies.supports import Bed
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import MeanDilatation, QuadraticElements
-from palpate.linalg.conjugate_gradients import conjugate_gradients
+from palpate.linalg.multigrid import conjugate_gradients
 from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from snakemake_logger_plugin_palpate import remaining
+import snakemake_logger_plugin_palpate as logger
 
 
 class Minutes:
@@ -15,13 +15,13 @@ class Minutes:
 @pytest.fixture
 def clock(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(remaining.time, "monotonic", lambda: now[0])
-    monkeypatch.setattr(remaining, "_watched", [Minutes()])
+    monkeypatch.setattr(logger.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(logger, "_watched", [Minutes()])
     return now
 
 
 def test_minutes_left_count_what_has_ended_and_what_runs(clock):
-    jobs = remaining.Jobs()
+    jobs = logger.Jobs()
     jobs.begin(1, "a.log")
     assert jobs.left() == ", 30 min left"
     clock[0] = 240.0
@@ -35,10 +35,10 @@ def test_minutes_left_count_what_has_ended_and_what_runs(clock):
 
 
 def test_nothing_is_said_without_an_estimate_or_of_a_minute(clock, monkeypatch):
-    jobs = remaining.Jobs()
+    jobs = logger.Jobs()
     for number, log in enumerate("abc"):
         jobs.begin(number, log)
         jobs.end(number)
     assert jobs.left() == ""
-    monkeypatch.setattr(remaining, "_watched", [])
-    assert remaining.Jobs().left() == ""
+    monkeypatch.setattr(logger, "_watched", [])
+    assert logger.Jobs().left() == ""

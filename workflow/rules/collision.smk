@@ -11,7 +11,7 @@ rule measure_collision:
         "results/logs/measure_collision.log",
     threads: HALF
     params:
-        **calls("palpate.studies.collision.jobs:measure_collision"),
+        **calls("palpate.studies.collision.compare_trees:measure_collision"),
         settings=some("collision", "frames", "refinements", "depths"),
         seed=config["seed"],
     script:
@@ -25,7 +25,7 @@ rule measure_collision_scaling:
         "results/logs/measure_collision_scaling.log",
     threads: HALF
     params:
-        **calls("palpate.studies.collision.jobs:measure_collision_scaling"),
+        **calls("palpate.studies.collision.compare_trees:measure_collision_scaling"),
         triangles=config["collision"]["triangles"],
         depths=config["collision"]["depths"][:1],
     script:
@@ -41,7 +41,7 @@ rule measure_collision_precision:
     threads: HALF
     params:
         **some("collision", "stopped", "apart", "depths", "refinements"),
-        **calls("palpate.studies.collision.jobs:measure_collision_precision"),
+        **calls("palpate.studies.collision.stopped_precision:measure_collision_precision"),
         seed=config["seed"],
     script:
         "../job.py"

@@ -21,7 +21,7 @@ from palpate.run.settings_file import read_settings
 from palpate.run.system_faults import check_environment
 from snakemake.io import get_wildcard_names, strip_wildcard_constraints
 from snakemake.utils import update_config
-from snakemake_logger_plugin_palpate import interrupt, remaining
+from snakemake_logger_plugin_palpate import interrupt, watch
 from snakemake_logger_plugin_palpate.last_words import offer
 
 ROOT = Path(workflow.basedir)
@@ -182,7 +182,7 @@ def announce():
         planned = Estimate(todo, sizes(config["bodies"], "results/data"), cores, presses, ended)
         print("\n".join(planned.describe()), file=sys.stderr)
         if cores:
-            remaining.watch(planned)
+            watch(planned)
     except Exception as error:
         print(f"no estimate of what this run will cost ({type(error).__name__}: {error})", file=sys.stderr)
 

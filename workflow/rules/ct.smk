@@ -21,7 +21,7 @@ rule tabulate_node_mass:
     log:
         "results/logs/tabulate_node_mass.log",
     params:
-        **calls("palpate.studies.ct.jobs:tabulate_node_mass"),
+        **calls("palpate.studies.ct.node_mass:tabulate_node_mass"),
         entries={body: body_entry(body) for body in WEIGHED},
         sizes=config["ct"]["surface_nodes"],
     script:
@@ -38,7 +38,7 @@ rule draw_ct:
     log:
         "results/logs/{body}/draw_ct.log",
     params:
-        **calls("palpate.studies.ct.jobs:draw_ct"),
+        **calls("palpate.studies.ct.figures:draw_ct"),
         entry=lambda wildcards: body_entry(wildcards.body),
     script:
         "../job.py"
@@ -54,7 +54,7 @@ rule measure_imaging:
         "results/logs/measure_imaging.log",
     threads: HALF
     params:
-        **calls("palpate.studies.ct.jobs:measure_imaging"),
+        **calls("palpate.studies.ct.figures:measure_imaging"),
         entries={body: body_entry(body) for body in CTS},
         settings=config["ct"]["imaging"],
     script:

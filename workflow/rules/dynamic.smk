@@ -39,7 +39,7 @@ rule leave_out_scenes:
     log:
         "results/logs/dynamic/leave_out_scenes.log",
     params:
-        **calls("palpate.studies.dynamic.jobs:leave_out_scenes"),
+        **calls("palpate.studies.dynamic.comparable:leave_out_scenes"),
         reasons=LEFT_OUT,
     script:
         "../job.py"
@@ -55,7 +55,7 @@ rule simulate_dynamic_reference:
     log:
         "results/logs/dynamic/{scene}/simulate_dynamic_reference.log",
     params:
-        **calls("palpate.studies.dynamic.jobs:simulate_dynamic_reference", by_name),
+        **calls("palpate.studies.dynamic.reference:simulate_dynamic_reference", by_name),
         compared=compared_of,
     script:
         "../job.py"
@@ -71,7 +71,7 @@ rule measure_dynamic:
         "results/logs/dynamic/{scene}/measure_dynamic.log",
     threads: HALF
     params:
-        **calls("palpate.studies.dynamic.jobs:measure_dynamic", by_name),
+        **calls("palpate.studies.dynamic.accuracy:measure_dynamic", by_name),
         compared=compared_of,
         settings=settings_of_compared,
     script:
@@ -88,7 +88,7 @@ if ELSEWHERE:
         log:
             "results/logs/dynamic/{scene}/measure_elsewhere.log",
         params:
-            **calls("palpate.studies.dynamic.jobs:measure_elsewhere", by_name),
+            **calls("palpate.studies.dynamic.elsewhere:measure_elsewhere", by_name),
             compared=compared_of,
             settings=settings_of_compared,
             own=lambda wildcards: FOLLOWED[wildcards.scene]["elsewhere"],
@@ -104,6 +104,6 @@ if ELSEWHERE:
         log:
             "results/logs/tabulate_motion_bounds.log",
         params:
-            **calls("palpate.studies.dynamic.jobs:tabulate_motion_bounds"),
+            **calls("palpate.studies.dynamic.elsewhere:tabulate_motion_bounds"),
         script:
             "../job.py"

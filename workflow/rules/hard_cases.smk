@@ -14,7 +14,7 @@ rule try_hard_cases:
         family="|".join(config["hard_cases"]["families"]),
     params:
         **calls(
-            "palpate.studies.hard_cases.jobs:try_hard_cases",
+            "palpate.studies.hard_cases.declared:try_hard_cases",
             ["palpate.effects", "palpate.solvers", "palpate.collision"],
         ),
     script:

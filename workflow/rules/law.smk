@@ -21,7 +21,7 @@ rule compare_laws:
     log:
         "results/logs/{body}/compare_laws.log",
     params:
-        **calls("palpate.studies.law.jobs:compare_laws", ["palpate.effects.laws"]),
+        **calls("palpate.studies.law.compare_laws:press_under_laws", ["palpate.effects.laws"]),
         laws=lambda wildcards: [COMPARED_LAWS[name] for name in changes_of(config, wildcards.body)["laws"]],
         poissons=lambda wildcards: changes_of(config, wildcards.body)["poissons"],
         contacts=lambda wildcards: changes_of(config, wildcards.body)["contacts"],

@@ -30,7 +30,7 @@ rule measure_experiment:
         experiment="|".join(EXPERIMENTS),
     # laws are imported by name, so every effect's code counts
     params:
-        **calls("palpate.studies.measured.jobs:measure_experiment", ["palpate.effects"]),
+        **calls("palpate.studies.measured.measure:measure_experiment", ["palpate.effects"]),
         entry=experiment_entry,
         models=models_of_measured(),
     script:

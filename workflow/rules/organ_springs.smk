@@ -21,7 +21,7 @@ rule fit_organ_springs:
     # its times are reported
     threads: HALF
     params:
-        **calls("palpate.studies.organ_springs.jobs:fit_organ_springs"),
+        **calls("palpate.studies.organ_springs.organ_fit:fit_organ_springs"),
         settings=config["organ_springs"],
         seed=config["seed"],
     script:

@@ -16,7 +16,7 @@ rule measure_palpation:
     log:
         "results/logs/{body}/measure_palpation.log",
     params:
-        **calls("palpate.studies.palpation.jobs:measure_palpation"),
+        **calls("palpate.studies.palpation.palpation:measure_palpation"),
         settings=some("palpation", "radius_m", "places", "pressures_of_young", "felt"),
     script:
         "../job.py"
@@ -28,7 +28,7 @@ rule measure_palpation_limits:
     log:
         "results/logs/measure_palpation_limits.log",
     params:
-        **calls("palpate.studies.palpation.jobs:measure_palpation_limits"),
+        **calls("palpate.studies.palpation.palpation:measure_palpation_limits"),
         settings=some("palpation", *IN_SLAB),
     script:
         "../job.py"

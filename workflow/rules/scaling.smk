@@ -17,7 +17,7 @@ rule measure_scaling:
     resources:
         mem_mb=8000,
     params:
-        **calls("palpate.studies.scaling.jobs:measure_scaling", ["palpate.effects", "palpate.solvers"]),
+        **calls("palpate.studies.scaling.measure_scaling:measure_scaling", ["palpate.effects", "palpate.solvers"]),
         sizes=lambda wildcards: config["scaling"].get(wildcards.component),
     script:
         "../job.py"

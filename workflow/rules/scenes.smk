@@ -38,7 +38,7 @@ rule simulate_scene:
     log:
         "results/logs/scenes/{scene}/simulate_scene.log",
     params:
-        **calls("palpate.studies.scenes.jobs:simulate_scene", called_by),
+        **calls("palpate.studies.scenes.measurements:simulate_scene", called_by),
         scene=scene,
     script:
         "../job.py"
@@ -57,7 +57,7 @@ rule measure_effects:
         "results/logs/scenes/{scene}/measure_effects.log",
     threads: HALF
     params:
-        **calls("palpate.studies.scenes.jobs:measure_effects", called_by),
+        **calls("palpate.studies.scenes.measurements:measure_effects", called_by),
         scene=scene,
     script:
         "../job.py"
@@ -77,7 +77,7 @@ rule tabulate_scenes:
     log:
         "results/logs/tabulate_scenes.log",
     params:
-        **calls("palpate.studies.scenes.jobs:tabulate_scenes"),
+        **calls("palpate.studies.scenes.measurements:tabulate_scenes"),
         integrators={name: scene["integrator"] for name, scene in config["scenes"].items()},
     script:
         "../job.py"
@@ -92,7 +92,7 @@ rule tabulate_contacts:
     log:
         "results/logs/tabulate_contacts.log",
     params:
-        **calls("palpate.studies.scenes.jobs:tabulate_contacts"),
+        **calls("palpate.studies.scenes.contact_force:tabulate_contacts"),
     script:
         "../job.py"
 
@@ -108,6 +108,6 @@ rule draw_motion:
     log:
         "results/logs/scenes/{scene}/draw_motion.log",
     params:
-        **calls("palpate.studies.scenes.jobs:draw_motion"),
+        **calls("palpate.studies.scenes.motion_pictures:draw_motion"),
     script:
         "../job.py"

@@ -21,7 +21,7 @@ rule measure_experiments:
         "results/logs/measure_experiments.log",
     params:
         **some("shape_matching", "integrator_stability", "clusters", "body_springs"),
-        **calls("palpate.studies.shape_matching.jobs:measure_experiments", ["palpate.effects", "palpate.solvers"]),
+        **calls("palpate.studies.shape_matching.clusters:measure_experiments", ["palpate.effects", "palpate.solvers"]),
     script:
         "../job.py"
 
@@ -35,7 +35,7 @@ rule tabulate_maxwell_creep:
     log:
         "results/logs/tabulate_maxwell_creep.log",
     params:
-        **calls("palpate.studies.shape_matching.jobs:tabulate_maxwell_creep", ["palpate.effects"]),
+        **calls("palpate.studies.shape_matching.maxwell_creep:tabulate_maxwell_creep", ["palpate.effects"]),
         name=CREEP,
         entry=lambda wildcards: config["scenes"][CREEP],
     script:
@@ -50,7 +50,7 @@ rule time_shape_matching:
     # alone
     threads: workflow.cores
     params:
-        **calls("palpate.studies.shape_matching.jobs:time_shape_matching"),
+        **calls("palpate.studies.shape_matching.shape_matching_timing:time_shape_matching"),
         settings=config["shape_matching"]["shape_matching_timing"],
     script:
         "../job.py"

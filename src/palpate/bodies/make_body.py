@@ -1,19 +1,36 @@
-"""Construction of a body from its entry in the config."""
+"""Construction of a body from its entry in the config; files as they are, or remeshed to few surface nodes."""
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache, partial
+from pathlib import Path
 
-from palpate.bodies import body_from_mesh
+import numpy as np
+
 from palpate.bodies.body import Body, nest
 from palpate.bodies.ct import mesh_from_ct
 from palpate.bodies.ct.masses import nodal_densities
 from palpate.bodies.material import read_material
-from palpate.bodies.mesh_quality import check_quality
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_file import KEPT_NODES, choose_scale, in_words, load_shape
+from palpate.bodies.mesh_quality import (
+    LEAST_DEG,
+    check_boundary,
+    check_closed,
+    check_quality,
+    check_tetrahedra,
+    dihedral_angles,
+)
 from palpate.bodies.organs import SHAPES, coarse_body, surface_of
+from palpate.bodies.refinement import Snap
 from palpate.bodies.regions import balls_of, read_regions
 from palpate.bodies.simple_shapes import box, cylinder, sheet
 from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
-from palpate.bodies.surfaces.coarse_solid import NODES
+from palpate.bodies.surfaces.coarse_solid import NODES, CoarseSolid, remesh_solid
+from palpate.bodies.surfaces.mend import Mended, mend
+from palpate.bodies.surfaces.solid import Solid, solidify
+from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError, about
 
 
@@ -29,7 +46,7 @@ def make_body(name: str, entry: dict) -> Body:
 def _make(name: str, entry: dict) -> Body:
     kinds: dict[str, Callable] = {
         "cylinder": lambda e: cylinder(e["length_m"], e["radius_m"]),
-        "file": body_from_mesh.build,
+        "file": build,
         "box": lambda e: box(e["sizes_m"], e["divisions"]),
         "sheet": lambda e: sheet(e["sizes_m"], e["divisions"], e["thickness_m"]),
         "ct": lambda e: (*mesh_from_ct.build(e), True),
@@ -79,3 +96,120 @@ def _remedy(body: Body, remeshed: bool) -> str:
 def moves_with_ct(entry: dict) -> bool:
     """Return whether the masses of a config entry's nodes are those of its CT's voxels; an MRI has no densities."""
     return entry["kind"] == "ct" and entry.get("modality", "ct") == "ct" and entry.get("masses", "ct") == "ct"
+
+
+def build(entry: dict) -> tuple[TetMesh, Snap | None, bool]:
+    """Build the coarse mesh of a config entry of kind file; also return its snapping, or None, and if it was remeshed.
+
+    Tetrahedra are taken as they are. So is a closed surface of at most ``entry["surface_nodes"]`` nodes (by default
+    400), filled with an edge length of about ``entry["spacing_m"]``. Other surfaces are remeshed, and so are those that
+    cannot be filled well, unless ``surface_nodes`` is just their number. Warns of all that was assumed and changed;
+    raises InputError if no body can be made.
+    """
+    own, scale_m, count = own_mesh(entry)
+    if own is not None:
+        return own, None, False
+    path, nodes = Path(entry["path"]), entry.get("surface_nodes")
+    made = _remesh(path, scale_m, None if nodes == count else nodes, entry.get("snap", True))
+    if nodes is None:
+        _warn(
+            f"{path}: its surface of {count} nodes is remeshed to {made.nodes}; give surface_nodes to choose another "
+            f"number, {count} to keep its own."
+        )
+    return made.mesh, made.snap, True
+
+
+def own_mesh(entry: dict) -> tuple[TetMesh | None, float, int]:
+    """Build the mesh of a file as it is, None if it is to be remeshed; also return its unit [m] and surface nodes."""
+    path, nodes = Path(entry["path"]), entry.get("surface_nodes")
+    points, triangles, tetrahedra = _loaded(path, _changed(path))
+    scale_m = choose_scale(str(path), points, entry.get("scale_m"))
+    points = points * scale_m
+    count = len(np.unique(triangles))
+    if tetrahedra is not None and count <= (nodes or count):
+        return _given_tetrahedra(path, points, tetrahedra, count), scale_m, count
+    if count <= (nodes or KEPT_NODES):
+        return _kept(path, points, triangles, entry, asked=nodes == count), scale_m, count
+    return None, scale_m, count
+
+
+def _given_tetrahedra(path: Path, points: np.ndarray, tetrahedra: np.ndarray, count: int) -> TetMesh:
+    mesh = TetMesh(points, check_tetrahedra(str(path), points, tetrahedra))
+    check_boundary(str(path), mesh)
+    if count > KEPT_NODES:
+        _warn(
+            f"{path}: its tetrahedra are kept as they are, with {count} surface nodes, and every refinement makes "
+            f"eight times as many; if that takes too long, give surface_nodes: {NODES[0]} to have it remeshed."
+        )
+    return mesh
+
+
+def _kept(path: Path, points: np.ndarray, triangles: np.ndarray, entry: dict, asked: bool) -> TetMesh | None:
+    """Fill a surface as it is, mended if needed; None if that is impossible or makes bad elements."""
+    filled = partial(tetrahedralize, spacing_m=entry.get("spacing_m"), source=str(path), balls=balls_of(entry))
+    try:
+        mesh = filled(points, check_closed(str(path), points, triangles))
+    except InputError:
+        mended = mend(str(path), points, triangles)
+        try:
+            closed = check_closed(str(path), mended.points, mended.triangles)
+            mesh = filled(mended.points, closed)
+        except InputError as error:
+            if asked:
+                _warn(f"{error} It is remeshed instead of kept.".replace(". It is", ", or it is"))
+            return None
+        _report_mended(path, mended.notes)
+    # where its nodes are asked for, a surface is kept, and its bad elements are reported with those of the levels
+    return mesh if asked or dihedral_angles(mesh).min() >= LEAST_DEG else None
+
+
+def solid_of(path: Path, scale_m: float) -> tuple[Mended, Solid]:
+    """Return the mended surface of a file, and the solid in it [m]; InputError if it encloses none."""
+    return _solid(path, scale_m, _changed(path))
+
+
+def _changed(path: Path) -> int:
+    """Return when a file was changed last [ns], 0 if it is missing: what is read or made of it holds until then."""
+    return path.stat().st_mtime_ns if path.exists() else 0
+
+
+# meshes of several sizes, and the body itself, are made of the same file one after another
+@lru_cache(maxsize=1)
+def _loaded(path: Path, changed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    return load_shape(path)
+
+
+@lru_cache(maxsize=1)
+def _solid(path: Path, scale_m: float, changed: int) -> tuple[Mended, Solid]:
+    points, triangles, _ = _loaded(path, changed)
+    mended = mend(str(path), points * scale_m, triangles)
+    return mended, solidify(str(path), mended)
+
+
+@lru_cache(maxsize=4)
+def _remeshed(path: Path, scale_m: float, nodes: int | None, snap: bool, changed: int) -> CoarseSolid:
+    mended, solid = _solid(path, scale_m, changed)
+    return remesh_solid(solid, mended, nodes, snap)
+
+
+def _remesh(path: Path, scale_m: float, nodes: int | None, snap: bool) -> CoarseSolid:
+    mended, solid = solid_of(path, scale_m)
+    _report_mended(path, mended.notes + solid.notes)
+    made = _remeshed(path, scale_m, nodes, snap, _changed(path))
+    found = made.fidelity
+    if snap and not found.close:
+        _warn(
+            f"{path}: with {made.nodes} surface nodes the refined body's surface is up to "
+            f"{in_words(found.away * found.size_m)} ({100 * found.away:.2g} % of the size) from the file's and its "
+            f"volume differs by {100 * found.volume:+.2g} %, as thin or sharp parts are lost; give more surface_nodes."
+        )
+    return made
+
+
+def _report_mended(path: Path, notes: list[str]) -> None:
+    if notes:
+        _warn(f"{path}: mended: {', '.join(notes)}; look at the body, or repair the file and export it again.")
+
+
+def _warn(sentence: str) -> None:
+    warnings.warn(sentence, stacklevel=3)

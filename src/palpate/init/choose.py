@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate.bodies import body_from_mesh
+from palpate.bodies import make_body as bodies
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.ct import mesh_from_ct
@@ -90,7 +90,7 @@ class Likeness:
 def likeness(mesh: TetMesh, entry: dict) -> Likeness:
     """Compare ``mesh`` with the surface and the volume of what a config entry of kind file or ct was made from."""
     if entry["kind"] == "file":
-        mended, solid = body_from_mesh.solid_of(Path(entry["path"]), entry["scale_m"])
+        mended, solid = bodies.solid_of(Path(entry["path"]), entry["scale_m"])
         places, points, triangles, volume_m3 = solid.places, mended.points, mended.triangles, solid.volume_m3
     else:
         image, mask = mesh_from_ct.segment_entry(entry)
@@ -164,7 +164,7 @@ def _resolved(entry: dict, say: Callable[[str], object]) -> tuple[dict, TetMesh,
     if "surface_nodes" not in entry:
         say("a mesh of the file's own surface")
         with warnings.catch_warnings(action="ignore"):
-            own, *_ = body_from_mesh.own_mesh(entry)
+            own, *_ = bodies.own_mesh(entry)
         if own is not None:
             return entry, own, {}
         entry = entry | {"surface_nodes": SURFACE_NODES[0], "snap": False}
@@ -191,7 +191,7 @@ def _resolved(entry: dict, say: Callable[[str], object]) -> tuple[dict, TetMesh,
 def _coarse(entry: dict) -> TetMesh:
     """Make the coarse mesh of ``entry["surface_nodes"]`` on the surface."""
     with warnings.catch_warnings(action="ignore"):  # they come again when the whole body is made
-        mesh = body_from_mesh.build(entry)[0] if entry["kind"] == "file" else mesh_from_ct.build(entry)[0]
+        mesh = bodies.build(entry)[0] if entry["kind"] == "file" else mesh_from_ct.build(entry)[0]
         check_quality([mesh], "give more surface_nodes")
     return mesh
 

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import LinearOperator, lobpcg
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import with_midpoints
 from palpate.effects.patch_load import patch_at, patch_shares
-from palpate.linalg.conjugate_gradients import linear_response
+from palpate.linalg.multigrid import linear_response
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.newton import Product
 

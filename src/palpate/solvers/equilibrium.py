@@ -14,8 +14,7 @@ from palpate.effects.linear_elements import LinearElements
 from palpate.effects.quadratic_elements import MeanDilatation, QuadraticElements
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import BlockPattern, hold, pattern_of, product
-from palpate.linalg.conjugate_gradients import linear_response
-from palpate.linalg.multigrid import Factor, Multigrid
+from palpate.linalg.multigrid import Factor, Multigrid, linear_response
 from palpate.solvers.lbfgs import Descent, minimise_by_lbfgs
 from palpate.solvers.newton import Product, Solution, capped, minimise_by_newton
 from palpate.solvers.stability import NEUTRAL, joined, made_stable, settle_from_unstable, softest, solution_of

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from palpate.errors import NotConverged
-from palpate.linalg.conjugate_gradients import conjugate_gradients
+from palpate.linalg.multigrid import conjugate_gradients
 from palpate.solvers.lbfgs import Smooth
 
 Product = Callable[[np.ndarray], np.ndarray]

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.errors import InputError, NotConverged
-from palpate.linalg.conjugate_gradients import conjugate_gradients
+from palpate.linalg.multigrid import conjugate_gradients
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.newton import Product, Solution, capped, minimise_by_newton
 from palpate.solvers.stability import made_stable, settle_from_unstable

@@ -8,9 +8,8 @@ import pytest
 from palpate.bodies.body import nest
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
-from palpate.collision.contact.additive_ccd import limit
 from palpate.collision.contact.obstacles import displace_nodes, make_obstacle, winding_number
-from palpate.collision.contact.proximity import Proximity
+from palpate.collision.contact.proximity import Proximity, limit
 from palpate.errors import InputError, NotConverged
 
 MIDDLE = np.array([0.3, 0.2, 0.1])

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.bodies.particles import merge_particles
-from palpate.collision.contact.additive_ccd import SLACK, limit, limits
 from palpate.collision.contact.barrier import Surface, adjacent_pairs, stencils
-from palpate.collision.contact.proximity import Proximity
+from palpate.collision.contact.proximity import SLACK, Proximity, limit, limits
 from palpate.collision.triangles.closest_points import EDGE_EDGE, POINT_TRIANGLE, closest_points
 
 NODES = np.arange(4)[None]

@@ -8,7 +8,7 @@ import pytest
 from palpate.benchmark.database import write
 from palpate.benchmark.split import fold_table
 from palpate.bodies.body_file import save
-from palpate.studies.tradeoff.accuracy_vs_time import ACCURACY_VS_TIME
+from palpate.studies.tradeoff.jobs import ACCURACY_VS_TIME
 
 CONFIG = """\
 bodies:

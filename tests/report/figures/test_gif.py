@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from palpate.report import gif
+from palpate.report import turnable
 
 
 def seconds(path):
@@ -28,20 +28,20 @@ def squares(count):
 @pytest.mark.parametrize(("duration", "loop"), [(4.0, 4.0), (1.5, 1.5), (0.05, 1.0), (0.3, 1.5), (30.0, 6.0)])
 def test_real_time_unless_too_short_or_too_long(tmp_path, duration, loop):
     times = np.linspace(0, duration, 31)
-    gif.write(squares(31), times, tmp_path / "a.gif")
+    turnable.write_gif(squares(31), times, tmp_path / "a.gif")
     lasting = seconds(tmp_path / "a.gif")
     assert sum(lasting[:-1]) == pytest.approx(loop, abs=0.02)
     assert lasting[-1] == pytest.approx(0.8)
 
 
 def test_uneven_times_are_kept(tmp_path):
-    gif.write(squares(3), np.array([0.0, 1.0, 4.0]), tmp_path / "a.gif")
+    turnable.write_gif(squares(3), np.array([0.0, 1.0, 4.0]), tmp_path / "a.gif")
     assert seconds(tmp_path / "a.gif") == pytest.approx([1.0, 3.0, 0.8])
 
 
 def test_what_is_hard_to_compress_loses_frames_and_colours_but_no_time(tmp_path):
     noise = np.random.default_rng(0).integers(0, 256, (60, 160, 480, 3), dtype=np.uint8)
-    gif.write(list(noise), np.linspace(0, 4, 60), tmp_path / "a.gif")
+    turnable.write_gif(list(noise), np.linspace(0, 4, 60), tmp_path / "a.gif")
     assert (tmp_path / "a.gif").stat().st_size < 1_500_000
     lasting = seconds(tmp_path / "a.gif")
     assert len(lasting) < 60

@@ -12,9 +12,8 @@ from palpate.collision.trees.build_tree import CHILD
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import Counts
 from palpate.collision.triangles.brute_force import crossing
-from palpate.studies.collision import apart_bodies, stopped_precision
-from palpate.studies.collision.apart_bodies import searched_pairs
-from palpate.studies.collision.stopped_precision import Frame, Overlap, distance, overlap
+from palpate.studies.collision import stopped_precision
+from palpate.studies.collision.stopped_precision import Frame, Overlap, distance, overlap, searched_pairs
 
 FRAMES = 5
 
@@ -142,14 +141,14 @@ GAPS = [0.004, 0.05]
 @pytest.fixture(scope="module")
 def apart_table():
     done = []
-    found = apart_bodies.measure(GAPS, 3, 0, [[1, 1]], seed=1, report=done.append)
+    found = stopped_precision.measure_apart(GAPS, 3, 0, [[1, 1]], seed=1, report=done.append)
     assert done == ["two_livers", "instrument"]
     return found
 
 
 def test_placed_bodies_have_the_gap():
     for bodies in two_bodies(0).values():
-        for gap, points in apart_bodies._place(bodies, GAPS, np.random.default_rng(2)):
+        for gap, points in stopped_precision._place(bodies, GAPS, np.random.default_rng(2)):
             # dense points of both surfaces: no nearer than the gap, and not much farther
             dense = [_spread(at, cells) for at, (_, cells) in zip(points, bodies, strict=True)]
             nearest = KDTree(dense[0]).query(dense[1])[0].min()

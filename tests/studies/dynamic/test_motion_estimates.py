@@ -8,7 +8,7 @@ from fixtures.poked_bar import poked
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.accuracy import estimated, mesh_residual
 from palpate.studies.dynamic.compared_scene import ComparedScene
-from palpate.studies.dynamic.elsewhere import measure_elsewhere, moved_pushes
+from palpate.studies.dynamic.elsewhere import measure_places, moved_pushes
 from palpate.studies.dynamic.fitted import Fitted
 from palpate.studies.dynamic.reference import reference
 
@@ -73,9 +73,9 @@ def test_pushes_elsewhere_are_as_hard_and_inward(pressed):
 def test_models_are_measured_at_each_place_and_places_that_are_not_resolved_have_no_model(pressed):
     own = {"places": 3, "tilts_degrees": [0], "change_of_peak": 0.05, "max_halvings": 4, "steps_per_frame": [1]}
     grid = {"fem_coarse": {"tolerances": [0.1], "gaps": []}, "moving_modes": MODES, "fem_fine": FINE}
-    table = measure_elsewhere(pressed, own, grid, 1)
+    table = measure_places(pressed, own, grid, 1)
     assert table["contact"].nunique() == 3 and not table["failures"].any()
     assert set(table["model"]) == {"fem_fine", "fem_coarse", "detail_correction", "moving_modes"}
     assert (table["rmse_of_peak"] > 0.0).all()
-    never = measure_elsewhere(pressed, own | {"change_of_peak": 1e-9, "max_halvings": 2}, grid, 1)
+    never = measure_places(pressed, own | {"change_of_peak": 1e-9, "max_halvings": 2}, grid, 1)
     assert len(never) == 3 and pd.isna(never["model"]).all()

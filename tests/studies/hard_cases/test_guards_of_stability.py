@@ -19,10 +19,9 @@ from palpate.models.fem_statics import Simulation
 from palpate.run.settings import defaults
 from palpate.solvers import equilibrium, pushed_discs
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium, Unbuckled
-from palpate.studies.hard_cases.buckling_cases import EULER_N, NODES, RADIUS_M, body_of, press_of, stability
 from palpate.studies.hard_cases.enrichment_cases import SETTINGS as FIT
-from palpate.studies.hard_cases.hard_case import judge
-from palpate.studies.hard_cases.stage import bar_body, end_face
+from palpate.studies.hard_cases.nonlinear_cases import EULER_N, NODES, RADIUS_M, body_of, press_of, stability
+from palpate.studies.hard_cases.stage import bar_body, end_face, judge
 
 CASES = {case.name: case for case in stability()}
 

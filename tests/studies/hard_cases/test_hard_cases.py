@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from palpate.errors import InputError, NotConverged
-from palpate.studies.hard_cases import enrichment_cases, fem_cases, hard_case
+from palpate.studies.hard_cases import enrichment_cases, fem_cases, stage
 from palpate.studies.hard_cases.declared import FAMILIES, declared, measure
-from palpate.studies.hard_cases.hard_case import OUTCOMES, Answer, Case, finite, judge
+from palpate.studies.hard_cases.stage import OUTCOMES, Answer, Case, finite, judge
 
 CASES = declared(list(FAMILIES))
 
@@ -95,7 +95,7 @@ def test_a_bound_may_be_tighter_for_one_model():
 
 def test_a_wrong_answer_that_cannot_be_measured_is_as_wrong_as_can_be():
     broken = Answer(np.ones(1), np.zeros(1), lambda a: 0.0 if a[0] == 1.0 else np.nan)
-    assert broken.wrong() == dict.fromkeys((*hard_case.WRONG, hard_case.NEARLY), hard_case.UNMEASURABLE)
+    assert broken.wrong() == dict.fromkeys((*stage.WRONG, stage.NEARLY), stage.UNMEASURABLE)
 
 
 def test_the_table_has_a_row_for_each_model_of_each_case(monkeypatch):

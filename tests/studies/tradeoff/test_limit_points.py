@@ -9,9 +9,9 @@ from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.tradeoff import limit_points as module
+from palpate.studies.tradeoff import truth_table as module
 from palpate.studies.tradeoff.figures.scene_rows import jumps
-from palpate.studies.tradeoff.limit_points import LIMIT_POINTS, limit_points
+from palpate.studies.tradeoff.truth_table import LIMIT_POINTS, limit_points
 
 LIVER = {"kind": "liver", "length_m": 0.2, "refinements": 2, "young_pa": 3000.0, "poisson": 0.3}
 LIVER |= {"density_kg_m3": 1000.0, "anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}}}

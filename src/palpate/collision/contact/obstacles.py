@@ -7,8 +7,7 @@ import numpy as np
 from palpate.bodies.mesh_quality import LARGEST
 from palpate.bodies.particles import Particles
 from palpate.bodies.surfaces.tetrahedralize import label_shells
-from palpate.collision.contact.additive_ccd import limits
-from palpate.collision.contact.proximity import NearStencils, Proximity
+from palpate.collision.contact.proximity import NearStencils, Proximity, limits
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import crossing_pairs
 from palpate.errors import InputError, NotConverged

@@ -9,7 +9,7 @@ from palpate.effects.elements import PLAIN_POISSON, largest_poisson
 from palpate.effects.law import PLAIN, Law, law_of
 from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import NotConverged
-from palpate.linalg.conjugate_gradients import linear_response
+from palpate.linalg.multigrid import linear_response
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.lbfgs import Descent, minimise_by_lbfgs
 

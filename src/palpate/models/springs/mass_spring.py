@@ -16,8 +16,7 @@ from palpate.effects.held import Held
 from palpate.effects.springs import Springs
 from palpate.effects.volume_force import Volume
 from palpate.errors import InputError, NotConverged
-from palpate.linalg.conjugate_gradients import conjugate_gradients
-from palpate.linalg.multigrid import Factor
+from palpate.linalg.multigrid import Factor, conjugate_gradients
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.springs.fitness import volume_stiffness
 from palpate.models.springs.spring_motion import spring_model, stiffnesses

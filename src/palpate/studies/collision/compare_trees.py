@@ -12,6 +12,7 @@ import pandas as pd
 from palpate.collision.prescribed_motions import Moving, crossing_waves, scenes
 from palpate.collision.trees.tree_query import RefittedTrees
 from palpate.collision.triangles.brute_force import crossing
+from palpate.run.job import powers
 from palpate.table_declaration import Table
 
 EVERY = 10**9  # upper limit of pairs, never reached: by default both packages stop after a few pairs
@@ -270,3 +271,25 @@ def _times(make: Callable, triangles: list[np.ndarray], points: list[list[np.nda
         taken.append((update, query, len(pairs)))
     update, query, pairs = np.median(taken, axis=0)
     return dict(zip(STAGES, (built, update, query), strict=True)) | {"pairs": pairs}
+
+
+def measure_collision(params, say):
+    """Compare the structures in motion, for the rule of that name."""
+    for package in installed()[1]:
+        say(f"{package} is not installed, so its rows are left out")
+    table = measure(**params.settings, seed=params.seed, report=lambda scene: say(f"{scene} is done"))
+    for row in table.itertuples():
+        say(
+            f"{row.scene} {row.structure} {row.depths}: frame {row.frame_ms:.3f} ms, query {row.query_ms:.3f} ms, "
+            f"{row.missed_pairs} pairs missed, {row.extra_pairs} made up"
+        )
+    return table
+
+
+def measure_collision_scaling(params, say):
+    """Compare their growth with the triangles, for the rule of that name."""
+    table = measure_growth(params.triangles, params.depths, lambda number: say(f"{number} triangles are done"))
+    for row in exponents(table).itertuples():
+        said = powers({"build": row.build_ms, "refit": row.refit_ms, "query": row.query_ms})
+        say(f"{row.structure} {row.depths}: {said}")
+    return table

@@ -5,10 +5,15 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from palpate.bodies import body_file
 from palpate.bodies.body import Body
 from palpate.bodies.ct.image import Image
+from palpate.bodies.ct.mesh_from_ct import segment_entry
 from palpate.bodies.surfaces.triangles import image_data
-from palpate.report import panels, render, style, tables
+from palpate.errors import about
+from palpate.report import render, style, tables
+from palpate.run.job import stem, steps
+from palpate.studies.ct import imaging
 from palpate.studies.ct.imaging import BETWEEN, Pictures
 from palpate.studies.ct.ray_casting import corners, front
 
@@ -133,9 +138,9 @@ def draw_ct_volume_rendering(image: Image, mask: np.ndarray, body: Body) -> Figu
         for name, level in (("coarse", 0), ("fine", len(body.levels) - 1)):
             mesh = body.levels[level]
             pictures[f"{name} surface: {len(mesh.surface):,} nodes"] = stage.level(close, mesh, body.supported(level))
-    figure, grid = panels.grid(1, len(pictures), aspect, _VOLUME_INCHES, bare=True)
+    figure, grid = style.grid(1, len(pictures), aspect, _VOLUME_INCHES, bare=True)
     for axis, (caption, picture) in zip(grid[0], pictures.items(), strict=True):
-        panels.place(axis, picture, caption)
+        style.place(axis, picture, caption)
     grid[0, 0].set_ylabel(body.name, fontweight="bold")
     return figure
 
@@ -283,3 +288,22 @@ def draw_node_mass(node_mass) -> Figure:
         axis.set_xlabel("elements")
         style.plain_log(axis.xaxis)
     return figure
+
+
+def draw_ct(input, output, params, wildcards):
+    """Draw slices and a volume rendering, for the rule of that name."""
+    with about(f"bodies.{wildcards.body}"):
+        image, mask = segment_entry(params.entry)
+    style.save(draw_ct_slices(image, mask, wildcards.body), stem(output.slices))
+    style.save(draw_ct_volume_rendering(image, mask, body_file.load(input.body)), stem(output.volume))
+
+
+def measure_imaging(output, params, say):
+    """Measure images and draw the ones shown, for the rule of that name."""
+    masks = {}
+    for body, entry in params.entries.items():
+        with about(f"bodies.{body}"):
+            masks[body] = segment_entry(entry)
+    found, shown = imaging.measure(masks, **params.settings, progress=steps(say, "imaging, table"))
+    style.save(draw_ct_imaging(shown, found["mask_interpolation"]), stem(output.figure))
+    return found

@@ -7,10 +7,12 @@ import pandas as pd
 
 from palpate.bodies.ct.image import Image
 from palpate.bodies.ct.masses import node_masses, organ_densities, raw_densities, voxel_mass
+from palpate.bodies.ct.mesh_from_ct import segment_entry
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.surfaces.mask_surface import surface
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
-from palpate.errors import InputError
+from palpate.errors import InputError, about
+from palpate.run.job import steps
 from palpate.table_declaration import Table
 
 _MORE = (1.0, 1.1, 1.2)  # factors of the surface nodes, tried in turn for thin organs
@@ -57,3 +59,14 @@ def _mesh(image: Image, mask: np.ndarray, wanted: int) -> TetMesh:
         except InputError as error:
             failure = error
     raise failure
+
+
+def tabulate_node_mass(params, say):
+    """Measure masses of all bodies from CT, for the rule of that name."""
+    tables = []
+    for body, entry in params.entries.items():
+        with about(f"bodies.{body}"):
+            image, mask = segment_entry(entry)
+        progress = steps(say, f"{body}: node masses, resolution")
+        tables.append(measure(body, image, mask, params.sizes, progress=progress))
+    return pd.concat(tables)

@@ -11,13 +11,16 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import errors
+from palpate.bodies import body_file
 from palpate.errors import NotConverged
 from palpate.linalg.multigrid import Factor
 from palpate.models.fem_statics import to_fine
+from palpate.run.job import steps
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import compose
 from palpate.scenes.scene import Scene
-from palpate.studies.dynamic.compared_scene import ComparedScene
+from palpate.studies.dynamic import reference
+from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
 from palpate.studies.dynamic.fitted import Fitted, corrects, fit_correction, fit_shapes, fit_springs, moving_modes
 from palpate.studies.dynamic.reference import Reference
 from palpate.table_declaration import Table
@@ -283,3 +286,10 @@ def _measured(moved: np.ndarray, truth: Reference, seconds: float, p95_s: float,
     found = errors(moved.reshape(-1, 3), truth.truth.reshape(-1, 3))._asdict()
     found |= {"ms_per_step": 1e3 * seconds / steps, "step_p95_ms": 1e3 * p95_s}
     return found | {"real_time_factor": seconds / whole_s}
+
+
+def measure_dynamic(input, params, say):
+    """Compare the models in a scene, for the rule of that name."""
+    moving = compared_and_training(body=body_file.load(input.body), **params.compared)
+    more = params.compared["own"].get("models", ()), steps(say, f"{moving[0].name}: model")
+    return measure(*moving, reference.load(input.reference), params.settings, *more)

@@ -12,10 +12,12 @@ from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.error_bounds import CONSTANT, OWN
 from palpate.benchmark.presses import oblique
 from palpate.benchmark.ranking import EXACT
+from palpate.bodies import body_file
 from palpate.bodies.contacts import kept_contacts
 from palpate.errors import NotConverged
+from palpate.run.job import steps
 from palpate.studies.dynamic.accuracy import STEP, measure
-from palpate.studies.dynamic.compared_scene import ComparedScene
+from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
 from palpate.studies.dynamic.reference import reference
 from palpate.table_declaration import Table
 
@@ -99,7 +101,7 @@ def moved_pushes(
     return found
 
 
-def measure_elsewhere(
+def measure_places(
     compared: ComparedScene, own: Mapping[str, Any], grid: Mapping[str, Any], seed: int, progress: Callable = iter
 ) -> pd.DataFrame:
     """Tabulate errors and estimates of models at other places, a row a place, model and setting of the step.
@@ -124,3 +126,14 @@ def measure_elsewhere(
         table = measure(moved, None, truth, grid, ("fem_coarse", "detail_correction", "moving_modes"))
         rows.append(table[table["varied"] == STEP].assign(contact=contact, peak_m=truth.peak))
     return pd.concat(rows, ignore_index=True).reindex(columns=MEASURED)
+
+
+def measure_elsewhere(input, params, say):
+    """Measure the models at other places, for the rule of that name."""
+    scene, _ = compared_and_training(body=body_file.load(input.body), **params.compared)
+    return measure_places(scene, params.own, params.settings, params.seed, steps(say, f"{scene.name}: place"))
+
+
+def tabulate_motion_bounds(input):
+    """Tabulate the bounds of all scenes, for the rule of that name."""
+    return motion_bounds(pd.read_csv(path) for path in input)

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from palpate.bodies import body_file
 from palpate.errors import NotConverged
 from palpate.files import write_whole
-from palpate.studies.dynamic.compared_scene import ComparedScene
+from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
 from palpate.table_declaration import Table
 
 LOOSER = 4.0
@@ -158,3 +159,13 @@ def tabulate(compared: ComparedScene, found: Reference) -> pd.DataFrame:
     table["resolved"] = table["time_s"] <= found.duration_s * (1 + 1e-9)
     table.insert(0, "scene", compared.name)
     return table
+
+
+def simulate_dynamic_reference(input, output, params, say):
+    """Find the reference of a scene, for the rule of that name."""
+    scene, lesson = compared_and_training(body=body_file.load(input.body), **params.compared)
+    own = params.compared["own"]
+    found = reference(scene, lesson, own["change_of_peak"], own["max_halvings"])
+    say(f"{scene.name}: a step of {found.step_s:.2g} s; halving it last changed {found.change:.2%} of the peak")
+    save(found, output.reference)
+    return {"table": tabulate(scene, found)}

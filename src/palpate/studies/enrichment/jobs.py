@@ -1,24 +1,33 @@
-"""Functions that the rules of workflow/rules/enrichment.smk call; palpate.studies.jobs says how."""
+"""Functions that the rules of workflow/rules/enrichment.smk call, and the paper's sweep of σ (figure 4).
 
+The paper picks its σ from that table of errors, which is on the test samples. The methods' own σ comes from
+cross-validation on the training samples and stands in enrichment_accuracy.csv, so both can be compared.
+"""
+
+from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
-from palpate.benchmark.database import read
+from palpate.benchmark.database import Database, read
+from palpate.benchmark.model import FitOptions
 from palpate.benchmark.split import read_samples, sides
 from palpate.bodies.body_file import load
+from palpate.models.enrichment.features import describe, in_slots, kinds
+from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, DescribedSamples, squared_distances
+from palpate.models.enrichment.training_samples import blend_errors, gather
 from palpate.run.job import stem, steps
+from palpate.table_declaration import Table
 
 
 def evaluate_methods(input, output, params, wildcards):
     import h5py
 
     from palpate.benchmark.accuracy import accuracy_rows, predict
-    from palpate.benchmark.model import FitOptions
     from palpate.files import write_whole
     from palpate.models.enrichment.methods import build
     from palpate.solvers.compliance import load_compliance
-    from palpate.studies.enrichment.sigma_sweep import sweep_rows
 
     db, compliance, samples = read(input.database), load_compliance(input.compliance), read_samples(input.samples)
     labels, sweeps, tables = dict(wildcards.items()), [], []
@@ -36,7 +45,6 @@ def evaluate_methods(input, output, params, wildcards):
 
 
 def compare_premises(input, params, say):
-    from palpate.benchmark.model import FitOptions
     from palpate.studies.enrichment.premises import Settings, compare
 
     options = FitOptions(**params.regression, split="contacts", seed=params.seed)
@@ -46,7 +54,6 @@ def compare_premises(input, params, say):
 
 
 def time_methods(input, params, wildcards):
-    from palpate.benchmark.model import FitOptions
     from palpate.models.enrichment.methods import build
     from palpate.solvers.compliance import load_compliance
     from palpate.studies.enrichment.timing import choose_samples, cost_table, solves, timing_table
@@ -101,3 +108,36 @@ def draw_responses(input, output):
     }
     style.save(bodies.draw_error_over_body(body, db, groups), stem(output.errors))
     bodies.write(db, groups["live protocol, contacts held out"], output.turnable)
+
+
+SIGMA_SWEEP = Table(
+    "sigma_sweep",
+    "The test error of each blend at every width σ of its Gaussian kernel.",
+    """
+    body regime protocol split: a database, and what the coarse nodes come from and what is held out
+    features weights: of the blend
+    sigma_m sigma_relative: width [m], and over the features' distance
+    rmse_m rmse_of_peak: mean error of the test samples [m], and over their peaks
+    """,
+)
+
+
+def sweep_rows(
+    db: Database, train: np.ndarray, test: np.ndarray, protocol: str, options: FitOptions, labels: Mapping[str, str]
+) -> pd.DataFrame:
+    """Tabulate sigma_sweep.csv; ``labels`` are body and regime; errors are means over the test samples."""
+    training = gather(db, train, protocol, options)
+    rows = []
+    for features_name, features in kinds(db, options.neighbours).items():
+        known = DescribedSamples(features, training, options)
+        asked = describe(features, db.contact[test], db.coarse(protocol)[test])
+        slots = in_slots(features, db.contact[test], db.fine[test])
+        squared = squared_distances(known.described, asked)
+        among, across, own = known.slots @ known.slots.T, known.slots @ slots.T, (slots**2).sum(axis=1)
+        for kind in WEIGHTS:
+            for sigma in known.sigmas:
+                blends = BlendWeights(kind, known.squared, sigma)(squared)
+                rmse = np.sqrt(blend_errors(blends, among, across, own) / db.fine.shape[1])
+                which = [labels["body"], labels["regime"], protocol, options.split, features_name, kind]
+                rows.append([*which, sigma, sigma / known.scale, rmse.mean(), (rmse / db.peaks[test]).mean()])
+    return SIGMA_SWEEP.frame(rows)

@@ -14,8 +14,7 @@ from palpate.collision.triangles.brute_force import crossing
 from palpate.collision.triangles.distance import triangle_pairs_distance
 from palpate.scenes.run_scene import run
 from palpate.studies.hard_cases import stage
-from palpate.studies.hard_cases.hard_case import Answer, Case, finite
-from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, GRAVITY, SHAPES, SHEETS, SPRINGS
+from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, GRAVITY, SHAPES, SHEETS, SPRINGS, Answer, Case, finite
 
 MEETS_WITHIN = 0.002
 """Distance at which bodies count as having met, in sizes of the smallest; they begin to repel at half of it."""

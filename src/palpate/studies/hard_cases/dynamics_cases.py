@@ -17,8 +17,7 @@ from palpate.scenes.run_scene import compose, run
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
 from palpate.studies.hard_cases import stage
-from palpate.studies.hard_cases.hard_case import Answer, Case
-from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, GRAVITY, SECOND, SHAPES, SLOW, SPRINGS
+from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, GRAVITY, SECOND, SHAPES, SLOW, SPRINGS, Answer, Case
 
 IMPLICIT = (*FEM, *SECOND, *SPRINGS)
 RESIDUAL = "residual force / the weight at the end"

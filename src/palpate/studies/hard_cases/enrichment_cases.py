@@ -17,8 +17,7 @@ from palpate.models.enrichment.paper_enrichment import WEIGHTS, Blend, Described
 from palpate.models.enrichment.training_samples import Training
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.hard_cases.hard_case import Answer, Case, finite
-from palpate.studies.hard_cases.stage import SOFT
+from palpate.studies.hard_cases.stage import SOFT, Answer, Case, finite
 
 PRESSED, TRAIN = 8, 12
 """Contacts of the samples of most cases, of which there are two each, and the samples that are learnt from."""

@@ -22,8 +22,7 @@ from palpate.solvers import backward_euler
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.solvers.system import System
 from palpate.studies.hard_cases import stage
-from palpate.studies.hard_cases.hard_case import Answer, Case
-from palpate.studies.hard_cases.stage import FEM, RESIDUAL, SHAPES, SOFT, SPRINGS
+from palpate.studies.hard_cases.stage import FEM, RESIDUAL, SHAPES, SOFT, SPRINGS, Answer, Case
 
 POISSON, INSTEAD = 0.4999, 0.45
 CASES = {

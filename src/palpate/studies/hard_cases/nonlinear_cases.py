@@ -1,25 +1,49 @@
-"""Hard cases of laws, of starts (inverted, collapsed, random) and of relaxation by local solvers.
+"""Hard cases of laws, of starts (inverted, collapsed, random), of relaxation by local solvers, and of stability.
 
-Springs have to find some equilibrium only: a mirror image is a rest state for them too, so they need not return.
+The last are columns under Euler's load or pushed as far, a thin lobe on its edge, an arch that snaps. Springs have to
+find some equilibrium only: a mirror image is a rest state for them too, so they need not return.
 """
 
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
+from scipy import sparse
 
+from palpate.benchmark.accuracy import errors
+from palpate.benchmark.load import Load, Press, displacement_of
+from palpate.benchmark.model import Case as ModelCase
+from palpate.benchmark.model import Solver
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import LAWS
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
+from palpate.bodies.simple_shapes import box
 from palpate.effects.elements import locking_is_measured
 from palpate.effects.linear_elements import LinearElements
+from palpate.effects.patch_load import nodal_load, patch_at, patch_shares
+from palpate.models import fem, linear_fem, warped_compliance
+from palpate.models.contact_modes import contact_modes
 from palpate.models.relaxed import relaxes
 from palpate.scenes.run_scene import initial_positions
+from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.solvers.pushed_discs import push
 from palpate.studies.hard_cases import fem_cases, stage
-from palpate.studies.hard_cases.hard_case import Answer, Case
-from palpate.studies.hard_cases.stage import EXPLICIT, FEM, RESIDUAL, SHAPES, SLOW, SOFT, SPRINGS
+from palpate.studies.hard_cases.fem_cases import SOLVERS
+from palpate.studies.hard_cases.model_cases import MEASURE, SETTING
+from palpate.studies.hard_cases.stage import (
+    EXPLICIT,
+    FEM,
+    RESIDUAL,
+    SHAPES,
+    SLOW,
+    SOFT,
+    SPRINGS,
+    Answer,
+    Case,
+    bar_body,
+)
 
 
 def laws() -> list[Case]:
@@ -168,3 +192,162 @@ def _relaxed(
         return float(np.linalg.norm(x - mesh.nodes - moved) / np.linalg.norm(moved))
 
     return Answer(found, begin, error, zero=mesh.nodes, origin=mesh.nodes)
+
+
+REDUCED, STORED = ("contact_modes",), ("linear_fem", "warped_compliance")
+RADIUS_M, NODES = 0.02, 1
+"""Of the disc; and most nodes of the level that contact modes reduce, so that it is the coarse one."""
+EULER_N = np.pi**2 * SOFT.young_pa * 0.05**4 / 12.0 / (4.0 * 0.2**2)
+"""Buckling load of the bar, held at one end and free at the other."""
+POST_M = 0.6
+SHORTENED_M = 4.4934**2 * 0.05**2 / 12.0 / POST_M
+"""How far its buckling load (kL)² EI / L² shortens a post of square section whose pushed end is held from the side and
+may turn: tan kL = kL, as with one end clamped and one pinned."""
+PRESSES = {
+    "column": ([0.2, 0.025, 0.025], [-EULER_N, 0.0, 0.0]),
+    "post": ([POST_M, 0.025, 0.025], [-SHORTENED_M, 0.0, 0.0]),
+    "lobe": ([0.1, 0.04, 0.004], [-0.004, 0.0, 0.0]),
+    "arch": ([0.1, 0.015, 0.028], [0.0, 0.0, -0.06]),
+}
+"""Where each body is pressed [m], and by what [N]: Euler's load, and about those at which the others give way. The post
+is pushed so far [m]."""
+BOXES = {
+    "post": ([POST_M, 0.05, 0.05], [12, 2, 2]),
+    "lobe": ([0.1, 0.08, 0.008], [6, 4, 1]),
+    "arch": ([0.2, 0.03, 0.008], [12, 2, 1]),
+}
+"""Sides [m] and divisions of each body but the column; the arch is bent afterwards."""
+
+
+def stability() -> list[Case]:
+    told = ("stable", "not_converged")
+    measure = f"{RESIDUAL}; more than 1 if the stiffness there is not positive"
+
+    def found(name, scene, body, times):
+        return Case(name, scene, "a stable equilibrium", measure, 1e-6, partial(_solved, body, times), SOLVERS)
+
+    def asked(name, scene, body, times, models=REDUCED, tilt=0.0):
+        declared = dict.fromkeys(models, told)
+        run = partial(_asked, body, times, tilt)
+        return Case(name, scene, "the answer, or it is told", MEASURE, 0.02, run, models, declared)
+
+    return [
+        Case("column_at_0.5_asked", "a bar is pressed along its axis by half of Euler's load", "the answer", MEASURE,
+             0.02, partial(_asked, "column", 0.5, 0.0), REDUCED),
+        *(
+            case(f"column_at_{times:g}_{what}", f"a bar is pressed along its axis by {times:g} of Euler's load",
+                 "column", times)
+            for times in (0.9, 1.0, 1.4)
+            for case, what in ((found, "solved"), (asked, "asked"))
+        ),
+        *(
+            Case(f"post_pushed_to_{times:g}_solved",
+                 f"a post's end is pushed along its axis by {times:g} of the way at which it buckles",
+                 "a stable equilibrium", f"{measure}; or the share of the way that is missed", 1e-6,
+                 partial(_pushed, times), ("fem_quadratic",))
+            for times in (0.9, 1.05, 1.4, 3.0)
+        ),
+        *(
+            asked(f"post_pushed_to_{times:g}_asked", "the same", "post", times, REDUCED + STORED)
+            for times in (0.9, 1.4, 3.0)
+        ),
+        asked("column_off_its_axis", "a bar is pressed by half of Euler's load, 5° off its axis", "column", 0.5,
+              STORED, 5.0),
+        found("lobe_on_edge_solved", "a thin plate is pressed on its free edge until it buckles", "lobe", 2.0),
+        asked("lobe_on_edge_asked", "the same", "lobe", 2.0),
+        found("arch_snaps_solved", "a shallow arch is pressed at its crown until it snaps", "arch", 1.5),
+        asked("arch_snaps_asked", "the same", "arch", 1.5),
+        asked("arch_before_it_snaps_asked", "the same, by half of that load", "arch", 0.75),
+    ]  # fmt: skip
+
+
+@cache
+def body_of(name: str) -> Body:
+    """Make the body of one of PRESSES, of two levels, held at its end or, the arch, at both."""
+    if name == "column":
+        return bar_body(1)
+    mesh = box(*BOXES[name])
+    x, ends = mesh.nodes[:, 0], [0.0]
+    if name == "arch":
+        rise, ends = 0.02 * (1.0 - (10.0 * x - 1.0) ** 2), [0.0, x.max()]
+        mesh = TetMesh(mesh.nodes + np.outer(rise, [0.0, 0.0, 1.0]), mesh.tetrahedra)
+    return nest(name, mesh, 1, np.flatnonzero(np.isin(x, ends)), SOFT)
+
+
+def press_of(name: str, times: float, tilt: float = 0.0) -> tuple[int, np.ndarray]:
+    """Return the node that is pressed, and the force (3,) [N] or the post's way [m], by ``tilt`` [degrees] off axis."""
+    place, force = PRESSES[name]
+    body = body_of(name)
+    surface = body.coarse.surface
+    node = int(surface[np.argmin(np.linalg.norm(body.coarse.nodes[surface] - place, axis=1))])
+    turn = np.tan(np.radians(tilt)) * np.linalg.norm(force)
+    return node, times * np.add(force, [0.0, turn, 0.0])
+
+
+def _solved(name: str, times: float, model: str) -> Answer:
+    """Find an equilibrium, which is judged by the forces left and by all eigenvalues of its stiffness."""
+    body, (node, force) = body_of(name), press_of(name, times)
+    solver, load = SOLVERS[model](body, 0, 2), nodal_load(body, 0, node, force, RADIUS_M, order=2)
+    x, rest = solver.solve(load, 1e-8).x, solver.mesh.nodes
+    solver.carry(load)
+    multiply, _ = solver.linearise(x)
+    columns = np.eye(3 * len(x)).reshape(len(x), 3, -1)
+    stable = np.linalg.eigvalsh(multiply(columns).reshape(3 * len(x), -1))[0] > 0.0
+
+    def error(a: np.ndarray) -> float:
+        left = float(np.linalg.norm(solver.force(a)) / np.linalg.norm(load))
+        return left if stable else 1.0 + left
+
+    return Answer(x, rest, error)
+
+
+def _pushed(times: float, model: str) -> Answer:
+    """Push the post, and judge by the forces left, by the way, and all eigenvalues of the stiffness, its end held."""
+    body, (node, way) = body_of("post"), press_of("post", times)
+    solver = SOLVERS[model](body, 0, 2)
+    rest = solver.mesh.nodes
+    nodes, shares = patch_shares(body.coarse, patch_at(body, node, RADIUS_M), 2)
+    weights = sparse.csr_array((shares, (np.zeros_like(nodes), nodes)), (1, len(rest)))
+    x = push(solver, np.zeros_like(rest), weights, way[None], 1e-8)[0].x
+    free = np.linalg.qr(np.kron(weights.toarray(), np.eye(3)).T, "complete")[0][:, 3:]  # what leaves the disc in place
+    multiply, _ = solver.linearise(x)
+    tangent = free.T @ multiply(free.reshape(len(x), 3, -1)).reshape(len(free), -1)
+    stable = np.linalg.eigvalsh(tangent)[0] > 0.0
+
+    def error(a: np.ndarray) -> float:
+        forces = solver.force(a).ravel()
+        left = float(np.linalg.norm(free.T @ forces) / np.linalg.norm(forces))
+        missed = float(np.linalg.norm((weights @ (a - rest))[0] - way) / np.linalg.norm(way))
+        return max(left, missed) if stable else 1.0 + left
+
+    return Answer(x, rest, error)
+
+
+def _asked(name: str, times: float, tilt: float, model: str) -> Answer:
+    """Ask a model, and compare with stable elements, which may have gone to the other side."""
+    body = body_of(name)
+    node, force = press_of(name, times, tilt)
+    case, load = _case(name), Load((Press(node, moved=force),)) if name == "post" else Load.at(node, force)
+    if model == "contact_modes":
+        solver: Solver = contact_modes.offline(case).online(SETTING)
+    elif model == "linear_fem":
+        solver = linear_fem.Linear(case, {})
+    else:
+        solver = warped_compliance.prepare(case, {"samples": 0})
+    found = displacement_of(solver.respond(load))
+    expected = displacement_of(fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-6}, 2).respond(load))
+    surface = body.fine.surface
+    opposite = body.fine.nodes[surface] * [1.0, -1.0, 1.0] + [0.0, np.ptp(body.fine.nodes[:, 1]), 0.0]
+    distance = np.linalg.norm(body.fine.nodes[surface][None] - opposite[:, None], axis=2)
+    mirrored = expected[distance.argmin(axis=1)] * [1.0, -1.0, 1.0]
+
+    def error(answer: np.ndarray) -> float:
+        return min(errors(answer, each).rmse_of_peak for each in (expected, mirrored))
+
+    return Answer(found, np.zeros_like(found), error)
+
+
+def _case(name: str) -> ModelCase:
+    body, (node, _) = body_of(name), press_of(name, 1.0)
+    case = ModelCase.untrained(body, "hard", RADIUS_M, 0, 1e-8, {"contact_modes": {"nodes": NODES}})
+    return replace(case, response=compute_compliance(body, RADIUS_M, contacts=np.array([node]), order=2))

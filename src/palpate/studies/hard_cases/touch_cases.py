@@ -15,8 +15,7 @@ from palpate.bodies.simple_shapes import box
 from palpate.bodies.supports import Bed
 from palpate.effects.instrument import Instrument, first_touch, upright
 from palpate.solvers.indentation import Indentation, Touching, contact_points
-from palpate.studies.hard_cases.hard_case import Answer, Case
-from palpate.studies.hard_cases.stage import SOFT
+from palpate.studies.hard_cases.stage import SOFT, Answer, Case
 
 MODELS = ("fem_quadratic",)
 DOWN = np.array([0.0, 0.0, -1.0])

@@ -17,11 +17,13 @@ from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.presses import choose_presses, force_of, nodal_forces
 from palpate.benchmark.truth import OWN as ERRORS
 from palpate.benchmark.truth import Truth, truth_levels, truth_of
+from palpate.bodies import body_file
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_near_regions
 from palpate.bodies.material import Material, Tissue
 from palpate.effects.elements import locking_is_measured
 from palpate.errors import NotConverged
+from palpate.run.job import steps
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.table_declaration import Table
 
@@ -222,3 +224,12 @@ def crossing(depth: np.ndarray, share: np.ndarray) -> float:
         return float("inf")
     x, y = np.log(depth[i : i + 2]), np.log(np.maximum(share[i : i + 2], np.finfo(float).tiny))
     return float(np.exp(x[0] - y[0] * (x[1] - x[0]) / (y[1] - y[0])))
+
+
+def press_under_laws(input, params, say):
+    """Compare the laws of one body, for the rule compare_laws."""
+    body = body_file.load(input.body)
+    found = steps(say, f"{body.name}: forces of growing presses at contact")
+    loads = growing_presses(body, params.contacts, params.depths, params.radius_m, found)
+    pressed = steps(say, f"{body.name}: presses under each law, variant")
+    return {"table": compare_laws(body, loads, params.laws, params.poissons, pressed)}

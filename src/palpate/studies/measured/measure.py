@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from palpate.bodies import body_file
 from palpate.bodies.body import Body
-from palpate.studies.measured.experiment import GIVEN, Experiment, check_places
+from palpate.run.job import steps
+from palpate.studies.measured.experiment import GIVEN, Experiment, check_places, experiment_of
 from palpate.studies.measured.predict import ALL, Predictor, Row, creep_rows, damping_rows
 from palpate.studies.measured.records import Observed, observe_all
 from palpate.studies.measured.release import release_rows
@@ -166,3 +168,10 @@ def _doubts(experiment: Experiment, table: pd.DataFrame, size_m: float) -> Itera
                 f"{place}: its markers are predicted to sink by {1e3 * most:.3g} mm, and the body is "
                 f"{1e3 * size_m:.3g} mm long; see weight_n and force_n (in N) and young_pa."
             )
+
+
+def measure_experiment(input, params, wildcards, say):
+    """Put the models beside one experiment, for the rule of that name."""
+    experiment = experiment_of(wildcards.experiment, params.entry)
+    models = steps(say, f"{experiment.name}: model")
+    return {"table": measure(experiment, body_file.load(input.body), params.models, models)}

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.errors import NotConverged
-from palpate.linalg.conjugate_gradients import conjugate_gradients
+from palpate.linalg.multigrid import conjugate_gradients
 from palpate.studies.measured.experiment import GIVEN, Case, Experiment
 from palpate.studies.measured.records import Observed
 from palpate.studies.measured.specimen import Bench, Specimen

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import minimize
 
+from palpate.bodies import body_file
 from palpate.effects import shape_matching
 from palpate.effects.held import Held
 from palpate.effects.velocity_damping import VelocityDamping
@@ -17,9 +18,10 @@ from palpate.models.springs.descent import descend
 from palpate.models.springs.evolution import Rules, cma_es, evolve
 from palpate.models.springs.fitness import CLOSED, Fit, Fitness, uniform
 from palpate.models.springs.spring_motion import Load, Settings, SpringModel, reference_motion, simulate
+from palpate.run.job import rarely
 from palpate.solvers.goal_position import GoalPosition
 from palpate.solvers.system import System
-from palpate.studies.organ_springs.organ import Organ, Reference, deviation
+from palpate.studies.organ_springs.organ import Organ, Reference, deviation, mass_motion, organ, references
 from palpate.table_declaration import Table
 
 METHODS = (*CLOSED, "uniform", "genetic", "cma_es", "gradient")
@@ -212,3 +214,18 @@ def _shape_motion(found: Organ, steps: int, unknowns: np.ndarray) -> Callable[[i
         return settings.compared(np.array(motion))
 
     return move
+
+
+def fit_organ_springs(input, params, say):
+    """Fit the springs of one organ, and measure their rivals, for the rule of that name."""
+    found = organ(body_file.load(input.body), params.settings)
+    say(f"{found.body.name}: press it with finite elements")
+    motions = references(found)
+    errors, history = measure(
+        found, motions, params.seed, lambda method: rarely(say, f"{method}: how far, best fitness")
+    )
+    return {
+        "organ_springs": pd.concat([errors, rivals(found, motions)]),
+        "organ_history": history.assign(body=found.body.name),
+        "mass_motion": mass_motion(found),
+    }

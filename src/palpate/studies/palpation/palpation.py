@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from palpate.bodies import body_file
 from palpate.bodies.body import Body, nest
 from palpate.bodies.contacts import contacts_near_regions
 from palpate.bodies.material import Material, Tissue
@@ -19,6 +20,7 @@ from palpate.bodies.refinement import finer
 from palpate.bodies.surfaces.tetrahedralize import gmsh_session, set_sizes
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
+from palpate.run.job import steps
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.table_declaration import Table
 
@@ -230,3 +232,14 @@ def least_contrasts(table: pd.DataFrame) -> dict[float, float]:
         share = (edge - stiffer[first - 1]) / (stiffer[first] - stiffer[first - 1])
         found[float(cover)] = float(np.exp(log[first - 1] + share * (log[first] - log[first - 1])))
     return found
+
+
+def measure_palpation(input, params, say):
+    """Palpate one body, for the rule of that name."""
+    body = body_file.load(input.body)
+    return palpate(body, **params.settings, progress=steps(say, f"{body.name}: a finger at place"))
+
+
+def measure_palpation_limits(params, say):
+    """Lower balls in a slab, for the rule of that name."""
+    return palpation_limits(**params.settings, progress=steps(say, "a finger above a ball at depth"))

@@ -14,6 +14,7 @@ from scipy import sparse
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
+from palpate.run.job import powers, use_threads
 from palpate.table_declaration import Table
 
 if TYPE_CHECKING:
@@ -285,3 +286,16 @@ def measure(component: str, sizes: list[int], report: Callable[[int], None] = la
 def doubling(most: int) -> list[int]:
     """Return 1, 2, 4 … up to and including ``most``."""
     return [2**k for k in range(most.bit_length()) if 2**k < most] + [most]
+
+
+def measure_scaling(params, wildcards, threads, say):
+    """Measure one component, for the rule of that name."""
+    use_threads(threads)  # this job runs alone, and begins anew where numba has been told of others
+
+    component = wildcards.component
+    # the component "cores" uses all cores; the others run on one
+    table = measure(component, params.sizes or doubling(threads), lambda size: say(f"{component}: {size} done"))
+    for row in table.drop_duplicates("stage").itertuples():
+        said = powers({"time": row.seconds_exponent, "memory": row.memory_exponent})
+        say(f"{row.stage}: {said or 'no growth to fit'}")
+    return table

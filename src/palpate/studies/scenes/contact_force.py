@@ -6,6 +6,7 @@ import pandas as pd
 
 from palpate.collision.contact.obstacles import winding_number
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest
+from palpate.scenes import motion
 from palpate.scenes.motion import Motion, Moved
 from palpate.table_declaration import Table
 
@@ -98,3 +99,10 @@ def _distances(points, x, nodes, low, high):
                 best = min(best, closest(POINT_TRIANGLE, x, nodes[k], weights)[0])
         found[i] = best
     return found
+
+
+def tabulate_contacts(input):
+    """Tabulate contacts and forces of all scenes, for the rule of that name."""
+    motions = [motion.load(path) for path in input.motions]
+    contacts = pd.concat([m.contacts.assign(scene=m.scene) for m in motions])
+    return {"contacts": contacts, "force": pd.concat([contact_force(m) for m in motions])}

@@ -9,10 +9,12 @@ import pandas as pd
 
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError, NotConverged
+from palpate.run.job import steps
+from palpate.scenes import motion
 from palpate.scenes.effect_registry import ELASTIC
 from palpate.scenes.motion import Motion
-from palpate.scenes.run_scene import effect_names, run
-from palpate.scenes.scene import Scene
+from palpate.scenes.run_scene import decisions, effect_names, run
+from palpate.scenes.scene import Scene, load_particles, scene_of
 from palpate.table_declaration import Table
 
 ALLOWED = 1e-6
@@ -137,3 +139,39 @@ def left_out(scene: Scene, particles: Particles, whole: Motion, progress: Callab
         except (NotConverged, InputError) as failure:
             rows.append([scene.name, effect, np.nan, str(failure)])
     return pd.DataFrame(rows, columns=["scene", "effect", "error_if_left_out", "note"])
+
+
+def simulate_scene(input, output, params, wildcards, say):
+    """Simulate a scene and write its motion, for the rule of that name."""
+    scene = scene_of(wildcards.scene, **params.scene)
+    particles = load_particles(scene, input.bodies)
+    table = decisions(scene, particles)
+    for row in table.itertuples():
+        say(f"{scene.name}: {row.effect} {'yes' if row.called else 'no'}; {row.reason}")
+    moved = run(scene, particles, steps(say, f"{scene.name}: step")).motion
+    warn_of_gain(scene, moved.energy)
+    motion.save(moved, output.motion)
+    return {"decisions": table}
+
+
+def measure_effects(input, params, wildcards, say):
+    """Measure the effects of a scene, for the rule of that name."""
+    scene = scene_of(wildcards.scene, **params.scene)
+    particles = load_particles(scene, input.bodies)
+    costs = cost(scene, particles, repeats=3)
+    progress = steps(say, f"{scene.name}: without effect")
+    errors = left_out(scene, load_particles(scene, input.bodies), motion.load(input.motion), progress)
+    return {"cost": costs, "left_out": errors}
+
+
+def tabulate_scenes(input, output, params):
+    """Put the tables of all scenes together, for the rule of that name."""
+    costs, errors = (pd.concat(map(pd.read_csv, paths)) for paths in (input.costs, input.errors))
+    energies = {found.scene: found.energy for found in map(motion.load, input.motions)}
+    energy = pd.concat(energies, names=["scene", "frame"]).reset_index("scene")
+    return {
+        "decisions": pd.concat(map(pd.read_csv, input.decisions)),
+        "effects": costs.merge(errors, on=["scene", "effect"], how="left"),
+        "energy": energy,
+        "balance": energy_balance(energy, params.integrators),
+    }

@@ -9,7 +9,9 @@ import numpy as np
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from palpate.report import gif, panels, render, style, turnable
+from palpate.report import render, style, turnable
+from palpate.run.job import stem
+from palpate.scenes import motion
 from palpate.scenes.motion import Motion, Moved
 
 _PIXELS = 480
@@ -27,23 +29,23 @@ def stills(motion: Motion, count: int) -> Figure:
     scenery = Scenery(motion)
     frames = _moments(motion, scenery.surface, count)
     aspect = scenery.view.width / scenery.view.height
-    figure, axes = panels.grid(1, len(frames), aspect, 1.9 * min(1.0, aspect))
+    figure, axes = style.grid(1, len(frames), aspect, 1.9 * min(1.0, aspect))
     with render.Stage(*_size(aspect)) as stage:
         rest = scenery.draw(stage, motion.rest, np.zeros(len(motion.rest)))
         for axis, frame in zip(axes[0], frames, strict=True):
-            panels.place(axis, scenery.picture(stage, frame), f"{motion.times[frame]:.3g} s")
-            panels.outline(axis, rest)
+            style.place(axis, scenery.picture(stage, frame), f"{motion.times[frame]:.3g} s")
+            style.outline(axis, rest)
     axes[0, 0].set_title(motion.scene)
-    panels.colour_bar(figure, Normalize(0, scenery.limit), style.DISPLACEMENT, "displacement [mm]")
+    style.colour_bar(figure, Normalize(0, scenery.limit), style.DISPLACEMENT, "displacement [mm]")
     return figure
 
 
 def animate(motion: Motion, path: str | Path) -> None:
     """Write a looping GIF of at most 30 frames with the view and the colours of ``stills``."""
     scenery = Scenery(motion)
-    frames = gif.evenly(len(motion.times), 30)
+    frames = turnable.evenly(len(motion.times), 30)
     with render.Stage(*_size(scenery.view.width / scenery.view.height)) as stage:
-        gif.write([scenery.picture(stage, frame) for frame in frames], motion.times[frames], path)
+        turnable.write_gif([scenery.picture(stage, frame) for frame in frames], motion.times[frames], path)
 
 
 class Scenery:
@@ -131,7 +133,7 @@ def _size(aspect: float) -> tuple[int, int]:
 def write(motion: Motion, path: str | Path) -> None:
     """Write at most 60 frames of the surface, coloured as in the stills, of the rigid things, and their times."""
     scenery = Scenery(motion)
-    kept = np.array(gif.evenly(len(motion.times), 60))
+    kept = np.array(turnable.evenly(len(motion.times), 60))
     norm = Normalize(0.0, scenery.limit)
     renumber = np.full(len(motion.rest), -1)
     renumber[scenery.surface] = np.arange(len(scenery.surface))
@@ -145,9 +147,18 @@ def write(motion: Motion, path: str | Path) -> None:
         positions.append(points)
         shades = np.hstack([shades, np.full(points.shape[:2], turnable.THING, np.uint8)])
     times = motion.times[kept]
-    pace, note = gif.pace(float(np.ptp(times)))
+    pace, note = turnable.pace(float(np.ptp(times)))
     peak = int(np.argmax(scenery.millimetres[np.ix_(kept, scenery.surface)].max(axis=1)))
     legend = turnable.legend("displacement [mm]", norm, style.DISPLACEMENT)
     played = {"times_s": times.round(6).tolist(), "pace": pace, "note": note.removeprefix(", "), "start": peak}
     surfaces = np.concatenate(positions, axis=1), np.vstack(triangles)
     turnable.write(turnable.Turnable(scenery.view, *surfaces, shades, len(triangles[0]), legend, played), path)
+
+
+def draw_motion(input, output):
+    """Draw a motion as stills, animation, view and series, for the rule of that name."""
+    moved = motion.load(input.motion)
+    style.save(stills(moved, count=6), stem(output.stills))
+    animate(moved, output.animation)
+    write(moved, output.turnable)
+    motion.write_series(moved, output.series)

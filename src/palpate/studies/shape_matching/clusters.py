@@ -16,6 +16,7 @@ from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import NotConverged
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
+from palpate.studies.shape_matching import body_springs_poke, integrator_stability
 from palpate.table_declaration import Table
 
 SPACING_M = 0.02
@@ -279,3 +280,14 @@ def _drift(body: Particles, matched: ShapeMatching) -> float:
     matched.goals(x, goal)
     pull = body.masses[:, None] * (goal - x)
     return float(np.linalg.norm(pull.sum(axis=0)) / np.linalg.norm(pull, axis=1).sum())
+
+
+def measure_experiments(params):
+    """Measure everything but creep and times, for the rule of that name."""
+    return {
+        "integrator_stability": integrator_stability.measure(**params.integrator_stability),
+        "clusters": clustered_column(**params.clusters),
+        "cluster_goals": cluster_goals(**params.clusters),
+        "deformation_modes": deformation_modes(),
+        "body_springs": body_springs_poke.measure(**params.body_springs),
+    }

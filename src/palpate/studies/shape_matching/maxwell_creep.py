@@ -13,9 +13,10 @@ from scipy.signal import StateSpace, lsim
 from scipy.sparse.linalg import spsolve
 
 from palpate.bodies.particles import Particles
+from palpate.scenes import motion
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import compose
-from palpate.scenes.scene import Scene
+from palpate.scenes.scene import Scene, load_particles, scene_of
 from palpate.solvers.system import System
 from palpate.table_declaration import Table
 
@@ -92,3 +93,9 @@ def _static(system: System, load: np.ndarray) -> np.ndarray:
     moved = np.zeros(load.size)
     moved[unknowns] = spsolve(stiffness[unknowns][:, unknowns].tocsc(), load.ravel()[unknowns])
     return moved.reshape(load.shape)
+
+
+def tabulate_maxwell_creep(input, params):
+    """Compare a scene with its closed solution, for the rule of that name."""
+    scene = scene_of(params.name, params.entry)
+    return measure(scene, load_particles(scene, input.bodies), motion.load(input.motion))

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from palpate.benchmark.database import Database
 from palpate.bodies.body import Body
 from palpate.files import read_hdf5
-from palpate.report import panels, render, style, turnable
+from palpate.report import render, style, turnable
 
 
 class Prediction(NamedTuple):
@@ -59,7 +59,7 @@ def draw_mesh_levels(bodies: list[Body]) -> Figure:
                 size = picture[0] / width, picture[1] / height
                 axis = figure.add_axes((left / width, bottom / height, *size), xticks=[], yticks=[])
                 axis.spines[:].set_visible(False)
-                panels.place(axis, stage.level(view, mesh, body.supported(level)), _level_caption(mesh, level))
+                style.place(axis, stage.level(view, mesh, body.supported(level)), _level_caption(mesh, level))
                 if level == 0:
                     axis.set_ylabel(body.name.replace("_", " "), fontweight="bold")
     return figure
@@ -95,18 +95,18 @@ def draw_deformed_bodies(body: Body, database: Database, predictions: dict[str, 
     aspect = views[0].width / views[0].height
 
     titles = ["rest,\nwith its load", "fine FEM", "coarse FEM", *map(style.short, DEFORMED_BY)]
-    figure, axes = panels.grid(len(chosen), len(titles), aspect, _INCHES)
+    figure, axes = style.grid(len(chosen), len(titles), aspect, _INCHES)
     with render.Stage(_PIXELS, round(_PIXELS / aspect)) as stage:
         for row, i, view in zip(axes, chosen, views, strict=True):
             bare = stage.picture(view, [lambda s: _surface(s, body, database, "rest", 0.0, limit)])
             for axis, (what, moved) in zip(row, _states(database, predictions, i), strict=True):
                 picture = _deformed(stage, view, body, database, i, (what, moved), limit)
-                panels.place(axis, picture, _sample_caption(database, i, what, moved, peaks[i]))
+                style.place(axis, picture, _sample_caption(database, i, what, moved, peaks[i]))
                 if what != "rest":
-                    panels.outline(axis, bare)
+                    style.outline(axis, bare)
     for axis, title in zip(axes[0], titles, strict=True):
         axis.set_title(title, loc="center")
-    panels.colour_bar(figure, Normalize(0, limit), style.DISPLACEMENT, "displacement [mm]", extend="max")
+    style.colour_bar(figure, Normalize(0, limit), style.DISPLACEMENT, "displacement [mm]", extend="max")
     return figure
 
 
@@ -202,13 +202,13 @@ def draw_error_over_body(body: Body, database: Database, groups: dict[str, dict[
     scale = limits([field for picks in shown.values() for _, field, _, _ in picks])
     views = render.same_scale([camera(database, i, moved) for p in shown.values() for i, _, moved, _ in p])
     aspect = views[0].width / views[0].height
-    figure, axes = panels.grid(len(JUDGED), 3 * len(groups), aspect, _INCHES)
+    figure, axes = style.grid(len(JUDGED), 3 * len(groups), aspect, _INCHES)
     cells = [(r, 3 * c + k) for c in range(len(groups)) for r in range(len(JUDGED)) for k in range(3)]
     picks = [pick for picks in shown.values() for pick in picks]
     with render.Stage(_PIXELS, round(_PIXELS / aspect)) as stage:
         for (r, c), view, (i, field, moved, error) in zip(cells, views, picks, strict=True):
             picture = _coloured(stage, view, body, database, 100 * field, moved, scale)
-            panels.place(axes[r, c], picture, f"sample {i}: {percent(100 * error)} % of peak")
+            style.place(axes[r, c], picture, f"sample {i}: {percent(100 * error)} % of peak")
     for axis, method in zip(axes[:, 0], JUDGED, strict=True):
         axis.set_ylabel(style.short(method), fontweight="bold")
     for c, group in enumerate(groups):
@@ -216,7 +216,7 @@ def draw_error_over_body(body: Body, database: Database, groups: dict[str, dict[
         for k, name in enumerate(("median", "worst"), 1):
             axes[0, 3 * c + k].set_title(name, loc="left")
     label = "error at each node [% of the sample's peak displacement]"
-    panels.colour_bar(figure, LogNorm(*scale), style.ERROR, label, extend="min", format="%g")
+    style.colour_bar(figure, LogNorm(*scale), style.ERROR, label, extend="min", format="%g")
     return figure
 
 

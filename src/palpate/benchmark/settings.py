@@ -1,10 +1,12 @@
-"""Settings of presses: how hard bodies are pressed, which of them, and by which fingers."""
+"""Settings of presses: how hard bodies are pressed, which of them, by which fingers and instruments."""
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 from palpate.bodies.settings import longest_m
 from palpate.errors import InputError, describe_unknown
-from palpate.setting_types import Block, Positive, Share, key, optional
+from palpate.setting_types import Block, NotNegative, Positive, Share, Switch, key, optional
 
 FINGER = "finger_{:.0f}_um"
 """The name of the regime of a finger, by its radius in micrometres."""
@@ -23,6 +25,16 @@ class Regime(Block):
     )
     radius_m: Positive = key("Radius [m] of the disc that is pressed; a fingertip has 0.012")
     radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
+
+
+class Instrument(Block):
+    kind: Literal["sphere", "capsule", "punch"] = key(
+        "A ball; a capsule, which lies on its side; or a punch, a cylinder with a flat end"
+    )
+    radius_m: Positive = key("Radius [m]")
+    edge_m: NotNegative = key("Radius [m] of a punch's rounded edge", 0.0)
+    length_m: NotNegative = key("Length [m] of a capsule between the centres of its ends", 0.0)
+    sticks: Switch = key("Whether what it touches keeps its place on it, or slides without friction", False)
 
 
 def instrument_name(kind: str, radius_m: float) -> str:
@@ -45,6 +57,32 @@ def check_refined(place: str, names: list[str], config: dict) -> None:
     for name in names:
         if not config["bodies"][name].get("refinements"):
             raise InputError(f"{place} names {name}, which is not refined; give it refinements of at least 1.")
+
+
+def check_instruments(place: str, entries: Sequence[dict], bodies: Sequence[str], config: dict) -> None:
+    """Raise InputError naming ``place`` for instruments with lengths they do not have, twice, or larger than a body."""
+    named: dict[str, int] = {}
+    for i, entry in enumerate(entries):
+        kind, radius = entry["kind"], entry["radius_m"]
+        for name, owner in (("edge_m", "punch"), ("length_m", "capsule")):
+            if entry[name] and kind != owner:
+                raise InputError(f"{place}[{i}].{name} is {entry[name]:g}, and a {kind} has none; leave it out.")
+        if entry["edge_m"] > radius:
+            raise InputError(f"{place}[{i}].edge_m is {entry['edge_m']:g}; give at most its radius_m, {radius:g}.")
+        name = instrument_name(kind, radius)
+        if name in named:
+            raise InputError(
+                f"{place}[{i}] has the kind and radius_m of instruments[{named[name]}], by which tables tell "
+                "instruments apart; change one, or remove it."
+            )
+        named[name] = i
+        for body in bodies:
+            size = longest_m(config["bodies"][body])
+            if size is not None and radius > size:
+                raise InputError(
+                    f"{place}[{i}].radius_m is {radius:g}, and all of {body} is {size:g} m long; give the radius in "
+                    "metres."
+                )
 
 
 def check_radii(config: dict, file: Path) -> None:

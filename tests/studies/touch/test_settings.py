@@ -6,6 +6,7 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.run.settings import defaults
+from palpate.studies.press.settings import check as check_press
 from palpate.studies.touch.settings import check, instruments_of
 
 BODY = {"kind": "liver", "length_m": 0.2, "refinements": 1}
@@ -34,6 +35,21 @@ def test_what_is_wrong_is_said(given, said):
     with pytest.raises(InputError) as refused:
         check(settings(**given), Path("my.yaml"))
     assert said in str(refused.value) and str(refused.value).startswith("my.yaml: touch")
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"kind": "capsule", "length_m": 0.02}, "[0] is a capsule; give a sphere or a punch"),
+        ({"sticks": True}, "[0] is a sphere that sticks; give a sphere or a punch that slides."),
+        ({"edge_m": 0.001}, "[0].edge_m is 0.001, and a sphere has none"),
+    ],
+)
+def test_the_page_offers_what_it_can_answer(given, said):
+    config = {"bodies": {"liver": BODY}, "press": defaults("press", instruments=[BALL | given])}
+    with pytest.raises(InputError) as refused:
+        check_press(config, Path("my.yaml"))
+    assert f"my.yaml: press.instruments{said}" in str(refused.value)
 
 
 def test_a_body_that_is_refined_is_needed():

@@ -3,15 +3,9 @@
 from pathlib import Path
 from typing import Literal
 
-from palpate.benchmark.settings import check_refined, pressed_bodies
+from palpate.benchmark.settings import Instrument, check_instruments, check_refined, pressed_bodies
 from palpate.errors import InputError, describe_unknown
-from palpate.setting_types import Block, Count, Index, NotNegative, Positive, Some, key
-
-
-class Instrument(Block):
-    kind: Literal["sphere", "punch"] = key("A ball, or a punch, a cylinder with a flat end")
-    radius_m: Positive = key("Radius [m]")
-    edge_m: NotNegative = key("Radius [m] of a punch's rounded edge", 0.0)
+from palpate.setting_types import Block, Count, Index, Positive, Some, key
 
 
 class Settings(Block):
@@ -24,8 +18,8 @@ class Settings(Block):
     )
     thinned: Positive = key("To what relative error of the reduced forces the cells are thinned", 0.003)
     samples: Index = key("Presses of the trade-off by the same finger whose truth the page can show, at most", 6)
-    instruments: list[Instrument] = key("Rigid instruments that the page offers beside the finger, at places", [])
-    places: Count = key("Places that are prepared for each instrument, in half a minute to one and a half each", 4)
+    instruments: list[Instrument] = key("Spheres and punches that the page offers beside the finger, at places", [])
+    places: Count = key("Places that are prepared for each instrument, in about 15 s each", 4)
     radius_m: Positive = key("Radius [m] of the finger's patch", 0.03)
     radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
 
@@ -38,3 +32,10 @@ def check(config: dict, file: Path) -> None:
         raise InputError(f"{place}.radius_of_body_m names {wrong}")
     if not names:
         raise InputError(f"{place} is there and no body is refined; give one refinements of at least 1.")
+    check_instruments(f"{place}.instruments", config["press"]["instruments"], names, config)
+    for i, entry in enumerate(config["press"]["instruments"]):
+        if entry["kind"] == "capsule" or entry["sticks"]:
+            raise InputError(
+                f"{place}.instruments[{i}] is a {entry['kind']}{' that sticks' * entry['sticks']}; give a sphere or a "
+                "punch that slides."
+            )

@@ -5,8 +5,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from palpate.benchmark.settings import check_refined, instrument_name, pressed_bodies
-from palpate.bodies.settings import longest_m
+from palpate.benchmark.settings import (
+    Instrument,
+    check_instruments,
+    check_refined,
+    instrument_name,
+    pressed_bodies,
+)
 from palpate.errors import InputError, describe_unknown
 from palpate.models.touch.registry import MODELS
 from palpate.setting_types import (
@@ -19,21 +24,10 @@ from palpate.setting_types import (
     Positive,
     Share,
     Some,
-    Switch,
     Vector,
     key,
     rows,
 )
-
-
-class Instrument(Block):
-    kind: Literal["sphere", "capsule", "punch"] = key(
-        "A ball; a capsule, which lies on its side; or a punch, a cylinder with a flat end"
-    )
-    radius_m: Positive = key("Radius [m]")
-    edge_m: NotNegative = key("Radius [m] of a punch's rounded edge", 0.0)
-    length_m: NotNegative = key("Length [m] of a capsule between the centres of its ends", 0.0)
-    sticks: Switch = key("Whether what it touches keeps its place on it, or slides without friction", False)
 
 
 class Truth(Block):
@@ -194,29 +188,4 @@ def check(config: dict, file: Path) -> None:
             raise InputError(f"{place}.at[{i}].body is {given['body']}; give one of {', '.join(bodies)}.")
         if given["direction"] is not None and not any(given["direction"]):
             raise InputError(f"{place}.at[{i}].direction is [0, 0, 0]; give the way of the instrument, or null.")
-    named: dict[str, int] = {}
-    for i, entry in enumerate(settings["instruments"]):
-        _check_instrument(f"{place}.instruments[{i}]", entry)
-        name = instrument_name(entry["kind"], entry["radius_m"])
-        if name in named:
-            raise InputError(
-                f"{place}.instruments[{i}] has the kind and radius_m of instruments[{named[name]}], by which tables "
-                "tell instruments apart; change one, or remove it."
-            )
-        named[name] = i
-        for body in bodies:
-            size = longest_m(config["bodies"][body])
-            if size is not None and entry["radius_m"] > size:
-                raise InputError(
-                    f"{place}.instruments[{i}].radius_m is {entry['radius_m']:g}, and all of {body} is {size:g} m "
-                    "long; give the radius in metres."
-                )
-
-
-def _check_instrument(place: str, entry: dict) -> None:
-    """Raise InputError for lengths that the instrument of an ``entry`` does not have."""
-    for name, kind in (("edge_m", "punch"), ("length_m", "capsule")):
-        if entry[name] and entry["kind"] != kind:
-            raise InputError(f"{place}.{name} is {entry[name]:g}, and a {entry['kind']} has none; leave it out.")
-    if entry["edge_m"] > entry["radius_m"]:
-        raise InputError(f"{place}.edge_m is {entry['edge_m']:g}; give at most its radius_m, {entry['radius_m']:g}.")
+    check_instruments(f"{place}.instruments", settings["instruments"], bodies, config)

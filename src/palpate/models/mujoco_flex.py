@@ -8,7 +8,15 @@ import numpy as np
 
 from palpate.benchmark.load import Load
 from palpate.benchmark.model import (
-    Case, OfBody, Setting, Solver, held_mb, on_own_levels, one_stage, refuse_bed, refuse_regions
+    Case,
+    OfBody,
+    Setting,
+    Solver,
+    held_mb,
+    on_own_levels,
+    one_stage,
+    refuse_bed,
+    refuse_regions,
 )  # fmt: skip
 from palpate.bodies.mesh import Mesh
 from palpate.effects.linear_elements import shape_gradients

@@ -1,15 +1,14 @@
 """Answer a touch with a flex body of MuJoCo, an optional engine, that a rigid geom is moved into.
 
-MuJoCo's contact is a spring and damper between the geom and the point of each outer tetrahedron that is deepest in it.
-Its stiffness is that of an impedance d and a time constant t, d / (1 - d) / t² times the mass of what touches; here t
-makes it so many times the stiffness of a node of the body, whatever the mass. The force is MuJoCo's own.
+MuJoCo's contact is a spring and a damper between the geom and the point of each outer tetrahedron deepest in it. Its
+stiffness follows from an impedance d and a time constant t: m / ((1 - d) t²), with the mass m that all nodes of a
+flex have alike. Here t makes it so many times the stiffness of a node of the body. The force is MuJoCo's own.
 """
 
 import numpy as np
 
 from palpate.benchmark.model import LeftOut, Setting, held_mb, on_own_levels
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver, refuse_sticking
-from palpate.bodies.particles import particles_of
 from palpate.effects.instrument import CAPSULE, PUNCH, Instrument
 from palpate.effects.linear_elements import LinearElements
 from palpate.models.fem_statics import to_surface
@@ -18,8 +17,8 @@ from palpate.models.mujoco_flex import LAW, THICKNESS_M, FlexBody
 __all__ = ["LAW", "FlexTouch", "online", "settings"]
 IMPEDANCE = 0.99
 STEP = 40.0
-"""Time of a step over that in which a node on its contact would swing by a radian; MuJoCo has no contact that is stiffer
-than 1e4 masses over the square of a step."""
+"""Time of a step over that in which a node on its contact would swing by a radian; with more than 100 MuJoCo makes the
+contact softer, as its impedances end at 0.9999."""
 
 
 def settings(case: TouchCase) -> list[Setting]:
@@ -39,10 +38,11 @@ class FlexTouch(TouchSolver):
         refuse_sticking(case, "bodies of MuJoCo without friction")
         level, self._steps = setting["level"], setting["steps"]
         body = self._shape = case.body
-        masses = particles_of(body, level, surface=False).masses
-        resistance = LinearElements(body.levels[level], body.tissue(level)).resistance()
-        rate = float(np.sqrt(setting["penalty"] * np.median(resistance / masses)))  # [1/s] of a node on its contact
-        constant_s = np.sqrt(IMPEDANCE / (1.0 - IMPEDANCE)) / rate
+        elements = LinearElements(body.levels[level], body.tissue(level))
+        resistance = elements.resistance()
+        mass = body.material.density_kg_m3 * elements.volumes.sum() / len(resistance)  # of a node [kg]
+        rate = float(np.sqrt(setting["penalty"] * np.median(resistance) / mass))  # [1/s] of a node on its contact
+        constant_s = 1.0 / (rate * np.sqrt(1.0 - IMPEDANCE))
         contact = f'condim="1" solref="{constant_s} 1" solimp="{IMPEDANCE} {IMPEDANCE} 1"'
         geom = f'<body mocap="true"><geom {_geom(case.instrument, body.fine.size)} {contact}/></body>'
         step_s = STEP / rate

@@ -156,7 +156,7 @@ class Families(Block):
     )
     mujoco_flex: Distinct[FlexRun] = key(
         "Flex bodies of MuJoCo (mujoco), if that engine is installed, from cheap to expensive",
-        rows("level penalty steps iterations", (1, 0.1, 10, 60), (1, 1.0, 20, 60), (2, 1.0, 40, 100)),
+        rows("level penalty steps iterations", (1, 0.1, 10, 60), (1, 1.0, 20, 60), (2, 0.1, 20, 60), (2, 1.0, 40, 100)),
     )
 
 

@@ -1,6 +1,7 @@
 # A rigid instrument pressed into tissue: what moves and what the hand feels, of every model, against a truth.
 
 
+from palpate.models.model_registry import absent
 from palpate.models.touch.registry import MODELS as TOUCH_MODELS
 from palpate.studies.touch.settings import instruments_of
 
@@ -9,7 +10,7 @@ TOUCHED = pressed_bodies(config, "touch")
 # the instruments, by what scenes and folders call them
 TOOLS = instruments_of(config)
 TOUCHES = [(body, tool) for body in TOUCHED for tool in TOOLS]
-COMPARED_TOUCH = TOUCH["models"] or list(TOUCH_MODELS)
+COMPARED_TOUCH = TOUCH["models"] or [name for name in TOUCH_MODELS if name not in absent()]
 TOUCHING = "results/data/{body}/touch/{tool}"
 
 

@@ -283,7 +283,7 @@ def refuse_regions(case: OfBody, what: str) -> None:
         raise NotConverged(f"{what} have one stiffness, and the regions of {case.body.name} differ", [float("nan")])
 
 
-def on_own_levels(case: Case, runs: Iterable[Setting]) -> list[Setting]:
+def on_own_levels(case: OfBody, runs: Iterable[Setting]) -> list[Setting]:
     """Return those of ``runs`` whose ``level`` the body has."""
     return [dict(each) for each in runs if each["level"] < len(case.body.levels)]
 

@@ -4,19 +4,29 @@ MuJoCo 4 steps them implicitly ("discrete"), here with steps of a second and wit
 them bring a body to rest. ``pip install "palpate[engines]"`` installs it.
 """
 
-from typing import Any
-
 import numpy as np
 
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting, Solver, held_mb, on_own_levels, one_stage, refuse_bed, refuse_regions
+from palpate.benchmark.model import (
+    Case,
+    OfBody,
+    Setting,
+    Solver,
+    held_mb,
+    on_own_levels,
+    one_stage,
+    refuse_bed,
+    refuse_regions,
+)  # fmt: skip
 from palpate.bodies.mesh import Mesh
 from palpate.effects.linear_elements import shape_gradients
-from palpate.errors import InputError
+from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import ContactShares, to_surface
 
 LAW = "st_venant_kirchhoff"
 STEP_S, TOLERANCE, STORE = 1.0, 1e-10, "2G"
+THICKNESS_M = 1e-6
+"""By which MuJoCo makes a flex thicker where it is touched: its radius, which may not be 0."""
 
 
 def settings(case: Case) -> list[Setting]:
@@ -24,10 +34,25 @@ def settings(case: Case) -> list[Setting]:
     return on_own_levels(case, case.grid["mujoco_flex"]["runs"])
 
 
-class Flex(Solver):
-    """A flex body that makes so many ``steps`` from rest, each with so many iterations of conjugate gradients."""
+class FlexBody:
+    """A level of a body in MuJoCo: its ``model`` and ``data``, and ``bodies`` (n,), that of each node, 0 where held.
 
-    def __init__(self, case: Case, setting: Setting):
+    damping_s : damping matrix over the stiffness [s]
+    contact : words on how it touches; beside : on what else is there; flags : on the solver
+    InputError where MuJoCo is not installed, NotConverged for a body on a bed or of several stiffnesses.
+    """
+
+    def __init__(
+        self,
+        case: OfBody,
+        level: int,
+        step_s: float,
+        iterations: int,
+        damping_s: float = 0.0,
+        contact: str = 'contype="0" conaffinity="0"',
+        beside: str = "",
+        flags: str = "",
+    ):
         try:
             import mujoco
         except ModuleNotFoundError as missing:
@@ -36,50 +61,62 @@ class Flex(Solver):
         refuse_bed(case, "bodies of MuJoCo")
         refuse_regions(case, "bodies of MuJoCo")
         mujoco.set_mju_user_warning(lambda message: None)  # it warns of large steps
-        level, body = setting["level"], case.body
-        mesh, material = body.levels[level], body.material
-        words = _described(mesh, body.anchors[level], material, setting["iterations"])
-        self._model = mujoco.MjModel.from_xml_string(words, {"body.msh": _gmsh(mesh)})
-        self._data = mujoco.MjData(self._model)
-        self._rest, self._steps = mesh.nodes, setting["steps"]
-        self._bodies = np.array(self._model.flex_vertbodyid)
-        self._shares, self._up = ContactShares(case, level), to_surface(body, level)
+        mesh, material, held = case.body.levels[level], case.body.material, case.body.anchors[level]
+        words = f"""<mujoco>
+  <option timestep="{step_s}" gravity="0 0 0" integrator="discrete" solver="CG" iterations="{iterations}"
+    tolerance="{TOLERANCE}"><flag {flags}/></option>
+  <size memory="{STORE}"/>
+  <worldbody>
+    {beside}
+    <flexcomp name="body" type="gmsh" file="body.msh" dim="3" dof="full" radius="{THICKNESS_M}"
+      mass="{material.density_kg_m3 * shape_gradients(mesh)[1].sum()}">
+      <edge equality="false"/>
+      <elasticity young="{material.young_pa}" poisson="{material.poisson}" damping="{damping_s}"/>
+      <contact selfcollide="none" {contact}/>
+      <pin id="{" ".join(map(str, held))}"/>
+    </flexcomp>
+  </worldbody>
+</mujoco>"""
+        self.engine = mujoco
+        self.model = mujoco.MjModel.from_xml_string(words, {"body.msh": _gmsh(mesh)})
+        self.data = mujoco.MjData(self.model)
+        self.bodies, self.rest = np.array(self.model.flex_vertbodyid), mesh.nodes
+
+    def step(self, count: int = 1) -> None:
+        """Make steps in time. NotConverged where the body flies apart, upon which MuJoCo begins from rest unasked."""
+        self.engine.mj_step(self.model, self.data, count)
+        wrong = self.engine.mjtWarning
+        for kind in (wrong.mjWARN_BADQPOS, wrong.mjWARN_BADQVEL, wrong.mjWARN_BADQACC):
+            if self.data.warning[kind].number:
+                raise NotConverged("the body of MuJoCo flies apart; take more iterations", [float("nan")])
+
+    def displaced(self) -> np.ndarray:
+        """Return the displacement (n, 3) [m] of the nodes."""
+        self.engine.mj_kinematics(self.model, self.data)
+        self.engine.mj_flex(self.model, self.data)
+        return np.array(self.data.flexvert_xpos) - self.rest
+
+
+class Flex(Solver):
+    """A flex body that makes so many ``steps`` from rest, each with so many iterations of conjugate gradients."""
+
+    def __init__(self, case: Case, setting: Setting):
+        level, self._steps = setting["level"], setting["steps"]
+        self._flex = FlexBody(case, level, STEP_S, setting["iterations"])
+        self._shares, self._up = ContactShares(case, level), to_surface(case.body, level)
 
     @property
     def memory_mb(self) -> float:
         """The memory that is held between queries [MB], the engine's own left out."""
-        return held_mb([self._shares, self._up, self._rest])
+        return held_mb([self._shares, self._up, self._flex.rest])
 
     def respond(self, load: Load) -> np.ndarray:
-        import mujoco
-
-        model, data = self._model, self._data
-        mujoco.mj_resetData(model, data)
-        free = self._bodies > 0  # held nodes belong to the world
-        data.xfrc_applied[self._bodies[free], :3] = self._shares.spread(load.forces(), len(free))[free]
-        mujoco.mj_step(model, data, self._steps)
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_flex(model, data)
-        return self._up @ (np.array(data.flexvert_xpos) - self._rest)
-
-
-def _described(mesh: Mesh, held: np.ndarray, material: Any, iterations: int) -> str:
-    """Write MuJoCo's description of the body."""
-    mass = material.density_kg_m3 * shape_gradients(mesh)[1].sum()
-    pinned = " ".join(map(str, held))
-    return f"""<mujoco>
-  <option timestep="{STEP_S}" gravity="0 0 0" integrator="discrete" solver="CG" iterations="{iterations}"
-    tolerance="{TOLERANCE}"/>
-  <size memory="{STORE}"/>
-  <worldbody>
-    <flexcomp name="body" type="gmsh" file="body.msh" dim="3" mass="{mass}" radius="0.0005" dof="full">
-      <edge equality="false"/>
-      <elasticity young="{material.young_pa}" poisson="{material.poisson}" damping="0"/>
-      <contact selfcollide="none" contype="0" conaffinity="0"/>
-      <pin id="{pinned}"/>
-    </flexcomp>
-  </worldbody>
-</mujoco>"""
+        flex = self._flex
+        flex.engine.mj_resetData(flex.model, flex.data)
+        free = flex.bodies > 0  # held nodes belong to the world
+        flex.data.xfrc_applied[flex.bodies[free], :3] = self._shares.spread(load.forces(), len(free))[free]
+        flex.step(self._steps)
+        return self._up @ flex.displaced()
 
 
 def _gmsh(mesh: Mesh) -> bytes:

@@ -1,4 +1,7 @@
-"""Register where each model of touches lives. Names only: a module is imported when its model is measured."""
+"""Register where each model of touches lives. Names only: a module is imported when its model is measured.
+
+Those of an engine have the names that ``models.model_registry`` gives it, which says whether it is installed.
+"""
 
 # module, and what of it the model is: both functions get these as keywords
 MODELS: dict[str, tuple[str, dict]] = {
@@ -11,5 +14,6 @@ MODELS: dict[str, tuple[str, dict]] = {
     "springs": ("palpate.models.touch.springs", {"volume": False}),
     "springs_volume": ("palpate.models.touch.springs", {"volume": True}),
     "shape_matching": ("palpate.models.touch.shape_matching", {}),
+    "mujoco": ("palpate.models.touch.mujoco_flex", {}),
 }
 """Modules with ``settings(case)`` and ``online(case, setting)``, as ``TouchSolver`` says, by the models' names."""

@@ -13,6 +13,7 @@ from palpate.benchmark.settings import (
     pressed_bodies,
 )
 from palpate.errors import InputError, describe_unknown
+from palpate.models.model_registry import INSTALL, absent
 from palpate.models.touch.registry import MODELS
 from palpate.setting_types import (
     Block,
@@ -117,6 +118,13 @@ class Shapes(Block):
     steps: Count = key("Steps at each of five stops of the instrument")
 
 
+class FlexRun(Block):
+    level: Index = key(LEVEL)
+    penalty: Positive = key("Stiffness of a contact over that of a node whose neighbours stand still")
+    steps: Count = key("Steps in time, half of them while the instrument comes")
+    iterations: Count = key("Iterations of conjugate gradients in each step")
+
+
 class Families(Block):
     fem: Fem = key("Finite elements, converged", {})
     modes: Distinct[LocalMesh] = key(
@@ -139,6 +147,10 @@ class Families(Block):
             *((level, "linear", "cubes", steps) for level in (1, 2) for steps in (10, 40)),
             (2, "linear", "tetrahedra", 40),
         ),
+    )
+    mujoco_flex: Distinct[FlexRun] = key(
+        "Flex bodies of MuJoCo (mujoco), if that engine is installed, from cheap to expensive",
+        rows("level penalty steps iterations", (1, 0.1, 10, 60), (1, 1.0, 20, 60), (2, 0.1, 20, 60), (2, 1.0, 40, 100)),
     )
 
 
@@ -177,6 +189,8 @@ def check(config: dict, file: Path) -> None:
     place, settings = f"{file}: touch", config["touch"]
     if wrong := describe_unknown(settings["models"] or [], list(MODELS)):
         raise InputError(f"{place}.models names {wrong}")
+    for name in {*(settings["models"] or [])} & {*absent()}:
+        raise InputError(f"{place}.models names {name}, whose engine is not installed; {INSTALL}")
     bodies = pressed_bodies(config, "touch")
     check_refined(f"{place}.bodies", bodies, config)
     if not bodies:

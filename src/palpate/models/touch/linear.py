@@ -1,28 +1,32 @@
 """Answer a touch with linear responses of its place, and contact solved in them: the classic of haptics.
 
-Unit pressures on small discs that cover what may be touched have linear responses (James and Pai 1999, "ArtDefo"); of
-these the answer is made that the instrument leaves room for (Duriez and others 2006 solve the same as an LCP).
+Unit forces on small discs that cover what may be touched have linear responses (James and Pai 1999, "ArtDefo"), of
+which the answer is made that ``disc_contact`` finds. They press along the inward normal of the place, whichever way the
+instrument comes.
 """
 
 import numpy as np
 
 from palpate.benchmark.model import Setting
-from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver, refuse_sticking
+from palpate.benchmark.touch import Touch, TouchCase, TouchDoubted, Touched, TouchSolver, refuse_sticking
 from palpate.benchmark.touched_mesh import TouchedMeshes, contact_radius
 from palpate.bodies.contacts import spread_over
-from palpate.effects.instrument import upright
-from palpate.effects.law import PLAIN
+from palpate.effects.instrument import PUNCH, Instrument
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
-from palpate.models.contact_modes.reduced_contact import Cells, ReducedContact
-from palpate.models.contact_modes.snapshots import orthonormal
-from palpate.models.touch.reduced_touch import LOOKED_AT, Pushes, ReducedTouch, tilted_ways
+from palpate.models.touch.disc_contact import OFF, Discs, combined, settle_discs
+from palpate.models.touch.reduced_touch import doubt_beyond
+from palpate.solvers.indentation import TOUCHED
 
 LAW = "linear"
 COLUMN_RESIDUAL = 1e-4
+REACH = 1.25
+"""Radius of what the discs cover, over that of the deepest contact."""
 WIDE = 1.5
 """Radius of a disc over the distance between them."""
-SHARES, AROUND = (0.25, 0.5, 0.75, 1.0), 8
-"""Depths over the deepest at which searches begin, and the number of tilted pushes: cheap, as no element is asked."""
+SHARP = 0.1
+"""Longest step of a punch without a rounded edge, over its radius."""
+PLACES = 3
+"""Places in which gaps are looked at, by disc."""
 
 
 def settings(case: TouchCase) -> list[Setting]:
@@ -40,52 +44,64 @@ class LinearTouch(TouchSolver):
     """Linear responses of places, by node."""
 
     def __init__(self, case: TouchCase, setting: Setting):
-        self._case, self._discs, self._where = case, setting["discs"], (setting["held"], setting["level"])
-        self._places: dict[int, tuple[ReducedTouch, Pushes]] = {}
+        self._case, self._count, self._where = case, setting["discs"], (setting["held"], setting["level"])
+        self._places: dict[int, Discs] = {}
 
     def prepare(self, touch: Touch) -> None:
-        if touch.node in self._places:
-            return
-        case, outward = self._case, self._case.body.fine.normals[touch.node]
-        meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
-        found = meshes.around(Touch(touch.instrument, touch.node, -outward, case.deepest_m), *self._where)
-        points, rest = found.problem.points, found.problem.mesh.nodes
-        at = points.interpolation @ rest
-        reach = WIDE * contact_radius(touch.instrument, case.deepest_m)
-        near = np.linalg.norm(at - case.body.fine.nodes[touch.node], axis=1) <= reach
-        centers = at[near][spread_over(at[near], self._discs)]
-        width = WIDE * reach * np.sqrt(np.pi / self._discs)
-        away = np.linalg.norm(at[:, None] - centers, axis=2) / width
-        pressures = points.areas[:, None] * np.clip(1.0 - away**2, 0.0, None)
-        loads = -(points.interpolation.T @ pressures)[:, None, :] * outward[:, None]
-        elements = ElementsAtRest(found.body, found.level)
-        modes = orthonormal(elements, elements.solve(np.ascontiguousarray(loads), COLUMN_RESIDUAL))
-        count = modes.shape[2]
-        none = Cells(np.zeros((9, 0, count)), np.zeros(0), np.zeros(0), np.zeros(0))
-        model = ReducedContact(none, np.zeros((count, 0)), PLAIN, np.eye(count))
-        place = ReducedTouch(model, modes, points, near, rest, found.up)
-        pushes, near[near] = self._pushed(place, touch.node)
-        self._places[touch.node] = ReducedTouch(model, modes, points, near, rest, found.up), pushes
-
-    def _pushed(self, place: ReducedTouch, node: int) -> tuple[Pushes, np.ndarray]:
-        """Return the pushes that searches begin between, and which of the points (q,) come to the instrument in one."""
-        case, body = self._case, self._case.body
-        came = np.zeros(len(place.points[2]), dtype=bool)
-        ways = tilted_ways(upright(case.instrument, body.fine.nodes[node], body.fine.normals[node]).axes, AROUND)
-        pushed, states = [], []
-        for way in ways:
-            first, q = Touch(case.instrument, node, way, case.deepest_m).pose(body), np.zeros(place.count)
-            for share in SHARES:
-                pushed.append(share * case.deepest_m * way)
-                pose = first.moved(pushed[-1])
-                place.settle(pose, q)
-                states.append(q.copy())
-                came |= place.gaps(pose, q) < LOOKED_AT * case.deepest_m
-        return Pushes(ways[0], case.deepest_m, np.array(pushed), np.array(states)), came
+        if touch.node not in self._places:
+            self._places[touch.node] = _discs(self._case, self._where, self._count, touch.node)
 
     def respond(self, touch: Touch) -> Touched:
-        """Answer as ``TouchSolver`` does; TouchDoubted where the search stops early, or unprepared."""
-        place, pushes = self._places[touch.node]
-        answer = place.answer(touch, touch.pose(self._case.body), pushes.begin(touch))
-        pushes.doubt(touch)
-        return answer
+        """Answer as ``TouchSolver`` does; TouchDoubted where contact is not solved, or unprepared."""
+        discs, body = self._places[touch.node], self._case.body
+        doubt_beyond(touch, outward := body.fine.normals[touch.node], self._case.deepest_m)
+        begin, steps = touch.pose(body), int(np.ceil(touch.depth_m / _longest(touch.instrument)))
+        moves = begin.tip, touch.depth_m * touch.direction, steps, begin.axes, touch.instrument.shape
+        forces, off = settle_discs(discs.rest, discs.motions, discs.shares, *moves)
+        if not off <= OFF:
+            raise TouchDoubted(f"contact was left with gaps of {off:.1%} of the depth", [off])
+        if not forces.any():
+            raise TouchDoubted("no disc is pressed: they are wider than what touches; take more discs", [])
+        whole, pressures = forces.sum(), forces @ discs.shares / discs.areas
+        area = discs.areas[pressures > TOUCHED * pressures.max()].sum()
+        felt = -whole * float(outward @ touch.direction)
+        return Touched(combined(forces, discs.responses).reshape(-1, 3), felt, float(area))
+
+
+def _longest(instrument: Instrument) -> float:
+    """Return the longest step [m] that leaves no place so deep inside that the side, not the end, is nearest."""
+    return max(instrument.edge_m, SHARP * instrument.radius_m) if instrument.kind == PUNCH else instrument.radius_m
+
+
+def _discs(case: TouchCase, where: tuple[int, int], count: int, node: int) -> Discs:
+    """Return ``count`` discs around a node; where : levels of the mesh, at the rim of what is held and at the place."""
+    place, outward, instrument = case.body.fine.nodes[node], case.body.fine.normals[node], case.instrument
+    meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
+    found = meshes.around(Touch(instrument, node, -outward, case.deepest_m), *where)
+    points, rest = found.problem.points, found.problem.mesh.nodes
+    at = points.interpolation @ rest
+    reach = REACH * contact_radius(instrument, case.deepest_m) + 0.5 * instrument.length_m
+    near = np.flatnonzero(np.linalg.norm(at - place, axis=1) <= reach)
+    centers = at[near[spread_over(at[near], count)]]
+    away = np.linalg.norm(at[:, None] - centers, axis=2) / (WIDE * reach * np.sqrt(np.pi / count))
+    pressures = points.areas[:, None] * np.clip(1.0 - away**2, 0.0, None)
+    pressures /= pressures.sum(axis=0)
+    loads = -(points.interpolation.T @ pressures)[:, None, :] * outward[:, None]
+    elements = ElementsAtRest(found.body, found.level)
+    columns = elements.solve(np.ascontiguousarray(loads), COLUMN_RESIDUAL)
+    flat = columns.reshape(len(rest), -1)
+    on = np.flatnonzero(pressures.any(axis=1))
+    looked = on[spread_over(at[on], PLACES * count)]
+    nearest = np.linalg.norm(at[on][:, None] - at[looked], axis=2).argmin(axis=1)
+    shares, areas = np.zeros((len(looked), len(centers))), np.zeros(len(looked))
+    np.add.at(shares, nearest, pressures[on])
+    np.add.at(areas, nearest, points.areas[on])
+    motions = (points.interpolation[looked] @ flat).reshape(len(looked), 3, -1)
+    responses = (found.up @ flat).reshape(-1, len(centers))
+    return Discs(
+        at[looked],
+        np.ascontiguousarray(motions.transpose(2, 0, 1)),
+        np.ascontiguousarray(shares.T),
+        areas,
+        np.ascontiguousarray(responses.T),
+    )

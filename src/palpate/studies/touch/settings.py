@@ -67,7 +67,7 @@ class Fem(Block):
 
 
 class LinearMesh(LocalMesh):
-    discs: Count = key("Discs of unit pressure that cover what may be touched")
+    discs: Count = key("Discs of pressure that cover what may be touched")
 
 
 class Xpbd(Block):

@@ -43,10 +43,22 @@ def test_linear_responses_are_too_stiff_where_tissue_is_pressed_deep(answers):
     assert 1.02 < found.force_n / elements.force_n < 1.3
 
 
+def test_warped_responses_are_nearer_to_the_elements(touch_case, touches, answers):
+    """With discs enough that what is left is the linear law's error, not theirs."""
+    found = {}
+    for warped in (False, True):
+        solver = linear.online(touch_case, {"discs": 60, "held": 0, "level": 2, "warped": warped})
+        solver.prepare(touches[0])
+        found[warped] = [solver.respond(touch) for touch in touches]
+    for plain, turned, elements in zip(found[False], found[True], answers["elements"], strict=True):
+        assert away(turned, elements) < 0.9 * away(plain, elements)
+        assert abs(turned.force_n - elements.force_n) < 0.7 * abs(plain.force_n - elements.force_n)
+
+
 def test_linear_responses_agree_with_elements_of_a_shallow_touch(touch_case, touches):
     """What is not linear vanishes with the depth; what is left is the few discs and the one direction of pressure."""
     shallow = replace(touches[0], depth_m=0.0008)
-    solver = linear.online(touch_case, {"discs": 60, "held": 0, "level": 2})
+    solver = linear.online(touch_case, {"discs": 60, "held": 0, "level": 2, "warped": False})
     solver.prepare(shallow)
     elements = fem.online(touch_case, {"held": 0, "level": 2}).respond(shallow)
     assert solver.respond(shallow).force_n == pytest.approx(elements.force_n, rel=0.05)

@@ -10,6 +10,7 @@ import numba
 import numpy as np
 
 from palpate.effects.instrument import distances
+from palpate.models.warped_response import warp
 
 OFF, ITERATIONS = 1e-3, 30
 """Gaps that are left where discs bear, over the depth, and most linearisations, of which three are usual."""
@@ -20,16 +21,21 @@ BLOCKS = 5
 class Discs(NamedTuple):
     """m discs on a surface, whose gaps are looked at in s places.
 
-    rest : (s, 3) [m]; motions : (m, s, 3) [m/N] of the places, by a unit force on each disc
+    rest : (s, 3) [m]; ways : (m, 3) unit vectors along which the discs press
+    motions : (m, s, 3) [m/N] of the places, by a unit force on each disc
+    spins : (m, s, 3) [rad/N], the rotation vectors there, or none of them (0, s, 3) where motions are not turned
     shares : (m, s) of a disc's force in each place, rows that add up to 1; areas : (s,) [m²] of the places
-    responses : (m, n) [m/N] of whatever is asked for
+    responses, turns : (m, n, 3) [m/N], [rad/N], the motions and the rotation vectors of whatever is asked for
     """
 
     rest: np.ndarray
+    ways: np.ndarray
     motions: np.ndarray
+    spins: np.ndarray
     shares: np.ndarray
     areas: np.ndarray
     responses: np.ndarray
+    turns: np.ndarray
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -69,55 +75,64 @@ def complementary(matrix, right, most):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def settle_discs(rest, motions, shares, tip, way, steps, axes, shape):
+def settle_discs(rest, motions, spins, shares, tip, way, steps, axes, shape):
     """Return the forces (m,) [N] of discs on a body that an instrument is pushed into, and what is off.
 
-    rest, motions, shares : as of ``Discs``; axes, shape : of the instrument; tip : (3,) [m], of it at first touch
-    way, steps : how it then moves (3,) [m], in so many steps
-    What is off is the largest gap of a disc that bears, or overlap of one that does not, over the way's length.
+    rest, motions, spins, shares : as of ``Discs``; axes, shape : of the instrument
+    tip : (3,) [m], of it at first touch; way, steps : how it then moves (3,) [m], in so many steps
+    From far off the complementarity problem may have no solution; on the way, one linearisation a step is enough.
+    What is off is the largest gap of a disc that bears, or overlap of one that does not, over the way's length. Gaps of
+    turned motions close along normals that are turned back: how rotations change is left to the next linearisation.
     """
     m, s = shares.shape
     forces, at, along = np.zeros(m), rest.copy(), np.empty(s)
     gaps, normals, means = np.empty(s), np.empty((s, 3)), np.empty(m)
+    turned, spin = len(spins) > 0, np.zeros((s, 3))
     length, off = max(np.sqrt(np.dot(way, way)), 1e-300), np.inf
     for step in range(1, steps + 1):
-        for count in range(ITERATIONS + 1):
+        most = ITERATIONS if step == steps else 1
+        for count in range(most + 1):
             distances(at, tip + step / steps * way, axes, shape[0], shape[1], shape[2], shape[3], gaps, normals)
             means[:] = np.dot(shares, gaps)
             off = 0.0
             for i in range(m):
                 off = max(off, abs(means[i]) if forces[i] > 0.0 else -means[i])
-            if off <= OFF * length or count == ITERATIONS:
+            if off <= OFF * length or count == most:
                 break
             near = np.flatnonzero((forces > 0.0) | (means < 0.0))
             k = len(near)
+            back = warp(-spin, normals) if turned else normals
             closing, right = np.empty((k, k)), np.empty(k)
             for b in range(k):
                 moved = motions[near[b]]
                 for n in range(s):
-                    along[n] = normals[n, 0] * moved[n, 0] + normals[n, 1] * moved[n, 1] + normals[n, 2] * moved[n, 2]
+                    along[n] = back[n, 0] * moved[n, 0] + back[n, 1] * moved[n, 1] + back[n, 2] * moved[n, 2]
                 for a in range(k):
                     closing[a, b] = np.dot(shares[near[a]], along)
             for a in range(k):
                 right[a] = means[near[a]]
                 for b in range(k):
                     right[a] -= closing[a, b] * forces[near[b]]
-            found, _ = complementary(closing, right, 10 * k)
-            at[:] = rest
-            for a in range(k):
-                forces[near[a]] = found[a]
-                if found[a] > 0.0:
-                    at += found[a] * motions[near[a]]
+            found, solved = complementary(closing, right, 10 * k)
+            if not solved:
+                break
+            forces[near] = found
+            at = combined(forces, motions)
+            if turned:
+                spin = combined(forces, spins)
+                at = warp(spin, at)
+            at += rest
     return forces, off / length
 
 
 @numba.njit(cache=True, error_model="numpy")
 def combined(forces, responses):
-    """Return the sum (n,) of the rows of ``responses`` (m, n) times ``forces`` (m,), most of which are 0."""
-    total = np.zeros(responses.shape[1])
+    """Return the sum (n, 3) of the rows of ``responses`` (m, n, 3) times ``forces`` (m,), most of which are 0."""
+    total = np.zeros(responses.shape[1:])
+    flat = total.ravel()
     for i in range(len(forces)):
         if forces[i] > 0.0:
-            force, row = forces[i], responses[i]
-            for n in range(len(total)):
-                total[n] += force * row[n]
+            force, row = forces[i], responses[i].ravel()
+            for n in range(len(flat)):
+                flat[n] += force * row[n]
     return total

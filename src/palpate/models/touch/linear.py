@@ -1,32 +1,45 @@
 """Answer a touch with linear responses of its place, and contact solved in them: the classic of haptics.
 
-Unit pressures on small discs that cover what may be touched have linear responses (James and Pai 1999, "ArtDefo"); of
-these the answer is made that the instrument leaves room for (Duriez and others 2006 solve the same as an LCP).
+Unit forces on small discs that cover what may be touched have linear responses (James and Pai 1999, "ArtDefo"), of
+which the answer is made that ``disc_contact`` finds. They press along the inward normals of the surface at rest,
+whichever way the instrument comes. *Warped*, responses and normals are turned by the rotations of the sum of the
+responses at the surface, as ``warped_response`` does for presses: a linear body alone is 10 to 20 % too hard.
 """
 
 import numpy as np
+from scipy import sparse
 
 from palpate.benchmark.model import Setting
-from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver, refuse_sticking
+from palpate.benchmark.touch import Touch, TouchCase, TouchDoubted, Touched, TouchSolver, refuse_sticking
 from palpate.benchmark.touched_mesh import TouchedMeshes, contact_radius
 from palpate.bodies.contacts import spread_over
-from palpate.effects.instrument import upright
-from palpate.effects.law import PLAIN
+from palpate.bodies.mesh import Mesh, TetMesh
+from palpate.effects.instrument import PUNCH, Instrument, Pose
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
-from palpate.models.contact_modes.reduced_contact import Cells, ReducedContact
-from palpate.models.contact_modes.snapshots import orthonormal
-from palpate.models.touch.reduced_touch import LOOKED_AT, Pushes, ReducedTouch, tilted_ways
+from palpate.models.touch.disc_contact import OFF, Discs, combined, settle_discs
+from palpate.models.touch.reduced_touch import doubt_beyond
+from palpate.models.warped_response import NodalSpins, turn, warp
+from palpate.solvers.indentation import TOUCHED
 
 LAW = "linear"
 COLUMN_RESIDUAL = 1e-4
+REACH = 1.25
+"""Radius of what the discs cover, over that of the deepest contact."""
+GRADED = 0.25
+"""Power of the distance from the place with which discs are wider, as touches that are shallow touch its middle only:
+places are drawn together by it before discs are spread over them."""
 WIDE = 1.5
 """Radius of a disc over the distance between them."""
-SHARES, AROUND = (0.25, 0.5, 0.75, 1.0), 8
-"""Depths over the deepest at which searches begin, and the number of tilted pushes: cheap, as no element is asked."""
+STEP, SHARP = 0.25, 0.1
+"""Longest step of an instrument over its radius, and of a punch without a rounded edge."""
+PLACES = 3
+"""Places in which gaps are looked at, by disc."""
+SHORTER = (1, 2, 4)
+"""Factors for the number of steps that are tried in turn, where the instrument comes too far in one for a solution."""
 
 
 def settings(case: TouchCase) -> list[Setting]:
-    """List the numbers of discs and the levels of the mesh."""
+    """List the numbers of discs, the levels of the mesh and whether responses are warped."""
     return [dict(each) for each in case.grid["linear"]]
 
 
@@ -40,52 +53,92 @@ class LinearTouch(TouchSolver):
     """Linear responses of places, by node."""
 
     def __init__(self, case: TouchCase, setting: Setting):
-        self._case, self._discs, self._where = case, setting["discs"], (setting["held"], setting["level"])
-        self._places: dict[int, tuple[ReducedTouch, Pushes]] = {}
+        self._case, self._setting = case, setting
+        self._places: dict[int, Discs] = {}
 
     def prepare(self, touch: Touch) -> None:
-        if touch.node in self._places:
-            return
-        case, outward = self._case, self._case.body.fine.normals[touch.node]
-        meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
-        found = meshes.around(Touch(touch.instrument, touch.node, -outward, case.deepest_m), *self._where)
-        points, rest = found.problem.points, found.problem.mesh.nodes
-        at = points.interpolation @ rest
-        reach = WIDE * contact_radius(touch.instrument, case.deepest_m)
-        near = np.linalg.norm(at - case.body.fine.nodes[touch.node], axis=1) <= reach
-        centers = at[near][spread_over(at[near], self._discs)]
-        width = WIDE * reach * np.sqrt(np.pi / self._discs)
-        away = np.linalg.norm(at[:, None] - centers, axis=2) / width
-        pressures = points.areas[:, None] * np.clip(1.0 - away**2, 0.0, None)
-        loads = -(points.interpolation.T @ pressures)[:, None, :] * outward[:, None]
-        elements = ElementsAtRest(found.body, found.level)
-        modes = orthonormal(elements, elements.solve(np.ascontiguousarray(loads), COLUMN_RESIDUAL))
-        count = modes.shape[2]
-        none = Cells(np.zeros((9, 0, count)), np.zeros(0), np.zeros(0), np.zeros(0))
-        model = ReducedContact(none, np.zeros((count, 0)), PLAIN, np.eye(count))
-        place = ReducedTouch(model, modes, points, near, rest, found.up)
-        pushes, near[near] = self._pushed(place, touch.node)
-        self._places[touch.node] = ReducedTouch(model, modes, points, near, rest, found.up), pushes
-
-    def _pushed(self, place: ReducedTouch, node: int) -> tuple[Pushes, np.ndarray]:
-        """Return the pushes that searches begin between, and which of the points (q,) come to the instrument in one."""
-        case, body = self._case, self._case.body
-        came = np.zeros(len(place.points[2]), dtype=bool)
-        ways = tilted_ways(upright(case.instrument, body.fine.nodes[node], body.fine.normals[node]).axes, AROUND)
-        pushed, states = [], []
-        for way in ways:
-            first, q = Touch(case.instrument, node, way, case.deepest_m).pose(body), np.zeros(place.count)
-            for share in SHARES:
-                pushed.append(share * case.deepest_m * way)
-                pose = first.moved(pushed[-1])
-                place.settle(pose, q)
-                states.append(q.copy())
-                came |= place.gaps(pose, q) < LOOKED_AT * case.deepest_m
-        return Pushes(ways[0], case.deepest_m, np.array(pushed), np.array(states)), came
+        if touch.node not in self._places:
+            self._places[touch.node] = _discs(self._case, self._setting, touch.node)
 
     def respond(self, touch: Touch) -> Touched:
-        """Answer as ``TouchSolver`` does; TouchDoubted where the search stops early, or unprepared."""
-        place, pushes = self._places[touch.node]
-        answer = place.answer(touch, touch.pose(self._case.body), pushes.begin(touch))
-        pushes.doubt(touch)
-        return answer
+        """Answer as ``TouchSolver`` does; TouchDoubted where contact is not solved, or unprepared."""
+        discs, body = self._places[touch.node], self._case.body
+        doubt_beyond(touch, body.fine.normals[touch.node], self._case.deepest_m)
+        forces, off = _settled(discs, touch, touch.pose(body))
+        if not off <= OFF:
+            raise TouchDoubted(f"contact was left with gaps of {off:.1%} of the depth", [off])
+        if not forces.any():
+            raise TouchDoubted("no disc is pressed: they are wider than what touches; take more discs", [])
+        moved, ways = combined(forces, discs.responses), discs.ways
+        if len(discs.spins):
+            moved = warp(combined(forces, discs.turns), moved)
+            ways = turn(discs.shares @ combined(forces, discs.spins), ways)
+        pressures = forces @ discs.shares / discs.areas
+        area = discs.areas[pressures > TOUCHED * pressures.max()].sum()
+        return Touched(moved, float(forces @ ways @ touch.direction), float(area))
+
+
+def _settled(discs: Discs, touch: Touch, begin: Pose) -> tuple[np.ndarray, float]:
+    """Return the forces of discs under a touch that begins at ``begin``, and what is off, as ``settle_discs`` does."""
+    way, least = touch.depth_m * touch.direction, int(np.ceil(touch.depth_m / _longest(touch.instrument)))
+    fixed, tool = (discs.rest, discs.motions, discs.spins, discs.shares), (begin.axes, touch.instrument.shape)
+    for factor in SHORTER:
+        forces, off = settle_discs(*fixed, begin.tip, way, factor * least, *tool)
+        if off <= OFF:
+            break
+    return forces, off
+
+
+def _longest(instrument: Instrument) -> float:
+    """Return the longest step [m] that leaves no place so deep inside that the side, not the end, is nearest."""
+    radius, punch = instrument.radius_m, instrument.kind == PUNCH
+    return max(instrument.edge_m, SHARP * radius) if punch else STEP * radius
+
+
+def _discs(case: TouchCase, setting: Setting, node: int) -> Discs:
+    """Return the discs around a node."""
+    place, outward, instrument = case.body.fine.nodes[node], case.body.fine.normals[node], case.instrument
+    meshes, count = case.share("touched meshes", lambda: TouchedMeshes(case.body)), setting["discs"]
+    deepest = Touch(instrument, node, -outward, case.deepest_m)
+    found = meshes.around(deepest, setting["held"], setting["level"])
+    points, mesh = found.problem.points, found.problem.mesh
+    at, up = points.interpolation @ mesh.nodes, points.interpolation @ mesh.normals
+    reach = REACH * contact_radius(instrument, case.deepest_m) + 0.5 * instrument.length_m
+    away = np.linalg.norm(at - place, axis=1)
+    near = np.flatnonzero(away <= reach)
+    graded = (at - place) * ((np.maximum(away, 1e-9 * reach) / reach) ** -GRADED)[:, None]
+    centers = graded[near[spread_over(graded[near], count)]]
+    away = np.linalg.norm(graded[:, None] - centers, axis=2) / (WIDE * reach * np.sqrt(np.pi / count))
+    pressures = points.areas[:, None] * np.clip(1.0 - away**2, 0.0, None)
+    pressures /= pressures.sum(axis=0)
+    ways = -pressures.T @ up
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    loads = (points.interpolation.T @ pressures)[:, None, :] * ways.T
+    columns = ElementsAtRest(found.body, found.level).solve(np.ascontiguousarray(loads), COLUMN_RESIDUAL)
+    on = np.flatnonzero(pressures.any(axis=1))
+    looked = on[spread_over(graded[on], PLACES * count)]
+    nearest = np.linalg.norm(graded[on][:, None] - graded[looked], axis=2).argmin(axis=1)
+    shares, areas = np.zeros((len(looked), len(centers))), np.zeros(len(looked))
+    np.add.at(shares, nearest, pressures[on])
+    np.add.at(areas, nearest, points.areas[on])
+    spins = surface_spins(mesh, columns) if setting["warped"] else columns[:, :, :0]
+
+    def by_disc(rows: sparse.csr_array, field: np.ndarray) -> np.ndarray:
+        seen = (rows @ field.reshape(len(field), -1)).reshape(rows.shape[0], *field.shape[1:])
+        return np.ascontiguousarray(seen.transpose(2, 0, 1))
+
+    places, shares = points.interpolation[looked], np.ascontiguousarray(shares.T)
+    motions, turning = by_disc(places, columns), by_disc(places, spins)
+    return Discs(
+        at[looked], ways, motions, turning, shares, areas, by_disc(found.up, columns), by_disc(found.up, spins)
+    )
+
+
+def surface_spins(mesh: Mesh, columns: np.ndarray) -> np.ndarray:
+    """Return rotation vectors (n, 3, m) [rad/N] at the surface of ``mesh`` of ``columns`` (n, 3, m) [m/N]."""
+    beside = mesh.tetrahedra[np.isin(mesh.tetrahedra, mesh.surface).any(axis=1)]
+    nodes, elements = np.unique(beside, return_inverse=True)
+    spins, found = NodalSpins(TetMesh(mesh.nodes[nodes], elements.reshape(-1, 4))), np.zeros_like(columns)
+    for i in range(columns.shape[2]):
+        found[nodes, :, i] = spins.of(columns[nodes, :, i])
+    return found

@@ -13,7 +13,14 @@ from palpate.effects.instrument import upright
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import ReducedContact, some_points
 from palpate.models.contact_modes.snapshots import coordinates, orthonormal
-from palpate.models.touch.reduced_touch import LOOKED_AT, Pushes, ReducedTouch, between, tilted_ways
+from palpate.models.touch.reduced_touch import (
+    LOOKED_AT,
+    Pushes,
+    ReducedTouch,
+    between,
+    doubt_beyond,
+    tilted_ways,
+)
 
 LAW = "the body's"
 AROUND = 8
@@ -94,14 +101,14 @@ class _Place:
         states = coordinates(elements, snapshots, modes).T
         model = _thinned(elements, modes, moved, states, case.seed)
         self.reduced = ReducedTouch(model, modes, points, near, rest, mesh.up)
-        self._pushes = Pushes(ways[0], case.deepest_m, np.array(pushed), states)
+        self._outward, self._deepest = outward, case.deepest_m
+        self._pushes = Pushes(case.deepest_m, np.array(pushed), states)
         self._stretched = float(np.mean(stretched))
 
     def answer(self, touch: Touch) -> Touched:
         """Return the answer; the search begins at what pushes like it have come to."""
-        answer = self.reduced.answer(touch, touch.pose(self._body), self._pushes.begin(touch), self._stretched)
-        self._pushes.doubt(touch)
-        return answer
+        doubt_beyond(touch, self._outward, self._deepest)
+        return self.reduced.answer(touch, touch.pose(self._body), self._pushes.begin(touch), self._stretched)
 
 
 def _thinned(

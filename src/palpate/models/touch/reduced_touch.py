@@ -78,9 +78,7 @@ def settle_touching(q, cells, base, stiff, points, tip, axes, shape, law, tolera
     gaps, pressures = np.empty(p), np.empty(p)
     kernel = (volumes, mu, lam, law[0], law[1], law[2], f, stress, energies, accepted)
     pulled = np.dot(stiff, q)
-    energy = 0.5 * np.dot(q, pulled)
-    if k > 0:
-        energy += cell_stresses(q, flat, *kernel)
+    energy = 0.5 * np.dot(q, pulled) + cell_stresses(q, flat, *kernel)
     energy += contact(q, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures)
     left, count, scale = np.inf, 0, 0.0
     while True:
@@ -94,9 +92,7 @@ def settle_touching(q, cells, base, stiff, points, tip, axes, shape, law, tolera
                 for h in range(r):
                     near[3 * j + i, h] = modes[3 * n + i, h]
         pull = np.dot(pushes, near)
-        gradient = pulled - pull
-        if k > 0:
-            gradient += np.dot(stress.ravel(), flat)
+        gradient = pulled - pull + np.dot(stress.ravel(), flat)
         scale = np.sqrt(np.dot(pull, pull)) if m > 0 else scale
         size = np.sqrt(np.dot(gradient, gradient))
         left = 0.0 if size == 0.0 else size / scale
@@ -120,8 +116,7 @@ def settle_touching(q, cells, base, stiff, points, tip, axes, shape, law, tolera
             tangent = np.dot(near.T, bent)
             if curved:
                 tangent += base
-                if k > 0:
-                    add_tangent(q, slopes, volumes, mu, lam, law[0], law[1], law[2], tangent)
+                add_tangent(q, slopes, volumes, mu, lam, law[0], law[1], law[2], tangent)
             else:
                 tangent += np.eye(r)
             if solve_positive(tangent, step) or not curved:
@@ -132,9 +127,7 @@ def settle_touching(q, cells, base, stiff, points, tip, axes, shape, law, tolera
         while slope < 0.0 and length > 1e-4:
             reached = q + length * step
             pulled = np.dot(stiff, reached)
-            lower = 0.5 * np.dot(reached, pulled)
-            if k > 0:
-                lower += cell_stresses(reached, flat, *kernel)
+            lower = 0.5 * np.dot(reached, pulled) + cell_stresses(reached, flat, *kernel)
             lower += contact(reached, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals, pressures)
             if lower <= energy + 1e-4 * length * slope + 1e-12 * abs(energy):
                 found = True
@@ -166,7 +159,7 @@ class ReducedTouch:
     model : its energy; modes : (n, 3, r) the motion of the nodes; points : of the surface, those ``near`` (q,) bool
     are looked at; rest : (n, 3) [m]; up : the map (n_surface, n) to the fine surface
     Its ``points``, ``cells`` and ``rest`` are what ``settle_touching`` takes, the last as ``stiff``; ``surface``
-    (3 n_surface, r) is the motion of the fine surface, in single precision: to read it is half of a linear answer.
+    (3 n_surface, r) is the motion of the fine surface, in single precision, as it takes long to read.
     """
 
     def __init__(
@@ -198,11 +191,6 @@ class ReducedTouch:
             q, self.cells, self._base, self.rest, *where, self._law, RESIDUAL, ITERATIONS
         )
         return force, area, left
-
-    def gaps(self, pose: Pose, q: np.ndarray) -> np.ndarray:
-        """Return the distances [m] of the points from the instrument at ``q`` (r,)."""
-        rest, moved = self.points[:2]
-        return pose.gaps((rest + moved @ q).reshape(-1, 3))[0]
 
     def answer(self, touch: Touch, pose: Pose, q: np.ndarray, stretched: float = 1.0) -> Touched:
         """Return the answer to ``touch``, which begins at ``pose``, from coordinates ``q`` (r,), which are settled.
@@ -246,26 +234,27 @@ def tilted_ways(axes: np.ndarray, around: int) -> np.ndarray:
     return np.vstack([[0.0, 0.0, -1.0], np.column_stack([aside, np.full(around, -np.cos(tilt))])]) @ axes
 
 
-class Pushes:
-    """Pushes that a place was prepared by, between which a search begins, and beyond which its answer is doubted.
+def doubt_beyond(touch: Touch, outward: np.ndarray, deepest_m: float) -> None:
+    """Raise TouchDoubted for a ``touch`` that is deeper than ``deepest_m`` or tilted by more than TILT."""
+    if touch.depth_m > ROUNDING * deepest_m:
+        raise TouchDoubted(f"{1e3 * touch.depth_m:.3g} mm is deeper than what was prepared", [])
+    if -ROUNDING * float(outward @ touch.direction) < np.cos(np.deg2rad(TILT)):
+        raise TouchDoubted(f"the direction is more than {TILT:g} degrees off the normal", [])
 
-    inward : (3,), unit vector; deepest_m : of the pushes [m]; ways : (k, 3) [m]; states : (k, r), where they came to
+
+class Pushes:
+    """Pushes that a place was prepared by, between which a search begins.
+
+    deepest_m : of the pushes [m]; ways : (k, 3) [m]; states : (k, r), where they came to
     """
 
-    def __init__(self, inward: np.ndarray, deepest_m: float, ways: np.ndarray, states: np.ndarray):
-        self._inward, self._deepest, self._ways = inward, deepest_m, ways / deepest_m
+    def __init__(self, deepest_m: float, ways: np.ndarray, states: np.ndarray):
+        self._deepest, self._ways = deepest_m, ways / deepest_m
         self._weights = _interpolation(self._ways) @ states
 
     def begin(self, touch: Touch) -> np.ndarray:
         """Return the coordinates (r,) at which the search for the answer to ``touch`` begins."""
         return _alike(touch.depth_m / self._deepest * touch.direction, self._ways) @ self._weights
-
-    def doubt(self, touch: Touch) -> None:
-        """Raise TouchDoubted for a ``touch`` that is deeper or more tilted than what was prepared."""
-        if touch.depth_m > ROUNDING * self._deepest:
-            raise TouchDoubted(f"{1e3 * touch.depth_m:.3g} mm is deeper than what was prepared", [])
-        if ROUNDING * float(self._inward @ touch.direction) < np.cos(np.deg2rad(TILT)):
-            raise TouchDoubted(f"the direction is more than {TILT:g} degrees off the normal", [])
 
 
 def between(pushed: np.ndarray, push: np.ndarray) -> np.ndarray:

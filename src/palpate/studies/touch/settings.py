@@ -25,6 +25,7 @@ from palpate.setting_types import (
     Positive,
     Share,
     Some,
+    Switch,
     Vector,
     key,
     rows,
@@ -62,7 +63,8 @@ class Fem(Block):
 
 
 class LinearMesh(LocalMesh):
-    discs: Count = key("Discs of unit pressure that cover what may be touched")
+    discs: Count = key("Discs of pressure that cover what may be touched")
+    warped: Switch = key("Whether the sum of their responses is turned by its own rotations", False)
 
 
 class Xpbd(Block):
@@ -133,7 +135,7 @@ class Families(Block):
     )
     linear: Distinct[LinearMesh] = key(
         "Linear responses of a place with contact solved in them",
-        rows("discs held level", (20, 2, 3), (40, 2, 3)),
+        rows("discs held level warped", *((discs, 2, 3, warped) for warped in (False, True) for discs in (20, 40))),
     )
     relaxed: Relaxed = key("Methods of graphics and games, with contact as they have it in practice", {})
     springs: Distinct[Springs] = key(

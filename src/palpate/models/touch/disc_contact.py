@@ -1,0 +1,138 @@
+"""Contact of an instrument with a linear body that is pressed on discs: which of them bear, and how much.
+
+The mean gap of each disc, weighted with its pressure, is none where it bears a force, which is never negative: a
+complementarity problem (Duriez and others 2006) in a few of the body's compliances, with the distance linearised anew.
+"""
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from palpate.effects.instrument import distances
+from palpate.models.warped_response import warp
+
+OFF, ITERATIONS = 1e-3, 30
+"""Gaps that are left where discs bear, over the depth, and most linearisations, of which three are usual."""
+BLOCKS = 5
+"""Exchanges of many discs at once that may fail to leave fewer wrong ones, before they are exchanged one by one."""
+
+
+class Discs(NamedTuple):
+    """m discs on a surface, whose gaps are looked at in s places.
+
+    rest : (s, 3) [m]; ways : (m, 3) unit vectors along which the discs press
+    motions : (m, s, 3) [m/N] of the places, by a unit force on each disc
+    spins : (m, s, 3) [rad/N], the rotation vectors there, or none of them (0, s, 3) where motions are not turned
+    shares : (m, s) of a disc's force in each place, rows that add up to 1; areas : (s,) [m²] of the places
+    responses, turns : (m, n, 3) [m/N], [rad/N], the motions and the rotation vectors of whatever is asked for
+    """
+
+    rest: np.ndarray
+    ways: np.ndarray
+    motions: np.ndarray
+    spins: np.ndarray
+    shares: np.ndarray
+    areas: np.ndarray
+    responses: np.ndarray
+    turns: np.ndarray
+
+
+@numba.njit(cache=True, error_model="numpy")
+def complementary(matrix, right, most):
+    """Return numbers z (k,) ≥ 0 with matrix z + right ≥ 0, one of both 0 everywhere, and whether they were found.
+
+    matrix : (k, k), with positive principal minors; most : exchanges. Block pivoting (Júdice and Pires 1994): all that
+    are wrong change sides while they become fewer; else one by one, which ends (Murty 1974).
+    """
+    k = len(right)
+    bears = np.ones(k, dtype=np.bool_)
+    fewest, blocks, z = k + 1, BLOCKS, np.zeros(k)
+    for _ in range(most):
+        on = np.flatnonzero(bears)
+        z[:] = 0.0
+        if len(on) > 0:
+            square = np.empty((len(on), len(on)))
+            for a in range(len(on)):
+                for b in range(len(on)):
+                    square[a, b] = matrix[on[a], on[b]]
+            z[on] = np.linalg.solve(square, -right[on])
+        wrong, last = 0, -1
+        left = np.dot(matrix, z) + right
+        for i in range(k):
+            if (bears[i] and z[i] < 0.0) or (not bears[i] and left[i] < 0.0):
+                wrong, last = wrong + 1, i
+        if wrong == 0:
+            return z, True
+        if wrong < fewest:
+            fewest, blocks = wrong, BLOCKS
+        else:
+            blocks -= 1
+        for i in range(k):
+            if (i == last) if blocks < 0 else (z[i] < 0.0 if bears[i] else left[i] < 0.0):
+                bears[i] = not bears[i]
+    return np.maximum(z, 0.0), False
+
+
+@numba.njit(cache=True, error_model="numpy")
+def settle_discs(rest, motions, spins, shares, tip, way, steps, axes, shape):
+    """Return the forces (m,) [N] of discs on a body that an instrument is pushed into, and what is off.
+
+    rest, motions, spins, shares : as of ``Discs``; axes, shape : of the instrument
+    tip : (3,) [m], of it at first touch; way, steps : how it then moves (3,) [m], in so many steps
+    From far off the complementarity problem may have no solution; on the way, one linearisation a step is enough.
+    What is off is the largest gap of a disc that bears, or overlap of one that does not, over the way's length. Gaps of
+    turned motions close along normals that are turned back: how rotations change is left to the next linearisation.
+    """
+    m, s = shares.shape
+    forces, at, along = np.zeros(m), rest.copy(), np.empty(s)
+    gaps, normals, means = np.empty(s), np.empty((s, 3)), np.empty(m)
+    turned, spin = len(spins) > 0, np.zeros((s, 3))
+    length, off = max(np.sqrt(np.dot(way, way)), 1e-300), np.inf
+    for step in range(1, steps + 1):
+        most = ITERATIONS if step == steps else 1
+        for count in range(most + 1):
+            distances(at, tip + step / steps * way, axes, shape[0], shape[1], shape[2], shape[3], gaps, normals)
+            means[:] = np.dot(shares, gaps)
+            off = 0.0
+            for i in range(m):
+                off = max(off, abs(means[i]) if forces[i] > 0.0 else -means[i])
+            if off <= OFF * length or count == most:
+                break
+            near = np.flatnonzero((forces > 0.0) | (means < 0.0))
+            k = len(near)
+            back = warp(-spin, normals) if turned else normals
+            closing, right = np.empty((k, k)), np.empty(k)
+            for b in range(k):
+                moved = motions[near[b]]
+                for n in range(s):
+                    along[n] = back[n, 0] * moved[n, 0] + back[n, 1] * moved[n, 1] + back[n, 2] * moved[n, 2]
+                for a in range(k):
+                    closing[a, b] = np.dot(shares[near[a]], along)
+            for a in range(k):
+                right[a] = means[near[a]]
+                for b in range(k):
+                    right[a] -= closing[a, b] * forces[near[b]]
+            found, solved = complementary(closing, right, 10 * k)
+            if not solved:
+                break
+            forces[near] = found
+            at = combined(forces, motions)
+            if turned:
+                spin = combined(forces, spins)
+                at = warp(spin, at)
+            at += rest
+    return forces, off / length
+
+
+@numba.njit(cache=True, error_model="numpy")
+def combined(forces, responses):
+    """Return the sum (n, 3) of the rows of ``responses`` (m, n, 3) times ``forces`` (m,), most of which are 0."""
+    total = np.zeros(responses.shape[1:])
+    flat = total.ravel()
+    for i in range(len(forces)):
+        if forces[i] > 0.0:
+            force, row = forces[i], responses[i].ravel()
+            for n in range(len(flat)):
+                flat[n] += force * row[n]
+    return total

@@ -15,6 +15,7 @@ from palpate.models.contact_modes.reduced_contact import ReducedContact, some_po
 from palpate.models.contact_modes.snapshots import coordinates, orthonormal
 from palpate.models.touch.reduced_touch import (
     LOOKED_AT,
+    TILT,
     Pushes,
     ReducedTouch,
     between,
@@ -71,7 +72,7 @@ class _Place:
         meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
         outward, instrument = case.body.fine.normals[node], case.instrument
         self._body = case.body
-        ways = tilted_ways(upright(instrument, case.body.fine.nodes[node], outward).axes, AROUND)
+        ways = tilted_ways(upright(instrument, case.body.fine.nodes[node], outward).axes, [TILT], AROUND)
         touches = [Touch(instrument, node, way, case.deepest_m) for way in ways]
         mesh = meshes.around_all(touches, *where)
         problem = mesh.problem

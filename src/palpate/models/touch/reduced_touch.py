@@ -4,6 +4,8 @@ x = X + Φ q with ΦᵀKΦ = I at rest. Contact is a penalty at points of the su
 at all points, and multipliers would make it press where they fail to.
 """
 
+from collections.abc import Sequence
+
 import numba
 import numpy as np
 from scipy import sparse
@@ -227,11 +229,19 @@ RIDGE = 1e-6
 """Part of the identity that is added to the kernel by which pushes are told apart."""
 
 
-def tilted_ways(axes: np.ndarray, around: int) -> np.ndarray:
-    """Return unit vectors (1 + around, 3) by the ``axes`` (3, 3) of an upright instrument, straight in first."""
-    tilt, turns = np.deg2rad(TILT), 2.0 * np.pi * np.arange(around) / around
-    aside = np.sin(tilt) * np.column_stack([np.cos(turns), np.sin(turns)])
-    return np.vstack([[0.0, 0.0, -1.0], np.column_stack([aside, np.full(around, -np.cos(tilt))])]) @ axes
+def tilted(axes: np.ndarray, tilt: float, turn: float) -> np.ndarray:
+    """Return the unit vector (3,) into the body, ``tilt`` [degrees] off straight in and turned about that by ``turn``.
+
+    axes : (3, 3), of an upright instrument
+    """
+    tilt, turn = np.deg2rad(tilt), np.deg2rad(turn)
+    return np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)]) @ axes
+
+
+def tilted_ways(axes: np.ndarray, tilts: Sequence[float], around: int) -> np.ndarray:
+    """Return straight in, and for each of ``tilts`` [degrees] so many ways ``around``: (1 + around · tilts, 3)."""
+    turns = 360.0 / around * np.arange(around)
+    return np.array([tilted(axes, 0.0, 0.0), *(tilted(axes, tilt, turn) for tilt in tilts for turn in turns)])
 
 
 def doubt_beyond(touch: Touch, outward: np.ndarray, deepest_m: float) -> None:

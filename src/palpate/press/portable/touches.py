@@ -18,7 +18,7 @@ from palpate.bodies.contacts import spread_over
 from palpate.effects.instrument import SPHERE, Instrument, upright
 from palpate.errors import InputError, NotConverged
 from palpate.models.touch.modes import TouchModes
-from palpate.models.touch.reduced_touch import RIDGE
+from palpate.models.touch.reduced_touch import RIDGE, tilted, tilted_ways
 from palpate.press.portable.runtimes.palpate_model import (
     KINDS,
     TILTED,
@@ -30,7 +30,7 @@ from palpate.press.portable.runtimes.palpate_model import (
 
 LOWER, FALLS = 0.7, 3
 """Factor by which the depth of a place that bears too little is lowered, and how often; then another is taken."""
-TILTS, TURNS, SHARES = (0.0, 22.5, 45.0), 8, (0.35, 0.7, 1.0)
+TILTS, TURNS, SHARES = (22.5, 45.0), 8, (0.35, 0.7, 1.0)
 """Angles [degrees], directions and depths over the deepest at which searches of the file begin."""
 HELD = 2
 """Level to which meshes of places are refined at the rim of what is held."""
@@ -140,13 +140,6 @@ def _nodes(body: Body, instrument: Instrument, count: int) -> list[int]:
     return [int(able[row]) for row in spread_over(body.fine.nodes[able], count)]
 
 
-def _ways(axes: np.ndarray, tilts: Sequence[float], turns: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return unit vectors (k, 3) that are tilted from straight in and turned about it by angles [degrees]."""
-    pairs = [(np.deg2rad(tilt), np.deg2rad(turn)) for tilt in tilts for turn in (turns if tilt else (0.0,))]
-    local = [[np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)] for tilt, turn in pairs]
-    return np.array(local) @ axes
-
-
 def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPlace, list[_Trial]]:
     """Return a place without errors, and its trials; NotConverged where the body bears no such touch."""
     body, instrument, deepest = case.body, case.instrument, case.deepest_m
@@ -155,7 +148,7 @@ def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPl
     straight = Touch(instrument, node, -axes[2], deepest)
     solver.prepare(straight)
     reduced = solver.reduced(node)
-    ways = _ways(axes, TILTS, np.arange(TURNS) * 360.0 / TURNS)
+    ways = tilted_ways(axes, TILTS, TURNS)
     begun = [Touch(instrument, node, way, deepest).pose(body) for way in ways]
     first = _quadratic(
         ways @ axes.T, np.array([(pose.tip - origin) @ way for pose, way in zip(begun, ways, strict=True)])
@@ -191,7 +184,7 @@ def _quadratic(ways: np.ndarray, values: np.ndarray) -> np.ndarray:
 def _trials(case: TouchCase, level: int, node: int, axes: np.ndarray, number: int) -> list[_Trial]:
     """Return touches between those that a place is made of, as elements of the same mesh answer them."""
     meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
-    pushes = [Touch(case.instrument, node, _ways(axes, [tilt], [turn])[0], case.deepest_m) for tilt, turn, _ in TRIED]
+    pushes = [Touch(case.instrument, node, tilted(axes, tilt, turn), case.deepest_m) for tilt, turn, _ in TRIED]
     mesh = meshes.around_all(pushes, HELD, level)
     found = []
     for push, (_, _, shares) in zip(pushes, TRIED, strict=True):

@@ -3,14 +3,15 @@
 All levels take the same steps, and what remains is their limit as ``benchmark.truth`` finds it. What shorter steps
 change of it is taken from a coarser level, where they cost little: steps of half the length on the second one show it,
 as the error of the midpoint rule falls with the square of the step. The truth's own error has three parts: what the
-levels leave unexplained, what two such extrapolations differ by on the first level, and what the change of the step
-itself changes from the first to the second level.
+levels leave unexplained, what the next such extrapolation differs by on the first level, and by how much the effect of
+the step differs between the first and the second level.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -39,6 +40,7 @@ class MotionTruth:
         ``tried_steps`` (m,) steps; seconds, step_p95_s : (m,) of all steps, those of the coarser levels that it began
         with included, and the 95th percentile of its own
     balance : of the motion on the finest level, how much of the work of the loads is neither kept nor damped
+    spent_s : time of all motions together [s]
     """
 
     displacement: np.ndarray
@@ -53,11 +55,24 @@ class MotionTruth:
     seconds: np.ndarray
     step_p95_s: np.ndarray
     balance: float
+    spent_s: float
 
     @property
     def own_error(self) -> float:
         """The RMS of what it may be wrong by, over all frames and nodes, over the peak."""
         return float(self.own[3, TruthErrors._fields.index("rmse_of_peak")])
+
+    def described(self, duration_s: float) -> dict[str, Any]:
+        """Return the columns ``reference_*`` of dynamic_accuracy.csv of a scene of ``duration_s`` [s]."""
+        finest = int(self.tried_level.argmax())
+        return {
+            "reference": "fem_p2",
+            "reference_level": int(self.tried_level[finest]),
+            "reference_nodes": int(self.tried_nodes[finest]),
+            "reference_step_s": duration_s / int(self.tried_steps[finest]),
+            "reference_change": float(self.own[1, TruthErrors._fields.index("rmse_of_peak")]),
+            "reference_error": self.own_error,
+        }
 
 
 @dataclass(eq=False)
@@ -93,13 +108,13 @@ def motion_truth(
     """Find the truth of a body's motion from rest.
 
     loads, rayleigh : as ``QuadraticMotion`` takes them; frames : equal parts of ``duration_s`` [s]
-    steps : of all levels, a multiple of 2 ``frames``, as half of them must end where frames do
+    steps : of all levels, a multiple of ``frames``
     count : of levels, at least 3, of which the first is the coarsest of the shape of the finest
     progress : wraps the sequence of motions, as ``tqdm`` does
     Raises InputError as ``QuadraticMotion`` does, and NotConverged for a step that is not found.
     """
     first = 0 if body.smooth is not None else body.shape_level
-    wanted = [(first, steps // 2), (first, steps), (first, 2 * steps), (first + 1, 2 * steps)]
+    wanted = [(first, steps), (first, 2 * steps), (first, 4 * steps), (first + 1, 2 * steps)]
     wanted += [(first + more, steps) for more in range(1, count)]
     whole, found = with_midpoints(body, first + count - 1), dict[tuple[int, int], _Run]()
     motion: QuadraticMotion | None = None
@@ -155,8 +170,8 @@ def _judged(
     shape = moved[first, steps].shape
     levels = np.array([moved[first + more, steps].reshape(-1, 3) for more in range(count)])
     by_space, off_space = estimate(levels)
-    half, whole, double = (moved[first, number].reshape(-1, 3) for number in (steps // 2, steps, 2 * steps))
-    time_first = _shorter(whole, double) - whole
+    whole, half, quarter = (moved[first, times * steps].reshape(-1, 3) for times in (1, 2, 4))
+    time_first = _shorter(whole, half) - whole
     time_second = _shorter(levels[1], moved[first + 1, 2 * steps].reshape(-1, 3)) - levels[1]
     truth = by_space + time_second
     patch = np.tile(_pressed(body, loads), shape[0])
@@ -164,7 +179,7 @@ def _judged(
     def size(*vectors: np.ndarray) -> np.ndarray:
         return np.max([truth_errors(truth + each, truth, patch) for each in vectors], axis=0)
 
-    off_time = _shorter(whole, double) - _shorter(half, whole)
+    off_time = _shorter(half, quarter) - _shorter(whole, half)
     parts = np.array([size(*off_space), size(off_time), size(time_second - time_first)])
     own = np.vstack([parts, np.sqrt(np.sum(parts**2, axis=0))])
     change = truth_errors(levels[-2], levels[-1], patch).rmse_of_peak
@@ -185,6 +200,7 @@ def _judged(
         seconds=np.array([run.whole_s for run in runs]),
         step_p95_s=np.array([np.percentile(run.seconds, 95) for run in runs]),
         balance=found[first + count - 1, steps].balance,
+        spent_s=sum(sum(run.seconds) for run in runs),
     )
 
 

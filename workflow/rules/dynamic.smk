@@ -108,6 +108,7 @@ if ELSEWHERE:
     rule measure_elsewhere:
         input:
             body=body_of_compared,
+            truth=truth_of_compared,
         output:
             f"{TRIAL}/elsewhere.csv",
         log:

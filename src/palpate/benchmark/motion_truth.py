@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
-from palpate.benchmark.truth import estimate, objection, ratio
+from palpate.benchmark.truth import RATIO_DOUBT, estimate, objection, ratio
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.files import write_whole
@@ -104,6 +104,7 @@ def motion_truth(
     steps: int,
     count: int = 3,
     progress: Callable = iter,
+    like: MotionTruth | None = None,
 ) -> MotionTruth:
     """Find the truth of a body's motion from rest.
 
@@ -111,10 +112,15 @@ def motion_truth(
     steps : of all levels, a multiple of ``frames``
     count : of levels, at least 3, of which the first is the coarsest of the shape of the finest
     progress : wraps the sequence of motions, as ``tqdm`` does
+    like : the truth of a motion of the same body in the same steps; two levels then find another at a fifth of the
+        cost, with the ratio of that one, and its own errors of time
     Raises InputError as ``QuadraticMotion`` does, and NotConverged for a step that is not found.
     """
     first = 0 if body.smooth is not None else body.shape_level
-    wanted = [(first, steps), (first, 2 * steps), (first, 4 * steps), (first + 1, 2 * steps)]
+    if like is None:
+        wanted = [(first, steps), (first, 2 * steps), (first, 4 * steps), (first + 1, 2 * steps)]
+    else:
+        wanted, count = [(first, steps), (first, 2 * steps)], 2
     wanted += [(first + more, steps) for more in range(1, count)]
     whole, found = with_midpoints(body, first + count - 1), dict[tuple[int, int], _Run]()
     motion: QuadraticMotion | None = None
@@ -124,7 +130,7 @@ def motion_truth(
             motion, level = None, each[0]  # before the next one is made, which is eight times as large
             motion = QuadraticMotion(whole, level, loads, rayleigh)
         found[each] = _run(motion, body, whole, *each, duration_s, frames, found.get((level - 1, each[1])))
-    return _judged(body, loads, first, steps, count, found)
+    return _judged(body, loads, first, steps, count, found, like)
 
 
 def _run(
@@ -163,27 +169,40 @@ def _run(
 
 
 def _judged(
-    body: Body, loads: dict[str, dict], first: int, steps: int, count: int, found: dict[tuple[int, int], _Run]
+    body: Body,
+    loads: dict[str, dict],
+    first: int,
+    steps: int,
+    count: int,
+    found: dict[tuple[int, int], _Run],
+    like: MotionTruth | None,
 ) -> MotionTruth:
     """Extrapolate the motions that were ``found``, by level and number of steps."""
     moved = {key: np.array(run.surface) for key, run in found.items()}
-    shape = moved[first, steps].shape
-    levels = np.array([moved[first + more, steps].reshape(-1, 3) for more in range(count)])
-    by_space, off_space = estimate(levels)
-    whole, half, quarter = (moved[first, times * steps].reshape(-1, 3) for times in (1, 2, 4))
-    time_first = _shorter(whole, half) - whole
-    time_second = _shorter(levels[1], moved[first + 1, 2 * steps].reshape(-1, 3)) - levels[1]
-    truth = by_space + time_second
-    patch = np.tile(_pressed(body, loads), shape[0])
+    shape, patch = moved[first, steps].shape, np.tile(_pressed(body, loads), len(moved[first, steps]))
+    flat = {key: each.reshape(-1, 3) for key, each in moved.items()}
+    levels = np.array([flat[first + more, steps] for more in range(count)])
+    whole, half = flat[first, steps], flat[first, 2 * steps]
+    of_time = time_first = _shorter(whole, half) - whole
+    if like is None:
+        rate, (by_space, off_space) = ratio(levels), estimate(levels)
+        of_time = _shorter(levels[1], flat[first + 1, 2 * steps]) - levels[1]
+        off_steps = [_shorter(half, flat[first, 4 * steps]) - _shorter(whole, half), of_time - time_first]
+    else:
+        rate, last = like.ratio, levels[1] - levels[0]
+        off_steps = []
+        by_space, off_space = levels[1] + last / (rate - 1.0), (RATIO_DOUBT / (rate - 1.0) ** 2 * last,)
+    truth = by_space + of_time
 
     def size(*vectors: np.ndarray) -> np.ndarray:
         return np.max([truth_errors(truth + each, truth, patch) for each in vectors], axis=0)
 
-    off_time = _shorter(half, quarter) - _shorter(whole, half)
-    parts = np.array([size(*off_space), size(off_time), size(time_second - time_first)])
+    parts = np.array([size(*off_space), *(size(each) for each in off_steps)])
+    if like is not None:  # what its three levels leave unexplained is by the ratio larger a level before
+        parts = np.array([np.maximum(parts[0], like.ratio * like.own[0]), *like.own[1:3]])
     own = np.vstack([parts, np.sqrt(np.sum(parts**2, axis=0))])
     change = truth_errors(levels[-2], levels[-1], patch).rmse_of_peak
-    least_det, rate = min(run.least_det for run in found.values()), ratio(levels)
+    least_det = min(run.least_det for run in found.values())
     convex = all(run.convex for run in found.values())
     whole_own = float(own[3, TruthErrors._fields.index("rmse_of_peak")])
     runs = sorted(found.values(), key=lambda run: (run.level, run.steps))

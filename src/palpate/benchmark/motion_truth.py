@@ -122,14 +122,16 @@ def motion_truth(
     else:
         wanted, count = [(first, steps), (first, 2 * steps)], 2
     wanted += [(first + more, steps) for more in range(1, count)]
-    whole, found = with_midpoints(body, first + count - 1), dict[tuple[int, int], _Run]()
+    whole = with_midpoints(body, first + count - 1)
+    found: dict[tuple[int, int], _Run] = {}
     motion: QuadraticMotion | None = None
     level = -1
-    for each in progress(wanted):
-        if motion is None or each[0] != level:
-            motion, level = None, each[0]  # before the next one is made, which is eight times as large
+    for own, number in progress(wanted):
+        if motion is None or own != level:
+            motion, level = None, own  # before the next one is made, which is eight times as large
             motion = QuadraticMotion(whole, level, loads, rayleigh)
-        found[each] = _run(motion, body, whole, *each, duration_s, frames, found.get((level - 1, each[1])))
+        before = found.get((level - 1, number))
+        found[own, number] = _run(motion, body, whole, level, number, duration_s, frames, before)
     return _judged(body, loads, first, steps, count, found, like)
 
 

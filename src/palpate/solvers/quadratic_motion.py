@@ -1,8 +1,8 @@
 """Quadratic elements in motion: steps of the implicit midpoint rule, each the minimum of an energy.
 
 The rule is of second order, neither damps nor drives what is linear, and needs no state but positions and velocities
-(Hairer, Lubich and Wanner 2006, section II.1.1). Its minima are found by L-BFGS, preconditioned
-by multigrid that is kept for as long as it serves.
+(Hairer, Lubich and Wanner 2006, section II.1.1). Its minima are found by L-BFGS, preconditioned by
+multigrid that is kept for as long as it serves.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -74,18 +74,14 @@ class QuadraticMotion(Equilibrium):
 
     def __init__(self, body: Body, level: int, loads: dict[str, dict], rayleigh: dict):
         super().__init__(body, level, order=2)
-        coarse, elements = body.levels[level], self._elasticity
-        assert (
-            isinstance(coarse, TetMesh) and isinstance(self.mesh, TetMesh) and isinstance(elements, QuadraticElements)
-        )
-        self._elements: QuadraticElements = elements
+        coarse, halved, elements = body.levels[level], self.mesh, self._elasticity
+        assert isinstance(coarse, TetMesh) and isinstance(halved, TetMesh) and isinstance(elements, QuadraticElements)
+        self._tangent = elements.tangent
         density = body.tissue(level).density_kg_m3
         if body.densities is not None:
             density = body.densities[level][coarse.tetrahedra].mean(axis=1)
         self.masses = mass_matrix(coarse, density * coarse.volumes)
-        self._lumped = lump_masses(
-            self.mesh, np.repeat(np.broadcast_to(density, len(coarse.volumes)), 8) * self.mesh.volumes
-        )
+        self._lumped = lump_masses(halved, np.repeat(density, 8) * halved.volumes)
         self._alpha, self._beta = rayleigh["mass_1_s"], rayleigh["stiffness_s"]
         self._weight, self._pushes = self._loads(coarse, loads)
         self.held = self._held
@@ -96,7 +92,7 @@ class QuadraticMotion(Equilibrium):
         pattern = pattern_of(self.mesh.tetrahedra, len(self._held))
         self._linear = LinearElements(self.mesh, easier(body.tissue(finest)), pattern)
         springs = springs_of(body, finest, 1)
-        self._linear_springs = 0.0 if springs is None else pattern.blocks(springs)
+        self._linear_springs = None if springs is None else pattern.blocks(springs)
         return self._linear_stiffness(self.mesh.nodes)
 
     def _linear_stiffness(self, x: np.ndarray) -> sparse.bsr_array:
@@ -153,7 +149,7 @@ class QuadraticMotion(Equilibrium):
 
     def damping(self, x: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
         """Return the product of the damping matrix at ``x`` (n, 3) [m] with velocities (n, 3) [m/s], in [N]."""
-        clamped = self._elements.tangent(x, definite=True) if self._beta else None
+        clamped = self._tangent(x, True) if self._beta else None
 
         def multiply(v: np.ndarray) -> np.ndarray:
             force = self._alpha * (self.masses @ v)

@@ -181,10 +181,12 @@ def check(config: dict, file: Path) -> None:
                     f"{place}.{name}.models names {model}, which cannot do it, as {name} {reason}; leave it out."
                 )
         _check_training(f"{place}.{name}.training", entry, own.get("training", {}))
-        if "truth" in own and (reason := unable("moving_modes", entry, bodies.get(entry["body"], {}).get("kind", ""))):
-            raise InputError(
-                f"{place}.{name} has truth, which is found of held solids alone, and {name} {reason}; leave it out."
-            )
+        if "truth" in own:
+            bedded = "lies on a bed, which models in motion do without" if body.get("bed") else ""
+            if reason := unable("moving_modes", entry, body.get("kind", "")) or bedded:
+                raise InputError(
+                    f"{place}.{name} has truth, which is found of held solids alone, and {name} {reason}; leave it out."
+                )
         if "elsewhere" in own:
             _check_elsewhere(f"{place}.{name}.elsewhere", entry, bodies.get(entry["body"], {}).get("kind", ""))
 

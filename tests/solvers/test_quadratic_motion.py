@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import sparse
 from scipy.linalg import eigh
 from scipy.spatial import cKDTree
 from skfem import Basis, BilinearForm, ElementTetP2, MeshTet
@@ -9,11 +10,17 @@ from skfem import Basis, BilinearForm, ElementTetP2, MeshTet
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.particles import particles_of
 from palpate.bodies.refinement import finer, quadratic_prolongation, refine
+from palpate.effects import rayleigh
+from palpate.effects.held import Held
 from palpate.effects.push import placed
+from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import NotConverged
+from palpate.solvers import bdf2
 from palpate.solvers.equilibrium import Unbuckled
 from palpate.solvers.quadratic_motion import QuadraticMotion, mass_matrix
+from palpate.solvers.system import System
 
 YOUNG, DENSITY, LENGTH = 20000.0, 1000.0, 0.2
 NONE = {"mass_1_s": 0.0, "stiffness_s": 0.0}
@@ -130,3 +137,47 @@ def test_a_step_that_is_not_found_is_told_with_its_time(box, monkeypatch):
     motion = QuadraticMotion(bar(box), 0, weight(5.0), NONE)
     with pytest.raises(NotConverged, match="the step at 0 s stopped after 1 iterations"):
         list(motion.steps(0.05, 2, 1e-8))
+
+
+class _Pushed:
+    """The loads of a motion as an effect."""
+
+    outer = True
+
+    def __init__(self, motion: QuadraticMotion):
+        self._motion, self._load = motion, motion.load_at(0.0)
+
+    def at(self, t: float) -> None:
+        self._load = self._motion.load_at(t)
+
+    def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
+        force += self._load
+
+
+def test_the_bdf2_of_scenes_finds_the_same_large_damped_motion(box):
+    """Another integrator, Newton's method and assembled matrices, on the same elements with the masses lumped."""
+    body, duration_s = bar(box), 0.3
+    push = {"loads": [PUSH | {"press_s": 0.1, "hold_s": 0.05, "release_s": 0.1}]}
+    loads = {"push": {"loads": placed(body.levels[0], body.anchors[0], "bar", push)}}
+    damping = {"mass_1_s": 2.0, "stiffness_s": 0.02}
+    motion, particles = QuadraticMotion(body, 0, loads, damping), particles_of(body, 1, surface=False)
+    motion.masses = sparse.diags_array(particles.masses).tocsr()
+    elastic = QuadraticElements(body.levels[0], body.material)
+    damped = rayleigh.make(particles, damping, elastic)
+    ends = []
+    for count in (150, 300):
+        system = System(
+            particles,
+            {"elastic": elastic, "rayleigh": damped, "held": Held(body.anchors[1]), "push": _Pushed(motion)},
+        )
+        integrator, x, v = bdf2.make(system, {"tolerance": 1e-8}), particles.nodes, np.zeros_like(particles.nodes)
+        for step in range(count):
+            system.at((step + 1) * duration_s / count)
+            x, v = integrator.step(x, v, duration_s / count)
+        ends.append(x - particles.nodes)
+    theirs = ends[1] + (ends[1] - ends[0]) / 3.0
+    half, whole = (moved(motion, duration_s, count, 1e-6)[-1] for count in (60, 30))
+    ours = half + (half - whole) / 3.0
+    peak = np.linalg.norm(ours, axis=1).max()
+    off, of_step = (np.linalg.norm(each - theirs, axis=1).max() for each in (ours, whole))
+    assert peak > 0.1 * LENGTH and off < 3e-4 * peak and off < 0.15 * of_step, (off / peak, of_step / peak)

@@ -26,8 +26,8 @@ from palpate.linalg.block_pattern import hold, pattern_of
 from palpate.solvers.equilibrium import Equilibrium, easier, springs_of
 from palpate.solvers.lbfgs import minimise_by_lbfgs
 
-FEW_ITERATIONS = 8
-"""Iterations of a step after which the next one gets a preconditioner of its own state: the body has turned."""
+MORE_ITERATIONS = 5
+"""Iterations by which a step may exceed the first one of its preconditioner before that is made anew."""
 MOST_ITERATIONS = 400
 """Iterations of L-BFGS after which a step is not found; 3 to 15 do, and where a body turns far from rest 100."""
 
@@ -123,15 +123,14 @@ class QuadraticMotion(Equilibrium):
         A step begins at that middle, or at rest, with what this level has lately added to it, carried on by a parabola.
         Raises NotConverged for a step that is not found.
         """
-        rest, iterations = self.mesh.nodes, 0
-        solve = self._preconditioner(h, rest)
+        rest, first = self.mesh.nodes, None
         x, v = rest.copy(), np.zeros_like(rest)
         added: list[np.ndarray] = []
         for number, begun in zip(range(count), coarser, strict=False):
             base = rest + np.where(self._held[:, None], 0.0, begun)
             self.load = self.load_at((number + 0.5) * h)
             step = _Step(self, x, v, h)
-            if iterations > FEW_ITERATIONS:
+            if first is None:
                 solve = self._preconditioner(h, x)
             way = minimise_by_lbfgs(step, solve, base + _carried_on(added), tolerance * self.scale_n, MOST_ITERATIONS)
             if not way.forces[-1] <= tolerance * self.scale_n:
@@ -141,6 +140,9 @@ class QuadraticMotion(Equilibrium):
                     [force / self.scale_n for force in way.forces],
                 )
             iterations = len(way.forces) - 1
+            first = iterations if first is None else first
+            if iterations > first + MORE_ITERATIONS:
+                first = None
             added = [*added[-2:], way.x - base]
             velocity = (way.x - x) * (2.0 / h)
             lost = h * float(np.vdot(velocity, step.damping(velocity)))

@@ -285,11 +285,17 @@ class Indentation(Equilibrium):
         return found
 
     def push(
-        self, direction: np.ndarray, depths: Sequence[float], tolerance: float, updates: int = UPDATES
+        self,
+        direction: np.ndarray,
+        depths: Sequence[float],
+        tolerance: float,
+        updates: int = UPDATES,
+        guess: Callable[[float, np.ndarray], np.ndarray] = lambda depth, x: x,
     ) -> Iterator[Touching]:
         """Push all instruments from first touch along the unit vector ``direction`` (3,), and yield what they do.
 
         tolerance : of the residual, over the norm of the nodal forces of contact; updates : most of the multipliers
+        guess : from a depth [m] and the positions (n, 3) [m] before it to those at which the search begins
         Depths [m] are those of a path from first touch, up or down; what sticks lets go where it is pulled off. Raises
         InputError for a depth that is negative or larger than the body is along ``direction``, and NotConverged, also
         where what touches is held, an element is inverted, or no point of the surface touches.
@@ -320,7 +326,7 @@ class Indentation(Equilibrium):
                 for side, pose in zip(self._sides, begin, strict=True):
                     side.pose = pose.moved((reached + step) * direction)
                 try:
-                    found = self._settle_touching(x, reached + step, tolerance, kept, updates)
+                    found = self._settle_touching(guess(reached + step, x), reached + step, tolerance, kept, updates)
                 except NotConverged as failure:
                     self._sides, step = kept, 0.5 * step
                     if abs(step) < scale / 64:

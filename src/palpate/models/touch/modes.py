@@ -13,14 +13,15 @@ from palpate.effects.instrument import upright
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import ReducedContact, some_points
 from palpate.models.contact_modes.snapshots import coordinates, orthonormal
-from palpate.models.touch.reduced_touch import LOOKED_AT, Pushes, ReducedTouch, tilted_ways
+from palpate.models.touch.reduced_touch import LOOKED_AT, Pushes, ReducedTouch, between, tilted_ways
 
 LAW = "the body's"
 AROUND = 8
 """Number of tilted pushes: between four, a deep and tilted push felt up to 61 % too hard, between eight 3 %."""
 STRAIGHT, TILTED = (0.25, 0.5, 0.75, 1.0), (0.35, 0.7, 1.0)
 """Depths of the pushes, over the deepest that is asked for."""
-PUSH_TOLERANCE = 1e-2
+PUSH_TOLERANCE = 3e-2
+"""Of the residual of a push. At a third of it, models are no better (0.3 to 0.4 % from elements, force 0.8 %)."""
 THINNED, FEW = 1e-2, 2000
 """Tolerance to which few cells pull as all do, and the number of points that they are chosen from."""
 
@@ -73,7 +74,15 @@ class _Place:
         for touch, shares in zip(touches, [STRAIGHT] + [TILTED] * AROUND, strict=True):
             problem.begin([touch.pose(case.body)])
             depths = [share * case.deepest_m for share in shares]
-            for state in problem.push(touch.direction, depths, PUSH_TOLERANCE, 1):
+
+            def guess(depth: float, x: np.ndarray, way: np.ndarray = touch.direction) -> np.ndarray:
+                """Return what pushes so far say, with which a search takes a quarter less."""
+                if not pushed:
+                    return x
+                weights = between(np.array(pushed) / case.deepest_m, depth / case.deepest_m * way)
+                return rest + np.tensordot(weights, moved, 1)
+
+            for state in problem.push(touch.direction, depths, PUSH_TOLERANCE, 1, guess):
                 pushed.append(state.depth_m * touch.direction)
                 moved.append(state.x - rest)
                 gaps = problem.gaps(state.x)

@@ -254,7 +254,7 @@ class Pushes:
 
     def __init__(self, inward: np.ndarray, deepest_m: float, ways: np.ndarray, states: np.ndarray):
         self._inward, self._deepest, self._ways = inward, deepest_m, ways / deepest_m
-        self._weights = np.linalg.solve(_alike(self._ways, self._ways) + RIDGE * np.eye(len(ways)), states)
+        self._weights = _interpolation(self._ways) @ states
 
     def begin(self, touch: Touch) -> np.ndarray:
         """Return the coordinates (r,) at which the search for the answer to ``touch`` begins."""
@@ -266,6 +266,16 @@ class Pushes:
             raise TouchDoubted(f"{1e3 * touch.depth_m:.3g} mm is deeper than what was prepared", [])
         if ROUNDING * float(self._inward @ touch.direction) < np.cos(np.deg2rad(TILT)):
             raise TouchDoubted(f"the direction is more than {TILT:g} degrees off the normal", [])
+
+
+def between(pushed: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """Return weights (k,) by which the states of pushes (k, 3) are interpolated to another (3,), over the deepest."""
+    return _alike(push, pushed) @ _interpolation(pushed)
+
+
+def _interpolation(ways: np.ndarray) -> np.ndarray:
+    """Return the matrix (k, k) from the states of ``ways`` (k, 3) to the coefficients of their kernel."""
+    return np.linalg.inv(_alike(ways, ways) + RIDGE * np.eye(len(ways)))
 
 
 def _alike(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -6,11 +6,11 @@ from scipy.spatial import cKDTree
 from skfem import Basis, ElementTetP2, ElementVector, MeshTet
 from skfem.models.elasticity import linear_elasticity
 
-from palpate.bodies.material import Material
+from palpate.bodies.material import LAWS, Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import refine
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.quadratic_elements import QuadraticElements
+from palpate.effects.quadratic_elements import MeanDilatation, QuadraticElements
 
 SKEW = np.array([[1.0, 0.1, 0.2], [0.0, 1.0, 0.1], [-0.1, 0.0, 1.0]])
 
@@ -77,3 +77,20 @@ def test_more_than_one_batch_of_elements(box, rotation, soft):
             force[nodes] += alone.force(x[nodes])
         assert elasticity.energy(x) == pytest.approx(energy, rel=1e-12)
         assert np.abs(elasticity.force(x) - force).max() < 1e-12 * np.abs(force).max()
+
+
+@pytest.mark.parametrize(
+    ("kind", "law"), [(QuadraticElements, LAWS[0]), (QuadraticElements, LAWS[1]), (MeanDilatation, LAWS[1])]
+)
+@pytest.mark.parametrize("definite", [True, False])
+def test_a_product_without_a_matrix_is_that_of_the_stiffness(box, rotation, kind, law, definite):
+    mesh = box([4, 3, 2], [0.1, 0.1, 0.1])
+    finer = refine(mesh)[0]
+    elements = kind(mesh, Material(3000.0, 0.4, 1000.0, law))
+    x, u = crumpled(finer, rotation, 0.05), np.random.default_rng(1).normal(size=finer.nodes.shape)
+    expected = (elements.stiffness(x, definite) @ u.ravel()).reshape(-1, 3)
+    assert np.abs(elements.tangent(x, definite)(u) - expected).max() < 1e-12 * np.abs(expected).max()
+    if definite:
+        assert np.abs(elements.tangent(x, False)(u) - expected).max() > 1e-3 * np.abs(expected).max(), (
+            "none was clamped"
+        )

@@ -44,7 +44,7 @@ def test_elastic_supports_hold_and_are_part_of_everything(slab, monkeypatch):
     n = [len(mesh.nodes) for mesh in slab.levels]
     diagonal = np.random.default_rng(1).uniform(1.0, 2.0, 3 * n[1])
     monkeypatch.setattr(
-        equilibrium, "_springs", lambda body, level, order: sparse.diags_array(diagonal[: 3 * n[level + order - 1]])
+        equilibrium, "springs_of", lambda body, level, order: sparse.diags_array(diagonal[: 3 * n[level + order - 1]])
     )
     body = Body("resting", slab.levels, slab.prolongations, [slab.anchors[0][:1], slab.anchors[1][:1]], slab.material)
     load = push(slab.fine, 44, [0.0, 0.3, -0.2])

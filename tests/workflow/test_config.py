@@ -340,6 +340,11 @@ FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}, "eff
             {"mine": {"duration_s": 0.1, "elsewhere": {"places": 10}}},
             ".scenes.mine.elsewhere moves the one push of a held body to other places, and the scene has 0 pushes",
         ),
+        (
+            FLOOR,
+            {"mine": {"duration_s": 0.1, "truth": {}, "training": {"duration_s": 0.1}}},
+            ".scenes.mine has truth, which is found of held solids alone, and mine has contact",
+        ),
     ],
 )
 def test_scenes_that_models_cannot_be_compared_in_are_said(scene, asked, said):

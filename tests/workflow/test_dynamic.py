@@ -45,3 +45,10 @@ def test_a_scene_with_one_push_is_asked_at_other_places(plan, write_config, tmp_
     settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "elsewhere": {"places": 10}}}
     jobs = plan(tmp_path, write_config(settings), "dynamic")
     assert jobs["measure_elsewhere"] == jobs["tabulate_motion_bounds"] == 1
+
+
+def test_a_truth_is_found_of_the_scenes_that_ask_for_one(plan, write_config, tmp_path, settings):
+    settings["scenes"]["other"] = settings["scenes"]["mine"]
+    settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "truth": {}}, "other": {"duration_s": 0.1}}
+    jobs = plan(tmp_path, write_config(settings), "dynamic")
+    assert jobs["find_motion_truth"] == 1 and jobs["measure_dynamic"] == jobs["simulate_dynamic_reference"] == 2

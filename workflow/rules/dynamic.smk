@@ -15,6 +15,9 @@ if FOLLOWED is None:
 OF_ALL = some("dynamic", "frames", "change_of_peak", "max_halvings")
 FOLLOWED = {name: OF_ALL | {"duration_s": followed(config["scenes"][name])} | own for name, own in FOLLOWED.items()}
 
+# scenes whose models are judged by a truth
+TRUE = [scene for scene, own in FOLLOWED.items() if "truth" in own]
+OPTIONAL += ["motion_truth"] if TRUE else []
 # scenes whose push is moved to other places, which bounds are made of
 ELSEWHERE = [scene for scene, own in FOLLOWED.items() if "elsewhere" in own]
 OPTIONAL += ["motion_bounds"] if ELSEWHERE else []
@@ -24,12 +27,14 @@ TARGETS["dynamic"] = (
     merged(
         dynamic_accuracy=expand(f"{TRIAL}/accuracy.csv", scene=FOLLOWED),
         dynamic_reference=expand(f"{TRIAL}/reference.csv", scene=FOLLOWED),
+        **({"motion_truth": expand(f"{TRIAL}/truth.csv", scene=TRUE)} if TRUE else {}),
     )
     + tabulated("advice", *(["motion_bounds"] if ELSEWHERE else []))
     + figures("dynamic", "dynamic_accuracy", "dynamic_reference")
 )
 WARNED += warned_of({config["scenes"][scene]["body"] for scene in FOLLOWED})
 WARNED += expand(f"{TRIAL}/warned.txt", scene=FOLLOWED)
+WARNED += expand(f"{TRIAL}/truth_warned.txt", scene=TRUE)
 WARNED += ["results/data/dynamic/left_out.txt"] if LEFT_OUT else []
 
 
@@ -61,10 +66,30 @@ rule simulate_dynamic_reference:
         "../job.py"
 
 
+if TRUE:
+
+    rule find_motion_truth:
+        input:
+            body=body_of_compared,
+        output:
+            truth=f"{TRIAL}/truth.npz",
+            table=f"{TRIAL}/truth.csv",
+            warned=f"{TRIAL}/truth_warned.txt",
+        log:
+            "results/logs/dynamic/{scene}/find_motion_truth.log",
+        params:
+            **calls("palpate.studies.dynamic.reference:find_motion_truth"),
+            compared=compared_of,
+            truth=lambda wildcards: FOLLOWED[wildcards.scene]["truth"],
+        script:
+            "../job.py"
+
+
 rule measure_dynamic:
     input:
         body=body_of_compared,
         reference=f"{TRIAL}/reference.npz",
+        truth=truth_of_compared,
     output:
         f"{TRIAL}/accuracy.csv",
     log:
@@ -83,6 +108,7 @@ if ELSEWHERE:
     rule measure_elsewhere:
         input:
             body=body_of_compared,
+            truth=truth_of_compared,
         output:
             f"{TRIAL}/elsewhere.csv",
         log:

@@ -70,6 +70,8 @@ class MeshError(NamedTuple):
     patch_high: float
 
 
+TRUTH = "fem_p2"
+"""What dynamic_accuracy.csv calls a reference that is a truth: the limit of these elements."""
 ELEMENTS = "fem_p1"
 """The elements of the standard that motions are compared with, among the models of accuracy_vs_time.csv."""
 
@@ -93,8 +95,13 @@ def mesh_error(pressed: pd.DataFrame | None, body: str, level: int) -> MeshError
 
 
 def _own(able: pd.DataFrame, pressed: pd.DataFrame | None) -> float:
-    """Return the own error of the standard, of its mesh (the largest over presses) and of its step; NaN: not known."""
+    """Return the own error of what errors are from; NaN: not known.
+
+    That of a truth is its own; the standard's is of its mesh, the largest over presses, and of its step.
+    """
     first = able.iloc[0]
+    if first["reference"] == TRUTH:
+        return float(first["reference_error"])
     mesh = mesh_error(pressed, first["body"], int(first["reference_level"]))
     return np.nan if mesh is None else float(mesh.high + first["reference_change"])
 
@@ -186,6 +193,8 @@ def bound_elsewhere(best: pd.Series, bounds: pd.DataFrame | None) -> tuple[float
 
 def _mesh(able: pd.DataFrame) -> str:
     own = able["own_error"].iloc[0]
+    if able["reference"].iloc[0] == TRUTH:
+        return f"the limit of quadratic elements, which is {percent(own)} wrong itself"
     mesh = f"mesh (level {able['reference_level'].iloc[0]:g})"
     if np.isnan(own):
         return f"whose own error is not known, as no press of this body was measured on its {mesh}"

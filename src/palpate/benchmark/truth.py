@@ -332,7 +332,7 @@ def _judge(body: Body, each: Ascent) -> tuple[np.ndarray, float, TruthErrors, st
     found, off = estimate(levels)
     own = TruthErrors(*np.max([truth_errors(found + each, found, patch) for each in off], axis=0))
     change = truth_errors(levels[-2], levels[-1], patch).rmse_of_peak
-    return found, rate, own, _objection(each, rate, own.rmse_of_peak, change)
+    return found, rate, own, objection(rate, own.rmse_of_peak, change, each.least_det, each.clamped)
 
 
 NO_ANSWER, INVERTED, CLAMPED = "no answer on a level", "an element is inverted", "the Hessian had to be clamped"
@@ -340,15 +340,18 @@ APART = "the levels are too far apart"
 """Reasons to reject a sample; what is behind one stands in brackets."""
 
 
-def _objection(each: Ascent, rate: float, own: float, change: float) -> str:
-    """Return why an answer is not believed, or nothing; own, change : as MOST_OWN and MOST_CHANGE limit them."""
+def objection(rate: float, own: float, change: float, least_det: float, clamped: bool) -> str:
+    """Return why an answer is not believed, or nothing; own, change : as MOST_OWN and MOST_CHANGE limit them.
+
+    rate : of the levels; least_det, clamped : as an ``Ascent`` has them
+    """
     low, high = RATIOS
     said = []
     if not low <= rate <= high and not (own <= MOST_OWN and change <= MOST_CHANGE):
         said.append(f"{APART} (ratio {rate:.3g}, last change {change:.1%}, own error {own:.1%} of the peak)")
-    if not each.least_det > 0.0:
-        said.append(f"{INVERTED} (det F {each.least_det:.3g})")
-    if each.clamped:
+    if not least_det > 0.0:
+        said.append(f"{INVERTED} (det F {least_det:.3g})")
+    if clamped:
         said.append(CLAMPED)
     return "; ".join(said)
 

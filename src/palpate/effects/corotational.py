@@ -185,6 +185,7 @@ def _principal_stress(f, p, k, mu, lam):
     return energy
 
 
+_SWEEPS, _EIGEN_ROUNDING = 6, 1e-16
 _TIE = 1e-12
 """Twists below zero by less than this part of μ are rounding: at rest those of rotations are zero."""
 
@@ -198,11 +199,15 @@ def hessians(f, gradients, shares, count, mu, lam, definite, rotated, blocks):
     definite : replaces negative eigenvalues of ∂²Ψ/∂F² by zero (Smith, de Goes, Kim 2019, section 5)
     rotated : (15, BLOCK), scratch
     """
-    accepted, scratch = np.empty(BLOCK, dtype=np.bool_), np.empty((7, 3, 3))
+    accepted, sure, scratch = np.empty(BLOCK, dtype=np.bool_), np.empty(BLOCK, dtype=np.bool_), np.empty((7, 3, 3))
     rotations(f, rotated, count, accepted)
     if definite:
-        _without_clamp(f, rotated, count, mu, lam, accepted)
+        _without_clamp(f, rotated, count, mu, lam, sure)
     turned(f, gradients, shares, count, mu, lam, rotated)
+    if definite:
+        for k in range(count):
+            if accepted[k] and not sure[k]:
+                _clamp_spin(rotated, k, -mu[k] * shares[k], scratch[0], scratch[1])
     for pair in range(6):
         _polar_blocks(rotated, shares, count, mu, lam, pair, blocks)
     for k in range(count):
@@ -211,8 +216,8 @@ def hessians(f, gradients, shares, count, mu, lam, definite, rotated, blocks):
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)
-def _without_clamp(f, r, count, mu, lam, accepted):
-    """Leave only those columns accepted whose Hessian has no negative eigenvalue.
+def _without_clamp(f, r, count, mu, lam, sure):
+    """Write of which columns the Hessian has no negative eigenvalue into ``sure`` (BLOCK,) bool.
 
     Those that can be negative are 2μ + 2c/(sᵢ + sⱼ) with c = λ tr(S − I) − 2μ: none is if G + c/μ I is positive
     semidefinite, where G = tr(S) I − S has the eigenvalues sᵢ + sⱼ.
@@ -228,7 +233,46 @@ def _without_clamp(f, r, count, mu, lam, accepted):
         a00, a11, a22 = s11 + s22 + shift, s00 + s22 + shift, s00 + s11 + shift
         minor = a00 * a11 - a01 * a01
         det = a22 * minor - a12 * (a00 * a12 - a01 * a02) + a02 * (a01 * a12 - a11 * a02)
-        accepted[k] = accepted[k] & (a00 >= 0.0) & (minor >= 0.0) & (det >= 0.0)
+        sure[k] = (a00 >= 0.0) & (minor >= 0.0) & (det >= 0.0)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _clamp_spin(rotated, k, least, a, axes):
+    """Raise the eigenvalues of the matrix in rows 9 to 14 of column ``k`` to ``least``, −μ V.
+
+    Those are c V/(sᵢ + sⱼ); of the Hessian only eigenvalues 2μ + 2c/(sᵢ + sⱼ), times V, can be negative. They are
+    found by Jacobi's rotations; a, axes : (3, 3), scratch
+    """
+    row = 9
+    for i in range(3):
+        for j in range(i, 3):
+            a[i, j] = a[j, i] = rotated[row, k]
+            axes[i, j] = axes[j, i] = 1.0 if i == j else 0.0
+            row += 1
+    for _ in range(_SWEEPS):
+        for p in range(2):
+            for q in range(p + 1, 3):
+                if abs(a[p, q]) <= _EIGEN_ROUNDING * (abs(a[0, 0]) + abs(a[1, 1]) + abs(a[2, 2])):
+                    continue
+                cotangent = (a[q, q] - a[p, p]) / (2.0 * a[p, q])  # of twice the angle
+                t = (1.0 if cotangent >= 0.0 else -1.0) / (abs(cotangent) + np.sqrt(cotangent * cotangent + 1.0))
+                c = 1.0 / np.sqrt(t * t + 1.0)
+                for i in range(3):
+                    x, y = a[i, p], a[i, q]
+                    a[i, p], a[i, q] = c * (x - t * y), c * (t * x + y)
+                for i in range(3):
+                    x, y = a[p, i], a[q, i]
+                    a[p, i], a[q, i] = c * (x - t * y), c * (t * x + y)
+                    x, y = axes[i, p], axes[i, q]
+                    axes[i, p], axes[i, q] = c * (x - t * y), c * (t * x + y)
+    row = 9
+    for i in range(3):
+        for j in range(i, 3):
+            total = 0.0
+            for p in range(3):
+                total += axes[i, p] * max(a[p, p], least) * axes[j, p]
+            rotated[row, k] = total
+            row += 1
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath=ARITHMETIC)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Load, Time
 from palpate.effects.patch_load import Patch, patch_shares
@@ -9,11 +10,40 @@ from palpate.errors import InputError
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Push":
-    """Make the loads of ``settings["loads"]``, each on the surface node nearest to its ``at_m`` (3,) [m] at rest.
+    """Make the loads of ``settings["loads"]`` on the discs of ``placed``; the same errors."""
+    return Push([_Load(particles, load) for load in placed(particles, particles.held, particles.name, settings)])
 
-    Raises InputError for a load off the surface, of a radius beyond the body's size, or on a held node.
+
+def placed(mesh: Mesh, held: np.ndarray, name: str, settings: dict) -> list[dict]:
+    """Return ``settings["loads"]``, each with its disc: ``at_m`` on the surface, and the outward ``normal`` there.
+
+    held : nodes of ``mesh`` that do not move; name : the body's, for messages
+    The disc's middle is the surface node nearest to the given ``at_m`` (3,) [m] at rest. A load that has a ``normal``
+    has its disc already, so that one mesh places it for all levels of a body: the nearest node of each would be
+    another place. Raises InputError for a load off the surface, of a radius beyond the body's size, or on a held node.
     """
-    return Push([_Load(particles, _contact(particles, i, load), load) for i, load in enumerate(settings["loads"])])
+    found = []
+    for i, load in enumerate(settings["loads"]):
+        if "normal" not in load:
+            contact = _contact(mesh, held, name, i, load)
+            load = load | {"at_m": mesh.nodes[contact].tolist(), "normal": mesh.normals[contact].tolist()}
+        found.append(load)
+    return found
+
+
+def disc(load: dict) -> Patch:
+    """Return the disc of a load that is ``placed``."""
+    return Patch(np.array(load["at_m"], dtype=float), np.array(load["normal"], dtype=float), load["radius_m"])
+
+
+def factor(load: dict, t: float) -> float:
+    """Return what ``force_n`` is multiplied by at ``t`` [s].
+
+    From ``start_s`` it increases over ``press_s``, is 1 over ``hold_s`` and decreases over ``release_s``. Each ramp is
+    3q² − 2q³, as a sudden change would excite waves.
+    """
+    since = t - load["start_s"]
+    return _ramp(since, load["press_s"]) - _ramp(since - load["press_s"] - load["hold_s"], load["release_s"])
 
 
 class Push(Load, Time):
@@ -39,23 +69,15 @@ class Push(Load, Time):
 
 
 class _Load:
-    """One load: ``forces`` (k, 3) [N] on ``nodes`` (k,) at the factor 1."""
+    """One load that is ``placed``: ``forces`` (k, 3) [N] on ``nodes`` (k,) at the factor 1."""
 
-    def __init__(self, particles: Particles, contact: int, load: dict):
-        patch = Patch(particles.nodes[contact], particles.normals[contact], load["radius_m"])
-        self.nodes, shares = patch_shares(particles, patch)
+    def __init__(self, particles: Particles, load: dict):
+        self.nodes, shares = patch_shares(particles, disc(load))
         self.forces = np.outer(shares, np.array(load["force_n"], dtype=float))
-        self._start, self._press = load["start_s"], load["press_s"]
-        self._full = self._press + load["hold_s"]
-        self._release = load["release_s"]
+        self._load = load
 
     def factor(self, t: float) -> float:
-        """Return the factor at ``t`` [s]: up over ``press_s``, 1 over ``hold_s``, down over ``release_s``.
-
-        Each ramp is 3q² − 2q³, as a sudden change would excite waves.
-        """
-        since = t - self._start
-        return _ramp(since, self._press) - _ramp(since - self._full, self._release)
+        return factor(self._load, t)
 
 
 def _ramp(t: float, duration: float) -> float:
@@ -69,30 +91,29 @@ OFF = 0.1
 """Share of the body's size by which a load may lie off its surface, beyond what lies between two nodes."""
 
 
-def _contact(particles: Particles, i: int, load: dict) -> int:
-    if load["radius_m"] > particles.size:
+def _contact(mesh: Mesh, held: np.ndarray, name: str, i: int, load: dict) -> int:
+    if load["radius_m"] > mesh.size:
         raise InputError(
-            f"{particles.name}: push.loads[{i}].radius_m is {load['radius_m']:g} m, and the whole body is "
-            f"{particles.size:.3g} m long; give the radius of what presses it, in metres."
+            f"{name}: push.loads[{i}].radius_m is {load['radius_m']:g} m, and the whole body is "
+            f"{mesh.size:.3g} m long; give the radius of what presses it, in metres."
         )
-    distance = np.linalg.norm(particles.nodes[particles.surface] - np.array(load["at_m"], dtype=float), axis=1)
+    distance = np.linalg.norm(mesh.nodes[mesh.surface] - np.array(load["at_m"], dtype=float), axis=1)
     nearest = int(np.argmin(distance))
-    contact = int(particles.surface[nearest])
-    if not distance[nearest] <= OFF * particles.size + _between(particles, contact):
+    contact = int(mesh.surface[nearest])
+    if not distance[nearest] <= OFF * mesh.size + _between(mesh, contact):
         raise InputError(
-            f"{particles.name}: push.loads[{i}].at_m is {distance[nearest]:.3g} m from the nearest node of its "
-            f"surface, {np.round(particles.nodes[contact], 4).tolist()}; give a point on the surface, in metres."
+            f"{name}: push.loads[{i}].at_m is {distance[nearest]:.3g} m from the nearest node of its "
+            f"surface, {np.round(mesh.nodes[contact], 4).tolist()}; give a point on the surface, in metres."
         )
-    if contact in particles.held:
+    if contact in held:
         raise InputError(
-            f"{particles.name}: push.loads[{i}].at_m is nearest to node {contact}, which is held; "
-            "press farther from the anchors."
+            f"{name}: push.loads[{i}].at_m is nearest to node {contact}, which is held; press farther from the anchors."
         )
     return contact
 
 
-def _between(particles: Particles, contact: int) -> float:
+def _between(mesh: Mesh, contact: int) -> float:
     """Return the largest distance [m] of a point of the triangles at a node from the nearest of their corners."""
-    corners = particles.nodes[particles.triangles[(particles.triangles == contact).any(axis=1)]]
+    corners = mesh.nodes[mesh.triangles[(mesh.triangles == contact).any(axis=1)]]
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     return float(edges.max(initial=0.0)) / np.sqrt(3.0)

@@ -51,7 +51,7 @@ class Equilibrium:
         self.mesh = _halved(body, level) if order == 2 else body.levels[level]
         self._elasticity = _elements(body, level, order, patterns[-1])
         self._held, self._follows = held[-1], order == 1
-        self._springs = _springs(body, level, order)
+        self._springs = springs_of(body, level, order)
         self._constant = None if self._springs is None else self._elasticity.pattern.blocks(self._springs)
         self.load = np.zeros_like(self.mesh.nodes)
         self._rounding = np.finfo(float).eps * self.mesh.size * float(np.linalg.norm(self._elasticity.resistance()))
@@ -125,9 +125,9 @@ class Equilibrium:
     def _linear_at_rest(self, body: Body, finest: int) -> sparse.bsr_array:
         """Return the stiffness at rest of linear elements on the nodes of quadratic ones."""
         linear = LinearElements(
-            self.mesh, _easier(body.tissue(finest)), pattern_of(self.mesh.tetrahedra, len(self._held))
+            self.mesh, easier(body.tissue(finest)), pattern_of(self.mesh.tetrahedra, len(self._held))
         )
-        springs = _springs(body, finest, 1)
+        springs = springs_of(body, finest, 1)
         blocks = None if springs is None else linear.pattern.blocks(springs)
         return self._on_supports(linear.stiffness(self.mesh.nodes), blocks)
 
@@ -244,7 +244,7 @@ def _elements(body: Body, level: int, order: int, pattern: BlockPattern) -> Elem
     return MeanDilatation(mesh, tissue) if poisson > PLAIN_POISSON else QuadraticElements(mesh, tissue)
 
 
-def _easier(tissue: Tissue) -> Tissue:
+def easier(tissue: Tissue) -> Tissue:
     """Return the tissue whose linear elements precondition at rest, where all laws are the same.
 
     Where they would lock, the shear modulus stays and Poisson's ratio is EASY_POISSON: locked ones are far stiffer than
@@ -265,7 +265,7 @@ def _halved(body: Body, level: int) -> Mesh:
     return finer if np.array_equal(nodes, finer.nodes) else TetMesh(nodes, finer.tetrahedra)
 
 
-def _springs(body: Body, level: int, order: int) -> sparse.sparray | None:
+def springs_of(body: Body, level: int, order: int) -> sparse.sparray | None:
     """Return the constant stiffness (3n, 3n) [N/m] of the body's bed, on its elements' pattern; None without one."""
     return None if body.bed is None else BedSprings(body.levels[level], body.bed, order).matrix
 

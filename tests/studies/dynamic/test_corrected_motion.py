@@ -10,6 +10,7 @@ from palpate.bodies.body import Body
 from palpate.bodies.material import Material
 from palpate.bodies.simple_shapes import sheet
 from palpate.models.fem_statics import to_surface
+from palpate.scenes.run_scene import compose
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_scene
 from palpate.studies.dynamic.fitted import CorrectedMotion, corrects
 
@@ -50,3 +51,19 @@ def test_only_held_solids_without_contact_have_linear_responses(pressed):
     cloth = Body("cloth", [mesh], [], [np.array([4])], Material(5e4, 0.3, 1000.0))
     hangs = {"body": "cloth", "effects": ["triangles", "gravity", "held"], "gravity": GRAVITY}
     assert not corrects(compared_scene("hang", hangs, cloth, {"duration_s": 1.0, "frames": 1}))
+
+
+def test_all_levels_are_pressed_on_the_same_disc(box):
+    """Nested levels get loads of the same work on every displacement that is linear: the same force and moments."""
+    scene = poked(box, {"at_m": [0.0875, 0.01, 0.04], "radius_m": 0.018})
+    at = scene.placed_loads()["push"]["loads"][0]["at_m"]
+    assert at == pytest.approx([0.0875, 0.01, 0.04]), "a node of the fine level alone"
+    moments = []
+    for level in (0, 1):
+        particles = scene.particles(level)
+        system = compose(scene.fem(scene.frames), particles)
+        system.at(0.12)
+        force = system.outer_force(particles.nodes, np.zeros_like(particles.nodes))
+        moments.append(np.einsum("ni,nj->ij", force, np.hstack([np.ones((len(force), 1)), particles.nodes])))
+    assert moments[0][2, 0] == pytest.approx(-0.2)
+    assert moments[0] == pytest.approx(moments[1], abs=1e-12)

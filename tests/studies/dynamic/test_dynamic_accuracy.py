@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 from fixtures.poked_bar import poked
 
+from palpate.benchmark.motion_truth import motion_truth
 from palpate.errors import InputError, NotConverged
 from palpate.run.settings import defaults
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.compared_scene import ComparedScene, training_of
-from palpate.studies.dynamic.reference import Reference, load, reference, resolved_frames, save
+from palpate.studies.dynamic.reference import Reference, load, reference, resolved_frames, save, tabulate_truth
 
 SHARE = 0.5
 """Of the loads, under which the motion is that models are fitted to."""
+
+TIMES = ["ms_per_step", "step_p95_ms", "real_time_factor", "estimate_s", "offline_s"]
 
 
 @pytest.fixture(scope="module")
@@ -83,6 +86,26 @@ def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(press
     assert (modes["offline_s"] > 0.0).all() and (modes["level"] == 1).all()
     assert wrong["springs"] < 0.1 and wrong["springs_volume"] < 0.1 and wrong["shape_matching"] < 0.2
     assert (table["ms_per_step"] > 0.0).all()
+
+
+def test_models_are_judged_by_the_truth_if_there_is_one_that_is_believed(pressed, truth):
+    loads, frames = pressed.placed_loads(), pressed.frames
+    limit = motion_truth(pressed.body, loads, pressed.rayleigh, pressed.duration_s, frames, 4 * frames)
+    grid = {"fem_coarse": {"steps_per_frame": [4], "tolerances": [], "gaps": []}}
+    grid |= {"fem_fine": {"steps_per_frame": [4], "tolerances": []}, "moving_modes": {}}
+    true, rejected, none = (
+        accuracy.measure(pressed, None, truth, grid, ("fem_coarse",), limit=each)
+        for each in (limit, replace(limit, rejected="for a test"), None)
+    )
+    assert rejected.drop(columns=TIMES).equals(none.drop(columns=TIMES))
+    assert set(none["reference"]) == {"fem_fine"} and none["reference_error"].isna().all()
+    assert set(true["reference"]) == {"fem_p2"} and (true["reference_error"] == limit.own_error).all()
+    wrong = true.groupby("model")["rmse_of_peak"].min()
+    assert limit.own_error < wrong["fem_p2"] < 0.2 * wrong["fem_fine"] and wrong["fem_fine"] < wrong["fem_coarse"]
+    assert none.groupby("model")["rmse_of_peak"].min()["fem_fine"] < 0.1 * wrong["fem_fine"]
+    assert true[true["model"] == "fem_p2"]["level"].tolist() == [0, 0, 0, 1, 1, 2]
+    row = tabulate_truth("poke", limit).iloc[0]
+    assert (row["scene"], row["levels"], row["steps"]) == ("poke", 3, 20) and row["rmse_of_peak"] == limit.own_error
 
 
 def test_a_motion_that_blows_up_is_a_failure(pressed, truth):

@@ -16,6 +16,14 @@ def test_a_panel_a_scene_and_failures_counted(dynamic_table):
     assert [len(line.get_xdata()) for line in first[:3]] == [2, 1, 2] and first[1].get_linestyle() == "None"
 
 
+def test_a_dotted_line_is_what_the_truth_or_the_standard_may_be_wrong_by(dynamic_table):
+    true = dynamic_table["scene"] == "bar_sag"
+    table = dynamic_table.assign(reference=true.map({True: "fem_p2", False: "fem_fine"}), reference_error=0.002)
+    axes = figures.draw_dynamic_accuracy(table).axes
+    dotted = [[line.get_ydata()[0] for line in axis.lines if line.get_linestyle() == ":"] for axis in axes]
+    assert dotted == [[0.5], [0.2]] and [axis.texts[0].get_text() for axis in axes][1] == "from the truth"
+
+
 def test_a_line_a_step_and_what_is_left_out_is_shaded():
     rows = [
         [f"scene_{number}", step, time, change, 0.01, number > 0 or time < 0.25]

@@ -7,6 +7,7 @@ from palpate.benchmark.advice import ADVICE as ADVICE_TABLE
 from palpate.benchmark.advice_other_loads import advise_motion
 from palpate.studies.dynamic import report as dynamic
 from palpate.studies.dynamic.elsewhere import MOTION_BOUNDS
+from palpate.studies.dynamic.reference import MOTION_TRUTH
 
 ADVICE = ADVICE_TABLE.frame([])
 
@@ -37,6 +38,21 @@ def test_the_error_of_the_standards_mesh_is_said_where_presses_show_it(dynamic_t
     text = " ".join(page("dynamic", tables).split())
     assert "of liver press (liver, level 1) 8 % to 10 % of the peak, at the patch 14 % to 17 %" in text
     assert "not known of bar sag." in text
+
+
+def test_scenes_with_a_truth_are_told_from_those_with_a_standard(dynamic_table):
+    table = dynamic_table.copy()
+    table.loc[table["scene"] == "liver_press", ["reference", "reference_error"]] = "fem_p2", 0.001
+    tables = {
+        "dynamic_accuracy": table,
+        "advice": ADVICE,
+        "motion_truth": MOTION_TRUTH.frame([{"scene": "liver_press"}]),
+    }
+    text = " ".join(page("dynamic", tables).split()).replace("\xa0", " ")
+    assert "Errors are from the truth in liver press (0.1 %)" in text and "In the other scenes they are from a" in text
+    assert numbers("dynamic", tables)["unknown_meshes"] == ["bar sag"]
+    text = " ".join(page("dynamic", {"dynamic_accuracy": dynamic_table, "advice": ADVICE}).split())
+    assert "from the truth in" not in text and "Errors are from a standard" in text
 
 
 def test_scenes_that_are_not_resolved_are_named(dynamic_table):

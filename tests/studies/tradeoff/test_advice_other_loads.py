@@ -28,6 +28,7 @@ def motions():
         scene="press",
         body="bar",
         varied="step",
+        reference="fem_fine",
         reference_level=1,
         reference_change=1e-4,
         p95_of_peak=2 * table["rmse_of_peak"],
@@ -72,6 +73,15 @@ def test_no_error_is_promised_below_that_of_the_standard_or_where_nobody_knows_i
     assert unknown["model"].tolist() == ["springs", "none"] and unknown["reference_error"].isna().all()
     assert "is not known" in unknown["why"].iloc[1] and unknown["nearest"].iloc[1] == "fem_fine"
     assert unknown["nearest_error"].iloc[1] == pytest.approx(0.001) and np.isnan(unknown["nearest_bound"].iloc[1])
+
+
+def test_a_truth_is_added_as_it_is_and_no_limit_below_it_is_met(motions):
+    """Whatever presses of linear elements show."""
+    judged = motions.assign(reference="fem_p2", reference_error=0.002)
+    found = advise_motion(judged, max_errors=[0.03, 0.0029, 0.0019], pressed=presses(0.08))
+    assert list(found["model"]) == ["springs", "none", "none"] and (found["reference_error"] == 0.002).all()
+    assert found["margin"].iloc[0] == pytest.approx(1 - 0.0221 / 0.03)
+    assert "the limit of quadratic elements, which is 0.2 % wrong itself" in found["why"].iloc[2].replace("\xa0", " ")
 
 
 def test_what_failed_and_modes_for_another_place_are_measured_and_not_advised(motions):

@@ -5,7 +5,7 @@ from palpate.scenes.acting_effects import has_contact
 
 def compared_of(wildcards):
     """A scene as a scene to compare models by, apart from the values that are tried of their settings."""
-    own = {key: value for key, value in FOLLOWED[wildcards.scene].items() if key not in ("settings", "elsewhere")}
+    own = {key: value for key, value in FOLLOWED[wildcards.scene].items() if key not in ("settings", "elsewhere", "truth")}
     return {
         "name": wildcards.scene,
         "entry": config["scenes"][wildcards.scene],
@@ -33,3 +33,8 @@ def by_name(wildcards):
         "palpate.models.reduced_motion",
         *(["palpate.collision.contact"] if touching else []),
     ]
+
+
+def truth_of_compared(wildcards):
+    """The truth of a scene, if it has one."""
+    return f"results/data/dynamic/{wildcards.scene}/truth.npz" if wildcards.scene in TRUE else []

@@ -10,7 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark import motion_truth
 from palpate.benchmark.accuracy import errors
+from palpate.benchmark.motion_truth import MotionTruth
 from palpate.bodies import body_file
 from palpate.errors import NotConverged
 from palpate.linalg.multigrid import Factor
@@ -118,7 +120,10 @@ DYNAMIC_ACCURACY = Table(
     ms_per_step step_p95_ms real_time_factor: times of a step [ms], and seconds for a second of motion
     estimate_of_peak estimate_s: what the model says of its own error, and the time that takes
     offline_s: preparation [s]
-    reference_level reference_nodes reference_step_s reference_change: the reference, and what halving its step changed
+    reference: what errors are from: "fem_p2", the truth in motion_truth.csv, or "fem_fine", the standard of linear
+        elements
+    reference_level reference_nodes reference_step_s reference_change: its finest level, and what a shorter step changed
+    reference_error: of the truth itself, of the peak; empty of the standard, whose mesh errs by what is not known
     duration_s resolved_s: of the scene, and of what is compared
     """,
 )
@@ -131,9 +136,11 @@ def measure(
     grid: Mapping[str, Grid],
     names: Sequence[str] = (),
     progress: Callable = iter,
+    limit: MotionTruth | None = None,
 ) -> pd.DataFrame:
     """Tabulate dynamic_accuracy.csv, a row a model and setting; errors are over all frames and surface nodes.
 
+    truth : the standard; limit : the truth that errors are from instead, where there is one that is believed
     lesson : the motion that models are fitted to, None if none is
     grid : by model, the values to try of its settings: ``dynamic.settings`` of the config
     names : the models to try, all that can do the scene if there is none; progress : wraps them, as ``tqdm`` does
@@ -143,7 +150,20 @@ def measure(
     whole_s = compared.duration_s
     compared = replace(compared, duration_s=truth.duration_s, frames=truth.frames)
     lesson = lesson and replace(lesson, duration_s=truth.training_s, frames=len(truth.training))
-    rows = [_tried(compared, truth, number, whole_s) for number in range(len(truth.tried))]
+    found = {
+        "reference": "fem_fine",
+        "reference_level": len(compared.body.levels) - 1,
+        "reference_nodes": compared.nodes(-1),
+        "reference_step_s": truth.step_s,
+        "reference_change": truth.change,
+        "reference_error": np.nan,
+    }
+    rows = []
+    if limit is not None and not limit.rejected:
+        truth = replace(truth, truth=limit.displacement[: truth.frames])
+        found |= limit.described(whole_s)
+        rows = [_quadratic(limit, truth, number, whole_s) for number in range(len(limit.tried))]
+    rows += [_tried(compared, truth, number, whole_s) for number in range(len(truth.tried))]
     models = {
         name: tried for name, tried in _models(compared, lesson, truth, grid).items() if not names or name in names
     }
@@ -151,18 +171,11 @@ def measure(
         try:
             # of a body with one level the coarse one is the reference's
             said = "fem_fine" if name == "fem_coarse" and len(compared.body.levels) == 1 else name
-            rows += [{"model": said} | _row(compared, truth, *found) for found in models[name]()]
+            rows += [{"model": said} | _row(compared, truth, *each) for each in models[name]()]
         except NotConverged:  # nothing that was fitted moves like the reference
             failed = {"setting": "fitted", "varied": STEP, "level": 0, "nodes": compared.nodes(0), "failures": 1}
             rows.append({"model": name} | failed)
-    table = pd.DataFrame(rows).assign(
-        reference_level=len(compared.body.levels) - 1,
-        reference_nodes=compared.nodes(-1),
-        reference_step_s=truth.step_s,
-        reference_change=truth.change,
-        duration_s=whole_s,
-        resolved_s=truth.duration_s,
-    )
+    table = pd.DataFrame(rows).assign(**found, duration_s=whole_s, resolved_s=truth.duration_s)
     table.insert(0, "scene", compared.name)
     table.insert(1, "body", compared.body.name)
     return table
@@ -281,6 +294,17 @@ def _tried(compared: ComparedScene, truth: Reference, number: int, whole_s: floa
     return row | _measured(truth.tried[number], truth, *taken, steps, whole_s) | told._asdict() | {"offline_s": 0.0}
 
 
+def _quadratic(limit: MotionTruth, truth: Reference, number: int, whole_s: float) -> dict:
+    """Take a motion that the limit is made of, as it is; its time includes those of the coarser ones it began with."""
+    level, steps = int(limit.tried_level[number]), int(limit.tried_steps[number])
+    step_s = whole_s / steps
+    row = {"model": "fem_p2", "setting": f"level={level} step_s={step_s:.3g}", "varied": STEP, "level": level}
+    row |= {"nodes": int(limit.tried_nodes[number]), "step_s": step_s, "steps": steps, "failures": 0}
+    taken = float(limit.seconds[number]), float(limit.step_p95_s[number])
+    measured = _measured(limit.tried[number][: truth.frames], truth, *taken, steps, whole_s)
+    return row | measured | MotionEstimate()._asdict() | {"offline_s": 0.0}
+
+
 def _measured(moved: np.ndarray, truth: Reference, seconds: float, p95_s: float, steps: int, whole_s: float) -> dict:
     """Return the errors of a motion of ``whole_s`` [s], and what it took."""
     found = errors(moved.reshape(-1, 3), truth.truth.reshape(-1, 3))._asdict()
@@ -292,4 +316,5 @@ def measure_dynamic(input, params, say):
     """Compare the models in a scene, for the rule of that name."""
     moving = compared_and_training(body=body_file.load(input.body), **params.compared)
     more = params.compared["own"].get("models", ()), steps(say, f"{moving[0].name}: model")
-    return measure(*moving, reference.load(input.reference), params.settings, *more)
+    limit = motion_truth.load(input.truth) if input.truth else None
+    return measure(*moving, reference.load(input.reference), params.settings, *more, limit)

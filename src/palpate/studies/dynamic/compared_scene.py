@@ -11,6 +11,7 @@ from palpate.bodies.mesh import Sheet
 from palpate.bodies.particles import Particles, merge_particles, particles_of
 from palpate.bodies.refinement import finer, midpoints_between
 from palpate.bodies.simple_shapes import sheet
+from palpate.effects.push import placed
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry
@@ -186,8 +187,18 @@ class ComparedScene:
             duration_s=self.duration_s,
             frames=self.frames,
             held=self.held,
-            settings=settings | self.loads,
+            settings=settings | self.placed_loads(),
         )
+
+    def placed_loads(self) -> dict[str, dict]:
+        """Return ``loads`` with the discs that are pushed as the reference's level has them, for models of all levels.
+
+        Raises InputError as ``push.placed``.
+        """
+        if "push" not in self.loads:
+            return self.loads
+        held = self.body.anchors[-1] if self.held else np.empty(0, dtype=int)
+        return self.loads | {"push": {"loads": placed(self.body.fine, held, self.body.name, self.loads["push"])}}
 
 
 def compared_scene(name: str, entry: dict, body: Body, own: dict) -> ComparedScene:

@@ -8,8 +8,10 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
+from palpate.benchmark import motion_truth
 from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.error_bounds import CONSTANT, OWN
+from palpate.benchmark.motion_truth import MotionTruth
 from palpate.benchmark.presses import oblique
 from palpate.benchmark.ranking import EXACT
 from palpate.bodies import body_file
@@ -23,7 +25,7 @@ from palpate.table_declaration import Table
 
 MEASURED = [
     "scene", "body", "contact", "model", "setting", "failures", "rmse_of_peak", "estimate_of_peak", "estimate_s",
-    "peak_m", "reference_change",
+    "peak_m", "reference", "reference_change", "reference_error",
 ]  # fmt: skip
 """The columns of what was measured at each place."""
 MOTION_BOUNDS = Table(
@@ -61,7 +63,8 @@ def _of_scene(table: pd.DataFrame) -> list[dict]:
         labels = {"scene": rows["scene"].iloc[0], "body": rows["body"].iloc[0], "model": model, "setting": setting}
         failures = int((rows["failures"] > 0).sum())
         labels |= {"places": len(rows), "unresolved": unresolved, "failures": failures}
-        errors = rows["rmse_of_peak"].where(rows["failures"] == 0, np.inf).to_numpy()
+        errors = rows["rmse_of_peak"] + rows["reference_error"].fillna(0.0)
+        errors = errors.where(rows["failures"] == 0, np.inf).to_numpy()
         place = rows["contact"].to_numpy()
         draws = Draws(place)
         values = {CONSTANT: (np.ones(len(rows)), 0.0)}
@@ -102,13 +105,19 @@ def moved_pushes(
 
 
 def measure_places(
-    compared: ComparedScene, own: Mapping[str, Any], grid: Mapping[str, Any], seed: int, progress: Callable = iter
+    compared: ComparedScene,
+    own: Mapping[str, Any],
+    grid: Mapping[str, Any],
+    seed: int,
+    progress: Callable = iter,
+    like: MotionTruth | None = None,
 ) -> pd.DataFrame:
     """Tabulate errors and estimates of models at other places, a row a place, model and setting of the step.
 
     own : the scene's block ``elsewhere``
     grid : as for ``dynamic_accuracy.measure``, with the steps of ``own``; looser residuals and the like are left out
-    A place whose reference is not resolved to the end has one row, without a model.
+    like : the truth of the scene's own motion, if there is one; then there is one of every place
+    A place whose reference is not resolved to the end, or whose truth is not believed, has one row, without a model.
     """
     steps = own["steps_per_frame"]
     grid = dict(grid) | {name: grid[name] | {"steps_per_frame": steps} for name in ("fem_coarse", "moving_modes")}
@@ -119,19 +128,33 @@ def measure_places(
             truth = reference(moved, None, own["change_of_peak"], own["max_halvings"])
             if truth.frames < moved.frames:
                 raise NotConverged(f"{compared.name}: steps at node {contact} are not resolved to the end", [])
+            limit = None if like is None else _truth_like(like, moved)
         except NotConverged:
             rows.append(pd.DataFrame({"scene": [compared.name], "body": compared.body.name, "contact": contact}))
             continue
         # beside the reference's own steps; nothing was fitted to another place
-        table = measure(moved, None, truth, grid, ("fem_coarse", "detail_correction", "moving_modes"))
+        table = measure(moved, None, truth, grid, ("fem_coarse", "detail_correction", "moving_modes"), limit=limit)
         rows.append(table[table["varied"] == STEP].assign(contact=contact, peak_m=truth.peak))
     return pd.concat(rows, ignore_index=True).reindex(columns=MEASURED)
+
+
+def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
+    """Find the truth where the push is elsewhere; NotConverged if it is not believed."""
+    count = int(like.tried_steps.min())
+    acts = moved.body, moved.placed_loads(), moved.rayleigh, moved.duration_s
+    found = motion_truth.motion_truth(*acts, moved.frames, count, like=like)
+    if found.rejected:
+        raise NotConverged(f"{moved.name}: no truth that is believed: {found.rejected}", [])
+    return found
 
 
 def measure_elsewhere(input, params, say):
     """Measure the models at other places, for the rule of that name."""
     scene, _ = compared_and_training(body=body_file.load(input.body), **params.compared)
-    return measure_places(scene, params.own, params.settings, params.seed, steps(say, f"{scene.name}: place"))
+    found = motion_truth.load(input.truth) if input.truth else None
+    like = None if found is None or found.rejected else found
+    progress = steps(say, f"{scene.name}: place")
+    return measure_places(scene, params.own, params.settings, params.seed, progress, like)
 
 
 def tabulate_motion_bounds(input):

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from palpate.benchmark.advice_other_loads import TRUTH
 from palpate.report import style, tables
 from palpate.report.model_looks import look
 from palpate.report.words import spaced
@@ -48,12 +49,14 @@ def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
         for model, its in looks.items():
             _curve(axis, tables.where(rows, model=model, failures=0), its)
         axis.axvline(1.0, color=style.FAINT, lw=1)
-        axis.axhline(100 * rows["reference_change"].iloc[0], color=style.FAINT, ls=":", lw=1)
+        first = rows.iloc[0]
+        true = first["reference"] == TRUTH
+        axis.axhline(100 * first["reference_error" if true else "reference_change"], color=style.FAINT, ls=":", lw=1)
         failed = int(rows["failures"].sum())
         axis.set(xscale="log", yscale="log", xlabel="seconds for a second of motion")
         axis.set_title(spaced(scene) + (f", {failed} did not converge" if failed else ""))
-        level = f"standard on level {rows['reference_level'].iloc[0]:g}"
-        axis.annotate(level, (0.0, 0.0), (3, 3), "axes fraction", "offset points", color=style.INK)
+        judge = "from the truth" if true else f"standard on level {first['reference_level']:g}"
+        axis.annotate(judge, (0.0, 0.0), (3, 3), "axes fraction", "offset points", color=style.INK)
     for axis in axes.values():
         style.plain_log(axis.xaxis)
         style.plain_log(axis.yaxis)

@@ -1,4 +1,4 @@
-"""Find how a scene really moves: fine implicit finite elements at steps that are halved until that changes nothing."""
+"""Find what models in motion are judged by: the truth of a scene, or linear elements at steps that change nothing."""
 
 import warnings
 from dataclasses import dataclass, fields, replace
@@ -8,9 +8,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark import motion_truth
+from palpate.benchmark.accuracy import TruthErrors
+from palpate.benchmark.motion_truth import MotionTruth
 from palpate.bodies import body_file
 from palpate.errors import NotConverged
 from palpate.files import write_whole
+from palpate.run.job import steps
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
 from palpate.table_declaration import Table
 
@@ -81,12 +85,12 @@ def reference(compared: ComparedScene, lesson: ComparedScene | None, change: flo
 
 def converge(compared: ComparedScene, change: float, max_halvings: int) -> Reference:
     """Simulate a motion with fine finite elements at steps that are halved; errors as ``reference``."""
-    steps, tried, costs, changes = [], [], [], []
+    lengths, tried, costs, changes = [], [], [], []
     resolved = 0
     for halving in range(max_halvings + 1):
         scene = compared.fem(compared.frames * 2**halving)
         displacement, run = compared.move(scene, len(compared.body.levels) - 1)
-        steps.append(scene.step_s)
+        lengths.append(scene.step_s)
         tried.append(displacement)
         costs.append((run.seconds, run.step_p95_s))
         if halving > 1:
@@ -102,7 +106,7 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
                 break
     if resolved < max(1, LEAST_SHARE * compared.frames):
         raise NotConverged(
-            f"{compared.name}: halving the step to {steps[-1]:.2g} s still changes the motion by "
+            f"{compared.name}: halving the step to {lengths[-1]:.2g} s still changes the motion by "
             f"{changes[-1].max():.2%} "
             "of its peak; allow more change, or damp the scene more",
             [float(each.max()) for each in changes],
@@ -111,8 +115,8 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
     last = float((off[:resolved] / peaks[:resolved].max()).max())
     kept = np.array(tried)[:, :resolved]
     length = compared.duration_s * resolved / compared.frames
-    times, untaught = (np.array(steps), seconds, p95), (np.empty((0, *truth.shape[1:])), 0.0)
-    found = truth[:resolved], last, steps[-1], change, kept, *times, np.array(changes)
+    times, untaught = (np.array(lengths), seconds, p95), (np.empty((0, *truth.shape[1:])), 0.0)
+    found = truth[:resolved], last, lengths[-1], change, kept, *times, np.array(changes)
     return Reference(*found, compared.frames, length, *untaught)
 
 
@@ -159,6 +163,51 @@ def tabulate(compared: ComparedScene, found: Reference) -> pd.DataFrame:
     table["resolved"] = table["time_s"] <= found.duration_s * (1 + 1e-9)
     table.insert(0, "scene", compared.name)
     return table
+
+
+MOTION_TRUTH = Table(
+    "motion_truth",
+    "How well a motion is known that models are judged by: the limit of quadratic elements in space and time.",
+    """
+    scene levels steps: a scene, the number of levels, and the steps that all of them take
+    own_space own_time own_mixed: what the limit may be wrong by as the levels, the step, and the effect of the step on
+        two levels show it: RMS over all frames and surface nodes, of the peak
+    rmse_of_peak patch_rms_of_peak: all three together, over the surface and over what is pressed
+    ratio least_det: by how much the last halving of the elements reduced the change; least det F of all levels
+    balance: of the work of the loads on the finest level, what is neither kept nor damped
+    rejected: why it is not believed; then models are judged by linear elements, as where there is none
+    seconds: time of all its motions [s]
+    """,
+    always=False,
+)
+
+
+def tabulate_truth(name: str, found: MotionTruth) -> pd.DataFrame:
+    """Tabulate motion_truth.csv of a scene."""
+    rms, patch = (found.own[:, TruthErrors._fields.index(each)] for each in ("rmse_of_peak", "patch_rms_of_peak"))
+    row = {"scene": name, "levels": len(set(found.tried_level)), "steps": int(found.tried_steps.min())}
+    row |= dict(zip(("own_space", "own_time", "own_mixed", "rmse_of_peak"), rms, strict=True))
+    row |= {"patch_rms_of_peak": patch[3], "ratio": found.ratio, "least_det": found.least_det}
+    row |= {"balance": found.balance, "rejected": found.rejected, "seconds": found.spent_s}
+    return MOTION_TRUTH.frame([row])
+
+
+def find_motion_truth(input, output, params, say):
+    """Find the truth of a scene's motion, for the rule of that name."""
+    scene, _ = compared_and_training(body=body_file.load(input.body), **params.compared)
+    asked = params.truth
+    count, progress = asked["steps_per_frame"] * scene.frames, steps(say, f"{scene.name}: motion")
+    moved = scene.body, scene.placed_loads(), scene.rayleigh, scene.duration_s
+    found = motion_truth.motion_truth(*moved, scene.frames, count, asked["levels"], progress)
+    if found.rejected:
+        warnings.warn(
+            f"scenes.{scene.name}: its motion has no truth that is believed ({found.rejected}); models are judged by "
+            "linear elements, which may be far from it. Press it less, or leave truth out.",
+            stacklevel=1,
+        )
+    say(f"{scene.name}: known to {found.own_error:.2%} of the peak")
+    motion_truth.save(found, output.truth)
+    return {"table": tabulate_truth(scene.name, found)}
 
 
 def simulate_dynamic_reference(input, output, params, say):

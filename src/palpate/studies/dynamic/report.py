@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from palpate.benchmark.advice_other_loads import MeshError, mesh_error
+from palpate.benchmark.advice_other_loads import TRUTH, MeshError, mesh_error
 from palpate.report import tables
 from palpate.report.advice_words import by_limit, moved_cell
 from palpate.report.material import Report
@@ -25,10 +25,12 @@ def numbers(report: Report) -> dict[str, Any]:
     moved = [] if bounds is None else tables.scenes(bounds)
     first = table.drop_duplicates("scene")
     cut = first[first["resolved_s"] < first["duration_s"] * (1 - 1e-9)]
-    known, unknown = _meshes(first, report.tables.get("accuracy_vs_time"))
+    true = first["reference"] == TRUTH
+    known, unknown = _meshes(first[~true], report.tables.get("accuracy_vs_time"))
     return {
+        "truths": [f"{spaced(row.scene)} ({percent(row.reference_error)})" for row in first[true].itertuples()],
         "best": [_most_accurate(scene, tables.where(table, scene=scene)) for scene in names],
-        "levels": [f"{spaced(row.scene)} {row.reference_level:g}" for row in first.itertuples()],
+        "levels": [f"{spaced(row.scene)} {row.reference_level:g}" for row in first[~true].itertuples()],
         "meshes": known,
         "unknown_meshes": unknown,
         "cut": [

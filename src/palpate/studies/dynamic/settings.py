@@ -93,6 +93,11 @@ class Elsewhere(Block):
     steps_per_frame: Some[Count] = key(STEPS_HELP, [1, 2, 4])
 
 
+class Truth(Block):
+    levels: Whole = key("How many levels, from the coarsest on, show the limit", 3, ge=3, le=4)
+    steps_per_frame: Count = key("Steps in each frame; on coarser levels a half and a quarter of their length, too", 2)
+
+
 class Contact(Block):
     instruments: list[Instrument] = key("Instruments in place of the scene's")
 
@@ -122,6 +127,10 @@ class Followed(Block):
         ]
     ] = optional("Models that are tried beside the reference's; all that can do the scene if left out")
     settings: Annotated[Families, KEPT] = optional("What its models are tried with instead")
+    truth: Truth = optional(
+        "Judge its models by the limit of quadratic elements, with an error of its own, and not by linear elements. Of "
+        "a held body that is no sheet, under gravity and pushes"
+    )
     elsewhere: Elsewhere = optional(
         "The same scene with its push, of the same force and course, at other places and in other directions: what "
         "bounds of errors are made of. Of a scene with one push that moves one held body"
@@ -172,6 +181,12 @@ def check(config: dict, file: Path) -> None:
                     f"{place}.{name}.models names {model}, which cannot do it, as {name} {reason}; leave it out."
                 )
         _check_training(f"{place}.{name}.training", entry, own.get("training", {}))
+        if "truth" in own:
+            bedded = "lies on a bed, which models in motion do without" if body.get("bed") else ""
+            if reason := unable("moving_modes", entry, body.get("kind", "")) or bedded:
+                raise InputError(
+                    f"{place}.{name} has truth, which is found of held solids alone, and {name} {reason}; leave it out."
+                )
         if "elsewhere" in own:
             _check_elsewhere(f"{place}.{name}.elsewhere", entry, bodies.get(entry["body"], {}).get("kind", ""))
 

@@ -1,0 +1,252 @@
+"""Find how a body moves: the limit of quadratic elements on ever finer levels, at ever shorter steps.
+
+All levels take the same steps, and what remains is their limit as ``benchmark.truth`` finds it. What shorter steps
+change of it is taken from a coarser level, where they cost little: steps of half the length on the second one show it,
+as the error of the midpoint rule falls with the square of the step. The truth's own error has three parts: what the
+levels leave unexplained, what the next such extrapolation differs by on the first level, and by how much the effect of
+the step differs between the first and the second level.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
+from palpate.benchmark.truth import RATIO_DOUBT, estimate, objection, ratio
+from palpate.bodies.body import Body
+from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
+from palpate.files import write_whole
+from palpate.solvers.quadratic_motion import QuadraticMotion
+
+TOLERANCE = 2e-3
+"""Of the forces in a step that do not balance, over the largest load: it changes the liver's motion by 0.003 % of its
+peak, which is a thirtieth of what the truth is known to."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionTruth:
+    """A truth of f frames on the n surface nodes of a body's finest level.
+
+    displacement : (f, n, 3) [m], the limit
+    own : (4, k), the k TruthErrors that it may have itself: of space, of time, of their mixture, and together
+    ratio : by how much the last halving of the elements reduced the change
+    least_det : the least determinant of the deformation gradient of all levels at the ends of frames
+    rejected : why the limit is not believed, or ""
+    tried : (m, f, n, 3) [m], the motions it is made of, of ``tried_level`` (m,) and ``tried_nodes`` (m,), in
+        ``tried_steps`` (m,) steps; seconds, step_p95_s : (m,) of all steps, those of the coarser levels that it began
+        with included, and the 95th percentile of its own
+    balance : of the motion on the finest level, how much of the work of the loads is neither kept nor damped
+    spent_s : time of all motions together [s]
+    """
+
+    displacement: np.ndarray
+    own: np.ndarray
+    ratio: float
+    least_det: float
+    rejected: str
+    tried: np.ndarray
+    tried_level: np.ndarray
+    tried_nodes: np.ndarray
+    tried_steps: np.ndarray
+    seconds: np.ndarray
+    step_p95_s: np.ndarray
+    balance: float
+    spent_s: float
+
+    @property
+    def own_error(self) -> float:
+        """The RMS of what it may be wrong by, over all frames and nodes, over the peak."""
+        return float(self.own[3, TruthErrors._fields.index("rmse_of_peak")])
+
+    def described(self, duration_s: float) -> dict[str, Any]:
+        """Return the columns ``reference_*`` of dynamic_accuracy.csv of a scene of ``duration_s`` [s]."""
+        finest = int(self.tried_level.argmax())
+        return {
+            "reference": "fem_p2",
+            "reference_level": int(self.tried_level[finest]),
+            "reference_nodes": int(self.tried_nodes[finest]),
+            "reference_step_s": duration_s / int(self.tried_steps[finest]),
+            "reference_change": float(self.own[1, TruthErrors._fields.index("rmse_of_peak")]),
+            "reference_error": self.own_error,
+        }
+
+
+@dataclass(eq=False)
+class _Run:
+    """A motion on one level: ``surface`` (f, n, 3) [m] at the ends of frames, and ``middles`` of its steps."""
+
+    level: int
+    nodes: int
+    steps: int
+    surface: list[np.ndarray]
+    middles: list[np.ndarray]
+    seconds: list[float]
+    begun_s: float
+    least_det: float
+    convex: bool
+    balance: float
+
+    @property
+    def whole_s(self) -> float:
+        return self.begun_s + sum(self.seconds)
+
+
+def motion_truth(
+    body: Body,
+    loads: dict[str, dict],
+    rayleigh: dict,
+    duration_s: float,
+    frames: int,
+    steps: int,
+    count: int = 3,
+    progress: Callable = iter,
+    like: MotionTruth | None = None,
+) -> MotionTruth:
+    """Find the truth of a body's motion from rest.
+
+    loads, rayleigh : as ``QuadraticMotion`` takes them; frames : equal parts of ``duration_s`` [s]
+    steps : of all levels, a multiple of ``frames``
+    count : of levels, at least 3, of which the first is the coarsest of the shape of the finest
+    progress : wraps the sequence of motions, as ``tqdm`` does
+    like : the truth of a motion of the same body in the same steps; two levels then find another at a fifth of the
+        cost, with the ratio of that one, and its own errors of time
+    Raises InputError as ``QuadraticMotion`` does, and NotConverged for a step that is not found.
+    """
+    first = 0 if body.smooth is not None else body.shape_level
+    if like is None:
+        wanted = [(first, steps), (first, 2 * steps), (first, 4 * steps), (first + 1, 2 * steps)]
+    else:
+        wanted, count = [(first, steps), (first, 2 * steps)], 2
+    wanted += [(first + more, steps) for more in range(1, count)]
+    whole = with_midpoints(body, first + count - 1)
+    found: dict[tuple[int, int], _Run] = {}
+    motion: QuadraticMotion | None = None
+    level = -1
+    for own, number in progress(wanted):
+        if motion is None or own != level:
+            motion, level = None, own  # before the next one is made, which is eight times as large
+            motion = QuadraticMotion(whole, level, loads, rayleigh)
+        before = found.get((level - 1, number))
+        found[own, number] = _run(motion, body, whole, level, number, duration_s, frames, before)
+    return _judged(body, loads, first, steps, count, found, like)
+
+
+def _run(
+    motion: QuadraticMotion,
+    body: Body,
+    whole: Body,
+    level: int,
+    steps: int,
+    duration_s: float,
+    frames: int,
+    before: _Run | None,
+) -> _Run:
+    """Follow a motion on one level, from what the level before found of it."""
+    rest, fine = motion.mesh.nodes, len(body.fine.nodes)
+    ups = [quadratic_prolongation(*whole.levels[k : k + 2]) for k in range(level, len(body.levels) - 2)]
+    done = _Run(level, len(rest), steps, [], [], [], before.whole_s if before else 0.0, np.inf, True, 0.0)
+    work, lost, h, begun = 0.0, 0.0, duration_s / steps, {}
+    if before is not None:
+        up = quadratic_prolongation(*whole.levels[level - 1 : level + 1])
+        begun = {"coarser": (up @ middle for middle in before.middles)}
+    last = perf_counter()
+    for number, reached in enumerate(motion.steps(h, steps, TOLERANCE, **begun), start=1):
+        done.seconds.append(perf_counter() - last)
+        work, lost = work + reached.work_j, lost + reached.lost_j
+        done.middles.append(reached.middle)
+        done.convex &= reached.convex
+        if number % (steps // frames) == 0:
+            moved = reached.x - rest
+            for up in ups:
+                moved = up @ moved
+            done.surface.append(moved[:fine][body.fine.surface])
+            done.least_det = min(done.least_det, motion.least_det(reached.x))
+        last = perf_counter()
+    done.balance = abs(motion.total_energy(reached.x, reached.v) + lost - work) / abs(work)
+    return done
+
+
+def _judged(
+    body: Body,
+    loads: dict[str, dict],
+    first: int,
+    steps: int,
+    count: int,
+    found: dict[tuple[int, int], _Run],
+    like: MotionTruth | None,
+) -> MotionTruth:
+    """Extrapolate the motions that were ``found``, by level and number of steps."""
+    moved = {key: np.array(run.surface) for key, run in found.items()}
+    shape, patch = moved[first, steps].shape, np.tile(_pressed(body, loads), len(moved[first, steps]))
+    flat = {key: each.reshape(-1, 3) for key, each in moved.items()}
+    levels = np.array([flat[first + more, steps] for more in range(count)])
+    whole, half = flat[first, steps], flat[first, 2 * steps]
+    of_time = time_first = _shorter(whole, half) - whole
+    if like is None:
+        rate, (by_space, off_space) = ratio(levels), estimate(levels)
+        of_time = _shorter(levels[1], flat[first + 1, 2 * steps]) - levels[1]
+        off_steps = [_shorter(half, flat[first, 4 * steps]) - _shorter(whole, half), of_time - time_first]
+    else:
+        rate, last = like.ratio, levels[1] - levels[0]
+        off_steps = []
+        by_space, off_space = levels[1] + last / (rate - 1.0), (RATIO_DOUBT / (rate - 1.0) ** 2 * last,)
+    truth = by_space + of_time
+
+    def size(*vectors: np.ndarray) -> np.ndarray:
+        return np.max([truth_errors(truth + each, truth, patch) for each in vectors], axis=0)
+
+    parts = np.array([size(*off_space), *(size(each) for each in off_steps)])
+    if like is not None:  # what its three levels leave unexplained is by the ratio larger a level before
+        parts = np.array([np.maximum(parts[0], like.ratio * like.own[0]), *like.own[1:3]])
+    own = np.vstack([parts, np.sqrt(np.sum(parts**2, axis=0))])
+    change = truth_errors(levels[-2], levels[-1], patch).rmse_of_peak
+    least_det = min(run.least_det for run in found.values())
+    convex = all(run.convex for run in found.values())
+    whole_own = float(own[3, TruthErrors._fields.index("rmse_of_peak")])
+    runs = sorted(found.values(), key=lambda run: (run.level, run.steps))
+    return MotionTruth(
+        displacement=truth.reshape(shape),
+        own=own,
+        ratio=rate,
+        least_det=least_det,
+        rejected=objection(rate, whole_own, change, least_det, not convex),
+        tried=np.array([moved[run.level, run.steps] for run in runs]),
+        tried_level=np.array([run.level for run in runs]),
+        tried_nodes=np.array([run.nodes for run in runs]),
+        tried_steps=np.array([run.steps for run in runs]),
+        seconds=np.array([run.whole_s for run in runs]),
+        step_p95_s=np.array([np.percentile(run.seconds, 95) for run in runs]),
+        balance=found[first + count - 1, steps].balance,
+        spent_s=sum(sum(run.seconds) for run in runs),
+    )
+
+
+def _shorter(longer: np.ndarray, shorter: np.ndarray) -> np.ndarray:
+    """Extrapolate motions at a step and at half of it to steps of no length."""
+    return shorter + (shorter - longer) / 3.0
+
+
+def _pressed(body: Body, loads: dict[str, dict]) -> np.ndarray:
+    """Mark the surface nodes (n,) that a push presses; all of them where there is none."""
+    fine, marked = body.fine, np.zeros(len(body.fine.surface), dtype=bool)
+    for push in loads.get("push", {}).get("loads", []):
+        near = np.linalg.norm(fine.nodes[fine.surface] - push["at_m"], axis=1).argmin()
+        marked |= patch_nodes(fine, int(fine.surface[near]), push["radius_m"])
+    return marked if marked.any() else ~marked
+
+
+def save(found: MotionTruth, path: Path | str) -> None:
+    """Write it whole or not at all."""
+    with write_whole(path) as part, open(part, "wb") as file:
+        np.savez_compressed(file, **vars(found))
+
+
+def load(path: Path | str) -> MotionTruth:
+    """Read what ``save`` wrote."""
+    with np.load(path) as file:
+        kept = {field.name: file[field.name] for field in fields(MotionTruth)}
+    return MotionTruth(**{name: value.item() if value.ndim == 0 else value for name, value in kept.items()})

@@ -1,0 +1,204 @@
+"""Quadratic elements in motion: steps of the implicit midpoint rule, each the minimum of an energy.
+
+The rule is of second order, neither damps nor drives what is linear, and needs no state but positions and velocities
+(Hairer, Lubich and Wanner 2006, section II.1.1). Its minima are found by L-BFGS, preconditioned by
+multigrid that is kept for as long as it serves.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from itertools import repeat
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.body import Body
+from palpate.bodies.mesh import EDGES, Mesh, TetMesh
+from palpate.bodies.particles import lump_masses
+from palpate.bodies.refinement import ten_nodes
+from palpate.effects.elements import OnePass
+from palpate.effects.linear_elements import LinearElements
+from palpate.effects.patch_load import spread
+from palpate.effects.push import disc, factor
+from palpate.effects.quadratic_elements import QuadraticElements
+from palpate.errors import NotConverged
+from palpate.linalg.block_pattern import hold, pattern_of
+from palpate.solvers.equilibrium import Equilibrium, easier, springs_of
+from palpate.solvers.lbfgs import minimise_by_lbfgs
+
+MORE_ITERATIONS = 5
+"""Iterations by which a step may exceed the first one of its preconditioner before that is made anew."""
+MOST_ITERATIONS = 400
+"""Iterations of L-BFGS after which a step is not found; 3 to 15 do, and where a body turns far from rest 100."""
+
+
+def mass_matrix(mesh: TetMesh, element_masses: np.ndarray) -> sparse.csr_array:
+    """Return the consistent masses (n, n) [kg] of quadratic elements with ``element_masses`` (n_elements,) [kg].
+
+    n counts nodes and edges of ``mesh``. The integrals of products of two shape functions are those of barycentric
+    coordinates in closed form (Zienkiewicz, Taylor and Zhu 2013, section 6.3).
+    """
+    on_edge = np.array([[corner in edge for edge in EDGES] for corner in range(4)])
+    shared = np.array([[len(set(a) & set(b)) for b in EDGES.tolist()] for a in EDGES.tolist()])
+    corners, mixed = np.ones((4, 4)) + 5.0 * np.eye(4), np.where(on_edge, -4.0, -6.0)
+    whole = np.block([[corners, mixed], [mixed.T, np.array([8.0, 16.0, 32.0])[shared]]]) / 420.0
+    ten, n = ten_nodes(mesh), len(mesh.nodes) + len(mesh.edges)
+    rows, columns = np.repeat(ten, 10, axis=1).ravel(), np.tile(ten, (1, 10)).ravel()
+    return sparse.coo_array((np.outer(element_masses, whole.ravel()).ravel(), (rows, columns)), shape=(n, n)).tocsr()
+
+
+class Reached(NamedTuple):
+    """The end of a step: positions (n, 3) [m], velocities (n, 3) [m/s].
+
+    middle : displacements (n, 3) [m] halfway through the step, which a finer level starts from
+    work_j, lost_j : work of the loads and energy that was damped in the step [J]
+    convex : whether the search for it met a convex energy
+    """
+
+    x: np.ndarray
+    v: np.ndarray
+    middle: np.ndarray
+    work_j: float
+    lost_j: float
+    convex: bool
+
+
+class QuadraticMotion(Equilibrium):
+    """A held body of quadratic elements on one level under weight and pushes; arguments and errors of ``Equilibrium``.
+
+    loads : blocks ``gravity`` and ``push`` of a scene, the pushes ``push.placed``
+    rayleigh : ``mass_1_s`` α and ``stiffness_s`` β of the damping C = α M + β K⁺(x), K⁺ being the Hessian, clamped to
+        positive semidefinite as ``effects.rayleigh`` has it
+    masses : (n, n) [kg], consistent, so that the weight is that of the same elements
+    """
+
+    def __init__(self, body: Body, level: int, loads: dict[str, dict], rayleigh: dict):
+        super().__init__(body, level, order=2)
+        coarse, halved, elements = body.levels[level], self.mesh, self._elasticity
+        assert isinstance(coarse, TetMesh) and isinstance(halved, TetMesh) and isinstance(elements, QuadraticElements)
+        self._tangent = elements.tangent
+        density = body.tissue(level).density_kg_m3
+        if body.densities is not None:
+            density = body.densities[level][coarse.tetrahedra].mean(axis=1)
+        self.masses = mass_matrix(coarse, density * coarse.volumes)
+        self._lumped = lump_masses(halved, np.repeat(density, 8) * halved.volumes)
+        self._alpha, self._beta = rayleigh["mass_1_s"], rayleigh["stiffness_s"]
+        self._weight, self._pushes = self._loads(coarse, loads)
+        self.held = self._held
+        self.scale_n = float(np.linalg.norm(self._weight)) + sum(float(np.linalg.norm(f)) for f, _ in self._pushes)
+
+    def _linear_at_rest(self, body: Body, finest: int) -> sparse.bsr_array:
+        """Keep the linear elements on the same nodes, whose matrix preconditions."""
+        pattern = pattern_of(self.mesh.tetrahedra, len(self._held))
+        self._linear = LinearElements(self.mesh, easier(body.tissue(finest)), pattern)
+        springs = springs_of(body, finest, 1)
+        self._linear_springs = None if springs is None else pattern.blocks(springs)
+        return self._linear_stiffness(self.mesh.nodes)
+
+    def _linear_stiffness(self, x: np.ndarray) -> sparse.bsr_array:
+        return self._on_supports(self._linear.stiffness(x, definite=True), self._linear_springs)
+
+    def _precondition_by(self, linear: sparse.bsr_array) -> None:
+        """Leave it to the first step, whose length counts."""
+
+    def _loads(self, coarse: Mesh, loads: dict[str, dict]) -> tuple[np.ndarray, list[tuple[np.ndarray, dict]]]:
+        """Return the weight (n, 3) [N], and the forces (n, 3) [N] of each push at the factor 1, all on free nodes."""
+        free = ~self._held[:, None]
+        acceleration = np.array(loads.get("gravity", {}).get("acceleration_m_s2", [0.0, 0.0, 0.0]), dtype=float)
+        weight = np.outer(self.masses @ np.ones(len(free)), acceleration) * free
+        pushes = loads.get("push", {}).get("loads", [])
+        return weight, [(spread(coarse, disc(p), np.array(p["force_n"], dtype=float), 2) * free, p) for p in pushes]
+
+    def load_at(self, t: float) -> np.ndarray:
+        """Return the nodal forces (n, 3) [N] from outside at ``t`` [s]."""
+        return self._weight + sum(factor(push, t) * forces for forces, push in self._pushes)
+
+    def steps(
+        self, h: float, count: int, tolerance: float, coarser: Iterable[np.ndarray | float] = repeat(0.0)
+    ) -> Iterator[Reached]:
+        """Yield the ends of ``count`` steps of ``h`` [s] from rest.
+
+        tolerance : of the forces that do not balance, over the largest norm of the loads
+        coarser : (n, 3) [m] for each step, its middle as a coarser level has it, interpolated
+        A step begins at that middle, or at rest, with what this level has lately added to it, carried on by a parabola.
+        Raises NotConverged for a step that is not found.
+        """
+        rest, first = self.mesh.nodes, None
+        x, v = rest.copy(), np.zeros_like(rest)
+        added: list[np.ndarray] = []
+        for number, begun in zip(range(count), coarser, strict=False):
+            base = rest + np.where(self._held[:, None], 0.0, begun)
+            self.load = self.load_at((number + 0.5) * h)
+            step = _Step(self, x, v, h)
+            if first is None:
+                solve = self._preconditioner(h, x)
+            way = minimise_by_lbfgs(step, solve, base + _carried_on(added), tolerance * self.scale_n, MOST_ITERATIONS)
+            if not way.forces[-1] <= tolerance * self.scale_n:
+                raise NotConverged(
+                    f"the step at {number * h:.4g} s stopped after {len(way.forces) - 1} iterations at a relative "
+                    f"residual of {way.forces[-1] / self.scale_n:.1e}, above the tolerance {tolerance:.0e}",
+                    [force / self.scale_n for force in way.forces],
+                )
+            iterations = len(way.forces) - 1
+            first = iterations if first is None else first
+            if iterations > first + MORE_ITERATIONS:
+                first = None
+            added = [*added[-2:], way.x - base]
+            velocity = (way.x - x) * (2.0 / h)
+            lost = h * float(np.vdot(velocity, step.damping(velocity)))
+            x, v = 2.0 * way.x - x, 2.0 * velocity - v
+            yield Reached(x, v, way.x - rest, h * float(np.vdot(self.load, velocity)), lost, way.convex)
+
+    def damping(self, x: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+        """Return the product of the damping matrix at ``x`` (n, 3) [m] with velocities (n, 3) [m/s], in [N]."""
+        clamped = self._tangent(x, True) if self._beta else None
+
+        def multiply(v: np.ndarray) -> np.ndarray:
+            force = self._alpha * (self.masses @ v)
+            return force if clamped is None else force + self._beta * clamped(v)
+
+        return multiply
+
+    def total_energy(self, x: np.ndarray, v: np.ndarray) -> float:
+        """Return the elastic and kinetic energy [J] at positions ``x`` (n, 3) [m] and velocities ``v`` [m/s]."""
+        self.load = np.zeros_like(x)
+        return self.energy(x) + 0.5 * float(np.vdot(v, self.masses @ v))
+
+    def _preconditioner(self, h: float, x: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
+        """Return a multigrid cycle for what linear elements on the same nodes, at ``x`` (n, 3) [m], make of a step."""
+        assert self._multigrid is not None  # quadratic elements have a level below that of their nodes
+        matrix = self._linear_stiffness(x)
+        matrix.data *= 1.0 + 2.0 * self._beta / h
+        mass = (4.0 / h**2 + 2.0 * self._alpha / h) * self._lumped
+        matrix.data[self._linear.pattern.diagonal] += mass[:, None, None] * np.eye(3)
+        hold(matrix.indptr, matrix.indices, matrix.data, self._held)
+        self._multigrid.update(matrix)
+        return self._multigrid.solve
+
+
+def _carried_on(past: list[np.ndarray]) -> np.ndarray | float:
+    """Return the next of up to three values, on the polynomial through them."""
+    if len(past) < 3:
+        return 0.0 if not past else past[-1] if len(past) == 1 else 2.0 * past[-1] - past[-2]
+    return 3.0 * past[-1] - 3.0 * past[-2] + past[-3]
+
+
+class _Step(OnePass):
+    """½ ‖z − x − h v/2‖²_M · 4/h² + E(z) − f·z + ½ ‖z − x‖²_C · 2/h, whose minimum z is halfway to the step's end.
+
+    There the momentum balances: M (v' − v)/h = f − ∇E(z) − C v̄, v̄ = (v + v')/2 = 2 (z − x)/h. The damping matrix is
+    that at x + h v/2, which differs from z by the order of h².
+    """
+
+    def __init__(self, motion: QuadraticMotion, x: np.ndarray, v: np.ndarray, h: float):
+        super().__init__()
+        self._motion, self._x, self._ahead = motion, x, x + 0.5 * h * v
+        self._inertia, self._slowness = 4.0 / h**2, 2.0 / h
+        self.damping = motion.damping(self._ahead)
+
+    def evaluate(self, z: np.ndarray, force: np.ndarray) -> float:
+        motion = self._motion
+        away, moved = z - self._ahead, z - self._x
+        inertia, drag = self._inertia * (motion.masses @ away), self._slowness * self.damping(moved)
+        force += np.where(motion.held[:, None], 0.0, motion.force(z) - inertia - drag)
+        return motion.energy(z) + 0.5 * float(np.vdot(away, inertia)) + 0.5 * float(np.vdot(moved, drag))

@@ -1,0 +1,83 @@
+"""The truth of a motion, against a better one, and when it is not believed."""
+
+import numpy as np
+import pytest
+from fixtures.poked_bar import poked
+
+from palpate.benchmark import motion_truth as module
+from palpate.benchmark.motion_truth import MotionTruth, load, motion_truth, save
+from palpate.benchmark.truth import INVERTED
+from palpate.solvers.quadratic_motion import QuadraticMotion
+
+
+@pytest.fixture(scope="module")
+def scene(box):
+    return poked(box)
+
+
+def found(scene, steps: int, count: int = 3, like: MotionTruth | None = None) -> MotionTruth:
+    return motion_truth(
+        scene.body, scene.placed_loads(), scene.rayleigh, scene.duration_s, scene.frames, steps, count, like=like
+    )
+
+
+@pytest.fixture(scope="module")
+def truth(scene):
+    return found(scene, 8)
+
+
+def rms(moved: np.ndarray, truth: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(np.sum((moved - truth) ** 2, axis=2))) / np.linalg.norm(truth, axis=2).max())
+
+
+def test_a_better_truth_is_as_near_as_the_own_error_says(scene, truth):
+    """With one more level and steps of half the length, own errors of both added."""
+    better = found(scene, 16, 4)
+    assert better.own_error < 0.7 * truth.own_error < 0.005
+    off = rms(truth.displacement, better.displacement)
+    assert 0.1 * truth.own_error < off < truth.own_error + better.own_error
+    finest = truth.tried[np.argmax(truth.tried_level)]
+    assert off < 0.5 * rms(finest, better.displacement), "the limit is better than what it is made of"
+    linear = scene.move(scene.fem(8 * scene.frames), -1 % len(scene.body.levels))[0]
+    assert rms(linear, better.displacement) > 10.0 * truth.own_error
+
+
+def test_two_levels_find_what_three_do_by_the_ratio_of_another_motion(box, scene, truth):
+    pushed = poked(box, {"at_m": [0.08, 0.02, 0.04], "force_n": [0.03, 0.05, -0.15]})
+    whole, quick = found(pushed, 8), found(pushed, 8, like=truth)
+    assert quick.ratio == truth.ratio and quick.tried_level.max() == 1
+    off = rms(quick.displacement, whole.displacement)
+    assert off < quick.own_error + whole.own_error and whole.own_error < quick.own_error < 0.02
+    assert off < 0.5 * rms(quick.tried[-1], whole.displacement)
+
+
+def test_the_motions_it_is_made_of_are_told(scene, truth):
+    assert list(zip(truth.tried_level, truth.tried_steps, strict=True)) == [
+        (0, 8), (0, 16), (0, 32), (1, 8), (1, 16), (2, 8),
+    ]  # fmt: skip
+    assert truth.displacement.shape == (scene.frames, len(scene.body.fine.surface), 3)
+    assert (truth.seconds > 0.0).all() and (truth.step_p95_s > 0.0).all() and not truth.rejected
+    assert truth.seconds[3] > truth.seconds[0], "it began with the coarser one"
+    assert 2.0 < truth.ratio < 8.0 and truth.least_det > 0.2 and truth.balance < 0.01
+    space, time, mixed, whole = truth.own[:, 1]
+    assert whole == pytest.approx(np.sqrt(space**2 + time**2 + mixed**2)) and whole == truth.own_error
+    again = found(scene, 8)
+    assert np.array_equal(again.displacement, truth.displacement), "bit for bit"
+
+
+def test_a_motion_that_inverts_an_element_is_not_believed(scene, monkeypatch):
+    monkeypatch.setattr(QuadraticMotion, "least_det", lambda self, x: -0.5)
+    assert INVERTED in found(scene, 8).rejected
+
+
+def test_levels_that_do_not_approach_each_other_are_not_believed(scene, truth, monkeypatch):
+    monkeypatch.setattr(module, "ratio", lambda levels: 1.1)
+    monkeypatch.setattr(module, "estimate", lambda levels: (levels[-1], (0.1 * levels[-1],)))
+    assert "too far apart (ratio 1.1" in found(scene, 8).rejected
+
+
+def test_a_truth_is_kept(truth, tmp_path):
+    save(truth, tmp_path / "truth.npz")
+    again = load(tmp_path / "truth.npz")
+    assert np.array_equal(again.displacement, truth.displacement) and again.rejected == ""
+    assert again.described(0.32) == truth.described(0.32) and again.described(0.32)["reference_step_s"] == 0.04

@@ -26,8 +26,9 @@ COLUMN_RESIDUAL = 1e-4
 REACH = 1.25
 """Radius of what the discs cover, over that of the deepest contact."""
 GRADED = 0.25
-"""Power of the distance from the place with which discs are wider, as touches that are shallow touch its middle only:
-places are drawn together by it before discs are spread over them."""
+"""How much finer discs are in the middle, which is all that shallow touches reach: they are spread over the surface and
+round where distances from the place are raised to the power 1 − GRADED. Without it a touch of a body that mostly bends
+away was felt 15 % too soft by 40 discs, with it 11 %."""
 WIDE = 1.5
 """Radius of a disc over the distance between them."""
 STEP, SHARP = 0.25, 0.1
@@ -90,7 +91,7 @@ def _settled(discs: Discs, touch: Touch, begin: Pose) -> tuple[np.ndarray, float
 
 
 def _longest(instrument: Instrument) -> float:
-    """Return the longest step [m] that leaves no place so deep inside that the side, not the end, is nearest."""
+    """Return the longest step [m]: of a punch, one that leaves its end nearer than its side to all that is inside."""
     radius, punch = instrument.radius_m, instrument.kind == PUNCH
     return max(instrument.edge_m, SHARP * radius) if punch else STEP * radius
 

@@ -77,7 +77,9 @@ class _Place:
         mesh = meshes.around_all(touches, *where)
         problem = mesh.problem
         points, rest = problem.points, problem.mesh.nodes
-        pushed, moved, stretched = [], [], []
+        pushed: list[np.ndarray] = []
+        moved: list[np.ndarray] = []
+        stretched = []
         near = np.zeros(len(points.areas), dtype=bool)
         for touch, shares in zip(touches, [STRAIGHT] + [TILTED] * AROUND, strict=True):
             problem.begin([touch.pose(case.body)])
@@ -88,7 +90,7 @@ class _Place:
                 if not pushed:
                     return x
                 weights = between(np.array(pushed) / case.deepest_m, depth / case.deepest_m * way)
-                return rest + np.tensordot(weights, moved, 1)
+                return rest + np.tensordot(weights, np.array(moved), 1)
 
             for state in problem.push(touch.direction, depths, PUSH_TOLERANCE, 1, guess):
                 pushed.append(state.depth_m * touch.direction)

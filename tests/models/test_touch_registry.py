@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.models.touch.load_model import load_model
+from palpate.benchmark.touch_measure import load_model
 from palpate.models.touch.registry import MODELS
 
 

@@ -1,6 +1,8 @@
 """Measure models on touches: a row a touch and a row a setting, as ``measure`` does of presses."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from importlib import import_module
 from time import perf_counter
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -31,6 +33,16 @@ SETTING_COLUMNS = [
 ]  # fmt: skip
 LAW = "the body's"
 """The law of models that take it from the body."""
+
+
+def load_model(place: str, keywords: Mapping[str, Any]) -> SimpleNamespace:
+    """Return ``settings(case)``, ``online(case, setting)`` and LAW of the module ``place``, for ``measure_touches``.
+
+    keywords : which of the module's variants it is
+    """
+    module = import_module(place)
+    functions = {name: partial(getattr(module, name), **keywords) for name in ("settings", "online")}
+    return SimpleNamespace(**functions, LAW=getattr(module, "LAW", ""))
 
 
 def measure_touches(

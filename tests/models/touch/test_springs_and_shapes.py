@@ -11,9 +11,9 @@ from palpate.benchmark.model import LeftOut
 from palpate.benchmark.touch import Touched
 from palpate.bodies.supports import Bed
 from palpate.errors import InputError, NotConverged
-from palpate.models.touch import calibration as calibrating
 from palpate.models.touch import fem, shape_matching, springs
-from palpate.models.touch.calibration import calibration, force_scale
+from palpate.models.touch import pushing as calibrating
+from palpate.models.touch.pushing import calibration, force_scale
 
 SETTLED = {"level": 0, "iterations": 60}, {"level": 0, "mode": "linear", "clusters": "cubes", "steps": 160}
 MODELS = {

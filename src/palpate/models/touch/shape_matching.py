@@ -14,8 +14,7 @@ from palpate.effects import shape_matching
 from palpate.effects.instrument import Pose
 from palpate.errors import InputError, NotConverged
 from palpate.models.shape_matching import ALPHAS, LEFT, cubes
-from palpate.models.touch.calibration import calibration, force_scale
-from palpate.models.touch.pushing import NodeTouch, Relaxing
+from palpate.models.touch.pushing import NodeTouch, Relaxing, calibration, force_scale
 from palpate.solvers.xpbd import Obstacle
 
 LAW = "shape matching"

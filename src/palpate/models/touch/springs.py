@@ -20,8 +20,7 @@ from palpate.linalg.multigrid import Factor
 from palpate.models.springs.fitness import volume_stiffness
 from palpate.models.springs.mass_spring import supports
 from palpate.models.springs.spring_motion import spring_model
-from palpate.models.touch.calibration import calibration, force_scale
-from palpate.models.touch.pushing import NodeTouch, Relaxing
+from palpate.models.touch.pushing import NodeTouch, Relaxing, calibration, force_scale
 from palpate.solvers.pressed_descent import STILL, PressedDescent
 from palpate.solvers.system import System
 

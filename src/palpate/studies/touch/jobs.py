@@ -31,11 +31,10 @@ def simulate_touch_truth(input, output, params, wildcards, say):
 
 def measure_touch_models(input, params, wildcards, say):
     from palpate.benchmark.touch import TouchCase, touches_of
-    from palpate.benchmark.touch_measure import measure_touches
+    from palpate.benchmark.touch_measure import load_model, measure_touches
     from palpate.benchmark.touch_truth import load_touch_truth
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
-    from palpate.models.touch.load_model import load_model
 
     instrument = Instrument(**params.instrument)
     touches = touches_of(instrument, pd.read_csv(input.touches))

@@ -49,7 +49,14 @@ def test_defaults_are_those_of_the_shipped_settings():
     found = list(both({name: block for name, block in given.items() if name not in ("bodies", "seed")}, default))
     # of which bodies and scenes are shipped
     naming = {f"tradeoff.{name}" for name in ("bodies", "limit_points", "any_load", "beyond_design")}
-    naming |= {"press.bodies", "law.bodies", "law.regions_of", "organ_springs.bodies", "shape_matching.creep"}
+    naming |= {
+        "press.bodies",
+        "press.instruments",
+        "law.bodies",
+        "law.regions_of",
+        "organ_springs.bodies",
+        "shape_matching.creep",
+    }
     naming |= {"touch.bodies", "touch.instruments"}
     assert [(key, value, default) for key, value, default in found if value != default and key not in naming] == []
     assert len(found) > 50

@@ -19,7 +19,7 @@ class Settings(Block):
     thinned: Positive = key("To what relative error of the reduced forces the cells are thinned", 0.003)
     samples: Index = key("Presses of the trade-off by the same finger whose truth the page can show, at most", 6)
     instruments: list[Instrument] = key("Spheres and punches that the page offers beside the finger, at places", [])
-    places: Count = key("Places that are prepared for each instrument, in about 15 s each", 4)
+    places: Count = key("Places that are prepared for each instrument, in about 15 s each", 3)
     radius_m: Positive = key("Radius [m] of the finger's patch", 0.03)
     radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
 

@@ -17,6 +17,7 @@ from palpate.benchmark.touch_truth import (
     patch_of,
     save_touch_truth,
     touch_errors,
+    truth_of_touches,
 )
 from palpate.benchmark.touched_mesh import TouchedMeshes
 from palpate.errors import InputError
@@ -115,6 +116,29 @@ def test_touches_of_a_config_are_at_the_nearest_node(pad, middle):
     assert list(table["node"]) == [middle] * 3 and list(table["depth_m"]) == [0.001, 0.002, 0.003]
     ways = [touch.direction for touch in touches_of(BALL, table)]
     assert np.allclose(ways[0], [0.0, 0.0, -1.0]) and np.allclose(ways[2], [0.0, np.sqrt(0.5), -np.sqrt(0.5)])
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"at_m": [4.0, 0.04, 0.04]}, "touch.at[0].at_m is 3.92 m off the surface of pad"),
+        ({"at_m": [0.04, 0.04, 0.0]}, "touch.at[0].at_m is where pad is held"),
+        ({"direction": [0.0, 0.0, 1.0]}, "touch.at[0].direction points out of pad there"),
+    ],
+)
+def test_a_touch_that_is_none_is_refused(pad, given, said):
+    usual = {"at_m": [0.04, 0.04, 0.04], "direction": None, "depths_m": [0.001]}
+    with pytest.raises(InputError) as refused:
+        given_touches(pad, [usual | given])
+    assert said in str(refused.value)
+
+
+def test_what_no_mesh_resolves_has_no_truth(pad, middle):
+    given = {"at_m": pad.fine.nodes[middle], "direction": None, "depths_m": [1e-9]}
+    shallow = touches_of(BALL, given_touches(pad, [given]))
+    with pytest.warns(UserWarning, match="1 of 1 touches have no truth"):
+        truth = truth_of_touches(pad, shallow)
+    assert not truth.believed.any() and np.isnan(truth.force).all() and "too little for any mesh" in truth.rejected[0]
 
 
 def test_tissue_that_sticks_is_harder_to_press(touch_case, touches):

@@ -78,11 +78,12 @@ def check_instruments(place: str, entries: Sequence[dict], bodies: Sequence[str]
         named[name] = i
         for body in bodies:
             size = longest_m(config["bodies"][body])
-            if size is not None and radius > size:
-                raise InputError(
-                    f"{place}[{i}].radius_m is {radius:g}, and all of {body} is {size:g} m long; give the radius in "
-                    "metres."
-                )
+            for length in ("radius_m", "length_m"):
+                if size is not None and entry[length] > size:
+                    raise InputError(
+                        f"{place}[{i}].{length} is {entry[length]:g}, and all of {body} is {size:g} m long; give it in "
+                        "metres."
+                    )
 
 
 def check_radii(config: dict, file: Path) -> None:

@@ -121,12 +121,24 @@ def given_touches(body: Body, given: Sequence[Mapping[str, Any]]) -> pd.DataFram
     """Return the touches that a config gives, one for each depth, as ``choose_touches`` does.
 
     given : ``at_m``, the point whose nearest surface node is touched; ``depths_m``; ``direction``, or the inward normal
+    InputError for a point that is off the surface or on what is held, and for a direction out of the body.
     """
-    able = places_to_touch(body)
+    mesh, able = body.fine, places_to_touch(body)
+    corners = mesh.nodes[mesh.triangles]
+    longest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
     rows: list[list[float]] = []
-    for each in given:
-        node = int(able[np.argmin(np.linalg.norm(body.fine.nodes[able] - each["at_m"], axis=1))])
-        way = -body.fine.normals[node] if each["direction"] is None else np.array(each["direction"], dtype=float)
+    for i, each in enumerate(given):
+        away = np.linalg.norm(mesh.nodes[mesh.surface] - each["at_m"], axis=1)
+        node, place = int(mesh.surface[away.argmin()]), f"touch.at[{i}]"
+        if away.min() > longest:
+            raise InputError(
+                f"{place}.at_m is {away.min():.3g} m off the surface of {body.name}; give a point on it, in metres."
+            )
+        if node not in able:
+            raise InputError(f"{place}.at_m is where {body.name} is held, or beside; give another place.")
+        way = -mesh.normals[node] if each["direction"] is None else np.array(each["direction"], dtype=float)
+        if way @ mesh.normals[node] >= 0.0:
+            raise InputError(f"{place}.direction points out of {body.name} there; give a way into it, or null.")
         for depth in each["depths_m"]:
             rows.append([len(rows), node, *(way / np.linalg.norm(way)), depth, depth])
     return pd.DataFrame(rows, columns=TOUCH_COLUMNS).astype({"sample": int, "node": int})

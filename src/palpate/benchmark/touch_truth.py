@@ -159,8 +159,6 @@ class _Answer(NamedTuple):
 def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: Asked) -> dict[str, Any]:
     """Return a row of the truth, all but its sample and seconds."""
     rims = [max(0, asked.finest - back) for back in (2, 1, 0)]
-    level = max(meshes.level_for(touch, asked.along_radius), 2)
-    where = [level - back for back in (2, 1, 0)]
     found: dict[tuple[int, int], _Answer] = {}
 
     def solve(held: int, level: int) -> tuple[TouchedMesh, Touching]:
@@ -171,6 +169,8 @@ def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: Asked) -> dic
         return mesh, state
 
     try:
+        level = max(meshes.level_for(touch, asked.along_radius), 2)
+        where = [level - back for back in (2, 1, 0)]
         for held in rims[:2]:
             for level in where[:2]:
                 solve(held, level)

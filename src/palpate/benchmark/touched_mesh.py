@@ -84,6 +84,8 @@ def _reach(touch: Touch) -> float:
     return REACH * contact_radius(touch.instrument, touch.depth_m) + 0.5 * touch.instrument.length_m
 
 
+FINEST = 9
+"""Level beyond which no mesh is refined: its elements are 500 times smaller than the body's."""
 LEAST_DET = 0.4
 """Smallest det F of elements that are four times as long as the truth's, at which a body is said to bear a touch."""
 
@@ -116,12 +118,16 @@ class TouchedMeshes:
     def level_for(self, touch: Touch, along_radius: float) -> int:
         """Return the level on which so many elements at least lie along the radius of what touches.
 
-        Of a punch it is the geometric mean of its radius and its edge's, where the pressure is greatest.
+        Of a punch it is the geometric mean of its radius and its edge's, where the pressure is greatest. NotConverged
+        beyond FINEST.
         """
         size = contact_radius(touch.instrument, touch.depth_m)
         if touch.instrument.kind == PUNCH:
             size = np.sqrt(size * max(touch.instrument.edge_m, SHARPEST * size))
-        return max(0, int(np.ceil(np.log2(along_radius * self._edge(touch.node) / size))))
+        level = max(0, int(np.ceil(np.log2(along_radius * self._edge(touch.node) / size))))
+        if level > FINEST:
+            raise NotConverged(f"what touches is {1e3 * size:.2g} mm wide, too little for any mesh", [float("nan")])
+        return level
 
     def around(self, touch: Touch, held: int, level: int) -> TouchedMesh:
         """Return the mesh refined to ``level`` where it is touched, and to ``held`` at the rim of what is held.

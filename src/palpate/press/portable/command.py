@@ -68,6 +68,8 @@ def _case(settings: dict, config: Path, scene: str) -> Case:
     """Return the body of a scene under its disc, without any sample."""
     regimes = settings.get("regimes", {}) | (finger_regimes(settings) if "tradeoff" in settings else {})
     known = {f"{body}_{regime}": (body, regime) for body in pressed_bodies(settings) for regime in regimes}
+    if not known:
+        raise InputError(f"{config} presses no body under a disc; add tradeoff, as palpate init writes it.")
     if scene not in known:
         raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(known), 'choose from')}")
     name, regime = known[scene]

@@ -1,6 +1,8 @@
 """Places that are prepared for a file answer as the reduced models and the elements that they are made of."""
 
+import warnings
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from palpate.effects.instrument import Instrument
 from palpate.errors import InputError
 from palpate.models.touch.reduced_touch import settle_touching
 from palpate.press.portable.runtimes.palpate_model import settle_touch, touch_kernel
-from palpate.press.portable.touches import Touches, prepare_places
+from palpate.press.portable.touches import Touches, measured, prepare_places
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +38,25 @@ def test_a_place_answers_as_its_elements_between_the_pushes_it_is_made_of(prepar
         other, law = q + 1e-3 * np.abs(q).max(), (None, None, None)
         settle_touching(other, cells, place.firm, place.rest, points, tip, place.axes, shape, law, 1e-8, 60)
         assert place.surface @ other == pytest.approx(place.surface @ q, abs=1e-6 * np.abs(place.surface @ q).max())
+
+
+@pytest.mark.parametrize(("off", "kept"), [(1.05, 1), (1.5, 0)])
+def test_a_place_that_is_answered_wrongly_is_left(prepared, off, kept):
+    places, trials = prepared
+    asked = iter(trials)
+
+    class Off:
+        """A file that answers the trials, in turn, too largely."""
+
+        def touch(self, number, depth_m, direction):
+            trial = next(asked)
+            return SimpleNamespace(displacement=off * trial.displacement, force_n=off * trial.force_n)
+
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        found = measured(Off(), places, trials)
+    assert len(found) == kept and len(said) == 1 - kept
+    assert all(place.force_error == pytest.approx(off - 1.0) for place in found)
 
 
 def test_instruments_that_a_file_cannot_hold_are_refused(pad):

@@ -37,6 +37,9 @@ HELD = 2
 TRIED = ((0.0, 0.0, (0.4, 0.9)), (TILTED, 22.5, (0.55, 0.85)))
 """Tilts and turns [degrees] and depths over the deepest at which the file is compared with elements."""
 PUSH_TOLERANCE = 1e-4
+MOST_ERROR, MOST_FORCE_ERROR = 0.1, 0.25
+"""Errors of the displacement over its peak and of the force, above which a place is left: the body gives way there in
+some pushes, and not in those that the place is made of."""
 FLAT = 0.75
 """Least cosine between the normal of a place and those within twice the instrument's radius of it."""
 
@@ -100,7 +103,8 @@ def prepare_places(
 def measured(model: PortableModel, places: Sequence[TouchPlace], trials: Sequence[_Trial]) -> list[TouchPlace]:
     """Return ``places`` with their errors, the largest of the ``trials`` there; model : the file that holds them.
 
-    Straight pushes and tilted ones have errors of their own: the shapes of few directions know others less well.
+    Straight pushes and tilted ones have errors of their own: the shapes of few directions know others less well. Warns
+    of places whose errors are above MOST_ERROR or MOST_FORCE_ERROR, which are left.
     """
     found = []
     for number, place in enumerate(places):
@@ -113,8 +117,11 @@ def measured(model: PortableModel, places: Sequence[TouchPlace], trials: Sequenc
                 straight = float(trial.touch.direction @ place.axes[2]) < -1.0 + 1e-9
                 errors[straight].append((apart / peak, abs(answer.force_n / trial.force_n - 1.0)))
         (error, force_error), (tilted, tilted_force) = (np.max(errors[straight], axis=0) for straight in (True, False))
-        told: dict[str, Any] = {"error": float(error), "force_error": float(force_error)}
-        found.append(replace(place, **told, tilted_error=float(tilted), tilted_force_error=float(tilted_force)))
+        if max(error, tilted) <= MOST_ERROR and max(force_error, tilted_force) <= MOST_FORCE_ERROR:
+            told: dict[str, Any] = {"error": float(error), "force_error": float(force_error)}
+            found.append(replace(place, **told, tilted_error=float(tilted), tilted_force_error=float(tilted_force)))
+    if left := len(places) - len(found):
+        warnings.warn(f"{left} of {len(places)} places to touch are answered too wrongly, and are left.", stacklevel=2)
     return found
 
 

@@ -5,8 +5,9 @@ import pytest
 from fixtures.poked_bar import poked
 
 from palpate.benchmark import motion_truth as module
-from palpate.benchmark.motion_truth import MotionTruth, load, motion_truth, save
+from palpate.benchmark.motion_truth import MotionTruth, motion_truth
 from palpate.benchmark.truth import INVERTED
+from palpate.files import read_arrays, write_arrays
 from palpate.solvers.quadratic_motion import QuadraticMotion
 
 
@@ -77,7 +78,7 @@ def test_levels_that_do_not_approach_each_other_are_not_believed(scene, truth, m
 
 
 def test_a_truth_is_kept(truth, tmp_path):
-    save(truth, tmp_path / "truth.npz")
-    again = load(tmp_path / "truth.npz")
+    write_arrays(truth, tmp_path / "truth.npz")
+    again = read_arrays(MotionTruth, tmp_path / "truth.npz")
     assert np.array_equal(again.displacement, truth.displacement) and again.rejected == ""
     assert again.described(0.32) == truth.described(0.32) and again.described(0.32)["reference_step_s"] == 0.04

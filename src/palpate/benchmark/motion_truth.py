@@ -8,8 +8,7 @@ the step differs between the first and the second level.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from pathlib import Path
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
@@ -19,7 +18,6 @@ from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.truth import RATIO_DOUBT, estimate, objection, ratio
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
-from palpate.files import write_whole
 from palpate.solvers.quadratic_motion import QuadraticMotion
 
 TOLERANCE = 2e-3
@@ -237,16 +235,3 @@ def _pressed(body: Body, loads: dict[str, dict]) -> np.ndarray:
         near = np.linalg.norm(fine.nodes[fine.surface] - push["at_m"], axis=1).argmin()
         marked |= patch_nodes(fine, int(fine.surface[near]), push["radius_m"])
     return marked if marked.any() else ~marked
-
-
-def save(found: MotionTruth, path: Path | str) -> None:
-    """Write it whole or not at all."""
-    with write_whole(path) as part, open(part, "wb") as file:
-        np.savez_compressed(file, **vars(found))
-
-
-def load(path: Path | str) -> MotionTruth:
-    """Read what ``save`` wrote."""
-    with np.load(path) as file:
-        kept = {field.name: file[field.name] for field in fields(MotionTruth)}
-    return MotionTruth(**{name: value.item() if value.ndim == 0 else value for name, value in kept.items()})

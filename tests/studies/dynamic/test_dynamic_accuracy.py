@@ -8,10 +8,11 @@ from fixtures.poked_bar import poked
 
 from palpate.benchmark.motion_truth import motion_truth
 from palpate.errors import InputError, NotConverged
+from palpate.files import read_arrays, write_arrays
 from palpate.run.settings import defaults
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.compared_scene import ComparedScene, training_of
-from palpate.studies.dynamic.reference import Reference, load, reference, resolved_frames, save, tabulate_truth
+from palpate.studies.dynamic.reference import Reference, reference, resolved_frames, tabulate_truth
 
 SHARE = 0.5
 """Of the loads, under which the motion is that models are fitted to."""
@@ -60,8 +61,8 @@ def test_frames_count_until_halving_changes_one_of_them_too_much():
 
 
 def test_a_reference_is_kept(truth, tmp_path):
-    save(truth, tmp_path / "r.npz")
-    again = load(tmp_path / "r.npz")
+    write_arrays(truth, tmp_path / "r.npz")
+    again = read_arrays(Reference, tmp_path / "r.npz")
     assert np.array_equal(again.truth, truth.truth) and again.change == truth.change and again.peak == truth.peak
     assert (again.of_frames, again.training_s) == (5, truth.training_s)
 

@@ -18,7 +18,6 @@ from palpate.models.touch.reduced_touch import (
     TILT,
     Pushes,
     ReducedTouch,
-    between,
     doubt_beyond,
     tilted_ways,
 )
@@ -89,8 +88,8 @@ class _Place:
                 """Return what pushes so far say, with which a search takes a quarter less."""
                 if not pushed:
                     return x
-                weights = between(np.array(pushed) / case.deepest_m, depth / case.deepest_m * way)
-                return rest + np.tensordot(weights, np.array(moved), 1)
+                known = Pushes(case.deepest_m, np.array(pushed), np.reshape(moved, (len(moved), -1)))
+                return rest + known.begin(depth * way).reshape(-1, 3)
 
             for state in problem.push(touch.direction, depths, PUSH_TOLERANCE, 1, guess):
                 pushed.append(state.depth_m * touch.direction)
@@ -111,7 +110,8 @@ class _Place:
     def answer(self, touch: Touch) -> Touched:
         """Return the answer; the search begins at what pushes like it have come to."""
         doubt_beyond(touch, self._outward, self._deepest)
-        return self.reduced.answer(touch, touch.pose(self._body), self._pushes.begin(touch), self._stretched)
+        begun = self._pushes.begin(touch.depth_m * touch.direction)
+        return self.reduced.answer(touch, touch.pose(self._body), begun, self._stretched)
 
 
 def _thinned(

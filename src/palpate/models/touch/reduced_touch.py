@@ -260,21 +260,11 @@ class Pushes:
 
     def __init__(self, deepest_m: float, ways: np.ndarray, states: np.ndarray):
         self._deepest, self._ways = deepest_m, ways / deepest_m
-        self._weights = _interpolation(self._ways) @ states
+        self._weights = np.linalg.solve(_alike(self._ways, self._ways) + RIDGE * np.eye(len(ways)), states)
 
-    def begin(self, touch: Touch) -> np.ndarray:
-        """Return the coordinates (r,) at which the search for the answer to ``touch`` begins."""
-        return _alike(touch.depth_m / self._deepest * touch.direction, self._ways) @ self._weights
-
-
-def between(pushed: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """Return weights (k,) by which the states of pushes (k, 3) are interpolated to another (3,), over the deepest."""
-    return _alike(push, pushed) @ _interpolation(pushed)
-
-
-def _interpolation(ways: np.ndarray) -> np.ndarray:
-    """Return the matrix (k, k) from the states of ``ways`` (k, 3) to the coefficients of their kernel."""
-    return np.linalg.inv(_alike(ways, ways) + RIDGE * np.eye(len(ways)))
+    def begin(self, push: np.ndarray) -> np.ndarray:
+        """Return the coordinates (r,) at which the search for what a ``push`` (3,) [m] comes to begins."""
+        return _alike(push / self._deepest, self._ways) @ self._weights
 
 
 def _alike(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -10,18 +10,17 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark import motion_truth
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.motion_truth import MotionTruth
 from palpate.bodies import body_file
 from palpate.errors import NotConverged
+from palpate.files import read_arrays
 from palpate.linalg.multigrid import Factor
 from palpate.models.fem_statics import to_fine
 from palpate.run.job import steps
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import compose
 from palpate.scenes.scene import Scene
-from palpate.studies.dynamic import reference
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
 from palpate.studies.dynamic.fitted import Fitted, corrects, fit_correction, fit_shapes, fit_springs, moving_modes
 from palpate.studies.dynamic.reference import Reference
@@ -316,5 +315,5 @@ def measure_dynamic(input, params, say):
     """Compare the models in a scene, for the rule of that name."""
     moving = compared_and_training(body=body_file.load(input.body), **params.compared)
     more = params.compared["own"].get("models", ()), steps(say, f"{moving[0].name}: model")
-    limit = motion_truth.load(input.truth) if input.truth else None
-    return measure(*moving, reference.load(input.reference), params.settings, *more, limit)
+    limit = read_arrays(MotionTruth, input.truth) if input.truth else None
+    return measure(*moving, read_arrays(Reference, input.reference), params.settings, *more, limit)

@@ -8,15 +8,15 @@ import numpy as np
 import pandas as pd
 from scipy.stats import spearmanr
 
-from palpate.benchmark import motion_truth
 from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.error_bounds import CONSTANT, OWN
-from palpate.benchmark.motion_truth import MotionTruth
+from palpate.benchmark.motion_truth import MotionTruth, motion_truth
 from palpate.benchmark.presses import oblique
 from palpate.benchmark.ranking import EXACT
 from palpate.bodies import body_file
 from palpate.bodies.contacts import kept_contacts
 from palpate.errors import NotConverged
+from palpate.files import read_arrays
 from palpate.run.job import steps
 from palpate.studies.dynamic.accuracy import STEP, measure
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
@@ -142,7 +142,7 @@ def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
     """Find the truth where the push is elsewhere; NotConverged if it is not believed."""
     count = int(like.tried_steps.min())
     acts = moved.body, moved.placed_loads(), moved.rayleigh, moved.duration_s
-    found = motion_truth.motion_truth(*acts, moved.frames, count, like=like)
+    found = motion_truth(*acts, moved.frames, count, like=like)
     if found.rejected:
         raise NotConverged(f"{moved.name}: no truth that is believed: {found.rejected}", [])
     return found
@@ -151,7 +151,7 @@ def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
 def measure_elsewhere(input, params, say):
     """Measure the models at other places, for the rule of that name."""
     scene, _ = compared_and_training(body=body_file.load(input.body), **params.compared)
-    found = motion_truth.load(input.truth) if input.truth else None
+    found = read_arrays(MotionTruth, input.truth) if input.truth else None
     like = None if found is None or found.rejected else found
     progress = steps(say, f"{scene.name}: place")
     return measure_places(scene, params.own, params.settings, params.seed, progress, like)

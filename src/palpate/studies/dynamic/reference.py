@@ -1,19 +1,17 @@
 """Find what models in motion are judged by: the truth of a scene, or linear elements at steps that change nothing."""
 
 import warnings
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark import motion_truth
 from palpate.benchmark.accuracy import TruthErrors
-from palpate.benchmark.motion_truth import MotionTruth
+from palpate.benchmark.motion_truth import MotionTruth, motion_truth
 from palpate.bodies import body_file
 from palpate.errors import NotConverged
-from palpate.files import write_whole
+from palpate.files import write_arrays
 from palpate.run.job import steps
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
 from palpate.table_declaration import Table
@@ -129,19 +127,6 @@ def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
     return int(np.flatnonzero(small)[-1]) + 1 if small.any() else 0
 
 
-def save(found: Reference, path: Path | str) -> None:
-    """Write it whole or not at all."""
-    with write_whole(path) as part, open(part, "wb") as file:
-        np.savez_compressed(file, **vars(found))
-
-
-def load(path: Path | str) -> Reference:
-    """Read what ``save`` wrote."""
-    with np.load(path) as file:
-        kept = {field.name: file[field.name] for field in fields(Reference)}
-    return Reference(**{name: value.item() if value.ndim == 0 else value for name, value in kept.items()})
-
-
 DYNAMIC_REFERENCE = Table(
     "dynamic_reference",
     "What halving the reference's step changes in each frame, and which frames models are compared in.",
@@ -198,7 +183,7 @@ def find_motion_truth(input, output, params, say):
     asked = params.truth
     count, progress = asked["steps_per_frame"] * scene.frames, steps(say, f"{scene.name}: motion")
     moved = scene.body, scene.placed_loads(), scene.rayleigh, scene.duration_s
-    found = motion_truth.motion_truth(*moved, scene.frames, count, asked["levels"], progress)
+    found = motion_truth(*moved, scene.frames, count, asked["levels"], progress)
     if found.rejected:
         warnings.warn(
             f"scenes.{scene.name}: its motion has no truth that is believed ({found.rejected}); models are judged by "
@@ -206,7 +191,7 @@ def find_motion_truth(input, output, params, say):
             stacklevel=1,
         )
     say(f"{scene.name}: known to {found.own_error:.2%} of the peak")
-    motion_truth.save(found, output.truth)
+    write_arrays(found, output.truth)
     return {"table": tabulate_truth(scene.name, found)}
 
 
@@ -216,5 +201,5 @@ def simulate_dynamic_reference(input, output, params, say):
     own = params.compared["own"]
     found = reference(scene, lesson, own["change_of_peak"], own["max_halvings"])
     say(f"{scene.name}: a step of {found.step_s:.2g} s; halving it last changed {found.change:.2%} of the peak")
-    save(found, output.reference)
+    write_arrays(found, output.reference)
     return {"table": tabulate(scene, found)}

@@ -5,7 +5,9 @@ from palpate.scenes.acting_effects import has_contact
 
 def compared_of(wildcards):
     """A scene as a scene to compare models by, apart from the values that are tried of their settings."""
-    own = {key: value for key, value in FOLLOWED[wildcards.scene].items() if key not in ("settings", "elsewhere", "truth")}
+    own = {
+        key: value for key, value in FOLLOWED[wildcards.scene].items() if key not in ("settings", "elsewhere", "truth")
+    }
     return {
         "name": wildcards.scene,
         "entry": config["scenes"][wildcards.scene],

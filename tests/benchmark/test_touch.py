@@ -112,7 +112,7 @@ def test_touches_of_a_config_are_at_the_nearest_node(pad, middle):
         {"at_m": [0.041, 0.04, 0.045], "direction": None, "depths_m": [0.001, 0.002]},
         {"at_m": [0.04, 0.04, 0.04], "direction": [0.0, 1.0, -1.0], "depths_m": [0.003]},
     ]
-    table = given_touches(pad, given)
+    table = given_touches(pad, BALL, given)
     assert list(table["node"]) == [middle] * 3 and list(table["depth_m"]) == [0.001, 0.002, 0.003]
     ways = [touch.direction for touch in touches_of(BALL, table)]
     assert np.allclose(ways[0], [0.0, 0.0, -1.0]) and np.allclose(ways[2], [0.0, np.sqrt(0.5), -np.sqrt(0.5)])
@@ -129,13 +129,13 @@ def test_touches_of_a_config_are_at_the_nearest_node(pad, middle):
 def test_a_touch_that_is_none_is_refused(pad, given, said):
     usual = {"at_m": [0.04, 0.04, 0.04], "direction": None, "depths_m": [0.001]}
     with pytest.raises(InputError) as refused:
-        given_touches(pad, [usual | given])
+        given_touches(pad, BALL, [usual | given])
     assert said in str(refused.value)
 
 
 def test_what_no_mesh_resolves_has_no_truth(pad, middle):
     given = {"at_m": pad.fine.nodes[middle], "direction": None, "depths_m": [1e-9]}
-    shallow = touches_of(BALL, given_touches(pad, [given]))
+    shallow = touches_of(BALL, given_touches(pad, BALL, [given]))
     with pytest.warns(UserWarning, match="1 of 1 touches have no truth"):
         truth = truth_of_touches(pad, shallow)
     assert not truth.believed.any() and np.isnan(truth.force).all() and "too little for any mesh" in truth.rejected[0]

@@ -28,10 +28,11 @@ class Regime(Block):
 
 
 class Instrument(Block):
-    kind: Literal["sphere", "capsule", "punch"] = key(
-        "A ball; a capsule, which lies on its side; or a punch, a cylinder with a flat end"
+    kind: Literal["sphere", "capsule", "punch", "grasp"] = key(
+        "A ball; a capsule, which lies on its side; a punch, a cylinder with a flat end; or a grasp, which holds a "
+        "patch of the surface and pulls it"
     )
-    radius_m: Positive = key("Radius [m]")
+    radius_m: Positive = key("Radius [m], of a grasp that of the patch")
     edge_m: NotNegative = key("Radius [m] of a punch's rounded edge", 0.0)
     length_m: NotNegative = key("Length [m] of a capsule between the centres of its ends", 0.0)
     sticks: Switch = key("Whether what it touches keeps its place on it, or slides without friction", False)
@@ -67,6 +68,8 @@ def check_instruments(place: str, entries: Sequence[dict], bodies: Sequence[str]
         for name, owner in (("edge_m", "punch"), ("length_m", "capsule")):
             if entry[name] and kind != owner:
                 raise InputError(f"{place}[{i}].{name} is {entry[name]:g}, and a {kind} has none; leave it out.")
+        if entry["sticks"] and kind == "grasp":
+            raise InputError(f"{place}[{i}].sticks is true, and a grasp always holds what it has; leave it out.")
         if entry["edge_m"] > radius:
             raise InputError(f"{place}[{i}].edge_m is {entry['edge_m']:g}; give at most its radius_m, {radius:g}.")
         name = instrument_name(kind, radius)

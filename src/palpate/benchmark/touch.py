@@ -11,8 +11,9 @@ import pandas as pd
 from palpate.benchmark.model import LeftOut, held_mb
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import surface_contacts
-from palpate.effects.instrument import Instrument, Pose, first_touch, upright
+from palpate.effects.instrument import GRASP, Instrument, Pose, first_touch, upright
 from palpate.errors import InputError, NotConverged
+from palpate.solvers.grasping import Patch, patch_around
 
 Made = TypeVar("Made")
 TOUCH_COLUMNS = ["sample", "node", "direction_x", "direction_y", "direction_z", "depth_m", "asked_m"]
@@ -22,7 +23,7 @@ BEFORE = 0.8
 
 @dataclass(frozen=True, eq=False)
 class Touch:
-    """An instrument that is pushed from first touch to a depth.
+    """An instrument that is pushed from first touch to a depth, or that moves what it grasps as far.
 
     node : of the fine surface, where its tip is held against the surface, upright on its normal, before it is moved
     direction : unit vector (3,) of the motion; depth_m : how far, from first touch [m]
@@ -36,6 +37,15 @@ class Touch:
     poses: dict[Body, Pose] = field(default_factory=dict)
 
     @property
+    def grasps(self) -> bool:
+        """Whether it holds a patch of the surface, which makes contact no question."""
+        return self.instrument.kind == GRASP
+
+    def patch(self, body: Body) -> Patch:
+        """Return what a grasp holds of ``body``."""
+        return patch_around(body.fine, self.node, self.instrument.radius_m)
+
+    @property
     def before(self) -> "Touch":
         """The same touch at the share BEFORE of its depth."""
         return replace(self, depth_m=BEFORE * self.depth_m)
@@ -44,7 +54,7 @@ class Touch:
         """Return where the instrument first touches ``body``; InputError where it does not."""
         if body not in self.poses:
             held = upright(self.instrument, body.fine.nodes[self.node], body.fine.normals[self.node])
-            self.poses[body] = first_touch(held, body.fine, self.direction)
+            self.poses[body] = held if self.grasps else first_touch(held, body.fine, self.direction)
         return self.poses[body]
 
 
@@ -112,18 +122,20 @@ class TouchSolver:
 
 
 def refuse_sticking(case: TouchCase, what: str) -> None:
-    """Raise LeftOut for an instrument that tissue sticks to, which ``what`` do not know."""
-    if case.instrument.sticks:
+    """Raise LeftOut for an instrument that tissue sticks to, or that grasps it, which ``what`` do not know."""
+    if case.instrument.sticks or case.instrument.kind == GRASP:
         raise LeftOut(f"{what} know no tissue that sticks to an instrument", [float("nan")])
 
 
-def given_touches(body: Body, given: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+def given_touches(body: Body, instrument: Instrument, given: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """Return the touches that a config gives, one for each depth, as ``choose_touches`` does.
 
-    given : ``at_m``, the point whose nearest surface node is touched; ``depths_m``; ``direction``, or the inward normal
-    InputError for a point that is off the surface or on what is held, and for a direction out of the body.
+    given : ``at_m``, the point whose nearest surface node is touched; ``depths_m``; ``direction``, or None for the
+        inward normal, and for the outward one of what is grasped
+    InputError for a point that is off the surface or on what is held, and for an instrument whose way is out of the
+    body.
     """
-    mesh, able = body.fine, places_to_touch(body)
+    mesh, able, pulls = body.fine, places_to_touch(body), instrument.kind == GRASP
     corners = mesh.nodes[mesh.triangles]
     longest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
     rows: list[list[float]] = []
@@ -136,8 +148,11 @@ def given_touches(body: Body, given: Sequence[Mapping[str, Any]]) -> pd.DataFram
             )
         if node not in able:
             raise InputError(f"{place}.at_m is where {body.name} is held, or beside; give another place.")
-        way = -mesh.normals[node] if each["direction"] is None else np.array(each["direction"], dtype=float)
-        if way @ mesh.normals[node] >= 0.0:
+        outward = mesh.normals[node]
+        way = outward if pulls else -outward
+        if each["direction"] is not None:
+            way = np.array(each["direction"], dtype=float)
+        if way @ outward >= 0.0 and not pulls:
             raise InputError(f"{place}.direction points out of {body.name} there; give a way into it, or null.")
         for depth in each["depths_m"]:
             rows.append([len(rows), node, *(way / np.linalg.norm(way)), depth, depth])
@@ -167,6 +182,7 @@ def choose_touches(
 ) -> pd.DataFrame:
     """Choose ``count`` touches: places drawn by area, depths evenly, every other one tilted, to TILT at most.
 
+    What is grasped is pulled, and all else pushed.
     depth_of_radius : least and largest depth over the radius
     bears : whether the body bears a touch; those that it does not are made less deep, then left for other places
     Warns of touches that were lowered or left; InputError where no place bears any.
@@ -181,7 +197,8 @@ def choose_touches(
         tilt = np.deg2rad(TILT * rng.random()) if len(rows) % 2 else 0.0
         turn, asked = 2.0 * np.pi * rng.random(), float(rng.uniform(*depth_of_radius)) * instrument.radius_m
         across, along, outward = upright(instrument, body.fine.nodes[node], body.fine.normals[node]).axes
-        way = -np.cos(tilt) * outward + np.sin(tilt) * (np.cos(turn) * across + np.sin(turn) * along)
+        out = np.cos(tilt) if instrument.kind == GRASP else -np.cos(tilt)
+        way = out * outward + np.sin(tilt) * (np.cos(turn) * across + np.sin(turn) * along)
         for fall in range(FALLS):
             if bears(touch := Touch(instrument, int(node), way, asked * LOWER**fall)):
                 rows.append([len(rows), node, *way, touch.depth_m, asked])

@@ -181,7 +181,9 @@ class _Call:
 
 
 def penetration(case: TouchCase, touch: Touch, answer: Touched) -> float:
-    """Return the deepest overlap of the fine surface nodes with the instrument, over the depth."""
+    """Return the deepest overlap of the fine surface nodes with the instrument, over the depth; NaN of a grasp."""
+    if touch.grasps:
+        return np.nan
     body, pose = case.body, touch.pose(case.body).moved(touch.depth_m * touch.direction)
     at = body.fine.nodes[body.fine.surface] + answer.displacement
     return max(0.0, -float(pose.gaps(at)[0].min())) / touch.depth_m

@@ -11,9 +11,10 @@ from palpate.bodies.body import Body
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.refinement import with_midpoints
-from palpate.effects.instrument import PUNCH, Instrument, Pose
+from palpate.effects.instrument import GRASP, PUNCH, Instrument, Pose
 from palpate.effects.surface_map import SurfaceMap
 from palpate.errors import NotConverged
+from palpate.solvers.grasping import Grasping
 from palpate.solvers.indentation import ContactPoints, Indentation, Touching, contact_points
 
 REACH, MARGIN = 1.3, 1.5
@@ -21,6 +22,8 @@ REACH, MARGIN = 1.3, 1.5
 COARSER = 2
 """By how many levels elements are coarser than at the rim of what is held, whose error is many times theirs: organs are
 then as exact as with four times the nodes everywhere."""
+RIMMED = (PUNCH, GRASP)
+"""Kinds whose pressure is greatest at the rim."""
 SHARPEST = 0.1
 """Radius of a punch's edge, over its own, below which elements follow it no further."""
 TOLERANCE = 1e-4
@@ -32,21 +35,21 @@ TOUCHED_WITHIN = 0.7
 def contact_radius(instrument: Instrument, depth_m: float) -> float:
     """Estimate the radius [m] of what touches at a depth; of a capsule half the width."""
     round_one = min(float(np.sqrt(depth_m * instrument.radius_m)), instrument.radius_m)
-    return instrument.radius_m if instrument.kind == PUNCH else round_one
+    return instrument.radius_m if instrument.kind in RIMMED else round_one
 
 
 @dataclass(frozen=True, eq=False)
 class TouchedMesh:
     """Quadratic elements on a mesh that is refined around one place.
 
-    body : with this mesh, and the nodes of the elements, as its last two levels; problem : of the contact
+    body : with this mesh, and the nodes of the elements, as its last two levels; problem : of the contact or the grasp
     up : the map (n_surface, n) from its nodes to the fine surface of the whole body
     edge_m : length of the surface's edges where it is touched [m]
     """
 
     touch: Touch
     body: Body
-    problem: Indentation
+    problem: Indentation | Grasping
     up: sparse.csr_array
     edge_m: float
 
@@ -55,13 +58,19 @@ class TouchedMesh:
         """The level of ``body`` that the mesh is."""
         return len(self.body.levels) - 2
 
+    @property
+    def contact(self) -> Indentation:
+        """The problem of an instrument that does not grasp."""
+        assert isinstance(self.problem, Indentation)
+        return self.problem
+
     def answer(self, tolerance: float) -> tuple[Touched, Touching]:
         """Return the answer to the touch, and the last state of the elements; NotConverged where there is none."""
         *_, state = self.problem.push(self.touch.direction, [self.touch.depth_m], tolerance)
         return answer_of(self.problem, state, self.touch, self.up), state
 
 
-def answer_of(problem: Indentation, state: Touching, touch: Touch, up: sparse.csr_array) -> Touched:
+def answer_of(problem: Indentation | Grasping, state: Touching, touch: Touch, up: sparse.csr_array) -> Touched:
     """Return the answer that a ``state`` of ``problem`` is; up : its nodes' map to the fine surface."""
     return Touched(up @ (state.x - problem.mesh.nodes), float(state.force @ touch.direction), state.area_m2)
 
@@ -77,6 +86,19 @@ def points_touched(
         return np.min([pose.gaps(at)[0] / touch.depth_m for pose, touch in ends], axis=0) < TOUCHED_WITHIN
 
     return contact_points(mesh, order, young_pa, near)
+
+
+def problem_of(body: Body, level: int, order: int, touches: Sequence[Touch], shape: Body) -> Indentation | Grasping:
+    """Return the problem of the first of ``touches`` on a level of ``body``, with elements of ``order``.
+
+    Its points are those that any of the touches may touch; shape : the body that they are described on
+    """
+    first = touches[0]
+    if first.grasps:
+        return Grasping(body, level, order, first.patch(shape))
+    poses = [touch.pose(shape) for touch in touches]
+    points = points_touched(body.levels[level], order, body.material.young_pa, touches, poses)
+    return Indentation(body, level, order, points, poses[:1], first.instrument.sticks)
 
 
 def _reach(touch: Touch) -> float:
@@ -118,11 +140,10 @@ class TouchedMeshes:
     def level_for(self, touch: Touch, along_radius: float) -> int:
         """Return the level on which so many elements at least lie along the radius of what touches.
 
-        Of a punch it is the geometric mean of its radius and its edge's, where the pressure is greatest. NotConverged
-        beyond FINEST.
+        Where that has a rim, the radius is the geometric mean of its own and the edge's. NotConverged beyond FINEST.
         """
         size = contact_radius(touch.instrument, touch.depth_m)
-        if touch.instrument.kind == PUNCH:
+        if touch.instrument.kind in RIMMED:
             size = np.sqrt(size * max(touch.instrument.edge_m, SHARPEST * size))
         level = max(0, int(np.ceil(np.log2(along_radius * self._edge(touch.node) / size))))
         if level > FINEST:
@@ -148,11 +169,8 @@ class TouchedMeshes:
         radii = np.where(levels < everywhere, all_of_it, np.where(levels < level, reach, -1.0))
         local = LocalRefinement(body, depth).around(place, radii.tolist(), held) if depth else body.up_to(0)
         up, whole = self._surface.of(local, 2), with_midpoints(local, depth)
-        poses = [touch.pose(self._body) for touch in touches]
-        points = points_touched(local.fine, 2, body.material.young_pa, touches, poses)
         edge = float(self._edge(first.node) / 2**level)
-        problem = Indentation(whole, depth, 2, points, poses[:1], first.instrument.sticks)
-        return TouchedMesh(first, whole, problem, up, edge)
+        return TouchedMesh(first, whole, problem_of(whole, depth, 2, touches, self._body), up, edge)
 
     def _edge(self, node: int) -> float:
         """Return the mean length [m] of the edges of the coarse triangles nearest to a node."""

@@ -14,16 +14,17 @@ import numpy as np
 from palpate.bodies.mesh import Mesh
 from palpate.errors import InputError
 
-SPHERE, CAPSULE, PUNCH = "sphere", "capsule", "punch"
-KINDS = (SPHERE, CAPSULE, PUNCH)
+SPHERE, CAPSULE, PUNCH, GRASP = "sphere", "capsule", "punch", "grasp"
+KINDS = (SPHERE, CAPSULE, PUNCH, GRASP)
 
 
 @dataclass(frozen=True, eq=False)
 class Instrument:
-    """A rigid body that is pushed into tissue.
+    """A rigid body that is pushed into tissue, or a grasper that moves what it holds of it.
 
-    kind : a sphere; a capsule, that lies on its side; or a punch, a cylinder with a flat end
-    radius_m : of the sphere, the capsule or the cylinder [m]
+    kind : a sphere; a capsule, that lies on its side; a punch, a cylinder with a flat end; or a grasp, which holds a
+        patch of the surface and has no shape, so that it has no gaps either
+    radius_m : of the sphere, the capsule, the cylinder or the patch [m]
     edge_m : radius of the punch's rounded edge, at most that of the cylinder [m]
     length_m : of the capsule between the centres of its ends [m]
     sticks : whether what it touches keeps its place on it, or slides without friction

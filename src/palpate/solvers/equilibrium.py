@@ -79,10 +79,15 @@ class Equilibrium:
 
     def force(self, x: np.ndarray) -> np.ndarray:
         """Return the elastic force plus load (n_nodes, 3) [N], zero at held nodes."""
+        force = self.free_force(x)
+        force[self._held] = 0.0
+        return force
+
+    def free_force(self, x: np.ndarray) -> np.ndarray:
+        """Return the same with what acts at held nodes, too, which their supports balance."""
         force = self._elasticity.force(x) + self.load
         if self._springs is not None:
             force -= (self._springs @ (x - self.mesh.nodes).ravel()).reshape(x.shape)
-        force[self._held] = 0.0
         return force
 
     def carry(self, load: np.ndarray) -> None:

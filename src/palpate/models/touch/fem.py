@@ -2,10 +2,9 @@
 
 from palpate.benchmark.model import Setting
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
-from palpate.benchmark.touched_mesh import TouchedMeshes, answer_of, points_touched
+from palpate.benchmark.touched_mesh import TouchedMeshes, answer_of, problem_of
 from palpate.bodies.refinement import with_midpoints
 from palpate.models.fem_statics import to_surface
-from palpate.solvers.indentation import Indentation
 
 TOLERANCE = 1e-4
 LAW = "the body's"
@@ -32,9 +31,7 @@ class LevelTouch(TouchSolver):
         self._up = to_surface(case.body, self._level, self._order)
 
     def respond(self, touch: Touch) -> Touched:
-        pose, mesh = touch.pose(self._shape), self._body.levels[self._level]
-        points = points_touched(mesh, self._order, self._body.material.young_pa, [touch], [pose])
-        problem = Indentation(self._body, self._level, self._order, points, [pose], touch.instrument.sticks)
+        problem = problem_of(self._body, self._level, self._order, [touch], self._shape)
         *_, state = problem.push(touch.direction, [touch.depth_m], TOLERANCE)
         return answer_of(problem, state, touch, self._up)
 

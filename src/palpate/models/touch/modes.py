@@ -74,7 +74,7 @@ class _Place:
         ways = tilted_ways(upright(instrument, case.body.fine.nodes[node], outward).axes, [TILT], AROUND)
         touches = [Touch(instrument, node, way, case.deepest_m) for way in ways]
         mesh = meshes.around_all(touches, *where)
-        problem = mesh.problem
+        problem = mesh.contact
         points, rest = problem.points, problem.mesh.nodes
         pushed: list[np.ndarray] = []
         moved: list[np.ndarray] = []

@@ -6,25 +6,28 @@ vertex block descent. All end at the equilibrium of corotational linear elements
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from palpate.benchmark.load import Refused
 from palpate.benchmark.model import Setting
-from palpate.benchmark.touch import TouchCase
+from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
 from palpate.bodies.particles import particles_of
 from palpate.effects.bed import BedSprings
-from palpate.effects.instrument import Pose
+from palpate.effects.instrument import GRASP, Pose
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.node_contact import NodeContact
+from palpate.errors import NotConverged
 from palpate.models.relaxed import LAW
-from palpate.models.touch.pushing import NodeTouch, Relaxing
+from palpate.models.touch.pushing import SHARES, NodeTouch, Relaxing
 from palpate.solvers.projective_dynamics import ProjectiveDynamics
 from palpate.solvers.vertex_block_descent import VertexBlockDescent
 from palpate.solvers.xpbd import Obstacle, Xpbd
 
 PENALTY = 100.0
 """Stiffness of a node's contact over what resists its displacement if all others stand still."""
+NO_NODES = np.empty(0, dtype=int)
 TOLERANCE = 1e-6
 """Of the residual of projective dynamics, relative to what the instrument pushes with before a step."""
 
@@ -35,11 +38,16 @@ def settings(case: TouchCase, method: str) -> list[Setting]:
 
 
 class RelaxedTouch(NodeTouch):
-    """Linear elements on a level; each step of the instrument has as many iterations as the setting says."""
+    """Linear elements on a level; each step of the instrument has as many iterations as the setting says.
 
-    def __init__(self, case: TouchCase, setting: Setting, method: str):
+    grasped : nodes that are held besides the anchors
+    """
+
+    def __init__(self, case: TouchCase, setting: Setting, method: str, grasped: np.ndarray = NO_NODES):
         level = setting["level"]
         super().__init__(case, level)
+        self._grasped, self._anchored = grasped, self.held
+        self.held = self.held | np.isin(np.arange(len(self.held)), grasped)
         tissue = case.body.tissue(level)
         if tissue.law != LAW:
             raise Refused(f"{method} has the corotational law, and {case.body.name} is {tissue.law}")
@@ -52,10 +60,49 @@ class RelaxedTouch(NodeTouch):
         return self._begin(nodes, pose)
 
     def supported(self, x: np.ndarray) -> np.ndarray:
+        borne = self._borne(x)
+        return self._elements.force(x)[self._anchored].sum(axis=0) - borne.sum(axis=0)
+
+    def _borne(self, x: np.ndarray) -> np.ndarray:
+        """Return the forces (n, 3) [N] of the bed on the nodes."""
         borne = np.zeros_like(x)
         if self._bed is not None:
             self._bed.add_force(x, None, borne)
-        return self._elements.force(x)[self.held].sum(axis=0) - borne.sum(axis=0)
+        return borne
+
+    def move(self, touch: Touch) -> Touched:
+        """Return the answer to a touch that moves what is grasped, step by step."""
+        mesh, way, nodes = self.mesh, touch.depth_m * touch.direction, self._grasped
+        relax, x = self.begin(NO_NODES, touch.pose(self.shape)).relax, mesh.nodes.copy()
+        for share in SHARES:
+            x[nodes] = mesh.nodes[nodes] + share * way
+            x = relax(x)
+        force = -(self._elements.force(x) + self._borne(x))[nodes].sum(axis=0)
+        felt = float(self.supported(x) @ touch.direction)
+        return Touched(self._up @ (x - mesh.nodes), float(force @ touch.direction), reaction_n=felt)
+
+
+class RelaxedGrasp(TouchSolver):
+    """The same body for each place that is grasped, with other nodes held; NotConverged where there are none."""
+
+    def __init__(self, case: TouchCase, setting: Setting, method: str):
+        self._case, self._level = case, setting["level"]
+        self._make = partial(RelaxedTouch, case, setting, method)
+        self._places: dict[int, RelaxedTouch] = {}
+
+    def prepare(self, touch: Touch) -> None:
+        nodes = touch.patch(self._case.body).nodes_of(self._case.body.levels[self._level])
+        if not len(nodes):
+            raise NotConverged("no node of this level lies on what is grasped; take a finer one", [float("nan")])
+        self._places[touch.node] = self._make(nodes)
+
+    def respond(self, touch: Touch) -> Touched:
+        return self._places[touch.node].move(touch)
+
+
+def online(case: TouchCase, setting: Setting, method: str) -> TouchSolver:
+    """Return what answers touches by instruments, or grasps of places that are prepared when that is asked."""
+    return (RelaxedGrasp if case.instrument.kind == GRASP else RelaxedTouch)(case, setting, method)
 
 
 Begin = Callable[[np.ndarray, Pose], Relaxing]
@@ -116,4 +163,3 @@ _BEGIN: dict[str, Callable[..., Begin]] = {
     "projective_dynamics": _projective_dynamics,
     "vertex_block_descent": _vertex_block_descent,
 }
-online = RelaxedTouch

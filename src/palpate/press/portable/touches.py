@@ -195,8 +195,8 @@ def _trials(case: TouchCase, level: int, node: int, axes: np.ndarray, number: in
     mesh = meshes.around_all(pushes, HELD, level)
     found = []
     for push, (_, _, shares) in zip(pushes, TRIED, strict=True):
-        mesh.problem.begin([push.pose(case.body)])
-        for state in mesh.problem.push(push.direction, [share * case.deepest_m for share in shares], PUSH_TOLERANCE):
+        mesh.contact.begin([push.pose(case.body)])
+        for state in mesh.contact.push(push.direction, [share * case.deepest_m for share in shares], PUSH_TOLERANCE):
             touch = replace(push, depth_m=state.depth_m)
             answer = answer_of(mesh.problem, state, touch, mesh.up)
             found.append(_Trial(number, touch, answer.displacement, answer.force_n))

@@ -13,7 +13,7 @@ def choose_touches(input, params):
 
     body, instrument = load(input.body), Instrument(**params.instrument)
     if params.at:
-        return {"touches": given_touches(body, params.at)}
+        return {"touches": given_touches(body, instrument, params.at)}
     asked = params.samples, tuple(params.depth_of_radius), params.seed
     return {"touches": choose_touches(body, instrument, *asked, bearing(body, params.along_radius))}
 

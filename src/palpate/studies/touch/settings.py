@@ -159,7 +159,9 @@ class Families(Block):
 class Given(Block):
     body: str = key("Body that is touched, by name")
     at_m: Vector = key("Point [m] whose nearest node of the surface is touched")
-    direction: Vector | None = key("Direction of the instrument's way; null is the inward normal", None)
+    direction: Vector | None = key(
+        "Direction of the instrument's way; null is the inward normal, and of a grasp the outward one", None
+    )
     depths_m: Some[Positive] = key("Depths [m] from first touch, each a touch of its own")
 
 
@@ -167,7 +169,9 @@ class Settings(Block):
     """What an instrument that is pushed into a body moves, and what the hand feels, for every model."""
 
     bodies: Some[str] | None = key("Bodies that are touched, by name; null takes all that are refined", None)
-    instruments: list[Instrument] = key("Rigid instruments", rows("kind radius_m", ("sphere", 0.008)), min_length=1)
+    instruments: list[Instrument] = key(
+        "Rigid instruments, or grasps", rows("kind radius_m", ("sphere", 0.008)), min_length=1
+    )
     samples: Count = key("Touches of each body by each instrument, at places drawn by area", 4)
     at: list[Given] = key("Touches at places of your own, which are asked of their bodies instead of drawn ones", [])
     depth_of_radius: Pair[Annotated[Positive, Field(le=2)]] = key(

@@ -75,7 +75,7 @@ TOUCH = Table(
     rmse_of_peak_bound patch_rms_of_peak_bound force_error_bound: below which the error at another place stays in nine
         cases of ten, with the truth's own error; empty where fewer than nine touches are known
     force_error_coverage: share of the touches that stay below such a bound of others; empty below ten touches
-    penetration_of_depth: the deepest overlap of a surface node with the instrument, over the depth
+    penetration_of_depth: the deepest overlap of a surface node with the instrument, over the depth; empty of a grasp
     reaction_error: mean error of the force as the body's supports feel it
     online_median_s online_p95_s online_max_s: time of an answer, and of the slowest touch (median of its calls) [s]
     preparation_s offline_s memory_mb: preparation of a place and of the body [s], and memory [1e6 bytes]

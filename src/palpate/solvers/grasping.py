@@ -1,0 +1,139 @@
+"""Static equilibrium of a body of which a patch of the surface is grasped and moved: nothing slides or lets go."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from palpate.bodies.body import Body
+from palpate.bodies.mesh import Mesh, area_normals
+from palpate.errors import InputError, NotConverged
+from palpate.solvers.equilibrium import MAX_ITERATIONS, FastEquilibrium
+from palpate.solvers.indentation import Touching
+from palpate.solvers.lbfgs import minimise_by_lbfgs
+from palpate.solvers.newton import Solution, minimise_by_newton
+
+ON_PATCH = 1e-9
+"""Distance of a node from the patch that it lies on, over the size of its mesh."""
+FACING = 0.5
+"""Least cosine between the normals of a patch's triangles and of its middle."""
+SMALL, RESPONSE = 1e-6, 1e-6
+"""Motion of the patch, over the body's size, that linear responses are found with, and their residual."""
+SHORTEST = 1.0 / 64.0
+"""Share of the way in which no step is found, below which none is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """Whole triangles of a surface, so that meshes which halve them hold the same area; corners : (t, 3, 3) [m]."""
+
+    corners: np.ndarray
+
+    @property
+    def area_m2(self) -> float:
+        """The area at rest [m²]."""
+        sides = self.corners[:, 1:] - self.corners[:, :1]
+        return float(0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum())
+
+    def nodes_of(self, mesh: Mesh) -> np.ndarray:
+        """Return the nodes of a mesh that lie on the patch, increasing."""
+        middle, near = self.corners.reshape(-1, 3).mean(axis=0), ON_PATCH * mesh.size
+        reach = np.linalg.norm(self.corners - middle, axis=2).max() + near
+        nodes = mesh.surface[np.linalg.norm(mesh.nodes[mesh.surface] - middle, axis=1) <= reach]
+        first, sides = self.corners[:, 0], np.swapaxes(self.corners[:, 1:] - self.corners[:, :1], 1, 2)
+        away = mesh.nodes[nodes][:, None] - first
+        shares = np.einsum("tab,nta->ntb", np.swapaxes(np.linalg.pinv(sides), 1, 2), away)
+        shares = np.clip(shares, 0.0, None)
+        shares /= np.maximum(shares.sum(axis=2, keepdims=True), 1.0)
+        off = np.linalg.norm(away - np.einsum("tab,ntb->nta", sides, shares), axis=2).min(axis=1, initial=np.inf)
+        return nodes[off <= near]
+
+    def held_of(self, body: Body) -> Body:
+        """Return the body with the patch held beside its anchors, on all levels."""
+        patched = (self.nodes_of(mesh) for mesh in body.levels)
+        return replace(body, anchors=[np.union1d(*each) for each in zip(body.anchors, patched, strict=True)])
+
+
+def patch_around(mesh: Mesh, node: int, radius_m: float) -> Patch:
+    """Return the triangles of ``mesh`` within ``radius_m`` of a node of its surface, at least those that it is part of.
+
+    Those that look another way are left out, as of the far side of a thin body.
+    """
+    corners = mesh.nodes[mesh.triangles]
+    within = (np.linalg.norm(corners - mesh.nodes[node], axis=2) <= radius_m).all(axis=1)
+    normals = area_normals(mesh.nodes, mesh.triangles)
+    facing = normals @ mesh.normals[node] > FACING * np.linalg.norm(normals, axis=1)
+    return Patch(corners[(within & facing) | (mesh.triangles == node).any(axis=1)])
+
+
+class Grasping(FastEquilibrium):
+    """The static problem on one level of a body whose ``patch`` is moved; arguments and errors of ``Equilibrium``.
+
+    grasped : the nodes of the patch; NotConverged where there are none, or where some of them are held
+    """
+
+    def __init__(self, body: Body, level: int, order: int, patch: Patch):
+        finest = level + order - 1
+        super().__init__(patch.held_of(body), level, order)
+        self.patch, self.grasped = patch, patch.nodes_of(self.mesh)
+        if not len(self.grasped):
+            raise NotConverged(f"no node of level {level} lies on what is grasped", [float("nan")])
+        if np.intersect1d(self.grasped, body.supported(finest)).size:
+            raise NotConverged("what is grasped is held", [float("nan")])
+
+    def response(self, way: np.ndarray) -> np.ndarray:
+        """Return the linear response (n, 3), per metre, to a motion of the patch along the unit vector ``way`` (3,)."""
+        shift, small = np.zeros_like(self.mesh.nodes), SMALL * self.mesh.size
+        shift[self.grasped] = way
+        self.load = np.zeros_like(shift)
+        load = (self.force(self.mesh.nodes + small * shift) - self.force(self.mesh.nodes)) / small
+        return shift + self.linear_solver(RESPONSE)(load)
+
+    def reaction(self, x: np.ndarray) -> np.ndarray:
+        """Return the force (3,) [N] of what grasps on a body at ``x`` (n, 3) [m]."""
+        return -self.free_force(x)[self.grasped].sum(axis=0)
+
+    def push(self, direction: np.ndarray, depths: Sequence[float], tolerance: float) -> Iterator[Touching]:
+        """Move the patch along the unit vector ``direction`` (3,) to each depth [m], and yield what that does.
+
+        tolerance : of the residual, over the norm of the nodal forces on the patch
+        Raises InputError for a depth that is negative or larger than the body, and NotConverged where no stable
+        equilibrium is found, or an element is inverted.
+        """
+        largest = self.mesh.size
+        for depth in depths:
+            if not 0.0 <= depth < largest:
+                raise InputError(f"a depth is {depth:g} m; give 0 to {largest:.3g} m, the size of the body.")
+        x, reached, response = self.mesh.nodes, 0.0, self.response(direction)
+        for depth in depths:
+            step = depth - reached
+            while abs(reached - depth) > 1e-12 * largest:
+                try:
+                    x = self._balanced(x + step * response, tolerance)
+                except NotConverged as failure:
+                    step *= 0.5
+                    if abs(step) < SHORTEST * max(depths):
+                        raise NotConverged(
+                            f"{failure}, {1e3 * reached:.3g} mm on the way", failure.history
+                        ) from failure
+                    continue
+                reached, step = reached + step, depth - reached - step
+            if (det := self.least_det(x)) <= 0.0:
+                raise NotConverged(f"an element is inverted at a depth of {1e3 * depth:.3g} mm", [det])
+            if depth:
+                self.check_stable(x)
+            yield Touching(depth, x, self.reaction(x), self.patch.area_m2, float("nan"), 0.0)
+
+    def _balanced(self, start: np.ndarray, tolerance: float) -> np.ndarray:
+        """Return the equilibrium (n, 3) [m] with the patch where ``start`` (n, 3) [m] has it."""
+        scale = float(np.linalg.norm(self.free_force(start)[self.grasped]))
+        way = minimise_by_lbfgs(self, self.at_rest(), start, tolerance * scale, MAX_ITERATIONS)
+        if way.convex and way.forces[-1] <= tolerance * scale:
+            return way.x
+        solution = Solution(way.x if way.convex else start)
+        try:
+            minimise_by_newton(self, solution.x, scale, tolerance, solution=solution)
+        except NotConverged:
+            if not solution.history[-1] * scale <= self._rounding:
+                raise
+        return solution.x

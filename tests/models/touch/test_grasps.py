@@ -1,0 +1,75 @@
+"""Models that are asked what a grasp does end where the finite elements do, whose truth is known better."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fixtures.touched_block import SETTLED, rmse_of_peak
+
+from palpate.benchmark.model import LeftOut
+from palpate.benchmark.touch import Touch, choose_touches, given_touches, touches_of
+from palpate.benchmark.touch_measure import measure_touches, penetration
+from palpate.benchmark.touch_truth import Asked, truth_of_touches
+from palpate.benchmark.touched_mesh import bearing
+from palpate.effects.instrument import Instrument
+from palpate.models.touch import fem, linear, modes, relaxed
+
+GRASP = Instrument("grasp", 0.02)
+OBLIQUE = np.array([0.6, 0.0, 0.8])
+LINEAR = {"held": 0, "level": 2}
+
+
+@pytest.fixture(scope="module")
+def case(block):
+    return replace(block, instrument=GRASP, grid={"linear": [LINEAR | {"discs": 8, "warped": False}]}, kept={})
+
+
+@pytest.fixture(scope="module")
+def pull(case):
+    top = case.body.fine.nodes.max(axis=0) * [0.5, 0.5, 1.0]
+    node = int(np.linalg.norm(case.body.fine.nodes - top, axis=1).argmin())
+    return Touch(GRASP, node, OBLIQUE, 0.006)
+
+
+@pytest.mark.parametrize("method", SETTLED)
+def test_methods_of_games_end_at_the_equilibrium_of_elements(case, pull, method):
+    elements = fem.online(case, {"level": 0, "order": 1}).respond(pull)
+    solver = relaxed.online(case, {"level": 0} | SETTLED[method], method)
+    solver.prepare(pull)
+    found = solver.respond(pull)
+    assert rmse_of_peak(found.displacement, elements.displacement) < 1e-3
+    assert found.force_n == pytest.approx(elements.force_n, rel=5e-3)
+    assert found.reaction_n == pytest.approx(found.force_n, rel=5e-3)
+
+
+def test_linear_responses_are_those_of_small_motions(case, pull):
+    small = replace(pull, depth_m=1e-5)
+    solver = linear.online(case, LINEAR)
+    solver.prepare(small)
+    found, right = solver.respond(small), fem.online(case, LINEAR).respond(small)
+    assert rmse_of_peak(found.displacement, right.displacement) < 1e-3
+    assert found.force_n == pytest.approx(right.force_n, rel=1e-3)
+
+
+def test_the_truth_of_a_grasp_judges_linear_elements(case, pull):
+    truth = truth_of_touches(case.body, [pull], asked=Asked(0.8, 2, most_force_error=0.05))
+    assert truth.believed.all() and truth.own[0, 0] < 0.01
+    assert truth.force_order[0] == pytest.approx(1.0, abs=0.3)  # of the singular rim
+    _, table = measure_touches(case, "linear", linear, [pull], truth, 1, 0.0)
+    (row,) = table.to_dict("records")
+    assert row["failures"] == 0 and row["rmse_of_peak"] < 0.02 and abs(row["force_error"]) < 0.1
+    assert np.isnan(row["penetration_of_depth"]) and np.isnan(penetration(case, pull, truth.answer(0)))
+
+
+def test_what_is_grasped_is_pulled(case):
+    table = choose_touches(case.body, GRASP, 3, (0.1, 0.2), 1, bearing(case.body, 1.0))
+    ways = [touch.direction @ case.body.fine.normals[touch.node] for touch in touches_of(GRASP, table)]
+    assert min(ways) > 0.7
+    given = {"at_m": [0.048, 0.048, 0.048], "direction": None, "depths_m": [0.002]}
+    (touch,) = touches_of(GRASP, given_touches(case.body, GRASP, [given]))
+    assert touch.direction @ [0.0, 0.0, 1.0] == pytest.approx(1.0)
+
+
+def test_those_that_are_made_of_touches_say_that_they_know_no_grasp(case):
+    with pytest.raises(LeftOut):
+        modes.online(case, {"held": 0, "level": 2})

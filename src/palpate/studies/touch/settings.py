@@ -58,7 +58,7 @@ class Fem(Block):
     )
     local: Distinct[LocalMesh] = key(
         "Meshes that are refined where they are touched, with quadratic elements, from cheap to expensive",
-        rows("held level", (0, 2), (2, 3), (3, 4)),
+        rows("held level", (0, 2), (2, 3)),
     )
 
 
@@ -140,7 +140,7 @@ class Families(Block):
     relaxed: Relaxed = key("Methods of graphics and games, with contact as they have it in practice", {})
     springs: Distinct[Springs] = key(
         "Springs with moduli of the material times a fitted factor, from cheap to expensive",
-        rows("level iterations", (1, 1), (1, 4), (2, 1), (2, 3), (2, 10)),
+        rows("level iterations", (1, 1), (1, 4), (2, 1), (2, 10)),
     )
     shape_matching: Distinct[Shapes] = key(
         "Shape matching, fitted to touches that are not asked",

@@ -102,11 +102,13 @@ class Relaxed(Block):
     )
     projective_dynamics: list[ProjectiveDynamicsTried] = key(
         "Projective dynamics",
-        rows("level steps_per_frame iterations memory", (0, 2, 5, 0), (0, 4, 10, 5), (1, 4, 10, 5)),
+        rows("level steps_per_frame iterations memory", (0, 2, 5, 0), (0, 4, 10, 5), (0, 16, 10, 5), (1, 8, 10, 5)),
     )
     vertex_block_descent: list[VertexBlockDescentTried] = key(
         "Vertex block descent",
-        rows("level steps_per_frame sweeps radius", (0, 1, 10, 0.95), (0, 4, 20, 0.99), (1, 4, 20, 0.99)),
+        rows(
+            "level steps_per_frame sweeps radius", (0, 1, 10, 0.95), (0, 4, 20, 0.99), (0, 16, 10, 0.99), (1, 4, 20, 0.99)
+        ),
     )
 
 

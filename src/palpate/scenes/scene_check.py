@@ -116,8 +116,8 @@ def _check_integrator(place: str, scene: dict, elastic: str) -> None:
         )
     if scene["integrator"] in RELAXED and elastic not in (LAWS[0], "triangles"):
         raise InputError(
-            f"{place}.integrator is {scene['integrator']}, which steps {LAWS[0]} elements or triangles, and the elastic "
-            f"effect is {elastic}; choose one of them, or another integrator."
+            f"{place}.integrator is {scene['integrator']}, which steps {LAWS[0]} elements or triangles, and the "
+            f"elastic effect is {elastic}; choose one of them, or another integrator."
         )
     goals = scene["integrator"] == "goal_position"
     if goals and elastic != "shape_matching":

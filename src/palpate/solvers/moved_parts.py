@@ -137,7 +137,7 @@ class MovedParts:
         """
         system = self.system
         load = system.outer_force(start, v) if system.loaded else None
-        self._check(x)
+        self._check(x, v)
         x = x - h**2 * self.inverse_masses[:, None] * self.pushes
         v, alone = (x - start) / h, x.copy()
         system.project(start, x, v, h)

@@ -5,8 +5,8 @@ others stood still, with a block of the Hessian in which the elements' rotations
 Without inertia the fixed point is the equilibrium itself. Contact is a penalty, with its own part of the block.
 
 In motion (``make``) the fixed point is backward Euler's step; sweeps begin at the paper's adaptive guess. Its damping
-resists each vertex' own motion, and so that of the whole body, too; here each element's strain is resisted, as Rayleigh's
-damping does, at the same cost. Contact is projected at the end of each step.
+resists each vertex' own motion, and so that of the whole body, too; here the change of each element's strain is
+resisted, as Rayleigh's damping does for small strain. Contact is projected at the end of each step.
 """
 
 import math
@@ -164,7 +164,8 @@ DELAY = 10
 
 @numba.njit(cache=True, error_model="numpy")
 def _sweep(
-    x, load, free, starts, around, corners, tetrahedra, gradients, volumes, mu, lam, turns, springs, touched, moving, flat
+    x, load, free, starts, around, corners, tetrahedra, gradients, volumes, mu, lam, turns, springs, touched, moving,
+    flat,
 ):  # fmt: skip
     f, r, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
     block, slope, along = np.empty((3, 3)), np.empty(3), np.empty(3)

@@ -44,11 +44,11 @@ def estimated(compared: ComparedScene, fitted: Fitted, steps: int, motion: Motio
     motion, moved : of the model in so many ``steps``, and its displacements (f, n_surface, 3) [m]
     The step's part is by how much ``twice_as_long`` changes it, the mesh's part that of ``mesh_residual``, which a
     model on the reference's own mesh does without. There is none where bodies touch, yield or drift, nor for answers
-    that are known on the surface alone.
+    that are known on the surface alone, nor where iterations end before a step is found: longer steps are wrong alike.
     """
-    if not corrects(compared) or fitted.finish is not None or compared.frames < 2:
-        return MotionEstimate()
     integrator = fitted.scene(compared, steps).integrator
+    if not corrects(compared) or fitted.finish is not None or compared.frames < 2 or integrator in RELAXED:
+        return MotionEstimate()
     own = fitted.level % len(compared.body.levels)
     of_step, of_mesh, seconds = 0.0, 0.0, 0.0
     if integrator in ORDERS:

@@ -107,7 +107,11 @@ class Relaxed(Block):
     vertex_block_descent: list[VertexBlockDescentTried] = key(
         "Vertex block descent",
         rows(
-            "level steps_per_frame sweeps radius", (0, 1, 10, 0.95), (0, 4, 20, 0.99), (0, 16, 10, 0.99), (1, 4, 20, 0.99)
+            "level steps_per_frame sweeps radius",
+            (0, 1, 10, 0.95),
+            (0, 4, 20, 0.99),
+            (0, 16, 10, 0.99),
+            (1, 4, 20, 0.99),
         ),
     )
 
@@ -171,10 +175,10 @@ class Followed(Block):
     )
     models: Some[
         Literal[
-            "fem_coarse", "fem_fine", "detail_correction", "moving_modes", "xpbd", "projective_dynamics",
-            "vertex_block_descent", "springs", "springs_volume", "shape_matching",
-        ]  # fmt: skip
-    ] = optional("Models that are tried beside the reference's; all that can do the scene if left out")
+            "fem_coarse", "fem_fine", "detail_correction", "moving_modes", "springs", "springs_volume",
+            "shape_matching", "xpbd", "projective_dynamics", "vertex_block_descent",
+        ]
+    ] = optional("Models that are tried beside the reference's; all that can do the scene if left out")  # fmt: skip
     settings: Annotated[Families, KEPT] = optional("What its models are tried with instead")
     truth: Truth = optional(
         "Judge its models by the limit of quadratic elements, with an error of its own, and not by linear elements. Of "

@@ -12,7 +12,7 @@ from scipy import sparse
 
 from palpate.effects.bed import BedSprings
 from palpate.effects.bending import Bending
-from palpate.effects.effect import Damping, Effect, Energy, Force, Projection, Proportional, Stiffness, is_load, offers
+from palpate.effects.effect import Damping, Energy, Force, Projection, Proportional, Stiffness, is_load, offers
 from palpate.effects.gravity import Gravity
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.triangles import Triangles
@@ -84,7 +84,7 @@ class MovedParts:
             raise InputError(f"{method} steps corotational elements or triangles, and the elastic effect is {name}.")
         self.springs: LinearSprings | None = None
         self._elastic: list[Energy] = [elastic]
-        self._outer: list[Effect] = []
+        self._outer: list[Force] = []
         self.mass_rate = self.stiffness_time = 0.0
         for name, effect in list(system.effects.items())[1:]:
             if offers(effect, Projection) or not offers(effect, Force):

@@ -107,7 +107,8 @@ class ProjectiveSteps:
         self._parts, self._iterations, self._memory = parts, iterations, memory
         system = parts.system
         self._laplacian = laplacian(parts.elements, len(system.masses))
-        self._factored_s, self._factor = 0.0, None
+        self._factored_s = 0.0
+        self._factor: Prefactored | None = None
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         problem = _Step(self._parts, x, v, h)

@@ -71,6 +71,9 @@ INTEGRATORS = {
     "bdf2": "palpate.solvers.bdf2",
     "reduced": "palpate.models.reduced_motion",
     "goal_position": "palpate.solvers.goal_position",
+    "xpbd": "palpate.solvers.xpbd",
+    "projective_dynamics": "palpate.solvers.projective_dynamics",
+    "vertex_block_descent": "palpate.solvers.vertex_block_descent",
 }
 
 RESERVED = ("kinetic", "outer_work", "total", "gain", "integrator")

@@ -4,10 +4,11 @@ import re
 from itertools import pairwise
 
 from palpate.bodies import material
+from palpate.bodies.material import LAWS
 from palpate.errors import InputError, describe_unknown
 from palpate.scenes.acting_effects import Moved, acting, assumed
 from palpate.scenes.effect_registry import EFFECTS, ELASTIC, FINITE_ELEMENTS, RESERVED, of_law
-from palpate.scenes.scene import bodies_in
+from palpate.scenes.scene import RELAXED, bodies_in
 
 FORM_WORDS = {"solid": "a body with tetrahedra", "surface": "a surface alone", "sheet": "a body of kind sheet"}
 ONE_STIFFNESS = ("springs", "shape_matching", "triangles")
@@ -106,6 +107,17 @@ def _check_integrator(place: str, scene: dict, elastic: str) -> None:
         raise InputError(
             f"{place}.reduced.coarsened is {modes['coarsened']}, and the scene is on level {level}; give {level} at "
             "most, or a finer level."
+        )
+    other = next((name for name in RELAXED if name in scene and name != scene["integrator"]), None)
+    if other:
+        raise InputError(
+            f"{place}.{other} describes steps, and the integrator is {scene['integrator']}; choose {other}, or leave "
+            "the block out."
+        )
+    if scene["integrator"] in RELAXED and elastic not in (LAWS[0], "triangles"):
+        raise InputError(
+            f"{place}.integrator is {scene['integrator']}, which steps {LAWS[0]} elements or triangles, and the "
+            f"elastic effect is {elastic}; choose one of them, or another integrator."
         )
     goals = scene["integrator"] == "goal_position"
     if goals and elastic != "shape_matching":

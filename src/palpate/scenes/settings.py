@@ -157,6 +157,22 @@ class Reduced(Block):
     places: list[Disc] = optional("Discs that modes are made for; those of the scene's pushes if left out")
 
 
+class Xpbd(Block):
+    iterations: Count = key("Iterations of each step; 1 with small steps", 1)
+
+
+class ProjectiveDynamics(Block):
+    iterations: Count = key("Iterations of each step", 10)
+    memory: Index = key("Steps by which the matrix is improved (Liu, Bouaziz and Kavan, 2017); 0 for the original", 0)
+
+
+class VertexBlockDescent(Block):
+    sweeps: Count = key("Sweeps over all nodes in each step", 10)
+    radius: NotNegative = key(
+        "Spectral radius of a sweep that Chebyshev's semi-iterative method assumes; 0 for none", 0, lt=1
+    )
+
+
 class Kelvin(Block):
     ratio: NotNegative = key("Share of critical damping", 0.1)
 
@@ -178,9 +194,10 @@ class Scene(Block):
     others: list[Other] = optional("More bodies; with finite elements of any materials, else of the same stiffness")
     start: Literal["rest", "inverted", "random", "plane", "line", "point"] = key("Where it begins", "rest")
     effects: str | Some[str] = key("What acts, by name, or auto for what the scene calls for", "auto")
-    integrator: Literal["symplectic_euler", "backward_euler", "bdf2", "reduced", "goal_position"] = key(
-        "How time is stepped"
-    )
+    integrator: Literal[
+        "symplectic_euler", "backward_euler", "bdf2", "reduced", "goal_position", "xpbd", "projective_dynamics",
+        "vertex_block_descent",
+    ] = key("How time is stepped")  # fmt: skip
     step_s: Positive = key("Time step [s]")
     substeps: Count | Literal["auto"] = key(
         "Equal parts of each step; auto: as many as an explicit integrator needs", 1
@@ -204,6 +221,9 @@ class Scene(Block):
     )
     rayleigh: Rayleigh = optional("Damping in proportion to mass and stiffness")
     reduced: Reduced = optional("Modes that finite elements move in, of integrator reduced")
+    xpbd: Xpbd = optional("Steps of integrator xpbd")
+    projective_dynamics: ProjectiveDynamics = optional("Steps of integrator projective_dynamics")
+    vertex_block_descent: VertexBlockDescent = optional("Steps of integrator vertex_block_descent")
     kelvin: Kelvin = optional("Dampers beside the springs")
     maxwell: Maxwell = optional("Springs that relax, beside the springs")
     velocity_damping: VelocityDamping = optional("Damping in proportion to velocity")

@@ -5,7 +5,14 @@ solving with the constant matrix Σ (2μ + λ) V G Gᵀ, which is the same for x
 inverse times the force. With a memory of the last steps it is theirs, L-BFGS; without, it is the original. The
 stiffness of a bed is constant, and the same for x, y and z, too: it is added to the matrix. A node that an instrument
 overlaps is projected on the instrument's surface, along the normal, with a weight of its own.
+
+In motion (``make``) a step is their implicit Euler, with the masses in the constant matrix. Rayleigh's damping is added
+as the matrix at the step's start. Contact is projected at the end of each step. The papers' law is ‖F − R‖² alone, a
+squared distance, which has no Poisson's ratio; the term of λ is in the force here, so that a step converges to the
+scene's law.
 """
+
+import math
 
 import numpy as np
 from scipy import sparse
@@ -15,7 +22,9 @@ from palpate.effects.bed import BedSprings
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.node_contact import NodeContact
 from palpate.solvers.lbfgs import minimise_by_lbfgs
+from palpate.solvers.moved_parts import FlatElements, MovedParts
 from palpate.solvers.pressed_descent import PressedDescent
+from palpate.solvers.system import System
 
 TOLERANCE = 1e-10
 """Of the residual, relative to the load."""
@@ -27,16 +36,9 @@ class ProjectiveDynamics:
     def __init__(self, elements: LinearElements, held: np.ndarray, bed: BedSprings | None = None):
         self._effects: list[LinearElements | BedSprings] = [elements] if bed is None else [elements, bed]
         self._held = held
-        mu, lam = elements.moduli
-        weights = (2.0 * mu + lam) * elements.volumes
-        blocks = np.einsum("e,eai,ebi->eab", weights, elements.gradients, elements.gradients)
-        couples, count = elements.tetrahedra, len(held)
-        rows, columns = np.repeat(couples, 4, axis=1).ravel(), np.tile(couples, 4).ravel()
-        matrix = sparse.csc_array((blocks.ravel(), (rows, columns)), shape=(count, count))
-        matrix = matrix if bed is None else (matrix + bed.scalar).tocsc()
-        self._free = np.flatnonzero(~held)
-        self._lu = splu(matrix[self._free][:, self._free], permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-        self._load = np.zeros((count, 3))
+        matrix = laplacian(elements, len(held))
+        self._solve = Prefactored(matrix if bed is None else matrix + bed.scalar, held).solve
+        self._load = np.zeros((len(held), 3))
 
     def relax(
         self, x: np.ndarray, load: np.ndarray, iterations: int, memory: int, before: np.ndarray | None = None
@@ -64,7 +66,88 @@ class ProjectiveDynamics:
         force[self._held] = 0.0
         return force
 
-    def _solve(self, right: np.ndarray) -> np.ndarray:
+
+def laplacian(elements: LinearElements | FlatElements, count: int) -> sparse.csc_array:
+    """Return Σ (2μ + λ) V G Gᵀ (count, count) [N/m], what projections resist with along x, y and z."""
+    mu, lam = elements.moduli
+    weights = (2.0 * mu + lam) * elements.volumes
+    blocks = np.einsum("e,eai,ebi->eab", weights, elements.gradients, elements.gradients)
+    couples = elements.tetrahedra
+    rows, columns = np.repeat(couples, 4, axis=1).ravel(), np.tile(couples, 4).ravel()
+    return sparse.csc_array((blocks.ravel(), (rows, columns)), shape=(count, count))
+
+
+class Prefactored:
+    """The factor of a constant ``matrix`` (n, n) [N/m] between nodes that are not ``held`` (n,) bool."""
+
+    def __init__(self, matrix: sparse.sparray, held: np.ndarray):
+        self._free = np.flatnonzero(~held)
+        kept = matrix.tocsc()[self._free][:, self._free]
+        self._lu = splu(kept, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """Return displacements (n, 3) [m] under ``right`` (n, 3) [N]."""
         step = np.zeros_like(right)
         step[self._free] = self._lu.solve(right[self._free])
         return step
+
+
+def make(system: System, settings: dict) -> "ProjectiveSteps":
+    """Make the integrator with ``settings["projective_dynamics"]``; InputError as ``MovedParts``."""
+    own = settings["projective_dynamics"]
+    return ProjectiveSteps(MovedParts(system, "projective_dynamics"), own["iterations"], own["memory"])
+
+
+class ProjectiveSteps:
+    """Steps of so many ``iterations`` each, with a ``memory`` of as many, 0 for the original."""
+
+    limit_s = math.inf
+
+    def __init__(self, parts: MovedParts, iterations: int, memory: int):
+        self._parts, self._iterations, self._memory = parts, iterations, memory
+        system = parts.system
+        self._laplacian = laplacian(parts.elements, len(system.masses))
+        self._factored_s = 0.0
+        self._factor: Prefactored | None = None
+
+    def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+        problem = _Step(self._parts, x, v, h)
+        begin = min((x, problem.target), key=problem.energy)
+        found = minimise_by_lbfgs(problem, self._prefactored(h).solve, begin, 0.0, self._iterations, kept=self._memory)
+        return self._parts.end(x, found.x, v, h)
+
+    def _prefactored(self, h: float) -> Prefactored:
+        """Return the factor for steps of ``h`` [s]; all of a scene are as long."""
+        if self._factor is None or h != self._factored_s:
+            parts, masses = self._parts, self._parts.system.masses
+            matrix = (1.0 + parts.stiffness_time / h) * self._laplacian
+            matrix = matrix + sparse.diags_array(masses * (1.0 / h**2 + parts.mass_rate / h))
+            if parts.springs is not None:
+                matrix = matrix + parts.springs.scalar
+            self._factored_s, self._factor = h, Prefactored(matrix, ~parts.system.free)
+        return self._factor
+
+
+class _Step:
+    """The energy that backward Euler's step minimises, without contact."""
+
+    def __init__(self, parts: MovedParts, x: np.ndarray, v: np.ndarray, h: float):
+        self._parts, self._start, self._h = parts, x, h
+        pushed = parts.outer(x, v) + parts.pushes
+        self.target = x + h * v + h**2 * parts.inverse_masses[:, None] * pushed
+        self._inertia = parts.system.masses[:, None] / h**2
+        self._damping = parts.system.damping(x, explicit=True)
+
+    def energy(self, z: np.ndarray) -> float:
+        away, moved = z - self.target, z - self._start
+        total = 0.5 * float(np.vdot(self._inertia * away, away)) + self._parts.energy(z)
+        if self._damping is not None:
+            total += 0.5 / self._h * float(moved.ravel() @ (self._damping @ moved.ravel()))
+        return total
+
+    def force(self, z: np.ndarray) -> np.ndarray:
+        force = self._parts.force(z) - self._inertia * (z - self.target)
+        if self._damping is not None:
+            force -= (self._damping @ (z - self._start).ravel()).reshape(z.shape) / self._h
+        force[~self._parts.system.free] = 0.0
+        return force

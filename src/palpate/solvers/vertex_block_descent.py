@@ -3,7 +3,14 @@
 After Chen, Liu, Yang and Yuksel (2024): each vertex in turn takes the step of Newton's method that it would take if all
 others stood still, with a block of the Hessian in which the elements' rotations stand still, too: it is definite.
 Without inertia the fixed point is the equilibrium itself. Contact is a penalty, with its own part of the block.
+
+In motion (``make``) the fixed point is backward Euler's step; sweeps begin at the paper's adaptive guess. Its damping
+resists each vertex' own motion, and so that of the whole body, too; here the change of each element's strain is
+resisted, as Rayleigh's damping does for small strain. Contact is projected at the end of each step.
 """
+
+import math
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -13,6 +20,21 @@ from palpate.effects.instrument import distances
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
 from palpate.effects.node_contact import NodeContact
 from palpate.linalg.polar import nearest
+from palpate.solvers.moved_parts import FlatElements, LinearSprings, MovedParts
+from palpate.solvers.system import System
+
+
+class Inertia(NamedTuple):
+    """What a step in time adds to the descent.
+
+    inertia : mass over the squared step (n,) [N/m]; target : where nodes would move to by themselves (n, 3) [m]
+    slow : β over the step; stresses : β over the step times the stresses at its start, in the rest frame (m, 3, 3) [Pa]
+    """
+
+    inertia: np.ndarray
+    target: np.ndarray
+    slow: float
+    stresses: np.ndarray
 
 
 class VertexBlockDescent:
@@ -21,7 +43,12 @@ class VertexBlockDescent:
     held : (n,) bool; bed : what they lie on, or None
     """
 
-    def __init__(self, elements: LinearElements, held: np.ndarray, bed: BedSprings | None = None):
+    def __init__(
+        self,
+        elements: LinearElements | FlatElements,
+        held: np.ndarray,
+        bed: BedSprings | LinearSprings | None = None,
+    ):
         self._elements, self._free = elements, np.flatnonzero(~held)
         couples = elements.tetrahedra
         around = np.argsort(couples.ravel(), kind="stable")
@@ -37,6 +64,7 @@ class VertexBlockDescent:
         radius: float,
         before: np.ndarray | None = None,
         contact: NodeContact | None = None,
+        moving: Inertia | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return positions after so many sweeps from ``x`` (n, 3) [m], and those a sweep before, (n, 3) [m].
 
@@ -45,6 +73,7 @@ class VertexBlockDescent:
             It starts anew where a sweep goes against what it adds (O'Donoghue and Candès 2015), so that a radius which
             is too large does no harm.
         contact : with an instrument, or None; nodes that touch are not accelerated
+        moving : of a step in time, or None at rest
         """
         elements, turns = self._elements, np.zeros((len(self._elements.tetrahedra), 4))
         number, weight = (0, 1.0) if before is None else (DELAY, 1.0)
@@ -54,7 +83,8 @@ class VertexBlockDescent:
             reached = x.copy()
             _sweep(
                 reached, load, self._free, self._starts, *self._around, elements.tetrahedra, elements.gradients,
-                elements.volumes, *elements.moduli, turns, self._springs, touched,
+                elements.volumes, *elements.moduli, turns, self._springs, touched, moving,
+                isinstance(elements, FlatElements),
             )  # fmt: skip
             if np.vdot(reached - x, x - before) < 0.0:
                 number = 0
@@ -65,6 +95,50 @@ class VertexBlockDescent:
                 ahead[touching] = reached[touching]
             x, before, number = ahead, x, number + 1
         return x, before
+
+
+def make(system: System, settings: dict) -> "BlockDescentSteps":
+    """Make the integrator with ``settings["vertex_block_descent"]``; InputError as ``MovedParts``."""
+    own = settings["vertex_block_descent"]
+    return BlockDescentSteps(MovedParts(system, "vertex_block_descent"), own["sweeps"], own["radius"])
+
+
+class BlockDescentSteps:
+    """Steps of so many ``sweeps`` each, with Chebyshev's weights of ``radius``, 0 for none."""
+
+    limit_s = math.inf
+
+    def __init__(self, parts: MovedParts, sweeps: int, radius: float):
+        self._parts, self._sweeps, self._radius = parts, sweeps, radius
+        self._descent = VertexBlockDescent(parts.elements, ~parts.system.free, parts.springs)
+        count = len(parts.elements.tetrahedra)
+        self._turns, self._stresses = np.zeros((count, 4)), np.zeros((count, 3, 3))
+        self._before: np.ndarray | None = None
+
+    def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+        parts, elements, start = self._parts, self._parts.elements, x
+        slower, slow = 1.0 / (1.0 + h * parts.mass_rate), parts.stiffness_time / h
+        force = parts.outer(start, v) + parts.pushes
+        pushed = parts.inverse_masses[:, None] * force
+        if slow > 0.0:
+            _stresses(
+                start, elements.tetrahedra, elements.gradients, *elements.moduli, parts.flat, self._turns, slow,
+                self._stresses,
+            )  # fmt: skip
+        inertia = parts.system.masses / (slower * h**2)
+        moving = Inertia(inertia, start + slower * (h * v + h**2 * pushed), slow, self._stresses)
+        guess = start + h * v + h**2 * self._likely(pushed, v, h)
+        self._before = v
+        x = self._descent.relax(guess, np.zeros_like(x), self._sweeps, self._radius, moving=moving)[0]
+        return parts.end(start, x, v, h)
+
+    def _likely(self, pushed: np.ndarray, v: np.ndarray, h: float) -> np.ndarray:
+        """Return what part of the loads' accelerations (n, 3) [m/s²] nodes have lately followed (Chen et al., 3.7)."""
+        if self._before is None:
+            return np.zeros_like(v)
+        sizes = np.linalg.norm(pushed, axis=1)
+        along = np.einsum("ni,ni->n", (v - self._before) / h, pushed) / np.maximum(sizes, 1e-300)
+        return (np.clip(along, 0.0, sizes) / np.maximum(sizes, 1e-300))[:, None] * pushed
 
 
 def _for_sweeps(contact: NodeContact, count: int) -> tuple:
@@ -89,7 +163,10 @@ DELAY = 10
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _sweep(x, load, free, starts, around, corners, tetrahedra, gradients, volumes, mu, lam, turns, springs, touched):
+def _sweep(
+    x, load, free, starts, around, corners, tetrahedra, gradients, volumes, mu, lam, turns, springs, touched, moving,
+    flat,
+):  # fmt: skip
     f, r, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
     block, slope, along = np.empty((3, 3)), np.empty(3), np.empty(3)
     for node in free:
@@ -99,7 +176,11 @@ def _sweep(x, load, free, starts, around, corners, tetrahedra, gradients, volume
             e, g = around[k], gradients[around[k], corners[k]]
             deformation_gradient(x, tetrahedra[e], gradients[e], f)
             nearest(f, turns[e], work, r)
-            trace, square = -3.0, 0.0
+            if flat:
+                f[:, 2] = r[:, 2]
+            trace, square, stiff = -3.0, 0.0, volumes[e]
+            if moving is not None:
+                stiff *= 1.0 + moving.slow
             for i in range(3):
                 square += g[i] * g[i]
                 for j in range(3):
@@ -107,18 +188,53 @@ def _sweep(x, load, free, starts, around, corners, tetrahedra, gradients, volume
             for i in range(3):
                 along[i] = r[i, 0] * g[0] + r[i, 1] * g[1] + r[i, 2] * g[2]
                 moved = f[i, 0] * g[0] + f[i, 1] * g[1] + f[i, 2] * g[2]
-                slope[i] -= volumes[e] * (2.0 * mu[e] * (moved - along[i]) + lam[e] * trace * along[i])
+                slope[i] -= stiff * (2.0 * mu[e] * (moved - along[i]) + lam[e] * trace * along[i])
+            if moving is not None:  # compiled without a branch
+                _give_back(moving.stresses[e], volumes[e], g, r, slope)
             for i in range(3):
-                block[i, i] += 2.0 * mu[e] * volumes[e] * square
+                block[i, i] += 2.0 * mu[e] * stiff * square
                 for j in range(3):
-                    block[i, j] += lam[e] * volumes[e] * along[i] * along[j]
-        if springs is not None:  # compiled without a branch
+                    block[i, j] += lam[e] * stiff * along[i] * along[j]
+        if moving is not None:
+            for i in range(3):
+                slope[i] += moving.inertia[node] * (moving.target[node, i] - x[node, i])
+                block[i, i] += moving.inertia[node]
+        if springs is not None:
             _resist(x, node, springs, block, slope)
         if touched is not None:
             _push_out(x, node, touched, block, slope)
         _step(block, slope, along)
         for i in range(3):
             x[node, i] += along[i]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _give_back(stress, volume, g, r, slope):
+    """Add the force of the stress at a step's start, turned by ``r``, as damping resists the change since alone."""
+    for j in range(3):
+        part = volume * (stress[j, 0] * g[0] + stress[j, 1] * g[1] + stress[j, 2] * g[2])
+        for i in range(3):
+            slope[i] += r[i, j] * part
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _stresses(x, tetrahedra, gradients, mu, lam, flat, turns, factor, found):
+    """Write ``factor`` times the stresses 2 μ (RᵀF − I) + λ tr(RᵀF − I) I into ``found`` (m, 3, 3) [Pa]."""
+    f, r, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
+    for e in range(len(tetrahedra)):
+        deformation_gradient(x, tetrahedra[e], gradients[e], f)
+        nearest(f, turns[e], work, r)
+        if flat:
+            f[:, 2] = r[:, 2]
+        trace = -3.0
+        for i in range(3):
+            for j in range(3):
+                stretch = r[0, i] * f[0, j] + r[1, i] * f[1, j] + r[2, i] * f[2, j]
+                found[e, i, j] = 2.0 * mu[e] * factor * stretch
+                if i == j:
+                    trace += stretch
+        for i in range(3):
+            found[e, i, i] += factor * (lam[e] * trace - 2.0 * mu[e])
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -9,6 +9,8 @@ of its triangles: three combinations of the corners' displacements, whose square
 inequality of each node, without compliance.
 """
 
+import math
+
 import numba
 import numpy as np
 
@@ -16,6 +18,8 @@ from palpate.effects.bed import BedSprings
 from palpate.effects.instrument import Pose
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
 from palpate.linalg.polar import nearest
+from palpate.solvers.moved_parts import FlatElements, LinearSprings, MovedParts
+from palpate.solvers.system import System
 
 LEAST_DISTANCE = 1e-12
 """Below this ‖F − R‖ has no direction, and the constraint is met."""
@@ -40,6 +44,35 @@ class Obstacle:
     def pushes(self, x: np.ndarray, step_s: float) -> np.ndarray:
         """Return the forces (k, 3) [N] on the nodes in the last step."""
         return (self.multipliers / step_s**2)[:, None] * self.pose.gaps(x[self.nodes])[1]
+
+
+class Constraints:
+    """The constraints of ``elements`` and of ``springs``, or None, met in turn, and their multipliers."""
+
+    def __init__(self, elements: LinearElements | FlatElements, springs: BedSprings | LinearSprings | None):
+        self._elements, self._springs, self._flat = elements, springs, isinstance(elements, FlatElements)
+        count = len(elements.tetrahedra)
+        self._multipliers, self._turns = np.zeros((count, 2)), np.zeros((count, 4))
+        self._pulls = None if springs is None else np.zeros((*springs.roots.shape[:2], 3))
+
+    def begin(self) -> None:
+        """Begin a step, with multipliers of zero."""
+        self._multipliers[:] = 0.0
+        if self._pulls is not None:
+            self._pulls[:] = 0.0
+
+    def meet(
+        self, x: np.ndarray, inverse: np.ndarray, step_s: float, start: np.ndarray, damping_s: float = 0.0
+    ) -> None:
+        """Correct ``x`` (n, 3) [m] once, in place.
+
+        inverse : of all masses (n,) [1/kg]; start : where the step of ``step_s`` [s] began; damping_s : β
+        """
+        elements, springs, turns = self._elements, self._springs, self._turns
+        parts = elements.tetrahedra, elements.gradients, elements.volumes, *elements.moduli, self._flat
+        _meet(x, *parts, self._multipliers, turns, inverse, step_s, start, damping_s / step_s)
+        if springs is not None:
+            _pull(x, springs.rest, springs.couples, springs.roots, self._pulls, inverse, step_s)
 
 
 class Xpbd:
@@ -67,25 +100,18 @@ class Xpbd:
         load : (n, 3) [N]; before : positions a step before ``x``, with which a motion goes on, or None for none
         obstacle : what nodes are kept out of, or None; its multipliers are left at those of the last step
         """
-        elements, bed, x = self._elements, self._bed, x.copy()
-        parts = elements.tetrahedra, elements.gradients, elements.volumes, *elements.moduli
-        multipliers, turns = np.zeros((len(elements.tetrahedra), 2)), np.zeros((len(elements.tetrahedra), 4))
-        pulls = None if bed is None else np.zeros((*bed.couples.shape, 3))
+        x, constraints = x.copy(), Constraints(self._elements, self._bed)
         push = step_s**2 * self._inverse[:, None] * load
         moved = np.zeros_like(x) if before is None else x - before
         energy = self._energy(moved)
         for _ in range(steps):
             start = x.copy()
             x += moved + push
-            multipliers[:] = 0.0
-            if pulls is not None:
-                pulls[:] = 0.0
+            constraints.begin()
             if obstacle is not None:
                 obstacle.multipliers = np.zeros(len(obstacle.nodes))
             for _ in range(iterations):
-                _meet(x, *parts, multipliers, turns, self._inverse, step_s)
-                if bed is not None:
-                    _pull(x, bed.rest, bed.couples, bed.roots, pulls, self._inverse, step_s)
+                constraints.meet(x, self._inverse, step_s, start)
                 if obstacle is not None:
                     obstacle.keep_out(x, self._inverse)
             moved = x - start
@@ -99,11 +125,38 @@ class Xpbd:
         return float(np.sum(self._masses[:, None] * moved**2))
 
 
+def make(system: System, settings: dict) -> "XpbdSteps":
+    """Make the integrator with ``settings["xpbd"]``; InputError as ``MovedParts``."""
+    return XpbdSteps(MovedParts(system, "xpbd"), settings["xpbd"]["iterations"])
+
+
+class XpbdSteps:
+    """Steps of XPBD with so many ``iterations`` each."""
+
+    limit_s = math.inf
+
+    def __init__(self, parts: MovedParts, iterations: int):
+        self._parts, self._iterations = parts, iterations
+        self._constraints = Constraints(parts.elements, parts.springs)
+
+    def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+        parts, start = self._parts, x
+        slower = 1.0 / (1.0 + h * parts.mass_rate)
+        inverse = slower * parts.inverse_masses
+        x = start + slower * h * v + h**2 * inverse[:, None] * (parts.outer(start, v) + parts.pushes)
+        self._constraints.begin()
+        for _ in range(self._iterations):
+            self._constraints.meet(x, inverse, h, start, parts.stiffness_time)
+        return parts.end(start, x, v, h)
+
+
 @numba.njit(cache=True, error_model="numpy")
-def _constraints(x, element, gradients, turn, work, f, r, shape, swell):
+def _constraints(x, element, gradients, flat, turn, work, f, r, shape, swell):
     """Return both constraints, and write their gradients by the corners into ``shape`` and ``swell`` (4, 3)."""
     deformation_gradient(x, element, gradients, f)
     nearest(f, turn, work, r)
+    if flat:
+        f[:, 2] = r[:, 2]
     square, trace = 0.0, -3.0
     for i in range(3):
         for j in range(3):
@@ -122,12 +175,15 @@ def _constraints(x, element, gradients, turn, work, f, r, shape, swell):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _meet(x, tetrahedra, gradients, volumes, mu, lam, multipliers, turns, inverse, step_s):
-    """Correct the constraints of each element once (Macklin, Müller, Chentanez 2016, equation 18, for two at once)."""
+def _meet(x, tetrahedra, gradients, volumes, mu, lam, flat, multipliers, turns, inverse, step_s, start, slow):
+    """Correct the constraints of each element once (Macklin, Müller, Chentanez 2016, equation 26, for two at once).
+
+    slow : β over the step, 0 without damping
+    """
     f, r, work = np.empty((3, 3)), np.empty((3, 3)), np.empty((4, 3, 3))
     shape, swell = np.empty((4, 3)), np.empty((4, 3))
     for e in range(len(tetrahedra)):
-        away, trace = _constraints(x, tetrahedra[e], gradients[e], turns[e], work, f, r, shape, swell)
+        away, trace = _constraints(x, tetrahedra[e], gradients[e], flat, turns[e], work, f, r, shape, swell)
         soft = 1.0 / (2.0 * mu[e] * volumes[e] * step_s**2)
         a, b, c, left, more = soft, 0.0, 0.0, away + soft * multipliers[e, 0], 0.0
         resists = lam[e] > 0.0
@@ -135,12 +191,16 @@ def _meet(x, tetrahedra, gradients, volumes, mu, lam, multipliers, turns, invers
             c = 1.0 / (lam[e] * volumes[e] * step_s**2)
             more = trace + c * multipliers[e, 1]
         for k in range(4):
-            w = inverse[tetrahedra[e, k]]
+            w = (1.0 + slow) * inverse[tetrahedra[e, k]]
             for i in range(3):
                 a += w * shape[k, i] * shape[k, i]
                 if resists:
                     b += w * shape[k, i] * swell[k, i]
                     c += w * swell[k, i] * swell[k, i]
+                if slow > 0.0:
+                    moved = slow * (x[tetrahedra[e, k], i] - start[tetrahedra[e, k], i])
+                    left += shape[k, i] * moved
+                    more += swell[k, i] * moved
         first, second = -left / a, 0.0
         if resists:
             determinant = a * c - b * b
@@ -158,7 +218,7 @@ def _pull(x, rest, couples, roots, multipliers, inverse, step_s):
     """Correct the constraints of each triangle of a bed once: its ``roots`` times displacements, of compliance 1."""
     soft = 1.0 / step_s**2
     for t in range(len(couples)):
-        for c in range(couples.shape[1]):
+        for c in range(roots.shape[1]):
             row, stiff = roots[t, c], soft
             for k in range(couples.shape[1]):
                 stiff += inverse[couples[t, k]] * row[k] ** 2

@@ -72,10 +72,17 @@ def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(press
     grid["shape_matching"] |= {"steps_per_frame": [8]}
     grid["fem_fine"] |= {"steps_per_frame": [2]}
     grid["springs"] |= {"shares_of_stable_step": [0.8, 0.4]}
+    grid["relaxed"] = {
+        "xpbd": [{"level": 1, "steps_per_frame": 80, "iterations": 1}],
+        "projective_dynamics": [
+            {"level": level, "steps_per_frame": 4, "iterations": 10, "memory": 5} for level in (0, 1, 2)
+        ],
+        "vertex_block_descent": [{"level": 1, "steps_per_frame": 4, "sweeps": 30, "radius": 0.95}],
+    }
     table = accuracy.measure(pressed, training_of(pressed, {}, SHARE), truth, grid)
     assert table.groupby("model").size().drop("fem_fine").to_dict() == {
         "fem_coarse": 5, "detail_correction": 3, "moving_modes": 3, "shape_matching": 1, "springs": 2,
-        "springs_volume": 2,
+        "springs_volume": 2, "xpbd": 1, "projective_dynamics": 2, "vertex_block_descent": 1,  # level 2 there is none
     }  # fmt: skip
     wrong = table.groupby("model")["rmse_of_peak"].min()
     assert not table["failures"].any() and np.isfinite(table["rmse_of_peak"]).all()
@@ -83,6 +90,9 @@ def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(press
     assert wrong["detail_correction"] < 0.5 * wrong["fem_coarse"] and wrong["moving_modes"] < 0.015
     alike = table[table["step_s"] == 0.02].set_index(["model", "varied"])["rmse_of_peak"]
     assert alike["fem_fine", "order"] > 2.0 * alike["fem_fine", "tolerance"] > 0.0
+    assert wrong["projective_dynamics"] < 0.5 * wrong["fem_coarse"]
+    assert wrong["xpbd"] < 0.2 and wrong["vertex_block_descent"] < 0.15  # too few iterations for that step
+    assert table[table["model"].isin(grid["relaxed"])]["estimate_of_peak"].isna().all()
     modes = table[table["model"] == "moving_modes"]
     assert (modes["offline_s"] > 0.0).all() and (modes["level"] == 1).all()
     assert wrong["springs"] < 0.1 and wrong["springs_volume"] < 0.1 and wrong["shape_matching"] < 0.2

@@ -13,6 +13,7 @@ import pandas as pd
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.motion_truth import MotionTruth
 from palpate.bodies import body_file
+from palpate.bodies.material import LAWS
 from palpate.errors import NotConverged
 from palpate.files import read_arrays
 from palpate.linalg.multigrid import Factor
@@ -20,7 +21,7 @@ from palpate.models.fem_statics import to_fine
 from palpate.run.job import steps
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import compose
-from palpate.scenes.scene import Scene
+from palpate.scenes.scene import RELAXED, Scene
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
 from palpate.studies.dynamic.fitted import Fitted, corrects, fit_correction, fit_shapes, fit_springs, moving_modes
 from palpate.studies.dynamic.reference import Reference
@@ -43,11 +44,11 @@ def estimated(compared: ComparedScene, fitted: Fitted, steps: int, motion: Motio
     motion, moved : of the model in so many ``steps``, and its displacements (f, n_surface, 3) [m]
     The step's part is by how much ``twice_as_long`` changes it, the mesh's part that of ``mesh_residual``, which a
     model on the reference's own mesh does without. There is none where bodies touch, yield or drift, nor for answers
-    that are known on the surface alone.
+    that are known on the surface alone, nor where iterations end before a step is found: longer steps are wrong alike.
     """
-    if not corrects(compared) or fitted.finish is not None or compared.frames < 2:
-        return MotionEstimate()
     integrator = fitted.scene(compared, steps).integrator
+    if not corrects(compared) or fitted.finish is not None or compared.frames < 2 or integrator in RELAXED:
+        return MotionEstimate()
     own = fitted.level % len(compared.body.levels)
     of_step, of_mesh, seconds = 0.0, 0.0, 0.0
     if integrator in ORDERS:
@@ -183,10 +184,15 @@ def measure(
 def _models(
     compared: ComparedScene, lesson: ComparedScene | None, truth: Reference, grid: Mapping[str, Grid]
 ) -> dict[str, Callable[[], Tried]]:
-    """Return the models that can do a scene: springs have no plasticity, and those of a sheet no volume."""
+    """Return the models that can do a scene: springs have no plasticity, and those of a sheet no volume.
+
+    What relaxes elements one by one has the corotational law.
+    """
     found: dict[str, Callable[[], Tried]] = {"fem_coarse": partial(_coarse, compared, grid["fem_coarse"])}
     if len(compared.body.levels) > 1:
         found["fem_fine"] = partial(_fine, compared, grid["fem_fine"])
+    if compared.thickness_m or compared.body.material.law == LAWS[0]:
+        found |= {name: partial(_relaxed, compared, name, tried) for name, tried in grid.get("relaxed", {}).items()}
     if corrects(compared):
         found["detail_correction"] = partial(_corrected, compared, grid["fem_coarse"])
         found["moving_modes"] = partial(moving_modes, compared, lesson, grid["moving_modes"])
@@ -232,6 +238,17 @@ def _corrected(compared: ComparedScene, grid: Grid) -> Tried:
     fitted = fit_correction(compared)
     for count in grid["steps_per_frame"]:
         yield count * compared.frames, fitted, ""
+
+
+def _relaxed(compared: ComparedScene, method: str, tried: Sequence[dict]) -> Tried:
+    """Yield settings of a method that relaxes elements one by one, on levels that the body has."""
+    for each in tried:
+        setting = {name: value for name, value in each.items() if name not in ("level", "steps_per_frame")}
+        if each["level"] < len(compared.body.levels):
+            scene = partial(ComparedScene.relaxed, method=method, setting=setting)
+            elements = Fitted(scene, compared.body.material.young_pa, 0.0, level=each["level"])
+            said = " ".join(f"{name}={value}" for name, value in (setting | {"level": each["level"]}).items())
+            yield each["steps_per_frame"] * compared.frames, elements, said
 
 
 def _looser(tolerance: float, compared: ComparedScene, steps: int) -> Scene:

@@ -124,6 +124,10 @@ class ComparedScene:
         """Compose finite elements that move in ``modes``, the block ``reduced`` of a scene."""
         return self._scene(self._elements(), "reduced", steps, {"rayleigh": self.rayleigh, "reduced": modes})
 
+    def relaxed(self, steps: int, method: str, setting: dict) -> Scene:
+        """Compose the same elements, relaxed one by one: ``setting`` is the block ``method`` of a scene."""
+        return self._scene(self._elements(), method, steps, {"rayleigh": self.rayleigh, method: setting})
+
     def _elements(self) -> list[str]:
         elastic = ["triangles", "bending"] if self.thickness_m else [effect_registry.of_law(self.body.material.law)]
         return [*elastic, "rayleigh"]

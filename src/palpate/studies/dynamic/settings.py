@@ -7,7 +7,15 @@ from pydantic import ConfigDict, Field
 
 from palpate.errors import InputError
 from palpate.scenes.scene_check import check_instruments, check_loads
-from palpate.scenes.settings import Gravity, Instrument, Other, Push
+from palpate.scenes.settings import (
+    Gravity,
+    Instrument,
+    Other,
+    ProjectiveDynamics,
+    Push,
+    VertexBlockDescent,
+    Xpbd,
+)
 from palpate.setting_types import (
     KEPT,
     Block,
@@ -23,6 +31,7 @@ from palpate.setting_types import (
     Whole,
     key,
     optional,
+    rows,
 )  # fmt: skip
 from palpate.studies.dynamic.comparable import acts, check_compared, compared_scenes, taught, unable
 
@@ -69,12 +78,55 @@ class ShapeMatching(Block):
     evaluations: Evaluations = key(EVALUATIONS, 200)
 
 
+class _Relaxed(Block):
+    level: Index = key("Which of the body's nested meshes, 0 is the coarse one", le=3)
+    steps_per_frame: Count = key(STEPS_HELP)
+
+
+class XpbdTried(_Relaxed, Xpbd):
+    pass
+
+
+class ProjectiveDynamicsTried(_Relaxed, ProjectiveDynamics):
+    pass
+
+
+class VertexBlockDescentTried(_Relaxed, VertexBlockDescent):
+    pass
+
+
+class Relaxed(Block):
+    xpbd: list[XpbdTried] = key(
+        "Extended position-based dynamics, with small steps and with iterations",
+        rows("level steps_per_frame iterations", (0, 10, 1), (0, 4, 10), (0, 80, 1), (1, 80, 1)),
+    )
+    projective_dynamics: list[ProjectiveDynamicsTried] = key(
+        "Projective dynamics",
+        rows("level steps_per_frame iterations memory", (0, 2, 5, 0), (0, 4, 10, 5), (0, 16, 10, 5), (1, 8, 10, 5)),
+    )
+    vertex_block_descent: list[VertexBlockDescentTried] = key(
+        "Vertex block descent",
+        rows(
+            "level steps_per_frame sweeps radius",
+            (0, 1, 10, 0.95),
+            (0, 4, 20, 0.99),
+            (0, 16, 10, 0.99),
+            (1, 4, 20, 0.99),
+        ),
+    )
+
+
 class Families(Block):
     fem_coarse: FemCoarse = key("Finite elements on the coarse level, stepped implicitly", {})
     fem_fine: FemFine = key("Finite elements on the reference's level, with looser residuals and other steps", {})
     moving_modes: MovingModes = key(
         "The reference's level in vibration modes and modes of the places that are pushed, and once in those of the "
         "places of the training instead; for held bodies under gravity and pushes",
+        {},
+    )
+    relaxed: Relaxed = key(
+        "Methods that relax elements one by one in each step, of graphics and games, from cheap to expensive; settings "
+        "on levels that a scene lacks are left out",
         {},
     )
     springs: Springs = key(
@@ -123,9 +175,10 @@ class Followed(Block):
     )
     models: Some[
         Literal[
-            "fem_coarse", "fem_fine", "detail_correction", "moving_modes", "springs", "springs_volume", "shape_matching"
+            "fem_coarse", "fem_fine", "detail_correction", "moving_modes", "springs", "springs_volume",
+            "shape_matching", "xpbd", "projective_dynamics", "vertex_block_descent",
         ]
-    ] = optional("Models that are tried beside the reference's; all that can do the scene if left out")
+    ] = optional("Models that are tried beside the reference's; all that can do the scene if left out")  # fmt: skip
     settings: Annotated[Families, KEPT] = optional("What its models are tried with instead")
     truth: Truth = optional(
         "Judge its models by the limit of quadratic elements, with an error of its own, and not by linear elements. Of "

@@ -39,6 +39,8 @@ class MotionTruth:
         with included, and the 95th percentile of its own
     balance : of the motion on the finest level, how much of the work of the loads is neither kept nor damped
     spent_s : time of all motions together [s]
+    force, tried_force : (f, k, 3) and (m, f, k, 3) [N] of k instruments on the body, mean over each frame
+    own_force : what the force may be wrong by, RMS over all frames over its peak; NaN where nothing touches
     """
 
     displacement: np.ndarray
@@ -54,6 +56,9 @@ class MotionTruth:
     step_p95_s: np.ndarray
     balance: float
     spent_s: float
+    force: np.ndarray
+    tried_force: np.ndarray
+    own_force: float
 
     @property
     def own_error(self) -> float:
@@ -70,6 +75,8 @@ class MotionTruth:
             "reference_step_s": duration_s / int(self.tried_steps[finest]),
             "reference_change": float(self.own[1, TruthErrors._fields.index("rmse_of_peak")]),
             "reference_error": self.own_error,
+            "reference_force_change": np.nan,
+            "reference_force_error": self.own_force,
         }
 
 
@@ -220,6 +227,9 @@ def _judged(
         step_p95_s=np.array([np.percentile(run.seconds, 95) for run in runs]),
         balance=found[first + count - 1, steps].balance,
         spent_s=sum(sum(run.seconds) for run in runs),
+        force=np.zeros((shape[0], 0, 3)),
+        tried_force=np.zeros((len(runs), shape[0], 0, 3)),
+        own_force=np.nan,
     )
 
 

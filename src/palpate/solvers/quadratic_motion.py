@@ -53,7 +53,7 @@ class Reached(NamedTuple):
     middle : displacements (n, 3) [m] halfway through the step, which a finer level starts from
     work_j, lost_j : work of the loads and energy that was damped in the step [J]
     convex : whether the search for it met a convex energy
-    forces : (k, 3) [N] of k instruments on the body at its end
+    forces : (k, 3) [N] of k instruments on the body, mean over the step
     """
 
     x: np.ndarray

@@ -1,10 +1,10 @@
-"""Motions of a body that instruments touch: on meshes refined where they touch it, from what a coarse motion touches.
+"""Motions of a body that instruments touch, on meshes that are refined where they do.
 
-A coarse motion shows which points of the surface bear pressure at any time. Each further mesh halves the elements around
-these and at the rim of what is held once more.
+A coarse motion shows which points of the surface bear pressure at any time. Each further mesh halves the elements
+around these and at the rim of what is held once more.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from scipy import sparse
@@ -26,11 +26,6 @@ TOLERANCE = 1e-3
 """Of the forces in a stage that do not balance, over the largest of contact."""
 MARGIN = 1.0
 """A mesh is refined within so many of its own edges from what is touched."""
-NEAR = 0.6
-"""Points of the surface at rest that come nearer to an instrument's path than this share of its radius may touch it: the
-body gives way, so that what is touched lies within the path."""
-PLACES = 41
-"""Times at which the path is looked at."""
 
 
 class TouchedMotions:
@@ -51,32 +46,32 @@ class TouchedMotions:
         self._paths = [
             _Path(make_obstacle(each, body.name, "", body.fine.size, np.zeros(3))) for each in contact["instruments"]
         ]
-        self._times = np.linspace(0.0, duration_s, PLACES)
-        self._touched = np.empty((0, 3))
+        self._radius = max(path.instrument.radius_m for path in self._paths)
+        corners = self._base.coarse.nodes[self._base.coarse.triangles]
+        self._edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
         self._touched = self._find_touched(duration_s / steps, steps)
         near = cKDTree(self._touched).query(body.fine.nodes[body.fine.surface])[0]
-        self.patch = near <= max(path.instrument.radius_m for path in self._paths)
+        self.patch = near <= self._radius
         """Surface nodes (n_surface,) within a radius of the instrument from what is touched."""
 
     def motion(self, number: int) -> tuple[TouchedMotion, sparse.csr_array]:
         """Return the motion on the mesh of that number, and the map of its nodes to the fine surface of the body."""
-        body = self._base.up_to(0)
-        if number:
-            corners = self._base.coarse.nodes[self._base.coarse.triangles]
-            edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
-            levels, everywhere = np.arange(number), max(0, number - COARSER)
-            whole = 2.0 * np.linalg.norm(np.ptp(self._base.coarse.nodes, axis=0))
-            radii = np.where(levels < everywhere, whole, MARGIN * edge / 2.0**levels)
-            body = LocalRefinement(self._base, number).around(self._touched, radii.tolist(), number)
+        if not number:
+            return self._moved(self._base.up_to(0), 0, lambda at: np.ones(len(at), dtype=bool))
+        levels, everywhere = np.arange(number), max(0, number - COARSER)
+        whole = 2.0 * np.linalg.norm(np.ptp(self._base.coarse.nodes, axis=0))
+        radii = np.where(levels < everywhere, whole, MARGIN * self._edge / 2.0**levels)
+        body = LocalRefinement(self._base, number).around(self._touched, radii.tolist(), number)
+        touched, reach = cKDTree(self._touched), self._edge + self._radius
+        return self._moved(body, number, lambda at: touched.query(at)[0] <= reach)
 
-        def near(at: np.ndarray) -> np.ndarray:
-            gaps = [path.pose(t).gaps(at)[0] / path.instrument.radius_m for path in self._paths for t in self._times]
-            return np.min(gaps, axis=0) < NEAR
-
+    def _moved(
+        self, body: Body, number: int, near: Callable[[np.ndarray], np.ndarray]
+    ) -> tuple[TouchedMotion, sparse.csr_array]:
         points = contact_points(body.fine, 2, body.material.young_pa, near)
         touch = Touch(points, lambda t: [path.pose(t) for path in self._paths], self._friction, self._slip)
-        whole = with_midpoints(body, number)
-        return TouchedMotion(whole, number, self._loads, self._rayleigh, touch), self._surface.of(body, 2)
+        moved = TouchedMotion(with_midpoints(body, number), number, self._loads, self._rayleigh, touch)
+        return moved, self._surface.of(body, 2)
 
     def steps(
         self, motion: TouchedMotion, number: int, h: float, count: int, before: list[np.ndarray]
@@ -85,12 +80,11 @@ class TouchedMotions:
         return motion.touched_steps(h, count, TOLERANCE)
 
     def _find_touched(self, h: float, count: int) -> np.ndarray:
-        """Return the places at rest (k, 3) [m] of points that bear pressure at the end of any step on the first mesh."""
+        """Return the places at rest (k, 3) [m] of points that bear pressure after any step of the first mesh."""
         motion, _ = self.motion(0)
-        rest, bore = motion.touch.points.interpolation @ motion.mesh.nodes, False
-        for _ in motion.touched_steps(h, count, TOLERANCE):
-            bore |= motion.bearing
-        if not np.any(bore):
+        rest = motion.touch.points.interpolation @ motion.mesh.nodes
+        bore = np.any([motion.bearing for _ in motion.touched_steps(h, count, TOLERANCE)], axis=0)
+        if not bore.any():
             raise NotConverged(
                 f"{self._base.name}: no instrument touches it, or elements are too large to see it", [0.0]
             )

@@ -1,13 +1,13 @@
 """Quadratic elements in motion under rigid instruments that press, stroke and lift, with friction.
 
-A step has two stages (SDIRK2; Alexander 1977), each the minimum of an energy as a step of backward Euler is. The rule is
-of second order and knows no step before its own, so that corners of an instrument's path cost nothing where steps end;
-what is stiff, as contact is, it damps, and the end of a step is in balance. The midpoint rule would leave a point of
-the surface that comes to touch within a step as deep inside as it was outside.
+A step has two stages (SDIRK2; Alexander 1977), each the minimum of an energy as a step of backward Euler is. The rule
+is of second order and knows no step before its own, so that corners of an instrument's path cost nothing where steps
+end; what is stiff, as contact is, it damps, and the end of a step is in balance. The midpoint rule would leave a point
+of the surface that comes to touch within a step as deep inside as it was outside.
 
-Contact and friction act at points of the surface as augmented Lagrangians (Alart and Curnier 1991): a point at the gap g
-bears the pressure p = max(λ − k g, 0), and where it moves by u along the instrument in a stage the traction d − k u, cut
-off at μ p. Multipliers are those of the stage before, set once more within each.
+Contact acts at points of the surface, whose pressure is k times how deep they are inside. Multipliers that are kept
+from step to step would grow for ever where elements cannot follow an instrument at all their points, the more the more
+steps there are: the limit of a mesh would not exist.
 """
 
 from collections.abc import Callable, Iterator
@@ -26,16 +26,17 @@ from palpate.solvers.quadratic_motion import MORE_ITERATIONS, MOST_ITERATIONS, Q
 
 STAGE = 1.0 - np.sqrt(0.5)
 """Length of a stage over that of its step."""
-UPDATES, STIFFER = 3, 4.0
-"""How often each stage is solved, with multipliers set anew, and the stiffness k over that of contact at rest, which is
-set more often: the force of the liver's palpation is then 0.3 % from that of five updates."""
+STIFFER = 16.0
+"""Stiffness k over that of contact at rest, which has multipliers."""
+PASSES = 2
+"""How often each stage is solved, the second time with the pressures and normals that friction has in the first."""
 
 
 @dataclass(frozen=True, eq=False)
 class Touch:
     """What touches a body: points of its surface, the instruments' poses at a time [s], friction.
 
-    friction : Coulomb's coefficient; slip_m_s : speed [m/s] below which what sticks creeps, as ``contact.friction`` says
+    friction : Coulomb's coefficient; slip_m_s : speed [m/s] below which what sticks creeps, as ``contact`` says
     """
 
     points: ContactPoints
@@ -66,20 +67,19 @@ class TouchedMotion(QuadraticMotion):
         Raises NotConverged for a stage that is not found.
         """
         x, v, tau = self.mesh.nodes.copy(), np.zeros_like(self.mesh.nodes), STAGE * h
-        sides = [_Side.untouched(len(self.touch.points.areas)) for _ in self.touch.poses(0.0)]
-        contact, solve = _Contact(self.touch, sides), None
+        contact, solve = _Contact(self.touch), None
         for number in range(count):
             begin = number * h
             here, there = self.touch.poses(begin), self.touch.poses(begin + h)
             contact.speeds = [(after.tip - before.tip) / h for before, after in zip(here, there, strict=True)]
             base_x, base_v, work, lost, convex = x, v, 0.0, 0.0, True
-            mean = np.zeros((len(sides), 3))
+            mean = np.zeros((len(here), 3))
             for share, ends in ((1.0 - STAGE, begin + tau), (STAGE, begin + h)):
                 contact.begin(self.touch.poses(ends), base_x, tau)
                 self.load = self.load_at(ends)
                 stage, z = _Stage(self, contact, base_x, base_v, tau), base_x + tau * base_v
                 z[self.held] = self.mesh.nodes[self.held]
-                for _ in range(UPDATES):
+                for _ in range(PASSES if self.touch.friction else 1):
                     if solve is None:
                         solve, first = self._solver(tau, z, contact), None
                     self.scale_n = max(self.scale_n, contact.peak_n)
@@ -109,7 +109,7 @@ class TouchedMotion(QuadraticMotion):
                 rate = (velocity - base_v) / tau
                 base_x, base_v = x + (1.0 - STAGE) * h * velocity, v + (1.0 - STAGE) * h * rate
             x, v = z, velocity
-            self.bearing = np.any([side.pressure > 0.0 for side in sides], axis=0)
+            self.bearing = contact.bearing
             yield Reached(x, v, x - self.mesh.nodes, work, lost, convex, mean)
 
     def _solver(self, tau: float, x: np.ndarray, contact: "_Contact") -> Callable[[np.ndarray], np.ndarray]:
@@ -126,78 +126,63 @@ class TouchedMotion(QuadraticMotion):
         return self._multigrid.solve
 
 
-@dataclass
-class _Side:
-    """One instrument's multipliers: pressure (q,) [Pa], traction (q, 3) [Pa], and normals (q, 3) it is across to."""
-
-    pressure: np.ndarray
-    traction: np.ndarray
-    normals: np.ndarray
-
-    @staticmethod
-    def untouched(count: int) -> "_Side":
-        return _Side(np.zeros(count), np.zeros((count, 3)), np.zeros((count, 3)))
-
-
 class _Contact:
-    """The energy of contact and friction in a stage.
+    """The energy of contact and friction in a stage: of the pressure k max(−g, 0) and of Coulomb's law, smooth at rest.
 
-    speeds : (3,) [m/s] of each instrument; peak_n : largest norm of the nodal forces so far [N]
+    Friction has pressures and normals of an earlier state (q,) [Pa], (q, 3), which ``renew`` sets; its potential is
+    that of ``collision.contact.friction``.
+    speeds : (k, 3) [m/s] of the instruments; peak_n : largest norm of the nodal forces so far [N]
     """
 
-    def __init__(self, touch: Touch, sides: list[_Side]):
-        self._touch, self._sides, self.peak_n = touch, sides, 0.0
+    def __init__(self, touch: Touch):
+        self._touch, self.peak_n = touch, 0.0
+        self._pressures = [np.zeros(len(touch.points.areas)) for _ in touch.poses(0.0)]
+        self._normals = [np.zeros((len(touch.points.areas), 3)) for _ in self._pressures]
         self.speeds: list[np.ndarray] = []
+
+    @property
+    def bearing(self) -> np.ndarray:
+        """Which points (q,) bear pressure."""
+        return np.any([pressure > 0.0 for pressure in self._pressures], axis=0)
 
     def begin(self, poses: list[Pose], x: np.ndarray, tau: float) -> None:
         """Begin a stage of ``tau`` [s] whose velocities are (z − ``x``)/tau, with the instruments where they end."""
-        self._poses, self._tau = poses, tau
+        self._poses, self._tau, self._slip = poses, tau, self._touch.slip_m_s * tau
         self._start = self._touch.points.interpolation @ x
 
-    def _pressure(self, side: _Side, gaps: np.ndarray) -> np.ndarray:
-        return np.maximum(side.pressure - self._touch.points.penalty * gaps, 0.0)
+    def _slides(self, at: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Yield for each instrument how far points slide along it (q, 3) [m], the length, and μ p (q,) [Pa]."""
+        for pressure, normals, speed in zip(self._pressures, self._normals, self.speeds, strict=True):
+            slid = at - self._start - self._tau * speed
+            slid -= (slid * normals).sum(axis=1, keepdims=True) * normals
+            yield slid, np.linalg.norm(slid, axis=1), self._touch.friction * pressure
 
-    def _trial(self, side: _Side, speed: np.ndarray, at: np.ndarray) -> np.ndarray:
-        """Return the traction (q, 3) [Pa] that would keep what is touched from sliding, but for its creep."""
-        slid = at - self._start - self._tau * speed
-        slid -= (slid * side.normals).sum(axis=1, keepdims=True) * side.normals
-        return side.traction - self._touch.points.penalty[:, None] * (slid - self._creep(side))
-
-    def _creep(self, side: _Side) -> np.ndarray:
-        """Return by how much points slide in the stage under their traction: the inverse of 2 s − s² = |t| / (μ p)."""
-        size = np.linalg.norm(side.traction, axis=1)
-        limit = np.maximum(self._touch.friction * side.pressure, 1e-300)
-        share = 1.0 - np.sqrt(1.0 - np.minimum(size / limit, 1.0))
-        longest = self._touch.slip_m_s * self._tau
-        return -(longest * share / np.maximum(size, 1e-300))[:, None] * side.traction
-
-    def _traction(self, side: _Side, speed: np.ndarray, at: np.ndarray) -> np.ndarray:
-        trial = self._trial(side, speed, at)
-        size, limit = np.linalg.norm(trial, axis=1), self._touch.friction * side.pressure
-        return trial * (np.minimum(size, limit) / np.maximum(size, 1e-300))[:, None]
+    def _resistance(self, length: np.ndarray) -> np.ndarray:
+        """Return the derivative of friction's potential over the length (q,) [1/m], for μ p = 1."""
+        slip = self._slip
+        return np.where(length < slip, (2.0 - length / slip) / slip, 1.0 / np.maximum(length, slip))
 
     def energy(self, z: np.ndarray) -> float:
         """Return the energy [J], whose derivatives are the forces."""
-        at, k, areas = self._touch.points.interpolation @ z, self._touch.points.penalty, self._touch.points.areas
-        whole = 0.0
-        for side, pose, speed in zip(self._sides, self._poses, self.speeds, strict=True):
-            pressure = self._pressure(side, pose.gaps(at)[0])
-            whole += 0.5 * float(areas @ ((pressure**2 - side.pressure**2) / k))
-            if self._touch.friction:
-                size, limit = np.linalg.norm(self._trial(side, speed, at), axis=1), self._touch.friction * side.pressure
-                whole += float(areas @ (np.where(size < limit, 0.5 * size**2, limit * (size - 0.5 * limit)) / k))
+        at, areas, whole, slip = self._touch.points.interpolation @ z, self._touch.points.areas, 0.0, self._slip
+        for pose in self._poses:
+            overlap = np.maximum(-pose.gaps(at)[0], 0.0)
+            whole += 0.5 * float(areas @ (self._touch.points.penalty * overlap**2))
+        for _, length, limit in self._slides(at) if self._touch.friction else ():
+            creeping = length**2 / slip * (1.0 - length / (3.0 * slip))
+            whole += float(areas @ (limit * np.where(length < slip, creeping, length - slip / 3.0)))
         return whole
 
     def pushes(self, z: np.ndarray) -> list[np.ndarray]:
         """Return the force (q, 3) [N] of each instrument on the points of a body at ``z`` (n, 3) [m]."""
         at, found = self._touch.points.interpolation @ z, []
-        for side, pose, speed in zip(self._sides, self._poses, self.speeds, strict=True):
+        for pose in self._poses:
             gaps, normals = pose.gaps(at)
-            push = self._pressure(side, gaps)[:, None] * normals
-            if self._touch.friction:
-                push += self._traction(side, speed, at)
-            found.append(self._touch.points.areas[:, None] * push)
-        return found
+            found.append((self._touch.points.penalty * np.maximum(-gaps, 0.0))[:, None] * normals)
+        if self._touch.friction:
+            for push, (slid, length, limit) in zip(found, self._slides(at), strict=True):
+                push -= (limit * self._resistance(length))[:, None] * slid
+        return [self._touch.points.areas[:, None] * push for push in found]
 
     def total(self, z: np.ndarray) -> np.ndarray:
         """Return the force (q, 3) [N] of all instruments on the points."""
@@ -205,36 +190,29 @@ class _Contact:
 
     def rubbed(self, z: np.ndarray) -> float:
         """Return the power [W] that friction takes."""
-        if not self._touch.friction:
-            return 0.0
-        at = self._touch.points.interpolation @ z
-        moved, power = (at - self._start) / self._tau, 0.0
-        for side, speed in zip(self._sides, self.speeds, strict=True):
-            power -= float(self._touch.points.areas @ (self._traction(side, speed, at) * (moved - speed)).sum(axis=1))
-        return power
+        at, areas = self._touch.points.interpolation @ z, self._touch.points.areas
+        slides = self._slides(at) if self._touch.friction else ()
+        return sum(float(areas @ (limit * self._resistance(u) * u**2)) for _, u, limit in slides) / self._tau
 
     def renew(self, z: np.ndarray) -> None:
-        """Set the multipliers to the pressures and tractions at ``z`` (n, 3) [m]."""
+        """Take the pressures and normals at ``z`` (n, 3) [m] for those of friction."""
         at = self._touch.points.interpolation @ z
-        for side, pose, speed in zip(self._sides, self._poses, self.speeds, strict=True):
-            gaps, normals = pose.gaps(at)
-            if self._touch.friction:
-                traction = self._traction(side, speed, at)
-                side.traction = traction - (traction * normals).sum(axis=1, keepdims=True) * normals
-            side.pressure, side.normals = self._pressure(side, gaps), normals
-            side.traction[side.pressure == 0.0] = 0.0
+        for number, pose in enumerate(self._poses):
+            gaps, self._normals[number] = pose.gaps(at)
+            self._pressures[number] = self._touch.points.penalty * np.maximum(-gaps, 0.0)
 
     def stiffness(self, z: np.ndarray) -> np.ndarray:
-        """Return the stiffness (q, 3, 3) [N/m] of points that touch, without what curvature and sliding take off."""
+        """Return the stiffness (q, 3, 3) [N/m] of the points, without what curvature and sliding take off."""
         at, blocks = self._touch.points.interpolation @ z, np.zeros((len(self._start), 3, 3))
-        for side, pose in zip(self._sides, self._poses, strict=True):
+        for pose in self._poses:
             gaps, normals = pose.gaps(at)
-            on = self._pressure(side, gaps) > 0.0
-            blocks[on] += normals[on, :, None] * normals[on, None, :]
-            if self._touch.friction:
-                stuck = on & (np.linalg.norm(side.traction, axis=1) < 0.99 * self._touch.friction * side.pressure)
-                blocks[stuck] += np.eye(3) - normals[stuck, :, None] * normals[stuck, None, :]
-        return (self._touch.points.areas * self._touch.points.penalty)[:, None, None] * blocks
+            pressed = np.where(gaps < 0.0, self._touch.points.penalty, 0.0)
+            blocks += pressed[:, None, None] * normals[:, :, None] * normals[:, None, :]
+        if self._touch.friction:
+            for normals, (_, length, limit) in zip(self._normals, self._slides(at), strict=True):
+                across = np.eye(3) - normals[:, :, None] * normals[:, None, :]
+                blocks += (limit * self._resistance(length))[:, None, None] * across
+        return self._touch.points.areas[:, None, None] * blocks
 
 
 class _Stage(OnePass):

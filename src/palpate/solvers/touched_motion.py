@@ -48,14 +48,14 @@ class Touch:
 class TouchedMotion(QuadraticMotion):
     """A held body of quadratic elements that instruments touch; other arguments and errors as ``QuadraticMotion``.
 
-    bearing : which points (q,) bore pressure at the end of the last step
+    bearing : which points (q,) bore pressure at the end of the last step; overlap_j : the energy of contact there [J]
     """
 
     def __init__(self, body: Body, level: int, loads: dict[str, dict], rayleigh: dict, touch: Touch):
         super().__init__(body, level, loads, rayleigh)
         points = replace(touch.points, penalty=STIFFER * touch.points.penalty)
         self.touch = replace(touch, points=points)
-        self.bearing = np.zeros(len(points.areas), dtype=bool)
+        self.bearing, self.overlap_j = np.zeros(len(points.areas), dtype=bool), 0.0
         self.spread = touch.points.interpolation.T.tocsr()
         absolute = abs(touch.points.interpolation)
         self._lumping, self._lump = absolute.T.tocsr(), absolute.sum(axis=1)
@@ -109,8 +109,12 @@ class TouchedMotion(QuadraticMotion):
                 rate = (velocity - base_v) / tau
                 base_x, base_v = x + (1.0 - STAGE) * h * velocity, v + (1.0 - STAGE) * h * rate
             x, v = z, velocity
-            self.bearing = contact.bearing
+            self.bearing, self.overlap_j = contact.bearing, contact.overlap_energy(z)
             yield Reached(x, v, x - self.mesh.nodes, work, lost, convex, mean)
+
+    def total_energy(self, x: np.ndarray, v: np.ndarray) -> float:
+        """Return the elastic and kinetic energy [J], and that of contact where the last step ended."""
+        return super().total_energy(x, v) + self.overlap_j
 
     def _solver(self, tau: float, x: np.ndarray, contact: "_Contact") -> Callable[[np.ndarray], np.ndarray]:
         """Return a multigrid cycle for what linear elements on the same nodes, at ``x`` (n, 3) [m], make of a stage."""
@@ -162,12 +166,15 @@ class _Contact:
         slip = self._slip
         return np.where(length < slip, (2.0 - length / slip) / slip, 1.0 / np.maximum(length, slip))
 
+    def overlap_energy(self, z: np.ndarray) -> float:
+        """Return the energy [J] of what overlaps of a body at ``z`` (n, 3) [m]."""
+        at, stiff = self._touch.points.interpolation @ z, self._touch.points.areas * self._touch.points.penalty
+        return sum(0.5 * float(stiff @ np.maximum(-pose.gaps(at)[0], 0.0) ** 2) for pose in self._poses)
+
     def energy(self, z: np.ndarray) -> float:
         """Return the energy [J], whose derivatives are the forces."""
-        at, areas, whole, slip = self._touch.points.interpolation @ z, self._touch.points.areas, 0.0, self._slip
-        for pose in self._poses:
-            overlap = np.maximum(-pose.gaps(at)[0], 0.0)
-            whole += 0.5 * float(areas @ (self._touch.points.penalty * overlap**2))
+        at, areas, slip = self._touch.points.interpolation @ z, self._touch.points.areas, self._slip
+        whole = self.overlap_energy(z)
         for _, length, limit in self._slides(at) if self._touch.friction else ():
             creeping = length**2 / slip * (1.0 - length / (3.0 * slip))
             whole += float(areas @ (limit * np.where(length < slip, creeping, length - slip / 3.0)))

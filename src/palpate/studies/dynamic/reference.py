@@ -119,10 +119,11 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
     kept = np.array(tried)[:, :resolved]
     length = compared.duration_s * resolved / compared.frames
     times, untaught = (np.array(lengths), seconds, p95), (np.empty((0, *truth.shape[1:])), 0.0)
-    found = truth[:resolved], last, lengths[-1], change, kept, *times, np.array(changes)
     felt_before, felt = (each[:resolved] for each in _limits(forces, compared.order))
-    of_force = felt, force_errors(felt_before, felt).force_rms_of_peak, np.array(forces)[:, :resolved]
-    return Reference(*found, compared.frames, length, *untaught, *of_force)
+    return Reference(
+        truth[:resolved], last, lengths[-1], change, kept, *times, np.array(changes), compared.frames, length, *untaught,
+        felt, force_errors(felt_before, felt).force_rms_of_peak, np.array(forces)[:, :resolved],
+    )  # fmt: skip
 
 
 def _limits(tried: list[np.ndarray], order: int) -> list[np.ndarray]:

@@ -4,7 +4,8 @@ All levels take the same steps, and what remains is their limit as ``benchmark.t
 change of it is taken from a coarser level, where they cost little: steps of half the length on the second one show it,
 as the error of the midpoint rule falls with the square of the step. The truth's own error has three parts: what the
 levels leave unexplained, what the next such extrapolation differs by on the first level, and by how much the effect of
-the step differs between the first and the second level.
+the step differs between the first and the second level. Where instruments touch the body, levels are meshes that are
+refined there, and the force on it is found as the displacement is.
 """
 
 from collections.abc import Callable, Iterator

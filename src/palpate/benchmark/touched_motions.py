@@ -19,7 +19,7 @@ from palpate.effects.instrument import CAPSULE, SPHERE, Instrument, Pose
 from palpate.effects.surface_map import SurfaceMap
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.indentation import contact_points
-from palpate.solvers.quadratic_motion import Reached
+from palpate.solvers.quadratic_motion import QuadraticMotion, Reached
 from palpate.solvers.touched_motion import Touch, TouchedMotion
 
 TOLERANCE = 1e-3
@@ -74,9 +74,10 @@ class TouchedMotions:
         return moved, self._surface.of(body, 2)
 
     def steps(
-        self, motion: TouchedMotion, number: int, h: float, count: int, before: list[np.ndarray]
+        self, motion: QuadraticMotion, number: int, h: float, count: int, before: list[np.ndarray]
     ) -> Iterator[Reached]:
         """Yield the ends of the steps of a ``motion``; ``before`` is of no use, as meshes are not nested."""
+        assert isinstance(motion, TouchedMotion)  # as ``motion`` makes it
         return motion.touched_steps(h, count, TOLERANCE)
 
     def _find_touched(self, h: float, count: int) -> np.ndarray:

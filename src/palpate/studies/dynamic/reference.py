@@ -121,8 +121,8 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
     times, untaught = (np.array(lengths), seconds, p95), (np.empty((0, *truth.shape[1:])), 0.0)
     felt_before, felt = (each[:resolved] for each in _limits(forces, compared.order))
     return Reference(
-        truth[:resolved], last, lengths[-1], change, kept, *times, np.array(changes), compared.frames, length, *untaught,
-        felt, force_errors(felt_before, felt).force_rms_of_peak, np.array(forces)[:, :resolved],
+        truth[:resolved], last, lengths[-1], change, kept, *times, np.array(changes), compared.frames, length,
+        *untaught, felt, force_errors(felt_before, felt).force_rms_of_peak, np.array(forces)[:, :resolved],
     )  # fmt: skip
 
 

@@ -232,13 +232,12 @@ def _advise(asked: argparse.Namespace) -> str:
                 raise InputError(f"--check tries the limits that the run was asked for; leave --{text} out.")
         return check(results, scene)
     error = asked.error or "rms"
-    if error == "force":
-        for option in ("load", "speed"):
-            if getattr(asked, option) is not None:
-                raise InputError(f"--error force is of instruments that are pushed to a depth; leave --{option} out.")
-        return advise_force(results, scene, asked.budget_ms, asked.max_error)
-    if asked.load is not None:
-        return advise_any_load(results, scene, asked.load, asked.budget_ms, asked.max_error, error)
     given = {"budgets_ms": asked.budget_ms, "max_errors": asked.max_error, "speeds": asked.speed}
     limits = {name: [value] for name, value in given.items() if value is not None}
+    if error == "force":
+        if asked.load is not None:
+            raise InputError("--error force is of instruments that are pushed to a depth or moved; leave --load out.")
+        return advise_force(results, scene, limits)
+    if asked.load is not None:
+        return advise_any_load(results, scene, asked.load, asked.budget_ms, asked.max_error, error)
     return advise(results, scene, limits, error)

@@ -7,6 +7,7 @@ from fixtures.poked_bar import poked
 from palpate.benchmark import motion_truth as module
 from palpate.benchmark.motion_truth import MotionTruth, motion_truth
 from palpate.benchmark.truth import INVERTED
+from palpate.errors import InputError, NotConverged
 from palpate.files import read_arrays, write_arrays
 from palpate.solvers.quadratic_motion import QuadraticMotion
 
@@ -82,3 +83,36 @@ def test_a_truth_is_kept(truth, tmp_path):
     again = read_arrays(MotionTruth, tmp_path / "truth.npz")
     assert np.array_equal(again.displacement, truth.displacement) and again.rejected == ""
     assert again.described(0.32) == truth.described(0.32) and again.described(0.32)["reference_step_s"] == 0.04
+
+
+BALL = {"kind": "sphere", "center_m": [0.07, 0.02, 0.062], "radius_m": 0.02, "times_s": [0.0, 0.16, 0.32]}
+BALL |= {"shifts_m": [[0, 0, 0], [0, 0, -0.01], [0.006, 0, 0.004]]}
+TOUCHED = {"effects": ["corotational", "held", "contact", "rayleigh"]}
+TOUCHED |= {"contact": {"friction": 0.3, "instruments": [BALL]}}
+
+
+@pytest.fixture(scope="module")
+def touched(box):
+    return poked(box, **TOUCHED)
+
+
+def test_what_a_ball_does_to_a_bar_and_feels_is_known_as_well_as_the_own_error_says(touched):
+    rough, better = found(touched, 8), found(touched, 16)
+    peak = np.linalg.norm(better.force, axis=2).max()
+    assert better.force.shape == (8, 1, 3) and better.tried_force.shape == (6, 8, 1, 3) and not better.rejected
+    assert rms(rough.displacement, better.displacement) < rough.own_error + better.own_error < 0.03
+    assert rms(rough.force, better.force) < rough.own_force + better.own_force < 0.2
+    # the ball touches after 2 of 10 mm, and has left the bar at the end; linear elements are nearly as good
+    assert np.linalg.norm(better.force[[0, -1]], axis=2).max() < 0.25 * peak
+    linear = touched.move(touched.fem(16 * touched.frames), 1)[1].motion.instrument_forces()
+    assert 0.02 < rms(linear, better.force) < 0.3 and linear.shape == better.force.shape
+    assert better.force[3, 0, 2] < 0.0 < linear[3, 0, 2] / better.force[3, 0, 2] < 1.5
+
+
+def test_what_instruments_cannot_be_is_told(box):
+    floor = {"contact": {"instruments": [{"kind": "floor", "height_m": -0.1, "name": "ground"}]}}
+    with pytest.raises(InputError, match="ground is a floor"):
+        found(poked(box, **(TOUCHED | floor)), 8)
+    high = {"contact": {"instruments": [BALL | {"center_m": [0.07, 0.02, 0.2]}]}}
+    with pytest.raises(NotConverged, match="no instrument touches it"):
+        found(poked(box, **(TOUCHED | high)), 8)

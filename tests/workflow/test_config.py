@@ -350,7 +350,7 @@ FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}, "eff
         (
             FLOOR,
             {"mine": {"duration_s": 0.1, "truth": {}, "training": {"duration_s": 0.1}}},
-            ".scenes.mine has truth, which is found of held solids alone, and mine has contact",
+            ".scenes.mine has truth, which is found of held solids alone, and mine is touched by a floor",
         ),
     ],
 )

@@ -18,6 +18,9 @@ FOLLOWED = {name: OF_ALL | {"duration_s": followed(config["scenes"][name])} | ow
 # scenes whose models are judged by a truth
 TRUE = [scene for scene, own in FOLLOWED.items() if "truth" in own]
 OPTIONAL += ["motion_truth"] if TRUE else []
+# scenes in which something touches, so that it feels a force
+TOUCHED = [scene for scene in FOLLOWED if has_contact(config["scenes"][scene])]
+OPTIONAL += ["dynamic_force"] if TOUCHED else []
 # scenes whose push is moved to other places, which bounds are made of
 ELSEWHERE = [scene for scene, own in FOLLOWED.items() if "elsewhere" in own]
 OPTIONAL += ["motion_bounds"] if ELSEWHERE else []
@@ -28,9 +31,10 @@ TARGETS["dynamic"] = (
         dynamic_accuracy=expand(f"{TRIAL}/accuracy.csv", scene=FOLLOWED),
         dynamic_reference=expand(f"{TRIAL}/reference.csv", scene=FOLLOWED),
         **({"motion_truth": expand(f"{TRIAL}/truth.csv", scene=TRUE)} if TRUE else {}),
+        **({"dynamic_force": expand(f"{TRIAL}/force.csv", scene=TOUCHED)} if TOUCHED else {}),
     )
     + tabulated("advice", *(["motion_bounds"] if ELSEWHERE else []))
-    + figures("dynamic", "dynamic_accuracy", "dynamic_reference")
+    + figures("dynamic", "dynamic_accuracy", "dynamic_reference", *(["dynamic_force"] if TOUCHED else []))
 )
 WARNED += warned_of({config["scenes"][scene]["body"] for scene in FOLLOWED})
 WARNED += expand(f"{TRIAL}/warned.txt", scene=FOLLOWED)
@@ -91,7 +95,8 @@ rule measure_dynamic:
         reference=f"{TRIAL}/reference.npz",
         truth=truth_of_compared,
     output:
-        f"{TRIAL}/accuracy.csv",
+        table=f"{TRIAL}/accuracy.csv",
+        force=f"{TRIAL}/force.csv",
     log:
         "results/logs/dynamic/{scene}/measure_dynamic.log",
     threads: HALF

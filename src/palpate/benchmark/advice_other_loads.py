@@ -35,12 +35,14 @@ def advise_motion(
     speeds: Sequence[float] = (),
     bounds: pd.DataFrame | None = None,
     pressed: pd.DataFrame | None = None,
+    error: str = "rms",
 ) -> pd.DataFrame:
     """Tabulate advice.csv of a scene that moves, a row for each budget [ms], error [of its peak] and speed.
 
     motions : its rows of dynamic_accuracy.csv; bounds : its rows of motion_bounds.csv, if there are any
     speeds : seconds of motion that shall be computed in a second, or more
     pressed : accuracy_vs_time.csv, whose presses show how wrong the standard's mesh is
+    error : "rms", of the displacement, or "force", of the instruments' force, which then stands in ``rmse_of_peak``
     A budget is for a step: of what runs in real time, and with 95 % of its steps within the budget, MARGIN of both left
     unused, the least wrong is taken, and likewise of what runs as fast as asked; of what is less wrong than an error,
     the standard's own added, the fastest, whether it keeps up or not. No error is promised below the standard's own, or
@@ -50,13 +52,18 @@ def advise_motion(
     """
     # modes for another place show what that costs, and nobody who knows the place takes them
     able = motions[(motions["failures"] == 0) & (motions["varied"] != "place")]
+    if error == "force":  # how wrong the standard's mesh is in it no press shows
+        felt = able.dropna(subset="force_rms_of_peak")
+        able = felt.assign(rmse_of_peak=felt["force_rms_of_peak"], reference_error=felt["reference_force_error"])
+        bounds = pressed = None
     # such a scene is not divided, and has no patch
-    none = {"scene": motions["scene"].iloc[0], "error": "rms", "split": 0, "model": NONE}
+    none = {"scene": motions["scene"].iloc[0], "error": error, "split": 0, "model": NONE}
     limits = [{"budget_ms": budget} for budget in budgets_ms] + [{"max_error": limit} for limit in max_errors]
     rows = [none | each for each in (*limits, *({"speed": speed} for speed in speeds))]
     if able.empty:
-        return ADVICE.frame(row | {"why": "no model got through the scene"} for row in rows)
-    able = able.assign(own_error=_own(able, pressed))
+        why = f"no model got through the scene{' and told a force' if error == 'force' else ''}"
+        return ADVICE.frame(row | {"why": why} for row in rows)
+    able = able.assign(own_error=_own(able, pressed), error=error)
     own = {"reference_error": able["own_error"].iloc[0]}
     return ADVICE.frame(row | own | (_under if "max_error" in row else _within)(able, row, bounds) for row in rows)
 
@@ -196,6 +203,8 @@ def _mesh(able: pd.DataFrame) -> str:
     if able["reference"].iloc[0] == TRUTH:
         return f"the limit of quadratic elements, which is {percent(own)} wrong itself"
     mesh = f"mesh (level {able['reference_level'].iloc[0]:g})"
+    if able["error"].iloc[0] == "force" and np.isnan(own):
+        return f"which feels wrongly itself by what is not known, by its {mesh}"
     if np.isnan(own):
         return f"whose own error is not known, as no press of this body was measured on its {mesh}"
     return f"which is {percent(own)} wrong itself, by its {mesh} and its step"

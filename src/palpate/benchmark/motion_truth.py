@@ -4,21 +4,24 @@ All levels take the same steps, and what remains is their limit as ``benchmark.t
 change of it is taken from a coarser level, where they cost little: steps of half the length on the second one show it,
 as the error of the midpoint rule falls with the square of the step. The truth's own error has three parts: what the
 levels leave unexplained, what the next such extrapolation differs by on the first level, and by how much the effect of
-the step differs between the first and the second level.
+the step differs between the first and the second level. Where instruments touch the body, levels are meshes that are
+refined there, and the force on it is found as the displacement is.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
 import numpy as np
+from scipy import sparse
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
+from palpate.benchmark.touched_motions import TouchedMotions
 from palpate.benchmark.truth import RATIO_DOUBT, estimate, objection, ratio
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
-from palpate.solvers.quadratic_motion import QuadraticMotion
+from palpate.solvers.quadratic_motion import QuadraticMotion, Reached
 
 TOLERANCE = 2e-3
 """Of the forces in a step that do not balance, over the largest load: it changes the liver's motion by 0.003 % of its
@@ -39,6 +42,8 @@ class MotionTruth:
         with included, and the 95th percentile of its own
     balance : of the motion on the finest level, how much of the work of the loads is neither kept nor damped
     spent_s : time of all motions together [s]
+    force, tried_force : (f, k, 3) and (m, f, k, 3) [N] of k instruments on the body, mean over each frame
+    own_force : what the force may be wrong by, RMS over all frames over its peak; NaN where nothing touches
     """
 
     displacement: np.ndarray
@@ -54,6 +59,9 @@ class MotionTruth:
     step_p95_s: np.ndarray
     balance: float
     spent_s: float
+    force: np.ndarray
+    tried_force: np.ndarray
+    own_force: float
 
     @property
     def own_error(self) -> float:
@@ -70,6 +78,8 @@ class MotionTruth:
             "reference_step_s": duration_s / int(self.tried_steps[finest]),
             "reference_change": float(self.own[1, TruthErrors._fields.index("rmse_of_peak")]),
             "reference_error": self.own_error,
+            "reference_force_change": np.nan,
+            "reference_force_error": self.own_force,
         }
 
 
@@ -87,6 +97,7 @@ class _Run:
     least_det: float
     convex: bool
     balance: float
+    forces: np.ndarray
 
     @property
     def whole_s(self) -> float:
@@ -114,63 +125,97 @@ def motion_truth(
         cost, with the ratio of that one, and its own errors of time
     Raises InputError as ``QuadraticMotion`` does, and NotConverged for a step that is not found.
     """
-    first = 0 if body.smooth is not None else body.shape_level
+    meshes: _Levels | TouchedMotions = (
+        TouchedMotions(body, loads, rayleigh, duration_s, steps)
+        if "contact" in loads
+        else _Levels(body, count if like is None else 2, loads, rayleigh)
+    )
+    first = meshes.first
     if like is None:
         wanted = [(first, steps), (first, 2 * steps), (first, 4 * steps), (first + 1, 2 * steps)]
     else:
         wanted, count = [(first, steps), (first, 2 * steps)], 2
     wanted += [(first + more, steps) for more in range(1, count)]
-    whole = with_midpoints(body, first + count - 1)
     found: dict[tuple[int, int], _Run] = {}
     motion: QuadraticMotion | None = None
     level = -1
     for own, number in progress(wanted):
         if motion is None or own != level:
             motion, level = None, own  # before the next one is made, which is eight times as large
-            motion = QuadraticMotion(whole, level, loads, rayleigh)
-        before = found.get((level - 1, number))
-        found[own, number] = _run(motion, body, whole, level, number, duration_s, frames, before)
-    return _judged(body, loads, first, steps, count, found, like)
+            motion, up = meshes.motion(own)
+        before = found.get((level - 1, number)) if meshes.nested else None
+        h = duration_s / number
+        reached = meshes.steps(motion, own, h, number, before.middles if before is not None else [])
+        found[own, number] = _run(motion, up, reached, level, number, frames, before)
+    return _judged(meshes.patch, first, steps, count, found, like)
+
+
+class _Levels:
+    """The levels of a body, each of which begins with what the level before has found.
+
+    first : the coarsest of the shape of the finest
+    """
+
+    nested = True
+
+    def __init__(self, body: Body, count: int, loads: dict[str, dict], rayleigh: dict):
+        self.first = 0 if body.smooth is not None else body.shape_level
+        self._body, self._moved = body, (loads, rayleigh)
+        self._whole, self.patch = with_midpoints(body, self.first + count - 1), _pressed(body, loads)
+
+    def motion(self, level: int) -> tuple[QuadraticMotion, sparse.csr_array]:
+        """Return the motion on a level, and the map of its nodes to the fine surface."""
+        motion, body, levels = QuadraticMotion(self._whole, level, *self._moved), self._body, self._whole.levels
+        last = max(level + 1, len(body.levels) - 1)
+        surface = body.fine.surface
+        shape = len(surface), len(levels[last].nodes)
+        up = sparse.csr_array((np.ones(shape[0]), (np.arange(shape[0]), surface)), shape=shape)
+        for k in range(last - 2, level - 1, -1):
+            up = up @ quadratic_prolongation(*levels[k : k + 2])
+        return motion, up
+
+    def steps(
+        self, motion: QuadraticMotion, level: int, h: float, count: int, before: list[np.ndarray]
+    ) -> Iterator[Reached]:
+        """Yield the ends of ``count`` steps of ``h`` [s]; before : middles (n, 3) [m] of the steps a level before."""
+        begun = {}
+        if before:
+            up = quadratic_prolongation(*self._whole.levels[level - 1 : level + 1])
+            begun = {"coarser": (up @ middle for middle in before)}
+        return motion.steps(h, count, TOLERANCE, **begun)
 
 
 def _run(
     motion: QuadraticMotion,
-    body: Body,
-    whole: Body,
+    up: sparse.csr_array,
+    steps: Iterator[Reached],
     level: int,
-    steps: int,
-    duration_s: float,
+    count: int,
     frames: int,
     before: _Run | None,
 ) -> _Run:
-    """Follow a motion on one level, from what the level before found of it."""
-    rest, fine = motion.mesh.nodes, len(body.fine.nodes)
-    ups = [quadratic_prolongation(*whole.levels[k : k + 2]) for k in range(level, len(body.levels) - 2)]
-    done = _Run(level, len(rest), steps, [], [], [], before.whole_s if before else 0.0, np.inf, True, 0.0)
-    work, lost, h, begun = 0.0, 0.0, duration_s / steps, {}
-    if before is not None:
-        up = quadratic_prolongation(*whole.levels[level - 1 : level + 1])
-        begun = {"coarser": (up @ middle for middle in before.middles)}
-    last = perf_counter()
-    for number, reached in enumerate(motion.steps(h, steps, TOLERANCE, **begun), start=1):
+    """Follow a motion on one mesh in ``count`` steps, from what the level before found of it."""
+    rest = motion.mesh.nodes
+    begun_s = before.whole_s if before else 0.0
+    done = _Run(level, len(rest), count, [], [], [], begun_s, np.inf, True, 0.0, np.zeros((0, 0, 3)))
+    work, lost, forces, last = 0.0, 0.0, [], perf_counter()
+    for number, reached in enumerate(steps, start=1):
         done.seconds.append(perf_counter() - last)
         work, lost = work + reached.work_j, lost + reached.lost_j
         done.middles.append(reached.middle)
+        forces.append(reached.forces)
         done.convex &= reached.convex
-        if number % (steps // frames) == 0:
-            moved = reached.x - rest
-            for up in ups:
-                moved = up @ moved
-            done.surface.append(moved[:fine][body.fine.surface])
+        if number % (count // frames) == 0:
+            done.surface.append(up @ (reached.x - rest))
             done.least_det = min(done.least_det, motion.least_det(reached.x))
         last = perf_counter()
     done.balance = abs(motion.total_energy(reached.x, reached.v) + lost - work) / abs(work)
+    done.forces = np.array(forces).reshape(frames, count // frames, -1, 3).mean(axis=1)
     return done
 
 
 def _judged(
-    body: Body,
-    loads: dict[str, dict],
+    pressed: np.ndarray,
     first: int,
     steps: int,
     count: int,
@@ -179,7 +224,7 @@ def _judged(
 ) -> MotionTruth:
     """Extrapolate the motions that were ``found``, by level and number of steps."""
     moved = {key: np.array(run.surface) for key, run in found.items()}
-    shape, patch = moved[first, steps].shape, np.tile(_pressed(body, loads), len(moved[first, steps]))
+    shape, patch = moved[first, steps].shape, np.tile(pressed, len(moved[first, steps]))
     flat = {key: each.reshape(-1, 3) for key, each in moved.items()}
     levels = np.array([flat[first + more, steps] for more in range(count)])
     whole, half = flat[first, steps], flat[first, 2 * steps]
@@ -204,6 +249,7 @@ def _judged(
     change = truth_errors(levels[-2], levels[-1], patch).rmse_of_peak
     least_det = min(run.least_det for run in found.values())
     convex = all(run.convex for run in found.values())
+    force, own_force = _true_force(first, steps, count, found)
     whole_own = float(own[3, TruthErrors._fields.index("rmse_of_peak")])
     runs = sorted(found.values(), key=lambda run: (run.level, run.steps))
     return MotionTruth(
@@ -220,7 +266,27 @@ def _judged(
         step_p95_s=np.array([np.percentile(run.seconds, 95) for run in runs]),
         balance=found[first + count - 1, steps].balance,
         spent_s=sum(sum(run.seconds) for run in runs),
+        force=force,
+        tried_force=np.array([run.forces for run in runs]),
+        own_force=own_force,
     )
+
+
+def _true_force(first: int, steps: int, count: int, found: dict[tuple[int, int], _Run]) -> tuple[np.ndarray, float]:
+    """Extrapolate the forces of instruments as displacements are; return them (f, k, 3) [N], and their own error."""
+    felt = {key: run.forces for key, run in found.items()}
+    shape = felt[first, steps].shape
+    if not shape[1] or (first, 4 * steps) not in felt:
+        return felt[first + count - 1, steps], np.nan
+    levels = np.array([felt[first + more, steps].reshape(-1, 3) for more in range(count)])
+    by_space, off_space = estimate(levels)
+    effects = [_shorter(felt[k, n], felt[k, 2 * n]) - felt[k, n] for k, n in ((first, steps), (first + 1, steps))]
+    later = _shorter(felt[first, 2 * steps], felt[first, 4 * steps]) - felt[first, steps]
+    force = by_space.reshape(shape) + effects[1]
+    space = max(float(np.linalg.norm(off)) for off in off_space)
+    parts = [space, *(float(np.linalg.norm(off)) for off in (later - effects[0], effects[1] - effects[0]))]
+    peak, cells = np.linalg.norm(force, axis=2).max(), np.sqrt(shape[0] * shape[1])
+    return force, float(np.linalg.norm(parts) / (cells * peak))
 
 
 def _shorter(longer: np.ndarray, shorter: np.ndarray) -> np.ndarray:

@@ -53,14 +53,14 @@ class LocalRefinement:
         self._own = [_Level.of(body.levels[level], level, body.anchors[level]) for level in own]
 
     def around(self, center: np.ndarray, radius_m: float | Sequence[float], rim_level: int = 0) -> LocalBody:
-        """Refine every element with a corner within ``radius_m`` [m] of ``center`` (3,) [m].
+        """Refine every element with a corner within ``radius_m`` [m] of ``center`` (3,) [m], or of any of (k, 3).
 
         radius_m : one for all levels, or one for each that is refined, none larger than the one before
         rim_level : to which elements are refined that have a corner at the rim of what is held, besides: displacements
             grow with the root of the distance there
         """
         radii = np.broadcast_to(radius_m, self._depth)
-        body, graded = self._body, list(self._own)
+        body, graded, center = self._body, list(self._own), cKDTree(np.atleast_2d(center))
         for level in range(len(graded) - 1, self._depth):
             graded.append(graded[-1].split(center, radii[level], level < rim_level))
         marks = _marks(graded[:-1], center, radii, rim_level)
@@ -124,13 +124,13 @@ class _Level:
         held = self.held[self.mesh.tetrahedra]
         return np.unique(self.mesh.tetrahedra[held & ~held.all(axis=1, keepdims=True)])
 
-    def split(self, center: np.ndarray, radius: float, at_rim: bool) -> "_Level":
+    def split(self, center: cKDTree, radius: float, at_rim: bool) -> "_Level":
         """Return the parts of the elements that may be split if those with a corner within ``radius`` are.
 
         at_rim : and those with a corner at the rim of what is held
         """
         corners, (finer, _) = self.mesh.nodes[self.mesh.tetrahedra], refine(self.mesh)
-        away = np.linalg.norm(corners - center, axis=2).min(axis=1) - radius
+        away = center.query(corners)[0].min(axis=1) - radius
         if at_rim and len(rim := self.rim):
             away = np.minimum(away, cKDTree(self.mesh.nodes[rim]).query(corners)[0].min(axis=1))
         longest = np.linalg.norm(corners[:, EDGES[:, 0]] - corners[:, EDGES[:, 1]], axis=2).max(axis=1)
@@ -142,7 +142,7 @@ class _Level:
         return _Level(mesh, ten_nodes(mesh), np.repeat(chosen, 8), first, np.repeat(self.roots[chosen], 8), held)
 
 
-def _marks(graded: list[_Level], center: np.ndarray, radii: np.ndarray, rim_level: int) -> list[np.ndarray]:
+def _marks(graded: list[_Level], center: cKDTree, radii: np.ndarray, rim_level: int) -> list[np.ndarray]:
     """Return the edges of each level that are halved, (n_edges,) bool.
 
     The finest level comes first: whatever it splits must be a part of an element that the level before splits into
@@ -152,7 +152,7 @@ def _marks(graded: list[_Level], center: np.ndarray, radii: np.ndarray, rim_leve
     whole = np.empty(0, dtype=np.int64)
     for number, (level, radius) in reversed(list(enumerate(zip(graded, radii, strict=True)))):
         edges = level.edges
-        close = np.linalg.norm(level.mesh.nodes - center, axis=1) <= radius
+        close = center.query(level.mesh.nodes)[0] <= radius
         if number < rim_level:
             close[level.rim] = True
         marked = np.zeros(len(level.mesh.edges), dtype=bool)

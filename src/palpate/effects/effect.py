@@ -199,7 +199,11 @@ class Observation(Protocol):
     """Numbers to record."""
 
     def observe(self, x: np.ndarray) -> dict[str, float]:
-        """Return numbers by column name, after each step; names carry the unit."""
+        """Return numbers by column name, after each step; names carry the unit.
+
+        An effect with ``Contacts`` returns the force [N] on each obstacle as ``<name>_force_x_n``, …_y_n and …_z_n, by
+        which models are judged.
+        """
 
 
 class Rigid(Protocol):

@@ -12,7 +12,11 @@ from palpate.benchmark.ranking import EQUAL, KINDS, TIED_TIMES, UNKNOWN
 from palpate.report.model_looks import label
 from palpate.report.words import percent, seconds, two_digits
 
-WHERE = {"rms": "of the peak displacement", "patch": "of the peak displacement at the patch"}
+WHERE = {
+    "rms": "of the peak displacement",
+    "patch": "of the peak displacement at the patch",
+    "force": "of the peak force",
+}
 """The meaning of each kind of error."""
 SAME = "the same"
 """A cell of a table of advice like that on its left."""
@@ -33,7 +37,7 @@ def lines(advice: pd.Series, rows: pd.DataFrame | None = None) -> str:
         before = _prepared(row["offline_s"])
         told = row["estimate_of_peak"]
         found = {
-            "error": moved_error(advice),
+            "error": moved_error(advice, row),
             "estimate": f"{percent(told)}, which the model finds without the standard" if np.isfinite(told) else "",
             "bound": bounded(advice),
             "speed": f"{pace(advice['times_life'])}, {seconds(1e-3 * row['ms_per_step'])} a step, {p95}, {here}",
@@ -307,14 +311,16 @@ def error_of(advice: pd.Series) -> float:
     return float(advice[KINDS[advice["error"]]])
 
 
-def moved_error(advice: pd.Series) -> str:
-    """Return the error of a motion in words, of the scene's own push."""
+def moved_error(advice: pd.Series, row: pd.Series) -> str:
+    """Return the error of a motion in words, of the scene's own push; row : of dynamic_accuracy.csv."""
     both = advice["rmse_of_peak"] + advice["reference_error"]
     own = _wrong_itself(advice["reference_error"]) + (f", so {percent(both)} with it" if np.isfinite(both) else "")
-    return (
-        f"{percent(advice['rmse_of_peak'])} of the peak displacement over the whole motion, from a standard {own}; at "
-        f"95 % of the nodes {percent(advice['p95_of_peak'])} at most"
-    )
+    rest = f"at 95 % of the nodes {percent(advice['p95_of_peak'])} at most"
+    if advice["error"] == "force":
+        peak = row["force_peak_error"]
+        rest = f"the largest force is {percent(abs(peak))} too {'large' if peak > 0 else 'small'}"
+    error = f"{percent(advice['rmse_of_peak'])} {WHERE[advice['error']]} over the whole motion"
+    return f"{error}, from a standard {own}; {rest}"
 
 
 def _wrong_itself(own: float) -> str:

@@ -129,19 +129,34 @@ def advise_any_load(
     return "\n".join(said)
 
 
-def advise_force(results: Path, scene: str | None, budget_ms: float | None, max_error: float | None) -> str:
-    """Advise by the error of the force of an instrument, in one scene of touch.csv or all; InputError as ``advise``.
+def advise_force(results: Path, scene: str | None, limits: dict[str, list[float]]) -> str:
+    """Advise by the error of the force of an instrument, in one scene or all; limits, InputError as ``advise``.
 
-    Without a limit, what is nearest to the true force whatever time it takes.
+    Scenes are those of touch.csv, where without a limit it is what is nearest to the true force whatever time it takes,
+    and those of dynamic_accuracy.csv in which an instrument touches a body that moves.
     """
-    table = tables.read(results / "tables/touch.csv")
-    known = tables.scenes(table)
-    if scene is not None and scene not in known:
-        raise InputError(f"--scene {scene} is not in touch.csv; choose from {', '.join(known)}.")
-    chosen = known if scene is None else [scene]
-    return "\n".join(
-        force_lines(advise_touch(tables.where(table, scene=name), budget_ms, max_error)) for name in chosen
-    )
+    paths = {name: results / f"tables/{name}.csv" for name in ("touch", "dynamic_accuracy")}
+    there = [name for name, path in paths.items() if path.is_file()] or ["touch"]
+    found = {name: tables.read(paths[name]) for name in there}
+    if "dynamic_accuracy" in found:
+        found["dynamic_accuracy"] = found["dynamic_accuracy"].dropna(subset="force_rms_of_peak")
+    kinds = {each: name for name, table in found.items() for each in tables.scenes(table)}
+    if scene is not None and scene not in kinds:
+        raise InputError(f"--scene {scene} has no force of an instrument; choose from {', '.join(kinds)}.")
+    budget, most = (limits.get(name, [None])[0] for name in ("budgets_ms", "max_errors"))
+    said, refused = [], ""
+    for name in kinds if scene is None else [scene]:
+        rows = tables.where(found[kinds[name]], scene=name)
+        if kinds[name] == "touch" and "speeds" not in limits:
+            said.append(force_lines(advise_touch(rows, budget, most)))
+        elif kinds[name] != "touch" and limits:
+            said.append(lines(other_loads.advise_motion(rows, **limits, error="force").iloc[0], rows))
+        else:
+            lack = "is pressed and does not move; leave --speed out" if limits else "moves; give --speed, for example"
+            refused = f"--error force: {name} {lack}."
+    if refused and not said:
+        raise InputError(refused)
+    return "\n".join(said)
 
 
 def _of_scene(results: Path, scene: str, found: list[pd.DataFrame], limits: dict, kind: str) -> str:

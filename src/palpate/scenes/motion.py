@@ -56,6 +56,25 @@ class Motion:
     contacts: pd.DataFrame = field(default_factory=pd.DataFrame)
     up: int = 2
 
+    def instrument_forces(self) -> np.ndarray:
+        """Return the force of each of the k obstacles on the bodies between two frames, (f − 1, k, 3) [N].
+
+        It is the mean over that time, by the trapezoidal rule over the steps: a step of an implicit integrator has the
+        force at its end, while those of explicit ones alternate between none and too much, and only their sum over many
+        steps, the momentum that they hand over, means something. Before the first step it is zero. k is 0 where nothing
+        records the columns ``<name>_force_x_n``, … of the ``observed``, the force on an obstacle after each step.
+        """
+        names = [f"{obstacle.name}_force_{letter}_n" for obstacle in self.obstacles for letter in "xyz"]
+        if not names or not set(names) <= set(self.observed):
+            return np.zeros((len(self.times) - 1, 0, 3))
+        forces = np.vstack([np.zeros(len(names)), -self.observed[names].to_numpy()])
+        times = np.append(0.0, self.observed["time_s"])
+        parts = 0.5 * np.diff(times)[:, None] * (forces[1:] + forces[:-1])
+        impulses = np.vstack([np.zeros(len(names)), np.cumsum(parts, axis=0)])
+        ends = np.searchsorted(times, self.times * (1.0 - 1e-9))
+        means = np.diff(impulses[ends], axis=0) / np.diff(self.times)[:, None]
+        return means.reshape(len(means), -1, 3)
+
 
 def save(motion: Motion, path: Path | str) -> None:
     """Write ``motion`` to HDF5, completely or not at all."""

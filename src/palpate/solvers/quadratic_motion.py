@@ -53,6 +53,7 @@ class Reached(NamedTuple):
     middle : displacements (n, 3) [m] halfway through the step, which a finer level starts from
     work_j, lost_j : work of the loads and energy that was damped in the step [J]
     convex : whether the search for it met a convex energy
+    forces : (k, 3) [N] of k instruments on the body, mean over the step
     """
 
     x: np.ndarray
@@ -61,6 +62,7 @@ class Reached(NamedTuple):
     work_j: float
     lost_j: float
     convex: bool
+    forces: np.ndarray = np.zeros((0, 3))
 
 
 class QuadraticMotion(Equilibrium):

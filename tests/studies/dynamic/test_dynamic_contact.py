@@ -1,5 +1,6 @@
 """Scenes that need a motion of their own to fit models to: bodies that fall and meet something, sheets, plasticity."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.errors import InputError
+from palpate.models.shape_matching import cubes
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training, compared_scene, training_of
 from palpate.studies.dynamic.reference import reference, tabulate
@@ -49,6 +51,36 @@ def test_until_it_lands_the_reference_falls_freely_and_then_stays_above_the_floo
     table = tabulate(falling[0], found)
     assert table["resolved"].sum() == found.frames * len(found.changes)
     assert table.loc[table["resolved"] & (table["step_s"] == found.step_s), "change_of_peak"].max() <= 0.05
+
+
+def test_the_floor_hands_over_the_momentum_that_the_weight_takes(falling):
+    compared = replace(falling[0], duration_s=0.4, frames=20)
+    mass, frame_s = float(compared.particles(0).masses.sum()), 0.02
+    matching = {"mode": "linear", "alpha": 0.5, "beta": 0.5, "clusters": cubes(compared.body.coarse)}
+    for scene in (compared.fem(40), compared.shapes(400, matching, 0.0)):
+        run = compared.move(scene, 0)[1]
+        forces = run.motion.instrument_forces()
+        assert forces.shape == (20, 1, 3) and not forces[0].any()  # it falls
+        handed = forces[:, 0, 2].sum() * frame_s
+        velocity = (run.motion.positions[-1] - run.motion.positions[-2]).mean(axis=0)[2] / frame_s
+        lost = mass * 9.81 * 0.4 - handed  # and what the damping of 1/s takes of the momentum, a hundredth
+        assert lost == pytest.approx(mass * velocity, abs=0.03 * mass * 9.81 * 0.4)
+        assert forces[-1, 0, 2] == pytest.approx(mass * 9.81, rel=0.35)  # it sways on
+
+
+def test_forces_are_compared_with_those_of_the_standard(falling):
+    found = reference(*falling, 0.05, 6)
+    assert found.force.shape == (found.frames, 1, 3) and found.force_change < 0.2
+    grid = GRID | {"fem_coarse": {"steps_per_frame": [1], "tolerances": [], "gaps": []}}
+    table, forces = accuracy.measure_both(*falling, found, grid, ["shape_matching"])
+    assert table["force_rms_of_peak"].between(1e-6, 1.0).all()
+    last = table.iloc[len(found.tried) - 1]
+    felt = forces[(forces["model"] == "fem_fine") & (forces["setting"] == last["setting"])]["force_z_n"].to_numpy()
+    true = forces[forces["setting"] == "limit"]["force_z_n"].to_numpy()
+    assert len(true) == found.frames and (true >= 0.0).all()
+    assert last["force_rms_of_peak"] == pytest.approx(np.sqrt(np.mean((felt - true) ** 2)) / true.max(), rel=0.05)
+    assert last["force_peak_error"] == pytest.approx(felt.max() / true.max() - 1.0, abs=0.02)
+    assert table["reference_force_error"].isna().all()
 
 
 def test_what_is_not_resolved_is_left_out_with_a_warning(falling):

@@ -1,6 +1,7 @@
 """Errors of motion are drawn over their cost with failures counted; frames that are left out are shaded."""
 
 import pandas as pd
+import pytest
 
 from palpate.studies.dynamic import figures
 
@@ -37,3 +38,18 @@ def test_a_line_a_step_and_what_is_left_out_is_shaded():
     first, second = figure.axes[:2]
     assert [line.get_ydata()[0] for line in first.lines] == [4.0, 2.0, 1.0]
     assert len(first.patches) == 1 and not second.patches
+
+
+def test_forces_of_the_nearest_settings_are_drawn_beside_the_true_one(dynamic_table):
+    table = dynamic_table.assign(force_rms_of_peak=dynamic_table["rmse_of_peak"])
+    settings = [("fem_p2", "limit", 1.0), ("springs", "step_s=0.001", 2.0), ("fem_fine", "step_s=0.01", 0.5)]
+    rows = [
+        ["liver_press", model, setting, 0, time, 3.0 * size * time, 0.0, 4.0 * size * time]
+        for model, setting, size in [*settings, ("springs", "step_s=0.002", 7.0)]
+        for time in (0.1, 0.2)
+    ]
+    columns = ["scene", "model", "setting", "instrument", "time_s", "force_x_n", "force_y_n", "force_z_n"]
+    figure = figures.draw_dynamic_force(table, pd.DataFrame(rows, columns=columns))
+    (axis,) = figure.axes
+    lines = [line.get_ydata().round(12).tolist() for line in axis.lines]
+    assert lines == [[0.5, 1.0], [0.25, 0.5], [1.0, 2.0]] and axis.lines[0].get_xdata() == pytest.approx([0.05, 0.15])

@@ -1,5 +1,6 @@
 """The command's advice by the error of an instrument's force."""
 
+import numpy as np
 import pytest
 
 from palpate.cli import main
@@ -46,10 +47,35 @@ def test_a_bound_is_named_as_one(ask, touch, tmp_path):
 @pytest.mark.parametrize(
     ("words", "refused"),
     [
-        (["--scene", "liver"], "--scene liver is not in touch.csv; choose from liver_sphere_8mm, cylinder_punch_8mm."),
-        (["--speed", "20"], "--error force is of instruments that are pushed to a depth; leave --speed out."),
-        (["--load", "all"], "--error force is of instruments that are pushed to a depth; leave --load out."),
+        (
+            ["--scene", "liver"],
+            "--scene liver has no force of an instrument; choose from liver_sphere_8mm, cylinder_punch_8mm.",
+        ),
+        (["--speed", "20"], "--error force: cylinder_punch_8mm is pressed and does not move; leave --speed out."),
+        (["--load", "all"], "--error force is of instruments that are pushed to a depth or moved; leave --load out."),
     ],
 )
 def test_what_cannot_be_asked_is_refused(ask, words, refused):
     assert ask(*words) == (1, f"error: {refused}\n")
+
+
+def test_a_scene_that_moves_is_advised_by_the_force_that_its_models_feel(ask, dynamic_table, tmp_path):
+    feels = dynamic_table["scene"].eq("liver_press") & dynamic_table["model"].eq("fem_fine")
+    table = dynamic_table.assign(
+        force_rms_of_peak=(3.0 * dynamic_table["rmse_of_peak"]).where(feels),
+        force_peak_error=-0.02,
+        reference="fem_p2",
+        reference_force_error=0.004,
+        estimate_of_peak=np.nan,
+    )
+    table.to_csv(tmp_path / "tables/dynamic_accuracy.csv", index=False)
+    code, said = ask("--scene", "liver_press", "--max-error", "0.04")
+    # the coarser step has 6 %, and springs of 5 % of the displacement feel nothing
+    assert code == 0 and said.startswith("liver_press, error of at most 4 %: fem_fine step_s=0.01\n")
+    assert "3 % of the peak force over the whole motion, from a standard that is 0.4 % wrong itself" in said
+    assert "the largest force is 2 % too small" in said
+    assert ask("--scene", "liver_press", "--max-error", "0.033")[1].startswith(
+        "liver_press, error of at most 3.3 %: none"
+    )
+    assert ask("--scene", "bar_sag", "--speed", "1")[0] == 1
+    assert ask("--speed", "0.01")[1].startswith("liver_press, 0.01 × real time: ")

@@ -24,6 +24,7 @@ from palpate.scenes.run_scene import compose
 from palpate.scenes.scene import RELAXED, Scene
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
 from palpate.studies.dynamic.fitted import Fitted, corrects, fit_correction, fit_shapes, fit_springs, moving_modes
+from palpate.studies.dynamic.forces import DYNAMIC_FORCE, LIMIT, curve, force_errors
 from palpate.studies.dynamic.reference import Reference
 from palpate.table_declaration import Table
 
@@ -117,6 +118,8 @@ DYNAMIC_ACCURACY = Table(
     scene body model setting varied: what moves, and what of a setting is not the usual one
     level nodes step_s steps failures: mesh, step [s], and 1 for a motion that did not reach the end
     rmse_m rmse_of_peak p95_of_peak max_of_peak: errors over all frames and surface nodes [m, peak]
+    force_rms_of_peak force_peak_error: of the instruments' force, whose means over a frame are compared: over all
+        frames, and of its largest value [of the true peak]; empty where nothing touches or a model tells none
     ms_per_step step_p95_ms real_time_factor: times of a step [ms], and seconds for a second of motion
     estimate_of_peak estimate_s: what the model says of its own error, and the time that takes
     offline_s: preparation [s]
@@ -124,12 +127,18 @@ DYNAMIC_ACCURACY = Table(
         elements
     reference_level reference_nodes reference_step_s reference_change: its finest level, and what a shorter step changed
     reference_error: of the truth itself, of the peak; empty of the standard, whose mesh errs by what is not known
+    reference_force_change reference_force_error: the same of the force
     duration_s resolved_s: of the scene, and of what is compared
     """,
 )
 
 
-def measure(
+def measure(*arguments: Any, **options: Any) -> pd.DataFrame:
+    """Tabulate dynamic_accuracy.csv as ``measure_both`` does."""
+    return measure_both(*arguments, **options)[0]
+
+
+def measure_both(
     compared: ComparedScene,
     lesson: ComparedScene | None,
     truth: Reference,
@@ -137,8 +146,8 @@ def measure(
     names: Sequence[str] = (),
     progress: Callable = iter,
     limit: MotionTruth | None = None,
-) -> pd.DataFrame:
-    """Tabulate dynamic_accuracy.csv, a row a model and setting; errors are over all frames and surface nodes.
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tabulate dynamic_accuracy.csv, a row a model and setting, and dynamic_force.csv.
 
     truth : the standard; limit : the truth that errors are from instead, where there is one that is believed
     lesson : the motion that models are fitted to, None if none is
@@ -157,10 +166,12 @@ def measure(
         "reference_step_s": truth.step_s,
         "reference_change": truth.change,
         "reference_error": np.nan,
+        "reference_force_change": truth.force_change,
+        "reference_force_error": np.nan,
     }
     rows = []
     if limit is not None and not limit.rejected:
-        truth = replace(truth, truth=limit.displacement[: truth.frames])
+        truth = replace(truth, truth=limit.displacement[: truth.frames], force=limit.force[: truth.frames])
         found |= limit.described(whole_s)
         rows = [_quadratic(limit, truth, number, whole_s) for number in range(len(limit.tried))]
     rows += [_tried(compared, truth, number, whole_s) for number in range(len(truth.tried))]
@@ -175,10 +186,14 @@ def measure(
         except NotConverged:  # nothing that was fitted moves like the reference
             failed = {"setting": "fitted", "varied": STEP, "level": 0, "nodes": compared.nodes(0), "failures": 1}
             rows.append({"model": name} | failed)
+    ends = truth.duration_s * np.arange(1, truth.frames + 1) / truth.frames
+    forces = list(curve(compared.name, str(found["reference"]), LIMIT, ends, truth.force))
+    for row in rows:
+        forces += curve(compared.name, row["model"], row["setting"], ends, row.pop("force", truth.force[:0]))
     table = pd.DataFrame(rows).assign(**found, duration_s=whole_s, resolved_s=truth.duration_s)
     table.insert(0, "scene", compared.name)
     table.insert(1, "body", compared.body.name)
-    return table
+    return table, DYNAMIC_FORCE.frame(forces)
 
 
 def _models(
@@ -292,7 +307,8 @@ def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted, 
         moved = fitted.finish(run.motion)
         seconds += perf_counter() - begin
     told = estimated(compared, fitted, steps, run.motion, moved)
-    measured = _measured(moved, truth, seconds, run.step_p95_s, steps, compared.duration_s)
+    forces = run.motion.instrument_forces()
+    measured = _measured(moved, forces, truth, seconds, run.step_p95_s, steps, compared.duration_s)
     return row | measured | told._asdict() | {"offline_s": fitted.offline_s}
 
 
@@ -307,7 +323,8 @@ def _tried(compared: ComparedScene, truth: Reference, number: int, whole_s: floa
         peak = np.linalg.norm(truth.tried[number], axis=2).max()
         told = MotionEstimate(off / peak, float(truth.seconds[number - 1]))
     taken = float(truth.seconds[number]), float(truth.step_p95_s[number])
-    return row | _measured(truth.tried[number], truth, *taken, steps, whole_s) | told._asdict() | {"offline_s": 0.0}
+    measured = _measured(truth.tried[number], truth.tried_force[number], truth, *taken, steps, whole_s)
+    return row | measured | told._asdict() | {"offline_s": 0.0}
 
 
 def _quadratic(limit: MotionTruth, truth: Reference, number: int, whole_s: float) -> dict:
@@ -317,13 +334,17 @@ def _quadratic(limit: MotionTruth, truth: Reference, number: int, whole_s: float
     row = {"model": "fem_p2", "setting": f"level={level} step_s={step_s:.3g}", "varied": STEP, "level": level}
     row |= {"nodes": int(limit.tried_nodes[number]), "step_s": step_s, "steps": steps, "failures": 0}
     taken = float(limit.seconds[number]), float(limit.step_p95_s[number])
-    measured = _measured(limit.tried[number][: truth.frames], truth, *taken, steps, whole_s)
+    tried = limit.tried[number][: truth.frames], limit.tried_force[number][: truth.frames]
+    measured = _measured(*tried, truth, *taken, steps, whole_s)
     return row | measured | MotionEstimate()._asdict() | {"offline_s": 0.0}
 
 
-def _measured(moved: np.ndarray, truth: Reference, seconds: float, p95_s: float, steps: int, whole_s: float) -> dict:
-    """Return the errors of a motion of ``whole_s`` [s], and what it took."""
+def _measured(
+    moved: np.ndarray, forces: np.ndarray, truth: Reference, seconds: float, p95_s: float, steps: int, whole_s: float
+) -> dict:
+    """Return the errors of a motion of ``whole_s`` [s] and of its ``forces`` (f, k, 3) [N], these, and what it took."""
     found = errors(moved.reshape(-1, 3), truth.truth.reshape(-1, 3))._asdict()
+    found |= force_errors(forces, truth.force)._asdict() | {"force": forces}
     found |= {"ms_per_step": 1e3 * seconds / steps, "step_p95_ms": 1e3 * p95_s}
     return found | {"real_time_factor": seconds / whole_s}
 
@@ -333,4 +354,5 @@ def measure_dynamic(input, params, say):
     moving = compared_and_training(body=body_file.load(input.body), **params.compared)
     more = params.compared["own"].get("models", ()), steps(say, f"{moving[0].name}: model")
     limit = read_arrays(MotionTruth, input.truth) if input.truth else None
-    return measure(*moving, read_arrays(Reference, input.reference), params.settings, *more, limit)
+    found = measure_both(*moving, read_arrays(Reference, input.reference), params.settings, *more, limit)
+    return dict(zip(("table", "force"), found, strict=True))

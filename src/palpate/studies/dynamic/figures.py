@@ -3,6 +3,8 @@
 from math import ceil
 
 import matplotlib
+import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -11,17 +13,18 @@ from palpate.benchmark.advice_other_loads import TRUTH
 from palpate.report import style, tables
 from palpate.report.model_looks import look
 from palpate.report.words import spaced
+from palpate.studies.dynamic.forces import LIMIT
 
 
-def panels(scenes: list[str], height: float, upright: str) -> tuple[Figure, dict[str, Axes]]:
+def panels(scenes: list[str], height: float, upright: str, sharey: bool = True) -> tuple[Figure, dict[str, Axes]]:
     """Make a figure with a panel for each scene, in rows of at most four and of ``height`` inches.
 
-    upright : what all y-axes show, said beside the first of each row
+    upright : what all y-axes show, said beside the first of each row; sharey : whether they have the same limits
     """
     columns = min(4, len(scenes))
     rows = ceil(len(scenes) / columns)
     figure = Figure(figsize=(3.4 * columns, height * rows + 0.5), layout="constrained")
-    axes = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
+    axes = figure.subplots(rows, columns, sharey=sharey, squeeze=False).ravel()
     for axis in axes[len(scenes) :]:
         axis.remove()
     for axis in axes[::columns]:
@@ -77,6 +80,41 @@ def _curve(axis, rows, its) -> None:
         if len(other):
             percents = 100 * other["rmse_of_peak"]
             axis.plot(other["real_time_factor"], percents, marker=marker, color=its.colour, ls="", ms=6, mew=1.2)
+
+
+@style.figure("dynamic_force", tables=("dynamic_accuracy", "dynamic_force"))
+def draw_dynamic_force(dynamic_accuracy, dynamic_force) -> Figure:
+    """Draw one panel for each scene in which something touches: what instruments feel over time, all of them together.
+
+    Of each model that setting is drawn whose force is nearest to the truth or the standard, which is the wide line.
+    """
+    table = dynamic_force
+    figure, axes = panels(tables.scenes(table), 3.0, "force of the instruments [N]", sharey=False)
+    drawn = {}
+    for scene, axis in axes.items():
+        of_scene = tables.where(table, scene=scene)
+        true = tables.where(of_scene, setting=LIMIT)
+        axis.plot(*_felt(true), color=style.FAINT, lw=6, solid_capstyle="round")
+        told = tables.where(dynamic_accuracy, scene=scene).dropna(subset="force_rms_of_peak")
+        for model, rows in told.groupby("model", sort=False):
+            best, its = rows.loc[rows["force_rms_of_peak"].idxmin()], look(model)
+            drawn[model] = its
+            axis.plot(*_felt(tables.where(of_scene, model=model, setting=best["setting"])), color=its.colour, lw=1.2)
+        axis.set(xlabel="time [s]")
+        axis.set_title(spaced(scene))
+        axis.set_ylim(bottom=0.0)
+    handles = [Line2D([], [], color=style.FAINT, lw=6, label="the truth or the standard")]
+    handles += [Line2D([], [], color=its.colour, label=its.label) for its in drawn.values()]
+    figure.legend(handles=handles, loc="outside upper center", ncols=min(4, 2 * len(axes)))
+    return figure
+
+
+def _felt(curve: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
+    """Return the middles of frames [s] and the size of the force on each instrument, added up [N]."""
+    sizes = np.linalg.norm(curve[["force_x_n", "force_y_n", "force_z_n"]], axis=1)
+    whole = pd.Series(sizes).groupby(curve["time_s"].to_numpy()).sum()
+    ends = whole.index.to_numpy()
+    return ends - 0.5 * np.diff(ends, prepend=0.0), whole.to_numpy()
 
 
 @style.figure("dynamic_reference", tables=("dynamic_reference",))

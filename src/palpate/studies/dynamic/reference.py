@@ -14,6 +14,7 @@ from palpate.errors import NotConverged
 from palpate.files import write_arrays
 from palpate.run.job import steps
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
+from palpate.studies.dynamic.forces import force_errors
 from palpate.table_declaration import Table
 
 LOOSER = 4.0
@@ -33,6 +34,8 @@ class Reference:
     changes : (m − 2, of_frames) of each frame by each halving after the first, in parts of the peak of all frames
     duration_s : the time until the last of the f frames
     training : (g, n_surface, 3) of the motion that models are fitted to, until training_s; if none is fitted, g is 0
+    force : (f, k, 3) [N] of k instruments, extrapolated as the motion; force_change : what halving the step last
+        changed it by, RMS over its peak, NaN where nothing touches; tried_force : (m, f, k, 3) [N]
     """
 
     truth: np.ndarray
@@ -48,6 +51,9 @@ class Reference:
     duration_s: float
     training: np.ndarray
     training_s: float
+    force: np.ndarray
+    force_change: float
+    tried_force: np.ndarray
 
     @property
     def frames(self) -> int:
@@ -83,19 +89,18 @@ def reference(compared: ComparedScene, lesson: ComparedScene | None, change: flo
 
 def converge(compared: ComparedScene, change: float, max_halvings: int) -> Reference:
     """Simulate a motion with fine finite elements at steps that are halved; errors as ``reference``."""
-    lengths, tried, costs, changes = [], [], [], []
+    lengths, tried, costs, changes, forces = [], [], [], [], []
     resolved = 0
     for halving in range(max_halvings + 1):
         scene = compared.fem(compared.frames * 2**halving)
         displacement, run = compared.move(scene, len(compared.body.levels) - 1)
         lengths.append(scene.step_s)
         tried.append(displacement)
+        forces.append(run.motion.instrument_forces())
         costs.append((run.seconds, run.step_p95_s))
         if halving > 1:
             # the motions at steps of no length, from those at a step and at half of it
-            before, truth = (
-                shorter + (shorter - longer) / (2.0**compared.order - 1.0) for longer, shorter in pairwise(tried[-3:])
-            )
+            before, truth = _limits(tried, compared.order)
             off = np.sqrt(np.mean(np.sum((truth - before) ** 2, axis=2), axis=1))
             peaks = np.linalg.norm(truth, axis=2).max(axis=1)
             changes.append(off / peaks.max())
@@ -114,8 +119,16 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
     kept = np.array(tried)[:, :resolved]
     length = compared.duration_s * resolved / compared.frames
     times, untaught = (np.array(lengths), seconds, p95), (np.empty((0, *truth.shape[1:])), 0.0)
-    found = truth[:resolved], last, lengths[-1], change, kept, *times, np.array(changes)
-    return Reference(*found, compared.frames, length, *untaught)
+    felt_before, felt = (each[:resolved] for each in _limits(forces, compared.order))
+    return Reference(
+        truth[:resolved], last, lengths[-1], change, kept, *times, np.array(changes), compared.frames, length,
+        *untaught, felt, force_errors(felt_before, felt).force_rms_of_peak, np.array(forces)[:, :resolved],
+    )  # fmt: skip
+
+
+def _limits(tried: list[np.ndarray], order: int) -> list[np.ndarray]:
+    """Extrapolate the last three of what was ``tried``, at steps that are halved, to steps of no length: two limits."""
+    return [shorter + (shorter - longer) / (2.0**order - 1.0) for longer, shorter in pairwise(tried[-3:])]
 
 
 def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
@@ -158,6 +171,7 @@ MOTION_TRUTH = Table(
     own_space own_time own_mixed: what the limit may be wrong by as the levels, the step, and the effect of the step on
         two levels show it: RMS over all frames and surface nodes, of the peak
     rmse_of_peak patch_rms_of_peak: all three together, over the surface and over what is pressed
+    force_of_peak: what the instruments' force may be wrong by, RMS over all frames, of its peak; empty without any
     ratio least_det: by how much the last halving of the elements reduced the change; least det F of all levels
     balance: of the work of the loads on the finest level, what is neither kept nor damped
     rejected: why it is not believed; then models are judged by linear elements, as where there is none
@@ -172,7 +186,8 @@ def tabulate_truth(name: str, found: MotionTruth) -> pd.DataFrame:
     rms, patch = (found.own[:, TruthErrors._fields.index(each)] for each in ("rmse_of_peak", "patch_rms_of_peak"))
     row = {"scene": name, "levels": len(set(found.tried_level)), "steps": int(found.tried_steps.min())}
     row |= dict(zip(("own_space", "own_time", "own_mixed", "rmse_of_peak"), rms, strict=True))
-    row |= {"patch_rms_of_peak": patch[3], "ratio": found.ratio, "least_det": found.least_det}
+    row |= {"patch_rms_of_peak": patch[3], "force_of_peak": found.own_force}
+    row |= {"ratio": found.ratio, "least_det": found.least_det}
     row |= {"balance": found.balance, "rejected": found.rejected, "seconds": found.spent_s}
     return MOTION_TRUTH.frame([row])
 

@@ -38,6 +38,7 @@ def numbers(report: Report) -> dict[str, Any]:
             for row in cut.itertuples()
         ],
         "taken": _taken(advice[advice["scene"].isin(names)], names),
+        "touched": "dynamic_force" in report.tables,
         "places": 0 if bounds is None else int(bounds["places"].max()),
         "moved": [spaced(scene) for scene in moved],
         "unmoved": [name for scene, name in names.items() if scene not in moved],

@@ -182,7 +182,7 @@ class Followed(Block):
     settings: Annotated[Families, KEPT] = optional("What its models are tried with instead")
     truth: Truth = optional(
         "Judge its models by the limit of quadratic elements, with an error of its own, and not by linear elements. Of "
-        "a held body that is no sheet, under gravity and pushes"
+        "a held body that is no sheet, under gravity, pushes and instruments that are spheres or capsules"
     )
     elsewhere: Elsewhere = optional(
         "The same scene with its push, of the same force and course, at other places and in other directions: what "
@@ -236,12 +236,24 @@ def check(config: dict, file: Path) -> None:
         _check_training(f"{place}.{name}.training", entry, own.get("training", {}))
         if "truth" in own:
             bedded = "lies on a bed, which models in motion do without" if body.get("bed") else ""
-            if reason := unable("moving_modes", entry, body.get("kind", "")) or bedded:
+            if reason := _without_truth(entry, body.get("kind", "")) or bedded:
                 raise InputError(
                     f"{place}.{name} has truth, which is found of held solids alone, and {name} {reason}; leave it out."
                 )
         if "elsewhere" in own:
             _check_elsewhere(f"{place}.{name}.elsewhere", entry, bodies.get(entry["body"], {}).get("kind", ""))
+
+
+def _without_truth(entry: dict, kind: str) -> str:
+    """Return why a scene has no truth, such as "has plasticity"; empty if one can be found. kind : of its body."""
+    touched = entry.get("contact", {}) if acts("contact", entry, kind) else {}
+    others = sorted({each["kind"] for each in touched.get("instruments", [])} - {"sphere", "capsule"})
+    alone = {name: block for name, block in entry.items() if name != "contact"}
+    return (
+        unable("moving_modes", alone, kind)
+        or ("has contact with itself" if touched.get("self_contact") else "")
+        or (f"is touched by a {others[0]} and not by spheres and capsules" if others else "")
+    )
 
 
 def _check_training(place: str, entry: dict, training: dict) -> None:

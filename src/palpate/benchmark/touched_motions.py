@@ -1,0 +1,114 @@
+"""Motions of a body that instruments touch, on meshes that are refined where they do.
+
+A coarse motion shows which points of the surface bear pressure at any time. Each further mesh halves the elements
+around these and at the rim of what is held once more.
+"""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from palpate.benchmark.touched_mesh import COARSER
+from palpate.bodies.body import Body
+from palpate.bodies.local_refinement import LocalRefinement
+from palpate.bodies.refinement import with_midpoints
+from palpate.collision.contact.obstacles import Obstacle, make_obstacle
+from palpate.effects.instrument import CAPSULE, SPHERE, Instrument, Pose
+from palpate.effects.surface_map import SurfaceMap
+from palpate.errors import InputError, NotConverged
+from palpate.solvers.indentation import contact_points
+from palpate.solvers.quadratic_motion import QuadraticMotion, Reached
+from palpate.solvers.touched_motion import Touch, TouchedMotion
+
+TOLERANCE = 1e-3
+"""Of the forces in a stage that do not balance, over the largest of contact."""
+MARGIN = 1.0
+"""A mesh is refined within so many of its own edges from what is touched."""
+
+
+class TouchedMotions:
+    """Makes the motions of one body under the blocks ``contact``, ``gravity``, ``push`` of a scene, mesh by mesh.
+
+    steps : in which the coarse motion looks for what is touched
+    InputError for instruments that are neither spheres nor capsules; NotConverged where nothing is touched.
+    """
+
+    first, nested = 0, False
+
+    def __init__(self, body: Body, loads: dict[str, dict], rayleigh: dict, duration_s: float, steps: int):
+        contact = loads["contact"]
+        self._base = body.from_level(body.shape_level if body.smooth is None else len(body.levels) - 1)
+        self._surface, self._rayleigh = SurfaceMap(self._base), rayleigh
+        self._loads = {name: block for name, block in loads.items() if name != "contact"}
+        self._friction, self._slip = contact.get("friction", 0.0), contact.get("slip_m_s", 1e-3)
+        self._paths = [
+            _Path(make_obstacle(each, body.name, "", body.fine.size, np.zeros(3))) for each in contact["instruments"]
+        ]
+        self._radius = max(path.instrument.radius_m for path in self._paths)
+        corners = self._base.coarse.nodes[self._base.coarse.triangles]
+        self._edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
+        self._touched = self._find_touched(duration_s / steps, steps)
+        near = cKDTree(self._touched).query(body.fine.nodes[body.fine.surface])[0]
+        self.patch = near <= self._radius
+        """Surface nodes (n_surface,) within a radius of the instrument from what is touched."""
+
+    def motion(self, number: int) -> tuple[TouchedMotion, sparse.csr_array]:
+        """Return the motion on the mesh of that number, and the map of its nodes to the fine surface of the body."""
+        if not number:
+            return self._moved(self._base.up_to(0), 0, lambda at: np.ones(len(at), dtype=bool))
+        levels, everywhere = np.arange(number), max(0, number - COARSER)
+        whole = 2.0 * np.linalg.norm(np.ptp(self._base.coarse.nodes, axis=0))
+        radii = np.where(levels < everywhere, whole, MARGIN * self._edge / 2.0**levels)
+        body = LocalRefinement(self._base, number).around(self._touched, radii.tolist(), number)
+        touched, reach = cKDTree(self._touched), self._edge + self._radius
+        return self._moved(body, number, lambda at: touched.query(at)[0] <= reach)
+
+    def _moved(
+        self, body: Body, number: int, near: Callable[[np.ndarray], np.ndarray]
+    ) -> tuple[TouchedMotion, sparse.csr_array]:
+        points = contact_points(body.fine, 2, body.material.young_pa, near)
+        touch = Touch(points, lambda t: [path.pose(t) for path in self._paths], self._friction, self._slip)
+        moved = TouchedMotion(with_midpoints(body, number), number, self._loads, self._rayleigh, touch)
+        return moved, self._surface.of(body, 2)
+
+    def steps(
+        self, motion: QuadraticMotion, number: int, h: float, count: int, before: list[np.ndarray]
+    ) -> Iterator[Reached]:
+        """Yield the ends of the steps of a ``motion``; ``before`` is of no use, as meshes are not nested."""
+        assert isinstance(motion, TouchedMotion)  # as ``motion`` makes it
+        return motion.touched_steps(h, count, TOLERANCE)
+
+    def _find_touched(self, h: float, count: int) -> np.ndarray:
+        """Return the places at rest (k, 3) [m] of points that bear pressure after any step of the first mesh."""
+        motion, _ = self.motion(0)
+        rest = motion.touch.points.interpolation @ motion.mesh.nodes
+        bore = np.any([motion.bearing for _ in motion.touched_steps(h, count, TOLERANCE)], axis=0)
+        if not bore.any():
+            raise NotConverged(
+                f"{self._base.name}: no instrument touches it, or elements are too large to see it", [0.0]
+            )
+        return rest[bore]
+
+
+class _Path:
+    """An instrument on its way."""
+
+    def __init__(self, obstacle: Obstacle):
+        if obstacle.kind not in (SPHERE, CAPSULE):
+            raise InputError(f"{obstacle.name} is a {obstacle.kind}; truths in motion know spheres and capsules alone.")
+        ends = obstacle.points
+        along = ends[-1] - ends[0]
+        length = float(np.linalg.norm(along))
+        self.instrument = Instrument(obstacle.kind, obstacle.radius_m, length_m=length)
+        self._obstacle = obstacle
+        first = along / length if length else np.eye(3)[0]
+        second = np.cross(np.eye(3)[np.abs(first).argmin()], first)
+        second /= np.linalg.norm(second)
+        self._axes = np.array([first, second, np.cross(first, second)])
+
+    def pose(self, t: float) -> Pose:
+        """Return where it is at the time ``t`` [s]."""
+        middle = self._obstacle.at(t).mean(axis=0)
+        return Pose(self.instrument, middle - self.instrument.radius_m * self._axes[2], self._axes)

@@ -1,0 +1,54 @@
+"""Compare the force of each model's instruments over time with that of the truth or the standard, frame by frame."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.table_declaration import Table
+
+LIMIT = "limit"
+"""The setting of the curve that others are compared with."""
+
+DYNAMIC_FORCE = Table(
+    "dynamic_force",
+    "The force of each instrument on the body in each frame, of every model and setting, where something touches.",
+    """
+    scene model setting instrument: a scene, what answers, and the instrument's number; the setting "limit" is what
+        errors are from
+    time_s: the end of the frame [s]
+    force_x_n force_y_n force_z_n: mean force over the frame [N]
+    """,
+    always=False,
+)
+
+
+class ForceErrors(NamedTuple):
+    """How wrong the force of instruments is over time, NaN where nothing touches or a model tells none.
+
+    force_rms_of_peak : RMS over frames and instruments of the error vector, over the largest true force
+    force_peak_error : of the largest force, over the true one; positive where it is too large
+    """
+
+    force_rms_of_peak: float = np.nan
+    force_peak_error: float = np.nan
+
+
+def force_errors(found: np.ndarray, true: np.ndarray) -> ForceErrors:
+    """Measure forces (f, k, 3) [N] of k instruments in f frames against the ``true`` ones (f, k, 3) [N]."""
+    peak = np.linalg.norm(true, axis=2).max(initial=0.0)
+    if not peak or found.shape != true.shape:
+        return ForceErrors()
+    off = np.sqrt(np.mean(np.sum((found - true) ** 2, axis=2)))
+    return ForceErrors(float(off / peak), float(np.linalg.norm(found, axis=2).max() / peak - 1.0))
+
+
+def curve(scene: str, model: str, setting: str, ends_s: np.ndarray, forces: np.ndarray) -> Iterator[dict]:
+    """Yield rows of dynamic_force.csv of a model, whose ``forces`` (f, k, 3) [N] are of frames that end at ``ends_s``.
+
+    Frames that nothing is compared in are left out.
+    """
+    for end, each in zip(ends_s, forces, strict=False):
+        for instrument, force in enumerate(each):
+            row = {"scene": scene, "model": model, "setting": setting, "instrument": instrument, "time_s": end}
+            yield row | dict(zip(("force_x_n", "force_y_n", "force_z_n"), force, strict=True))

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from palpate.effects import principal
-from palpate.effects.corotational import BLOCK, rotations, stresses, turned
+from palpate.effects.corotational import BLOCK, hessians, rotations, stresses, turned
 from palpate.effects.law import Law
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
@@ -164,17 +164,20 @@ def _plain_tangent(q, slopes, volumes, mu, lam, begin, end):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume):
-    """Return what the cells from ``begin`` to ``end`` add to ``tangent`` by any law."""
+def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume, definite):
+    """Return what the cells from ``begin`` to ``end`` add to ``tangent`` by any law; ``definite`` clamps each cell."""
     r, size = len(q), end - begin
     f, axes, blocks = np.empty((9, BLOCK)), np.zeros((9, BLOCK)), np.empty((54, BLOCK))
-    pulls, stiffnesses, bent = np.empty((9, BLOCK)), np.empty(BLOCK), np.zeros((9, size, r))
+    pulls, stiffnesses, bent = np.empty((15, BLOCK)), np.empty(BLOCK), np.zeros((9, size, r))
     for i in range(9):
         f[i, :size] = np.dot(slopes[i, begin:end], q)
     f[::4] += 1.0
     axes[::4] = 1.0
     moduli, law = (mu[begin:end], lam[begin:end]), (shape, measure, volume)
-    principal.hessians(f, axes, volumes[begin:end], size, 1, *moduli, *law, False, blocks, pulls, stiffnesses)
+    if shape is None:
+        hessians(f, axes, volumes[begin:end], size, *moduli, definite, pulls, blocks)
+    else:
+        principal.hessians(f, axes, volumes[begin:end], size, 1, *moduli, *law, definite, blocks, pulls, stiffnesses)
     near = slopes[:, begin:end].copy()
     for pair in range(6):
         c, d = principal.PAIRS[pair]
@@ -195,7 +198,17 @@ def add_tangent(q, slopes, volumes, mu, lam, shape, measure, volume, found):
         if shape is None:
             found += _plain_tangent(q, slopes, volumes, mu, lam, begin, end)
         else:
-            found += _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume)
+            found += _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume, False)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def clamped_tangent(q, slopes, volumes, mu, lam, shape, measure, volume):
+    """Return the Hessian (r, r) of k cells' energy at ``q`` (r,), each clamped positive; slopes : (9, k, r)."""
+    found = np.zeros((len(q), len(q)))
+    for begin in range(0, len(volumes), BLOCK):
+        end = min(begin + BLOCK, len(volumes))
+        found += _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume, True)
+    return found
 
 
 @numba.njit(cache=True, error_model="numpy")

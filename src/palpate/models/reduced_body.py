@@ -8,6 +8,7 @@ each level divides the error, their limit.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -19,7 +20,7 @@ from palpate.effects.patch_load import Patch, spread
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
-from palpate.models.contact_modes.reduced_contact import Cells, ReducedContact, cells_of, some_points
+from palpate.models.contact_modes.reduced_contact import ReducedContact, few_of, some_points
 from palpate.solvers.quadratic_motion import QuadraticMotion
 
 Solve = Callable[[np.ndarray], np.ndarray]
@@ -121,7 +122,7 @@ class BodyAtRest:
         answer, change = self.answers((further.T @ load)[:, :, None])
         small = SMALL * self.elements.size / np.abs(answer).max()  # so that the answer is linear
         unbalanced = small * load + finest.force(finest.rest + small * (further @ answer[:, :, 0]))
-        last = finest.lacking(finest.rest, unbalanced, CHANGE_RESIDUAL) / small
+        last = finest.yielding(finest.rest, unbalanced, CHANGE_RESIDUAL) / small
         ratio = np.linalg.norm(further @ change[:, :, 0]) / np.linalg.norm(last)
         return 1.0 / (max(float(ratio), LEAST_RATIO) - 1.0)
 
@@ -149,30 +150,23 @@ def _to_surface(body: Body, whole: Body, level: int) -> sparse.sparray:
     return up.tocsr()[body.fine.surface]
 
 
-@dataclass(frozen=True, eq=False)
-class ReducedBody:
+class Modes(NamedTuple):
     """Modes in which the stiffness at rest is the identity, so that coordinates are in √J, and mass couples none.
 
-    modes : (n, 3, r), extrapolated; own : (n, 3, r), the same of the elements themselves, not extrapolated
-    masses : (r,); cells : that give the energy beyond the stiffness at rest; rest : (r, r), what they lack of it
+    limit : (n, 3, r), extrapolated; own : the same of the elements, not extrapolated; slopes : those that the energy's
+        deformation gradients are taken from; masses : (r,)
     """
 
-    of: BodyAtRest
-    modes: np.ndarray
+    limit: np.ndarray
     own: np.ndarray
+    slopes: np.ndarray
     masses: np.ndarray
-    model: ReducedContact
-
-    def project(self, load: np.ndarray) -> np.ndarray:
-        """Return the share (r,) of a load (n, 3) [N] on the elements in each mode."""
-        return np.tensordot(load, self.modes, 2)
 
 
-def limit_modes(rest: BodyAtRest, loads: Sequence[np.ndarray], bent: int) -> tuple[np.ndarray, ...]:
-    """Return modes extrapolated (n, 3, r), of the elements (n, 3, r), for slopes (n, 3, r), and masses (r,).
+def limit_modes(rest: BodyAtRest, loads: Sequence[np.ndarray], bent: int) -> Modes:
+    """Make modes of ``loads`` (n, 3, 3) [N] for each place, of vibrations, and of second order.
 
-    loads : (n, 3, 3) [N] for each place, which get modes, and with the slowest ``bent`` vibrations those of second
-        order
+    bent : of how many of the slowest vibrations there are modes of second order, with those of each place
     With the change D from level to level and g = 1/(r − 1) the modes are Φ + g D. As levels are nested, their stiffness
     tends to ΦᵀKΦ + g DᵀKD: a sum of squares, so that it is positive however few digits the modes have. That of
     Φ + g D itself would be larger; Φ + s D with (1 + s)² = 1 + g has it, and the slopes that energy is taken from.
@@ -185,7 +179,8 @@ def limit_modes(rest: BodyAtRest, loads: Sequence[np.ndarray], bent: int) -> tup
     more = rest.answers(second, BEND_RESIDUAL)
     answers, changes = np.dstack([answers, more[0]]), np.dstack([changes, more[1]])
     flat, change = (each.reshape(-1, answers.shape[2]) for each in (answers, changes))
-    stiff, changed = (rest.elements.multiply(np.ascontiguousarray(each)).reshape(flat.shape) for each in (answers, changes))
+    multiply = rest.elements.multiply
+    stiff, changed = (multiply(np.ascontiguousarray(each)).reshape(flat.shape) for each in (answers, changes))
     size = 1.0 / np.sqrt(np.einsum("ij,ij->j", flat, stiff))
     matrix = (flat.T @ stiff + rest.gain * change.T @ changed) * np.outer(size, size)
     values, turns = np.linalg.eigh(0.5 * (matrix + matrix.T))
@@ -197,7 +192,7 @@ def limit_modes(rest: BodyAtRest, loads: Sequence[np.ndarray], bent: int) -> tup
     basis = basis @ turns
     slopes = flat + (np.sqrt(1.0 + rest.gain) - 1.0) * change
     shape = *answers.shape[:2], basis.shape[1]
-    return *(np.ascontiguousarray(each @ basis).reshape(shape) for each in (limit, flat, slopes)), masses
+    return Modes(*((each @ basis).reshape(shape) for each in (limit, flat, slopes)), masses)
 
 
 def _products(flat: np.ndarray, masses: sparse.sparray) -> np.ndarray:
@@ -205,3 +200,85 @@ def _products(flat: np.ndarray, masses: sparse.sparray) -> np.ndarray:
     r = flat.shape[1]
     wide = flat.reshape(-1, 3 * r)
     return flat.T @ (masses @ wide).reshape(-1, r)
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedBody:
+    """A body ``at_rest`` in ``modes``, and the ``model`` whose few cells are its energy.
+
+    held_out : by how much the cells misplace the body in motions that they were not fitted to, of its displacement
+    seconds : what its preparation has taken, without that of ``at_rest`` [s]
+    """
+
+    at_rest: BodyAtRest
+    modes: Modes
+    model: ReducedContact
+    held_out: float
+    seconds: float
+
+    def project(self, load: np.ndarray) -> np.ndarray:
+        """Return the share (r, 1) of a load (n, 3) [N] on the elements in each mode."""
+        return np.tensordot(self.modes.limit, load, ((0, 1), (0, 1)))[:, None]
+
+    def on_surface(self, modes: np.ndarray, states: Sequence[np.ndarray]) -> np.ndarray:
+        """Return displacements (k, n_surface, 3) [m] of the body's finest surface at coordinates [(r, 1)]."""
+        surface = (self.at_rest.surface @ modes.reshape(len(modes), -1)).reshape(-1, *modes.shape[1:])
+        return np.array([surface @ each[:, 0] for each in states])
+
+
+FEW = 2000
+"""Points of elements, beside those near a disc, that cells are chosen from."""
+TIGHTER, TIGHTENINGS = 0.5, 6
+"""By what the fit is tightened until motions held out are met, and how often."""
+
+
+def few_cells(
+    rest: BodyAtRest,
+    modes: Modes,
+    near: np.ndarray,
+    hessian: Callable[[np.ndarray], np.ndarray],
+    states: np.ndarray,
+    held_out: np.ndarray,
+    tolerance: float,
+) -> tuple[ReducedContact, float]:
+    """Choose few cells with weights above zero that pull as all elements do; return them and what they miss held out.
+
+    near : (n_elements,) bool, whose points are all candidates
+    hessian : of the coordinates (r,), about the right one: it says how far a force moves the body
+    states, held_out : coordinates (k, r) of motions that cells are fitted to, and of others
+    What is missed is a displacement: that by which forces amiss would move the body, over its displacement, both in the
+    norm of mass; RMS over the states fitted to, and of those held out the largest, which is at most ``tolerance``.
+    The stiffness at rest is fitted alike. What cells lack of it is a matrix that does not turn with the body.
+    Raises NotConverged where no choice meets motions held out.
+    """
+    elements, flat = rest.elements, modes.slopes.reshape(-1, len(modes.masses))
+    r, count = flat.shape[1], len(states)
+    stiffness = flat.T @ elements.multiply(modes.slopes).reshape(flat.shape)
+    cells = some_points(elements, modes.slopes, near, FEW, np.random.default_rng(0))
+    every, root = np.concatenate([states, held_out]), np.sqrt(modes.masses)
+    moves = [root[:, None] * np.linalg.inv(hessian(q)) / np.linalg.norm(root * q) for q in every]
+
+    def pull(q: np.ndarray) -> np.ndarray:
+        return -flat.T @ elements.force((flat @ q).reshape(-1, 3)).ravel() - stiffness @ q
+
+    wanted = np.array([move @ pull(q) for move, q in zip(moves, every, strict=True)])
+    none = np.zeros((r, r))
+    pulls = ReducedContact(cells, np.zeros((r, 1)), elements.law, none).nonlinear_pulls(every)
+    rows = np.einsum("sij,ksj->ski", np.array(moves), pulls).transpose(0, 2, 1)
+    share, upper = np.sqrt(count / r), np.triu_indices(r)
+    twice = share * np.where(upper[0] == upper[1], 1.0, np.sqrt(2.0))
+    of_each = cells.stiffnesses()[:, *upper] * twice
+    fitted = np.vstack([rows[:count].reshape(-1, len(pulls)), of_each.T])
+    target = np.append(wanted[:count].ravel(), np.eye(r)[upper] * twice)
+    enough = tolerance * np.sqrt(count) / np.linalg.norm(target)
+    for _ in range(TIGHTENINGS):
+        chosen, weights = few_of(fitted, target, enough)
+        missed = np.linalg.norm(rows[count:, :, chosen] @ weights - wanted[count:], axis=1).max()
+        if missed <= tolerance:
+            return ReducedContact(cells.take(chosen, weights), np.zeros((r, 1)), elements.law), float(missed)
+        enough *= TIGHTER
+    raise NotConverged(
+        f"cells of a reduced body misplace it by {missed:.2g} of its displacement in motions that they were not fitted "
+        f"to, above {tolerance:g}; allow more, or take more vibrations",
+        [float(missed)],
+    )

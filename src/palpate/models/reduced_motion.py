@@ -1,17 +1,35 @@
-"""Move a body in few modes: the implicit midpoint rule of the elements, in the coordinates of a reduced body."""
+"""Move a body in few modes: the elements' own implicit midpoint rule, in the coordinates of a reduced body."""
+
+from collections.abc import Mapping, Sequence
+from time import perf_counter
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
+from palpate.benchmark.truth import RATIO_DOUBT
 from palpate.effects.elements import OnePass
 from palpate.effects.push import disc, factor
-from palpate.models.contact_modes.reduced_contact import ReducedContact, cell_stresses, clamped_tangent
-from palpate.models.reduced_body import ReducedBody
-from palpate.solvers.quadratic_motion import Midpoint
+from palpate.errors import NotConverged
+from palpate.solvers.newton import Product
+from palpate.models.contact_modes.reduced_contact import ReducedContact, cell_stresses, cells_of, clamped_tangent
+from palpate.models.contact_modes.snapshots import directions
+from palpate.models.reduced_body import BodyAtRest, ReducedBody, few_cells, limit_modes
+from palpate.solvers.quadratic_motion import Midpoint, Reached
+
+TOLERANCE = 1e-3
+"""Relative residual of a step."""
+BALANCE = 0.05
+"""Of the work that loads have done or taken back, what may be neither kept nor damped."""
+SAMPLES, MISSED_RESIDUAL = 3, 0.03
+"""Instants at which what a motion misses is looked for, and the relative residual of what is found."""
+LEAST_DET = 0.3
+"""Smallest det F of a cell that is believed: below, elements around it may be flat or inverted."""
 
 
 class CellEnergy(OnePass):
-    """Σ V Ψ(F) + ½ qᵀ R q of the cells of a reduced body, in coordinates (r, 1)."""
+    """Σ V Ψ(F) + ½ qᵀ R q over the cells of a ``model``, in coordinates q (r, 1); its forces are in √J."""
 
     def __init__(self, model: ReducedContact):
         super().__init__()
@@ -29,7 +47,7 @@ class CellEnergy(OnePass):
         return energy + 0.5 * float(np.vdot(x, pull))
 
     def clamped(self, x: np.ndarray) -> np.ndarray:
-        """Return the Hessian (r, r) with that of each cell clamped positive."""
+        """Return the Hessian (r, r), that of each cell clamped positive."""
         return self._model.rest + clamped_tangent(x[:, 0], *self._model.cells, *self._model.law)
 
     def least_det(self, x: np.ndarray) -> float:
@@ -39,37 +57,168 @@ class CellEnergy(OnePass):
 
 
 class ReducedMotion(Midpoint):
-    def __init__(self, body: ReducedBody, loads: dict[str, dict], rayleigh: dict):
-        r = len(body.masses)
-        self.body, self.cells = body, CellEnergy(body.model)
-        self.rest, self.held, self.masses = np.zeros((r, 1)), np.zeros(r, dtype=bool), np.diag(body.masses)
+    """A reduced ``body`` under weight and pushes; loads and rayleigh are as ``QuadraticMotion`` has them.
+
+    Trap: a push at a place that the body has no modes for is answered by the others; ``misses`` tells.
+    """
+
+    def __init__(self, body: ReducedBody, loads: Mapping[str, Any], rayleigh: Mapping[str, float]):
+        self.body, self.cells, r = body, CellEnergy(body.model), len(body.modes.masses)
+        self.rest, self.held, self.masses = np.zeros((r, 1)), np.zeros(r, dtype=bool), np.diag(body.modes.masses)
         self._alpha, self._beta = rayleigh["mass_1_s"], rayleigh["stiffness_s"]
-        weight = np.array(loads.get("gravity", {}).get("acceleration_m_s2", [0.0, 0.0, 0.0]), dtype=float)
-        self._weight = body.project(body.of.weigh() @ weight)[:, None]
-        pushes = loads.get("push", {}).get("loads", [])
-        self._pushes = [(body.project(body.of.spread(disc(p)) @ np.array(p["force_n"], float))[:, None], p) for p in pushes]
-        self.scale_n = float(np.linalg.norm(self._weight)) + sum(float(np.linalg.norm(f)) for f, _ in self._pushes)
+        self.rayleigh, self.nodal = rayleigh, _nodal(body.at_rest, loads)
+        self._shares = [(body.project(force), push) for force, push in self.nodal]
+        self.scale_n = sum(float(np.linalg.norm(force)) for force, _ in self._shares)
 
-    def load_at(self, t):
-        return self._weight + sum(factor(push, t) * forces for forces, push in self._pushes)
+    def load_at(self, t: float) -> np.ndarray:
+        return _sum(self._shares, t)
 
-    def energy(self, x):
+    def energy(self, x: np.ndarray) -> float:
         return self.cells.energy(x) - float(np.vdot(self.load, x))
 
-    def force(self, x):
+    def force(self, x: np.ndarray) -> np.ndarray:
         return self.cells.force(x) + self.load
 
-    def damping(self, x):
-        self._clamped = self.cells.clamped(x)
-        self._factor = None
+    def damping(self, x: np.ndarray) -> Product:
+        self._clamped, self._factor = self.cells.clamped(x), None
         matrix = self._alpha * self.masses + self._beta * self._clamped
         return lambda v: matrix @ v
 
-    def _preconditioner(self, h, x):
+    def _preconditioner(self, h: float, x: np.ndarray) -> Product:
+        """Return the solution with the Hessian of whatever step is being taken."""
         mass, share = (4.0 / h**2 + 2.0 * self._alpha / h) * self.masses, 1.0 + 2.0 * self._beta / h
 
-        def solve(force):
+        def solve(force: np.ndarray) -> np.ndarray:
             if self._factor is None:
-                self._factor = cho_factor(mass + share * self._clamped)
-            return cho_solve(self._factor, force)
+                try:
+                    self._factor = cho_factor(mass + share * self._clamped, check_finite=False)
+                except np.linalg.LinAlgError as error:
+                    raise NotConverged("the reduced body has lost its stiffness; take tighter cells", []) from error
+            return cho_solve(self._factor, force, check_finite=False)
+
         return solve
+
+
+@dataclass(frozen=True, eq=False)
+class MotionInModes:
+    """Displacements ``moved`` (f, n_surface, 3) [m] at the ends of frames, of steps of ``step_s`` that are ``reached``.
+
+    seconds : (steps,) [s] of each; balance : what of the loads' work is neither kept nor damped, over that work
+    """
+
+    moved: np.ndarray
+    step_s: float
+    reached: list[Reached]
+    seconds: np.ndarray
+    balance: float
+
+
+def move(motion: ReducedMotion, duration_s: float, frames: int, steps: int) -> MotionInModes:
+    """Move from rest for ``duration_s`` [s], in so many steps of equal length, a multiple of ``frames``.
+
+    NotConverged for a step that is not found, where the body loses its stiffness, where a cell keeps less than
+    LEAST_DET of its volume, and where the energy does not balance.
+    """
+    h, reached, seconds = duration_s / steps, [], []
+    begin = perf_counter()
+    for each in motion.steps(h, steps, TOLERANCE):
+        if not (least := motion.cells.least_det(each.x)) >= LEAST_DET:
+            raise NotConverged(
+                f"a cell of the reduced body keeps {least:.2g} of its volume, and modes are not to be believed below "
+                f"{LEAST_DET:g}; lower the load",
+                [least],
+            )
+        reached.append(each)
+        seconds.append(perf_counter() - begin)
+        begin = perf_counter()
+    work, lost = (sum(getattr(each, name) for each in reached) for name in ("work_j", "lost_j"))
+    passed = sum(abs(each.work_j) for each in reached)
+    balance = abs(motion.total_energy(reached[-1].x, reached[-1].v) + lost - work) / max(passed, np.finfo(float).tiny)
+    if not balance <= BALANCE:
+        raise NotConverged(f"{balance:.1%} of the work of the loads is neither kept nor damped; take shorter steps", [balance])
+    body = motion.body
+    ends = [each.x for each in reached[steps // frames - 1 :: steps // frames]]
+    return MotionInModes(body.on_surface(body.modes.limit, ends), h, reached, np.array(seconds), balance)
+
+
+def misses(motion: ReducedMotion, found: MotionInModes) -> float:
+    """Return what the modes and cells of a motion miss, and the limit of levels may, RMS over the surface [m].
+
+    The first is how far the elements that were reduced, moved alike and not extrapolated, give way to what of their
+    forces does not balance halfway through the step that is deflected most in each third of the motion; so that modes
+    for another place, and cells that are too few, are seen by all elements. The second is what a ratio RATIO_DOUBT
+    lower would change.
+    """
+    body, h, elements = motion.body, found.step_s, motion.body.at_rest.motion
+    sizes = [float(np.linalg.norm(body.modes.own @ each.middle[:, 0])) for each in found.reached]
+    missed = []
+    for third in np.array_split(np.arange(len(sizes)), SAMPLES):
+        number = int(third[np.argmax(np.array(sizes)[third])])
+        before = found.reached[number - 1].v if number else np.zeros_like(motion.rest)
+        after, q = found.reached[number].v, found.reached[number].middle
+        x, v, a = (body.modes.own @ each[:, 0] for each in (q, (before + after) / 2.0, (after - before) / h))
+        load = _sum(motion.nodal, (number + 0.5) * h)
+        lacking = elements.lacking(x, v, a, load, motion.rayleigh, MISSED_RESIDUAL)
+        missed.append(body.at_rest.surface @ lacking)
+        missed.append(RATIO_DOUBT * body.at_rest.gain * body.on_surface(body.modes.limit - body.modes.own, [q])[0])
+    return float(np.sqrt(sum(np.sum(each**2) for each in missed) / (SAMPLES * missed[0].shape[0])))
+
+
+def _nodal(rest: BodyAtRest, loads: Mapping[str, Any]) -> list[tuple[np.ndarray, dict | None]]:
+    """Return the forces (n, 3) [N] on the elements of weight and of each push at the factor 1, with the push."""
+    weight = [rest.weigh() @ np.array(loads[name]["acceleration_m_s2"], dtype=float) for name in loads if name == "gravity"]
+    pushes = loads.get("push", {}).get("loads", [])
+    pushed = [(rest.spread(disc(push)) @ np.array(push["force_n"], dtype=float), push) for push in pushes]
+    return [*((force, None) for force in weight), *pushed]
+
+
+def _sum(loads: Sequence[tuple[np.ndarray, dict | None]], t: float) -> np.ndarray:
+    """Return the sum of ``loads`` at ``t`` [s]."""
+    return np.sum([force if push is None else factor(push, t) * force for force, push in loads], axis=0)
+
+
+STEPS, FITTED = 24, (0, 1, 3, 5, 6, 8)
+"""Steps of a motion that cells are fitted to, and in which of nine directions; in the others they are held out."""
+
+
+def prepare(
+    rest: BodyAtRest, loads: Mapping[str, Any], rayleigh: Mapping[str, float], bent: int, tolerance: float
+) -> ReducedBody:
+    """Reduce a body for the places of ``loads``, and for forces as large as theirs in other directions and courses.
+
+    bent, tolerance : as ``limit_modes`` and ``few_cells`` have them; NotConverged as the latter
+    Cells are fitted to motions under loads that are tilted by up to 45° in nine directions, on a course that the body's
+    slowest vibration sets, in a model of the means of eight elements each.
+    """
+    begin = perf_counter()
+    pushes = loads.get("push", {}).get("loads", [])
+    places = [rest.spread(disc(push)) for push in pushes] + [rest.weigh() for name in loads if name == "gravity"]
+    modes, elements = limit_modes(rest, places, bent), rest.elements
+    pushed = np.any([each.any(axis=(1, 2)) for each in places[: len(pushes)]], axis=0) if pushes else np.zeros(len(elements.rest), dtype=bool)
+    means = cells_of(elements, modes.slopes, np.zeros(len(elements.couples), dtype=bool), 8)
+    trial = ReducedBody(rest, modes, ReducedContact(means, np.zeros((len(modes.masses), 1)), elements.law), 0.0, 0.0)
+    shown = []
+    for number in range(len(directions(np.ones(3)))):
+        motion = ReducedMotion(trial, _elsewhere(loads, rest.period_s, number), rayleigh)
+        shown.append([each.middle[:, 0] for each in motion.steps(rest.period_s / STEPS, STEPS, TOLERANCE)][1::2])
+    fitted, held_out = (
+        np.concatenate([each for number, each in enumerate(shown) if (number in FITTED) == own]) for own in (True, False)
+    )
+    energy, near = CellEnergy(trial.model), pushed[elements.couples].any(axis=1)
+    model, missed = few_cells(rest, modes, near, lambda q: energy.clamped(q[:, None]), fitted, held_out, tolerance)
+    return ReducedBody(rest, modes, model, missed, perf_counter() - begin)
+
+
+def _elsewhere(loads: Mapping[str, Any], period_s: float, number: int) -> dict[str, Any]:
+    """Return the loads in one of nine directions, pushes on a course of one period."""
+    found = {}
+    if "gravity" in loads:
+        pull = np.array(loads["gravity"]["acceleration_m_s2"], dtype=float)
+        size = max(float(np.linalg.norm(pull)), np.finfo(float).tiny)
+        found["gravity"] = {"acceleration_m_s2": size * directions(-pull / size)[number]}
+    course = {"start_s": 0.0, "press_s": 0.3 * period_s, "hold_s": 0.3 * period_s, "release_s": 0.15 * period_s}
+    pushes = loads.get("push", {}).get("loads", [])
+    turned = [np.linalg.norm(p["force_n"]) * directions(np.array(p["normal"]))[number] for p in pushes]
+    if pushes:
+        found["push"] = {"loads": [p | course | {"force_n": force} for p, force in zip(pushes, turned, strict=True)]}
+    return found

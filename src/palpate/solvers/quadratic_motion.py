@@ -5,7 +5,7 @@ The rule is of second order, neither damps nor drives what is linear, and needs 
 multigrid that is kept for as long as it serves.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import repeat
 from typing import Any, NamedTuple
 
@@ -200,15 +200,29 @@ class QuadraticMotion(Equilibrium, Midpoint):
 
         return multiply
 
-    def lacking(self, x: np.ndarray, unbalanced: np.ndarray, residual: float) -> np.ndarray:
-        """Return how far (n, 3) [m] the body at ``x`` (n, 3) [m] gives way to ``unbalanced`` forces (n, 3) [N].
+    def lacking(
+        self, moved: np.ndarray, v: np.ndarray, a: np.ndarray, load: np.ndarray, rayleigh: Mapping, residual: float
+    ) -> np.ndarray:
+        """Return how far (n, 3) [m] the body gives way to what of its forces does not balance.
 
-        It is linearised there, its Hessian clamped; residual : relative, of that answer. NotConverged if none is found.
+        moved, v, a : (n, 3) its displacement [m], velocity [m/s] and acceleration [m/s²]; load : (n, 3) [N]
         """
-        right, free = np.where(self.held[:, None], 0.0, unbalanced), ~self.held[:, None]
-        tangent = self._tangent(x, True)
-        product = lambda u: np.where(free, tangent(u), u)
-        return linear_response(product, self._preconditioner(np.inf, x), right, residual)
+        x, alpha, beta = self.rest + moved, rayleigh["mass_1_s"], rayleigh["stiffness_s"]
+        self.load = load
+        damped = beta * self._tangent(x, True)(v) if beta else 0.0
+        return self.yielding(x, self.force(x) - self.masses @ (a + alpha * v) - damped, residual)
+
+    def yielding(self, x: np.ndarray, force: np.ndarray, residual: float) -> np.ndarray:
+        """Return how far (n, 3) [m] a ``force`` (n, 3) [N] moves the body from ``x`` (n, 3) [m], linearised there.
+
+        Its Hessian is clamped; residual : relative, of the answer. NotConverged if none is found.
+        """
+        free, tangent = ~self.held[:, None], self._tangent(x, True)
+
+        def multiply(u: np.ndarray) -> np.ndarray:
+            return np.where(free, tangent(u), u)
+
+        return linear_response(multiply, self._preconditioner(np.inf, x), np.where(free, force, 0.0), residual)
 
     def _preconditioner(self, h: float, x: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
         """Return a multigrid cycle for what linear elements on the same nodes, at ``x`` (n, 3) [m], make of a step."""

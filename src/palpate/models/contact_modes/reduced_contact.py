@@ -184,9 +184,12 @@ def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume
         for n in range(9):
             i, j = n // 3, n % 3
             for k in range(size):
-                bent[3 * i + c, k] += blocks[9 * pair + n, k] * near[3 * j + d, k]
+                block = blocks[9 * pair + n, k]
+                for m in range(r):
+                    bent[3 * i + c, k, m] += block * near[3 * j + d, k, m]
                 if c != d:
-                    bent[3 * j + d, k] += blocks[9 * pair + n, k] * near[3 * i + c, k]
+                    for m in range(r):
+                        bent[3 * j + d, k, m] += block * near[3 * i + c, k, m]
     return np.dot(near.reshape(9 * size, r).T, bent.reshape(9 * size, r))
 
 
@@ -327,14 +330,27 @@ class Cells(NamedTuple):
     @property
     def stiffness(self) -> np.ndarray:
         """The Hessian (r, r) of their energy at rest, Σ V (2μ e : e + λ tr e tr e)."""
-        _, count, modes = self.slopes.shape
-        f = self.slopes.reshape(3, 3, count, modes)
-        strain = 0.5 * (f + f.transpose(1, 0, 2, 3)).reshape(9, count, modes)
-        trace = strain[0] + strain[4] + strain[8]
+        strain, trace = self._strains
         found = trace.T @ ((self.volumes * self.lam)[:, None] * trace)
         for part in strain:
             found += part.T @ ((2.0 * self.volumes * self.mu)[:, None] * part)
         return found
+
+    def stiffnesses(self) -> np.ndarray:
+        """Return the same of each cell, (k, r, r)."""
+        strain, trace = self._strains
+        found = (self.volumes * self.lam)[:, None, None] * (trace[:, :, None] * trace[:, None, :])
+        for part in strain:
+            found += (2.0 * self.volumes * self.mu)[:, None, None] * (part[:, :, None] * part[:, None, :])
+        return found
+
+    @property
+    def _strains(self) -> tuple[np.ndarray, np.ndarray]:
+        """The strains (9, k, r) of each coordinate, and their traces (k, r)."""
+        _, count, modes = self.slopes.shape
+        f = self.slopes.reshape(3, 3, count, modes)
+        strain = 0.5 * (f + f.transpose(1, 0, 2, 3)).reshape(9, count, modes)
+        return strain, strain[0] + strain[4] + strain[8]
 
 
 def rings_around(elements: ElementsAtRest, nodes: np.ndarray, rings: int) -> np.ndarray:
@@ -470,7 +486,7 @@ class ReducedContact:
         Only what is not linear is fitted, each answer by itself over its size; the linear part is exact in any case.
         wanted : by what all pull beyond their linear part, [(r,)], if the cells are not all there are
         """
-        pulls = self._pulls(np.array(answers))
+        pulls = self.nonlinear_pulls(np.array(answers))
         sums = pulls.sum(axis=0) if wanted is None else np.array(wanted)
         sizes = np.linalg.norm(sums, axis=1)
         pulls /= sizes[:, None]
@@ -478,7 +494,7 @@ class ReducedContact:
         chosen, weights = few_of(rows, target, tolerance)
         return ReducedContact(self.cells.take(chosen, weights), self.loads, self.law)
 
-    def _pulls(self, answers: np.ndarray) -> np.ndarray:
+    def nonlinear_pulls(self, answers: np.ndarray) -> np.ndarray:
         """Return what each cell adds to the gradient beyond its linear part at ``answers`` (s, r): (k, s, r)."""
         slopes, volumes, mu, lam = self.cells
         count = len(volumes)

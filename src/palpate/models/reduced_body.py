@@ -126,6 +126,14 @@ class BodyAtRest:
         ratio = np.linalg.norm(further @ change[:, :, 0]) / np.linalg.norm(last)
         return 1.0 / (max(float(ratio), LEAST_RATIO) - 1.0)
 
+    def check(self, body: Body) -> None:
+        """Raise InputError unless ``body`` is the one that was made ready: its mesh, material and anchors."""
+        own = self.body
+        alike = own.material == body.material and len(own.levels) == len(body.levels)
+        alike = alike and np.array_equal(own.fine.nodes, body.fine.nodes)
+        if not (alike and np.array_equal(own.anchors[-1], body.anchors[-1])):
+            raise InputError(f"its modes are those of another body than {body.name}; prepare them for this one.")
+
     def answers(self, loads: np.ndarray, residual: float = RESIDUAL) -> tuple[np.ndarray, np.ndarray]:
         """Return answers (n, 3, k) [m] to ``loads`` (n, 3, k) [N], and how they differ from the coarse level's."""
         flat = self.up.T @ loads.reshape(len(loads), -1)

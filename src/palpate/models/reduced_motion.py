@@ -1,8 +1,8 @@
 """Move a body in few modes: the elements' own implicit midpoint rule, in the coordinates of a reduced body."""
 
 from collections.abc import Mapping, Sequence
-from time import perf_counter
 from dataclasses import dataclass
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -12,10 +12,16 @@ from palpate.benchmark.truth import RATIO_DOUBT
 from palpate.effects.elements import OnePass
 from palpate.effects.push import disc, factor
 from palpate.errors import NotConverged
-from palpate.solvers.newton import Product
-from palpate.models.contact_modes.reduced_contact import ReducedContact, cell_stresses, cells_of, clamped_tangent
+from palpate.models.contact_modes.reduced_contact import (
+    ReducedContact,
+    cell_stresses,
+    cells_of,
+    clamped_tangent,
+    least_det,
+)
 from palpate.models.contact_modes.snapshots import directions
 from palpate.models.reduced_body import BodyAtRest, ReducedBody, few_cells, limit_modes
+from palpate.solvers.newton import Product
 from palpate.solvers.quadratic_motion import Midpoint, Reached
 
 TOLERANCE = 1e-3
@@ -52,8 +58,7 @@ class CellEnergy(OnePass):
 
     def least_det(self, x: np.ndarray) -> float:
         """Return the smallest det F of all cells."""
-        f = (self._flat @ x).reshape(3, 3, -1).transpose(2, 0, 1) + np.eye(3)
-        return float(np.linalg.det(f).min())
+        return float(least_det(x[:, 0], self._flat, len(self._model.cells.volumes)))
 
 
 class ReducedMotion(Midpoint):
@@ -135,7 +140,9 @@ def move(motion: ReducedMotion, duration_s: float, frames: int, steps: int) -> M
     passed = sum(abs(each.work_j) for each in reached)
     balance = abs(motion.total_energy(reached[-1].x, reached[-1].v) + lost - work) / max(passed, np.finfo(float).tiny)
     if not balance <= BALANCE:
-        raise NotConverged(f"{balance:.1%} of the work of the loads is neither kept nor damped; take shorter steps", [balance])
+        raise NotConverged(
+            f"{balance:.1%} of the work of the loads is neither kept nor damped; take shorter steps", [balance]
+        )
     body = motion.body
     ends = [each.x for each in reached[steps // frames - 1 :: steps // frames]]
     return MotionInModes(body.on_surface(body.modes.limit, ends), h, reached, np.array(seconds), balance)
@@ -166,10 +173,10 @@ def misses(motion: ReducedMotion, found: MotionInModes) -> float:
 
 def _nodal(rest: BodyAtRest, loads: Mapping[str, Any]) -> list[tuple[np.ndarray, dict | None]]:
     """Return the forces (n, 3) [N] on the elements of weight and of each push at the factor 1, with the push."""
-    weight = [rest.weigh() @ np.array(loads[name]["acceleration_m_s2"], dtype=float) for name in loads if name == "gravity"]
+    pulls = [np.array(loads[name]["acceleration_m_s2"], dtype=float) for name in loads if name == "gravity"]
     pushes = loads.get("push", {}).get("loads", [])
     pushed = [(rest.spread(disc(push)) @ np.array(push["force_n"], dtype=float), push) for push in pushes]
-    return [*((force, None) for force in weight), *pushed]
+    return [*((rest.weigh() @ pull, None) for pull in pulls), *pushed]
 
 
 def _sum(loads: Sequence[tuple[np.ndarray, dict | None]], t: float) -> np.ndarray:
@@ -191,21 +198,21 @@ def prepare(
     slowest vibration sets, in a model of the means of eight elements each.
     """
     begin = perf_counter()
-    pushes = loads.get("push", {}).get("loads", [])
-    places = [rest.spread(disc(push)) for push in pushes] + [rest.weigh() for name in loads if name == "gravity"]
-    modes, elements = limit_modes(rest, places, bent), rest.elements
-    pushed = np.any([each.any(axis=(1, 2)) for each in places[: len(pushes)]], axis=0) if pushes else np.zeros(len(elements.rest), dtype=bool)
+    discs = [rest.spread(disc(push)) for push in loads.get("push", {}).get("loads", [])]
+    weights = [rest.weigh() for name in loads if name == "gravity"]
+    modes, elements = limit_modes(rest, [*discs, *weights], bent), rest.elements
+    pressed = np.any([np.zeros_like(rest.weigh()), *discs], axis=(0, 2, 3))
     means = cells_of(elements, modes.slopes, np.zeros(len(elements.couples), dtype=bool), 8)
-    trial = ReducedBody(rest, modes, ReducedContact(means, np.zeros((len(modes.masses), 1)), elements.law), 0.0, 0.0)
-    shown = []
+    none = np.zeros((len(modes.masses), 1))
+    trial = ReducedBody(rest, modes, ReducedContact(means, none, elements.law), 0.0, 0.0)
+    shown: dict[bool, list[np.ndarray]] = {True: [], False: []}
     for number in range(len(directions(np.ones(3)))):
         motion = ReducedMotion(trial, _elsewhere(loads, rest.period_s, number), rayleigh)
-        shown.append([each.middle[:, 0] for each in motion.steps(rest.period_s / STEPS, STEPS, TOLERANCE)][1::2])
-    fitted, held_out = (
-        np.concatenate([each for number, each in enumerate(shown) if (number in FITTED) == own]) for own in (True, False)
-    )
-    energy, near = CellEnergy(trial.model), pushed[elements.couples].any(axis=1)
-    model, missed = few_cells(rest, modes, near, lambda q: energy.clamped(q[:, None]), fitted, held_out, tolerance)
+        steps = motion.steps(rest.period_s / STEPS, STEPS, TOLERANCE)
+        shown[number in FITTED] += [each.middle[:, 0] for each in steps][1::2]
+    energy, near = CellEnergy(trial.model), pressed[elements.couples].any(axis=1)
+    states = np.array(shown[True]), np.array(shown[False])
+    model, missed = few_cells(rest, modes, near, lambda q: energy.clamped(q[:, None]), *states, tolerance)
     return ReducedBody(rest, modes, model, missed, perf_counter() - begin)
 
 

@@ -9,9 +9,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from palpate.bodies.particles import Particles
 
-REDUCED = {"vibrations": 10, "bent": 3, "coarsened": 0}
-"""What a reduced motion has if the scene does not say."""
-
 
 @dataclass(frozen=True)
 class Scene:
@@ -48,14 +45,8 @@ class Scene:
 
     @property
     def integration(self) -> dict:
-        """The settings of the integrator: its tolerance and, of a reduced motion, the modes.
-
-        A reduced motion that names no places has modes for those of the scene's pushes.
-        """
-        reduced = dict(self.settings.get("reduced", {}))
-        pushed = self.settings.get("push", {}).get("loads", [])
-        reduced.setdefault("places", [{key: load[key] for key in ("at_m", "radius_m")} for load in pushed])
-        return {"tolerance": self.tolerance, "reduced": REDUCED | reduced}
+        """The settings of the integrator."""
+        return {"tolerance": self.tolerance}
 
     @property
     def entry(self) -> dict:

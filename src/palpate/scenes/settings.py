@@ -150,13 +150,6 @@ class Disc(Block):
     radius_m: NotNegative = key("Radius of the disc [m]; 0 is one node", 0)
 
 
-class Reduced(Block):
-    vibrations: Index = key("Vibration modes, slowest first", 10)
-    bent: Index = key("How many of them get modes of second order, with those of each load", 3)
-    coarsened: Index = key("Levels by which the cells that energy is taken from are coarser than the elements", 0, le=3)
-    places: list[Disc] = optional("Discs that modes are made for; those of the scene's pushes if left out")
-
-
 class Kelvin(Block):
     ratio: NotNegative = key("Share of critical damping", 0.1)
 
@@ -178,9 +171,7 @@ class Scene(Block):
     others: list[Other] = optional("More bodies; with finite elements of any materials, else of the same stiffness")
     start: Literal["rest", "inverted", "random", "plane", "line", "point"] = key("Where it begins", "rest")
     effects: str | Some[str] = key("What acts, by name, or auto for what the scene calls for", "auto")
-    integrator: Literal["symplectic_euler", "backward_euler", "bdf2", "reduced", "goal_position"] = key(
-        "How time is stepped"
-    )
+    integrator: Literal["symplectic_euler", "backward_euler", "bdf2", "goal_position"] = key("How time is stepped")
     step_s: Positive = key("Time step [s]")
     substeps: Count | Literal["auto"] = key(
         "Equal parts of each step; auto: as many as an explicit integrator needs", 1
@@ -203,7 +194,6 @@ class Scene(Block):
         "Shear stress that relaxes, beside finite elements, whose Young's modulus is that at the end"
     )
     rayleigh: Rayleigh = optional("Damping in proportion to mass and stiffness")
-    reduced: Reduced = optional("Modes that finite elements move in, of integrator reduced")
     kelvin: Kelvin = optional("Dampers beside the springs")
     maxwell: Maxwell = optional("Springs that relax, beside the springs")
     velocity_damping: VelocityDamping = optional("Damping in proportion to velocity")

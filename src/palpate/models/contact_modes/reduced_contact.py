@@ -110,11 +110,12 @@ def settle(load, slopes, volumes, mu, lam, rest, shape, measure, volume, toleran
             kept += 1
         q[:], gradient[:], energy = reached, bent, lower
     left = np.sqrt(np.dot(gradient, gradient)) / max(np.sqrt(np.dot(load, load)), 1e-300)
-    return left, _least_det(q, slopes, count), calls
+    return left, least_det(q, slopes, count), calls
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _least_det(q, slopes, count):
+def least_det(q, slopes, count):
+    """Return the smallest det F of so many cells at ``q`` (r,); slopes : (9 count, r)."""
     moved, least = np.dot(slopes, q), np.inf
     for k in range(count):
         a, b, c = moved[k] + 1.0, moved[count + k], moved[2 * count + k]

@@ -49,7 +49,6 @@ def check(scene):
         {"effects": "auto"} | SHAPES | YIELD | GRAVITY,
         {"effects": ["shape_matching", "rayleigh"], "rayleigh": {"stiffness_s": 0}} | SHAPES,
         {"effects": "auto"} | SERIES,
-        {"effects": ["corotational", "held", "push"], "integrator": "reduced", "reduced": {}} | PUSH,
         {"effects": "auto", "kelvin": {}},  # nothing moves it, so nothing damps it
         {"others": [{"body": "hard", "shift_m": [0, 0, 2]}, {"body": "spotted", "shift_m": [0, 0, 4]}]},
     ],
@@ -83,8 +82,6 @@ def test_the_shipped_scenes_pass():
         ({"effects": "auto", "body": "cloth"} | SERIES, " says effects: auto, which calls for prony, which needs"),
         ({"prony": {"shares": [0.5, 0.5], "times_s": [1, 2]}}, ".prony.shares has the sum 1, of which 0.99 is the m"),
         ({"effects": ["corotational"], "integrator": "goal_position"}, ".integrator is goal_position, which needs"),
-        ({"reduced": {}}, ".reduced describes modes, and the integrator is backward_euler; choose reduced, or leave"),
-        ({"integrator": "reduced", "reduced": {"coarsened": 1}}, ".reduced.coarsened is 1, and the scene is on"),
         ({"effects": "auto", "shape_matching": {}}, ".integrator is backward_euler, and shape_matching needs"),
         ({"effects": ["springs"], "springs": STRETCH}, ".springs.structural_n_m has no use: a solid's springs"),
         ({"effects": ["springs"], "surface": True}, ".springs lacks structural_n_m, and a surface alone has no"),

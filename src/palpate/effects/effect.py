@@ -78,15 +78,6 @@ class Damping(Couples, Protocol):
         """Add C [N s/m] to ``values`` in place, as ``add_stiffness`` does; ``add_force`` then adds −C v."""
 
 
-class Proportional(Damping, Protocol):
-    """A damping matrix α M + β K, K being the Hessian of the elastic energy. A reduced motion needs the two rates.
-
-    damping_rates : α [1/s] and β [s]
-    """
-
-    damping_rates: tuple[float, float]
-
-
 class Time(Protocol):
     """A dependence on time."""
 
@@ -241,7 +232,7 @@ class Contacts(Protocol):
 
 
 HOOKS: tuple[type, ...] = (
-    Force, Energy, Load, Couples, Stiffness, Damping, Proportional, Time, FixedNodes, HeldNodes, Projection,
+    Force, Energy, Load, Couples, Stiffness, Damping, Time, FixedNodes, HeldNodes, Projection,
     Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Relaxation, Goals, Weight, Observation, Contacts,
 )  # fmt: skip
 """All hooks."""

@@ -1,125 +1,33 @@
-"""Reduce a held body to modes of motion: vibrations, answers to loads, and how those bend as they grow.
+"""Reduce a held body to modes of motion that are the limit of quadratic elements, and few cells of their energy.
 
-The elastic energy is that of the mean deformation of cells.
+Every mode is an answer of the body at rest to a fixed load: pushes, weight, the inertia of vibrations, and what bends
+such answers as they grow. The same load on two levels of elements shows how answers change, and by the ratio by which
+each level divides the error, their limit.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from palpate.bodies.particles import Particles
-from palpate.effects import push
-from palpate.effects.effect import Weight
-from palpate.effects.elements import Elements
-from palpate.effects.linear_elements import LinearElements
-from palpate.errors import InputError
+from palpate.bodies.body import Body
+from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
+from palpate.effects.patch_load import Patch, spread
+from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor
-from palpate.models.contact_modes.reduced_contact import Cells, cell_stresses
-from palpate.solvers.system import System
-
-
-class AveragedCells:
-    """E(q) = Σ V Ψ(F) + ½ qᵀ(ΦᵀKΦ − K_cells) q, F being the mean deformation gradient of a cell at X + Φ q.
-
-    A cell is the ``8**coarsened`` elements, one after another, of the element ``coarsened`` levels up.
-    The second term puts right what averaging loses for small motions: the stiffness K at rest is exact.
-
-    r modes, ``modulus`` (r, r) [J] is that term's matrix
-    """
-
-    def __init__(self, elastic: LinearElements, modes: np.ndarray, stiffness: sparse.sparray, coarsened: int):
-        """Average ``modes`` (3n, r) over cells; InputError if the elements are not those of split ones."""
-        together = 8**coarsened
-        if len(elastic.tetrahedra) % together:
-            raise InputError(
-                f"reduced.coarsened is {coarsened}, and {len(elastic.tetrahedra)} elements are no multiple of "
-                f"{together}; give at most the level of the scene."
-            )
-        self.volumes = elastic.volumes.reshape(-1, together).sum(axis=1)
-        shares = elastic.volumes.reshape(-1, together, 1, 1) / self.volumes[:, None, None, None]
-        count, r = len(self.volumes), modes.shape[1]
-        means = np.empty((9, count, r))
-        for k, mode in enumerate(modes.T):
-            of_elements = np.einsum("eai,eaj->eij", mode.reshape(-1, 3)[elastic.tetrahedra], elastic.gradients)
-            mean = (shares * of_elements.reshape(count, together, 3, 3)).sum(axis=1)
-            means[:, :, k] = mean.reshape(count, 9).T
-        moduli = [_mean(m, elastic.volumes, together) for m in elastic.moduli]
-        cells = Cells(means, self.volumes, *moduli)
-        self._means, self._law = means.reshape(9 * count, r), elastic.law
-        self._moduli, self._stresses = moduli, np.empty((9, count))
-        self._scratch = np.empty((9, count)), np.empty(count), np.empty(count, dtype=bool)
-        self.modulus = modes.T @ (stiffness @ modes) - cells.stiffness
-
-    def evaluate(self, q: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the energy [J] at ``q`` (r,) and its gradient (r,)."""
-        f, energies, accepted = self._scratch
-        mu, lam = self._moduli
-        energy = cell_stresses(q, self._means, self.volumes, mu, lam, *self._law, f, self._stresses, energies, accepted)
-        rest = self.modulus @ q
-        return energy + 0.5 * float(q @ rest), self._stresses.ravel() @ self._means + rest
-
-    def least_det(self, q: np.ndarray) -> float:
-        """Return the smallest det F of all cells at ``q`` (r,)."""
-        f = (self._means @ q).reshape(3, 3, -1).transpose(2, 0, 1) + np.eye(3)
-        return float(np.linalg.det(f).min())
-
-
-def _mean(moduli: np.ndarray, volumes: np.ndarray, together: int) -> np.ndarray:
-    """Return the means (n_cells,) of ``moduli`` (n_elements,), by volume."""
-    sums = (np.broadcast_to(moduli, volumes.shape) * volumes).reshape(-1, together).sum(axis=1)
-    return sums / volumes.reshape(-1, together).sum(axis=1)
-
-
-BEND_STEP = 0.01
-"""Largest displacement of a column at which its bend is measured, in sizes of the body."""
-DEPENDENT = 1e-9
-"""Columns count as dependent below this eigenvalue of their Gram matrix, in parts of its largest."""
+from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
+from palpate.models.contact_modes.reduced_contact import ReducedContact, few_of, some_points
+from palpate.solvers.quadratic_motion import QuadraticMotion
 
 Solve = Callable[[np.ndarray], np.ndarray]
 """The inverse of the stiffness at rest: forces (n, 3) [N] to displacements (n, 3) [m], zero at held nodes."""
 
 
-def bends(elastic: Elements, rest: np.ndarray, solve: Solve, columns: np.ndarray, size: float) -> np.ndarray:
-    """Compute the static derivatives −K⁻¹ ∂²f[a, b] of all pairs of ``columns`` (k, n, 3): (k (k + 1) / 2, n, 3).
-
-    Columns are scaled to a peak of 1 before; ∂²f, f being the elastic restoring force, is by central differences at
-    BEND_STEP · ``size`` [m] (Idelsohn and Cardona 1985; Barbič and James 2005, section 4).
-    """
-    scaled = columns / np.linalg.norm(columns, axis=2).max(axis=1)[:, None, None]
-    h = BEND_STEP * size
-
-    def curvature(u: np.ndarray) -> np.ndarray:
-        return -(elastic.force(rest + h * u) + elastic.force(rest - h * u)) / h**2
-
-    own = [curvature(u) for u in scaled]
-    derivatives = []
-    for a, b in combinations_with_replacement(range(len(scaled)), 2):
-        mixed = own[a] if a == b else 0.5 * (curvature(scaled[a] + scaled[b]) - own[a] - own[b])
-        derivatives.append(-solve(mixed))
-    return np.array(derivatives).reshape(-1, *rest.shape)
-
-
-def orthonormal(columns: Sequence[np.ndarray], stiffness: sparse.sparray) -> np.ndarray:
-    """Return columns (3n, r) that span those given, each (k, n, 3), and are orthonormal in ``stiffness`` (3n, 3n).
-
-    Columns that depend on others are left out, so r may be less than the number given.
-    """
-    v = np.concatenate([each.reshape(len(each), -1) for each in columns if len(each)]).T
-    v = v[:, np.abs(v).max(axis=0) > 0.0]
-    v = v / np.sqrt(np.einsum("ij,ij->j", v, stiffness @ v))
-    values, turns = np.linalg.eigh(v.T @ (stiffness @ v))
-    kept = values > DEPENDENT * values[-1]
-    return v @ (turns[:, kept] / np.sqrt(values[kept]))
-
-
-def vibrations(
-    solve: Callable[[np.ndarray], np.ndarray], masses: np.ndarray, free: np.ndarray, count: int
-) -> tuple[np.ndarray, np.ndarray]:
+def vibrations(solve: Solve, masses: np.ndarray, free: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Compute the slowest ``count`` modes (count, n, 3) with φᵀMφ = 1, and their angular frequencies (count,) [1/s].
 
     solve : applies the inverse of the stiffness at rest to forces (n, 3) [N], held nodes staying where they are
@@ -134,10 +42,10 @@ def vibrations(
         return np.empty((0, len(masses), 3)), np.empty(0)
     root = np.sqrt(masses * free)[:, None]
 
-    def product(y: np.ndarray) -> np.ndarray:
+    def applied(y: np.ndarray) -> np.ndarray:
         return (root * solve(root * y.reshape(-1, 3))).ravel()
 
-    operator = LinearOperator(2 * (root.size * 3,), product, dtype=float)
+    operator = LinearOperator(2 * (root.size * 3,), applied, dtype=float)
     start = np.random.default_rng(0).normal(size=root.size * 3)  # fixed, so that the result is reproducible
     squares, vectors = eigsh(operator, count, which="LA", v0=start)
     frequencies = 1.0 / np.sqrt(squares[::-1])
@@ -145,85 +53,240 @@ def vibrations(
     return np.array(modes), frequencies
 
 
-AT_ONCE = {"start_s": 0.0, "press_s": 0.0, "hold_s": np.inf, "release_s": 0.0}
+UNDAMPED = {"mass_1_s": 0.0, "stiffness_s": 0.0}
+LEAST_RATIO = 1.5
+"""Smallest ratio that is extrapolated by; below, levels hardly approach a limit."""
+SMALL = 1e-6
+"""Peak, in sizes of the body, of an answer that is linear."""
+CHANGE_RESIDUAL = 1e-2
+"""Relative residual of what a level changes of an answer, which ratios of convergence are made of."""
+DEPENDENT = 1e-9
+"""Columns count as dependent below this eigenvalue of their stiffness, in parts of its largest."""
+BEND_STEP = 0.01
+"""Largest displacement of an answer at which its bend is measured, in sizes of the body."""
+RESIDUAL, BEND_RESIDUAL = 1e-6, 1e-3
+"""Relative residuals of linear answers, and of those to what bends them."""
+
+
+def bending_loads(elements: ElementsAtRest, columns: np.ndarray) -> np.ndarray:
+    """Return the loads ∂²f[a, b] (n, 3, k (k + 1) / 2) [N] of all pairs of ``columns`` (n, 3, k), f the elastic force.
+
+    The answers to them are the static derivatives of the columns, which are scaled to a peak of BEND_STEP sizes of the
+    body before; by central differences (Idelsohn and Cardona 1985; Barbič and James 2005, section 4).
+    """
+    scaled = BEND_STEP * elements.size * columns / np.linalg.norm(columns, axis=1).max(axis=0)
+    parts = [np.ascontiguousarray(each) for each in scaled.transpose(2, 0, 1)]
+
+    def bent(u: np.ndarray) -> np.ndarray:
+        return elements.force(u) + elements.force(-u)
+
+    own = [bent(u) for u in parts]
+    pairs = combinations_with_replacement(range(len(parts)), 2)
+    return np.stack(
+        [own[a] if a == b else 0.5 * (bent(parts[a] + parts[b]) - own[a] - own[b]) for a, b in pairs], axis=2
+    )
+
+
+class BodyAtRest:
+    """What modes of all places of a body are made of: quadratic elements on two levels, and the slowest vibrations.
+
+    coarse, elements : of the first level of the finest one's shape, and of the next one
+    up : (n, n_coarse) interpolation from the nodes of one to those of the other
+    motion : the motion of ``elements`` without loads; mesh : their corners
+    inertia : (n, 3, count) [N], loads of the vibrations; period_s : of the slowest
+    gain : 1/(r − 1), where a level divides the error of its inertia's answer by r: what the change from the one level
+        to the other is multiplied by to reach the limit
+    Raises InputError for a body that nothing holds, and NotConverged as ``ElementsAtRest``.
+    """
+
+    def __init__(self, body: Body, count: int):
+        first = body.shape_level  # before it the elements are another shape's, and answers are not nested
+        whole = with_midpoints(replace(body, smooth=None), first + 2)
+        self.body, self.surface = body, _to_surface(body, whole, first + 1)
+        self.coarse, self.elements = (ElementsAtRest(whole, first + more) for more in (0, 1))
+        self.up, further = (quadratic_prolongation(*whole.levels[k : k + 2]) for k in (first, first + 1))
+        self.mesh = whole.levels[first + 1]
+        below, self.motion, finest = (QuadraticMotion(whole, first + more, {}, UNDAMPED) for more in (0, 1, 2))
+        # the vibrations of linear elements on the same nodes, as their loads alone are wanted
+        solve, free = Factor(below.linear_stiffness(below.rest)).solve, ~below.held
+        slow, frequencies = vibrations(lambda f: solve(f * free[:, None]), below.lumped, free, max(count, 1))
+        self.period_s = 2.0 * np.pi / frequencies[0]
+        moved = self.up @ slow.transpose(1, 2, 0).reshape(len(free), -1)
+        self.inertia = (self.motion.masses @ moved).reshape(-1, 3, len(slow))[:, :, :count]
+        swung = (further @ moved.reshape(-1, 3, len(slow))[:, :, 0]).reshape(-1, 3)
+        self.gain = self._gain(finest, further, finest.masses @ swung)
+
+    def _gain(self, finest: QuadraticMotion, further: sparse.sparray, load: np.ndarray) -> float:
+        """Compare three levels' answers to ``load`` (n_finest, 3) [N]."""
+        load = np.where(finest.held[:, None], 0.0, load)
+        answer, change = self.answers((further.T @ load)[:, :, None])
+        small = SMALL * self.elements.size / np.abs(answer).max()  # so that the answer is linear
+        unbalanced = small * load + finest.force(finest.rest + small * (further @ answer[:, :, 0]))
+        last = finest.yielding(finest.rest, unbalanced, CHANGE_RESIDUAL) / small
+        ratio = np.linalg.norm(further @ change[:, :, 0]) / np.linalg.norm(last)
+        return 1.0 / (max(float(ratio), LEAST_RATIO) - 1.0)
+
+    def check(self, body: Body) -> None:
+        """Raise InputError unless ``body`` is the one that was made ready: its mesh, material and anchors."""
+        own = self.body
+        alike = own.material == body.material and len(own.levels) == len(body.levels)
+        alike = alike and np.array_equal(own.fine.nodes, body.fine.nodes)
+        if not (alike and np.array_equal(own.anchors[-1], body.anchors[-1])):
+            raise InputError(f"its modes are those of another body than {body.name}; prepare them for this one.")
+
+    def answers(self, loads: np.ndarray, residual: float = RESIDUAL) -> tuple[np.ndarray, np.ndarray]:
+        """Return answers (n, 3, k) [m] to ``loads`` (n, 3, k) [N], and how they differ from the coarse level's."""
+        flat = self.up.T @ loads.reshape(len(loads), -1)
+        found = self.elements.solve(loads, residual)
+        coarse = self.coarse.solve(flat.reshape(-1, 3, loads.shape[2]), residual)
+        return found, found - (self.up @ coarse.reshape(len(coarse), -1)).reshape(found.shape)
+
+    def spread(self, patch: Patch) -> np.ndarray:
+        """Return the loads (n, 3, 3) [N] of 1 N on ``patch`` along x, y and z."""
+        return np.stack([spread(self.mesh, patch, unit, 2) for unit in np.eye(3)], axis=2)
+
+    def weigh(self) -> np.ndarray:
+        """Return the loads (n, 3, 3) [N] of 1 m/s² along x, y and z."""
+        return (self.motion.masses @ np.ones(len(self.motion.rest)))[:, None, None] * np.eye(3)
+
+
+def _to_surface(body: Body, whole: Body, level: int) -> sparse.sparray:
+    """Return the interpolation from the quadratic elements of a ``level`` to the surface nodes of the finest one."""
+    up = sparse.eye_array(len(whole.levels[level + 1].nodes), format="csr")
+    for k in range(level, len(body.levels) - 2):
+        up = quadratic_prolongation(*whole.levels[k : k + 2]) @ up
+    return up.tocsr()[body.fine.surface]
+
+
+class Modes(NamedTuple):
+    """Modes in which the stiffness at rest is the identity, so that coordinates are in √J, and mass couples none.
+
+    limit : (n, 3, r), extrapolated; own : the same of the elements, not extrapolated; slopes : those that the energy's
+        deformation gradients are taken from; masses : (r,)
+    """
+
+    limit: np.ndarray
+    own: np.ndarray
+    slopes: np.ndarray
+    masses: np.ndarray
+
+
+def limit_modes(rest: BodyAtRest, loads: Sequence[np.ndarray], bent: int) -> Modes:
+    """Make modes of ``loads`` (n, 3, 3) [N] for each place, of vibrations, and of second order.
+
+    bent : of how many of the slowest vibrations there are modes of second order, with those of each place
+    With the change D from level to level and g = 1/(r − 1) the modes are Φ + g D. As levels are nested, their stiffness
+    tends to ΦᵀKΦ + g DᵀKD: a sum of squares, so that it is positive however few digits the modes have. That of
+    Φ + g D itself would be larger; Φ + s D with (1 + s)² = 1 + g has it, and the slopes that energy is taken from.
+    """
+    linear = np.dstack([*loads, rest.inertia])
+    answers, changes = rest.answers(linear)
+    count = 3 * len(loads)
+    groups = [np.dstack([answers[:, :, k : k + 3], answers[:, :, count : count + bent]]) for k in range(0, count, 3)]
+    second = np.dstack([bending_loads(rest.elements, each) for each in groups])
+    more = rest.answers(second, BEND_RESIDUAL)
+    answers, changes = np.dstack([answers, more[0]]), np.dstack([changes, more[1]])
+    flat, change = (each.reshape(-1, answers.shape[2]) for each in (answers, changes))
+    multiply = rest.elements.multiply
+    stiff, changed = (multiply(np.ascontiguousarray(each)).reshape(flat.shape) for each in (answers, changes))
+    size = 1.0 / np.sqrt(np.einsum("ij,ij->j", flat, stiff))
+    matrix = (flat.T @ stiff + rest.gain * change.T @ changed) * np.outer(size, size)
+    values, turns = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    kept = values > DEPENDENT * values[-1]
+    basis = size[:, None] * turns[:, kept] / np.sqrt(values[kept])
+    limit = flat + rest.gain * change
+    mass = _products(limit @ basis, rest.motion.masses)
+    masses, turns = np.linalg.eigh(mass)
+    basis = basis @ turns
+    slopes = flat + (np.sqrt(1.0 + rest.gain) - 1.0) * change
+    shape = *answers.shape[:2], basis.shape[1]
+    return Modes(*((each @ basis).reshape(shape) for each in (limit, flat, slopes)), masses)
+
+
+def _products(flat: np.ndarray, masses: sparse.sparray) -> np.ndarray:
+    """Return ΦᵀMΦ (r, r) of modes (3n, r) and the masses (n, n) [kg]."""
+    r = flat.shape[1]
+    wide = flat.reshape(-1, 3 * r)
+    return flat.T @ (masses @ wide).reshape(-1, r)
 
 
 @dataclass(frozen=True, eq=False)
 class ReducedBody:
-    """Modes in which neither mass nor stiffness couples coordinates, and the cells that give the elastic energy.
+    """A body ``at_rest`` in ``modes``, and the ``model`` whose few cells are its energy.
 
-    modes : (3n, r), with φᵀKφ = 1, so that coordinates are in √J; masses : (r,), φᵀMφ
+    held_out : by how much the cells misplace the body in motions that they were not fitted to, of its displacement
+    seconds : what its preparation has taken, without that of ``at_rest`` [s]
     """
 
-    modes: np.ndarray
-    masses: np.ndarray
-    cells: AveragedCells
+    at_rest: BodyAtRest
+    modes: Modes
+    model: ReducedContact
+    held_out: float
+    seconds: float
 
-    @classmethod
-    def of(cls, system: System, settings: dict[str, Any]) -> "ReducedBody":
-        """Reduce a body at rest; ``settings`` are the scene's block ``reduced``.
+    def project(self, load: np.ndarray) -> np.ndarray:
+        """Return the share (r, 1) of a load (n, 3) [N] on the elements in each mode."""
+        return np.tensordot(self.modes.limit, load, ((0, 1), (0, 1)))[:, None]
 
-        vibrations : number of vibration modes; bent : how many of them get second-order modes, with those of weight
-        places : discs {at_m, radius_m} that a push gets modes for: three for unit forces, and six of second order
-        coarsened : levels by which cells are coarser than elements
-        InputError if nothing is held, for a place that cannot be pressed, and for more modes than coordinates.
-        """
-        elastic, particles = system.elastic, system.particles
-        assert isinstance(elastic, LinearElements)  # as ``make`` of the integrator asks for
-        if system.free.all():
-            raise InputError("it needs a body that is held, as one that is not drifts out of all modes; choose bdf2.")
-        stiffness = system.stiffness(particles.nodes, definite=True)
-        assert stiffness is not None  # finite elements have one
-        system.hold(stiffness)
-        solve = _solver(stiffness, system.free)
-        swinging, _ = vibrations(solve, particles.masses, system.free, settings["vibrations"])
-        # forces (3, n, 3) [N] of 1 m/s² along x, y and z, if a weight acts
-        weights = [system.masses[None, :, None] * np.eye(3)[:, None, :] for _ in system.offering(Weight)]
-        loads = [*_unit_pushes(particles, settings["places"]), *weights]
-        groups = [np.concatenate([_answers(solve, each), swinging[: settings["bent"]]]) for each in loads]
-        size = particles.size
-        second = [bends(elastic, particles.nodes, solve, each, size) for each in groups if len(each)]
-        matrix = stiffness.tocsr()
-        columns = orthonormal([swinging, *groups, *second], matrix)
-        # turned so that mass couples them no longer; columns that are orthonormal in the stiffness stay so
-        free = np.repeat(particles.masses * system.free, 3)[:, None]
-        masses, turns = np.linalg.eigh(columns.T @ (free * columns))
-        modes = np.ascontiguousarray(columns @ turns)
-        return cls(modes, masses, AveragedCells(elastic, modes, matrix, settings["coarsened"]))
-
-    @property
-    def count(self) -> int:
-        """The number of modes."""
-        return len(self.masses)
-
-    def project(self, force: np.ndarray) -> np.ndarray:
-        """Return the share (r,) of a force (n, 3) [N] in each mode."""
-        return force.ravel() @ self.modes
-
-    def expand(self, q: np.ndarray) -> np.ndarray:
-        """Return displacements (n, 3) [m] at coordinates ``q`` (r,), or velocities of their rates."""
-        return (self.modes @ q).reshape(-1, 3)
+    def on_surface(self, modes: np.ndarray, states: Sequence[np.ndarray]) -> np.ndarray:
+        """Return displacements (k, n_surface, 3) [m] of the body's finest surface at coordinates [(r, 1)]."""
+        surface = (self.at_rest.surface @ modes.reshape(len(modes), -1)).reshape(-1, *modes.shape[1:])
+        return np.array([surface @ each[:, 0] for each in states])
 
 
-def _solver(stiffness: sparse.bsr_array, free: np.ndarray) -> Solve:
-    """Factorise ``stiffness``, whose held rows are those of the identity; forces on held nodes have no effect."""
-    factor = Factor(stiffness)
-    return lambda force: factor.solve(np.where(free[:, None], force, 0.0))
+FEW = 2000
+"""Points of elements, beside those near a disc, that cells are chosen from."""
+TIGHTER, TIGHTENINGS = 0.5, 6
+"""By what the fit is tightened until motions held out are met, and how often."""
 
 
-def _answers(solve: Solve, forces: np.ndarray) -> np.ndarray:
-    """Return linear answers (k, n, 3) [m] to ``forces`` (k, n, 3) [N]."""
-    return np.array([solve(force) for force in forces]).reshape(forces.shape)
+def few_cells(
+    rest: BodyAtRest,
+    modes: Modes,
+    near: np.ndarray,
+    hessian: Callable[[np.ndarray], np.ndarray],
+    states: np.ndarray,
+    held_out: np.ndarray,
+    tolerance: float,
+) -> tuple[ReducedContact, float]:
+    """Choose few cells with weights above zero that pull as all elements do; return them and what they miss held out.
 
+    near : (n_elements,) bool, whose points are all candidates
+    hessian : of the coordinates (r,), about the right one: it says how far a force moves the body
+    states, held_out : coordinates (k, r) of motions that cells are fitted to, and of others
+    What is missed is a displacement: that by which forces amiss would move the body, over its displacement, both in the
+    norm of mass; RMS over the states fitted to, and of those held out the largest, which is at most ``tolerance``.
+    The stiffness at rest is fitted alike. What cells lack of it is a matrix that does not turn with the body.
+    Raises NotConverged where no choice meets motions held out.
+    """
+    elements, flat = rest.elements, modes.slopes.reshape(-1, len(modes.masses))
+    r, count = flat.shape[1], len(states)
+    stiffness = flat.T @ elements.multiply(modes.slopes).reshape(flat.shape)
+    cells = some_points(elements, modes.slopes, near, FEW, np.random.default_rng(0))
+    every, root = np.concatenate([states, held_out]), np.sqrt(modes.masses)
+    moves = [root[:, None] * np.linalg.inv(hessian(q)) / np.linalg.norm(root * q) for q in every]
 
-def _unit_pushes(particles: Particles, places: list[dict]) -> list[np.ndarray]:
-    """Return for each place the nodal forces (3, n, 3) [N] of 1 N along x, y and z; InputError as ``push.make``."""
-    pushes = []
-    for place in places:
-        forces = np.zeros((3, *particles.nodes.shape))
-        for unit, force in zip(np.eye(3), forces, strict=True):
-            load = push.make(particles, {"loads": [place | AT_ONCE | {"force_n": unit}]}, None)
-            load.at(0.0)
-            load.add_force(particles.nodes, force, force)
-        pushes.append(forces)
-    return pushes
+    def pull(q: np.ndarray) -> np.ndarray:
+        return -flat.T @ elements.force((flat @ q).reshape(-1, 3)).ravel() - stiffness @ q
+
+    wanted = np.array([move @ pull(q) for move, q in zip(moves, every, strict=True)])
+    none = np.zeros((r, r))
+    pulls = ReducedContact(cells, np.zeros((r, 1)), elements.law, none).nonlinear_pulls(every)
+    rows = np.einsum("sij,ksj->ski", np.array(moves), pulls).transpose(0, 2, 1)
+    share, upper = np.sqrt(count / r), np.triu_indices(r)
+    twice = share * np.where(upper[0] == upper[1], 1.0, np.sqrt(2.0))
+    of_each = cells.stiffnesses()[:, *upper] * twice
+    fitted = np.vstack([rows[:count].reshape(-1, len(pulls)), of_each.T])
+    target = np.append(wanted[:count].ravel(), np.eye(r)[upper] * twice)
+    enough = tolerance * np.sqrt(count) / np.linalg.norm(target)
+    for _ in range(TIGHTENINGS):
+        chosen, weights = few_of(fitted, target, enough)
+        missed = np.linalg.norm(rows[count:, :, chosen] @ weights - wanted[count:], axis=1).max()
+        if missed <= tolerance:
+            return ReducedContact(cells.take(chosen, weights), np.zeros((r, 1)), elements.law), float(missed)
+        enough *= TIGHTER
+    raise NotConverged(
+        f"cells of a reduced body misplace it by {missed:.2g} of its displacement in motions that they were not fitted "
+        f"to, above {tolerance:g}; allow more, or take more vibrations",
+        [float(missed)],
+    )

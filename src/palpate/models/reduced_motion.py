@@ -1,229 +1,248 @@
-"""Integrate a reduced motion: BDF2 in the few coordinates of vibration and contact modes, each step by BFGS."""
+"""Move a body in few modes: the elements' own implicit midpoint rule, in the coordinates of a reduced body."""
 
-import math
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
 
 import numpy as np
+from scipy.interpolate import interp1d
+from scipy.linalg import cho_factor, cho_solve
 
-from palpate.effects.effect import FixedNodes, Proportional, Weight, is_load, offers
-from palpate.effects.linear_elements import LinearElements
-from palpate.errors import InputError, NotConverged
-from palpate.models.reduced_body import ReducedBody
-from palpate.solvers.system import System
+from palpate.benchmark.truth import RATIO_DOUBT
+from palpate.effects.elements import OnePass
+from palpate.effects.push import disc, factor
+from palpate.errors import NotConverged
+from palpate.models.contact_modes.reduced_contact import (
+    ReducedContact,
+    cell_stresses,
+    cells_of,
+    clamped_tangent,
+    least_det,
+)
+from palpate.models.contact_modes.snapshots import directions
+from palpate.models.reduced_body import BodyAtRest, ReducedBody, few_cells, limit_modes
+from palpate.solvers.newton import Product
+from palpate.solvers.quadratic_motion import Midpoint, Reached
 
-Evaluate = Callable[[np.ndarray], tuple[float, np.ndarray]]
-"""A function of coordinates (r,) and its gradient (r,)."""
-SHORTEST_STEP = 1e-6
-"""A step that is cut below this part of its length is none."""
-VALUE_ROUNDING = 1e-14
-"""Relative rounding of the function, beside what the caller knows of it."""
+TOLERANCE = 1e-3
+"""Relative residual of a step."""
+BALANCE = 0.05
+"""Of the work that loads have done or taken back, what may be neither kept nor damped."""
+SAMPLES, MISSED_RESIDUAL = 8, 0.03
+"""Instants at which what a motion misses is looked for, and the relative residual of what is found."""
+LEAST_DET = 0.3
+"""Smallest det F of a cell that is believed: below, elements around it may be flat or inverted."""
 
 
-class CarriedBfgs:
-    """BFGS with a full inverse Hessian (r, r), carried from each minimum to the next (Nocedal and Wright 2006, 6.1).
+class CellEnergy(OnePass):
+    """Σ V Ψ(F) + ½ qᵀ R q over the cells of a ``model``, in coordinates q (r, 1); its forces are in √J."""
 
-    first : (r,), the inverse of a diagonal Hessian; the search begins with it, and again where the carried one fails
+    def __init__(self, model: ReducedContact):
+        super().__init__()
+        self._model, count = model, len(model.cells.volumes)
+        self._flat = model.cells.slopes.reshape(9 * count, -1)
+        self._scratch = np.empty((9, count)), np.empty((9, count)), np.empty(count), np.empty(count, dtype=bool)
+
+    def evaluate(self, x: np.ndarray, force: np.ndarray) -> float:
+        _, volumes, mu, lam = self._model.cells
+        f, stresses, *rest = self._scratch
+        energy = cell_stresses(x[:, 0], self._flat, volumes, mu, lam, *self._model.law, f, stresses, *rest)
+        pull = self._model.rest @ x
+        force[:, 0] -= stresses.ravel() @ self._flat
+        force -= pull
+        return energy + 0.5 * float(np.vdot(x, pull))
+
+    def clamped(self, x: np.ndarray) -> np.ndarray:
+        """Return the Hessian (r, r), that of each cell clamped positive."""
+        return self._model.rest + clamped_tangent(x[:, 0], *self._model.cells, *self._model.law)
+
+    def least_det(self, x: np.ndarray) -> float:
+        """Return the smallest det F of all cells."""
+        return float(least_det(x[:, 0], self._flat, len(self._model.cells.volumes)))
+
+
+class ReducedMotion(Midpoint):
+    """A reduced ``body`` under weight and pushes; loads and rayleigh are as ``QuadraticMotion`` has them.
+
+    Trap: a push at a place that the body has no modes for is answered by the others; ``misses`` tells.
     """
 
-    def __init__(self, first: np.ndarray):
-        self._first = np.diag(first)
-        self._inverse = self._first.copy()
+    def __init__(self, body: ReducedBody, loads: Mapping[str, Any], rayleigh: Mapping[str, float]):
+        self.body, self.cells, r = body, CellEnergy(body.model), len(body.modes.masses)
+        self.rest, self.held, self.masses = np.zeros((r, 1)), np.zeros(r, dtype=bool), np.diag(body.modes.masses)
+        self._alpha, self._beta = rayleigh["mass_1_s"], rayleigh["stiffness_s"]
+        self.rayleigh, self.nodal = rayleigh, _nodal(body.at_rest, loads)
+        self._shares = [(body.project(force), push) for force, push in self.nodal]
+        self.extra: Callable[[float], np.ndarray] | None = None
+        self.scale_n = sum(float(np.linalg.norm(force)) for force, _ in self._shares)
 
-    def minimise(
-        self, evaluate: Evaluate, q: np.ndarray, enough: float, noise: float, iterations: int
-    ) -> tuple[np.ndarray, float]:
-        """Return coordinates (r,) from ``q`` on, and the norm of the gradient there.
+    def load_at(self, t: float) -> np.ndarray:
+        return _sum(self._shares, t) + (0.0 if self.extra is None else self.extra(t))
 
-        The norm is at most ``enough``, or 0 where what is left to gain is below the function's rounding, ``noise``; it
-        is more where ``iterations`` did not suffice or no step descends.
-        """
-        value, gradient = evaluate(q)
-        for _ in range(iterations):
-            norm = float(np.linalg.norm(gradient))
-            if norm <= enough:
-                return q, norm
-            found = self._search(evaluate, q, value, gradient, noise)
-            if found is None:
-                if float(gradient @ self._first @ gradient) <= noise + VALUE_ROUNDING * abs(value):
-                    return q, 0.0
-                if np.array_equal(self._inverse, self._first):
-                    break
-                self._inverse = self._first.copy()
-                continue
-            step, value, ahead = found
-            self._learn(step, ahead - gradient)
-            q, gradient = q + step, ahead
-        return q, float(np.linalg.norm(gradient))
+    def energy(self, x: np.ndarray) -> float:
+        return self.cells.energy(x) - float(np.vdot(self.load, x))
 
-    def _search(
-        self, evaluate: Evaluate, q: np.ndarray, value: float, gradient: np.ndarray, noise: float
-    ) -> tuple[np.ndarray, float, np.ndarray] | None:
-        """Find the first of the steps 1, ½, ¼ … that descends enough (Armijo), the value there, and the gradient."""
-        ahead = -(self._inverse @ gradient)
-        slope, length = float(gradient @ ahead), 1.0
-        if not slope < 0.0:
-            return None
-        while length > SHORTEST_STEP:
-            reached, there = evaluate(q + length * ahead)
-            if reached <= value + 1e-4 * length * slope + noise + VALUE_ROUNDING * abs(value):
-                return length * ahead, reached, there
-            length *= 0.5
-        return None
+    def force(self, x: np.ndarray) -> np.ndarray:
+        return self.cells.force(x) + self.load
 
-    def _learn(self, step: np.ndarray, bend: np.ndarray) -> None:
-        """Update the inverse Hessian by how a step bent the gradient; not where the function is not convex."""
-        product = float(step @ bend)
-        if product <= 1e-12 * float(np.linalg.norm(step) * np.linalg.norm(bend)):
-            return
-        turned = self._inverse @ bend
-        mixed = np.outer(step, turned)
-        scale = (1.0 + float(bend @ turned) / product) / product
-        self._inverse += scale * np.outer(step, step) - (mixed + mixed.T) / product
+    def damping(self, x: np.ndarray) -> Product:
+        self._clamped, self._factor = self.cells.clamped(x), None
+        matrix = self._alpha * self.masses + self._beta * self._clamped
+        return lambda v: matrix @ v
+
+    def _preconditioner(self, h: float, x: np.ndarray) -> Product:
+        """Return the solution with the Hessian of whatever step is being taken."""
+        mass, share = (4.0 / h**2 + 2.0 * self._alpha / h) * self.masses, 1.0 + 2.0 * self._beta / h
+
+        def solve(force: np.ndarray) -> np.ndarray:
+            if self._factor is None:
+                try:
+                    self._factor = cho_factor(mass + share * self._clamped, check_finite=False)
+                except np.linalg.LinAlgError as error:
+                    raise NotConverged("the reduced body has lost its stiffness; take tighter cells", []) from error
+            return cho_solve(self._factor, force, check_finite=False)
+
+        return solve
 
 
-ITERATIONS = 60
-"""Of BFGS in a step, after which it counts as not found."""
-LEAST_SCALE = 1e-6
-"""Lower bound of the scale of residuals, in forces that would flatten the body."""
-STRAIN_ROUNDING = 1e-15
-"""Of a deformation gradient."""
-LEAST_DET = 0.6
-"""Smallest det F of a cell that is believed: below, elements of it may be flat or inverted."""
+@dataclass(frozen=True, eq=False)
+class MotionInModes:
+    """Displacements ``moved`` (f, n_surface, 3) [m] at the ends of frames, of steps of ``step_s`` that are ``reached``.
 
-
-def make(system: System, settings: dict) -> "ReducedMotion":
-    """Make the integrator with the modes that ``settings["reduced"]`` describes (see ReducedBody).
-
-    InputError for an effect that it does not know, and for a body that nothing holds.
-    """
-    if not isinstance(system.elastic, LinearElements):
-        raise InputError("it needs finite elements, as vibration modes are theirs; choose another integrator.")
-    for name, effect in list(system.effects.items())[1:]:
-        supported = (
-            offers(effect, FixedNodes) or offers(effect, Weight) or is_load(effect) or offers(effect, Proportional)
-        )
-        if not supported:
-            raise InputError(
-                f"it has modes for weight, pushes, anchors and damping in proportion to mass and stiffness alone, and "
-                f"the scene has {name}; leave that out, or choose bdf2."
-            )
-    return ReducedMotion(system, ReducedBody.of(system, settings["reduced"]), settings["tolerance"])
-
-
-class _State(NamedTuple):
-    """Coordinates q (r,), their rates w (r,) [1/s] and the elastic energy's gradient g (r,) at the end of a step."""
-
-    q: np.ndarray
-    w: np.ndarray
-    g: np.ndarray
-
-
-class ReducedMotion:
-    """M q″ + d (α M q + β g(q))/dt + g(q) = f by BDF2, in coordinates q of modes in which M and K are diagonal.
-
-    α, β : of damping in proportion to mass and stiffness; the latter is taken as the rate of change of the elastic
-    force g, whose derivative is K(q) q̇, so that it turns with the body and needs no matrix.
-    Each step is a minimisation by BFGS, which keeps its Hessian from step to step; the first step is that of backward
-    Euler. NotConverged where one is not found, or where a cell is squeezed to det F < LEAST_DET.
-
-    Trap: nothing is known of motions that the modes do not have; a push elsewhere than at their places is answered by
-    vibration modes only. And as BDF2 it may make energy (see ``solvers/bdf2.py``).
+    seconds : (steps,) [s] of each; balance : what of the loads' work is neither kept nor damped, over that work
     """
 
-    limit_s = math.inf
+    moved: np.ndarray
+    step_s: float
+    reached: list[Reached]
+    seconds: np.ndarray
+    balance: float
 
-    def __init__(self, system: System, body: ReducedBody, tolerance: float):
-        self._system, self.body, self._tolerance = system, body, tolerance
-        rates = [effect.damping_rates for _, effect in system.offering(Proportional)]
-        self._alpha, self._beta = (sum(each[k] for each in rates) for k in (0, 1))
-        self._weight = body.project(system.potential_force(system.particles.nodes))
-        self._now = self._before = self._at(np.zeros(body.count), np.zeros(body.count))
-        self._length = 0.0
-        self._search: CarriedBfgs | None = None
-        # the force of the softest mode when it moves a node as far as the body is long
-        self.flattening = float(system.particles.size / np.abs(body.modes).max())
-        self._reached = system.particles.nodes, np.zeros_like(system.particles.nodes)
 
-    def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s].
+def move(motion: ReducedMotion, duration_s: float, frames: int, steps: int) -> MotionInModes:
+    """Move from rest for ``duration_s`` [s], in so many steps of equal length, a multiple of ``frames``.
 
-        Raises NotConverged if it is not found; InputError for a state that is not that of its last step or rest.
-        """
-        if not (np.array_equal(x, self._reached[0]) and np.array_equal(v, self._reached[1])):
-            raise InputError("it begins at rest, in the rest shape, and goes on from its own steps; say start: rest.")
-        load = self._system.outer_force(x, v)
-        push = self.body.project(load) + self._weight
-        second = self._length == h
-        now, before = self._now, self._before if second else self._now
-        share, reach = (1.0 / 3.0, 2.0 * h / 3.0) if second else (0.0, h)
-        base, rate, pull = (a + share * (a - b) for a, b in zip(now, before, strict=True))
-        problem = _Step(self, base, rate, reach, pull, push)
-        if not second or self._search is None:
-            self._search = CarriedBfgs(1.0 / problem.at_rest)
-        q = self._found(problem, self._search, 2.0 * now.q - before.q)
-        self._before, self._now, self._length = now, self._at(q, (q - base) / reach), h
-        reached = self._system.particles.nodes + self.body.expand(q)
-        self._system.add_work(load, reached - x)
-        self._reached = reached, self.body.expand(self._now.w)
-        return self._reached
-
-    def _at(self, q: np.ndarray, w: np.ndarray) -> _State:
-        return _State(q, w, self.body.cells.evaluate(q)[1])
-
-    def _found(self, problem: "_Step", search: CarriedBfgs, start: np.ndarray) -> np.ndarray:
-        """Return the coordinates (r,) at the end of a step; NotConverged if they are not found."""
-        q, gradient_norm = search.minimise(
-            problem.evaluate, start, self._tolerance * problem.scale, problem.noise, ITERATIONS
-        )
-        residual = gradient_norm / problem.scale
-        if not residual <= self._tolerance:
+    NotConverged for a step that is not found, where the body loses its stiffness, where a cell keeps less than
+    LEAST_DET of its volume, and where the energy does not balance.
+    """
+    h, reached, seconds = duration_s / steps, [], []
+    begin = perf_counter()
+    for each in motion.steps(h, steps, TOLERANCE):
+        if not (least := motion.cells.least_det(each.x)) >= LEAST_DET:
             raise NotConverged(
-                f"the reduced motion stopped at a residual {residual:.1e} of its forces, above the tolerance "
-                f"{self._tolerance:.0e}; take shorter steps",
-                [residual],
+                f"a cell of the reduced body keeps {least:.2g} of its volume, and modes are not to be believed below "
+                f"{LEAST_DET:g}; lower the load",
+                [least],
             )
-        least_det = self.body.cells.least_det(q)
-        if least_det < LEAST_DET:
-            raise NotConverged(
-                f"a cell of the reduced body keeps {least_det:.2g} of its volume, and modes are not to be believed "
-                f"below {LEAST_DET:g}; lower the load, or choose bdf2",
-                [residual],
-            )
-        return q
+        reached.append(each)
+        seconds.append(perf_counter() - begin)
+        begin = perf_counter()
+    work, lost = (sum(getattr(each, name) for each in reached) for name in ("work_j", "lost_j"))
+    passed = sum(abs(each.work_j) for each in reached)
+    balance = abs(motion.total_energy(reached[-1].x, reached[-1].v) + lost - work) / max(passed, np.finfo(float).tiny)
+    if not balance <= BALANCE:
+        raise NotConverged(
+            f"{balance:.1%} of the work of the loads is neither kept nor damped; take shorter steps", [balance]
+        )
+    body = motion.body
+    ends = [each.x for each in reached[steps // frames - 1 :: steps // frames]]
+    return MotionInModes(body.on_surface(body.modes.limit, ends), h, reached, np.array(seconds), balance)
 
 
-class _Step:
-    """The minimisation of one step from ``base`` at ``rate`` over ``reach`` [s]; ``pull`` is g there, ``push`` f.
+def misses(motion: ReducedMotion, found: MotionInModes) -> float:
+    """Return what the modes and cells of a motion miss, and the limit of levels may, RMS over the surface [m].
 
-    at_rest : (r,), the diagonal Hessian at rest; scale : of residuals: loads, elastic forces and inertia
-    noise : rounding [J] of the function: strains are small differences from F = I
+    At SAMPLES instants the elements that were reduced, moved alike and not extrapolated, give way to what of their
+    forces does not balance: what modes for another place, or too few cells, leave. That is a static answer of a
+    clamped body. How it builds up in time, in a body that swings and may be about to give way, the motion itself shows
+    where the forces that it amounts to push as well. What lies outside of the modes counts as it is. Of the levels
+    counts what a ratio RATIO_DOUBT lower would change.
     """
+    body, h, elements = motion.body, found.step_s, motion.body.at_rest.motion
+    count, modes = len(found.reached), body.modes
+    numbers = np.unique(np.linspace(0, count - 1, SAMPLES + 1).round().astype(int)[1:])
+    shares, outside = [np.zeros_like(motion.rest)], 0.0
+    for number in numbers:
+        before = found.reached[number - 1].v if number else np.zeros_like(motion.rest)
+        after, q = found.reached[number].v, found.reached[number].middle
+        x, v, a = (modes.own @ each[:, 0] for each in (q, (before + after) / 2.0, (after - before) / h))
+        load = _sum(motion.nodal, (number + 0.5) * h)
+        lacking = elements.lacking(x, v, a, load, motion.rayleigh, MISSED_RESIDUAL)
+        stiff = body.at_rest.elements.multiply(np.ascontiguousarray(lacking[:, :, None]))[:, :, 0]
+        inside = np.tensordot(modes.own, stiff, ((0, 1), (0, 1)))[:, None]
+        shares.append(motion.cells.clamped(q) @ inside)
+        outside += float(np.sum((body.at_rest.surface @ (lacking - modes.own @ inside[:, 0])) ** 2))
+    outside /= len(numbers) * len(body.at_rest.body.fine.surface)
+    times = np.append(0.0, (numbers + 0.5) * h)
+    motion.extra = interp1d(times, np.array(shares), axis=0, bounds_error=False, fill_value="extrapolate")
+    try:
+        states = [each.x for each in motion.steps(h, count, TOLERANCE)]
+    finally:
+        motion.extra = None
+    every = count // len(found.moved)
+    built_up = body.on_surface(modes.limit, states[every - 1 :: every]) - found.moved
+    ends = [each.x for each in found.reached[every - 1 :: every]]
+    of_levels = RATIO_DOUBT * body.at_rest.gain * body.on_surface(modes.limit - modes.own, ends)
+    mean = [float(np.mean(np.sum(each**2, axis=2))) for each in (built_up, of_levels)]
+    return float(np.sqrt(outside + sum(mean)))
 
-    def __init__(
-        self,
-        motion: ReducedMotion,
-        base: np.ndarray,
-        rate: np.ndarray,
-        reach: float,
-        pull: np.ndarray,
-        push: np.ndarray,
-    ):
-        masses = motion.body.masses
-        inertia, drag, lag = masses / reach**2, motion._alpha * masses / reach, motion._beta / reach
-        self._cells, self._share, self._curvature = motion.body.cells, 1.0 + lag, inertia + drag
-        # inertia and drag together pull towards one point
-        self._centre = base + inertia * reach * rate / self._curvature
-        self._force = push + lag * pull
-        self.at_rest = self._curvature + self._share
-        parts = (push, pull, inertia * reach * rate)
-        self.scale = sum(float(np.linalg.norm(part)) for part in parts) + LEAST_SCALE * motion.flattening
-        self.noise = STRAIN_ROUNDING * motion.flattening * self.scale
 
-    def evaluate(self, q: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the function to minimise [J] at ``q`` (r,) and its gradient (r,)."""
-        energy, gradient = self._cells.evaluate(q)
-        away = q - self._centre
-        pull = self._curvature * away
-        total = 0.5 * float(pull @ away) + self._share * energy - float(self._force @ q)
-        return total, pull + self._share * gradient - self._force
+def _nodal(rest: BodyAtRest, loads: Mapping[str, Any]) -> list[tuple[np.ndarray, dict | None]]:
+    """Return the forces (n, 3) [N] on the elements of weight and of each push at the factor 1, with the push."""
+    pulls = [np.array(loads[name]["acceleration_m_s2"], dtype=float) for name in loads if name == "gravity"]
+    pushes = loads.get("push", {}).get("loads", [])
+    pushed = [(rest.spread(disc(push)) @ np.array(push["force_n"], dtype=float), push) for push in pushes]
+    return [*((rest.weigh() @ pull, None) for pull in pulls), *pushed]
+
+
+def _sum(loads: Sequence[tuple[np.ndarray, dict | None]], t: float) -> np.ndarray:
+    """Return the sum of ``loads`` at ``t`` [s]."""
+    return np.sum([force if push is None else factor(push, t) * force for force, push in loads], axis=0)
+
+
+STEPS, FITTED = 24, (0, 1, 3, 5, 6, 8)
+"""Steps of a motion that cells are fitted to, and in which of nine directions; in the others they are held out."""
+
+
+def prepare(
+    rest: BodyAtRest, loads: Mapping[str, Any], rayleigh: Mapping[str, float], bent: int, tolerance: float
+) -> ReducedBody:
+    """Reduce a body for the places of ``loads``, and for forces as large as theirs in other directions and courses.
+
+    bent, tolerance : as ``limit_modes`` and ``few_cells`` have them; NotConverged as the latter
+    Cells are fitted to motions under loads that are tilted by up to 45° in nine directions, on a course that the body's
+    slowest vibration sets, in a model of the means of eight elements each.
+    """
+    begin = perf_counter()
+    discs = [rest.spread(disc(push)) for push in loads.get("push", {}).get("loads", [])]
+    weights = [rest.weigh() for name in loads if name == "gravity"]
+    modes, elements = limit_modes(rest, [*discs, *weights], bent), rest.elements
+    pressed = np.any([np.zeros_like(rest.weigh()), *discs], axis=(0, 2, 3))
+    means = cells_of(elements, modes.slopes, np.zeros(len(elements.couples), dtype=bool), 8)
+    none = np.zeros((len(modes.masses), 1))
+    trial = ReducedBody(rest, modes, ReducedContact(means, none, elements.law), 0.0, 0.0)
+    shown: dict[bool, list[np.ndarray]] = {True: [], False: []}
+    for number in range(len(directions(np.ones(3)))):
+        motion = ReducedMotion(trial, _elsewhere(loads, rest.period_s, number), rayleigh)
+        steps = motion.steps(rest.period_s / STEPS, STEPS, TOLERANCE)
+        shown[number in FITTED] += [each.middle[:, 0] for each in steps][1::2]
+    energy, near = CellEnergy(trial.model), pressed[elements.couples].any(axis=1)
+    states = np.array(shown[True]), np.array(shown[False])
+    model, missed = few_cells(rest, modes, near, lambda q: energy.clamped(q[:, None]), *states, tolerance)
+    return ReducedBody(rest, modes, model, missed, perf_counter() - begin)
+
+
+def _elsewhere(loads: Mapping[str, Any], period_s: float, number: int) -> dict[str, Any]:
+    """Return the loads in one of nine directions, pushes on a course of one period."""
+    found = {}
+    if "gravity" in loads:
+        pull = np.array(loads["gravity"]["acceleration_m_s2"], dtype=float)
+        size = max(float(np.linalg.norm(pull)), np.finfo(float).tiny)
+        found["gravity"] = {"acceleration_m_s2": size * directions(-pull / size)[number]}
+    course = {"start_s": 0.0, "press_s": 0.3 * period_s, "hold_s": 0.3 * period_s, "release_s": 0.15 * period_s}
+    pushes = loads.get("push", {}).get("loads", [])
+    turned = [np.linalg.norm(p["force_n"]) * directions(np.array(p["normal"]))[number] for p in pushes]
+    if pushes:
+        found["push"] = {"loads": [p | course | {"force_n": force} for p, force in zip(pushes, turned, strict=True)]}
+    return found

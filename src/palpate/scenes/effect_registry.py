@@ -69,7 +69,6 @@ INTEGRATORS = {
     "symplectic_euler": "palpate.solvers.symplectic_euler",
     "backward_euler": "palpate.solvers.backward_euler",
     "bdf2": "palpate.solvers.bdf2",
-    "reduced": "palpate.models.reduced_motion",
     "goal_position": "palpate.solvers.goal_position",
     "xpbd": "palpate.solvers.xpbd",
     "projective_dynamics": "palpate.solvers.projective_dynamics",

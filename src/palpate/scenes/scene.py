@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from palpate.bodies.particles import Particles
 
-REDUCED = {"vibrations": 10, "bent": 3, "coarsened": 0}
-"""What a reduced motion has if the scene does not say."""
 RELAXED: dict[str, dict] = {
     "xpbd": {"iterations": 1},
     "projective_dynamics": {"iterations": 10, "memory": 0},
@@ -54,15 +52,9 @@ class Scene:
 
     @property
     def integration(self) -> dict:
-        """The settings of the integrator: its tolerance, the modes of a reduced motion, what a relaxed step has.
-
-        A reduced motion that names no places has modes for those of the scene's pushes.
-        """
-        reduced = dict(self.settings.get("reduced", {}))
-        pushed = self.settings.get("push", {}).get("loads", [])
-        reduced.setdefault("places", [{key: load[key] for key in ("at_m", "radius_m")} for load in pushed])
+        """The settings of the integrator: its tolerance, and what a relaxed step has."""
         relaxed = {name: usual | self.settings.get(name, {}) for name, usual in RELAXED.items()}
-        return {"tolerance": self.tolerance, "reduced": REDUCED | reduced} | relaxed
+        return {"tolerance": self.tolerance} | relaxed
 
     @property
     def entry(self) -> dict:

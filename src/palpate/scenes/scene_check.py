@@ -96,18 +96,7 @@ def _check_listed(place: str, scene: dict, names: list[str]) -> None:
 
 
 def _check_integrator(place: str, scene: dict, elastic: str) -> None:
-    """Raise InputError for an integrator that does not suit the elastic effect, or its modes, which need their own."""
-    modes, level = scene.get("reduced"), scene.get("level", 0)
-    if modes is not None and scene["integrator"] != "reduced":
-        raise InputError(
-            f"{place}.reduced describes modes, and the integrator is {scene['integrator']}; "
-            "choose reduced, or leave the block out."
-        )
-    if modes is not None and modes["coarsened"] > level:  # cells coarser than the coarse mesh
-        raise InputError(
-            f"{place}.reduced.coarsened is {modes['coarsened']}, and the scene is on level {level}; give {level} at "
-            "most, or a finer level."
-        )
+    """Raise InputError for an integrator that does not suit the elastic effect, or the block of another."""
     other = next((name for name in RELAXED if name in scene and name != scene["integrator"]), None)
     if other:
         raise InputError(

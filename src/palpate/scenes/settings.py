@@ -150,13 +150,6 @@ class Disc(Block):
     radius_m: NotNegative = key("Radius of the disc [m]; 0 is one node", 0)
 
 
-class Reduced(Block):
-    vibrations: Index = key("Vibration modes, slowest first", 10)
-    bent: Index = key("How many of them get modes of second order, with those of each load", 3)
-    coarsened: Index = key("Levels by which the cells that energy is taken from are coarser than the elements", 0, le=3)
-    places: list[Disc] = optional("Discs that modes are made for; those of the scene's pushes if left out")
-
-
 class Xpbd(Block):
     iterations: Count = key("Iterations of each step; 1 with small steps", 1)
 
@@ -195,7 +188,7 @@ class Scene(Block):
     start: Literal["rest", "inverted", "random", "plane", "line", "point"] = key("Where it begins", "rest")
     effects: str | Some[str] = key("What acts, by name, or auto for what the scene calls for", "auto")
     integrator: Literal[
-        "symplectic_euler", "backward_euler", "bdf2", "reduced", "goal_position", "xpbd", "projective_dynamics",
+        "symplectic_euler", "backward_euler", "bdf2", "goal_position", "xpbd", "projective_dynamics",
         "vertex_block_descent",
     ] = key("How time is stepped")  # fmt: skip
     step_s: Positive = key("Time step [s]")
@@ -220,7 +213,6 @@ class Scene(Block):
         "Shear stress that relaxes, beside finite elements, whose Young's modulus is that at the end"
     )
     rayleigh: Rayleigh = optional("Damping in proportion to mass and stiffness")
-    reduced: Reduced = optional("Modes that finite elements move in, of integrator reduced")
     xpbd: Xpbd = optional("Steps of integrator xpbd")
     projective_dynamics: ProjectiveDynamics = optional("Steps of integrator projective_dynamics")
     vertex_block_descent: VertexBlockDescent = optional("Steps of integrator vertex_block_descent")

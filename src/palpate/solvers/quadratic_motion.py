@@ -5,9 +5,9 @@ The rule is of second order, neither damps nor drives what is linear, and needs 
 multigrid that is kept for as long as it serves.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import repeat
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -23,8 +23,10 @@ from palpate.effects.push import disc, factor
 from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import NotConverged
 from palpate.linalg.block_pattern import hold, pattern_of
+from palpate.linalg.multigrid import linear_response
 from palpate.solvers.equilibrium import Equilibrium, easier, springs_of
 from palpate.solvers.lbfgs import minimise_by_lbfgs
+from palpate.solvers.newton import Product
 
 MORE_ITERATIONS = 5
 """Iterations by which a step may exceed the first one of its preconditioner before that is made anew."""
@@ -65,55 +67,38 @@ class Reached(NamedTuple):
     forces: np.ndarray = np.zeros((0, 3))
 
 
-class QuadraticMotion(Equilibrium):
-    """A held body of quadratic elements on one level under weight and pushes; arguments and errors of ``Equilibrium``.
+class Midpoint:
+    """Steps of the implicit midpoint rule from rest, of n unknown positions (n, k); ``_Step`` says what each minimises.
 
-    loads : blocks ``gravity`` and ``push`` of a scene, the pushes ``push.placed``
-    rayleigh : ``mass_1_s`` α and ``stiffness_s`` β of the damping C = α M + β K⁺(x), K⁺ being the Hessian, clamped to
-        positive semidefinite as ``effects.rayleigh`` has it
-    masses : (n, n) [kg], consistent, so that the weight is that of the same elements
+    What moves gives its ``rest`` (n, k), the ``held`` (n,) bool, the ``masses`` (n, n), the size ``scale_n`` of loads,
+    ``load_at``, ``energy`` and ``force`` with the ``load`` in them, ``damping``, and ``_preconditioner``.
     """
 
-    def __init__(self, body: Body, level: int, loads: dict[str, dict], rayleigh: dict):
-        super().__init__(body, level, order=2)
-        coarse, halved, elements = body.levels[level], self.mesh, self._elasticity
-        assert isinstance(coarse, TetMesh) and isinstance(halved, TetMesh) and isinstance(elements, QuadraticElements)
-        self._tangent = elements.tangent
-        density = body.tissue(level).density_kg_m3
-        if body.densities is not None:
-            density = body.densities[level][coarse.tetrahedra].mean(axis=1)
-        self.masses = mass_matrix(coarse, density * coarse.volumes)
-        self._lumped = lump_masses(halved, np.repeat(density, 8) * halved.volumes)
-        self._alpha, self._beta = rayleigh["mass_1_s"], rayleigh["stiffness_s"]
-        self._weight, self._pushes = self._loads(coarse, loads)
-        self.held = self._held
-        self.scale_n = float(np.linalg.norm(self._weight)) + sum(float(np.linalg.norm(f)) for f, _ in self._pushes)
-
-    def _linear_at_rest(self, body: Body, finest: int) -> sparse.bsr_array:
-        """Keep the linear elements on the same nodes, whose matrix preconditions."""
-        pattern = pattern_of(self.mesh.tetrahedra, len(self._held))
-        self._linear = LinearElements(self.mesh, easier(body.tissue(finest)), pattern)
-        springs = springs_of(body, finest, 1)
-        self._linear_springs = None if springs is None else pattern.blocks(springs)
-        return self._linear_stiffness(self.mesh.nodes)
-
-    def _linear_stiffness(self, x: np.ndarray) -> sparse.bsr_array:
-        return self._on_supports(self._linear.stiffness(x, definite=True), self._linear_springs)
-
-    def _precondition_by(self, linear: sparse.bsr_array) -> None:
-        """Leave it to the first step, whose length counts."""
-
-    def _loads(self, coarse: Mesh, loads: dict[str, dict]) -> tuple[np.ndarray, list[tuple[np.ndarray, dict]]]:
-        """Return the weight (n, 3) [N], and the forces (n, 3) [N] of each push at the factor 1, all on free nodes."""
-        free = ~self._held[:, None]
-        acceleration = np.array(loads.get("gravity", {}).get("acceleration_m_s2", [0.0, 0.0, 0.0]), dtype=float)
-        weight = np.outer(self.masses @ np.ones(len(free)), acceleration) * free
-        pushes = loads.get("push", {}).get("loads", [])
-        return weight, [(spread(coarse, disc(p), np.array(p["force_n"], dtype=float), 2) * free, p) for p in pushes]
+    rest: np.ndarray
+    held: np.ndarray
+    masses: Any
+    scale_n: float
+    load: np.ndarray
 
     def load_at(self, t: float) -> np.ndarray:
-        """Return the nodal forces (n, 3) [N] from outside at ``t`` [s]."""
-        return self._weight + sum(factor(push, t) * forces for forces, push in self._pushes)
+        """Return the forces (n, k) [N] from outside at ``t`` [s]."""
+        raise NotImplementedError
+
+    def energy(self, x: np.ndarray) -> float:
+        """Return the elastic energy minus the work of the load [J] at positions ``x`` (n, k)."""
+        raise NotImplementedError
+
+    def force(self, x: np.ndarray) -> np.ndarray:
+        """Return the elastic force plus load (n, k), zero at held nodes."""
+        raise NotImplementedError
+
+    def damping(self, x: np.ndarray) -> Product:
+        """Return the product of the damping matrix at ``x`` (n, k) with velocities (n, k)."""
+        raise NotImplementedError
+
+    def _preconditioner(self, h: float, x: np.ndarray) -> Product:
+        """Return what nearly solves for a step of ``h`` [s] at ``x`` (n, k)."""
+        raise NotImplementedError
 
     def steps(
         self, h: float, count: int, tolerance: float, coarser: Iterable[np.ndarray | float] = repeat(0.0)
@@ -125,11 +110,11 @@ class QuadraticMotion(Equilibrium):
         A step begins at that middle, or at rest, with what this level has lately added to it, carried on by a parabola.
         Raises NotConverged for a step that is not found.
         """
-        rest, first = self.mesh.nodes, None
+        rest, first = self.rest, None
         x, v = rest.copy(), np.zeros_like(rest)
         added: list[np.ndarray] = []
         for number, begun in zip(range(count), coarser, strict=False):
-            base = rest + np.where(self._held[:, None], 0.0, begun)
+            base = rest + np.where(self.held[:, None], 0.0, begun)
             self.load = self.load_at((number + 0.5) * h)
             step = _Step(self, x, v, h)
             if first is None:
@@ -151,6 +136,62 @@ class QuadraticMotion(Equilibrium):
             x, v = 2.0 * way.x - x, 2.0 * velocity - v
             yield Reached(x, v, way.x - rest, h * float(np.vdot(self.load, velocity)), lost, way.convex)
 
+    def total_energy(self, x: np.ndarray, v: np.ndarray) -> float:
+        """Return the elastic and kinetic energy [J] at positions ``x`` (n, k) and velocities ``v``."""
+        self.load = np.zeros_like(x)
+        return self.energy(x) + 0.5 * float(np.vdot(v, self.masses @ v))
+
+
+class QuadraticMotion(Equilibrium, Midpoint):
+    """A held body of quadratic elements on one level under weight and pushes; arguments and errors of ``Equilibrium``.
+
+    loads : blocks ``gravity`` and ``push`` of a scene, the pushes ``push.placed``
+    rayleigh : ``mass_1_s`` α and ``stiffness_s`` β of the damping C = α M + β K⁺(x), K⁺ being the Hessian, clamped to
+        positive semidefinite as ``effects.rayleigh`` has it
+    masses : (n, n) [kg], consistent, so that the weight is that of the same elements
+    """
+
+    def __init__(self, body: Body, level: int, loads: dict[str, dict], rayleigh: dict):
+        super().__init__(body, level, order=2)
+        coarse, halved, elements = body.levels[level], self.mesh, self._elasticity
+        assert isinstance(coarse, TetMesh) and isinstance(halved, TetMesh) and isinstance(elements, QuadraticElements)
+        self._tangent = elements.tangent
+        density = body.tissue(level).density_kg_m3
+        if body.densities is not None:
+            density = body.densities[level][coarse.tetrahedra].mean(axis=1)
+        self.masses = mass_matrix(coarse, density * coarse.volumes)
+        self.lumped = lump_masses(halved, np.repeat(density, 8) * halved.volumes)
+        self._alpha, self._beta = rayleigh["mass_1_s"], rayleigh["stiffness_s"]
+        self._weight, self._pushes = self._loads(coarse, loads)
+        self.rest, self.held = self.mesh.nodes, self._held
+        self.scale_n = float(np.linalg.norm(self._weight)) + sum(float(np.linalg.norm(f)) for f, _ in self._pushes)
+
+    def _linear_at_rest(self, body: Body, finest: int) -> sparse.bsr_array:
+        """Keep the linear elements on the same nodes, whose matrix preconditions."""
+        pattern = pattern_of(self.mesh.tetrahedra, len(self._held))
+        self._linear = LinearElements(self.mesh, easier(body.tissue(finest)), pattern)
+        springs = springs_of(body, finest, 1)
+        self._linear_springs = None if springs is None else pattern.blocks(springs)
+        return self.linear_stiffness(self.mesh.nodes)
+
+    def linear_stiffness(self, x: np.ndarray) -> sparse.bsr_array:
+        return self._on_supports(self._linear.stiffness(x, definite=True), self._linear_springs)
+
+    def _precondition_by(self, linear: sparse.bsr_array) -> None:
+        """Leave it to the first step, whose length counts."""
+
+    def _loads(self, coarse: Mesh, loads: dict[str, dict]) -> tuple[np.ndarray, list[tuple[np.ndarray, dict]]]:
+        """Return the weight (n, 3) [N], and the forces (n, 3) [N] of each push at the factor 1, all on free nodes."""
+        free = ~self._held[:, None]
+        acceleration = np.array(loads.get("gravity", {}).get("acceleration_m_s2", [0.0, 0.0, 0.0]), dtype=float)
+        weight = np.outer(self.masses @ np.ones(len(free)), acceleration) * free
+        pushes = loads.get("push", {}).get("loads", [])
+        return weight, [(spread(coarse, disc(p), np.array(p["force_n"], dtype=float), 2) * free, p) for p in pushes]
+
+    def load_at(self, t: float) -> np.ndarray:
+        """Return the nodal forces (n, 3) [N] from outside at ``t`` [s]."""
+        return self._weight + sum(factor(push, t) * forces for forces, push in self._pushes)
+
     def damping(self, x: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
         """Return the product of the damping matrix at ``x`` (n, 3) [m] with velocities (n, 3) [m/s], in [N]."""
         clamped = self._tangent(x, True) if self._beta else None
@@ -161,17 +202,36 @@ class QuadraticMotion(Equilibrium):
 
         return multiply
 
-    def total_energy(self, x: np.ndarray, v: np.ndarray) -> float:
-        """Return the elastic and kinetic energy [J] at positions ``x`` (n, 3) [m] and velocities ``v`` [m/s]."""
-        self.load = np.zeros_like(x)
-        return self.energy(x) + 0.5 * float(np.vdot(v, self.masses @ v))
+    def lacking(
+        self, moved: np.ndarray, v: np.ndarray, a: np.ndarray, load: np.ndarray, rayleigh: Mapping, residual: float
+    ) -> np.ndarray:
+        """Return how far (n, 3) [m] the body gives way to what of its forces does not balance.
+
+        moved, v, a : (n, 3) its displacement [m], velocity [m/s] and acceleration [m/s²]; load : (n, 3) [N]
+        """
+        x, alpha, beta = self.rest + moved, rayleigh["mass_1_s"], rayleigh["stiffness_s"]
+        self.load = load
+        damped = beta * self._tangent(x, True)(v) if beta else 0.0
+        return self.yielding(x, self.force(x) - self.masses @ (a + alpha * v) - damped, residual)
+
+    def yielding(self, x: np.ndarray, force: np.ndarray, residual: float) -> np.ndarray:
+        """Return how far (n, 3) [m] a ``force`` (n, 3) [N] moves the body from ``x`` (n, 3) [m], linearised there.
+
+        Its Hessian is clamped; residual : relative, of the answer. NotConverged if none is found.
+        """
+        free, tangent = ~self.held[:, None], self._tangent(x, True)
+
+        def multiply(u: np.ndarray) -> np.ndarray:
+            return np.where(free, tangent(u), u)
+
+        return linear_response(multiply, self._preconditioner(np.inf, x), np.where(free, force, 0.0), residual)
 
     def _preconditioner(self, h: float, x: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
         """Return a multigrid cycle for what linear elements on the same nodes, at ``x`` (n, 3) [m], make of a step."""
         assert self._multigrid is not None  # quadratic elements have a level below that of their nodes
-        matrix = self._linear_stiffness(x)
+        matrix = self.linear_stiffness(x)
         matrix.data *= 1.0 + 2.0 * self._beta / h
-        mass = (4.0 / h**2 + 2.0 * self._alpha / h) * self._lumped
+        mass = (4.0 / h**2 + 2.0 * self._alpha / h) * self.lumped
         matrix.data[self._linear.pattern.diagonal] += mass[:, None, None] * np.eye(3)
         hold(matrix.indptr, matrix.indices, matrix.data, self._held)
         self._multigrid.update(matrix)
@@ -192,7 +252,7 @@ class _Step(OnePass):
     that at x + h v/2, which differs from z by the order of h².
     """
 
-    def __init__(self, motion: QuadraticMotion, x: np.ndarray, v: np.ndarray, h: float):
+    def __init__(self, motion: Midpoint, x: np.ndarray, v: np.ndarray, h: float):
         super().__init__()
         self._motion, self._x, self._ahead = motion, x, x + 0.5 * h * v
         self._inertia, self._slowness = 4.0 / h**2, 2.0 / h

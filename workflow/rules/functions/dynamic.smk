@@ -32,7 +32,6 @@ def by_name(wildcards):
     return [
         "palpate.effects",
         "palpate.solvers",
-        "palpate.models.reduced_motion",
         *(["palpate.collision.contact"] if touching else []),
     ]
 

@@ -11,7 +11,7 @@ import numba
 import numpy as np
 
 from palpate.effects import principal
-from palpate.effects.corotational import BLOCK, rotations, stresses, turned
+from palpate.effects.corotational import BLOCK, hessians, rotations, stresses, turned
 from palpate.effects.law import Law
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
@@ -110,11 +110,12 @@ def settle(load, slopes, volumes, mu, lam, rest, shape, measure, volume, toleran
             kept += 1
         q[:], gradient[:], energy = reached, bent, lower
     left = np.sqrt(np.dot(gradient, gradient)) / max(np.sqrt(np.dot(load, load)), 1e-300)
-    return left, _least_det(q, slopes, count), calls
+    return left, least_det(q, slopes, count), calls
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _least_det(q, slopes, count):
+def least_det(q, slopes, count):
+    """Return the smallest det F of so many cells at ``q`` (r,); slopes : (9 count, r)."""
     moved, least = np.dot(slopes, q), np.inf
     for k in range(count):
         a, b, c = moved[k] + 1.0, moved[count + k], moved[2 * count + k]
@@ -164,26 +165,32 @@ def _plain_tangent(q, slopes, volumes, mu, lam, begin, end):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume):
-    """Return what the cells from ``begin`` to ``end`` add to ``tangent`` by any law."""
+def _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume, definite):
+    """Return what the cells from ``begin`` to ``end`` add to ``tangent`` by any law; ``definite`` clamps each cell."""
     r, size = len(q), end - begin
     f, axes, blocks = np.empty((9, BLOCK)), np.zeros((9, BLOCK)), np.empty((54, BLOCK))
-    pulls, stiffnesses, bent = np.empty((9, BLOCK)), np.empty(BLOCK), np.zeros((9, size, r))
+    pulls, stiffnesses, bent = np.empty((15, BLOCK)), np.empty(BLOCK), np.zeros((9, size, r))
     for i in range(9):
         f[i, :size] = np.dot(slopes[i, begin:end], q)
     f[::4] += 1.0
     axes[::4] = 1.0
     moduli, law = (mu[begin:end], lam[begin:end]), (shape, measure, volume)
-    principal.hessians(f, axes, volumes[begin:end], size, 1, *moduli, *law, False, blocks, pulls, stiffnesses)
+    if shape is None:
+        hessians(f, axes, volumes[begin:end], size, *moduli, definite, pulls, blocks)
+    else:
+        principal.hessians(f, axes, volumes[begin:end], size, 1, *moduli, *law, definite, blocks, pulls, stiffnesses)
     near = slopes[:, begin:end].copy()
     for pair in range(6):
         c, d = principal.PAIRS[pair]
         for n in range(9):
             i, j = n // 3, n % 3
             for k in range(size):
-                bent[3 * i + c, k] += blocks[9 * pair + n, k] * near[3 * j + d, k]
+                block = blocks[9 * pair + n, k]
+                for m in range(r):
+                    bent[3 * i + c, k, m] += block * near[3 * j + d, k, m]
                 if c != d:
-                    bent[3 * j + d, k] += blocks[9 * pair + n, k] * near[3 * i + c, k]
+                    for m in range(r):
+                        bent[3 * j + d, k, m] += block * near[3 * i + c, k, m]
     return np.dot(near.reshape(9 * size, r).T, bent.reshape(9 * size, r))
 
 
@@ -195,7 +202,17 @@ def add_tangent(q, slopes, volumes, mu, lam, shape, measure, volume, found):
         if shape is None:
             found += _plain_tangent(q, slopes, volumes, mu, lam, begin, end)
         else:
-            found += _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume)
+            found += _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume, False)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def clamped_tangent(q, slopes, volumes, mu, lam, shape, measure, volume):
+    """Return the Hessian (r, r) of k cells' energy at ``q`` (r,), each clamped positive; slopes : (9, k, r)."""
+    found = np.zeros((len(q), len(q)))
+    for begin in range(0, len(volumes), BLOCK):
+        end = min(begin + BLOCK, len(volumes))
+        found += _law_tangent(q, slopes, volumes, mu, lam, begin, end, shape, measure, volume, True)
+    return found
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -314,14 +331,27 @@ class Cells(NamedTuple):
     @property
     def stiffness(self) -> np.ndarray:
         """The Hessian (r, r) of their energy at rest, Σ V (2μ e : e + λ tr e tr e)."""
-        _, count, modes = self.slopes.shape
-        f = self.slopes.reshape(3, 3, count, modes)
-        strain = 0.5 * (f + f.transpose(1, 0, 2, 3)).reshape(9, count, modes)
-        trace = strain[0] + strain[4] + strain[8]
+        strain, trace = self._strains
         found = trace.T @ ((self.volumes * self.lam)[:, None] * trace)
         for part in strain:
             found += part.T @ ((2.0 * self.volumes * self.mu)[:, None] * part)
         return found
+
+    def stiffnesses(self) -> np.ndarray:
+        """Return the same of each cell, (k, r, r)."""
+        strain, trace = self._strains
+        found = (self.volumes * self.lam)[:, None, None] * (trace[:, :, None] * trace[:, None, :])
+        for part in strain:
+            found += (2.0 * self.volumes * self.mu)[:, None, None] * (part[:, :, None] * part[:, None, :])
+        return found
+
+    @property
+    def _strains(self) -> tuple[np.ndarray, np.ndarray]:
+        """The strains (9, k, r) of each coordinate, and their traces (k, r)."""
+        _, count, modes = self.slopes.shape
+        f = self.slopes.reshape(3, 3, count, modes)
+        strain = 0.5 * (f + f.transpose(1, 0, 2, 3)).reshape(9, count, modes)
+        return strain, strain[0] + strain[4] + strain[8]
 
 
 def rings_around(elements: ElementsAtRest, nodes: np.ndarray, rings: int) -> np.ndarray:
@@ -457,7 +487,7 @@ class ReducedContact:
         Only what is not linear is fitted, each answer by itself over its size; the linear part is exact in any case.
         wanted : by what all pull beyond their linear part, [(r,)], if the cells are not all there are
         """
-        pulls = self._pulls(np.array(answers))
+        pulls = self.nonlinear_pulls(np.array(answers))
         sums = pulls.sum(axis=0) if wanted is None else np.array(wanted)
         sizes = np.linalg.norm(sums, axis=1)
         pulls /= sizes[:, None]
@@ -465,7 +495,7 @@ class ReducedContact:
         chosen, weights = few_of(rows, target, tolerance)
         return ReducedContact(self.cells.take(chosen, weights), self.loads, self.law)
 
-    def _pulls(self, answers: np.ndarray) -> np.ndarray:
+    def nonlinear_pulls(self, answers: np.ndarray) -> np.ndarray:
         """Return what each cell adds to the gradient beyond its linear part at ``answers`` (s, r): (k, s, r)."""
         slopes, volumes, mu, lam = self.cells
         count = len(volumes)

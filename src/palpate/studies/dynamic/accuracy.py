@@ -18,17 +18,26 @@ from palpate.errors import NotConverged
 from palpate.files import read_arrays
 from palpate.linalg.multigrid import Factor
 from palpate.models.fem_statics import to_fine
+from palpate.models.reduced_motion import MotionInModes, ReducedMotion, misses, move
 from palpate.run.job import steps
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import compose
 from palpate.scenes.scene import RELAXED, Scene
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
-from palpate.studies.dynamic.fitted import Fitted, corrects, fit_correction, fit_shapes, fit_springs, moving_modes
+from palpate.studies.dynamic.fitted import (
+    Fitted,
+    InModes,
+    corrects,
+    fit_correction,
+    fit_shapes,
+    fit_springs,
+    moving_modes,
+)
 from palpate.studies.dynamic.forces import DYNAMIC_FORCE, LIMIT, curve, force_errors
 from palpate.studies.dynamic.reference import Reference
 from palpate.table_declaration import Table
 
-ORDERS = {"backward_euler": 1, "bdf2": 2, "reduced": 2}
+ORDERS = {"backward_euler": 1, "bdf2": 2}
 """Order of the steps of each integrator whose steps are long enough to matter; explicit ones take far shorter ones."""
 
 
@@ -58,7 +67,7 @@ def estimated(compared: ComparedScene, fitted: Fitted, steps: int, motion: Motio
         except NotConverged:
             return MotionEstimate()
     begin = perf_counter()
-    if own < len(compared.body.levels) - 1 or integrator == "reduced":
+    if own < len(compared.body.levels) - 1:
         of_mesh = mesh_residual(compared, own, motion)
     peak = np.linalg.norm(moved, axis=2).max()
     return MotionEstimate(float(np.hypot(of_step, of_mesh) / peak), seconds + perf_counter() - begin)
@@ -75,8 +84,12 @@ def twice_as_long(compared: ComparedScene, fitted: Fitted, steps: int, moved: np
 
 def change_of_step(longer: np.ndarray, shorter: np.ndarray, integrator: str) -> float:
     """Return the RMSE [m] between motions (f, n, 3) [m] at a step and at half of it, over 2ᵏ − 1 for order k."""
-    off = float(np.sqrt(np.mean(np.sum((longer - shorter) ** 2, axis=2))))
-    return off / (2.0 ** ORDERS[integrator] - 1.0)
+    return _rms(longer - shorter) / (2.0 ** ORDERS[integrator] - 1.0)
+
+
+def _rms(off: np.ndarray) -> float:
+    """Return the RMS of vectors (f, n_surface, 3)."""
+    return float(np.sqrt(np.mean(np.sum(off**2, axis=2))))
 
 
 def mesh_residual(compared: ComparedScene, level: int, motion: Motion) -> float:
@@ -105,7 +118,7 @@ def mesh_residual(compared: ComparedScene, level: int, motion: Motion) -> float:
 
 
 Grid = Mapping[str, Any]
-Tried = Iterator[tuple[int, Fitted, str]]
+Tried = Iterator[tuple[int, Fitted | InModes, str]]
 """Numbers of steps, what takes them, and what of its settings is not the usual one, such as "tolerance=0.1"."""
 STEP = "step"
 """What of a setting varies, of those that differ in the step alone; of others it is the name before the equals sign."""
@@ -146,12 +159,14 @@ def measure_both(
     names: Sequence[str] = (),
     progress: Callable = iter,
     limit: MotionTruth | None = None,
+    **known: Any,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate dynamic_accuracy.csv, a row a model and setting, and dynamic_force.csv.
 
     truth : the standard; limit : the truth that errors are from instead, where there is one that is believed
     lesson : the motion that models are fitted to, None if none is
     grid : by model, the values to try of its settings: ``dynamic.settings`` of the config
+    known : what ``moving_modes`` need not make
     names : the models to try, all that can do the scene if there is none; progress : wraps them, as ``tqdm`` does
     Columns: failures is also 1 for a model to which nothing could be fitted; times are without preparation. varied is
     what a setting changes: STEP or, at the same step, order, tolerance, gap, or place.
@@ -175,9 +190,8 @@ def measure_both(
         found |= limit.described(whole_s)
         rows = [_quadratic(limit, truth, number, whole_s) for number in range(len(limit.tried))]
     rows += [_tried(compared, truth, number, whole_s) for number in range(len(truth.tried))]
-    models = {
-        name: tried for name, tried in _models(compared, lesson, truth, grid).items() if not names or name in names
-    }
+    able = _models(compared, lesson, truth, grid, known)
+    models = {name: tried for name, tried in able.items() if not names or name in names}
     for name in progress(list(models)):
         try:
             # of a body with one level the coarse one is the reference's
@@ -197,7 +211,11 @@ def measure_both(
 
 
 def _models(
-    compared: ComparedScene, lesson: ComparedScene | None, truth: Reference, grid: Mapping[str, Grid]
+    compared: ComparedScene,
+    lesson: ComparedScene | None,
+    truth: Reference,
+    grid: Mapping[str, Grid],
+    known: dict[str, Any],
 ) -> dict[str, Callable[[], Tried]]:
     """Return the models that can do a scene: springs have no plasticity, and those of a sheet no volume.
 
@@ -210,7 +228,7 @@ def _models(
         found |= {name: partial(_relaxed, compared, name, tried) for name, tried in grid.get("relaxed", {}).items()}
     if corrects(compared):
         found["detail_correction"] = partial(_corrected, compared, grid["fem_coarse"])
-        found["moving_modes"] = partial(moving_modes, compared, lesson, grid["moving_modes"])
+        found["moving_modes"] = partial(moving_modes, compared, lesson, grid["moving_modes"], **known)
     if not lesson:
         return found
     learnt = lesson, truth.training
@@ -293,7 +311,9 @@ def _head(compared: ComparedScene, level: int, step_s: float, steps: int, varied
     return row | {"level": level, "nodes": compared.nodes(level), "step_s": step_s, "steps": steps, "failures": 0}
 
 
-def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted, varied: str) -> dict:
+def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted | InModes, varied: str) -> dict:
+    if isinstance(fitted, InModes):
+        return _row_in_modes(compared, truth, steps, fitted, varied)
     scene = fitted.scene(compared, steps)
     level = fitted.level % len(compared.body.levels)
     row = _head(compared, level, scene.step_s, steps, varied)
@@ -310,6 +330,40 @@ def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted, 
     forces = run.motion.instrument_forces()
     measured = _measured(moved, forces, truth, seconds, run.step_p95_s, steps, compared.duration_s)
     return row | measured | told._asdict() | {"offline_s": fitted.offline_s}
+
+
+def _row_in_modes(compared: ComparedScene, truth: Reference, steps: int, fitted: InModes, varied: str) -> dict:
+    row = _head(compared, -1, compared.duration_s / steps, steps, varied) | {"offline_s": fitted.offline_s}
+    if fitted.body is None:
+        return row | {"failures": 1}
+    fitted.body.at_rest.check(compared.body)
+    row |= {"level": fitted.body.at_rest.elements.level, "nodes": len(fitted.body.at_rest.elements.rest)}
+    motion = ReducedMotion(fitted.body, compared.placed_loads(), compared.rayleigh)
+    try:
+        found = move(motion, compared.duration_s, compared.frames, steps)
+        told = told_in_modes(compared, motion, found)
+    except NotConverged:
+        return row | {"failures": 1}
+    taken = float(found.seconds.sum()), float(np.percentile(found.seconds, 95))
+    return row | _measured(found.moved, truth.force[:0], truth, *taken, steps, compared.duration_s) | told._asdict()
+
+
+def told_in_modes(compared: ComparedScene, motion: ReducedMotion, found: MotionInModes) -> MotionEstimate:
+    """Estimate the error of a motion in modes: of its step as ``estimated``, and of what ``misses`` finds.
+
+    There is none where steps twice as long are not found.
+    """
+    begin, count = perf_counter(), compared.frames // 2
+    peak = np.linalg.norm(found.moved, axis=2).max()
+    if not count:
+        return MotionEstimate()
+    until = 2 * count * compared.duration_s / compared.frames
+    try:
+        longer = move(motion, until, count, len(found.reached) // compared.frames * count).moved
+    except NotConverged:
+        return MotionEstimate()
+    of_step = _rms(longer - found.moved[1::2][:count]) / 3.0  # the midpoint rule is of order 2
+    return MotionEstimate(float(np.hypot(of_step, misses(motion, found)) / peak), perf_counter() - begin)
 
 
 def _tried(compared: ComparedScene, truth: Reference, number: int, whole_s: float) -> dict:

@@ -120,10 +120,6 @@ class ComparedScene:
         integrator = "bdf2" if (order or self.order) == 2 else "backward_euler"
         return self._scene(self._elements(), integrator, steps, {"rayleigh": self.rayleigh})
 
-    def reduced(self, steps: int, modes: dict) -> Scene:
-        """Compose finite elements that move in ``modes``, the block ``reduced`` of a scene."""
-        return self._scene(self._elements(), "reduced", steps, {"rayleigh": self.rayleigh, "reduced": modes})
-
     def relaxed(self, steps: int, method: str, setting: dict) -> Scene:
         """Compose the same elements, relaxed one by one: ``setting`` is the block ``method`` of a scene."""
         return self._scene(self._elements(), method, steps, {"rayleigh": self.rayleigh, method: setting})

@@ -20,6 +20,7 @@ from palpate.files import read_arrays
 from palpate.run.job import steps
 from palpate.studies.dynamic.accuracy import STEP, measure
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
+from palpate.studies.dynamic.fitted import MadeModes
 from palpate.studies.dynamic.reference import reference
 from palpate.table_declaration import Table
 
@@ -122,6 +123,9 @@ def measure_places(
     steps = own["steps_per_frame"]
     grid = dict(grid) | {name: grid[name] | {"steps_per_frame": steps} for name in ("fem_coarse", "moving_modes")}
     grid["fem_coarse"] |= {"tolerances": [], "gaps": []}
+    grid["moving_modes"] |= {"tolerances": []}
+    made = MadeModes.of(compared, grid["moving_modes"])
+    modes_of_scene = made.at(compared, grid["moving_modes"], grid["moving_modes"]["missed"])
     rows = []
     for contact, moved in progress(list(moved_pushes(compared, own["places"], own["tilts_degrees"], seed).items())):
         try:
@@ -133,8 +137,9 @@ def measure_places(
             rows.append(pd.DataFrame({"scene": [compared.name], "body": compared.body.name, "contact": contact}))
             continue
         # beside the reference's own steps; nothing was fitted to another place
-        table = measure(moved, None, truth, grid, ("fem_coarse", "detail_correction", "moving_modes"), limit=limit)
-        rows.append(table[table["varied"] == STEP].assign(contact=contact, peak_m=truth.peak))
+        names, known = ("fem_coarse", "detail_correction", "moving_modes"), {"made": made, "other": modes_of_scene}
+        table = measure(moved, None, truth, grid, names, limit=limit, **known)
+        rows.append(table[table["varied"].isin([STEP, "place"])].assign(contact=contact, peak_m=truth.peak))
     return pd.concat(rows, ignore_index=True).reindex(columns=MEASURED)
 
 

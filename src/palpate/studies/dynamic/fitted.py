@@ -15,7 +15,8 @@ from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor
 from palpate.models.enrichment.detail_correction import NodalRotations
 from palpate.models.fem_statics import to_surface
-from palpate.models.reduced_body import ReducedBody
+from palpate.models.reduced_body import BodyAtRest, ReducedBody
+from palpate.models.reduced_motion import prepare
 from palpate.models.shape_matching import cubes
 from palpate.models.springs.fitness import volume_stiffness
 from palpate.models.springs.spring_motion import spring_model
@@ -188,38 +189,65 @@ def _pushes(compared: ComparedScene) -> list[dict]:
     return compared.loads.get("push", {}).get("loads", [])
 
 
-TOLERANCE = 1e-4
-"""Relative residual of a step; what the modes lack is more."""
+@dataclass(frozen=True)
+class MadeModes:
+    """A body at rest, whatever of it all places share, and the time that took [s]."""
+
+    at_rest: BodyAtRest
+    seconds: float
+
+    @classmethod
+    def of(cls, compared: ComparedScene, grid: Mapping[str, Any]) -> "MadeModes":
+        begin = perf_counter()
+        return cls(BodyAtRest(compared.body, grid["vibrations"]), perf_counter() - begin)
+
+    def at(self, compared: ComparedScene, grid: Mapping[str, Any], missed: float) -> ReducedBody:
+        """Reduce the body for the loads of ``compared``; NotConverged where cells do not suffice."""
+        return prepare(self.at_rest, compared.placed_loads(), compared.rayleigh, grid["bent"], missed)
+
+
+@dataclass(frozen=True)
+class InModes:
+    """A reduced body, or none where that failed, and what its preparation took [s]."""
+
+    body: ReducedBody | None
+    offline_s: float
 
 
 def moving_modes(
-    compared: ComparedScene, lesson: ComparedScene | None, grid: Mapping[str, Any]
-) -> Iterator[tuple[int, Fitted, str]]:
-    """Yield steps in modes for the pushes of ``compared``, then, at the middle step, in modes for those of ``lesson``.
+    compared: ComparedScene,
+    lesson: ComparedScene | None,
+    grid: Mapping[str, Any],
+    made: MadeModes | None = None,
+    other: ReducedBody | None = None,
+) -> Iterator[tuple[int, InModes, str]]:
+    """Yield steps in modes for the pushes of ``compared``, then, at the middle step, other cells and another place.
 
     Nothing is learnt: of the lesson's motion its places are taken alone, to see what a push elsewhere comes to.
+    made, other : the body at rest, and its modes for another place, if they are known; otherwise made of the lesson
     """
-    modes = {key: grid[key] for key in ("vibrations", "bent", "coarsened")}
-    own = _prepared(compared, modes)
-    for count in grid["steps_per_frame"]:
+    made, counts = made or MadeModes.of(compared, grid), grid["steps_per_frame"]
+    middle = counts[len(counts) // 2] * compared.frames
+
+    def prepared(there: ComparedScene, missed: float) -> InModes:
+        begin = perf_counter()
+        try:
+            body = made.at(there, grid, missed)
+        except NotConverged:
+            body = None
+        return InModes(body, made.seconds + perf_counter() - begin)
+
+    own = prepared(compared, grid["missed"])
+    for count in counts:
         yield count * compared.frames, own, ""
-    here, there = (_places(each) if each else [] for each in (compared, lesson))
-    if there and there != here:
-        middle = grid["steps_per_frame"][len(grid["steps_per_frame"]) // 2]
-        yield middle * compared.frames, _prepared(compared, modes | {"places": there}), "place=another"
+    for missed in grid["tolerances"]:
+        yield middle, prepared(compared, missed), f"tolerance={missed:g}"
+    if other is not None:
+        yield middle, InModes(other, made.seconds + other.seconds), "place=another"
+    elif lesson is not None and _places(lesson) and _places(lesson) != _places(compared):
+        yield middle, prepared(lesson, grid["missed"]), "place=another"
 
 
 def _places(compared: ComparedScene) -> list[dict]:
     """List the discs that are pushed."""
     return [{key: push[key] for key in ("at_m", "radius_m")} for push in _pushes(compared)]
-
-
-def _prepared(compared: ComparedScene, modes: dict) -> Fitted:
-    """Make the modes once, to see how long that takes."""
-
-    def in_modes(compared: ComparedScene, steps: int) -> Scene:
-        return replace(compared.reduced(steps, modes), tolerance=TOLERANCE)
-
-    begin, scene = perf_counter(), compared.reduced(compared.frames, modes)
-    ReducedBody.of(compose(scene, compared.particles(-1)), scene.integration["reduced"])
-    return Fitted(in_modes, compared.body.material.young_pa, perf_counter() - begin, level=-1)

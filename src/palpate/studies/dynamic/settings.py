@@ -65,7 +65,12 @@ class MovingModes(Block):
     steps_per_frame: Some[Count] = key(STEPS_HELP, [1, 2, 4])
     vibrations: Index = key("Vibration modes, slowest first", 10)
     bent: Index = key("How many of them get modes of second order, with those of each load", 3)
-    coarsened: Index = key("Levels by which the cells that energy is taken from are coarser than the elements", 1, le=1)
+    missed: Inside = key(
+        "By how much the few cells that energy is taken from may misplace the body in motions held out, of its "
+        "displacement",
+        0.02,
+    )
+    tolerances: Distinct[Inside] = key("Other values of that, tried with the middle number of steps", [0.1])
 
 
 class Springs(Block):
@@ -120,8 +125,8 @@ class Families(Block):
     fem_coarse: FemCoarse = key("Finite elements on the coarse level, stepped implicitly", {})
     fem_fine: FemFine = key("Finite elements on the reference's level, with looser residuals and other steps", {})
     moving_modes: MovingModes = key(
-        "The reference's level in vibration modes and modes of the places that are pushed, and once in those of the "
-        "places of the training instead; for held bodies under gravity and pushes",
+        "The limit of quadratic elements in vibration modes and modes of the places that are pushed, and once in those "
+        "of the places of the training instead; for held bodies under gravity and pushes",
         {},
     )
     relaxed: Relaxed = key(

@@ -169,7 +169,6 @@ _SPRINGS = {"springs": {}, "volume": None, "kelvin": {"ratio": 0.1}}
 _SHEET = {"triangles": {}, "bending": {}, "rayleigh": {"mass_1_s": 2.0, "stiffness_s": 0.0}}
 FEM: dict[str, Described] = {"fem_implicit": ("backward_euler", _ELEMENTS)}
 SECOND: dict[str, Described] = {"fem_bdf2": ("bdf2", _ELEMENTS)}
-REDUCED: dict[str, Described] = {"fem_in_modes": ("reduced", _ELEMENTS)}
 SPRINGS: dict[str, Described] = {"springs_implicit": ("backward_euler", _SPRINGS)}
 EXPLICIT: dict[str, Described] = {
     "springs_explicit": ("symplectic_euler", _SPRINGS),
@@ -177,7 +176,7 @@ EXPLICIT: dict[str, Described] = {
 }
 SHAPES = {f"shapes_{mode}": _shapes(mode) for mode in ("rigid", "linear", "quadratic")}
 SHEETS: dict[str, Described] = {"sheet_implicit": ("backward_euler", _SHEET)}
-MODELS = FEM | SECOND | REDUCED | SPRINGS | EXPLICIT | SHAPES | SHEETS
+MODELS = FEM | SECOND | SPRINGS | EXPLICIT | SHAPES | SHEETS
 """Integrator and effects of each model."""
 
 

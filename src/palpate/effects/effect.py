@@ -21,6 +21,8 @@ import numpy as np
 if TYPE_CHECKING:
     import pandas as pd
 
+    from palpate.collision.contact.instrument_contact import InstrumentContact
+
 Hook = TypeVar("Hook")
 
 
@@ -167,6 +169,16 @@ class Touching(Protocol):
         """
 
 
+class Instrumented(Protocol):
+    """Contact with instruments that a motion in few coordinates can take for itself, on a part of the surface."""
+
+    def instruments_on(self, nodes: np.ndarray) -> "InstrumentContact":
+        """Return the contact of the surface's ``nodes`` (k,); InputError if there is more that can be touched.
+
+        From then on steps, their work and their reactions are those of whoever asked.
+        """
+
+
 class Relaxation(Protocol):
     """Inner variables, such as plastic strain."""
 
@@ -238,7 +250,7 @@ class Contacts(Protocol):
 
 HOOKS: tuple[type, ...] = (
     Force, Energy, Load, Couples, Stiffness, Damping, Proportional, Time, FixedNodes, HeldNodes, Projection,
-    Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Relaxation, Goals, Weight, Observation, Contacts,
+    Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Instrumented, Relaxation, Goals, Weight, Observation, Contacts,
 )  # fmt: skip
 """All hooks."""
 

@@ -70,6 +70,7 @@ INTEGRATORS = {
     "backward_euler": "palpate.solvers.backward_euler",
     "bdf2": "palpate.solvers.bdf2",
     "reduced": "palpate.models.reduced_motion",
+    "touching": "palpate.models.touching_motion",
     "goal_position": "palpate.solvers.goal_position",
 }
 

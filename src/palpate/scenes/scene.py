@@ -11,6 +11,8 @@ if TYPE_CHECKING:
 
 REDUCED = {"vibrations": 10, "bent": 3, "coarsened": 0}
 """What a reduced motion has if the scene does not say."""
+TOUCHING = {"vibrations": 10, "modes": 90, "states": 40, "thinning": 0.03, "tolerance": 4e-3}
+"""The same of a motion in modes of strokes."""
 
 
 @dataclass(frozen=True)
@@ -48,14 +50,15 @@ class Scene:
 
     @property
     def integration(self) -> dict:
-        """The settings of the integrator: its tolerance and, of a reduced motion, the modes.
+        """The settings of the integrator: its tolerance and, of motions in modes, these.
 
         A reduced motion that names no places has modes for those of the scene's pushes.
         """
         reduced = dict(self.settings.get("reduced", {}))
         pushed = self.settings.get("push", {}).get("loads", [])
         reduced.setdefault("places", [{key: load[key] for key in ("at_m", "radius_m")} for load in pushed])
-        return {"tolerance": self.tolerance, "reduced": REDUCED | reduced}
+        touching = TOUCHING | self.settings.get("touching", {})
+        return {"tolerance": self.tolerance, "reduced": REDUCED | reduced, "touching": touching}
 
     @property
     def entry(self) -> dict:

@@ -157,6 +157,14 @@ class Reduced(Block):
     places: list[Disc] = optional("Discs that modes are made for; those of the scene's pushes if left out")
 
 
+class Touching(Block):
+    vibrations: Index = key("Vibration modes, slowest first", 10)
+    modes: Count = key("Modes of the motions that strokes beside the path show, strongest first", 90)
+    states: Count = key("At how many of these motions few elements pull as all do", 40)
+    thinning: Fraction = key("How nearly they do, relative; 0 keeps all elements", 0.03)
+    tolerance: Positive = key("A step is found where another would gain less than its square of the energy", 4e-3)
+
+
 class Kelvin(Block):
     ratio: NotNegative = key("Share of critical damping", 0.1)
 
@@ -178,7 +186,7 @@ class Scene(Block):
     others: list[Other] = optional("More bodies; with finite elements of any materials, else of the same stiffness")
     start: Literal["rest", "inverted", "random", "plane", "line", "point"] = key("Where it begins", "rest")
     effects: str | Some[str] = key("What acts, by name, or auto for what the scene calls for", "auto")
-    integrator: Literal["symplectic_euler", "backward_euler", "bdf2", "reduced", "goal_position"] = key(
+    integrator: Literal["symplectic_euler", "backward_euler", "bdf2", "reduced", "touching", "goal_position"] = key(
         "How time is stepped"
     )
     step_s: Positive = key("Time step [s]")
@@ -204,6 +212,7 @@ class Scene(Block):
     )
     rayleigh: Rayleigh = optional("Damping in proportion to mass and stiffness")
     reduced: Reduced = optional("Modes that finite elements move in, of integrator reduced")
+    touching: Touching = optional("Modes that finite elements move in, of integrator touching")
     kelvin: Kelvin = optional("Dampers beside the springs")
     maxwell: Maxwell = optional("Springs that relax, beside the springs")
     velocity_damping: VelocityDamping = optional("Damping in proportion to velocity")

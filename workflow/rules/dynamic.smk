@@ -85,11 +85,29 @@ if TRUE:
             "../job.py"
 
 
+rule simulate_strokes:
+    input:
+        body=body_of_compared,
+    output:
+        strokes=f"{TRIAL}/{{model}}.npz",
+    wildcard_constraints:
+        model="path_modes|region_modes",
+    log:
+        "results/logs/dynamic/{scene}/simulate_strokes_{model}.log",
+    params:
+        **calls("palpate.studies.dynamic.strokes:simulate_strokes", ["palpate.effects"]),
+        compared=shown_of,
+        region=region_of,
+    script:
+        "../job.py"
+
+
 rule measure_dynamic:
     input:
         body=body_of_compared,
         reference=f"{TRIAL}/reference.npz",
         truth=truth_of_compared,
+        strokes=strokes_of_compared,
     output:
         f"{TRIAL}/accuracy.csv",
     log:
@@ -99,6 +117,8 @@ rule measure_dynamic:
         **calls("palpate.studies.dynamic.accuracy:measure_dynamic", by_name),
         compared=compared_of,
         settings=settings_of_compared,
+        stroked=lambda wildcards: stroked(wildcards.scene),
+        seed=config["seed"],
     script:
         "../job.py"
 

@@ -170,7 +170,12 @@ class Touching(Protocol):
 
 
 class Instrumented(Protocol):
-    """Contact with instruments that a motion in few coordinates can take for itself, on a part of the surface."""
+    """Contact with instruments that a motion in few coordinates can take for itself, on a part of the surface.
+
+    settings : the block that it is made of
+    """
+
+    settings: dict
 
     def instruments_on(self, nodes: np.ndarray) -> "InstrumentContact":
         """Return the contact of the surface's ``nodes`` (k,); InputError if there is more that can be touched.

@@ -128,8 +128,18 @@ def cells_of(elastic: LinearElements, modes: np.ndarray) -> Cells:
     return Cells(np.ascontiguousarray(slopes), elastic.volumes, *moduli)
 
 
-def reach_of(system: System, strokes: Sequence[Sequence[Obstacle]], margin_m: float, until_s: float) -> np.ndarray:
-    """Return the surface nodes (p,) that the instruments of any of ``strokes`` come near."""
+def reach_of(system: System, paths: Sequence[tuple[Sequence[Obstacle], float]], margin_m: float) -> np.ndarray:
+    """Return the surface nodes (p,) that come within ``margin_m`` [m] of instruments until some time [s] each."""
     nodes, triangles = system.particles.nodes, system.particles.triangles
-    found = [reachable(nodes, triangles, obstacles, margin_m, until_s) for obstacles in strokes]
+    found = [reachable(nodes, triangles, obstacles, margin_m, until_s) for obstacles, until_s in paths]
     return np.unique(np.concatenate(found))
+
+
+def belongs(body: StrokeModes, system: System) -> bool:
+    """Tell whether modes are those of a system's body: its mass and its stiffness at rest are what they say."""
+    if len(body.modes) != 3 * len(system.masses):
+        return False
+    motion = body.modes.sum(axis=1)
+    stiff = float(motion @ (stiffness_at_rest(system) @ motion))
+    heavy = float(motion @ (np.repeat(system.masses * system.free, 3) * motion))
+    return bool(np.isclose(stiff, body.count, rtol=1e-4) and np.isclose(heavy, body.masses.sum(), rtol=1e-4))

@@ -10,7 +10,8 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.collision.contact import barrier_contact
-from palpate.effects.effect import Instrumented
+from palpate.collision.contact.obstacles import Obstacle
+from palpate.effects.effect import Contacts, Instrumented
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.backward_euler import BackwardEuler
 from palpate.solvers.system import System
@@ -114,6 +115,16 @@ def _turned(axis: np.ndarray, angle: float) -> np.ndarray:
     """Return the rotation (3, 3) about a unit ``axis`` by Rodrigues' formula."""
     cross = np.cross(np.eye(3), axis).T
     return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+
+
+def duration_of(contact: Mapping) -> float:
+    """Return when the last instrument of a block ``contact`` stops [s]."""
+    return max((float(tool["times_s"][-1]) for tool in contact["instruments"] if tool.get("times_s")), default=0.0)
+
+
+def obstacles_of(system: System, contact: Mapping) -> Sequence[Obstacle]:
+    """Return the instruments of a block ``contact``."""
+    return of_contact(system, contact).offering(Contacts)[0][1].obstacles
 
 
 def of_contact(system: System, contact: Mapping) -> System:

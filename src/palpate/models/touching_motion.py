@@ -5,6 +5,7 @@ contact's own second derivatives.
 """
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numba
@@ -16,7 +17,6 @@ from palpate.collision.contact.instrument_contact import (
     InstrumentContact,
     Rubbing,
     least_gap,
-    no_rubbing,
     press,
     stiffen,
 )
@@ -25,7 +25,7 @@ from palpate.effects.linear_elements import LinearElements, energy_and_force
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor
 from palpate.models import strokes
-from palpate.models.stroke_modes import StrokeModes, learn, reach_of, stiffness_at_rest
+from palpate.models.stroke_modes import StrokeModes, belongs, learn, reach_of, stiffness_at_rest
 from palpate.solvers.system import System
 
 MARGIN_M = 0.012
@@ -160,12 +160,37 @@ def minimise(q, inertia, centre, share, outer, inverse, body, local, tools, sten
 
 
 def make(system: System, settings: dict) -> "TouchingMotion":
-    """Make the integrator with modes of strokes, as ``settings["touching"]`` describes them (see ``learn``).
+    """Make the integrator with the modes ``settings["touching"]["learnt"]``, or those that ``prepare`` finds.
 
-    Without motions ``shown`` (s, n, 3) [m] it simulates those of the path's neighbours; ``reached`` are strokes, blocks
-    contact, that it may be asked to follow besides the path of the scene.
+    InputError as ``prepare``, and for modes of another body.
+    """
+    contact, asked = _contact_of(system), settings["touching"]
+    body = asked.get("learnt") or prepare(system, asked)
+    if not belongs(body, system):
+        raise InputError(f"its modes are not those of {system.particles.name}; prepare them for this body.")
+    return TouchingMotion(system, body, contact.instruments_on(body.reach), asked["tolerance"])
+
+
+def prepare(
+    system: System, asked: dict, shown: np.ndarray | None = None, passing: Sequence[Mapping] | None = None
+) -> StrokeModes:
+    """Find the modes that ``asked``, the block ``touching`` of a scene, describes (see ``learn``).
+
+    shown : (s, n, 3) [m] motions to learn from; those of finite elements on the path's neighbours if there are none
+    passing : blocks contact; nodes are in reach that their instruments or the scene's pass
     InputError for an effect that it does not know, a body that nothing holds, and contact of bodies.
     """
+    own = _contact_of(system).settings
+    near = strokes.neighbours(own) if passing is None else passing
+    until = strokes.duration_of(own)
+    if shown is None:
+        shown = strokes.shown(system, near, until)
+    paths = [(strokes.obstacles_of(system, each), strokes.duration_of(each)) for each in (own, *near)]
+    return learn(system, np.asarray(shown, dtype=float), reach_of(system, paths, MARGIN_M), asked)
+
+
+def _contact_of(system: System) -> Instrumented:
+    """Return the contact of the one body there is; errors as ``prepare``."""
     if not isinstance(system.elastic, LinearElements):
         raise InputError("it needs finite elements, as modes of strokes are theirs; choose another integrator.")
     for name, effect in list(system.effects.items())[1:]:
@@ -175,19 +200,12 @@ def make(system: System, settings: dict) -> "TouchingMotion":
                 f"scene has {name}; leave that out, or choose backward_euler."
             )
     if system.free.all():
-        raise InputError("it needs a body that is held, as one that is not drifts out of all modes.")
-    contacts = [effect for _, effect in system.offering(Instrumented)]
-    if len(contacts) != 1:
+        raise InputError("it needs a body that is held, as one that is not drifts out of all modes; hold it.")
+    found = [effect for _, effect in system.offering(Instrumented)]
+    if len(found) != 1:
         raise InputError("it is for a body that instruments touch; choose bdf2 or, for pushes, reduced.")
-    own, asked = contacts[0].settings, dict(settings["touching"])
-    contacts[0].instruments_on(np.empty(0, dtype=int))  # refuses bodies that touch
-    shown, near = asked.pop("shown", None), strokes.neighbours(own)
-    until = max(tool["times_s"][-1] for tool in own["instruments"] if tool.get("times_s"))
-    if shown is None:
-        shown = strokes.shown(system, near, until)
-    passing = [vars(strokes.of_contact(system, each).effects["contact"])["obstacles"] for each in [own, *asked.pop("reached", near)]]
-    body = learn(system, np.asarray(shown, dtype=float), reach_of(system, passing, MARGIN_M, until), asked)
-    return TouchingMotion(system, body, contacts[0].instruments_on(body.reach), asked["tolerance"])
+    found[0].instruments_on(np.empty(0, dtype=int))  # refuses bodies that touch
+    return found[0]
 
 
 class _State(NamedTuple):
@@ -233,9 +251,18 @@ class TouchingMotion:
         self._work = (*np.zeros((2, len(used), 3)), *np.zeros((2, count, 3)))
         still = np.zeros(body.count)
         self._now = self._before = _State(still, still, still)
+        self._points = self._points_before = np.vstack([nodes[body.reach], contact.at(0.0)])
         self._length, self._floor, self._last = 0.0, FAINTEST_J, None
         self._inverse, self._scaled = np.empty((0, 0)), (still, 0.0)
         self._factors: dict[float, Factor] = {}
+        self._compile()
+
+    def _compile(self) -> None:
+        """Call what a step calls, without a step, as the first call of each takes seconds."""
+        one, rubbing = np.ones(self.body.count), self.contact.rubbing(self._points, self._points, 1.0)
+        touching = self._local, self.contact.at(0.0), self.contact.stencils, rubbing, self._work
+        minimise(0.0 * one, one, 0.0 * one, 1.0, 0.0 * one, np.diag(one), self._body, *touching, FAINTEST_J, 1.0, 0)
+        least_gap(self.contact.stencils, self._points)
 
     @property
     def megabytes(self) -> float:
@@ -261,23 +288,23 @@ class TouchingMotion:
         lag = self._beta / reach
         inertia = self.body.masses * (1.0 / reach**2 + self._alpha / reach)
         centre = base.q + self.body.masses / reach * base.w / inertia
-        tools, old = contact.at(end), contact.at(end - h)
-        seen = self._points(now.q, old)
-        start = self._points(base.q, old + share * (old - contact.at(end - 2.0 * h))) if second else seen
+        tools, seen = contact.at(end), self._points
+        start = seen + share * (seen - self._points_before)
         self._rescale(inertia, 1.0 + lag)
         q, rubbing = now.q + h * now.w, contact.rubbing(seen, start, reach)
         for number in range(PASSES):
             if number:
                 if not (contact.coefficient and self._work[3].any()):
                     break
-                rubbing = contact.rubbing(self._work[2].copy(), start, reach)
+                rubbing = contact.rubbing(self._work[2], start, reach)
             g, energy = self._found(q, inertia, centre, 1.0 + lag, lag * base.g, tools, rubbing)
+        self._points, self._points_before = self._work[2].copy(), seen
         self._floor = max(self._floor, LEAST * energy)
         self._last = now.q, before.q, base.w, reach, share
         self._before, self._now, self._length = now, _State(q, (q - base.q) / reach, g), h
         forces = self._work[3]
         contact.reactions = np.array([forces[r].sum(axis=0) for r in contact.ranges])
-        contact.work_j -= float(np.vdot(forces[len(self._local) :], tools - old))
+        contact.work_j -= float(np.vdot(forces[len(self._local) :], tools - seen[len(self._local) :]))
 
     def _found(
         self,
@@ -304,7 +331,7 @@ class TouchingMotion:
                 f"tolerance {self._tolerance:.0e}; take shorter steps",
                 [float(left)],
             )
-        least = least_gap(self.contact.stencils, self._work[2])
+        least = least_gap(self.contact.stencils, self._work[2]) if self._work[3].any() else 1.0
         if not least > SOFT:
             raise NotConverged(
                 f"an instrument has pressed {least:.2g} of the gap together, and contact in modes is believed above "
@@ -312,12 +339,6 @@ class TouchingMotion:
                 [least],
             )
         return g, energy
-
-    def _points(self, q: np.ndarray, tools: np.ndarray) -> np.ndarray:
-        """Return the contact's points (k + p, 3) [m] at ``q`` (r,), those of the instruments being ``tools`` (p, 3)."""
-        phi, rest = self._body[:2]
-        rows = (3 * self._local[:, None] + np.arange(3)).ravel()
-        return np.vstack([(rest[rows] + phi[rows] @ q).reshape(-1, 3), tools])
 
     def _rescale(self, inertia: np.ndarray, share: float) -> None:
         """Keep what was learnt of the elastic Hessian where the length or the order of steps changes."""

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 REDUCED = {"vibrations": 10, "bent": 3, "coarsened": 0}
 """What a reduced motion has if the scene does not say."""
-TOUCHING = {"vibrations": 10, "modes": 90, "states": 40, "thinning": 0.03, "tolerance": 4e-3}
+TOUCHING = {"vibrations": 10, "modes": 75, "states": 40, "thinning": 0.03, "tolerance": 6e-3}
 """The same of a motion in modes of strokes."""
 
 

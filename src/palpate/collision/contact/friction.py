@@ -4,7 +4,7 @@ import numba
 import numpy as np
 
 from palpate.collision.contact.barrier import acts, barrier, mollifier
-from palpate.collision.triangles.closest_points import closest_points
+from palpate.collision.triangles.closest_points import boxes_apart, closest, separation
 
 
 class LaggedFriction:
@@ -23,12 +23,8 @@ class LaggedFriction:
     """
 
     def __init__(self, stencils: tuple, x: np.ndarray, friction: float, slip_m: float, start: np.ndarray):
-        kinds, nodes, offsets, scales, mollify, gap, soft = stencils
-        distance, weights, normals = closest_points(kinds, nodes, x)
-        forces = _normal_forces(nodes, (distance - offsets) / gap, scales, mollify, soft, x)
-        self.rows = np.flatnonzero(forces > 0.0)
-        self.nodes, self.weights, self.normals = nodes[self.rows], weights[self.rows], normals[self.rows]
-        self.forces, self.limits = forces[self.rows], friction * forces[self.rows]
+        self.rows, self.nodes, self.weights, self.normals, self.forces = pressing(*stencils, x)
+        self.limits = friction * self.forces
         self._state = (self.nodes, self.weights, self.normals, self.limits, slip_m)
         self._start = start.copy()
 
@@ -49,12 +45,24 @@ class LaggedFriction:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _normal_forces(nodes, levels, scales, mollify, soft, x):
-    gradient, forces = np.empty((4, 3)), np.zeros(len(nodes))
-    for k in range(len(nodes)):
-        if acts(levels[k], soft, 1.0):
-            forces[k] = -scales[k] * mollifier(x, nodes[k], mollify[k], gradient)[0] * barrier(levels[k], soft)[1]
-    return forces
+def pressing(kinds, nodes, offsets, scales, mollify, gap, soft, x):
+    """Return rows (a,), nodes (a, 4), weights (a, 4), normals (a, 3) and forces (a,) [N] of the stencils that press."""
+    count, gradient = 0, np.empty((4, 3))
+    rows, weights = np.empty(len(kinds), np.int64), np.empty((len(kinds), 4))
+    normals, forces = np.empty((len(kinds), 3)), np.empty(len(kinds))
+    for k in range(len(kinds)):
+        if boxes_apart(kinds[k], x, nodes[k], offsets[k] + gap):
+            continue
+        distance, _ = closest(kinds[k], x, nodes[k], weights[count])
+        s = (distance - offsets[k]) / gap
+        if not acts(s, soft, distance):
+            continue
+        force = -scales[k] * mollifier(x, nodes[k], mollify[k], gradient)[0] * barrier(s, soft)[1]
+        if force > 0.0:
+            normals[count] = np.array(separation(x, nodes[k], weights[count])) / distance
+            rows[count], forces[count] = k, force
+            count += 1
+    return rows[:count], nodes[rows[:count]], weights[:count].copy(), normals[:count], forces[:count]
 
 
 @numba.njit(cache=True)

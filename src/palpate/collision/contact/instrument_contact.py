@@ -12,7 +12,6 @@ import numpy as np
 
 from palpate.collision.contact import barrier, friction
 from palpate.collision.contact.barrier import Surface, stencils, thresholds
-from palpate.collision.contact.friction import LaggedFriction
 from palpate.collision.contact.obstacles import Obstacle
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, boxes_apart, closest, closest_points
 
@@ -34,11 +33,6 @@ class Rubbing(NamedTuple):
     limits: np.ndarray
     slip: float
     start: np.ndarray
-
-
-def no_rubbing(count: int) -> Rubbing:
-    """Return friction that is none, of so many points."""
-    return Rubbing(np.empty((0, 4), np.int64), np.empty((0, 4)), np.empty((0, 3)), np.empty(0), 1.0, np.zeros((count, 3)))
 
 
 class InstrumentContact:
@@ -81,6 +75,8 @@ class InstrumentContact:
         scales = pulling.sum(axis=1) / np.maximum((pulling > 0.0).sum(axis=1), 1)
         mollify = thresholds(kinds, corners, points)
         self.stencils = kinds, corners, offsets, scales, mollify, gap_m, SOFT
+        none = np.empty((0, 4), np.int64), np.empty((0, 4)), np.empty((0, 3)), np.empty(0)
+        self._unrubbed = Rubbing(*none, 1.0, np.zeros_like(points))
 
     @property
     def count(self) -> int:
@@ -104,13 +100,9 @@ class InstrumentContact:
     def rubbing(self, points: np.ndarray, start: np.ndarray, reach: float) -> Rubbing:
         """Return friction with the contacts at ``points`` (k + p, 3) [m], against motion from ``start`` in ``reach`` [s]."""
         if not self.coefficient:
-            return no_rubbing(self.count)
-        near = near_of(*self.stencils, points)
-        kinds, nodes, offsets, scales, mollify, gap, soft = self.stencils
-        chosen = kinds[near], nodes[near], offsets[near], scales[near], mollify[near], gap, soft
-        slip = self.slip_m_s * reach
-        lagged = LaggedFriction(chosen, points, self.coefficient, slip, start)
-        return Rubbing(lagged.nodes, lagged.weights, lagged.normals, lagged.limits, slip, np.ascontiguousarray(start))
+            return self._unrubbed
+        _, nodes, weights, normals, forces = friction.pressing(*self.stencils, points)
+        return Rubbing(nodes, weights, normals, self.coefficient * forces, self.slip_m_s * reach, start)
 
     def strays(self, x: np.ndarray, t: float) -> bool:
         """Tell whether a node (n, 3) [m] that is not among ``nodes`` is inside an instrument at the time ``t`` [s]."""
@@ -124,7 +116,7 @@ def distances(places: np.ndarray, obstacle: Obstacle, t: float) -> np.ndarray:
     points = np.vstack([places, obstacle.at(t)])
     nodes = np.column_stack([np.repeat(np.arange(count), len(triangles)), np.tile(triangles + count, (count, 1))])
     found = closest_points(np.full(len(nodes), POINT_TRIANGLE), nodes, points)[0]
-    return found.reshape(count, -1).min(axis=1)
+    return found.reshape(count, len(triangles)).min(axis=1)
 
 
 def _pairs(own: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -124,6 +124,10 @@ class ComparedScene:
         """Compose finite elements that move in ``modes``, the block ``reduced`` of a scene."""
         return self._scene(self._elements(), "reduced", steps, {"rayleigh": self.rayleigh, "reduced": modes})
 
+    def touching(self, steps: int, modes: dict) -> Scene:
+        """Compose finite elements that move in modes of strokes, the block ``touching`` of a scene."""
+        return self._scene(self._elements(), "touching", steps, {"rayleigh": self.rayleigh, "touching": modes})
+
     def _elements(self) -> list[str]:
         elastic = ["triangles", "bending"] if self.thickness_m else [effect_registry.of_law(self.body.material.law)]
         return [*elastic, "rayleigh"]

@@ -7,7 +7,7 @@ from pydantic import ConfigDict, Field
 
 from palpate.errors import InputError
 from palpate.scenes.scene_check import check_instruments, check_loads
-from palpate.scenes.settings import Gravity, Instrument, Other, Push
+from palpate.scenes.settings import Gravity, Instrument, Other, Push, Touching
 from palpate.setting_types import (
     KEPT,
     Block,
@@ -69,6 +69,17 @@ class ShapeMatching(Block):
     evaluations: Evaluations = key(EVALUATIONS, 200)
 
 
+class PathModes(Touching):
+    steps_per_frame: Some[Count] = key(STEPS_HELP, [4, 8])
+
+
+class RegionModes(PathModes):
+    modes: Count = key("As for path_modes", 220)
+    states: Count = key("As for path_modes", 60)
+    half_width_m: Positive = key("How far the region reaches from the middle of the path to each side [m]", 0.05)
+    strokes: Count = key("Random strokes of the region that modes are learnt from", 24)
+
+
 class Families(Block):
     fem_coarse: FemCoarse = key("Finite elements on the coarse level, stepped implicitly", {})
     fem_fine: FemFine = key("Finite elements on the reference's level, with looser residuals and other steps", {})
@@ -76,6 +87,12 @@ class Families(Block):
         "The reference's level in vibration modes and modes of the places that are pushed, and once in those of the "
         "places of the training instead; for held bodies under gravity and pushes",
         {},
+    )
+    path_modes: PathModes = key(
+        "The reference's level in modes of strokes beside the instrument's path; of scenes that name it", {}
+    )
+    region_modes: RegionModes = key(
+        "The same in modes of random strokes of the region, which need not be those of the path", {}
     )
     springs: Springs = key(
         "Springs with and without a volume force, explicit, fitted at the longest of their steps", {}
@@ -123,7 +140,8 @@ class Followed(Block):
     )
     models: Some[
         Literal[
-            "fem_coarse", "fem_fine", "detail_correction", "moving_modes", "springs", "springs_volume", "shape_matching"
+            "fem_coarse", "fem_fine", "detail_correction", "moving_modes", "path_modes", "region_modes", "springs",
+            "springs_volume", "shape_matching",
         ]
     ] = optional("Models that are tried beside the reference's; all that can do the scene if left out")
     settings: Annotated[Families, KEPT] = optional("What its models are tried with instead")

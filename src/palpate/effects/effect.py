@@ -14,14 +14,12 @@ Arguments are the same everywhere: positions ``x`` (n, 3) [m] and velocities ``v
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeGuard, TypeVar
 
 import numpy as np
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from palpate.collision.contact.instrument_contact import InstrumentContact
 
 Hook = TypeVar("Hook")
 
@@ -177,8 +175,8 @@ class Instrumented(Protocol):
 
     settings: dict
 
-    def instruments_on(self, nodes: np.ndarray) -> "InstrumentContact":
-        """Return the contact of the surface's ``nodes`` (k,); InputError if there is more that can be touched.
+    def instruments_on(self, nodes: np.ndarray) -> Any:
+        """Return the InstrumentContact of the surface's ``nodes`` (k,); InputError if more than that can be touched.
 
         From then on steps, their work and their reactions are those of whoever asked.
         """

@@ -11,7 +11,7 @@ import numpy as np
 from palpate.bodies.particles import Particles
 from palpate.collision.contact import barrier_contact
 from palpate.collision.contact.obstacles import Obstacle
-from palpate.effects.effect import Contacts, Instrumented
+from palpate.effects.effect import Contacts, Instrumented, Placement
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.backward_euler import BackwardEuler
 from palpate.solvers.system import System
@@ -134,19 +134,17 @@ def of_contact(system: System, contact: Mapping) -> System:
     return System(particles, system.effects | {name: barrier_contact.make(particles, dict(contact), None)})
 
 
-def moved(system: System, steps: int, step_s: float, tolerance: float, each: Callable = lambda x: None) -> np.ndarray:
-    """Step a system from rest by backward Euler; return displacements (steps, n, 3) [m]. NotConverged as that.
-
-    each : is called with the positions at the end of each step, when contact knows its reactions
-    """
+def moved(system: System, steps: int, step_s: float, tolerance: float) -> np.ndarray:
+    """Step a system from rest by backward Euler; return displacements (steps, n, 3) [m]. NotConverged as that."""
     integrator = BackwardEuler(system, tolerance)
     x = system.particles.nodes.copy()
+    for _, effect in system.offering(Placement):
+        x = effect.place(x)
     v, shown = np.zeros_like(x), np.empty((steps, *x.shape))
     for number in range(steps):
         system.at((number + 1) * step_s)
         x, v = integrator.step(x, v, step_s)
         system.relax(x, step_s)
-        each(x)
         shown[number] = x - system.particles.nodes
     return shown
 
@@ -154,12 +152,13 @@ def moved(system: System, steps: int, step_s: float, tolerance: float, each: Cal
 def shown(system: System, contacts: Sequence[Mapping], duration_s: float, progress: Callable = iter) -> np.ndarray:
     """Return the displacements (s, n, 3) [m] of all steps in which finite elements follow strokes.
 
-    A stroke that they do not find is left out; NotConverged if those are more than LEAST_SHARE leaves.
+    A body that a stroke begins in is pushed out of it. A stroke that they do not find is left out; NotConverged if those are more than LEAST_SHARE leaves.
     """
     found, steps = [], max(1, round(duration_s / STEP_S))
     for contact in progress(list(contacts)):
         try:
-            found.append(moved(of_contact(system, contact), steps, duration_s / steps, TOLERANCE))
+            stroked = of_contact(system, dict(contact) | {"push_out": True})
+            found.append(moved(stroked, steps, duration_s / steps, TOLERANCE))
         except NotConverged as failure:
             last = failure
     if len(found) < LEAST_SHARE * len(contacts):

@@ -102,7 +102,9 @@ def improve(inverse, step, turn, bent):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def minimise(q, inertia, centre, share, outer, inverse, body, local, tools, stencils, rubbing, work, floor, enough, most):
+def minimise(
+    q, inertia, centre, share, outer, inverse, body, local, tools, stencils, rubbing, work, floor, enough, most
+):
     """Minimise ½ Σ inertia (q − centre)² + share E(q) − outer · q + contact, from ``q`` (r,) on, in place.
 
     inverse : (r, r), that of the Hessian without contact, which is improved by elastic gradients alone and kept by the

@@ -170,9 +170,7 @@ def measure(
         rows = [_quadratic(limit, truth, number, whole_s) for number in range(len(limit.tried))]
     rows += [_tried(compared, truth, number, whole_s) for number in range(len(truth.tried))]
     found_models = _models(compared, lesson, truth, grid)
-    found_models |= {
-        name: partial(tried, compared, shown, grid[name], seed) for name, shown in (strokes or {}).items()
-    }
+    found_models |= {name: partial(tried, compared, shown, grid[name], seed) for name, shown in (strokes or {}).items()}
     models = {name: each for name, each in found_models.items() if not names or name in names}
     for name in progress(list(models)):
         try:

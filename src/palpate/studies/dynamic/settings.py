@@ -140,8 +140,15 @@ class Followed(Block):
     )
     models: Some[
         Literal[
-            "fem_coarse", "fem_fine", "detail_correction", "moving_modes", "path_modes", "region_modes", "springs",
-            "springs_volume", "shape_matching",
+            "fem_coarse",
+            "fem_fine",
+            "detail_correction",
+            "moving_modes",
+            "path_modes",
+            "region_modes",
+            "springs",
+            "springs_volume",
+            "shape_matching",
         ]
     ] = optional("Models that are tried beside the reference's; all that can do the scene if left out")
     settings: Annotated[Families, KEPT] = optional("What its models are tried with instead")

@@ -253,7 +253,8 @@ class Contacts(Protocol):
 
 HOOKS: tuple[type, ...] = (
     Force, Energy, Load, Couples, Stiffness, Damping, Proportional, Time, FixedNodes, HeldNodes, Projection,
-    Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Instrumented, Relaxation, Goals, Weight, Observation, Contacts,
+    Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Instrumented, Relaxation, Goals, Weight, Observation,
+    Contacts,
 )  # fmt: skip
 """All hooks."""
 

@@ -71,7 +71,7 @@ def learn(system: System, shown: np.ndarray, reach: np.ndarray, settings: dict) 
     assert isinstance(elastic, LinearElements)  # as the integrator asks for
     if shown.shape[1:] != particles.nodes.shape:
         raise InputError(
-            f"modes are learnt from motions of {shown.shape[1]} nodes, and {particles.name} has {len(particles.nodes)}; "
+            f"modes are learnt from motions of {shown.shape[1]} nodes, {particles.name} has {len(particles.nodes)}; "
             "show it strokes of its own."
         )
     stiffness = stiffness_at_rest(system)

@@ -152,7 +152,8 @@ def moved(system: System, steps: int, step_s: float, tolerance: float) -> np.nda
 def shown(system: System, contacts: Sequence[Mapping], duration_s: float, progress: Callable = iter) -> np.ndarray:
     """Return the displacements (s, n, 3) [m] of all steps in which finite elements follow strokes.
 
-    A body that a stroke begins in is pushed out of it. A stroke that they do not find is left out; NotConverged if those are more than LEAST_SHARE leaves.
+    A body that a stroke begins in is pushed out of it. A stroke that they do not find is left out; NotConverged if
+    more are than LEAST_SHARE leaves.
     """
     found, steps = [], max(1, round(duration_s / STEP_S))
     for contact in progress(list(contacts)):

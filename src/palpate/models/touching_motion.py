@@ -352,7 +352,7 @@ class TouchingMotion:
         self._scaled = inertia, share
 
     def doubt(self) -> float:
-        """Return what the modes lack [m], RMS over the surface: what all elements leave of the balance of the last step.
+        """Return what the modes lack [m], RMS over the surface: what all elements leave of the last step's balance.
 
         That is answered by (1 + β/a) K + M (1/a² + α/a) at rest, a being 2/3 of a step. Infinite where an instrument is
         inside of the body beyond what it may touch. It grows with the error, and is not its size.

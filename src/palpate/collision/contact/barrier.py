@@ -295,7 +295,8 @@ def energy(kinds, nodes, offsets, scales, mollify, gap, soft, x):
 
     kinds : (k,) of POINT_TRIANGLE or EDGE_EDGE; nodes : (k, 4); offsets : (k,) [m] sums of the parts' radii;
     scales : (k,) [N]; mollify : (k,) [m⁴] from ``thresholds``; soft : as in ``barrier``; x : (n, 3) [m]
-    +inf where parts touch or overlap, if nothing is soft. Li et al. 2020, eq. 5; in s, so that a force has the size of ``scale``.
+    +inf where parts touch or overlap, if nothing is soft. Li et al. 2020, eq. 5; in s, so that a force has the size of
+    ``scale``.
     Trap: the energy of parallel edges is zero whatever their distance; their ends keep apart from the triangles
     beside the other edge, so pass both kinds of stencils.
     """

@@ -14,8 +14,8 @@ class LaggedFriction:
     force): friction is at its limit from ε = ``slip_m`` on; IPC's is a speed times the length of the step. A normal
     force is the barrier's, m scale |b′| (eq. 13); stencils without one are left out.
 
-    stencils : the first seven arguments of barrier.energy, in their state at ``x`` (n, 3) [m]; friction : coefficient μ;
-    slip_m : > 0 [m]; start : (n, 3) [m]
+    stencils : the first seven arguments of barrier.energy, in their state at ``x`` (n, 3) [m]
+    friction : coefficient μ; slip_m : > 0 [m]; start : (n, 3) [m]
     rows : (a,) of the active stencils; nodes, weights : (a, 4); normals : (a, 3); forces : (a,) λ [N];
     limits : (a,) μ λ [N]
     Traps: below the limit contacts creep; and friction with the directions and forces of an earlier state has the error

@@ -98,7 +98,7 @@ class InstrumentContact:
         return bool(((times > t - CORNER * h) & (times < t + (1.0 - CORNER) * h)).any())
 
     def rubbing(self, points: np.ndarray, start: np.ndarray, reach: float) -> Rubbing:
-        """Return friction with the contacts at ``points`` (k + p, 3) [m], against motion from ``start`` in ``reach`` [s]."""
+        """Return friction at the contacts of ``points`` (k + p, 3) [m], against motion from ``start`` in ``reach`` [s]."""
         if not self.coefficient:
             return self._unrubbed
         _, nodes, weights, normals, forces = friction.pressing(*self.stencils, points)
@@ -128,7 +128,7 @@ def _pairs(own: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def reachable(
     rest: np.ndarray, triangles: np.ndarray, obstacles: Sequence[Obstacle], margin_m: float, until_s: float
 ) -> np.ndarray:
-    """Return the nodes (k,) of the ``triangles`` (m, 3) that instruments pass within ``margin_m`` [m] until ``until_s``.
+    """Return the nodes (k,) of ``triangles`` (m, 3) that instruments pass within ``margin_m`` [m] until ``until_s``.
 
     Nodes (n, 3) [m] are where they are at ``rest``; triangles that have one are taken whole.
     """
@@ -170,7 +170,7 @@ def press(stencils, rubbing, points, force):
 
 @numba.njit(cache=True)
 def stiffen(stencils, rubbing, points, place):
-    """Compute the definite second derivatives (3a, 3a) [N/m] at the points whose ``place`` (k,) is 0 to a − 1, not −1."""
+    """Compute the definite Hessian (3a, 3a) [N/m] of the points whose ``place`` (k,) is 0 to a − 1, not −1."""
     kinds, nodes, offsets, scales, mollify, gap, soft = stencils
     near = near_of(kinds, nodes, offsets, scales, mollify, gap, soft, points)
     kinds, nodes, offsets, scales, mollify = kinds[near], nodes[near], offsets[near], scales[near], mollify[near]

@@ -20,7 +20,9 @@ TRUE = [scene for scene, own in FOLLOWED.items() if "truth" in own]
 OPTIONAL += ["motion_truth"] if TRUE else []
 # scenes whose push is moved to other places, which bounds are made of
 ELSEWHERE = [scene for scene, own in FOLLOWED.items() if "elsewhere" in own]
-OPTIONAL += ["motion_bounds"] if ELSEWHERE else []
+# scenes whose models are tried on strokes that they were not shown, which bounds are made of, too
+HELD_OUT = [scene for scene, own in FOLLOWED.items() if "held_out" in own]
+OPTIONAL += ["motion_bounds"] if ELSEWHERE + HELD_OUT else []
 TRIAL = "results/data/dynamic/{scene}"
 
 TARGETS["dynamic"] = (
@@ -29,7 +31,7 @@ TARGETS["dynamic"] = (
         dynamic_reference=expand(f"{TRIAL}/reference.csv", scene=FOLLOWED),
         **({"motion_truth": expand(f"{TRIAL}/truth.csv", scene=TRUE)} if TRUE else {}),
     )
-    + tabulated("advice", *(["motion_bounds"] if ELSEWHERE else []))
+    + tabulated("advice", *(["motion_bounds"] if ELSEWHERE + HELD_OUT else []))
     + figures("dynamic", "dynamic_accuracy", "dynamic_reference")
 )
 WARNED += warned_of({config["scenes"][scene]["body"] for scene in FOLLOWED})
@@ -142,9 +144,33 @@ if ELSEWHERE:
         script:
             "../job.py"
 
+
+if HELD_OUT:
+
+    rule measure_held_out:
+        input:
+            body=body_of_compared,
+            strokes=f"{TRIAL}/region_modes.npz",
+        output:
+            f"{TRIAL}/held_out.csv",
+        log:
+            "results/logs/dynamic/{scene}/measure_held_out.log",
+        params:
+            **calls("palpate.studies.dynamic.touching:measure_held_out", by_name),
+            compared=shown_of,
+            grid=lambda wildcards: settings_of_compared(wildcards)["region_modes"],
+            count=lambda wildcards: FOLLOWED[wildcards.scene]["held_out"],
+            seed=config["seed"],
+        script:
+            "../job.py"
+
+
+if ELSEWHERE + HELD_OUT:
+
     rule tabulate_motion_bounds:
         input:
             expand(f"{TRIAL}/elsewhere.csv", scene=ELSEWHERE),
+            expand(f"{TRIAL}/held_out.csv", scene=HELD_OUT),
         output:
             "results/tables/motion_bounds.csv",
         log:

@@ -6,7 +6,7 @@ from palpate.scenes.acting_effects import has_contact
 def compared_of(wildcards):
     """A scene as a scene to compare models by, apart from the values that are tried of their settings."""
     own = {
-        key: value for key, value in FOLLOWED[wildcards.scene].items() if key not in ("settings", "elsewhere", "truth")
+        key: value for key, value in FOLLOWED[wildcards.scene].items() if key not in ("settings", "elsewhere", "truth", "held_out")
     }
     return {
         "name": wildcards.scene,

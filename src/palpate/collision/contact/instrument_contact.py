@@ -98,7 +98,7 @@ class InstrumentContact:
         return bool(((times > t - CORNER * h) & (times < t + (1.0 - CORNER) * h)).any())
 
     def rubbing(self, points: np.ndarray, start: np.ndarray, reach: float) -> Rubbing:
-        """Return friction at the contacts of ``points`` (k + p, 3) [m], against motion from ``start`` in ``reach`` [s]."""
+        """Return friction at the contacts of ``points`` (k + p, 3) [m] against motion from ``start`` in ``reach`` [s]."""
         if not self.coefficient:
             return self._unrubbed
         _, nodes, weights, normals, forces = friction.pressing(*self.stencils, points)

@@ -77,7 +77,7 @@ class RegionModes(PathModes):
     modes: Count = key("As for path_modes", 220)
     states: Count = key("As for path_modes", 60)
     half_width_m: Positive = key("How far the region reaches from the middle of the path to each side [m]", 0.05)
-    strokes: Count = key("Random strokes of the region that modes are learnt from", 24)
+    strokes: Count = key("Random strokes in and around the region that modes are learnt from", 36)
 
 
 class Families(Block):
@@ -160,6 +160,11 @@ class Followed(Block):
         "The same scene with its push, of the same force and course, at other places and in other directions: what "
         "bounds of errors are made of. Of a scene with one push that moves one held body"
     )
+    held_out: Whole = optional(
+        "Random strokes that region_modes is not shown: what bounds of its errors are made of; 9 for one of 90 %, and "
+        "one more to try it",
+        ge=10,
+    )
     training: Training = optional(
         "The motion that models are fitted to, at another place and on another course: what differs from the scene; "
         "if left out, a share of the loads at the same place"
@@ -212,6 +217,8 @@ def check(config: dict, file: Path) -> None:
                 raise InputError(
                     f"{place}.{name} has truth, which is found of held solids alone, and {name} {reason}; leave it out."
                 )
+        if "held_out" in own and "region_modes" not in own.get("models", []):
+            raise InputError(f"{place}.{name}.held_out is for region_modes; add that to its models, or leave it out.")
         if "elsewhere" in own:
             _check_elsewhere(f"{place}.{name}.elsewhere", entry, bodies.get(entry["body"], {}).get("kind", ""))
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.collision.contact.instrument_contact import reachable
-from palpate.collision.contact.obstacles import Obstacle
+from palpate.effects.effect import Rigid
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError
 from palpate.linalg.multigrid import Factor
@@ -89,7 +89,7 @@ def learn(system: System, shown: np.ndarray, reach: np.ndarray, settings: dict) 
     if settings["thinning"]:
         answers = states_of((matrix @ flat.T).T @ modes, settings["states"])
         elements, weights = ReducedContact(cells, np.empty((modes.shape[1], 0)), elastic.law).few(
-            answers, settings["thinning"]
+            list(answers), settings["thinning"]
         )
     modulus = np.eye(len(masses)) - cells.take(elements, weights).stiffness
     return StrokeModes(modes, masses, elements, weights, modulus, reach)
@@ -128,7 +128,7 @@ def cells_of(elastic: LinearElements, modes: np.ndarray) -> Cells:
     return Cells(np.ascontiguousarray(slopes), elastic.volumes, *moduli)
 
 
-def reach_of(system: System, paths: Sequence[tuple[Sequence[Obstacle], float]], margin_m: float) -> np.ndarray:
+def reach_of(system: System, paths: Sequence[tuple[Sequence[Rigid], float]], margin_m: float) -> np.ndarray:
     """Return the surface nodes (p,) that come within ``margin_m`` [m] of instruments until some time [s] each."""
     nodes, triangles = system.particles.nodes, system.particles.triangles
     found = [reachable(nodes, triangles, obstacles, margin_m, until_s) for obstacles, until_s in paths]

@@ -10,8 +10,7 @@ import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.collision.contact import barrier_contact
-from palpate.collision.contact.obstacles import Obstacle
-from palpate.effects.effect import Contacts, Instrumented, Placement
+from palpate.effects.effect import Contacts, Instrumented, Placement, Rigid
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.backward_euler import BackwardEuler
 from palpate.solvers.system import System
@@ -122,7 +121,7 @@ def duration_of(contact: Mapping) -> float:
     return max((float(tool["times_s"][-1]) for tool in contact["instruments"] if tool.get("times_s")), default=0.0)
 
 
-def obstacles_of(system: System, contact: Mapping) -> Sequence[Obstacle]:
+def obstacles_of(system: System, contact: Mapping) -> Sequence[Rigid]:
     """Return the instruments of a block ``contact``."""
     return of_contact(system, contact).offering(Contacts)[0][1].obstacles
 
@@ -131,7 +130,7 @@ def of_contact(system: System, contact: Mapping) -> System:
     """Return the same body with the same effects, but another block ``contact``."""
     particles = system.particles
     name = system.offering(Instrumented)[0][0]
-    return System(particles, system.effects | {name: barrier_contact.make(particles, dict(contact), None)})
+    return System(particles, {**system.effects, name: barrier_contact.make(particles, dict(contact), None)})
 
 
 def moved(system: System, steps: int, step_s: float, tolerance: float) -> np.ndarray:

@@ -254,7 +254,8 @@ class TouchingMotion:
         still = np.zeros(body.count)
         self._now = self._before = _State(still, still, still)
         self._points = self._points_before = np.vstack([nodes[body.reach], contact.at(0.0)])
-        self._length, self._floor, self._last = 0.0, FAINTEST_J, None
+        self._length, self._floor = 0.0, FAINTEST_J
+        self._last: tuple[np.ndarray, np.ndarray, np.ndarray, float, float] | None = None
         self._inverse, self._scaled = np.empty((0, 0)), (still, 0.0)
         self._factors: dict[float, Factor] = {}
         self._compile()

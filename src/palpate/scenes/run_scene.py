@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 import pandas as pd
@@ -168,7 +168,7 @@ def loop(
     Positions that are made of modes for the sake of the record alone are not part of a step, as little as their doubt.
     """
     x, v, h = record.x, np.zeros_like(record.x), scene.step_s / parts
-    modes: InModes | None = integrator if hasattr(integrator, "doubt") else None
+    modes = cast(InModes, integrator) if hasattr(integrator, "doubt") else None
     for step in progress(range(scene.steps)):
         start = perf_counter()
         for part in range(step * parts, (step + 1) * parts):

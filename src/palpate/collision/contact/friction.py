@@ -23,7 +23,9 @@ class LaggedFriction:
     """
 
     def __init__(self, stencils: tuple, x: np.ndarray, friction: float, slip_m: float, start: np.ndarray):
-        self.rows, self.nodes, self.weights, self.normals, self.forces = pressing(*stencils, x)
+        kinds, nodes, offsets, scales, mollify, gap, soft = stencils
+        found = pressing(kinds, nodes, offsets, scales, mollify, gap, soft, x)
+        self.rows, self.nodes, self.weights, self.normals, self.forces = found
         self.limits = friction * self.forces
         self._state = (self.nodes, self.weights, self.normals, self.limits, slip_m)
         self._start = start.copy()

@@ -14,9 +14,12 @@ from palpate.collision.contact import barrier, friction
 from palpate.collision.contact.barrier import Surface, stencils, thresholds
 from palpate.collision.contact.obstacles import Obstacle
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, boxes_apart, closest, closest_points
+from palpate.effects.effect import Rigid
 
 SOFT = 0.05
 """Part of the gap below which the barrier goes on as its parabola; a motion that is believed keeps more."""
+PLACES = 60
+"""On its path, at which it is seen what an instrument may touch."""
 CORNER = 0.01
 """Part of a step by which a corner of the path may lie before it."""
 
@@ -98,7 +101,7 @@ class InstrumentContact:
         return bool(((times > t - CORNER * h) & (times < t + (1.0 - CORNER) * h)).any())
 
     def rubbing(self, points: np.ndarray, start: np.ndarray, reach: float) -> Rubbing:
-        """Return friction at the contacts of ``points`` (k + p, 3) [m] against motion from ``start`` in ``reach`` [s]."""
+        """Return friction at ``points`` (k + p, 3) [m] against motion from ``start`` in ``reach`` [s]."""
         if not self.coefficient:
             return self._unrubbed
         _, nodes, weights, normals, forces = friction.pressing(*self.stencils, points)
@@ -110,7 +113,7 @@ class InstrumentContact:
         return any((distances(x[others], o, t) < o.radius_m).any() for o in self.obstacles)
 
 
-def distances(places: np.ndarray, obstacle: Obstacle, t: float) -> np.ndarray:
+def distances(places: np.ndarray, obstacle: Rigid, t: float) -> np.ndarray:
     """Compute the distances (k,) [m] of ``places`` (k, 3) [m] from an obstacle without its thickness."""
     count, triangles = len(places), obstacle.triangles
     points = np.vstack([places, obstacle.at(t)])
@@ -126,7 +129,7 @@ def _pairs(own: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def reachable(
-    rest: np.ndarray, triangles: np.ndarray, obstacles: Sequence[Obstacle], margin_m: float, until_s: float
+    rest: np.ndarray, triangles: np.ndarray, obstacles: Sequence[Rigid], margin_m: float, until_s: float
 ) -> np.ndarray:
     """Return the nodes (k,) of ``triangles`` (m, 3) that instruments pass within ``margin_m`` [m] until ``until_s``.
 
@@ -135,7 +138,7 @@ def reachable(
     near = np.zeros(len(rest), dtype=bool)
     surface = np.unique(triangles)
     for obstacle in obstacles:
-        for t in np.linspace(0.0, until_s, 60 if len(obstacle.times_s) else 1):
+        for t in np.linspace(0.0, until_s, PLACES):
             away = distances(rest[surface], obstacle, t)
             near[surface[away < obstacle.radius_m + margin_m]] = True
     return np.unique(triangles[near[triangles].any(axis=1)])

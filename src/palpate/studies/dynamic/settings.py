@@ -77,7 +77,7 @@ class RegionModes(PathModes):
     modes: Count = key("As for path_modes", 220)
     states: Count = key("As for path_modes", 60)
     half_width_m: Positive = key("How far the region reaches from the middle of the path to each side [m]", 0.05)
-    strokes: Count = key("Random strokes in and around the region that modes are learnt from", 36)
+    strokes: Count = key("Random strokes of the region that modes are learnt from", 24)
 
 
 class Families(Block):

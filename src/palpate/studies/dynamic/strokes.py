@@ -13,10 +13,6 @@ from palpate.scenes.run_scene import compose
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_scene
 
 
-WIDER = 1.3
-"""Of a region, what is shown beyond it, too: at its edges there would be few strokes to learn from."""
-
-
 @dataclass(frozen=True, eq=False)
 class Strokes:
     """Motions (s, n, 3) [m] of the reference's level under strokes, and the processor's time [s] that they took."""
@@ -26,14 +22,14 @@ class Strokes:
 
 
 def learnt_from(compared: ComparedScene, region: dict | None) -> list[dict]:
-    """Return the strokes, as blocks contact: the path's neighbours, or random ones of a ``region`` and around it.
+    """Return the strokes, as blocks contact: the path's neighbours, or random ones of a ``region``.
 
     region : ``half_width_m`` [m], how many ``strokes``, and the ``seed``
     """
     contact = compared.loads["contact"]
     if region is None:
         return strokes.neighbours(contact)
-    square = WIDER * region["half_width_m"], region["strokes"], region["seed"]
+    square = region["half_width_m"], region["strokes"], region["seed"]
     return strokes.roaming(compared.particles(-1), contact, *square)
 
 

@@ -23,7 +23,9 @@ TOUCHED = [scene for scene in FOLLOWED if has_contact(config["scenes"][scene])]
 OPTIONAL += ["dynamic_force"] if TOUCHED else []
 # scenes whose push is moved to other places, which bounds are made of
 ELSEWHERE = [scene for scene, own in FOLLOWED.items() if "elsewhere" in own]
-OPTIONAL += ["motion_bounds"] if ELSEWHERE else []
+# scenes whose models are tried on strokes that they were not shown, which bounds are made of, too
+HELD_OUT = [scene for scene, own in FOLLOWED.items() if "held_out" in own]
+OPTIONAL += ["motion_bounds"] if ELSEWHERE + HELD_OUT else []
 TRIAL = "results/data/dynamic/{scene}"
 
 TARGETS["dynamic"] = (
@@ -33,7 +35,7 @@ TARGETS["dynamic"] = (
         **({"motion_truth": expand(f"{TRIAL}/truth.csv", scene=TRUE)} if TRUE else {}),
         **({"dynamic_force": expand(f"{TRIAL}/force.csv", scene=TOUCHED)} if TOUCHED else {}),
     )
-    + tabulated("advice", *(["motion_bounds"] if ELSEWHERE else []))
+    + tabulated("advice", *(["motion_bounds"] if ELSEWHERE + HELD_OUT else []))
     + figures("dynamic", "dynamic_accuracy", "dynamic_reference", *(["dynamic_force"] if TOUCHED else []))
 )
 WARNED += warned_of({config["scenes"][scene]["body"] for scene in FOLLOWED})
@@ -89,11 +91,29 @@ if TRUE:
             "../job.py"
 
 
+rule simulate_strokes:
+    input:
+        body=body_of_compared,
+    output:
+        strokes=f"{TRIAL}/{{model}}.npz",
+    log:
+        "results/logs/dynamic/{scene}/simulate_strokes_{model}.log",
+    wildcard_constraints:
+        model="path_modes|region_modes",
+    params:
+        **calls("palpate.studies.dynamic.strokes:simulate_strokes", ["palpate.effects"]),
+        compared=shown_of,
+        region=region_of,
+    script:
+        "../job.py"
+
+
 rule measure_dynamic:
     input:
         body=body_of_compared,
         reference=f"{TRIAL}/reference.npz",
         truth=truth_of_compared,
+        strokes=strokes_of_compared,
     output:
         table=f"{TRIAL}/accuracy.csv",
         force=f"{TRIAL}/force.csv",
@@ -104,6 +124,8 @@ rule measure_dynamic:
         **calls("palpate.studies.dynamic.accuracy:measure_dynamic", by_name),
         compared=compared_of,
         settings=settings_of_compared,
+        stroked=lambda wildcards: stroked(wildcards.scene),
+        seed=config["seed"],
     script:
         "../job.py"
 
@@ -127,9 +149,33 @@ if ELSEWHERE:
         script:
             "../job.py"
 
+
+if HELD_OUT:
+
+    rule measure_held_out:
+        input:
+            body=body_of_compared,
+            strokes=f"{TRIAL}/region_modes.npz",
+        output:
+            f"{TRIAL}/held_out.csv",
+        log:
+            "results/logs/dynamic/{scene}/measure_held_out.log",
+        params:
+            **calls("palpate.studies.dynamic.touching:measure_held_out", by_name),
+            compared=shown_of,
+            grid=lambda wildcards: settings_of_compared(wildcards)["region_modes"],
+            count=lambda wildcards: FOLLOWED[wildcards.scene]["held_out"],
+            seed=config["seed"],
+        script:
+            "../job.py"
+
+
+if ELSEWHERE + HELD_OUT:
+
     rule tabulate_motion_bounds:
         input:
             expand(f"{TRIAL}/elsewhere.csv", scene=ELSEWHERE),
+            expand(f"{TRIAL}/held_out.csv", scene=HELD_OUT),
         output:
             "results/tables/motion_bounds.csv",
         log:

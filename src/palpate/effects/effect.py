@@ -14,7 +14,7 @@ Arguments are the same everywhere: positions ``x`` (n, 3) [m] and velocities ``v
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeGuard, TypeVar
 
 import numpy as np
 
@@ -76,6 +76,15 @@ class Damping(Couples, Protocol):
 
     def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:
         """Add C [N s/m] to ``values`` in place, as ``add_stiffness`` does; ``add_force`` then adds −C v."""
+
+
+class Proportional(Damping, Protocol):
+    """A damping matrix α M + β K, K being the Hessian of the elastic energy. Motions in modes need the two rates.
+
+    damping_rates : α [1/s] and β [s]
+    """
+
+    damping_rates: tuple[float, float]
 
 
 class Time(Protocol):
@@ -158,6 +167,21 @@ class Touching(Protocol):
         """
 
 
+class Instrumented(Protocol):
+    """Contact with instruments that a motion in few coordinates can take for itself, on a part of the surface.
+
+    settings : the block that it is made of
+    """
+
+    settings: dict
+
+    def instruments_on(self, nodes: np.ndarray) -> Any:
+        """Return the InstrumentContact of the surface's ``nodes`` (k,); InputError if more than that can be touched.
+
+        From then on steps, their work and their reactions are those of whoever asked.
+        """
+
+
 class Relaxation(Protocol):
     """Inner variables, such as plastic strain."""
 
@@ -232,8 +256,9 @@ class Contacts(Protocol):
 
 
 HOOKS: tuple[type, ...] = (
-    Force, Energy, Load, Couples, Stiffness, Damping, Time, FixedNodes, HeldNodes, Projection,
-    Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Relaxation, Goals, Weight, Observation, Contacts,
+    Force, Energy, Load, Couples, Stiffness, Damping, Proportional, Time, FixedNodes, HeldNodes, Projection,
+    Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Instrumented, Relaxation, Goals, Weight, Observation,
+    Contacts,
 )  # fmt: skip
 """All hooks."""
 

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects.effect import Damping, Effect, Force, Stiffness, offers
+from palpate.effects.effect import Effect, Force, Proportional, Stiffness, offers
 from palpate.linalg.block_pattern import scatter
 
 
@@ -16,7 +16,7 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Rayle
     return Rayleigh(particles.masses, settings["mass_1_s"], settings["stiffness_s"], stiff)
 
 
-class Rayleigh(Force, Damping):
+class Rayleigh(Force, Proportional):
     """C(x) = mass_1_s M + stiffness_s K(x), where K is the elastic effect's Hessian, clamped to positive semidefinite.
 
     ``couples`` are those of the elastic effect, and each node's mass is divided equally among its elements. The mass
@@ -26,6 +26,7 @@ class Rayleigh(Force, Damping):
     """
 
     def __init__(self, masses: np.ndarray, mass_rate: float, stiffness_time: float, elastic: Stiffness | None):
+        self.damping_rates = mass_rate, stiffness_time
         self._time, self._elastic = stiffness_time, elastic if stiffness_time > 0.0 else None
         self.couples = np.arange(len(masses))[:, None] if self._elastic is None else self._elastic.couples
         count = np.bincount(self.couples.ravel(), minlength=len(masses))

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects.effect import Damping, Effect, Force, Projection
+from palpate.effects.effect import Effect, Force, Projection, Proportional
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "VelocityDamping":
@@ -13,7 +13,7 @@ def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Veloc
     return VelocityDamping(particles.masses, settings["rate_1_s"])
 
 
-class VelocityDamping(Force, Damping, Projection):
+class VelocityDamping(Force, Proportional, Projection):
     """C = rate · M: without other forces all velocities decay as exp(−rate t), that of the whole body included.
 
     An explicit integrator uses ``project``, the exact decay, which is stable for any step; the force would require
@@ -22,6 +22,7 @@ class VelocityDamping(Force, Damping, Projection):
 
     def __init__(self, masses: np.ndarray, rate: float):
         self.couples = np.arange(len(masses))[:, None]
+        self.damping_rates = rate, 0.0
         self._rate, self._coefficients = rate, rate * masses
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:

@@ -35,6 +35,8 @@ _NAMED = {
     "pod_network": Look("POD + network", "#d7b899", "p"),
     "mujoco": Look("MuJoCo flex", "#1b5e20", "s"),
     "newton_vbd": Look("Newton's VBD", "#9acd32", "s"),
+    "path_modes": Look("modes of strokes beside the path", "#17806d", "X"),
+    "region_modes": Look("modes of strokes of the region", "#7a8f00", "P"),
     "moving_modes": Look("vibration and contact modes", "#d6278a", "X"),
     "zero": Look("no displacement at all", "#aa0000", "_"),
     "truth": Look("the truth", "#9a9a9a", "x"),

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 import pandas as pd
@@ -102,12 +102,27 @@ class Integrator(Protocol):
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if there is none."""
 
 
+class InModes(Integrator, Protocol):
+    """A solver that keeps few coordinates, of which positions are made where somebody asks for them."""
+
+    def advance(self, h: float) -> None:
+        """Make a step of ``h`` [s]; NotConverged if there is none."""
+
+    def state(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions (n, 3) [m] and velocities [m/s]."""
+
+    def doubt(self) -> float:
+        """Return what grows with the error of the last step [m], RMS over the surface."""
+
+
 @dataclass(frozen=True, eq=False)
 class Run:
     """A motion and its cost.
 
     steps : number of steps; seconds : time of the whole loop [s]; step_p95_s : 95 % of the steps took at most this [s]
     effect_seconds : time in each effect [s]; effect_kb : memory that each effect holds [kB]
+    doubts_m : what a motion in modes says of its own error in each frame but the first [m], empty of others; doubt_s :
+        the time of all these [s], which is not in ``seconds``
     """
 
     motion: Motion
@@ -116,6 +131,8 @@ class Run:
     step_p95_s: float
     effect_seconds: dict[str, float]
     effect_kb: dict[str, float]
+    doubts_m: np.ndarray
+    doubt_s: float
 
 
 def run(scene: Scene, particles: Particles, progress: Callable = iter, without: str | None = None) -> Run:
@@ -139,27 +156,45 @@ def run(scene: Scene, particles: Particles, progress: Callable = iter, without: 
     seen = {id(particles), *map(id, vars(particles).values())}
     kilobytes = {name: _memory(effect, seen) / 1024 for name, effect in system.effects.items()}
     seconds = sum(record.seconds), float(np.percentile(record.seconds, 95))
-    return Run(record.motion(), scene.steps, *seconds, dict(system.seconds), kilobytes)
+    doubts = np.array(record.doubts), record.doubt_s
+    return Run(record.motion(), scene.steps, *seconds, dict(system.seconds), kilobytes, *doubts)
 
 
 def loop(
     system: System, integrator: Integrator, scene: Scene, record: "_Record", progress: Callable, parts: int = 1
 ) -> None:
-    """Step from ``record.x`` to the end of the scene, each step in so many equal ``parts``."""
+    """Step from ``record.x`` to the end of the scene, each step in so many equal ``parts``.
+
+    Positions that are made of modes for the sake of the record alone are not part of a step, as little as their doubt.
+    """
     x, v, h = record.x, np.zeros_like(record.x), scene.step_s / parts
+    modes = cast(InModes, integrator) if hasattr(integrator, "doubt") else None
     for step in progress(range(scene.steps)):
         start = perf_counter()
         for part in range(step * parts, (step + 1) * parts):
             system.at((part + 1) * h)
             try:
-                x, v = integrator.step(x, v, h)
+                if modes:
+                    modes.advance(h)
+                else:
+                    x, v = integrator.step(x, v, h)
             except NotConverged as failure:
                 raise NotConverged(f"{scene.place}, at {part * h:.4g} s: {failure}", failure.history) from failure
             except InputError as error:  # contact checks the positions of bodies when the first step begins
                 raise InputError(f"{scene.place}: {error}") from error
-            system.relax(x, h)
+            if not modes:
+                system.relax(x, h)
+        if modes and record.keeps(step + 1):
+            x, v = modes.state()
         record.seconds.append(perf_counter() - start)
+        if modes:
+            x, v = modes.state()
+            system.relax(x, h)
         record.after(step + 1, x, v)
+        if modes and record.keeps(step + 1):
+            start = perf_counter()
+            record.doubts.append(modes.doubt())
+            record.doubt_s += perf_counter() - start
 
 
 class _Record:
@@ -169,6 +204,8 @@ class _Record:
         self._scene, self._system, self.x = scene, system, x
         self._every = np.unique(np.linspace(0, scene.steps, min(scene.frames, scene.steps) + 1).round().astype(int))
         self.seconds: list[float] = []
+        self.doubts: list[float] = []
+        self.doubt_s = 0.0
         self._total, self._worked, self._gain = np.nan, 0.0, 0.0
         self._frames: list[np.ndarray] = []
         self._rows: list[dict[str, float]] = []
@@ -179,6 +216,10 @@ class _Record:
         still = np.zeros_like(x)
         self._keep(0, x, still, self._energies(x, still))
 
+    def keeps(self, step: int) -> bool:
+        """Return whether the step of this number ends a frame."""
+        return step in self._every
+
     def after(self, step: int, x: np.ndarray, v: np.ndarray) -> None:
         spent = dict(self._system.seconds)
         energies = self._energies(x, v)
@@ -187,7 +228,7 @@ class _Record:
             for effect in self._observers:
                 row |= effect.observe(x)
             self._observed.append(row)
-        if step == self._every[len(self._frames)]:
+        if self.keeps(step):
             self._keep(step, x, v, energies)
         self._system.seconds.update(spent)  # recording is not part of an effect's cost
 

@@ -15,6 +15,8 @@ RELAXED: dict[str, dict] = {
     "vertex_block_descent": {"sweeps": 10, "radius": 0.0},
 }
 """What a step of a method that relaxes elements one by one has if the scene does not say."""
+TOUCHING = {"vibrations": 10, "modes": 75, "states": 40, "thinning": 0.03, "tolerance": 6e-3}
+"""The same of a motion in modes of strokes."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +54,9 @@ class Scene:
 
     @property
     def integration(self) -> dict:
-        """The settings of the integrator: its tolerance, and what a relaxed step has."""
-        relaxed = {name: usual | self.settings.get(name, {}) for name, usual in RELAXED.items()}
-        return {"tolerance": self.tolerance} | relaxed
+        """The settings of the integrator: its tolerance, what a relaxed step has, and modes of strokes."""
+        usual = RELAXED | {"touching": TOUCHING}
+        return {"tolerance": self.tolerance} | {name: own | self.settings.get(name, {}) for name, own in usual.items()}
 
     @property
     def entry(self) -> dict:

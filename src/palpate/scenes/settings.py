@@ -166,6 +166,14 @@ class VertexBlockDescent(Block):
     )
 
 
+class Touching(Block):
+    vibrations: Index = key("Vibration modes, slowest first", 10)
+    modes: Count = key("Modes of the motions that strokes beside the path show, strongest first", 75)
+    states: Count = key("At how many of these motions few elements pull as all do", 40)
+    thinning: Fraction = key("How nearly they do, relative; 0 keeps all elements", 0.03)
+    tolerance: Positive = key("A step is found where another would gain less than its square of the energy", 6e-3)
+
+
 class Kelvin(Block):
     ratio: NotNegative = key("Share of critical damping", 0.1)
 
@@ -188,8 +196,8 @@ class Scene(Block):
     start: Literal["rest", "inverted", "random", "plane", "line", "point"] = key("Where it begins", "rest")
     effects: str | Some[str] = key("What acts, by name, or auto for what the scene calls for", "auto")
     integrator: Literal[
-        "symplectic_euler", "backward_euler", "bdf2", "goal_position", "xpbd", "projective_dynamics",
-        "vertex_block_descent",
+        "symplectic_euler", "backward_euler", "bdf2", "touching", "goal_position", "xpbd",
+        "projective_dynamics", "vertex_block_descent",
     ] = key("How time is stepped")  # fmt: skip
     step_s: Positive = key("Time step [s]")
     substeps: Count | Literal["auto"] = key(
@@ -216,6 +224,7 @@ class Scene(Block):
     xpbd: Xpbd = optional("Steps of integrator xpbd")
     projective_dynamics: ProjectiveDynamics = optional("Steps of integrator projective_dynamics")
     vertex_block_descent: VertexBlockDescent = optional("Steps of integrator vertex_block_descent")
+    touching: Touching = optional("Modes that finite elements move in, of integrator touching")
     kelvin: Kelvin = optional("Dampers beside the springs")
     maxwell: Maxwell = optional("Springs that relax, beside the springs")
     velocity_damping: VelocityDamping = optional("Damping in proportion to velocity")

@@ -6,7 +6,9 @@ from palpate.scenes.acting_effects import has_contact
 def compared_of(wildcards):
     """A scene as a scene to compare models by, apart from the values that are tried of their settings."""
     own = {
-        key: value for key, value in FOLLOWED[wildcards.scene].items() if key not in ("settings", "elsewhere", "truth")
+        key: value
+        for key, value in FOLLOWED[wildcards.scene].items()
+        if key not in ("settings", "elsewhere", "truth", "held_out")
     }
     return {
         "name": wildcards.scene,
@@ -32,6 +34,7 @@ def by_name(wildcards):
     return [
         "palpate.effects",
         "palpate.solvers",
+        *(["palpate.models.touching_motion"] if stroked(wildcards.scene) else []),
         *(["palpate.collision.contact"] if touching else []),
     ]
 
@@ -39,3 +42,28 @@ def by_name(wildcards):
 def truth_of_compared(wildcards):
     """The truth of a scene, if it has one."""
     return f"results/data/dynamic/{wildcards.scene}/truth.npz" if wildcards.scene in TRUE else []
+
+
+def stroked(scene):
+    """The models of a scene that are learnt from strokes."""
+    return [model for model in ("path_modes", "region_modes") if model in FOLLOWED[scene].get("models", [])]
+
+
+def strokes_of_compared(wildcards):
+    """The strokes that models of a scene are learnt from, one file a model."""
+    return [f"{TRIAL}/{model}.npz".format(scene=wildcards.scene) for model in stroked(wildcards.scene)]
+
+
+def shown_of(wildcards):
+    """A scene as strokes are simulated in it, apart from all that other models have."""
+    own = FOLLOWED[wildcards.scene]
+    kept = {key: own[key] for key in ("duration_s", "frames", "level") if key in own}
+    return {"name": wildcards.scene, "entry": config["scenes"][wildcards.scene], "own": kept}
+
+
+def region_of(wildcards):
+    """The region of random strokes; None for those beside the path."""
+    if wildcards.model == "path_modes":
+        return None
+    grid = settings_of_compared(wildcards)["region_modes"]
+    return {key: grid[key] for key in ("half_width_m", "strokes")} | {"seed": config["seed"]}

@@ -9,6 +9,7 @@ from scipy import sparse
 from palpate.bodies.particles import Particles
 from palpate.collision.contact import barrier
 from palpate.collision.contact.friction import LaggedFriction
+from palpate.collision.contact.instrument_contact import InstrumentContact
 from palpate.collision.contact.obstacles import (
     Obstacle,
     Overlap,
@@ -107,7 +108,7 @@ def make(particles: Particles, settings: dict, elastic: effect.Effect | None) ->
 
 class Contact(
     effect.Energy, effect.Time, effect.HeldNodes, effect.Placement, effect.StepBegin, effect.Driven, effect.StepLimit,
-    effect.Touching, effect.Projection, effect.Relaxation, effect.Observation, effect.Contacts,
+    effect.Touching, effect.Instrumented, effect.Projection, effect.Relaxation, effect.Observation, effect.Contacts,
 ):  # fmt: skip
     """Barrier contact with optional friction, for implicit and explicit integrators.
 
@@ -143,6 +144,8 @@ class Contact(
         self._time, self._checked, self.work_j = 0.0, False, 0.0
         self._together = nodes_of_pieces(particles) if settings.get("push_out", False) else []
         self._lagged: LaggedFriction | None = None
+        self.settings, self._of_body = settings, particles
+        self._lent: InstrumentContact | None = None
         self._last_forces = np.zeros((self._n, 3))
         self._free = np.ones(self._n, dtype=bool)
         self._points = np.vstack([particles.nodes, *(o.points for o in obstacles)])
@@ -242,6 +245,18 @@ class Contact(
             nodes, blocks = np.vstack([nodes, more]), np.concatenate([blocks, stiff])
         return np.repeat(nodes, 4, axis=1).ravel(), np.tile(nodes, (1, 4)).ravel(), blocks.reshape(-1, 3, 3)
 
+    def instruments_on(self, nodes: np.ndarray) -> InstrumentContact:
+        """Return the contact of ``nodes`` (k,) with the instruments; InputError if bodies can touch, too."""
+        bodies = len(self.names) - len(self.obstacles)
+        if bodies > 1 or self._can_touch[:bodies, :bodies].any():
+            raise InputError("bodies that touch each other or themselves have no such modes; choose backward_euler.")
+        if not self.obstacles:
+            raise InputError("contact has no instruments; give it one, or choose another integrator.")
+        rest, strength = self._of_body.nodes, self._of_body.nodal_young_pa() * self._of_body.areas
+        kinds = rest, self._of_body.triangles, strength, self.obstacles
+        self._lent = InstrumentContact(nodes, *kinds, self.gap_m, self._friction, self._slip)
+        return self._lent
+
     def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
         travel = float(np.sqrt(np.square(direction).sum(axis=1).max()))
         fraction = min(1.0, self._max_travel / travel) if travel > 0.0 else 1.0
@@ -284,6 +299,12 @@ class Contact(
 
     def relax(self, x: np.ndarray, h: float) -> None:
         """End a step: keep the forces on the obstacles, and reset friction."""
+        if self._lent is not None:
+            self._reactions, self.work_j = list(self._lent.reactions), self._lent.work_j
+            self._began, self._lasts = self._points.copy(), h
+            self._move_obstacles(self._time)
+            self._all_points(x)
+            return
         forces = self.forces(x)
         self._last_forces = forces[: self._n]
         self._reactions = [forces[r].sum(axis=0) for r in self._ranges]

@@ -3,8 +3,8 @@
 import numba
 import numpy as np
 
-from palpate.collision.contact.barrier import barrier, mollifier
-from palpate.collision.triangles.closest_points import closest_points
+from palpate.collision.contact.barrier import acts, barrier, mollifier
+from palpate.collision.triangles.closest_points import boxes_apart, closest, separation
 
 
 class LaggedFriction:
@@ -14,8 +14,8 @@ class LaggedFriction:
     force): friction is at its limit from ε = ``slip_m`` on; IPC's is a speed times the length of the step. A normal
     force is the barrier's, m scale |b′| (eq. 13); stencils without one are left out.
 
-    stencils : the first six arguments of barrier.energy, in their state at ``x`` (n, 3) [m]; friction : coefficient μ;
-    slip_m : > 0 [m]; start : (n, 3) [m]
+    stencils : the first seven arguments of barrier.energy, in their state at ``x`` (n, 3) [m]
+    friction : coefficient μ; slip_m : > 0 [m]; start : (n, 3) [m]
     rows : (a,) of the active stencils; nodes, weights : (a, 4); normals : (a, 3); forces : (a,) λ [N];
     limits : (a,) μ λ [N]
     Traps: below the limit contacts creep; and friction with the directions and forces of an earlier state has the error
@@ -23,20 +23,18 @@ class LaggedFriction:
     """
 
     def __init__(self, stencils: tuple, x: np.ndarray, friction: float, slip_m: float, start: np.ndarray):
-        kinds, nodes, offsets, scales, mollify, gap = stencils
-        distance, weights, normals = closest_points(kinds, nodes, x)
-        forces = _normal_forces(nodes, (distance - offsets) / gap, scales, mollify, x)
-        self.rows = np.flatnonzero(forces > 0.0)
-        self.nodes, self.weights, self.normals = nodes[self.rows], weights[self.rows], normals[self.rows]
-        self.forces, self.limits = forces[self.rows], friction * forces[self.rows]
+        kinds, nodes, offsets, scales, mollify, gap, soft = stencils
+        found = pressing(kinds, nodes, offsets, scales, mollify, gap, soft, x)
+        self.rows, self.nodes, self.weights, self.normals, self.forces = found
+        self.limits = friction * self.forces
         self._state = (self.nodes, self.weights, self.normals, self.limits, slip_m)
         self._start = start.copy()
 
     def energy(self, x: np.ndarray) -> float:
-        return _energy(*self._state, x, self._start)
+        return energy(*self._state, x, self._start)
 
     def add_force(self, x: np.ndarray, force: np.ndarray) -> None:
-        _add_force(*self._state, x, self._start, force)
+        add_force(*self._state, x, self._start, force)
 
     def blocks(self, x: np.ndarray, definite: bool) -> tuple[np.ndarray, np.ndarray]:
         """Compute nodes (a, 4) and second derivatives (a, 4, 4, 3, 3) [N/m].
@@ -45,16 +43,28 @@ class LaggedFriction:
         Both are positive semi-definite. Trap: a sliding contact has no curvature along its direction, so a step with
         the exact ones goes far beyond where it should stick; with the parabola's it gets there in few steps.
         """
-        return self.nodes, _blocks(*self._state, x, self._start, definite)
+        return self.nodes, blocks(*self._state, x, self._start, definite)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _normal_forces(nodes, levels, scales, mollify, x):
-    gradient, forces = np.empty((4, 3)), np.zeros(len(nodes))
-    for k in range(len(nodes)):
-        if 0.0 < levels[k] < 1.0:
-            forces[k] = -scales[k] * mollifier(x, nodes[k], mollify[k], gradient)[0] * barrier(levels[k])[1]
-    return forces
+def pressing(kinds, nodes, offsets, scales, mollify, gap, soft, x):
+    """Return rows (a,), nodes (a, 4), weights (a, 4), normals (a, 3) and forces (a,) [N] of the stencils that press."""
+    count, gradient = 0, np.empty((4, 3))
+    rows, weights = np.empty(len(kinds), np.int64), np.empty((len(kinds), 4))
+    normals, forces = np.empty((len(kinds), 3)), np.empty(len(kinds))
+    for k in range(len(kinds)):
+        if boxes_apart(kinds[k], x, nodes[k], offsets[k] + gap):
+            continue
+        distance, _ = closest(kinds[k], x, nodes[k], weights[count])
+        s = (distance - offsets[k]) / gap
+        if not acts(s, soft, distance):
+            continue
+        force = -scales[k] * mollifier(x, nodes[k], mollify[k], gradient)[0] * barrier(s, soft)[1]
+        if force > 0.0:
+            normals[count] = np.array(separation(x, nodes[k], weights[count])) / distance
+            rows[count], forces[count] = k, force
+            count += 1
+    return rows[:count], nodes[rows[:count]], weights[:count].copy(), normals[:count], forces[:count]
 
 
 @numba.njit(cache=True)
@@ -79,7 +89,7 @@ def _resistance(length, slip):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _energy(nodes, weights, normals, limits, slip, x, start):
+def energy(nodes, weights, normals, limits, slip, x, start):
     u, total = np.empty(3), 0.0
     for k in range(len(nodes)):
         length = _tangential_motion(nodes[k], weights[k], normals[k], x, start, u)
@@ -91,7 +101,7 @@ def _energy(nodes, weights, normals, limits, slip, x, start):
 
 
 @numba.njit(cache=True)
-def _add_force(nodes, weights, normals, limits, slip, x, start, force):
+def add_force(nodes, weights, normals, limits, slip, x, start, force):
     u = np.empty(3)
     for k in range(len(nodes)):
         resistance = limits[k] * _resistance(_tangential_motion(nodes[k], weights[k], normals[k], x, start, u), slip)[0]
@@ -101,7 +111,7 @@ def _add_force(nodes, weights, normals, limits, slip, x, start, force):
 
 
 @numba.njit(cache=True)
-def _blocks(nodes, weights, normals, limits, slip, x, start, definite):
+def blocks(nodes, weights, normals, limits, slip, x, start, definite):
     u, out = np.empty(3), np.empty((len(nodes), 4, 4, 3, 3))
     for k in range(len(nodes)):
         length = _tangential_motion(nodes[k], weights[k], normals[k], x, start, u)

@@ -487,13 +487,17 @@ class ReducedContact:
         Only what is not linear is fitted, each answer by itself over its size; the linear part is exact in any case.
         wanted : by what all pull beyond their linear part, [(r,)], if the cells are not all there are
         """
+        return ReducedContact(self.cells.take(*self.few(answers, tolerance, wanted)), self.loads, self.law)
+
+    def few(
+        self, answers: Sequence[np.ndarray], tolerance: float, wanted: Sequence[np.ndarray] | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the numbers (k,) of the cells of ``thinned`` and their weights (k,)."""
         pulls = self.nonlinear_pulls(np.array(answers))
         sums = pulls.sum(axis=0) if wanted is None else np.array(wanted)
         sizes = np.linalg.norm(sums, axis=1)
         pulls /= sizes[:, None]
-        rows, target = pulls.reshape(len(pulls), -1).T, (sums / sizes[:, None]).ravel()
-        chosen, weights = few_of(rows, target, tolerance)
-        return ReducedContact(self.cells.take(chosen, weights), self.loads, self.law)
+        return few_of(pulls.reshape(len(pulls), -1).T, (sums / sizes[:, None]).ravel(), tolerance)
 
     def nonlinear_pulls(self, answers: np.ndarray) -> np.ndarray:
         """Return what each cell adds to the gradient beyond its linear part at ``answers`` (s, r): (k, s, r)."""

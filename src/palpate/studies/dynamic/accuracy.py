@@ -35,9 +35,11 @@ from palpate.studies.dynamic.fitted import (
 )
 from palpate.studies.dynamic.forces import DYNAMIC_FORCE, LIMIT, curve, force_errors
 from palpate.studies.dynamic.reference import Reference
+from palpate.studies.dynamic.strokes import Strokes
+from palpate.studies.dynamic.touching import doubted, tried
 from palpate.table_declaration import Table
 
-ORDERS = {"backward_euler": 1, "bdf2": 2}
+ORDERS = {"backward_euler": 1, "bdf2": 2, "touching": 2}
 """Order of the steps of each integrator whose steps are long enough to matter; explicit ones take far shorter ones."""
 
 
@@ -159,6 +161,8 @@ def measure_both(
     names: Sequence[str] = (),
     progress: Callable = iter,
     limit: MotionTruth | None = None,
+    strokes: Mapping[str, Strokes] | None = None,
+    seed: int = 1,
     **known: Any,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate dynamic_accuracy.csv, a row a model and setting, and dynamic_force.csv.
@@ -167,6 +171,8 @@ def measure_both(
     lesson : the motion that models are fitted to, None if none is
     grid : by model, the values to try of its settings: ``dynamic.settings`` of the config
     known : what ``moving_modes`` need not make
+    strokes : what models in modes of strokes are learnt from, by their names; without it they are not tried
+    seed : of the strokes that say what of a region is in reach
     names : the models to try, all that can do the scene if there is none; progress : wraps them, as ``tqdm`` does
     Columns: failures is also 1 for a model to which nothing could be fitted; times are without preparation. varied is
     what a setting changes: STEP or, at the same step, order, tolerance, gap, or place.
@@ -191,7 +197,8 @@ def measure_both(
         rows = [_quadratic(limit, truth, number, whole_s) for number in range(len(limit.tried))]
     rows += [_tried(compared, truth, number, whole_s) for number in range(len(truth.tried))]
     able = _models(compared, lesson, truth, grid, known)
-    models = {name: tried for name, tried in able.items() if not names or name in names}
+    able |= {name: partial(tried, compared, shown, grid[name], seed) for name, shown in (strokes or {}).items()}
+    models = {name: each for name, each in able.items() if not names or name in names}
     for name in progress(list(models)):
         try:
             # of a body with one level the coarse one is the reference's
@@ -327,6 +334,8 @@ def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted |
         moved = fitted.finish(run.motion)
         seconds += perf_counter() - begin
     told = estimated(compared, fitted, steps, run.motion, moved)
+    if len(run.doubts_m):
+        told = MotionEstimate(doubted(run, moved), run.doubt_s)
     forces = run.motion.instrument_forces()
     measured = _measured(moved, forces, truth, seconds, run.step_p95_s, steps, compared.duration_s)
     return row | measured | told._asdict() | {"offline_s": fitted.offline_s}
@@ -408,5 +417,7 @@ def measure_dynamic(input, params, say):
     moving = compared_and_training(body=body_file.load(input.body), **params.compared)
     more = params.compared["own"].get("models", ()), steps(say, f"{moving[0].name}: model")
     limit = read_arrays(MotionTruth, input.truth) if input.truth else None
-    found = measure_both(*moving, read_arrays(Reference, input.reference), params.settings, *more, limit)
+    shown = {name: read_arrays(Strokes, path) for name, path in zip(params.stroked, input.strokes, strict=True)}
+    reference = read_arrays(Reference, input.reference)
+    found = measure_both(*moving, reference, params.settings, *more, limit, shown, params.seed)
     return dict(zip(("table", "force"), found, strict=True))

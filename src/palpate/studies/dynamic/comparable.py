@@ -16,6 +16,8 @@ FITTED = ("springs", "springs_volume", "shape_matching")
 """Models that are fitted to another motion."""
 CORRECTED = ("detail_correction", "moving_modes")
 """Models that need a linear response for all that acts, of one held solid."""
+STROKED = ("path_modes", "region_modes")
+"""Models of one held solid that instruments alone touch."""
 LONGEST_S = 1.0
 """Up to when a scene is followed whose duration is not given for the comparison, unless it is pressed later."""
 
@@ -61,13 +63,18 @@ def unable(model: str, entry: dict, kind: str = "") -> str:
     entry : the scene's, complete; kind : of its body
     """
     taken = {name for name in TAKEN_OVER if name in entry and acts(name, entry, kind)}
-    corrected, further = model in CORRECTED, sorted(taken - set(LOADS))
+    corrected, stroked = model in CORRECTED, model in STROKED
+    further = sorted(taken - set(LOADS if corrected else ("contact",)))
+    contact = entry.get("contact", {})
+    moving = any(tool.get("times_s") for tool in contact.get("instruments", []))
     reasons = [
         ("has plasticity", model in ("springs", "springs_volume") and "plasticity" in taken),
-        ("moves a sheet", (corrected or model == "springs_volume") and kind == "sheet"),
-        (f"has {' and '.join(further)}", corrected and bool(further)),
-        ("has several bodies", corrected and bool(entry.get("others"))),
-        ("is not held", corrected and not entry.get("held", True)),
+        ("moves a sheet", (corrected or stroked or model == "springs_volume") and kind == "sheet"),
+        (f"has {' and '.join(further)}", (corrected or stroked) and bool(further)),
+        ("has several bodies", (corrected or stroked) and bool(entry.get("others"))),
+        ("is not held", (corrected or stroked) and not entry.get("held", True)),
+        ("has no instrument that moves", stroked and not ("contact" in taken and moving)),
+        ("has a body that touches itself", stroked and bool(contact.get("self_contact"))),
     ]
     return next((reason for reason, holds in reasons if holds), "")
 

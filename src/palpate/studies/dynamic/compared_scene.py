@@ -124,6 +124,10 @@ class ComparedScene:
         """Compose the same elements, relaxed one by one: ``setting`` is the block ``method`` of a scene."""
         return self._scene(self._elements(), method, steps, {"rayleigh": self.rayleigh, method: setting})
 
+    def touching(self, steps: int, modes: dict) -> Scene:
+        """Compose finite elements that move in modes of strokes, the block ``touching`` of a scene."""
+        return self._scene(self._elements(), "touching", steps, {"rayleigh": self.rayleigh, "touching": modes})
+
     def _elements(self) -> list[str]:
         elastic = ["triangles", "bending"] if self.thickness_m else [effect_registry.of_law(self.body.material.law)]
         return [*elastic, "rayleigh"]

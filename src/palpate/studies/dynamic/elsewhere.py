@@ -164,4 +164,4 @@ def measure_elsewhere(input, params, say):
 
 def tabulate_motion_bounds(input):
     """Tabulate the bounds of all scenes, for the rule of that name."""
-    return motion_bounds(pd.read_csv(path) for path in input)
+    return motion_bounds(pd.read_csv(path).reindex(columns=MEASURED) for path in input)

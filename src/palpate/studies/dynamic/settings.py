@@ -13,6 +13,7 @@ from palpate.scenes.settings import (
     Other,
     ProjectiveDynamics,
     Push,
+    Touching,
     VertexBlockDescent,
     Xpbd,
 )
@@ -121,6 +122,17 @@ class Relaxed(Block):
     )
 
 
+class PathModes(Touching):
+    steps_per_frame: Some[Count] = key(STEPS_HELP, [4, 8])
+
+
+class RegionModes(PathModes):
+    modes: Count = key("As for path_modes", 220)
+    states: Count = key("As for path_modes", 60)
+    half_width_m: Positive = key("How far the region reaches from the middle of the path to each side [m]", 0.05)
+    strokes: Count = key("Random strokes of the region that modes are learnt from", 24)
+
+
 class Families(Block):
     fem_coarse: FemCoarse = key("Finite elements on the coarse level, stepped implicitly", {})
     fem_fine: FemFine = key("Finite elements on the reference's level, with looser residuals and other steps", {})
@@ -133,6 +145,12 @@ class Families(Block):
         "Methods that relax elements one by one in each step, of graphics and games, from cheap to expensive; settings "
         "on levels that a scene lacks are left out",
         {},
+    )
+    path_modes: PathModes = key(
+        "The reference's level in modes of strokes beside the instrument's path; of scenes that name it", {}
+    )
+    region_modes: RegionModes = key(
+        "The same in modes of random strokes of the region, which need not be those of the path", {}
     )
     springs: Springs = key(
         "Springs with and without a volume force, explicit, fitted at the longest of their steps", {}
@@ -180,8 +198,8 @@ class Followed(Block):
     )
     models: Some[
         Literal[
-            "fem_coarse", "fem_fine", "detail_correction", "moving_modes", "springs", "springs_volume",
-            "shape_matching", "xpbd", "projective_dynamics", "vertex_block_descent",
+            "fem_coarse", "fem_fine", "detail_correction", "moving_modes", "path_modes", "region_modes", "springs",
+            "springs_volume", "shape_matching", "xpbd", "projective_dynamics", "vertex_block_descent",
         ]
     ] = optional("Models that are tried beside the reference's; all that can do the scene if left out")  # fmt: skip
     settings: Annotated[Families, KEPT] = optional("What its models are tried with instead")
@@ -192,6 +210,11 @@ class Followed(Block):
     elsewhere: Elsewhere = optional(
         "The same scene with its push, of the same force and course, at other places and in other directions: what "
         "bounds of errors are made of. Of a scene with one push that moves one held body"
+    )
+    held_out: Whole = optional(
+        "Random strokes that region_modes is not shown: what bounds of its errors are made of; 9 for one of 90 %, and "
+        "one more to try it",
+        ge=10,
     )
     training: Training = optional(
         "The motion that models are fitted to, at another place and on another course: what differs from the scene; "
@@ -245,6 +268,8 @@ def check(config: dict, file: Path) -> None:
                 raise InputError(
                     f"{place}.{name} has truth, which is found of held solids alone, and {name} {reason}; leave it out."
                 )
+        if "held_out" in own and "region_modes" not in own.get("models", []):
+            raise InputError(f"{place}.{name}.held_out is for region_modes; add that to its models, or leave it out.")
         if "elsewhere" in own:
             _check_elsewhere(f"{place}.{name}.elsewhere", entry, bodies.get(entry["body"], {}).get("kind", ""))
 

@@ -1,0 +1,166 @@
+"""Strokes of an instrument: a path's neighbours, or any in a region, and how finite elements move under them.
+
+In motions of its neighbours a body shows what it does on a path, and in random strokes what it does in a region.
+"""
+
+import copy
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from palpate.bodies.particles import Particles
+from palpate.collision.contact import barrier_contact
+from palpate.effects.effect import Contacts, Instrumented, Placement, Rigid
+from palpate.errors import InputError, NotConverged
+from palpate.solvers.backward_euler import BackwardEuler
+from palpate.solvers.system import System
+
+STEP_S = 0.02
+"""Steps of the strokes that modes are learnt from; what they move like is enough, and not exactly when."""
+TOLERANCE = 1e-4
+LEAST_SHARE = 0.5
+"""Of the strokes, which finite elements have to find; others lead into what is held."""
+BESIDE_M = ((0.0, 0.006, 0.003), (0.0, -0.006, 0.003), (0.006, 0.0, -0.002), (-0.006, 0.0, 0.004), (0.0, 0.0, 0.008))
+"""How far a path's neighbours are from it: along two directions across the way down, and up."""
+TIMES_S = (0.0, 0.22, 0.27, 0.45, 0.58)
+"""Of a random stroke: it begins, is pressed in, starts to slide, ends to, and is lifted off."""
+LENGTH_M, DEPTHS_M = 0.035, (0.008, 0.02)
+DURATION_S = 0.6
+CLEAR_M, WITHIN_M = 0.003, 0.012
+"""Above all that is below it an instrument begins; the surface is where its highest node so near is."""
+
+
+def frame_of(contact: Mapping) -> np.ndarray:
+    """Return the directions (3, 3), as rows, across the way in which the first instrument that moves starts, and up."""
+    for tool in contact["instruments"]:
+        moves = np.diff(np.array(tool.get("shifts_m", []), dtype=float).reshape(-1, 3), axis=0)
+        moves = moves[np.linalg.norm(moves, axis=1) > 0.0]
+        if len(moves):
+            up = -moves[0] / np.linalg.norm(moves[0])
+            side = np.eye(3)[np.argmin(np.abs(up))]
+            along = side - (side @ up) * up
+            along /= np.linalg.norm(along)
+            return np.array([along, np.cross(up, along), up])
+    raise InputError("no instrument moves, so there is no stroke to learn modes from; choose backward_euler.")
+
+
+def neighbours(contact: Mapping) -> list[dict]:
+    """Return blocks ``contact`` in which the whole path is BESIDE_M where that of ``contact`` is."""
+    frame = frame_of(contact)
+    found = []
+    for beside in BESIDE_M:
+        moved = copy.deepcopy(dict(contact))
+        for tool in moved["instruments"]:
+            if len(tool.get("shifts_m", [])):
+                tool["shifts_m"] = (np.array(tool["shifts_m"], dtype=float) + np.array(beside) @ frame).tolist()
+        found.append(moved)
+    return found
+
+
+def roaming(particles: Particles, contact: Mapping, half_width_m: float, count: int, seed: int) -> list[dict]:
+    """Return so many random strokes, as blocks ``contact``, of the one instrument that moves in ``contact``.
+
+    Each is pressed in, slides straight on, and is lifted, somewhere in the square of ``half_width_m`` [m] to each side
+    around the middle of the path, turned by any angle. InputError if there is no surface below enough of the square.
+    """
+    tools = [k for k, tool in enumerate(contact["instruments"]) if len(tool.get("shifts_m", []))]
+    frame = frame_of(contact)
+    tool, rng = contact["instruments"][tools[0]], np.random.default_rng(seed)
+    points, radius = np.array(_places(tool), dtype=float), tool.get("radius_m", 0.0)
+    shape = points - points.mean(axis=0)
+    middle = (points.mean(axis=0) + np.array(tool["shifts_m"], dtype=float).mean(axis=0)) @ frame.T
+    size = max(WITHIN_M, float(np.linalg.norm(shape, axis=1).max()) + radius)
+    surface = particles.nodes[np.unique(particles.triangles)] @ frame.T
+    found: list[dict] = []
+    for _ in range(100 * count):
+        x, y = middle[:2] + rng.uniform(-half_width_m, half_width_m, 2)
+        way, turn, depth = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.0, np.pi), rng.uniform(*DEPTHS_M)
+        ends = np.array([[x, y], [x + LENGTH_M * np.cos(way), y + LENGTH_M * np.sin(way)]])
+        heights = [_height(surface, end, WITHIN_M) for end in ends]
+        if np.abs(ends - middle[:2]).max() > half_width_m or min(heights) == -np.inf:
+            continue
+        above, go = max(_height(surface, end, size) for end in ends) + radius + CLEAR_M, ends[1] - ends[0]
+        low, last = (height + radius - depth - above for height in heights)
+        shifts = np.array([[0, 0, 0], [0, 0, low], [0, 0, low], [*go, last], [*go, 0]], dtype=float) @ frame
+        start = np.array([x, y, above]) @ frame
+        stroke = copy.deepcopy(dict(contact))
+        stroke["instruments"][tools[0]] = tool | _placed(tool, start + shape @ _turned(frame[2], turn).T)
+        stroke["instruments"][tools[0]] |= {"times_s": list(TIMES_S), "shifts_m": shifts.tolist()}
+        found.append(stroke)
+        if len(found) == count:
+            return found
+    raise InputError(f"{particles.name} has no surface below most of the region; give another path or a smaller one.")
+
+
+def _places(tool: Mapping) -> list:
+    """Return the points of a sphere or a capsule."""
+    if tool["kind"] not in ("sphere", "capsule"):
+        raise InputError(f"a region is learnt for spheres and capsules, and the scene has a {tool['kind']}.")
+    return [tool["center_m"]] if tool["kind"] == "sphere" else [tool["from_m"], tool["to_m"]]
+
+
+def _placed(tool: Mapping, points: np.ndarray) -> dict:
+    names = ["center_m"] if tool["kind"] == "sphere" else ["from_m", "to_m"]
+    return dict(zip(names, points.tolist(), strict=True))
+
+
+def _height(surface: np.ndarray, at: np.ndarray, within_m: float) -> float:
+    """Return the height [m] of the ``surface`` (n, 3) so near to ``at`` (2,), −∞ where there is none."""
+    near = np.hypot(*(surface[:, :2] - at).T) < within_m
+    return float(surface[near, 2].max()) if near.any() else -np.inf
+
+
+def _turned(axis: np.ndarray, angle: float) -> np.ndarray:
+    """Return the rotation (3, 3) about a unit ``axis`` by Rodrigues' formula."""
+    cross = np.cross(np.eye(3), axis).T
+    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+
+
+def duration_of(contact: Mapping) -> float:
+    """Return when the last instrument of a block ``contact`` stops [s]."""
+    return max((float(tool["times_s"][-1]) for tool in contact["instruments"] if tool.get("times_s")), default=0.0)
+
+
+def obstacles_of(system: System, contact: Mapping) -> Sequence[Rigid]:
+    """Return the instruments of a block ``contact``."""
+    return of_contact(system, contact).offering(Contacts)[0][1].obstacles
+
+
+def of_contact(system: System, contact: Mapping) -> System:
+    """Return the same body with the same effects, but another block ``contact``."""
+    particles = system.particles
+    name = system.offering(Instrumented)[0][0]
+    return System(particles, {**system.effects, name: barrier_contact.make(particles, dict(contact), None)})
+
+
+def moved(system: System, steps: int, step_s: float, tolerance: float) -> np.ndarray:
+    """Step a system from rest by backward Euler; return displacements (steps, n, 3) [m]. NotConverged as that."""
+    integrator = BackwardEuler(system, tolerance)
+    x = system.particles.nodes.copy()
+    for _, effect in system.offering(Placement):
+        x = effect.place(x)
+    v, shown = np.zeros_like(x), np.empty((steps, *x.shape))
+    for number in range(steps):
+        system.at((number + 1) * step_s)
+        x, v = integrator.step(x, v, step_s)
+        system.relax(x, step_s)
+        shown[number] = x - system.particles.nodes
+    return shown
+
+
+def shown(system: System, contacts: Sequence[Mapping], duration_s: float, progress: Callable = iter) -> np.ndarray:
+    """Return the displacements (s, n, 3) [m] of all steps in which finite elements follow strokes.
+
+    A body that a stroke begins in is pushed out of it. A stroke that they do not find is left out; NotConverged if
+    more are than LEAST_SHARE leaves.
+    """
+    found, steps = [], max(1, round(duration_s / STEP_S))
+    for contact in progress(list(contacts)):
+        try:
+            stroked = of_contact(system, dict(contact) | {"push_out": True})
+            found.append(moved(stroked, steps, duration_s / steps, TOLERANCE))
+        except NotConverged as failure:
+            last = failure
+    if len(found) < LEAST_SHARE * len(contacts):
+        raise NotConverged(f"{len(contacts) - len(found)} of {len(contacts)} strokes are not found: {last}", [])
+    return np.concatenate(found)

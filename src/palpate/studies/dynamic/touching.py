@@ -1,0 +1,122 @@
+"""Models of a touched body in modes of strokes: those beside its path, or those of a region."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.accuracy import errors
+from palpate.bodies import body_file
+from palpate.errors import NotConverged
+from palpate.files import read_arrays
+from palpate.models import strokes, touching_motion
+from palpate.run.job import steps
+from palpate.scenes.run_scene import Run, compose
+from palpate.scenes.scene import Scene
+from palpate.studies.dynamic.compared_scene import ComparedScene, compared_scene
+from palpate.studies.dynamic.fitted import Fitted
+from palpate.studies.dynamic.strokes import Strokes, learnt_from
+
+ASKED = ("vibrations", "modes", "states", "thinning", "tolerance")
+"""What of a model's settings is the block ``touching`` of a scene."""
+
+
+def modes_of_strokes(compared: ComparedScene, shown: Strokes, grid: Mapping[str, Any], seed: int) -> Fitted:
+    """Learn modes from strokes; those of a region are not shown the path of ``compared``.
+
+    grid : the settings of the model; nodes are in reach that the path or a stroke of its kind passes, more of them
+        than were shown
+    """
+    asked, begin = {key: grid[key] for key in ASKED}, perf_counter()
+    passing = None
+    if "half_width_m" in grid:
+        passing = learnt_from(compared, dict(grid) | {"strokes": MORE * grid["strokes"], "seed": seed})
+    system = compose(compared.touching(compared.frames, asked), compared.particles(-1))
+    body = touching_motion.prepare(system, asked, shown.shown, passing)
+
+    def in_modes(compared: ComparedScene, steps: int) -> Scene:
+        return compared.touching(steps, asked | {"learnt": body})
+
+    spent = shown.seconds + perf_counter() - begin
+    return Fitted(in_modes, compared.body.material.young_pa, spent, level=-1)
+
+
+MORE = 4
+"""Strokes of a region that say what is in reach, for each that is learnt from."""
+
+
+def tried(
+    compared: ComparedScene, shown: Strokes, grid: Mapping[str, Any], seed: int
+) -> Iterator[tuple[int, Fitted, str]]:
+    """Yield steps in modes of strokes."""
+    fitted = modes_of_strokes(compared, shown, grid, seed)
+    for count in grid["steps_per_frame"]:
+        yield count * compared.frames, fitted, ""
+
+
+def doubted(run: Run, moved: np.ndarray) -> float:
+    """Return the largest doubt of a motion, of the peak of its displacements ``moved`` (f, n_surface, 3) [m]."""
+    return float(run.doubts_m.max() / np.linalg.norm(moved, axis=2).max())
+
+
+FRAMES, STEPS = 30, (4, 8)
+"""Of a stroke held out, and the steps of finite elements in each, from which their limit is extrapolated."""
+
+
+def measure_strokes(
+    compared: ComparedScene, shown: Strokes, grid: Mapping[str, Any], count: int, seed: int, progress: Callable = iter
+) -> pd.DataFrame:
+    """Tabulate errors and doubts of ``region_modes`` on strokes that it was not shown, a row a stroke and step.
+
+    grid : as for ``modes_of_strokes``; seed : of the strokes that were shown
+    A stroke that is not found, or on which an instrument goes where nothing was prepared, is a failure. One that finite
+    elements do not find has a row without a model.
+    """
+    fitted = modes_of_strokes(compared, shown, grid, seed)
+    square = grid["half_width_m"], count, seed + HELD_OUT
+    contacts = strokes.roaming(compared.particles(-1), compared.loads["contact"], *square)
+    stroked = replace(compared, duration_s=strokes.DURATION_S, frames=FRAMES)
+    rows = []
+    for number, contact in enumerate(progress(contacts)):
+        each = replace(stroked, loads=compared.loads | {"contact": contact})
+        labels = {"scene": compared.name, "body": compared.body.name, "contact": number}
+        try:
+            longer, shorter = (each.move(each.fem(n * FRAMES), len(each.body.levels) - 1)[0] for n in STEPS)
+        except NotConverged:
+            rows.append(labels)
+            continue
+        truth = 2.0 * shorter - longer
+        change = errors(shorter.reshape(-1, 3), truth.reshape(-1, 3)).rmse_of_peak
+        labels |= {"model": "region_modes", "reference": "fem_fine", "reference_change": change}
+        labels |= {"peak_m": np.linalg.norm(truth, axis=2).max()}
+        rows += [labels | _held_out(each, fitted, n, truth) for n in grid["steps_per_frame"]]
+    return pd.DataFrame(rows)
+
+
+HELD_OUT = 1000
+"""Added to the seed of the strokes that are shown, for those that are not."""
+
+
+def _held_out(each: ComparedScene, fitted: Fitted, per_frame: int, truth: np.ndarray) -> dict:
+    """Follow one stroke; return its errors and doubt beside the ``truth`` (f, n_surface, 3) [m]."""
+    scene = fitted.scene(each, per_frame * each.frames)
+    row = {"setting": f"step_s={scene.step_s:.3g}", "failures": 1}
+    try:
+        moved, run = each.move(scene, fitted.level % len(each.body.levels))
+    except NotConverged:
+        return row
+    doubt = doubted(run, moved)
+    if not np.isfinite(doubt):
+        return row
+    found = errors(moved.reshape(-1, 3), truth.reshape(-1, 3)).rmse_of_peak
+    return row | {"failures": 0, "rmse_of_peak": found, "estimate_of_peak": doubt, "estimate_s": run.doubt_s}
+
+
+def measure_held_out(input, params, say):
+    """Measure strokes that region_modes were not shown, for the rule of that name."""
+    scene = compared_scene(body=body_file.load(input.body), **params.compared)
+    progress = steps(say, f"{scene.name}: stroke held out")
+    return measure_strokes(scene, read_arrays(Strokes, input.strokes), params.grid, params.count, params.seed, progress)

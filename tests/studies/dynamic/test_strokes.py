@@ -1,0 +1,67 @@
+"""Modes of strokes in the study: learnt once, judged as other models, and bounded on strokes held out."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from palpate.bodies.body import nest
+from palpate.bodies.body_file import save
+from palpate.bodies.material import Material
+from palpate.bodies.simple_shapes import box
+from palpate.files import read_arrays
+from palpate.models import strokes
+from palpate.studies.dynamic import touching
+from palpate.studies.dynamic.comparable import unable
+from palpate.studies.dynamic.compared_scene import compared_scene
+from palpate.studies.dynamic.elsewhere import MEASURED, motion_bounds
+from palpate.studies.dynamic.strokes import Strokes, simulate_strokes
+
+BALL = {"kind": "sphere", "name": "finger", "center_m": [0.03, 0.03, 0.0441], "radius_m": 0.012}
+PATH = {"times_s": [0.0, 0.1, 0.2], "shifts_m": [[0, 0, 0], [0, 0, -0.008], [0.01, 0, -0.006]]}
+ENTRY = {"body": "pad", "effects": ["corotational", "held", "contact", "rayleigh"], "held": True}
+ENTRY |= {
+    "contact": {"friction": 0.3, "instruments": [BALL | PATH]},
+    "rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.01},
+}
+OWN = {"duration_s": 0.2, "frames": 10, "level": 0}
+GRID = {"vibrations": 5, "modes": 30, "states": 20, "thinning": 0.05, "tolerance": 6e-3, "steps_per_frame": [2]}
+GRID |= {"half_width_m": 0.022, "strokes": 4}
+
+
+def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatch):
+    monkeypatch.setattr(strokes, "LENGTH_M", 0.01)
+    monkeypatch.setattr(touching, "FRAMES", 15)
+    monkeypatch.setattr(touching, "STEPS", (2, 4))
+    mesh = box([0.06, 0.06, 0.03], [4, 4, 2])
+    body = nest("pad", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(5000.0, 0.3, 1000.0))
+    save(body, tmp_path / "body.h5")
+    compared = {"name": "pad", "entry": ENTRY, "own": OWN}
+    region = {"half_width_m": 0.022, "strokes": 4, "seed": 1}
+    files = SimpleNamespace(body=tmp_path / "body.h5"), SimpleNamespace(strokes=tmp_path / "shown.npz")
+    simulate_strokes(*files, SimpleNamespace(compared=compared, region=region), print)
+    shown = read_arrays(Strokes, tmp_path / "shown.npz")
+    assert shown.shown.shape == (4 * 30, len(mesh.nodes), 3) and shown.seconds > 0.0
+    made = compared_scene(body=body, **compared)
+    table = touching.measure_strokes(made, shown, GRID, 3, 1)
+    assert list(table["contact"]) == [0, 1, 2]
+    found = table[table["failures"] == 0]
+    assert len(found) and (found["rmse_of_peak"] < 0.2).all() and (found["estimate_of_peak"] > 0.0).all()
+    assert (found["reference_change"] < 0.02).all()
+    bounds = motion_bounds([table.reindex(columns=MEASURED)])
+    assert set(bounds["estimate"]) == {"constant", "own"} and (bounds["places"] == 3).all()
+    assert bounds["bound_of_peak"].isna().all()  # of fewer than nine strokes there is none
+
+
+@pytest.mark.parametrize(
+    ("changed", "why"),
+    [
+        ({}, ""),
+        ({"others": [{"body": "pad", "shift_m": [0, 0, 1]}]}, "has several bodies"),
+        ({"held": False, "effects": ["corotational", "contact"]}, "is not held"),
+        ({"contact": {"instruments": [BALL]}}, "has no instrument that moves"),
+        ({"contact": ENTRY["contact"] | {"self_contact": True}}, "has a body that touches itself"),
+    ],
+)
+def test_scenes_that_have_no_strokes_are_known(changed, why):
+    assert unable("path_modes", ENTRY | changed) == unable("region_modes", ENTRY | changed) == why

@@ -200,8 +200,8 @@ def limit_modes(rest: BodyAtRest, loads: Sequence[np.ndarray], bent: int) -> Mod
     basis = basis @ turns
     slopes = flat + (np.sqrt(1.0 + rest.gain) - 1.0) * change
     shape = *answers.shape[:2], basis.shape[1]
-    extrapolated, own, bent = ((each @ basis).reshape(shape) for each in (limit, flat, slopes))
-    return Modes(extrapolated, own, bent, masses)
+    extrapolated, own, strained = ((each @ basis).reshape(shape) for each in (limit, flat, slopes))
+    return Modes(extrapolated, own, strained, masses)
 
 
 def _products(flat: np.ndarray, masses: sparse.sparray) -> np.ndarray:

@@ -79,7 +79,7 @@ def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(press
         ],
         "vertex_block_descent": [{"level": 1, "steps_per_frame": 4, "sweeps": 30, "radius": 0.95}],
     }
-    table = accuracy.measure(pressed, training_of(pressed, {}, SHARE), truth, grid)
+    table = accuracy.measure(pressed, training_of(pressed, {}, SHARE), truth, grid)[0]
     assert table.groupby("model").size().drop("fem_fine").to_dict() == {
         "fem_coarse": 5, "detail_correction": 3, "moving_modes": 4, "shape_matching": 1, "springs": 2,
         "springs_volume": 2, "xpbd": 1, "projective_dynamics": 2, "vertex_block_descent": 1,  # level 2 there is none

@@ -72,7 +72,7 @@ def test_forces_are_compared_with_those_of_the_standard(falling):
     found = reference(*falling, 0.05, 6)
     assert found.force.shape == (found.frames, 1, 3) and found.force_change < 0.2
     grid = GRID | {"fem_coarse": {"steps_per_frame": [1], "tolerances": [], "gaps": []}}
-    table, forces = accuracy.measure_both(*falling, found, grid, ["shape_matching"])
+    table, forces = accuracy.measure(*falling, found, grid, ["shape_matching"])
     assert table["force_rms_of_peak"].between(1e-6, 1.0).all()
     last = table.iloc[len(found.tried) - 1]
     felt = forces[(forces["model"] == "fem_fine") & (forces["setting"] == last["setting"])]["force_z_n"].to_numpy()
@@ -88,7 +88,7 @@ def test_what_is_not_resolved_is_left_out_with_a_warning(falling):
         found = reference(*falling, 0.002, 3)
     assert 1 <= found.frames < 6 and found.tried.shape[1] == found.frames and found.changes.shape == (2, 6)
     grid = GRID | {"fem_coarse": {"steps_per_frame": [1, 2], "tolerances": [0.1], "gaps": [4.0]}}
-    table = accuracy.measure(*falling, found, grid)
+    table = accuracy.measure(*falling, found, grid)[0]
     assert set(table["resolved_s"]) == {found.duration_s} and set(table["duration_s"]) == {0.06}
     # there is no coarser level
     assert set(table["model"]) == {"fem_fine", "springs", "springs_volume", "shape_matching"}
@@ -100,8 +100,8 @@ def test_what_nothing_can_be_fitted_to_is_a_failure(falling, monkeypatch):
     monkeypatch.setattr("palpate.studies.dynamic.fitted.error_of", lambda *_: 1.0)
     found = reference(*falling, 0.05, 6)
     grid = GRID | {"fem_coarse": {"steps_per_frame": [1], "tolerances": [], "gaps": []}}
-    assert set(accuracy.measure(*falling, found, grid, ["fem_coarse"])["model"]) == {"fem_fine"}
-    table = accuracy.measure(*falling, found, grid)
+    assert set(accuracy.measure(*falling, found, grid, ["fem_coarse"])[0]["model"]) == {"fem_fine"}
+    table = accuracy.measure(*falling, found, grid)[0]
     failed = table[table["failures"] == 1]
     assert list(failed["model"]) == ["springs", "springs_volume", "shape_matching"] and failed["rmse_m"].isna().all()
 

@@ -148,12 +148,7 @@ DYNAMIC_ACCURACY = Table(
 )
 
 
-def measure(*arguments: Any, **options: Any) -> pd.DataFrame:
-    """Tabulate dynamic_accuracy.csv as ``measure_both`` does."""
-    return measure_both(*arguments, **options)[0]
-
-
-def measure_both(
+def measure(
     compared: ComparedScene,
     lesson: ComparedScene | None,
     truth: Reference,
@@ -419,5 +414,5 @@ def measure_dynamic(input, params, say):
     limit = read_arrays(MotionTruth, input.truth) if input.truth else None
     shown = {name: read_arrays(Strokes, path) for name, path in zip(params.stroked, input.strokes, strict=True)}
     reference = read_arrays(Reference, input.reference)
-    found = measure_both(*moving, reference, params.settings, *more, limit, shown, params.seed)
+    found = measure(*moving, reference, params.settings, *more, limit, shown, params.seed)
     return dict(zip(("table", "force"), found, strict=True))

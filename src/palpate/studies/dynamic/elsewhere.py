@@ -138,7 +138,7 @@ def measure_places(
             continue
         # beside the reference's own steps; nothing was fitted to another place
         names, known = ("fem_coarse", "detail_correction", "moving_modes"), {"made": made, "other": modes_of_scene}
-        table = measure(moved, None, truth, grid, names, limit=limit, **known)
+        table = measure(moved, None, truth, grid, names, limit=limit, **known)[0]
         rows.append(table[table["varied"].isin([STEP, "place"])].assign(contact=contact, peak_m=truth.peak))
     return pd.concat(rows, ignore_index=True).reindex(columns=MEASURED)
 

@@ -82,7 +82,9 @@ def test_a_truth_is_kept(truth, tmp_path):
     write_arrays(truth, tmp_path / "truth.npz")
     again = read_arrays(MotionTruth, tmp_path / "truth.npz")
     assert np.array_equal(again.displacement, truth.displacement) and again.rejected == ""
-    assert again.described(0.32) == truth.described(0.32) and again.described(0.32)["reference_step_s"] == 0.04
+    found, kept = again.described(0.32), truth.described(0.32)
+    np.testing.assert_equal(found, kept)  # forces are NaN where nothing touches
+    assert found["reference_step_s"] == 0.04
 
 
 BALL = {"kind": "sphere", "center_m": [0.07, 0.02, 0.062], "radius_m": 0.02, "times_s": [0.0, 0.16, 0.32]}

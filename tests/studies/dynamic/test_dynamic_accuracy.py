@@ -105,7 +105,7 @@ def test_models_are_judged_by_the_truth_if_there_is_one_that_is_believed(pressed
     grid = {"fem_coarse": {"steps_per_frame": [4], "tolerances": [], "gaps": []}}
     grid |= {"fem_fine": {"steps_per_frame": [4], "tolerances": []}, "moving_modes": {}}
     true, rejected, none = (
-        accuracy.measure(pressed, None, truth, grid, ("fem_coarse",), limit=each)
+        accuracy.measure(pressed, None, truth, grid, ("fem_coarse",), limit=each)[0]
         for each in (limit, replace(limit, rejected="for a test"), None)
     )
     assert rejected.drop(columns=TIMES).equals(none.drop(columns=TIMES))

@@ -124,7 +124,7 @@ def test_where_nothing_is_fitted_no_other_motion_is_simulated(block):
     assert lesson is None
     found = reference(made, lesson, 0.05, 6)
     assert found.training.shape == (0, *found.truth.shape[1:]) and found.training_s == 0.0
-    assert list(accuracy._models(made, lesson, found, {"fem_coarse": {}})) == ["fem_coarse"]
+    assert list(accuracy._models(made, lesson, found, {"fem_coarse": {}}, {})) == ["fem_coarse"]
 
 
 def test_plasticity_leaves_springs_out_and_shapes_have_it(block):
@@ -134,7 +134,7 @@ def test_plasticity_leaves_springs_out_and_shapes_have_it(block):
     made = compared_scene("dent", entry, block, own)
     grid = {name: {"steps_per_frame": [1], "evaluations": 5} for name in ("fem_coarse", "springs", "shape_matching")}
     taught = SimpleNamespace(training=None)  # a reference of which the motion to fit to alone is asked
-    assert list(accuracy._models(made, made, taught, grid)) == ["fem_coarse", "shape_matching"]
+    assert list(accuracy._models(made, made, taught, grid, {})) == ["fem_coarse", "shape_matching"]
     assert "plasticity" in made.shapes(5, {}, 1.0).effects
 
 

@@ -205,7 +205,7 @@ def _contact_of(system: System) -> Instrumented:
         raise InputError("it needs a body that is held, as one that is not drifts out of all modes; hold it.")
     found = [effect for _, effect in system.offering(Instrumented)]
     if len(found) != 1:
-        raise InputError("it is for a body that instruments touch; choose bdf2 or, for pushes, reduced.")
+        raise InputError("it is for a body that instruments touch; choose bdf2.")
     found[0].instruments_on(np.empty(0, dtype=int))  # refuses bodies that touch
     return found[0]
 
@@ -223,7 +223,7 @@ class _State(NamedTuple):
 
 
 class TouchingMotion:
-    """M q″ + d (α M q + β g(q))/dt + g(q) = contact, in coordinates of ``body``, as ``ReducedMotion`` has it.
+    """M q″ + d (α M q + β g(q))/dt + g(q) = contact, in coordinates of ``body``.
 
     It needs no positions of other nodes than those of its few elements and those in reach of the instruments;
     ``state`` expands them. NotConverged where a step is not found, or where less of the gap is left than the barrier

@@ -164,7 +164,7 @@ if HELD_OUT:
             **calls("palpate.studies.dynamic.touching:measure_held_out", by_name),
             compared=shown_of,
             grid=lambda wildcards: settings_of_compared(wildcards)["region_modes"],
-            count=lambda wildcards: FOLLOWED[wildcards.scene]["held_out"],
+            held_out=lambda wildcards: FOLLOWED[wildcards.scene]["held_out"],
             seed=config["seed"],
         script:
             "../job.py"

@@ -1,8 +1,11 @@
 """Every scene in which models can be compared takes part, without being named."""
 
+from pathlib import Path
+
 import pytest
 from fixtures.small_scene import BAR, SCENE
 
+ROOT = Path(__file__).parents[2]
 FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}, "effects": "auto"}
 
 
@@ -52,3 +55,9 @@ def test_a_truth_is_found_of_the_scenes_that_ask_for_one(plan, write_config, tmp
     settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "truth": {}}, "other": {"duration_s": 0.1}}
     jobs = plan(tmp_path, write_config(settings), "dynamic")
     assert jobs["find_motion_truth"] == 1 and jobs["measure_dynamic"] == jobs["simulate_dynamic_reference"] == 2
+
+
+def test_what_takes_hours_can_be_planned(plan, tmp_path):
+    both = [ROOT / "config.yaml", ROOT / "config.full.yaml"]
+    jobs = plan(tmp_path, both[0], "--configfile", *map(str, both))
+    assert jobs["measure_held_out"] == 1 and jobs["simulate_strokes"] == 2 and jobs["measure_touch_models"] > 80

@@ -319,6 +319,7 @@ def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted |
     scene = fitted.scene(compared, steps)
     level = fitted.level % len(compared.body.levels)
     row = _head(compared, level, scene.step_s, steps, varied)
+    compared.begin(scene, level, fitted.young_pa)
     try:
         moved, run = compared.move(scene, level, fitted.young_pa)
     except NotConverged:

@@ -1,5 +1,6 @@
 """A scene reduced to what all models can share: what moves and what acts, on nested levels of its body."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from palpate.bodies.particles import Particles, merge_particles, particles_of
 from palpate.bodies.refinement import finer, midpoints_between
 from palpate.bodies.simple_shapes import sheet
 from palpate.effects.push import placed
-from palpate.errors import InputError
+from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry
 from palpate.scenes.run_scene import Run, compose, run
@@ -161,6 +162,11 @@ class ComparedScene:
         motion = moved.motion
         up = sparse.block_diag([to_surface(self.body, level)] * (1 + len(self.shifts_m)), format="csr")
         return np.array([up @ (x - motion.rest) for x in motion.positions[1:]]), moved
+
+    def begin(self, scene: Scene, level: int, young_pa: float | None = None) -> None:
+        """Make the first step of a scene, so that what it compiles or loads is no part of the time of ``move``."""
+        with suppress(NotConverged):
+            run(replace(scene, duration_s=scene.step_s, frames=1), self.particles(level, young_pa))
 
     def nodes(self, level: int) -> int:
         """Return the number of nodes of all bodies."""

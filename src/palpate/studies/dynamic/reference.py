@@ -91,6 +91,7 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
     """Simulate a motion with fine finite elements at steps that are halved; errors as ``reference``."""
     lengths, tried, costs, changes, forces = [], [], [], [], []
     resolved = 0
+    compared.begin(compared.fem(compared.frames), len(compared.body.levels) - 1)
     for halving in range(max_halvings + 1):
         scene = compared.fem(compared.frames * 2**halving)
         displacement, run = compared.move(scene, len(compared.body.levels) - 1)

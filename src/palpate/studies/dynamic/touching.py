@@ -119,4 +119,5 @@ def measure_held_out(input, params, say):
     """Measure strokes that region_modes were not shown, for the rule of that name."""
     scene = compared_scene(body=body_file.load(input.body), **params.compared)
     progress = steps(say, f"{scene.name}: stroke held out")
-    return measure_strokes(scene, read_arrays(Strokes, input.strokes), params.grid, params.held_out, params.seed, progress)
+    asked = params.grid, params.held_out, params.seed
+    return measure_strokes(scene, read_arrays(Strokes, input.strokes), *asked, progress)

@@ -36,10 +36,10 @@ from palpate.studies.dynamic.fitted import (
 from palpate.studies.dynamic.forces import DYNAMIC_FORCE, LIMIT, curve, force_errors
 from palpate.studies.dynamic.reference import Reference
 from palpate.studies.dynamic.strokes import Strokes
-from palpate.studies.dynamic.touching import doubted, tried
+from palpate.studies.dynamic.touching import tried
 from palpate.table_declaration import Table
 
-ORDERS = {"backward_euler": 1, "bdf2": 2, "touching": 2}
+ORDERS = {"backward_euler": 1, "bdf2": 2}
 """Order of the steps of each integrator whose steps are long enough to matter; explicit ones take far shorter ones."""
 
 
@@ -330,8 +330,6 @@ def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted |
         moved = fitted.finish(run.motion)
         seconds += perf_counter() - begin
     told = estimated(compared, fitted, steps, run.motion, moved)
-    if len(run.doubts_m):
-        told = MotionEstimate(doubted(run, moved), run.doubt_s)
     forces = run.motion.instrument_forces()
     measured = _measured(moved, forces, truth, seconds, run.step_p95_s, steps, compared.duration_s)
     return row | measured | told._asdict() | {"offline_s": fitted.offline_s}

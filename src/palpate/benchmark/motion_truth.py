@@ -145,6 +145,8 @@ def motion_truth(
             motion, up = meshes.motion(own)
         before = found.get((level - 1, number)) if meshes.nested else None
         h = duration_s / number
+        if meshes.nested and not found:  # what the first step compiles is no part of a time
+            next(meshes.steps(motion, own, h, number, []))
         reached = meshes.steps(motion, own, h, number, before.middles if before is not None else [])
         found[own, number] = _run(motion, up, reached, level, number, frames, before)
     return _judged(meshes.patch, first, steps, count, found, like)

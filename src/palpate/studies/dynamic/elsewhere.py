@@ -137,8 +137,8 @@ def measure_places(
             rows.append(pd.DataFrame({"scene": [compared.name], "body": compared.body.name, "contact": contact}))
             continue
         # beside the reference's own steps; nothing was fitted to another place
-        names, known = ("fem_coarse", "detail_correction", "moving_modes"), {"made": made, "other": modes_of_scene}
-        table = measure(moved, None, truth, grid, names, limit=limit, **known)[0]
+        names = "fem_coarse", "detail_correction", "moving_modes"
+        table = measure(moved, None, truth, grid, names, limit=limit, made=made, other=modes_of_scene)[0]
         rows.append(table[table["varied"].isin([STEP, "place"])].assign(contact=contact, peak_m=truth.peak))
     return pd.concat(rows, ignore_index=True).reindex(columns=MEASURED)
 

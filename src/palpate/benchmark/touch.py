@@ -17,6 +17,8 @@ from palpate.solvers.grasping import Patch, patch_around
 
 Made = TypeVar("Made")
 TOUCH_COLUMNS = ["sample", "node", "direction_x", "direction_y", "direction_z", "depth_m", "asked_m"]
+LARGEST = 1.5
+"""How far what a grasp holds may reach, over its radius."""
 BEFORE = 0.8
 """Share of the depth at which the force is asked for, too: the stiffness is the slope between them."""
 
@@ -42,8 +44,15 @@ class Touch:
         return self.instrument.kind == GRASP
 
     def patch(self, body: Body) -> Patch:
-        """Return what a grasp holds of ``body``."""
-        return patch_around(body.fine, self.node, self.instrument.radius_m)
+        """Return what a grasp holds of ``body``; InputError where triangles there are much larger."""
+        held, radius = patch_around(body.fine, self.node, self.instrument.radius_m), self.instrument.radius_m
+        reach = float(np.linalg.norm(held.corners - body.fine.nodes[self.node], axis=2).max())
+        if reach > LARGEST * radius:
+            raise InputError(
+                f"bodies.{body.name}: triangles reach {1e3 * reach:.2g} mm from a place, and a grasp holds whole ones; "
+                f"give it a larger radius_m than {radius:g}, or the body more refinements."
+            )
+        return held
 
     @property
     def before(self) -> "Touch":

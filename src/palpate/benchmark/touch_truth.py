@@ -58,7 +58,13 @@ def touch_errors(answer: Touched, truth: Touched, patch: np.ndarray, stiffness_e
 
 
 def patch_of(body: Body, touch: Touch) -> np.ndarray:
-    """Mark the fine surface nodes within a radius of the instrument from where it first touches, (n_surface,) bool."""
+    """Mark the fine surface nodes within a radius of the instrument from where it first touches, (n_surface,) bool.
+
+    Of a grasp they are those within two radii that it does not hold, as all models move what it holds alike.
+    """
+    if touch.grasps:
+        beside = patch_nodes(body.fine, touch.node, 2.0 * touch.instrument.radius_m)
+        return beside & ~np.isin(body.fine.surface, touch.patch(body).nodes_of(body.fine))
     return patch_nodes(body.fine, touch.node, touch.instrument.radius_m)
 
 

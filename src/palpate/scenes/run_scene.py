@@ -315,7 +315,7 @@ def _memory(value: Any, seen: set[int]) -> int:
     if isinstance(value, np.ndarray):
         return 0 if value.base is not None and id(value.base) in seen else value.nbytes
     if isinstance(value, dict):
-        return sum(_memory(inner, seen) for inner in value.values())
+        return sum(_memory(inner, seen) for inner in list(value.values()))
     if isinstance(value, Sequence) and not isinstance(value, str):
         return sum(_memory(inner, seen) for inner in value)
     return _memory(vars(value), seen) if hasattr(value, "__dict__") else 0

@@ -97,7 +97,7 @@ def _check_listed(place: str, scene: dict, names: list[str]) -> None:
 
 def _check_integrator(place: str, scene: dict, elastic: str) -> None:
     """Raise InputError for an integrator that does not suit the elastic effect, or the block of another."""
-    other = next((name for name in RELAXED if name in scene and name != scene["integrator"]), None)
+    other = next((name for name in (*RELAXED, "touching") if name in scene and name != scene["integrator"]), None)
     if other:
         raise InputError(
             f"{place}.{other} describes steps, and the integrator is {scene['integrator']}; choose {other}, or leave "

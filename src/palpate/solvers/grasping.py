@@ -97,6 +97,7 @@ class Grasping(FastEquilibrium):
         """Move the patch along the unit vector ``direction`` (3,) to each depth [m], and yield what that does.
 
         tolerance : of the residual, over the norm of the nodal forces on the patch
+        Areas and pressures are NaN: what is held is no question, and the pressure at its rim has no bound.
         Raises InputError for a depth that is negative or larger than the body, and NotConverged where no stable
         equilibrium is found, or an element is inverted.
         """
@@ -122,7 +123,7 @@ class Grasping(FastEquilibrium):
                 raise NotConverged(f"an element is inverted at a depth of {1e3 * depth:.3g} mm", [det])
             if depth:
                 self.check_stable(x)
-            yield Touching(depth, x, self.reaction(x), self.patch.area_m2, float("nan"), 0.0)
+            yield Touching(depth, x, self.reaction(x), float("nan"), float("nan"), 0.0)
 
     def _balanced(self, start: np.ndarray, tolerance: float) -> np.ndarray:
         """Return the equilibrium (n, 3) [m] with the patch where ``start`` (n, 3) [m] has it."""

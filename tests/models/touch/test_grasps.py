@@ -12,6 +12,7 @@ from palpate.benchmark.touch_measure import measure_touches, penetration
 from palpate.benchmark.touch_truth import Asked, truth_of_touches
 from palpate.benchmark.touched_mesh import bearing
 from palpate.effects.instrument import Instrument
+from palpate.errors import InputError
 from palpate.models.touch import fem, linear, modes, relaxed
 
 GRASP = Instrument("grasp", 0.02)
@@ -73,3 +74,8 @@ def test_what_is_grasped_is_pulled(case):
 def test_those_that_are_made_of_touches_say_that_they_know_no_grasp(case):
     with pytest.raises(LeftOut):
         modes.online(case, {"held": 0, "level": 2})
+
+
+def test_a_grasp_smaller_than_triangles_is_refused(case, pull):
+    with pytest.raises(InputError, match="radius_m"):
+        replace(pull, instrument=Instrument("grasp", 0.005)).patch(case.body)

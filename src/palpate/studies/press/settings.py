@@ -34,7 +34,7 @@ def check(config: dict, file: Path) -> None:
         raise InputError(f"{place} is there and no body is refined; give one refinements of at least 1.")
     check_instruments(f"{place}.instruments", config["press"]["instruments"], names, config)
     for i, entry in enumerate(config["press"]["instruments"]):
-        if entry["kind"] == "capsule" or entry["sticks"]:
+        if entry["kind"] not in ("sphere", "punch") or entry["sticks"]:
             raise InputError(
                 f"{place}.instruments[{i}] is a {entry['kind']}{' that sticks' * entry['sticks']}; give a sphere or a "
                 "punch that slides."

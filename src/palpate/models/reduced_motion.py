@@ -201,7 +201,7 @@ def _sum(loads: Sequence[tuple[np.ndarray, dict | None]], t: float) -> np.ndarra
     return np.sum([force if push is None else factor(push, t) * force for force, push in loads], axis=0)
 
 
-STEPS, FITTED = 24, (0, 1, 3, 5, 6, 8)
+STEPS_OF_PERIOD, FITTED = 24, (0, 1, 3, 5, 6, 8)
 """Steps of a motion that cells are fitted to, and in which of nine directions; in the others they are held out."""
 
 
@@ -225,7 +225,7 @@ def prepare(
     shown: dict[bool, list[np.ndarray]] = {True: [], False: []}
     for number in range(len(directions(np.ones(3)))):
         motion = ReducedMotion(trial, _elsewhere(loads, rest.period_s, number), rayleigh)
-        steps = motion.steps(rest.period_s / STEPS, STEPS, TOLERANCE)
+        steps = motion.steps(rest.period_s / STEPS_OF_PERIOD, STEPS_OF_PERIOD, TOLERANCE)
         shown[number in FITTED] += [each.middle[:, 0] for each in steps][1::2]
     energy, near = CellEnergy(trial.model), pressed[elements.couples].any(axis=1)
     states = np.array(shown[True]), np.array(shown[False])

@@ -7,6 +7,7 @@ import copy
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from palpate.bodies.particles import Particles
 from palpate.collision.contact import barrier_contact
@@ -84,7 +85,9 @@ def roaming(particles: Particles, contact: Mapping, half_width_m: float, count: 
         shifts = np.array([[0, 0, 0], [0, 0, low], [0, 0, low], [*go, last], [*go, 0]], dtype=float) @ frame
         start = np.array([x, y, above]) @ frame
         stroke = copy.deepcopy(dict(contact))
-        stroke["instruments"][tools[0]] = tool | _placed(tool, start + shape @ _turned(frame[2], turn).T)
+        stroke["instruments"][tools[0]] = tool | _placed(
+            tool, start + Rotation.from_rotvec(-turn * frame[2]).apply(shape)
+        )
         stroke["instruments"][tools[0]] |= {"times_s": list(TIMES_S), "shifts_m": shifts.tolist()}
         found.append(stroke)
         if len(found) == count:
@@ -108,12 +111,6 @@ def _height(surface: np.ndarray, at: np.ndarray, within_m: float) -> float:
     """Return the height [m] of the ``surface`` (n, 3) so near to ``at`` (2,), −∞ where there is none."""
     near = np.hypot(*(surface[:, :2] - at).T) < within_m
     return float(surface[near, 2].max()) if near.any() else -np.inf
-
-
-def _turned(axis: np.ndarray, angle: float) -> np.ndarray:
-    """Return the rotation (3, 3) about a unit ``axis`` by Rodrigues' formula."""
-    cross = np.cross(np.eye(3), axis).T
-    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
 
 
 def duration_of(contact: Mapping) -> float:

@@ -34,7 +34,7 @@ ITERATIONS = 60
 """Of a search, after which it counts as not found."""
 PASSES = 2
 """Searches of a step with friction: with directions and forces of its beginning, then with those of the first's end."""
-LEAST = 0.01
+LEAST_ENERGY = 0.01
 """Of the largest elastic energy so far: what is left of a search is compared with no less."""
 FAINTEST_J = 1e-9
 """As much, before anything has moved."""
@@ -112,7 +112,7 @@ def minimise(
         Woodbury's formula, so that an iteration is of order r².
     body : arguments of ``elastic_of``; work : its positions and forces, and those of the contact's points
     It ends where a step would gain less than ``enough``² of the elastic energy, of ``floor`` [J] at least. Returns the
-    elastic gradient and energy, what is left, and the energies computed.
+    elastic gradient and energy, and what is left.
     """
     phi, rest, elements, modulus, law = body
     x, force, points, pull = work
@@ -120,7 +120,7 @@ def minimise(
     away = q - centre
     value = 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, q)
     value += touched_by(x, local, tools, stencils, rubbing, points, pull)
-    left, calls = np.inf, 1
+    left = np.inf
     for rounds in range(most + 1):
         gradient = inertia * away + share * own - outer
         touched = gathered(pull, local, phi, gradient)
@@ -147,7 +147,6 @@ def minimise(
             away = reached - centre
             there = 0.5 * np.sum(inertia * away * away) + share * lower - np.dot(outer, reached)
             there += touched_by(x, local, tools, stencils, rubbing, points, pull)
-            calls += 1
             if there <= value + 1e-4 * length * slope + ROUNDING * abs(value):
                 found = True
                 break
@@ -158,7 +157,7 @@ def minimise(
         # the Hessian without contact times the step, as the direction has solved it
         improve(inverse, step, inertia * step + share * (pulled - own), -length * (gradient + held))
         q[:], own, value, energy = reached, pulled, there, lower
-    return own, energy, left, calls
+    return own, energy, left
 
 
 def make(system: System, settings: dict) -> "TouchingMotion":
@@ -267,12 +266,6 @@ class TouchingMotion:
         minimise(0.0 * one, one, 0.0 * one, 1.0, 0.0 * one, np.diag(one), self._body, *touching, FAINTEST_J, 1.0, 0)
         least_gap(self.contact.stencils, self._points)
 
-    @property
-    def megabytes(self) -> float:
-        """What a step reads [MB]."""
-        phi, rest, elements, modulus, _ = self._body
-        return sum(a.nbytes for a in (phi, rest, modulus, *elements, *self.contact.stencils[:5])) / 2**20
-
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; errors as ``advance``."""
         self.advance(h)
@@ -302,7 +295,7 @@ class TouchingMotion:
                 rubbing = contact.rubbing(self._work[2], start, reach)
             g, energy = self._found(q, inertia, centre, 1.0 + lag, lag * base.g, tools, rubbing)
         self._points, self._points_before = self._work[2].copy(), seen
-        self._floor = max(self._floor, LEAST * energy)
+        self._floor = max(self._floor, LEAST_ENERGY * energy)
         self._last = now.q, before.q, base.w, reach, share
         self._before, self._now, self._length = now, _State(q, (q - base.q) / reach, g), h
         forces = self._work[3]
@@ -324,7 +317,7 @@ class TouchingMotion:
         for _ in range(2):
             touching = self._local, tools, self.contact.stencils, rubbing, self._work
             ends = self._floor, self._tolerance, ITERATIONS
-            g, energy, left, _ = minimise(q, *problem, self._inverse, self._body, *touching, *ends)
+            g, energy, left = minimise(q, *problem, self._inverse, self._body, *touching, *ends)
             if left <= self._tolerance:
                 break
             self._inverse = np.diag(1.0 / (inertia + share))  # what was learnt misleads: once more without it

@@ -145,11 +145,6 @@ class Rayleigh(Block):
     stiffness_s: NotNegative = key("Share of the stiffness [s]", 0.01)
 
 
-class Disc(Block):
-    at_m: Vector = key("A point near the surface [m]")
-    radius_m: NotNegative = key("Radius of the disc [m]; 0 is one node", 0)
-
-
 class Xpbd(Block):
     iterations: Count = key("Iterations of each step; 1 with small steps", 1)
 

@@ -174,6 +174,17 @@ class QuadraticMotion(Equilibrium, Midpoint):
         self._linear_springs = None if springs is None else pattern.blocks(springs)
         return self.linear_stiffness(self.mesh.nodes)
 
+    def linear_stage(self, tau: float, x: np.ndarray) -> sparse.bsr_array:
+        """Return the Hessian of a stage of ``tau`` [s], half a step of the midpoint rule, of linear elements at ``x``.
+
+        It has the stiffness and the damping of these, on the same nodes (n, 3) [m], and lumped masses.
+        """
+        matrix = self.linear_stiffness(x)
+        matrix.data *= 1.0 + self._beta / tau
+        mass = (1.0 / tau**2 + self._alpha / tau) * self.lumped
+        matrix.data[self._linear.pattern.diagonal] += mass[:, None, None] * np.eye(3)
+        return matrix
+
     def linear_stiffness(self, x: np.ndarray) -> sparse.bsr_array:
         return self._on_supports(self._linear.stiffness(x, definite=True), self._linear_springs)
 
@@ -229,10 +240,7 @@ class QuadraticMotion(Equilibrium, Midpoint):
     def _preconditioner(self, h: float, x: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
         """Return a multigrid cycle for what linear elements on the same nodes, at ``x`` (n, 3) [m], make of a step."""
         assert self._multigrid is not None  # quadratic elements have a level below that of their nodes
-        matrix = self.linear_stiffness(x)
-        matrix.data *= 1.0 + 2.0 * self._beta / h
-        mass = (4.0 / h**2 + 2.0 * self._alpha / h) * self.lumped
-        matrix.data[self._linear.pattern.diagonal] += mass[:, None, None] * np.eye(3)
+        matrix = self.linear_stage(0.5 * h, x)
         hold(matrix.indptr, matrix.indices, matrix.data, self._held)
         self._multigrid.update(matrix)
         return self._multigrid.solve

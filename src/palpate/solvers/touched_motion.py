@@ -119,10 +119,7 @@ class TouchedMotion(QuadraticMotion):
     def _solver(self, tau: float, x: np.ndarray, contact: "_Contact") -> Callable[[np.ndarray], np.ndarray]:
         """Return a multigrid cycle for what linear elements on the same nodes, at ``x`` (n, 3) [m], make of a stage."""
         assert self._multigrid is not None  # quadratic elements have a level below that of their nodes
-        matrix = self.linear_stiffness(x)
-        matrix.data *= 1.0 + self._beta / tau
-        diagonal = self._linear.pattern.diagonal
-        matrix.data[diagonal] += ((1.0 / tau**2 + self._alpha / tau) * self.lumped)[:, None, None] * np.eye(3)
+        matrix, diagonal = self.linear_stage(tau, x), self._linear.pattern.diagonal
         blocks = self._lump[:, None] * contact.stiffness(x).reshape(-1, 9)
         matrix.data[diagonal] += (self._lumping @ blocks).reshape(-1, 3, 3)
         hold(matrix.indptr, matrix.indices, matrix.data, self._held)

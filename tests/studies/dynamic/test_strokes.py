@@ -32,7 +32,7 @@ GRID |= {"half_width_m": 0.022, "strokes": 4}
 def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatch):
     monkeypatch.setattr(strokes, "LENGTH_M", 0.01)
     monkeypatch.setattr(touching, "FRAMES", 15)
-    monkeypatch.setattr(touching, "STEPS", (2, 4))
+    monkeypatch.setattr(touching, "STEPS_PER_FRAME", (2, 4))
     mesh = box([0.06, 0.06, 0.03], [4, 4, 2])
     body = nest("pad", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(5000.0, 0.3, 1000.0))
     save(body, tmp_path / "body.h5")

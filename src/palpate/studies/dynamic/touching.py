@@ -62,7 +62,7 @@ def doubted(run: Run, moved: np.ndarray) -> float:
     return float(run.doubts_m.max() / np.linalg.norm(moved, axis=2).max())
 
 
-FRAMES, STEPS = 30, (4, 8)
+FRAMES, STEPS_PER_FRAME = 30, (4, 8)
 """Of a stroke held out, and the steps of finite elements in each, from which their limit is extrapolated."""
 
 
@@ -84,7 +84,7 @@ def measure_strokes(
         each = replace(stroked, loads=compared.loads | {"contact": contact})
         labels = {"scene": compared.name, "body": compared.body.name, "contact": number}
         try:
-            longer, shorter = (each.move(each.fem(n * FRAMES), len(each.body.levels) - 1)[0] for n in STEPS)
+            longer, shorter = (each.move(each.fem(n * FRAMES), len(each.body.levels) - 1)[0] for n in STEPS_PER_FRAME)
         except NotConverged:
             rows.append(labels)
             continue

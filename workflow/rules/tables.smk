@@ -76,6 +76,6 @@ if {"tradeoff", "dynamic"} & set(ASKED):
         params:
             **calls("palpate.studies.tradeoff.jobs:tabulate_advice"),
             limits=(config if "tradeoff" in ASKED else {"tradeoff": defaults("tradeoff")})["tradeoff"]["advice"],
-            speeds=config.get("dynamic", {}).get("speeds", []),
+            moving=some("dynamic", "budgets_ms", "speeds") if "dynamic" in ASKED else {},
         script:
             "../job.py"

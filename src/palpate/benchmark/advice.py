@@ -48,7 +48,8 @@ ADVICE = Table(
     rejected rejected_answered: validation and test presses without a truth, of which no error is known, and those of
         them that it answered without a doubt or a failure
     p95_of_peak: 95th percentile of the error over the nodes
-    online_median_s online_p95_s online_max_s: times of an answer: median, 95th percentile, and of the slowest press
+    online_median_s online_p95_s online_max_s: times of an answer, or where a body moves of a step: median, 95th
+        percentile, and of the slowest press or step
     offline_s memory_mb: of the preparation [s], and what it holds [1e6 bytes]
     margin: share of the budget that the slowest press leaves, or of max_error that the bound leaves
     confidence: where each contact is left out in turn, of a budget the share of contacts without which it is, or ties

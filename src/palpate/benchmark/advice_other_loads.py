@@ -125,8 +125,8 @@ def _within(able: pd.DataFrame, limit: dict, bounds: pd.DataFrame | None) -> dic
         least = able.loc[used.idxmin()]
         why = (
             f"the fastest setting, {name(least)}, takes {least['real_time_factor']:.2g} s for a second of motion and "
-            f"{least['step_p95_ms']:.3g} ms a step at the 95th percentile, {used.min() / (1 - MARGIN):.3g} times what "
-            f"leaves {percent(MARGIN)} unused"
+            f"{least['step_p95_ms']:.3g} ms a step at the 95th percentile, {least['step_max_ms']:.3g} ms at most, "
+            f"{used.min() / (1 - MARGIN):.3g} times what leaves {percent(MARGIN)} unused"
         )
         return _near(least) | {"why": why}
     reason = f"least error of {counted(fits)} that run {what} and leave {100 * MARGIN:.0f} % of it unused"
@@ -143,7 +143,10 @@ def _under(able: pd.DataFrame, limit: dict, bounds: pd.DataFrame | None) -> dict
     if fits.empty:
         pace = f"{nearest['real_time_factor']:.2g} s for a second of motion"
         distance = f"{percent(nearest['rmse_of_peak'])} from the standard, {_mesh(able)}, and takes {pace}"
-        return near | {"why": f"the setting of least error, {name(nearest)}, is {distance}"}
+        why = f"the setting of least error, {name(nearest)}, is {distance}"
+        if max_error < (own := able["own_error"].iloc[0]):
+            why = f"no error below {percent(own)} can be told, the own error of what errors are from; {why}"
+        return near | {"why": why}
     reason = f"fastest of {counted(fits)} whose error, the standard's own added, stays below {percent(max_error)}"
     best, row = _chosen(able, fits, BY_TIME, reason, bounds)
     return row | {"margin": 1 - bounded[best.name] / max_error}
@@ -170,6 +173,7 @@ def _chosen(
     why = "; ".join([reason, pace, next_best(rival, best, column), f"errors are from the standard, {_mesh(able)}"])
     row = {key: best[key] for key in ("model", "setting", "rmse_of_peak", "p95_of_peak")} | {
         "online_p95_s": 1e-3 * best["step_p95_ms"],
+        "online_max_s": 1e-3 * best["step_max_ms"],
         "reference_error": best["own_error"],
         "times_life": 1.0 / best["real_time_factor"],
         "bound_of_peak": bound,

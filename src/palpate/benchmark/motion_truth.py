@@ -38,8 +38,8 @@ class MotionTruth:
     least_det : the least determinant of the deformation gradient of all levels at the ends of frames
     rejected : why the limit is not believed, or ""
     tried : (m, f, n, 3) [m], the motions it is made of, of ``tried_level`` (m,) and ``tried_nodes`` (m,), in
-        ``tried_steps`` (m,) steps; seconds, step_p95_s : (m,) of all steps, those of the coarser levels that it began
-        with included, and the 95th percentile of its own
+        ``tried_steps`` (m,) steps; seconds, step_p95_s, step_max_s : (m,) of all steps, those of the coarser levels
+        that it began with included, and the 95th percentile and the largest of its own
     balance : of the motion on the finest level, how much of the work of the loads is neither kept nor damped
     spent_s : time of all motions together [s]
     force, tried_force : (f, k, 3) and (m, f, k, 3) [N] of k instruments on the body, mean over each frame
@@ -57,6 +57,7 @@ class MotionTruth:
     tried_steps: np.ndarray
     seconds: np.ndarray
     step_p95_s: np.ndarray
+    step_max_s: np.ndarray
     balance: float
     spent_s: float
     force: np.ndarray
@@ -266,6 +267,7 @@ def _judged(
         tried_steps=np.array([run.steps for run in runs]),
         seconds=np.array([run.whole_s for run in runs]),
         step_p95_s=np.array([np.percentile(run.seconds, 95) for run in runs]),
+        step_max_s=np.array([max(run.seconds) for run in runs]),
         balance=found[first + count - 1, steps].balance,
         spent_s=sum(sum(run.seconds) for run in runs),
         force=force,

@@ -30,7 +30,7 @@ def lines(advice: pd.Series, rows: pd.DataFrame | None = None) -> str:
     head = f"{advice['scene']}, {limit(advice)}"
     if advice["model"] == NONE:
         return _lines(f"{head}: none", nearest=nearest(advice), because=advice["why"])
-    p95 = f"{seconds(advice['online_p95_s'])} at the 95th percentile"
+    p95 = f"{seconds(advice['online_p95_s'])} at the 95th percentile, {seconds(advice['online_max_s'])} for the slowest"
     here = "on the machine that filled the tables"
     if rows is not None:
         row = rows[(rows["model"] == advice["model"]) & (rows["setting"] == advice["setting"])].iloc[0]
@@ -51,8 +51,7 @@ def lines(advice: pd.Series, rows: pd.DataFrame | None = None) -> str:
             f"({interval(advice)} in 90 % of draws of the test contacts); {other}",
             "bound": bounded(advice),
             "rejected": answered_without_truth(advice),
-            "time": f"{seconds(advice['online_median_s'])} an answer (median), {p95}, "
-            f"{seconds(advice['online_max_s'])} for the slowest press, {here}",
+            "time": f"{seconds(advice['online_median_s'])} an answer (median), {p95} press, {here}",
         }
         before = f"{_prepared(advice['offline_s'])}, {advice['memory_mb']:.3g} MB"
     rest = {"margin": _margin(advice), "before": before, "because": advice["why"]}
@@ -249,12 +248,15 @@ def nearest(advice: pd.Series) -> str:
 
 
 def moved_cell(advice: pd.Series) -> str:
-    """Return model, error, its bound and its speed in a scene that moves, for a cell of a table."""
+    """Return model, error, its bound and its speed, within a budget its steps, too, of a scene that moves."""
     if advice["model"] == NONE:
         return "none"
     bound = f", elsewhere below {percent(advice['bound_of_peak'])}" if np.isfinite(advice["bound_of_peak"]) else ""
-    error = percent(advice["rmse_of_peak"])
-    return f"{label(advice['model'], advice['setting'])}: {error}{bound}, {pace(advice['times_life'])}"
+    error, step = percent(advice["rmse_of_peak"]), ""
+    if np.isfinite(advice["budget_ms"]):
+        p95, slowest = (seconds(advice[name]) for name in ("online_p95_s", "online_max_s"))
+        step = f", {p95} a step at the 95th percentile, {slowest} at most"
+    return f"{label(advice['model'], advice['setting'])}: {error}{bound}, {pace(advice['times_life'])}{step}"
 
 
 def any_load_cell(advice: pd.Series) -> str:

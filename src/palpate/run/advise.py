@@ -133,7 +133,8 @@ def advise_force(results: Path, scene: str | None, limits: dict[str, list[float]
     """Advise by the error of the force of an instrument, in one scene or all; limits, InputError as ``advise``.
 
     Scenes are those of touch.csv, where without a limit it is what is nearest to the true force whatever time it takes,
-    and those of dynamic_accuracy.csv in which an instrument touches a body that moves.
+    and those of dynamic_accuracy.csv in which an instrument touches a body that moves, whose limits are then those that
+    the run was asked for.
     """
     paths = {name: results / f"tables/{name}.csv" for name in ("touch", "dynamic_accuracy")}
     there = [name for name, path in paths.items() if path.is_file()] or ["touch"]
@@ -151,12 +152,21 @@ def advise_force(results: Path, scene: str | None, limits: dict[str, list[float]
             said.append(force_lines(advise_touch(rows, budget, most)))
         elif kinds[name] != "touch" and limits:
             said.append(lines(other_loads.advise_motion(rows, **limits, error="force").iloc[0], rows))
+        elif kinds[name] != "touch":
+            asked = other_loads.advise_motion(rows, **_asked(results, name), error="force")
+            said.append(advice_list(asked, "force"))
         else:
-            lack = "is pressed and does not move; leave --speed out" if limits else "moves; give --speed, for example"
-            refused = f"--error force: {name} {lack}."
+            refused = f"--error force: {name} is pressed and does not move; leave --speed out."
     if refused and not said:
         raise InputError(refused)
     return "\n".join(said)
+
+
+def _asked(results: Path, scene: str) -> dict[str, list[float]]:
+    """Return the limits of a scene in advice.csv, by what is limited."""
+    rows = tables.where(tables.read(results / "tables/advice.csv"), scene=scene)
+    columns = {"budgets_ms": "budget_ms", "max_errors": "max_error", "speeds": "speed"}
+    return {name: list(rows[column].dropna().unique()) for name, column in columns.items()}
 
 
 def _of_scene(results: Path, scene: str, found: list[pd.DataFrame], limits: dict, kind: str) -> str:

@@ -119,7 +119,8 @@ class InModes(Integrator, Protocol):
 class Run:
     """A motion and its cost.
 
-    steps : number of steps; seconds : time of the whole loop [s]; step_p95_s : 95 % of the steps took at most this [s]
+    steps : number of steps; seconds : time of the whole loop [s]; step_p95_s, step_max_s : 95 % of the steps, and all
+        of them, took at most this [s]
     effect_seconds : time in each effect [s]; effect_kb : memory that each effect holds [kB]
     doubts_m : what a motion in modes says of its own error in each frame but the first [m], empty of others; doubt_s :
         the time of all these [s], which is not in ``seconds``
@@ -129,6 +130,7 @@ class Run:
     steps: int
     seconds: float
     step_p95_s: float
+    step_max_s: float
     effect_seconds: dict[str, float]
     effect_kb: dict[str, float]
     doubts_m: np.ndarray
@@ -155,7 +157,7 @@ def run(scene: Scene, particles: Particles, progress: Callable = iter, without: 
     loop(system, integrator, scene, record, progress, parts)
     seen = {id(particles), *map(id, vars(particles).values())}
     kilobytes = {name: _memory(effect, seen) / 1024 for name, effect in system.effects.items()}
-    seconds = sum(record.seconds), float(np.percentile(record.seconds, 95))
+    seconds = sum(record.seconds), float(np.percentile(record.seconds, 95)), max(record.seconds)
     doubts = np.array(record.doubts), record.doubt_s
     return Run(record.motion(), scene.steps, *seconds, dict(system.seconds), kilobytes, *doubts)
 

@@ -17,7 +17,7 @@ from palpate.studies.dynamic.reference import Reference, reference, resolved_fra
 SHARE = 0.5
 """Of the loads, under which the motion is that models are fitted to."""
 
-TIMES = ["ms_per_step", "step_p95_ms", "real_time_factor", "estimate_s", "offline_s"]
+TIMES = ["ms_per_step", "step_p95_ms", "step_max_ms", "real_time_factor", "estimate_s", "offline_s"]
 
 
 @pytest.fixture(scope="module")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from palpate.benchmark.advice_other_loads import advise_motion
 from palpate.cli import main
 
 
@@ -79,3 +80,17 @@ def test_a_scene_that_moves_is_advised_by_the_force_that_its_models_feel(ask, dy
     )
     assert ask("--scene", "bar_sag", "--speed", "1")[0] == 1
     assert ask("--speed", "0.01")[1].startswith("liver_press, 0.01 × real time: ")
+
+
+def test_without_a_limit_a_motion_has_those_of_the_run(ask, dynamic_table, tmp_path):
+    table = dynamic_table.assign(force_rms_of_peak=2.0 * dynamic_table["rmse_of_peak"], reference_force_error=0.004)
+    table.assign(reference="fem_p2").to_csv(tmp_path / "tables/dynamic_accuracy.csv", index=False)
+    rows = table[table["scene"] == "liver_press"].assign(reference="fem_p2", reference_error=0.001)
+    advise_motion(rows, [8.0], [0.003], [2.0]).to_csv(tmp_path / "tables/advice.csv", index=False)
+    code, said = ask("--scene", "liver_press")
+    assert code == 0 and said.startswith("Advice for liver_press (mean error as a share of the peak force):\n")
+    assert [line[2:].split("  ")[0] for line in said.splitlines()[1:4]] == [
+        "within 8 ms", "error of at most 0.3 %", "2 × real time",
+    ]  # fmt: skip
+    assert said.count("springs (step_s=0.001): 8 %, 5 × real time") == 2
+    assert "Errors are from a standard that is 0.4 % wrong itself." in said

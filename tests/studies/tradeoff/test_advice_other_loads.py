@@ -8,6 +8,7 @@ from palpate.benchmark.advice import NONE
 from palpate.benchmark.advice_other_loads import advise_any_load, advise_motion, operator_error
 from palpate.report.advice_words import any_load_cell as brief
 from palpate.report.advice_words import any_load_lines as lines
+from palpate.report.advice_words import moved_cell
 from palpate.studies.tradeoff.general_loads import ANY_LOAD
 
 
@@ -32,6 +33,7 @@ def motions():
         reference_level=1,
         reference_change=1e-4,
         p95_of_peak=2 * table["rmse_of_peak"],
+        step_max_ms=3 * table["step_p95_ms"],
     )
 
 
@@ -48,6 +50,20 @@ def test_least_wrong_of_what_keeps_up_within_the_budget(motions):
     row = found.loc[16.7]
     assert (row["model"], row["rival"]) == ("springs", "fem_coarse")
     assert row["factor"] == pytest.approx(0.05 / 0.0201)
+    assert found["online_max_s"].tolist()[1:] == pytest.approx([4.5e-4, 4.5e-4])
+
+
+def test_a_budget_of_a_step_takes_what_a_larger_one_lets_be_more_accurate(motions):
+    """No larger error is taken for more time; each step has its 95th percentile below, and its largest told."""
+    table = motions.assign(real_time_factor=0.5)  # all keep up
+    found = advise_motion(table, budgets_ms=[0.1, 1, 8, 16.7, 1000])
+    assert found["model"].tolist() == ["none", "shape_matching", "shape_matching", "shape_matching", "fem_fine"]
+    taken = found[found["model"] != "none"]
+    assert (1e3 * taken["online_p95_s"] <= 0.8 * taken["budget_ms"]).all()
+    assert taken["rmse_of_peak"].is_monotonic_decreasing
+    said = moved_cell(taken.iloc[-1]).replace("\xa0", " ")
+    assert said.endswith("2 × real time, 450 ms a step at the 95th percentile, 1.35 s at most")
+    assert "a step" not in moved_cell(advise_motion(table, speeds=[1]).iloc[0])
 
 
 def presses(own):
@@ -81,7 +97,9 @@ def test_a_truth_is_added_as_it_is_and_no_limit_below_it_is_met(motions):
     found = advise_motion(judged, max_errors=[0.03, 0.0029, 0.0019], pressed=presses(0.08))
     assert list(found["model"]) == ["springs", "none", "none"] and (found["reference_error"] == 0.002).all()
     assert found["margin"].iloc[0] == pytest.approx(1 - 0.0221 / 0.03)
-    assert "the limit of quadratic elements, which is 0.2 % wrong itself" in found["why"].iloc[2].replace("\xa0", " ")
+    said = found["why"].str.replace("\xa0", " ")
+    assert "the limit of quadratic elements, which is 0.2 % wrong itself" in said.iloc[2]
+    assert said.str.startswith("no error below 0.2 % can be told").tolist() == [False, False, True]
 
 
 def test_what_failed_and_modes_for_another_place_are_measured_and_not_advised(motions):

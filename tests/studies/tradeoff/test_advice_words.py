@@ -39,7 +39,13 @@ def motions(dynamic_table):
     table = dynamic_table[dynamic_table["scene"] == "liver_press"].replace({"springs": "moving_modes"})
     table = table.replace({"setting": {"step_s=0.002": "step_s=0.07", "step_s=0.001": "step_s=0.035"}})
     return table.assign(
-        body="liver", estimate_of_peak=0.03, ms_per_step=1.0, step_p95_ms=2.0, p95_of_peak=0.06, offline_s=0.5
+        body="liver",
+        estimate_of_peak=0.03,
+        ms_per_step=1.0,
+        step_p95_ms=2.0,
+        step_max_ms=3.0,
+        p95_of_peak=0.06,
+        offline_s=0.5,
     )
 
 

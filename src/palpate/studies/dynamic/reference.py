@@ -29,8 +29,8 @@ class Reference:
 
     truth : (f, n_surface, 3), extrapolated to steps of no length; change : what halving the step last changed it by,
         in parts of its peak; step_s : the shortest step; bound : what the change may be
-    tried : (m, f, n_surface, 3) of steps ``tried_s`` (m,), as they are; seconds,
-        step_p95_s : (m,) what each took for all frames, and 95 % of its steps at most
+    tried : (m, f, n_surface, 3) of steps ``tried_s`` (m,), as they are; seconds, step_p95_s,
+        step_max_s : (m,) what each took for all frames, and 95 % of its steps, and all of them, at most
     changes : (m − 2, of_frames) of each frame by each halving after the first, in parts of the peak of all frames
     duration_s : the time until the last of the f frames
     training : (g, n_surface, 3) of the motion that models are fitted to, until training_s; if none is fitted, g is 0
@@ -46,6 +46,7 @@ class Reference:
     tried_s: np.ndarray
     seconds: np.ndarray
     step_p95_s: np.ndarray
+    step_max_s: np.ndarray
     changes: np.ndarray
     of_frames: int
     duration_s: float
@@ -98,7 +99,7 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
         lengths.append(scene.step_s)
         tried.append(displacement)
         forces.append(run.motion.instrument_forces())
-        costs.append((run.seconds, run.step_p95_s))
+        costs.append((run.seconds, run.step_p95_s, run.step_max_s))
         if halving > 1:
             # the motions at steps of no length, from those at a step and at half of it
             before, truth = _limits(tried, compared.order)
@@ -115,11 +116,10 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
             "of its peak; allow more change, or damp the scene more",
             [float(each.max()) for each in changes],
         )
-    seconds, p95 = np.array(costs).T
     last = float((off[:resolved] / peaks[:resolved].max()).max())
     kept = np.array(tried)[:, :resolved]
     length = compared.duration_s * resolved / compared.frames
-    times, untaught = (np.array(lengths), seconds, p95), (np.empty((0, *truth.shape[1:])), 0.0)
+    times, untaught = (np.array(lengths), *np.array(costs).T), (np.empty((0, *truth.shape[1:])), 0.0)
     felt_before, felt = (each[:resolved] for each in _limits(forces, compared.order))
     return Reference(
         truth[:resolved], last, lengths[-1], change, kept, *times, np.array(changes), compared.frames, length,

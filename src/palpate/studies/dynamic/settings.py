@@ -230,9 +230,11 @@ class Settings(Block):
     max_halvings: Halvings = key("Times that the reference's step is halved, from one a frame, before giving up", 6)
     training_share: Inside = key("Share of a scene's loads that models are fitted to without other training", 0.5)
     speeds: Distinct[Positive] = key(
-        "Multiples of life, seconds of motion in a second, for which a model is advised beside the budgets of the "
-        "trade-off",
-        [1, 20],
+        "Multiples of life, seconds of motion in a second, for which a model is advised", [1, 20]
+    )
+    budgets_ms: Distinct[Positive] = key(
+        "Times of a step [ms] for which a model is advised: of haptics, of a game, of 60 pictures a second",
+        [1, 8, 16.7],
     )
     scenes: dict[Name, Followed] = optional(
         "Scenes, and how each is followed; left out, all take part in which one held body that is no sheet moves "

@@ -129,7 +129,7 @@ def tabulate_advice(input, params):
     bounds = dict(table for path in input.bounds for table in pd.read_csv(path).groupby("scene"))
     for path in input.motions:
         for scene, rows in pd.read_csv(path).groupby("scene", sort=False):
-            found.append(advise_motion(rows, **limits, speeds=params.speeds, bounds=bounds.get(scene), pressed=pressed))
+            found.append(advise_motion(rows, **limits | params.moving, bounds=bounds.get(scene), pressed=pressed))
     return pd.concat(found)
 
 

@@ -223,6 +223,31 @@ def test_a_finger_that_goes_through_the_body_is_doubted_or_raised(pad, shown):
     assert done.doubts_m.max() > 10.0 * usual
 
 
+def test_a_body_that_is_held_down_is_followed_until_its_scene_ends(pad):
+    """As it goes on to move when the finger has stopped: modes of the way down alone are several times as wrong."""
+    press = {"times_s": [0.0, 0.04], "shifts_m": [[0, 0, 0], [0, 0, -0.008]]}
+    contact = CONTACT | {"instruments": [BALL | press]}
+    coarser, finer = (of_elements(pad, contact, h).motion.positions for h in (0.0025, 0.00125))
+    limit, asked = 2.0 * finer - coarser, scene(contact).integration["touching"] | {"modes": 20, "vibrations": 0}
+    wrong = []
+    for until in (0.04, DURATION_S):
+        learnt = touching_motion.prepare(compose(scene(contact), pad), asked, until_s=until)
+        done = run(scene(contact, step_s=0.0025, **asked, learnt=learnt), pad)
+        wrong.append(off(done.motion.positions, limit))
+    assert off(run(scene(contact, step_s=0.0025, **asked), pad).motion.positions, limit) == wrong[1]
+    assert wrong[1] < 0.01 and wrong[0] > 1.5 * wrong[1]
+
+
+def test_a_step_in_which_the_finger_would_pass_through_the_pad_unseen_is_refused(pad, shown):
+    """It is above the pad where the step begins and below it where it ends, and the pad would not move."""
+    asked = few(pad, shown)
+    through = CONTACT | {"instruments": [BALL | {"times_s": [0.0, 0.04], "shifts_m": [[0, 0, 0], [0, 0, -0.06]]}]}
+    with pytest.raises(InputError, match=r"step_s is 0\.04 s, and touching takes steps of up to 0\.008 s"):
+        run(scene(through, step_s=0.04, **asked), pad)
+    low = run(scene(through, step_s=0.005, **asked), pad).motion.positions[-1][:, 2].min()
+    assert low < -0.02  # before the finger, which ends at −0.018
+
+
 def test_random_strokes_press_into_the_surface_and_stay_in_the_region(pad):
     found = strokes.roaming(pad, CONTACT, 0.025, 6, seed=2)
     assert found == strokes.roaming(pad, CONTACT, 0.025, 6, seed=2) != strokes.roaming(pad, CONTACT, 0.025, 6, seed=3)
@@ -247,7 +272,7 @@ def test_strokes_that_elements_do_not_find_are_left_out_and_most_must_be_found(p
 
     monkeypatch.setattr(BackwardEuler, "step", step)
     numbered = [CONTACT | {"number": k} for k in range(3)]
-    assert strokes.shown(system, numbered, 0.04).shape == (4, *pad.nodes.shape)
+    assert strokes.shown(system, numbered, 0.04).shape == (2 * strokes.LEAST_STEPS, *pad.nodes.shape)
     failing.add(1)
     with pytest.raises(NotConverged, match="2 of 3 strokes are not found: lost"):
         strokes.shown(system, numbered, 0.04)

@@ -80,4 +80,4 @@ def test_a_step_that_is_not_stable_is_refused_when_the_scene_runs(run, smoke, wr
     done = run(tmp_path, write_config(smoke), "--", motion)
     assert done.returncode == 1 and not (tmp_path / motion).exists() and "Traceback" not in done.stdout
     (said,) = {line for line in done.stdout.splitlines() if line.startswith("error: ")}
-    assert said.startswith("error: scenes.sag.step_s is 0.02 s, and symplectic_euler is stable up to")
+    assert said.startswith("error: scenes.sag.step_s is 0.02 s, and symplectic_euler takes steps of up to")

@@ -16,8 +16,9 @@ from palpate.errors import InputError, NotConverged
 from palpate.solvers.backward_euler import BackwardEuler
 from palpate.solvers.system import System
 
-STEP_S = 0.02
-"""Steps of the strokes that modes are learnt from; what they move like is enough, and not exactly when."""
+STEP_S, LEAST_STEPS = 0.02, 30
+"""Steps of the strokes that modes are learnt from, and how many at least; what they move like is enough, and not
+exactly when."""
 TOLERANCE = 1e-4
 LEAST_SHARE = 0.5
 """Of the strokes, which finite elements have to find; others lead into what is held."""
@@ -151,7 +152,7 @@ def shown(system: System, contacts: Sequence[Mapping], duration_s: float, progre
     A body that a stroke begins in is pushed out of it. A stroke that they do not find is left out; NotConverged if
     more are than LEAST_SHARE leaves.
     """
-    found, steps = [], max(1, round(duration_s / STEP_S))
+    found, steps = [], max(LEAST_STEPS, round(duration_s / STEP_S))
     for contact in progress(list(contacts)):
         try:
             stroked = of_contact(system, dict(contact) | {"push_out": True})

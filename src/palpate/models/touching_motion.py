@@ -166,26 +166,30 @@ def make(system: System, settings: dict) -> "TouchingMotion":
     InputError as ``prepare``, and for modes of another body.
     """
     contact, asked = _contact_of(system), settings["touching"]
-    body = asked.get("learnt") or prepare(system, asked)
+    body = asked.get("learnt") or prepare(system, asked, until_s=settings["duration_s"])
     if not belongs(body, system):
         raise InputError(f"its modes are not those of {system.particles.name}; prepare them for this body.")
     return TouchingMotion(system, body, contact.instruments_on(body.reach), asked["tolerance"])
 
 
 def prepare(
-    system: System, asked: dict, shown: np.ndarray | None = None, passing: Sequence[Mapping] | None = None
+    system: System,
+    asked: dict,
+    shown: np.ndarray | None = None,
+    passing: Sequence[Mapping] | None = None,
+    until_s: float = 0.0,
 ) -> StrokeModes:
     """Find the modes that ``asked``, the block ``touching`` of a scene, describes (see ``learn``).
 
     shown : (s, n, 3) [m] motions to learn from; those of finite elements on the path's neighbours if there are none
     passing : blocks contact; nodes are in reach that their instruments or the scene's pass
+    until_s : how long neighbours are followed [s], as a body goes on to move where an instrument has stopped
     InputError for an effect that it does not know, a body that nothing holds, and contact of bodies.
     """
     own = _contact_of(system).settings
     near = strokes.neighbours(own) if passing is None else passing
-    until = strokes.duration_of(own)
     if shown is None:
-        shown = strokes.shown(system, near, until)
+        shown = strokes.shown(system, near, until_s)
     paths = [(strokes.obstacles_of(system, each), strokes.duration_of(each)) for each in (own, *near)]
     return learn(system, np.asarray(shown, dtype=float), reach_of(system, paths, MARGIN_M), asked)
 
@@ -231,7 +235,10 @@ class TouchingMotion:
     Traps: nothing is known of motions that the strokes did not show, so ask for ``doubt``. As BDF2 it may make energy.
     """
 
-    limit_s = math.inf
+    @property
+    def limit_s(self) -> float:
+        """The longest step [s]: in a longer one an instrument's middle may pass a surface unseen."""
+        return min(obstacle.crossing_s for obstacle in self.contact.obstacles)
 
     def __init__(self, system: System, body: StrokeModes, contact: InstrumentContact, tolerance: float):
         self._system, self.body, self.contact, self._tolerance = system, body, contact, tolerance

@@ -302,8 +302,8 @@ def _parts(scene: Scene, limit_s: float) -> int:
     if scene.step_s / scene.substeps > limit_s and not scene.allow_unstable:
         parts = "" if scene.substeps == 1 else f" in {scene.substeps} substeps"
         raise InputError(
-            f"{scene.place}.step_s is {scene.step_s:g} s{parts}, and {scene.integrator} is stable up to "
-            f"{limit_s:.3g} s only; say substeps: auto, take a shorter step, choose backward_euler, or set "
+            f"{scene.place}.step_s is {scene.step_s:g} s{parts}, and {scene.integrator} takes steps of up "
+            f"to {limit_s:.3g} s only; say substeps: auto, take a shorter step, choose backward_euler, or set "
             "allow_unstable: true to see it fail."
         )
     return scene.substeps

@@ -54,9 +54,11 @@ class Scene:
 
     @property
     def integration(self) -> dict:
-        """The settings of the integrator: its tolerance, what a relaxed step has, and modes of strokes."""
+        """The settings of the integrator: its tolerance, how long it steps, and what a relaxed step and modes have."""
         usual = RELAXED | {"touching": TOUCHING}
-        return {"tolerance": self.tolerance} | {name: own | self.settings.get(name, {}) for name, own in usual.items()}
+        return {"tolerance": self.tolerance, "duration_s": self.duration_s} | {
+            name: own | self.settings.get(name, {}) for name, own in usual.items()
+        }
 
     @property
     def entry(self) -> dict:

@@ -1,5 +1,6 @@
 """What contact keeps apart: pieces of bodies, and rigid obstacles at rest or on a path; what overlaps at the start."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +40,13 @@ class Obstacle:
         if not len(self.times_s):
             return self.points
         return self.points + [np.interp(t, self.times_s, self.shifts_m[:, i]) for i in range(3)]
+
+    @property
+    def crossing_s(self) -> float:
+        """The least time [s] in which it moves by its radius; infinite if it has none, or does not move."""
+        ways, times = np.linalg.norm(np.diff(self.shifts_m, axis=0), axis=1), np.diff(self.times_s)
+        fastest = float((ways / times).max(initial=0.0))
+        return self.radius_m / fastest if self.radius_m and fastest else math.inf
 
 
 def make_obstacle(settings: dict, place: str, name: str, size: float, middle: np.ndarray) -> Obstacle:

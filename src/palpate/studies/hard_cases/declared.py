@@ -12,6 +12,7 @@ from palpate.studies.hard_cases import (
     fem_cases,
     model_cases,
     nonlinear_cases,
+    organ_cases,
     tissue_cases,
     touch_cases,
 )
@@ -32,7 +33,7 @@ FAMILIES = {
         model_cases.learnt,
         model_cases.engines,
     ],
-    "dynamics": [dynamics_cases.motions, tissue_cases.moving],
+    "dynamics": [dynamics_cases.motions, tissue_cases.moving, organ_cases.strokes],
     "contact": [contact_cases.overlaps, contact_cases.contacts, touch_cases.cases],
     "organ": [tissue_cases.organs],
 }

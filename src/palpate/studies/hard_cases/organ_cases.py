@@ -1,0 +1,136 @@
+"""Hard cases of a finger that presses and strokes an organ: the coarse mesh of the shipped liver, in motion."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from palpate.bodies.body import nest
+from palpate.bodies.material import Material
+from palpate.bodies.organs import liver
+from palpate.bodies.particles import Particles, particles_of
+from palpate.models import touching_motion
+from palpate.scenes.run_scene import compose, run
+from palpate.scenes.scene import Scene
+from palpate.studies.hard_cases.stage import FIRM, SOFT, Answer, Case
+
+STEPPED = {"fem_implicit": ("backward_euler", 16), "fem_bdf2": ("bdf2", 6), "path_modes": ("touching", 4)}
+"""The integrator of each model, and its steps in a frame."""
+SECOND = "fem_bdf2", "path_modes"
+"""Models whose steps are of second order: those of first order are 18 % wrong in steps of 40 ms."""
+FRAMES = 20
+FINER = 8, 16
+"""Steps of BDF2 in a frame, from whose motions the limit of short steps is extrapolated."""
+MEASURE = "L2 distance from the limit of short steps over frames and nodes / that of the limit from rest"
+FINGER = {"kind": "capsule", "name": "finger", "from_m": [0.04, -0.03, 0.08], "to_m": [0.04, 0.0, 0.08]}
+"""As in the scene liver_palpation, above the thin lobe."""
+TIMES_S = 0.0, 0.3, 0.4, 0.5, 0.7
+SHIFTS_M = [0, 0, 0], [0, 0, -0.032], [0, 0, -0.032], [-0.04, 0, -0.024], [-0.04, 0, 0.01]
+DURATION_S = 0.8
+DOWN_M = 0.12
+"""How far a finger is pushed that would come out below the lobe, which gives way."""
+OVER_RIM, INTO_HELD = 0.0755, 0.072
+"""Heights [m] of a ball that strokes from the soft side over held nodes: just above these, and 2 mm in them."""
+
+Block = Mapping[str, Any]
+
+
+def strokes() -> list[Case]:
+    def case(
+        name: str,
+        scene: str,
+        contact: Block,
+        bound: float,
+        duration_s: float = DURATION_S,
+        steps: Mapping[str, int] | None = None,
+        models: Sequence[str] = tuple(STEPPED),
+        expected: str = "the limit of short steps",
+        told: Sequence[str] = (),
+        **more: Any,
+    ) -> Case:
+        limit = cache(lambda: _limit(contact, duration_s))
+
+        def answer(model: str) -> Answer:
+            integrator, count = STEPPED[model]
+            found = _moved(contact, duration_s, integrator, (steps or {}).get(model, count))
+
+            def error(a: np.ndarray) -> float:
+                return float(np.linalg.norm(a - limit()) / np.linalg.norm(limit()))
+
+            return Answer(found, np.zeros_like(found), error)
+
+        declared = dict.fromkeys(models, tuple(told)) if told else {}
+        return Case(f"finger_{name}", scene, expected, MEASURE, bound, answer, models, declared, **more)
+
+    return [
+        case("at_speed", "a finger presses the lobe of a liver, strokes it and lifts, four times as fast as a hand: "
+             "0.4 to 1.6 m/s, with four corners", _path([t / 4.0 for t in TIMES_S], SHIFTS_M), 0.035, DURATION_S / 4.0,
+             bounds={"path_modes": 0.08}),
+        case("through", f"a finger is pushed {DOWN_M:g} m down where the lobe is 0.05 m thick, and gives way",
+             _path([0.0, 0.3, 0.5], [[0, 0, 0], *[[0, 0, -DOWN_M]] * 2]), 0.035, 0.6, bounds={"path_modes": 0.05}),
+        case("through_in_a_step", "the same, 0.16 m in one step of 40 ms",
+             _path([0.0, 0.04], [[0, 0, 0], [0, 0, -0.16]]), 0.0, 0.8,
+             dict.fromkeys(STEPPED, 1), ("path_modes",), "refused", ("refused",)),
+        case("without_friction", "the hand's path, without friction", _path(friction=0.0), 0.035),
+        case("friction_of_2", "the hand's path, with a coefficient of friction of 2", _path(friction=2.0), 0.035,
+             bounds={"path_modes": 0.06}, blunt=("path_modes",)),
+        case("over_held_rim", "a ball strokes from the soft side over the rim of held nodes, and lifts",
+             _over(OVER_RIM), 0.035),
+        case("into_held_rim", "the same, 2 mm lower, where nothing gives way", _over(INTO_HELD), 0.0,
+             expected="it is told that the path leads into what is held", told=("not_converged",)),
+        case("in_steps_of_40_ms", "the hand's press, and held, in steps of 40 ms",
+             _path([0.0, 0.3], SHIFTS_M[:2]), 0.115, steps=dict.fromkeys(STEPPED, 1), models=SECOND, blunt=SECOND),
+        Case("modes_of_another_liver", "modes that a liver has learnt step one of another stiffness", "refused",
+             MEASURE, 0.0, lambda model: _of_another(), ("path_modes",), {"path_modes": ("refused",)}),
+    ]  # fmt: skip
+
+
+def _path(
+    times_s: Sequence[float] = TIMES_S, shifts_m: Sequence[Sequence[float]] = SHIFTS_M, friction: float = 0.3
+) -> Block:
+    way = {"radius_m": 0.01, "times_s": list(times_s), "shifts_m": [list(each) for each in shifts_m]}
+    return {"friction": friction, "instruments": [FINGER | way]}
+
+
+def _over(height_m: float) -> Block:
+    """Press a ball into the soft side, and stroke over the held part at that height of its centre."""
+    places = np.array([[-0.018, 0.005, 0.085], *[[-0.018, 0.01, 0.071]] * 2, [-0.028, 0.065, height_m]])
+    places = np.vstack([places, [-0.028, 0.065, 0.09]])
+    ball = {"kind": "sphere", "name": "finger", "center_m": places[0].tolist(), "radius_m": 0.01}
+    way = {"times_s": [0.0, 0.2, 0.3, 0.6, 0.7], "shifts_m": (places - places[0]).tolist()}
+    return {"friction": 0.3, "instruments": [ball | way]}
+
+
+def _liver(material: Material = SOFT) -> Particles:
+    """Make the coarse mesh of the shipped liver, held at its back."""
+    mesh = liver(0.2)
+    held = np.flatnonzero(np.linalg.norm(mesh.nodes - [-0.03, 0.05, 0.03], axis=1) <= 0.04)
+    return particles_of(nest("liver", mesh, 0, held, material), 0, surface=False)
+
+
+def _scene(contact: Block, duration_s: float, integrator: str, per_frame: int) -> Scene:
+    effects, step_s = ["corotational", "held", "contact", "rayleigh"], duration_s / (FRAMES * per_frame)
+    settings = {"contact": dict(contact), "rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.01}}
+    return Scene("hard_case", effects, integrator, step_s, duration_s, frames=FRAMES, settings=settings)
+
+
+def _moved(contact: Block, duration_s: float, integrator: str, per_frame: int) -> np.ndarray:
+    """Return the displacements (f, n, 3) [m] at the ends of frames."""
+    motion = run(_scene(contact, duration_s, integrator, per_frame), _liver()).motion
+    return motion.positions[1:] - motion.rest
+
+
+def _limit(contact: Block, duration_s: float) -> np.ndarray:
+    longer, shorter = (_moved(contact, duration_s, "bdf2", count) for count in FINER)
+    return shorter + (shorter - longer) / 3.0
+
+
+def _of_another() -> Answer:
+    scene = _scene(_path(), DURATION_S, "touching", 4)
+    asked = scene.integration["touching"]
+    shown = np.random.default_rng(1).normal(0.0, 1e-3, (4, *_liver().nodes.shape))
+    learnt = touching_motion.prepare(compose(scene, _liver()), asked, shown)
+    run(replace(scene, settings=scene.settings | {"touching": asked | {"learnt": learnt}}), _liver(FIRM))
+    raise AssertionError("not refused")

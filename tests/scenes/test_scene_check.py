@@ -2,13 +2,19 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from palpate.bodies.make_body import make_body
+from palpate.bodies.particles import particles_of
 from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.run.settings import complete
+from palpate.scenes.effect_registry import INTEGRATORS
+from palpate.scenes.run_scene import run
+from palpate.scenes.scene import scene_of
 
 ROOT = Path(__file__).parents[2]
 ROUND = {"young_pa": 1e4, "poisson": 0.3, "density_kg_m3": 1000, "anchors": {"nodes": [0, 1, 2]}}
@@ -27,6 +33,9 @@ PUSH = {"push": {"loads": [{"at_m": [3, 1, 1], "force_n": [0, 0, 1]}]}}
 STRETCH = {"structural_n_m": 1, "shear_n_m": 1, "bending_n_m": 0}
 SHAPES = {"shape_matching": {}, "integrator": "goal_position"}
 YIELD = {"plasticity": {"yield_strain": 0.1, "max_strain": 0.5}}
+BALL = {"kind": "sphere", "center_m": [2, 0.5, 1.12], "radius_m": 0.1}
+PATH = {"times_s": [0, 0.02], "shifts_m": [[0, 0, 0], [0, 0, -0.05]]}
+STROKE = {"integrator": "touching", "contact": {"instruments": [BALL | PATH]}}
 SERIES = {"prony": {"shares": [0.5, 0.3], "times_s": [0.1, 1.0]}}
 
 
@@ -92,6 +101,10 @@ def test_the_shipped_scenes_pass():
         (SHAPES | {"plasticity": YIELD["plasticity"] | {"max_strain": 1}}, ".plasticity.max_strain is 1; give a"),
         ({"effects": ["springs", "held"], "others": [{"body": "hard", "shift_m": [0, 0, 2]}]}, ".others: bar has"),
         ({"others": [{"body": "cloth", "shift_m": [0, 0, 2]}]}, ".others: bar has thickness_m 0 and cloth 0.001;"),
+        (STROKE | {"held": False}, ".integrator is touching, .* nothing holds the body; choose backward_euler"),
+        (STROKE | {"contact": {"instruments": [BALL]}}, ".integrator is touching, .* no instrument moves; choose"),
+        (STROKE | {"contact": {"self_contact": True}}, ".integrator is touching, .* touch each other or themselves"),
+        (STROKE | {"springs": {}}, ".integrator is touching, .* the elastic effect is springs; choose backward_euler"),
         (SHAPES | {"body": "spotted"}, ": spotted has regions, and shape_matching has one stiffness; name corot"),
     ],
 )
@@ -99,6 +112,35 @@ def test_effects_that_do_not_are_refused_in_one_sentence(scene, said):
     with pytest.raises(InputError, match=rf"^my\.yaml: scenes\.s{said}") as caught:
         check(scene)
     assert str(caught.value)[-1] in ".?" and "\n" not in str(caught.value)
+
+
+FACE = {"anchors": {"plane": {"axis": "x", "side": "min", "depth_m": 0.01}}}
+ACTING = {"gravity": GRAVITY, "push": PUSH, "plasticity": YIELD, "prony": SERIES, "rayleigh": {"rayleigh": {}}}
+ACTING |= {"velocity_damping": {"velocity_damping": {}}, "contact": {"contact": STROKE["contact"]}}
+
+
+@pytest.mark.parametrize("integrator", [name for name in INTEGRATORS if name != "goal_position"])
+@pytest.mark.parametrize("effect", ACTING)
+def test_an_effect_is_refused_when_planned_if_its_integrator_refuses_it(integrator, effect):
+    entry = SCENE | {"duration_s": 0.02, "integrator": integrator} | ACTING[effect]
+    entry |= {"contact": STROKE["contact"]} if integrator == "touching" else {}
+    entry |= {
+        "effects": [*dict.fromkeys(["corotational", "held", effect, *(["contact"] if "contact" in entry else [])])]
+    }
+    try:
+        scene = scene_of("s", check(entry)["scenes"]["s"])
+        planned = False
+    except InputError as error:
+        assert str(error).startswith(f"my.yaml: scenes.s.integrator is {integrator}, which has no part for {effect}; ")
+        planned, scene = True, scene_of("s", check(entry | {"integrator": "backward_euler"})["scenes"]["s"])
+        scene = replace(scene, integrator=integrator)
+    try:
+        run(replace(scene, substeps="auto"), particles_of(make_body("bar", BAR | FACE), 0, surface=False))
+        refused = False
+    except InputError as error:
+        assert effect in str(error)
+        refused = True
+    assert planned == refused
 
 
 def test_the_check_imports_no_effect_and_no_solver():

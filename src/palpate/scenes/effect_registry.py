@@ -76,6 +76,12 @@ INTEGRATORS = {
     "vertex_block_descent": "palpate.solvers.vertex_block_descent",
 }
 
+NOT_STEPPED = {
+    **dict.fromkeys(("xpbd", "projective_dynamics", "vertex_block_descent"), ("prony",)),
+    "touching": ("gravity", "bed", "push", "plasticity", "prony"),
+}
+"""Effects that an integrator has no part for, of those that suit its elastic effect."""
+
 RESERVED = ("kinetic", "outer_work", "total", "gain", "integrator")
 """Names of columns and rows in the tables, which effects cannot have."""
 

@@ -7,7 +7,7 @@ from palpate.bodies import material
 from palpate.bodies.material import LAWS
 from palpate.errors import InputError, describe_unknown
 from palpate.scenes.acting_effects import Moved, acting, assumed
-from palpate.scenes.effect_registry import EFFECTS, ELASTIC, FINITE_ELEMENTS, RESERVED, of_law
+from palpate.scenes.effect_registry import EFFECTS, ELASTIC, FINITE_ELEMENTS, NOT_STEPPED, RESERVED, of_law
 from palpate.scenes.scene import RELAXED, bodies_in
 
 FORM_WORDS = {"solid": "a body with tetrahedra", "surface": "a surface alone", "sheet": "a body of kind sheet"}
@@ -45,7 +45,7 @@ def check_effects(place: str, scene: dict, bodies: dict) -> None:
                 f"{where} {name}, which works with {' or '.join(entry.elastic)}, and the elastic effect is {elastic}; "
                 f"name one of these for it, or leave {name} out."
             )
-    _check_integrator(place, scene, elastic)
+    _check_integrator(place, scene, elastic, names)
     _check_settings(place, scene, elastic, form, names)
     _check_stiffness(place, scene, bodies, elastic)
 
@@ -95,7 +95,7 @@ def _check_listed(place: str, scene: dict, names: list[str]) -> None:
             raise InputError(f"{place}.effects names {name}, and the scene does not describe it; add a block {name}.")
 
 
-def _check_integrator(place: str, scene: dict, elastic: str) -> None:
+def _check_integrator(place: str, scene: dict, elastic: str, names: list[str]) -> None:
     """Raise InputError for an integrator that does not suit the elastic effect, or the block of another."""
     other = next((name for name in (*RELAXED, "touching") if name in scene and name != scene["integrator"]), None)
     if other:
@@ -108,6 +108,13 @@ def _check_integrator(place: str, scene: dict, elastic: str) -> None:
             f"{place}.integrator is {scene['integrator']}, which steps {LAWS[0]} elements or triangles, and the "
             f"elastic effect is {elastic}; choose one of them, or another integrator."
         )
+    if unknown := [name for name in names if name in NOT_STEPPED.get(scene["integrator"], ())]:
+        raise InputError(
+            f"{place}.integrator is {scene['integrator']}, which has no part for {unknown[0]}; leave that out, or "
+            "choose backward_euler."
+        )
+    if scene["integrator"] == "touching":
+        _check_touching(place, scene, elastic, names)
     goals = scene["integrator"] == "goal_position"
     if goals and elastic != "shape_matching":
         raise InputError(
@@ -118,6 +125,23 @@ def _check_integrator(place: str, scene: dict, elastic: str) -> None:
         raise InputError(
             f"{place}.integrator is {scene['integrator']}, and shape_matching needs goal_position; choose that, "
             "or another elastic effect."
+        )
+
+
+def _check_touching(place: str, scene: dict, elastic: str, names: list[str]) -> None:
+    """Raise InputError for a scene that is no held body of finite elements under instruments that move."""
+    contact = scene.get("contact", {})
+    tools = contact.get("instruments", [])
+    reason = (
+        (f"the elastic effect is {elastic}" if elastic not in FINITE_ELEMENTS else "")
+        or ("nothing holds the body" if "held" not in names else "")
+        or ("bodies touch each other or themselves" if contact.get("self_contact") or scene.get("others") else "")
+        or ("no instrument moves" if "contact" not in names or not any(each.get("times_s") for each in tools) else "")
+    )
+    if reason:
+        raise InputError(
+            f"{place}.integrator is touching, for a held body of finite elements under instruments that move, and "
+            f"{reason}; choose backward_euler."
         )
 
 

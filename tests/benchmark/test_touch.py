@@ -123,6 +123,7 @@ def test_touches_of_a_config_are_at_the_nearest_node(pad, middle):
     [
         ({"at_m": [4.0, 0.04, 0.04]}, "touch.at[0].at_m is 3.92 m off the surface of pad"),
         ({"at_m": [0.04, 0.04, 0.0]}, "touch.at[0].at_m is where pad is held"),
+        ({"depths_m": [0.001, 0.041]}, "touch.at[0].depths_m has 0.041, and pad is 0.04 m thick along that way"),
         ({"direction": [0.0, 0.0, 1.0]}, "touch.at[0].direction points out of pad there"),
     ],
 )

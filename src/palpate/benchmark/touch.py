@@ -141,8 +141,8 @@ def given_touches(body: Body, instrument: Instrument, given: Sequence[Mapping[st
 
     given : ``at_m``, the point whose nearest surface node is touched; ``depths_m``; ``direction``, or None for the
         inward normal, and for the outward one of what is grasped
-    InputError for a point that is off the surface or on what is held, and for an instrument whose way is out of the
-    body.
+    InputError for a point that is off the surface or on what is held, for an instrument whose way is out of the body,
+    and for one that is pushed through all of it.
     """
     mesh, able, pulls = body.fine, places_to_touch(body), instrument.kind == GRASP
     corners = mesh.nodes[mesh.triangles]
@@ -163,8 +163,14 @@ def given_touches(body: Body, instrument: Instrument, given: Sequence[Mapping[st
             way = np.array(each["direction"], dtype=float)
         if way @ outward >= 0.0 and not pulls:
             raise InputError(f"{place}.direction points out of {body.name} there; give a way into it, or null.")
+        way = way / np.linalg.norm(way)
+        thick = float(np.ptp(mesh.nodes @ way))
         for depth in each["depths_m"]:
-            rows.append([len(rows), node, *(way / np.linalg.norm(way)), depth, depth])
+            if depth >= thick and not pulls:
+                raise InputError(
+                    f"{place}.depths_m has {depth:g}, and {body.name} is {thick:.3g} m thick along that way; give less."
+                )
+            rows.append([len(rows), node, *way, depth, depth])
     return pd.DataFrame(rows, columns=TOUCH_COLUMNS).astype({"sample": int, "node": int})
 
 

@@ -15,7 +15,7 @@ if FOLLOWED is None:
 OF_ALL = some("dynamic", "frames", "change_of_peak", "max_halvings")
 FOLLOWED = {name: OF_ALL | {"duration_s": followed(config["scenes"][name])} | own for name, own in FOLLOWED.items()}
 
-# scenes whose models are judged by a truth
+# scenes of which it is found how well their motion is known
 TRUE = [scene for scene, own in FOLLOWED.items() if "truth" in own]
 OPTIONAL += ["motion_truth"] if TRUE else []
 # scenes in which something touches, so that it feels a force
@@ -84,7 +84,7 @@ if TRUE:
         log:
             "results/logs/dynamic/{scene}/find_motion_truth.log",
         params:
-            **calls("palpate.studies.dynamic.reference:find_motion_truth"),
+            **calls("palpate.studies.dynamic.reference:find_motion_truth", by_name),
             compared=compared_of,
             truth=lambda wildcards: FOLLOWED[wildcards.scene]["truth"],
         script:

@@ -164,7 +164,7 @@ class _Levels:
     def __init__(self, body: Body, count: int, loads: dict[str, dict], rayleigh: dict):
         self.first = 0 if body.smooth is not None else body.shape_level
         self._body, self._moved = body, (loads, rayleigh)
-        self._whole, self.patch = with_midpoints(body, self.first + count - 1), _pressed(body, loads)
+        self._whole, self.patch = with_midpoints(body, self.first + count - 1), pressed_nodes(body, loads)
 
     def motion(self, level: int) -> tuple[QuadraticMotion, sparse.csr_array]:
         """Return the motion on a level, and the map of its nodes to the fine surface."""
@@ -298,7 +298,7 @@ def _shorter(longer: np.ndarray, shorter: np.ndarray) -> np.ndarray:
     return shorter + (shorter - longer) / 3.0
 
 
-def _pressed(body: Body, loads: dict[str, dict]) -> np.ndarray:
+def pressed_nodes(body: Body, loads: dict[str, dict]) -> np.ndarray:
     """Mark the surface nodes (n,) that a push presses; all of them where there is none."""
     fine, marked = body.fine, np.zeros(len(body.fine.surface), dtype=bool)
     for push in loads.get("push", {}).get("loads", []):

@@ -40,8 +40,9 @@ def by_name(wildcards):
 
 
 def truth_of_compared(wildcards):
-    """The truth of a scene, if it has one."""
-    return f"results/data/dynamic/{wildcards.scene}/truth.npz" if wildcards.scene in TRUE else []
+    """The truth that the models of a scene are judged by, if it has one."""
+    judged = FOLLOWED[wildcards.scene].get("truth", {}).get("elements") == "quadratic"
+    return f"results/data/dynamic/{wildcards.scene}/truth.npz" if judged else []
 
 
 def stroked(scene):

@@ -15,6 +15,7 @@ from palpate.files import write_arrays
 from palpate.run.job import steps
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
 from palpate.studies.dynamic.forces import force_errors
+from palpate.studies.dynamic.linear_limit import LinearLimit, linear_limit, resolved_frames
 from palpate.table_declaration import Table
 
 LOOSER = 4.0
@@ -132,15 +133,6 @@ def _limits(tried: list[np.ndarray], order: int) -> list[np.ndarray]:
     return [shorter + (shorter - longer) / (2.0**order - 1.0) for longer, shorter in pairwise(tried[-3:])]
 
 
-def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
-    """Return how many frames from the first on differ by at most ``change`` of the peak until then.
-
-    off : (f,) [m] RMSE of each frame; peaks : (f,) [m], the largest displacement in each
-    """
-    small = np.maximum.accumulate(off) <= change * np.maximum.accumulate(peaks)
-    return int(np.flatnonzero(small)[-1]) + 1 if small.any() else 0
-
-
 DYNAMIC_REFERENCE = Table(
     "dynamic_reference",
     "What halving the reference's step changes in each frame, and which frames models are compared in.",
@@ -166,40 +158,51 @@ def tabulate(compared: ComparedScene, found: Reference) -> pd.DataFrame:
 
 MOTION_TRUTH = Table(
     "motion_truth",
-    "How well a motion is known that models are judged by: the limit of quadratic elements in space and time.",
+    "How well a motion is known: the limit of quadratic elements in space and time, or what linear meshes say.",
     """
-    scene levels steps: a scene, the number of levels, and the steps that all of them take
+    scene elements levels steps: a scene, its elements, the number of levels, and the steps that all of them take
+    until_s: up to when it is known; of linear elements when two meshes and two steps part [s]
     own_space own_time own_mixed: what the limit may be wrong by as the levels, the step, and the effect of the step on
         two levels show it: RMS over all frames and surface nodes, of the peak
     rmse_of_peak patch_rms_of_peak: all three together, over the surface and over what is pressed
     force_of_peak: what the instruments' force may be wrong by, RMS over all frames, of its peak; empty without any
     ratio least_det: by how much the last halving of the elements reduced the change; least det F of all levels
     balance: of the work of the loads on the finest level, what is neither kept nor damped
-    rejected: why it is not believed; then models are judged by linear elements, as where there is none
+    rejected: why models are not judged by it, but by the standard
     seconds: time of all its motions [s]
     """,
     always=False,
 )
 
 
-def tabulate_truth(name: str, found: MotionTruth) -> pd.DataFrame:
+def tabulate_truth(compared: ComparedScene, found: MotionTruth | LinearLimit) -> pd.DataFrame:
     """Tabulate motion_truth.csv of a scene."""
     rms, patch = (found.own[:, TruthErrors._fields.index(each)] for each in ("rmse_of_peak", "patch_rms_of_peak"))
-    row = {"scene": name, "levels": len(set(found.tried_level)), "steps": int(found.tried_steps.min())}
+    row = {"scene": compared.name, "patch_rms_of_peak": patch[3], "force_of_peak": found.own_force}
     row |= dict(zip(("own_space", "own_time", "own_mixed", "rmse_of_peak"), rms, strict=True))
-    row |= {"patch_rms_of_peak": patch[3], "force_of_peak": found.own_force}
-    row |= {"ratio": found.ratio, "least_det": found.least_det}
-    row |= {"balance": found.balance, "rejected": found.rejected, "seconds": found.spent_s}
-    return MOTION_TRUTH.frame([row])
+    row |= {"seconds": found.spent_s}
+    if isinstance(found, LinearLimit):
+        row |= {"elements": "linear", "levels": found.levels, "steps": found.steps}
+        return MOTION_TRUTH.frame([row | {"until_s": found.until_s, "rejected": found.said}])
+    row |= {"elements": "quadratic", "levels": len(set(found.tried_level)), "steps": int(found.tried_steps.min())}
+    row |= {"until_s": compared.duration_s, "ratio": found.ratio, "least_det": found.least_det}
+    return MOTION_TRUTH.frame([row | {"balance": found.balance, "rejected": found.rejected}])
 
 
 def find_motion_truth(input, output, params, say):
-    """Find the truth of a scene's motion, for the rule of that name."""
-    scene, _ = compared_and_training(body=body_file.load(input.body), **params.compared)
-    asked = params.truth
-    count, progress = asked["steps_per_frame"] * scene.frames, steps(say, f"{scene.name}: motion")
+    """Find the truth of a scene's motion, or until when linear meshes agree on it, for the rule of that name."""
+    compared, asked = params.compared, params.truth
+    if asked["elements"] == "linear":
+        compared = compared | {"own": compared["own"] | {"level": asked["levels"] - 1}}
+    scene, _ = compared_and_training(body=body_file.load(input.body), **compared)
+    count, progress = asked["steps_per_frame"], steps(say, f"{scene.name}: motion")
+    if asked["elements"] == "linear":
+        limit = linear_limit(scene, count, asked["part"], progress)
+        say(f"{scene.name}: {limit.said}")
+        write_arrays(limit, output.truth)
+        return {"table": tabulate_truth(scene, limit)}
     moved = scene.body, scene.placed_loads(), scene.rayleigh, scene.duration_s
-    found = motion_truth(*moved, scene.frames, count, asked["levels"], progress)
+    found = motion_truth(*moved, scene.frames, count * scene.frames, asked["levels"], progress)
     if found.rejected:
         warnings.warn(
             f"scenes.{scene.name}: its motion has no truth that is believed ({found.rejected}); models are judged by "
@@ -208,7 +211,7 @@ def find_motion_truth(input, output, params, say):
         )
     say(f"{scene.name}: known to {found.own_error:.2%} of the peak")
     write_arrays(found, output.truth)
-    return {"table": tabulate_truth(scene.name, found)}
+    return {"table": tabulate_truth(scene, found)}
 
 
 def simulate_dynamic_reference(input, output, params, say):

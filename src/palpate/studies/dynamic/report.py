@@ -26,9 +26,15 @@ def numbers(report: Report) -> dict[str, Any]:
     first = table.drop_duplicates("scene")
     cut = first[first["resolved_s"] < first["duration_s"] * (1 - 1e-9)]
     true = first["reference"] == TRUTH
+    limits = report.tables.get("motion_truth", pd.DataFrame(columns=["elements"]))
     known, unknown = _meshes(first[~true], report.tables.get("accuracy_vs_time"))
     return {
         "truths": [f"{spaced(row.scene)} ({percent(row.reference_error)})" for row in first[true].itertuples()],
+        "limits": len(limits),
+        "apart": [
+            {"scene": spaced(row.scene), "until": f"{row.until_s:.2g} s", "own": row.rmse_of_peak}
+            for row in tables.where(limits, elements="linear").itertuples()
+        ],
         "best": [_most_accurate(scene, tables.where(table, scene=scene)) for scene in names],
         "levels": [f"{spaced(row.scene)} {row.reference_level:g}" for row in first[~true].itertuples()],
         "meshes": known,

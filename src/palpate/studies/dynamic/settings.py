@@ -169,8 +169,14 @@ class Elsewhere(Block):
 
 
 class Truth(Block):
-    levels: Whole = key("How many levels, from the coarsest on, show the limit", 3, ge=3, le=4)
-    steps_per_frame: Count = key("Steps in each frame; on coarser levels a half and a quarter of their length, too", 2)
+    elements: Literal["quadratic", "linear"] = key(
+        "Quadratic ones, by whose limit models are judged, of a held body that is no sheet, under gravity, pushes and "
+        "instruments that are spheres or capsules; or linear ones of any scene, which say until when they agree",
+        "quadratic",
+    )
+    levels: Whole = key("How many levels, from the coarsest on; 3 at least of quadratic elements", 3, ge=2, le=4)
+    steps_per_frame: Count = key("Steps in each frame, and a half (and of quadratic ones a quarter) of their length", 2)
+    part: Change = key("Of the peak, by which two linear meshes and two steps may differ in a frame", 0.05)
 
 
 class Contact(Block):
@@ -204,8 +210,8 @@ class Followed(Block):
     ] = optional("Models that are tried beside the reference's; all that can do the scene if left out")  # fmt: skip
     settings: Annotated[Families, KEPT] = optional("What its models are tried with instead")
     truth: Truth = optional(
-        "Judge its models by the limit of quadratic elements, with an error of its own, and not by linear elements. Of "
-        "a held body that is no sheet, under gravity, pushes and instruments that are spheres or capsules"
+        "Say how well its motion is known, and judge its models by the limit of quadratic elements instead of linear "
+        "elements of one mesh"
     )
     elsewhere: Elsewhere = optional(
         "The same scene with its push, of the same force and course, at other places and in other directions: what "
@@ -264,7 +270,9 @@ def check(config: dict, file: Path) -> None:
                     f"{place}.{name}.models names {model}, which cannot do it, as {name} {reason}; leave it out."
                 )
         _check_training(f"{place}.{name}.training", entry, own.get("training", {}))
-        if "truth" in own:
+        if own.get("truth", {}).get("elements") == "quadratic":
+            if own["truth"]["levels"] < 3:
+                raise InputError(f"{place}.{name}.truth.levels is 2, and quadratic elements need 3; give that.")
             bedded = "lies on a bed, which models in motion do without" if body.get("bed") else ""
             if reason := _without_truth(entry, body.get("kind", "")) or bedded:
                 raise InputError(

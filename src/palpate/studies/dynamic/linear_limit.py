@@ -1,0 +1,101 @@
+"""Find how far a motion is known that quadratic elements have no truth of: linear ones on nested meshes, at two steps.
+
+Bodies that fall on each other, sheets and bodies that yield move the more differently the later it is, on other meshes
+and in other steps. The limit is that of short steps on the finest mesh. It is known to what that differs by from the
+mesh before it and from its own shorter step, until these part.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.benchmark.accuracy import truth_errors
+from palpate.benchmark.motion_truth import pressed_nodes
+from palpate.studies.dynamic.compared_scene import ComparedScene
+from palpate.studies.dynamic.forces import force_errors
+
+
+@dataclass(frozen=True, eq=False)
+class LinearLimit:
+    """What meshes and steps say of a motion, until they part.
+
+    steps : of the longer of the two; until_s : up to when surface and pressed nodes are known to ``part`` of the peak
+    own : (4, k), the k TruthErrors of space, of time, of their mixture, and together; own_force : of the force, RMS of
+        its peak, NaN where nothing touches; both until ``until_s``, or of the whole motion if they part at once
+    peaks_m : (3,) largest displacement on the last two meshes, and on the last in the shorter steps; spent_s : [s]
+    """
+
+    levels: int
+    steps: int
+    until_s: float
+    part: float
+    own: np.ndarray
+    own_force: float
+    peaks_m: np.ndarray
+    spent_s: float
+
+    @property
+    def said(self) -> str:
+        """Why models are not judged by it, in words."""
+        before, last, shorter = (f"{1e3 * peak:.3g}" for peak in self.peaks_m)
+        return (
+            f"linear elements alone: two meshes and two steps part by more than {self.part:.2g} of the peak at "
+            f"{self.until_s:.3g} s; largest displacement {before} mm on the mesh before the last, {last} mm on the "
+            f"last, {shorter} mm there in the shorter steps"
+        )
+
+
+def linear_limit(compared: ComparedScene, count: int, part: float, progress: Callable = iter) -> LinearLimit:
+    """Compare the motion of ``compared`` on all levels of its body, in ``count`` and twice as many steps a frame.
+
+    part : of the peak, by which meshes and steps together may differ in a frame, at the surface and where it is pressed
+    progress : wraps the sequence of motions, as ``tqdm`` does; NotConverged as ``run``
+    """
+    last, ratio = len(compared.body.levels) - 1, 2.0**compared.order - 1.0
+    moved, felt, spent = {}, {}, 0.0
+    for level, n in progress([(level, n) for level in range(last + 1) for n in (count, 2 * count)]):
+        moved[level, n], done = compared.move(compared.fem(n * compared.frames), level)
+        felt[level, n], spent = done.motion.instrument_forces(), spent + done.seconds
+    (before, end), (_, force) = (_limits(each, last, count, ratio) for each in (moved, felt))
+    space, time = end - before, end - moved[last, 2 * count]
+    mixed = time - (before - moved[last - 1, 2 * count])
+    patch = np.tile(pressed_nodes(compared.body, compared.loads), 1 + len(compared.shifts_m))
+    peaks, offs = np.linalg.norm(end, axis=2).max(axis=1), (space, time, mixed)
+    known = min(
+        resolved_frames(_rms(each[:, nodes] for each in offs), peaks, part) for nodes in (patch, ~patch | patch)
+    )
+    known = known if peaks[:known].any() else 0
+    kept = slice(known or compared.frames)
+
+    def size(off: np.ndarray) -> np.ndarray:
+        true = end[kept].reshape(-1, 3)
+        return np.array(truth_errors(true + off[kept].reshape(-1, 3), true, np.tile(patch, len(end[kept]))))
+
+    parts = np.array([size(off) for off in offs])
+    forces = _limits(felt, last, count, ratio)[0], felt[last, 2 * count]
+    own_force = np.hypot(*(force_errors(each[kept], force[kept]).force_rms_of_peak for each in forces))
+    largest = np.array([np.linalg.norm(each, axis=2).max() for each in (before, end, moved[last, 2 * count])])
+    until = compared.duration_s * known / compared.frames
+    own = np.vstack([parts, np.sqrt(np.sum(parts**2, axis=0))])
+    return LinearLimit(1 + last, count * compared.frames, until, part, own, float(own_force), largest, spent)
+
+
+def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
+    """Return how many frames from the first on differ by at most ``change`` of the peak until then.
+
+    off : (f,) [m] RMSE of each frame; peaks : (f,) [m], the largest displacement in each
+    """
+    small = np.maximum.accumulate(off) <= change * np.maximum.accumulate(peaks)
+    return int(np.flatnonzero(small)[-1]) + 1 if small.any() else 0
+
+
+def _limits(found: dict, last: int, count: int, ratio: float) -> list[np.ndarray]:
+    """Extrapolate what was found on the last two levels to steps of no length."""
+    pairs = [(found[level, count], found[level, 2 * count]) for level in (last - 1, last)]
+    return [shorter + (shorter - longer) / ratio for longer, shorter in pairs]
+
+
+def _rms(offs: Iterable[np.ndarray]) -> np.ndarray:
+    """Return the RMS (f,) over nodes of what differs together, each (f, n, 3)."""
+    return np.sqrt(sum(np.mean(np.sum(off**2, axis=2), axis=1) for off in offs))

@@ -164,11 +164,15 @@ class Equilibrium:
             return solution
         return made_stable(self, self.at_rest, self.mesh.size, solution, lambda x: self._slide(x, tolerance))
 
-    def check_stable(self, x: np.ndarray) -> None:
-        """Raise NotConverged if the body, under the load that force counts, gives way at ``x`` (n_nodes, 3) [m]."""
+    def check_stable(self, x: np.ndarray) -> float:
+        """Return how soft the body is at ``x`` (n_nodes, 3) [m] under the load that force counts, as ``softest``.
+
+        Raises NotConverged if it gives way there.
+        """
         found = softest(self, self.at_rest(), x, self.mesh.size)
         if found.value < -NEUTRAL:
             raise NotConverged("the equilibrium is not stable: the body buckles", [found.value])
+        return found.value
 
     def at_rest(self) -> Product:
         """Return the preconditioner of the state at rest, a positive definite map from forces to displacements."""

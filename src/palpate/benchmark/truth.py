@@ -27,6 +27,7 @@ from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
 from palpate.solvers.equilibrium import FastEquilibrium
 from palpate.solvers.newton import Solution, minimise_by_newton
+from palpate.solvers.stability import FIRM
 
 RATIOS = (2.2, 8.0)
 """Ratios of convergence between which a limit is believed, however far it is from the finest level: from the order 1.1
@@ -75,11 +76,6 @@ FIRST = 1e-4
 MOST_ITERATIONS = 8
 """Newton iterations of a level that starts from the one before; 2 to 4 do where the levels converge, and where the body
 snaps to another shape, 20 are too few."""
-
-FIRM = 0.1
-"""Softest value of the tangent over that at rest from which on the next level is taken to be stable, too: with a level
-it falls by a seventh as a rule and two fifths at most (liver and cylinder, 0.13 to 0.4), and a column has 0.05 at nine
-tenths of the load under which it buckles. To find it takes a third of the time of a level."""
 
 CLOSER = 0.1
 """L-BFGS goes on to this share of a tolerance: it stops where it is asked to, and Newton's last step far below."""
@@ -159,11 +155,6 @@ class _Problem(FastEquilibrium):
         self.clamped |= definite
         return super().linearise(x, definite)
 
-    def begin(self, load: np.ndarray, tolerance: float) -> Solution:
-        """Find an equilibrium under ``load`` (n, 3) [N] from rest, stable or not."""
-        solution, self.load = self._settle(load, tolerance, None), load
-        return solution
-
     def follow(self, load: np.ndarray, tolerance: float, start: np.ndarray) -> Solution:
         """Find the equilibrium under ``load`` (n, 3) [N] near ``start`` (n, 3) [m], stable or not.
 
@@ -194,7 +185,7 @@ class _Level:
         try:
             forces = nodal_forces(self._body, self.level, each.load, 2, self._whole)
             solution = (
-                problem.begin(forces, CLOSER * FIRST) if start is None else problem.follow(forces, tolerance, start)
+                problem.settle(forces, CLOSER * FIRST) if start is None else problem.follow(forces, tolerance, start)
             )
             if each.softest < FIRM:
                 each.softest = problem.check_stable(solution.x)

@@ -28,6 +28,7 @@ from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.solvers.newton import Solution
+from palpate.solvers.stability import FIRM
 
 NESTED = 1e-4
 """Relative residual of the solution on the level before, from which one of quadratic elements starts."""
@@ -120,14 +121,16 @@ class _Solver:
 
     def solve(self, load: pd.Series, tolerance: float) -> tuple[Solution, tuple[float, int]]:
         """Return the equilibrium under one row; the smallest det F in it, and the number of inverted elements."""
-        solution, start, seconds = None, None, 0.0
+        solution, start, seconds, firm = None, None, 0.0, False
         for each, problem in zip(self._levels, self._problems, strict=True):
             if solution is not None:
                 start = problem.mesh.nodes + self._up @ (solution.x - self._problems[0].mesh.nodes)
                 seconds = solution.seconds[-1]
             nodal = nodal_forces(self._body, each, load, self._order)
             last = each == self._levels[-1]
-            solution = problem.solve(nodal, tolerance if last else max(tolerance, NESTED), start)
+            solve = problem.settle if firm else problem.solve
+            solution = solve(nodal, tolerance if last else max(tolerance, NESTED), start)
+            firm = not last and nodal.any() and problem.softness(solution.x) >= FIRM
         assert solution is not None
         solution.seconds[-1] += seconds
         least_det = problem.least_det(solution.x)

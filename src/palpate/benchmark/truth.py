@@ -25,8 +25,9 @@ from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.effects.surface_integrals import enclosed_volume
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
-from palpate.solvers.equilibrium import Unbuckled
+from palpate.solvers.equilibrium import FastEquilibrium
 from palpate.solvers.newton import Solution, minimise_by_newton
+from palpate.solvers.stability import FIRM
 
 RATIOS = (2.2, 8.0)
 """Ratios of convergence between which a limit is believed, however far it is from the finest level: from the order 1.1
@@ -90,6 +91,7 @@ class Ascent:
     volume_change : of the whole body, over its volume at rest, on the last level answered
     iterations, products : iterations of L-BFGS and Newton's method, and multigrid cycles, of all levels together
     clamped : whether a level that started from the one before still met an indefinite Hessian
+    softest : value of the tangent over that at rest, on the last level on which that was looked at
     failure : why a level has no answer, or ""; then there are no answers of finer ones either
     start : displacements (n, 3) [m] that the next level starts from
     """
@@ -102,6 +104,7 @@ class Ascent:
     iterations: int = 0
     products: int = 0
     clamped: bool = False
+    softest: float = 0.0
     failure: str = ""
     seconds: float = 0.0
     start: np.ndarray | None = None
@@ -142,7 +145,7 @@ def ascend(
     return ascents, whole
 
 
-class _Problem(Unbuckled):
+class _Problem(FastEquilibrium):
     """The static problem of quadratic elements, which notes whether the clamped Hessian was needed."""
 
     clamped = False
@@ -153,19 +156,17 @@ class _Problem(Unbuckled):
         return super().linearise(x, definite)
 
     def follow(self, load: np.ndarray, tolerance: float, start: np.ndarray) -> Solution:
-        """Find the equilibrium under ``load`` (n, 3) [N] near ``start`` (n, 3) [m].
+        """Find the equilibrium under ``load`` (n, 3) [N] near ``start`` (n, 3) [m], stable or not.
 
         NotConverged if it is not near: on this level the body has another shape. To search for that, in steps of the
-        load from rest, would take minutes and show no limit. NotConverged, too, where the body gives way.
+        load from rest, would take minutes and show no limit.
         """
 
         def newton(begin: np.ndarray | None) -> Solution:
             assert begin is not None
             return minimise_by_newton(self, begin, self._scale(load), tolerance, MOST_ITERATIONS)
 
-        solution = self.descend_or(newton, load, CLOSER * tolerance, start)
-        self.check_stable(solution.x)
-        return solution
+        return self.descend_or(newton, load, CLOSER * tolerance, start)
 
 
 class _Level:
@@ -184,8 +185,10 @@ class _Level:
         try:
             forces = nodal_forces(self._body, self.level, each.load, 2, self._whole)
             solution = (
-                problem.solve(forces, CLOSER * FIRST) if start is None else problem.follow(forces, tolerance, start)
+                problem.settle(forces, CLOSER * FIRST) if start is None else problem.follow(forces, tolerance, start)
             )
+            if each.softest < FIRM:
+                each.softest = problem.check_stable(solution.x)
         except NotConverged as failure:
             each.failure, each.start = f"no answer on level {self.level}: {failure}", None
             return

@@ -40,14 +40,15 @@ class Triangle:
 
     indptr (n + 1,), indices (k,) : rows and columns of these blocks; places (k,) : their positions in the pattern, and
     diagonal (n,) : those of the diagonal blocks
+    Numbers are unsigned, as compiled code asks of each signed one whether it counts from the end.
     """
 
     def __init__(self, pattern: BlockPattern):
         rows = np.repeat(np.arange(pattern.size, dtype=np.int32), np.diff(pattern.indptr))
         self.places = np.flatnonzero(pattern.indices < rows).astype(np.int32)
-        self.indices = pattern.indices[self.places]
+        self.indices = pattern.indices[self.places].astype(np.uint32)
         counts = np.bincount(rows[self.places], minlength=pattern.size)
-        self.indptr = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+        self.indptr = np.concatenate([[0], np.cumsum(counts)]).astype(np.uint32)
         self.diagonal = pattern.diagonal
 
 
@@ -94,35 +95,23 @@ def _inverses(values, diagonal):
 
 
 @numba.njit(cache=True)
-def _product(begin, end, step, indices, lower, x):
-    """Return Σ A_k x_k over the blocks from ``begin`` by ``step`` to before ``end``."""
-    y0, y1, y2 = 0.0, 0.0, 0.0
-    for k in range(begin, end, step):
-        a, b, c = x[indices[k], 0], x[indices[k], 1], x[indices[k], 2]
-        y0 += lower[k, 0, 0] * a + lower[k, 0, 1] * b + lower[k, 0, 2] * c
-        y1 += lower[k, 1, 0] * a + lower[k, 1, 1] * b + lower[k, 1, 2] * c
-        y2 += lower[k, 2, 0] * a + lower[k, 2, 1] * b + lower[k, 2, 2] * c
-    return y0, y1, y2
-
-
-@numba.njit(cache=True)
-def _spread(begin, end, step, indices, lower, a, b, c, y):
-    """Add A_kᵀ (a, b, c) to ``y`` at the column of each block from ``begin`` by ``step`` to before ``end``."""
-    for k in range(begin, end, step):
-        j = indices[k]
-        y[j, 0] += lower[k, 0, 0] * a + lower[k, 1, 0] * b + lower[k, 2, 0] * c
-        y[j, 1] += lower[k, 0, 1] * a + lower[k, 1, 1] * b + lower[k, 2, 1] * c
-        y[j, 2] += lower[k, 0, 2] * a + lower[k, 1, 2] * b + lower[k, 2, 2] * c
-
-
-@numba.njit(cache=True)
 def _forward(indptr, indices, lower, inverses, right, x, residual):
-    for i in range(len(right)):
-        y0, y1, y2 = _product(indptr[i], indptr[i + 1], 1, indices, lower, x)
+    for i in range(np.uint64(len(right))):
+        y0, y1, y2 = 0.0, 0.0, 0.0
+        for k in range(indptr[i], indptr[i + 1]):
+            j, m = indices[k], lower[k]
+            a, b, c = x[j, 0], x[j, 1], x[j, 2]
+            y0 += m[0, 0] * a + m[0, 1] * b + m[0, 2] * c
+            y1 += m[1, 0] * a + m[1, 1] * b + m[1, 2] * c
+            y2 += m[2, 0] * a + m[2, 1] * b + m[2, 2] * c
         r0, r1, r2 = right[i, 0] - y0, right[i, 1] - y1, right[i, 2] - y2
-        for p in range(3):
-            x[i, p] = inverses[i, p, 0] * r0 + inverses[i, p, 1] * r1 + inverses[i, p, 2] * r2
-        _spread(indptr[i], indptr[i + 1], 1, indices, lower, -x[i, 0], -x[i, 1], -x[i, 2], residual)
+        a, b, c = _times(inverses[i], r0, r1, r2)
+        x[i, 0], x[i, 1], x[i, 2] = a, b, c
+        for k in range(indptr[i], indptr[i + 1]):
+            j, m = indices[k], lower[k]
+            residual[j, 0] -= m[0, 0] * a + m[1, 0] * b + m[2, 0] * c
+            residual[j, 1] -= m[0, 1] * a + m[1, 1] * b + m[2, 1] * c
+            residual[j, 2] -= m[0, 2] * a + m[1, 2] * b + m[2, 2] * c
 
 
 @numba.njit(cache=True)
@@ -131,12 +120,34 @@ def _backward(indptr, indices, lower, inverses, correction, upper, x):
 
     Blocks are read strictly backwards, so that the processor fetches them ahead.
     """
-    for i in range(len(x) - 1, -1, -1):
-        y0, y1, y2 = _product(indptr[i + 1] - 1, indptr[i] - 1, -1, indices, lower, correction)
-        r0, r1, r2 = upper[i, 0] + y0, upper[i, 1] + y1, upper[i, 2] + y2
-        for p in range(3):
-            x[i, p] -= inverses[i, p, 0] * r0 + inverses[i, p, 1] * r1 + inverses[i, p, 2] * r2
-        _spread(indptr[i + 1] - 1, indptr[i] - 1, -1, indices, lower, x[i, 0], x[i, 1], x[i, 2], upper)
+    n = np.uint64(len(x))
+    for before in range(n):
+        i = n - np.uint64(1) - before
+        last, count = indptr[i + 1] - np.uint32(1), indptr[i + 1] - indptr[i]
+        y0, y1, y2 = 0.0, 0.0, 0.0
+        for k in range(count):
+            j, m = indices[last - k], lower[last - k]
+            a, b, c = correction[j, 0], correction[j, 1], correction[j, 2]
+            y0 += m[0, 0] * a + m[0, 1] * b + m[0, 2] * c
+            y1 += m[1, 0] * a + m[1, 1] * b + m[1, 2] * c
+            y2 += m[2, 0] * a + m[2, 1] * b + m[2, 2] * c
+        a, b, c = _times(inverses[i], upper[i, 0] + y0, upper[i, 1] + y1, upper[i, 2] + y2)
+        a, b, c = x[i, 0] - a, x[i, 1] - b, x[i, 2] - c
+        x[i, 0], x[i, 1], x[i, 2] = a, b, c
+        for k in range(count):
+            j, m = indices[last - k], lower[last - k]
+            upper[j, 0] += m[0, 0] * a + m[1, 0] * b + m[2, 0] * c
+            upper[j, 1] += m[0, 1] * a + m[1, 1] * b + m[2, 1] * c
+            upper[j, 2] += m[0, 2] * a + m[1, 2] * b + m[2, 2] * c
+
+
+@numba.njit(cache=True, inline="always")
+def _times(block, a, b, c):
+    return (
+        block[0, 0] * a + block[0, 1] * b + block[0, 2] * c,
+        block[1, 0] * a + block[1, 1] * b + block[1, 2] * c,
+        block[2, 0] * a + block[2, 1] * b + block[2, 2] * c,
+    )
 
 
 @numba.njit(cache=True)
@@ -160,13 +171,14 @@ def _backward_sides(indptr, indices, lower, inverses, correction, upper, x):
     """Do as ``_backward`` does for k right sides (n, 3, k)."""
     left = np.empty(x.shape[1:])
     for i in range(len(x) - 1, -1, -1):
+        last, count = indptr[i + 1] - np.uint32(1), indptr[i + 1] - indptr[i]
         _copy(1.0, upper[i], left)
-        for k in range(indptr[i + 1] - 1, indptr[i] - 1, -1):
-            add_block(lower[k], correction[indices[k]], left)
+        for k in range(count):
+            add_block(lower[last - k], correction[indices[last - k]], left)
         _copy(-1.0, left, left)
         add_block(inverses[i], left, x[i])
-        for k in range(indptr[i + 1] - 1, indptr[i] - 1, -1):
-            add_block(lower[k].T, x[i], upper[indices[k]])
+        for k in range(count):
+            add_block(lower[last - k].T, x[i], upper[indices[last - k]])
 
 
 @numba.njit(cache=True, inline="always")

@@ -91,7 +91,7 @@ class CascadeStage(NamedTuple):
     """A prepared model and the factor of its estimate.
 
     own : whether the estimate is the model's own, which is known once it has answered
-    seconds : the longest that it takes for a training sample [s], each asked twice, as the first time may compile
+    seconds : the longest that it takes for a training sample [s], the lesser of two times, as the first may compile
     """
 
     solver: Solver
@@ -154,7 +154,8 @@ def prepared_stage(case: Case, turning: Turning, limits: Limits, entry: Mapping[
     for at, load, fine in zip(limits.contact, limits.loads, limits.fine, strict=True):
         solver.precede(load)
         answer, seconds = _timed(solver, load)
-        longest = max(longest, min(seconds, _timed(solver, load)[1]))
+        if seconds > longest:
+            longest = max(longest, min(seconds, _timed(solver, load)[1]))
         if answer is None:
             continue
         contact.append(at)

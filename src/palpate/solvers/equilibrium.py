@@ -159,16 +159,26 @@ class Equilibrium:
         nearly incompressible body, its result is the best that floating point allows, and is returned. An equilibrium
         that is not stable is left along the direction in which the body gives way.
         """
-        solution, self.load = self._settle(load, tolerance, start), load
+        solution = self.settle(load, tolerance, start)
         if not load[~self._held].any():
             return solution
         return made_stable(self, self.at_rest, self.mesh.size, solution, lambda x: self._slide(x, tolerance))
 
-    def check_stable(self, x: np.ndarray) -> None:
-        """Raise NotConverged if the body, under the load that force counts, gives way at ``x`` (n_nodes, 3) [m]."""
-        found = softest(self, self.at_rest(), x, self.mesh.size)
-        if found.value < -NEUTRAL:
-            raise NotConverged("the equilibrium is not stable: the body buckles", [found.value])
+    def settle(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
+        """Find an equilibrium as ``solve`` does, but stable or not."""
+        solution, self.load = self._settle(load, tolerance, start), load
+        return solution
+
+    def softness(self, x: np.ndarray) -> float:
+        """Return the value of ``softest`` at ``x`` (n_nodes, 3) [m] under the load that force counts."""
+        return softest(self, self.at_rest(), x, self.mesh.size).value
+
+    def check_stable(self, x: np.ndarray) -> float:
+        """Return the ``softness`` at ``x`` (n_nodes, 3) [m]; NotConverged if the body gives way there."""
+        value = self.softness(x)
+        if value < -NEUTRAL:
+            raise NotConverged("the equilibrium is not stable: the body buckles", [value])
+        return value
 
     def at_rest(self) -> Product:
         """Return the preconditioner of the state at rest, a positive definite map from forces to displacements."""
@@ -207,7 +217,7 @@ class Equilibrium:
         """Return where the body goes from where Newton's method has stopped, if it gives way there; otherwise None."""
         if not (np.isfinite(solution.x).all() and self.least_det(solution.x) > 0.0):
             return None
-        if softest(self, self.at_rest(), solution.x, self.mesh.size).value > GIVES_WAY:
+        if self.softness(solution.x) > GIVES_WAY:
             return None
         try:
             return joined(solution, self._slide(solution.x, tolerance))
@@ -344,7 +354,7 @@ class Unbuckled(FastEquilibrium):
 
     def solve(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
         """Find the equilibrium as ``FastEquilibrium`` does, but raise NotConverged where that is not stable."""
-        solution, self.load = self._settle(load, tolerance, start), load
+        solution = self.settle(load, tolerance, start)
         self.check_stable(solution.x)
         return solution
 

@@ -27,7 +27,7 @@ SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.01, "target": "operat
 RUNTIMES = Path(palpate.press.portable.runtimes.__file__).parent
 HERE = Path(__file__).parent
 FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
-CHECKS = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+CHECKS = ["-g", "-O2", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
 class MadeUp(NamedTuple):

@@ -20,11 +20,13 @@ static void put(unsigned char *at, uint32_t value) {
 }
 
 static uint32_t checksum(const unsigned char *bytes, size_t count) {
+    static uint32_t table[256];
     uint32_t crc = 0xffffffffu;
-    for (size_t i = 0; i < count; i++) {
-        crc ^= bytes[i];
-        for (int k = 0; k < 8; k++) crc = crc & 1u ? (crc >> 1) ^ 0xedb88320u : crc >> 1;
+    for (uint32_t i = 0; !table[255] && i < 256; i++) {
+        table[i] = i;
+        for (int k = 0; k < 8; k++) table[i] = table[i] & 1u ? (table[i] >> 1) ^ 0xedb88320u : table[i] >> 1;
     }
+    for (size_t i = 0; i < count; i++) crc = (crc >> 8) ^ table[(crc ^ bytes[i]) & 255u];
     return crc ^ 0xffffffffu;
 }
 

@@ -18,7 +18,7 @@ from palpate.models.contact_modes import contact_modes
 from palpate.models.fem_statics import Simulation
 from palpate.run.settings import defaults
 from palpate.solvers import equilibrium, pushed_discs
-from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium, Unbuckled
+from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.studies.hard_cases.enrichment_cases import SETTINGS as FIT
 from palpate.studies.hard_cases.nonlinear_cases import EULER_N, NODES, RADIUS_M, body_of, press_of, stability
 from palpate.studies.hard_cases.stage import bar_body, end_face, judge
@@ -118,16 +118,28 @@ def test_galerkin_without_guards_answers_with_the_straight_column(monkeypatch):
     assert np.linalg.norm(found, axis=1).max() < 0.3 * np.linalg.norm(expected, axis=1).max()
 
 
+def pressed_column(share):
+    """Return a press of the column, as truths are asked for it, at a ``share`` of the load under which it buckles."""
+    node, force = press_of("column", share)
+    names = ["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"]
+    return pd.DataFrame([(0, node, *force, RADIUS_M)], columns=names)
+
+
+def test_a_truth_of_a_column_that_buckles_on_finer_elements_only_is_rejected():
+    """The softest value is looked at on the next level, too, while it is below ``truth.FIRM``: 0.05 at 0.9 of this."""
+    with pytest.warns(UserWarning, match="no truth"):
+        found = truth_of(body_of("column"), pressed_column(1.0), {0})
+    assert "level 1: the equilibrium is not stable" in found.rejected[0]
+
+
 def test_a_truth_without_guards_is_the_straight_column(monkeypatch):
     """Each guard is enough: the softest direction, and the Hessian that had to be clamped."""
-    body, (node, force) = body_of("column"), press_of("column", 1.06)
-    names = ["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"]
-    press = pd.DataFrame([(0, node, *force, RADIUS_M)], columns=names)
+    body, press = body_of("column"), pressed_column(1.06)
     with pytest.warns(UserWarning, match="no truth"):
         assert "not stable" in truth_of(body, press, {0}).rejected[0]
-    monkeypatch.setattr(Unbuckled, "check_stable", lambda solver, x: None)
+    monkeypatch.setattr(truth._Problem, "check_stable", lambda solver, x: np.inf)
     with pytest.warns(UserWarning, match="no truth"):
         assert truth_of(body, press, {0}).rejected[0] == truth.CLAMPED
-    monkeypatch.setattr(truth._Problem, "linearise", Unbuckled.linearise)
+    monkeypatch.setattr(truth._Problem, "linearise", FastEquilibrium.linearise)
     found = truth_of(body, press, {0})
     assert found.rejected[0] == "" and np.abs(found.displacement[0, :, 1:].mean(axis=0)).max() < 1e-3

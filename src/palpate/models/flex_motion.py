@@ -11,7 +11,6 @@ no velocity, so that its friction would be that of an instrument at rest.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 from time import perf_counter
 from typing import Any
 
@@ -30,11 +29,6 @@ PENALTY, IMPEDANCE = 4.0, 0.9
 """Stiffness of contact over that of a node of the surface, and the share of it that MuJoCo calls impedance."""
 HEAVIER = 1e3
 """Mass of an instrument over that of the body, so that contact does not push it off its path within a step."""
-
-
-def installed() -> bool:
-    """Return whether there is a MuJoCo to be imported."""
-    return find_spec("mujoco") is not None
 
 
 class FlexMotion:

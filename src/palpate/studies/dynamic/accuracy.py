@@ -225,7 +225,7 @@ def _models(
 ) -> dict[str, Callable[[], Tried]]:
     """Return the models that can do a scene: springs have no plasticity, and those of a sheet no volume.
 
-    What relaxes elements one by one has the corotational law.
+    What relaxes elements one by one has the corotational law. An engine that is not installed has no ``grid``.
     """
     found: dict[str, Callable[[], Tried]] = {"fem_coarse": partial(_coarse, compared, grid["fem_coarse"])}
     if len(compared.body.levels) > 1:
@@ -235,7 +235,7 @@ def _models(
     if corrects(compared):
         found["detail_correction"] = partial(_corrected, compared, grid["fem_coarse"])
         found["moving_modes"] = partial(moving_modes, compared, lesson, grid["moving_modes"], **known)
-    if "mujoco" in grid and flex_motion.installed() and flexes(compared):
+    if "mujoco" in grid and flexes(compared):
         found["mujoco"] = partial(in_flex, compared, grid["mujoco"]["runs"])
     if not lesson:
         return found

@@ -1,5 +1,6 @@
 # Scenes to compare models by.
 
+from palpate.models.model_registry import absent
 from palpate.scenes.acting_effects import has_contact
 
 
@@ -23,9 +24,9 @@ def body_of_compared(wildcards):
 
 
 def settings_of_compared(wildcards):
-    """The values to try of each model's settings, those of the scene before those of all."""
-    own = FOLLOWED[wildcards.scene].get("settings", {})
-    return {name: grid | own.get(name, {}) for name, grid in config["dynamic"]["settings"].items()}
+    """The values to try of the settings of each model that is installed, those of the scene before those of all."""
+    own, known = FOLLOWED[wildcards.scene].get("settings", {}), config["dynamic"]["settings"].items()
+    return {name: grid | own.get(name, {}) for name, grid in known if name not in absent()}
 
 
 def by_name(wildcards):

@@ -18,6 +18,8 @@ CORRECTED = ("detail_correction", "moving_modes")
 """Models that need a linear response for all that acts, of one held solid."""
 STROKED = ("path_modes", "region_modes")
 """Models of one held solid that instruments alone touch."""
+ROUND = ("mujoco", "truth")
+"""What knows one held solid alone, under gravity, pushes, and instruments that are spheres or capsules."""
 LONGEST_S = 1.0
 """Up to when a scene is followed whose duration is not given for the comparison, unless it is pressed later."""
 
@@ -63,18 +65,21 @@ def unable(model: str, entry: dict, kind: str = "") -> str:
     entry : the scene's, complete; kind : of its body
     """
     taken = {name for name in TAKEN_OVER if name in entry and acts(name, entry, kind)}
-    corrected, stroked = model in CORRECTED, model in STROKED
-    further = sorted(taken - set(LOADS if corrected else ("contact",)))
-    contact = entry.get("contact", {})
+    corrected, stroked, rounded = model in CORRECTED, model in STROKED, model in ROUND
+    single = corrected or stroked or rounded
+    known = {*LOADS, "contact"} if rounded else set(LOADS) if corrected else {"contact"}
+    further, contact = sorted(taken - known), entry.get("contact", {}) if "contact" in taken else {}
     moving = any(tool.get("times_s") for tool in contact.get("instruments", []))
+    others = sorted({tool["kind"] for tool in contact.get("instruments", [])} - {"sphere", "capsule"})
     reasons = [
         ("has plasticity", model in ("springs", "springs_volume") and "plasticity" in taken),
-        ("moves a sheet", (corrected or stroked or model == "springs_volume") and kind == "sheet"),
-        (f"has {' and '.join(further)}", (corrected or stroked) and bool(further)),
-        ("has several bodies", (corrected or stroked) and bool(entry.get("others"))),
-        ("is not held", (corrected or stroked) and not entry.get("held", True)),
-        ("has no instrument that moves", stroked and not ("contact" in taken and moving)),
-        ("has a body that touches itself", stroked and bool(contact.get("self_contact"))),
+        ("moves a sheet", (single or model == "springs_volume") and kind == "sheet"),
+        (f"has {' and '.join(further)}", single and bool(further)),
+        ("has several bodies", single and bool(entry.get("others"))),
+        ("is not held", single and not entry.get("held", True)),
+        ("has no instrument that moves", stroked and not moving),
+        ("has a body that touches itself", (stroked or rounded) and bool(contact.get("self_contact"))),
+        (f"is touched by a {' and a '.join(others)} and not by spheres and capsules", rounded and bool(others)),
     ]
     return next((reason for reason, holds in reasons if holds), "")
 

@@ -1,6 +1,6 @@
 """Models that are fitted to another motion: springs, shape matching, corrected coarse FEM, and modes."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from time import perf_counter
@@ -122,8 +122,19 @@ def _simplex(misfit: Callable, start: np.ndarray, sides: list, bounds: list, eva
 
 def corrects(compared: ComparedScene) -> bool:
     """Return whether all that acts has a linear response: a held solid under gravity and pushes."""
-    solid = compared.held and not compared.shifts_m and not compared.thickness_m
-    return solid and set(compared.loads) <= set(LOADS) and len(compared.body.levels) > 1
+    return _held_solid(compared) and set(compared.loads) <= set(LOADS) and len(compared.body.levels) > 1
+
+
+def _held_solid(compared: ComparedScene) -> bool:
+    return compared.held and not compared.shifts_m and not compared.thickness_m
+
+
+def flexes(compared: ComparedScene) -> bool:
+    """Return whether MuJoCo knows all that acts: a held solid that spheres and capsules alone touch."""
+    contact = compared.loads.get("contact", {})
+    kinds = {tool["kind"] for tool in contact.get("instruments", [])}
+    touched = kinds <= {"sphere", "capsule"} and not contact.get("self_contact")
+    return _held_solid(compared) and touched and "plasticity" not in compared.loads
 
 
 class CorrectedMotion:
@@ -212,6 +223,20 @@ class InModes:
 
     body: ReducedBody | None
     offline_s: float
+
+
+@dataclass(frozen=True)
+class InFlex:
+    """A level that MuJoCo moves."""
+
+    level: int
+
+
+def in_flex(compared: ComparedScene, runs: Sequence[Mapping[str, int]]) -> Iterator[tuple[int, InFlex, str]]:
+    """Yield steps of MuJoCo on levels that the body has."""
+    for each in runs:
+        if each["level"] < len(compared.body.levels):
+            yield each["steps_per_frame"] * compared.frames, InFlex(each["level"]), f"level={each['level']}"
 
 
 def moving_modes(

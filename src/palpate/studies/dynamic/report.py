@@ -6,6 +6,7 @@ from typing import Any
 import pandas as pd
 
 from palpate.benchmark.advice_other_loads import TRUTH, MeshError, mesh_error
+from palpate.models.model_registry import INSTALL
 from palpate.report import tables
 from palpate.report.advice_words import by_limit, moved_cell
 from palpate.report.material import Report
@@ -45,6 +46,7 @@ def numbers(report: Report) -> dict[str, Any]:
         ],
         "taken": _taken(advice[advice["scene"].isin(names)], names),
         "touched": "dynamic_force" in report.tables,
+        "install": "" if "mujoco" in set(table["model"]) else INSTALL,
         "places": 0 if bounds is None else int(bounds["places"].max()),
         "moved": [spaced(scene) for scene in moved],
         "unmoved": [name for scene, name in names.items() if scene not in moved],

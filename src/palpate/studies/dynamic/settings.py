@@ -84,20 +84,20 @@ class ShapeMatching(Block):
     evaluations: Evaluations = key(EVALUATIONS, 200)
 
 
-class _Relaxed(Block):
+class OnLevel(Block):
     level: Index = key("Which of the body's nested meshes, 0 is the coarse one", le=3)
     steps_per_frame: Count = key(STEPS_HELP)
 
 
-class XpbdTried(_Relaxed, Xpbd):
+class XpbdTried(OnLevel, Xpbd):
     pass
 
 
-class ProjectiveDynamicsTried(_Relaxed, ProjectiveDynamics):
+class ProjectiveDynamicsTried(OnLevel, ProjectiveDynamics):
     pass
 
 
-class VertexBlockDescentTried(_Relaxed, VertexBlockDescent):
+class VertexBlockDescentTried(OnLevel, VertexBlockDescent):
     pass
 
 
@@ -119,6 +119,13 @@ class Relaxed(Block):
             (0, 16, 10, 0.99),
             (1, 4, 20, 0.99),
         ),
+    )
+
+
+class Mujoco(Block):
+    runs: list[OnLevel] = key(
+        "Steps on levels; those that a scene lacks are left out",
+        rows("level steps_per_frame", (0, 2), (0, 16), (0, 64), (1, 4), (1, 16)),
     )
 
 
@@ -145,6 +152,9 @@ class Families(Block):
         "Methods that relax elements one by one in each step, of graphics and games, from cheap to expensive; settings "
         "on levels that a scene lacks are left out",
         {},
+    )
+    mujoco: Mujoco = key(
+        "Flex bodies of MuJoCo, if that engine is installed; of one held solid that only spheres and capsules touch", {}
     )
     path_modes: PathModes = key(
         "The reference's level in modes of strokes beside the instrument's path; of scenes that name it", {}
@@ -205,7 +215,7 @@ class Followed(Block):
     models: Some[
         Literal[
             "fem_coarse", "fem_fine", "detail_correction", "moving_modes", "path_modes", "region_modes", "springs",
-            "springs_volume", "shape_matching", "xpbd", "projective_dynamics", "vertex_block_descent",
+            "springs_volume", "shape_matching", "xpbd", "projective_dynamics", "vertex_block_descent", "mujoco",
         ]
     ] = optional("Models that are tried beside the reference's; all that can do the scene if left out")  # fmt: skip
     settings: Annotated[Families, KEPT] = optional("What its models are tried with instead")
@@ -274,7 +284,7 @@ def check(config: dict, file: Path) -> None:
             if own["truth"]["levels"] < 3:
                 raise InputError(f"{place}.{name}.truth.levels is 2, and quadratic elements need 3; give that.")
             bedded = "lies on a bed, which models in motion do without" if body.get("bed") else ""
-            if reason := _without_truth(entry, body.get("kind", "")) or bedded:
+            if reason := unable("truth", entry, body.get("kind", "")) or bedded:
                 raise InputError(
                     f"{place}.{name} has truth, which is found of held solids alone, and {name} {reason}; leave it out."
                 )
@@ -282,18 +292,6 @@ def check(config: dict, file: Path) -> None:
             raise InputError(f"{place}.{name}.held_out is for region_modes; add that to its models, or leave it out.")
         if "elsewhere" in own:
             _check_elsewhere(f"{place}.{name}.elsewhere", entry, bodies.get(entry["body"], {}).get("kind", ""))
-
-
-def _without_truth(entry: dict, kind: str) -> str:
-    """Return why a scene has no truth, such as "has plasticity"; empty if one can be found. kind : of its body."""
-    touched = entry.get("contact", {}) if acts("contact", entry, kind) else {}
-    others = sorted({each["kind"] for each in touched.get("instruments", [])} - {"sphere", "capsule"})
-    alone = {name: block for name, block in entry.items() if name != "contact"}
-    return (
-        unable("moving_modes", alone, kind)
-        or ("has contact with itself" if touched.get("self_contact") else "")
-        or (f"is touched by a {others[0]} and not by spheres and capsules" if others else "")
-    )
 
 
 def _check_training(place: str, entry: dict, training: dict) -> None:

@@ -39,10 +39,11 @@ class LinearLimit:
     def said(self) -> str:
         """Why models are not judged by it, in words."""
         before, last, shorter = (f"{1e3 * peak:.3g}" for peak in self.peaks_m)
+        until = f"until {self.until_s:.3g} s and no longer" if self.until_s else "at no time"
         return (
-            f"linear elements alone: two meshes and two steps part by more than {self.part:.2g} of the peak at "
-            f"{self.until_s:.3g} s; largest displacement {before} mm on the mesh before the last, {last} mm on the "
-            f"last, {shorter} mm there in the shorter steps"
+            f"linear elements alone, of which two meshes and two steps agree to {self.part:.2g} of the peak {until}; "
+            f"largest displacement {before} mm on the mesh before the last, {last} mm on the last, {shorter} mm there "
+            "in the shorter steps"
         )
 
 

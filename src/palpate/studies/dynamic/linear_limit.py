@@ -75,7 +75,7 @@ def linear_limit(compared: ComparedScene, count: int, part: float, progress: Cal
 
     parts = np.array([size(off) for off in offs])
     forces = _limits(felt, last, count, ratio)[0], felt[last, 2 * count]
-    own_force = np.hypot(*(force_errors(each[kept], force[kept]).force_rms_of_peak for each in forces))
+    own_force = np.linalg.norm([force_errors(each[kept], force[kept]).force_rms_of_peak for each in forces])
     largest = np.array([np.linalg.norm(each, axis=2).max() for each in (before, end, moved[last, 2 * count])])
     until = compared.duration_s * known / compared.frames
     own = np.vstack([parts, np.sqrt(np.sum(parts**2, axis=0))])

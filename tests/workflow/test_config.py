@@ -352,6 +352,11 @@ FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}, "eff
             {"mine": {"duration_s": 0.1, "truth": {}, "training": {"duration_s": 0.1}}},
             ".scenes.mine has truth, which is found of held solids alone, and mine is touched by a floor",
         ),
+        (
+            {},
+            {"mine": {"duration_s": 0.1, "truth": {"levels": 2}}},
+            ".scenes.mine.truth.levels is 2, and quadratic elements need 3",
+        ),
     ],
 )
 def test_scenes_that_models_cannot_be_compared_in_are_said(scene, asked, said):

@@ -57,6 +57,16 @@ def test_a_truth_is_found_of_the_scenes_that_ask_for_one(plan, write_config, tmp
     assert jobs["find_motion_truth"] == 1 and jobs["measure_dynamic"] == jobs["simulate_dynamic_reference"] == 2
 
 
+def test_models_wait_for_a_truth_of_quadratic_elements_alone(plan, write_config, tmp_path, settings):
+    """What meshes of linear elements say judges no model."""
+    target, found = "results/data/dynamic/mine/accuracy.csv", []
+    for elements in ("quadratic", "linear"):
+        settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "truth": {"elements": elements}}}
+        found.append("find_motion_truth" in plan(tmp_path, write_config(settings), target))
+    assert found == [True, False]
+    assert plan(tmp_path, write_config(settings))["find_motion_truth"] == 1
+
+
 def test_what_takes_hours_can_be_planned(plan, tmp_path):
     both = [ROOT / "config.yaml", ROOT / "config.full.yaml"]
     jobs = plan(tmp_path, both[0], "--configfile", *map(str, both))

@@ -12,7 +12,8 @@ from palpate.errors import InputError
 from palpate.models.shape_matching import cubes
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training, compared_scene, training_of
-from palpate.studies.dynamic.reference import reference, tabulate
+from palpate.studies.dynamic.linear_limit import linear_limit
+from palpate.studies.dynamic.reference import reference, tabulate, tabulate_truth
 from palpate.studies.dynamic.settings import _check_training
 
 FLOOR = {"instruments": [{"kind": "floor", "height_m": -0.005}], "friction": 0.5}
@@ -51,6 +52,31 @@ def test_until_it_lands_the_reference_falls_freely_and_then_stays_above_the_floo
     table = tabulate(falling[0], found)
     assert table["resolved"].sum() == found.frames * len(found.changes)
     assert table.loc[table["resolved"] & (table["step_s"] == found.step_s), "change_of_peak"].max() <= 0.05
+
+
+def test_meshes_agree_on_a_fall_and_their_steps_differ_by_what_the_scheme_leaves(block):
+    """In steps of h backward Euler falls g t h/2 too far, and the same on all meshes."""
+    compared = compared_scene("drop", ENTRY, block, {"duration_s": 0.03, "frames": 6, "level": 1})
+    found = linear_limit(compared, 4, 0.2)
+    assert (found.levels, found.steps) == (2, 24) and found.until_s == pytest.approx(0.03)
+    space, time = found.own[:2, 1]
+    times, h = 0.005 * np.arange(1, 7), 0.005 / 8
+    peak = 0.5 * 9.81 * 0.03**2
+    assert space < 1e-6 and time == pytest.approx(np.sqrt(np.mean((0.5 * 9.81 * times * h) ** 2)) / peak, rel=0.03)
+    assert found.own[3, 1] == pytest.approx(time, rel=1e-6) and np.isnan(found.own_force)
+    assert found.peaks_m[:2] == pytest.approx(peak - 9.81 * 0.03**3 / 6, rel=1e-3)
+
+
+def test_meshes_part_when_a_pile_topples_the_later_the_more_they_may_differ(block):
+    pile = ENTRY | {"others": [{"body": "block", "shift_m": [0.022, 0.004, 0.045]}]}
+    compared = compared_scene("pile", pile, block, {"duration_s": 0.2, "frames": 10, "level": 1})
+    never, strict, loose = (linear_limit(compared, 2, part) for part in (1e-9, 0.06, 0.1))
+    assert never.until_s == 0.0 < FALL_S < strict.until_s < loose.until_s == pytest.approx(0.2)
+    assert 0.0 < strict.own[3, 1] < 0.06 and 1.3 * strict.own[3, 1] < loose.own[3, 1] < 0.1
+    assert never.own[3, 1] == loose.own[3, 1] and 0.0 < strict.own_force < loose.own_force
+    assert "at no time" in never.said and f"until {strict.until_s:.3g} s and no longer" in strict.said
+    row = tabulate_truth(compared, strict).iloc[0]
+    assert row["rejected"] == strict.said and row["elements"] == "linear" and row["until_s"] == strict.until_s
 
 
 def test_the_floor_hands_over_the_momentum_that_the_weight_takes(falling):

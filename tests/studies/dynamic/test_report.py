@@ -80,3 +80,15 @@ def test_the_report_shows_motions_elsewhere(dynamic_table):
     text = " ".join(page("dynamic", tables).split())
     assert "is moved to 12 other places" in text and "the own motion alone was measured of bar sag." in text
     assert "error of at most 10 %" in text and "[figure dynamic_accuracy]" in text
+
+
+def test_scenes_without_a_truth_say_until_when_meshes_agree(dynamic_table):
+    row = dict.fromkeys(MOTION_TRUTH.columns, 0.0) | {"elements": "linear", "rejected": "linear elements alone"}
+    rows = [
+        row | {"scene": "liver_press", "until_s": 0.28, "rmse_of_peak": 0.024},
+        row | {"scene": "bar_sag", "until_s": 0.0, "rmse_of_peak": 0.028, "patch_rms_of_peak": 0.15},
+    ]
+    advice = [advise_motion(rows, [16.7], [0.1]) for _, rows in dynamic_table.groupby("scene", sort=False)]
+    tables = {"dynamic_accuracy": dynamic_table, "advice": pd.concat(advice, ignore_index=True)}
+    text = " ".join(page("dynamic", tables | {"motion_truth": pd.DataFrame(rows)}).split()).replace("\u00a0", " ")
+    assert "liver press until 0.28 s (2.4 %) and bar sag at no time (2.8 %, where it is pressed 15 %)" in text

@@ -1,12 +1,16 @@
 """The list of hard cases is whole, and outcomes and bounds are judged as they should be."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from palpate.bodies.make_body import make_body
+from palpate.bodies.particles import particles_of
 from palpate.errors import InputError, NotConverged
-from palpate.studies.hard_cases import enrichment_cases, fem_cases, stage
+from palpate.files import read_yaml
+from palpate.studies.hard_cases import enrichment_cases, fem_cases, organ_cases, stage
 from palpate.studies.hard_cases.declared import FAMILIES, declared, measure
 from palpate.studies.hard_cases.stage import OUTCOMES, Answer, Case, finite, judge
 
@@ -28,6 +32,13 @@ def test_the_list_is_long_and_says_all_of_each_case():
         acceptable = [case.acceptable(model) for model in case.models]
         assert {outcome for outcomes in acceptable for outcome in outcomes} <= set(OUTCOMES) - {"nan"}
         assert acceptable.count(("refused",)) <= 1  # what refuses all models alike is tried once
+
+
+def test_the_organ_that_a_finger_strokes_is_the_shipped_one():
+    entry = read_yaml(Path(__file__).parents[3] / "config.yaml")["bodies"]["liver"]
+    shipped, ours = particles_of(make_body("liver", entry), 0, surface=False), organ_cases._liver()
+    assert np.array_equal(shipped.nodes, ours.nodes) and np.array_equal(shipped.tetrahedra, ours.tetrahedra)
+    assert np.array_equal(shipped.held, ours.held) and shipped.material == ours.material
 
 
 def case_of(run, models=("model",), bound=1.0, **more):

@@ -48,7 +48,7 @@ def test_what_has_no_error_says_why(particles):
     whole = run(hasty, particles).motion
     table = left_out(replace(hasty, step_s=0.05), particles, whole).set_index("effect")
     assert np.isnan(table.loc["gravity", "error_if_left_out"])
-    assert "stable up to" in table.loc["gravity", "note"]
+    assert "takes steps of up to" in table.loc["gravity", "note"]
     still = replace(SAG, effects=["corotational", "held", "push"], duration_s=0.1)
     table = left_out(still, particles, run(still, particles).motion).set_index("effect")
     assert np.isnan(table.loc["push", "error_if_left_out"]) and table.loc["push", "note"] == "the scene is still"

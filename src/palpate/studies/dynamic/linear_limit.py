@@ -39,10 +39,11 @@ class LinearLimit:
     def said(self) -> str:
         """Why models are not judged by it, in words."""
         before, last, shorter = (f"{1e3 * peak:.3g}" for peak in self.peaks_m)
+        until = f"until {self.until_s:.3g} s and no longer" if self.until_s else "at no time"
         return (
-            f"linear elements alone: two meshes and two steps part by more than {self.part:.2g} of the peak at "
-            f"{self.until_s:.3g} s; largest displacement {before} mm on the mesh before the last, {last} mm on the "
-            f"last, {shorter} mm there in the shorter steps"
+            f"linear elements alone, of which two meshes and two steps agree to {self.part:.2g} of the peak {until}; "
+            f"largest displacement {before} mm on the mesh before the last, {last} mm on the last, {shorter} mm there "
+            "in the shorter steps"
         )
 
 
@@ -74,7 +75,7 @@ def linear_limit(compared: ComparedScene, count: int, part: float, progress: Cal
 
     parts = np.array([size(off) for off in offs])
     forces = _limits(felt, last, count, ratio)[0], felt[last, 2 * count]
-    own_force = np.hypot(*(force_errors(each[kept], force[kept]).force_rms_of_peak for each in forces))
+    own_force = np.linalg.norm([force_errors(each[kept], force[kept]).force_rms_of_peak for each in forces])
     largest = np.array([np.linalg.norm(each, axis=2).max() for each in (before, end, moved[last, 2 * count])])
     until = compared.duration_s * known / compared.frames
     own = np.vstack([parts, np.sqrt(np.sum(parts**2, axis=0))])

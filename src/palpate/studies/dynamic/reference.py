@@ -117,10 +117,11 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
             "of its peak; allow more change, or damp the scene more",
             [float(each.max()) for each in changes],
         )
+    seconds, p95, largest = np.array(costs).T
     last = float((off[:resolved] / peaks[:resolved].max()).max())
     kept = np.array(tried)[:, :resolved]
     length = compared.duration_s * resolved / compared.frames
-    times, untaught = (np.array(lengths), *np.array(costs).T), (np.empty((0, *truth.shape[1:])), 0.0)
+    times, untaught = (np.array(lengths), seconds, p95, largest), (np.empty((0, *truth.shape[1:])), 0.0)
     felt_before, felt = (each[:resolved] for each in _limits(forces, compared.order))
     return Reference(
         truth[:resolved], last, lengths[-1], change, kept, *times, np.array(changes), compared.frames, length,

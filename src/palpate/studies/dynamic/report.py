@@ -33,7 +33,10 @@ def numbers(report: Report) -> dict[str, Any]:
         "truths": [f"{spaced(row.scene)} ({percent(row.reference_error)})" for row in first[true].itertuples()],
         "limits": len(limits),
         "apart": [
-            {"scene": spaced(row.scene), "until": f"{row.until_s:.2g} s", "own": row.rmse_of_peak}
+            f"{spaced(row.scene)} until {row.until_s:.2g} s ({percent(row.rmse_of_peak)})"
+            if row.until_s
+            else f"{spaced(row.scene)} at no time ({percent(row.rmse_of_peak)}, where it is pressed "
+            f"{percent(row.patch_rms_of_peak)})"
             for row in tables.where(limits, elements="linear").itertuples()
         ],
         "best": [_most_accurate(scene, tables.where(table, scene=scene)) for scene in names],

@@ -159,8 +159,7 @@ class _Problem(Unbuckled):
         load from rest, would take minutes and show no limit. NotConverged, too, where the body gives way.
         """
 
-        def newton(begin: np.ndarray | None) -> Solution:
-            assert begin is not None
+        def newton(begin: np.ndarray) -> Solution:
             return minimise_by_newton(self, begin, self._scale(load), tolerance, MOST_ITERATIONS)
 
         solution = self.descend_or(newton, load, CLOSER * tolerance, start)

@@ -3,10 +3,10 @@
 import pytest
 
 from palpate.benchmark.touch_measure import load_model
-from palpate.models.touch.registry import MODELS
+from palpate.models.model_registry import TOUCH_MODELS
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", TOUCH_MODELS)
 def test_a_registered_model_has_what_is_measured(name):
-    model = load_model(*MODELS[name])
+    model = load_model(*TOUCH_MODELS[name])
     assert callable(model.settings) and callable(model.online) and model.LAW

@@ -1,7 +1,6 @@
 """Every instrument touches every body, and each model has a job of its own there."""
 
-from palpate.models.model_registry import absent
-from palpate.models.touch.registry import MODELS
+from palpate.models.model_registry import TOUCH_MODELS, absent
 
 
 def test_instruments_and_bodies_have_jobs_of_their_own(whole, write_config, plan, tmp_path):
@@ -12,5 +11,5 @@ def test_instruments_and_bodies_have_jobs_of_their_own(whole, write_config, plan
     ]
     jobs = plan(tmp_path, write_config(whole), "touch")
     assert jobs["choose_touches"] == jobs["simulate_touch_truth"] == 4
-    assert jobs["measure_touch_models"] == 4 * len({*MODELS} - {*absent()})
+    assert jobs["measure_touch_models"] == 4 * len({*TOUCH_MODELS} - {*absent()})
     assert jobs["make_body"] == 2 and jobs["tabulate_touch"] == jobs["draw_touch_precision"] == 1

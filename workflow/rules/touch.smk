@@ -1,8 +1,7 @@
 # A rigid instrument pressed into tissue: what moves and what the hand feels, of every model, against a truth.
 
 
-from palpate.models.model_registry import absent
-from palpate.models.touch.registry import MODELS as TOUCH_MODELS
+from palpate.models.model_registry import TOUCH_MODELS, absent
 from palpate.studies.touch.settings import instruments_of
 
 TOUCH = config["touch"]

@@ -162,8 +162,7 @@ class _Problem(FastEquilibrium):
         load from rest, would take minutes and show no limit.
         """
 
-        def newton(begin: np.ndarray | None) -> Solution:
-            assert begin is not None
+        def newton(begin: np.ndarray) -> Solution:
             return minimise_by_newton(self, begin, self._scale(load), tolerance, MOST_ITERATIONS)
 
         return self.descend_or(newton, load, CLOSER * tolerance, start)

@@ -53,6 +53,21 @@ MODELS: dict[str, tuple[str, dict]] = {
     "cascade": ("palpate.models.cascade", {}),
 }
 
+TOUCH_MODELS: dict[str, tuple[str, dict]] = {
+    "fem": ("palpate.models.touch.fem", {}),
+    "modes": ("palpate.models.touch.modes", {}),
+    "linear": ("palpate.models.touch.linear", {}),
+    "xpbd": ("palpate.models.touch.relaxed", {"method": "xpbd"}),
+    "vertex_block_descent": ("palpate.models.touch.relaxed", {"method": "vertex_block_descent"}),
+    "projective_dynamics": ("palpate.models.touch.relaxed", {"method": "projective_dynamics"}),
+    "springs": ("palpate.models.touch.springs", {"volume": False}),
+    "springs_volume": ("palpate.models.touch.springs", {"volume": True}),
+    "shape_matching": ("palpate.models.touch.shape_matching", {}),
+    "mujoco": ("palpate.models.touch.mujoco_flex", {}),
+}
+"""Models of touches: modules with ``settings(case)`` and ``online(case, setting)``, as ``TouchSolver`` says. Those of
+an engine have its name in ENGINES."""
+
 BESIDE = {"cascade": "contact_modes"} | dict.fromkeys(
     ("linear_residual", "warped_compliance", "detail_correction"), "linear_fem"
 )

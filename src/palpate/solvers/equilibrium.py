@@ -164,6 +164,19 @@ class Equilibrium:
             return solution
         return made_stable(self, self.at_rest, self.mesh.size, solution, lambda x: self._slide(x, tolerance))
 
+    def balance(self, x: np.ndarray, scale: float, tolerance: float) -> Solution:
+        """Find the equilibrium by Newton's method from ``x`` (n_nodes, 3) [m], to ‖residual‖ ≤ ``tolerance`` ``scale``.
+
+        Where it stops below the effect of rounding the positions, that is the best that floating point allows.
+        """
+        solution = Solution(x)
+        try:
+            minimise_by_newton(self, x, scale, tolerance, solution=solution)
+        except NotConverged:
+            if not solution.history[-1] * scale <= self._rounding:
+                raise
+        return solution
+
     def settle(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
         """Find an equilibrium as ``solve`` does, but stable or not."""
         solution, self.load = self._settle(load, tolerance, start), load
@@ -307,19 +320,31 @@ class FastEquilibrium(Equilibrium):
 
     def descend_or(
         self,
-        otherwise: Callable[[np.ndarray | None], Solution],
+        otherwise: Callable[[np.ndarray], Solution],
         load: np.ndarray,
         tolerance: float,
         start: np.ndarray | None,
     ) -> Solution:
         """Find the equilibrium by L-BFGS, or by what is done ``otherwise``, whose errors it raises.
 
-        otherwise : from the positions to start at, None for rest, to a solution
+        otherwise : from the positions to start at to a solution
         """
-        scale = self._scale(load)
+        scale, self.load = self._scale(load), load
         if scale == 0.0:
             return self._unmoved()
-        way = self._descend(load, tolerance * scale, start, MAX_ITERATIONS, _is_worth_it)
+        begin = self.mesh.nodes if start is None else start
+        return self._descend_or(otherwise, scale, tolerance, begin, _is_worth_it)
+
+    def _descend_or(
+        self,
+        otherwise: Callable[[np.ndarray], Solution],
+        scale: float,
+        tolerance: float,
+        start: np.ndarray,
+        callback: Callable[[Descent], bool] = lambda way: True,
+    ) -> Solution:
+        """Do what ``descend_or`` does under the load there is, of which forces of ``scale`` [N] are the measure."""
+        way = minimise_by_lbfgs(self, self.at_rest(), start, tolerance * scale, MAX_ITERATIONS, callback)
         if way.forces[-1] <= tolerance * scale and way.convex:
             return solution_of(way, scale)
         return joined(solution_of(way, scale), otherwise(way.x if way.convex else start))
@@ -331,22 +356,11 @@ class FastEquilibrium(Equilibrium):
 
         The result has at most the energy of the start.
         """
-        scale = self._scale(load)
+        scale, self.load = self._scale(load), load
         if scale == 0.0:
             return self._unmoved()
-        return solution_of(self._descend(load, tolerance * scale, start, iterations), scale)
-
-    def _descend(
-        self,
-        load: np.ndarray,
-        tolerance_n: float,
-        start: np.ndarray | None,
-        iterations: int,
-        callback: Callable[[Descent], bool] = lambda way: True,
-    ) -> Descent:
-        self.load = load
         begin = self.mesh.nodes if start is None else start
-        return minimise_by_lbfgs(self, self._precondition, begin, tolerance_n, iterations, callback)
+        return solution_of(minimise_by_lbfgs(self, self.at_rest(), begin, tolerance * scale, iterations), scale)
 
 
 class Unbuckled(FastEquilibrium):

@@ -8,10 +8,8 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh, area_normals
 from palpate.errors import InputError, NotConverged
-from palpate.solvers.equilibrium import MAX_ITERATIONS, FastEquilibrium
-from palpate.solvers.indentation import Touching
-from palpate.solvers.lbfgs import minimise_by_lbfgs
-from palpate.solvers.newton import Solution, minimise_by_newton
+from palpate.solvers.equilibrium import FastEquilibrium
+from palpate.solvers.indentation import Touching, steps_to
 
 ON_PATCH = 1e-9
 """Distance of a node from the patch that it lies on, over the size of its mesh."""
@@ -19,8 +17,6 @@ FACING = 0.5
 """Least cosine between the normals of a patch's triangles and of its middle."""
 SMALL, RESPONSE = 1e-6, 1e-6
 """Motion of the patch, over the body's size, that linear responses are found with, and their residual."""
-SHORTEST = 1.0 / 64.0
-"""Share of the way in which no step is found, below which none is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,19 +102,13 @@ class Grasping(FastEquilibrium):
             if not 0.0 <= depth < largest:
                 raise InputError(f"a depth is {depth:g} m; give 0 to {largest:.3g} m, the size of the body.")
         x, reached, response = self.mesh.nodes, 0.0, self.response(direction)
+
+        def follow(before: np.ndarray, _: float, step: float) -> np.ndarray:
+            return self._balanced(before + step * response, tolerance)
+
         for depth in depths:
-            step = depth - reached
-            while abs(reached - depth) > 1e-12 * largest:
-                try:
-                    x = self._balanced(x + step * response, tolerance)
-                except NotConverged as failure:
-                    step *= 0.5
-                    if abs(step) < SHORTEST * max(depths):
-                        raise NotConverged(
-                            f"{failure}, {1e3 * reached:.3g} mm on the way", failure.history
-                        ) from failure
-                    continue
-                reached, step = reached + step, depth - reached - step
+            if depth != reached:
+                *_, (reached, x) = steps_to(depth, reached, max(depths), x, follow)
             if (det := self.least_det(x)) <= 0.0:
                 raise NotConverged(f"an element is inverted at a depth of {1e3 * depth:.3g} mm", [det])
             if depth:
@@ -128,13 +118,4 @@ class Grasping(FastEquilibrium):
     def _balanced(self, start: np.ndarray, tolerance: float) -> np.ndarray:
         """Return the equilibrium (n, 3) [m] with the patch where ``start`` (n, 3) [m] has it."""
         scale = float(np.linalg.norm(self.free_force(start)[self.grasped]))
-        way = minimise_by_lbfgs(self, self.at_rest(), start, tolerance * scale, MAX_ITERATIONS)
-        if way.convex and way.forces[-1] <= tolerance * scale:
-            return way.x
-        solution = Solution(way.x if way.convex else start)
-        try:
-            minimise_by_newton(self, solution.x, scale, tolerance, solution=solution)
-        except NotConverged:
-            if not solution.history[-1] * scale <= self._rounding:
-                raise
-        return solution.x
+        return self._descend_or(lambda begin: self.balance(begin, scale, tolerance), scale, tolerance, start).x

@@ -7,7 +7,7 @@ small against the depth.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from scipy import sparse
@@ -20,8 +20,9 @@ from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import hold, product
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.lbfgs import minimise_by_lbfgs
-from palpate.solvers.newton import Product, Solution, minimise_by_newton
+from palpate.solvers.newton import Product
 
+State = TypeVar("State")
 PENALTY = 20.0
 """Stiffness of contact [Pa/m] over Young's modulus by the length of an element."""
 OVERLAP = 1e-3
@@ -50,6 +51,8 @@ FIRST = 1e-2
 DESCENT, WORTH = 10, 0.5
 """Steps of L-BFGS with one set of points that touch in its matrix, and the share to which they have to bring the
 residual, or Newton's method is faster: one of its iterations takes as long as 15 to 20 of these steps."""
+SHORTEST = 1.0 / 64.0
+"""Least step over the largest depth."""
 STICKING = 0.01
 """Force on points that come to stick or let go, over that on all, above which the multipliers are set again."""
 
@@ -133,6 +136,37 @@ class Touching(NamedTuple):
     area_m2: float
     pressure_pa: float
     overlap: float
+
+
+def steps_to(
+    depth: float,
+    reached: float,
+    scale: float,
+    state: State,
+    move: Callable[[State, float, float], State],
+    most: float = np.inf,
+) -> Iterator[tuple[float, State]]:
+    """Go from a depth that is ``reached`` to another in steps of at most ``most``, and yield depth [m] and state there.
+
+    move : from the state before a step, the depth at its end, and the step [m] to the state there
+    A step for which that raises NotConverged is halved; that is raised where it is below SHORTEST times ``scale`` [m].
+    """
+    while True:
+        step = depth - reached
+        step /= max(float(np.ceil(abs(step) / most - 1e-9)), 1.0) if step else 1.0
+        while True:
+            try:
+                state = move(state, reached + step, step)
+                break
+            except NotConverged as failure:
+                step *= 0.5
+                if abs(step) < SHORTEST * scale:
+                    deep = f"{failure}, at a depth of {1e3 * (reached + 2 * step):.3g} mm"
+                    raise NotConverged(deep, failure.history) from failure
+        reached += step
+        yield reached, state
+        if abs(reached - depth) <= 1e-12 * scale:
+            return
 
 
 class _Side:
@@ -304,42 +338,33 @@ class Indentation(Equilibrium):
         for depth in depths:
             if not 0.0 <= depth < largest:
                 raise InputError(f"a depth is {depth:g} m; give 0 to {largest:.3g} m, the body along the direction.")
-        x, reached, scale = self.mesh.nodes.copy(), 0.0, max(depths, default=0.0)
-        begin = self._begin
+        scale, reached, begin = max(depths, default=0.0), 0.0, self._begin
         self.begin(begin)
         most = STRIDE * min((pose.instrument.radius_m for pose in begin), default=np.inf)
         most = min(most, scale / STICKING_STEPS) if self._sticks else most
+        rest = found = Touching(0.0, self.mesh.nodes.copy(), np.zeros(3), 0.0, 0.0, 0.0)
 
-        def longest(way: float) -> float:
-            return way / max(np.ceil(abs(way) / most - 1e-9), 1.0) if way else way
+        def settle(before: Touching, depth: float, _: float) -> Touching:
+            at = self.points.interpolation @ before.x
+            kept = [side.as_seen(at) for side in self._sides]
+            for side, pose in zip(self._sides, begin, strict=True):
+                side.pose = pose.moved(depth * direction)
+            try:
+                return self._settle_touching(guess(depth, before.x), depth, tolerance, kept, updates)
+            except NotConverged:
+                self._sides = kept
+                raise
 
         for depth in depths:
             if depth == 0.0:  # exactly, not but for what first touch and multipliers leave
                 self._sides = [_Side(pose, len(self.points.areas)) for pose in begin]
-                x, reached = self.mesh.nodes.copy(), 0.0
-                yield Touching(0.0, x, np.zeros(3), 0.0, 0.0, 0.0)
+                found, reached = rest, 0.0
+                yield found
                 continue
-            step = longest(depth - reached)
-            while True:
-                at = self.points.interpolation @ x
-                kept = [side.as_seen(at) for side in self._sides]
-                for side, pose in zip(self._sides, begin, strict=True):
-                    side.pose = pose.moved((reached + step) * direction)
-                try:
-                    found = self._settle_touching(guess(reached + step, x), reached + step, tolerance, kept, updates)
-                except NotConverged as failure:
-                    self._sides, step = kept, 0.5 * step
-                    if abs(step) < scale / 64:
-                        raise NotConverged(
-                            f"{failure}, at a depth of {1e3 * (reached + 2 * step):.3g} mm", failure.history
-                        ) from failure
-                    continue
-                x, reached = found.x, reached + step
-                if (det := self.least_det(x)) <= 0.0:
+            way = steps_to(depth, reached, scale, found, settle, most)
+            for reached, found in way:
+                if (det := self.least_det(found.x)) <= 0.0:
                     raise NotConverged(f"an element is inverted at a depth of {1e3 * reached:.3g} mm", [det])
-                if abs(reached - depth) <= 1e-12 * scale:
-                    break
-                step = longest(depth - reached)
             if not found.area_m2:
                 raise NotConverged(f"nothing touches at a depth of {1e3 * depth:.3g} mm: elements are too large", [0.0])
             yield found
@@ -383,13 +408,7 @@ class Indentation(Equilibrium):
         for _ in range(3):  # the forces that the tolerance is of are not known before
             if scale == 0.0 and self._scale(self.force(x)) <= self._rounding:
                 return x  # nothing touches
-            solution, against = Solution(x), scale or self._scale(self.force(x))
-            try:
-                minimise_by_newton(self, x, against, tolerance, solution=solution)
-            except NotConverged:
-                if not solution.history[-1] * against <= self._rounding:
-                    raise
-            x = solution.x
+            x = self.balance(x, scale or self._scale(self.force(x)), tolerance).x
             before, scale = scale, self._pushed(x)
             if scale >= 0.5 * before:
                 break

@@ -64,6 +64,11 @@ def test_a_model_that_cannot_do_a_scene_is_named_before_anything_runs():
     assert unable("detail_correction", PRESSED | {"contact": {"self_contact": True}}) == "has contact"
     for model in ("fem_coarse", "shape_matching"):
         assert unable(model, clay, "sheet") == ""
+    floor, ball = ({"contact": {"instruments": [{"kind": kind}]}} for kind in ("floor", "sphere"))
+    for model in ("mujoco", "truth"):
+        assert unable(model, PRESSED | ball) == "" and unable(model, clay) == "has plasticity"
+        assert unable(model, PRESSED | floor) == "is touched by a floor and not by spheres and capsules"
+        assert unable(model, PRESSED, "sheet") == "moves a sheet"
 
 
 def test_a_motion_to_fit_to_is_needed_where_a_model_is_fitted():

@@ -356,7 +356,7 @@ def _row_in_modes(compared: ComparedScene, truth: Reference, steps: int, fitted:
         told = told_in_modes(compared, motion, found)
     except NotConverged:
         return row | {"failures": 1}
-    taken = found.seconds.sum(), np.percentile(found.seconds, 95), found.seconds.max()
+    taken = _taken(found.seconds)
     return row | _measured(found.moved, truth.force[:0], truth, taken, steps, compared.duration_s) | told._asdict()
 
 
@@ -368,9 +368,9 @@ def _row_in_flex(compared: ComparedScene, truth: Reference, steps: int, level: i
         found = flex_motion.move(motion, compared.frames, steps)
     except NotConverged:
         return row | {"failures": 1}
-    up, taken = to_surface(compared.body, level), (float(found.seconds.sum()), float(np.percentile(found.seconds, 95)))
+    up, taken = to_surface(compared.body, level), _taken(found.seconds)
     moved = np.array([up @ each for each in found.moved])
-    return row | _measured(moved, found.forces, truth, *taken, steps, compared.duration_s) | MotionEstimate()._asdict()
+    return row | _measured(moved, found.forces, truth, taken, steps, compared.duration_s) | MotionEstimate()._asdict()
 
 
 def told_in_modes(compared: ComparedScene, motion: ReducedMotion, found: MotionInModes) -> MotionEstimate:
@@ -416,6 +416,11 @@ def _quadratic(limit: MotionTruth, truth: Reference, number: int, whole_s: float
     tried = limit.tried[number][: truth.frames], limit.tried_force[number][: truth.frames]
     measured = _measured(*tried, truth, taken, steps, whole_s)
     return row | measured | MotionEstimate()._asdict() | {"offline_s": 0.0}
+
+
+def _taken(seconds: np.ndarray) -> tuple[float, float, float]:
+    """Return the sum, the 95th percentile and the largest of the times of steps (steps,) [s]."""
+    return float(seconds.sum()), float(np.percentile(seconds, 95)), float(seconds.max())
 
 
 def _measured(

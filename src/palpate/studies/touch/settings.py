@@ -13,8 +13,7 @@ from palpate.benchmark.settings import (
     pressed_bodies,
 )
 from palpate.errors import InputError, describe_unknown
-from palpate.models.model_registry import INSTALL, absent
-from palpate.models.touch.registry import MODELS
+from palpate.models.model_registry import INSTALL, TOUCH_MODELS, absent
 from palpate.setting_types import (
     Block,
     Count,
@@ -193,7 +192,7 @@ def instruments_of(config: dict) -> dict[str, dict]:
 def check(config: dict, file: Path) -> None:
     """Raise InputError for models and bodies that there are not, and for instruments and depths that are none."""
     place, settings = f"{file}: touch", config["touch"]
-    if wrong := describe_unknown(settings["models"] or [], list(MODELS)):
+    if wrong := describe_unknown(settings["models"] or [], list(TOUCH_MODELS)):
         raise InputError(f"{place}.models names {wrong}")
     for name in {*(settings["models"] or [])} & {*absent()}:
         raise InputError(f"{place}.models names {name}, whose engine is not installed; {INSTALL}")

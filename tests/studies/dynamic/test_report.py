@@ -5,6 +5,7 @@ from fixtures.material import material, numbers, page
 
 from palpate.benchmark.advice import ADVICE as ADVICE_TABLE
 from palpate.benchmark.advice_other_loads import advise_motion
+from palpate.models.model_registry import INSTALL
 from palpate.studies.dynamic import report as dynamic
 from palpate.studies.dynamic.elsewhere import MOTION_BOUNDS
 from palpate.studies.dynamic.reference import MOTION_TRUTH
@@ -18,6 +19,13 @@ def test_the_finding_is_about_models_in_real_time(dynamic_table):
     assert [(one["model"], round(one["error"], 9)) for one in best] == [("springs", 0.04)] * 2
     slow = page("dynamic", tables | {"dynamic_accuracy": dynamic_table.assign(real_time_factor=2.0)})
     assert "liver press: none; bar sag: none." in slow
+
+
+def test_an_engine_is_left_out_in_a_sentence_where_no_row_is_its(dynamic_table):
+    for model, install in (("springs", INSTALL), ("mujoco", "")):
+        tables = {"dynamic_accuracy": dynamic_table.assign(model=model), "advice": ADVICE}
+        assert numbers("dynamic", tables)["install"] == install
+        assert ("pip install" in page("dynamic", tables)) == bool(install)
 
 
 def test_the_error_of_the_standards_mesh_is_said_where_presses_show_it(dynamic_table):

@@ -150,24 +150,24 @@ def points_of(body: Body, contacts: Sequence[Mapping]) -> ContactPoints:
     return contact_points(body.fine, 2, body.material.young_pa, near)
 
 
+def elements_under(body: Body, contact: Mapping, rayleigh: Mapping, points: ContactPoints) -> TouchedMotion:
+    """Return quadratic elements on the finest level, which the instruments of a block ``contact`` touch at points."""
+    tools = of_contact(body, contact)
+    touch = Touch(points, tools.poses, tools.friction, tools.slip_m_s)
+    return TouchedMotion(whole_of(body), len(body.levels) - 1, {}, dict(rayleigh), touch)
+
+
 def shown(
-    body: Body,
-    contacts: Sequence[Mapping],
-    rayleigh: Mapping,
-    duration_s: float,
-    progress: Callable = iter,
+    body: Body, contacts: Sequence[Mapping], rayleigh: Mapping, duration_s: float, progress: Callable = iter
 ) -> np.ndarray:
     """Return the displacements (s, n, 3) [m] of quadratic elements at the ends of all steps of strokes.
 
     A stroke that is not found is left out; NotConverged if more are than LEAST_SHARE leaves.
     """
-    points, whole, level = points_of(body, contacts), whole_of(body), len(body.levels) - 1
+    points, steps = points_of(body, contacts), max(1, round(duration_s / STEP_S))
     points, found = replace(points, penalty=points.penalty / STIFFER), []
-    steps = max(1, round(duration_s / STEP_S))
     for contact in progress(list(contacts)):
-        tools = of_contact(body, contact)
-        touch = Touch(points, tools.poses, tools.friction, tools.slip_m_s)
-        motion = TouchedMotion(whole, level, {}, dict(rayleigh), touch)
+        motion = elements_under(body, contact, rayleigh, points)
         try:
             reached = motion.touched_steps(duration_s / steps, steps, TOLERANCE)
             found.append(np.array([each.x - motion.rest for each in reached]))

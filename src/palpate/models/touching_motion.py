@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from palpate.bodies.body import Body
 from palpate.collision.contact.instrument_contact import InstrumentContact, Rubbing, Tools, gaps_of, press, stiffness
 from palpate.effects.effect import FixedNodes, Instrumented, Proportional, offers
 from palpate.effects.linear_elements import LinearElements
@@ -22,7 +21,7 @@ from palpate.models.reduced_body import check_same
 from palpate.models.stroke_modes import StrokeModes, learn
 from palpate.solvers.system import System
 
-REACH_M = 0.008
+REACH_M = 0.006
 """Distance from an instrument at which points at rest may come to touch it."""
 STRAY = 0.1
 """Of its radius, by which nothing that a motion is believed of is inside an instrument."""
@@ -77,6 +76,22 @@ def improve(hessian, step, turn):
             hessian[i, j] += a * turn[j] - b * bent[j]
 
 
+@numba.njit(cache=True, error_model="numpy", fastmath=True)
+def solved(lower, right):
+    """Return the solution (r,) with a positive definite matrix, ``lower`` (r, r) being its Cholesky factor."""
+    found = right.copy()
+    for i in range(len(found)):
+        known = 0.0
+        for j in range(i):
+            known += lower[i, j] * found[j]
+        found[i] = (found[i] - known) / lower[i, i]
+    for i in range(len(found) - 1, -1, -1):
+        found[i] /= lower[i, i]
+        for j in range(i):
+            found[j] -= found[i] * lower[i, j]
+    return found
+
+
 @numba.njit(cache=True, error_model="numpy")
 def minimise(q, inertia, centre, share, outer, hessian, body, touch, rubbing, force, floor, enough, most):
     """Minimise ½ Σ inertia (q − centre)² + share E(q) − outer · q + contact, from ``q`` (r,) on, in place.
@@ -104,7 +119,7 @@ def minimise(q, inertia, centre, share, outer, hessian, body, touch, rubbing, fo
                 near[3 * c : 3 * c + 3] = rows[3 * chosen[c] : 3 * chosen[c] + 3]
                 bent[3 * c : 3 * c + 3] = np.dot(blocks[c], near[3 * c : 3 * c + 3])
             whole += np.dot(near.T, bent)
-        ahead = np.linalg.solve(whole, -gradient)
+        ahead = solved(np.linalg.cholesky(whole), -gradient)
         slope = np.dot(gradient, ahead)
         left = np.sqrt(max(0.0, -slope) / (share * max(energy, floor)))
         if not slope < 0.0 or left <= enough or rounds == most:
@@ -163,7 +178,9 @@ def rates(system: System) -> dict[str, float]:
 def _contact_of(system: System) -> Instrumented:
     """Return the contact of the one body there is; errors as ``prepare``."""
     if not isinstance(system.elastic, LinearElements) or system.particles.body is None:
-        raise InputError("it needs one body of finite elements, as modes of strokes are theirs; choose another integrator.")
+        raise InputError(
+            "it needs one body of finite elements, as modes of strokes are theirs; choose another integrator."
+        )
     for name, effect in list(system.effects.items())[1:]:
         if not (offers(effect, FixedNodes) or offers(effect, Instrumented) or offers(effect, Proportional)):
             raise InputError(
@@ -209,6 +226,8 @@ class TouchingMotion:
         slopes, *rest = model.cells
         scratch = np.empty((9, count)), np.empty((9, count)), np.empty(count), np.empty(count, dtype=bool)
         self._body = slopes.reshape(9 * count, -1), *rest, model.rest, *model.law, *scratch
+        # the first nodes of quadratic elements are the corners
+        self._corners = body.modes[: len(system.particles.nodes)].reshape(-1, body.count)
         self._rest = body.points.interpolation @ body.motion.rest
         self._stiff = body.points.penalty * body.points.areas
         self._masses, still = body.masses, np.zeros(body.count)
@@ -236,8 +255,8 @@ class TouchingMotion:
     def state(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the positions (n, 3) [m] of all nodes and their velocities [m/s]."""
         nodes = self._system.particles.nodes
-        modes = self.body.modes[: len(nodes)]  # their first nodes are the corners
-        return nodes + modes @ self._now.q, modes @ self._now.w
+        x, v = (self._corners @ np.column_stack([self._now.q, self._now.w])).reshape(-1, 3, 2).transpose(2, 0, 1)
+        return nodes + x, v
 
     def advance(self, h: float) -> None:
         """Make a step of ``h`` [s] that ends at the system's time; NotConverged if it is not found."""
@@ -267,15 +286,13 @@ class TouchingMotion:
         contact.work_j -= float(np.vdot(contact.reactions, tools.tips - seen.tips))
 
     def _touch(self, tools: Tools) -> tuple[np.ndarray, np.ndarray, np.ndarray, Tools]:
-        """Return rows (3c, r), places at rest (c, 3) [m] and stiffness (c,) [N/m] of points near ``tools``, and these."""
+        """Return rows (3c, r), places at rest (c, 3) [m] and stiffness (c,) [N/m] of points near tools, and these."""
         self._near = np.flatnonzero(gaps_of(self._rest, tools)[0].min(axis=0) < REACH_M)
         self._forces = np.zeros((len(self._near), 3))
         rows = self.body.rows[self._near].reshape(-1, self.body.count)
         return rows, self._rest[self._near], self._stiff[self._near], tools
 
-    def _rubbing(
-        self, touch: tuple, q: np.ndarray, at: Tools, base: np.ndarray, start: Tools, reach: float
-    ) -> Rubbing:
+    def _rubbing(self, touch: tuple, q: np.ndarray, at: Tools, base: np.ndarray, start: Tools, reach: float) -> Rubbing:
         """Return friction with normals and pressures at ``q`` (r,), of instruments ``at`` a time, in ``reach`` [s].
 
         It is that against motion from ``base`` (r,) and the instruments at ``start``.
@@ -289,9 +306,13 @@ class TouchingMotion:
     def _pushes(self, touch: tuple, q: np.ndarray, rubbing: Rubbing) -> np.ndarray:
         """Return the force (k, 3) [N] of each instrument on the body."""
         found, force = [], np.empty_like(self._forces)
+        if len(self.contact.paths) == 1:
+            return self._forces.sum(axis=0, keepdims=True)
         for k in range(len(self.contact.paths)):
             alone = Tools(*(each[k : k + 1] for each in touch[3]))
-            held = rubbing._replace(**{name: getattr(rubbing, name)[k : k + 1] for name in ("normals", "limits", "ways")})
+            held = rubbing._replace(
+                **{name: getattr(rubbing, name)[k : k + 1] for name in ("normals", "limits", "ways")}
+            )
             touched_by(q, (*touch[:3], alone), held, force)
             found.append(force.sum(axis=0))
         return np.array(found)
@@ -309,7 +330,9 @@ class TouchingMotion:
         """Minimise from ``q`` on, in place; return the elastic gradient and energy. NotConverged if it is not found."""
         problem, ends = (inertia, centre, share, outer), (self._floor, self._tolerance, ITERATIONS)
         for _ in range(2):
-            g, energy, left, rounds = minimise(q, *problem, self._hessian, self._body, touch, rubbing, self._forces, *ends)
+            g, energy, left, rounds = minimise(
+                q, *problem, self._hessian, self._body, touch, rubbing, self._forces, *ends
+            )
             self.searches += rounds
             if left <= self._tolerance:
                 return g, energy

@@ -20,11 +20,13 @@ CORNER = 0.01
 
 
 class Path:
-    """A sphere or a capsule on its way; InputError for other obstacles."""
+    """A sphere or a capsule on its way, and its ``axes`` as a Pose has them; InputError for other obstacles."""
 
     def __init__(self, obstacle: Obstacle):
         if obstacle.kind not in (SPHERE, CAPSULE):
-            raise InputError(f"{obstacle.name} is a {obstacle.kind}; motions of what is touched know spheres and capsules.")
+            raise InputError(
+                f"{obstacle.name} is a {obstacle.kind}; motions of what is touched know spheres and capsules."
+            )
         ends = obstacle.points
         along = ends[-1] - ends[0]
         length = float(np.linalg.norm(along))
@@ -33,21 +35,25 @@ class Path:
         first = along / length if length else np.eye(3)[0]
         second = np.cross(np.eye(3)[np.abs(first).argmin()], first)
         second /= np.linalg.norm(second)
-        self._axes = np.array([first, second, np.cross(first, second)])
+        self.axes = np.array([first, second, np.cross(first, second)])
+        self._start = ends.mean(axis=0) - self.instrument.radius_m * self.axes[2]
 
     @property
     def times_s(self) -> np.ndarray:
         """When it is where the path has corners, (k,) [s]."""
         return self._obstacle.times_s
 
+    def tip(self, t: float) -> np.ndarray:
+        """Return its lowest point (3,) [m] at the time ``t`` [s]."""
+        return self._start + self._obstacle.shift(t)
+
     def pose(self, t: float) -> Pose:
         """Return where it is at the time ``t`` [s]."""
-        middle = self._obstacle.at(t).mean(axis=0)
-        return Pose(self.instrument, middle - self.instrument.radius_m * self._axes[2], self._axes)
+        return Pose(self.instrument, self.tip(t), self.axes)
 
 
 class Tools(NamedTuple):
-    """Where k instruments are, as kernels take them: tips (k, 3) [m], axes (k, 3, 3), radii and half lengths (k,) [m]."""
+    """Where k instruments are, as kernels take them: tips (k, 3) [m], axes (k, 3, 3), radii, half lengths (k,) [m]."""
 
     tips: np.ndarray
     axes: np.ndarray
@@ -83,6 +89,9 @@ class InstrumentContact:
 
     def __post_init__(self) -> None:
         self.reactions = np.zeros((len(self.paths), 3))
+        shapes = np.array([path.instrument.shape for path in self.paths])
+        axes = np.array([path.axes for path in self.paths])
+        self._still = Tools(np.empty((len(axes), 3)), axes, shapes[:, 1].copy(), shapes[:, 3].copy())
 
     def poses(self, t: float) -> list[Pose]:
         """Return where instruments are at the time ``t`` [s]."""
@@ -90,11 +99,7 @@ class InstrumentContact:
 
     def at(self, t: float) -> Tools:
         """Return the same as kernels take it."""
-        poses = self.poses(t)
-        shapes = np.array([pose.instrument.shape for pose in poses])
-        return Tools(
-            np.array([pose.tip for pose in poses]), np.array([pose.axes for pose in poses]), shapes[:, 1], shapes[:, 3]
-        )
+        return self._still._replace(tips=np.array([path.tip(t) for path in self.paths]))
 
     def bends(self, t: float, h: float) -> bool:
         """Tell whether a path has a corner where a step of ``h`` [s] from ``t`` [s] begins, or within it."""
@@ -155,7 +160,9 @@ def stiffness(points, stiff, tools, rubbing, chosen):
             for i in range(3):
                 blocks[c, i, i] += rubbed
                 for j in range(3):
-                    blocks[c, i, j] += pressed * normals[k, q, i] * normals[k, q, j] - rubbed * held[k, q, i] * held[k, q, j]
+                    blocks[c, i, j] += (
+                        pressed * normals[k, q, i] * normals[k, q, j] - rubbed * held[k, q, i] * held[k, q, j]
+                    )
     return blocks
 
 

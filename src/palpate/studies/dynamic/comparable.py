@@ -67,6 +67,7 @@ def unable(model: str, entry: dict, kind: str = "") -> str:
     further = sorted(taken - set(LOADS if corrected else ("contact",)))
     contact = entry.get("contact", {})
     moving = any(tool.get("times_s") for tool in contact.get("instruments", []))
+    others = sorted({tool["kind"] for tool in contact.get("instruments", [])} - {"sphere", "capsule"})
     reasons = [
         ("has plasticity", model in ("springs", "springs_volume") and "plasticity" in taken),
         ("moves a sheet", (corrected or stroked or model == "springs_volume") and kind == "sheet"),
@@ -75,6 +76,7 @@ def unable(model: str, entry: dict, kind: str = "") -> str:
         ("is not held", (corrected or stroked) and not entry.get("held", True)),
         ("has no instrument that moves", stroked and not ("contact" in taken and moving)),
         ("has a body that touches itself", stroked and bool(contact.get("self_contact"))),
+        (f"is touched by a {others[0] if others else ''}, not by spheres and capsules", stroked and bool(others)),
     ]
     return next((reason for reason, holds in reasons if holds), "")
 

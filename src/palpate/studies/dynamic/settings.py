@@ -147,7 +147,7 @@ class Families(Block):
         {},
     )
     path_modes: PathModes = key(
-        "The reference's level in modes of strokes beside the instrument's path; of scenes that name it", {}
+        "Quadratic elements on the reference's level in modes of strokes beside the path; of scenes that name it", {}
     )
     region_modes: RegionModes = key(
         "The same in modes of random strokes of the region, which need not be those of the path", {}

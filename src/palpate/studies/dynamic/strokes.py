@@ -9,13 +9,12 @@ from palpate.bodies import body_file
 from palpate.files import write_arrays
 from palpate.models import strokes
 from palpate.run.job import steps
-from palpate.scenes.run_scene import compose
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_scene
 
 
 @dataclass(frozen=True, eq=False)
 class Strokes:
-    """Motions (s, n, 3) [m] of the reference's level under strokes, and the processor's time [s] that they took."""
+    """Motions (s, n, 3) [m] of quadratic elements on the reference's level, and the processor's time [s] they took."""
 
     shown: np.ndarray
     seconds: float
@@ -38,6 +37,5 @@ def simulate_strokes(input, output, params, say):
     scene = compared_scene(body=body_file.load(input.body), **params.compared)
     contacts, begin = learnt_from(scene, params.region), process_time()
     duration_s = scene.duration_s if params.region is None else strokes.DURATION_S
-    system = compose(scene.fem(scene.frames), scene.particles(-1))
-    shown = strokes.shown(system, contacts, duration_s, steps(say, f"{scene.name}: stroke"))
+    shown = strokes.shown(scene.body, contacts, scene.rayleigh, duration_s, steps(say, f"{scene.name}: stroke"))
     write_arrays(Strokes(shown.astype(np.float32), process_time() - begin), output.strokes)

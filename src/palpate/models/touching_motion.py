@@ -16,7 +16,7 @@ from palpate.effects.effect import FixedNodes, Instrumented, Proportional, offer
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
 from palpate.models import strokes
-from palpate.models.contact_modes.reduced_contact import cell_stresses
+from palpate.models.contact_modes.reduced_contact import Cells, cell_stresses
 from palpate.models.reduced_body import check_same
 from palpate.models.stroke_modes import StrokeModes, learn
 from palpate.solvers.system import System
@@ -25,6 +25,8 @@ REACH_M = 0.006
 """Distance from an instrument at which points at rest may come to touch it."""
 STRAY = 0.1
 """Of its radius, by which nothing that a motion is believed of is inside an instrument."""
+TOGETHER = 32
+"""Cells of which forces are computed at once."""
 MISSED_RESIDUAL = 0.03
 """Relative residual of what modes lack."""
 ITERATIONS = 60
@@ -41,11 +43,15 @@ ROUNDING = 1e-13
 
 @numba.njit(cache=True, error_model="numpy")
 def elastic_of(q, body):
-    """Return the elastic energy [J] and its gradient (r,)."""
+    """Return the elastic energy [J] and its gradient (r,), block by block of cells, which stay in the cache."""
     slopes, volumes, mu, lam, rest, shape, measure, volume, f, p, energies, accepted = body
-    energy = cell_stresses(q, slopes, volumes, mu, lam, shape, measure, volume, f, p, energies, accepted)
     pull = np.dot(rest, q)
-    return energy + 0.5 * np.dot(pull, q), pull + np.dot(p.ravel(), slopes)
+    energy = 0.5 * np.dot(pull, q)
+    for b in range(len(slopes)):
+        cells = slopes[b], volumes[b], mu[b], lam[b]
+        energy += cell_stresses(q, *cells, shape, measure, volume, f, p, energies, accepted)
+        pull += np.dot(p.ravel(), slopes[b])
+    return energy, pull
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -142,6 +148,15 @@ def minimise(q, inertia, centre, share, outer, hessian, body, touch, rubbing, fo
     return own, energy, left, rounds
 
 
+def in_blocks(cells: Cells) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return slopes (b, 9 TOGETHER, r), volumes and moduli (b, TOGETHER) of cells; those that fill up have no volume."""
+    missing = -len(cells.volumes) % TOGETHER
+    slopes = np.pad(cells.slopes, ((0, 0), (0, missing), (0, 0))).reshape(9, -1, TOGETHER, cells.slopes.shape[2])
+    blocks = np.ascontiguousarray(slopes.transpose(1, 0, 2, 3)).reshape(slopes.shape[1], 9 * TOGETHER, -1)
+    filled = [np.pad(each, (0, missing)).reshape(-1, TOGETHER) for each in cells[1:]]
+    return blocks, filled[0], filled[1], filled[2]
+
+
 def make(system: System, settings: dict) -> "TouchingMotion":
     """Make the integrator with the modes ``settings["touching"]["learnt"]``, or those that ``prepare`` finds.
 
@@ -222,10 +237,8 @@ class TouchingMotion:
     def __init__(self, system: System, body: StrokeModes, contact: InstrumentContact, tolerance: float):
         self._system, self.body, self.contact, self._tolerance = system, body, contact, tolerance
         self._alpha, self._beta = rates(system).values()
-        count, model = len(body.model.cells.volumes), body.model
-        slopes, *rest = model.cells
-        scratch = np.empty((9, count)), np.empty((9, count)), np.empty(count), np.empty(count, dtype=bool)
-        self._body = slopes.reshape(9 * count, -1), *rest, model.rest, *model.law, *scratch
+        scratch = np.empty((9, TOGETHER)), np.empty((9, TOGETHER)), np.empty(TOGETHER), np.empty(TOGETHER, dtype=bool)
+        self._body = *in_blocks(body.model.cells), body.model.rest, *body.model.law, *scratch
         # the first nodes of quadratic elements are the corners
         self._corners = body.modes[: len(system.particles.nodes)].reshape(-1, body.count)
         self._rest = body.points.interpolation @ body.motion.rest

@@ -149,7 +149,7 @@ def minimise(q, inertia, centre, share, outer, hessian, body, touch, rubbing, fo
 
 
 def in_blocks(cells: Cells) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return slopes (b, 9 TOGETHER, r), volumes and moduli (b, TOGETHER) of cells; those that fill up have no volume."""
+    """Return slopes (b, 9 TOGETHER, r), volumes and moduli (b, TOGETHER) of cells; some at the end have no volume."""
     missing = -len(cells.volumes) % TOGETHER
     slopes = np.pad(cells.slopes, ((0, 0), (0, missing), (0, 0))).reshape(9, -1, TOGETHER, cells.slopes.shape[2])
     blocks = np.ascontiguousarray(slopes.transpose(1, 0, 2, 3)).reshape(slopes.shape[1], 9 * TOGETHER, -1)

@@ -69,7 +69,8 @@ def learn(system: System, shown: np.ndarray, points: ContactPoints, settings: di
             f"{len(elements.rest)}; show it strokes of its own."
         )
     seen = np.ascontiguousarray(shown.transpose(1, 2, 0), dtype=float)
-    strongest = seen @ strongest_of(_products(seen, elements.multiply(seen)), settings["modes"])
+    pulls = elements.multiply(seen)
+    strongest = seen @ strongest_of(_products(seen, pulls), settings["modes"])
     columns = orthonormal(np.dstack([_swings(system, whole, elements, motion, settings), strongest]), elements)
     masses, turns = np.linalg.eigh(_products(columns, (motion.masses @ columns.reshape(len(columns), -1))))
     modes = columns @ turns
@@ -77,7 +78,7 @@ def learn(system: System, shown: np.ndarray, points: ContactPoints, settings: di
     touched[points.interpolation.indices] = True
     cells = some_points(elements, modes, touched[elements.couples].any(axis=1), FEW, np.random.default_rng(0))
     flat = modes.reshape(-1, len(masses))
-    states = states_of(_products(elements.multiply(seen), modes), settings["states"])
+    states = states_of(_products(pulls, modes), settings["states"])
     wanted = [-flat.T @ elements.force(modes @ q).ravel() - q for q in states]
     every = ReducedContact(cells, np.empty((len(masses), 0)), elements.law)
     model = every.thinned(list(states), settings["thinning"], wanted)

@@ -6,6 +6,7 @@ contact's own second derivatives.
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 import numba
@@ -106,14 +107,14 @@ def minimise(q, inertia, centre, share, outer, hessian, body, touch, rubbing, fo
         second derivatives of contact are added exactly
     body, touch : arguments of ``elastic_of`` and ``touched_by``; force : (c, 3), is written
     It ends where a step would gain less than ``enough``² of the elastic energy, of ``floor`` [J] at least. Returns the
-    elastic gradient and energy, what is left, and how many searches there were.
+    elastic gradient and energy, and what is left.
     """
     rows, stiff, tools = touch[0], touch[2], touch[3]
     energy, own = elastic_of(q, body)
     away = q - centre
     points, value = touched_by(q, touch, rubbing, force)
     value += 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, q)
-    left, rounds = np.inf, 0
+    left = np.inf
     for rounds in range(most + 1):
         gradient = inertia * away + share * own - outer - np.dot(force.ravel(), rows)
         whole = hessian.copy()
@@ -145,7 +146,7 @@ def minimise(q, inertia, centre, share, outer, hessian, body, touch, rubbing, fo
             break
         improve(hessian, reached - q, inertia * (reached - q) + share * (pulled - own))
         q[:], own, value, energy = reached, pulled, there, lower
-    return own, energy, left, rounds
+    return own, energy, left
 
 
 def in_blocks(cells: Cells) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -250,7 +251,6 @@ class TouchingMotion:
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray, float, float] | None = None
         self._hessian, self._scaled = np.empty((0, 0)), (still, 0.0)
         self._forces, self._near = np.zeros((0, 3)), np.zeros(0, dtype=int)
-        self.searches = 0
         self._compile()
 
     def _compile(self) -> None:
@@ -343,10 +343,9 @@ class TouchingMotion:
         """Minimise from ``q`` on, in place; return the elastic gradient and energy. NotConverged if it is not found."""
         problem, ends = (inertia, centre, share, outer), (self._floor, self._tolerance, ITERATIONS)
         for _ in range(2):
-            g, energy, left, rounds = minimise(
-                q, *problem, self._hessian, self._body, touch, rubbing, self._forces, *ends
-            )
-            self.searches += rounds
+            left = math.inf
+            with suppress(np.linalg.LinAlgError):  # of a Hessian that is not positive, or not finite
+                g, energy, left = minimise(q, *problem, self._hessian, self._body, touch, rubbing, self._forces, *ends)
             if left <= self._tolerance:
                 return g, energy
             self._hessian = np.diag(inertia + share)  # what was learnt misleads: once more without it

@@ -24,12 +24,17 @@ def learnt_from(compared: ComparedScene, region: dict | None) -> list[dict]:
     """Return the strokes, as blocks contact: the path's neighbours, or random ones of a ``region``.
 
     region : ``half_width_m`` [m], how many ``strokes``, and the ``seed``
+    Strokes fill a square that is WIDER than the region, so that those at its edge have some on both sides.
     """
     contact = compared.loads["contact"]
     if region is None:
         return strokes.neighbours(contact)
-    square = region["half_width_m"], region["strokes"], region["seed"]
+    square = WIDER * region["half_width_m"], region["strokes"], region["seed"]
     return strokes.roaming(compared.particles(-1), contact, *square)
+
+
+WIDER = 1.3
+"""Half width of the square that strokes are shown in, over that of the region."""
 
 
 def simulate_strokes(input, output, params, say):

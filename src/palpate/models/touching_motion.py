@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from palpate.bodies.body import Body
 from palpate.collision.contact.instrument_contact import InstrumentContact, Rubbing, Tools, gaps_of, press, stiffness
 from palpate.effects.effect import FixedNodes, Instrumented, Proportional, offers
 from palpate.effects.linear_elements import LinearElements
@@ -163,9 +164,9 @@ def make(system: System, settings: dict) -> "TouchingMotion":
 
     InputError as ``prepare``, and for modes of another body.
     """
-    contact, asked = _contact_of(system), settings["touching"]
+    (contact, own), asked = _touched(system), settings["touching"]
     body = asked.get("learnt") or prepare(system, asked)
-    check_same(body.body, system.particles.body)
+    check_same(body.body, own)
     return TouchingMotion(system, body, contact.instruments_on(), asked["tolerance"])
 
 
@@ -178,7 +179,8 @@ def prepare(
     passing : blocks contact; points are in reach that their instruments or the scene's pass
     InputError for an effect that it does not know, a body that nothing holds, and contact of bodies.
     """
-    own, body = _contact_of(system).settings, system.particles.body
+    contact, body = _touched(system)
+    own = contact.settings
     near = strokes.neighbours(own) if passing is None else passing
     if shown is None:
         shown = strokes.shown(body, near, rates(system), strokes.duration_of(own))
@@ -191,9 +193,10 @@ def rates(system: System) -> dict[str, float]:
     return {name: sum(each[k] for each in found) for k, name in enumerate(("mass_1_s", "stiffness_s"))}
 
 
-def _contact_of(system: System) -> Instrumented:
-    """Return the contact of the one body there is; errors as ``prepare``."""
-    if not isinstance(system.elastic, LinearElements) or system.particles.body is None:
+def _touched(system: System) -> tuple[Instrumented, Body]:
+    """Return the contact of the one body there is, and that; errors as ``prepare``."""
+    body = system.particles.body
+    if not isinstance(system.elastic, LinearElements) or body is None:
         raise InputError(
             "it needs one body of finite elements, as modes of strokes are theirs; choose another integrator."
         )
@@ -209,7 +212,7 @@ def _contact_of(system: System) -> Instrumented:
     if len(found) != 1:
         raise InputError("it is for a body that instruments touch; choose bdf2.")
     found[0].instruments_on()  # refuses bodies that touch
-    return found[0]
+    return found[0], body
 
 
 class _State(NamedTuple):

@@ -70,4 +70,4 @@ def test_models_wait_for_a_truth_of_quadratic_elements_alone(plan, write_config,
 def test_what_takes_hours_can_be_planned(plan, tmp_path):
     both = [ROOT / "config.yaml", ROOT / "config.full.yaml"]
     jobs = plan(tmp_path, both[0], "--configfile", *map(str, both))
-    assert jobs["measure_held_out"] == 1 and jobs["simulate_strokes"] == 2 and jobs["measure_touch_models"] > 80
+    assert jobs["measure_held_out"] == 2 and jobs["simulate_strokes"] == 4 and jobs["measure_touch_models"] > 80

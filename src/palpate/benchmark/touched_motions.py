@@ -14,10 +14,10 @@ from palpate.benchmark.touched_mesh import COARSER
 from palpate.bodies.body import Body
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.refinement import with_midpoints
-from palpate.collision.contact.obstacles import Obstacle, make_obstacle
-from palpate.effects.instrument import CAPSULE, SPHERE, Instrument, Pose
+from palpate.collision.contact.instrument_contact import Path
+from palpate.collision.contact.obstacles import make_obstacle
 from palpate.effects.surface_map import SurfaceMap
-from palpate.errors import InputError, NotConverged
+from palpate.errors import NotConverged
 from palpate.solvers.indentation import contact_points
 from palpate.solvers.quadratic_motion import QuadraticMotion, Reached
 from palpate.solvers.touched_motion import Touch, TouchedMotion
@@ -44,7 +44,7 @@ class TouchedMotions:
         self._loads = {name: block for name, block in loads.items() if name != "contact"}
         self._friction, self._slip = contact.get("friction", 0.0), contact.get("slip_m_s", 1e-3)
         self._paths = [
-            _Path(make_obstacle(each, body.name, "", body.fine.size, np.zeros(3))) for each in contact["instruments"]
+            Path(make_obstacle(each, body.name, "", body.fine.size, np.zeros(3))) for each in contact["instruments"]
         ]
         self._radius = max(path.instrument.radius_m for path in self._paths)
         corners = self._base.coarse.nodes[self._base.coarse.triangles]
@@ -90,25 +90,3 @@ class TouchedMotions:
                 f"{self._base.name}: no instrument touches it, or elements are too large to see it", [0.0]
             )
         return rest[bore]
-
-
-class _Path:
-    """An instrument on its way."""
-
-    def __init__(self, obstacle: Obstacle):
-        if obstacle.kind not in (SPHERE, CAPSULE):
-            raise InputError(f"{obstacle.name} is a {obstacle.kind}; truths in motion know spheres and capsules alone.")
-        ends = obstacle.points
-        along = ends[-1] - ends[0]
-        length = float(np.linalg.norm(along))
-        self.instrument = Instrument(obstacle.kind, obstacle.radius_m, length_m=length)
-        self._obstacle = obstacle
-        first = along / length if length else np.eye(3)[0]
-        second = np.cross(np.eye(3)[np.abs(first).argmin()], first)
-        second /= np.linalg.norm(second)
-        self._axes = np.array([first, second, np.cross(first, second)])
-
-    def pose(self, t: float) -> Pose:
-        """Return where it is at the time ``t`` [s]."""
-        middle = self._obstacle.at(t).mean(axis=0)
-        return Pose(self.instrument, middle - self.instrument.radius_m * self._axes[2], self._axes)

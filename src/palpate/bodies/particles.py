@@ -1,7 +1,7 @@
 """Particles: the nodes of one level of a body as point masses, which scenes move."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ class Particles(Mesh):
     thickness_m : of a sheet, else 0
     beds : the elastic beds, each with the triangles (t, 3) of its own body
     regions : the tissue of the tetrahedra if they are of several materials; ``material`` is then the first body's own
+    body : whose finest level they are, None of several bodies and of surfaces
     """
 
     name: str
@@ -36,6 +37,7 @@ class Particles(Mesh):
     thickness_m: float = 0.0
     beds: tuple[tuple[Bed, np.ndarray], ...] = ()
     regions: Tissue | None = None
+    body: Body | None = None
 
     @property
     def tissue(self) -> Tissue:
@@ -83,7 +85,7 @@ def particles_of(body: Body, level: int, surface: bool) -> Particles:
     densities = None if body.densities is None else body.densities[level]
     whole = solid_particles(mesh, held, body.material, body.name, body.bed, regions, densities)
     if not surface:
-        return whole
+        return replace(whole, body=body.up_to(level % len(body.levels)))
     if regions is not None:
         raise InputError(f"scene of {body.name}: a surface has no inside that could have regions; leave surface out.")
     kept = mesh.surface

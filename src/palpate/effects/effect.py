@@ -168,15 +168,15 @@ class Touching(Protocol):
 
 
 class Instrumented(Protocol):
-    """Contact with instruments that a motion in few coordinates can take for itself, on a part of the surface.
+    """Contact with instruments that a motion in few coordinates can take for itself.
 
     settings : the block that it is made of
     """
 
     settings: dict
 
-    def instruments_on(self, nodes: np.ndarray) -> Any:
-        """Return the InstrumentContact of the surface's ``nodes`` (k,); InputError if more than that can be touched.
+    def instruments_on(self) -> Any:
+        """Return the InstrumentContact; InputError if more can be touched than spheres and capsules.
 
         From then on steps, their work and their reactions are those of whoever asked.
         """

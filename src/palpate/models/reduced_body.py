@@ -87,6 +87,14 @@ def bending_loads(elements: ElementsAtRest, columns: np.ndarray) -> np.ndarray:
     )
 
 
+def check_same(own: Body, body: Body) -> None:
+    """Raise InputError unless ``body`` is its ``own``: its mesh, material and anchors."""
+    alike = own.material == body.material and len(own.levels) == len(body.levels)
+    alike = alike and np.array_equal(own.fine.nodes, body.fine.nodes)
+    if not (alike and np.array_equal(own.anchors[-1], body.anchors[-1])):
+        raise InputError(f"its modes are those of another body than {body.name}; prepare them for this one.")
+
+
 class BodyAtRest:
     """What modes of all places of a body are made of: quadratic elements on two levels, and the slowest vibrations.
 
@@ -127,12 +135,8 @@ class BodyAtRest:
         return 1.0 / (max(float(ratio), LEAST_RATIO) - 1.0)
 
     def check(self, body: Body) -> None:
-        """Raise InputError unless ``body`` is the one that was made ready: its mesh, material and anchors."""
-        own = self.body
-        alike = own.material == body.material and len(own.levels) == len(body.levels)
-        alike = alike and np.array_equal(own.fine.nodes, body.fine.nodes)
-        if not (alike and np.array_equal(own.anchors[-1], body.anchors[-1])):
-            raise InputError(f"its modes are those of another body than {body.name}; prepare them for this one.")
+        """Raise InputError unless ``body`` is the one that was made ready."""
+        check_same(self.body, body)
 
     def answers(self, loads: np.ndarray, residual: float = RESIDUAL) -> tuple[np.ndarray, np.ndarray]:
         """Return answers (n, 3, k) [m] to ``loads`` (n, 3, k) [N], and how they differ from the coarse level's."""

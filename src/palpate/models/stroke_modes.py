@@ -1,21 +1,21 @@
-"""Modes of a body that an instrument strokes: vibrations and the strongest motions of training strokes.
+"""Modes of a body of quadratic elements that an instrument strokes: vibrations and the strongest motions of strokes.
 
-The elastic energy is that of few weighted elements, which pull as all do in those motions.
+The elastic energy is that of few weighted points of elements, which pull as all do in those motions.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
-from palpate.collision.contact.instrument_contact import reachable
-from palpate.effects.effect import Rigid
-from palpate.effects.linear_elements import LinearElements
+from palpate.bodies.body import Body
 from palpate.errors import InputError
 from palpate.linalg.multigrid import Factor
-from palpate.models.contact_modes.reduced_contact import Cells, ReducedContact
-from palpate.models.reduced_body import vibrations
+from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
+from palpate.models.contact_modes.reduced_contact import ReducedContact, some_points
+from palpate.models.reduced_body import FEW, RESIDUAL, UNDAMPED, vibrations
+from palpate.models.strokes import whole_of
+from palpate.solvers.indentation import ContactPoints
+from palpate.solvers.quadratic_motion import QuadraticMotion
 from palpate.solvers.system import System
 
 FLATTER = 0.25
@@ -30,86 +30,98 @@ SPANNED = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class StrokeModes:
-    """Modes (3n, r) in which stiffness at rest is the identity and mass diagonal, (r,): coordinates are in √J.
+    """Modes (n, 3, r) in which stiffness at rest is the identity and mass diagonal, (r,): coordinates are in √J.
 
-    elements, weights : (k,) numbers of the elements that give the energy, and their weights
-    modulus : (r, r) [J], what their stiffness at rest lacks
-    reach : (p,) nodes that an instrument may touch
+    body, elements, motion : whose they are, quadratic ``elements`` on its finest level, and the masses of these
+    model : whose few cells are the energy
+    points, rows : that instruments may touch, and the displacement (q, 3, r) of each in each mode
     """
 
+    body: Body
+    elements: ElementsAtRest
+    motion: QuadraticMotion
     modes: np.ndarray
     masses: np.ndarray
-    elements: np.ndarray
-    weights: np.ndarray
-    modulus: np.ndarray
-    reach: np.ndarray
+    model: ReducedContact
+    points: ContactPoints
+    rows: np.ndarray
 
     @property
     def count(self) -> int:
         """The number of modes."""
         return len(self.masses)
 
-    def expand(self, q: np.ndarray) -> np.ndarray:
-        """Return displacements (n, 3) [m] at coordinates ``q`` (r,), or velocities of their rates."""
-        return (self.modes @ q).reshape(-1, 3)
 
+def learn(system: System, shown: np.ndarray, points: ContactPoints, settings: dict) -> StrokeModes:
+    """Find modes of displacements ``shown`` (s, n, 3) [m] of quadratic elements on a system's mesh, and few cells.
 
-def stiffness_at_rest(system: System) -> sparse.bsr_array:
-    """Return the stiffness (3n, 3n) [N/m], with the rows of held nodes those of the identity."""
-    found = system.stiffness(system.particles.nodes, definite=True)
-    assert found is not None  # finite elements have one
-    system.hold(found)
-    return found
-
-
-def learn(system: System, shown: np.ndarray, reach: np.ndarray, settings: dict) -> StrokeModes:
-    """Find modes of displacements ``shown`` (s, n, 3) [m], and few elements.
-
-    settings : ``vibrations`` and ``modes``, how many of each; ``states``, at how many of the motions the elements pull
-        as all do, to the relative ``thinning``; 0 keeps all elements
+    points : that may be touched; settings : ``vibrations`` and ``modes``, how many of each; ``states``, at how many of
+        the motions the cells pull as all elements do, to the relative ``thinning``
     InputError for motions of a body with other nodes, or in which nothing moves.
     """
-    particles, elastic = system.particles, system.elastic
-    assert isinstance(elastic, LinearElements)  # as the integrator asks for
-    if shown.shape[1:] != particles.nodes.shape:
+    body = system.particles.body
+    assert body is not None  # as the integrator asks for
+    whole, level = whole_of(body), len(body.levels) - 1
+    elements, motion = ElementsAtRest(whole, level), QuadraticMotion(whole, level, {}, UNDAMPED)
+    if shown.shape[1:] != elements.rest.shape:
         raise InputError(
-            f"modes are learnt from motions of {shown.shape[1]} nodes, {particles.name} has {len(particles.nodes)}; "
-            "show it strokes of its own."
+            f"modes are learnt from motions of {shown.shape[1]} nodes, quadratic elements of {body.name} have "
+            f"{len(elements.rest)}; show it strokes of its own."
         )
-    stiffness = stiffness_at_rest(system)
-    matrix, free, factor = stiffness.tocsr(), system.free[:, None], Factor(stiffness)
-    swinging, _ = vibrations(
-        lambda force: factor.solve(np.where(free, force, 0.0)), particles.masses, system.free, settings["vibrations"]
+    seen = np.ascontiguousarray(shown.transpose(1, 2, 0), dtype=float)
+    pulls = elements.multiply(seen)
+    strongest = seen @ strongest_of(_products(seen, pulls), settings["modes"])
+    columns = orthonormal(np.dstack([_swings(system, whole, elements, motion, settings), strongest]), elements)
+    masses, turns = np.linalg.eigh(_products(columns, (motion.masses @ columns.reshape(len(columns), -1))))
+    modes = columns @ turns
+    touched = np.zeros(len(elements.rest), dtype=bool)
+    touched[points.interpolation.indices] = True
+    cells = some_points(elements, modes, touched[elements.couples].any(axis=1), FEW, np.random.default_rng(0))
+    flat = modes.reshape(-1, len(masses))
+    states = states_of(_products(pulls, modes), settings["states"])
+    wanted = [-flat.T @ elements.force(modes @ q).ravel() - q for q in states]
+    every = ReducedContact(cells, np.empty((len(masses), 0)), elements.law)
+    model = every.thinned(list(states), settings["thinning"], wanted)
+    rows = (points.interpolation @ modes.reshape(len(modes), -1)).reshape(-1, 3, len(masses))
+    return StrokeModes(body, elements, motion, modes, masses, model, points, rows)
+
+
+def _products(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the products (r, s) of columns (n, 3, r) with others (n, 3, s)."""
+    flat = first.reshape(-1, first.shape[2])
+    return flat.T @ second.reshape(len(flat), -1)
+
+
+def _swings(
+    system: System, whole: Body, elements: ElementsAtRest, motion: QuadraticMotion, settings: dict
+) -> np.ndarray:
+    """Return answers (n, 3, k) to the inertia of the vibrations of linear elements on the same mesh."""
+    particles, stiffness = system.particles, system.stiffness(system.particles.nodes, definite=True)
+    assert stiffness is not None  # finite elements have one
+    system.hold(stiffness)
+    factor, free = Factor(stiffness), system.free[:, None]
+    slow, _ = vibrations(
+        lambda f: factor.solve(np.where(free, f, 0.0)), particles.masses, system.free, settings["vibrations"]
     )
-    flat = (shown * free).reshape(len(shown), -1)
-    strongest = strongest_of(flat, matrix, settings["modes"])
-    columns = orthonormal([swinging, strongest.reshape(-1, *particles.nodes.shape)], matrix)
-    masses, turns = np.linalg.eigh(columns.T @ (np.repeat(particles.masses * system.free, 3)[:, None] * columns))
-    modes = np.ascontiguousarray(columns @ turns)
-    cells = cells_of(elastic, modes)
-    elements, weights = np.arange(len(elastic.volumes)), np.ones(len(elastic.volumes))
-    if settings["thinning"]:
-        answers = states_of((matrix @ flat.T).T @ modes, settings["states"])
-        elements, weights = ReducedContact(cells, np.empty((modes.shape[1], 0)), elastic.law).few(
-            list(answers), settings["thinning"]
-        )
-    modulus = np.eye(len(masses)) - cells.take(elements, weights).stiffness
-    return StrokeModes(modes, masses, elements, weights, modulus, reach)
+    up = whole.prolongations[len(whole.levels) - 2]
+    inertia = motion.masses @ (up @ slow.transpose(1, 2, 0).reshape(len(free), -1))
+    return elements.solve(inertia.reshape(len(motion.rest), 3, len(slow)), RESIDUAL)
 
 
-def strongest_of(motions: np.ndarray, stiffness: sparse.sparray, count: int) -> np.ndarray:
-    """Return the ``count`` strongest modes (count, 3n) of ``motions`` (s, 3n) in energy, by the method of snapshots.
+def strongest_of(square: np.ndarray, count: int) -> np.ndarray:
+    """Return how the ``count`` strongest modes in energy are made of s motions, (s, count).
 
-    InputError if nothing moves.
+    square : (s, s) [J], the products of the motions with their forces. By the method of snapshots; InputError if
+        nothing moves.
     """
-    energies = np.einsum("ij,ij->i", motions, (stiffness @ motions.T).T)
+    energies = np.diag(square)
     kept = energies > FAINT * energies.max(initial=0.0)
     if not kept.any():
         raise InputError("nothing moves in the strokes that modes are learnt from; let the instrument touch the body.")
-    motions = motions[kept] / energies[kept, None] ** FLATTER
-    values, turns = np.linalg.eigh(motions @ (stiffness @ motions.T))
+    scale = np.where(kept, np.maximum(energies, 1e-300) ** -FLATTER, 0.0)
+    values, turns = np.linalg.eigh(scale[:, None] * square * scale)
     first = np.arange(len(values))[::-1][:count]
-    return turns[:, first[values[first] > DEPENDENT * values[-1]]].T @ motions
+    return scale[:, None] * turns[:, first[values[first] > DEPENDENT * values[-1]]]
 
 
 def states_of(coordinates: np.ndarray, count: int) -> np.ndarray:
@@ -122,39 +134,13 @@ def states_of(coordinates: np.ndarray, count: int) -> np.ndarray:
     return coordinates[chosen]
 
 
-def cells_of(elastic: LinearElements, modes: np.ndarray) -> Cells:
-    """Return each element as a cell of ``modes`` (3n, r)."""
-    moved = modes.reshape(-1, 3, modes.shape[1])[elastic.tetrahedra]
-    slopes = np.einsum("eair,eaj->ijer", moved, elastic.gradients).reshape(9, -1, modes.shape[1])
-    moduli = (np.broadcast_to(m, elastic.volumes.shape).copy() for m in elastic.moduli)
-    return Cells(np.ascontiguousarray(slopes), elastic.volumes, *moduli)
+def orthonormal(columns: np.ndarray, elements: ElementsAtRest) -> np.ndarray:
+    """Return columns (n, 3, r) that span those given, (n, 3, k), and are orthonormal in the stiffness at rest.
 
-
-def reach_of(system: System, paths: Sequence[tuple[Sequence[Rigid], float]], margin_m: float) -> np.ndarray:
-    """Return the surface nodes (p,) that come within ``margin_m`` [m] of instruments until some time [s] each."""
-    nodes, triangles = system.particles.nodes, system.particles.triangles
-    found = [reachable(nodes, triangles, obstacles, margin_m, until_s) for obstacles, until_s in paths]
-    return np.unique(np.concatenate(found))
-
-
-def belongs(body: StrokeModes, system: System) -> bool:
-    """Tell whether modes are those of a system's body: its mass and its stiffness at rest are what they say."""
-    if len(body.modes) != 3 * len(system.masses):
-        return False
-    motion = body.modes.sum(axis=1)
-    stiff = float(motion @ (stiffness_at_rest(system) @ motion))
-    heavy = float(motion @ (np.repeat(system.masses * system.free, 3) * motion))
-    return bool(np.isclose(stiff, body.count, rtol=1e-4) and np.isclose(heavy, body.masses.sum(), rtol=1e-4))
-
-
-def orthonormal(columns: Sequence[np.ndarray], stiffness: sparse.sparray) -> np.ndarray:
-    """Return columns (3n, r) that span those given, each (k, n, 3), and are orthonormal in ``stiffness`` (3n, 3n).
-
-    Columns that depend on others are left out, so r may be less than the number given.
+    Columns that depend on others are left out, so r may be less than k.
     """
-    v = np.concatenate([each.reshape(len(each), -1) for each in columns if len(each)]).T
-    v = v[:, np.abs(v).max(axis=0) > 0.0]
-    v = v / np.sqrt(np.einsum("ij,ij->j", v, stiffness @ v))
-    values, turns = np.linalg.eigh(v.T @ (stiffness @ v))
+    square = _products(columns, elements.multiply(np.ascontiguousarray(columns)))
+    size = 1.0 / np.sqrt(np.diag(square))
+    values, turns = np.linalg.eigh(size[:, None] * square * size)
     kept = values > SPANNED * values[-1]
-    return v @ (turns[:, kept] / np.sqrt(values[kept]))
+    return columns @ (size[:, None] * turns[:, kept] / np.sqrt(values[kept]))

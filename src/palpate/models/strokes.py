@@ -1,25 +1,30 @@
-"""Strokes of an instrument: a path's neighbours, or any in a region, and how finite elements move under them.
+"""Strokes of an instrument: a path's neighbours, or any in a region, and how quadratic elements move under them.
 
 In motions of its neighbours a body shows what it does on a path, and in random strokes what it does in a region.
 """
 
 import copy
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from palpate.bodies.body import Body
 from palpate.bodies.particles import Particles
-from palpate.collision.contact import barrier_contact
-from palpate.effects.effect import Contacts, Instrumented, Placement, Rigid
+from palpate.bodies.refinement import with_midpoints
+from palpate.collision.contact.instrument_contact import InstrumentContact, Path, gaps_of
+from palpate.collision.contact.obstacles import make_obstacle
 from palpate.errors import InputError, NotConverged
-from palpate.solvers.backward_euler import BackwardEuler
-from palpate.solvers.system import System
+from palpate.solvers.indentation import ContactPoints, contact_points
+from palpate.solvers.touched_motion import STIFFER, Touch, TouchedMotion
 
-STEP_S, LEAST_STEPS = 0.02, 30
-"""Steps of the strokes that modes are learnt from, and how many at least; what they move like is enough, and not
-exactly when."""
-TOLERANCE = 1e-4
+STEP_S, LEAST_STEPS, TOLERANCE = 0.01, 30, 1e-2
+"""Steps of the strokes that modes are learnt from, how many at least, and the tolerance of each; what they move like is
+enough, and not exactly when. Contact is no stiffer than at rest, for the same reason."""
+MARGIN_M, PLACES = 0.012, 60
+"""Distance of an instrument's skin on its path from points at rest, within which it may touch them, and at how many
+places of the path that is seen."""
 LEAST_SHARE = 0.5
 """Of the strokes, which finite elements have to find; others lead into what is held."""
 BESIDE_M = ((0.0, 0.006, 0.003), (0.0, -0.006, 0.003), (0.006, 0.0, -0.002), (-0.006, 0.0, 0.004), (0.0, 0.0, 0.008))
@@ -119,44 +124,53 @@ def duration_of(contact: Mapping) -> float:
     return max((float(tool["times_s"][-1]) for tool in contact["instruments"] if tool.get("times_s")), default=0.0)
 
 
-def obstacles_of(system: System, contact: Mapping) -> Sequence[Rigid]:
-    """Return the instruments of a block ``contact``."""
-    return of_contact(system, contact).offering(Contacts)[0][1].obstacles
+def of_contact(body: Body, contact: Mapping) -> InstrumentContact:
+    """Return the instruments of a block ``contact``; InputError for others than spheres and capsules."""
+    middle = np.zeros(3)
+    made = [make_obstacle(each, body.name, each["kind"], body.fine.size, middle) for each in contact["instruments"]]
+    return InstrumentContact([Path(each) for each in made], contact.get("friction", 0.0), contact.get("slip_m_s", 1e-3))
 
 
-def of_contact(system: System, contact: Mapping) -> System:
-    """Return the same body with the same effects, but another block ``contact``."""
-    particles = system.particles
-    name = system.offering(Instrumented)[0][0]
-    return System(particles, {**system.effects, name: barrier_contact.make(particles, dict(contact), None)})
+def whole_of(body: Body) -> Body:
+    """Return ``body`` with the nodes of quadratic elements on its finest level, as one more."""
+    return with_midpoints(replace(body, smooth=None), len(body.levels) - 1)
 
 
-def moved(system: System, steps: int, step_s: float, tolerance: float) -> np.ndarray:
-    """Step a system from rest by backward Euler; return displacements (steps, n, 3) [m]. NotConverged as that."""
-    integrator = BackwardEuler(system, tolerance)
-    x = system.particles.nodes.copy()
-    for _, effect in system.offering(Placement):
-        x = effect.place(x)
-    v, shown = np.zeros_like(x), np.empty((steps, *x.shape))
-    for number in range(steps):
-        system.at((number + 1) * step_s)
-        x, v = integrator.step(x, v, step_s)
-        system.relax(x, step_s)
-        shown[number] = x - system.particles.nodes
-    return shown
+def points_of(body: Body, contacts: Sequence[Mapping]) -> ContactPoints:
+    """Return the points of the surface of quadratic elements that instruments pass within MARGIN_M."""
+
+    def near(places: np.ndarray) -> np.ndarray:
+        found = np.zeros(len(places), dtype=bool)
+        for contact in contacts:
+            tools = of_contact(body, contact)
+            for t in np.linspace(0.0, duration_of(contact), PLACES):
+                found |= (gaps_of(places, tools.at(t))[0] < MARGIN_M).any(axis=0)
+        return found
+
+    return contact_points(body.fine, 2, body.material.young_pa, near)
 
 
-def shown(system: System, contacts: Sequence[Mapping], duration_s: float, progress: Callable = iter) -> np.ndarray:
-    """Return the displacements (s, n, 3) [m] of all steps in which finite elements follow strokes.
+def elements_under(body: Body, contact: Mapping, rayleigh: Mapping, points: ContactPoints) -> TouchedMotion:
+    """Return quadratic elements on the finest level, which the instruments of a block ``contact`` touch at points."""
+    tools = of_contact(body, contact)
+    touch = Touch(points, tools.poses, tools.friction, tools.slip_m_s)
+    return TouchedMotion(whole_of(body), len(body.levels) - 1, {}, dict(rayleigh), touch)
 
-    A body that a stroke begins in is pushed out of it. A stroke that they do not find is left out; NotConverged if
-    more are than LEAST_SHARE leaves.
+
+def shown(
+    body: Body, contacts: Sequence[Mapping], rayleigh: Mapping, duration_s: float, progress: Callable = iter
+) -> np.ndarray:
+    """Return the displacements (s, n, 3) [m] of quadratic elements at the ends of all steps of strokes.
+
+    A stroke that is not found is left out; NotConverged if more are than LEAST_SHARE leaves.
     """
-    found, steps = [], max(LEAST_STEPS, round(duration_s / STEP_S))
+    points, steps = points_of(body, contacts), max(LEAST_STEPS, round(duration_s / STEP_S))
+    points, found = replace(points, penalty=points.penalty / STIFFER), []
     for contact in progress(list(contacts)):
+        motion = elements_under(body, contact, rayleigh, points)
         try:
-            stroked = of_contact(system, dict(contact) | {"push_out": True})
-            found.append(moved(stroked, steps, duration_s / steps, TOLERANCE))
+            reached = motion.touched_steps(duration_s / steps, steps, TOLERANCE)
+            found.append(np.array([each.x - motion.rest for each in reached]))
         except NotConverged as failure:
             last = failure
     if len(found) < LEAST_SHARE * len(contacts):

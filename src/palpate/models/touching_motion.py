@@ -6,30 +6,31 @@ contact's own second derivatives.
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 import numba
 import numpy as np
-from scipy import sparse
 
-from palpate.collision.contact.instrument_contact import (
-    SOFT,
-    InstrumentContact,
-    Rubbing,
-    least_gap,
-    press,
-    stiffen,
-)
+from palpate.bodies.body import Body
+from palpate.collision.contact.instrument_contact import InstrumentContact, Rubbing, Tools, gaps_of, press, stiffness
 from palpate.effects.effect import FixedNodes, Instrumented, Proportional, offers
-from palpate.effects.linear_elements import LinearElements, energy_and_force
+from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
-from palpate.linalg.multigrid import Factor
 from palpate.models import strokes
-from palpate.models.stroke_modes import StrokeModes, belongs, learn, reach_of, stiffness_at_rest
+from palpate.models.contact_modes.reduced_contact import Cells, cell_stresses
+from palpate.models.reduced_body import check_same
+from palpate.models.stroke_modes import StrokeModes, learn
 from palpate.solvers.system import System
 
-MARGIN_M = 0.012
-"""Distance of an instrument's skin on its path from nodes at rest, within which it may touch them."""
+REACH_M = 0.006
+"""Distance from an instrument at which points at rest may come to touch it."""
+STRAY = 0.1
+"""Of its radius, by which nothing that a motion is believed of is inside an instrument."""
+TOGETHER = 32
+"""Cells of which forces are computed at once."""
+MISSED_RESIDUAL = 0.03
+"""Relative residual of what modes lack."""
 ITERATIONS = 60
 """Of a search, after which it counts as not found."""
 PASSES = 2
@@ -43,49 +44,33 @@ ROUNDING = 1e-13
 
 
 @numba.njit(cache=True, error_model="numpy")
-def elastic_of(q, phi, rest, elements, modulus, law, x, force):
-    """Write the positions of the nodes in use into ``x`` (m, 3); return elastic energy [J] and its gradient (r,)."""
-    x.reshape(-1)[:] = rest + np.dot(phi, q)
-    force[:] = 0.0
-    tetrahedra, gradients, volumes, mu, lam = elements
-    shape, measure, volume = law
-    energy = energy_and_force(x, tetrahedra, gradients, volumes, mu, lam, shape, measure, volume, force)
-    pull = np.dot(modulus, q)
-    return energy + 0.5 * np.dot(pull, q), pull - np.dot(force.reshape(-1), phi)
+def elastic_of(q, body):
+    """Return the elastic energy [J] and its gradient (r,), block by block of cells, which stay in the cache."""
+    slopes, volumes, mu, lam, rest, shape, measure, volume, f, p, energies, accepted = body
+    pull = np.dot(rest, q)
+    energy = 0.5 * np.dot(pull, q)
+    for b in range(len(slopes)):
+        cells = slopes[b], volumes[b], mu[b], lam[b]
+        energy += cell_stresses(q, *cells, shape, measure, volume, f, p, energies, accepted)
+        pull += np.dot(p.ravel(), slopes[b])
+    return energy, pull
 
 
 @numba.njit(cache=True, error_model="numpy")
-def touched_by(x, local, tools, stencils, rubbing, points, pull):
-    """Write the contact's points and the forces on them; return its energy [J]."""
-    for a in range(len(local)):
-        for i in range(3):
-            points[a, i] = x[local[a], i]
-    points[len(local) :] = tools
-    return press(stencils, rubbing, points, pull)
+def touched_by(q, touch, rubbing, force):
+    """Write the forces (c, 3) [N] on the points; return their places (c, 3) [m] and the energy [J]."""
+    rows, places, stiff, tools = touch
+    points = (places.ravel() + np.dot(rows, q)).reshape(-1, 3)
+    return points, press(points, stiff, tools, rubbing, force)
 
 
 @numba.njit(cache=True, error_model="numpy")
-def gathered(pull, local, phi, gradient):
-    """Subtract the forces on points from the gradient (r,) in place; return the points (t,) that there is one on."""
-    count, touched = 0, np.empty(len(local), np.int64)
-    for a in range(len(local)):
-        if pull[a, 0] == 0.0 and pull[a, 1] == 0.0 and pull[a, 2] == 0.0:
-            continue
-        touched[count] = a
-        count += 1
-        for i in range(3):
-            row, f = phi[3 * local[a] + i], pull[a, i]
-            for j in range(len(gradient)):
-                gradient[j] -= f * row[j]
-    return touched[:count]
+def improve(hessian, step, turn):
+    """Improve the ``hessian`` (r, r) in place by damped BFGS (Powell 1978; Nocedal and Wright 2006, 18.2).
 
-
-@numba.njit(cache=True, error_model="numpy")
-def improve(inverse, step, turn, bent):
-    """Improve the ``inverse`` Hessian (r, r) in place by damped BFGS (Powell 1978; Nocedal and Wright 2006, 18.2).
-
-    turn : by how much ``step`` has turned the gradient; bent : by how much the Hessian had it
+    turn : by how much ``step`` has turned the gradient
     """
+    bent = np.dot(hessian, step)
     along, across = np.dot(step, bent), np.dot(step, turn)
     if across < 0.2 * along:
         mix = 0.8 * along / (along - across)
@@ -93,49 +78,56 @@ def improve(inverse, step, turn, bent):
         across = np.dot(step, turn)
     if not across > 1e-300:
         return
-    back = np.dot(inverse, turn)
-    grow = (1.0 + np.dot(turn, back) / across) / across
     for i in range(len(step)):
-        a, b = grow * step[i] - back[i] / across, step[i] / across
+        a, b = turn[i] / across, bent[i] / along
         for j in range(len(step)):
-            inverse[i, j] += a * step[j] - b * back[j]
+            hessian[i, j] += a * turn[j] - b * bent[j]
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath=True)
+def solved(lower, right):
+    """Return the solution (r,) with a positive definite matrix, ``lower`` (r, r) being its Cholesky factor."""
+    found = right.copy()
+    for i in range(len(found)):
+        known = 0.0
+        for j in range(i):
+            known += lower[i, j] * found[j]
+        found[i] = (found[i] - known) / lower[i, i]
+    for i in range(len(found) - 1, -1, -1):
+        found[i] /= lower[i, i]
+        for j in range(i):
+            found[j] -= found[i] * lower[i, j]
+    return found
 
 
 @numba.njit(cache=True, error_model="numpy")
-def minimise(
-    q, inertia, centre, share, outer, inverse, body, local, tools, stencils, rubbing, work, floor, enough, most
-):
+def minimise(q, inertia, centre, share, outer, hessian, body, touch, rubbing, force, floor, enough, most):
     """Minimise ½ Σ inertia (q − centre)² + share E(q) − outer · q + contact, from ``q`` (r,) on, in place.
 
-    inverse : (r, r), that of the Hessian without contact, which is improved by elastic gradients alone and kept by the
-        caller. Contact's second derivatives S at few nodes, whose rows of Φ are J, are exact: (P⁻¹ + JᵀSJ)⁻¹ by
-        Woodbury's formula, so that an iteration is of order r².
-    body : arguments of ``elastic_of``; work : its positions and forces, and those of the contact's points
+    hessian : (r, r), that without contact, which is improved by elastic gradients alone and kept by the caller; the
+        second derivatives of contact are added exactly
+    body, touch : arguments of ``elastic_of`` and ``touched_by``; force : (c, 3), is written
     It ends where a step would gain less than ``enough``² of the elastic energy, of ``floor`` [J] at least. Returns the
     elastic gradient and energy, and what is left.
     """
-    phi, rest, elements, modulus, law = body
-    x, force, points, pull = work
-    energy, own = elastic_of(q, phi, rest, elements, modulus, law, x, force)
+    rows, stiff, tools = touch[0], touch[2], touch[3]
+    energy, own = elastic_of(q, body)
     away = q - centre
-    value = 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, q)
-    value += touched_by(x, local, tools, stencils, rubbing, points, pull)
+    points, value = touched_by(q, touch, rubbing, force)
+    value += 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, q)
     left = np.inf
     for rounds in range(most + 1):
-        gradient = inertia * away + share * own - outer
-        touched = gathered(pull, local, phi, gradient)
-        ahead, held = -np.dot(inverse, gradient), np.zeros(len(q))
-        if len(touched):
-            place, rows = np.full(len(points), -1), np.empty((3 * len(touched), len(q)))
-            for t in range(len(touched)):
-                place[touched[t]] = t
-                for i in range(3):
-                    rows[3 * t + i] = phi[3 * local[touched[t]] + i]
-            stiff = stiffen(stencils, rubbing, points, place)
-            spread = np.dot(rows, inverse)
-            mixed = np.eye(len(stiff)) + np.dot(stiff, np.dot(spread, np.ascontiguousarray(rows.T)))
-            ahead -= np.dot(np.linalg.solve(mixed, np.dot(stiff, np.dot(rows, ahead))), spread)
-            held = np.dot(np.dot(stiff, np.dot(rows, ahead)), rows)
+        gradient = inertia * away + share * own - outer - np.dot(force.ravel(), rows)
+        whole = hessian.copy()
+        chosen = np.flatnonzero((force[:, 0] != 0.0) | (force[:, 1] != 0.0) | (force[:, 2] != 0.0))
+        if len(chosen):
+            blocks = stiffness(points, stiff, tools, rubbing, chosen)
+            near, bent = np.empty((3 * len(chosen), len(q))), np.empty((3 * len(chosen), len(q)))
+            for c in range(len(chosen)):
+                near[3 * c : 3 * c + 3] = rows[3 * chosen[c] : 3 * chosen[c] + 3]
+                bent[3 * c : 3 * c + 3] = np.dot(blocks[c], near[3 * c : 3 * c + 3])
+            whole += np.dot(near.T, bent)
+        ahead = solved(np.linalg.cholesky(whole), -gradient)
         slope = np.dot(gradient, ahead)
         left = np.sqrt(max(0.0, -slope) / (share * max(energy, floor)))
         if not slope < 0.0 or left <= enough or rounds == most:
@@ -143,21 +135,28 @@ def minimise(
         length, found = 1.0, False
         while length > 1e-5:
             reached = q + length * ahead
-            lower, pulled = elastic_of(reached, phi, rest, elements, modulus, law, x, force)
+            lower, pulled = elastic_of(reached, body)
             away = reached - centre
-            there = 0.5 * np.sum(inertia * away * away) + share * lower - np.dot(outer, reached)
-            there += touched_by(x, local, tools, stencils, rubbing, points, pull)
+            points, there = touched_by(reached, touch, rubbing, force)
+            there += 0.5 * np.sum(inertia * away * away) + share * lower - np.dot(outer, reached)
             if there <= value + 1e-4 * length * slope + ROUNDING * abs(value):
                 found = True
                 break
             length *= min(0.5, max(0.1, -0.5 * slope * length / (there - value - slope * length)))
         if not found:
             break
-        step = reached - q
-        # the Hessian without contact times the step, as the direction has solved it
-        improve(inverse, step, inertia * step + share * (pulled - own), -length * (gradient + held))
+        improve(hessian, reached - q, inertia * (reached - q) + share * (pulled - own))
         q[:], own, value, energy = reached, pulled, there, lower
     return own, energy, left
+
+
+def in_blocks(cells: Cells) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return slopes (b, 9 TOGETHER, r), volumes and moduli (b, TOGETHER) of cells; some at the end have no volume."""
+    missing = -len(cells.volumes) % TOGETHER
+    slopes = np.pad(cells.slopes, ((0, 0), (0, missing), (0, 0))).reshape(9, -1, TOGETHER, cells.slopes.shape[2])
+    blocks = np.ascontiguousarray(slopes.transpose(1, 0, 2, 3)).reshape(slopes.shape[1], 9 * TOGETHER, -1)
+    filled = [np.pad(each, (0, missing)).reshape(-1, TOGETHER) for each in cells[1:]]
+    return blocks, filled[0], filled[1], filled[2]
 
 
 def make(system: System, settings: dict) -> "TouchingMotion":
@@ -165,11 +164,10 @@ def make(system: System, settings: dict) -> "TouchingMotion":
 
     InputError as ``prepare``, and for modes of another body.
     """
-    contact, asked = _contact_of(system), settings["touching"]
+    (contact, own), asked = _touched(system), settings["touching"]
     body = asked.get("learnt") or prepare(system, asked, until_s=settings["duration_s"])
-    if not belongs(body, system):
-        raise InputError(f"its modes are not those of {system.particles.name}; prepare them for this body.")
-    return TouchingMotion(system, body, contact.instruments_on(body.reach), asked["tolerance"])
+    check_same(body.body, own)
+    return TouchingMotion(system, body, contact.instruments_on(), asked["tolerance"])
 
 
 def prepare(
@@ -181,23 +179,32 @@ def prepare(
 ) -> StrokeModes:
     """Find the modes that ``asked``, the block ``touching`` of a scene, describes (see ``learn``).
 
-    shown : (s, n, 3) [m] motions to learn from; those of finite elements on the path's neighbours if there are none
-    passing : blocks contact; nodes are in reach that their instruments or the scene's pass
+    shown : (s, n, 3) [m] motions of quadratic elements to learn from; those on the path's neighbours if there are none
+    passing : blocks contact; points are in reach that their instruments or the scene's pass
     until_s : how long neighbours are followed [s], as a body goes on to move where an instrument has stopped
     InputError for an effect that it does not know, a body that nothing holds, and contact of bodies.
     """
-    own = _contact_of(system).settings
+    contact, body = _touched(system)
+    own = contact.settings
     near = strokes.neighbours(own) if passing is None else passing
     if shown is None:
-        shown = strokes.shown(system, near, until_s)
-    paths = [(strokes.obstacles_of(system, each), strokes.duration_of(each)) for each in (own, *near)]
-    return learn(system, np.asarray(shown, dtype=float), reach_of(system, paths, MARGIN_M), asked)
+        shown = strokes.shown(body, near, rates(system), until_s)
+    return learn(system, shown, strokes.points_of(body, [own, *near]), asked)
 
 
-def _contact_of(system: System) -> Instrumented:
-    """Return the contact of the one body there is; errors as ``prepare``."""
-    if not isinstance(system.elastic, LinearElements):
-        raise InputError("it needs finite elements, as modes of strokes are theirs; choose another integrator.")
+def rates(system: System) -> dict[str, float]:
+    """Return the rates of damping, as the block ``rayleigh`` names them."""
+    found = [effect.damping_rates for _, effect in system.offering(Proportional)]
+    return {name: sum(each[k] for each in found) for k, name in enumerate(("mass_1_s", "stiffness_s"))}
+
+
+def _touched(system: System) -> tuple[Instrumented, Body]:
+    """Return the contact of the one body there is, and that; errors as ``prepare``."""
+    body = system.particles.body
+    if not isinstance(system.elastic, LinearElements) or body is None:
+        raise InputError(
+            "it needs one body of finite elements, as modes of strokes are theirs; choose another integrator."
+        )
     for name, effect in list(system.effects.items())[1:]:
         if not (offers(effect, FixedNodes) or offers(effect, Instrumented) or offers(effect, Proportional)):
             raise InputError(
@@ -209,8 +216,8 @@ def _contact_of(system: System) -> Instrumented:
     found = [effect for _, effect in system.offering(Instrumented)]
     if len(found) != 1:
         raise InputError("it is for a body that instruments touch; choose bdf2.")
-    found[0].instruments_on(np.empty(0, dtype=int))  # refuses bodies that touch
-    return found[0]
+    found[0].instruments_on()  # refuses bodies that touch
+    return found[0], body
 
 
 class _State(NamedTuple):
@@ -228,9 +235,8 @@ class _State(NamedTuple):
 class TouchingMotion:
     """M q″ + d (α M q + β g(q))/dt + g(q) = contact, in coordinates of ``body``.
 
-    It needs no positions of other nodes than those of its few elements and those in reach of the instruments;
-    ``state`` expands them. NotConverged where a step is not found, or where less of the gap is left than the barrier
-    is exact for.
+    It needs no positions but those of points near the instruments; ``state`` expands them. NotConverged where a step
+    is not found.
 
     Traps: nothing is known of motions that the strokes did not show, so ask for ``doubt``. As BDF2 it may make energy.
     """
@@ -238,40 +244,32 @@ class TouchingMotion:
     @property
     def limit_s(self) -> float:
         """The longest step [s]: in a longer one an instrument's middle may pass a surface unseen."""
-        return min(obstacle.crossing_s for obstacle in self.contact.obstacles)
+        return min(path.obstacle.crossing_s for path in self.contact.paths)
 
     def __init__(self, system: System, body: StrokeModes, contact: InstrumentContact, tolerance: float):
         self._system, self.body, self.contact, self._tolerance = system, body, contact, tolerance
-        rates = [effect.damping_rates for _, effect in system.offering(Proportional)]
-        self._alpha, self._beta = (sum(each[k] for each in rates) for k in (0, 1))
-        elastic, nodes = system.elastic, system.particles.nodes
-        assert isinstance(elastic, LinearElements)  # as ``make`` asks for
-        tetrahedra = elastic.tetrahedra[body.elements]
-        used = np.unique(np.append(tetrahedra, body.reach))
-        place = np.full(len(nodes), -1)
-        place[used] = np.arange(len(used))
-        moduli = [np.broadcast_to(m, elastic.volumes.shape)[body.elements] for m in elastic.moduli]
-        elements = place[tetrahedra], elastic.gradients[body.elements], elastic.volumes[body.elements] * body.weights
-        phi = body.modes.reshape(-1, 3, body.count)[used].reshape(-1, body.count)
-        few = (*elements, *moduli)
-        self._body = phi, nodes[used].ravel(), tuple(np.ascontiguousarray(a) for a in few), body.modulus, elastic.law
-        self._local, count = place[body.reach], contact.count
-        self._work = (*np.zeros((2, len(used), 3)), *np.zeros((2, count, 3)))
-        still = np.zeros(body.count)
+        self._alpha, self._beta = rates(system).values()
+        scratch = np.empty((9, TOGETHER)), np.empty((9, TOGETHER)), np.empty(TOGETHER), np.empty(TOGETHER, dtype=bool)
+        self._body = *in_blocks(body.model.cells), body.model.rest, *body.model.law, *scratch
+        # the first nodes of quadratic elements are the corners
+        self._corners = body.modes[: len(system.particles.nodes)].reshape(-1, body.count)
+        self._rest = body.points.interpolation @ body.motion.rest
+        self._stiff = body.points.penalty * body.points.areas
+        self._masses, still = body.masses, np.zeros(body.count)
         self._now = self._before = _State(still, still, still)
-        self._points = self._points_before = np.vstack([nodes[body.reach], contact.at(0.0)])
+        self._tools = self._tools_before = contact.at(0.0)
         self._length, self._floor = 0.0, FAINTEST_J
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray, float, float] | None = None
-        self._inverse, self._scaled = np.empty((0, 0)), (still, 0.0)
-        self._factors: dict[float, Factor] = {}
+        self._hessian, self._scaled = np.empty((0, 0)), (still, 0.0)
+        self._forces, self._near = np.zeros((0, 3)), np.zeros(0, dtype=int)
         self._compile()
 
     def _compile(self) -> None:
         """Call what a step calls, without a step, as the first call of each takes seconds."""
-        one, rubbing = np.ones(self.body.count), self.contact.rubbing(self._points, self._points, 1.0)
-        touching = self._local, self.contact.at(0.0), self.contact.stencils, rubbing, self._work
-        minimise(0.0 * one, one, 0.0 * one, 1.0, 0.0 * one, np.diag(one), self._body, *touching, FAINTEST_J, 1.0, 0)
-        least_gap(self.contact.stencils, self._points)
+        one = np.ones(self.body.count)
+        touch, none = self._touch(self._tools), np.zeros(self.body.count)
+        rubbing = self._rubbing(touch, none, self._tools, none, self._tools, 1.0)
+        minimise(none, one, none, 1.0, none, np.diag(one), self._body, touch, rubbing, self._forces, 1.0, 1.0, 0)
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; errors as ``advance``."""
@@ -280,7 +278,9 @@ class TouchingMotion:
 
     def state(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the positions (n, 3) [m] of all nodes and their velocities [m/s]."""
-        return self._system.particles.nodes + self.body.expand(self._now.q), self.body.expand(self._now.w)
+        nodes = self._system.particles.nodes
+        x, v = (self._corners @ np.column_stack([self._now.q, self._now.w])).reshape(-1, 3, 2).transpose(2, 0, 1)
+        return nodes + x, v
 
     def advance(self, h: float) -> None:
         """Make a step of ``h`` [s] that ends at the system's time; NotConverged if it is not found."""
@@ -289,25 +289,57 @@ class TouchingMotion:
         share, reach = (1.0 / 3.0, 2.0 * h / 3.0) if second else (0.0, h)
         base = now.ahead(before, share)
         lag = self._beta / reach
-        inertia = self.body.masses * (1.0 / reach**2 + self._alpha / reach)
-        centre = base.q + self.body.masses / reach * base.w / inertia
-        tools, seen = contact.at(end), self._points
-        start = seen + share * (seen - self._points_before)
+        inertia = self._masses * (1.0 / reach**2 + self._alpha / reach)
+        centre = base.q + self._masses / reach * base.w / inertia
+        seen, tools = self._tools, contact.at(end)
+        start = seen._replace(tips=seen.tips + share * (seen.tips - self._tools_before.tips))
         self._rescale(inertia, 1.0 + lag)
-        q, rubbing = now.q + h * now.w, contact.rubbing(seen, start, reach)
+        touch, q = self._touch(tools), now.q + h * now.w
+        rubbing = self._rubbing(touch, now.q, seen, base.q, start, reach)
         for number in range(PASSES):
             if number:
-                if not (contact.coefficient and self._work[3].any()):
+                if not (contact.friction and self._forces.any()):
                     break
-                rubbing = contact.rubbing(self._work[2], start, reach)
-            g, energy = self._found(q, inertia, centre, 1.0 + lag, lag * base.g, tools, rubbing)
-        self._points, self._points_before = self._work[2].copy(), seen
+                rubbing = self._rubbing(touch, q, tools, base.q, start, reach)
+            g, energy = self._found(q, inertia, centre, 1.0 + lag, lag * base.g, touch, rubbing)
+        self._tools, self._tools_before = tools, seen
         self._floor = max(self._floor, LEAST_ENERGY * energy)
         self._last = now.q, before.q, base.w, reach, share
         self._before, self._now, self._length = now, _State(q, (q - base.q) / reach, g), h
-        forces = self._work[3]
-        contact.reactions = np.array([forces[r].sum(axis=0) for r in contact.ranges])
-        contact.work_j -= float(np.vdot(forces[len(self._local) :], tools - seen[len(self._local) :]))
+        contact.reactions = -self._pushes(touch, q, rubbing)
+        contact.work_j -= float(np.vdot(contact.reactions, tools.tips - seen.tips))
+
+    def _touch(self, tools: Tools) -> tuple[np.ndarray, np.ndarray, np.ndarray, Tools]:
+        """Return rows (3c, r), places at rest (c, 3) [m] and stiffness (c,) [N/m] of points near tools, and these."""
+        self._near = np.flatnonzero(gaps_of(self._rest, tools)[0].min(axis=0) < REACH_M)
+        self._forces = np.zeros((len(self._near), 3))
+        rows = self.body.rows[self._near].reshape(-1, self.body.count)
+        return rows, self._rest[self._near], self._stiff[self._near], tools
+
+    def _rubbing(self, touch: tuple, q: np.ndarray, at: Tools, base: np.ndarray, start: Tools, reach: float) -> Rubbing:
+        """Return friction with normals and pressures at ``q`` (r,), of instruments ``at`` a time, in ``reach`` [s].
+
+        It is that against motion from ``base`` (r,) and the instruments at ``start``.
+        """
+        rows, places, stiff, tools = touch
+        seen, begun = ((places.ravel() + rows @ each).reshape(-1, 3) for each in (q, base))
+        gaps, normals = gaps_of(seen, at)
+        limits = self.contact.friction * stiff * np.maximum(-gaps, 0.0)
+        return Rubbing(normals, limits, begun, tools.tips - start.tips, self.contact.slip_m_s * reach)
+
+    def _pushes(self, touch: tuple, q: np.ndarray, rubbing: Rubbing) -> np.ndarray:
+        """Return the force (k, 3) [N] of each instrument on the body."""
+        found, force = [], np.empty_like(self._forces)
+        if len(self.contact.paths) == 1:
+            return self._forces.sum(axis=0, keepdims=True)
+        for k in range(len(self.contact.paths)):
+            alone = Tools(*(each[k : k + 1] for each in touch[3]))
+            held = rubbing._replace(
+                **{name: getattr(rubbing, name)[k : k + 1] for name in ("normals", "limits", "ways")}
+            )
+            touched_by(q, (*touch[:3], alone), held, force)
+            found.append(force.sum(axis=0))
+        return np.array(found)
 
     def _found(
         self,
@@ -316,66 +348,50 @@ class TouchingMotion:
         centre: np.ndarray,
         share: float,
         outer: np.ndarray,
-        tools: np.ndarray,
+        touch: tuple,
         rubbing: Rubbing,
     ) -> tuple[np.ndarray, float]:
         """Minimise from ``q`` on, in place; return the elastic gradient and energy. NotConverged if it is not found."""
-        problem = inertia, centre, share, outer
+        problem, ends = (inertia, centre, share, outer), (self._floor, self._tolerance, ITERATIONS)
         for _ in range(2):
-            touching = self._local, tools, self.contact.stencils, rubbing, self._work
-            ends = self._floor, self._tolerance, ITERATIONS
-            g, energy, left = minimise(q, *problem, self._inverse, self._body, *touching, *ends)
+            left = math.inf
+            with suppress(np.linalg.LinAlgError):  # of a Hessian that is not positive, or not finite
+                g, energy, left = minimise(q, *problem, self._hessian, self._body, touch, rubbing, self._forces, *ends)
             if left <= self._tolerance:
-                break
-            self._inverse = np.diag(1.0 / (inertia + share))  # what was learnt misleads: once more without it
-        if not left <= self._tolerance:
-            raise NotConverged(
-                f"the motion in modes stopped where a step would gain {left:.1e} of its energy's root, above the "
-                f"tolerance {self._tolerance:.0e}; take shorter steps",
-                [float(left)],
-            )
-        least = least_gap(self.contact.stencils, self._work[2]) if self._work[3].any() else 1.0
-        if not least > SOFT:
-            raise NotConverged(
-                f"an instrument has pressed {least:.2g} of the gap together, and contact in modes is believed above "
-                f"{SOFT:g}; change its path, or choose backward_euler",
-                [least],
-            )
-        return g, energy
+                return g, energy
+            self._hessian = np.diag(inertia + share)  # what was learnt misleads: once more without it
+        raise NotConverged(
+            f"the motion in modes stopped where a step would gain {left:.1e} of its energy's root, above the tolerance "
+            f"{self._tolerance:.0e}; take shorter steps",
+            [float(left)],
+        )
 
     def _rescale(self, inertia: np.ndarray, share: float) -> None:
         """Keep what was learnt of the elastic Hessian where the length or the order of steps changes."""
-        if not len(self._inverse):
-            self._inverse = np.diag(1.0 / (inertia + share))
+        if not len(self._hessian):
+            self._hessian = np.diag(inertia + share)
         elif not (self._scaled[1] == share and np.array_equal(self._scaled[0], inertia)):
-            bend = np.linalg.inv(self._inverse) - np.diag(self._scaled[0])
-            self._inverse = np.linalg.inv(np.diag(inertia) + bend * (share / self._scaled[1]))
+            bend = self._hessian - np.diag(self._scaled[0])
+            self._hessian = np.diag(inertia) + bend * (share / self._scaled[1])
         self._scaled = inertia, share
 
     def doubt(self) -> float:
         """Return what the modes lack [m], RMS over the surface: what all elements leave of the last step's balance.
 
-        That is answered by (1 + β/a) K + M (1/a² + α/a) at rest, a being 2/3 of a step. Infinite where an instrument is
-        inside of the body beyond what it may touch. It grows with the error, and is not its size.
+        That is answered by (1 + β/a) K at rest, a being 2/3 of a step. Infinite where an instrument is inside of the
+        body beyond what it may touch. It grows with the error, and is not its size.
         """
-        particles, elastic, body = self._system.particles, self._system.elastic, self.body
-        assert isinstance(elastic, LinearElements) and self._last is not None  # it has stepped
-        if self.contact.strays(particles.nodes + body.expand(self._now.q), self._system.time):
+        body, elements = self.body, self.body.elements
+        assert self._last is not None  # it has stepped
+        moved = body.modes @ self._now.q
+        gaps, _ = gaps_of((elements.rest + moved)[body.body.fine.surface], self._tools)
+        if (gaps.min(axis=1) < -STRAY * self._tools.radii).any():
             return math.inf
         old, older, rate, reach, share = self._last
-        here, there, before = (elastic.force(particles.nodes + body.expand(q)) for q in (self._now.q, old, older))
-        lag, masses = self._beta / reach, particles.masses[:, None]
-        inertia = body.expand((self._now.w - rate) / reach + self._alpha * self._now.w)
-        left = (1.0 + lag) * here - lag * (there + share * (there - before)) - masses * inertia
-        left[body.reach] += self._work[3][: len(self._local)]
-        off = self._factor().solve(np.where(self._system.free[:, None], left, 0.0))
-        return float(np.sqrt(np.mean(np.sum(off[np.unique(particles.triangles)] ** 2, axis=1))))
-
-    def _factor(self) -> Factor:
-        a = 2.0 * self._length / 3.0
-        if a not in self._factors:
-            matrix = (1.0 + self._beta / a) * stiffness_at_rest(self._system).tocsr()
-            masses = np.repeat(self._system.masses * self._system.free, 3)
-            matrix = matrix + sparse.diags_array(masses * (1.0 / a**2 + self._alpha / a))
-            self._factors = {a: Factor(matrix.tobsr((3, 3)))}
-        return self._factors[a]
+        here, there, before = (elements.force(each) for each in (moved, body.modes @ old, body.modes @ older))
+        lag = self._beta / reach
+        inertia = body.motion.masses @ (body.modes @ ((self._now.w - rate) / reach + self._alpha * self._now.w))
+        left = (1.0 + lag) * here - lag * (there + share * (there - before)) - inertia
+        left += body.points.interpolation[self._near].T @ self._forces
+        off = elements.solve(left[:, :, None] / (1.0 + lag), MISSED_RESIDUAL)[body.body.fine.surface]
+        return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))

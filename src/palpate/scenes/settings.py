@@ -164,7 +164,7 @@ class VertexBlockDescent(Block):
 class Touching(Block):
     vibrations: Index = key("Vibration modes, slowest first", 10)
     modes: Count = key("Modes of the motions that strokes beside the path show, strongest first", 75)
-    states: Count = key("At how many of these motions few elements pull as all do", 40)
+    states: Count = key("At how many of these motions few points pull as all elements do", 40)
     thinning: Fraction = key("How nearly they do, relative; 0 keeps all elements", 0.03)
     tolerance: Positive = key("A step is found where another would gain less than its square of the energy", 6e-3)
 

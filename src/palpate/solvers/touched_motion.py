@@ -48,7 +48,8 @@ class Touch:
 class TouchedMotion(QuadraticMotion):
     """A held body of quadratic elements that instruments touch; other arguments and errors as ``QuadraticMotion``.
 
-    bearing : which points (q,) bore pressure at the end of the last step; overlap_j : the energy of contact there [J]
+    bearing, pushed : which points (q,) bore pressure at the end of the last step, and the forces (q, 3) [N] on them
+    overlap_j : the energy of contact there [J]
     """
 
     def __init__(self, body: Body, level: int, loads: dict[str, dict], rayleigh: dict, touch: Touch):
@@ -56,6 +57,7 @@ class TouchedMotion(QuadraticMotion):
         points = replace(touch.points, penalty=STIFFER * touch.points.penalty)
         self.touch = replace(touch, points=points)
         self.bearing, self.overlap_j = np.zeros(len(points.areas), dtype=bool), 0.0
+        self.pushed = np.zeros((len(points.areas), 3))
         self.spread = touch.points.interpolation.T.tocsr()
         absolute = abs(touch.points.interpolation)
         self._lumping, self._lump = absolute.T.tocsr(), absolute.sum(axis=1)
@@ -109,7 +111,7 @@ class TouchedMotion(QuadraticMotion):
                 rate = (velocity - base_v) / tau
                 base_x, base_v = x + (1.0 - STAGE) * h * velocity, v + (1.0 - STAGE) * h * rate
             x, v = z, velocity
-            self.bearing, self.overlap_j = contact.bearing, contact.overlap_energy(z)
+            self.bearing, self.overlap_j, self.pushed = contact.bearing, contact.overlap_energy(z), contact.total(z)
             yield Reached(x, v, x - self.mesh.nodes, work, lost, convex, mean)
 
     def total_energy(self, x: np.ndarray, v: np.ndarray) -> float:

@@ -12,10 +12,10 @@ from palpate.collision.triangles.closest_points import EDGE_EDGE, POINT_TRIANGLE
 NODES = np.arange(4)[None]
 
 
-def stencil(kind, x, offset=0.0, gap=1.0, rest=None, mollified=True, soft=0.0):
+def stencil(kind, x, offset=0.0, gap=1.0, rest=None, mollified=True):
     kinds = np.array([kind])
     mollify = thresholds(kinds, NODES, x if rest is None else rest) if mollified else np.zeros(1)
-    return kinds, NODES, np.array([offset]), np.array([3.0]), mollify, gap, soft
+    return kinds, NODES, np.array([offset]), np.array([3.0]), mollify, gap
 
 
 def force(arguments, x):
@@ -142,7 +142,7 @@ def test_points_and_segments_in_place_of_triangles(definite):
     """A sphere and a capsule: repeated nodes, forces along the line of centres, everything finite."""
     x = np.array([[0.0, 0.0, 0.5], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     kinds, nodes = np.zeros(2, int), np.array([[0, 1, 1, 1], [0, 1, 2, 2]])
-    arguments = kinds, nodes, np.full(2, 0.3), np.ones(2), np.zeros(2), 0.5, 0.0
+    arguments = kinds, nodes, np.full(2, 0.3), np.ones(2), np.zeros(2), 0.5
     found = force(arguments, x)
     assert found[0, 2] > 0.0 and not found[:, :2].any()
     assert np.array_equal(found[1], -found[0]) and not found[2].any()

@@ -16,7 +16,7 @@ def contacts():
     """Make thirty stencils of both kinds at x, some of which are too far apart to act."""
     x = np.random.default_rng(1).normal(size=(120, 3))
     kinds, nodes = np.arange(30) % 2, np.arange(120).reshape(-1, 4)
-    arguments = kinds, nodes, np.zeros(30), np.linspace(1.0, 2.0, 30), thresholds(kinds, nodes, x), 1.2, 0.0
+    arguments = kinds, nodes, np.zeros(30), np.linspace(1.0, 2.0, 30), thresholds(kinds, nodes, x), 1.2
     return arguments, x
 
 
@@ -63,8 +63,8 @@ def test_definite_blocks_are_of_a_parabola_that_is_nowhere_below_the_energy(cont
 
 def test_normal_forces_are_the_barriers(contacts):
     arguments, x = contacts
-    kinds, nodes, offsets, scales, _, gap, _ = arguments
-    unmollified = kinds, nodes, offsets, scales, np.zeros(30), gap, 0.0
+    kinds, nodes, offsets, scales, _, gap = arguments
+    unmollified = kinds, nodes, offsets, scales, np.zeros(30), gap
     state, force = LaggedFriction(unmollified, x, 0.4, SLIP, x), np.zeros_like(x)
     barrier.add_force(*unmollified, x, force)
     for row, weights, normal, push in zip(state.nodes, state.weights, state.normals, state.forces, strict=True):
@@ -100,7 +100,7 @@ def test_a_point_on_a_slope_stays_below_the_angle_of_friction_and_slides_above(s
     angle, h, mass, mu, slip = np.arctan(slope), 0.01, 2.0, 0.3, 1e-7
     x = np.array([[0.0, 0.0, 0.0], [-5.0, -5.0, 0.0], [15.0, -5.0, 0.0], [-5.0, 15.0, 0.0]])
     weight = mass * 9.81 * np.array([np.sin(angle), 0.0, -np.cos(angle)])
-    arguments = np.zeros(1, int), np.arange(4)[None], np.zeros(1), np.full(1, 50.0), np.zeros(1), 1e-3, 0.0
+    arguments = np.zeros(1, int), np.arange(4)[None], np.zeros(1), np.full(1, 50.0), np.zeros(1), 1e-3
     x[0, 2] = resting_height(arguments, x, -weight[2])
     speed, start = 0.0, x[0].copy()
     for _ in range(20):

@@ -32,7 +32,6 @@ GRID |= {"half_width_m": 0.022, "strokes": 4}
 def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatch):
     monkeypatch.setattr(strokes, "LENGTH_M", 0.01)
     monkeypatch.setattr(touching, "FRAMES", 15)
-    monkeypatch.setattr(touching, "STEPS_PER_FRAME", (2, 4))
     mesh = box([0.06, 0.06, 0.03], [4, 4, 2])
     body = nest("pad", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(5000.0, 0.3, 1000.0))
     save(body, tmp_path / "body.h5")
@@ -41,7 +40,7 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
     files = SimpleNamespace(body=tmp_path / "body.h5"), SimpleNamespace(strokes=tmp_path / "shown.npz")
     simulate_strokes(*files, SimpleNamespace(compared=compared, region=region), print)
     shown = read_arrays(Strokes, tmp_path / "shown.npz")
-    assert shown.shown.shape == (4 * 30, len(mesh.nodes), 3) and shown.seconds > 0.0
+    assert shown.shown.shape == (4 * 60, len(mesh.nodes) + len(mesh.edges), 3) and shown.seconds > 0.0
     made = compared_scene(body=body, **compared)
     table = touching.measure_strokes(made, shown, GRID, 3, 1)
     assert list(table["contact"]) == [0, 1, 2]
@@ -61,6 +60,10 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
         ({"held": False, "effects": ["corotational", "contact"]}, "is not held"),
         ({"contact": {"instruments": [BALL]}}, "has no instrument that moves"),
         ({"contact": ENTRY["contact"] | {"self_contact": True}}, "has a body that touches itself"),
+        (
+            {"contact": {"instruments": [BALL | PATH, {"kind": "floor", "height_m": 0.0}]}},
+            "is touched by a floor, not by spheres and capsules",
+        ),
     ],
 )
 def test_scenes_that_have_no_strokes_are_known(changed, why):

@@ -268,35 +268,19 @@ def add_mixed(of_distance, of_both, of_parallel, normals, gradient, definite, bl
 
 
 @numba.njit(cache=True, error_model="numpy")
-def barrier(s, soft=0.0):
-    """Compute b(s) = −(s − 1)² ln s for 0 < s < 1, and its first two derivatives (Li et al. 2020, eq. 6).
-
-    For s < ``soft`` it is the parabola that continues it, finite for any s; 0 for none.
-    """
-    t = max(s, soft)
-    log, rest = np.log(t), t - 1.0
-    value, slope = -rest * rest * log, -2.0 * rest * log - rest * rest / t
-    bend = -2.0 * log - 4.0 * rest / t + (rest / t) ** 2
-    if s < soft:
-        off = s - soft
-        return value + (slope + 0.5 * bend * off) * off, slope + bend * off, bend
-    return value, slope, bend
+def barrier(s):
+    """Compute b(s) = −(s − 1)² ln s for 0 < s < 1, and its first two derivatives (Li et al. 2020, eq. 6)."""
+    log, rest = np.log(s), s - 1.0
+    return -rest * rest * log, -2.0 * rest * log - rest * rest / s, -2.0 * log - 4.0 * rest / s + (rest / s) ** 2
 
 
 @numba.njit(cache=True)
-def acts(s, soft, distance):
-    """Test whether there is a force: not beyond the gap, not where parts overlap and nothing is soft, or coincide."""
-    return s < 1.0 and (s > 0.0 or (soft > 0.0 and distance > 0.0))
-
-
-@numba.njit(cache=True)
-def energy(kinds, nodes, offsets, scales, mollify, gap, soft, x):
+def energy(kinds, nodes, offsets, scales, mollify, gap, x):
     """Sum scale · gap · m · b((d − offset)/gap) [J] over stencils whose parts are less than ``gap`` [m] from touching.
 
     kinds : (k,) of POINT_TRIANGLE or EDGE_EDGE; nodes : (k, 4); offsets : (k,) [m] sums of the parts' radii;
-    scales : (k,) [N]; mollify : (k,) [m⁴] from ``thresholds``; soft : as in ``barrier``; x : (n, 3) [m]
-    +inf where parts touch or overlap, if nothing is soft. Li et al. 2020, eq. 5; in s, so that a force has the size of
-    ``scale``.
+    scales : (k,) [N]; mollify : (k,) [m⁴] from ``thresholds``; x : (n, 3) [m]
+    +inf where parts touch or overlap. Li et al. 2020, eq. 5; in s, so that a force has the size of ``scale``.
     Trap: the energy of parallel edges is zero whatever their distance; their ends keep apart from the triangles
     beside the other edge, so pass both kinds of stencils.
     """
@@ -307,14 +291,14 @@ def energy(kinds, nodes, offsets, scales, mollify, gap, soft, x):
         s = (closest(kinds[k], x, nodes[k], weights)[0] - offsets[k]) / gap
         if s >= 1.0:
             continue
-        if not (s > 0.0 or soft > 0.0):
+        if not s > 0.0:
             return np.inf
-        total += scales[k] * gap * mollifier(x, nodes[k], mollify[k], gradient)[0] * barrier(s, soft)[0]
+        total += scales[k] * gap * mollifier(x, nodes[k], mollify[k], gradient)[0] * barrier(s)[0]
     return total
 
 
 @numba.njit(cache=True)
-def add_force(kinds, nodes, offsets, scales, mollify, gap, soft, x, force):
+def add_force(kinds, nodes, offsets, scales, mollify, gap, x, force):
     """Add minus the energy's gradient to ``force`` (n, 3) [N]; nothing where parts touch or overlap and it has none."""
     weights, gradient = np.empty(4), np.empty((4, 3))
     for k in range(len(kinds)):
@@ -322,10 +306,10 @@ def add_force(kinds, nodes, offsets, scales, mollify, gap, soft, x, force):
             continue
         distance, _ = closest(kinds[k], x, nodes[k], weights)
         s = (distance - offsets[k]) / gap
-        if not acts(s, soft, distance):
+        if not 0.0 < s < 1.0:
             continue
         factor, by_c, _ = mollifier(x, nodes[k], mollify[k], gradient)
-        value, slope, _ = barrier(s, soft)
+        value, slope, _ = barrier(s)
         r = separation(x, nodes[k], weights)
         push = -scales[k] * factor * slope / distance
         for a in range(4):
@@ -336,7 +320,7 @@ def add_force(kinds, nodes, offsets, scales, mollify, gap, soft, x, force):
 
 
 @numba.njit(cache=True)
-def blocks(kinds, nodes, offsets, scales, mollify, gap, soft, x, definite):
+def blocks(kinds, nodes, offsets, scales, mollify, gap, x, definite):
     """Find the active stencils, (a,), and the energy's second derivatives by their nodes, (a, 4, 4, 3, 3) [N/m].
 
     The exact Hessian; with ``definite`` a positive semi-definite part of it, which lacks only negative terms.
@@ -349,21 +333,21 @@ def blocks(kinds, nodes, offsets, scales, mollify, gap, soft, x, definite):
             continue
         distance, _ = closest(kinds[k], x, nodes[k], weights[count])
         s = (distance - offsets[k]) / gap
-        if acts(s, soft, distance):
+        if 0.0 < s < 1.0:
             active[count], levels[count] = k, s
             count += 1
     out = np.zeros((count, 4, 4, 3, 3))
     for a in range(count):
         k = active[a]
-        _fill(kinds[k], nodes[k], scales[k], mollify[k], gap, soft, x, weights[a], levels[a], definite, out[a])
+        _fill(kinds[k], nodes[k], scales[k], mollify[k], gap, x, weights[a], levels[a], definite, out[a])
     return active[:count], out
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _fill(kind, nodes, scale, threshold, gap, soft, x, weights, s, definite, block):
+def _fill(kind, nodes, scale, threshold, gap, x, weights, s, definite, block):
     gradient, normals = np.empty((4, 3)), np.empty((4, 3))
     factor, by_c, by_cc = mollifier(x, nodes, threshold, gradient)
-    value, slope, curvature = barrier(s, soft)
+    value, slope, curvature = barrier(s)
     r = np.array(separation(x, nodes, weights))
     r /= np.sqrt(np.sum(r * r))
     for a in range(4):

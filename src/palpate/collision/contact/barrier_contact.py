@@ -9,7 +9,7 @@ from scipy import sparse
 from palpate.bodies.particles import Particles
 from palpate.collision.contact import barrier
 from palpate.collision.contact.friction import LaggedFriction
-from palpate.collision.contact.instrument_contact import InstrumentContact
+from palpate.collision.contact.instrument_contact import InstrumentContact, Path
 from palpate.collision.contact.obstacles import (
     Obstacle,
     Overlap,
@@ -245,16 +245,14 @@ class Contact(
             nodes, blocks = np.vstack([nodes, more]), np.concatenate([blocks, stiff])
         return np.repeat(nodes, 4, axis=1).ravel(), np.tile(nodes, (1, 4)).ravel(), blocks.reshape(-1, 3, 3)
 
-    def instruments_on(self, nodes: np.ndarray) -> InstrumentContact:
-        """Return the contact of ``nodes`` (k,) with the instruments; InputError if bodies can touch, too."""
+    def instruments_on(self) -> InstrumentContact:
+        """Return the contact with the instruments alone; InputError if bodies can touch, too."""
         bodies = len(self.names) - len(self.obstacles)
         if bodies > 1 or self._can_touch[:bodies, :bodies].any():
             raise InputError("bodies that touch each other or themselves have no such modes; choose backward_euler.")
         if not self.obstacles:
             raise InputError("contact has no instruments; give it one, or choose another integrator.")
-        rest, strength = self._of_body.nodes, self._of_body.nodal_young_pa() * self._of_body.areas
-        kinds = rest, self._of_body.triangles, strength, self.obstacles
-        self._lent = InstrumentContact(nodes, *kinds, self.gap_m, self._friction, self._slip)
+        self._lent = InstrumentContact([Path(each) for each in self.obstacles], self._friction, self._slip)
         return self._lent
 
     def limit(self, x: np.ndarray, direction: np.ndarray) -> float:

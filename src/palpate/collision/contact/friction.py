@@ -3,7 +3,7 @@
 import numba
 import numpy as np
 
-from palpate.collision.contact.barrier import acts, barrier, mollifier
+from palpate.collision.contact.barrier import barrier, mollifier
 from palpate.collision.triangles.closest_points import boxes_apart, closest, separation
 
 
@@ -14,7 +14,7 @@ class LaggedFriction:
     force): friction is at its limit from ε = ``slip_m`` on; IPC's is a speed times the length of the step. A normal
     force is the barrier's, m scale |b′| (eq. 13); stencils without one are left out.
 
-    stencils : the first seven arguments of barrier.energy, in their state at ``x`` (n, 3) [m]
+    stencils : the first six arguments of barrier.energy, in their state at ``x`` (n, 3) [m]
     friction : coefficient μ; slip_m : > 0 [m]; start : (n, 3) [m]
     rows : (a,) of the active stencils; nodes, weights : (a, 4); normals : (a, 3); forces : (a,) λ [N];
     limits : (a,) μ λ [N]
@@ -23,8 +23,8 @@ class LaggedFriction:
     """
 
     def __init__(self, stencils: tuple, x: np.ndarray, friction: float, slip_m: float, start: np.ndarray):
-        kinds, nodes, offsets, scales, mollify, gap, soft = stencils
-        found = pressing(kinds, nodes, offsets, scales, mollify, gap, soft, x)
+        kinds, nodes, offsets, scales, mollify, gap = stencils
+        found = pressing(kinds, nodes, offsets, scales, mollify, gap, x)
         self.rows, self.nodes, self.weights, self.normals, self.forces = found
         self.limits = friction * self.forces
         self._state = (self.nodes, self.weights, self.normals, self.limits, slip_m)
@@ -47,7 +47,7 @@ class LaggedFriction:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def pressing(kinds, nodes, offsets, scales, mollify, gap, soft, x):
+def pressing(kinds, nodes, offsets, scales, mollify, gap, x):
     """Return rows (a,), nodes (a, 4), weights (a, 4), normals (a, 3) and forces (a,) [N] of the stencils that press."""
     count, gradient = 0, np.empty((4, 3))
     rows, weights = np.empty(len(kinds), np.int64), np.empty((len(kinds), 4))
@@ -57,9 +57,9 @@ def pressing(kinds, nodes, offsets, scales, mollify, gap, soft, x):
             continue
         distance, _ = closest(kinds[k], x, nodes[k], weights[count])
         s = (distance - offsets[k]) / gap
-        if not acts(s, soft, distance):
+        if not 0.0 < s < 1.0:
             continue
-        force = -scales[k] * mollifier(x, nodes[k], mollify[k], gradient)[0] * barrier(s, soft)[1]
+        force = -scales[k] * mollifier(x, nodes[k], mollify[k], gradient)[0] * barrier(s)[1]
         if force > 0.0:
             normals[count] = np.array(separation(x, nodes[k], weights[count])) / distance
             rows[count], forces[count] = k, force

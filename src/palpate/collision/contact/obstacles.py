@@ -37,9 +37,13 @@ class Obstacle:
 
     def at(self, t: float) -> np.ndarray:
         """Compute its points (k, 3) [m] at the time ``t`` [s]."""
+        return self.points + self.shift(t) if len(self.times_s) else self.points
+
+    def shift(self, t: float) -> np.ndarray:
+        """Compute how far (3,) [m] it has moved at the time ``t`` [s]."""
         if not len(self.times_s):
-            return self.points
-        return self.points + [np.interp(t, self.times_s, self.shifts_m[:, i]) for i in range(3)]
+            return np.zeros(3)
+        return np.array([np.interp(t, self.times_s, self.shifts_m[:, i]) for i in range(3)])
 
     @property
     def crossing_s(self) -> float:

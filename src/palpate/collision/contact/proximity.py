@@ -39,9 +39,9 @@ class NearStencils:
         return self._select(slice(count), self.known[:count] - lost)
 
     @property
-    def barrier(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float, float]:
+    def barrier(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
         """First arguments of the functions of barrier and friction."""
-        return self.kinds, self.nodes, self.offsets, self.scales, self.mollify, self.gap, 0.0
+        return self.kinds, self.nodes, self.offsets, self.scales, self.mollify, self.gap
 
     def by_clearance(self, points: np.ndarray) -> "NearStencils":
         """Sort by clearance at ``points`` (n, 3) [m], the smallest first."""

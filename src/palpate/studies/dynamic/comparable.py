@@ -65,9 +65,10 @@ def unable(model: str, entry: dict, kind: str = "") -> str:
     entry : the scene's, complete; kind : of its body
     """
     taken = {name for name in TAKEN_OVER if name in entry and acts(name, entry, kind)}
-    corrected, stroked, rounded = model in CORRECTED, model in STROKED, model in ROUND
-    single = corrected or stroked or rounded
-    known = {*LOADS, "contact"} if rounded else set(LOADS) if corrected else {"contact"}
+    corrected, stroked = model in CORRECTED, model in STROKED
+    rounded = stroked or model in ROUND
+    single = corrected or rounded
+    known = {*LOADS, "contact"} if model in ROUND else set(LOADS) if corrected else {"contact"}
     further, contact = sorted(taken - known), entry.get("contact", {}) if "contact" in taken else {}
     moving = any(tool.get("times_s") for tool in contact.get("instruments", []))
     others = sorted({tool["kind"] for tool in contact.get("instruments", [])} - {"sphere", "capsule"})
@@ -78,7 +79,7 @@ def unable(model: str, entry: dict, kind: str = "") -> str:
         ("has several bodies", single and bool(entry.get("others"))),
         ("is not held", single and not entry.get("held", True)),
         ("has no instrument that moves", stroked and not moving),
-        ("has a body that touches itself", (stroked or rounded) and bool(contact.get("self_contact"))),
+        ("has a body that touches itself", rounded and bool(contact.get("self_contact"))),
         (f"is touched by a {' and a '.join(others)} and not by spheres and capsules", rounded and bool(others)),
     ]
     return next((reason for reason, holds in reasons if holds), "")

@@ -137,7 +137,7 @@ class RegionModes(PathModes):
     modes: Count = key("As for path_modes", 220)
     states: Count = key("As for path_modes", 60)
     half_width_m: Positive = key("How far the region reaches from the middle of the path to each side [m]", 0.05)
-    strokes: Count = key("Random strokes of the region that modes are learnt from", 24)
+    strokes: Count = key("Random strokes that modes are learnt from, in a square 1.3 times as wide", 36)
 
 
 class Families(Block):
@@ -157,7 +157,7 @@ class Families(Block):
         "Flex bodies of MuJoCo, if that engine is installed; of one held solid that only spheres and capsules touch", {}
     )
     path_modes: PathModes = key(
-        "The reference's level in modes of strokes beside the instrument's path; of scenes that name it", {}
+        "Quadratic elements on the reference's level in modes of strokes beside the path; of scenes that name it", {}
     )
     region_modes: RegionModes = key(
         "The same in modes of random strokes of the region, which need not be those of the path", {}

@@ -9,13 +9,12 @@ from palpate.bodies import body_file
 from palpate.files import write_arrays
 from palpate.models import strokes
 from palpate.run.job import steps
-from palpate.scenes.run_scene import compose
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_scene
 
 
 @dataclass(frozen=True, eq=False)
 class Strokes:
-    """Motions (s, n, 3) [m] of the reference's level under strokes, and the processor's time [s] that they took."""
+    """Motions (s, n, 3) [m] of quadratic elements on the reference's level, and the processor's time [s] they took."""
 
     shown: np.ndarray
     seconds: float
@@ -25,12 +24,17 @@ def learnt_from(compared: ComparedScene, region: dict | None) -> list[dict]:
     """Return the strokes, as blocks contact: the path's neighbours, or random ones of a ``region``.
 
     region : ``half_width_m`` [m], how many ``strokes``, and the ``seed``
+    Strokes fill a square that is WIDER than the region, so that those at its edge have some on both sides.
     """
     contact = compared.loads["contact"]
     if region is None:
         return strokes.neighbours(contact)
-    square = region["half_width_m"], region["strokes"], region["seed"]
+    square = WIDER * region["half_width_m"], region["strokes"], region["seed"]
     return strokes.roaming(compared.particles(-1), contact, *square)
+
+
+WIDER = 1.3
+"""Half width of the square that strokes are shown in, over that of the region."""
 
 
 def simulate_strokes(input, output, params, say):
@@ -38,6 +42,5 @@ def simulate_strokes(input, output, params, say):
     scene = compared_scene(body=body_file.load(input.body), **params.compared)
     contacts, begin = learnt_from(scene, params.region), process_time()
     duration_s = scene.duration_s if params.region is None else strokes.DURATION_S
-    system = compose(scene.fem(scene.frames), scene.particles(-1))
-    shown = strokes.shown(system, contacts, duration_s, steps(say, f"{scene.name}: stroke"))
+    shown = strokes.shown(scene.body, contacts, scene.rayleigh, duration_s, steps(say, f"{scene.name}: stroke"))
     write_arrays(Strokes(shown.astype(np.float32), process_time() - begin), output.strokes)

@@ -12,17 +12,22 @@ from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
 from palpate.bodies.particles import Particles, particles_of
 from palpate.models import touching_motion
+from palpate.models.strokes import elements_under, points_of, whole_of
 from palpate.scenes.run_scene import compose, run
 from palpate.scenes.scene import Scene
 from palpate.studies.hard_cases.stage import FIRM, SOFT, Answer, Case
 
+RAYLEIGH = {"mass_1_s": 1.0, "stiffness_s": 0.01}
+TOLERANCE = 1e-4
+"""Of the steps of quadratic elements."""
 STEPPED = {"fem_implicit": ("backward_euler", 16), "fem_bdf2": ("bdf2", 6), "path_modes": ("touching", 4)}
 """The integrator of each model, and its steps in a frame."""
 SECOND = "fem_bdf2", "path_modes"
 """Models whose steps are of second order: those of first order are 18 % wrong in steps of 40 ms."""
 FRAMES = 20
-FINER = 8, 16
-"""Steps of BDF2 in a frame, from whose motions the limit of short steps is extrapolated."""
+FINER, QUADRATIC = (8, 16), (2, 4)
+"""Steps in a frame of BDF2, and of quadratic elements, which modes are compared with: from their motions
+the limit of short steps is extrapolated."""
 MEASURE = "L2 distance from the limit of short steps over frames and nodes / that of the limit from rest"
 FINGER = {"kind": "capsule", "name": "finger", "from_m": [0.04, -0.03, 0.08], "to_m": [0.04, 0.0, 0.08]}
 """As in the scene liver_palpation, above the thin lobe."""
@@ -50,14 +55,18 @@ def strokes() -> list[Case]:
         told: Sequence[str] = (),
         **more: Any,
     ) -> Case:
-        limit = cache(lambda: _limit(contact, duration_s))
+        limits = {
+            False: cache(lambda: _limit(contact, duration_s)),
+            True: cache(lambda: _limit_of_quadratic(contact, duration_s)),
+        }
 
         def answer(model: str) -> Answer:
             integrator, count = STEPPED[model]
             found = _moved(contact, duration_s, integrator, (steps or {}).get(model, count))
 
             def error(a: np.ndarray) -> float:
-                return float(np.linalg.norm(a - limit()) / np.linalg.norm(limit()))
+                limit = limits[model == "path_modes"]()
+                return float(np.linalg.norm(a - limit) / np.linalg.norm(limit))
 
             return Answer(found, np.zeros_like(found), error)
 
@@ -112,7 +121,7 @@ def _liver(material: Material = SOFT) -> Particles:
 
 def _scene(contact: Block, duration_s: float, integrator: str, per_frame: int) -> Scene:
     effects, step_s = ["corotational", "held", "contact", "rayleigh"], duration_s / (FRAMES * per_frame)
-    settings = {"contact": dict(contact), "rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.01}}
+    settings = {"contact": dict(contact), "rayleigh": RAYLEIGH}
     return Scene("hard_case", effects, integrator, step_s, duration_s, frames=FRAMES, settings=settings)
 
 
@@ -127,10 +136,26 @@ def _limit(contact: Block, duration_s: float) -> np.ndarray:
     return shorter + (shorter - longer) / 3.0
 
 
+def _limit_of_quadratic(contact: Block, duration_s: float) -> np.ndarray:
+    body = _liver().body
+    assert body is not None
+    elements = elements_under(body, contact, RAYLEIGH, points_of(body, [contact]))
+    found = []
+    for count in QUADRATIC:
+        reached = elements.touched_steps(duration_s / (FRAMES * count), FRAMES * count, TOLERANCE)
+        # the first nodes of quadratic elements are the corners
+        ends = list(reached)[count - 1 :: count]
+        found.append(np.array([(each.x - elements.rest)[: len(body.fine.nodes)] for each in ends]))
+    longer, shorter = found
+    return shorter + (shorter - longer) / 3.0
+
+
 def _of_another() -> Answer:
     scene = _scene(_path(), DURATION_S, "touching", 4)
     asked = scene.integration["touching"]
-    shown = np.random.default_rng(1).normal(0.0, 1e-3, (4, *_liver().nodes.shape))
-    learnt = touching_motion.prepare(compose(scene, _liver()), asked, shown)
+    own = _liver()
+    assert own.body is not None
+    shown = np.random.default_rng(1).normal(0.0, 1e-3, (4, len(whole_of(own.body).levels[-1].nodes), 3))
+    learnt = touching_motion.prepare(compose(scene, own), asked, shown)
     run(replace(scene, settings=scene.settings | {"touching": asked | {"learnt": learnt}}), _liver(FIRM))
     raise AssertionError("not refused")

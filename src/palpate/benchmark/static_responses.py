@@ -130,7 +130,7 @@ class _Solver:
             last = each == self._levels[-1]
             solve = problem.settle if firm else problem.solve
             solution = solve(nodal, tolerance if last else max(tolerance, NESTED), start)
-            firm = not last and bool(nodal.any()) and problem.softness(solution.x) >= FIRM
+            firm = bool(not last and nodal.any() and problem.softness(solution.x) >= FIRM)
         assert solution is not None
         solution.seconds[-1] += seconds
         least_det = problem.least_det(solution.x)

@@ -6,7 +6,7 @@ edge. Then the nodes of the surface do the same with the front. Nodes of bad ele
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -75,13 +75,13 @@ class CutBody(Body):
         return self.lip_pairs[np.isin(self.origin[self.lip_pairs[:, 0]], self.whole.surface)]
 
 
-def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None) -> CutBody:
-    """Return ``body`` with a mesh that conforms to ``cut`` and is severed along it.
+def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, level: int = -1) -> CutBody:
+    """Return the mesh of one ``level`` of ``body``, refined near ``cut`` and severed along it.
 
-    edge_m : longest edges near the patch [m]; front_m : near its front, by default the same. The mesh is that of the
-        first level of the body's final shape, refined there
+    edge_m : longest edges near the patch [m]; front_m : near its front, by default the same
     """
-    base = body.from_level(body.shape_level if body.smooth is None else len(body.levels) - 1)
+    base = body.up_to(range(len(body.levels))[level])
+    base = replace(base.from_level(len(base.levels) - 1), smooth=None)
     local = _refined(base, cut, edge_m, edge_m if front_m is None else front_m)
     mesh = Conforming(local.fine, np.isin(np.arange(len(local.fine.nodes)), local.anchors[-1]))
     for piece in cut.pieces:

@@ -214,7 +214,7 @@ class Blade:
         reached = min(self.reached_m, self.length_m)
         along = np.linspace(0.0, reached, 1 + int(np.ceil(reached / spacing_m)))
         rows = [
-            self._at(np.full(_count(deep, spacing_m), each), np.linspace(0.0, deep, _count(deep, spacing_m)))
+            self.at(np.full(_count(deep, spacing_m), each), np.linspace(0.0, deep, _count(deep, spacing_m)))
             for each, deep in zip(along, self._depth(along), strict=True)
         ]
         return np.vstack([*rows, self.front(spacing_m)])
@@ -229,8 +229,8 @@ class Blade:
             deep = float(self._depth(np.array([self.reached_m]))[0])
             wall = np.full(_count(deep, spacing_m), self.reached_m), np.linspace(0.0, deep, _count(deep, spacing_m))
             along = along[along < self.reached_m]
-            return np.vstack([self._at(along, self._depth(along)), self._at(*wall)])
-        return self._at(along, self._depth(along))
+            return np.vstack([self.at(along, self._depth(along)), self.at(*wall)])
+        return self.at(along, self._depth(along))
 
     def _ellipse(self) -> tuple[float, float]:
         """Return where along the path the blade is deepest and its half axis [m]; infinite where both ends are open."""
@@ -261,7 +261,7 @@ class Blade:
         inside = np.where(f > 0.0, (1.0 - f) * f / np.where(f > 0.0, slope, 1.0), shorter)
         return np.minimum(np.minimum(inside, below + self.depth_m), self.reached_m - along)
 
-    def _at(self, along: np.ndarray, below: np.ndarray) -> np.ndarray:
+    def at(self, along: np.ndarray, below: np.ndarray) -> np.ndarray:
         """Return the points (n, 3) [m] of the surface at places (n,) [m] along the path and below it."""
         points = np.column_stack([np.interp(along, self._starts, self.path_m[:, i]) for i in range(3)])
         return points + np.outer(below, self.direction)

@@ -34,6 +34,8 @@ TOLERANCE = 1e-6
 """Residual over the forces of the hooks."""
 CLOSED = 1e-3
 """Overlap of the lips over their largest opening, above which they are said to close."""
+MOST_SURFACE, MOST_OPENING = 0.005, 0.03
+"""Own errors over the surface and in the opening above which a cut judges no model."""
 FINEST = 2
 """How often elements are halved at most, at the front and at the rims."""
 PLACES = 9
@@ -184,7 +186,10 @@ class CutMesh:
 
         Raises NotConverged where no stable equilibrium is found, or an element is inverted.
         """
-        ways, largest = np.zeros_like(self.problem.mesh.nodes), max(np.linalg.norm(h.shift_m) for h in self._hooks)
+        ways, largest = (
+            np.zeros_like(self.problem.mesh.nodes),
+            max(float(np.linalg.norm(h.shift_m)) for h in self._hooks),
+        )
         for hook in self._hooks:
             ways[hook.patch.nodes_of(self.problem.mesh)] = hook.shift_m / largest
         (state,) = self.problem.push(ways[self.problem.grasped], [largest], TOLERANCE)
@@ -214,6 +219,7 @@ class CutMesh:
         """Return how far across the cut each triangle of the mesh lies (t,) [m], NaN on the lips."""
         triangles = self._mesh.triangles
         coarse = coarse_triangles(self._body.up_to(len(self._body.levels) - 2).prolongation, triangles)
+        assert self._cut.cut is not None
         side = self._cut.cut.across(self._mesh.nodes[triangles].mean(axis=1))
         side[_among(coarse, self._cut.lips.reshape(-1, 3))] = np.nan
         return side
@@ -265,9 +271,21 @@ def truth_of_cut(
     mixed = _sum(near[1], far[0], near[0], corner, factors=(1.0, -1.0, -1.0, 1.0))
     whole = _sum(corner, coarser, factors=(WHOLE, -WHOLE))
     own = np.sum([_largest(truth, off) for off in (near_off, far_off, [mixed], [whole])], axis=0)
+    surface_error, opening_error, force_error = own.tolist()
     rejected = "" if wide[0] >= -CLOSED * wide[1] else f"the lips close (overlap {-1e3 * wide[0]:.2g} mm)"
-    seconds = perf_counter() - begin
-    return CutTruth(truth, *own.tolist(), wide[0], least, nodes, seconds, rejected)
+    if not (surface_error <= MOST_SURFACE and opening_error <= MOST_OPENING):
+        rejected = f"the meshes are too far apart (own error {surface_error:.1%}, of the opening {opening_error:.1%})"
+    return CutTruth(
+        truth,
+        surface_error,
+        opening_error,
+        force_error,
+        least_opening_m=wide[0],
+        least_det=least,
+        nodes=nodes,
+        seconds=perf_counter() - begin,
+        rejected=rejected,
+    )
 
 
 WHOLE = 1.0 / 3.0
@@ -277,9 +295,8 @@ WHOLE = 1.0 / 3.0
 def _limit(answers: Sequence[Pulled]) -> tuple[Pulled, list[Pulled]]:
     """Return the limit of the answers of three meshes, and by what it may be off."""
     surface, away = estimate(np.array([each.displacement for each in answers]))
-    opening, apart = answers[0].opening, [np.zeros_like(answers[0].opening)]
-    if len(opening):
-        opening, apart = estimate(np.array([each.opening for each in answers]))
+    openings = np.array([each.opening for each in answers])
+    opening, apart = estimate(openings) if openings.size else (openings[0], (openings[0],))
     numbers, off = np.array([number_limit(each) for each in np.array([each.force for each in answers]).T]).T
     count = max(len(away), len(apart))
     pairs = [(away[min(i, len(away) - 1)], apart[min(i, len(apart) - 1)]) for i in range(count)]

@@ -97,7 +97,7 @@ def pull_errors(answer: Pulled, truth: Pulled) -> tuple[float, float, float]:
 def mouth(mesh: Mesh, cut: Cut, places: int = PLACES) -> np.ndarray:
     """Return points (k, 3) [m] of the skin along a blade's path, evenly between its ends; none of another cut.
 
-    mesh : of the whole body. Each is where a line along the blade meets the skin nearest to the path
+    mesh : of the whole body. Each is where a line along the blade meets the skin nearest to the path, if cut there
     """
     if not isinstance(cut, Blade):
         return np.empty((0, 3))
@@ -109,7 +109,7 @@ def mouth(mesh: Mesh, cut: Cut, places: int = PLACES) -> np.ndarray:
         away = np.divide(((a - point) * normals).sum(axis=1), steep, out=np.full(len(a), np.inf), where=steep != 0.0)
         at = point + np.where(np.isfinite(away), away, 0.0)[:, None] * cut.direction
         sides = [(np.cross(q - p, at - p) * normals).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))]
-        hit = (np.min(sides, axis=0) >= -1e-9 * (normals**2).sum(axis=1)) & (np.abs(away) <= cut.depth_m)
+        hit = (np.min(sides, axis=0) >= -1e-9 * (normals**2).sum(axis=1)) & (cut.within(at) > 0.0)
         if hit.any():
             found.append(at[hit][np.abs(away[hit]).argmin()])
     return np.array(found).reshape(-1, 3)
@@ -206,9 +206,13 @@ class CutMesh:
         return Pulled(displacement, first - second, np.array(forces))
 
     def least_opening(self, x: np.ndarray) -> tuple[float, float]:
-        """Return the least and the largest distance [m] of the lips along the normal of the cut."""
+        """Return the least and the largest distance [m] of the lips' nodes along the normal of the cut."""
         sides, rest = [lips_of(self._cut, self._body, side) for side in (0, 1)], self.problem.mesh.nodes
-        first, second = (each[np.lexsort(rest[each].T)] for each in map(np.unique, sides))
+        # the lips are halved apart, so that a node of one may have none opposite
+        first, second = map(np.unique, sides)
+        keys = [np.ascontiguousarray(rest[each] + 0.0).view("V24").ravel() for each in (first, second)]
+        _, one, other = np.intersect1d(*keys, return_indices=True)
+        first, second = first[one], second[other]
         normals = np.zeros_like(rest)
         for corner in range(3):
             np.add.at(normals, sides[0][:, corner], area_normals(rest, sides[0]))
@@ -242,6 +246,14 @@ def _among(triangles: np.ndarray, of: np.ndarray) -> np.ndarray:
     return np.array([tuple(each) in known for each in np.sort(triangles, axis=1).tolist()], dtype=bool)
 
 
+def _with_patches(body: Body, hooks: Sequence[Hook]) -> Body:
+    """Return the body's level before its finest, with the finest one's triangles where hooks grasp."""
+    corners = np.concatenate([hook.patch.corners for hook in hooks])
+    reach = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+    last = len(body.levels) - 1
+    return LocalRefinement(body.from_level(last - 1), 1).around(corners.reshape(-1, 3), reach)
+
+
 def truth_of_cut(
     body: Body, cut: Cut, hooks: Sequence[Hook], edge_m: float, front_m: float, places: np.ndarray | None = None
 ) -> CutTruth:
@@ -253,7 +265,8 @@ def truth_of_cut(
     begin, surface = perf_counter(), body.fine.nodes[body.fine.surface]
     places = mouth(body.fine, cut) if places is None else places
     last, found = len(body.levels) - 1, {}
-    cuts = {level: cut_body(body, cut, edge_m, front_m, level) for level in (last - 1, last)}
+    coarser = _with_patches(body, hooks)
+    cuts = {last - 1: cut_body(coarser, cut, edge_m, front_m), last: cut_body(body, cut, edge_m, front_m)}
     ends = FINEST, FINEST - 1, FINEST - 2
     todo = [(last - 1, ends[2], ends[2]), (last, ends[2], ends[2]), (last, ends[1], ends[2]), (last, ends[2], ends[1])]
     todo += [(last, ends[1], ends[1]), (last, ends[1], ends[0]), (last, ends[0], ends[1])]
@@ -267,9 +280,9 @@ def truth_of_cut(
     far = [found[last, ends[1], rim] for rim in ends[::-1]]
     (near_limit, near_off), (far_limit, far_off) = _limit(near), _limit(far)
     truth = _sum(near_limit, far_limit, far[1], factors=(1.0, 1.0, -1.0))
-    corner, coarser = found[last, ends[2], ends[2]], found[last - 1, ends[2], ends[2]]
+    corner, before = found[last, ends[2], ends[2]], found[last - 1, ends[2], ends[2]]
     mixed = _sum(near[1], far[0], near[0], corner, factors=(1.0, -1.0, -1.0, 1.0))
-    whole = _sum(corner, coarser, factors=(WHOLE, -WHOLE))
+    whole = _sum(corner, before, factors=(WHOLE, -WHOLE))
     own = np.sum([_largest(truth, off) for off in (near_off, far_off, [mixed], [whole])], axis=0)
     surface_error, opening_error, force_error = own.tolist()
     rejected = "" if wide[0] >= -CLOSED * wide[1] else f"the lips close (overlap {-1e3 * wide[0]:.2g} mm)"

@@ -1,5 +1,7 @@
 """Meshes conform to a cut, keep their shape and quality, and have lips that are apart and a front that is not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,10 +10,10 @@ from palpate.bodies.cutting.conform import cut_body, qualities
 from palpate.bodies.cutting.cut import Disc, blade, unit
 from palpate.bodies.cutting.sever import inner_faces, sever
 from palpate.bodies.make_body import make_body
-from palpate.bodies.material import Material
+from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import area_normals, components
 from palpate.bodies.mesh_quality import check_boundary, dihedral_angles
-from palpate.bodies.simple_shapes import box, cylinder
+from palpate.bodies.simple_shapes import box, cylinder, sheet
 from palpate.errors import InputError
 
 SIZES = [0.1, 0.1, 0.04]
@@ -150,6 +152,26 @@ def test_random_cuts_of_the_liver_leave_good_elements():
         assert qualities(found.coarse.nodes[found.coarse.tetrahedra]).min() > 0.005
         held = found.coarse.nodes[found.anchors[0]]
         assert np.linalg.norm(held - [-0.03, 0.05, 0.03], axis=1).max() <= 0.04 + 1e-12
+
+
+def test_regions_densities_and_anchors_stay_where_they_are():
+    mesh = box(SIZES, [8, 8, 4])
+    region = (mesh.nodes[mesh.tetrahedra].mean(axis=1)[:, 0] > 0.05).astype(int)
+    tissue = Tissue([TISSUE, Material(9000.0, 0.3, 1000.0)], region)
+    body = nest("slab", mesh, 0, np.flatnonzero(mesh.nodes[:, 1] == 0.0), TISSUE, regions=tissue)
+    body = replace(body, densities=[1000.0 + 1e4 * mesh.nodes[:, 0]])
+    found = cut_body(body, blade(mesh, np.array([[0.04, 0.0, 0.04], [0.065, 0.05, 0.04]]), DOWN, 0.012), 0.012)
+    cut = found.coarse
+    hard = found.tissue(0).region == 1
+    assert cut.volumes[hard].sum() == pytest.approx(0.5 * np.prod(SIZES), rel=0.02)  # nodes may move across its side
+    assert np.abs(found.densities[0] - 1000.0 - 1e4 * cut.nodes[:, 0]).max() < 40.0
+    assert np.array_equal(found.anchors[0], np.flatnonzero(cut.nodes[:, 1] == 0.0))
+
+
+def test_a_sheet_is_refused():
+    flat = sheet([0.1, 0.1], [4, 4], 0.001)
+    with pytest.raises(InputError):
+        cut_body(nest("sheet", flat, 0, np.array([0]), TISSUE), Disc(np.full(3, 0.05), DOWN, 0.02), 0.02)
 
 
 def test_any_faces_can_be_severed():

@@ -6,7 +6,7 @@ edge. Then the nodes of the surface do the same with the front. Nodes of bad ele
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -86,8 +86,11 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
     """
     if isinstance(body.coarse, Sheet):
         raise InputError(f"{body.name} is a sheet, which cannot be cut; cut a solid body.")
-    base = body.up_to(range(len(body.levels))[level])
-    base = replace(base.from_level(len(base.levels) - 1), smooth=None)
+    level = range(len(body.levels))[level]
+    regions = None if body.regions is None else body.tissue(level)
+    densities = None if body.densities is None else [body.densities[level]]
+    fixed = body.material, body.bed, regions, densities
+    base = Body(body.name, [body.levels[level]], [], [body.anchors[level]], *fixed)
     local = _refined(base, cut, edge_m, edge_m if front_m is None else front_m)
     mesh = Conforming(local.fine, np.isin(np.arange(len(local.fine.nodes)), local.anchors[-1]))
     for piece in cut.pieces:
@@ -102,7 +105,6 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
     lips[second] = lips[second][:, ::-1][:, :, [0, 2, 1]]
     tissue = local.tissue(len(local.levels) - 1)
     regions = None if body.regions is None else Tissue(tissue.materials, tissue.region[mesh.parents])
-    densities = None
     if local.densities is not None:
         densities = [mesh.spread(local.densities[-1])[severed.origin]]
     anchors = np.flatnonzero(mesh.held[severed.origin])

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.bodies.body import nest
 from palpate.bodies.cutting.conform import cut_body, qualities
-from palpate.bodies.cutting.cut import Disc, blade, unit
+from palpate.bodies.cutting.cut import Cuts, Disc, blade, unit
 from palpate.bodies.cutting.sever import inner_faces, sever
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material, Tissue
@@ -111,6 +111,21 @@ def test_a_penny_inside_a_body_is_closed():
     assert area_of(found) == pytest.approx(np.pi * 0.012**2, rel=0.015)
     assert not len(found.skin_pairs)
     assert (np.unique(found.front, return_counts=True)[1] == 2).all()
+
+
+def test_cuts_that_cross_leave_four_corners():
+    body = slab()
+    paths = ([[0.03, 0.05, 0.04], [0.07, 0.05, 0.04]], [[0.03, 0.04, 0.04], [0.07, 0.06, 0.04]])
+    first, second = (blade(body.coarse, np.array(path), DOWN, 0.012) for path in paths)
+    found = cut_body(body, Cuts((first, second)), 0.01, 0.006)
+    assert found.coarse.volumes.sum() == pytest.approx(np.prod(SIZES), rel=1e-12)
+    assert dihedral_angles(found.coarse).min() > 4.0
+    check_boundary("cuts", found.coarse)
+    assert area_of(found) == pytest.approx(np.pi / 4.0 * 0.012 * (first.length_m + second.length_m), rel=0.01)
+    copies = np.bincount(found.origin)
+    crossing = found.whole.nodes[copies == 4]
+    assert len(crossing) >= 2 and np.allclose(crossing[:, :2], 0.05, atol=1e-9)
+    assert copies.max() == 4
 
 
 def test_a_severed_bar_is_two_bars():

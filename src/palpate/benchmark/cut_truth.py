@@ -210,8 +210,8 @@ class CutMesh:
         sides, rest = [lips_of(self._cut, self._body, side) for side in (0, 1)], self.problem.mesh.nodes
         # the lips are halved apart, so that a node of one may have none opposite
         first, second = map(np.unique, sides)
-        keys = [np.ascontiguousarray(rest[each] + 0.0).view("V24").ravel() for each in (first, second)]
-        _, one, other = np.intersect1d(*keys, return_indices=True)
+        keys, others = (np.ascontiguousarray(rest[each] + 0.0).view("V24").ravel() for each in (first, second))
+        _, one, other = np.intersect1d(keys, others, return_indices=True)
         first, second = first[one], second[other]
         normals = np.zeros_like(rest)
         for corner in range(3):

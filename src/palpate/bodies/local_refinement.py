@@ -52,18 +52,22 @@ class LocalRefinement:
         own = range(min(depth + 1, len(body.levels)))
         self._own = [_Level.of(body.levels[level], level, body.anchors[level]) for level in own]
 
-    def around(self, center: np.ndarray, radius_m: float | Sequence[float], rim_level: int = 0) -> LocalBody:
+    def around(
+        self, center: np.ndarray | list[np.ndarray], radius_m: float | Sequence[float], rim_level: int = 0
+    ) -> LocalBody:
         """Refine every element with a corner within ``radius_m`` [m] of ``center`` (3,) [m], or of any of (k, 3).
 
+        center : the same for all levels, or a list with those of each level that is refined, near those before
         radius_m : one for all levels, or one for each that is refined, none larger than the one before
         rim_level : to which elements are refined that have a corner at the rim of what is held, besides: displacements
             grow with the root of the distance there
         """
         radii = np.broadcast_to(radius_m, self._depth)
-        body, graded, center = self._body, list(self._own), cKDTree(np.atleast_2d(center))
+        each = center if isinstance(center, list) else [center] * self._depth
+        body, graded, centers = self._body, list(self._own), [cKDTree(np.atleast_2d(points)) for points in each]
         for level in range(len(graded) - 1, self._depth):
-            graded.append(graded[-1].split(center, radii[level], level < rim_level))
-        marks = _marks(graded[:-1], center, radii, rim_level)
+            graded.append(graded[-1].split(centers[level], radii[level], level < rim_level))
+        marks = _marks(graded[:-1], centers, radii, rim_level)
         levels, numbers = [body.coarse], [np.arange(len(body.coarse.nodes))]
         prolongations, anchors, roots = [], [body.anchors[0]], [np.arange(len(body.coarse.tetrahedra))]
         for level in range(1, self._depth + 1):
@@ -142,7 +146,7 @@ class _Level:
         return _Level(mesh, ten_nodes(mesh), np.repeat(chosen, 8), first, np.repeat(self.roots[chosen], 8), held)
 
 
-def _marks(graded: list[_Level], center: cKDTree, radii: np.ndarray, rim_level: int) -> list[np.ndarray]:
+def _marks(graded: list[_Level], centers: list[cKDTree], radii: np.ndarray, rim_level: int) -> list[np.ndarray]:
     """Return the edges of each level that are halved, (n_edges,) bool.
 
     The finest level comes first: whatever it splits must be a part of an element that the level before splits into
@@ -152,7 +156,7 @@ def _marks(graded: list[_Level], center: cKDTree, radii: np.ndarray, rim_level: 
     whole = np.empty(0, dtype=np.int64)
     for number, (level, radius) in reversed(list(enumerate(zip(graded, radii, strict=True)))):
         edges = level.edges
-        close = center.query(level.mesh.nodes)[0] <= radius
+        close = centers[number].query(level.mesh.nodes)[0] <= radius
         if number < rim_level:
             close[level.rim] = True
         marked = np.zeros(len(level.mesh.edges), dtype=bool)

@@ -19,7 +19,7 @@ class SurfaceMap:
     def __init__(self, body: Body):
         first = np.unique(body.fine.triangles, return_index=True)[1]
         self._coarse_nodes = len(body.coarse.nodes)
-        sides = _sides(body.prolongation, body.fine.triangles)[first // 3]
+        sides = coarse_triangles(body.prolongation, body.fine.triangles)[first // 3]
         self._keys, self._places = self._key(sides), _coordinates(body.prolongation, body.fine.surface, sides)
 
     def of(self, local: Body, order: int) -> sparse.csr_array:
@@ -28,7 +28,7 @@ class SurfaceMap:
         Those of ``order`` 2 have the nodes and the edge midpoints of its finest level.
         """
         numbers, weights = local.fine.triangles, local.prolongation
-        sides = _sides(weights, numbers)
+        sides = coarse_triangles(weights, numbers)
         keys = self._key(sides)
         ranked = np.argsort(keys, kind="stable")
         first, last = (np.searchsorted(keys[ranked], self._keys, side) for side in ("left", "right"))
@@ -45,7 +45,7 @@ class SurfaceMap:
         return (sides[:, 0].astype(np.int64) * self._coarse_nodes + sides[:, 1]) * self._coarse_nodes + sides[:, 2]
 
 
-def _sides(weights: sparse.csr_array, triangles: np.ndarray) -> np.ndarray:
+def coarse_triangles(weights: sparse.csr_array, triangles: np.ndarray) -> np.ndarray:
     """Return the coarse triangles (m, 3), by their nodes, that ``triangles`` (m, 3) of finer nodes are parts of.
 
     weights : (n_finer, n_coarse), the linear interpolation from the coarse nodes

@@ -78,7 +78,10 @@ class Grasping(FastEquilibrium):
             raise NotConverged("what is grasped is held", [float("nan")])
 
     def response(self, way: np.ndarray) -> np.ndarray:
-        """Return the linear response (n, 3), per metre, to a motion of the patch along the unit vector ``way`` (3,)."""
+        """Return the linear response (n, 3), per metre, to a motion of the patch along the unit vector ``way`` (3,).
+
+        Of a patch in several parts each node of ``grasped`` may have a way of its own, (k, 3).
+        """
         shift, small = np.zeros_like(self.mesh.nodes), SMALL * self.mesh.size
         shift[self.grasped] = way
         self.load = np.zeros_like(shift)
@@ -92,6 +95,7 @@ class Grasping(FastEquilibrium):
     def push(self, direction: np.ndarray, depths: Sequence[float], tolerance: float) -> Iterator[Touching]:
         """Move the patch along the unit vector ``direction`` (3,) to each depth [m], and yield what that does.
 
+        direction : or one for each node of ``grasped``, (k, 3), as ``response`` has it
         tolerance : of the residual, over the norm of the nodal forces on the patch
         Areas and pressures are NaN: what is held is no question, and the pressure at its rim has no bound.
         Raises InputError for a depth that is negative or larger than the body, and NotConverged where no stable

@@ -1,0 +1,327 @@
+"""Find what a cut body truly does when hooks pull its lips apart: quadratic elements on meshes that conform to the cut.
+
+Elements are halved at the front of the cut, where stresses are infinite, and, apart from that, at the rim of what is
+held or grasped, on three meshes each; each is carried to its limit as for a touch (``touch_truth``). What halving one
+changes of the other, and what the same meshes say that are made of the body's level before, count as errors, too. The
+lips are free: a pull that closes them has no truth here.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from palpate.benchmark.touch_truth import number_limit
+from palpate.benchmark.truth import estimate
+from palpate.bodies.body import Body
+from palpate.bodies.cutting.conform import CutBody, cut_body
+from palpate.bodies.cutting.cut import Blade, Cut, unit
+from palpate.bodies.local_refinement import LocalRefinement
+from palpate.bodies.mesh import Mesh, area_normals
+from palpate.bodies.refinement import with_midpoints
+from palpate.effects.surface_integrals import surface_interpolation
+from palpate.effects.surface_map import coarse_triangles
+from palpate.errors import InputError
+from palpate.solvers.grasping import Grasping, Patch
+
+AROUND = 1.6
+"""Edges of the front within which elements are halved at it."""
+TOLERANCE = 1e-6
+"""Residual over the forces of the hooks."""
+CLOSED = 1e-3
+"""Overlap of the lips over their largest opening, above which they are said to close."""
+MOST_SURFACE, MOST_OPENING = 0.005, 0.03
+"""Own errors over the surface and in the opening above which a cut judges no model."""
+FINEST = 2
+"""How often elements are halved at most, at the front and at the rims."""
+PLACES = 9
+"""Places along a path where the opening is told."""
+
+
+class Hook(NamedTuple):
+    """A patch of the skin that is grasped, and the way that it is moved (3,) [m]."""
+
+    patch: Patch
+    shift_m: np.ndarray
+
+
+class Pulled(NamedTuple):
+    """What hooks do to a cut body: an answer of a model or of one mesh.
+
+    displacement : (n, 3) [m] of the fine surface nodes of the whole body; of two lips' at one place, the positive one's
+    opening : (k, 3) [m], how far the positive lip has moved from the negative one at the places along the cut
+    force : (h,) [N] of each hook on the body, along its way
+    """
+
+    displacement: np.ndarray
+    opening: np.ndarray
+    force: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class CutTruth:
+    """The truth of one cut and pull.
+
+    pulled : the limit; own_surface, own_opening, own_force : what it may be off, as ``pull_errors`` measures them
+    least_opening_m : [m] of the lips anywhere, along the normal of the cut, on the finest mesh; negative: they overlap
+    least_det : smallest det F there
+    nodes : of the largest mesh; seconds : of all [s]
+    rejected : why it judges no model, or ""
+    """
+
+    pulled: Pulled
+    own_surface: float
+    own_opening: float
+    own_force: float
+    least_opening_m: float
+    least_det: float
+    nodes: int
+    seconds: float
+    rejected: str
+
+
+def pull_errors(answer: Pulled, truth: Pulled) -> tuple[float, float, float]:
+    """Return the RMS error over the surface, the largest of the opening and that of the forces, each over its peak."""
+    away = np.linalg.norm(answer.displacement - truth.displacement, axis=1)
+    peak = np.linalg.norm(truth.displacement, axis=1).max()
+    wide = np.linalg.norm(truth.opening, axis=1).max(initial=0.0)
+    opening = np.linalg.norm(answer.opening - truth.opening, axis=1).max(initial=0.0)
+    force = np.abs(answer.force - truth.force).max() / np.abs(truth.force).max()
+    return float(np.sqrt(np.mean(away**2)) / peak), float(opening / wide) if wide else 0.0, float(force)
+
+
+def mouth(mesh: Mesh, cut: Cut, places: int = PLACES) -> np.ndarray:
+    """Return points (k, 3) [m] of the skin along a blade's path, evenly between its ends; none of another cut.
+
+    mesh : of the whole body. Each is where a line along the blade meets the skin nearest to the path, if cut there
+    """
+    if not isinstance(cut, Blade):
+        return np.empty((0, 3))
+    along = np.linspace(0.0, min(cut.length_m, cut.reached_m), places + 2)[1:-1]
+    a, b, c = (mesh.nodes[mesh.triangles[:, i]] for i in range(3))
+    normals, found = area_normals(mesh.nodes, mesh.triangles), []
+    for point in cut.at(along, np.zeros(places)):
+        steep = normals @ cut.direction
+        away = np.divide(((a - point) * normals).sum(axis=1), steep, out=np.full(len(a), np.inf), where=steep != 0.0)
+        at = point + np.where(np.isfinite(away), away, 0.0)[:, None] * cut.direction
+        sides = [(np.cross(q - p, at - p) * normals).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))]
+        hit = (np.min(sides, axis=0) >= -1e-9 * (normals**2).sum(axis=1)) & (cut.within(at) > 0.0)
+        if hit.any():
+            found.append(at[hit][np.abs(away[hit]).argmin()])
+    return np.array(found).reshape(-1, 3)
+
+
+def skin_map(mesh: Mesh, side: np.ndarray, points: np.ndarray, sign: float) -> sparse.csr_array:
+    """Return the quadratic interpolation (k, n) to ``points`` (k, 3) [m] of the skin; n counts nodes and edges.
+
+    side : (t,) of each triangle of ``mesh``: its sign says on which side of the cut it lies, NaN that it is no skin
+    sign : of the side that is taken where a point lies on both
+    """
+    skin = np.flatnonzero(~np.isnan(side))
+    corners = mesh.nodes[mesh.triangles[skin]]
+    middles = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
+    tree, chosen, places = cKDTree(middles), [], []
+    for point in points:
+        near = np.array(tree.query_ball_point(point, reach.max()))
+        near = near[np.linalg.norm(middles[near] - point, axis=1) <= reach[near] * (1.0 + 1e-9)]
+        first, sides = corners[near, 0], np.swapaxes(corners[near, 1:] - corners[near, :1], 1, 2)
+        share = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - first)
+        off = np.linalg.norm(point - first - np.einsum("tab,tb->ta", sides, share), axis=1)
+        outside = -np.minimum(share.min(axis=1), 1.0 - share.sum(axis=1))
+        fits = (outside <= 1e-6) & (off <= 1e-6 * reach[near])
+        if not fits.any():
+            raise InputError("a point is not on the skin of the cut mesh; give the body that was cut.")
+        order = np.lexsort((outside, np.sign(side[skin[near]]) != sign, ~fits))
+        chosen.append(skin[near[order[0]]])
+        places.append([1.0 - share[order[0]].sum(), *share[order[0]]])
+    return surface_interpolation(mesh, np.array(chosen, dtype=int), np.array(places).reshape(-1, 3), 2)
+
+
+def halved(cut: CutBody, front: int, rim: int = 0) -> Body:
+    """Return a cut body with levels on which elements are halved at its front and at the rim of what is held.
+
+    front, rim : how often. The last level has the nodes of quadratic elements on the one before
+    """
+    depth, ends = max(front, rim), cut.coarse.nodes[cut.front]
+    if not depth:
+        return with_midpoints(cut, 0)
+    longest = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max(initial=0.0)
+    radii = np.where(np.arange(depth) < front, AROUND * longest / 2.0 ** np.arange(depth), -1.0)
+    share = np.linspace(0.0, 1.0, 1 + 2**front)[:, None]
+    # without a front no place is halved, and any point will do
+    near = (ends[:, :1] + share * (ends[:, 1:] - ends[:, :1])).reshape(-1, 3) if len(ends) else cut.coarse.nodes[:1]
+    radii = radii if len(ends) else np.full(depth, -1.0)
+    return with_midpoints(LocalRefinement(cut, depth).around(near, radii.tolist(), rim), depth)
+
+
+def lips_of(cut: CutBody, body: Body, side: int) -> np.ndarray:
+    """Return the triangles (t, 3) that a lip consists of on the last level of ``body``, which ``halved`` has made."""
+    triangles = body.fine.triangles
+    return triangles[_among(coarse_triangles(body.prolongation, triangles), cut.lips[:, side])]
+
+
+class CutMesh:
+    """Quadratic elements on a cut body, halved towards its front and the rims of what is held or grasped.
+
+    front, rim : how often elements are halved there
+    Raises InputError where a hook's patch is not made of whole triangles of the cut mesh, or is held or on a lip.
+    """
+
+    def __init__(self, cut: CutBody, hooks: Sequence[Hook], front: int, rim: int):
+        grasped = np.unique(np.concatenate([_grasped(cut, hook.patch) for hook in hooks]))
+        self._cut, self._hooks, depth = cut, hooks, max(front, rim)
+        body = halved(replace(cut, anchors=[np.union1d(cut.anchors[0], grasped)]), front, rim)
+        patch = Patch(np.concatenate([hook.patch.corners for hook in hooks]))
+        free = [np.setdiff1d(each, patch.nodes_of(mesh)) for each, mesh in zip(body.anchors, body.levels, strict=True)]
+        self.problem = Grasping(replace(body, anchors=free), depth, 2, patch)
+        self._mesh, self._body = body.levels[depth], body
+
+    def pull(self) -> np.ndarray:
+        """Return the positions (n, 3) [m] of nodes and edge midpoints when the hooks are where they go.
+
+        Raises NotConverged where no stable equilibrium is found, or an element is inverted.
+        """
+        ways, largest = (
+            np.zeros_like(self.problem.mesh.nodes),
+            max(float(np.linalg.norm(h.shift_m)) for h in self._hooks),
+        )
+        for hook in self._hooks:
+            ways[hook.patch.nodes_of(self.problem.mesh)] = hook.shift_m / largest
+        (state,) = self.problem.push(ways[self.problem.grasped], [largest], TOLERANCE)
+        return state.x
+
+    def answer(self, x: np.ndarray, surface: np.ndarray, places: np.ndarray) -> Pulled:
+        """Return the answer at positions ``x``; surface, places : points (n, 3), (k, 3) [m] of skin and mouth."""
+        moved, side, force = x - self.problem.mesh.nodes, self._side_of_skin(), self.problem.free_force(x)
+        displacement = skin_map(self._mesh, side, surface, 1.0) @ moved
+        first, second = (skin_map(self._mesh, side, places, sign) @ moved for sign in (1.0, -1.0))
+        forces = [
+            -force[hook.patch.nodes_of(self.problem.mesh)].sum(axis=0) @ unit(hook.shift_m) for hook in self._hooks
+        ]
+        return Pulled(displacement, first - second, np.array(forces))
+
+    def least_opening(self, x: np.ndarray) -> tuple[float, float]:
+        """Return the least and the largest distance [m] of the lips' nodes along the normal of the cut."""
+        sides, rest = [lips_of(self._cut, self._body, side) for side in (0, 1)], self.problem.mesh.nodes
+        # the lips are halved apart, so that a node of one may have none opposite
+        first, second = map(np.unique, sides)
+        keys, others = (np.ascontiguousarray(rest[each] + 0.0).view("V24").ravel() for each in (first, second))
+        _, one, other = np.intersect1d(keys, others, return_indices=True)
+        first, second = first[one], second[other]
+        normals = np.zeros_like(rest)
+        for corner in range(3):
+            np.add.at(normals, sides[0][:, corner], area_normals(rest, sides[0]))
+        wide = -((x[first] - x[second]) * unit(normals[first])).sum(axis=1)
+        return float(wide.min(initial=0.0)), float(wide.max(initial=0.0))
+
+    def _side_of_skin(self) -> np.ndarray:
+        """Return how far across the cut each triangle of the mesh lies (t,) [m], NaN on the lips."""
+        triangles = self._mesh.triangles
+        coarse = coarse_triangles(self._body.up_to(len(self._body.levels) - 2).prolongation, triangles)
+        assert self._cut.cut is not None
+        side = self._cut.cut.across(self._mesh.nodes[triangles].mean(axis=1))
+        side[_among(coarse, self._cut.lips.reshape(-1, 3))] = np.nan
+        return side
+
+
+def _grasped(cut: CutBody, patch: Patch) -> np.ndarray:
+    """Return the nodes of a cut mesh that a hook grasps, increasing; InputError where it may not."""
+    mesh, nodes = cut.coarse, patch.nodes_of(cut.coarse)
+    held = Patch(mesh.nodes[mesh.triangles[np.isin(mesh.triangles, nodes).all(axis=1)]])
+    if np.isin(nodes, cut.lips).any() or abs(held.area_m2 - patch.area_m2) > 1e-6 * patch.area_m2:
+        raise InputError(f"{cut.name}: a hook is so near the cut that the mesh there is not the body's; move it away.")
+    if np.isin(nodes, cut.anchors[0]).any():
+        raise InputError(f"{cut.name}: a hook grasps what is held; move it away.")
+    return nodes
+
+
+def _among(triangles: np.ndarray, of: np.ndarray) -> np.ndarray:
+    """Return which of ``triangles`` (t, 3) have the nodes of any of another list (k, 3), (t,) bool."""
+    known = set(map(tuple, np.sort(of, axis=1).tolist()))
+    return np.array([tuple(each) in known for each in np.sort(triangles, axis=1).tolist()], dtype=bool)
+
+
+def _with_patches(body: Body, hooks: Sequence[Hook]) -> Body:
+    """Return the body's level before its finest, with the finest one's triangles where hooks grasp."""
+    corners = np.concatenate([hook.patch.corners for hook in hooks])
+    reach = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+    last = len(body.levels) - 1
+    return LocalRefinement(body.from_level(last - 1), 1).around(corners.reshape(-1, 3), reach)
+
+
+def truth_of_cut(
+    body: Body, cut: Cut, hooks: Sequence[Hook], edge_m: float, front_m: float, places: np.ndarray | None = None
+) -> CutTruth:
+    """Find the truth of a cut body whose lips are pulled.
+
+    edge_m, front_m : as of ``cut_body``, on the mesh that is halved
+    places : (k, 3) [m] of the mouth where the opening is asked, by default ``mouth``
+    """
+    begin, surface = perf_counter(), body.fine.nodes[body.fine.surface]
+    places = mouth(body.fine, cut) if places is None else places
+    last, found = len(body.levels) - 1, {}
+    coarser = _with_patches(body, hooks)
+    cuts = {last - 1: cut_body(coarser, cut, edge_m, front_m), last: cut_body(body, cut, edge_m, front_m)}
+    ends = FINEST, FINEST - 1, FINEST - 2
+    todo = [(last - 1, ends[2], ends[2]), (last, ends[2], ends[2]), (last, ends[1], ends[2]), (last, ends[2], ends[1])]
+    todo += [(last, ends[1], ends[1]), (last, ends[1], ends[0]), (last, ends[0], ends[1])]
+    nodes, least, wide = 0, np.inf, (np.nan, np.nan)
+    for level, front, rim in todo:
+        mesh = CutMesh(cuts[level], hooks, front, rim)
+        x = mesh.pull()
+        found[level, front, rim] = mesh.answer(x, surface, places)
+        nodes, wide, least = max(nodes, len(x)), mesh.least_opening(x), mesh.problem.least_det(x)
+    near = [found[last, front, ends[1]] for front in ends[::-1]]
+    far = [found[last, ends[1], rim] for rim in ends[::-1]]
+    (near_limit, near_off), (far_limit, far_off) = _limit(near), _limit(far)
+    truth = _sum(near_limit, far_limit, far[1], factors=(1.0, 1.0, -1.0))
+    corner, before = found[last, ends[2], ends[2]], found[last - 1, ends[2], ends[2]]
+    mixed = _sum(near[1], far[0], near[0], corner, factors=(1.0, -1.0, -1.0, 1.0))
+    whole = _sum(corner, before, factors=(WHOLE, -WHOLE))
+    own = np.sum([_largest(truth, off) for off in (near_off, far_off, [mixed], [whole])], axis=0)
+    surface_error, opening_error, force_error = own.tolist()
+    rejected = "" if wide[0] >= -CLOSED * wide[1] else f"the lips close (overlap {-1e3 * wide[0]:.2g} mm)"
+    if not (surface_error <= MOST_SURFACE and opening_error <= MOST_OPENING):
+        rejected = f"the meshes are too far apart (own error {surface_error:.1%}, of the opening {opening_error:.1%})"
+    return CutTruth(
+        truth,
+        surface_error,
+        opening_error,
+        force_error,
+        least_opening_m=wide[0],
+        least_det=least,
+        nodes=nodes,
+        seconds=perf_counter() - begin,
+        rejected=rejected,
+    )
+
+
+WHOLE = 1.0 / 3.0
+"""Part of the change from the level before that all elements together may be off by: of order 2, their errors are."""
+
+
+def _limit(answers: Sequence[Pulled]) -> tuple[Pulled, list[Pulled]]:
+    """Return the limit of the answers of three meshes, and by what it may be off."""
+    surface, away = estimate(np.array([each.displacement for each in answers]))
+    openings = np.array([each.opening for each in answers])
+    opening, apart = estimate(openings) if openings.size else (openings[0], (openings[0],))
+    numbers, off = np.array([number_limit(each) for each in np.array([each.force for each in answers]).T]).T
+    count = max(len(away), len(apart))
+    pairs = [(away[min(i, len(away) - 1)], apart[min(i, len(apart) - 1)]) for i in range(count)]
+    return Pulled(surface, opening, numbers), [Pulled(*each, off) for each in pairs]
+
+
+def _sum(*answers: Pulled, factors: Sequence[float]) -> Pulled:
+    return Pulled(
+        *(sum(f * part for f, part in zip(factors, parts, strict=True)) for parts in zip(*answers, strict=True))
+    )
+
+
+def _largest(truth: Pulled, off: Sequence[Pulled]) -> np.ndarray:
+    """Return the largest errors (3,) of what is ``off`` so far from ``truth``."""
+    return np.max([pull_errors(_sum(truth, each, factors=(1.0, 1.0)), truth) for each in off], axis=0)

@@ -1,0 +1,386 @@
+"""Make a mesh conform to a cut: the patch is made of faces, its front of edges, and the skin stays as it is.
+
+Elements near the cut are made small first. Nodes close to the surface are moved onto it, as in isosurface stuffing
+(Labelle and Shewchuk 2007), within the flat parts of the skin; what still crosses is halved where it crosses, edge by
+edge. Then the nodes of the surface do the same with the front. Nodes of bad elements are moved at the end.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from palpate.bodies.body import Body
+from palpate.bodies.cutting.cut import Cut, Piece, unit
+from palpate.bodies.cutting.sever import inner_faces, sever
+from palpate.bodies.local_refinement import LocalRefinement
+from palpate.bodies.material import Tissue
+from palpate.bodies.mesh import EDGES, Mesh, Sheet, TetMesh, area_normals
+from palpate.errors import InputError
+
+ON_SURFACE = 1e-9
+"""Distance over the size of the body within which a node lies on the surface."""
+CLOSE = 0.3
+"""Share of an edge that crosses the surface within which its end is moved onto it."""
+GIVEN = 0.12
+"""The same share for ends that may not move: within it the cut bends to the node."""
+LEAST, KEPT = 0.1, 0.4
+"""Quality below which no move may bring an element, and the share of its own that it keeps."""
+BAD, ROUNDS = 0.25, 8
+"""Quality below which an element's nodes are moved for its sake, and how often."""
+HALVINGS = 52
+"""Halvings of an edge after which the place where it crosses is exact."""
+STEEP = 0.04
+"""Square of the least slope of a level along the ways in which a node may move to it."""
+SLENDER = 0.7
+"""Longest edge at the front over the patch's smaller half width: no edge crosses a patch from side to side."""
+REACH = 0.8
+"""Longest edges of the elements that are halved within which they are, around the patch and its front."""
+STEPS = 12
+"""Steps of Newton's method to such a place."""
+SHIFTS, GAIN = (0.05, 0.15, 0.3), 1e-3
+"""Shares of a node's shortest edge by which it is moved on trial, and the least gain in quality of a move."""
+MARGIN = 1.5
+"""Edges beyond the front that the mesh conforms to the surface."""
+COPLANAR = 1e-6
+"""Sine of the angle between the normals of triangles that count as one plane."""
+
+Level = Callable[[np.ndarray], np.ndarray]
+"""A function of points (n, 3) [m] to (n,) [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class CutBody(Body):
+    """A body with one level that conforms to a cut, whose lips have nodes of their own.
+
+    cut : the cut
+    lips : (k, 2, 3) nodes of each severed face, corner by corner: on the cut's positive side, then on its negative one
+    front : (m, 2) nodes of the edges where the patch ends inside the body
+    whole : the mesh before it was severed; node i of ``coarse`` was ``origin[i]``, (n,), of it
+    """
+
+    cut: Cut | None = None
+    lips: np.ndarray = field(default_factory=lambda: np.empty((0, 2, 3), dtype=np.int64))
+    front: np.ndarray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
+    whole: TetMesh | None = None
+    origin: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+
+    @property
+    def lip_pairs(self) -> np.ndarray:
+        """The nodes (n, 2) of the two lips that were one, on the positive side first, each pair once."""
+        pairs = np.unique(self.lips.transpose(0, 2, 1).reshape(-1, 2), axis=0)
+        return pairs[pairs[:, 0] != pairs[:, 1]]
+
+    @property
+    def skin_pairs(self) -> np.ndarray:
+        """Those of ``lip_pairs`` that lie on the skin of the whole body, where a cut is seen to open."""
+        assert self.whole is not None
+        return self.lip_pairs[np.isin(self.origin[self.lip_pairs[:, 0]], self.whole.surface)]
+
+
+def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, level: int = -1) -> CutBody:
+    """Return the mesh of one ``level`` of ``body``, refined near ``cut`` and severed along it.
+
+    edge_m : longest edges near the patch [m]; front_m : near its front, by default the same
+    Raises InputError for a sheet.
+    """
+    if isinstance(body.coarse, Sheet):
+        raise InputError(f"{body.name} is a sheet, which cannot be cut; cut a solid body.")
+    level = range(len(body.levels))[level]
+    regions = None if body.regions is None else body.tissue(level)
+    densities = None if body.densities is None else [body.densities[level]]
+    fixed = body.material, body.bed, regions, densities
+    base = Body(body.name, [body.levels[level]], [], [body.anchors[level]], *fixed)
+    local = _refined(base, cut, edge_m, edge_m if front_m is None else front_m)
+    mesh = Conforming(local.fine, np.isin(np.arange(len(local.fine.nodes)), local.anchors[-1]))
+    for piece in cut.pieces:
+        mesh.conform(piece)
+    mesh.widen()
+    mesh.improve()
+    whole = TetMesh(mesh.nodes, mesh.tetrahedra)
+    faces, elements = inner_faces(whole)
+    sides = mesh.sides(faces, elements[:, 0])
+    severed = sever(whole, faces, elements, sides != 0)
+    lips, second = severed.lips.copy(), sides[sides != 0] < 0
+    lips[second] = lips[second][:, ::-1][:, :, [0, 2, 1]]
+    tissue = local.tissue(len(local.levels) - 1)
+    regions = None if body.regions is None else Tissue(tissue.materials, tissue.region[mesh.parents])
+    if local.densities is not None:
+        densities = [mesh.spread(local.densities[-1])[severed.origin]]
+    anchors = np.flatnonzero(mesh.held[severed.origin])
+    return CutBody(
+        body.name,
+        [severed.mesh],
+        [],
+        [anchors],
+        body.material,
+        body.bed,
+        regions,
+        densities,
+        cut=cut,
+        lips=lips[severed.apart],
+        front=severed.front,
+        whole=whole,
+        origin=severed.origin,
+    )
+
+
+def _refined(base: Body, cut: Cut, edge_m: float, front_m: float) -> Body:
+    """Refine a body near the patch and its front until edges there are as long as asked at most."""
+    if not cut.pieces:
+        return base.up_to(0)
+    front_m = min(front_m, SLENDER * cut.narrow_m)
+    patch, front = cut.patch(0.5 * edge_m), cut.front(0.5 * front_m)
+    if (edges := _longest_near(base.coarse, patch)) == 0.0:
+        return base.up_to(0)
+    levels = [max(0, int(np.ceil(np.log2(edges / each)))) for each in (edge_m, front_m)]
+    depth = max(levels)
+    if depth == 0:
+        return base.up_to(0)
+    number = np.arange(depth)
+    places = [patch if each < levels[0] else front for each in number]
+    return LocalRefinement(base, depth).around(places, (REACH * edges / 2.0**number).tolist())
+
+
+def _longest_near(mesh: Mesh, points: np.ndarray) -> float:
+    """Return the longest edge [m] of the elements that any of ``points`` (n, 3) [m] lies in, 0 if there is none."""
+    corners = mesh.nodes[mesh.tetrahedra]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    longest = np.linalg.norm(corners[:, EDGES[:, 0]] - corners[:, EDGES[:, 1]], axis=2).max(axis=1)
+    meets = np.array([((points >= a) & (points <= b)).all(axis=1).any() for a, b in zip(low, high, strict=True)])
+    return float(longest[meets].max(initial=0.0))
+
+
+def qualities(corners: np.ndarray) -> np.ndarray:
+    """Return 1 for a regular tetrahedron, 0 for a flat one and less for an inverted one; corners : (..., 4, 3)."""
+    sides = corners[..., EDGES[:, 0], :] - corners[..., EDGES[:, 1], :]
+    mean = (sides**2).sum(axis=(-1, -2)) / 6.0
+    a, b, c = (corners[..., i, :] - corners[..., 0, :] for i in (1, 2, 3))
+    volume = (np.cross(a, b) * c).sum(axis=-1)
+    return np.sqrt(2.0) * volume / mean**1.5
+
+
+class Conforming:
+    """A mesh that is made to conform to one flat piece of a cut after the other.
+
+    nodes : (n, 3) [m]; tetrahedra : (m, 4); parents : (m,) the elements of the first mesh that these are parts of
+    held : (n,) bool; those beside nodes that are not held never move
+    """
+
+    def __init__(self, mesh: Mesh, held: np.ndarray):
+        self.nodes, self.tetrahedra = mesh.nodes.copy(), mesh.tetrahedra
+        self.parents, self.held = np.arange(len(mesh.tetrahedra)), held
+        self._near, self._first = ON_SURFACE * mesh.size, len(mesh.nodes)
+        self._pieces: list[Piece] = []
+        # marks of the nodes on the planes of the pieces, (n, pieces) bool, and of those at the front of any, (n,)
+        self._on, self._rim = np.zeros((len(held), 0), dtype=bool), np.zeros(len(held), dtype=bool)
+        self._ends, self._shares = np.empty((0, 2), dtype=np.int64), np.empty(0)
+
+    def conform(self, piece: Piece) -> None:
+        """Make a piece's patch consist of faces, and its front of edges."""
+        self._pieces.append(piece)
+        self._on = np.column_stack([self._on, np.zeros(len(self.nodes), dtype=bool)])
+        self._on[:, -1] = self._bring(piece.across, np.ones(len(self.nodes), dtype=bool))
+        front = self._bring(piece.within, self._on[:, -1])
+        self._rim |= front
+
+    def sides(self, faces: np.ndarray, elements: np.ndarray) -> np.ndarray:
+        """Return which ``faces`` (k, 3) are part of a patch, (k,): 1 or -1 as ``elements`` (k,) lie beside it, or 0."""
+        found = np.zeros(len(faces))
+        for number, piece in enumerate(self._pieces):
+            at = np.flatnonzero(self._on[faces, number].all(axis=1))
+            middles = self.nodes[faces[at]].mean(axis=1)
+            at, middles = at[inside := piece.within(middles) > 0.0], middles[inside]
+            away = self.nodes[self.tetrahedra[elements[at]]].mean(axis=1) - middles
+            found[at] = np.where(away @ piece.normal > 0.0, 1.0, -1.0)
+        return found
+
+    def spread(self, values: np.ndarray) -> np.ndarray:
+        """Return values (n,) at all nodes from those at the first ones, linear between."""
+        values = np.append(values, np.empty(len(self._ends)))
+        for new, ((a, b), share) in enumerate(zip(self._ends, self._shares, strict=True), start=self._first):
+            values[new] = (1.0 - share) * values[a] + share * values[b]
+        return values
+
+    def _bring(self, level: Level, asked: np.ndarray) -> np.ndarray:
+        """Bring nodes close to where ``level`` is 0 there, halve the edges that cross it, and return who is there.
+
+        asked : (n,) bool, the nodes whose edges may be halved
+        """
+        value = level(self.nodes)
+        there = asked & (np.abs(value) <= self._near)
+        value[there] = 0.0
+        edges = self._crossing(value, asked)
+        share = np.abs(value[edges]) / np.abs(value[edges]).sum(axis=1, keepdims=True)
+        close, reach = np.full(len(self.nodes), np.inf), np.full(len(self.nodes), np.inf)
+        for end in (0, 1):
+            np.minimum.at(close, edges[:, end], share[:, end])
+            np.minimum.at(reach, edges[:, end], self._lengths(edges))
+        around, free = _Around(self.tetrahedra, len(self.nodes)), self._free()
+        for node in sorted(np.flatnonzero(close < CLOSE).tolist(), key=close.__getitem__):
+            to = self._foot(node, level, free(node), CLOSE * reach[node])
+            if to is not None and self._may_move(node, to, around):
+                self.nodes[node] = to
+            elif not (close[node] < GIVEN and self._stays_solid(node, there, around)):
+                continue
+            there[node], value[node] = True, 0.0
+        edges = self._crossing(value, asked)
+        edges = edges[np.argsort(-self._lengths(edges), kind="stable")]
+        self._halve(edges, _roots(level, *np.swapaxes(self.nodes[edges], 0, 1)))
+        return np.append(there, np.ones(len(edges), dtype=bool))
+
+    def widen(self) -> None:
+        """Halve edges that cross the patch from front to front, where it would stay joined."""
+        mesh = TetMesh(self.nodes, self.tetrahedra)
+        faces, elements = inner_faces(mesh)
+        chosen = faces[self.sides(faces, elements[:, 0]) != 0.0]
+        edges, count = np.unique(chosen[:, [[0, 1], [0, 2], [1, 2]]].reshape(-1, 2), axis=0, return_counts=True)
+        skin = np.sort(mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1) @ [len(self.nodes), 1]
+        inner = (count > 1) | np.isin(edges @ [len(self.nodes), 1], skin)
+        edges = edges[inner & self._rim[edges].all(axis=1)]
+        self._halve(edges, np.full(len(edges), 0.5))
+
+    def _lengths(self, edges: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(self.nodes[edges[:, 0]] - self.nodes[edges[:, 1]], axis=1)
+
+    def _crossing(self, value: np.ndarray, asked: np.ndarray) -> np.ndarray:
+        """Return the edges (k, 2) near the last piece's patch whose ends lie on different sides.
+
+        MARGIN edges beyond the front count, so that it lies within faces of the surface.
+        """
+        edges = TetMesh(self.nodes, self.tetrahedra).edges
+        edges = edges[(value[edges[:, 0]] * value[edges[:, 1]] < 0.0) & asked[edges].all(axis=1)]
+        within = self._pieces[-1].within(self.nodes[edges].reshape(-1, 3)).reshape(-1, 2)
+        return edges[within.max(axis=1) > -MARGIN * self._lengths(edges)]
+
+    def _free(self) -> Callable[[int], np.ndarray]:
+        """Return what says of a node the projection (3, 3) onto the directions that it may move in.
+
+        On the skin it stays in the planes of its triangles, and on a cut in the planes of its pieces.
+        """
+        triangles = TetMesh(self.nodes, self.tetrahedra).triangles
+        normals = unit(area_normals(self.nodes, triangles))
+        skin, planes = _Around(triangles, len(self.nodes)), np.array([piece.normal for piece in self._pieces])
+        # what is held all around may move at rest: nothing is felt there
+        held = self.held[self.tetrahedra]
+        still = self._rim.copy()
+        still[self.tetrahedra[held & ~held.all(axis=1, keepdims=True)]] = True
+
+        def project(node: int) -> np.ndarray:
+            if still[node]:
+                return np.zeros((3, 3))
+            rows = np.vstack([normals[skin.of(node)], planes[self._on[node]]])
+            if not len(rows):
+                return np.eye(3)
+            _, values, ways = np.linalg.svd(rows)
+            rank = int((values > COPLANAR * np.sqrt(len(rows))).sum())
+            return ways[rank:].T @ ways[rank:]
+
+        return project
+
+    def _foot(self, node: int, level: Level, free: np.ndarray, reach: float) -> np.ndarray | None:
+        """Return where (3,) [m] a node comes onto a level by moves that are ``free``, None if not within ``reach``."""
+        at, step = self.nodes[node].copy(), 100.0 * self._near * np.eye(3)
+        for _ in range(STEPS):
+            value = float(level(at[None])[0])
+            if abs(value) <= 0.01 * self._near:
+                return at
+            slope = free @ (level(at + step) - level(at - step)) / (200.0 * self._near)
+            if (squared := float(slope @ slope)) < STEEP:
+                return None
+            at -= (value / squared) * slope
+            if np.linalg.norm(at - self.nodes[node]) > reach:
+                return None
+        return None
+
+    def _may_move(self, node: int, to: np.ndarray, around: "_Around") -> bool:
+        """Return whether the elements around a node stay good when it moves."""
+        elements = self.tetrahedra[around.of(node)]
+        corners = self.nodes[elements]
+        before = qualities(corners)
+        corners[elements == node] = to
+        return bool((qualities(corners) >= np.maximum(LEAST, KEPT * before)).all())
+
+    def _stays_solid(self, node: int, there: np.ndarray, around: "_Around") -> bool:
+        """Return whether no element is all ``there`` once a node is, too."""
+        corners = self.tetrahedra[around.of(node)]
+        return not (there[corners] | (corners == node)).all(axis=1).any()
+
+    def _halve(self, edges: np.ndarray, share: np.ndarray) -> None:
+        """Put a node at the ``share`` (k,) of each of ``edges`` (k, 2), and split the elements around it in two."""
+        ends, count = self.nodes[edges], len(self.nodes)
+        self.nodes = np.vstack([self.nodes, ends[:, 0] + share[:, None] * (ends[:, 1] - ends[:, 0])])
+        self.held = np.append(self.held, self.held[edges].all(axis=1))
+        self._on = np.vstack([self._on, self._on[edges].all(axis=1)])
+        self._rim = np.append(self._rim, np.zeros(len(edges), dtype=bool))
+        self._ends, self._shares = np.vstack([self._ends, edges]), np.append(self._shares, share)
+        keys = np.sort(edges, axis=1) @ [count, 1]
+        ranked = np.append(np.argsort(keys), -1)
+        keys = np.append(keys[ranked[:-1]], count**2)
+        while True:
+            # each element is split at the first of its edges that are left: neighbours agree, as the order is one
+            ends = np.sort(self.tetrahedra[:, EDGES], axis=2)
+            key = np.where(ends.max(axis=2) < count, ends @ [count, 1], -1)
+            at = np.searchsorted(keys, key)
+            turn = np.where(keys[at] == key, ranked[at], len(keys))
+            first = turn.argmin(axis=1)
+            turn = turn[np.arange(len(turn)), first]
+            split = np.flatnonzero(turn < len(keys))
+            if not len(split):
+                return
+            parts = np.repeat(self.tetrahedra[split][:, None], 2, axis=1)
+            for half in (0, 1):
+                parts[np.arange(len(split)), half, EDGES[first[split], half]] = count + turn[split]
+            self.tetrahedra = np.vstack([np.delete(self.tetrahedra, split, axis=0), parts.reshape(-1, 4)])
+            self.parents = np.append(np.delete(self.parents, split), np.repeat(self.parents[split], 2))
+
+    def improve(self) -> None:
+        """Move the nodes of bad elements to where the worst element around them is better, if there is such a place."""
+        around, free = _Around(self.tetrahedra, len(self.nodes)), self._free()
+        moved = self._on.any(axis=1) | (np.arange(len(self.nodes)) >= self._first)
+        near = moved[self.tetrahedra].any(axis=1)
+        for _ in range(ROUNDS):
+            bad = near & (qualities(self.nodes[self.tetrahedra]) < BAD)
+            if not sum(self._better(node, free(node), around) for node in np.unique(self.tetrahedra[bad])):
+                return
+
+    def _better(self, node: int, free: np.ndarray, around: "_Around") -> bool:
+        """Move a node to the best of some places around it; return whether there is a better one."""
+        if not free.any():
+            return False
+        elements = self.tetrahedra[around.of(node)]
+        corners = self.nodes[elements]
+        away = self.nodes[np.unique(elements[elements != node])] - self.nodes[node]
+        length = np.linalg.norm(away, axis=1, keepdims=True)
+        along = np.vstack([away / length, -away / length, np.eye(3), -np.eye(3)])
+        ways = np.vstack([away.mean(axis=0) * [[0.5], [1.0]], *(share * length.min() * along for share in SHIFTS)])
+        places = self.nodes[node] + ways @ free
+        tried = np.repeat(corners[None], len(places), axis=0)
+        tried[:, elements == node] = places[:, None]
+        quality = qualities(tried).min(axis=1)
+        best = int(quality.argmax())
+        if quality[best] <= qualities(corners).min() + GAIN:
+            return False
+        self.nodes[node] = places[best]
+        return True
+
+
+class _Around:
+    """The elements around each node."""
+
+    def __init__(self, elements: np.ndarray, n_nodes: int):
+        self._elements = np.argsort(elements.ravel(), kind="stable") // elements.shape[1]
+        self._ends = np.searchsorted(np.sort(elements.ravel()), np.arange(n_nodes + 1))
+
+    def of(self, node: int) -> np.ndarray:
+        return self._elements[self._ends[node] : self._ends[node + 1]]
+
+
+def _roots(level: Level, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Return the shares (n,) of the way from ``first`` to ``last``, both (n, 3) [m], at which ``level`` is 0."""
+    low, high, sign = np.zeros(len(first)), np.ones(len(first)), np.sign(level(first))
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        before = np.sign(level(first + middle[:, None] * (last - first))) == sign
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return 0.5 * (low + high)

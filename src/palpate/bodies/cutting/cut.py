@@ -1,0 +1,422 @@
+"""What a cut is: a surface in the body at rest, and the patch of it that is severed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from palpate.bodies.mesh import Mesh, area_normals
+from palpate.errors import InputError
+from palpate.setting_types import Block, NotNegative, Positive, Some, Vector, key, optional
+
+
+class DiscSettings(Block):
+    center_m: Vector = key("Centre [m]")
+    normal: Vector = key("Direction of the normal")
+    radius_m: Positive = key("Radius [m]")
+
+
+class PlaneSettings(Block):
+    point_m: Vector = key("A point of the plane [m]")
+    normal: Vector = key("Direction of the normal")
+
+
+class CutSettings(Block):
+    """A cut of a body at rest, by exactly one of path_m with depth_m, disc and plane."""
+
+    path_m: Some[Vector] = optional("Points [m] on the skin that the blade is moved along, one after the other")
+    depth_m: NotNegative = optional("Greatest depth [m] of the blade below its path; 0 severs nothing")
+    direction: Vector = optional("Where the blade points; by default into the body")
+    disc: DiscSettings = optional("A flat round cut, inside the body or not")
+    plane: PlaneSettings = optional("A flat cut through the whole body")
+
+
+class Piece(NamedTuple):
+    """A flat piece of a cut, with the same two functions; its front has the lines where it meets other pieces, too.
+
+    normal : (3,) unit vector, to the positive side; point : (3,) [m] of the plane
+    within : from points (n, 3) [m] to (n,) [m]
+    """
+
+    point: np.ndarray
+    normal: np.ndarray
+    within: Callable[[np.ndarray], np.ndarray]
+
+    def across(self, points: np.ndarray) -> np.ndarray:
+        return (points - self.point) @ self.normal
+
+
+class Cut(Protocol):
+    """A surface without an end, and the patch of it that is severed.
+
+    The surface is where ``across`` is 0, the patch where ``within`` is positive besides, its front where both are 0.
+    """
+
+    @property
+    def pieces(self) -> list[Piece]:
+        """The flat pieces that the patch consists of; none where it has no area."""
+
+    def across(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance (n,) [m] of ``points`` (n, 3) [m] from the surface."""
+
+    def within(self, points: np.ndarray) -> np.ndarray:
+        """Return how far (n,) [m] the feet of ``points`` (n, 3) [m] on the surface are inside the patch.
+
+        Zero exactly at the front, and near it a distance to first order.
+        """
+
+    def severs(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+        """Return which segments (n,) bool from ``first`` to ``last``, both (n, 3) [m], cross the patch.
+
+        An end on the surface counts as lying on its positive side, so that of two segments which meet there one is
+        severed at most.
+        """
+
+    @property
+    def narrow_m(self) -> float:
+        """The smaller half width of the patch [m]."""
+
+    def patch(self, spacing_m: float) -> np.ndarray:
+        """Return points (n, 3) [m] of the patch, none of which is farther than ``spacing_m`` from its neighbours."""
+
+    def front(self, spacing_m: float) -> np.ndarray:
+        """Return points (n, 3) [m] of the patch's front in the same way."""
+
+
+def unit(vector: np.ndarray) -> np.ndarray:
+    """Return ``vector`` (3,) or vectors (n, 3) at length 1."""
+    vector = np.asarray(vector, dtype=float)
+    return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
+
+
+def _sides(normal: np.ndarray) -> np.ndarray:
+    """Return two unit vectors (2, 3) that make a right-handed frame with the unit vector ``normal`` (3,), third."""
+    first = unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]))
+    return np.array([first, np.cross(normal, first)])
+
+
+@dataclass(frozen=True, eq=False)
+class Disc:
+    """A flat round cut: of a penny inside a body, or of all of it where the radius is large.
+
+    center_m : (3,) [m]; normal : (3,) unit vector, to the positive side; radius_m : [m], 0 severs nothing
+    """
+
+    center_m: np.ndarray
+    normal: np.ndarray
+    radius_m: float
+
+    @property
+    def pieces(self) -> list[Piece]:
+        return [Piece(self.center_m, self.normal, self.within)] if self.radius_m > 0.0 else []
+
+    def across(self, points: np.ndarray) -> np.ndarray:
+        return (points - self.center_m) @ self.normal
+
+    def within(self, points: np.ndarray) -> np.ndarray:
+        away = points - self.center_m
+        return self.radius_m - np.linalg.norm(away - np.outer(away @ self.normal, self.normal), axis=1)
+
+    def severs(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+        crosses, at = _crossings(first, last, self.across(first), self.across(last))
+        return crosses & (self.within(at) > 0.0)
+
+    @property
+    def narrow_m(self) -> float:
+        return self.radius_m
+
+    def patch(self, spacing_m: float) -> np.ndarray:
+        line = np.arange(-self.radius_m, self.radius_m + spacing_m, spacing_m)
+        grid = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
+        inside = grid[np.linalg.norm(grid, axis=1) < self.radius_m]
+        return np.vstack([self.center_m + inside @ _sides(self.normal), self.front(spacing_m)])
+
+    def front(self, spacing_m: float) -> np.ndarray:
+        count = max(8, int(np.ceil(2.0 * np.pi * self.radius_m / spacing_m)))
+        angle = 2.0 * np.pi * np.arange(count) / count
+        circle = self.radius_m * np.column_stack([np.cos(angle), np.sin(angle)])
+        return self.center_m + circle @ _sides(self.normal)
+
+
+@dataclass(frozen=True, eq=False)
+class Blade:
+    """What a blade severs that is moved along a path: all within a depth below the path, and as far above it.
+
+    path_m : (k, 2 or more points, 3) [m] of straight pieces; direction : (3,) unit vector, where the blade points
+    depth_m : the greatest; 0 severs nothing
+    open_ends : whether the blade leaves the body at the first and the last point. At an end where it does not, the
+        depth falls to zero as an ellipse does; the surface goes on beyond both, straight and parallel to the pieces
+    reached_m : length of the path, along the surface, that the blade has gone so far
+    """
+
+    path_m: np.ndarray
+    direction: np.ndarray
+    depth_m: float
+    open_ends: tuple[bool, bool] = (False, False)
+    reached_m: float = np.inf
+    _flat: np.ndarray = field(init=False)
+    _starts: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        along = np.diff(self.path_m, axis=0)
+        along -= np.outer(along @ self.direction, self.direction)
+        lengths = np.linalg.norm(along, axis=1)
+        if not (lengths > 1e-9 * np.linalg.norm(np.ptp(self.path_m, axis=0))).all():
+            raise InputError("a cut's path_m has a piece that the blade points along; give another path or direction.")
+        object.__setattr__(self, "_flat", along / lengths[:, None])
+        object.__setattr__(self, "_starts", np.append(0.0, np.cumsum(lengths)))
+
+    @property
+    def length_m(self) -> float:
+        """Length of the path along the surface [m]."""
+        return float(self._starts[-1])
+
+    @property
+    def _normals(self) -> np.ndarray:
+        return np.cross(self._flat, self.direction)
+
+    @property
+    def pieces(self) -> list[Piece]:
+        each = enumerate(zip(self.path_m, self._normals, strict=False)) if self.depth_m > 0.0 else ()
+        return [Piece(point, normal, partial(self._within_piece, piece=i)) for i, (point, normal) in each]
+
+    def up_to(self, reached_m: float) -> "Blade":
+        """Return the cut when the blade has gone ``reached_m`` [m] of its path and stands still in it."""
+        return replace(self, reached_m=float(reached_m))
+
+    def across(self, points: np.ndarray) -> np.ndarray:
+        return self._place(points)[0]
+
+    def within(self, points: np.ndarray) -> np.ndarray:
+        _, along, below = self._place(points)
+        return self._inside(along, below)
+
+    def severs(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+        found = np.zeros(len(first), dtype=bool)
+        for piece, normal in enumerate(self._normals):
+            sides = ((end - self.path_m[piece]) @ normal for end in (first, last))
+            crosses, at = _crossings(first, last, *sides)
+            found |= crosses & (self._within_piece(at, piece) > 0.0)
+        return found
+
+    def _within_piece(self, points: np.ndarray, piece: int) -> np.ndarray:
+        along, below = self._on_piece(points, piece)
+        begin, end = self._range(piece)
+        return np.min([self._inside(along, below), along - begin, end - along], axis=0)
+
+    @property
+    def narrow_m(self) -> float:
+        return min(self.depth_m, 0.5 * min(self.length_m, self.reached_m))
+
+    def patch(self, spacing_m: float) -> np.ndarray:
+        reached = min(self.reached_m, self.length_m)
+        along = np.linspace(0.0, reached, 1 + int(np.ceil(reached / spacing_m)))
+        rows = [
+            self.at(np.full(_count(deep, spacing_m), each), np.linspace(0.0, deep, _count(deep, spacing_m)))
+            for each, deep in zip(along, self._depth(along), strict=True)
+        ]
+        return np.vstack([*rows, self.front(spacing_m)])
+
+    def front(self, spacing_m: float) -> np.ndarray:
+        middle, half = self._ellipse()
+        count = _count(0.5 * np.pi * (self.length_m + 2.0 * self.depth_m), spacing_m)
+        # at an end that tapers the front is steep: places are even in the ellipse's angle
+        angle = 0.5 * np.pi * np.linspace(-1.0 + self.open_ends[0], 1.0 - self.open_ends[1], count)
+        along = np.linspace(0.0, self.length_m, count) if half == np.inf else middle + half * np.sin(angle)
+        if self.reached_m < self.length_m:
+            deep = float(self._depth(np.array([self.reached_m]))[0])
+            wall = np.full(_count(deep, spacing_m), self.reached_m), np.linspace(0.0, deep, _count(deep, spacing_m))
+            along = along[along < self.reached_m]
+            return np.vstack([self.at(along, self._depth(along)), self.at(*wall)])
+        return self.at(along, self._depth(along))
+
+    def _ellipse(self) -> tuple[float, float]:
+        """Return where along the path the blade is deepest and its half axis [m]; infinite where both ends are open."""
+        first, last = self.open_ends
+        if first and last:
+            return 0.5 * self.length_m, np.inf
+        half = self.length_m / (1.0 if first or last else 2.0)
+        return (0.0 if first else self.length_m if last else half), half
+
+    def _depth(self, along: np.ndarray) -> np.ndarray:
+        middle, half = self._ellipse()
+        return self.depth_m * np.sqrt(np.clip(1.0 - self._share(along, middle, half) ** 2, 0.0, None))
+
+    def _share(self, along: np.ndarray, middle: float, half: float) -> np.ndarray:
+        """Return how far ``along`` (n,) [m] is from the deepest place over the half axis; 0 beyond an open end."""
+        first, last = self.open_ends
+        return np.clip((along - middle) / half, 0.0 if first else None, 0.0 if last else None)
+
+    def _inside(self, along: np.ndarray, below: np.ndarray) -> np.ndarray:
+        """Return ``within`` (n,) [m] from the places (n,) [m] along the path and below it."""
+        if self.depth_m == 0.0:
+            return np.full(len(along), -np.inf)
+        middle, half = self._ellipse()
+        u, w = self._share(along, middle, half), np.maximum(below, 0.0) / self.depth_m
+        f = np.hypot(u, w)
+        slope = np.hypot(u / half, w / self.depth_m)  # of f, times f
+        shorter = min(half, self.depth_m)
+        inside = np.where(f > 0.0, (1.0 - f) * f / np.where(f > 0.0, slope, 1.0), shorter)
+        return np.minimum(np.minimum(inside, below + self.depth_m), self.reached_m - along)
+
+    def at(self, along: np.ndarray, below: np.ndarray) -> np.ndarray:
+        """Return the points (n, 3) [m] of the surface at places (n,) [m] along the path and below it."""
+        points = np.column_stack([np.interp(along, self._starts, self.path_m[:, i]) for i in range(3)])
+        return points + np.outer(below, self.direction)
+
+    def _range(self, piece: int) -> tuple[float, float]:
+        """Return where along the path a piece begins and ends; the first and last go on for ever."""
+        last = len(self._flat) - 1
+        return (
+            -np.inf if piece == 0 else float(self._starts[piece]),
+            np.inf if piece == last else float(self._starts[piece + 1]),
+        )
+
+    def _on_piece(self, points: np.ndarray, piece: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the places (n,) [m] along the path and below it of ``points`` (n, 3) [m] as one piece has them."""
+        away = points - self.path_m[piece]
+        along, length = away @ self._flat[piece], self._starts[piece + 1] - self._starts[piece]
+        rise = (self.path_m[piece + 1] - self.path_m[piece]) @ self.direction
+        return self._starts[piece] + along, away @ self.direction - rise * np.clip(along / length, 0.0, 1.0)
+
+    def _place(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the signed distances (n,) [m] from the surface, and the feet's places along the path and below it."""
+        normals, nearest = self._normals, np.full(len(points), np.inf)
+        across, along, below = (np.zeros(len(points)) for _ in range(3))
+        for piece, (flat, normal) in enumerate(zip(self._flat, normals, strict=True)):
+            away = points - self.path_m[piece]
+            begin, end = (each - self._starts[piece] for each in self._range(piece))
+            foot = np.clip(away @ flat, begin, end)
+            off = np.column_stack([away @ flat - foot, away @ normal])
+            distance = np.linalg.norm(off, axis=1)
+            side = off[:, 1].copy()
+            for at, other in ((begin, piece - 1), (end, piece + 1)):
+                beyond = foot == at
+                if beyond.any():  # at a kink both pieces are as near: their mean normal tells the side
+                    mean = normal + normals[other]
+                    side[beyond] = (away[beyond] - np.outer(foot[beyond], flat)) @ mean
+            closer = distance < nearest
+            nearest[closer] = distance[closer]
+            across[closer] = np.copysign(distance, side)[closer]
+            along[closer] = self._starts[piece] + foot[closer]
+            length = self._starts[piece + 1] - self._starts[piece]
+            rise = (self.path_m[piece + 1] - self.path_m[piece]) @ self.direction
+            below[closer] = (away @ self.direction - rise * np.clip(foot / length, 0.0, 1.0))[closer]
+        return across, along, below
+
+
+@dataclass(frozen=True, eq=False)
+class Cuts:
+    """Several cuts of one body, which may cross: ``across`` of the nearest surface, ``within`` of any."""
+
+    cuts: tuple[Cut, ...]
+
+    @property
+    def pieces(self) -> list[Piece]:
+        return [piece for cut in self.cuts for piece in cut.pieces]
+
+    @property
+    def narrow_m(self) -> float:
+        return min(cut.narrow_m for cut in self.cuts)
+
+    def across(self, points: np.ndarray) -> np.ndarray:
+        each = np.array([cut.across(points) for cut in self.cuts])
+        return each[np.abs(each).argmin(axis=0), np.arange(len(points))]
+
+    def within(self, points: np.ndarray) -> np.ndarray:
+        return np.max([cut.within(points) for cut in self.cuts], axis=0)
+
+    def severs(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+        return np.any([cut.severs(first, last) for cut in self.cuts], axis=0)
+
+    def patch(self, spacing_m: float) -> np.ndarray:
+        return np.vstack([cut.patch(spacing_m) for cut in self.cuts])
+
+    def front(self, spacing_m: float) -> np.ndarray:
+        return np.vstack([cut.front(spacing_m) for cut in self.cuts])
+
+
+def _count(length_m: float, spacing_m: float) -> int:
+    """Return how many points are ``spacing_m`` apart at most on a line."""
+    return 1 + int(np.ceil(length_m / spacing_m))
+
+
+def _crossings(
+    first: np.ndarray, last: np.ndarray, side: np.ndarray, other: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return which segments cross a plane, (n,) bool, and where (n, 3) [m]; side, other : (n,) [m] of their ends."""
+    crosses = (side >= 0.0) != (other >= 0.0)
+    share = np.divide(side, side - other, out=np.zeros_like(side), where=crosses)
+    return crosses, first + share[:, None] * (last - first)
+
+
+def make_cut(place: str, settings: dict, mesh: Mesh) -> Cut:
+    """Make the cut that ``settings``, as ``CutSettings`` has them, describe in a body at rest.
+
+    place : where the settings stand, for messages; mesh : of the body
+    Raises InputError for settings that describe no cut.
+    """
+    kinds = [kind for kind in ("path_m", "disc", "plane") if kind in settings]
+    if len(kinds) != 1:
+        raise InputError(f"{place} has {' and '.join(kinds) or 'none'} of path_m, disc and plane; give exactly one.")
+    if (kind := kinds[0]) != "path_m":
+        given = settings[kind]
+        if not any(given["normal"]):
+            raise InputError(f"{place}.{kind}.normal is [0, 0, 0]; give the direction of the normal.")
+        normal = unit(given["normal"])
+        if kind == "disc":
+            return Disc(np.array(given["center_m"], dtype=float), normal, float(given["radius_m"]))
+        point, middle = np.array(given["point_m"], dtype=float), 0.5 * (mesh.nodes.min(axis=0) + mesh.nodes.max(axis=0))
+        # the disc is around the body, so that its rim is outside
+        return Disc(middle - ((middle - point) @ normal) * normal, normal, 2.0 * mesh.size)
+    path = np.array(settings["path_m"], dtype=float)
+    if len(path) < 2:
+        raise InputError(f"{place}.path_m has one point; give two or more that the blade is moved along.")
+    if "depth_m" not in settings:
+        raise InputError(f"{place} has a path_m and no depth_m; give the depth of the blade.")
+    if "direction" not in settings:
+        direction = _into(mesh, path)
+    elif not any(direction := np.array(settings["direction"], dtype=float)):
+        raise InputError(f"{place}.direction is [0, 0, 0]; give where the blade points, or leave it out.")
+    return blade(mesh, path, unit(direction), float(settings["depth_m"]))
+
+
+def blade(mesh: Mesh, path_m: np.ndarray, direction: np.ndarray, depth_m: float) -> Blade:
+    """Return the cut of a blade, whose path's ends are open where the blade is outside the body at rest.
+
+    The arguments of ``Blade``; mesh : of the body
+    """
+    ends = [path_m[i] + depth_m * np.outer(np.linspace(0.0, 1.0, PROBES), direction) for i in (0, -1)]
+    first, last = (not inside(mesh, each).any() for each in ends)
+    return Blade(path_m, direction, depth_m, (first, last))
+
+
+PROBES = 33
+"""Points of the blade at an end of its path, of which any in the body says that it does not leave it there, and points
+of a path whose normals are taken."""
+
+
+def inside(mesh: Mesh, points: np.ndarray) -> np.ndarray:
+    """Return which of ``points`` (n, 3) [m] are inside a closed surface, (n,) bool, by its winding number."""
+    corners = mesh.nodes[mesh.triangles]
+    found = np.empty(len(points), dtype=bool)
+    for number, point in enumerate(points):
+        a, b, c = np.swapaxes(corners - point, 0, 1)
+        la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
+        volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+        flat = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+        # half the solid angles (van Oosterom, Strackee 1983): 2π inside, and π on a flat side, which counts as outside
+        beside = np.abs(volume) > 1e-9 * la * lb * lc
+        found[number] = np.arctan2(volume, flat)[beside].sum() > np.pi * (1.0 + 1e-6)
+    return found
+
+
+def _into(mesh: Mesh, path: np.ndarray) -> np.ndarray:
+    """Return minus the median normal (3,) of the triangles under a path, which may end at an edge of the body."""
+    shares = np.linspace(0.0, len(path) - 1.0, PROBES)
+    points = np.column_stack([np.interp(shares, np.arange(len(path)), path[:, i]) for i in range(3)])
+    middles = mesh.nodes[mesh.triangles].mean(axis=1)
+    nearest = np.linalg.norm(middles[None] - points[:, None], axis=2).argmin(axis=1)
+    return -np.median(unit(area_normals(mesh.nodes, mesh.triangles[nearest])), axis=0)

@@ -1,0 +1,98 @@
+"""Double the nodes of faces inside a mesh, so that what these faces joined can come apart."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.bodies.mesh import FACES, TetMesh, components
+
+
+@dataclass(frozen=True, eq=False)
+class Severed:
+    """A mesh after its faces were severed.
+
+    mesh : whose first nodes are those of the whole mesh, and the others their copies; elements keep their numbers
+    origin : (n,) the node of the whole mesh that each node was
+    lips : (k, 2, 3) nodes of each severed face on both sides, corner by corner; the first side is that of the element
+        with the lower number, whose outward winding the corners have. At the front both are the same node
+    """
+
+    mesh: TetMesh
+    origin: np.ndarray
+    lips: np.ndarray
+
+    @property
+    def apart(self) -> np.ndarray:
+        """Which lips come apart, (k,) bool: not a face whose three corners are all at the front."""
+        return (self.lips[:, 0] != self.lips[:, 1]).any(axis=1)
+
+    @property
+    def front(self) -> np.ndarray:
+        """Edges (m, 2) where the lips end inside the body: of one pair of them, with both ends not doubled."""
+        sides = self.lips[self.apart][:, :, [[0, 1], [1, 2], [2, 0]]]
+        single = (sides[:, 0] == sides[:, 1]).all(axis=2)
+        edges = np.sort(sides[:, 0][single], axis=1)
+        kinds, count = np.unique(edges, axis=0, return_counts=True)
+        return kinds[count == 1]
+
+
+def inner_faces(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Return the faces between two elements: their nodes (k, 3), increasing, and the elements (k, 2), increasing."""
+    faces = np.sort(mesh.tetrahedra[:, FACES].reshape(-1, 3), axis=1)
+    keys = faces[:, 0] * len(mesh.nodes) + faces[:, 1]
+    order = np.lexsort((faces[:, 2], keys))
+    same = (np.diff(keys[order]) == 0) & (np.diff(faces[order, 2]) == 0)
+    first = np.flatnonzero(same)
+    pairs = np.sort(np.stack([order[first], order[first + 1]], axis=1) // 4, axis=1)
+    return faces[order[first]], pairs
+
+
+def sever(mesh: TetMesh, nodes: np.ndarray, elements: np.ndarray, cut: np.ndarray) -> Severed:
+    """Sever faces of ``mesh``, so that at each node the elements that no face joins any more get a node of their own.
+
+    nodes, elements : of ``inner_faces``; cut : (k,) bool, which of them are severed
+    A node at the front of the cut stays one, as its elements are joined around it; pieces that are cut free, cuts that
+    cross and nodes where three pieces meet need no rule of their own.
+    """
+    # corner a of element e is 4 e + a; a face that is not severed joins its corners on both sides, node by node
+    tetrahedra, count = mesh.tetrahedra, len(mesh.nodes)
+    touched = np.zeros(count, dtype=bool)
+    touched[nodes[cut]] = True
+    faces, sides = nodes[~cut], elements[~cut]
+    near = touched[faces].any(axis=1)
+    faces, sides = faces[near], sides[near]
+    corner = [np.argmax(tetrahedra[sides[:, s]][:, None, :] == faces[:, :, None], axis=2) for s in (0, 1)]
+    pairs = np.stack([4 * sides[:, s, None] + corner[s] for s in (0, 1)], axis=-1).reshape(-1, 2)
+    group = components(pairs, tetrahedra.size)
+    # the group of the first element at a node keeps the node's number
+    at = np.flatnonzero(touched[tetrahedra.ravel()])
+    owner = tetrahedra.ravel()[at]
+    kinds, first, inverse = np.unique(
+        owner * np.int64(tetrahedra.size) + group[at], return_index=True, return_inverse=True
+    )
+    node = kinds // tetrahedra.size
+    order = np.lexsort((first, node))
+    ranked, keeps = node[order], np.ones(len(order), dtype=bool)
+    keeps[1:] = ranked[1:] != ranked[:-1]
+    number = np.empty(len(order), dtype=np.int64)
+    number[order[keeps]] = ranked[keeps]
+    number[order[~keeps]] = count + np.arange((~keeps).sum())
+    renamed = tetrahedra.copy()
+    renamed.flat[at] = number[inverse]
+    origin = np.append(np.arange(count), ranked[~keeps])
+    severed = TetMesh(mesh.nodes[origin], renamed)
+    return Severed(severed, origin, _lips(tetrahedra, renamed, nodes[cut], elements[cut]))
+
+
+def _lips(tetrahedra: np.ndarray, renamed: np.ndarray, faces: np.ndarray, elements: np.ndarray) -> np.ndarray:
+    """Return the nodes (k, 2, 3) that severed ``faces`` (k, 3) have in the elements (k, 2) on their two sides."""
+    if not len(faces):
+        return np.empty((0, 2, 3), dtype=np.int64)
+    outer = np.argmax(~(tetrahedra[elements[:, 0]][:, :, None] == faces[:, None, :]).any(axis=2), axis=1)
+    wound = np.take_along_axis(tetrahedra[elements[:, 0]], FACES[outer], axis=1)
+    found = []
+    for side in (0, 1):
+        own = tetrahedra[elements[:, side]]
+        where = np.argmax(own[:, None, :] == wound[:, :, None], axis=2)
+        found.append(np.take_along_axis(renamed[elements[:, side]], where, axis=1))
+    return np.stack(found, axis=1)

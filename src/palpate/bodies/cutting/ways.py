@@ -94,6 +94,16 @@ class Parted:
         return sparse.csr_array((data, (at, columns)), shape=(rows.shape[0], len(self.origin)))
 
 
+def whole(body: Body, level: int, cuts: int) -> Parted:
+    """Return a ``level`` of a body that so many cuts have not reached yet."""
+    mesh = body.levels[level]
+    assert isinstance(mesh, TetMesh)
+    own = body.from_level(level).up_to(0)
+    numbers = np.arange(len(mesh.nodes)), np.arange(len(mesh.tetrahedra))
+    sides = np.zeros((len(mesh.tetrahedra), cuts), dtype=np.int64)
+    return Parted(own, mesh, *numbers, sides, np.ones(len(mesh.nodes), dtype=bool), 0.0)
+
+
 def part(body: Body, level: int, cuts: Sequence[Cut], way: str) -> Parted:
     """Cut a ``level`` of a body in one of WAYS; cuts may cross, and each is of the body at rest.
 

@@ -140,6 +140,29 @@ def skin_map(mesh: Mesh, side: np.ndarray, points: np.ndarray, sign: float, degr
     return surface_interpolation(mesh, np.array(chosen, dtype=int), np.array(places).reshape(-1, 3), degree)
 
 
+def halved(cut: CutBody, front: int, rim: int = 0) -> Body:
+    """Return a cut body with levels on which elements are halved at its front and at the rim of what is held.
+
+    front, rim : how often. The last level has the nodes of quadratic elements on the one before
+    """
+    depth, ends = max(front, rim), cut.coarse.nodes[cut.front]
+    if not depth:
+        return with_midpoints(cut, 0)
+    longest = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max(initial=0.0)
+    radii = np.where(np.arange(depth) < front, AROUND * longest / 2.0 ** np.arange(depth), -1.0)
+    share = np.linspace(0.0, 1.0, 1 + 2**front)[:, None]
+    # without a front no place is halved, and any point will do
+    near = (ends[:, :1] + share * (ends[:, 1:] - ends[:, :1])).reshape(-1, 3) if len(ends) else cut.coarse.nodes[:1]
+    radii = radii if len(ends) else np.full(depth, -1.0)
+    return with_midpoints(LocalRefinement(cut, depth).around(near, radii.tolist(), rim), depth)
+
+
+def lips_of(cut: CutBody, body: Body, side: int) -> np.ndarray:
+    """Return the triangles (t, 3) that a lip consists of on the last level of ``body``, which ``halved`` has made."""
+    triangles = body.fine.triangles
+    return triangles[_among(coarse_triangles(body.prolongation, triangles), cut.lips[:, side])]
+
+
 class CutMesh:
     """Quadratic elements on a cut body, halved towards its front and the rims of what is held or grasped.
 
@@ -150,11 +173,7 @@ class CutMesh:
     def __init__(self, cut: CutBody, hooks: Sequence[Hook], front: int, rim: int):
         grasped = np.unique(np.concatenate([_grasped(cut, hook.patch) for hook in hooks]))
         self._cut, self._hooks, depth = cut, hooks, max(front, rim)
-        body: Body = replace(cut, anchors=[np.union1d(cut.anchors[0], grasped)])
-        if depth:
-            radii = np.append(_front_edge(cut) * AROUND / 2.0 ** np.arange(front), np.full(depth - front, -1.0))
-            body = LocalRefinement(body, depth).around(_along_front(cut, front), radii.tolist(), rim)
-        body = with_midpoints(body, depth)
+        body = halved(replace(cut, anchors=[np.union1d(cut.anchors[0], grasped)]), front, rim)
         patch = Patch(np.concatenate([hook.patch.corners for hook in hooks]))
         free = [np.setdiff1d(each, patch.nodes_of(mesh)) for each, mesh in zip(body.anchors, body.levels, strict=True)]
         self.problem = Grasping(replace(body, anchors=free), depth, 2, patch)
@@ -183,10 +202,7 @@ class CutMesh:
 
     def least_opening(self, x: np.ndarray) -> tuple[float, float]:
         """Return the least and the largest distance [m] of the lips along the normal of the cut."""
-        triangles = self.problem.mesh.triangles
-        coarse = coarse_triangles(self._body.prolongation, triangles)
-        sides = [triangles[_among(coarse, self._cut.lips[:, side])] for side in (0, 1)]
-        rest = self.problem.mesh.nodes
+        sides, rest = [lips_of(self._cut, self._body, side) for side in (0, 1)], self.problem.mesh.nodes
         first, second = (each[np.lexsort(rest[each].T)] for each in map(np.unique, sides))
         normals = np.zeros_like(rest)
         for corner in range(3):
@@ -218,20 +234,6 @@ def _among(triangles: np.ndarray, of: np.ndarray) -> np.ndarray:
     """Return which of ``triangles`` (t, 3) have the nodes of any of another list (k, 3), (t,) bool."""
     known = set(map(tuple, np.sort(of, axis=1).tolist()))
     return np.array([tuple(each) in known for each in np.sort(triangles, axis=1).tolist()], dtype=bool)
-
-
-def _front_edge(cut: CutBody) -> float:
-    """Return the length [m] of the longest edge of the front, 0 without one."""
-    ends = cut.coarse.nodes[cut.front]
-    return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max(initial=0.0))
-
-
-def _along_front(cut: CutBody, halvings: int) -> np.ndarray:
-    """Return points (k, 3) [m] of the front, those that so many halvings of its edges give; else any point."""
-    if not len(cut.front):
-        return np.full((1, 3), 1e9)
-    ends, share = cut.coarse.nodes[cut.front], np.linspace(0.0, 1.0, 1 + 2**halvings)
-    return (ends[:, :1] + share[:, None] * (ends[:, 1:] - ends[:, :1])).reshape(-1, 3)
 
 
 def truth_of_cut(

@@ -33,6 +33,8 @@ STEEP = 0.04
 """Square of the least slope of a level along the ways in which a node may move to it."""
 SLENDER = 0.7
 """Longest edge at the front over the patch's smaller half width: no edge crosses a patch from side to side."""
+REACH = 0.8
+"""Longest edges of the elements that are halved within which they are, around the patch and its front."""
 STEPS = 12
 """Steps of Newton's method to such a place."""
 SHIFTS, GAIN = (0.05, 0.15, 0.3), 1e-3
@@ -118,7 +120,7 @@ def _refined(base: Body, cut: Cut, edge_m: float, front_m: float) -> Body:
         return base.up_to(0)
     number = np.arange(depth)
     places = [patch if each < levels[0] else front for each in number]
-    return LocalRefinement(base, depth).around(places, (1.5 * edges / 2.0**number).tolist())
+    return LocalRefinement(base, depth).around(places, (REACH * edges / 2.0**number).tolist())
 
 
 def _longest_near(mesh: TetMesh, points: np.ndarray) -> float:

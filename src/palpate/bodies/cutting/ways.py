@@ -55,7 +55,8 @@ class Parted:
 
     def pieces(self) -> np.ndarray:
         """Number the pieces that the body has come apart into, (n,) for its nodes."""
-        return components(self.mesh.edges, len(self.mesh.nodes))
+        corners = self.mesh.tetrahedra
+        return components(corners[:, [0, 1, 0, 2, 0, 3]].reshape(-1, 2), len(self.mesh.nodes))
 
     def interpolation(self, rows: sparse.csr_array, sides: np.ndarray) -> sparse.csr_array:
         """Return the interpolation (k, n) to points of the whole body from elements on their own side.
@@ -74,7 +75,7 @@ class Parted:
         affected = np.unique(of_entry[moved[rows.indices]])
         kept = ~np.isin(of_entry, affected)
         entries = [(of_entry[kept], number[rows.indices[kept]], rows.data[kept])]
-        around, middles = _around(own), self.mesh.nodes[self.mesh.tetrahedra].mean(axis=1)
+        around = _around(own)
         for row in affected:
             part = slice(rows.indptr[row], rows.indptr[row + 1])
             corners, weights = rows.indices[part], rows.data[part]
@@ -84,9 +85,10 @@ class Parted:
                 nodes = self.mesh.tetrahedra[min(fits), at]
             else:
                 allowed = np.flatnonzero((self.sides * sides[row] >= 0).all(axis=1))
-                allowed = allowed if len(allowed) else np.arange(len(middles))
+                allowed = allowed if len(allowed) else np.arange(len(own))
                 place = weights @ self.whole.nodes[corners]
-                near = allowed[np.linalg.norm(middles[allowed] - place, axis=1).argmin()]
+                middles = self.mesh.nodes[self.mesh.tetrahedra[allowed]].mean(axis=1)
+                near = allowed[np.linalg.norm(middles - place, axis=1).argmin()]
                 nodes = self.mesh.tetrahedra[near]
                 weights = np.linalg.solve(np.vstack([self.mesh.nodes[nodes].T, np.ones(4)]), np.append(place, 1.0))
             entries.append((np.full(len(nodes), row), nodes, weights))
@@ -353,10 +355,10 @@ def _solid(
 def _around(tetrahedra: np.ndarray) -> Callable[[int], set[int]]:
     """Return what says of a node which elements have it."""
     order = np.argsort(tetrahedra.ravel(), kind="stable")
-    ranked = tetrahedra.ravel()[order]
+    ranked, elements = tetrahedra.ravel()[order], order // 4
 
     def around(node: int) -> set[int]:
-        first, last = (np.searchsorted(ranked, node, side) for side in ("left", "right"))
-        return set((order[first:last] // 4).tolist())
+        first, last = ranked.searchsorted(node), ranked.searchsorted(node, "right")
+        return set(elements[first:last].tolist())
 
     return around

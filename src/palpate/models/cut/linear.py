@@ -109,7 +109,7 @@ class Updated:
         right = np.append(-self._pull_of_kept @ kept, self._scale * cut.shifts[self._driven].ravel())
         found = lu_solve(self._capacitance, right)
         moved, force = np.zeros_like(cut.rest), np.zeros_like(cut.rest)
-        moved[:count] = (self._compliance[:, np.append(o, h)] @ found).reshape(-1, 3)
+        moved[:count] = (found @ self._compliance[np.append(o, h)]).reshape(-1, 3)  # symmetric
         outer = moved[self._outer].ravel()
         inner = -self._outward @ np.append(outer, kept)
         moved[self._inner], moved[self._kept] = inner.reshape(-1, 3), cut.shifts[self._kept]

@@ -53,21 +53,23 @@ class CutModel(Protocol):
 
 
 class Skin(NamedTuple):
-    """Interpolations to what is looked at, from nodes of a level, before it is cut.
+    """The interpolation to what is looked at, from the nodes of a level, before it is cut.
 
-    surface : (n_surface, n) to the fine surface; places : (k, n); sides : (n_surface, cuts) of the fine surface
+    rows : (n_surface + 2k, n) to the fine surface, and to the places on the positive and on the negative side
+    sides : (n_surface + 2k, cuts)
     """
 
-    surface: sparse.csr_array
-    places: sparse.csr_array
+    rows: sparse.csr_array
     sides: np.ndarray
 
 
 def skin_of(case: CutCase, level: int) -> Skin:
-    """Return the interpolations from a ``level`` of the body."""
+    """Return the interpolation from a ``level`` of the body."""
     surface, to_all = case.body.fine.surface, to_fine(case.body, level)
-    rows = sparse.csr_array(to_all[surface]), sparse.csr_array(case.place_rows @ to_all)
-    return Skin(*rows, case.sides(case.body.fine.nodes[surface]))
+    places = case.place_rows @ to_all
+    ones = np.ones((len(case.places), len(case.cuts)), dtype=np.int64)
+    rows = sparse.csr_array(sparse.vstack([to_all[surface], places, places]))
+    return Skin(rows, np.vstack([case.sides(case.body.fine.nodes[surface]), ones, -ones]))
 
 
 class Opened:
@@ -88,18 +90,17 @@ class Opened:
             self._hooks[on], self.shifts[on] = number, hook.shift_m
         self.moved, self.held = self._hooks >= 0, np.isin(np.arange(len(self.rest)), parted.body.anchors[0])
         self.held |= self._loose()
-        self._skin = parted.interpolation(skin.surface, skin.sides)
-        ones = np.ones((skin.places.shape[0], len(case.cuts)), dtype=np.int64)
-        self._lips = parted.interpolation(skin.places, ones) - parted.interpolation(skin.places, -ones)
+        self._skin = parted.interpolation(skin.rows, skin.sides)
 
     def answer(self, x: np.ndarray, force: np.ndarray) -> Pulled:
         """Return the answer at positions ``x`` (n, 3) [m], where the body has nodal forces ``force`` (n, 3) [N]."""
-        moved = x - self.rest
+        seen, count = self._skin @ (x - self.rest), len(self.case.places)
+        surface, positive, negative = np.split(seen, [len(seen) - 2 * count, len(seen) - count])
         forces = [
             -force[self._hooks == number].sum(axis=0) @ unit(hook.shift_m)
             for number, hook in enumerate(self.case.hooks)
         ]
-        return Pulled(self._skin @ moved, self._lips @ moved, np.array(forces))
+        return Pulled(surface, positive - negative, np.array(forces))
 
     def _loose(self) -> np.ndarray:
         """Return the nodes of pieces that are free to move or turn, (n,) bool."""

@@ -34,6 +34,8 @@ TOLERANCE = 1e-6
 """Residual over the forces of the hooks."""
 CLOSED = 1e-3
 """Overlap of the lips over their largest opening, above which they are said to close."""
+MOST_SURFACE, MOST_OPENING = 0.005, 0.03
+"""Own errors over the surface and in the opening above which a cut judges no model."""
 FINEST = 2
 """How often elements are halved at most, at the front and at the rims."""
 PLACES = 9
@@ -95,7 +97,7 @@ def pull_errors(answer: Pulled, truth: Pulled) -> tuple[float, float, float]:
 def mouth(mesh: Mesh, cut: Cut, places: int = PLACES) -> np.ndarray:
     """Return points (k, 3) [m] of the skin along a blade's path, evenly between its ends; none of another cut.
 
-    mesh : of the whole body. Each is where a line along the blade meets the skin nearest to the path
+    mesh : of the whole body. Each is where a line along the blade meets the skin nearest to the path, if cut there
     """
     if not isinstance(cut, Blade):
         return np.empty((0, 3))
@@ -107,7 +109,7 @@ def mouth(mesh: Mesh, cut: Cut, places: int = PLACES) -> np.ndarray:
         away = np.divide(((a - point) * normals).sum(axis=1), steep, out=np.full(len(a), np.inf), where=steep != 0.0)
         at = point + np.where(np.isfinite(away), away, 0.0)[:, None] * cut.direction
         sides = [(np.cross(q - p, at - p) * normals).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))]
-        hit = (np.min(sides, axis=0) >= -1e-9 * (normals**2).sum(axis=1)) & (np.abs(away) <= cut.depth_m)
+        hit = (np.min(sides, axis=0) >= -1e-9 * (normals**2).sum(axis=1)) & (cut.within(at) > 0.0)
         if hit.any():
             found.append(at[hit][np.abs(away[hit]).argmin()])
     return np.array(found).reshape(-1, 3)
@@ -184,7 +186,10 @@ class CutMesh:
 
         Raises NotConverged where no stable equilibrium is found, or an element is inverted.
         """
-        ways, largest = np.zeros_like(self.problem.mesh.nodes), max(np.linalg.norm(h.shift_m) for h in self._hooks)
+        ways, largest = (
+            np.zeros_like(self.problem.mesh.nodes),
+            max(float(np.linalg.norm(h.shift_m)) for h in self._hooks),
+        )
         for hook in self._hooks:
             ways[hook.patch.nodes_of(self.problem.mesh)] = hook.shift_m / largest
         (state,) = self.problem.push(ways[self.problem.grasped], [largest], TOLERANCE)
@@ -201,9 +206,13 @@ class CutMesh:
         return Pulled(displacement, first - second, np.array(forces))
 
     def least_opening(self, x: np.ndarray) -> tuple[float, float]:
-        """Return the least and the largest distance [m] of the lips along the normal of the cut."""
+        """Return the least and the largest distance [m] of the lips' nodes along the normal of the cut."""
         sides, rest = [lips_of(self._cut, self._body, side) for side in (0, 1)], self.problem.mesh.nodes
-        first, second = (each[np.lexsort(rest[each].T)] for each in map(np.unique, sides))
+        # the lips are halved apart, so that a node of one may have none opposite
+        first, second = map(np.unique, sides)
+        keys, others = (np.ascontiguousarray(rest[each] + 0.0).view("V24").ravel() for each in (first, second))
+        _, one, other = np.intersect1d(keys, others, return_indices=True)
+        first, second = first[one], second[other]
         normals = np.zeros_like(rest)
         for corner in range(3):
             np.add.at(normals, sides[0][:, corner], area_normals(rest, sides[0]))
@@ -214,6 +223,7 @@ class CutMesh:
         """Return how far across the cut each triangle of the mesh lies (t,) [m], NaN on the lips."""
         triangles = self._mesh.triangles
         coarse = coarse_triangles(self._body.up_to(len(self._body.levels) - 2).prolongation, triangles)
+        assert self._cut.cut is not None
         side = self._cut.cut.across(self._mesh.nodes[triangles].mean(axis=1))
         side[_among(coarse, self._cut.lips.reshape(-1, 3))] = np.nan
         return side
@@ -236,6 +246,14 @@ def _among(triangles: np.ndarray, of: np.ndarray) -> np.ndarray:
     return np.array([tuple(each) in known for each in np.sort(triangles, axis=1).tolist()], dtype=bool)
 
 
+def _with_patches(body: Body, hooks: Sequence[Hook]) -> Body:
+    """Return the body's level before its finest, with the finest one's triangles where hooks grasp."""
+    corners = np.concatenate([hook.patch.corners for hook in hooks])
+    reach = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+    last = len(body.levels) - 1
+    return LocalRefinement(body.from_level(last - 1), 1).around(corners.reshape(-1, 3), reach)
+
+
 def truth_of_cut(
     body: Body, cut: Cut, hooks: Sequence[Hook], edge_m: float, front_m: float, places: np.ndarray | None = None
 ) -> CutTruth:
@@ -247,7 +265,8 @@ def truth_of_cut(
     begin, surface = perf_counter(), body.fine.nodes[body.fine.surface]
     places = mouth(body.fine, cut) if places is None else places
     last, found = len(body.levels) - 1, {}
-    cuts = {level: cut_body(body, cut, edge_m, front_m, level) for level in (last - 1, last)}
+    coarser = _with_patches(body, hooks)
+    cuts = {last - 1: cut_body(coarser, cut, edge_m, front_m), last: cut_body(body, cut, edge_m, front_m)}
     ends = FINEST, FINEST - 1, FINEST - 2
     todo = [(last - 1, ends[2], ends[2]), (last, ends[2], ends[2]), (last, ends[1], ends[2]), (last, ends[2], ends[1])]
     todo += [(last, ends[1], ends[1]), (last, ends[1], ends[0]), (last, ends[0], ends[1])]
@@ -261,13 +280,25 @@ def truth_of_cut(
     far = [found[last, ends[1], rim] for rim in ends[::-1]]
     (near_limit, near_off), (far_limit, far_off) = _limit(near), _limit(far)
     truth = _sum(near_limit, far_limit, far[1], factors=(1.0, 1.0, -1.0))
-    corner, coarser = found[last, ends[2], ends[2]], found[last - 1, ends[2], ends[2]]
+    corner, before = found[last, ends[2], ends[2]], found[last - 1, ends[2], ends[2]]
     mixed = _sum(near[1], far[0], near[0], corner, factors=(1.0, -1.0, -1.0, 1.0))
-    whole = _sum(corner, coarser, factors=(WHOLE, -WHOLE))
+    whole = _sum(corner, before, factors=(WHOLE, -WHOLE))
     own = np.sum([_largest(truth, off) for off in (near_off, far_off, [mixed], [whole])], axis=0)
+    surface_error, opening_error, force_error = own.tolist()
     rejected = "" if wide[0] >= -CLOSED * wide[1] else f"the lips close (overlap {-1e3 * wide[0]:.2g} mm)"
-    seconds = perf_counter() - begin
-    return CutTruth(truth, *own.tolist(), wide[0], least, nodes, seconds, rejected)
+    if not (surface_error <= MOST_SURFACE and opening_error <= MOST_OPENING):
+        rejected = f"the meshes are too far apart (own error {surface_error:.1%}, of the opening {opening_error:.1%})"
+    return CutTruth(
+        truth,
+        surface_error,
+        opening_error,
+        force_error,
+        least_opening_m=wide[0],
+        least_det=least,
+        nodes=nodes,
+        seconds=perf_counter() - begin,
+        rejected=rejected,
+    )
 
 
 WHOLE = 1.0 / 3.0
@@ -277,9 +308,8 @@ WHOLE = 1.0 / 3.0
 def _limit(answers: Sequence[Pulled]) -> tuple[Pulled, list[Pulled]]:
     """Return the limit of the answers of three meshes, and by what it may be off."""
     surface, away = estimate(np.array([each.displacement for each in answers]))
-    opening, apart = answers[0].opening, [np.zeros_like(answers[0].opening)]
-    if len(opening):
-        opening, apart = estimate(np.array([each.opening for each in answers]))
+    openings = np.array([each.opening for each in answers])
+    opening, apart = estimate(openings) if openings.size else (openings[0], (openings[0],))
     numbers, off = np.array([number_limit(each) for each in np.array([each.force for each in answers]).T]).T
     count = max(len(away), len(apart))
     pairs = [(away[min(i, len(away) - 1)], apart[min(i, len(apart) - 1)]) for i in range(count)]

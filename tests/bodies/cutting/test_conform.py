@@ -1,17 +1,19 @@
 """Meshes conform to a cut, keep their shape and quality, and have lips that are apart and a front that is not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from palpate.bodies.body import nest
 from palpate.bodies.cutting.conform import cut_body, qualities
-from palpate.bodies.cutting.cut import Disc, blade, unit
+from palpate.bodies.cutting.cut import Cuts, Disc, blade, unit
 from palpate.bodies.cutting.sever import inner_faces, sever
 from palpate.bodies.make_body import make_body
-from palpate.bodies.material import Material
+from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import area_normals, components
 from palpate.bodies.mesh_quality import check_boundary, dihedral_angles
-from palpate.bodies.simple_shapes import box, cylinder
+from palpate.bodies.simple_shapes import box, cylinder, sheet
 from palpate.errors import InputError
 
 SIZES = [0.1, 0.1, 0.04]
@@ -111,6 +113,21 @@ def test_a_penny_inside_a_body_is_closed():
     assert (np.unique(found.front, return_counts=True)[1] == 2).all()
 
 
+def test_cuts_that_cross_leave_four_corners():
+    body = slab()
+    paths = ([[0.03, 0.05, 0.04], [0.07, 0.05, 0.04]], [[0.03, 0.04, 0.04], [0.07, 0.06, 0.04]])
+    first, second = (blade(body.coarse, np.array(path), DOWN, 0.012) for path in paths)
+    found = cut_body(body, Cuts((first, second)), 0.01, 0.006)
+    assert found.coarse.volumes.sum() == pytest.approx(np.prod(SIZES), rel=1e-12)
+    assert dihedral_angles(found.coarse).min() > 4.0
+    check_boundary("cuts", found.coarse)
+    assert area_of(found) == pytest.approx(np.pi / 4.0 * 0.012 * (first.length_m + second.length_m), rel=0.01)
+    copies = np.bincount(found.origin)
+    crossing = found.whole.nodes[copies == 4]
+    assert len(crossing) >= 2 and np.allclose(crossing[:, :2], 0.05, atol=1e-9)
+    assert copies.max() == 4
+
+
 def test_a_severed_bar_is_two_bars():
     mesh = box([0.1, 0.02, 0.02], [10, 2, 2])
     body = nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 0] == 0.0), TISSUE)
@@ -150,6 +167,26 @@ def test_random_cuts_of_the_liver_leave_good_elements():
         assert qualities(found.coarse.nodes[found.coarse.tetrahedra]).min() > 0.005
         held = found.coarse.nodes[found.anchors[0]]
         assert np.linalg.norm(held - [-0.03, 0.05, 0.03], axis=1).max() <= 0.04 + 1e-12
+
+
+def test_regions_densities_and_anchors_stay_where_they_are():
+    mesh = box(SIZES, [8, 8, 4])
+    region = (mesh.nodes[mesh.tetrahedra].mean(axis=1)[:, 0] > 0.05).astype(int)
+    tissue = Tissue([TISSUE, Material(9000.0, 0.3, 1000.0)], region)
+    body = nest("slab", mesh, 0, np.flatnonzero(mesh.nodes[:, 1] == 0.0), TISSUE, regions=tissue)
+    body = replace(body, densities=[1000.0 + 1e4 * mesh.nodes[:, 0]])
+    found = cut_body(body, blade(mesh, np.array([[0.04, 0.0, 0.04], [0.065, 0.05, 0.04]]), DOWN, 0.012), 0.012)
+    cut = found.coarse
+    hard = found.tissue(0).region == 1
+    assert cut.volumes[hard].sum() == pytest.approx(0.5 * np.prod(SIZES), rel=0.02)  # nodes may move across its side
+    assert np.abs(found.densities[0] - 1000.0 - 1e4 * cut.nodes[:, 0]).max() < 40.0
+    assert np.array_equal(found.anchors[0], np.flatnonzero(cut.nodes[:, 1] == 0.0))
+
+
+def test_a_sheet_is_refused():
+    flat = sheet([0.1, 0.1], [4, 4], 0.001)
+    with pytest.raises(InputError):
+        cut_body(nest("sheet", flat, 0, np.array([0]), TISSUE), Disc(np.full(3, 0.05), DOWN, 0.02), 0.02)
 
 
 def test_any_faces_can_be_severed():

@@ -6,7 +6,7 @@ edge. Then the nodes of the surface do the same with the front. Nodes of bad ele
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from palpate.bodies.cutting.cut import Cut, Piece, unit
 from palpate.bodies.cutting.sever import inner_faces, sever
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.material import Tissue
-from palpate.bodies.mesh import EDGES, TetMesh, area_normals
+from palpate.bodies.mesh import EDGES, Mesh, Sheet, TetMesh, area_normals
+from palpate.errors import InputError
 
 ON_SURFACE = 1e-9
 """Distance over the size of the body within which a node lies on the surface."""
@@ -81,9 +82,15 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
     """Return the mesh of one ``level`` of ``body``, refined near ``cut`` and severed along it.
 
     edge_m : longest edges near the patch [m]; front_m : near its front, by default the same
+    Raises InputError for a sheet.
     """
-    base = body.up_to(range(len(body.levels))[level])
-    base = replace(base.from_level(len(base.levels) - 1), smooth=None)
+    if isinstance(body.coarse, Sheet):
+        raise InputError(f"{body.name} is a sheet, which cannot be cut; cut a solid body.")
+    level = range(len(body.levels))[level]
+    regions = None if body.regions is None else body.tissue(level)
+    densities = None if body.densities is None else [body.densities[level]]
+    fixed = body.material, body.bed, regions, densities
+    base = Body(body.name, [body.levels[level]], [], [body.anchors[level]], *fixed)
     local = _refined(base, cut, edge_m, edge_m if front_m is None else front_m)
     mesh = Conforming(local.fine, np.isin(np.arange(len(local.fine.nodes)), local.anchors[-1]))
     for piece in cut.pieces:
@@ -98,12 +105,24 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
     lips[second] = lips[second][:, ::-1][:, :, [0, 2, 1]]
     tissue = local.tissue(len(local.levels) - 1)
     regions = None if body.regions is None else Tissue(tissue.materials, tissue.region[mesh.parents])
-    densities = None
     if local.densities is not None:
         densities = [mesh.spread(local.densities[-1])[severed.origin]]
     anchors = np.flatnonzero(mesh.held[severed.origin])
-    fixed = (body.name, [severed.mesh], [], [anchors], body.material, body.bed, regions, densities)
-    return CutBody(*fixed, cut=cut, lips=lips[severed.apart], front=severed.front, whole=whole, origin=severed.origin)
+    return CutBody(
+        body.name,
+        [severed.mesh],
+        [],
+        [anchors],
+        body.material,
+        body.bed,
+        regions,
+        densities,
+        cut=cut,
+        lips=lips[severed.apart],
+        front=severed.front,
+        whole=whole,
+        origin=severed.origin,
+    )
 
 
 def _refined(base: Body, cut: Cut, edge_m: float, front_m: float) -> Body:
@@ -123,7 +142,7 @@ def _refined(base: Body, cut: Cut, edge_m: float, front_m: float) -> Body:
     return LocalRefinement(base, depth).around(places, (REACH * edges / 2.0**number).tolist())
 
 
-def _longest_near(mesh: TetMesh, points: np.ndarray) -> float:
+def _longest_near(mesh: Mesh, points: np.ndarray) -> float:
     """Return the longest edge [m] of the elements that any of ``points`` (n, 3) [m] lies in, 0 if there is none."""
     corners = mesh.nodes[mesh.tetrahedra]
     low, high = corners.min(axis=1), corners.max(axis=1)
@@ -148,7 +167,7 @@ class Conforming:
     held : (n,) bool; those beside nodes that are not held never move
     """
 
-    def __init__(self, mesh: TetMesh, held: np.ndarray):
+    def __init__(self, mesh: Mesh, held: np.ndarray):
         self.nodes, self.tetrahedra = mesh.nodes.copy(), mesh.tetrahedra
         self.parents, self.held = np.arange(len(mesh.tetrahedra)), held
         self._near, self._first = ON_SURFACE * mesh.size, len(mesh.nodes)
@@ -198,7 +217,7 @@ class Conforming:
             np.minimum.at(close, edges[:, end], share[:, end])
             np.minimum.at(reach, edges[:, end], self._lengths(edges))
         around, free = _Around(self.tetrahedra, len(self.nodes)), self._free()
-        for node in sorted(np.flatnonzero(close < CLOSE), key=lambda n: close[n]):
+        for node in sorted(np.flatnonzero(close < CLOSE).tolist(), key=close.__getitem__):
             to = self._foot(node, level, free(node), CLOSE * reach[node])
             if to is not None and self._may_move(node, to, around):
                 self.nodes[node] = to
@@ -318,9 +337,8 @@ class Conforming:
     def improve(self) -> None:
         """Move the nodes of bad elements to where the worst element around them is better, if there is such a place."""
         around, free = _Around(self.tetrahedra, len(self.nodes)), self._free()
-        near = self._on.any(axis=1)
-        near[self._first :] = True
-        near = near[self.tetrahedra].any(axis=1)
+        moved = self._on.any(axis=1) | (np.arange(len(self.nodes)) >= self._first)
+        near = moved[self.tetrahedra].any(axis=1)
         for _ in range(ROUNDS):
             bad = near & (qualities(self.nodes[self.tetrahedra]) < BAD)
             if not sum(self._better(node, free(node), around) for node in np.unique(self.tetrahedra[bad])):

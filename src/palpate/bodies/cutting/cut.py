@@ -307,6 +307,37 @@ class Blade:
         return across, along, below
 
 
+@dataclass(frozen=True, eq=False)
+class Cuts:
+    """Several cuts of one body, which may cross: ``across`` of the nearest surface, ``within`` of any."""
+
+    cuts: tuple[Cut, ...]
+
+    @property
+    def pieces(self) -> list[Piece]:
+        return [piece for cut in self.cuts for piece in cut.pieces]
+
+    @property
+    def narrow_m(self) -> float:
+        return min(cut.narrow_m for cut in self.cuts)
+
+    def across(self, points: np.ndarray) -> np.ndarray:
+        each = np.array([cut.across(points) for cut in self.cuts])
+        return each[np.abs(each).argmin(axis=0), np.arange(len(points))]
+
+    def within(self, points: np.ndarray) -> np.ndarray:
+        return np.max([cut.within(points) for cut in self.cuts], axis=0)
+
+    def severs(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+        return np.any([cut.severs(first, last) for cut in self.cuts], axis=0)
+
+    def patch(self, spacing_m: float) -> np.ndarray:
+        return np.vstack([cut.patch(spacing_m) for cut in self.cuts])
+
+    def front(self, spacing_m: float) -> np.ndarray:
+        return np.vstack([cut.front(spacing_m) for cut in self.cuts])
+
+
 def _count(length_m: float, spacing_m: float) -> int:
     """Return how many points are ``spacing_m`` apart at most on a line."""
     return 1 + int(np.ceil(length_m / spacing_m))

@@ -77,9 +77,8 @@ def sever(mesh: TetMesh, nodes: np.ndarray, elements: np.ndarray, cut: np.ndarra
     number = np.empty(len(order), dtype=np.int64)
     number[order[keeps]] = ranked[keeps]
     number[order[~keeps]] = count + np.arange((~keeps).sum())
-    renamed = tetrahedra.ravel().copy()
-    renamed[at] = number[inverse]
-    renamed = renamed.reshape(-1, 4)
+    renamed = tetrahedra.copy()
+    renamed.flat[at] = number[inverse]
     origin = np.append(np.arange(count), ranked[~keeps])
     severed = TetMesh(mesh.nodes[origin], renamed)
     return Severed(severed, origin, _lips(tetrahedra, renamed, nodes[cut], elements[cut]))

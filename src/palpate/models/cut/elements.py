@@ -11,17 +11,13 @@ import numpy as np
 from palpate.benchmark.cut_truth import TOLERANCE, CutMesh, Pulled
 from palpate.benchmark.model import Setting
 from palpate.bodies.cutting.conform import cut_body
+from palpate.bodies.cutting.cut import Cuts
 from palpate.bodies.mesh import Mesh
 from palpate.models.cut.opened import CutCase, Opened, opened, skin_of
 from palpate.solvers.grasping import Grasping, Patch
 
 LAW = "the body's"
 CONFORM = "conform"
-
-
-def settings(case: CutCase, grid: list[Setting]) -> list[Setting]:
-    """List levels that the body has, ways and orders."""
-    return [dict(each) for each in grid if each["level"] < len(case.body.levels)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,14 +59,14 @@ class ConformingElements:
 
     def __init__(self, case: CutCase, setting: Setting):
         self._case, self._level = case, setting["level"]
-        (self._blade,) = case.cuts
+        self._cut = case.cuts[0] if len(case.cuts) == 1 else Cuts(tuple(case.cuts))
         mesh = case.body.levels[self._level]
         ends = mesh.nodes[mesh.edges]
         self._edge_m = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max())
 
     def cut(self) -> None:
         case = self._case
-        self._mesh = CutMesh(cut_body(case.body, self._blade, self._edge_m, level=self._level), case.hooks, 0, 0)
+        self._mesh = CutMesh(cut_body(case.body, self._cut, self._edge_m, level=self._level), case.hooks, 0, 0)
 
     def pull(self) -> Pulled:
         surface = self._case.body.fine.nodes[self._case.body.fine.surface]

@@ -16,7 +16,6 @@ from palpate.bodies.mesh import Mesh
 from palpate.models.cut.opened import CutCase, Opened, opened, skin_of
 from palpate.solvers.grasping import Grasping, Patch
 
-LAW = "the body's"
 CONFORM = "conform"
 
 

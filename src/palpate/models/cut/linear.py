@@ -21,7 +21,6 @@ from palpate.models.cut.elements import grasping
 from palpate.models.cut.opened import CutCase, opened, skin_of
 from palpate.solvers.grasping import SMALL
 
-LAW = "linear"
 LARGEST = 3000
 """Nodes of a level up to which the compliance of all of them is kept, of 650 MB."""
 TOGETHER = 64

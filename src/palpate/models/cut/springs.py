@@ -26,7 +26,6 @@ from palpate.models.touch.springs import CALIBRATING_ITERATIONS
 from palpate.solvers.grasping import Grasping, Patch
 from palpate.solvers.lbfgs import minimise_by_lbfgs
 
-LAW = "springs"
 DELETED = "deleted"
 LIFT = 1e-4
 """Stiffness added to every node of the preconditioner, over the mean: where springs are deleted, nodes hang loosely."""

@@ -115,8 +115,8 @@ def mouth(mesh: Mesh, cut: Cut, places: int = PLACES) -> np.ndarray:
     return np.array(found).reshape(-1, 3)
 
 
-def skin_map(mesh: Mesh, side: np.ndarray, points: np.ndarray, sign: float) -> sparse.csr_array:
-    """Return the quadratic interpolation (k, n) to ``points`` (k, 3) [m] of the skin; n counts nodes and edges.
+def skin_map(mesh: Mesh, side: np.ndarray, points: np.ndarray, sign: float, degree: int = 2) -> sparse.csr_array:
+    """Return the interpolation (k, n) to ``points`` (k, 3) [m] of the skin; quadratic, n counts nodes and edges.
 
     side : (t,) of each triangle of ``mesh``: its sign says on which side of the cut it lies, NaN that it is no skin
     sign : of the side that is taken where a point lies on both
@@ -139,7 +139,7 @@ def skin_map(mesh: Mesh, side: np.ndarray, points: np.ndarray, sign: float) -> s
         order = np.lexsort((outside, np.sign(side[skin[near]]) != sign, ~fits))
         chosen.append(skin[near[order[0]]])
         places.append([1.0 - share[order[0]].sum(), *share[order[0]]])
-    return surface_interpolation(mesh, np.array(chosen, dtype=int), np.array(places).reshape(-1, 3), 2)
+    return surface_interpolation(mesh, np.array(chosen, dtype=int), np.array(places).reshape(-1, 3), degree)
 
 
 def halved(cut: CutBody, front: int, rim: int = 0) -> Body:

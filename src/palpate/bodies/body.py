@@ -62,7 +62,8 @@ class Body:
             return uniform(self.material, count)
         # refinement puts the eight parts of an element next to each other, in the order of the elements
         parts = count // len(self.regions.region)
-        return Tissue(self.regions.materials, np.repeat(self.regions.region, parts))
+        share = None if self.regions.share is None else np.repeat(self.regions.share, parts)
+        return Tissue(self.regions.materials, np.repeat(self.regions.region, parts), share)
 
     def supported(self, level: int) -> np.ndarray:
         """Return the nodes of a level that are held or lie on the bed, increasing."""

@@ -49,10 +49,12 @@ class Tissue:
     """The materials of the elements of one mesh; all have the same law.
 
     materials : those that occur, the body's own first; region : (n_elements,) the number of each element's in them
+    share : (n_elements,) how much of each element is tissue, None for all of all; moduli and densities are means
     """
 
     materials: Sequence[Material]
     region: np.ndarray
+    share: np.ndarray | None = None
 
     @property
     def law(self) -> str:
@@ -66,22 +68,26 @@ class Tissue:
     @cached_property
     def young_pa(self) -> np.ndarray:
         """Young's modulus of each element, (n_elements,) [Pa]."""
-        return np.array([each.young_pa for each in self.materials])[self.region]
+        return self._means([each.young_pa for each in self.materials])
 
     @cached_property
     def shear_pa(self) -> np.ndarray:
         """Second Lamé constant μ of each element, (n_elements,) [Pa]."""
-        return np.array([each.shear_pa for each in self.materials])[self.region]
+        return self._means([each.shear_pa for each in self.materials])
 
     @cached_property
     def lame_pa(self) -> np.ndarray:
         """First Lamé constant λ of each element, (n_elements,) [Pa]."""
-        return np.array([each.lame_pa for each in self.materials])[self.region]
+        return self._means([each.lame_pa for each in self.materials])
 
     @cached_property
     def density_kg_m3(self) -> np.ndarray:
         """Density of each element, (n_elements,) [kg/m³]."""
-        return np.array([each.density_kg_m3 for each in self.materials])[self.region]
+        return self._means([each.density_kg_m3 for each in self.materials])
+
+    def _means(self, values: Sequence[float]) -> np.ndarray:
+        of_each = np.array(values)[self.region]
+        return of_each if self.share is None else self.share * of_each
 
 
 def uniform(material: Material, count: int) -> Tissue:

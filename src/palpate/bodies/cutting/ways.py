@@ -1,0 +1,364 @@
+"""Cut a level of a body as simulations do: by removing elements, along their faces, or with virtual nodes.
+
+An element is crossed where a cut divides it and the middle of the section lies in the patch. So the front runs along
+faces: an element that it lies in is whole, or crossed entirely. All three ways are one search for what is still joined,
+``sever``'s, and differ in the elements that it is given: without the crossed ones, all whole, or with a copy of each
+crossed one for each of its parts (Molino, Bao, Fedkiw 2004), which has as much tissue as its part has volume.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.body import Body
+from palpate.bodies.cutting.cut import Cut
+from palpate.bodies.cutting.sever import inner_faces, sever
+from palpate.bodies.material import Tissue
+from palpate.bodies.mesh import FACES, TetMesh, components
+from palpate.errors import InputError
+
+REMOVAL, SPLIT_FACES, VIRTUAL_NODES = "removal", "split_faces", "virtual_nodes"
+WAYS = (REMOVAL, SPLIT_FACES, VIRTUAL_NODES)
+LEAST = 1e-3
+"""Share of an element's volume below which a part of it goes to the other side, so that no stiffness is smaller."""
+NEAR = 1e-6
+"""Distance over the size of the body within which a section of a plane is one of the cut."""
+
+
+@dataclass(frozen=True, eq=False)
+class Parted:
+    """A level of a body after cuts.
+
+    body : its one level, without what was lost; its ``regions`` say how much of each element is tissue
+    whole : the mesh before; node i was ``origin[i]``, (n,), of it, and element e a part of ``parents[e]``, (m,)
+    sides : (m, cuts) on which side of each cut an element is: 1, -1, or 0 for both, beyond the front
+    solid : (n,) bool, false for a node that has no tissue at its own place, the corner of a copy's empty part
+    lost_share : of the volume, with removed elements
+    """
+
+    body: Body
+    whole: TetMesh
+    origin: np.ndarray
+    parents: np.ndarray
+    sides: np.ndarray
+    solid: np.ndarray
+    lost_share: float
+
+    @property
+    def mesh(self) -> TetMesh:
+        mesh = self.body.coarse
+        assert isinstance(mesh, TetMesh)
+        return mesh
+
+    def pieces(self) -> np.ndarray:
+        """Number the pieces that the body has come apart into, (n,) for its nodes."""
+        corners = self.mesh.tetrahedra
+        return components(corners[:, [0, 1, 0, 2, 0, 3]].reshape(-1, 2), len(self.mesh.nodes))
+
+    def interpolation(self, rows: sparse.csr_array, sides: np.ndarray) -> sparse.csr_array:
+        """Return the interpolation (k, n) to points of the whole body from elements on their own side.
+
+        rows : (k, n_whole) that to the same points from the nodes of ``whole``, each from corners of one element
+        sides : (k, cuts) of the points, 1 or -1. Where all elements of a point are lost, or on the other side, its
+            displacement is extrapolated from the element of its own side, if there is any, whose middle is nearest
+        """
+        rows, own = sparse.csr_array(rows), self.origin[self.mesh.tetrahedra]
+        single = np.bincount(self.parents, minlength=len(self.whole.tetrahedra)) == 1
+        moved = np.bincount(self.origin, minlength=len(self.whole.nodes)) != 1
+        moved[self.whole.tetrahedra[~single]] = True
+        number = np.zeros(len(moved), dtype=np.int64)
+        number[self.origin] = np.arange(len(self.origin))
+        of_entry = np.repeat(np.arange(rows.shape[0]), np.diff(rows.indptr))
+        affected = np.unique(of_entry[moved[rows.indices]])
+        kept = ~np.isin(of_entry, affected)
+        entries = [(of_entry[kept], number[rows.indices[kept]], rows.data[kept])]
+        around = _around(own)
+        for row in affected:
+            part = slice(rows.indptr[row], rows.indptr[row + 1])
+            corners, weights = rows.indices[part], rows.data[part]
+            fits = [e for e in set.intersection(*map(around, corners)) if (self.sides[e] * sides[row] >= 0).all()]
+            if fits:
+                at = np.argmax(own[min(fits)] == corners[:, None], axis=1)
+                nodes = self.mesh.tetrahedra[min(fits), at]
+            else:
+                allowed = np.flatnonzero((self.sides * sides[row] >= 0).all(axis=1))
+                allowed = allowed if len(allowed) else np.arange(len(own))
+                place = weights @ self.whole.nodes[corners]
+                middles = self.mesh.nodes[self.mesh.tetrahedra[allowed]].mean(axis=1)
+                near = allowed[np.linalg.norm(middles - place, axis=1).argmin()]
+                nodes = self.mesh.tetrahedra[near]
+                weights = np.linalg.solve(np.vstack([self.mesh.nodes[nodes].T, np.ones(4)]), np.append(place, 1.0))
+            entries.append((np.full(len(nodes), row), nodes, weights))
+        at, columns, data = (np.concatenate(each) for each in zip(*entries, strict=True))
+        return sparse.csr_array((data, (at, columns)), shape=(rows.shape[0], len(self.origin)))
+
+
+def whole(body: Body, level: int, cuts: int) -> Parted:
+    """Return a ``level`` of a body that so many cuts have not reached yet."""
+    mesh = body.levels[level]
+    assert isinstance(mesh, TetMesh)
+    own = body.from_level(level).up_to(0)
+    numbers = np.arange(len(mesh.nodes)), np.arange(len(mesh.tetrahedra))
+    sides = np.zeros((len(mesh.tetrahedra), cuts), dtype=np.int64)
+    return Parted(own, mesh, *numbers, sides, np.ones(len(mesh.nodes), dtype=bool), 0.0)
+
+
+def part(body: Body, level: int, cuts: Sequence[Cut], way: str) -> Parted:
+    """Cut a ``level`` of a body in one of WAYS; cuts may cross, and each is of the body at rest.
+
+    Raises InputError for a body on a bed, whose springs are not told apart from lips, and where nothing is left.
+    """
+    if body.bed is not None:
+        raise InputError(f"{body.name}: a body on a bed is not cut; give it anchors.")
+    mesh, tissue = body.levels[level], body.tissue(level)
+    assert isinstance(mesh, TetMesh)
+    copies = _centred(mesh, cuts) if way == SPLIT_FACES else _copied(mesh, _crossed(mesh, cuts))
+    joints = _joints(mesh, cuts, copies, strict=way != SPLIT_FACES)
+    if way == REMOVAL:
+        copies, joints = _without_crossed(copies, joints)
+        if not len(copies.parents):
+            raise InputError(f"{body.name}: a cut crosses every element of level {level}; take a finer one.")
+    parents, sides, doubled, shares = copies
+    severed = sever(TetMesh(mesh.nodes, mesh.tetrahedra[parents]), *joints)
+    used, tetrahedra = np.unique(severed.mesh.tetrahedra, return_inverse=True)
+    tetrahedra, origin = tetrahedra.reshape(-1, 4), severed.origin[used]
+    solid = _solid(mesh, cuts, tetrahedra, origin, sides, doubled)
+    anchors = np.flatnonzero(np.isin(origin, body.anchors[level]) & solid)
+    own = Tissue(tissue.materials, tissue.region[parents], shares)
+    densities = None if body.densities is None else [body.densities[level][origin]]
+    cut = replace(
+        body.up_to(0), levels=[TetMesh(mesh.nodes[origin], tetrahedra)], anchors=[anchors], regions=own,
+        densities=densities, smooth=None,
+    )  # fmt: skip
+    lost = 1.0 - float(mesh.volumes[parents] @ shares) / float(mesh.volumes.sum())
+    return Parted(cut, mesh, origin, parents, sides, solid, lost)
+
+
+class _Crossed(NamedTuple):
+    """What cuts do to the elements of a mesh.
+
+    sides : (m, cuts) of each element, 0 where a cut divides it; doubled : (m, cuts) bool, whether in its patch
+    element : (k,) whose part each of the pieces is that all cuts make; side : (k, cuts); volume : (k,) [m³]
+    """
+
+    sides: np.ndarray
+    doubled: np.ndarray
+    element: np.ndarray
+    side: np.ndarray
+    volume: np.ndarray
+
+
+class _Copies(NamedTuple):
+    """Elements, some of them several times.
+
+    parents : (n,) of the mesh; sides : (n, cuts); doubled : (n, cuts) bool; shares : (n,) of tissue in each
+    """
+
+    parents: np.ndarray
+    sides: np.ndarray
+    doubled: np.ndarray
+    shares: np.ndarray
+
+
+def _centred(mesh: TetMesh, cuts: Sequence[Cut]) -> _Copies:
+    """Return every element once, on the side of each cut that its middle is on."""
+    count, middles = len(mesh.tetrahedra), mesh.nodes[mesh.tetrahedra].mean(axis=1)
+    sides = np.column_stack([_sign(cut.across(middles)) for cut in cuts])
+    return _Copies(np.arange(count), sides, np.zeros(sides.shape, dtype=bool), np.ones(count))
+
+
+def _copied(mesh: TetMesh, crossed: _Crossed) -> _Copies:
+    """Return every element once for each of its parts, or once if it has one; parts smaller than LEAST are left out."""
+    whole = np.flatnonzero(~crossed.doubled.any(axis=1))
+    divides = crossed.doubled[crossed.element]
+    inside = divides.any(axis=1)
+    element, sides = crossed.element[inside], np.where(divides, crossed.side, crossed.sides[crossed.element])[inside]
+    rows, which = np.unique(np.column_stack([element, sides]), axis=0, return_inverse=True)
+    volumes = np.bincount(which.ravel(), crossed.volume[inside], minlength=len(rows))
+    parents, sides = rows[:, 0], rows[:, 1:]
+    kept = volumes >= LEAST * mesh.volumes[parents]
+    parents, sides, volumes = parents[kept], sides[kept], volumes[kept]
+    filled = np.bincount(parents, volumes, minlength=len(mesh.tetrahedra))
+    return _Copies(
+        np.append(whole, parents),
+        np.vstack([crossed.sides[whole], sides]),
+        np.vstack([np.zeros((len(whole), sides.shape[1]), dtype=bool), crossed.doubled[parents]]),
+        np.append(np.ones(len(whole)), volumes / filled[parents]),
+    )
+
+
+class _Joints(NamedTuple):
+    """Faces between copies: their nodes (k, 3), the copies (k, 2), and which are severed, (k,) bool."""
+
+    faces: np.ndarray
+    pairs: np.ndarray
+    blocked: np.ndarray
+
+
+def _without_crossed(copies: _Copies, joints: _Joints) -> tuple[_Copies, _Joints]:
+    """Remove crossed elements; what only they joined comes apart, so that nothing hangs by a node or an edge."""
+    kept = np.logical_not(copies.doubled.any(axis=1))
+    (faces, pairs, blocked), number = joints, np.cumsum(kept) - 1
+    both, bared = kept[pairs].all(axis=1), kept[pairs].sum(axis=1) == 1
+    left = np.where(kept[pairs[bared, 0]], pairs[bared, 0], pairs[bared, 1])
+    pairs = number[np.vstack([pairs[both], np.column_stack([left, left])])]
+    blocked = np.append(blocked[both], np.ones(len(left), dtype=bool))
+    return _Copies(*(each[kept] for each in copies)), _Joints(np.vstack([faces[both], faces[bared]]), pairs, blocked)
+
+
+def _joints(mesh: TetMesh, cuts: Sequence[Cut], copies: _Copies, strict: bool) -> _Joints:
+    """Find the faces between copies.
+
+    Copies on different sides are apart where one of them is a part of a crossed element, and otherwise where their face
+    is in the patch. Parts of one element have its four faces between them, severed.
+    strict : the middle of the face tells that, and not the line between the middles of the elements
+    """
+    order = np.argsort(copies.parents, kind="stable")
+    starts = np.searchsorted(copies.parents[order], np.arange(len(mesh.tetrahedra) + 1))
+    faces, elements = inner_faces(mesh)
+    several = np.flatnonzero(np.diff(starts) > 1)
+    own = np.sort(mesh.tetrahedra[several][:, FACES].reshape(-1, 3), axis=1)
+    faces = np.vstack([faces, own])
+    elements = np.vstack([elements, np.repeat(several, 4)[:, None] * [1, 1]])
+    first, second = np.diff(starts)[elements].T
+    face = np.repeat(np.arange(len(faces)), first * second)
+    number = np.arange(len(face)) - np.repeat(np.cumsum(first * second) - first * second, first * second)
+    pairs = np.column_stack(
+        [
+            order[starts[elements[face, 0]] + number // second[face]],
+            order[starts[elements[face, 1]] + number % second[face]],
+        ]
+    )
+    distinct = pairs[:, 0] != pairs[:, 1]
+    face, pairs = face[distinct], pairs[distinct]
+    blocked = np.zeros(len(face), dtype=bool)
+    for c, cut in enumerate(cuts):
+        apart = np.flatnonzero(copies.sides[pairs, c].prod(axis=1) < 0)
+        parts = copies.doubled[pairs[apart], c].any(axis=1)
+        if strict:
+            inside = cut.within(mesh.nodes[faces[face[apart]]].mean(axis=1)) > 0.0
+        else:
+            ends = mesh.nodes[mesh.tetrahedra[copies.parents[pairs[apart]]]].mean(axis=2)
+            inside = cut.severs(ends[:, 0], ends[:, 1])
+        blocked[apart[parts | inside]] = True
+    return _Joints(faces[face], pairs, blocked)
+
+
+def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
+    """Find what cuts do to the elements, by the parts that the planes of all their pieces divide the elements into."""
+    corners, count = mesh.nodes[mesh.tetrahedra], len(mesh.tetrahedra)
+    middles = corners.mean(axis=1)
+    sides = np.column_stack([_sign(cut.across(middles)) for cut in cuts])
+    at_nodes = [_sign(cut.across(mesh.nodes)) for cut in cuts]
+    mixed = np.any([np.ptp(side[mesh.tetrahedra], axis=1) > 0 for side in at_nodes], axis=0)
+    element = np.flatnonzero(mixed)
+    parts, area, inside = corners[element], np.zeros((count, len(cuts))), np.zeros((count, len(cuts)))
+    for c, cut in enumerate(cuts):
+        for piece in cut.pieces:
+            parts, element, sections, owner = _divided(parts, element, piece.across)
+            middle, size = sections.mean(axis=1), _area(sections)
+            on = np.abs(cut.across(middle)) <= NEAR * mesh.size
+            area[:, c] += np.bincount(owner[on], size[on], minlength=count)
+            on &= cut.within(middle) > 0.0
+            inside[:, c] += np.bincount(owner[on], size[on], minlength=count)
+    middles = parts.mean(axis=1)
+    side = np.column_stack([_sign(cut.across(middles)) for cut in cuts])
+    volume = _volumes(parts)
+    doubled = np.zeros(sides.shape, dtype=bool)
+    for c in range(len(cuts)):
+        share = np.bincount(element, volume * (side[:, c] > 0), minlength=count) / mesh.volumes
+        share[~mixed] = sides[~mixed, c] > 0
+        divided = (share >= LEAST) & (share <= 1.0 - LEAST)
+        sides[:, c] = np.where(divided, 0, np.where(share > 0.5, 1, -1))
+        doubled[:, c] = divided & (inside[:, c] > 0.5 * area[:, c])
+    return _Crossed(sides, doubled, element, side, volume)
+
+
+def _divided(
+    parts: np.ndarray, element: np.ndarray, across: Callable[[np.ndarray], np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Divide tetrahedra (k, 4, 3) [m] of elements (k,) by a plane into tetrahedra.
+
+    across : from points (n, 3) [m] to distances (n,) [m] from the plane
+    Returns these, their elements, the sections (s, 4, 3), of triangles with the last corner twice, and theirs.
+    """
+    value = across(parts.reshape(-1, 3)).reshape(-1, 4)
+    order = np.argsort(-value, axis=1, kind="stable")
+    parts, value = np.take_along_axis(parts, order[:, :, None], axis=1), np.take_along_axis(value, order, axis=1)
+    above = (value >= 0.0).sum(axis=1)
+    found, owners = [parts[(above == 0) | (above == 4)]], [element[(above == 0) | (above == 4)]]
+    sections, of_sections = [np.empty((0, 4, 3))], [element[:0]]
+    for number, (edges, pieces, section) in DIVISIONS.items():
+        at = above == number
+        own, distance = parts[at], value[at]
+        cuts = [
+            own[:, i] + (distance[:, i] / (distance[:, i] - distance[:, j]))[:, None] * (own[:, j] - own[:, i])
+            for i, j in edges
+        ]
+        points = np.stack([*np.swapaxes(own, 0, 1), *cuts], axis=1)
+        for piece in pieces:
+            found.append(points[:, piece])
+            owners.append(element[at])
+        sections.append(points[:, section])
+        of_sections.append(element[at])
+    return np.concatenate(found), np.concatenate(owners), np.concatenate(sections), np.concatenate(of_sections)
+
+
+def _prism(a: int, b: int, c: int, d: int, e: int, f: int) -> list[list[int]]:
+    """Return the three tetrahedra of a prism between the triangles a b c and d e f."""
+    return [[a, b, c, d], [b, c, d, e], [c, d, e, f]]
+
+
+DIVISIONS = {
+    1: ([(0, 1), (0, 2), (0, 3)], [[0, 4, 5, 6], *_prism(1, 2, 3, 4, 5, 6)], [4, 5, 6, 6]),
+    2: ([(0, 2), (0, 3), (1, 2), (1, 3)], [*_prism(0, 4, 5, 1, 6, 7), *_prism(2, 4, 6, 3, 5, 7)], [4, 5, 7, 6]),
+    3: ([(0, 3), (1, 3), (2, 3)], [[3, 4, 5, 6], *_prism(0, 1, 2, 4, 5, 6)], [4, 5, 6, 6]),
+}
+"""How many corners of a tetrahedron, ordered by distance, lie above a plane: the edges that cross it, on which corners
+4 to 7 lie; its parts, by corners; and the section."""
+
+
+def _volumes(parts: np.ndarray) -> np.ndarray:
+    a, b, c = (parts[:, i] - parts[:, 0] for i in (1, 2, 3))
+    return np.abs(np.einsum("ki,ki->k", np.cross(a, b), c)) / 6.0
+
+
+def _area(sections: np.ndarray) -> np.ndarray:
+    return 0.5 * np.linalg.norm(np.cross(sections[:, 2] - sections[:, 0], sections[:, 3] - sections[:, 1]), axis=1)
+
+
+def _sign(values: np.ndarray) -> np.ndarray:
+    return np.where(values >= 0.0, 1, -1)
+
+
+def _solid(
+    mesh: TetMesh,
+    cuts: Sequence[Cut],
+    tetrahedra: np.ndarray,
+    origin: np.ndarray,
+    sides: np.ndarray,
+    doubled: np.ndarray,
+) -> np.ndarray:
+    """Return which nodes have tissue at their own place, (n,) bool: as a corner that is not in an empty part."""
+    solid = np.zeros(len(origin), dtype=bool)
+    empty = np.zeros(tetrahedra.shape, dtype=bool)
+    for c, cut in enumerate(cuts):
+        own = _sign(cut.across(mesh.nodes))[origin]
+        empty |= doubled[:, c, None] & (sides[:, c, None] * own[tetrahedra] < 0)
+    solid[tetrahedra[~empty]] = True
+    return solid
+
+
+def _around(tetrahedra: np.ndarray) -> Callable[[int], set[int]]:
+    """Return what says of a node which elements have it."""
+    order = np.argsort(tetrahedra.ravel(), kind="stable")
+    ranked, elements = tetrahedra.ravel()[order], order // 4
+
+    def around(node: int) -> set[int]:
+        first, last = ranked.searchsorted(node), ranked.searchsorted(node, "right")
+        return set(elements[first:last].tolist())
+
+    return around

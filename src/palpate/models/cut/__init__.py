@@ -1,0 +1,1 @@
+"""Models of a body that is cut and whose lips hooks pull apart."""

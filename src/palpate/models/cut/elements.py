@@ -1,0 +1,77 @@
+"""Answer with finite elements on a cut level: removed, split along faces, doubled, or on a mesh that conforms.
+
+All stop at the same residual, with the law of the body. What a setting changes is the mesh: its level, and how it is
+cut. A mesh that conforms is that of the level, remeshed near the cut, with linear or quadratic elements.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from palpate.benchmark.cut_truth import TOLERANCE, CutMesh, Pulled
+from palpate.benchmark.model import Setting
+from palpate.bodies.cutting.conform import cut_body
+from palpate.bodies.cutting.cut import Cuts
+from palpate.bodies.mesh import Mesh
+from palpate.models.cut.opened import CutCase, Opened, opened, skin_of
+from palpate.solvers.grasping import Grasping, Patch
+
+CONFORM = "conform"
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes(Patch):
+    """What is grasped as given nodes of one mesh; ``nodes`` (k,), increasing."""
+
+    nodes: np.ndarray
+
+    def nodes_of(self, mesh: Mesh) -> np.ndarray:
+        return self.nodes
+
+
+class PartedElements:
+    """Linear elements on a level that is cut in one of the ways."""
+
+    def __init__(self, case: CutCase, setting: Setting):
+        self._case, self._level, self._way = case, setting["level"], setting["way"]
+        self._skin = skin_of(case, self._level)
+
+    def cut(self) -> None:
+        self._opened = opened(self._case, self._level, self._skin, self._way)
+        self.problem = grasping(self._opened)
+
+    def pull(self) -> Pulled:
+        shifts = self._opened.shifts[self.problem.grasped]
+        largest = float(np.linalg.norm(shifts, axis=1).max())
+        (state,) = self.problem.push(shifts / largest, [largest], TOLERANCE)
+        return self._opened.answer(state.x, self.problem.free_force(state.x))
+
+
+def grasping(cut: Opened) -> Grasping:
+    """Return the static problem of linear elements on a cut level whose hooks are moved."""
+    body = replace(cut.parted.body, anchors=[np.flatnonzero(cut.held & ~cut.moved)])
+    return Grasping(body, 0, 1, Nodes(np.empty((0, 3, 3)), np.flatnonzero(cut.moved)))
+
+
+class ConformingElements:
+    """Quadratic elements on the mesh of a level that conforms to the cut."""
+
+    def __init__(self, case: CutCase, setting: Setting):
+        self._case, self._level = case, setting["level"]
+        self._cut = case.cuts[0] if len(case.cuts) == 1 else Cuts(tuple(case.cuts))
+        mesh = case.body.levels[self._level]
+        ends = mesh.nodes[mesh.edges]
+        self._edge_m = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max())
+
+    def cut(self) -> None:
+        case = self._case
+        self._mesh = CutMesh(cut_body(case.body, self._cut, self._edge_m, level=self._level), case.hooks, 0, 0)
+
+    def pull(self) -> Pulled:
+        surface = self._case.body.fine.nodes[self._case.body.fine.surface]
+        return self._mesh.answer(self._mesh.pull(), surface, self._case.places)
+
+
+def online(case: CutCase, setting: Setting) -> PartedElements | ConformingElements:
+    """Return the elements of a setting."""
+    return (ConformingElements if setting["way"] == CONFORM else PartedElements)(case, setting)

@@ -1,0 +1,129 @@
+"""Answer with linear responses: the compliance of the whole body, updated by what a cut has severed, or prepared anew.
+
+The compliance of all nodes is known before the cut; James and Pai (1999) keep that of the surface. A cut changes the
+stiffness between few nodes, and new nodes are joined to these alone: they are eliminated from the change at once. Then
+the forces of the change and those of the hooks follow from one dense system of their places, the capacitance matrix.
+"""
+
+import numpy as np
+from scipy.linalg import lu_factor, lu_solve
+
+from palpate.benchmark.cut_truth import Pulled
+from palpate.benchmark.load import Refused
+from palpate.benchmark.model import Setting
+from palpate.bodies.cutting.ways import REMOVAL
+from palpate.bodies.material import Tissue
+from palpate.bodies.mesh import TetMesh
+from palpate.effects.linear_elements import LinearElements
+from palpate.linalg.block_pattern import hold
+from palpate.linalg.multigrid import Factor
+from palpate.models.cut.elements import grasping
+from palpate.models.cut.opened import CutCase, opened, skin_of
+from palpate.solvers.grasping import SMALL
+
+LARGEST = 3000
+"""Nodes of a level up to which the compliance of all of them is kept, of 650 MB."""
+TOGETHER = 64
+"""Unit loads that are solved for at once."""
+
+
+def online(case: CutCase, setting: Setting) -> "Anew | Updated":
+    """Return the responses of a setting; Refused where a compliance would be too large, or nodes are lost."""
+    return (Updated if setting["update"] else Anew)(case, setting)
+
+
+class Anew:
+    """Linear elements on the cut level, with a factor of their own."""
+
+    def __init__(self, case: CutCase, setting: Setting):
+        self._case, self._setting, self._skin = case, setting, skin_of(case, setting["level"])
+
+    def cut(self) -> None:
+        self._opened = opened(self._case, self._setting["level"], self._skin, self._setting["way"])
+        self._problem = grasping(self._opened)
+
+    def pull(self) -> Pulled:
+        cut, problem = self._opened, self._problem
+        largest = float(np.linalg.norm(cut.shifts, axis=1).max())
+        way, small = problem.response(cut.shifts[problem.grasped] / largest), SMALL * problem.mesh.size
+        force = problem.free_force(cut.rest + small * way) / small
+        return cut.answer(cut.rest + largest * way, largest * force)
+
+
+class Updated:
+    """The compliance (3n, 3n) [m/N] of the whole level, and what a cut adds to its stiffness."""
+
+    def __init__(self, case: CutCase, setting: Setting):
+        self._case, self._level, self._way = case, setting["level"], setting["way"]
+        self._skin, mesh = skin_of(case, self._level), case.body.levels[self._level]
+        if self._way == REMOVAL:
+            raise Refused("a compliance is not updated where nodes are lost")
+        if (count := len(mesh.nodes)) > LARGEST:
+            raise Refused(f"the compliance of {count} nodes takes {72e-9 * count**2:.1f} GB")
+        self._held = np.isin(np.arange(count), case.body.anchors[self._level])
+        matrix = LinearElements(mesh, case.body.tissue(self._level)).stiffness(mesh.nodes)
+        hold(matrix.indptr, matrix.indices, matrix.data, self._held)
+        factor, free = Factor(matrix), _dofs(np.flatnonzero(~self._held))
+        self._compliance = np.zeros((3 * count, 3 * count))
+        for part in np.array_split(free, max(1, len(free) // TOGETHER)):
+            units = np.zeros((3 * count, len(part)))
+            units[part, np.arange(len(part))] = 1.0
+            self._compliance[:, part] = factor.solve(units.reshape(count, 3, -1)).reshape(3 * count, -1)
+
+    def cut(self) -> None:
+        cut = self._opened = opened(self._case, self._level, self._skin, self._way)
+        parted, count, given = cut.parted, len(self._held), cut.held | cut.moved
+        changed = (parted.origin[parted.mesh.tetrahedra] != parted.mesh.tetrahedra).any(axis=1)
+        changed |= parted.body.tissue(0).share != 1.0
+        changed = np.flatnonzero(changed | (np.bincount(parted.parents)[parted.parents] > 1))
+        parents = np.unique(parted.parents[changed])
+        near = np.unique(np.append(parted.whole.tetrahedra[parents], parted.mesh.tetrahedra[changed]))
+        old = _stiffness(parted.whole, self._case.body.tissue(self._level), parents, near)
+        new = _stiffness(parted.mesh, parted.body.tissue(0), changed, near)
+        self._outer = near[near < count]
+        self._outer = self._outer[~self._held[self._outer]]
+        self._inner = near[(near >= count) & ~given[near]]
+        self._kept = near[(near >= count) & given[near]]
+        at = [_dofs(np.searchsorted(near, nodes)) for nodes in (self._outer, self._inner, self._kept)]
+        (oo, of, op), (fo, ff, fp), _ = self._new = [[new[np.ix_(a, b)] for b in at] for a in at]
+        self._outward = (
+            np.linalg.solve(ff, np.hstack([fo, fp])) if len(at[1]) else np.zeros((0, len(at[0]) + len(at[2])))
+        )
+        change = np.hstack([oo - old[np.ix_(at[0], at[0])], op]) - of @ self._outward
+        self._change, self._pull_of_kept = change[:, : len(at[0])], change[:, len(at[0]) :]
+        self._driven = np.flatnonzero(given[:count] & ~self._held)
+        o, h = _dofs(self._outer), _dofs(self._driven)
+        compliance = self._compliance[np.ix_(np.append(o, h), np.append(o, h))]
+        capacitance = np.vstack([self._change @ compliance[: len(o)], compliance[len(o) :]])
+        capacitance[: len(o), : len(o)] += np.eye(len(o))
+        # forces and lengths in one system: rows of forces are of the order of 1, and so the others have to be
+        self._scale = 1.0 / np.abs(compliance).max()
+        capacitance[len(o) :] *= self._scale
+        self._capacitance = lu_factor(capacitance)
+
+    def pull(self) -> Pulled:
+        cut, count = self._opened, len(self._held)
+        o, h = _dofs(self._outer), _dofs(self._driven)
+        kept = cut.shifts[self._kept].ravel()
+        right = np.append(-self._pull_of_kept @ kept, self._scale * cut.shifts[self._driven].ravel())
+        found = lu_solve(self._capacitance, right)
+        moved, force = np.zeros_like(cut.rest), np.zeros_like(cut.rest)
+        moved[:count] = (found @ self._compliance[np.append(o, h)]).reshape(-1, 3)  # symmetric
+        outer = moved[self._outer].ravel()
+        inner = -self._outward @ np.append(outer, kept)
+        moved[self._inner], moved[self._kept] = inner.reshape(-1, 3), cut.shifts[self._kept]
+        force[self._driven] = -found[len(o) :].reshape(-1, 3)
+        po, pf, pp = self._new[2]
+        force[self._kept] -= (po @ outer + pf @ inner + pp @ kept).reshape(-1, 3)
+        return cut.answer(cut.rest + moved, force)
+
+
+def _dofs(nodes: np.ndarray) -> np.ndarray:
+    return (3 * nodes[:, None] + np.arange(3)).ravel()
+
+
+def _stiffness(mesh: TetMesh, tissue: Tissue, elements: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Return the stiffness at rest of some elements between ``nodes`` (k,), increasing, (3k, 3k) [N/m]."""
+    share = None if tissue.share is None else tissue.share[elements]
+    own = TetMesh(mesh.nodes[np.minimum(nodes, len(mesh.nodes) - 1)], np.searchsorted(nodes, mesh.tetrahedra[elements]))
+    return LinearElements(own, Tissue(tissue.materials, tissue.region[elements], share)).stiffness(own.nodes).toarray()

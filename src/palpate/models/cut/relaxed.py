@@ -1,0 +1,45 @@
+"""Answer with methods that games relax bodies with, on a cut level: by elements, by vertices, or by one matrix.
+
+All end at the equilibrium of corotational linear elements on the level, in the way that it is cut.
+"""
+
+import numpy as np
+
+from palpate.benchmark.cut_truth import Pulled
+from palpate.benchmark.load import Refused
+from palpate.benchmark.model import Setting
+from palpate.bodies.particles import particles_of
+from palpate.effects.linear_elements import LinearElements
+from palpate.errors import NotConverged
+from palpate.models.cut.opened import CutCase, opened, skin_of
+from palpate.models.relaxed import LAW, relaxes
+from palpate.models.touch.pushing import SHARES
+
+
+class CutRelaxed:
+    """Linear elements that are relaxed at each step of the hooks, with as many iterations as the setting says."""
+
+    def __init__(self, case: CutCase, setting: Setting, method: str):
+        self._case, self._setting, self._method = case, setting, method
+        self._skin = skin_of(case, setting["level"])
+        if (law := case.body.material.law) != LAW:
+            raise Refused(f"{method} has the corotational law, and {case.body.name} is {law}")
+
+    def cut(self) -> None:
+        case, setting = self._case, self._setting
+        self._opened = opened(case, setting["level"], self._skin, setting["way"])
+        body = self._opened.parted.body
+        self._elements = LinearElements(body.coarse, body.tissue(0))
+        masses = particles_of(body, 0, surface=False).masses
+        still = self._opened.held | self._opened.moved
+        self._relax = relaxes(self._method, self._elements, masses, still, setting)
+
+    def pull(self) -> Pulled:
+        cut = self._opened
+        x, nothing = cut.rest.copy(), np.zeros_like(cut.rest)
+        for share in SHARES:
+            x[cut.moved] = (cut.rest + share * cut.shifts)[cut.moved]
+            x = self._relax(x, nothing)[0]
+        if not np.isfinite(x).all():
+            raise NotConverged(f"{self._method} left the finite numbers", [float("nan")])
+        return cut.answer(x, self._elements.force(x))

@@ -1,0 +1,172 @@
+"""Removed, split and doubled elements: volumes, pieces and sides, wherever a cut lies in the mesh."""
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from palpate.bodies.body import nest
+from palpate.bodies.cutting.cut import Disc, blade, unit
+from palpate.bodies.cutting.ways import REMOVAL, SPLIT_FACES, VIRTUAL_NODES, WAYS, part
+from palpate.bodies.make_body import make_body
+from palpate.bodies.material import Material
+from palpate.bodies.simple_shapes import box
+from palpate.models.fem_statics import to_surface
+
+SIZES = [0.1, 0.1, 0.04]
+TISSUE = Material(3000.0, 0.3, 1000.0)
+LIVER = {
+    "kind": "liver", "length_m": 0.2, "refinements": 2, "young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000,
+    "anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}},
+}  # fmt: skip
+FAR = 1.0
+COUNT = 8
+"""Random cuts of the liver; 200 have been tried with this number raised."""
+
+
+def slab(divisions=(8, 8, 4)):
+    mesh = box(SIZES, list(divisions))
+    return nest("slab", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), TISSUE)
+
+
+def plane(point, normal):
+    return Disc(np.array(point), unit(normal), FAR)
+
+
+def side_of(cuts, points):
+    return np.column_stack([np.where(cut.across(points) >= 0.0, 1, -1) for cut in cuts])
+
+
+def filled(found):
+    return found.mesh.volumes * found.body.regions.share
+
+
+def volumes_of_pieces(found):
+    return np.bincount(found.pieces()[found.mesh.tetrahedra[:, 0]], filled(found))
+
+
+def longest_edge(mesh):
+    ends = mesh.nodes[mesh.edges]
+    return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max()
+
+
+def check(found, body, level, cuts, way):
+    """No element is inverted, tissue is where it was or lost, and points are told by elements of their own side."""
+    assert found.mesh.volumes.min() > 0.0
+    assert np.array_equal(found.mesh.nodes, found.whole.nodes[found.origin])
+    share = filled(found).sum() / found.whole.volumes.sum()
+    assert share == pytest.approx(1.0 - found.lost_share, rel=1e-12)
+    rows, points = to_surface(body, level), body.fine.nodes[body.fine.surface]
+    sides = side_of(cuts, points)
+    up = found.interpolation(rows, sides)
+    assert np.allclose(up @ found.mesh.nodes, rows @ body.levels[level].nodes, rtol=0.0, atol=1e-12)
+    if way == VIRTUAL_NODES:
+        # where a cut goes through the whole body, nodes of the other side only have no say
+        for c in np.flatnonzero([(cut.within(points) > 0.0).all() for cut in cuts]):
+            for side in (1, -1):
+                own = np.unique(found.mesh.tetrahedra[found.sides[:, c] * side >= 0])
+                deep = cuts[c].across(points) * side > 0.1 * longest_edge(found.mesh)
+                others = np.setdiff1d(np.arange(len(found.origin)), own)
+                assert not sparse.csr_array(up)[deep][:, others].count_nonzero()
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e-9, -1e-9, 0.0031])
+@pytest.mark.parametrize("way", WAYS)
+def test_a_plane_leaves_two_pieces(way, shift):
+    body = slab()
+    cuts = [plane([0.05 + shift, 0.0, 0.0], [1.0, 0.0, 0.0])]
+    found = part(body, 0, cuts, way)
+    check(found, body, 0, cuts, way)
+    volumes = np.sort(volumes_of_pieces(found))
+    halves = np.sort([0.05 + shift, 0.05 - shift]) * 0.1 * 0.04
+    if way == VIRTUAL_NODES or abs(shift) < 1e-6:
+        assert volumes == pytest.approx(halves, rel=1e-6)
+        assert found.lost_share == pytest.approx(0.0, abs=1e-12)
+    elif way == SPLIT_FACES:
+        assert volumes.sum() == pytest.approx(halves.sum(), rel=1e-12)
+        assert len(volumes) == 2
+    else:  # one layer of elements, an eighth, is crossed, of which those remain that only corners are cut off
+        assert len(volumes) >= 2
+        assert 0.05 < found.lost_share <= 0.125
+
+
+def test_crossing_planes_leave_quarters():
+    body = slab((5, 5, 3))
+    cuts = [plane([0.043, 0.05, 0.02], [1.0, 0.2, 0.0]), plane([0.05, 0.057, 0.02], [-0.2, 1.0, 0.0])]
+    found = part(body, 0, cuts, VIRTUAL_NODES)
+    check(found, body, 0, cuts, VIRTUAL_NODES)
+    points = np.random.default_rng(0).random((200_000, 3)) * SIZES
+    corner = side_of(cuts, points) @ [2, 1]
+    expected = np.bincount(np.searchsorted(np.unique(corner), corner)) / len(points) * np.prod(SIZES)
+    assert np.sort(volumes_of_pieces(found)) == pytest.approx(np.sort(expected), rel=0.02)
+    assert volumes_of_pieces(part(body, 0, cuts, SPLIT_FACES)).shape == (4,)
+
+
+def test_the_part_of_an_element_is_that_of_its_volume():
+    body = slab((1, 1, 1))
+    found = part(body, 0, [plane([0.03, 0.0, 0.0], [1.0, 0.3, 0.5])], VIRTUAL_NODES)
+    points = np.random.default_rng(0).dirichlet(np.ones(4), 100_000)
+    for parent, side, share in zip(found.parents, found.sides[:, 0], found.body.regions.share, strict=True):
+        inside = points @ found.whole.nodes[found.whole.tetrahedra[parent]]
+        across = (inside - [0.03, 0.0, 0.0]) @ unit([1.0, 0.3, 0.5])
+        if side:
+            assert share == pytest.approx(np.mean(across * side >= 0.0), abs=0.01)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_cut_without_area_changes_nothing(way):
+    body = slab()
+    path = np.array([[0.03, 0.051, 0.04], [0.07, 0.051, 0.04]])
+    found = part(body, 0, [blade(body.coarse, path, -np.eye(3)[2], 0.0)], way)
+    assert np.array_equal(found.mesh.tetrahedra, body.coarse.tetrahedra)
+    assert found.body.regions.share.min() == 1.0
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_lips_of_a_blade_are_apart_and_its_front_is_not(way):
+    body = slab((16, 16, 8))
+    path = np.array([[0.0213, 0.0512, 0.04], [0.0787, 0.0488, 0.04]])
+    cuts = [blade(body.coarse, path, -np.eye(3)[2], 0.015)]
+    found = part(body, 0, cuts, way)
+    check(found, body, 0, cuts, way)
+    assert found.pieces().max() == 0
+    copied = np.flatnonzero(np.bincount(found.origin, minlength=len(found.whole.nodes)) > 1)
+    if way == SPLIT_FACES:  # the doubled part of the mesh is about as deep and long as the cut
+        low, high = found.whole.nodes[copied].min(axis=0), found.whole.nodes[copied].max(axis=0)
+        assert 0.04 - low[2] == pytest.approx(0.0125, abs=0.006)
+        # one edge of 6.25 mm more on either side is the front's
+        assert 0.035 < high[0] - low[0] < 0.0576
+
+
+def random_cut(body, rng):
+    """A blade near the skin, a disc, or a plane through a node, some of them within 1e-9 of nodes."""
+    mesh, kind, near = body.fine, rng.integers(3), 1e-9 * rng.normal(size=3)
+    node = mesh.nodes[rng.integers(len(body.coarse.nodes))] + near
+    if kind == 0:
+        return Disc(node, unit(rng.normal(size=3)), rng.uniform(0.005, 0.04))
+    if kind == 1:
+        element = body.coarse.nodes[body.coarse.tetrahedra[rng.integers(len(body.coarse.tetrahedra))]]
+        normal = np.cross(element[1] - element[0], element[2] - element[0])
+        return plane(element[0] + near, normal if rng.random() < 0.5 else rng.normal(size=3))
+    place = rng.choice(mesh.surface)
+    outward = mesh.normals[place]
+    along = unit(np.cross(outward, rng.normal(size=3)))
+    points = mesh.nodes[place] + np.outer(rng.uniform(0.02, 0.08) * np.array([-0.5, 0.1, 0.5]), along)
+    points[1] += 0.01 * rng.normal() * np.cross(outward, along)
+    return blade(mesh, points, -outward, rng.uniform(0.004, 0.03))
+
+
+@pytest.fixture(scope="module")
+def liver():
+    return make_body("liver", LIVER)
+
+
+@pytest.mark.parametrize("seed", range(COUNT))
+def test_random_cuts_of_the_liver(liver, seed):
+    rng = np.random.default_rng(seed)
+    cuts = [random_cut(liver, rng) for _ in range(1 + seed % 2)]
+    for level in (0, 1):
+        for way in WAYS:
+            found = part(liver, level, cuts, way)
+            check(found, liver, level, cuts, way)
+            if way != REMOVAL:
+                assert found.lost_share == pytest.approx(0.0, abs=1e-12)

@@ -24,7 +24,7 @@ from palpate.models.stroke_modes import StrokeModes, learn
 from palpate.solvers.system import System
 
 REACH_M = 0.006
-"""Distance from an instrument at which points at rest may come to touch it."""
+"""Distance from an instrument at which points may come to touch it within a step."""
 STRAY = 0.1
 """Of its radius, by which nothing that a motion is believed of is inside an instrument."""
 TOGETHER = 32
@@ -267,7 +267,8 @@ class TouchingMotion:
     def _compile(self) -> None:
         """Call what a step calls, without a step, as the first call of each takes seconds."""
         one = np.ones(self.body.count)
-        touch, none = self._touch(self._tools), np.zeros(self.body.count)
+        none = np.zeros(self.body.count)
+        touch = self._touch(self._tools, none)
         rubbing = self._rubbing(touch, none, self._tools, none, self._tools, 1.0)
         minimise(none, one, none, 1.0, none, np.diag(one), self._body, touch, rubbing, self._forces, 1.0, 1.0, 0)
 
@@ -294,7 +295,8 @@ class TouchingMotion:
         seen, tools = self._tools, contact.at(end)
         start = seen._replace(tips=seen.tips + share * (seen.tips - self._tools_before.tips))
         self._rescale(inertia, 1.0 + lag)
-        touch, q = self._touch(tools), now.q + h * now.w
+        q = now.q + h * now.w
+        touch = self._touch(tools, q)
         rubbing = self._rubbing(touch, now.q, seen, base.q, start, reach)
         for number in range(PASSES):
             if number:
@@ -309,9 +311,13 @@ class TouchingMotion:
         contact.reactions = -self._pushes(touch, q, rubbing)
         contact.work_j -= float(np.vdot(contact.reactions, tools.tips - seen.tips))
 
-    def _touch(self, tools: Tools) -> tuple[np.ndarray, np.ndarray, np.ndarray, Tools]:
-        """Return rows (3c, r), places at rest (c, 3) [m] and stiffness (c,) [N/m] of points near tools, and these."""
-        self._near = np.flatnonzero(gaps_of(self._rest, tools)[0].min(axis=0) < REACH_M)
+    def _touch(self, tools: Tools, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, Tools]:
+        """Return rows (3c, r), places at rest (c, 3) [m] and stiffness (c,) [N/m] of points near tools, and these.
+
+        q : (r,), about where the search ends: a point that a deep press has moved is far from where it was at rest
+        """
+        moved = self._rest + (self.body.rows.reshape(-1, self.body.count) @ q).reshape(-1, 3)
+        self._near = np.flatnonzero(gaps_of(moved, tools)[0].min(axis=0) < REACH_M)
         self._forces = np.zeros((len(self._near), 3))
         rows = self.body.rows[self._near].reshape(-1, self.body.count)
         return rows, self._rest[self._near], self._stiff[self._near], tools

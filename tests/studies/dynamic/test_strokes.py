@@ -62,7 +62,7 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
         ({"contact": ENTRY["contact"] | {"self_contact": True}}, "has a body that touches itself"),
         (
             {"contact": {"instruments": [BALL | PATH, {"kind": "floor", "height_m": 0.0}]}},
-            "is touched by a floor, not by spheres and capsules",
+            "is touched by a floor and not by spheres and capsules",
         ),
     ],
 )

@@ -40,6 +40,11 @@ class PartedElements:
         self._opened = opened(self._case, self._level, self._skin, self._way)
         self.problem = grasping(self._opened)
 
+    @property
+    def lost_share(self) -> float:
+        """Share of the volume that is lost with removed elements."""
+        return self._opened.parted.lost_share
+
     def pull(self) -> Pulled:
         shifts = self._opened.shifts[self.problem.grasped]
         largest = float(np.linalg.norm(shifts, axis=1).max())

@@ -40,9 +40,9 @@ def way_of(row: pd.Series) -> tuple[str, str]:
 
 @style.figure("cut_precision", tables=("cut",))
 def draw_cut_precision(cut, *, scene: str) -> Figure:
-    """Draw the errors of all models in one ``scene``: colours are models, markers ways, lines join levels.
+    """Draw the errors of all models in one ``scene``: colours are models, and markers ways.
 
-    Hollow: one answer more, without a cut. What failed is named below.
+    Lines join the settings of one model and way that no other of these beats; what failed is named below.
     """
     rows = tables.where(cut, scene=scene)
     figure = Figure(figsize=(12.5, 5.9), layout="constrained")

@@ -168,7 +168,7 @@ def measure_cut(
 def _measured(
     name: str, case: CutCase, setting: Setting, repeats: int, budget_s: float
 ) -> tuple[Pulled | None, dict[str, Any]]:
-    """Return the answer of a setting, or None, and its times: of the cut, an answer and a further one, again and again."""
+    """Return the answer of a setting, or None, and the row of its times: it is cut, asked twice, and cut again."""
     begin = perf_counter()
     try:
         model = prepared(name, case, setting)

@@ -257,12 +257,14 @@ def _among(triangles: np.ndarray, of: np.ndarray) -> np.ndarray:
     return np.array([tuple(each) in known for each in np.sort(triangles, axis=1).tolist()], dtype=bool)
 
 
-def _with_patches(body: Body, hooks: Sequence[Hook]) -> Body:
-    """Return the body's level before its finest, with the finest one's triangles where hooks grasp."""
+def with_patches(body: Body, hooks: Sequence[Hook], level: int) -> Body:
+    """Return a ``level`` of the body as the last one, with the finest one's triangles where hooks grasp."""
+    if not (depth := len(body.levels) - 1 - level):
+        return body
     corners = np.concatenate([hook.patch.corners for hook in hooks])
     reach = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
-    last = len(body.levels) - 1
-    return LocalRefinement(body.from_level(last - 1), 1).around(corners.reshape(-1, 3), reach)
+    radii = (reach * 2.0 ** np.arange(depth)[::-1]).tolist()
+    return LocalRefinement(body.from_level(level), depth).around(corners.reshape(-1, 3), radii)
 
 
 def truth_of_cut(
@@ -276,7 +278,7 @@ def truth_of_cut(
     begin, surface = perf_counter(), body.fine.nodes[body.fine.surface]
     places = mouth(body.fine, cut) if places is None else places
     last, found = len(body.levels) - 1, {}
-    coarser = _with_patches(body, hooks)
+    coarser = with_patches(body, hooks, last - 1)
     cuts = {last - 1: cut_body(coarser, cut, edge_m, front_m), last: cut_body(body, cut, edge_m, front_m)}
     ends = FINEST, FINEST - 1, FINEST - 2
     todo = [(last - 1, ends[2], ends[2]), (last, ends[2], ends[2]), (last, ends[1], ends[2]), (last, ends[2], ends[1])]

@@ -1,5 +1,7 @@
 """Tables of cuts, made up: elements and springs on two levels, a reduced one that is late, and one that fails."""
 
+import io
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -21,6 +23,11 @@ ANSWERS = [
 SCENES = {"liver_cut": "liver", "pad_cut": "pad"}
 
 
+def as_read(table: pd.DataFrame) -> pd.DataFrame:
+    """The table as it is read from its file, where an empty text is none."""
+    return pd.read_csv(io.StringIO(table.to_csv(index=False)))
+
+
 @pytest.fixture
 def cut() -> pd.DataFrame:
     rows = []
@@ -33,7 +40,7 @@ def cut() -> pd.DataFrame:
             for time, value in (("change", change), ("first", first), ("again", 0.1 * first)):
                 row |= {f"{time}_{part}_s": value for part in ("median", "p95", "max")}
             rows.append(row | {"failure": "" if np.isfinite(first) else "lost"})
-    return pd.DataFrame(rows, columns=columns("cut"))
+    return as_read(pd.DataFrame(rows, columns=columns("cut")))
 
 
 @pytest.fixture
@@ -44,7 +51,7 @@ def cut_truth() -> pd.DataFrame:
         row = dict.fromkeys(columns("cut_truth"), 0.004) | {"scene": scene, "body": body, "nodes": 90000}
         row |= {"opening_m": 0.0042, "opening_error": 0.007, "seconds": 60.0, "front_ratio": 2.1, "rim_ratio": 1.9}
         rows.append(row | {"rejected": "the lips close (overlap 1 mm)" if body == "pad" else ""})
-    return pd.DataFrame(rows, columns=columns("cut_truth"))
+    return as_read(pd.DataFrame(rows, columns=columns("cut_truth")))
 
 
 @pytest.fixture
@@ -54,10 +61,10 @@ def cut_opening(cut) -> pd.DataFrame:
     wide = 0.004 * np.sqrt(1.0 - ((along - 0.015) / 0.016) ** 2)
     labels = [{"scene": scene, "model": TRUTH, "setting": "", "level": "", "way": ""} for scene in SCENES]
     kept = ["scene", "model", "setting", "level", "way"]
-    labels += cut[cut["failure"] == ""][kept].to_dict("records")
+    labels += cut[cut["failure"].isna()][kept].to_dict("records")
     rows = [
         each | {"along_m": a, "opening_m": w * (1.0 if each["model"] == TRUTH else 0.6)}
         for each in labels
         for a, w in zip(along, wide, strict=True)
     ]
-    return pd.DataFrame(rows, columns=columns("cut_opening"))
+    return as_read(pd.DataFrame(rows, columns=columns("cut_opening")))

@@ -17,7 +17,7 @@ TITLE = "After a cut"
 
 def numbers(report: Report) -> dict[str, Any]:
     """Return what the template names."""
-    cut, truth = report.tables["cut"], report.tables["cut_truth"]
+    cut, truth = report.tables["cut"], report.tables["cut_truth"].fillna({"rejected": ""})
     return {
         "scenes": [_of_scene(tables.where(cut, scene=row["scene"]), row) for _, row in truth.iterrows()],
         "beside": _beside(cut),

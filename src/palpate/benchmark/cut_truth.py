@@ -16,12 +16,13 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from palpate.benchmark.touch_truth import number_limit
-from palpate.benchmark.truth import estimate
+from palpate.benchmark.truth import estimate, ratio
 from palpate.bodies.body import Body
 from palpate.bodies.cutting.conform import CutBody, cut_body
 from palpate.bodies.cutting.cut import Blade, Cut, unit
 from palpate.bodies.local_refinement import LocalRefinement
-from palpate.bodies.mesh import Mesh, area_normals
+from palpate.bodies.mesh import Mesh, TetMesh, area_normals
+from palpate.bodies.mesh_quality import dihedral_angles
 from palpate.bodies.refinement import with_midpoints
 from palpate.effects.surface_integrals import surface_interpolation
 from palpate.effects.surface_map import coarse_triangles
@@ -38,6 +39,8 @@ MOST_SURFACE, MOST_OPENING = 0.005, 0.03
 """Own errors over the surface and in the opening above which a cut judges no model."""
 FINEST = 2
 """How often elements are halved at most, at the front and at the rims."""
+BESIDE = 0.5
+"""Size of a triangle over which a place of the mouth may be off the lips."""
 PLACES = 9
 """Places along a path where the opening is told."""
 
@@ -66,19 +69,22 @@ class Pulled(NamedTuple):
 class CutTruth:
     """The truth of one cut and pull.
 
-    pulled : the limit; own_surface, own_opening, own_force : what it may be off, as ``pull_errors`` measures them
+    pulled : the limit; own : (3,) what it may be off, as ``pull_errors`` measures it
+    front_ratio, rim_ratio : by how much the second halving, at the front or at the rims, has changed the surface less
+        than the first; NaN where nothing changes
     least_opening_m : [m] of the lips anywhere, along the normal of the cut, on the finest mesh; negative: they overlap
-    least_det : smallest det F there
+    least_det : smallest det F there; least_angle : smallest of the elements that are halved [°]
     nodes : of the largest mesh; seconds : of all [s]
     rejected : why it judges no model, or ""
     """
 
     pulled: Pulled
-    own_surface: float
-    own_opening: float
-    own_force: float
+    own: np.ndarray
+    front_ratio: float
+    rim_ratio: float
     least_opening_m: float
     least_det: float
+    least_angle: float
     nodes: int
     seconds: float
     rejected: str
@@ -115,11 +121,14 @@ def mouth(mesh: Mesh, cut: Cut, places: int = PLACES) -> np.ndarray:
     return np.array(found).reshape(-1, 3)
 
 
-def skin_map(mesh: Mesh, side: np.ndarray, points: np.ndarray, sign: float, degree: int = 2) -> sparse.csr_array:
+def skin_map(
+    mesh: Mesh, side: np.ndarray, points: np.ndarray, sign: float, degree: int = 2, beside: float = 0.0
+) -> sparse.csr_array:
     """Return the interpolation (k, n) to ``points`` (k, 3) [m] of the skin; quadratic, n counts nodes and edges.
 
     side : (t,) of each triangle of ``mesh``: its sign says on which side of the cut it lies, NaN that it is no skin
     sign : of the side that is taken where a point lies on both
+    beside : how far from a triangle of that side, over its size, a point may lie to be taken as one of it
     """
     skin = np.flatnonzero(~np.isnan(side))
     corners = mesh.nodes[mesh.triangles[skin]]
@@ -128,15 +137,16 @@ def skin_map(mesh: Mesh, side: np.ndarray, points: np.ndarray, sign: float, degr
     tree, chosen, places = cKDTree(middles), [], []
     for point in points:
         near = np.array(tree.query_ball_point(point, reach.max()))
-        near = near[np.linalg.norm(middles[near] - point, axis=1) <= reach[near] * (1.0 + 1e-9)]
+        near = near[np.linalg.norm(middles[near] - point, axis=1) <= reach[near] * (1.0 + 1e-9 + beside)]
         first, sides = corners[near, 0], np.swapaxes(corners[near, 1:] - corners[near, :1], 1, 2)
         share = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - first)
         off = np.linalg.norm(point - first - np.einsum("tab,tb->ta", sides, share), axis=1)
         outside = -np.minimum(share.min(axis=1), 1.0 - share.sum(axis=1))
-        fits = (outside <= 1e-6) & (off <= 1e-6 * reach[near])
+        away, other = np.maximum(outside, off / reach[near]), np.sign(side[skin[near]]) != sign
+        fits = away <= 1e-6
         if not fits.any():
             raise InputError("a point is not on the skin of the cut mesh; give the body that was cut.")
-        order = np.lexsort((outside, np.sign(side[skin[near]]) != sign, ~fits))
+        order = np.lexsort((away, other, ~(fits | (away <= beside) & ~other)))
         chosen.append(skin[near[order[0]]])
         places.append([1.0 - share[order[0]].sum(), *share[order[0]]])
     return surface_interpolation(mesh, np.array(chosen, dtype=int), np.array(places).reshape(-1, 3), degree)
@@ -199,7 +209,8 @@ class CutMesh:
         """Return the answer at positions ``x``; surface, places : points (n, 3), (k, 3) [m] of skin and mouth."""
         moved, side, force = x - self.problem.mesh.nodes, self._side_of_skin(), self.problem.free_force(x)
         displacement = skin_map(self._mesh, side, surface, 1.0) @ moved
-        first, second = (skin_map(self._mesh, side, places, sign) @ moved for sign in (1.0, -1.0))
+        # where the cut crosses an edge of the skin the lips end beside it, and the place is on one of them
+        first, second = (skin_map(self._mesh, side, places, sign, beside=BESIDE) @ moved for sign in (1.0, -1.0))
         forces = [
             -force[hook.patch.nodes_of(self.problem.mesh)].sum(axis=0) @ unit(hook.shift_m) for hook in self._hooks
         ]
@@ -246,12 +257,14 @@ def _among(triangles: np.ndarray, of: np.ndarray) -> np.ndarray:
     return np.array([tuple(each) in known for each in np.sort(triangles, axis=1).tolist()], dtype=bool)
 
 
-def _with_patches(body: Body, hooks: Sequence[Hook]) -> Body:
-    """Return the body's level before its finest, with the finest one's triangles where hooks grasp."""
+def with_patches(body: Body, hooks: Sequence[Hook], level: int) -> Body:
+    """Return a ``level`` of the body as the last one, with the finest one's triangles where hooks grasp."""
+    if not (depth := len(body.levels) - 1 - level):
+        return body
     corners = np.concatenate([hook.patch.corners for hook in hooks])
     reach = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
-    last = len(body.levels) - 1
-    return LocalRefinement(body.from_level(last - 1), 1).around(corners.reshape(-1, 3), reach)
+    radii = (reach * 2.0 ** np.arange(depth)[::-1]).tolist()
+    return LocalRefinement(body.from_level(level), depth).around(corners.reshape(-1, 3), radii)
 
 
 def truth_of_cut(
@@ -265,7 +278,7 @@ def truth_of_cut(
     begin, surface = perf_counter(), body.fine.nodes[body.fine.surface]
     places = mouth(body.fine, cut) if places is None else places
     last, found = len(body.levels) - 1, {}
-    coarser = _with_patches(body, hooks)
+    coarser = with_patches(body, hooks, last - 1)
     cuts = {last - 1: cut_body(coarser, cut, edge_m, front_m), last: cut_body(body, cut, edge_m, front_m)}
     ends = FINEST, FINEST - 1, FINEST - 2
     todo = [(last - 1, ends[2], ends[2]), (last, ends[2], ends[2]), (last, ends[1], ends[2]), (last, ends[2], ends[1])]
@@ -284,17 +297,20 @@ def truth_of_cut(
     mixed = _sum(near[1], far[0], near[0], corner, factors=(1.0, -1.0, -1.0, 1.0))
     whole = _sum(corner, before, factors=(WHOLE, -WHOLE))
     own = np.sum([_largest(truth, off) for off in (near_off, far_off, [mixed], [whole])], axis=0)
-    surface_error, opening_error, force_error = own.tolist()
     rejected = "" if wide[0] >= -CLOSED * wide[1] else f"the lips close (overlap {-1e3 * wide[0]:.2g} mm)"
-    if not (surface_error <= MOST_SURFACE and opening_error <= MOST_OPENING):
-        rejected = f"the meshes are too far apart (own error {surface_error:.1%}, of the opening {opening_error:.1%})"
+    if not (own[0] <= MOST_SURFACE and own[1] <= MOST_OPENING):
+        rejected = f"the meshes are too far apart (own error {own[0]:.1%}, of the opening {own[1]:.1%})"
+    base = cuts[last].coarse
+    assert isinstance(base, TetMesh)
+    front_ratio, rim_ratio = (ratio(np.array([each.displacement for each in three])) for three in (near, far))
     return CutTruth(
         truth,
-        surface_error,
-        opening_error,
-        force_error,
+        own,
+        front_ratio,
+        rim_ratio,
         least_opening_m=wide[0],
         least_det=least,
+        least_angle=float(dihedral_angles(base).min()),
         nodes=nodes,
         seconds=perf_counter() - begin,
         rejected=rejected,

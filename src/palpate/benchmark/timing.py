@@ -84,7 +84,7 @@ def _once(call: Call, receive: Callable[[Any], None]) -> tuple[float, str]:
     return seconds, ""
 
 
-def said(failure: NotConverged) -> str:
+def said(failure: Exception) -> str:
     """Return what a failure says in one line, which is never empty."""
     return str(failure).replace("\n", " ") or "not converged"
 

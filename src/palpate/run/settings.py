@@ -21,6 +21,7 @@ STUDIES = (
     "tradeoff",
     "press",
     "touch",
+    "cut",
     "law",
     "dynamic",
     "measured",

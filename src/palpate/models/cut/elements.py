@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from palpate.benchmark.cut_truth import TOLERANCE, CutMesh, Pulled
+from palpate.benchmark.cut_truth import TOLERANCE, CutMesh, Pulled, with_patches
 from palpate.benchmark.model import Setting
 from palpate.bodies.cutting.conform import cut_body
 from palpate.bodies.cutting.cut import Cuts
@@ -40,6 +40,11 @@ class PartedElements:
         self._opened = opened(self._case, self._level, self._skin, self._way)
         self.problem = grasping(self._opened)
 
+    @property
+    def lost_share(self) -> float:
+        """Share of the volume that is lost with removed elements."""
+        return self._opened.parted.lost_share
+
     def pull(self) -> Pulled:
         shifts = self._opened.shifts[self.problem.grasped]
         largest = float(np.linalg.norm(shifts, axis=1).max())
@@ -54,18 +59,17 @@ def grasping(cut: Opened) -> Grasping:
 
 
 class ConformingElements:
-    """Quadratic elements on the mesh of a level that conforms to the cut."""
+    """Quadratic elements on the mesh of a level that conforms to the cut, and is as fine as the finest at hooks."""
 
     def __init__(self, case: CutCase, setting: Setting):
-        self._case, self._level = case, setting["level"]
+        self._case, self._body = case, with_patches(case.body, case.hooks, setting["level"])
         self._cut = case.cuts[0] if len(case.cuts) == 1 else Cuts(tuple(case.cuts))
-        mesh = case.body.levels[self._level]
+        mesh = case.body.levels[setting["level"]]
         ends = mesh.nodes[mesh.edges]
         self._edge_m = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max())
 
     def cut(self) -> None:
-        case = self._case
-        self._mesh = CutMesh(cut_body(case.body, self._cut, self._edge_m, level=self._level), case.hooks, 0, 0)
+        self._mesh = CutMesh(cut_body(self._body, self._cut, self._edge_m), self._case.hooks, 0, 0)
 
     def pull(self) -> Pulled:
         surface = self._case.body.fine.nodes[self._case.body.fine.surface]

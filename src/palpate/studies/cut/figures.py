@@ -1,0 +1,130 @@
+"""Draw errors after a cut against the time from the blade's move to the first answer, and how far the lips open."""
+
+from textwrap import fill
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from palpate.benchmark.ranking import EXACT, TRUTH, front
+from palpate.report import style, tables
+from palpate.report.model_looks import look
+from palpate.report.words import percent, spaced
+
+PANELS = {
+    "surface_error": "error over the surface, RMS [% of peak]",
+    "opening_error": "largest error of the opening [% of the largest]",
+    "force_error": "largest error of a hook's force [%]",
+}
+"""The errors that are drawn, a panel each."""
+ERRORS = tuple(PANELS)
+WAYS = {
+    "removal": ("elements removed", "X"),
+    "deleted": ("springs deleted", "v"),
+    "split_faces": ("split along faces", "s"),
+    "virtual_nodes": ("virtual nodes", "o"),
+    "conform": ("mesh made anew", "h"),
+}
+"""How a level is cut, in words, with a marker each."""
+FRAMES_MS = (16.7, 100.0)
+"""Times of an answer: of 60 pictures a second, of an immediate reaction."""
+UPDATED = {"update=true": ("compliance updated", "P"), "update=false": ("compliance factorised", "D")}
+
+
+def way_of(row: pd.Series) -> tuple[str, str]:
+    """Return how a setting follows a cut, in words, and its marker."""
+    updated = next((shown for text, shown in UPDATED.items() if row["setting"].endswith(text)), None)
+    return updated or WAYS[row["way"]]
+
+
+@style.figure("cut_precision", tables=("cut",))
+def draw_cut_precision(cut, *, scene: str) -> Figure:
+    """Draw the errors of all models in one ``scene``: colours are models, and markers ways.
+
+    Lines join the settings of one model and way that no other of these beats; what failed is named below.
+    """
+    rows = tables.where(cut, scene=scene)
+    figure = Figure(figsize=(12.5, 5.9), layout="constrained")
+    parts = figure.subplot_mosaic([list(PANELS), ["legend"] * len(PANELS)], height_ratios=[4.6, 0.9])
+    for column, name in PANELS.items():
+        axis = parts[column]
+        axis.set(xscale="log", yscale="log", xlabel="from the blade's move to the first answer [ms]", ylabel=name)
+        for _, part in rows.groupby(["model", "way", rows["setting"].str.extract("(update=.*)")[0].fillna("")]):
+            _curve(axis, part, column)
+        own = rows[f"own_{column}"].iloc[0]
+        low = min(axis.get_ylim()[0], 50 * own)
+        axis.set_ylim(low, None)
+        axis.axhspan(low, 100 * own, color="#ececec", zorder=0)
+        axis.annotate(
+            f"grey: below the error of the truth itself, {percent(own)}", (0, 0), (4, 4),
+            xycoords="axes fraction", textcoords="offset points", fontsize=7.5, color="#555555",
+        )  # fmt: skip
+        style.plain_log(axis.xaxis)
+        style.plain_log(axis.yaxis)
+        _frames(axis)
+    parts["surface_error"].set_title(spaced(scene), pad=18)
+    _legend(parts["legend"], rows)
+    return figure
+
+
+def _curve(axis, rows: pd.DataFrame, column: str) -> None:
+    """Draw the settings of one model and way, a line through those that no other of it beats."""
+    rows = rows[np.isfinite(rows[column]) & np.isfinite(rows["first_median_s"])]
+    if rows.empty:
+        return
+    (_, marker), shown = way_of(rows.iloc[0]), look(rows["model"].iloc[0])
+    t, error = 1e3 * rows["first_median_s"].to_numpy(), 100 * rows[column].clip(lower=EXACT).to_numpy()
+    best = front(t, error)
+    axis.plot(t[best], error[best], color=shown.colour, lw=1.2, zorder=2)
+    axis.plot(t, error, ls="", marker=marker, color=shown.colour, mec="white", mew=0.7, ms=7, zorder=3)
+
+
+def _frames(axis) -> None:
+    """Draw the budgets of a frame that lie in the panel."""
+    low, high = axis.get_xlim()
+    for budget in FRAMES_MS:
+        if low < budget < high:
+            axis.axvline(budget, color="#b5b5b5", ls=":", lw=1, zorder=1)
+            axis.annotate(
+                f"{budget:g} ms", (budget, 1), (0, 3), xycoords=("data", "axes fraction"),
+                textcoords="offset points", ha="center", va="bottom", fontsize=7.5, color="#444444",
+            )  # fmt: skip
+
+
+def _legend(axis, rows: pd.DataFrame) -> None:
+    """List models by colour and ways by marker; below, what failed."""
+    axis.set_axis_off()
+    looks = [look(model) for model in dict.fromkeys(rows["model"])]
+    handles = [Line2D([], [], color=shown.colour, lw=3, label=shown.label) for shown in looks]
+    ways = dict.fromkeys(way_of(row) for _, row in rows.iterrows())
+    handles += [Line2D([], [], ls="", marker=marker, color="#777777", ms=7, label=label) for label, marker in ways]
+    axis.legend(handles=handles, loc="upper left", ncols=6, fontsize=7.5, borderaxespad=0, columnspacing=1.4)
+    failed = rows[rows["failure"].fillna("") != ""]
+    names = [f"{look(row.model).label} ({row.setting})" for row in failed.itertuples()]
+    words = f"no answer: {', '.join(names)}" if names else "every setting answered"
+    axis.text(0, 0, fill(words, 190), transform=axis.transAxes, va="bottom", fontsize=7.5, color="#666666")
+
+
+@style.figure("cut_opening", tables=("cut_opening",))
+def draw_cut_opening(cut_opening, *, scene: str) -> Figure:
+    """Draw how far the lips open along the cut, a panel for each level; filled: the truth."""
+    rows = tables.where(cut_opening, scene=scene)
+    truth, models = tables.where(rows, model=TRUTH), rows[rows["model"] != TRUTH]
+    levels = sorted(models["level"].astype(int).unique())
+    figure = Figure(figsize=(12.5, 3.6), layout="constrained")
+    axes = figure.subplots(1, max(1, len(levels)), sharey=True, squeeze=False)[0]
+    for axis, level in zip(axes, levels, strict=False):
+        axis.fill_between(1e3 * truth["along_m"], 1e3 * truth["opening_m"], color="#d9d9d9", label="the truth")
+        here = models[models["level"].astype(int) == level]
+        last = here.drop_duplicates(["model", "way", "along_m"], keep="last")
+        for (model, way), part in last.groupby(["model", "way"], sort=False):
+            shown, (words, marker) = look(str(model)), WAYS[str(way)]
+            part = part.sort_values("along_m")
+            drawn = {"color": shown.colour, "marker": marker, "ms": 3.5, "lw": 1}
+            axis.plot(1e3 * part["along_m"], 1e3 * part["opening_m"], label=f"{shown.label}, {words}", **drawn)
+        axis.set(title=f"level {level}", xlabel="along the cut [mm]")
+    axes[0].set_ylabel("opening of the lips [mm]")
+    known = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
+    figure.legend(known.values(), known.keys(), loc="outside right center", fontsize=7)
+    return figure

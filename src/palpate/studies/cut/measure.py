@@ -1,0 +1,199 @@
+"""Measure what models make of a cut whose lips are pulled apart, and how long they take from the blade's move on."""
+
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import h5py
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.cut_truth import CutTruth, Hook, Pulled, mouth, pull_errors
+from palpate.benchmark.model import Setting, setting_text
+from palpate.benchmark.ranking import TRUTH
+from palpate.benchmark.timing import said, time_calls
+from palpate.bodies.body import Body
+from palpate.bodies.cutting.cut import make_cut
+from palpate.bodies.cutting.ways import VIRTUAL_NODES
+from palpate.errors import InputError, NotConverged
+from palpate.files import read_hdf5, write_whole
+from palpate.models.cut import elements, linear
+from palpate.models.cut.opened import CutCase, CutModel
+from palpate.models.cut.relaxed import CutRelaxed
+from palpate.models.cut.springs import CutSprings
+from palpate.solvers.grasping import patch_around
+from palpate.table_declaration import Table
+
+CUT_TRUTH = Table(
+    "cut_truth",
+    "How exactly the truth of each cut is known, and what it takes.",
+    """
+    scene body: a cut by its name, and the body
+    surface_error opening_error force_error: own errors: RMS over the surface over the peak, the largest of the opening
+        over the largest opening, the largest of the hooks' forces over the largest force
+    peak_m opening_m force_n: largest displacement of the surface [m], opening [m] and force of a hook [N]
+    front_ratio rim_ratio: by how much the second halving at the front of the cut, and at the rims of what is held or
+        grasped, has changed the surface less than the first
+    least_opening_m: least opening of the lips, along the normal of the cut [m]; negative: they overlap
+    least_det least_angle: least determinant of F, and least angle of an element of the mesh that is halved [°]
+    nodes seconds: of the largest mesh; of the whole [s]
+    rejected: why it judges no model
+    """,
+)
+CUT = Table(
+    "cut",
+    "The errors and times of every model at each of its settings after a cut.",
+    """
+    scene body: a cut by its name, and the body
+    model setting level way: what answers, on which level, and how that is cut
+    surface_error opening_error force_error: RMS over the surface over the peak, the largest of the opening over the
+        largest opening, the largest of the hooks' forces over the largest force
+    own_surface_error own_opening_error own_force_error: the truth's own
+    lost_share: of the volume, with removed elements
+    change_median_s change_p95_s change_max_s: from the blade's move until a model is ready to answer [s]
+    first_median_s first_p95_s first_max_s: from the blade's move until the first answer [s]
+    again_median_s again_p95_s again_max_s: time of a further answer [s]
+    calls offline_s: how often it was cut and timed, and preparation before the cut [s]
+    failure: why there is no answer
+    """,
+)
+CUT_OPENING = Table(
+    "cut_opening",
+    "How far the lips open along each cut, for the truth and for every setting.",
+    """
+    scene model setting level way: a cut by its name, and what answers
+    along_m opening_m: a place of the mouth, from the first one on, and how far the lips are apart there [m]
+    """,
+)
+ERRORS = ("surface_error", "opening_error", "force_error")
+TIMES = ("change", "first", "again")
+
+
+def asked(body: Body, entry: Mapping[str, Any]) -> CutCase:
+    """Return the question that a block of ``cut.cuts`` asks of a body; InputError where it describes no cut."""
+    cut, coarse, fine = make_cut("cut", entry["cut"], body.fine), body.coarse, body.fine
+    hooks = []
+    for hook in entry["hooks"]:
+        # coarse nodes are nodes of all levels, so that each level has what is grasped
+        node = coarse.surface[np.linalg.norm(coarse.nodes[coarse.surface] - hook["at_m"], axis=1).argmin()]
+        hooks.append(Hook(patch_around(fine, int(node), hook["radius_m"]), np.array(hook["shift_m"], dtype=float)))
+    return CutCase(body, [cut], hooks, mouth(fine, cut))
+
+
+def truth_row(scene: str, case: CutCase, truth: CutTruth) -> pd.DataFrame:
+    """Tabulate CUT_TRUTH of one cut."""
+    row = {"scene": scene, "body": case.body.name} | dict(zip(ERRORS, truth.own, strict=True))
+    pulled = truth.pulled
+    row |= {"peak_m": _length(pulled.displacement), "opening_m": _length(pulled.opening)}
+    row |= {"force_n": float(np.abs(pulled.force).max())}
+    kept = ("front_ratio", "rim_ratio", "least_opening_m", "least_det", "least_angle", "nodes", "seconds", "rejected")
+    return CUT_TRUTH.frame([row | {name: getattr(truth, name) for name in kept}])
+
+
+class Known(NamedTuple):
+    """What models are judged by: an answer, and its own errors (3,), as ``pull_errors`` has them; judges : any."""
+
+    pulled: Pulled
+    own: np.ndarray
+    judges: bool
+
+
+def save_truth(truth: CutTruth, path: str | Path) -> None:
+    """Write to HDF5 what models are judged by, whole or not at all."""
+    with write_whole(path) as part, h5py.File(part, "w") as file:
+        for name, values in {**truth.pulled._asdict(), "own": truth.own}.items():
+            file.create_dataset(name, data=values, fletcher32=True)
+        file.attrs["judges"] = not truth.rejected
+
+
+def load_truth(path: str | Path) -> Known:
+    """Read what ``save_truth`` wrote; InputError if it is missing or damaged."""
+    with read_hdf5(path) as file:
+        return Known(Pulled(*(file[name][:] for name in Pulled._fields)), file["own"][:], bool(file.attrs["judges"]))
+
+
+def settings_of(case: CutCase, families: Mapping[str, list[Setting]]) -> Iterator[tuple[str, Setting]]:
+    """Yield each model with a setting, on levels that the body has."""
+    for model, settings in families.items():
+        for setting in settings:
+            if setting["level"] < len(case.body.levels):
+                yield model, setting
+
+
+def prepared(model: str, case: CutCase, setting: Setting) -> CutModel:
+    """Return a model that is ready for the cut; Refused where it cannot follow one."""
+    if model == "fem":
+        return elements.online(case, setting)
+    doubled = {"way": VIRTUAL_NODES} | setting
+    if model == "linear_responses":
+        return linear.online(case, doubled)
+    return CutSprings(case, doubled) if model == "springs" else CutRelaxed(case, doubled, model)
+
+
+def measure_cut(
+    scene: str,
+    case: CutCase,
+    truth: Known,
+    families: Mapping[str, list[Setting]],
+    repeats: int,
+    budget_s: float,
+    progress: Callable = iter,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Measure all settings of all models: rows of CUT and of CUT_OPENING.
+
+    families : settings by model; repeats, budget_s : as of ``time_calls``; progress : wraps the settings
+    Where the truth judges no model errors are left out. On one BLAS thread.
+    """
+    from threadpoolctl import threadpool_limits
+
+    rows, along = [], np.linalg.norm(case.places - case.places[:1], axis=1)
+    labels = {"scene": scene, "model": TRUTH, "setting": "", "level": "", "way": ""}
+    openings = _openings(labels, along, truth.pulled)
+    own = {f"own_{name}": value for name, value in zip(ERRORS, truth.own, strict=True)}
+    with threadpool_limits(limits=1):
+        for model, setting in progress(list(settings_of(case, families))):
+            way = setting.get("way", VIRTUAL_NODES)
+            labels = {"scene": scene, "model": model, "setting": setting_text(setting)}
+            labels |= {"level": setting["level"], "way": way}
+            answer, row = _measured(model, case, setting, repeats, budget_s)
+            if answer is not None:
+                openings += _openings(labels, along, answer)
+                if truth.judges:
+                    row |= dict(zip(ERRORS, pull_errors(answer, truth.pulled), strict=True))
+            rows.append({"body": case.body.name} | labels | own | row)
+    return CUT.frame(rows), CUT_OPENING.frame(openings)
+
+
+def _measured(
+    name: str, case: CutCase, setting: Setting, repeats: int, budget_s: float
+) -> tuple[Pulled | None, dict[str, Any]]:
+    """Return the answer of a setting, or None, and the row of its times: it is cut, asked twice, and cut again."""
+    begin = perf_counter()
+    try:
+        model = prepared(name, case, setting)
+        offline = perf_counter() - begin
+        model.cut()
+        answer = model.pull()
+    except (NotConverged, InputError) as failure:
+        return None, {"failure": said(failure)}
+    timed = time_calls([model.cut, model.pull, model.pull], 3 * repeats, budget_s)
+    if failure := next(filter(None, timed.failures), ""):
+        return None, {"failure": failure}
+    change, first, again = map(np.array, timed.seconds)
+    first += change[: len(first)]
+    row: dict[str, Any] = {"lost_share": getattr(model, "lost_share", 0.0), "calls": len(first), "offline_s": offline}
+    for time, values in zip(TIMES, (change, first, again), strict=True):
+        row |= {f"{time}_median_s": np.median(values), f"{time}_p95_s": np.percentile(values, 95)}
+        row |= {f"{time}_max_s": values.max()}
+    return answer, row | {"failure": ""}
+
+
+def _openings(labels: dict[str, Any], along: np.ndarray, answer: Pulled) -> list[dict[str, Any]]:
+    """Return the rows of CUT_OPENING of an answer at places ``along`` (k,) [m] the mouth."""
+    wide = np.linalg.norm(answer.opening, axis=1)
+    return [labels | {"along_m": a, "opening_m": w} for a, w in zip(along, wide, strict=True)]
+
+
+def _length(vectors: np.ndarray) -> float:
+    return float(np.linalg.norm(vectors, axis=1).max(initial=0.0))

@@ -1,0 +1,45 @@
+# Lips of a cut that hooks pull apart: what models make of it, and how soon after the blade's move, against a truth.
+
+CUTS = config["cut"]["cuts"]
+CUTTING = "results/data/{body}/cut/{scene}"
+CUT_TABLES = {
+    table: [f"results/data/{cut['body']}/cut/{scene}/{table}.csv" for scene, cut in CUTS.items()]
+    for table in ("cut_truth", "cut", "cut_opening")
+}
+TARGETS["cut"] = merged(**CUT_TABLES) + figures("cut", "cut_precision", "cut_opening", scenes=list(CUTS))
+WARNED += warned_of({cut["body"] for cut in CUTS.values()})
+
+
+rule find_cut_truth:
+    input:
+        body=BODY,
+    output:
+        truth=f"{CUTTING}/truth.h5",
+        table=f"{CUTTING}/cut_truth.csv",
+    log:
+        "results/logs/{body}/{scene}/find_cut_truth.log",
+    params:
+        **calls("palpate.studies.cut.jobs:find_cut_truth"),
+        entry=lambda wildcards: CUTS[wildcards.scene],
+        truth=config["cut"]["truth"],
+    script:
+        "../job.py"
+
+
+rule measure_cut:
+    input:
+        body=BODY,
+        truth=f"{CUTTING}/truth.h5",
+    output:
+        cut=f"{CUTTING}/cut.csv",
+        opening=f"{CUTTING}/cut_opening.csv",
+    log:
+        "results/logs/{body}/{scene}/measure_cut.log",
+    threads: HALF
+    params:
+        **calls("palpate.studies.cut.jobs:measure_cut"),
+        **some("cut", "settings", "budget_s"),
+        entry=lambda wildcards: CUTS[wildcards.scene],
+        repeats=config["timing"]["repeats"],
+    script:
+        "../job.py"

@@ -1,6 +1,6 @@
 """Judge why paper 2 takes springs: finite elements, it says, are greatly limited where the topology changes."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 import pandas as pd
 
@@ -46,5 +46,5 @@ def limited(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     yield Claim(2, "why springs", claim, premise, "greatly limited", ours, verdict(bool(holds)))
 
 
-def _range(values: pd.Series, words) -> str:
+def _range(values: pd.Series, words: Callable[[float], str]) -> str:
     return f"{words(values.min())} to {words(values.max())}"

@@ -178,8 +178,8 @@ def _measured(
     except (NotConverged, InputError) as failure:
         return None, {"failure": said(failure)}
     timed = time_calls([model.cut, model.pull, model.pull], 3 * repeats, budget_s)
-    if failure := next(filter(None, timed.failures), ""):
-        return None, {"failure": failure}
+    if failed := next(filter(None, timed.failures), ""):
+        return None, {"failure": failed}
     change, first, again = map(np.array, timed.seconds)
     first += change[: len(first)]
     row: dict[str, Any] = {"lost_share": getattr(model, "lost_share", 0.0), "calls": len(first), "offline_s": offline}

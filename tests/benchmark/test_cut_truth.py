@@ -209,6 +209,22 @@ def test_lips_open_alike_on_both_sides_of_a_symmetric_cut():
     assert pull_errors(wrong, answer) == pytest.approx((0.0, 0.1, 0.5))
 
 
+def test_lips_that_end_beside_an_edge_of_the_skin_open_there_too():
+    """A cut runs along a ridge, which nodes keep to: places of the mouth lie on one lip or the other."""
+    mesh = box([0.1, 0.1, 0.04], [4, 4, 2])
+    ridge = mesh.nodes + np.outer(0.02 * (1.0 - np.abs(mesh.nodes[:, 1] / 0.05 - 1.0)) * mesh.nodes[:, 2] / 0.04, -DOWN)
+    body = nest("roof", TetMesh(ridge, mesh.tetrahedra), 1, np.flatnonzero(mesh.nodes[:, 2] == 0.0), TISSUE)
+    path = np.array([[0.03, 0.0485, 0.06], [0.07, 0.0512, 0.06]])
+    cut = cut_body(body, blade(body.fine, path, DOWN, 0.012), 0.012, 0.006)
+    away = CutMesh(cut, [hook(body, [0.05, 0.0, 0.04], [0.0, -0.003, 0.0])], 0, 0)
+    rest, places = away.problem.mesh.nodes, mouth(body.fine, cut.cut)
+    side = np.sign(cut.cut.across(rest))
+    for lip, sign in ((0, 1.0), (1, -1.0)):
+        side[np.unique(lips_of(cut, halved(cut, 0), lip))] = sign
+    apart = away.answer(rest + np.outer(side, [0.0, 0.001, 0.0]), rest[:0], places).opening
+    assert len(places) == 9 and np.abs(apart[:, 1]) == pytest.approx(np.full(9, 0.002))
+
+
 def test_hooks_that_hold_the_lips_or_what_is_held_are_refused():
     body, path = slab(), np.array([[0.03, 0.05, 0.04], [0.07, 0.05, 0.04]])
     cut = cut_body(body, blade(body.fine, path, DOWN, 0.012), 0.012)

@@ -57,6 +57,6 @@ def test_every_model_and_way_is_drawn(cut, cut_opening):
     assert {"finite elements", "springs", "XPBD", "mesh made anew", "compliance updated"} <= set(drawn)
     assert any(text.startswith("no answer: XPBD") for text in drawn)
     figure = figures.draw_cut_opening(cut_opening, scene="liver_cut")
-    assert [axis.get_title(loc="left") for axis in figure.axes] == ["level 0", "level 1"]
+    assert [axis.get_title(loc="left") for axis in figure.axes] == ["liver cut, level 0", "liver cut, level 1"]
     springs = next(line for line in figure.axes[1].lines if line.get_label().startswith("springs"))
     assert max(springs.get_ydata()) == pytest.approx(0.6 * 4.0)

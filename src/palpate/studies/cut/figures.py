@@ -123,7 +123,7 @@ def draw_cut_opening(cut_opening, *, scene: str) -> Figure:
             part = part.sort_values("along_m")
             drawn = {"color": shown.colour, "marker": marker, "ms": 3.5, "lw": 1}
             axis.plot(1e3 * part["along_m"], 1e3 * part["opening_m"], label=f"{shown.label}, {words}", **drawn)
-        axis.set(title=f"level {level}", xlabel="along the cut [mm]")
+        axis.set(title=f"{spaced(scene)}, level {level}", xlabel="along the cut [mm]")
     axes[0].set_ylabel("opening of the lips [mm]")
     known = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
     figure.legend(known.values(), known.keys(), loc="outside right center", fontsize=7)

@@ -46,8 +46,14 @@ def test_elements_stand_beside_the_best_springs_of_their_level_and_way(cut):
 def test_the_verdict_follows_from_times_errors_and_failures(cut):
     (claim,) = limited({"cut": cut})
     assert claim.verdict == REFUTED and "2 to 2 times as long" in claim.ours
+    assert "of the opening 30 % to 50 %, springs' 20 % to 60 %" in claim.ours
     fem = cut["model"] == "fem"
-    for column, factor in (("first_median_s", 20.0), ("surface_error", 30.0), ("surface_error", float("nan"))):
+    for column, factor in (
+        ("first_median_s", 20.0),
+        ("surface_error", 30.0),
+        ("opening_error", 30.0),
+        ("surface_error", float("nan")),
+    ):
         (claim,) = limited({"cut": cut.assign(**{column: cut[column].where(~fem, factor * cut[column])})})
         assert claim.verdict == CONFIRMED
 

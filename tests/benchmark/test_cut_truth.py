@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse.linalg import splu
+from scipy.sparse import diags_array
+from scipy.sparse.linalg import cg
 from skfem import Basis, ElementTetP2, ElementVector, FacetBasis, LinearForm, MeshTet, condense, solve
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
@@ -44,7 +45,7 @@ def blown_up(cut, body):
         lips = lips_of(cut, body.up_to(depth), side)
         for middle in midpoints(mesh, lips).T:
             np.add.at(load, middle, -PRESSURE * area_normals(mesh.nodes, lips) / 6.0)
-    moved = problem.linear_solver(1e-9)(load)
+    moved = problem.linear_solver(1e-7)(load)
     return moved, 0.5 * float(np.vdot(load, moved))
 
 
@@ -122,11 +123,11 @@ def test_a_penny_releases_the_energy_that_is_known_in_two_ways(pennies):
 
 def test_an_edge_crack_opens_as_tada_says():
     """A strip in tension in plane strain, cut to its middle: δ = 4 σ a V₁(a/W) / E′ (Tada, Paris, Irwin), by skfem."""
-    width, height, thick, pull = 0.04, 0.12, 0.006, 1.0
-    mesh = box([width, height, thick], [3, 9, 1])
+    width, height, thick, pull = 0.04, 0.08, 0.01, 1.0
+    mesh = box([width, height, thick], [3, 6, 1])
     strip = nest("strip", mesh, 0, np.flatnonzero(mesh.nodes[:, 1] == 0.0), TISSUE)
     path = np.array([[0.0, height / 2.0, 0.0], [0.0, height / 2.0, thick]])
-    cut = cut_body(strip, blade(mesh, path, np.array([1.0, 0.0, 0.0]), width / 2.0), 0.01, 0.005)
+    cut = cut_body(strip, blade(mesh, path, np.array([1.0, 0.0, 0.0]), width / 2.0), 0.012, 0.006)
     opening = limit(*(edge_crack(cut, halved(cut, front), pull) for front in (0, 1)))
     depth = width / 2.0
     shape = (1.46 + 3.42 * (1.0 - np.cos(np.pi / 4.0))) / np.cos(np.pi / 4.0) ** 2
@@ -154,14 +155,15 @@ def edge_crack(cut, body, pull):
     corner, other = (np.linalg.norm(nodes - [nodes[:, 0].max(), y, 0.0], axis=1).argmin() for y in (0.0, height))
     fixed = [basis.nodal_dofs[0, corner], basis.nodal_dofs[1, corner], basis.nodal_dofs[0, other]]
     held = np.union1d(np.flatnonzero(wall), fixed)
-    moved = solve(*condense(stiffness, load, D=held), solver=factorised)
+    moved = solve(*condense(stiffness, load, D=held), solver=iterated)
     first, second = cut.lip_pairs[np.abs(cut.coarse.nodes[cut.lip_pairs[:, 0], 0]) < 1e-9].T
     return float(np.abs(moved[basis.nodal_dofs[1, first]] - moved[basis.nodal_dofs[1, second]]).mean())
 
 
-def factorised(matrix, right):
-    symmetric = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
-    return splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", **symmetric).solve(right)
+def iterated(matrix, right):
+    found, failed = cg(matrix, right, rtol=1e-8, M=diags_array(1.0 / matrix.diagonal()))
+    assert not failed
+    return found
 
 
 def slab():

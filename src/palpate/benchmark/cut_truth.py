@@ -175,6 +175,21 @@ def lips_of(cut: CutBody, body: Body, side: int) -> np.ndarray:
     return triangles[_among(coarse_triangles(body.prolongation, triangles), cut.lips[:, side])]
 
 
+def pulled(problem: Grasping, hooks: Sequence[Hook]) -> np.ndarray:
+    """Return the positions (n, 3) [m] when hooks are where they go; errors as ``Grasping.push``."""
+    ways, largest = np.zeros_like(problem.mesh.nodes), max(float(np.linalg.norm(h.shift_m)) for h in hooks)
+    for hook in hooks:
+        ways[hook.patch.nodes_of(problem.mesh)] = hook.shift_m / largest
+    (state,) = problem.push(ways[problem.grasped], [largest], TOLERANCE)
+    return state.x
+
+
+def forces_on(problem: Grasping, hooks: Sequence[Hook], x: np.ndarray) -> np.ndarray:
+    """Return the force [N] of each hook on the body at ``x`` (n, 3) [m], along its way."""
+    force = problem.free_force(x)
+    return np.array([-force[h.patch.nodes_of(problem.mesh)].sum(axis=0) @ unit(h.shift_m) for h in hooks])
+
+
 class CutMesh:
     """Quadratic elements on a cut body, halved towards its front and the rims of what is held or grasped.
 
@@ -196,25 +211,15 @@ class CutMesh:
 
         Raises NotConverged where no stable equilibrium is found, or an element is inverted.
         """
-        ways, largest = (
-            np.zeros_like(self.problem.mesh.nodes),
-            max(float(np.linalg.norm(h.shift_m)) for h in self._hooks),
-        )
-        for hook in self._hooks:
-            ways[hook.patch.nodes_of(self.problem.mesh)] = hook.shift_m / largest
-        (state,) = self.problem.push(ways[self.problem.grasped], [largest], TOLERANCE)
-        return state.x
+        return pulled(self.problem, self._hooks)
 
     def answer(self, x: np.ndarray, surface: np.ndarray, places: np.ndarray) -> Pulled:
         """Return the answer at positions ``x``; surface, places : points (n, 3), (k, 3) [m] of skin and mouth."""
-        moved, side, force = x - self.problem.mesh.nodes, self._side_of_skin(), self.problem.free_force(x)
+        moved, side = x - self.problem.mesh.nodes, self._side_of_skin()
         displacement = skin_map(self._mesh, side, surface, 1.0) @ moved
         # where the cut crosses an edge of the skin the lips end beside it, and the place is on one of them
         first, second = (skin_map(self._mesh, side, places, sign, beside=BESIDE) @ moved for sign in (1.0, -1.0))
-        forces = [
-            -force[hook.patch.nodes_of(self.problem.mesh)].sum(axis=0) @ unit(hook.shift_m) for hook in self._hooks
-        ]
-        return Pulled(displacement, first - second, np.array(forces))
+        return Pulled(displacement, first - second, forces_on(self.problem, self._hooks, x))
 
     def least_opening(self, x: np.ndarray) -> tuple[float, float]:
         """Return the least and the largest distance [m] of the lips' nodes along the normal of the cut."""

@@ -20,13 +20,13 @@ from palpate.errors import InputError
 
 ON_SURFACE = 1e-9
 """Distance over the size of the body within which a node lies on the surface."""
-CLOSE = 0.3
+CLOSE_OF_EDGE = 0.3
 """Share of an edge that crosses the surface within which its end is moved onto it."""
-GIVEN = 0.12
+GIVEN_OF_EDGE = 0.12
 """The same share for ends that may not move: within it the cut bends to the node."""
-LEAST, KEPT = 0.1, 0.4
+LEAST_QUALITY, KEPT_QUALITY = 0.1, 0.4
 """Quality below which no move may bring an element, and the share of its own that it keeps."""
-BAD, ROUNDS = 0.25, 8
+BAD_QUALITY, ROUNDS = 0.25, 8
 """Quality below which an element's nodes are moved for its sake, and how often."""
 HALVINGS = 52
 """Halvings of an edge after which the place where it crosses is exact."""
@@ -36,7 +36,7 @@ SLENDER = 0.7
 """Longest edge at the front over the patch's smaller half width: no edge crosses a patch from side to side."""
 REACH = 0.8
 """Longest edges of the elements that are halved within which they are, around the patch and its front."""
-STEPS = 12
+FOOT_STEPS = 12
 """Steps of Newton's method to such a place."""
 SHIFTS, GAIN = (0.05, 0.15, 0.3), 1e-3
 """Shares of a node's shortest edge by which it is moved on trial, and the least gain in quality of a move."""
@@ -217,11 +217,11 @@ class Conforming:
             np.minimum.at(close, edges[:, end], share[:, end])
             np.minimum.at(reach, edges[:, end], self._lengths(edges))
         around, free = _Around(self.tetrahedra, len(self.nodes)), self._free()
-        for node in sorted(np.flatnonzero(close < CLOSE).tolist(), key=close.__getitem__):
-            to = self._foot(node, level, free(node), CLOSE * reach[node])
+        for node in sorted(np.flatnonzero(close < CLOSE_OF_EDGE).tolist(), key=close.__getitem__):
+            to = self._foot(node, level, free(node), CLOSE_OF_EDGE * reach[node])
             if to is not None and self._may_move(node, to, around):
                 self.nodes[node] = to
-            elif not (close[node] < GIVEN and self._stays_solid(node, there, around)):
+            elif not (close[node] < GIVEN_OF_EDGE and self._stays_solid(node, there, around)):
                 continue
             there[node], value[node] = True, 0.0
         edges = self._crossing(value, asked)
@@ -281,7 +281,7 @@ class Conforming:
     def _foot(self, node: int, level: Level, free: np.ndarray, reach: float) -> np.ndarray | None:
         """Return where (3,) [m] a node comes onto a level by moves that are ``free``, None if not within ``reach``."""
         at, step = self.nodes[node].copy(), 100.0 * self._near * np.eye(3)
-        for _ in range(STEPS):
+        for _ in range(FOOT_STEPS):
             value = float(level(at[None])[0])
             if abs(value) <= 0.01 * self._near:
                 return at
@@ -299,7 +299,7 @@ class Conforming:
         corners = self.nodes[elements]
         before = qualities(corners)
         corners[elements == node] = to
-        return bool((qualities(corners) >= np.maximum(LEAST, KEPT * before)).all())
+        return bool((qualities(corners) >= np.maximum(LEAST_QUALITY, KEPT_QUALITY * before)).all())
 
     def _stays_solid(self, node: int, there: np.ndarray, around: "_Around") -> bool:
         """Return whether no element is all ``there`` once a node is, too."""
@@ -340,7 +340,7 @@ class Conforming:
         moved = self._on.any(axis=1) | (np.arange(len(self.nodes)) >= self._first)
         near = moved[self.tetrahedra].any(axis=1)
         for _ in range(ROUNDS):
-            bad = near & (qualities(self.nodes[self.tetrahedra]) < BAD)
+            bad = near & (qualities(self.nodes[self.tetrahedra]) < BAD_QUALITY)
             if not sum(self._better(node, free(node), around) for node in np.unique(self.tetrahedra[bad])):
                 return
 

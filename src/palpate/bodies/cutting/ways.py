@@ -22,9 +22,9 @@ from palpate.errors import InputError
 
 REMOVAL, SPLIT_FACES, VIRTUAL_NODES = "removal", "split_faces", "virtual_nodes"
 WAYS = (REMOVAL, SPLIT_FACES, VIRTUAL_NODES)
-LEAST = 1e-3
+LEAST_SHARE = 1e-3
 """Share of an element's volume below which a part of it goes to the other side, so that no stiffness is smaller."""
-NEAR = 1e-6
+NEAR_PLANE = 1e-6
 """Distance over the size of the body within which a section of a plane is one of the cut."""
 
 
@@ -171,7 +171,7 @@ def _centred(mesh: TetMesh, cuts: Sequence[Cut]) -> _Copies:
 
 
 def _copied(mesh: TetMesh, crossed: _Crossed) -> _Copies:
-    """Return every element once for each of its parts, or once if it has one; parts smaller than LEAST are left out."""
+    """Return every element once for each of its parts, or once if it has one; those below LEAST_SHARE are left out."""
     whole = np.flatnonzero(~crossed.doubled.any(axis=1))
     divides = crossed.doubled[crossed.element]
     inside = divides.any(axis=1)
@@ -179,7 +179,7 @@ def _copied(mesh: TetMesh, crossed: _Crossed) -> _Copies:
     rows, which = np.unique(np.column_stack([element, sides]), axis=0, return_inverse=True)
     volumes = np.bincount(which.ravel(), crossed.volume[inside], minlength=len(rows))
     parents, sides = rows[:, 0], rows[:, 1:]
-    kept = volumes >= LEAST * mesh.volumes[parents]
+    kept = volumes >= LEAST_SHARE * mesh.volumes[parents]
     parents, sides, volumes = parents[kept], sides[kept], volumes[kept]
     filled = np.bincount(parents, volumes, minlength=len(mesh.tetrahedra))
     return _Copies(
@@ -260,7 +260,7 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
         for piece in cut.pieces:
             parts, element, sections, owner = _divided(parts, element, piece.across)
             middle, size = sections.mean(axis=1), _area(sections)
-            on = np.abs(cut.across(middle)) <= NEAR * mesh.size
+            on = np.abs(cut.across(middle)) <= NEAR_PLANE * mesh.size
             area[:, c] += np.bincount(owner[on], size[on], minlength=count)
             on &= cut.within(middle) > 0.0
             inside[:, c] += np.bincount(owner[on], size[on], minlength=count)
@@ -271,7 +271,7 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
     for c in range(len(cuts)):
         share = np.bincount(element, volume * (side[:, c] > 0), minlength=count) / mesh.volumes
         share[~mixed] = sides[~mixed, c] > 0
-        divided = (share >= LEAST) & (share <= 1.0 - LEAST)
+        divided = (share >= LEAST_SHARE) & (share <= 1.0 - LEAST_SHARE)
         sides[:, c] = np.where(divided, 0, np.where(share > 0.5, 1, -1))
         doubled[:, c] = divided & (inside[:, c] > 0.5 * area[:, c])
     return _Crossed(sides, doubled, element, side, volume)

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from palpate.benchmark.cut_truth import TOLERANCE, Pulled
+from palpate.benchmark.cut_truth import TOLERANCE, Pulled, forces_on, pulled
 from palpate.benchmark.model import Setting
-from palpate.bodies.cutting.cut import Cut, unit
+from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.ways import Parted, whole
 from palpate.bodies.particles import particles_of
 from palpate.bodies.refinement import with_midpoints
@@ -55,13 +55,8 @@ class Torn(Parted):
 def forces_before(case: CutCase, level: int) -> np.ndarray:
     """Return the forces [N] on the hooks of quadratic elements on a ``level`` that is not cut."""
     body, patch = with_midpoints(case.body, level), Patch(np.concatenate([hook.patch.corners for hook in case.hooks]))
-    problem, largest = Grasping(body, level, 2, patch), max(float(np.linalg.norm(h.shift_m)) for h in case.hooks)
-    ways, nodes = np.zeros_like(problem.mesh.nodes), [hook.patch.nodes_of(problem.mesh) for hook in case.hooks]
-    for own, hook in zip(nodes, case.hooks, strict=True):
-        ways[own] = hook.shift_m / largest
-    (state,) = problem.push(ways[problem.grasped], [largest], TOLERANCE)
-    force = problem.free_force(state.x)
-    return np.array([-force[own].sum(axis=0) @ unit(h.shift_m) for own, h in zip(nodes, case.hooks, strict=True)])
+    problem = Grasping(body, level, 2, patch)
+    return forces_on(problem, case.hooks, pulled(problem, case.hooks))
 
 
 class CutSprings:

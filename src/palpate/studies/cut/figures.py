@@ -62,7 +62,7 @@ def draw_cut_precision(cut, *, scene: str) -> Figure:
         )  # fmt: skip
         style.plain_log(axis.xaxis)
         style.plain_log(axis.yaxis)
-        _frames(axis)
+        style.frames(axis, FRAMES_MS)
     parts["surface_error"].set_title(spaced(scene), pad=18)
     _legend(parts["legend"], rows)
     return figure
@@ -78,18 +78,6 @@ def _curve(axis, rows: pd.DataFrame, column: str) -> None:
     best = front(t, error)
     axis.plot(t[best], error[best], color=shown.colour, lw=1.2, zorder=2)
     axis.plot(t, error, ls="", marker=marker, color=shown.colour, mec="white", mew=0.7, ms=7, zorder=3)
-
-
-def _frames(axis) -> None:
-    """Draw the budgets of a frame that lie in the panel."""
-    low, high = axis.get_xlim()
-    for budget in FRAMES_MS:
-        if low < budget < high:
-            axis.axvline(budget, color="#b5b5b5", ls=":", lw=1, zorder=1)
-            axis.annotate(
-                f"{budget:g} ms", (budget, 1), (0, 3), xycoords=("data", "axes fraction"),
-                textcoords="offset points", ha="center", va="bottom", fontsize=7.5, color="#444444",
-            )  # fmt: skip
 
 
 def _legend(axis, rows: pd.DataFrame) -> None:

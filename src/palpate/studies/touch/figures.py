@@ -62,7 +62,7 @@ def draw_touch_precision(touch, *, scene: str) -> Figure:
     for column in PANELS:
         style.plain_log(parts[column].xaxis)
         style.plain_log(parts[column].yaxis)
-        _frames(parts[column])
+        style.frames(parts[column], FRAMES_MS)
     parts["rmse_of_peak"].set_title(title_of(rows), pad=18)
     _legend(parts["legend"], shown)
     return figure
@@ -109,18 +109,6 @@ def _limits(axis, own: float, column: str) -> None:
     axis.annotate(
         text, (0, 0), (4, 4), xycoords="axes fraction", textcoords="offset points", fontsize=7.5, color="#555555"
     )
-
-
-def _frames(axis) -> None:
-    """Draw the budgets of a frame that lie in the panel."""
-    low, high = axis.get_xlim()
-    for budget in FRAMES_MS:
-        if low < budget < high:
-            axis.axvline(budget, color="#b5b5b5", ls=":", lw=1, zorder=1)
-            axis.annotate(
-                f"{budget:g} ms", (budget, 1), (0, 3), xycoords=("data", "axes fraction"),
-                textcoords="offset points", ha="center", va="bottom", fontsize=7.5, color="#444444",
-            )  # fmt: skip
 
 
 def _legend(axis, shown: pd.DataFrame) -> None:

@@ -201,7 +201,6 @@ def plain_log(axis) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-@styled
 def frames(axis, budgets_ms: Sequence[float]) -> None:
     """Draw those budgets of a frame [ms] that lie in a panel whose abscissa is in ms."""
     low, high = axis.get_xlim()
@@ -214,6 +213,7 @@ def frames(axis, budgets_ms: Sequence[float]) -> None:
             )  # fmt: skip
 
 
+@styled
 def save(figure: Figure, stem: str | Path) -> None:
     """Write ``stem``.png and ``stem``.svg, each under a temporary name first, then renamed.
 

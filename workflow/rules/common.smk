@@ -17,7 +17,7 @@ from palpate.run.job import FAILED, kernel_cache, warnings_in_logs
 from palpate.run.job_server import start as start_job_server
 from palpate.run.leftovers import stale_results
 from palpate.run.settings import STUDIES, asked_for, complete, defaults
-from palpate.run.settings_file import read_settings
+from palpate.run.settings_yaml import read_settings
 from palpate.run.system_faults import check_environment
 from snakemake.io import get_wildcard_names, strip_wildcard_constraints
 from snakemake.utils import update_config

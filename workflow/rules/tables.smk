@@ -20,7 +20,7 @@ for first, parts in MERGED.items():
             f"results/logs/merge_{first}.log",
         localrule: True
         params:
-            **calls("palpate.studies.jobs:merge"),
+            **calls("palpate.studies.common_jobs:merge"),
         script:
             "../job.py"
 
@@ -39,7 +39,7 @@ for first, shown in FIGURES.items():
             f"results/logs/draw_{first}.log",
         localrule: True
         params:
-            **calls("palpate.studies.jobs:draw", sorted({figure["place"].split(":")[0] for figure in shown.values()})),
+            **calls("palpate.studies.common_jobs:draw", sorted({figure["place"].split(":")[0] for figure in shown.values()})),
             figures=shown,
         script:
             "../job.py"
@@ -55,7 +55,7 @@ if JUDGES:
         log:
             "results/logs/check_claims.log",
         params:
-            **calls("palpate.studies.jobs:check_claims", sorted({place.split(":")[0] for place in JUDGES})),
+            **calls("palpate.studies.common_jobs:check_claims", sorted({place.split(":")[0] for place in JUDGES})),
             places=JUDGES,
         script:
             "../job.py"

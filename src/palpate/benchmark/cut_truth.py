@@ -23,9 +23,8 @@ from palpate.bodies.cutting.cut import Blade, Cut, unit
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.mesh import Mesh, TetMesh, area_normals
 from palpate.bodies.mesh_quality import dihedral_angles
-from palpate.bodies.refinement import with_midpoints
-from palpate.effects.surface_integrals import surface_interpolation
-from palpate.effects.surface_map import coarse_triangles
+from palpate.bodies.refinement import coarse_triangles, with_midpoints
+from palpate.bodies.surface_integrals import surface_interpolation
 from palpate.errors import InputError
 from palpate.solvers.grasping import Grasping, Patch
 

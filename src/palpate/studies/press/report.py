@@ -8,7 +8,7 @@ import pandas as pd
 from palpate.press.page.page import TITLES
 from palpate.press.portable.file import FOUR_ERRORS
 from palpate.report import tables
-from palpate.report.material import Report
+from palpate.report.report import Report
 from palpate.report.words import spaced
 
 TITLE = "Press it"

@@ -1,4 +1,4 @@
-"""Functions that the rules of workflow/rules/touch.smk call; palpate.studies.jobs says how."""
+"""Functions that the rules of workflow/rules/touch.smk call; palpate.studies.common_jobs says how."""
 
 import pandas as pd
 

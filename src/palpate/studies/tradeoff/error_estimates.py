@@ -55,7 +55,7 @@ def read_estimates(path: str | Path) -> pd.DataFrame:
 
 def _of(case: Case, judge: Judge, models: tuple[str, ...]) -> pd.DataFrame:
     loads = loads_of(judge.samples.contact, judge.samples.force)
-    rows = [*_cheap(case, loads), *_second(case, loads)]
+    rows = [*_of_stored_response(case, loads), *_second(case, loads)]
     if asked := [model for model in models if model in SOLVED]:
         rows += _residuals(case, judge, loads, asked)
     table = pd.DataFrame(rows, columns=["i", "model", "setting", "estimate", "rms", "patch", "seconds"])
@@ -64,8 +64,8 @@ def _of(case: Case, judge: Judge, models: tuple[str, ...]) -> pd.DataFrame:
     return table.assign(**asked_of)[COLUMNS]
 
 
-def _cheap(case: Case, loads: list[Load]) -> Iterator[tuple]:
-    """Yield rows of the estimates of CHEAP: what they take is that of a stored response."""
+def _of_stored_response(case: Case, loads: list[Load]) -> Iterator[tuple]:
+    """Yield a row for each of CHEAP; rms and patch get the same value, and seconds is of the two responses together."""
     stored, size = case.use_compliance(), case.body.fine.size
     linear, turned = LinearFem(stored), WarpedResponse(case.meshes, stored)
     nodes = case.body.coarse.nodes

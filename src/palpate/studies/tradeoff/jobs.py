@@ -1,4 +1,4 @@
-"""Functions that the rules of workflow/rules/tradeoff.smk call (palpate.studies.jobs says how), and its table."""
+"""Functions that workflow/rules/tradeoff.smk calls (palpate.studies.common_jobs says how), and its table."""
 
 import subprocess
 from importlib.metadata import version

@@ -1,4 +1,4 @@
-"""What the methods have in common that relax nodes under an instrument: how it comes, and what is told of the end.
+"""Shared by the methods that relax nodes under an instrument: its steps inward, and the answer when it has arrived.
 
 Those without elements are calibrated by touches that quadratic elements answer: at a given depth a stiffness scales
 the force and leaves the displacement as it is, so that one factor fits it.

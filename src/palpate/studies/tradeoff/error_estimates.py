@@ -44,7 +44,7 @@ def estimates(case: Case, judge: Judge, models: tuple[str, ...] = SOLVED) -> pd.
         of the linear response, and of elements on the coarse level, for those of ``models``
     coarser : what finding a second answer takes, without a value, as that differs from model to model
     """
-    whole = [_of(case, part, models) for part in (judge, judge.training) if part]
+    whole = [_of_samples(case, part, models) for part in (judge, judge.training) if part]
     return pd.concat(whole, ignore_index=True)
 
 
@@ -53,7 +53,7 @@ def read_estimates(path: str | Path) -> pd.DataFrame:
     return pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(("rms", "patch"), ""))
 
 
-def _of(case: Case, judge: Judge, models: tuple[str, ...]) -> pd.DataFrame:
+def _of_samples(case: Case, judge: Judge, models: tuple[str, ...]) -> pd.DataFrame:
     loads = loads_of(judge.samples.contact, judge.samples.force)
     rows = [*_of_stored_response(case, loads), *_second(case, loads)]
     if asked := [model for model in models if model in SOLVED]:

@@ -358,6 +358,12 @@ def objection(rate: float, own: float, change: float, least_det: float, clamped:
     return "; ".join(said)
 
 
+def over(function: Callable[[np.ndarray], Any], values: np.ndarray) -> float:
+    """Return a figure such as the mean of the finite ``values``, NaN if there are none."""
+    values = values[np.isfinite(values)]
+    return float(function(values)) if len(values) else np.nan
+
+
 def reasons(rejected: np.ndarray) -> dict[str, int]:
     """Count the reasons of ``rejected`` (k,), each sample by its first, the most frequent first."""
     first = [str(why).partition(" (")[0].partition(";")[0] for why in rejected if why]

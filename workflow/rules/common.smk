@@ -57,6 +57,8 @@ WARNED = []
 OPTIONAL = []
 # tables that several jobs fill, and their parts; figures that only read tables; by the first of those that a job makes
 MERGED, FIGURES = {}, {}
+# jobs that make tables of settings alone, by the names of their rules
+SETTLED = {}
 
 # bodies that are pressed under a finger, and how hard
 PRESSED = pressed_bodies(config)
@@ -145,6 +147,16 @@ def claims_of(study):
 def merged(**tables):
     """The files of tables that one job merges from the parts of each."""
     MERGED[next(iter(tables))] = tables
+    return tabulated(*tables)
+
+
+def settled(function, *tables, lazily=(), threads=1, **settings):
+    """The files of tables that one job, of the name of its function, makes of settings alone."""
+    SETTLED[function.partition(":")[2]] = {
+        "params": calls(function, lazily) | settings,
+        "tables": tables,
+        "threads": threads,
+    }
     return tabulated(*tables)
 
 

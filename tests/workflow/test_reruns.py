@@ -196,19 +196,8 @@ def test_a_second_body_leaves_the_first(after):
 TOY = {
     "src/palpate/studies/toy/__init__.py": "",
     "workflow/rules/toy.smk": """
-TARGETS["toy"] = tabulated("toy") + figures("toy", "toy")
-
-
-rule measure_toy:
-    output:
-        "results/tables/toy.csv",
-    log:
-        "results/logs/measure_toy.log",
-    params:
-        throws=config["toy"]["throws"],
-        **calls("palpate.studies.toy.jobs:measure_toy"),
-    script:
-        "../job.py"
+TARGETS["toy"] = settled("palpate.studies.toy.jobs:measure_toy", "toy", throws=config["toy"]["throws"])
+TARGETS["toy"] += figures("toy", "toy")
 """,
     "src/palpate/studies/toy/jobs.py": '''
 """What the rules of the study call."""

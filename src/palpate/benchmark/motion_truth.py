@@ -17,8 +17,9 @@ import numpy as np
 from scipy import sparse
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
+from palpate.benchmark.richardson import RATIO_DOUBT, estimate, ratio
 from palpate.benchmark.touched_motions import TouchedMotions
-from palpate.benchmark.truth import RATIO_DOUBT, estimate, objection, ratio
+from palpate.benchmark.truth import objection
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.solvers.quadratic_motion import QuadraticMotion, Reached

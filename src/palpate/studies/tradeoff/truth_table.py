@@ -14,7 +14,8 @@ import pandas as pd
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.presses import check_radius, nodal_forces
 from palpate.benchmark.ranking import KINDS
-from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, limit, over, ratio, reasons, truth_levels
+from palpate.benchmark.richardson import limit, ratio
+from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, over, reasons, truth_levels
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, kept_contacts, row_of
 from palpate.bodies.organs import SmoothSurface

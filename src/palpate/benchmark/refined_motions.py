@@ -28,7 +28,7 @@ MARGIN = 1.0
 """A mesh is refined within so many of its own edges from what is touched."""
 
 
-class TouchedMotions:
+class RefinedMotions:
     """Makes the motions of one body under the blocks ``contact``, ``gravity``, ``push`` of a scene, mesh by mesh.
 
     steps : in which the coarse motion looks for what is touched

@@ -11,6 +11,7 @@ from palpate.benchmark.model import LeftOut
 from palpate.benchmark.richardson import number_limits
 from palpate.benchmark.touch import choose_touches, given_touches, places_to_touch, touches_of
 from palpate.benchmark.touch_measure import SETTING_COLUMNS, measure_touches, penetration, truth_rows
+from palpate.benchmark.touch_mesh import TouchedMeshes
 from palpate.benchmark.touch_truth import (
     TouchErrors,
     load_touch_truth,
@@ -19,7 +20,6 @@ from palpate.benchmark.touch_truth import (
     touch_errors,
     truth_of_touches,
 )
-from palpate.benchmark.touched_mesh import TouchedMeshes
 from palpate.errors import InputError
 from palpate.models.touch import fem, modes
 

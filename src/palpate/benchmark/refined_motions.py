@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from palpate.benchmark.touched_mesh import COARSER
+from palpate.benchmark.touch_mesh import COARSER
 from palpate.bodies.body import Body
 from palpate.bodies.fine_surface_map import FineSurfaceMap
 from palpate.bodies.local_refinement import LocalRefinement

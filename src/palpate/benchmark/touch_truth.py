@@ -19,7 +19,7 @@ import numpy as np
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.richardson import estimate, number_limits, number_ratio, ratio
 from palpate.benchmark.touch import Touch, Touched
-from palpate.benchmark.touched_mesh import TOLERANCE, TouchedMesh, TouchedMeshes, answer_of
+from palpate.benchmark.touch_mesh import TOLERANCE, TouchedMesh, TouchedMeshes, answer_of
 from palpate.benchmark.truth import reasons
 from palpate.bodies.body import Body
 from palpate.errors import InputError, NotConverged

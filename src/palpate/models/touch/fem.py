@@ -2,7 +2,7 @@
 
 from palpate.benchmark.model import Setting, on_own_levels
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
-from palpate.benchmark.touched_mesh import TouchedMeshes, answer_of, problem_of
+from palpate.benchmark.touch_mesh import TouchedMeshes, answer_of, problem_of
 from palpate.bodies.refinement import with_midpoints
 from palpate.models.fem_statics import to_surface
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver, choose_touches, touches_of
-from palpate.benchmark.touched_mesh import TouchedMeshes
+from palpate.benchmark.touch_mesh import TouchedMeshes
 from palpate.effects.instrument import Pose
 from palpate.effects.node_contact import NodeContact, may_touch
 from palpate.errors import NotConverged

@@ -152,11 +152,7 @@ def merged(**tables):
 
 def settled(function, *tables, lazily=(), threads=1, **settings):
     """The files of tables that one job, of the name of its function, makes of settings alone."""
-    SETTLED[function.partition(":")[2]] = {
-        "params": calls(function, lazily) | settings,
-        "tables": tables,
-        "threads": threads,
-    }
+    SETTLED[function.partition(":")[2]] = tables, threads, calls(function, lazily) | settings
     return tabulated(*tables)
 
 

@@ -7,18 +7,18 @@ CLAIMS = tabulated("claims") if JUDGES else []
 OPTIONAL += ["claims"] if JUDGES else []
 
 
-for settled_rule, made in SETTLED.items():
+for settled_rule, (tables, threads, given) in SETTLED.items():
 
     rule:
         name:
             settled_rule
         output:
-            **dict(zip(made["tables"], tabulated(*made["tables"]))),
+            **dict(zip(tables, tabulated(*tables))),
         log:
             f"results/logs/{settled_rule}.log",
-        threads: made["threads"]
+        threads: threads
         params:
-            **made["params"],
+            **given,
         script:
             "../job.py"
 

@@ -94,5 +94,5 @@ def test_a_job_tells_them_apart(divide, tmp_path, capsys, monkeypatch):
 
 def test_the_file_of_a_law_has_three_functions(tmp_path):
     check(tmp_path, (DOCS.parent / "examples/hencky.py").read_text(encoding="utf-8"), LAW_FUNCTIONS)
-    with pytest.raises(InputError, match=r"has no function measure\(s, slopes, curvatures\)"):
-        check(tmp_path, "def shape(s, mu, slopes, curvatures): pass", LAW_FUNCTIONS)
+    with pytest.raises(InputError, match=r"has no function measure\(s, gradient, hessian\)"):
+        check(tmp_path, "def shape(s, mu, gradient, hessian): pass", LAW_FUNCTIONS)

@@ -133,7 +133,7 @@ def _init(asked: argparse.Namespace) -> str:
 
 
 def _given(asked: argparse.Namespace) -> tuple[list[Path], list[int | str]]:
-    """Return the data's paths, and labels; InputError if there is no such side to hold."""
+    """Return the data's paths, and labels; InputError for an unknown --hold."""
     from palpate.init.recognise import HOLDS
 
     if asked.hold not in (None, *HOLDS):

@@ -12,8 +12,8 @@ from palpate.errors import InputError
 EFFECT_FUNCTIONS = ("make(particles, settings, elastic)",)
 MODEL_FUNCTIONS = ("settings(case)", "prepare(case, setting)")
 LAW_FUNCTIONS = (
-    "shape(s, mu, slopes, curvatures)",
-    "measure(s, slopes, curvatures)",
+    "shape(s, mu, gradient, hessian)",
+    "measure(s, gradient, hessian)",
     "volume(theta, mu, lam, derivatives)",
 )
 """The functions that the file of an effect has, that of a model, and that of a law."""

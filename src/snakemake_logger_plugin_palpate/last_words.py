@@ -13,7 +13,7 @@ from snakemake_interface_logger_plugins.common import LogEvent
 
 from palpate.errors import InputError
 from palpate.run.job import FAILED
-from palpate.run.settings_file import read_settings
+from palpate.run.settings_yaml import read_settings
 from palpate.run.system_faults import of_exit, of_text
 
 RESULTS = "results"

@@ -6,9 +6,9 @@ import pytest
 
 from palpate.benchmark.advice import NONE
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH
-from palpate.benchmark.touch_advice import TOLD, advise_touch
+from palpate.benchmark.touch_advice import COPIED, advise_touch
 
-COLUMNS = ["scene", *TOLD, "force_error_p95", "force_error_bound", "failures"]
+COLUMNS = ["scene", *COPIED, "force_error_p95", "force_error_bound", "failures"]
 
 
 def rows(*models) -> pd.DataFrame:
@@ -41,7 +41,7 @@ def test_where_nothing_keeps_the_limit_the_nearest_is_named():
     assert late["model"] == wrong["model"] == NONE
     assert late["nearest"]["model"] == "fast" and wrong["nearest"]["model"] == "fine"
     silent = advise_touch(rows(("mute", np.nan, 1e-5, 0)), budget_ms=1.0)
-    assert silent["nearest"] is None and silent["why"] == "no model tells a force"
+    assert silent["nearest"] is None and silent["why"] == "no model gives a force"
 
 
 def test_a_bound_takes_the_place_of_a_percentile():

@@ -9,7 +9,8 @@ import pytest
 from palpate.benchmark import truth as module
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.presses import LOAD_COLUMNS, force_of
-from palpate.benchmark.truth import OWN, doubt, limit, load_truth, ratio, save_truth, truth_levels, truth_of
+from palpate.benchmark.richardson import doubt, limit, ratio
+from palpate.benchmark.truth import OWN, load_truth, save_truth, truth_levels, truth_of
 from palpate.bodies.body import nest
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import finer
@@ -139,11 +140,11 @@ def test_four_levels_where_a_body_has_them_and_three_for_who_does_without(slab, 
     there = int(corner["contact"][0])
     found = truth_of(small, loads.assign(contact=there, radius_m=0.06), {3})
     assert np.isfinite(found.levels[0]).all() and np.isnan(found.levels[1, 3]).all() and found.level == 3
-    first, second = (module.limit(found.levels[0][part]) for part in (slice(0, 3), slice(1, 4)))
+    first, second = (limit(found.levels[0][part]) for part in (slice(0, 3), slice(1, 4)))
     assert np.allclose(found.displacement[0], second)
     patch = patch_nodes(small.fine, there, 0.06)
     assert np.allclose(found.own[0], truth_errors(2 * second - first, second, patch))
-    assert np.allclose(found.displacement[1], module.limit(found.levels[1][:3]))
+    assert np.allclose(found.displacement[1], limit(found.levels[1][:3]))
 
 
 def test_levels_of_another_shape_are_left_out(slab):

@@ -33,15 +33,15 @@ from palpate.benchmark.judge import Judge, read_judged
 from palpate.benchmark.load import Load
 from palpate.benchmark.model import Case, FitOptions, Setting, checked, setting_text
 from palpate.bodies.material import LAWS
+from palpate.effects.laws import quadratic_neo_hookean
 from palpate.errors import NotConverged
-from palpate.models import newton_law
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.model_registry import ENGINES, absent, model
 from palpate.report.model_looks import look
 from palpate.report.style import plain_log
 from palpate.report.words import percent, seconds
 from palpate.run.settings import defaults
-from palpate.run.settings_file import read_settings
+from palpate.run.settings_yaml import read_settings
 from palpate.solvers.equilibrium import FastEquilibrium
 
 ROOT, PRESSES, FARTHEST = Path(__file__).parents[2], 4, 0.01
@@ -104,12 +104,12 @@ def grid() -> dict[str, dict]:
 def measure(results: Path, scene: str) -> pd.DataFrame:
     """Measure a scene: a row for each model and setting."""
     case, judge, rows, loads = asked(results, scene)
-    references = {law: Reference(case, loads, law) for law in (*LAWS, newton_law.__file__)}
+    references = {law: Reference(case, loads, law) for law in (*LAWS, quadratic_neo_hookean.__file__)}
     table = []
     for name in [*OWN, *(engine for engine in ENGINES if engine not in absent())]:
         made = model(name, {})
         law = made.law_of(case)
-        reference = references[law if law in LAWS else newton_law.__file__]
+        reference = references[law if law in LAWS else quadratic_neo_hookean.__file__]
         for setting in OWN.get(name) or made.settings(case):
             solver = made.offline(case).online(setting)
             for load in loads if name not in ENGINES else loads[:1]:  # what the first call compiles or prepares

@@ -22,7 +22,7 @@ os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))
 
 import numpy as np
 
-from palpate.benchmark.truth import limit, ratio
+from palpate.benchmark.richardson import limit, ratio
 from palpate.bodies.body import Body
 from palpate.bodies.make_body import make_body
 from palpate.bodies.refinement import finer, quadratic_prolongation

@@ -7,11 +7,11 @@ import pytest
 
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material, Tissue
-from palpate.bodies.particles import merge_particles, particles_of
+from palpate.bodies.particles import default_stiffness, merge_particles, particles_of
 from palpate.bodies.simple_shapes import box, sheet
 from palpate.effects import shape_matching
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.springs import edge_stiffness, volume_springs
+from palpate.effects.springs import volume_springs
 from palpate.errors import InputError
 
 SOFT, HARD = Material(1e3, 0.3, 1000.0), Material(1e5, 0.4, 2000.0)
@@ -86,7 +86,7 @@ def test_springs_and_shapes_refuse_several_stiffnesses(layered):
     shapes = {"mode": "linear", "alpha": 1.0, "beta": 0.5, "clusters": {"kind": "one"}}
     calls = {
         "springs have": lambda p: volume_springs(p),
-        "a stiffness that follows from Young's modulus needs": lambda p: edge_stiffness(p),
+        "a stiffness that follows from Young's modulus needs": lambda p: default_stiffness(p),
         "shape matching has": lambda p: shape_matching.make(p, shapes),
     }
     heavy = merge_particles([block(SOFT), block(replace(SOFT, density_kg_m3=3000.0))], APART, "scene")

@@ -24,7 +24,7 @@ from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.init import choose
 from palpate.init.choose import FINE_TETRAHEDRA, Likeness, _bed, _regimes
-from palpate.init.command import _schema, init, init_each, told
+from palpate.init.command import _schema, init, init_each, ticking
 from palpate.init.recognise import body_name, recognise
 from palpate.run.settings import complete
 
@@ -261,7 +261,7 @@ def test_what_is_assumed_is_said_before_the_body_is_made(capsys, monkeypatch, da
 
 
 def test_a_step_that_takes_long_is_told_while_it_does(capsys):
-    with told("the data", every_s=0.02) as say:
+    with ticking("the data", every_s=0.02) as say:
         say("a mesh of 140 surface nodes")
         time.sleep(0.6)
         say("a mesh of 280 surface nodes")

@@ -9,8 +9,9 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load
 from palpate.bodies.material import LAWS, Tissue
 from palpate.effects.law import fault, law_of
+from palpate.effects.laws import quadratic_neo_hookean
 from palpate.errors import InputError, NotConverged
-from palpate.models import fem, model_registry, newton_law
+from palpate.models import fem, model_registry
 from palpate.studies.hard_cases import model_cases
 
 RUNS = {
@@ -32,22 +33,22 @@ def test_an_engine_that_is_not_installed_is_named(monkeypatch):
 
 def test_the_law_of_newton_is_a_law():
     """Its energy is the published one, but for a constant; ``fault`` checks derivatives and moduli."""
-    law, mu, lam = law_of(newton_law.__file__), 3.0, 5.0
+    law, mu, lam = law_of(quadratic_neo_hookean.__file__), 3.0, 5.0
     assert fault(law) == ""
-    slopes, curvatures, derivatives = np.empty(3), np.empty((3, 3)), np.empty(2)
+    gradient, hessian, derivatives = np.empty(3), np.empty((3, 3)), np.empty(2)
 
     def published(s):
         return 0.5 * mu * (s @ s - 3.0) + 0.5 * (lam + mu) * (s.prod() - 1.0 - mu / (lam + mu)) ** 2
 
     for s in (np.array([1.4, 0.9, 0.5]), np.array([1.1, 0.7, -0.3])):
-        found = newton_law.shape(s, mu, slopes, curvatures)
-        found += newton_law.volume(s.prod(), mu, lam, derivatives)
+        found = quadratic_neo_hookean.shape(s, mu, gradient, hessian)
+        found += quadratic_neo_hookean.volume(s.prod(), mu, lam, derivatives)
         assert found == pytest.approx(published(s) - published(np.ones(3)))
 
 
 def converged(case, engine, load):
     """Return the equilibrium of the engine's law on the coarsest mesh."""
-    law = engine.law if engine.law in LAWS else newton_law.__file__
+    law = engine.law if engine.law in LAWS else quadratic_neo_hookean.__file__
     body, regions = replace(case.body, material=replace(case.body.material, law=law)), case.body.regions
     if regions is not None:
         materials = tuple(replace(each, law=law) for each in regions.materials)

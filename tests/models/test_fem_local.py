@@ -7,12 +7,12 @@ import pytest
 
 from palpate.benchmark.load import Load
 from palpate.bodies.body import nest
+from palpate.bodies.fine_surface_map import FineSurfaceMap
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.material import Material
 from palpate.bodies.refinement import finer
 from palpate.bodies.simple_shapes import box
 from palpate.effects.patch_load import patch_at, patch_shares
-from palpate.effects.surface_map import SurfaceMap
 from palpate.errors import InputError
 from palpate.models import fem, fem_local
 
@@ -100,7 +100,7 @@ def test_the_map_to_the_surface_is_linear_on_each_triangle(whole, radius):
     local, straight = local_mesh(whole, radius)
     places, nodes = straight[local.numbers[-1]], straight[whole.fine.surface]
     values = np.random.default_rng(0).normal(size=len(places))
-    found = SurfaceMap(whole).of(local, 1) @ values
+    found = FineSurfaceMap(whole).of(local, 1) @ values
     for node, value in list(zip(nodes, found, strict=True))[::7]:
         inside = []
         for triangle in local.fine.triangles:
@@ -121,4 +121,4 @@ def test_the_map_of_quadratic_elements_follows_a_quadratic_field(whole):
         return x[:, 0] ** 2 + x[:, 1] * x[:, 2] - 3.0 * x[:, 2] + 1.0
 
     expected = field(straight[whole.fine.surface])
-    assert SurfaceMap(whole).of(local, 2) @ field(unknowns) == pytest.approx(expected, abs=1e-13)
+    assert FineSurfaceMap(whole).of(local, 2) @ field(unknowns) == pytest.approx(expected, abs=1e-13)

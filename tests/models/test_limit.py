@@ -9,7 +9,7 @@ from fixtures.stub import Stub
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Answer, Doubted, Load, Press, Refused, displacement_of
 from palpate.benchmark.model import Case
-from palpate.benchmark.truth import limit
+from palpate.benchmark.richardson import limit
 from palpate.bodies.body import nest
 from palpate.bodies.refinement import finer
 from palpate.errors import InputError

@@ -65,7 +65,7 @@ def test_closure_follows_imports_in_functions_and_of_packages(tmp_path):
 
 
 CALLS = [
-    ("palpate.studies.jobs", "simulate_fine"),
+    ("palpate.studies.common_jobs", "simulate_fine"),
     ("palpate.studies.scenes.motion_pictures", "draw_motion"),
     ("palpate.studies.ct.node_mass", "tabulate_node_mass"),
 ]

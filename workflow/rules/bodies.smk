@@ -19,7 +19,7 @@ rule make_body:
     log:
         "results/logs/{body}/make_body.log",
     params:
-        **calls("palpate.studies.jobs:make_body"),
+        **calls("palpate.studies.common_jobs:make_body"),
         entry=lambda wildcards: body_entry(wildcards.body),
     script:
         "../job.py"
@@ -33,7 +33,7 @@ rule compute_compliance:
     log:
         "results/logs/{body}/compute_compliance_{radius}m.log",
     params:
-        **calls("palpate.studies.jobs:compute_compliance"),
+        **calls("palpate.studies.common_jobs:compute_compliance"),
         # of a finger's presses; paper 1's forces may act on any node
         contacts=lambda wildcards: config["tradeoff"]["contacts"] if float(wildcards.radius) else None,
         order=lambda wildcards: 2 if float(wildcards.radius) else 1,
@@ -51,7 +51,7 @@ rule tabulate_meshes:
     log:
         "results/logs/tabulate_meshes.log",
     params:
-        **calls("palpate.studies.jobs:tabulate_meshes"),
+        **calls("palpate.studies.common_jobs:tabulate_meshes"),
         paper={name: body.get("paper_surface") for name, body in config["bodies"].items()},
     script:
         "../job.py"

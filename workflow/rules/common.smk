@@ -17,7 +17,7 @@ from palpate.run.job import FAILED, kernel_cache, warnings_in_logs
 from palpate.run.job_server import start as start_job_server
 from palpate.run.leftovers import stale_results
 from palpate.run.settings import STUDIES, asked_for, complete, defaults
-from palpate.run.settings_file import read_settings
+from palpate.run.settings_yaml import read_settings
 from palpate.run.system_faults import check_environment
 from snakemake.io import get_wildcard_names, strip_wildcard_constraints
 from snakemake.utils import update_config
@@ -57,6 +57,8 @@ WARNED = []
 OPTIONAL = []
 # tables that several jobs fill, and their parts; figures that only read tables; by the first of those that a job makes
 MERGED, FIGURES = {}, {}
+# jobs that make tables of settings alone, by the names of their rules
+SETTLED = {}
 
 # bodies that are pressed under a finger, and how hard
 PRESSED = pressed_bodies(config)
@@ -145,6 +147,12 @@ def claims_of(study):
 def merged(**tables):
     """The files of tables that one job merges from the parts of each."""
     MERGED[next(iter(tables))] = tables
+    return tabulated(*tables)
+
+
+def settled(function, *tables, lazily=(), threads=1, **settings):
+    """The files of tables that one job, of the name of its function, makes of settings alone."""
+    SETTLED[function.partition(":")[2]] = tables, threads, calls(function, lazily) | settings
     return tabulated(*tables)
 
 

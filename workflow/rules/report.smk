@@ -14,7 +14,7 @@ rule write_report:
     log:
         "results/logs/write_report.log",
     params:
-        **calls("palpate.studies.jobs:write_report", [f"palpate.studies.{study}.report" for study in ASKED]),
+        **calls("palpate.studies.common_jobs:write_report", [f"palpate.studies.{study}.report" for study in ASKED]),
         studies=ASKED,
         scenes=list(config.get("scenes", {})),
         cts=CTS if "ct" in ASKED else [],

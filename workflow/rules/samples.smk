@@ -16,7 +16,7 @@ rule choose_loads:
     wildcard_constraints:
         regime="|".join(POINTS) or "nothing",
     params:
-        **calls("palpate.studies.jobs:choose_loads"),
+        **calls("palpate.studies.common_jobs:choose_loads"),
         magnitudes=lambda wildcards: config["bodies"][wildcards.body]["magnitudes"],
         peak_of_size=lambda wildcards: config["enrichment"]["regimes"][wildcards.regime]["peak_of_size"],
         samples=lambda wildcards: count(wildcards.body, wildcards.regime),
@@ -36,7 +36,7 @@ rule choose_presses:
     wildcard_constraints:
         regime="|".join([*REGIMES, *FINGERS]) or "nothing",
     params:
-        **calls("palpate.studies.jobs:choose_presses"),
+        **calls("palpate.studies.common_jobs:choose_presses"),
         contacts=config.get("tradeoff", {}).get("contacts"),
         presses=config.get("tradeoff", {}).get("presses"),
         regime=lambda wildcards: config["regimes"][wildcards.regime],
@@ -55,7 +55,7 @@ rule simulate_fine:
     log:
         "results/logs/{body}/{regime}/simulate_fine_{batch}.log",
     params:
-        **calls("palpate.studies.jobs:simulate_fine"),
+        **calls("palpate.studies.common_jobs:simulate_fine"),
         samples_per_job=config["solver"]["samples_per_job"],
         order=lambda wildcards: order(wildcards.regime),
         tolerance=config["solver"]["reference_tolerance"],
@@ -74,7 +74,7 @@ rule assemble_database:
     log:
         "results/logs/{body}/{regime}/assemble_database.log",
     params:
-        **calls("palpate.studies.jobs:assemble_database"),
+        **calls("palpate.studies.common_jobs:assemble_database"),
         tolerance=config["solver"]["tolerance"],
         settings=lambda wildcards: {
             "seed": config["seed"],

@@ -6,24 +6,23 @@ from palpate.scenes.scene import bodies_in
 MEASURED_HERE = ["integrator_stability", "deformation_modes", "clusters", "cluster_goals", "body_springs"]
 CREEP = (config["shape_matching"]["creep"] or {}).get("scene")
 OPTIONAL += ["maxwell_creep"] if CREEP else []
-TARGETS["shape_matching"] = (
-    tabulated(*MEASURED_HERE, "shape_matching_timing", *(["maxwell_creep"] if CREEP else []))
+TARGETS["shape_matching"] = settled(
+    "palpate.studies.shape_matching.clusters:measure_experiments",
+    *MEASURED_HERE,
+    lazily=["palpate.effects", "palpate.solvers"],
+    **some("shape_matching", "integrator_stability", "clusters", "body_springs"),
+) + settled(
+    "palpate.studies.shape_matching.shape_matching_timing:time_shape_matching",
+    "shape_matching_timing",
+    threads=workflow.cores,  # alone
+    settings=config["shape_matching"]["shape_matching_timing"],
+)
+TARGETS["shape_matching"] += (
+    (tabulated("maxwell_creep") if CREEP else [])
     + figures("shape_matching", *MEASURED_HERE)
     + figures("shape_matching", "shape_matching_timing")
     + (figures("shape_matching", "maxwell_creep") if CREEP else [])
 )
-
-
-rule measure_experiments:
-    output:
-        **dict(zip(MEASURED_HERE, tabulated(*MEASURED_HERE))),
-    log:
-        "results/logs/measure_experiments.log",
-    params:
-        **some("shape_matching", "integrator_stability", "clusters", "body_springs"),
-        **calls("palpate.studies.shape_matching.clusters:measure_experiments", ["palpate.effects", "palpate.solvers"]),
-    script:
-        "../job.py"
 
 
 rule tabulate_maxwell_creep:
@@ -38,19 +37,5 @@ rule tabulate_maxwell_creep:
         **calls("palpate.studies.shape_matching.maxwell_creep:tabulate_maxwell_creep", ["palpate.effects"]),
         name=CREEP,
         entry=lambda wildcards: config["scenes"][CREEP],
-    script:
-        "../job.py"
-
-
-rule time_shape_matching:
-    output:
-        "results/tables/shape_matching_timing.csv",
-    log:
-        "results/logs/time_shape_matching.log",
-    # alone
-    threads: workflow.cores
-    params:
-        **calls("palpate.studies.shape_matching.shape_matching_timing:time_shape_matching"),
-        settings=config["shape_matching"]["shape_matching_timing"],
     script:
         "../job.py"

@@ -1,4 +1,4 @@
-# Tables that several jobs or studies fill, and figures that only read tables: light enough for a cluster's head node.
+# Tables that are made of settings alone, or that several jobs or studies fill, and figures that only read tables.
 
 # what judges the papers' claims, by the tables of the studies that are asked for
 JUDGES = {place: tables for study in ASKED for place, tables in claims_of(study).items()}
@@ -7,6 +7,23 @@ CLAIMS = tabulated("claims") if JUDGES else []
 OPTIONAL += ["claims"] if JUDGES else []
 
 
+for settled_rule, (tables, threads, given) in SETTLED.items():
+
+    rule:
+        name:
+            settled_rule
+        output:
+            **dict(zip(tables, tabulated(*tables))),
+        log:
+            f"results/logs/{settled_rule}.log",
+        threads: threads
+        params:
+            **given,
+        script:
+            "../job.py"
+
+
+# light enough for a cluster's head node
 for first, parts in MERGED.items():
 
     rule:
@@ -20,7 +37,7 @@ for first, parts in MERGED.items():
             f"results/logs/merge_{first}.log",
         localrule: True
         params:
-            **calls("palpate.studies.jobs:merge"),
+            **calls("palpate.studies.common_jobs:merge"),
         script:
             "../job.py"
 
@@ -39,7 +56,10 @@ for first, shown in FIGURES.items():
             f"results/logs/draw_{first}.log",
         localrule: True
         params:
-            **calls("palpate.studies.jobs:draw", sorted({figure["place"].split(":")[0] for figure in shown.values()})),
+            **calls(
+                "palpate.studies.common_jobs:draw",
+                sorted({figure["place"].split(":")[0] for figure in shown.values()}),
+            ),
             figures=shown,
         script:
             "../job.py"
@@ -55,7 +75,7 @@ if JUDGES:
         log:
             "results/logs/check_claims.log",
         params:
-            **calls("palpate.studies.jobs:check_claims", sorted({place.split(":")[0] for place in JUDGES})),
+            **calls("palpate.studies.common_jobs:check_claims", sorted({place.split(":")[0] for place in JUDGES})),
             places=JUDGES,
         script:
             "../job.py"

@@ -136,7 +136,7 @@ class Question:
         by = "bound_of_peak" if np.isfinite(self.bound[fits]).any() else "mean_of_peak"
         best, rival = self._two(fits, lambda among: least_wrong(among, self.slowest, self.able[by], self.floor))
         sure = self._stays(fits, best, by)
-        found = self._told(best, best["bound_of_peak"]) | versus(best, rival, by, self.floor)
+        found = self._of_chosen(best, best["bound_of_peak"]) | versus(best, rival, by, self.floor)
         found |= {"margin": 1 - 1e3 * best["online_max_s"] / budget_ms, "confidence": sure}
         judged = f"bound of nine answers in ten ({_few(best)})" if by == "bound_of_peak" else "mean error"
         parts = [
@@ -183,7 +183,7 @@ class Question:
     def _under(self, max_error: float, most: float, best: pd.Series, rival: Any, bound: float, sure: float) -> dict:
         """Return what a row of ADVICE says of what is chosen for an error; ``most``: what bounds had to stay below."""
         passed, why_passed = passed_over(self.able, best, max_error)
-        found = self._told(best, bound) | versus(best, rival, "online_median_s") | passed
+        found = self._of_chosen(best, bound) | versus(best, rival, "online_median_s") | passed
         found |= {"margin": 1 - bound / max_error, "confidence": sure}
         fits = self.able[(self.bound <= most) & (self.mean <= most)]
         parts = [
@@ -219,8 +219,8 @@ class Question:
         other = choose(fits & (self.able["model"] != best["model"]).to_numpy())
         return best, None if other is None else self.able.iloc[other]
 
-    def _told(self, best: pd.Series, bound: float) -> dict:
-        """Return what a row of ADVICE says of its model, whatever was asked."""
+    def _of_chosen(self, best: pd.Series, bound: float) -> dict:
+        """Return what a row of ADVICE has of the model that it chose, whatever was asked."""
         mine = self.tests[(self.tests["model"] == best["model"]) & (self.tests["setting"] == best["setting"])]
         low, high = resampled(mine, self.column).iloc[0].quantile(list(RANGE))
         copied = (

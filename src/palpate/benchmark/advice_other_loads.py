@@ -312,7 +312,7 @@ def advise_any_load(
         found = {"scene": scene, "kind": kind, "model": NONE, "setting": "", "nearest": ""}
         if not able.empty:
             close = limit.nearest(able)
-            found |= {"nearest": close["model"], "nearest_setting": close["setting"]} | _told(close)
+            found |= {"nearest": close["model"], "nearest_setting": close["setting"]} | _copied(close)
         return pd.Series(found | {"why": f"{_none(able, limit)}, so that nothing meets {limit.text}{refusals}"})
     if fits.empty:
         fits = unsure[unsure["doubted"] == unsure["doubted"].min()]
@@ -323,11 +323,11 @@ def advise_any_load(
         also = _unsure(unsure, best, limit, fits)
     why = f"{_first(fits, limit)}; {next_best(rival, best, limit.compared(fits))}{also}{refusals}"
     found = {"scene": scene, "kind": kind, "model": best["model"], "setting": best["setting"]}
-    return pd.Series(found | _told(best) | {"why": why})
+    return pd.Series(found | _copied(best) | {"why": why})
 
 
-def _told(best: pd.Series) -> dict:
-    """Return what ``advise_any_load`` says of its model, or of what comes nearest."""
+def _copied(best: pd.Series) -> dict:
+    """Return the columns that ``advise_any_load`` has of its model, or of what comes nearest."""
     names = (
         "error_of_peak", "most", "own_of_peak", "force_error", "online_p95_s", "online_max_s", "preparation_s",
         "offline_s", "contacts", "samples", "doubted",

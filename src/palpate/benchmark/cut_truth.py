@@ -15,17 +15,15 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from palpate.benchmark.touch_truth import number_limit
-from palpate.benchmark.truth import estimate, ratio
+from palpate.benchmark.richardson import estimate, number_limits, ratio
 from palpate.bodies.body import Body
 from palpate.bodies.cutting.conform import CutBody, cut_body
 from palpate.bodies.cutting.cut import Blade, Cut, unit
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.mesh import Mesh, TetMesh, area_normals
 from palpate.bodies.mesh_quality import dihedral_angles
-from palpate.bodies.refinement import with_midpoints
-from palpate.effects.surface_integrals import surface_interpolation
-from palpate.effects.surface_map import coarse_triangles
+from palpate.bodies.refinement import coarse_triangles, with_midpoints
+from palpate.bodies.surface_integrals import surface_interpolation
 from palpate.errors import InputError
 from palpate.solvers.grasping import Grasping, Patch
 
@@ -331,7 +329,7 @@ def _limit(answers: Sequence[Pulled]) -> tuple[Pulled, list[Pulled]]:
     surface, away = estimate(np.array([each.displacement for each in answers]))
     openings = np.array([each.opening for each in answers])
     opening, apart = estimate(openings) if openings.size else (openings[0], (openings[0],))
-    numbers, off = np.array([number_limit(each) for each in np.array([each.force for each in answers]).T]).T
+    numbers, off = number_limits(np.array([each.force for each in answers]))
     count = max(len(away), len(apart))
     pairs = [(away[min(i, len(away) - 1)], apart[min(i, len(apart) - 1)]) for i in range(count)]
     return Pulled(surface, opening, numbers), [Pulled(*each, off) for each in pairs]

@@ -97,7 +97,7 @@ def judge(body: Body, db: Database, table: pd.DataFrame, truth: Truth, split: in
         rows += list(found)
         side += [name] * len(found)
         rejected += list(np.setdiff1d(asked, truth.sample[found]))
-    judged = _of(body, db, truth, split, radius_m, np.array(rows), np.array(side))
+    judged = _judge(body, db, truth, split, radius_m, np.array(rows), np.array(side))
     return replace(judged, rejected=db.take(np.array(rejected)) if rejected else None)
 
 
@@ -106,10 +106,10 @@ def judge_at_training(
 ) -> Judge | None:
     """Collect a press of each training contact of ``split`` whose truth is believed; None where there is none."""
     rows = truth.rows(training_presses(table, split))
-    return _of(body, db, truth, split, radius_m, rows, np.full(len(rows), TRAINING)) if len(rows) else None
+    return _judge(body, db, truth, split, radius_m, rows, np.full(len(rows), TRAINING)) if len(rows) else None
 
 
-def _of(
+def _judge(
     body: Body, db: Database, truth: Truth, split: int, radius_m: float, rows: np.ndarray, side: np.ndarray
 ) -> Judge:
     numbers = truth.sample[rows]

@@ -324,13 +324,13 @@ def checked(answer: np.ndarray | Answer, n_surface: int, place: str = "a model")
     return displacement
 
 
-def answered(solver: Solver, load: Load, n_surface: int, place: str = "a model") -> tuple[Answer, str]:
+def answered(solver: Solver, load: Load, n_surface: int) -> tuple[Answer, str]:
     """Ask once: return the answer, looked at as ``checked`` does, and why the model does not believe it, or ""."""
     try:
         answer, doubt = solver.respond(load), ""
     except Doubted as doubted:
         answer, doubt = doubted.answer, str(doubted)
-    moved = checked(answer, n_surface, place)
+    moved = checked(answer, n_surface)
     return answer if isinstance(answer, Answer) else Answer(moved), doubt
 
 

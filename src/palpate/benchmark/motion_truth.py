@@ -17,8 +17,9 @@ import numpy as np
 from scipy import sparse
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
-from palpate.benchmark.touched_motions import TouchedMotions
-from palpate.benchmark.truth import RATIO_DOUBT, estimate, objection, ratio
+from palpate.benchmark.refined_motions import RefinedMotions
+from palpate.benchmark.richardson import RATIO_DOUBT, estimate, ratio
+from palpate.benchmark.truth import objection
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.solvers.quadratic_motion import QuadraticMotion, Reached
@@ -126,8 +127,8 @@ def motion_truth(
         cost, with the ratio of that one, and its own errors of time
     Raises InputError as ``QuadraticMotion`` does, and NotConverged for a step that is not found.
     """
-    meshes: _Levels | TouchedMotions = (
-        TouchedMotions(body, loads, rayleigh, duration_s, steps)
+    meshes: _Levels | RefinedMotions = (
+        RefinedMotions(body, loads, rayleigh, duration_s, steps)
         if "contact" in loads
         else _Levels(body, count if like is None else 2, loads, rayleigh)
     )

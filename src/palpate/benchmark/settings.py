@@ -1,4 +1,4 @@
-"""Settings of presses: how hard bodies are pressed, which of them, by which fingers and instruments."""
+"""Settings that studies of presses share: which bodies, how hard, by which instruments, and how they are relaxed."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Literal
 
 from palpate.bodies.settings import longest_m
 from palpate.errors import InputError, describe_unknown
-from palpate.setting_types import Block, NotNegative, Positive, Share, Switch, key, optional
+from palpate.setting_types import Block, Count, Index, NotNegative, Positive, Share, Switch, key, optional
 
 FINGER = "finger_{:.0f}_um"
 """The name of the regime of a finger, by its radius in micrometres."""
@@ -36,6 +36,34 @@ class Instrument(Block):
     edge_m: NotNegative = key("Radius [m] of a punch's rounded edge", 0.0)
     length_m: NotNegative = key("Length [m] of a capsule between the centres of its ends", 0.0)
     sticks: Switch = key("Whether what it touches keeps its place on it, or slides without friction", False)
+
+
+LEVEL = "Level of the body; those that a body has not are left out"
+"""What a setting that is tried says of its level."""
+
+
+class OnLevel(Block):
+    level: Index = key(LEVEL)
+
+
+class Xpbd(OnLevel):
+    steps: Count = key("Steps; of a body under an instrument, at each of its five stops")
+    iterations: Count = key("Iterations of each step")
+    step: Positive = key(
+        "Length of a step over √(mass / stiffness) of a node alone; longer ones settle beside the truth"
+    )
+
+
+class VertexBlockDescent(OnLevel):
+    sweeps: Count = key("Sweeps over all nodes; of a body under an instrument, at each of its five stops")
+    radius: NotNegative = key(
+        "Spectral radius of a sweep that Chebyshev's semi-iterative method assumes; 0 for none", lt=1
+    )
+
+
+class ProjectiveDynamics(OnLevel):
+    iterations: Count = key("Iterations; of a body under an instrument, at each of its five stops")
+    memory: Index = key("Steps by which the matrix is improved (Liu, Bouaziz and Kavan, 2017); 0 for the original")
 
 
 def instrument_name(kind: str, radius_m: float) -> str:

@@ -17,9 +17,10 @@ import h5py
 import numpy as np
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
+from palpate.benchmark.richardson import estimate, number_limits, number_ratio, ratio
 from palpate.benchmark.touch import Touch, Touched
-from palpate.benchmark.touched_mesh import TOLERANCE, TouchedMesh, TouchedMeshes, answer_of
-from palpate.benchmark.truth import estimate, ratio, reasons
+from palpate.benchmark.touch_mesh import TOLERANCE, TouchedMesh, TouchedMeshes, answer_of
+from palpate.benchmark.truth import reasons
 from palpate.bodies.body import Body
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
@@ -219,8 +220,7 @@ def _order(rate: float) -> float:
 def _limit(answers: Sequence[_Answer]) -> tuple[_Answer, list[_Answer]]:
     """Return the limit of the answers of three meshes, and by what it may be off."""
     surface, away = estimate(np.array([each.displacement for each in answers]))
-    levels = np.array([each[1:] for each in answers]).T
-    numbers, off = np.array([number_limit(each) for each in levels]).T
+    numbers, off = number_limits(np.array([each[1:] for each in answers]))
     return _Answer(surface, *numbers), [_Answer(each, *off) for each in away]
 
 
@@ -233,30 +233,6 @@ def _errors(truth: _Answer, off: Sequence[_Answer], patch: np.ndarray) -> np.nda
         for wrong in found
     ]
     return np.max(np.abs(errors), axis=0)
-
-
-def number_ratio(levels: np.ndarray) -> float:
-    """Return by how much the last halving has reduced the change of a number (3,), negative if it has turned."""
-    before, last = levels[1] - levels[0], levels[2] - levels[1]
-    return float(before / last) if last else np.inf
-
-
-BELIEVED = (1.8, 18.0)
-"""Ratios of the changes of a number between which its limit is believed."""
-
-
-def number_limit(levels: np.ndarray) -> tuple[float, float]:
-    """Return the limit of a number on three meshes (3,), and how far it may be off.
-
-    Where the changes shrink as they do for an order of 1 to 4, it is extrapolated and may be off by as much as that has
-    changed it. Elsewhere it is that of the finest mesh, and may be off by the larger of the last change and a third of
-    the one before.
-    """
-    rate, last = number_ratio(levels), levels[2] - levels[1]
-    if BELIEVED[0] <= rate <= BELIEVED[1]:
-        more = last / (rate - 1.0)
-        return float(levels[2] + more), float(abs(more))
-    return float(levels[2]), float(max(abs(last), abs(levels[1] - levels[0]) / 3.0))
 
 
 def _objection(own: np.ndarray, overlap: float, least_det: float, asked: Asked) -> str:

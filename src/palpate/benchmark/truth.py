@@ -1,9 +1,8 @@
 """Find the truth: the limit of quadratic elements on ever finer levels of a body, with an error of its own.
 
-Each halving of the elements divides the error by about the same ratio, which three levels show (Richardson 1911). The
-ratio is one number for all nodes, and is never changed. The lower it is, the less sure is the limit: its own error
-grows, and where that or the change between levels is too large, the sample judges no model. The truth is read by
-evaluation only; no model ever sees it.
+Levels are extrapolated by the ratio of their changes (richardson.py). The lower it is, the larger is the limit's own
+error; where that or the change between levels is too large, the sample judges no model. The truth is read by evaluation
+only; no model ever sees it.
 """
 
 import warnings
@@ -20,55 +19,19 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.presses import nodal_forces
+from palpate.benchmark.richardson import RATIOS, estimate, ratio
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
-from palpate.effects.surface_integrals import enclosed_volume
+from palpate.bodies.surface_integrals import enclosed_volume
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
 from palpate.solvers.equilibrium import FastEquilibrium
 from palpate.solvers.newton import Solution, minimise_by_newton
 from palpate.solvers.stability import FIRM
 
-RATIOS = (2.2, 8.0)
-"""Ratios of convergence between which a limit is believed, however far it is from the finest level: from the order 1.1
-to the order 3 that quadratic elements have where the answer is smooth."""
-SLOWEST = 1.3
-"""The lowest ratio with which there is a limit to be seen. At the rim of held nodes the error falls by the order of 1,
-a ratio of two, as displacements there grow with the root of the distance."""
-RATIO_DOUBT = 0.25
-"""By how much the ratio of all finer levels may be below the one that was found: on nailed organs it is 1.9 to 2.1."""
 MOST_OWN, MOST_CHANGE = 0.03, 0.03
 """Shares of the peak: outside of RATIOS, a sample whose own error, or whose change between the last two levels, is
 larger (RMS over the surface) is rejected."""
-
-
-def ratio(levels: np.ndarray) -> float:
-    """Return by how much the last halving has reduced the change, from the last three of ``levels`` (m, n, 3) [m].
-
-    NaN where nothing changes.
-    """
-    before, last = (float(np.linalg.norm(levels[i] - levels[i - 1])) for i in (-2, -1))
-    return before / last if last > 0.0 else float("nan")
-
-
-def limit(levels: np.ndarray) -> np.ndarray:
-    """Extrapolate the last three of ``levels`` (m, n, 3) [m] to their limit (n, 3) [m]; the last where none changes."""
-    rate = ratio(levels)
-    return levels[-1] if np.isnan(rate) else levels[-1] + (levels[-1] - levels[-2]) / (rate - 1.0)
-
-
-def doubt(levels: np.ndarray) -> np.ndarray:
-    """Return the vector (n, 3) [m] whose length says how far ``limit`` may be from the truth, from (m, n, 3) [m].
-
-    With four levels it is the change of the limit from the first three to the last three, of which the last limit has
-    a part only. With three it is the change from the limit of the first two to that of the last two, with the one ratio
-    there is: what the scalar ratio leaves unexplained.
-    """
-    if len(levels) > 3:
-        return limit(levels) - limit(levels[:-1])
-    first, last = levels[-2] - levels[-3], levels[-1] - levels[-2]
-    rate = ratio(levels)
-    return np.zeros_like(last) if np.isnan(rate) else (rate * last - first) / (rate - 1.0)
 
 
 FIRST = 1e-4
@@ -310,19 +273,6 @@ def truth_of(
     )
 
 
-def estimate(levels: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
-    """Return the best answer (n, 3) [m] that ``levels`` (m, n, 3) [m] show, and vectors as long as its own errors.
-
-    The limit may be off by ``doubt``, and by what a ratio that is lower by RATIO_DOUBT would change of it, which grows
-    as the ratio falls. Where no limit is to be seen, the finest level is the answer: it may be off by its last change
-    if levels close in quickly, and by what is left at the ratio SLOWEST if they hardly do.
-    """
-    rate, last = ratio(levels), levels[-1] - levels[-2]
-    if SLOWEST <= rate <= RATIOS[1]:
-        return limit(levels), (doubt(levels), RATIO_DOUBT / (rate - 1.0) ** 2 * last)
-    return levels[-1], (last / (SLOWEST - 1.0) if rate < SLOWEST else last,)
-
-
 def _judge(body: Body, each: Ascent) -> tuple[np.ndarray, float, TruthErrors, str]:
     """Return the answer to one sample, its ratio, its own error, and why it is not believed."""
     if each.failure:
@@ -356,6 +306,12 @@ def objection(rate: float, own: float, change: float, least_det: float, clamped:
     if clamped:
         said.append(CLAMPED)
     return "; ".join(said)
+
+
+def over(function: Callable[[np.ndarray], Any], values: np.ndarray) -> float:
+    """Return a figure such as the mean of the finite ``values``, NaN if there are none."""
+    values = values[np.isfinite(values)]
+    return float(function(values)) if len(values) else np.nan
 
 
 def reasons(rejected: np.ndarray) -> dict[str, int]:

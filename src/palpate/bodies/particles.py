@@ -188,6 +188,17 @@ def _beds(bed: Bed | None, triangles: np.ndarray) -> tuple[tuple[Bed, np.ndarray
     return () if bed is None else ((bed, triangles),)
 
 
+def default_stiffness(particles: Particles) -> float:
+    """Return E times the mean edge of the surface [N/m]: the default spring of body_springs and volume_force.
+
+    Raises InputError for tetrahedra of several stiffnesses.
+    """
+    particles.refuse_regions("a stiffness that follows from Young's modulus needs")
+    ends = particles.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    lengths = np.linalg.norm(particles.nodes[ends[:, 0]] - particles.nodes[ends[:, 1]], axis=1)
+    return particles.material.young_pa * float(lengths.mean())
+
+
 def lump_masses(mesh: TetMesh, element_masses: np.ndarray) -> np.ndarray:
     """Lump element masses (n_tetrahedra,) [kg] in quarters to their nodes, (n_nodes,) [kg] (paper 2, eq. 4)."""
     return np.bincount(mesh.tetrahedra.ravel(), np.repeat(element_masses / 4.0, 4), minlength=len(mesh.nodes))

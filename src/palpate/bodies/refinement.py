@@ -74,6 +74,18 @@ def finer(body: "Body", count: int = 1, snap: Snap | None = None) -> "Body":
     return body
 
 
+def coarse_triangles(weights: sparse.csr_array, triangles: np.ndarray) -> np.ndarray:
+    """Return the coarse triangles (m, 3), by their nodes, that ``triangles`` (m, 3) of finer nodes are parts of.
+
+    weights : (n_finer, n_coarse), the linear interpolation from the coarse nodes
+    """
+    rows = np.repeat(np.arange(len(triangles)), 3)
+    means = sparse.csr_array((np.ones(triangles.size), (rows, triangles.ravel())), (len(triangles), weights.shape[0]))
+    corners = (means @ weights).tocsr()
+    corners.sort_indices()
+    return corners.indices.reshape(-1, 3)
+
+
 def with_midpoints(body: "Body", level: int) -> "Body":
     """Return ``body`` with levels up to the one after ``level``, which are the nodes of quadratic elements on it.
 

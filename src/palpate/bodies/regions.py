@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.bodies.ct.scan_of import label_ball, label_region
+from palpate.bodies.ct.config_scan import label_ball, label_region
 from palpate.bodies.material import Material, Tissue, read_material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_file import in_words, load_tagged

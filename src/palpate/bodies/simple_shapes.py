@@ -32,9 +32,9 @@ def box(sizes_m: list[float], divisions: list[int]) -> TetMesh:
 
     Six around a diagonal, not the cheaper five: all six are congruent, where the inner one of five has twice the
     volume of the others and another shape. Choose even divisions for a mesh that is its own mirror image, so that
-    a symmetric load gives a symmetric response. Trap: the octahedra of these elements have two shortest diagonals, of
-    which refinement takes the first; swapping the middle corners of the inverted elements only makes that the one
-    with which finer levels keep the shape and the symmetry.
+    a symmetric load gives a symmetric response. Trap: refinement splits an octahedron along the first of its two
+    shortest diagonals. Inverted elements are turned by swapping their middle corners, no others, so that this diagonal
+    keeps shape and symmetry on finer levels.
     """
     points, tetrahedra = cut_lattice(divisions)
     nodes = points / np.array(divisions) * np.array(sizes_m, dtype=float)

@@ -2,17 +2,16 @@
 
 import numpy as np
 
-from palpate.bodies.particles import Particles
+from palpate.bodies.particles import Particles, default_stiffness
 from palpate.effects.effect import Damping, Effect, Energy, Stiffness
-from palpate.effects.springs import edge_stiffness
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "BodySprings":
     """Make a spring and a damper for each node.
 
-    settings : ``stiffness_n_m`` (default: that of an edge); ``damping_ratio``, relative to critical damping
+    settings : ``stiffness_n_m`` (default: ``default_stiffness``); ``damping_ratio``, relative to critical damping
     """
-    stiffness = settings["stiffness_n_m"] if "stiffness_n_m" in settings else edge_stiffness(particles)
+    stiffness = settings["stiffness_n_m"] if "stiffness_n_m" in settings else default_stiffness(particles)
     return BodySprings(particles, stiffness, settings["damping_ratio"])
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
-from palpate.effects.surface_integrals import ball_points, midpoints, near_ball, triangle_shapes
+from palpate.bodies.surface_integrals import ball_points, midpoints, near_ball, triangle_shapes
 
 FACING = 1e-6
 """Cosine of the angle to the patch's normal above which a triangle faces it; not 0, where rounding would decide."""

@@ -52,17 +52,6 @@ def surface_springs(triangles: np.ndarray, n_nodes: int) -> dict[str, np.ndarray
     return {kind: np.column_stack(np.divmod(key, n_nodes)) for kind, key in keys.items()}
 
 
-def edge_stiffness(particles: Particles) -> float:
-    """Compute Young's modulus times the mean length of an edge [N/m]: the stiffness of a cube of that size.
-
-    Raises InputError for tetrahedra of several stiffnesses.
-    """
-    particles.refuse_regions("a stiffness that follows from Young's modulus needs")
-    ends = particles.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    lengths = np.linalg.norm(particles.nodes[ends[:, 0]] - particles.nodes[ends[:, 1]], axis=1)
-    return particles.material.young_pa * float(lengths.mean())
-
-
 def rest_lengths(nodes: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """Compute the distance between the nodes of each pair, (n_pairs,) [m]."""
     return np.linalg.norm(nodes[pairs[:, 1]] - nodes[pairs[:, 0]], axis=1)

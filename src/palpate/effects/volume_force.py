@@ -3,14 +3,13 @@
 import numba
 import numpy as np
 
-from palpate.bodies.particles import Particles
+from palpate.bodies.particles import Particles, default_stiffness
 from palpate.effects.effect import Effect, Energy, Stiffness
-from palpate.effects.springs import edge_stiffness
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Volume":
-    """Make the force of a solid, of ``stiffness_n_m`` (default: that of an edge)."""
-    return Volume(particles, settings["stiffness_n_m"] if "stiffness_n_m" in settings else edge_stiffness(particles))
+    """Make the force of a solid, of ``stiffness_n_m`` (default: ``default_stiffness``)."""
+    return Volume(particles, settings["stiffness_n_m"] if "stiffness_n_m" in settings else default_stiffness(particles))
 
 
 class Volume(Energy, Stiffness):

@@ -21,7 +21,7 @@ from palpate.errors import InputError
 from palpate.files import write_whole
 from palpate.init.choose import BED_THICKNESS, Choice, choose
 from palpate.init.recognise import Data, body_name, labels_of, recognise
-from palpate.studies.enrichment.figures import bodies
+from palpate.report.mesh_levels import draw_mesh_levels
 
 ROOT = Path(__file__).parents[3]  # palpate's folder, where ``make`` is typed
 PICTURE = "body.png"  # the file beside a configuration that shows the body
@@ -64,14 +64,14 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
     for word, lines in (("found   ", data.found), ("assumed ", data.assumed), ("warning:", data.warned)):
         for line in lines:  # before what takes long
             print(word, line, flush=True)
-    with warnings.catch_warnings(record=True) as caught, told("the data") as say:
+    with warnings.catch_warnings(record=True) as caught, ticking("the data") as say:
         warnings.simplefilter("always")
         choice = choose(data.name, data.entry, hold, say)
     said = dict.fromkeys(str(warning.message) for warning in caught if warning.category is UserWarning)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         with write_whole(file.with_name(PICTURE)) as part:
-            bodies.draw_mesh_levels([choice.body]).savefig(part)
+            draw_mesh_levels([choice.body]).savefig(part)
         with write_whole(file) as part:  # the last, as it is what tells that a folder is in use
             part.write_text(config_text(data, choice, file, run_of(file), _schema(file)), encoding="utf-8")
     except OSError as error:
@@ -170,7 +170,7 @@ def _compared(choice: Choice) -> list[str]:
 
 
 @contextmanager
-def told(step: str, every_s: float = 4.0) -> Iterator[Callable[[str], None]]:
+def ticking(step: str, every_s: float = 4.0) -> Iterator[Callable[[str], None]]:
     """Print every few seconds the step and the time that the block has taken; yield what begins the next step."""
     begun, over = perf_counter(), threading.Event()
 

@@ -150,7 +150,7 @@ def run_settings(file: Path, again: str) -> None:
     finally:
         signal.signal(signal.SIGTERM, before)
     if code:
-        raise InputError(f"the run of {file} ended before its end; what it has is kept, and {again} goes on.")
+        raise InputError(f"the run of {file} did not finish; what it has is kept, and {again} goes on.")
 
 
 def _ends_with_us() -> Callable[[], object] | None:

@@ -19,7 +19,7 @@ from scipy import sparse
 from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.load import Answer, Doubted, Load, displacement_of, loads_of
 from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb
-from palpate.benchmark.truth import RATIOS, doubt, limit, ratio
+from palpate.benchmark.richardson import RATIOS, doubt, limit, ratio
 from palpate.bodies.contacts import row_of
 from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import Simulation, to_surface

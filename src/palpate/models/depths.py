@@ -26,15 +26,16 @@ def forces_for(
     """Return forces (f,) [N] at which ``moved`` (f,) [m] is ``wanted`` (f,) where ``unknown`` (f,) says so.
 
     force : (f,) the given ones, and 0 where they are unknown; slope : (f, f) [m/N], the response to small forces
-    Broyden's method (1965), from the linear response, with steps cut where they lead no nearer.
+    Broyden's method (1965), from the linear response. It differs from ``find_forces`` by halving a step that leads no
+    nearer, or to forces that ``moved`` raises NotConverged for, as a model does beyond what it was made of.
     Refused for two discs that are pushed at the same place.
     """
-    gives = _apart(slope[np.ix_(unknown, unknown)])
+    compliance = _apart(slope[np.ix_(unknown, unknown)])
 
     def missing(force: np.ndarray) -> np.ndarray:
         return (wanted - moved(force))[unknown]
 
-    force, inverse = force.copy(), np.linalg.inv(gives)
+    force, inverse = force.copy(), np.linalg.inv(compliance)
     left = missing(force)
     # a disc that is held where other presses would move it has a way to go, too
     scale = float(max(np.abs(wanted[unknown]).max(), np.abs(left).max()))
@@ -59,11 +60,11 @@ def forces_for(
     raise NotConverged("no force was found that moves the disc as far as it is pushed", [float(np.abs(left).max())])
 
 
-def _apart(gives: np.ndarray) -> np.ndarray:
-    """Return the responses of discs, ``gives`` (f, f) [m/N]; Refused if two of the discs are the same one."""
-    if not np.linalg.cond(gives) < WORST_CONDITION:
+def _apart(compliance: np.ndarray) -> np.ndarray:
+    """Return the responses of discs, ``compliance`` (f, f) [m/N]; Refused if two of the discs are the same one."""
+    if not np.linalg.cond(compliance) < WORST_CONDITION:
         raise Refused("two discs are pushed to a depth at the same place; push one of them")
-    return gives
+    return compliance
 
 
 Presses = list[tuple[int, np.ndarray]]
@@ -73,7 +74,11 @@ DEPTH_TOLERANCE, DEPTH_ITERATIONS = 1e-6, 30
 
 
 class Discs:
-    """The mean displacements of the discs of prepared contacts: of linear responses, and of what is beyond them."""
+    """Mean displacements of the discs of prepared contacts, and the forces that push these discs to a depth.
+
+    A disc's mean is exact for the linear response, as it is stored; only what the model adds to that is interpolated
+    between surface nodes.
+    """
 
     def __init__(self, case: Case):
         self._compliance = case.use_compliance()
@@ -86,7 +91,7 @@ class Discs:
         """
         found = self._compliance.means
         if found is None:
-            return self._between(disc, contact)
+            return self._interpolated_means(disc, contact)
         return found[self._compliance.row(disc), self._compliance.row(contact)]
 
     def linear_forces(self, load: Load) -> np.ndarray:
@@ -96,17 +101,14 @@ class Discs:
         """
         given, pushed = load.parted()
         missing = [way - sum(force @ self.means(disc, contact) for contact, force in given) for disc, way in pushed]
-        return load.with_found(np.linalg.solve(self._gives(load), np.concatenate(missing)).reshape(-1, 3))
+        return load.with_found(np.linalg.solve(self._between_discs(load), np.concatenate(missing)).reshape(-1, 3))
 
     def answer(self, load: Load, respond: Callable[[Presses], np.ndarray]) -> Answer:
-        """Return the answer of a model to a ``load`` with depths; ``respond`` is its displacement under forces.
-
-        What a displacement (n_surface, 3) [m] has beyond the linear one is interpolated linearly in discs.
-        """
+        """Return the answer to a ``load`` with depths of a model whose displacement under forces is ``respond``."""
         pushed = [(row, p.node) for row, p in enumerate(load.presses) if p.force is None]
         nodes = [press.node for press in load.presses]
-        beyond = {
-            (disc, contact): self.means(disc, contact) - self._between(disc, contact)
+        inexact = {
+            (disc, contact): self.means(disc, contact) - self._interpolated_means(disc, contact)
             for _, disc in pushed
             for contact in nodes
         }
@@ -115,18 +117,18 @@ class Discs:
             presses = list(zip(nodes, load.with_found(found), strict=True))
             moved = respond(presses)
             parts = [self._mean(disc, moved) for _, disc in pushed]
-            return parts + np.array([sum(f @ beyond[disc, c] for c, f in presses) for _, disc in pushed])
+            return parts + np.array([sum(f @ inexact[disc, c] for c, f in presses) for _, disc in pushed])
 
         ways = np.array([way for _, way in load.parted()[1]])
-        forces = load.with_found(find_forces(reached, ways, self._gives(load)))
+        forces = load.with_found(find_forces(reached, ways, self._between_discs(load)))
         return Answer(respond(list(zip(nodes, forces, strict=True))), forces)
 
-    def _gives(self, load: Load) -> np.ndarray:
+    def _between_discs(self, load: Load) -> np.ndarray:
         """Return the matrix (3k, 3k) [m/N] from the forces of k pushed discs to their means."""
         discs = [disc for disc, _ in load.parted()[1]]
         return _apart(np.block([[self.means(disc, contact).T for contact in discs] for disc in discs]))
 
-    def _between(self, disc: int, contact: int) -> np.ndarray:
+    def _interpolated_means(self, disc: int, contact: int) -> np.ndarray:
         columns = self._compliance.fine[self._compliance.row(contact)]
         return np.array([self._mean(disc, column) for column in columns])
 
@@ -136,14 +138,14 @@ class Discs:
         return shares @ displacement[np.searchsorted(self._surface, nodes)]
 
 
-def find_forces(means: Callable[[np.ndarray], np.ndarray], ways: np.ndarray, gives: np.ndarray) -> np.ndarray:
+def find_forces(means: Callable[[np.ndarray], np.ndarray], ways: np.ndarray, compliance: np.ndarray) -> np.ndarray:
     """Return the forces (k, 3) [N] under which k discs have moved by ``ways`` (k, 3) [m] on average.
 
     means : from forces (k, 3) [N] to the mean displacements (k, 3) [m] of the discs, by one answer of the model
-    gives : (3k, 3k) [m/N], what these do in the first order; Broyden's method (1965, Math. Comp. 19, 577) begins there
+    compliance : (3k, 3k) [m/N], what these do in the first order, where Broyden's method begins (1965, Math. Comp. 19)
     Raises NotConverged after DEPTH_ITERATIONS.
     """
-    inverse, wanted = np.linalg.inv(gives), ways.ravel()
+    inverse, wanted = np.linalg.inv(compliance), ways.ravel()
     # a disc that is held where other presses would move it has a way to go, too
     size = float(max(np.linalg.norm(wanted), np.linalg.norm(wanted - means(np.zeros_like(ways)).ravel())))
     if not 0.0 < size < np.inf:

@@ -13,7 +13,8 @@ LAW, REDUCES = "the body's", "p2"
 def settings(case: Case) -> list[Setting]:
     """List for each of the finest levels, coarse first, each start with its caps on iterations, and tolerances.
 
-    What most iterations from rest or from the frame before answer is brought to the limit of the levels, too.
+    The setting with most iterations, from rest and from the frame before, is also extrapolated to the limit of the
+    levels.
     """
     grid, last = case.grid["fast_fem"], len(case.body.levels) - 1
     found: list[Setting] = []

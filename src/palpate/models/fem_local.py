@@ -13,8 +13,8 @@ from scipy import sparse
 from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.model import Case, Setting, Solver, Stage
 from palpate.bodies.contacts import contacts_of, row_of
+from palpate.bodies.fine_surface_map import FineSurfaceMap
 from palpate.bodies.local_refinement import LocalRefinement
-from palpate.effects.surface_map import SurfaceMap
 from palpate.models.fem import FrameBefore, Rest
 from palpate.models.fem_statics import Simulation
 
@@ -76,7 +76,7 @@ class _Meshes:
         # without what models learn from, and without prepared contacts: patches are integrated where they are needed
         self._case = replace(case, response=None, database=case.meshes)
         self._depth, self._radius_m, self._order = depth, reach * case.radius_m, order
-        self._refinement, self._surface = LocalRefinement(case.body, depth), SurfaceMap(case.body)
+        self._refinement, self._surface = LocalRefinement(case.body, depth), FineSurfaceMap(case.body)
         self._contacts = contacts_of(case.body)
         self._made: dict[int, tuple[Simulation, sparse.csr_array]] = {}
         self._seconds = perf_counter() - begin

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import interp1d
 from scipy.linalg import cho_factor, cho_solve
 
-from palpate.benchmark.truth import RATIO_DOUBT
+from palpate.benchmark.richardson import RATIO_DOUBT
 from palpate.effects.elements import OnePass
 from palpate.effects.push import disc, factor
 from palpate.errors import NotConverged

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.load import Load, Refused
-from palpate.benchmark.model import Case, Setting, Solver, held_mb, on_own_levels, one_stage
+from palpate.benchmark.model import Case, OfBody, Setting, Solver, held_mb, on_own_levels, one_stage
 from palpate.bodies.material import LAWS
 from palpate.bodies.particles import particles_of
 from palpate.effects.bed import BedSprings
@@ -35,6 +35,12 @@ def settings(case: Case, method: str) -> list[Setting]:
     return on_own_levels(case, case.grid["relaxed"][method])
 
 
+def refuse_law(case: OfBody, method: str) -> None:
+    """Raise Refused for a body whose law is not the one that ``method`` has."""
+    if (law := case.body.material.law) != LAW:
+        raise Refused(f"{method} has the corotational law, and {case.body.name} is {law}")
+
+
 class Relaxed(Solver):
     """Linear elements on a level that are relaxed from rest, or from the frame before.
 
@@ -46,8 +52,7 @@ class Relaxed(Solver):
     def __init__(self, case: Case, setting: Setting, method: str):
         body, level = case.body, setting["level"]
         mesh, tissue = body.levels[level], body.tissue(level)
-        if tissue.law != LAW:
-            raise Refused(f"{method} has the corotational law, and {body.name} is {tissue.law}")
+        refuse_law(case, method)
         self._rest = mesh.nodes
         held = np.isin(np.arange(len(self._rest)), body.anchors[level])
         bed = None if body.bed is None else BedSprings(mesh, body.bed)

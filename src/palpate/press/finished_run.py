@@ -15,7 +15,7 @@ from palpate.files import read_table
 from palpate.models.load_model import load_model
 from palpate.models.model_registry import families
 from palpate.run.settings import complete
-from palpate.run.settings_file import read_settings
+from palpate.run.settings_yaml import read_settings
 
 
 @dataclass(frozen=True)

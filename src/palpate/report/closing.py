@@ -7,8 +7,8 @@ import pandas as pd
 
 from palpate.models.model_registry import ENGINES
 from palpate.report import declared, markup
-from palpate.report.material import Report
 from palpate.report.model_looks import look, plain
+from palpate.report.report import Report
 from palpate.report.template import Html, Part, Section, render
 
 HERE = Path(__file__).parent

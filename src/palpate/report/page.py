@@ -8,7 +8,7 @@ from pathlib import Path
 
 from palpate.files import write_whole
 from palpate.report import closing, declared, page_assets, template
-from palpate.report.material import Report
+from palpate.report.report import Report
 from palpate.report.template import Part, Section
 
 MOST_MB = 20.0

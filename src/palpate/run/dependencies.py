@@ -32,7 +32,7 @@ def digest(call: str, *lazily: str) -> str:
 
     Comments, docstrings and layout do not count, nor do the dates of the files, nor the rest of the function's module.
 
-    call : "palpate.studies.jobs:make_body"
+    call : "palpate.studies.common_jobs:make_body"
     lazily : modules ("palpate.effects.gravity") or packages ("palpate.effects") that are imported by name at run time
     """
     module, _, name = call.partition(":")

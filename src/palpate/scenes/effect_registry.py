@@ -69,7 +69,7 @@ INTEGRATORS = {
     "symplectic_euler": "palpate.solvers.symplectic_euler",
     "backward_euler": "palpate.solvers.backward_euler",
     "bdf2": "palpate.solvers.bdf2",
-    "touching": "palpate.models.touching_motion",
+    "touching": "palpate.models.stroke_motion",
     "goal_position": "palpate.solvers.goal_position",
     "xpbd": "palpate.solvers.xpbd",
     "projective_dynamics": "palpate.solvers.projective_dynamics",

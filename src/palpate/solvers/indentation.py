@@ -14,8 +14,8 @@ from scipy import sparse
 
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
+from palpate.bodies.surface_integrals import surface_interpolation
 from palpate.effects.instrument import TOUCH_TOLERANCE, Pose
-from palpate.effects.surface_integrals import surface_interpolation
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import hold, product
 from palpate.solvers.equilibrium import Equilibrium

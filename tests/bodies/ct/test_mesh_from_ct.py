@@ -9,10 +9,10 @@ import pytest
 from fixtures.scans import write_scan
 
 from palpate.bodies.ct import mesh_from_ct
+from palpate.bodies.ct.config_scan import scan_of
 from palpate.bodies.ct.image import AIR_HU, Image, read, read_mask
 from palpate.bodies.ct.masses import organ_densities, voxel_mass
 from palpate.bodies.ct.mesh_from_ct import THINNEST, cut_off, refuse_thin
-from palpate.bodies.ct.scan_of import scan_of
 from palpate.bodies.ct.segmentation import segment
 from palpate.bodies.ct.synthetic_abdomen import abdomen, mri_abdomen
 from palpate.bodies.make_body import make_body

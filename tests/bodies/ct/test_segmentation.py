@@ -8,8 +8,7 @@ import pytest
 
 from palpate.bodies.ct.image import Image, read, read_mask
 from palpate.bodies.ct.mesh_from_ct import cut_off
-from palpate.bodies.ct.scan_of import fill_between, undrawn_across
-from palpate.bodies.ct.segmentation import largest_filled, move_to_half_level, segment
+from palpate.bodies.ct.segmentation import fill_between, largest_filled, move_to_half_level, segment, undrawn_across
 from palpate.bodies.ct.synthetic_abdomen import voxel_fractions
 from palpate.errors import InputError
 from palpate.studies.ct.imaging import dice

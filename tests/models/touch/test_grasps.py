@@ -9,8 +9,8 @@ from fixtures.touched_block import SETTLED, rmse_of_peak
 from palpate.benchmark.model import LeftOut
 from palpate.benchmark.touch import Touch, choose_touches, given_touches, touches_of
 from palpate.benchmark.touch_measure import measure_touches, penetration
+from palpate.benchmark.touch_mesh import bearing
 from palpate.benchmark.touch_truth import Asked, truth_of_touches
-from palpate.benchmark.touched_mesh import bearing
 from palpate.effects.instrument import Instrument
 from palpate.errors import InputError
 from palpate.models.touch import fem, linear, modes, relaxed

@@ -9,7 +9,7 @@ from press.portable.conftest import made_up, touched  # noqa: F401
 from report import browser as chromium
 
 from palpate.bodies.make_body import make_body
-from palpate.press import coarse_answer
+from palpate.press import coarse_rival
 from palpate.press.page.page import Known, PressModel, press_document
 from palpate.studies.press.measure import place_of
 
@@ -33,8 +33,8 @@ def smooth_liver():
 
 def _answer(body, path):
     """The coarse mesh's answer for a body, as it comes back from its file, and its model of a page."""
-    coarse_answer.save(coarse_answer.coarse_answer(body, RADIUS_M), path)
-    return coarse_answer.load(path), PressModel("coarse", "coarse mesh", path.read_bytes(), info=INFO, kind="coarse")
+    coarse_rival.save(coarse_rival.coarse_answer(body, RADIUS_M), path)
+    return coarse_rival.load(path), PressModel("coarse", "coarse mesh", path.read_bytes(), info=INFO, kind="coarse")
 
 
 @pytest.fixture(scope="session")

@@ -22,7 +22,7 @@ from palpate.benchmark.load import Load
 from palpate.cli import main
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem
-from palpate.press import coarse_answer
+from palpate.press import coarse_rival
 from palpate.press.finished_run import FinishedRun
 from palpate.press.serve.command import _page, find_run
 from palpate.press.serve.live_models import LiveModels
@@ -124,7 +124,7 @@ def test_the_coarse_meshs_answer_can_stand_beside_the_model(live, finished):
     assert [(each["name"], each["kind"]) for each in head["models"]] == [("fem_p1", "portable"), ("coarse", "coarse")]
     assert head["models"][1]["info"] == {"peak_m": live.peak, "hardest_n": live.hardest}
     packed = base64.b64decode(re.search(r'data-model="coarse">(.*?)</script>', page)[1])
-    assert packed == coarse_answer.packed(coarse_answer.coarse_answer(live.case.body, 0.03))
+    assert packed == coarse_rival.packed(coarse_rival.coarse_answer(live.case.body, 0.03))
 
 
 @pytest.mark.parametrize(

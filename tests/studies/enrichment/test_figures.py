@@ -9,6 +9,7 @@ from fixtures.drawn import texts
 from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.report import style
+from palpate.report.mesh_levels import draw_mesh_levels
 from palpate.studies.enrichment.figures import bodies, charts
 
 
@@ -22,11 +23,11 @@ def test_failures_and_budgets_are_named(results):
 
 def test_deformed_bodies_shows_different_contacts_and_true_errors(body, database, predictions_file, tmp_path):
     found = bodies.read(predictions_file, "paper", "samples", bodies.DEFORMED_BY)
-    figure = bodies.draw_deformed_bodies(body, database, found, rows=2)
+    figure = bodies.draw_deformed_bodies(body, database, found)
     pictures = [axis for axis in figure.axes if axis.images]
-    assert len(pictures) == 2 * 6
+    assert len(pictures) == bodies.SAMPLES * 6
     shown = [int(t.split(":")[0].split()[1]) for t in texts(figure) if t.startswith("sample")]
-    assert len(set(database.contact[shown])) == 2
+    assert len(set(database.contact[shown])) == bodies.SAMPLES
     assert (np.diff(database.peaks[shown]) >= 0).all()
     i = shown[0]
     rms = np.sqrt(np.mean(np.sum(database.fine[i] ** 2, axis=1)))
@@ -48,7 +49,7 @@ def test_times_are_drawn_over_peaks_in_millimetres(results):
 
 
 def test_mesh_levels_counts(body):
-    written = "\n".join(texts(bodies.draw_mesh_levels([body])))
+    written = "\n".join(texts(draw_mesh_levels([body])))
     for mesh in body.levels:
         assert f"surface: {len(mesh.surface):,} nodes, {len(mesh.triangles):,} triangles" in written
         assert f"volume: {len(mesh.nodes):,} nodes, {len(mesh.tetrahedra):,} tetrahedra" in written

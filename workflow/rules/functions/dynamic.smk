@@ -35,7 +35,7 @@ def by_name(wildcards):
     return [
         "palpate.effects",
         "palpate.solvers",
-        *(["palpate.models.touching_motion"] if stroked(wildcards.scene) else []),
+        *(["palpate.models.stroke_motion"] if stroked(wildcards.scene) else []),
         *(["palpate.collision.contact"] if touching else []),
     ]
 

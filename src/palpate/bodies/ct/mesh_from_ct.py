@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from palpate.bodies.ct.config_scan import mask_of, scan_of
 from palpate.bodies.ct.image import AIR_HU, Image
-from palpate.bodies.ct.scan_of import mask_of, scan_of
 from palpate.bodies.ct.segmentation import largest_filled, segment
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import Snap

@@ -1,9 +1,12 @@
-"""Segmentation of one organ from a CT or an MRI by its range of grey values."""
+"""Segment an organ by its range of grey values, an MRI's evened first, or fill a mask drawn on some slices only."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from scipy import ndimage
+from scipy.interpolate import Akima1DInterpolator
 
 from palpate.bodies.ct.image import Image
 from palpate.errors import InputError
@@ -49,7 +52,7 @@ def segment(image: Image, settings: dict) -> np.ndarray:
 
     Noise, a voxel wide, is blurred by one voxel of the finest spacing; an opening cuts bridges to neighbours, a
     closing smooths the outline, and cavities are filled; all lengths are in metres, so that slices may be ten times as
-    thick as the pixels. Then the border moves to the half level (border.py). Trap: the order matters; the largest
+    thick as the pixels. Then the border moves to the half level. Trap: the order matters; the largest
     piece is chosen while the bridges are cut.
     """
     (low, high), key, unit = _range(image, settings)
@@ -121,3 +124,75 @@ def box_around(mask: np.ndarray, margin: int | np.ndarray) -> tuple[slice, ...]:
     sides = ndimage.find_objects(mask.astype(np.uint8))[0]
     margins = np.broadcast_to(margin, mask.ndim).tolist()
     return tuple(slice(max(side.start - n, 0), side.stop + n) for side, n in zip(sides, margins, strict=True))
+
+
+# voxels along each side of the grid that the change is looked for on: it is slow, and a finer grid takes minutes
+_SHRUNK_VOXELS, _ITERATIONS = 24, (30, 30)
+
+
+def even_brightness(image: Image) -> Image:
+    """Divide an MRI by the slow change of its brightness: N4 (Tustison et al., IEEE Trans. Med. Imaging 29(6), 2010).
+
+    The change is looked for where the grey values are above Otsu's threshold, on a grid of 24 voxels a side at most.
+    The median there stays. Without it one range of grey values cannot fit an organ that is nearer to a coil at one end.
+    """
+    import SimpleITK
+
+    grey = np.maximum(image.hu.astype(np.float32), 0)
+    found = SimpleITK.GetImageFromArray(grey)
+    found.SetSpacing((1e3 * image.spacing_m).tolist())
+    coarse = SimpleITK.Shrink(found, [-(-count // _SHRUNK_VOXELS) for count in found.GetSize()])
+    body = SimpleITK.OtsuThreshold(coarse, 0, 1)
+    finder = SimpleITK.N4BiasFieldCorrectionImageFilter()
+    finder.SetNumberOfThreads(1)
+    finder.SetMaximumNumberOfIterations(list(_ITERATIONS))
+    finder.Execute(coarse, body)
+    change = SimpleITK.GetArrayFromImage(finder.GetLogBiasFieldAsImage(found))
+    even = grey / np.exp(change)
+    inside = SimpleITK.GetArrayFromImage(SimpleITK.OtsuThreshold(found, 0, 1)) > 0
+    return replace(image, hu=(even * (np.median(grey[inside]) / np.median(even[inside]))).astype(np.float32))
+
+
+def fill_between(mask: np.ndarray, image: Image, axis: str, path: Path) -> np.ndarray:
+    """Fill a mask, (nz, ny, nx) bool, between the slices that were drawn across ``axis`` ("x", "y" or "z").
+
+    Shape-based interpolation (Raya, Udupa, IEEE Trans. Med. Imaging 9(1), 1990): the signed distance to the outline of
+    each drawn slice is interpolated across the slices between them, and is positive inside. In each voxel Akima's
+    curve passes through the distances, as straight lines would flatten a round organ (Herman, Zheng, Bucholtz, IEEE
+    CG&A 12(3), 1992, with other curves). The slice that would have been drawn next is empty: the organ's thickest
+    place has just vanished there, so that it ends before. Drawn slices stay as they are.
+    Raises InputError if fewer than two slices were drawn; ``path`` is the mask's in the message.
+    """
+    along = 2 - "xyz".index(axis)
+    slices = np.moveaxis(mask, along, 0)
+    drawn = np.flatnonzero(slices.any(axis=(1, 2)))
+    if len(drawn) < 2:
+        raise InputError(
+            f"{path}: the mask has {len(drawn)} slice(s) across {axis}, and drawn_slices needs two at least; "
+            "draw more, or leave drawn_slices out."
+        )
+    steps = np.delete(image.spacing_m[::-1], along)
+    box = box_around(np.asarray(slices.any(axis=0)), 1)
+    known = np.array([_signed_distance(slices[at][box], steps) for at in drawn])
+    places = np.array([2 * drawn[0] - drawn[1], *drawn, 2 * drawn[-1] - drawn[-2]])
+    first, last = (known[end] - known[end].max() for end in (0, -1))
+    curve = Akima1DInterpolator(places, np.stack([first, *known, last]), axis=0)
+    filled = slices.copy()
+    for at in range(max(places[0] + 1, 0), min(places[-1], len(slices))):
+        if at not in drawn:
+            filled[at][box] = curve(at) > 0
+    return np.moveaxis(filled, 0, along)
+
+
+def undrawn_across(mask: np.ndarray) -> str | None:
+    """Return the axis across which no slice of a mask has a neighbour, as if every n-th was drawn; None if none is."""
+    for axis, along in zip("zyx", range(3), strict=True):
+        found = np.asarray(mask.any(axis=tuple(other for other in range(3) if other != along)))
+        if found.sum() > 1 and not (found[1:] & found[:-1]).any():
+            return axis
+    return None
+
+
+def _signed_distance(drawn: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return the distance [m] to the outline of a slice, (n, m): positive inside."""
+    return ndimage.distance_transform_edt(drawn, steps) - ndimage.distance_transform_edt(~drawn, steps)

@@ -339,14 +339,18 @@ def blocks(kinds, nodes, offsets, scales, mollify, gap, x, definite):
     out = np.zeros((count, 4, 4, 3, 3))
     for a in range(count):
         k = active[a]
-        _fill(kinds[k], nodes[k], scales[k], mollify[k], gap, x, weights[a], levels[a], definite, out[a])
+        _add_hessian(kinds[k], nodes[k], scales[k], mollify[k], gap, x, weights[a], levels[a], definite, out[a])
     return active[:count], out
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _fill(kind, nodes, scale, threshold, gap, x, weights, s, definite, block):
+def _add_hessian(kind, nodes, scale, mollify, gap, x, weights, s, definite, block):
+    """Add the Hessian of scale · gap · m(c) · b(s), s = (d − offset)/gap, of one stencil to ``block`` (4, 4, 3, 3).
+
+    by_c, by_cc : m′ and m″; slope, curvature : b′ and b″. As b′ < 0, −scale · m · b′ is the push [N] between its parts.
+    """
     gradient, normals = np.empty((4, 3)), np.empty((4, 3))
-    factor, by_c, by_cc = mollifier(x, nodes, threshold, gradient)
+    factor, by_c, by_cc = mollifier(x, nodes, mollify, gradient)
     value, slope, curvature = barrier(s)
     r = np.array(separation(x, nodes, weights))
     r /= np.sqrt(np.sum(r * r))

@@ -6,13 +6,12 @@ All end at the equilibrium of corotational linear elements on the level, in the 
 import numpy as np
 
 from palpate.benchmark.cut_truth import Pulled
-from palpate.benchmark.load import Refused
 from palpate.benchmark.model import Setting
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import NotConverged
 from palpate.models.cut.opened import CutCase, opened, skin_of
-from palpate.models.relaxed import LAW, relaxes
+from palpate.models.relaxed import refuse_law, relaxes
 from palpate.models.touch.pushing import SHARES
 
 
@@ -22,8 +21,7 @@ class CutRelaxed:
     def __init__(self, case: CutCase, setting: Setting, method: str):
         self._case, self._setting, self._method = case, setting, method
         self._skin = skin_of(case, setting["level"])
-        if (law := case.body.material.law) != LAW:
-            raise Refused(f"{method} has the corotational law, and {case.body.name} is {law}")
+        refuse_law(case, method)
 
     def cut(self) -> None:
         case, setting = self._case, self._setting

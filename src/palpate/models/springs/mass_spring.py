@@ -33,48 +33,69 @@ def supports(particles: Particles) -> dict[str, Effect]:
     return held | ({"bed": BedSprings(particles, particles.beds)} if particles.beds else {})
 
 
-class Network:
-    """Springs on the edges of a level's tetrahedra, and paper 2's volume force if it has a stiffness.
+class LoadedSprings:
+    """Springs between ``particles``, what holds these, and a load: the energy that a search for equilibrium lowers.
 
-    rest : (n, 3) [m]; model : all of the springs but their stiffness, which ``stiffen`` gives
-    up : (n_surface, n), from nodes to the fine surface
+    rest : (n, 3) [m]
     Raises InputError for a body that nothing holds.
     """
 
-    def __init__(self, case: Case, level: int):
-        self.particles = particles_of(case.body, level, surface=False)
-        refuse_regions(case, "springs")
-        self._supports = supports(self.particles)
+    def __init__(self, particles: Particles):
+        self.particles, self.rest = particles, particles.nodes
+        self._supports = supports(particles)
         if not self._supports:
-            raise InputError(f"{case.body.name}: nothing is held, so springs have no equilibrium; give it anchors.")
-        self.model, self.rest = spring_model(self.particles), self.particles.nodes
+            raise InputError(f"{particles.name}: nothing is held, so springs have no equilibrium; give it anchors.")
+
+    def act(self, springs: Effect, **more: Effect) -> None:
+        """Take these springs, and effects beside them; nothing loads them yet."""
+        self._system = System(self.particles, {"springs": springs} | self._supports | more)
+        self.load(np.zeros_like(self.rest))
+
+    def load(self, force: np.ndarray) -> None:
+        """Load nodes with ``force`` (n, 3) [N]; what acts on held ones counts for nothing."""
+        self._load = np.where(self._system.free[:, None], force, 0.0)
+
+    def energy(self, x: np.ndarray) -> float:
+        """Return the energy of what acts minus the work of the load [J]."""
+        return self._system.energy(x) - float(np.vdot(self._load, x - self.rest))
+
+    def force(self, x: np.ndarray) -> np.ndarray:
+        """Return the forces of what acts and the load (n, 3) [N], zero at held nodes."""
+        return self._system.potential_force(x) + self._load
+
+    def stiffness(self, x: np.ndarray, definite: bool = False) -> sparse.bsr_array:
+        """Return the stiffness (3n, 3n) [N/m] at ``x``, held nodes apart; ``definite`` as effects have it."""
+        stiffness = self._system.stiffness(x, definite)
+        self._system.hold(stiffness)
+        return stiffness
+
+
+class Network(LoadedSprings):
+    """Springs on the edges of a level's tetrahedra, and paper 2's volume force if it has a stiffness.
+
+    model : all of the springs but their stiffness, which ``stiffen`` gives
+    up : (n_surface, n), from nodes to the fine surface
+    """
+
+    def __init__(self, case: Case, level: int):
+        refuse_regions(case, "springs")
+        super().__init__(particles_of(case.body, level, surface=False))
+        self.model = spring_model(self.particles)
         self.up = to_surface(case.body, level)
         self._shares = ContactShares(case, level)
-        self._load = np.zeros_like(self.rest)
 
     def stiffen(self, young_pa: np.ndarray, volume_n_m: float) -> None:
         """Give nodes their moduli (n,) [Pa] (paper 2, eq. 5), and the volume force its stiffness [N/m]."""
-        springs = Springs(self.model.pairs, stiffnesses(self.model, young_pa), self.model.rest_m)
-        effects: dict[str, Effect] = {"springs": springs} | self._supports
-        if volume_n_m > 0.0:
-            effects["volume"] = Volume(self.particles, volume_n_m)
-        self._system = System(self.particles, effects)
-        self._factor = Factor(self._stiffness(self.rest))
+        volume = {"volume": Volume(self.particles, volume_n_m)} if volume_n_m > 0.0 else {}
+        self.act(Springs(self.model.pairs, stiffnesses(self.model, young_pa), self.model.rest_m), **volume)
+        self._factor = Factor(self.stiffness(self.rest))
 
     def press(self, contact: int, force: np.ndarray) -> None:
         """Load it with ``force`` (3,) [N] at coarse node ``contact``; InputError if that cannot be pressed."""
         nodes, shares = self._shares.of(contact)
-        self._load = np.zeros_like(self.rest)
-        self._load[nodes] = np.outer(shares, force)
-        self._load[self.particles.held] = 0.0
-
-    def energy(self, x: np.ndarray) -> float:
-        """Return the energy of springs and volume minus the work of the load [J]."""
-        return self._system.energy(x) - float(np.vdot(self._load, x - self.rest))
-
-    def force(self, x: np.ndarray) -> np.ndarray:
-        """Return their forces and the load (n, 3) [N], zero at held nodes."""
-        return self._system.potential_force(x) + self._load
+        load = np.zeros_like(self.rest)
+        load[nodes] = np.outer(shares, force)
+        self.load(load)
 
     def approach(self, iterations: int, start: np.ndarray | None = None) -> np.ndarray:
         """Return positions (n, 3) [m] after so many quasi-Newton iterations; from rest the first is the linear answer.
@@ -100,7 +121,7 @@ class Network:
 
         Where the stiffness is not positive definite, this returns what conjugate gradients reach.
         """
-        stiffness = self._stiffness(x)
+        stiffness = self.stiffness(x)
         right = by_x.copy()
         right[self.particles.held] = 0.0
 
@@ -108,11 +129,6 @@ class Network:
             return (stiffness @ p.ravel()).reshape(p.shape)
 
         return conjugate_gradients(product, self._factor.solve, right, 1e-3, 200)[0]
-
-    def _stiffness(self, x: np.ndarray) -> sparse.bsr_array:
-        stiffness = self._system.stiffness(x, definite=False)
-        self._system.hold(stiffness)
-        return stiffness
 
 
 WIDTH = 10.0

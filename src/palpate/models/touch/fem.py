@@ -1,8 +1,8 @@
 """Answer a touch with finite elements: of either order on each level of the body, or on meshes refined at the place."""
 
-from palpate.benchmark.model import Setting
+from palpate.benchmark.model import Setting, on_own_levels
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
-from palpate.benchmark.touched_mesh import TouchedMeshes, answer_of, problem_of
+from palpate.benchmark.touch_mesh import TouchedMeshes, answer_of, problem_of
 from palpate.bodies.refinement import with_midpoints
 from palpate.models.fem_statics import to_surface
 
@@ -12,7 +12,7 @@ LAW = "the body's"
 
 def settings(case: TouchCase) -> list[Setting]:
     """List meshes from cheap to expensive: by order and level, or by the levels at what is held and at the place."""
-    own = [dict(each) for each in case.grid["fem"]["levels"] if each["level"] < len(case.body.levels)]
+    own = on_own_levels(case, case.grid["fem"]["levels"])
     return own + [dict(each) for each in case.grid["fem"]["local"]]
 
 

@@ -11,7 +11,7 @@ from scipy import sparse
 
 from palpate.benchmark.model import Setting
 from palpate.benchmark.touch import Touch, TouchCase, TouchDoubted, Touched, TouchSolver, refuse_sticking
-from palpate.benchmark.touched_mesh import TouchedMeshes, contact_radius
+from palpate.benchmark.touch_mesh import TouchedMeshes, contact_radius
 from palpate.bodies.contacts import spread_over
 from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.effects.instrument import GRASP, PUNCH, Instrument, Pose

@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.benchmark.model import Setting
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver, refuse_sticking
-from palpate.benchmark.touched_mesh import TouchedMeshes
+from palpate.benchmark.touch_mesh import TouchedMeshes
 from palpate.effects.instrument import upright
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import ReducedContact, some_points

@@ -1,4 +1,4 @@
-"""What the methods have in common that relax nodes under an instrument: how it comes, and what is told of the end.
+"""Shared by the methods that relax nodes under an instrument: its steps inward, and the answer when it has arrived.
 
 Those without elements are calibrated by touches that quadratic elements answer: at a given depth a stiffness scales
 the force and leaves the displacement as it is, so that one factor fits it.
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver, choose_touches, touches_of
-from palpate.benchmark.touched_mesh import TouchedMeshes
+from palpate.benchmark.touch_mesh import TouchedMeshes
 from palpate.effects.instrument import Pose
 from palpate.effects.node_contact import NodeContact, may_touch
 from palpate.errors import NotConverged

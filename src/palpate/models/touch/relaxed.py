@@ -10,8 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from palpate.benchmark.load import Refused
-from palpate.benchmark.model import Setting
+from palpate.benchmark.model import Setting, on_own_levels
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
 from palpate.bodies.particles import particles_of
 from palpate.effects.bed import BedSprings
@@ -19,11 +18,13 @@ from palpate.effects.instrument import GRASP, Pose
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.node_contact import NodeContact
 from palpate.errors import NotConverged
-from palpate.models.relaxed import LAW
+from palpate.models.relaxed import LAW, refuse_law
 from palpate.models.touch.pushing import SHARES, NodeTouch, Relaxing
 from palpate.solvers.projective_dynamics import ProjectiveDynamics
 from palpate.solvers.vertex_block_descent import VertexBlockDescent
 from palpate.solvers.xpbd import Obstacle, Xpbd
+
+__all__ = ["LAW", "online", "settings"]
 
 PENALTY = 100.0
 """Stiffness of a node's contact over what resists its displacement if all others stand still."""
@@ -34,7 +35,7 @@ TOLERANCE = 1e-6
 
 def settings(case: TouchCase, method: str) -> list[Setting]:
     """List the grid's settings of ``method`` on levels that the body has."""
-    return [dict(each) for each in case.grid["relaxed"][method] if each["level"] < len(case.body.levels)]
+    return on_own_levels(case, case.grid["relaxed"][method])
 
 
 class RelaxedTouch(NodeTouch):
@@ -48,10 +49,8 @@ class RelaxedTouch(NodeTouch):
         super().__init__(case, level)
         self._grasped, self._anchored = grasped, self.held
         self.held = self.held | np.isin(np.arange(len(self.held)), grasped)
-        tissue = case.body.tissue(level)
-        if tissue.law != LAW:
-            raise Refused(f"{method} has the corotational law, and {case.body.name} is {tissue.law}")
-        self._elements = LinearElements(self.mesh, tissue)
+        refuse_law(case, method)
+        self._elements = LinearElements(self.mesh, case.body.tissue(level))
         self._bed = None if case.body.bed is None else BedSprings(self.mesh, case.body.bed)
         masses = particles_of(case.body, level, surface=False).masses
         self._begin = _BEGIN[method](self._elements, masses, self.held, self._bed, setting)

@@ -7,7 +7,7 @@ is fitted to the displacement under calibrating touches, and the time of a step 
 
 import numpy as np
 
-from palpate.benchmark.model import Setting, refuse_bed, refuse_regions
+from palpate.benchmark.model import Setting, on_own_levels, refuse_bed, refuse_regions
 from palpate.benchmark.touch import TouchCase, Touched
 from palpate.bodies.particles import particles_of
 from palpate.effects import shape_matching
@@ -24,7 +24,7 @@ BETAS = (0.0, 0.3, 0.6, 0.8, 0.95)
 
 def settings(case: TouchCase) -> list[Setting]:
     """List level, mode, clusters and steps, from cheap to expensive."""
-    return [dict(each) for each in case.grid["shape_matching"] if each["level"] < len(case.body.levels)]
+    return on_own_levels(case, case.grid["shape_matching"])
 
 
 class ShapesTouch(NodeTouch):

@@ -7,7 +7,7 @@ multiplied by one factor, by which forces fit those of calibrating touches.
 import numpy as np
 from scipy import sparse
 
-from palpate.benchmark.model import Setting, refuse_bed, refuse_regions
+from palpate.benchmark.model import Setting, on_own_levels, refuse_bed, refuse_regions
 from palpate.benchmark.touch import Touch, TouchCase, Touched
 from palpate.bodies.particles import particles_of
 from palpate.effects.effect import Energy
@@ -33,7 +33,7 @@ CALIBRATING_ITERATIONS = 100
 
 def settings(case: TouchCase, volume: bool) -> list[Setting]:
     """List levels that the body has, and iterations."""
-    return [dict(each) for each in case.grid["springs"] if each["level"] < len(case.body.levels)]
+    return on_own_levels(case, case.grid["springs"])
 
 
 class SpringsTouch(NodeTouch):

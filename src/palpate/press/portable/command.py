@@ -17,7 +17,7 @@ from palpate.press.portable.file import describe
 from palpate.press.portable.touches import Touches
 from palpate.run.job import steps
 from palpate.run.settings import complete
-from palpate.run.settings_file import read_settings
+from palpate.run.settings_yaml import read_settings
 
 CAN = "contact_modes"
 """The model that a file can hold."""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.touch import Touch, TouchCase, places_to_touch
-from palpate.benchmark.touched_mesh import TouchedMeshes, answer_of
+from palpate.benchmark.touch_mesh import TouchedMeshes, answer_of
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import spread_over
 from palpate.effects.instrument import SPHERE, Instrument, upright

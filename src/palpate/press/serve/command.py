@@ -12,7 +12,7 @@ import pandas as pd
 
 from palpate.benchmark.model import Case
 from palpate.errors import InputError
-from palpate.press.coarse_answer import coarse_answer, packed
+from palpate.press.coarse_rival import coarse_answer, packed
 from palpate.press.finished_run import FinishedRun
 from palpate.press.page.page import ABOUT, TITLES, PressModel, held_nodes, press_document, worth
 from palpate.press.portable.file import read

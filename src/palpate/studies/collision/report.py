@@ -8,7 +8,7 @@ import pandas as pd
 from palpate.report import tables
 from palpate.report.claims import geometric_mean
 from palpate.report.closing import claims_of, counted, joined
-from palpate.report.material import Report
+from palpate.report.report import Report
 from palpate.report.words import spaced
 from palpate.studies.collision.compare_trees import STAGES, exponents
 from palpate.studies.collision.figures import look, ranked

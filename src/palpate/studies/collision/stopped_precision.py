@@ -390,4 +390,4 @@ def measure_collision_precision(params, say):
     size, more = {"refinements": params.refinements}, {"depths": params.depths, "seed": params.seed}
     stopped = measure(**params.stopped, **size, report=lambda scene: say(f"{scene} is done"))
     apart = measure_apart(**params.apart, **size, **more, report=lambda pair: say(f"{pair} apart is done"))
-    return {"precision": stopped, "apart": apart}
+    return {"collision_precision": stopped, "collision_apart": apart}

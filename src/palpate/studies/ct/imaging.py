@@ -10,8 +10,7 @@ from scipy.ndimage import gaussian_filter
 
 from palpate.bodies.ct import synthetic_abdomen
 from palpate.bodies.ct.image import Image
-from palpate.bodies.ct.scan_of import even_brightness, fill_between
-from palpate.bodies.ct.segmentation import segment
+from palpate.bodies.ct.segmentation import even_brightness, fill_between, segment
 from palpate.bodies.surfaces.mask_surface import isosurface
 from palpate.bodies.surfaces.remesh import area_normals, vertex_normals
 from palpate.errors import InputError

@@ -5,7 +5,7 @@ from typing import Any
 import pandas as pd
 
 from palpate.report import tables
-from palpate.report.material import Report
+from palpate.report.report import Report
 from palpate.report.words import spaced
 from palpate.studies.ct.claims import ELEMENTS
 from palpate.studies.ct.imaging import BETWEEN, CORNERS, GRADIENT, NEAREST, TRIANGLES

@@ -1,4 +1,4 @@
-"""Functions that the rules of workflow/rules/cut.smk call; palpate.studies.jobs says how."""
+"""Functions that the rules of workflow/rules/cut.smk call; palpate.studies.common_jobs says how."""
 
 from palpate.run.job import steps
 

@@ -6,8 +6,8 @@ from typing import Any
 import pandas as pd
 
 from palpate.report import tables
-from palpate.report.material import Report
 from palpate.report.model_looks import look
+from palpate.report.report import Report
 from palpate.report.words import percent, seconds, spaced
 from palpate.studies.cut.claims import compared
 from palpate.studies.cut.figures import ERRORS, FRAMES_MS, WAYS, way_of

@@ -9,8 +9,8 @@ from palpate.benchmark.advice_other_loads import TRUTH, MeshError, mesh_error
 from palpate.models.model_registry import INSTALL
 from palpate.report import tables
 from palpate.report.advice_words import by_limit, moved_cell
-from palpate.report.material import Report
 from palpate.report.model_looks import label, look
+from palpate.report.report import Report
 from palpate.report.words import percent, spaced
 
 TITLE = "Models in motion"

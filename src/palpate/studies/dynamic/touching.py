@@ -12,7 +12,7 @@ from palpate.benchmark.accuracy import errors
 from palpate.bodies import body_file
 from palpate.errors import NotConverged
 from palpate.files import read_arrays
-from palpate.models import strokes, touching_motion
+from palpate.models import stroke_motion, strokes
 from palpate.run.job import steps
 from palpate.scenes.run_scene import Run, compose
 from palpate.scenes.scene import Scene
@@ -35,7 +35,7 @@ def modes_of_strokes(compared: ComparedScene, shown: Strokes, grid: Mapping[str,
     if "half_width_m" in grid:
         passing = learnt_from(compared, dict(grid) | {"strokes": MORE * grid["strokes"], "seed": seed})
     system = compose(compared.touching(compared.frames, asked), compared.particles(-1))
-    body = touching_motion.prepare(system, asked, shown.shown, passing)
+    body = stroke_motion.prepare(system, asked, shown.shown, passing)
 
     def in_modes(compared: ComparedScene, steps: int) -> Scene:
         return compared.touching(steps, asked | {"learnt": body})

@@ -89,10 +89,9 @@ def tabulate_samples(input):
 
 
 def draw_meshes(input, output):
-    from palpate.report import style
-    from palpate.studies.enrichment.figures import bodies
+    from palpate.report import mesh_levels, style
 
-    style.save(bodies.draw_mesh_levels([load(path) for path in input.bodies]), stem(output))
+    style.save(mesh_levels.draw_mesh_levels([load(path) for path in input.bodies]), stem(output))
 
 
 def draw_responses(input, output):

@@ -8,7 +8,7 @@ import pandas as pd
 
 from palpate.benchmark.ranking import front
 from palpate.report import style, tables
-from palpate.report.material import Report
+from palpate.report.report import Report
 from palpate.report.words import capital, seconds, spaced
 from palpate.studies.enrichment.premises import LOCAL
 from palpate.table_declaration import Table

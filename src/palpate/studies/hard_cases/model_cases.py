@@ -18,7 +18,8 @@ from palpate.bodies.material import LAWS
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.simple_shapes import box
 from palpate.effects.elements import locking_is_measured
-from palpate.models import cascade, fem, newton_law, pod_galerkin, pod_of_loads
+from palpate.effects.laws import quadratic_neo_hookean
+from palpate.models import cascade, fem, pod_galerkin, pod_of_loads
 from palpate.models.contact_modes import contact_modes
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.model_registry import ENGINES, absent, model
@@ -167,7 +168,7 @@ def engines() -> list[Case]:
 def _engine_pressed(times: float, changed: dict[str, float], engine: str) -> Answer:
     """Press the bar as contact modes are, with another law, and compare with Newton's method."""
     made, body = model(engine, {}), bar(**changed)
-    law = made.law if made.law in LAWS else newton_law.__file__
+    law = made.law if made.law in LAWS else quadratic_neo_hookean.__file__
     case = case_of(replace(body, material=replace(body.material, law=law)))
     load = pressing(body, [0.0, 0.0, -times])
     with locking_is_measured():

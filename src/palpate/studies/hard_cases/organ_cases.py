@@ -11,7 +11,7 @@ from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
 from palpate.bodies.particles import Particles, particles_of
-from palpate.models import touching_motion
+from palpate.models import stroke_motion
 from palpate.models.strokes import elements_under, points_of, whole_of
 from palpate.scenes.run_scene import compose, run
 from palpate.scenes.scene import Scene
@@ -162,6 +162,6 @@ def _of_another() -> Answer:
     own = _liver()
     assert own.body is not None
     shown = np.random.default_rng(1).normal(0.0, 1e-3, (4, len(whole_of(own.body).levels[-1].nodes), 3))
-    learnt = touching_motion.prepare(compose(scene, own), asked, shown)
+    learnt = stroke_motion.prepare(compose(scene, own), asked, shown)
     run(replace(scene, settings=scene.settings | {"touching": asked | {"learnt": learnt}}), _liver(FIRM))
     raise AssertionError("not refused")

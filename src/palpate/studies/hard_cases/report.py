@@ -6,8 +6,8 @@ from typing import Any
 import pandas as pd
 
 from palpate.report import tables
-from palpate.report.material import Report
 from palpate.report.model_looks import named
+from palpate.report.report import Report
 from palpate.report.words import spaced
 
 TITLE = "Hard cases"

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.report import tables
-from palpate.report.material import Report
 from palpate.report.model_looks import law_look
+from palpate.report.report import Report
 from palpate.report.words import listed, percent, spaced
 from palpate.studies.law.compare_laws import LAW, OWN, POISSON, REGIONS, VARIANT, from_depths
 from palpate.studies.law.figures import label

@@ -93,7 +93,7 @@ def measure(experiment: Experiment, body: Body, settings: Mapping[str, Any], pro
     rows: list[Row] = []
     observed = observe_all(experiment)
     for candidate in progress(list(candidates(body, settings))):
-        rows += _of(candidate, experiment, observed)
+        rows += _rows(candidate, experiment, observed)
     rows += release_rows(experiment, observed, body, settings["releases"])
     table = pd.DataFrame(rows).assign(body=body.name, experiment=experiment.name)
     table["young_pa"] = table["young_pa"] / table["softness"]
@@ -128,7 +128,7 @@ def uncertainties(table: pd.DataFrame, experiment: Experiment, observed: Mapping
     return np.hypot(own, passed_on).where(power.notna()) / table["measured"].astype(float).abs()
 
 
-def _of(candidate: Candidate, experiment: Experiment, observed: dict[str, Observed]) -> Iterator[Row]:
+def _rows(candidate: Candidate, experiment: Experiment, observed: dict[str, Observed]) -> Iterator[Row]:
     """Yield the rows of one model, with E as given and fitted, and of one also of creep and of kinds of damping."""
     predictor, own = Predictor(experiment, observed, candidate.make()), candidate.body.material
     about: Row = {"model": candidate.model, "setting": candidate.setting, "nodes": len(predictor.specimen.rest)}

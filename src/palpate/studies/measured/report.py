@@ -6,8 +6,8 @@ from typing import Any
 import pandas as pd
 
 from palpate.report import tables
-from palpate.report.material import Report
 from palpate.report.model_looks import look
+from palpate.report.report import Report
 from palpate.report.words import listed, spaced
 from palpate.studies.measured.experiment import GIVEN
 from palpate.studies.measured.figures import named
@@ -24,10 +24,12 @@ OF_ONE_MESH = r"level=0( (law|poisson)=\S+)?"
 def numbers(report: Report) -> dict[str, Any]:
     """Return what the template names: the answers of each experiment."""
     table = report.tables["measured"]
-    return {"experiments": [_of(tables.where(table, experiment=one)) for one in dict.fromkeys(table["experiment"])]}
+    return {
+        "experiments": [_experiment(tables.where(table, experiment=one)) for one in dict.fromkeys(table["experiment"])]
+    }
 
 
-def _of(rows: pd.DataFrame) -> dict[str, Any]:
+def _experiment(rows: pd.DataFrame) -> dict[str, Any]:
     """Return the answers of one experiment: predictions, locking, laws, creep, and damping."""
     every = rows[rows["marker"].eq("all") & rows["error"].notna()]
     fitted = every[every["calibrated"].ne(GIVEN) & every["case"].ne(every["calibrated"])]

@@ -10,18 +10,16 @@ from palpate.bodies.body import Body
 from palpate.bodies.mesh import EDGES, Mesh
 from palpate.bodies.particles import particles_of
 from palpate.bodies.refinement import ten_nodes
+from palpate.bodies.surface_integrals import ball_points, surface_interpolation
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_points
 from palpate.effects.elements import locking_is_measured
-from palpate.effects.held import Held
 from palpate.effects.springs import make as make_springs
-from palpate.effects.surface_integrals import ball_points, surface_interpolation
-from palpate.errors import InputError
 from palpate.linalg.block_pattern import product
 from palpate.linalg.multigrid import Factor
 from palpate.linalg.polar import rotations
+from palpate.models.springs.mass_spring import LoadedSprings
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.newton import Product, minimise_by_newton
-from palpate.solvers.system import System
 from palpate.studies.measured.experiment import Marker, Weight
 
 
@@ -205,42 +203,25 @@ class FemSpecimen:
         return self._equilibrium.linearise(x)
 
 
-class SpringSpecimen:
+class SpringSpecimen(LoadedSprings):
     """Springs on the edges of a level's tetrahedra, of the body's modulus (paper 2, eq. 5), and lumped masses."""
 
     def __init__(self, body: Body, level: int):
-        particles = particles_of(body, level, surface=False)
-        if not len(particles.held):
-            raise InputError(f"{body.name}: nothing is held, so springs have no equilibrium; give it anchors.")
-        self.rest, self.held = particles.nodes, particles.held
+        super().__init__(particles_of(body, level, surface=False))
+        self.held = self.particles.held
         self.mesh: Mesh = body.levels[level]
         self.order = 1
-        self.masses = sparse.diags_array(particles.masses).tocsr()
-        self._system = System(particles, {"springs": make_springs(particles, {}), "held": Held(particles.held)})
-        self._factor = Factor(self._stiffness(self.rest, definite=True))
-        self._load = np.zeros_like(self.rest)
+        self.masses = sparse.diags_array(self.particles.masses).tocsr()
+        self.act(make_springs(self.particles, {}))
+        self._factor = Factor(self.stiffness(self.rest, definite=True))
 
     def settle(self, load: np.ndarray, start: np.ndarray | None) -> np.ndarray:
-        self._load = np.where(self._system.free[:, None], load, 0.0)
+        self.load(load)
         scale = float(np.linalg.norm(self._load))
         return minimise_by_newton(self, self.rest if start is None else start, scale, TOLERANCE).x
 
-    def energy(self, x: np.ndarray) -> float:
-        """Return the energy of the springs minus the work of the load [J]."""
-        return self._system.energy(x) - float(np.vdot(self._load, x - self.rest))
-
-    def force(self, x: np.ndarray) -> np.ndarray:
-        """Return the forces of springs and load (n, 3) [N], zero at held nodes."""
-        return self._system.potential_force(x) + self._load
-
     def linearise(self, x: np.ndarray, definite: bool = False) -> tuple[Product, Product]:
-        return product(self._stiffness(x, definite)), self._factor.solve
-
-    def _stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array:
-        stiffness = self._system.stiffness(x, definite)
-        assert stiffness is not None
-        self._system.hold(stiffness)
-        return stiffness
+        return product(self.stiffness(x, definite)), self._factor.solve
 
 
 Specimen = FemSpecimen | SpringSpecimen

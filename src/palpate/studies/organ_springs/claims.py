@@ -37,7 +37,7 @@ def _of_seeds(rows: pd.DataFrame) -> pd.DataFrame:
     return means.groupby(["model", "seed"]).min().unstack("model")
 
 
-def _told(means: pd.DataFrame, model: str) -> str:
+def _over_seeds(means: pd.DataFrame, model: str) -> str:
     """Write the median error of a model and, if it has several seeds, their range."""
     found = 100 * means[model].dropna()
     span = f" ({found.min():.2g} to {found.max():.2g} %)" if len(found) > 1 else ""
@@ -47,7 +47,7 @@ def _told(means: pd.DataFrame, model: str) -> str:
 def _holds(fitted: pd.DataFrame, tested: pd.DataFrame, premise: str) -> Claim:
     """Judge by medians over the seeds."""
     first, second = _of_seeds(fitted), _of_seeds(tested)
-    ours = f"{_told(first, 'genetic')} of the peak where fitted, {_told(second, 'genetic')} elsewhere"
+    ours = f"{_over_seeds(first, 'genetic')} of the peak where fitted, {_over_seeds(second, 'genetic')} elsewhere"
     claim = "moduli of an organ found by the genetic algorithm hold for other presses"
     held = second["genetic"].median() < HOLDS * first["genetic"].median()
     return Claim(2, "2, figure 3", claim, premise, "they do, on its cube", ours, verdict(held))
@@ -58,7 +58,7 @@ def _search(rows: pd.DataFrame, premise: str) -> Claim:
     means = _of_seeds(rows)
     tested = means.median()
     names = {"genetic": "genetic algorithm", "uniform": "one modulus", "van_gelder": "Van Gelder"}
-    ours = ", ".join(f"{words} {_told(means, name)}" for name, words in names.items())
+    ours = ", ".join(f"{words} {_over_seeds(means, name)}" for name, words in names.items())
     claim = "the genetic algorithm is the way to an organ's springs"
     rival, seeds = tested[["uniform", "van_gelder"]].min(), means["genetic"].dropna()
     found = verdict(bool(tested["genetic"] < rival))

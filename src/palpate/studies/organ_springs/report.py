@@ -5,7 +5,7 @@ from typing import Any
 import pandas as pd
 
 from palpate.report import tables
-from palpate.report.material import Report
+from palpate.report.report import Report
 from palpate.report.words import percent, seconds, spaced
 from palpate.studies.organ_springs.figures import LOOKS
 

@@ -5,7 +5,7 @@ from typing import Any
 import pandas as pd
 
 from palpate.report import tables
-from palpate.report.material import Report
+from palpate.report.report import Report
 from palpate.report.words import spaced
 from palpate.studies.palpation.palpation import least_contrasts
 

@@ -1,4 +1,4 @@
-"""Functions that the rules of workflow/rules/press.smk call; palpate.studies.jobs says how."""
+"""Functions that the rules of workflow/rules/press.smk call; palpate.studies.common_jobs says how."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from palpate.run.job import steps
 def export_model(input, output, params, say):
     from palpate.benchmark.model import Case
     from palpate.effects.instrument import Instrument
-    from palpate.press.coarse_answer import coarse_answer, save
+    from palpate.press.coarse_rival import coarse_answer, save
     from palpate.press.portable.export import export_model
     from palpate.press.portable.touches import Touches
 
@@ -28,12 +28,12 @@ def export_model(input, output, params, say):
 
 
 def write_press(input, output, params):
-    from palpate.press import coarse_answer
+    from palpate.press import coarse_rival
     from palpate.press.page.page import held_nodes, press_models, write_pages
     from palpate.press.portable.file import read
     from palpate.studies.press.measure import known_presses, measure, trial_presses
 
-    body, model, coarse = load(input.body), read(input.model), coarse_answer.load(input.coarse)
+    body, model, coarse = load(input.body), read(input.model), coarse_rival.load(input.coarse)
     known = known_presses(body, input.truths, input.loads, params.samples)
     trials = trial_presses(body, params.contacts, 0.5 * model.info["peak_m"])
     models = {"contact_modes": (params.contacts, model)} | ({"coarse": (0, coarse)} if coarse else {})

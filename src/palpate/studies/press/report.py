@@ -8,7 +8,7 @@ import pandas as pd
 from palpate.press.page.page import TITLES
 from palpate.press.portable.file import FOUR_ERRORS
 from palpate.report import tables
-from palpate.report.material import Report
+from palpate.report.report import Report
 from palpate.report.words import spaced
 
 TITLE = "Press it"
@@ -18,12 +18,12 @@ def numbers(report: Report) -> dict[str, Any]:
     """Return what the template names: of each body how wrong contact modes are, and all models that answer."""
     table = report.tables["press"]
     return {
-        "bodies": [_of(body, tables.where(table, body=body)) for body in tables.bodies(table)],
+        "bodies": [_body(body, tables.where(table, body=body)) for body in tables.bodies(table)],
         "errors": FOUR_ERRORS,
     }
 
 
-def _of(body: str, rows: pd.DataFrame) -> dict[str, Any]:
+def _body(body: str, rows: pd.DataFrame) -> dict[str, Any]:
     modes = tables.where(rows, model="contact_modes").iloc[0]
     shown = pd.DataFrame(
         {

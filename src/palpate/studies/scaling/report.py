@@ -3,7 +3,7 @@
 from typing import Any
 
 from palpate.report import tables
-from palpate.report.material import Report
+from palpate.report.report import Report
 from palpate.studies.scaling.measure_scaling import FITTED_SIZES, exponents
 
 TITLE = "Scaling"

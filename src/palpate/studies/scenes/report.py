@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.report import declared, tables
-from palpate.report.material import Report
+from palpate.report.report import Report
 from palpate.report.words import percent, seconds, spaced
 from palpate.studies.scenes.measurements import FAILS, HOLDS, UNKNOWN
 from palpate.table_declaration import Table

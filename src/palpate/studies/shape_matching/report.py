@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.report.material import Report
+from palpate.report.report import Report
 from palpate.report.words import spaced
 from palpate.studies.shape_matching.claims import held, lacking, limit, tips
 from palpate.studies.shape_matching.maxwell_creep import closeness

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.report import tables
-from palpate.report.material import Report
+from palpate.report.report import Report
 from palpate.report.style import FORCES, look
 from palpate.report.words import percent, seconds
 

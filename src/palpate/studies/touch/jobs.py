@@ -1,4 +1,4 @@
-"""Functions that the rules of workflow/rules/touch.smk call; palpate.studies.jobs says how."""
+"""Functions that the rules of workflow/rules/touch.smk call; palpate.studies.common_jobs says how."""
 
 import pandas as pd
 
@@ -7,7 +7,7 @@ from palpate.run.job import steps
 
 def choose_touches(input, params):
     from palpate.benchmark.touch import choose_touches, given_touches
-    from palpate.benchmark.touched_mesh import bearing
+    from palpate.benchmark.touch_mesh import bearing
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
 

@@ -9,8 +9,8 @@ import pandas as pd
 from palpate.benchmark.advice import NONE
 from palpate.benchmark.touch_advice import advise_touch
 from palpate.report import tables
-from palpate.report.material import Report
 from palpate.report.model_looks import look
+from palpate.report.report import Report
 from palpate.report.words import percent, seconds
 from palpate.studies.touch.figures import FELT, FRAMES_MS, answers, curve_of, named, title_of
 

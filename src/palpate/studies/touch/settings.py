@@ -7,6 +7,10 @@ from pydantic import Field
 
 from palpate.benchmark.settings import (
     Instrument,
+    OnLevel,
+    ProjectiveDynamics,
+    VertexBlockDescent,
+    Xpbd,
     check_instruments,
     check_refined,
     instrument_name,
@@ -19,7 +23,6 @@ from palpate.setting_types import (
     Count,
     Distinct,
     Index,
-    NotNegative,
     Pair,
     Positive,
     Share,
@@ -38,12 +41,8 @@ class Truth(Block):
     most_error: Share = key("Own error over the surface above which a touch judges no model, over the peak", 0.01)
 
 
-LEVEL = "Level of the body; those that a body has not are left out"
-
-
-class LevelMesh(Block):
+class LevelMesh(OnLevel):
     order: Literal[1, 2] = key("Linear elements, 1, or quadratic ones, 2")
-    level: Index = key(LEVEL)
 
 
 class LocalMesh(Block):
@@ -64,25 +63,6 @@ class Fem(Block):
 class LinearMesh(LocalMesh):
     discs: Count = key("Discs of pressure that cover what may be touched")
     warped: Switch = key("Whether the sum of their responses is turned by its own rotations", False)
-
-
-class Xpbd(Block):
-    level: Index = key(LEVEL)
-    steps: Count = key("Steps at each of five stops of the instrument")
-    iterations: Count = key("Iterations of each step")
-    step: Positive = key("Length of a step over √(mass / stiffness) of a node alone")
-
-
-class VertexBlockDescent(Block):
-    level: Index = key(LEVEL)
-    sweeps: Count = key("Sweeps over all nodes at each of five stops of the instrument")
-    radius: NotNegative = key("Spectral radius of a sweep that Chebyshev's method assumes; 0 for none", lt=1)
-
-
-class ProjectiveDynamics(Block):
-    level: Index = key(LEVEL)
-    iterations: Count = key("Iterations at each of five stops of the instrument")
-    memory: Index = key("Steps by which the matrix is improved; 0 for the original")
 
 
 class Relaxed(Block):
@@ -107,20 +87,17 @@ class Relaxed(Block):
     )
 
 
-class Springs(Block):
-    level: Index = key(LEVEL)
+class Springs(OnLevel):
     iterations: Count = key("Iterations at each of five stops of the instrument")
 
 
-class Shapes(Block):
-    level: Index = key(LEVEL)
+class Shapes(OnLevel):
     mode: Literal["rigid", "linear", "quadratic"] = key("How a cluster may deform")
     clusters: Literal["one", "tetrahedra", "cubes"] = key("How particles are grouped")
     steps: Count = key("Steps at each of five stops of the instrument")
 
 
-class FlexRun(Block):
-    level: Index = key(LEVEL)
+class FlexRun(OnLevel):
     penalty: Positive = key("Stiffness of a contact over that of a node whose neighbours stand still")
     steps: Count = key("Steps in time, half of them while the instrument comes")
     iterations: Count = key("Iterations of conjugate gradients in each step")

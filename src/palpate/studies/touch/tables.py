@@ -10,7 +10,7 @@ from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.ranking import TRUTH
 from palpate.benchmark.touch_measure import SIGNED
 from palpate.benchmark.touch_truth import TouchErrors, TouchTruth
-from palpate.benchmark.truth import reasons
+from palpate.benchmark.truth import over, reasons
 from palpate.table_declaration import Table
 
 TOUCH_TRUTH = Table(
@@ -106,15 +106,15 @@ def touch_truth_row(known: Known) -> dict[str, Any]:
     row |= {"lowered": int((depth < (1.0 - 1e-9) * known.touches["asked_m"].to_numpy()).sum())}
     for name, column in _OWN.items():
         own = truth.own[kept, TouchErrors._fields.index(name)]
-        row |= {column: _of(np.mean, own), f"{column}_max": _of(np.max, own)}
+        row |= {column: over(np.mean, own), f"{column}_max": over(np.max, own)}
     for name, values in (("depth", depth), ("force", truth.force[:, -1])):
         unit = "m" if name == "depth" else "n"
-        row |= {f"{name}_min_{unit}": _of(np.min, values[kept]), f"{name}_max_{unit}": _of(np.max, values[kept])}
-    row |= {name: _of(np.median, getattr(truth, name)[kept]) for name in ("order", "force_order")}
-    row |= {"overlap": _of(np.max, truth.overlap[kept]), "least_det": _of(np.min, truth.least_det[kept])}
+        row |= {f"{name}_min_{unit}": over(np.min, values[kept]), f"{name}_max_{unit}": over(np.max, values[kept])}
+    row |= {name: over(np.median, getattr(truth, name)[kept]) for name in ("order", "force_order")}
+    row |= {"overlap": over(np.max, truth.overlap[kept]), "least_det": over(np.min, truth.least_det[kept])}
     row |= {
         "nodes": int(truth.nodes.max()),
-        "mesh_edge_m": _of(np.max, truth.edge_m),
+        "mesh_edge_m": over(np.max, truth.edge_m),
         "seconds": np.median(truth.seconds),
     }
     return row | {"why_rejected": "; ".join(f"{count} {why}" for why, count in reasons(truth.rejected).items())}
@@ -168,9 +168,3 @@ def _spread(part: pd.DataFrame, own: pd.DataFrame) -> dict[str, float]:
         if known and name == "force_error":
             row |= {"force_error_coverage": Draws(touch).coverage(values, np.ones(len(values))).coverage}
     return row
-
-
-def _of(function: Any, values: np.ndarray) -> float:
-    """Return a figure of the finite ``values``, NaN if there are none."""
-    values = values[np.isfinite(values)]
-    return float(function(values)) if len(values) else np.nan

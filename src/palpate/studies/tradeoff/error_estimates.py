@@ -44,7 +44,7 @@ def estimates(case: Case, judge: Judge, models: tuple[str, ...] = SOLVED) -> pd.
         of the linear response, and of elements on the coarse level, for those of ``models``
     coarser : what finding a second answer takes, without a value, as that differs from model to model
     """
-    whole = [_of(case, part, models) for part in (judge, judge.training) if part]
+    whole = [_of_samples(case, part, models) for part in (judge, judge.training) if part]
     return pd.concat(whole, ignore_index=True)
 
 
@@ -53,9 +53,9 @@ def read_estimates(path: str | Path) -> pd.DataFrame:
     return pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(("rms", "patch"), ""))
 
 
-def _of(case: Case, judge: Judge, models: tuple[str, ...]) -> pd.DataFrame:
+def _of_samples(case: Case, judge: Judge, models: tuple[str, ...]) -> pd.DataFrame:
     loads = loads_of(judge.samples.contact, judge.samples.force)
-    rows = [*_cheap(case, loads), *_second(case, loads)]
+    rows = [*_of_stored_response(case, loads), *_second(case, loads)]
     if asked := [model for model in models if model in SOLVED]:
         rows += _residuals(case, judge, loads, asked)
     table = pd.DataFrame(rows, columns=["i", "model", "setting", "estimate", "rms", "patch", "seconds"])
@@ -64,8 +64,8 @@ def _of(case: Case, judge: Judge, models: tuple[str, ...]) -> pd.DataFrame:
     return table.assign(**asked_of)[COLUMNS]
 
 
-def _cheap(case: Case, loads: list[Load]) -> Iterator[tuple]:
-    """Yield rows of the estimates of CHEAP: what they take is that of a stored response."""
+def _of_stored_response(case: Case, loads: list[Load]) -> Iterator[tuple]:
+    """Yield a row for each of CHEAP; rms and patch get the same value, and seconds is of the two responses together."""
     stored, size = case.use_compliance(), case.body.fine.size
     linear, turned = LinearFem(stored), WarpedResponse(case.meshes, stored)
     nodes = case.body.coarse.nodes

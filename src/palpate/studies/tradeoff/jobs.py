@@ -1,4 +1,4 @@
-"""Functions that the rules of workflow/rules/tradeoff.smk call (palpate.studies.jobs says how), and its table."""
+"""Functions that workflow/rules/tradeoff.smk calls (palpate.studies.common_jobs says how), and its table."""
 
 import subprocess
 from importlib.metadata import version
@@ -90,7 +90,7 @@ def tabulate_tradeoff(input):
     return accuracy_vs_time(pd.concat([pd.read_csv(path) for path in input.settings]), commit())
 
 
-def _of(paths, body, regime):
+def _files_of(paths, body, regime):
     """Return the files of one body and regime."""
     return [path for path in paths if Path(path).parts[-5:-3] == (body, regime)]
 
@@ -102,8 +102,8 @@ def tabulate_error_bounds(input):
 
     scenes = []
     for (body, regime), settings in pd.read_csv(input.table).groupby(["body", "regime"], sort=False):
-        errors = pd.concat([read_table(path, SAMPLES)[SAMPLES] for path in _of(input.errors, body, regime)])
-        estimates = pd.concat([read_estimates(path) for path in _of(input.estimates, body, regime)])
+        errors = pd.concat([read_table(path, SAMPLES)[SAMPLES] for path in _files_of(input.errors, body, regime)])
+        estimates = pd.concat([read_estimates(path) for path in _files_of(input.estimates, body, regime)])
         scenes.append(Scene(settings, errors, estimates))
     return error_bounds(scenes)
 
@@ -114,7 +114,7 @@ def _advice(table, errors, limits):
     from palpate.benchmark.ranking import errors_from
 
     return [
-        advise(settings, errors_from(_of(errors, body, regime), settings), **limits)
+        advise(settings, errors_from(_files_of(errors, body, regime), settings), **limits)
         for (body, regime), settings in table.groupby(["body", "regime"], sort=False)
     ]
 

@@ -17,8 +17,8 @@ from palpate.files import read_yaml
 from palpate.models.model_registry import ENGINES, FAMILY_OF, INSTALL, SAVED_AGAINST
 from palpate.report import tables
 from palpate.report.advice_words import SAME, any_load_cell, by_limit, cell, exceeded, nearest_cell, next_best
-from palpate.report.material import Report
 from palpate.report.model_looks import label, named
+from palpate.report.report import Report
 from palpate.report.words import listed, percent, spaced
 from palpate.studies.tradeoff.figures.scene_rows import KNOWN, answers, curves, front_rows, jumps, whole
 from palpate.studies.tradeoff.figures.truth import DEAR, SOURCES

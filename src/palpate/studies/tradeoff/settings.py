@@ -6,7 +6,16 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from palpate.benchmark.settings import FINGER, check_radii, check_refined, pressed_bodies
+from palpate.benchmark.settings import (
+    FINGER,
+    OnLevel,
+    ProjectiveDynamics,
+    VertexBlockDescent,
+    Xpbd,
+    check_radii,
+    check_refined,
+    pressed_bodies,
+)
 from palpate.errors import InputError, describe_unknown
 from palpate.files import check_file
 from palpate.models import model_registry
@@ -36,7 +45,6 @@ RESIDUALS = "Relative residuals to stop at, from rest, after as many iterations 
 SHARES = "Shares of the training samples to learn from"
 EACH = "with the last coarse answer; all are tried with each"
 RUNS = "Runs from rest, from cheap to expensive"
-LEVEL = "Level of the body; those that a body has not are left out"
 START = (
     "Where an answer starts: at rest, or at the frame before, to which the method has come by itself in 33 frames of "
     "the same steps"
@@ -182,8 +190,7 @@ class PodRbf(Block):
     )
 
 
-class FlexRun(Block):
-    level: Index = key(LEVEL)
+class FlexRun(OnLevel):
     steps: Count = key("Steps of a second from rest")
     iterations: Count = key("Iterations of conjugate gradients in each step")
 
@@ -205,8 +212,7 @@ class PodGalerkin(Block):
     )
 
 
-class VbdRun(Block):
-    level: Index = key(LEVEL)
+class VbdRun(OnLevel):
     steps: Count = key("Steps from rest")
     sweeps: Count = key("Sweeps over the nodes in each step")
     step: Positive = key("Length of a step, over the time in which a node alone would swing by a radian")
@@ -256,33 +262,24 @@ class ShapeMatching(Block):
     evaluations: Count = key("Evaluations of the misfit in each fit", 40)
 
 
-class _Relaxed(Block):
-    level: Index = key(LEVEL)
+class _Started(Block):
     start: Literal["rest", "frame"] = key(START, "rest")
 
 
-class Xpbd(_Relaxed):
-    steps: Count = key("Steps")
-    iterations: Count = key("Iterations of each step")
-    step: Positive = key(
-        "Length of a step over √(mass / stiffness) of a node alone; longer ones settle beside the truth"
-    )
+class XpbdTried(Xpbd, _Started):
+    pass
 
 
-class VertexBlockDescent(_Relaxed):
-    sweeps: Count = key("Sweeps over all nodes")
-    radius: NotNegative = key(
-        "Spectral radius of a sweep that Chebyshev's semi-iterative method assumes; 0 for none", lt=1
-    )
+class VertexBlockDescentTried(VertexBlockDescent, _Started):
+    pass
 
 
-class ProjectiveDynamics(_Relaxed):
-    iterations: Count = key("Iterations")
-    memory: Index = key("Steps by which the matrix is improved (Liu, Bouaziz and Kavan, 2017); 0 for the original")
+class ProjectiveDynamicsTried(ProjectiveDynamics, _Started):
+    pass
 
 
 class Relaxed(Block):
-    xpbd: Distinct[Xpbd] = key(
+    xpbd: Distinct[XpbdTried] = key(
         "Extended position-based dynamics with accumulated multipliers (xpbd), from cheap to expensive",
         rows(
             "level start steps iterations step",
@@ -292,11 +289,11 @@ class Relaxed(Block):
             (1, "frame", 5, 1, 3.0),
         ),
     )
-    vertex_block_descent: Distinct[VertexBlockDescent] = key(
+    vertex_block_descent: Distinct[VertexBlockDescentTried] = key(
         "Vertex block descent (vertex_block_descent), from cheap to expensive",
         rows("level start sweeps radius", (0, "frame", 5, 0.9995), (0, "frame", 10, 0.9995)),
     )
-    projective_dynamics: Distinct[ProjectiveDynamics] = key(
+    projective_dynamics: Distinct[ProjectiveDynamicsTried] = key(
         "Projective dynamics (projective_dynamics), from cheap to expensive",
         rows(
             "level start iterations memory",

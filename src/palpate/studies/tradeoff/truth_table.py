@@ -14,7 +14,8 @@ import pandas as pd
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.presses import check_radius, nodal_forces
 from palpate.benchmark.ranking import KINDS
-from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, limit, ratio, reasons, truth_levels
+from palpate.benchmark.richardson import limit, ratio
+from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, over, reasons, truth_levels
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, kept_contacts, row_of
 from palpate.bodies.organs import SmoothSurface
@@ -78,12 +79,12 @@ def _counted(truth: Truth, kept: np.ndarray) -> dict[str, float]:
     row |= {"inverted": int((truth.least_det <= 0.0).sum()), "squeezed": int((truth.least_det < SQUEEZED).sum())}
     for name in _MEANS:
         values = truth.own[kept, OWN.index(name)]
-        row |= {name: _of(np.mean, values), f"{name}_max": _of(np.max, values)}
-    row |= {"order": _of(lambda r: np.log2(np.mean(r)), truth.ratio[kept])}
-    row |= {"ratio_min": _of(np.min, truth.ratio), "ratio_max": _of(np.max, truth.ratio)}
-    row |= {"least_det": _of(np.min, truth.least_det), "seconds": _of(np.median, truth.seconds[kept])}
+        row |= {name: over(np.mean, values), f"{name}_max": over(np.max, values)}
+    row |= {"order": over(lambda r: np.log2(np.mean(r)), truth.ratio[kept])}
+    row |= {"ratio_min": over(np.min, truth.ratio), "ratio_max": over(np.max, truth.ratio)}
+    row |= {"least_det": over(np.min, truth.least_det), "seconds": over(np.median, truth.seconds[kept])}
     counts = {"volume_change": truth.volume_change, "iterations": truth.iterations, "cycles": truth.products}
-    return row | {name: _of(np.mean, values[kept]) for name, values in counts.items()}
+    return row | {name: over(np.mean, values[kept]) for name, values in counts.items()}
 
 
 def _means(rows: pd.DataFrame, name: str, patch: str) -> dict:
@@ -110,12 +111,7 @@ def truth_table(
 
 def _own(truth: Truth, samples: np.ndarray, name: str, of: Callable = np.mean) -> dict[str, float]:
     """Return the mean, or another figure, of those own errors of ``samples`` (k,) bool that advice goes by."""
-    return {name.format(kind): _of(of, truth.own[samples, OWN.index(kind)]) for kind in KINDS.values()}
-
-
-def _of(function: Callable, values: np.ndarray) -> float:
-    values = values[np.isfinite(values)]
-    return float(function(values)) if len(values) else np.nan
+    return {name.format(kind): over(of, truth.own[samples, OWN.index(kind)]) for kind in KINDS.values()}
 
 
 OTHER_ELEMENT_COLUMNS = ["sample", *TruthErrors._fields, "ratio", "finest_rmse_of_peak"]

@@ -1,4 +1,4 @@
-// Linear elements on the coarse mesh, with small strains: palpate/studies/press/coarse_answer.py in JavaScript.
+// Linear elements on the coarse mesh, with small strains: palpate/press/coarse_rival.py in JavaScript.
 class Coarse {
   constructor(buffer, more) {
     const bytes = new Uint8Array(buffer), end = bytes.indexOf(10);

@@ -1,4 +1,4 @@
-"""Pictures of paper 1's bodies: meshes, deformed samples, and where methods are wrong."""
+"""Pictures of paper 1's bodies: deformed samples, and where methods are wrong."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -34,62 +34,23 @@ def read(path: str | Path, protocol: str, split: str, methods: list[str]) -> dic
         return {method: Prediction(group["sample"][:], group["predicted"][:]) for method, group in groups.items()}
 
 
-_MESH_PIXELS, _MESH_INCHES = 640, 2.9
-_MARGIN = 1.12  # the balls of held nodes reach beyond the mesh
-_SIDE, _CAPTION, _GAP = 0.35, 0.62, 0.1  # [inch] for the body's name, for three lines below a picture, between them
-
-
-@style.figure("mesh_levels")
-def draw_mesh_levels(bodies: list[Body]) -> Figure:
-    """Draw one row for each body, one column for each level; dark balls are nodes that are held or lie on a bed."""
-    columns = max(len(body.levels) for body in bodies)
-    clouds = [body.coarse.nodes for body in bodies]
-    axes = [render.directions(nodes, np.zeros(3)) for nodes in clouds]
-    views = render.same_scale([render.frame(ways, [nodes], _MARGIN) for ways, nodes in zip(axes, clouds, strict=True)])
-    aspect = views[0].width / views[0].height
-    picture = _MESH_INCHES - _GAP, (_MESH_INCHES - _GAP) / aspect
-    row = picture[1] + _CAPTION
-    width, height = _SIDE + _MESH_INCHES * columns, row * len(bodies)
-    figure = Figure(figsize=(width, height))
-    with render.Stage(_MESH_PIXELS, round(_MESH_PIXELS / aspect)) as stage:
-        for number, (body, view) in enumerate(zip(bodies, views, strict=True)):
-            bottom = height - (number + 1) * row + _CAPTION
-            for level, mesh in enumerate(body.levels):
-                left = _SIDE + _MESH_INCHES * level
-                size = picture[0] / width, picture[1] / height
-                axis = figure.add_axes((left / width, bottom / height, *size), xticks=[], yticks=[])
-                axis.spines[:].set_visible(False)
-                style.place(axis, stage.level(view, mesh, body.supported(level)), _level_caption(mesh, level))
-                if level == 0:
-                    axis.set_ylabel(body.name.replace("_", " "), fontweight="bold")
-    return figure
-
-
-def _level_caption(mesh, level: int) -> str:
-    name = "coarse" if level == 0 else f"refined {level}×"
-    return (
-        f"{name}\n"
-        f"surface: {len(mesh.surface):,} nodes, {len(mesh.triangles):,} triangles\n"
-        f"volume: {len(mesh.nodes):,} nodes, {len(mesh.tetrahedra):,} tetrahedra"
-    )
-
-
 DEFORMED_BY = [style.BASELINE, style.PAPERS, "detail_correction"]
 """Drawn after the rest state, the fine and the coarse simulation."""
+SAMPLES = 3
 
 _PIXELS, _INCHES = 480, 1.75
 
 
 @style.figure("deformed_bodies")
-def draw_deformed_bodies(body: Body, database: Database, predictions: dict[str, Prediction], rows: int = 3) -> Figure:
-    """Draw rest, fine FEM, coarse FEM and DEFORMED_BY, for ``rows`` test samples from small to large peak.
+def draw_deformed_bodies(body: Body, database: Database, predictions: dict[str, Prediction]) -> Figure:
+    """Draw rest, fine FEM, coarse FEM and DEFORMED_BY, for SAMPLES test samples from small to large peak.
 
     predictions : of DEFORMED_BY, all for the same test samples. The colour scale is shared and ends at the largest
     displacement of fine FEM in the samples shown; the arrow is the load, dark balls are held or lie on a bed, grey
     lines the outline at rest. Displacements are to scale.
     """
     peaks = database.peaks
-    chosen = _spread(predictions["detail_correction"].sample, peaks, database.contact, rows)
+    chosen = _spread(predictions["detail_correction"].sample, peaks, database.contact)
     limit = peaks[chosen].max() * 1e3
     views = render.same_scale([_view_of_sample(database, i) for i in chosen])
     aspect = views[0].width / views[0].height
@@ -110,11 +71,11 @@ def draw_deformed_bodies(body: Body, database: Database, predictions: dict[str, 
     return figure
 
 
-def _spread(samples: np.ndarray, peaks: np.ndarray, contacts: np.ndarray, rows: int) -> list[int]:
-    """Choose ``rows`` of the samples from small to large peak, with different contacts as far as possible."""
+def _spread(samples: np.ndarray, peaks: np.ndarray, contacts: np.ndarray) -> list[int]:
+    """Choose SAMPLES of the samples from small to large peak, with different contacts as far as possible."""
     ranked = samples[np.argsort(peaks[samples], kind="stable")]
     chosen: list[int] = []
-    for share in (np.arange(rows) + 0.5) / rows:
+    for share in (np.arange(SAMPLES) + 0.5) / SAMPLES:
         fresh = [i for i in ranked if contacts[i] not in contacts[chosen] and i not in chosen]
         rest = fresh or [i for i in ranked if i not in chosen]
         if rest:

@@ -1,4 +1,7 @@
-"""Read a file of settings: YAML 1.2, with every fault of it in one sentence."""
+"""Read a user's file of settings: YAML 1.2, with every fault of it in one sentence.
+
+What its keys may be is checked in run/settings.py. Files of the workflow's own are read by ``files.read_yaml``.
+"""
 
 import json
 import re

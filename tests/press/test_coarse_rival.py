@@ -6,7 +6,7 @@ import pytest
 from palpate.bodies.make_body import make_body
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
-from palpate.press import coarse_answer
+from palpate.press import coarse_rival
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.press.measure import place_of, trial_presses
 
@@ -22,7 +22,7 @@ def bar():
 
 @pytest.fixture(scope="module")
 def answer(bar):
-    return coarse_answer.coarse_answer(bar, RADIUS_M)
+    return coarse_rival.coarse_answer(bar, RADIUS_M)
 
 
 def test_it_is_what_the_coarse_mesh_answers(bar, answer):
@@ -58,18 +58,18 @@ def test_what_is_held_stays(bar, answer):
 
 
 def test_it_comes_back_from_its_file(answer, bar, tmp_path):
-    coarse_answer.save(answer, tmp_path / "coarse.bin")
+    coarse_rival.save(answer, tmp_path / "coarse.bin")
     (press,) = trial_presses(bar, 1, 0.01)
-    again = coarse_answer.load(tmp_path / "coarse.bin")
+    again = coarse_rival.load(tmp_path / "coarse.bin")
     np.testing.assert_array_equal(again.respond([press]).displacement, answer.respond([press]).displacement)
     whole = (tmp_path / "coarse.bin").read_bytes()
     (tmp_path / "coarse.bin").write_bytes(whole[:-4])
     with pytest.raises(InputError, match="cut off"):
-        coarse_answer.load(tmp_path / "coarse.bin")
+        coarse_rival.load(tmp_path / "coarse.bin")
 
 
 def test_a_large_body_goes_without(bar, tmp_path, monkeypatch):
-    monkeypatch.setattr(coarse_answer, "MOST_SURFACE_NODES", 10)
-    assert coarse_answer.coarse_answer(bar, RADIUS_M) is None
-    coarse_answer.save(None, tmp_path / "none.bin")
-    assert coarse_answer.load(tmp_path / "none.bin") is None
+    monkeypatch.setattr(coarse_rival, "MOST_SURFACE_NODES", 10)
+    assert coarse_rival.coarse_answer(bar, RADIUS_M) is None
+    coarse_rival.save(None, tmp_path / "none.bin")
+    assert coarse_rival.load(tmp_path / "none.bin") is None

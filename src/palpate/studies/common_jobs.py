@@ -1,4 +1,4 @@
-"""What the rules of bodies, samples, tables and the report call; a study has its own in its folder.
+"""The jobs that no single study owns, called by rules: make a body, choose loads, simulate, merge, draw, report.
 
 A function takes what it names of ``input``, ``output``, ``params``, ``wildcards`` and ``threads``, as snakemake has
 them, and ``say``; the table or tables that it returns are written. It imports what it needs, so that a job pays for

@@ -10,13 +10,13 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from palpate.benchmark.touched_mesh import COARSER
+from palpate.benchmark.touch_mesh import COARSER
 from palpate.bodies.body import Body
+from palpate.bodies.fine_surface_map import FineSurfaceMap
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.refinement import with_midpoints
 from palpate.collision.contact.instrument_contact import Path
 from palpate.collision.contact.obstacles import make_obstacle
-from palpate.effects.surface_map import SurfaceMap
 from palpate.errors import NotConverged
 from palpate.solvers.indentation import contact_points
 from palpate.solvers.quadratic_motion import QuadraticMotion, Reached
@@ -28,7 +28,7 @@ MARGIN = 1.0
 """A mesh is refined within so many of its own edges from what is touched."""
 
 
-class TouchedMotions:
+class RefinedMotions:
     """Makes the motions of one body under the blocks ``contact``, ``gravity``, ``push`` of a scene, mesh by mesh.
 
     steps : in which the coarse motion looks for what is touched
@@ -40,7 +40,7 @@ class TouchedMotions:
     def __init__(self, body: Body, loads: dict[str, dict], rayleigh: dict, duration_s: float, steps: int):
         contact = loads["contact"]
         self._base = body.from_level(body.shape_level if body.smooth is None else len(body.levels) - 1)
-        self._surface, self._rayleigh = SurfaceMap(self._base), rayleigh
+        self._surface, self._rayleigh = FineSurfaceMap(self._base), rayleigh
         self._loads = {name: block for name, block in loads.items() if name != "contact"}
         self._friction, self._slip = contact.get("friction", 0.0), contact.get("slip_m_s", 1e-3)
         self._paths = [

@@ -8,7 +8,7 @@ import yaml
 
 from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError
-from palpate.run.settings_file import read_settings
+from palpate.run.settings_yaml import read_settings
 
 ROOT = Path(__file__).parents[1]
 ASKED = "a: 1\nb: 2\n"

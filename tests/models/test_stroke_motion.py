@@ -11,7 +11,7 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.bodies.simple_shapes import box
 from palpate.collision.contact import instrument_contact
 from palpate.errors import InputError, NotConverged
-from palpate.models import strokes, touching_motion
+from palpate.models import stroke_motion, strokes
 from palpate.scenes.run_scene import compose, run
 from palpate.scenes.scene import Scene
 from palpate.solvers.touched_motion import STIFFER, TouchedMotion
@@ -49,7 +49,7 @@ def shown(pad) -> np.ndarray:
 def few(pad: Particles, shown: np.ndarray, contact: dict = CONTACT, **asked) -> dict:
     """The block ``touching`` with modes learnt from ``shown``."""
     settings = scene(contact).integration["touching"] | asked
-    body = touching_motion.prepare(compose(scene(contact), pad), settings, shown)
+    body = stroke_motion.prepare(compose(scene(contact), pad), settings, shown)
     return settings | {"learnt": body}
 
 
@@ -98,7 +98,7 @@ def test_the_doubt_is_large_where_the_error_is(pad, shown):
     asked = few(pad, shown, modes=40)
     beside = [[0, 0, 0], [0, 0.004, 0], [-0.018, 0.018, 0]]
     passing = [moved(CONTACT, by) for by in beside]
-    wide = touching_motion.prepare(compose(scene(), pad), asked, shown, passing)
+    wide = stroke_motion.prepare(compose(scene(), pad), asked, shown, passing)
     found = []
     for contact in passing:
         done = run(scene(contact, **asked | {"learnt": wide}), pad)
@@ -115,7 +115,7 @@ def test_the_doubt_is_large_where_the_error_is(pad, shown):
 def test_the_finger_works_on_the_body_and_pushes_along_its_normals_without_friction(pad, shown):
     contact = CONTACT | {"friction": 0.0}
     system = compose(scene(contact), pad)
-    motion = touching_motion.make(system, {"touching": few(pad, shown, contact)})
+    motion = stroke_motion.make(system, {"touching": few(pad, shown, contact)})
     pushed = 0
     for number in range(24):
         system.at((number + 1) * STEP_S)

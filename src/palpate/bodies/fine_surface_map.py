@@ -4,13 +4,14 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.body import Body
-from palpate.effects.surface_integrals import surface_interpolation
+from palpate.bodies.refinement import coarse_triangles
+from palpate.bodies.surface_integrals import surface_interpolation
 
 _ROUNDING = 1e-9
 """Coordinates above minus this count as inside; they are multiples of a power of 2, or at least 0.25 outside."""
 
 
-class SurfaceMap:
+class FineSurfaceMap:
     """Places of the fine surface nodes in the coarse triangles, which every local mesh of a body splits further.
 
     They are found by the prolongation, not by rest positions, which may have moved to a smooth surface.
@@ -43,18 +44,6 @@ class SurfaceMap:
 
     def _key(self, sides: np.ndarray) -> np.ndarray:
         return (sides[:, 0].astype(np.int64) * self._coarse_nodes + sides[:, 1]) * self._coarse_nodes + sides[:, 2]
-
-
-def coarse_triangles(weights: sparse.csr_array, triangles: np.ndarray) -> np.ndarray:
-    """Return the coarse triangles (m, 3), by their nodes, that ``triangles`` (m, 3) of finer nodes are parts of.
-
-    weights : (n_finer, n_coarse), the linear interpolation from the coarse nodes
-    """
-    rows = np.repeat(np.arange(len(triangles)), 3)
-    means = sparse.csr_array((np.ones(triangles.size), (rows, triangles.ravel())), (len(triangles), weights.shape[0]))
-    corners = (means @ weights).tocsr()
-    corners.sort_indices()
-    return corners.indices.reshape(-1, 3)
 
 
 def _coordinates(weights: sparse.csr_array, nodes: np.ndarray, sides: np.ndarray) -> np.ndarray:

@@ -8,11 +8,11 @@ from scipy import sparse
 
 from palpate.benchmark.touch import Touch, Touched
 from palpate.bodies.body import Body
+from palpate.bodies.fine_surface_map import FineSurfaceMap
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.refinement import with_midpoints
 from palpate.effects.instrument import GRASP, PUNCH, Instrument, Pose
-from palpate.effects.surface_map import SurfaceMap
 from palpate.errors import NotConverged
 from palpate.solvers.grasping import Grasping
 from palpate.solvers.indentation import ContactPoints, Indentation, Touching, contact_points
@@ -135,7 +135,7 @@ class TouchedMeshes:
     def __init__(self, body: Body):
         self._body = body
         self._base = body.from_level(body.shape_level if body.smooth is None else len(body.levels) - 1)
-        self._surface = SurfaceMap(self._base)
+        self._surface = FineSurfaceMap(self._base)
 
     def level_for(self, touch: Touch, along_radius: float) -> int:
         """Return the level on which so many elements at least lie along the radius of what touches.

@@ -1,12 +1,13 @@
-"""A force on a body at a contact: on one node, or as a pressure over a disc, integrated exactly."""
+"""Loads on a patch of a surface: its place, their course over time, and a pressure over a disc, integrated exactly."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.bodies.mesh import Mesh
+from palpate.bodies.mesh import Mesh, area_normals
 from palpate.effects.surface_integrals import ball_points, midpoints, near_ball, triangle_shapes
+from palpate.errors import InputError
 
 FACING = 1e-6
 """Cosine of the angle to the patch's normal above which a triangle faces it; not 0, where rounding would decide."""
@@ -81,3 +82,65 @@ def _integrals(corners: np.ndarray, patch: Patch, order: int) -> np.ndarray:
         return np.zeros((0, 3 * order))
     barycentric, weights, distance = ball_points(corners, patch.center_m, patch.radius_m, 2 + order)
     return np.einsum("mk,mka->ma", weights * (1.0 - distance), triangle_shapes(barycentric, order))
+
+
+def course(since: float, rise_s: float, hold_s: float, fall_s: float) -> float:
+    """Return what rises from 0 to 1 over ``rise_s`` [s], stays and falls to 0 again, ``since`` [s] after it begins."""
+    return ramp(since, rise_s) - ramp(since - rise_s - hold_s, fall_s)
+
+
+def ramp(since: float, lasts_s: float) -> float:
+    """Return 3q² − 2q³ of q = ``since`` / ``lasts_s``, from 0 to 1: a sudden change would excite waves."""
+    if since < 0.0:
+        return 0.0
+    q = min(since / lasts_s, 1.0) if lasts_s > 0.0 else 1.0
+    return q * q * (3.0 - 2.0 * q)
+
+
+OFF = 0.1
+"""Share of the body's size by which a load may lie off its surface, beyond what lies between two nodes."""
+
+
+def surface_node(mesh: Mesh, held: np.ndarray, place: str, load: dict) -> int:
+    """Return the surface node nearest to ``at_m`` (3,) [m] of a load of ``radius_m`` [m]; place : in messages.
+
+    Raises InputError for a load off the surface, of a radius beyond the body's size, or on a held node.
+    """
+    if load["radius_m"] > mesh.size:
+        raise InputError(
+            f"{place}.radius_m is {load['radius_m']:g} m, and the whole body is "
+            f"{mesh.size:.3g} m long; give the radius of what presses or grasps it, in metres."
+        )
+    distance = np.linalg.norm(mesh.nodes[mesh.surface] - np.array(load["at_m"], dtype=float), axis=1)
+    nearest = int(np.argmin(distance))
+    contact = int(mesh.surface[nearest])
+    if not distance[nearest] <= OFF * mesh.size + _between(mesh, contact):
+        raise InputError(
+            f"{place}.at_m is {distance[nearest]:.3g} m from the nearest node of its "
+            f"surface, {np.round(mesh.nodes[contact], 4).tolist()}; give a point on the surface, in metres."
+        )
+    if contact in held:
+        raise InputError(f"{place}.at_m is nearest to node {contact}, which is held; go farther from the anchors.")
+    return contact
+
+
+def _between(mesh: Mesh, contact: int) -> float:
+    """Return the largest distance [m] of a point of the triangles at a node from the nearest of their corners."""
+    corners = mesh.nodes[mesh.triangles[(mesh.triangles == contact).any(axis=1)]]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    return float(edges.max(initial=0.0)) / np.sqrt(3.0)
+
+
+ALIKE = 0.5
+"""Least cosine between the normals of a grasped patch's triangles and of its middle."""
+
+
+def graspable(mesh: Mesh, node: int, radius_m: float) -> np.ndarray:
+    """Return which triangles of ``mesh`` lie within ``radius_m`` [m] of a node of its surface, (t,) bool.
+
+    They have those at the node in any case, and none that looks another way, as on the far side of a thin body.
+    """
+    within = (np.linalg.norm(mesh.nodes[mesh.triangles] - mesh.nodes[node], axis=2) <= radius_m).all(axis=1)
+    normals = area_normals(mesh.nodes, mesh.triangles)
+    facing = normals @ mesh.normals[node] > ALIKE * np.linalg.norm(normals, axis=1)
+    return (within & facing) | (mesh.triangles == node).any(axis=1)

@@ -15,6 +15,8 @@ from palpate.bodies.material import LAWS
 from palpate.errors import InputError
 from palpate.scenes.effect_registry import DAMPINGS, EFFECTS, ELASTIC, INTEGRATORS, of_law
 
+MOVING = ("gravity", "push", "hooks", "threads", "contact")
+"""Effects that set a body in motion."""
 SPRING_POISSON = 0.25
 """Poisson's ratio of a spring network (Kot and Nagahashi): to reach a higher one, it needs the effect volume."""
 
@@ -94,7 +96,7 @@ def decide(entry: Mapping[str, Any], moved: Moved, place: str = "") -> list[Deci
         if effect.role == "other":
             decisions.append(Decision(name, *_other(name, entry, moved, elastic)))
     own = entry.get("own", {})
-    moves = [d.effect for d in decisions if d.called and d.effect in ("gravity", "push", "contact")] + list(own)
+    moves = [d.effect for d in decisions if d.called and d.effect in MOVING] + list(own)
     if (start := entry.get("start", "rest")) != "rest":
         moves.append(f"the start, {start}")
     decisions += _dampings(entry, elastic, moves)

@@ -9,7 +9,8 @@ from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
 from palpate.bodies.particles import merge_particles, particles_of
 from palpate.bodies.simple_shapes import box
-from palpate.effects.threads import make, nearest_on_surface
+from palpate.effects.patch_load import nearest_on_surface
+from palpate.effects.threads import make
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import gather
 from palpate.scenes.run_scene import compose, run

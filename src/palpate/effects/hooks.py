@@ -9,7 +9,7 @@ from palpate.bodies.mesh import area_normals, components
 from palpate.bodies.particles import Particles
 from palpate.effects import effect
 from palpate.effects.effect import Effect, Shape, Stiffness, offers
-from palpate.effects.patch_load import Patch, course, graspable, patch_shares, surface_node
+from palpate.effects.patch_load import Patch, course, nearest_on_surface, patch_shares, surface_node
 from palpate.effects.surface_integrals import near_ball
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import shared_pattern
@@ -17,6 +17,8 @@ from palpate.linalg.block_pattern import shared_pattern
 GRIP = 1e4
 """Stiffness by which a node is grasped, over what resists it where all other nodes stand still. Under a force f it is
 f / (GRIP · that stiffness) behind the hook, a ten-thousandth of how far f alone would move it there."""
+ALIKE = 0.5
+"""Least cosine between the normals of what is grasped and of its middle: not the far side of a thin body, nor a lip."""
 SAME_S = 1e-9
 """Times [s] that are less apart are the same."""
 ABOVE = 0.004
@@ -33,17 +35,16 @@ def make(particles: Particles, settings: list[dict], elastic: Effect | None) -> 
 
 
 def _hook(particles: Particles, number: int, entry: dict, stiffness: np.ndarray) -> "Moved | Pulled":
-    place = f"{particles.name}: hooks[{number}]"
-    node = surface_node(particles, particles.held, place, entry)
+    place, radius = f"{particles.name}: hooks[{number}]", float(entry["radius_m"])
     times = Times(*(float(entry[f"{name}_s"]) for name in ("start", "pull", "hold", "release")))
-    grasped = _joined(particles.triangles[graspable(particles, node, entry["radius_m"])], node)
+    surface_node(particles, particles.held, place, entry)  # refuses what is off the surface, too wide or held
+    node, skin, normal = _skin_at(particles, np.array(entry["at_m"], dtype=float))
+    corners, at_node = particles.nodes[skin], (skin == node).any(axis=1)
+    within = (np.linalg.norm(corners - particles.nodes[node], axis=2) <= radius).all(axis=1)
+    grasped = _joined(skin[within | at_node], node)
     if "force_n" in entry:
-        disc = Patch(particles.nodes[node], particles.normals[node], entry["radius_m"])
-        corners = particles.nodes[particles.triangles]
-        near = near_ball(corners, disc.center_m, disc.radius_m) & (
-            area_normals(particles.nodes, particles.triangles) @ disc.normal > 0.0
-        )
-        side = replace(particles, triangles=_joined(particles.triangles[near], node))
+        disc = Patch(particles.nodes[node], normal, radius)
+        side = replace(particles, triangles=_joined(skin[near_ball(corners, disc.center_m, radius) | at_node], node))
         return Pulled(times, grasped, *patch_shares(side, disc), np.array(entry["force_n"], dtype=float), particles)
     nodes = np.unique(grasped)
     if np.isin(nodes, particles.held).any():
@@ -53,9 +54,23 @@ def _hook(particles: Particles, number: int, entry: dict, stiffness: np.ndarray)
     return Moved(times, grasped, nodes, GRIP * stiffness[nodes], np.array(entry["shift_m"], dtype=float), particles)
 
 
+def _skin_at(particles: Particles, at: np.ndarray) -> tuple[int, np.ndarray, np.ndarray]:
+    """Return the nearest corner of the triangle nearest to ``at`` (3,) [m], triangles (t, 3) like it, the normal (3,).
+
+    So at a cut, whose nodes are double, it is a node of the right side, and the lips, which look another way, are out.
+    """
+    (nearest,), _, _ = nearest_on_surface(particles, at[None])
+    node = int(nearest[np.linalg.norm(particles.nodes[nearest] - at, axis=1).argmin()])
+    normals = area_normals(particles.nodes, particles.triangles)
+    outward = np.cross(*(particles.nodes[nearest[1:]] - particles.nodes[nearest[0]]))
+    alike = normals @ outward > ALIKE * np.linalg.norm(normals, axis=1) * np.linalg.norm(outward)
+    there = normals[alike & (particles.triangles == node).any(axis=1)].sum(axis=0)
+    return node, particles.triangles[alike], there / np.linalg.norm(there)
+
+
 def _joined(triangles: np.ndarray, node: int) -> np.ndarray:
     """Return those of ``triangles`` (t, 3) that hang together with a node, so none beyond a cut."""
-    pieces = components(triangles[:, [0, 1, 1, 2]].reshape(-1, 2), int(triangles.max()) + 1)
+    pieces = components(triangles[:, [0, 1, 1, 2]].reshape(-1, 2), int(triangles.max(initial=node)) + 1)
     return triangles[pieces[triangles[:, 0]] == pieces[node]]
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.bodies.mesh import Mesh, area_normals
+from palpate.bodies.mesh import Mesh
 from palpate.effects.surface_integrals import ball_points, midpoints, near_ball, triangle_shapes
 from palpate.errors import InputError
 
@@ -131,16 +131,36 @@ def _between(mesh: Mesh, contact: int) -> float:
     return float(edges.max(initial=0.0)) / np.sqrt(3.0)
 
 
-ALIKE = 0.5
-"""Least cosine between the normals of a grasped patch's triangles and of its middle."""
+def nearest_on_surface(mesh: Mesh, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Find the surface points at rest nearest to ``points`` (p, 3) [m].
 
-
-def graspable(mesh: Mesh, node: int, radius_m: float) -> np.ndarray:
-    """Return which triangles of ``mesh`` lie within ``radius_m`` [m] of a node of its surface, (t,) bool.
-
-    They have those at the node in any case, and none that looks another way, as on the far side of a thin body.
+    Returns the corners (p, 3) of their triangles, barycentric weights (p, 3), and distances (p,) [m].
     """
-    within = (np.linalg.norm(mesh.nodes[mesh.triangles] - mesh.nodes[node], axis=2) <= radius_m).all(axis=1)
-    normals = area_normals(mesh.nodes, mesh.triangles)
-    facing = normals @ mesh.normals[node] > ALIKE * np.linalg.norm(normals, axis=1)
-    return (within & facing) | (mesh.triangles == node).any(axis=1)
+    corners = mesh.nodes[mesh.triangles]
+    nodes, weights, away = [], [], []
+    for point in points:
+        shares = _nearest_shares(corners, point)
+        distance = np.linalg.norm(np.einsum("ta,tai->ti", shares, corners) - point, axis=1)
+        best = int(distance.argmin())
+        nodes.append(mesh.triangles[best])
+        weights.append(shares[best])
+        away.append(distance[best])
+    return np.array(nodes), np.array(weights), np.array(away)
+
+
+def _nearest_shares(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Return barycentric coordinates (t, 3) of the points of triangles (t, 3, 3) [m] nearest to a point (3,) [m]."""
+    sides = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
+    inner = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - corners[:, 0])
+    shares = np.column_stack([1.0 - inner.sum(axis=1), inner])
+    found, least = shares, np.where(shares.min(axis=1) >= 0.0, -1.0, np.inf)  # above an inside there is nothing nearer
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        edge = corners[:, b] - corners[:, a]
+        along = np.einsum("ti,ti->t", point - corners[:, a], edge) / np.einsum("ti,ti->t", edge, edge)
+        along = np.clip(along, 0.0, 1.0)
+        away = np.linalg.norm(corners[:, a] + along[:, None] * edge - point, axis=1)
+        on_edge = np.zeros_like(shares)
+        on_edge[:, a], on_edge[:, b] = 1.0 - along, along
+        found = np.where((away < least)[:, None], on_edge, found)
+        least = np.minimum(least, away)
+    return found

@@ -5,7 +5,7 @@ import numpy as np
 from palpate.bodies.particles import Particles
 from palpate.effects import effect
 from palpate.effects.effect import Effect, Shape
-from palpate.effects.patch_load import OFF, ramp
+from palpate.effects.patch_load import OFF, nearest_on_surface, ramp
 from palpate.errors import InputError
 
 THICK = 0.004
@@ -133,8 +133,11 @@ class Threads(effect.Corrections, effect.Time, effect.Driven, effect.Relaxation,
         return row
 
     def drawn(self, x: np.ndarray) -> list[Shape]:
-        """Return each thread as a rod between its ends, loose or taut."""
-        ends = np.einsum("kea,keai->kei", np.abs(self._weights).reshape(-1, 2, 3), x[self._nodes].reshape(-1, 2, 3, 3))
+        """Return each thread as a rod between its ends, which lie on the surface, loose or taut."""
+        corners = x[self._nodes].reshape(-1, 2, 3, 3)
+        up = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
+        up *= self._thick / np.maximum(np.linalg.norm(up, axis=2, keepdims=True), 1e-300)
+        ends = np.einsum("kea,keai->kei", np.abs(self._weights).reshape(-1, 2, 3), corners) + up
         none = np.empty((0, 3), dtype=np.int64)
         return [Shape(f"thread_{i}", "capsule", self._thick, points, none) for i, points in enumerate(ends)]
 
@@ -149,38 +152,3 @@ class Threads(effect.Corrections, effect.Time, effect.Driven, effect.Relaxation,
         """Return the force on each first end (k, 3) [N]; none where both ends are at one place."""
         ways = self._vectors(x)
         return (self.tensions(x) / np.maximum(np.linalg.norm(ways, axis=1), 1e-300))[:, None] * ways
-
-
-def nearest_on_surface(particles: Particles, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Find the surface points at rest nearest to ``points`` (p, 3) [m].
-
-    Returns the corners (p, 3) of their triangles, barycentric weights (p, 3), and distances (p,) [m].
-    """
-    corners = particles.nodes[particles.triangles]
-    nodes, weights, away = [], [], []
-    for point in points:
-        shares = _nearest_shares(corners, point)
-        distance = np.linalg.norm(np.einsum("ta,tai->ti", shares, corners) - point, axis=1)
-        best = int(distance.argmin())
-        nodes.append(particles.triangles[best])
-        weights.append(shares[best])
-        away.append(distance[best])
-    return np.array(nodes), np.array(weights), np.array(away)
-
-
-def _nearest_shares(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """Return barycentric coordinates (t, 3) of the points of triangles (t, 3, 3) [m] nearest to a point (3,) [m]."""
-    sides = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
-    inner = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - corners[:, 0])
-    shares = np.column_stack([1.0 - inner.sum(axis=1), inner])
-    found, least = shares, np.where(shares.min(axis=1) >= 0.0, -1.0, np.inf)  # above an inside there is nothing nearer
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        edge = corners[:, b] - corners[:, a]
-        along = np.einsum("ti,ti->t", point - corners[:, a], edge) / np.einsum("ti,ti->t", edge, edge)
-        along = np.clip(along, 0.0, 1.0)
-        away = np.linalg.norm(corners[:, a] + along[:, None] * edge - point, axis=1)
-        on_edge = np.zeros_like(shares)
-        on_edge[:, a], on_edge[:, b] = 1.0 - along, along
-        found = np.where((away < least)[:, None], on_edge, found)
-        least = np.minimum(least, away)
-    return found

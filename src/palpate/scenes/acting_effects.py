@@ -73,10 +73,19 @@ def has_contact(entry: Mapping[str, Any]) -> bool:
     return "contact" in acting(entry, Moved("solid"))
 
 
-def has_moving_instrument(entry: Mapping[str, Any]) -> bool:
-    """Return whether contact acts in a scene and an instrument moves before its end."""
-    if not has_contact(entry):
-        return False
+def has_forces(entry: Mapping[str, Any]) -> bool:
+    """Return whether forces are told of a scene: contact, hooks or threads act."""
+    return has_contact(entry) or has_hooks_or_threads(entry)
+
+
+def has_hooks_or_threads(entry: Mapping[str, Any]) -> bool:
+    return not {"hooks", "threads"}.isdisjoint(acting(entry, Moved("solid")))
+
+
+def has_driven(entry: Mapping[str, Any]) -> bool:
+    """Return whether an instrument that can be met moves before a scene's end, or hooks or threads act in it."""
+    if not has_contact(entry) or has_hooks_or_threads(entry):
+        return has_hooks_or_threads(entry)
     for tool in entry.get("contact", {}).get("instruments", []):
         places = zip(tool.get("times_s", []), tool.get("shifts_m", []), strict=True)
         if any(a < entry["duration_s"] and b > 0.0 and here != there for (a, here), (b, there) in pairwise(places)):

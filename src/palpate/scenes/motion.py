@@ -38,10 +38,10 @@ class Motion:
     triangles : (t, 3) of the surface; tetrahedra : (m, 4), if any; held : (k,) nodes held still
     energy : one row for each frame: time_s, kinetic_j, a column ``<effect>_j`` for each energy, outer_work_j, total_j,
         and gain_j, the most that total_j has risen in a step beyond the work of that step
-    obstacles : rigid things that the body could meet; drawn : what else is shown, such as threads
+    obstacles : rigid things that the body could meet
     observed : one row for each step: time_s and the numbers that effects observe
     contacts : one row for each contact and frame, with place, direction, gap, relative velocity, force
-    up : the axis, 0 to 2, that is upright in pictures
+    up : the axis, 0 to 2, that is upright in pictures; drawn : what they show besides, such as threads
     """
 
     scene: str
@@ -53,10 +53,10 @@ class Motion:
     held: np.ndarray
     energy: pd.DataFrame
     obstacles: tuple[Moved, ...] = ()
-    drawn: tuple[Moved, ...] = ()
     observed: pd.DataFrame = field(default_factory=pd.DataFrame)
     contacts: pd.DataFrame = field(default_factory=pd.DataFrame)
     up: int = 2
+    drawn: tuple[Moved, ...] = ()
 
     def instrument_forces(self) -> np.ndarray:
         """Return the force of each of the k obstacles on the bodies between two frames, (f − 1, k, 3) [N].

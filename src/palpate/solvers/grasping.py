@@ -6,14 +6,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.bodies.mesh import Mesh
-from palpate.effects.patch_load import graspable
+from palpate.bodies.mesh import Mesh, area_normals
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.equilibrium import FastEquilibrium
 from palpate.solvers.indentation import Touching, steps_to
 
 ON_PATCH = 1e-9
 """Distance of a node from the patch that it lies on, over the size of its mesh."""
+FACING = 0.5
+"""Least cosine between the normals of a patch's triangles and of its middle."""
 SMALL, RESPONSE = 1e-6, 1e-6
 """Motion of the patch, over the body's size, that linear responses are found with, and their residual."""
 
@@ -50,8 +51,15 @@ class Patch:
 
 
 def patch_around(mesh: Mesh, node: int, radius_m: float) -> Patch:
-    """Return the patch of the triangles that are ``graspable``."""
-    return Patch(mesh.nodes[mesh.triangles[graspable(mesh, node, radius_m)]])
+    """Return the triangles of ``mesh`` within ``radius_m`` of a node of its surface, at least those that it is part of.
+
+    Those that look another way are left out, as of the far side of a thin body.
+    """
+    corners = mesh.nodes[mesh.triangles]
+    within = (np.linalg.norm(corners - mesh.nodes[node], axis=2) <= radius_m).all(axis=1)
+    normals = area_normals(mesh.nodes, mesh.triangles)
+    facing = normals @ mesh.normals[node] > FACING * np.linalg.norm(normals, axis=1)
+    return Patch(corners[(within & facing) | (mesh.triangles == node).any(axis=1)])
 
 
 class Grasping(FastEquilibrium):

@@ -23,18 +23,18 @@ def make(particles: Particles, settings: list[dict], elastic: Effect | None) -> 
     found = []
     for i, entry in enumerate(settings):
         place, points = f"{particles.name}: threads[{i}].ends_m", np.array(entry["ends_m"], dtype=float)
-        nodes, weights, away = nearest_on_surface(particles, points)
+        corners, shares, away = nearest_on_surface(particles, points)
         if (off := away.max()) > OFF * particles.size:
             raise InputError(f"{place} has a point {off:.3g} m from the surface; give two points on it, in metres.")
-        rest = np.einsum("ea,eai->ei", weights, particles.nodes[nodes])
+        rest = np.einsum("ea,eai->ei", shares, particles.nodes[corners])
         length = float(np.linalg.norm(rest[1] - rest[0]))
         if length <= 1e-9 * particles.size:
             raise InputError(f"{place} are both nearest to one point of the surface; give them farther apart.")
-        final = entry["length_m"] if "length_m" in entry else entry["tightened_to"] * length
-        found.append((nodes.ravel(), (weights * [[-1.0], [1.0]]).ravel(), final, entry))
-    nodes, weights, finals, entries = zip(*found, strict=True)
-    columns = np.array([[e["stiffness_n_m"], e["start_s"], e["tighten_s"]] for e in entries], dtype=float)
-    return Threads(particles, np.array(nodes), np.array(weights), np.array(finals, dtype=float), columns)
+        final = float(entry["length_m"] if "length_m" in entry else entry["tightened_to"] * length)
+        found.append((corners.ravel(), (shares * [[-1.0], [1.0]]).ravel(), final))
+    columns = np.array([[e["stiffness_n_m"], e["start_s"], e["tighten_s"]] for e in settings], dtype=float)
+    nodes, weights, finals = (np.array(each) for each in zip(*found, strict=True))
+    return Threads(particles, nodes, weights, finals, columns)
 
 
 class Threads(effect.Corrections, effect.Time, effect.Driven, effect.Relaxation, effect.Observation, effect.Drawn):
@@ -127,7 +127,7 @@ class Threads(effect.Corrections, effect.Time, effect.Driven, effect.Relaxation,
 
     def observe(self, x: np.ndarray) -> dict[str, float]:
         """Record the force of each thread on its first end, ``thread_0_force_x_n`` …, whose size is the tension."""
-        row = {}
+        row: dict[str, float] = {}
         for number, pull in enumerate(self._pulls(x)):
             row |= {f"thread_{number}_force_{letter}_n": float(pull[axis]) for axis, letter in enumerate("xyz")}
         return row

@@ -75,7 +75,9 @@ class Scene:
 def scene_of(name: str, entry: dict, seed: int = 1) -> Scene:
     """Make the scene of a complete config entry, whose ``own`` holds paths that can be opened directly."""
     plain = {key: entry[key] for key in Scene.__dataclass_fields__ if key in entry and key not in ("settings", "own")}
-    blocks = {key: value for key, value in entry.items() if key not in plain and isinstance(value, dict | list)}
+    blocks: dict[str, Any] = {
+        key: value for key, value in entry.items() if key not in plain and isinstance(value, dict | list)
+    }
     own = {key: Path(value) for key, value in blocks.pop("own", {}).items()}
     extra = blocks.pop("own_settings", {})
     return Scene(name=name, seed=seed, settings=blocks | extra, own=own, **plain)

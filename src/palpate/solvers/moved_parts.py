@@ -99,9 +99,11 @@ class MovedParts:
         self.cords: list[Corrections] = []
         self.mass_rate = self.stiffness_time = 0.0
         for name, effect in list(system.effects.items())[1:]:
+            unknown = InputError(f"{method} has no part for the effect {name}; leave it out, or take backward_euler.")
             # XPBD takes what moves nodes at the end of a step for an outer force in the next: long steps then diverge
-            held = offers(effect, Projection) and offers(effect, Stiffness) and method == "xpbd"
-            if not held and (offers(effect, Projection) or not offers(effect, Force)):
+            if method == "xpbd" and offers(effect, Projection) and offers(effect, Stiffness):
+                raise unknown
+            if offers(effect, Projection) or not offers(effect, Force):
                 continue
             if isinstance(effect, BedSprings | Bending):
                 self.springs = springs_of(effect, system.particles.nodes)
@@ -117,7 +119,7 @@ class MovedParts:
                 self._elastic.append(effect)
                 self.cords.append(effect)
             else:
-                raise InputError(f"{method} has no part for the effect {name}; leave it out, or take backward_euler.")
+                raise unknown
         self.pushes = np.zeros((len(system.masses), 3))
         self.inverse_masses = np.where(system.free, 1.0 / np.where(system.free, system.masses, 1.0), 0.0)
 

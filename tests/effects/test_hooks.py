@@ -129,6 +129,21 @@ def test_a_hook_takes_what_it_grasps_from_where_it_is_then(particles):
         assert np.abs(np.diff(height)).max() < 1.2 * np.abs(np.diff(height[:59])).max()
 
 
+@pytest.mark.parametrize("integrator", ["backward_euler", "symplectic_euler"])
+def test_what_is_pulled_against_something_stops_there(particles, integrator):
+    ball = {"kind": "sphere", "center_m": [0.13, 0.015, 0.03], "radius_m": 0.02}
+    names = ["corotational", "held", "contact", "hooks", "rayleigh"]
+    entry = scene(
+        [hook(shift_m=[0.02, 0, 0], at_m=[0.1, 0.015, 0.0], radius_m=0.016)], integrator, effects=names, duration_s=0.2,
+        settings={"contact": {"instruments": [ball]}}, stiffness_s=1e-3,
+        substeps="auto" if integrator == "symplectic_euler" else 1,
+    )  # fmt: skip
+    motion = run(entry, particles).motion
+    away = np.linalg.norm(motion.positions - ball["center_m"], axis=2).min() - 0.02
+    assert 0.0 < away < 0.002 and motion.observed["sphere_0_force_x_n"].iloc[-1] > 0.01
+    assert np.ptp(motion.observed["hook_0_x_m"]) == pytest.approx(0.02, abs=1e-4)
+
+
 def test_on_its_side_of_a_cut_alone(particles):
     halves = severed()
     for x in (0.056, 0.044):

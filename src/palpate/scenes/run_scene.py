@@ -31,9 +31,9 @@ def moved(particles: Particles) -> acting_effects.Moved:
 
 
 def effect_names(scene: Scene, particles: Particles) -> list[str]:
-    """Return the effects that the scene calls for, the elastic one first."""
+    """Return the effects that the scene calls for, the elastic one first, and hooks before contact can stop them."""
     names = acting_effects.acting(scene.entry, moved(particles), scene.place)
-    return sorted(names, key=lambda name: name not in effect_registry.ELASTIC)
+    return sorted(names, key=lambda name: 0 if name in effect_registry.ELASTIC else 1 if name == "hooks" else 2)
 
 
 def decisions(scene: Scene, particles: Particles) -> pd.DataFrame:

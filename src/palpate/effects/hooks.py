@@ -124,10 +124,13 @@ class _Hook:
 class Moved(_Hook):
     """A patch each of whose nodes moves by shift · course(t) from where it was at the start.
 
-    stiffness : (k,) [N/m] of the grip
+    stiffness : (k,) [N/m] of the grip; shift : (3,) [m]
     """
 
-    def __init__(self, times, triangles, nodes, stiffness, shift, particles):
+    def __init__(
+        self, times: Times, triangles: np.ndarray, nodes: np.ndarray, stiffness: np.ndarray, shift: np.ndarray,
+        particles: Particles,
+    ):  # fmt: skip
         super().__init__(times, triangles, nodes, particles)
         self.stiffness, self._shift, self._origin = stiffness, shift, particles.nodes[nodes]
 
@@ -168,9 +171,12 @@ class Moved(_Hook):
 
 
 class Pulled(_Hook):
-    """A patch under force · course(t), a dead load with the ``shares`` (k,) that ``patch_shares`` gives its nodes."""
+    """A patch under force · course(t), a dead load [N] with the ``shares`` (k,) of ``patch_shares``."""
 
-    def __init__(self, times, triangles, nodes, shares, pull, particles):
+    def __init__(
+        self, times: Times, triangles: np.ndarray, nodes: np.ndarray, shares: np.ndarray, pull: np.ndarray,
+        particles: Particles,
+    ):  # fmt: skip
         super().__init__(times, triangles, nodes, particles)
         self._shares, self._pull, self._rest, self._moved = shares, pull, particles.nodes[nodes], np.zeros(3)
 

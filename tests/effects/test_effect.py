@@ -21,6 +21,19 @@ LOAD |= {"start_s": 0, "press_s": 0, "hold_s": 1, "release_s": 0}
 SETTINGS = {
     "gravity": {"acceleration_m_s2": [0, 0, -9.81]},
     "push": {"loads": [LOAD]},
+    "hooks": [
+        {"at_m": [0.2, 0.1, 0.08], "radius_m": 0.05, "start_s": 0, "pull_s": 0, "hold_s": 1, "release_s": 0} | way
+        for way in ({"shift_m": [0, 0, 0.01]}, {"force_n": [0, 0, 1]})
+    ],
+    "threads": [
+        {
+            "ends_m": [[0.2, 0.1, 0.08], [0.1, 0.1, 0.08]],
+            "stiffness_n_m": 1,
+            "start_s": 0,
+            "tighten_s": 0,
+            "tightened_to": 1,
+        }
+    ],
     "volume": {"stiffness_n_m": 30.0},
     "body_springs": {"stiffness_n_m": 40.0, "damping_ratio": 0.1},
     "maxwell": {"stiffness_ratio": 0.5, "relaxation_s": 0.1},

@@ -8,7 +8,7 @@ import pytest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
 from palpate.bodies.supports import Bed
-from palpate.scenes.acting_effects import acting, assumed, decide, has_contact, has_moving_instrument, modules
+from palpate.scenes.acting_effects import Moved, acting, assumed, decide, has_contact, has_driven, has_forces, modules
 from palpate.scenes.effect_registry import EFFECTS, ELASTIC
 from palpate.scenes.run_scene import moved
 from palpate.scenes.scene import Scene
@@ -120,8 +120,16 @@ PUSHED = STILL | {"times_s": [0.5, 1.0], "shifts_m": [[0, 0, 0], [0, 0, 1]]}
     ],
 )
 def test_where_contact_acts(entry, acts):
-    assert has_contact(entry | {"duration_s": 1.0}) is acts
-    assert not has_moving_instrument(entry | {"duration_s": 1.0})
+    assert has_contact(entry | {"duration_s": 1.0}) is has_forces(entry | {"duration_s": 1.0}) is acts
+    assert not has_driven(entry | {"duration_s": 1.0})
+
+
+@pytest.mark.parametrize("name", ["hooks", "threads"])
+def test_hooks_and_threads_act_where_they_are_described_and_are_felt(name):
+    described = {"effects": "auto", name: [{}], "duration_s": 1.0}
+    assert name in acting(described, Moved("solid")) and "rayleigh" in acting(described, Moved("solid"))
+    assert has_forces(described) and has_driven(described) and not has_contact(described)
+    assert not has_forces(described | {"effects": ["springs"]})
 
 
 @pytest.mark.parametrize(
@@ -137,5 +145,5 @@ def test_where_contact_acts(entry, acts):
 )
 def test_what_is_driven_within_the_scene(tool, duration, moves):
     entry = {"duration_s": duration, "contact": {"instruments": [STILL, tool]}}
-    assert has_moving_instrument(entry | {"effects": "auto"}) is moves
-    assert not has_moving_instrument(entry | {"effects": ["springs"]})
+    assert has_driven(entry | {"effects": "auto"}) is moves
+    assert not has_driven(entry | {"effects": ["springs"]})

@@ -24,6 +24,7 @@ SHORTER = {
     "liver_press": {"level": 0, "step_s": 0.05},
     "liver_palpation": {"level": 0, "step_s": 0.02},
     "tumour_palpation": {"level": 0},
+    "liver_suture": {"level": 0},
     "cube_pile": {"duration_s": 0.15},
     "bar_sag": {"duration_s": 0.3},
     "cube_poke": {},
@@ -38,6 +39,19 @@ PATH = {"times_s": [0.0, 0.1, 0.2, 0.3], "shifts_m": [[0, 0, 0], [0, 0, -0.008],
 SETTINGS = {"contact": {"instruments": [FINGER | PATH], "friction": 0.3}}
 SETTINGS |= {"rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.02}}
 EFFECTS = ["corotational", "held", "contact", "rayleigh"]
+GRASPED = {"radius_m": 0.02, "start_s": 0.02, "pull_s": 0.1, "hold_s": 0.03}
+SEWN = {
+    "hooks": [
+        {"at_m": [0.05, 0.025, 0.05], "shift_m": [0.006, 0, 0.006], "release_s": 0.1} | GRASPED,
+        {"at_m": [0.0, 0.025, 0.05], "force_n": [-0.3, 0, 0.3], "release_s": 0.0} | GRASPED,
+    ],
+    "threads": [
+        {"ends_m": [[0.01, y, 0.05], [0.04, y, 0.05]], "stiffness_n_m": 1e3, "start_s": 0.05, "tighten_s": 0.1}
+        | {"tightened_to": 0.8}
+        for y in (0.01, 0.04)
+    ],
+}
+"""A cube whose top is pulled apart, by a shift and by a force, and sewn together."""
 POKED = Scene("poked", EFFECTS, "backward_euler", step_s=0.01, duration_s=0.3, settings=SETTINGS)
 
 
@@ -75,6 +89,17 @@ def test_no_step_gains_energy_where_an_instrument_presses_tissue_that_creeps(cub
     assert energy["prony_j"].max() > 0.01 * energy["corotational_j"].max()
 
 
+@pytest.mark.parametrize("integrator", ["backward_euler", "bdf2"])
+def test_no_step_gains_energy_where_hooks_pull_and_threads_are_tightened(cube, integrator):
+    names = ["corotational", "held", "hooks", "threads", "rayleigh"]
+    scene = replace(POKED, effects=names, integrator=integrator, settings=POKED.settings | SEWN)
+    energy = run(scene, cube).motion.energy.assign(scene="poked")
+    judged = energy_balance(energy, {"poked": integrator})
+    assert judged["gain_of_work"].item() <= (1e-6 if integrator == "backward_euler" else 1e-2)
+    rise = np.diff(energy["total_j"]).max()  # without the work it does not hold
+    assert rise > 0.05 * energy["outer_work_j"].max() and energy["threads_j"].max() > 1e-6
+
+
 def test_without_the_work_of_an_instrument_the_balance_is_seen_not_to_hold(cube):
     energy = run(POKED, cube).motion.energy.assign(scene="poked")
     assert energy_balance(energy, {"poked": "backward_euler"})["verdict"].item() == HOLDS
@@ -95,9 +120,26 @@ def test_the_work_is_the_force_that_is_felt_times_the_way(cube):
     assert apart[0] > 1.5 * apart[1] > 2.25 * apart[2]
 
 
-def test_what_is_worked_is_stored_or_damped_as_steps_get_shorter(cube, monkeypatch):
+def test_the_work_of_a_hook_is_its_force_times_its_way(cube):
+    apart = []
+    for parts in (1, 2, 4):
+        moved = {"hooks": SEWN["hooks"][:1]}
+        names = ["corotational", "held", "hooks", "rayleigh"]
+        scene = replace(POKED, effects=names, step_s=0.01 / parts, settings=POKED.settings | moved)
+        found = run(scene, cube).motion
+        names = [[f"hook_0_{axis}_m" for axis in "xyz"], [f"hook_0_force_{axis}_n" for axis in "xyz"]]
+        places, forces = (found.observed[columns].to_numpy()[: 25 * parts] for columns in names)
+        felt = -np.sum(0.5 * (forces[1:] + forces[:-1]) * np.diff(places, axis=0))
+        apart.append(abs(found.energy["outer_work_j"].iloc[-1] / felt - 1.0))
+    assert apart[0] < 0.5 and apart[2] < 0.15
+    assert apart[0] > 1.5 * apart[1] > 2.25 * apart[2]
+
+
+@pytest.mark.parametrize("given", [{"contact": {"instruments": [FINGER | PATH]}}, SEWN], ids=["poked", "sewn"])
+def test_what_is_worked_is_stored_or_damped_as_steps_get_shorter(cube, monkeypatch, given):
     """Without friction the rest is the scheme's own damping, of first order but for the touch itself."""
-    settings = POKED.settings | {"contact": {"instruments": [FINGER | PATH]}}
+    settings = {"rayleigh": POKED.settings["rayleigh"]} | given
+    names = ["corotational", "held", *given, "rayleigh"]
     lost = []
     step = backward_euler.BackwardEuler.step
     for parts in (1, 2, 4):
@@ -112,7 +154,8 @@ def test_what_is_worked_is_stored_or_damped_as_steps_get_shorter(cube, monkeypat
             return reached, after
 
         monkeypatch.setattr(backward_euler.BackwardEuler, "step", noted)
-        energy = run(replace(POKED, step_s=0.01 / parts, settings=settings), cube).motion.energy.iloc[-1]
+        scene = replace(POKED, effects=names, step_s=0.01 / parts, settings=settings)
+        energy = run(scene, cube).motion.energy.iloc[-1]
         lost.append((energy["outer_work_j"] - energy["total_j"] - sum(damped)) / energy["outer_work_j"])
     assert 0.3 > lost[0] > 1.6 * lost[1] > 2.56 * lost[2] > 0.0
 

@@ -30,11 +30,14 @@ BODIES = {
 SCENE = {"body": "bar", "integrator": "backward_euler", "step_s": 0.01, "duration_s": 0.1}
 GRAVITY = {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}}
 PUSH = {"push": {"loads": [{"at_m": [3, 1, 1], "force_n": [0, 0, 1]}]}}
+HOOKS = {"hooks": [{"at_m": [3, 1, 1], "shift_m": [0, 0, 0.01]}]}
 STRETCH = {"structural_n_m": 1, "shear_n_m": 1, "bending_n_m": 0}
 SHAPES = {"shape_matching": {}, "integrator": "goal_position"}
 YIELD = {"plasticity": {"yield_strain": 0.1, "max_strain": 0.5}}
 BALL = {"kind": "sphere", "center_m": [2, 0.5, 1.12], "radius_m": 0.1}
 PATH = {"times_s": [0, 0.02], "shifts_m": [[0, 0, 0], [0, 0, -0.05]]}
+PULL = {"force_n": [0, 0, 1]}
+LONG = {"pull_s": 0.1, "hold_s": 0.5, "release_s": 0.1}
 STROKE = {"integrator": "touching", "contact": {"instruments": [BALL | PATH]}}
 SERIES = {"prony": {"shares": [0.5, 0.3], "times_s": [0.1, 1.0]}}
 
@@ -105,6 +108,11 @@ def test_the_shipped_scenes_pass():
         (STROKE | {"contact": {"instruments": [BALL]}}, ".integrator is touching, .* no instrument moves; choose"),
         (STROKE | {"contact": {"self_contact": True}}, ".integrator is touching, .* touch each other or themselves"),
         (STROKE | {"springs": {}}, ".integrator is touching, .* the elastic effect is springs; choose backward_euler"),
+        ({"integrator": "xpbd"} | HOOKS, ".integrator is xpbd, which has no part for hooks; leave that out"),
+        ({"hooks": [HOOKS["hooks"][0] | PULL]}, r".hooks\[0\] has shift_m and force_n; give one of them"),
+        ({"hooks": [{"at_m": [3, 1, 1]}]}, r".hooks\[0\] lacks shift_m; add it"),
+        ({"hooks": [HOOKS["hooks"][0] | LONG], "step_s": 0.7}, r".step_s is 0\.7, and hooks\[0\] lasts 0\.7 s, so"),
+        ({"threads": []}, r".threads is empty"),
         (SHAPES | {"body": "spotted"}, ": spotted has regions, and shape_matching has one stiffness; name corot"),
     ],
 )
@@ -116,6 +124,7 @@ def test_effects_that_do_not_are_refused_in_one_sentence(scene, said):
 
 FACE = {"anchors": {"plane": {"axis": "x", "side": "min", "depth_m": 0.01}}}
 ACTING = {"gravity": GRAVITY, "push": PUSH, "plasticity": YIELD, "prony": SERIES, "rayleigh": {"rayleigh": {}}}
+ACTING |= {"hooks": HOOKS, "threads": {"threads": [{"ends_m": [[3, 1, 1], [2, 0, 1]]}]}}
 ACTING |= {"velocity_damping": {"velocity_damping": {}}, "contact": {"contact": STROKE["contact"]}}
 
 

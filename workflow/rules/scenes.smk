@@ -8,9 +8,9 @@ from palpate.scenes import acting_effects
 from palpate.scenes.scene import bodies_in
 
 SCENES = list(config["scenes"])
-# scenes in which contact acts, and those of them in which an instrument is moved
-TOUCHING = [name for name, scene in config["scenes"].items() if acting_effects.has_contact(scene)]
-DRIVEN = [name for name, scene in config["scenes"].items() if acting_effects.has_moving_instrument(scene)]
+# scenes in which forces are felt, and those of them in which an instrument, a hook or a thread is moved
+TOUCHING = [name for name, scene in config["scenes"].items() if acting_effects.has_forces(scene)]
+DRIVEN = [name for name, scene in config["scenes"].items() if acting_effects.has_driven(scene)]
 OF_SCENE = "results/data/scenes/{scene}"
 
 TARGETS["scenes"] = (

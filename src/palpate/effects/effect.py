@@ -14,7 +14,7 @@ Arguments are the same everywhere: positions ``x`` (n, 3) [m] and velocities ``v
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Protocol, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeGuard, TypeVar
 
 import numpy as np
 
@@ -182,6 +182,19 @@ class Instrumented(Protocol):
         """
 
 
+class Corrections(Touching, Energy, StepEnd, Protocol):
+    """Constraints with a compliance, for methods that meet them one by one.
+
+    Before the first step ``touching`` has the stiffness of all of them.
+    """
+
+    def correct(self, x: np.ndarray, inverse: np.ndarray, h: float, first: bool) -> None:
+        """Correct ``x`` (n, 3) [m] once in a step of ``h`` [s], in place; ``first`` begins with multipliers of zero.
+
+        inverse : of the masses (n,) [1/kg], 0 where a node is held
+        """
+
+
 class Relaxation(Protocol):
     """Inner variables, such as plastic strain."""
 
@@ -255,10 +268,27 @@ class Contacts(Protocol):
         """Return one row for each contact, after each step of which a picture is kept."""
 
 
+class Shape(NamedTuple):
+    """What pictures show beside bodies: points (k, 3) [m], triangles (m, 3) between them; as a ``Rigid`` has them."""
+
+    name: str
+    kind: str
+    radius_m: float
+    points: np.ndarray
+    triangles: np.ndarray
+
+
+class Drawn(Protocol):
+    """Things that pictures show beside bodies and obstacles, such as threads."""
+
+    def drawn(self, x: np.ndarray) -> Sequence[Shape]:
+        """Return where they are at ``x`` (n, 3) [m], after each step of which a picture is kept; always as many."""
+
+
 HOOKS: tuple[type, ...] = (
     Force, Energy, Load, Couples, Stiffness, Damping, Proportional, Time, FixedNodes, HeldNodes, Projection,
-    Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Instrumented, Relaxation, Goals, Weight, Observation,
-    Contacts,
+    Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Corrections, Instrumented, Relaxation, Goals, Weight,
+    Observation, Contacts, Drawn,
 )  # fmt: skip
 """All hooks."""
 

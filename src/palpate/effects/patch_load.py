@@ -1,4 +1,4 @@
-"""A force on a body at a contact: on one node, or as a pressure over a disc, integrated exactly."""
+"""Loads on a patch of a surface: its place, their course over time, and a pressure over a disc, integrated exactly."""
 
 from dataclasses import dataclass
 
@@ -7,6 +7,7 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.surface_integrals import ball_points, midpoints, near_ball, triangle_shapes
+from palpate.errors import InputError
 
 FACING = 1e-6
 """Cosine of the angle to the patch's normal above which a triangle faces it; not 0, where rounding would decide."""
@@ -81,3 +82,85 @@ def _integrals(corners: np.ndarray, patch: Patch, order: int) -> np.ndarray:
         return np.zeros((0, 3 * order))
     barycentric, weights, distance = ball_points(corners, patch.center_m, patch.radius_m, 2 + order)
     return np.einsum("mk,mka->ma", weights * (1.0 - distance), triangle_shapes(barycentric, order))
+
+
+def course(since: float, rise_s: float, hold_s: float, fall_s: float) -> float:
+    """Return what rises from 0 to 1 over ``rise_s`` [s], stays and falls to 0 again, ``since`` [s] after it begins."""
+    return ramp(since, rise_s) - ramp(since - rise_s - hold_s, fall_s)
+
+
+def ramp(since: float, lasts_s: float) -> float:
+    """Return 3q² − 2q³ of q = ``since`` / ``lasts_s``, from 0 to 1: a sudden change would excite waves."""
+    if since < 0.0:
+        return 0.0
+    q = min(since / lasts_s, 1.0) if lasts_s > 0.0 else 1.0
+    return q * q * (3.0 - 2.0 * q)
+
+
+OFF = 0.1
+"""Share of the body's size by which a load may lie off its surface, beyond what lies between two nodes."""
+
+
+def surface_node(mesh: Mesh, held: np.ndarray, place: str, load: dict) -> int:
+    """Return the surface node nearest to ``at_m`` (3,) [m] of a load of ``radius_m`` [m]; place : in messages.
+
+    Raises InputError for a load off the surface, of a radius beyond the body's size, or on a held node.
+    """
+    if load["radius_m"] > mesh.size:
+        raise InputError(
+            f"{place}.radius_m is {load['radius_m']:g} m, and the whole body is "
+            f"{mesh.size:.3g} m long; give the radius of what presses or grasps it, in metres."
+        )
+    distance = np.linalg.norm(mesh.nodes[mesh.surface] - np.array(load["at_m"], dtype=float), axis=1)
+    nearest = int(np.argmin(distance))
+    contact = int(mesh.surface[nearest])
+    if not distance[nearest] <= OFF * mesh.size + _between(mesh, contact):
+        raise InputError(
+            f"{place}.at_m is {distance[nearest]:.3g} m from the nearest node of its "
+            f"surface, {np.round(mesh.nodes[contact], 4).tolist()}; give a point on the surface, in metres."
+        )
+    if contact in held:
+        raise InputError(f"{place}.at_m is nearest to node {contact}, which is held; go farther from the anchors.")
+    return contact
+
+
+def _between(mesh: Mesh, contact: int) -> float:
+    """Return the largest distance [m] of a point of the triangles at a node from the nearest of their corners."""
+    corners = mesh.nodes[mesh.triangles[(mesh.triangles == contact).any(axis=1)]]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    return float(edges.max(initial=0.0)) / np.sqrt(3.0)
+
+
+def nearest_on_surface(mesh: Mesh, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Find the surface points at rest nearest to ``points`` (p, 3) [m].
+
+    Returns the corners (p, 3) of their triangles, barycentric weights (p, 3), and distances (p,) [m].
+    """
+    corners = mesh.nodes[mesh.triangles]
+    nodes, weights, away = [], [], []
+    for point in points:
+        shares = _nearest_shares(corners, point)
+        distance = np.linalg.norm(np.einsum("ta,tai->ti", shares, corners) - point, axis=1)
+        best = int(distance.argmin())
+        nodes.append(mesh.triangles[best])
+        weights.append(shares[best])
+        away.append(distance[best])
+    return np.array(nodes), np.array(weights), np.array(away)
+
+
+def _nearest_shares(corners: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Return barycentric coordinates (t, 3) of the points of triangles (t, 3, 3) [m] nearest to a point (3,) [m]."""
+    sides = np.swapaxes(corners[:, 1:] - corners[:, :1], 1, 2)
+    inner = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - corners[:, 0])
+    shares = np.column_stack([1.0 - inner.sum(axis=1), inner])
+    found, least = shares, np.where(shares.min(axis=1) >= 0.0, -1.0, np.inf)  # above an inside there is nothing nearer
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        edge = corners[:, b] - corners[:, a]
+        along = np.einsum("ti,ti->t", point - corners[:, a], edge) / np.einsum("ti,ti->t", edge, edge)
+        along = np.clip(along, 0.0, 1.0)
+        away = np.linalg.norm(corners[:, a] + along[:, None] * edge - point, axis=1)
+        on_edge = np.zeros_like(shares)
+        on_edge[:, a], on_edge[:, b] = 1.0 - along, along
+        found = np.where((away < least)[:, None], on_edge, found)
+        least = np.minimum(least, away)
+    return found

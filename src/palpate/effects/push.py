@@ -5,8 +5,7 @@ import numpy as np
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Load, Time
-from palpate.effects.patch_load import Patch, patch_shares
-from palpate.errors import InputError
+from palpate.effects.patch_load import Patch, course, patch_shares, surface_node
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Push":
@@ -25,7 +24,7 @@ def placed(mesh: Mesh, held: np.ndarray, name: str, settings: dict) -> list[dict
     found = []
     for i, load in enumerate(settings["loads"]):
         if "normal" not in load:
-            contact = _contact(mesh, held, name, i, load)
+            contact = surface_node(mesh, held, f"{name}: push.loads[{i}]", load)
             load = load | {"at_m": mesh.nodes[contact].tolist(), "normal": mesh.normals[contact].tolist()}
         found.append(load)
     return found
@@ -39,11 +38,9 @@ def disc(load: dict) -> Patch:
 def factor(load: dict, t: float) -> float:
     """Return what ``force_n`` is multiplied by at ``t`` [s].
 
-    From ``start_s`` it increases over ``press_s``, is 1 over ``hold_s`` and decreases over ``release_s``. Each ramp is
-    3q² − 2q³, as a sudden change would excite waves.
+    From ``start_s`` it increases over ``press_s``, is 1 over ``hold_s`` and decreases over ``release_s``.
     """
-    since = t - load["start_s"]
-    return _ramp(since, load["press_s"]) - _ramp(since - load["press_s"] - load["hold_s"], load["release_s"])
+    return course(t - load["start_s"], load["press_s"], load["hold_s"], load["release_s"])
 
 
 class Push(Load, Time):
@@ -78,42 +75,3 @@ class _Load:
 
     def factor(self, t: float) -> float:
         return factor(self._load, t)
-
-
-def _ramp(t: float, duration: float) -> float:
-    if t < 0.0:
-        return 0.0
-    q = min(t / duration, 1.0) if duration > 0.0 else 1.0
-    return q * q * (3.0 - 2.0 * q)
-
-
-OFF = 0.1
-"""Share of the body's size by which a load may lie off its surface, beyond what lies between two nodes."""
-
-
-def _contact(mesh: Mesh, held: np.ndarray, name: str, i: int, load: dict) -> int:
-    if load["radius_m"] > mesh.size:
-        raise InputError(
-            f"{name}: push.loads[{i}].radius_m is {load['radius_m']:g} m, and the whole body is "
-            f"{mesh.size:.3g} m long; give the radius of what presses it, in metres."
-        )
-    distance = np.linalg.norm(mesh.nodes[mesh.surface] - np.array(load["at_m"], dtype=float), axis=1)
-    nearest = int(np.argmin(distance))
-    contact = int(mesh.surface[nearest])
-    if not distance[nearest] <= OFF * mesh.size + _between(mesh, contact):
-        raise InputError(
-            f"{name}: push.loads[{i}].at_m is {distance[nearest]:.3g} m from the nearest node of its "
-            f"surface, {np.round(mesh.nodes[contact], 4).tolist()}; give a point on the surface, in metres."
-        )
-    if contact in held:
-        raise InputError(
-            f"{name}: push.loads[{i}].at_m is nearest to node {contact}, which is held; press farther from the anchors."
-        )
-    return contact
-
-
-def _between(mesh: Mesh, contact: int) -> float:
-    """Return the largest distance [m] of a point of the triangles at a node from the nearest of their corners."""
-    corners = mesh.nodes[mesh.triangles[(mesh.triangles == contact).any(axis=1)]]
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    return float(edges.max(initial=0.0)) / np.sqrt(3.0)

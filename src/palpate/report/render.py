@@ -69,7 +69,10 @@ def solid(points: np.ndarray, thing):
         way = points[1] - points[0]
         length = float(np.linalg.norm(way))
         return pyvista.Capsule(
-            center=points.mean(axis=0), direction=way, radius=thing.radius_m, cylinder_length=length
+            center=points.mean(axis=0),
+            direction=way if length else (0.0, 0.0, 1.0),
+            radius=thing.radius_m,
+            cylinder_length=length,
         ).triangulate()
     return pyvista.PolyData.from_regular_faces(points, thing.triangles)
 

@@ -134,6 +134,8 @@ EFFECTS = dict.fromkeys((*_ELASTIC, "triangles", "springs", "shape_matching"), "
     "body_springs": "#8cc63f",
     "gravity": "#8a3c00",
     "push": "#d55e00",
+    "hooks": "#f0a35e",
+    "threads": "#a64b00",
     "contact": "#e69f00",
     "held": "#b5a58c",
     "bed": "#d9ccb4",

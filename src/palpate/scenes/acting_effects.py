@@ -15,6 +15,8 @@ from palpate.bodies.material import LAWS
 from palpate.errors import InputError
 from palpate.scenes.effect_registry import DAMPINGS, EFFECTS, ELASTIC, INTEGRATORS, of_law
 
+MOVING = ("gravity", "push", "hooks", "threads", "contact")
+"""Effects that set a body in motion."""
 SPRING_POISSON = 0.25
 """Poisson's ratio of a spring network (Kot and Nagahashi): to reach a higher one, it needs the effect volume."""
 
@@ -71,10 +73,19 @@ def has_contact(entry: Mapping[str, Any]) -> bool:
     return "contact" in acting(entry, Moved("solid"))
 
 
-def has_moving_instrument(entry: Mapping[str, Any]) -> bool:
-    """Return whether contact acts in a scene and an instrument moves before its end."""
-    if not has_contact(entry):
-        return False
+def has_forces(entry: Mapping[str, Any]) -> bool:
+    """Return whether forces are told of a scene: contact, hooks or threads act."""
+    return has_contact(entry) or has_hooks_or_threads(entry)
+
+
+def has_hooks_or_threads(entry: Mapping[str, Any]) -> bool:
+    return not {"hooks", "threads"}.isdisjoint(acting(entry, Moved("solid")))
+
+
+def has_driven(entry: Mapping[str, Any]) -> bool:
+    """Return whether an instrument that can be met moves before a scene's end, or hooks or threads act in it."""
+    if not has_contact(entry) or has_hooks_or_threads(entry):
+        return has_hooks_or_threads(entry)
     for tool in entry.get("contact", {}).get("instruments", []):
         places = zip(tool.get("times_s", []), tool.get("shifts_m", []), strict=True)
         if any(a < entry["duration_s"] and b > 0.0 and here != there for (a, here), (b, there) in pairwise(places)):
@@ -94,7 +105,7 @@ def decide(entry: Mapping[str, Any], moved: Moved, place: str = "") -> list[Deci
         if effect.role == "other":
             decisions.append(Decision(name, *_other(name, entry, moved, elastic)))
     own = entry.get("own", {})
-    moves = [d.effect for d in decisions if d.called and d.effect in ("gravity", "push", "contact")] + list(own)
+    moves = [d.effect for d in decisions if d.called and d.effect in MOVING] + list(own)
     if (start := entry.get("start", "rest")) != "rest":
         moves.append(f"the start, {start}")
     decisions += _dampings(entry, elastic, moves)

@@ -50,6 +50,8 @@ EFFECTS = {
     "held": Entry("palpate.effects.held", settings={}),
     "bed": Entry("palpate.effects.bed", settings={}, forms=FORMS[:2]),
     "push": Entry("palpate.effects.push"),
+    "hooks": Entry("palpate.effects.hooks"),
+    "threads": Entry("palpate.effects.threads"),
     "bending": Entry("palpate.effects.bending", settings={}, forms=SHEET),
     "volume": Entry("palpate.effects.volume_force", settings={}, forms=SOLID),
     "body_springs": Entry("palpate.effects.body_springs", settings={"damping_ratio": 0.5}),
@@ -77,8 +79,10 @@ INTEGRATORS = {
 }
 
 NOT_STEPPED = {
-    **dict.fromkeys(("xpbd", "projective_dynamics", "vertex_block_descent"), ("prony",)),
-    "touching": ("gravity", "bed", "push", "plasticity", "prony"),
+    "xpbd": ("prony", "hooks"),
+    "projective_dynamics": ("prony",),
+    "vertex_block_descent": ("prony", "threads"),
+    "touching": ("gravity", "bed", "push", "hooks", "threads", "plasticity", "prony"),
 }
 """Effects that an integrator has no part for, of those that suit its elastic effect."""
 

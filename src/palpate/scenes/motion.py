@@ -12,11 +12,12 @@ from palpate.files import read_hdf5, write_whole
 
 ARRAYS = ("times", "positions", "rest", "triangles", "tetrahedra", "held")
 TABLES = ("energy", "observed", "contacts")
+THINGS = ("obstacles", "drawn")
 
 
 @dataclass(frozen=True, eq=False)
 class Moved:
-    """A rigid obstacle over time, in f frames.
+    """A rigid obstacle, or what else pictures show, over time, in f frames.
 
     positions : (f, k, 3) [m] of its points; a ball is one point, a capsule two
     triangles : (m, 3) between the points; radius_m : thickness around them [m]
@@ -40,7 +41,7 @@ class Motion:
     obstacles : rigid things that the body could meet
     observed : one row for each step: time_s and the numbers that effects observe
     contacts : one row for each contact and frame, with place, direction, gap, relative velocity, force
-    up : the axis, 0 to 2, that is upright in pictures
+    up : the axis, 0 to 2, that is upright in pictures; drawn : what they show besides, such as threads
     """
 
     scene: str
@@ -55,6 +56,7 @@ class Motion:
     observed: pd.DataFrame = field(default_factory=pd.DataFrame)
     contacts: pd.DataFrame = field(default_factory=pd.DataFrame)
     up: int = 2
+    drawn: tuple[Moved, ...] = ()
 
     def instrument_forces(self) -> np.ndarray:
         """Return the force of each of the k obstacles on the bodies between two frames, (f − 1, k, 3) [N].
@@ -84,21 +86,23 @@ def save(motion: Motion, path: Path | str) -> None:
             file.create_dataset(name, data=getattr(motion, name), fletcher32=True)
         for table in TABLES:
             _write_table(file, table, getattr(motion, table))
-        for number, obstacle in enumerate(motion.obstacles):
-            group = file.create_group(f"obstacles/{number}")
-            group.attrs.update({"name": obstacle.name, "kind": obstacle.kind, "radius_m": obstacle.radius_m})
-            group.create_dataset("positions", data=obstacle.positions, fletcher32=True)
-            group.create_dataset("triangles", data=obstacle.triangles)
+        for kind in THINGS:
+            for number, thing in enumerate(getattr(motion, kind)):
+                group = file.create_group(f"{kind}/{number}")
+                group.attrs.update({"name": thing.name, "kind": thing.kind, "radius_m": thing.radius_m})
+                group.create_dataset("positions", data=thing.positions, fletcher32=True)
+                group.create_dataset("triangles", data=thing.triangles)
 
 
 def load(path: Path | str) -> Motion:
     """Read a file of ``save``; InputError if it is missing or damaged."""
     with read_hdf5(path) as file:
-        groups = file.get("obstacles", {})
-        obstacles = tuple(_read_obstacle(groups[number]) for number in sorted(groups, key=int))
         arrays: dict[str, Any] = {name: file[name][()] for name in ARRAYS}
         arrays |= {name: _read_table(file, name) for name in TABLES}
-        return Motion(str(file.attrs["scene"]), obstacles=obstacles, up=int(file.attrs["up"]), **arrays)
+        for kind in THINGS:
+            groups = file.get(kind, {})
+            arrays[kind] = tuple(_read_thing(groups[number]) for number in sorted(groups, key=int))
+        return Motion(str(file.attrs["scene"]), up=int(file.attrs["up"]), **arrays)
 
 
 def _write_table(file: h5py.File, name: str, table: pd.DataFrame) -> None:
@@ -114,7 +118,7 @@ def _read_table(file: h5py.File, name: str) -> pd.DataFrame:
     return pd.DataFrame({c: d.asstr()[()] if h5py.check_string_dtype(d.dtype) else d[()] for c, d in columns.items()})
 
 
-def _read_obstacle(group: h5py.Group) -> Moved:
+def _read_thing(group: h5py.Group) -> Moved:
     tags, points = group.attrs, group["positions"][()]
     return Moved(str(tags["name"]), str(tags["kind"]), float(tags["radius_m"]), points, group["triangles"][()])
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, Protocol, cast
@@ -30,9 +31,9 @@ def moved(particles: Particles) -> acting_effects.Moved:
 
 
 def effect_names(scene: Scene, particles: Particles) -> list[str]:
-    """Return the effects that the scene calls for, the elastic one first."""
+    """Return the effects that the scene calls for, the elastic one first, and hooks before contact can stop them."""
     names = acting_effects.acting(scene.entry, moved(particles), scene.place)
-    return sorted(names, key=lambda name: name not in effect_registry.ELASTIC)
+    return sorted(names, key=lambda name: 0 if name in effect_registry.ELASTIC else 1 if name == "hooks" else 2)
 
 
 def decisions(scene: Scene, particles: Particles) -> pd.DataFrame:
@@ -60,7 +61,7 @@ def compose(scene: Scene, particles: Particles, without: str | None = None) -> S
             effects[name] = own_effect.make(name, scene, particles, elastic)
         else:
             settings = scene.settings.get(name, effect_registry.EFFECTS[name].settings or {})
-            effects[name] = effect_registry.effect(name).make(particles, dict(settings), elastic)
+            effects[name] = effect_registry.effect(name).make(particles, copy(settings), elastic)
     system = System(particles, effects)
     if (particles.masses[system.free] <= 0.0).any():
         node = int(np.flatnonzero(system.free & (particles.masses <= 0.0))[0])
@@ -213,8 +214,10 @@ class _Record:
         self._rows: list[dict[str, float]] = []
         self._contacts: list[pd.DataFrame] = []
         self._observed: list[dict[str, float]] = []
+        self._drawn: list[list[hooks.Shape]] = []
         self._observers = [effect for _, effect in system.offering(hooks.Observation)]
         self._contact_effects = [effect for _, effect in system.offering(hooks.Contacts)]
+        self._drawing = [effect for _, effect in system.offering(hooks.Drawn)]
         still = np.zeros_like(x)
         self._keep(0, x, still, self._energies(x, still))
 
@@ -251,6 +254,7 @@ class _Record:
             raise NotConverged(f"{place}; take a shorter step or another integrator.", [])
         self._rows.append({"time_s": time} | energies)
         self._frames.append(x.copy())
+        self._drawn.append([shape for effect in self._drawing for shape in effect.drawn(x)])
         if step:  # before the first step there are no contacts yet
             self._contacts += [effect.contacts(x).assign(time_s=time) for effect in self._contact_effects]
 
@@ -270,6 +274,10 @@ class _Record:
             obstacles=tuple(
                 Moved(o.name, o.kind, o.radius_m, np.array([o.at(time) for time in times]), o.triangles)
                 for o in obstacles
+            ),
+            drawn=tuple(
+                Moved(s[0].name, s[0].kind, s[0].radius_m, np.array([each.points for each in s]), s[0].triangles)
+                for s in zip(*self._drawn, strict=True)
             ),
             observed=pd.DataFrame(self._observed),
             contacts=pd.concat(self._contacts, ignore_index=True) if self._contacts else pd.DataFrame(),

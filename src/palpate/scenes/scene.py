@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from palpate.bodies.particles import Particles
@@ -26,7 +26,7 @@ class Scene:
     others : further bodies, each with its ``body`` and the ``shift_m`` (3,) [m] to its place
     effects : their names, or "auto"
     substeps : the number of equal parts in which each step is taken; "auto" for as many as the integrator needs
-    settings : name of an effect → its block; own : name of the user's own effect → its file
+    settings : name of an effect → its block or list; own : name of the user's own effect → its file
     """
 
     name: str
@@ -44,7 +44,7 @@ class Scene:
     substeps: int | str = 1
     seed: int = 1
     others: list[dict] = field(default_factory=list)
-    settings: dict[str, dict] = field(default_factory=dict)
+    settings: dict[str, Any] = field(default_factory=dict)
     own: dict[str, Path] = field(default_factory=dict)
 
     @property
@@ -75,7 +75,9 @@ class Scene:
 def scene_of(name: str, entry: dict, seed: int = 1) -> Scene:
     """Make the scene of a complete config entry, whose ``own`` holds paths that can be opened directly."""
     plain = {key: entry[key] for key in Scene.__dataclass_fields__ if key in entry and key not in ("settings", "own")}
-    blocks = {key: value for key, value in entry.items() if key not in plain and isinstance(value, dict)}
+    blocks: dict[str, Any] = {
+        key: value for key, value in entry.items() if key not in plain and isinstance(value, dict | list)
+    }
     own = {key: Path(value) for key, value in blocks.pop("own", {}).items()}
     extra = blocks.pop("own_settings", {})
     return Scene(name=name, seed=seed, settings=blocks | extra, own=own, **plain)

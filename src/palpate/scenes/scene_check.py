@@ -190,14 +190,18 @@ def _check_springs(place: str, springs: dict, form: str) -> None:
 
 
 def check_loads(place: str, scene: dict) -> None:
-    """Raise InputError, naming ``place``, for a load that may fall between two steps."""
-    for number, load in enumerate(scene.get("push", {}).get("loads", [])):
-        lasts = load["press_s"] + load["hold_s"] + load["release_s"]
+    """Raise InputError, naming ``place``, for a load that may fall between two steps, and a hook of two kinds."""
+    hooks = {f"hooks[{i}]": (hook, "pull_s") for i, hook in enumerate(scene.get("hooks", []))}
+    loads = {f"push.loads[{i}]": (load, "press_s") for i, load in enumerate(scene.get("push", {}).get("loads", []))}
+    for name, (load, rise) in (loads | hooks).items():
+        lasts = load[rise] + load["hold_s"] + load["release_s"]
         if scene["step_s"] >= lasts:
             raise InputError(
-                f"{place}.step_s is {scene['step_s']:g}, and push.loads[{number}] lasts {lasts:g} s, so that no step "
+                f"{place}.step_s is {scene['step_s']:g}, and {name} lasts {lasts:g} s, so that no step "
                 "may see it; give a shorter step, or a longer load."
             )
+        if "shift_m" in load and "force_n" in load:
+            raise InputError(f"{place}.{name} has shift_m and force_n; give one of them.")
 
 
 def check_instruments(place: str, scene: dict) -> None:

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from palpate.setting_types import (
     Axis,
@@ -12,6 +12,7 @@ from palpate.setting_types import (
     Name,
     NotNegative,
     Number,
+    Pair,
     Positive,
     Some,
     Switch,
@@ -74,6 +75,31 @@ class Gravity(Block):
 
 class Push(Block):
     loads: list[Load] = key("One entry a load", min_length=1)
+
+
+class Hook(Block):
+    model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": ["shift_m"]}, {"required": ["force_n"]}]})
+
+    at_m: Vector = key("Point [m] whose nearest surface node is grasped at rest, with what is around it")
+    radius_m: NotNegative = key("Radius [m] of what is grasped; 0 for what is next to the node", 0)
+    shift_m: Vector = optional("How far it is moved from where it is at the start [m]")
+    force_n: Vector = optional("Force [N] that pulls instead, spread over the patch as a load's")
+    start_s: NotNegative = key("When it grasps [s]", 0)
+    pull_s: NotNegative = key("How long it moves, or the force grows [s]", 0.1)
+    hold_s: NotNegative = key("How long it stays [s]", 0.5)
+    release_s: NotNegative = key("How long it goes back before it lets go [s]; 0: it lets go where it is", 0.1)
+
+
+class Thread(Block):
+    ends_m: Pair[Vector] = key("Points [m] whose nearest surface points at rest it joins")
+    stiffness_n_m: Positive = key(
+        "Stiffness [N/m], by default that of 3 cm of polypropylene 3-0: 4.0 GPa (Nindhia et al. 2021), 0.22 mm thick",
+        5000,
+    )
+    start_s: NotNegative = key("When it is tied, as long as its ends are then apart [s]", 0)
+    tighten_s: NotNegative = key("How long it is tightened [s]", 0.5)
+    tightened_to: NotNegative = key("Length that it is tightened to, over the distance of its ends at rest", 1)
+    length_m: NotNegative = optional("The same length [m], instead")
 
 
 class Other(Block):
@@ -206,6 +232,8 @@ class Scene(Block):
     own_settings: dict[str, dict[str, Any]] = optional("What your effects get as settings, by name")
     gravity: Gravity = optional("Weight")
     push: Push = optional("Loads that are pressed on, held, and released")
+    hooks: list[Hook] = optional("Patches that are grasped and moved or pulled, and let go", min_length=1)
+    threads: list[Thread] = optional("Sutures that are tied, tightened, and pull", min_length=1)
     contact: Contact = optional("What the bodies can meet, each other included")
     springs: Springs = optional("Stiffness of a surface's springs; a solid's follows from Young's modulus")
     shape_matching: ShapeMatching = optional("Goal positions from the rest shape")

@@ -107,6 +107,9 @@ class ProjectiveSteps:
         self._parts, self._iterations, self._memory = parts, iterations, memory
         system = parts.system
         self._laplacian = laplacian(parts.elements, len(system.masses))
+        self._cords = [
+            _isotropic(each.touching(system.particles.nodes, True), len(system.masses)) for each in parts.cords
+        ]
         self._factored_s = 0.0
         self._factor: Prefactored | None = None
 
@@ -122,10 +125,16 @@ class ProjectiveSteps:
             parts, masses = self._parts, self._parts.system.masses
             matrix = (1.0 + parts.stiffness_time / h) * self._laplacian
             matrix = matrix + sparse.diags_array(masses * (1.0 / h**2 + parts.mass_rate / h))
-            if parts.springs is not None:
-                matrix = matrix + parts.springs.scalar
+            for stiffness in [*self._cords, *([] if parts.springs is None else [parts.springs.scalar])]:
+                matrix = matrix + stiffness
             self._factored_s, self._factor = h, Prefactored(matrix, ~parts.system.free)
         return self._factor
+
+
+def _isotropic(touching: tuple[np.ndarray, np.ndarray, np.ndarray], count: int) -> sparse.csc_array:
+    """Return the stiffness (count, count) [N/m] of constraints, whose blocks have one direction each, along all."""
+    rows, columns, blocks = touching
+    return sparse.csc_array((np.trace(blocks, axis1=1, axis2=2), (rows, columns)), shape=(count, count))
 
 
 class _Step:

@@ -57,7 +57,9 @@ class System:
         self._limits = [(n, e.limit) for n, e in self.offering(hooks.StepLimit)]
         self._unbounded = {n for n, _ in self._limits}
         self.loaded, self.bounded = bool(self._loads), bool(self._limits)
-        self._touching = [(n, e.touching) for n, e in self.offering(hooks.Touching)]
+        touching = self.offering(hooks.Touching)
+        self._touching = [(n, e.touching) for n, e in touching]
+        self._explicit_touching = [(n, e.touching) for n, e in touching if not offers(e, hooks.Projection)]
         self._goals = [(first, self.elastic.goals)] if offers(self.elastic, hooks.Goals) else []
         self.time, self._load_work = 0.0, 0.0
         for _, follower in self.offering(hooks.HeldNodes):
@@ -138,8 +140,16 @@ class System:
 
     def touching(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
         """Return the Hessian (3n, 3n) [N/m] of what has a changing pattern, such as contact; None if there is none."""
-        found = [self._timed(name, call, x, definite) for name, call in self._touching]
-        return gather(found, len(x)) if found else None
+        return self._touched(self._touching, x, definite)
+
+    def _touched(self, calls: Calls, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
+        found = [self._timed(name, call, x, definite) for name, call in calls]
+        return gather(found, len(x)) if any(len(rows) for rows, _, _ in found) else None
+
+    def explicit_stiffness(self, x: np.ndarray) -> list[sparse.bsr_array]:
+        """Return what is to be added up to the positive semidefinite Hessian (3n, 3n) [N/m] of ``explicit_force``."""
+        parts = self.stiffness(x, definite=True), self._touched(self._explicit_touching, x, definite=True)
+        return [part for part in parts if part is not None]
 
     def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
         """Return the fraction of ``direction`` (n, 3) [m], at most 1, by which the nodes may move from ``x``."""
@@ -151,7 +161,10 @@ class System:
         Returns the positions from which the search begins: ``x``, unless an obstacle was moved into it.
         """
         for name, call in self._begins:
-            x = self._timed(name, call, x, h)
+            ahead = self._timed(name, call, x, h)
+            if self._limits and name not in self._unbounded:  # what is carried along stops before it meets something
+                ahead = x + self.limit(x, ahead - x) * (ahead - x)
+            x = ahead
         return x
 
     def end(self, x: np.ndarray) -> None:
@@ -219,8 +232,9 @@ def stable_step(system: System, taken: float = 0.0) -> float:
     rest, free = system.particles.nodes, system.free
     scale = 1.0 / np.sqrt(np.repeat(system.masses[free], 3))
     unknowns = np.repeat(free, 3)
-    a = _largest(system.stiffness(rest, definite=True), unknowns, scale)
-    c = _largest(system.damping(rest, explicit=True), unknowns, scale)
+    damping = system.damping(rest, explicit=True)
+    a = _largest(system.explicit_stiffness(rest), unknowns, scale)
+    c = _largest([] if damping is None else [damping], unknowns, scale)
     if a + c == 0.0:
         return math.inf
     decays = any(offers(effect, Damping) for _, effect in system.offering(Projection))
@@ -228,11 +242,11 @@ def stable_step(system: System, taken: float = 0.0) -> float:
     return room / (c + math.sqrt(c * c + room * a))  # the root without cancellation, also for a = 0
 
 
-def _largest(matrix: sparse.bsr_array | None, unknowns: np.ndarray, scale: np.ndarray) -> float:
-    """Return the largest eigenvalue of M⁻¹ ``matrix`` on the ``unknowns`` (3n,) bool; ``scale`` is M^(−1/2)."""
-    if matrix is None or not len(scale):
+def _largest(parts: list[sparse.bsr_array], unknowns: np.ndarray, scale: np.ndarray) -> float:
+    """Return the largest eigenvalue of M⁻¹ Σ ``parts`` on the ``unknowns`` (3n,) bool; ``scale`` is M^(−1/2)."""
+    if not parts or not len(scale):
         return 0.0
-    matrix = matrix.tocsr()[unknowns][:, unknowns]
+    matrix = sum(parts[1:], parts[0]).tocsr()[unknowns][:, unknowns]
     matrix = (sparse.diags_array(scale) @ matrix @ sparse.diags_array(scale)).tocsr()
     if not matrix.data.any():
         return 0.0

@@ -145,8 +145,10 @@ class XpbdSteps:
         inverse = slower * parts.inverse_masses
         x = start + slower * h * v + h**2 * inverse[:, None] * (parts.outer(start, v) + parts.pushes)
         self._constraints.begin()
-        for _ in range(self._iterations):
+        for iteration in range(self._iterations):
             self._constraints.meet(x, inverse, h, start, parts.stiffness_time)
+            for cord in parts.cords:
+                cord.correct(x, inverse, h, iteration == 0)
         return parts.end(start, x, v, h)
 
 

@@ -142,6 +142,18 @@ def test_depth_is_below_the_surface_at_rest_and_only_what_moves_feels(motion):
     assert felt["force_n"].to_numpy() == pytest.approx(5.0)
 
 
+def test_forces_on_hooks_and_of_threads_are_told_too(motion, tmp_path):
+    ends = np.tile([[0, 0, 0], [0, 0, 0.1]], (6, 1, 1))
+    sewn = replace(motion, drawn=(Moved("thread_0", "capsule", 0.001, ends, np.empty((0, 3), dtype=int)),))
+    seen = motion.observed.assign(thread_0_force_x_n=0.6, thread_0_force_y_n=0.0, thread_0_force_z_n=0.8)
+    felt = contact_force(replace(sewn, observed=seen)).groupby("instrument")
+    assert felt["force_n"].mean().to_dict() == pytest.approx({"finger": 5.0, "thread_0": 1.0})
+    assert felt["depth_m"].count().to_dict() == {"finger": 10, "thread_0": 0}
+    save(replace(sewn, observed=seen), tmp_path / "sewn.h5")
+    (thing,) = load(tmp_path / "sewn.h5").drawn
+    assert (thing.name, thing.kind) == ("thread_0", "capsule") and np.array_equal(thing.positions, ends)
+
+
 def test_nearest_is_signed_and_forgets_no_change_of_sides(box):
     mesh = box([4, 2, 2], [0.2, 0.1, 0.08])
     corners = mesh.nodes[mesh.triangles]

@@ -51,7 +51,7 @@ class Known:
 class PressModel:
     """A model that a reader may let answer: its ``file``, or the ``url`` of a server that asks it.
 
-    kind : "portable", or "coarse" for a file of palpate.press.coarse_answer
+    kind : "portable", or "coarse" for a file of palpate.press.coarse_rival
     advice : a sentence on its error and time
     nodes, triangles, info : (n, 3) [m], (t, 3) and the words of a file's header, of a model
         behind a ``url``; of a coarse one peak and hardest_n alone

@@ -1,4 +1,4 @@
-"""Tabulate the force on each moving instrument of a scene, and how deep it is in the body at rest."""
+"""Tabulate the force on moving instruments of a scene, with their depth in the body, on hooks and of threads."""
 
 import numba
 import numpy as np
@@ -12,23 +12,25 @@ from palpate.table_declaration import Table
 
 CONTACT_FORCE = Table(
     "contact_force",
-    "The force on each moved instrument over time, and its depth below the body's surface at rest.",
+    "The force on each moved instrument and hook and of each thread over time; how deep instruments are.",
     """
-    scene instrument time_s: a scene, an instrument, and a time [s]
-    force_x_n force_y_n force_z_n force_n: force of the body on it, friction included, and its magnitude [N]
-    depth_m: largest depth below the surface at rest, negative above it [m]
+    scene instrument time_s: a scene, an instrument, hook or thread, and a time [s]
+    force_x_n force_y_n force_z_n force_n: force of the body on it, of a thread on its first end, and magnitude [N]
+    depth_m: largest depth of an instrument below the surface at rest, negative above it [m]
     """,
     always=False,
 )
 
 
 def contact_force(motion: Motion) -> pd.DataFrame:
-    """Tabulate the force on every moving instrument, one row for each step and instrument.
+    """Tabulate the force on every moving instrument and hook and of every thread, one row for each of these and step.
 
     The instrument is a ball, the axis of a rod or the corners of a mesh, each with its radius. The depth is nan for a
     floor, and where the surface is open, as a sheet's, so that it has no inside.
     """
     tables = [_rows_of(motion, thing) for thing in motion.obstacles if np.ptp(_middles(motion, thing), axis=0).any()]
+    told = (thing.name for thing in motion.drawn if f"{thing.name}_force_x_n" in motion.observed)
+    tables += [_forces(motion, name) for name in told]
     return pd.concat(tables, ignore_index=True)[CONTACT_FORCE.columns] if tables else CONTACT_FORCE.frame([])
 
 
@@ -42,15 +44,20 @@ def _rows_of(motion: Motion, thing: Moved) -> pd.DataFrame:
     """Tabulate an instrument's force and depth: its radius less the least signed distance of its moved points."""
     middles, corners = _middles(motion, thing), motion.rest[motion.triangles]
     shifts = middles[1:] - middles[0]  # the first is the start
-    forces = motion.observed[[f"{thing.name}_force_{axis}_n" for axis in "xyz"]].to_numpy()
-    depths = np.full(len(forces), np.nan)
+    table = _forces(motion, thing.name)
     if thing.kind != "floor" and closed(motion.triangles):
         ends = thing.positions[0]  # a rod is evaluated at 9 points of its axis, anything else at its corners
         points = np.linspace(ends[0], ends[1], 9) if len(ends) == 2 else np.unique(ends, axis=0)
-        depths = thing.radius_m - least_signed_distance(points, shifts, corners)
+        table["depth_m"] = thing.radius_m - least_signed_distance(points, shifts, corners)
+    return table
+
+
+def _forces(motion: Motion, name: str) -> pd.DataFrame:
+    """Tabulate what was observed of the force on an instrument, or whatever has this name; no depth."""
+    forces = motion.observed[[f"{name}_force_{axis}_n" for axis in "xyz"]].to_numpy()
     columns = {f"force_{axis}_n": forces[:, i] for i, axis in enumerate("xyz")}
     return pd.DataFrame({"time_s": motion.observed["time_s"], **columns}).assign(
-        scene=motion.scene, instrument=thing.name, force_n=np.linalg.norm(forces, axis=1), depth_m=depths
+        scene=motion.scene, instrument=name, force_n=np.linalg.norm(forces, axis=1), depth_m=np.nan
     )
 
 

@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
 from palpate.report import style, tables
-from palpate.report.words import percent, seconds
+from palpate.report.words import percent, seconds, spaced
 from palpate.studies.scenes.measurements import whole
 
 _UNITS = (("J", 1.0), ("mJ", 1e3), ("µJ", 1e6), ("nJ", 1e9))
@@ -164,7 +164,7 @@ def draw_contact_force(contact_force: pd.DataFrame, *, scene: str) -> Figure:
     figure = Figure(figsize=(9.5, 4.2 * len(names)), layout="constrained")
     for part, name in zip(figure.subfigures(len(names), squeeze=False)[:, 0], names, strict=True):
         rows = tables.where(felt, instrument=name)
-        title = f"{scene}: force on the {name}"
+        title = f"{scene}: force on the {spaced(name)}"
         if rows["depth_m"].notna().any():
             _with_depth(part, rows, title)
         else:

@@ -59,7 +59,7 @@ class Scenery:
         self.limit = float(self.millimetres[:, self.surface].max()) or 1.0  # a body at rest has one colour
         self.held = np.intersect1d(motion.held, self.surface)
         cloud = np.vstack([motion.rest[self.surface], *motion.positions[:, self.surface]])
-        self.things = [_seen(thing, cloud) for thing in motion.obstacles]
+        self.things = [*(_seen(thing, cloud) for thing in motion.obstacles), *motion.drawn]
         peak = self.surface[np.argmax(self.millimetres[:, self.surface].max(axis=0))]
         a, b, c = motion.rest[motion.triangles[(motion.triangles == peak).any(axis=1)]].transpose(1, 0, 2)
         normal = np.cross(b - a, c - a).sum(axis=0)

@@ -1,0 +1,284 @@
+"""Hooks: patches of the surface that are grasped and moved, or pulled by a force, and let go."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.bodies.mesh import area_normals, components
+from palpate.bodies.particles import Particles
+from palpate.bodies.surface_integrals import near_ball
+from palpate.effects import effect
+from palpate.effects.effect import Effect, Shape, Stiffness, offers
+from palpate.effects.patch_load import Patch, course, nearest_on_surface, patch_shares, surface_node
+from palpate.errors import InputError
+from palpate.linalg.block_pattern import shared_pattern
+
+GRIP = 1e4
+"""Stiffness by which a node is grasped, over what resists it where all other nodes stand still. Under a force f it is
+f / (GRIP · that stiffness) behind the hook, a ten-thousandth of how far f alone would move it there."""
+ALIKE = 0.5
+"""Least cosine between the normals of what is grasped and of its middle: not the far side of a thin body, nor a lip."""
+SAME_S = 1e-9
+"""Times [s] that are less apart are the same."""
+ABOVE = 0.004
+"""Height of a hook over the surface in pictures, in sizes of the body."""
+
+
+def make(particles: Particles, settings: list[dict], elastic: Effect | None) -> "Hooks":
+    """Make a hook of each entry: ``at_m``, ``radius_m``, ``shift_m`` [m] or ``force_n`` [N], and its times.
+
+    Raises InputError for one off the surface, wider than the body, or on what is held.
+    """
+    stiffness = _nodal_stiffness(particles, elastic)
+    return Hooks(particles, [_hook(particles, i, entry, stiffness) for i, entry in enumerate(settings)])
+
+
+def _hook(particles: Particles, number: int, entry: dict, stiffness: np.ndarray) -> "Moved | Pulled":
+    place, radius = f"{particles.name}: hooks[{number}]", float(entry["radius_m"])
+    times = Times(*(float(entry[f"{name}_s"]) for name in ("start", "pull", "hold", "release")))
+    surface_node(particles, particles.held, place, entry)  # refuses what is off the surface, too wide or held
+    node, skin, normal = _skin_at(particles, np.array(entry["at_m"], dtype=float))
+    corners, at_node = particles.nodes[skin], (skin == node).any(axis=1)
+    within = (np.linalg.norm(corners - particles.nodes[node], axis=2) <= radius).all(axis=1)
+    grasped = _joined(skin[within | at_node], node)
+    if "force_n" in entry:
+        disc = Patch(particles.nodes[node], normal, radius)
+        side = replace(particles, triangles=_joined(skin[near_ball(corners, disc.center_m, radius) | at_node], node))
+        return Pulled(times, grasped, *patch_shares(side, disc), np.array(entry["force_n"], dtype=float), particles)
+    nodes = np.unique(grasped)
+    if np.isin(nodes, particles.held).any():
+        raise InputError(
+            f"{place} grasps nodes that are held; move it away from the anchors, or give it less radius_m."
+        )
+    return Moved(times, grasped, nodes, GRIP * stiffness[nodes], np.array(entry["shift_m"], dtype=float), particles)
+
+
+def _skin_at(particles: Particles, at: np.ndarray) -> tuple[int, np.ndarray, np.ndarray]:
+    """Return the nearest corner of the triangle nearest to ``at`` (3,) [m], triangles (t, 3) like it, the normal (3,).
+
+    So at a cut, whose nodes are double, it is a node of the right side, and the lips, which look another way, are out.
+    """
+    (nearest,), _, _ = nearest_on_surface(particles, at[None])
+    node = int(nearest[np.linalg.norm(particles.nodes[nearest] - at, axis=1).argmin()])
+    normals = area_normals(particles.nodes, particles.triangles)
+    outward = np.cross(*(particles.nodes[nearest[1:]] - particles.nodes[nearest[0]]))
+    alike = normals @ outward > ALIKE * np.linalg.norm(normals, axis=1) * np.linalg.norm(outward)
+    there = normals[alike & (particles.triangles == node).any(axis=1)].sum(axis=0)
+    return node, particles.triangles[alike], there / np.linalg.norm(there)
+
+
+def _joined(triangles: np.ndarray, node: int) -> np.ndarray:
+    """Return those of ``triangles`` (t, 3) that hang together with a node, so none beyond a cut."""
+    pieces = components(triangles[:, [0, 1, 1, 2]].reshape(-1, 2), int(triangles.max(initial=node)) + 1)
+    return triangles[pieces[triangles[:, 0]] == pieces[node]]
+
+
+def _nodal_stiffness(particles: Particles, elastic: Effect | None) -> np.ndarray:
+    """Return what resists each node (n,) [N/m] where all others stand still, at rest; 0 without a stiffness."""
+    if elastic is None or not offers(elastic, Stiffness):
+        return np.zeros(len(particles.nodes))
+    pattern = shared_pattern([elastic.couples], len(particles.nodes))
+    values = np.zeros((len(pattern.indices), 3, 3))
+    elastic.add_stiffness(particles.nodes, True, pattern.slots[0], values)
+    return np.trace(values[pattern.diagonal], axis1=1, axis2=2) / 3.0
+
+
+class Times(NamedTuple):
+    """When a hook begins, how long it pulls, holds and goes back before it lets go [s]."""
+
+    start: float
+    pull: float
+    hold: float
+    release: float
+
+    def course(self, t: float) -> float:
+        """Return what shift or force is multiplied by at ``t`` [s]; without a release it stays until it lets go."""
+        return course(t - self.start, self.pull, self.hold, self.release or np.inf) if self.grasps(t) else 0.0
+
+    def grasps(self, t: float) -> bool:
+        """Return whether it has hold of the body in a step that ends at ``t`` [s]."""
+        return SAME_S < t - self.start <= self.pull + self.hold + self.release + SAME_S
+
+
+class _Hook:
+    """What both kinds of hooks have: the ``triangles`` (t, 3) and ``nodes`` (k,) that they grasp.
+
+    t, since : ends of the step [s]; force : (3,) [N] on the body at the end of the last one
+    """
+
+    def __init__(self, times: Times, triangles: np.ndarray, nodes: np.ndarray, particles: Particles):
+        self.times, self.triangles, self.nodes = times, triangles, nodes
+        self.masses, self.t, self.since, self.force = particles.masses[nodes], 0.0, 0.0, np.zeros(3)
+
+    @property
+    def grasps(self) -> bool:
+        return self.times.grasps(self.t)
+
+    @property
+    def gain(self) -> float:
+        """By how much shift or force grows in the step, as a share."""
+        return self.times.course(self.t) - self.times.course(self.since)
+
+
+class Moved(_Hook):
+    """A patch each of whose nodes moves by shift · course(t) from where it was at the start.
+
+    stiffness : (k,) [N/m] of the grip; shift : (3,) [m]
+    """
+
+    def __init__(
+        self, times: Times, triangles: np.ndarray, nodes: np.ndarray, stiffness: np.ndarray, shift: np.ndarray,
+        particles: Particles,
+    ):  # fmt: skip
+        super().__init__(times, triangles, nodes, particles)
+        self.stiffness, self._shift, self._origin = stiffness, shift, particles.nodes[nodes]
+
+    def _ahead(self, x: np.ndarray) -> np.ndarray:
+        """Return how far the nodes are behind the hook, (k, 3) [m]."""
+        return self._origin + self.times.course(self.t) * self._shift - x[self.nodes]
+
+    def energy(self, x: np.ndarray) -> float:
+        return 0.5 * float(self.stiffness @ np.square(self._ahead(x)).sum(axis=1))
+
+    def add_force(self, x: np.ndarray, force: np.ndarray) -> None:
+        force[self.nodes] += self.stiffness[:, None] * self._ahead(x)
+
+    def begin(self, x: np.ndarray, h: float) -> None:
+        """Carry the nodes of ``x`` (n, 3) [m] along in a step of ``h`` [s], in place."""
+        self.since = self.t - h
+        if self.since <= self.times.start + SAME_S:
+            self._origin = x[self.nodes].copy()
+        if self.grasps:
+            x[self.nodes] += self.gain * self._shift
+
+    def end(self, x: np.ndarray) -> float:
+        """Return the work [J] done in an implicit step that ends at ``x`` (n, 3) [m]."""
+        return self._work((self.stiffness[:, None] * self._ahead(x)).sum(axis=0))
+
+    def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> float:
+        """Move the nodes at the end of an explicit step, in place; return the work [J]."""
+        self.begin(start.copy(), h)
+        ahead = self._ahead(x)
+        if self.grasps:
+            x[self.nodes] += ahead
+            v[self.nodes] = (x[self.nodes] - start[self.nodes]) / h
+        return self._work((self.masses[:, None] * ahead).sum(axis=0) / h**2)
+
+    def _work(self, force: np.ndarray) -> float:
+        self.force = force if self.grasps else np.zeros(3)
+        return float(self.force @ self._shift) * self.gain
+
+
+class Pulled(_Hook):
+    """A patch under force · course(t), a dead load [N] with the ``shares`` (k,) of ``patch_shares``."""
+
+    def __init__(
+        self, times: Times, triangles: np.ndarray, nodes: np.ndarray, shares: np.ndarray, pull: np.ndarray,
+        particles: Particles,
+    ):  # fmt: skip
+        super().__init__(times, triangles, nodes, particles)
+        self._shares, self._pull, self._rest, self._moved = shares, pull, particles.nodes[nodes], np.zeros(3)
+
+    def hold(self, fixed: np.ndarray) -> None:
+        """Leave the shares of ``fixed`` nodes to what holds them."""
+        self._shares = np.where(np.isin(self.nodes, fixed), 0.0, self._shares)
+
+    def _loads(self) -> np.ndarray:
+        return self.times.course(self.t) * np.outer(self._shares, self._pull)
+
+    def _way(self, x: np.ndarray) -> np.ndarray:
+        """Return the mean displacement (3,) [m] that the force does work on."""
+        return self._shares @ (x[self.nodes] - self._rest)
+
+    def energy(self, x: np.ndarray) -> float:
+        return -float(np.vdot(self._loads(), x[self.nodes] - self._rest))
+
+    def add_force(self, x: np.ndarray, force: np.ndarray) -> None:
+        force[self.nodes] += self._loads()
+
+    def begin(self, x: np.ndarray, h: float) -> None:
+        self.since, self._moved = self.t - h, self._way(x)
+
+    def end(self, x: np.ndarray) -> float:
+        """Return what the potential −force · way has changed by in the step as the force has, [J]."""
+        self.force = self._loads().sum(axis=0)
+        return -float(self._pull @ self._moved) * self.gain
+
+    def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> float:
+        self.begin(start, h)
+        faster = h * self._loads() / self.masses[:, None]
+        v[self.nodes] += faster
+        x[self.nodes] += h * faster
+        return self.end(x)
+
+
+class Hooks(
+    effect.Energy, effect.Stiffness, effect.Time, effect.HeldNodes, effect.StepBegin, effect.Driven, effect.Projection,
+    effect.Observation, effect.Drawn,
+):  # fmt: skip
+    """All hooks of a scene: E = Σ ½ GRIP k |x − x_hook|² over nodes that are moved − Σ force · way of patches pulled.
+
+    Explicit integrators put nodes where hooks are, exactly. The work is that of the shift against the force at the end
+    of a step; of a force f the potential counts as energy, as a weight's does, so that its work is −∫ way df.
+    Until ``at`` is called nothing is grasped.
+    """
+
+    def __init__(self, particles: Particles, hooks: list[Moved | Pulled]):
+        self.hooks, self.work_j, self._above = hooks, 0.0, ABOVE * particles.size
+        self._moved = [hook for hook in hooks if isinstance(hook, Moved)]
+        self.couples = np.concatenate([np.empty(0, dtype=np.int64), *(hook.nodes for hook in self._moved)])[:, None]
+
+    def at(self, t: float) -> None:
+        for hook in self.hooks:
+            hook.t = t
+
+    def hold(self, fixed: np.ndarray) -> None:
+        for hook in self.hooks:
+            if isinstance(hook, Pulled):
+                hook.hold(fixed)
+
+    def energy(self, x: np.ndarray) -> float:
+        return sum(hook.energy(x) for hook in self.hooks if hook.grasps)
+
+    def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
+        for hook in self.hooks:
+            if hook.grasps:
+                hook.add_force(x, force)
+
+    def add_stiffness(self, x: np.ndarray, definite: bool, slots: np.ndarray, values: np.ndarray) -> None:
+        held = [hook.stiffness * hook.grasps for hook in self._moved]
+        for axis in range(3):
+            np.add.at(values[:, axis, axis], slots.ravel(), np.concatenate([np.empty(0), *held]))
+
+    def begin(self, x: np.ndarray, h: float) -> np.ndarray:
+        carried = x.copy()
+        for hook in self.hooks:
+            hook.begin(carried, h)
+        return carried
+
+    def end(self, x: np.ndarray) -> None:
+        self.work_j += sum(hook.end(x) for hook in self.hooks)
+
+    def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> None:
+        self.work_j += sum(hook.project(start, x, v, h) for hook in self.hooks)
+
+    def observe(self, x: np.ndarray) -> dict[str, float]:
+        """Record the mean place of each patch, ``hook_0_x_m`` …, and the force on the hook, ``hook_0_force_x_n`` …"""
+        row = {}
+        for number, hook in enumerate(self.hooks):
+            for axis, letter in enumerate("xyz"):
+                row[f"hook_{number}_{letter}_m"] = float(x[hook.nodes, axis].mean())
+                row[f"hook_{number}_force_{letter}_n"] = -float(hook.force[axis])
+        return row
+
+    def drawn(self, x: np.ndarray) -> list[Shape]:
+        """Return each patch a little above the surface; what is not grasped has no area."""
+        shapes = []
+        for number, hook in enumerate(self.hooks):
+            corners = x[hook.triangles]
+            up = area_normals(x, hook.triangles).sum(axis=0)
+            points = corners.reshape(-1, 3) + self._above * up / max(float(np.linalg.norm(up)), 1e-300)
+            points = points if hook.grasps else np.repeat(points.mean(axis=0)[None], len(points), axis=0)
+            shapes.append(Shape(f"hook_{number}", "mesh", 0.0, points, np.arange(len(points)).reshape(-1, 3)))
+        return shapes

@@ -21,6 +21,8 @@ import numpy as np
 if TYPE_CHECKING:
     import pandas as pd
 
+    from palpate.bodies.particles import Particles
+
 Hook = TypeVar("Hook")
 
 
@@ -182,6 +184,26 @@ class Instrumented(Protocol):
         """
 
 
+class Untying(Protocol):
+    """Nodes that are one until something, such as a blade, has passed between them. Implicit and explicit Euler and BDF2
+    step them.
+
+    changes_s : (k,) times [s] at which nodes are let go, increasing
+    """
+
+    changes_s: np.ndarray
+
+    def leaders(self, t: float) -> np.ndarray:
+        """Return the node (n,) that each one moves with at ``t`` [s], itself where nothing ties it."""
+
+
+class Surface(Protocol):
+    """A need to know where the surface of the bodies is when a cut opens it."""
+
+    def resurface(self, particles: "Particles") -> None:
+        """Take the ``triangles``, in which no node is that is tied to another, and the masses of ``particles``."""
+
+
 class Relaxation(Protocol):
     """Inner variables, such as plastic strain."""
 
@@ -257,8 +279,8 @@ class Contacts(Protocol):
 
 HOOKS: tuple[type, ...] = (
     Force, Energy, Load, Couples, Stiffness, Damping, Proportional, Time, FixedNodes, HeldNodes, Projection,
-    Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Instrumented, Relaxation, Goals, Weight, Observation,
-    Contacts,
+    Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Instrumented, Untying, Surface, Relaxation, Goals,
+    Weight, Observation, Contacts,
 )  # fmt: skip
 """All hooks."""
 

@@ -53,6 +53,7 @@ EFFECTS = {
     "bending": Entry("palpate.effects.bending", settings={}, forms=SHEET),
     "volume": Entry("palpate.effects.volume_force", settings={}, forms=SOLID),
     "body_springs": Entry("palpate.effects.body_springs", settings={"damping_ratio": 0.5}),
+    "cut": Entry("palpate.effects.cut", forms=SOLID, elastic=(*FINITE_ELEMENTS, "springs")),
     "contact": Entry("palpate.collision.contact.barrier_contact", settings={"instruments": []}),
     "plasticity": Entry("palpate.effects.plasticity", elastic=("corotational", "shape_matching")),
     "prony": Entry("palpate.effects.prony", forms=SOLID, elastic=FINITE_ELEMENTS),
@@ -77,8 +78,8 @@ INTEGRATORS = {
 }
 
 NOT_STEPPED = {
-    **dict.fromkeys(("xpbd", "projective_dynamics", "vertex_block_descent"), ("prony",)),
-    "touching": ("gravity", "bed", "push", "plasticity", "prony"),
+    **dict.fromkeys(("xpbd", "projective_dynamics", "vertex_block_descent"), ("prony", "cut")),
+    "touching": ("gravity", "bed", "push", "plasticity", "prony", "cut"),
 }
 """Effects that an integrator has no part for, of those that suit its elastic effect."""
 

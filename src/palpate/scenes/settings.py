@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from palpate.bodies.cutting.cut import CutSettings
 from palpate.setting_types import (
     Axis,
     Block,
@@ -74,6 +75,21 @@ class Gravity(Block):
 
 class Push(Block):
     loads: list[Load] = key("One entry a load", min_length=1)
+
+
+class Stroke(CutSettings):
+    """A cut of the body at rest that is made in time, by exactly one of path_m with depth_m, disc and plane."""
+
+    at_s: NotNegative = key("When the blade starts [s]", 0)
+    lasts_s: NotNegative = key("How long it takes along its path [s]; 0 cuts all at once", 0)
+
+
+class Cut(Stroke):
+    way: Literal["split_faces", "virtual_nodes"] = key(
+        "Along faces of the mesh, whose lips are seen and touched, or through elements, which are doubled",
+        "split_faces",
+    )
+    more: list[Stroke] = optional("Further cuts of the same body, which may cross", min_length=1)
 
 
 class Other(Block):
@@ -206,6 +222,7 @@ class Scene(Block):
     own_settings: dict[str, dict[str, Any]] = optional("What your effects get as settings, by name")
     gravity: Gravity = optional("Weight")
     push: Push = optional("Loads that are pressed on, held, and released")
+    cut: Cut = optional("A blade that severs the scene's own body while it moves")
     contact: Contact = optional("What the bodies can meet, each other included")
     springs: Springs = optional("Stiffness of a surface's springs; a solid's follows from Young's modulus")
     shape_matching: ShapeMatching = optional("Goal positions from the rest shape")

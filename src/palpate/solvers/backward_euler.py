@@ -52,6 +52,11 @@ class BackwardEuler:
 
     def __init__(self, system: System, tolerance: float):
         self._system, self._tolerance = system, tolerance
+        self.renew()
+
+    def renew(self) -> None:
+        """Take the masses and the pattern that the system has now."""
+        system = self._system
         self._masses = system.masses[:, None]
         rest = system.stiffness(system.particles.nodes, definite=True)
         assert rest is not None  # ``make`` requires an elastic effect with a stiffness

@@ -102,7 +102,7 @@ class MovedParts:
             else:
                 raise InputError(f"{method} has no part for the effect {name}; leave it out, or take backward_euler.")
         self.pushes = np.zeros((len(system.masses), 3))
-        self.inverse_masses = np.where(system.free, 1.0 / np.where(system.free, system.masses, 1.0), 0.0)
+        self.inverse_masses = system.inverse_masses
 
     def energy(self, x: np.ndarray) -> float:
         """Return the energy [J] of elements and springs."""

@@ -62,17 +62,29 @@ class System:
         self.time, self._load_work = 0.0, 0.0
         for _, follower in self.offering(hooks.HeldNodes):
             follower.hold(self._fixed)
-        coupling = self.offering(hooks.Couples)
-        self.pattern = shared_pattern([e.couples for _, e in coupling], len(particles.nodes))
-        slots = dict(zip((n for n, _ in coupling), self.pattern.slots, strict=True))
+        self._lay_out([e.couples for _, e in self.offering(hooks.Couples)])
+
+    def _lay_out(self, couples: list[np.ndarray]) -> None:
+        """Make the pattern of all ``couples``, and keep where in it each effect has its blocks."""
+        self.pattern = shared_pattern(couples, len(self.particles.nodes))
+        slots = dict(zip((n for n, _ in self.offering(hooks.Couples)), self.pattern.slots, strict=True))
         damped = self.offering(hooks.Damping)
         self._stiff = [(n, e.add_stiffness, slots[n]) for n, e in self.offering(hooks.Stiffness)]
         self._damped = [(n, e.add_damping, slots[n]) for n, e in damped]
         self._explicit_damped = [(n, e.add_damping, slots[n]) for n, e in damped if not offers(e, hooks.Projection)]
 
+    @property
+    def inverse_masses(self) -> np.ndarray:
+        """One over the mass (n,) [1/kg] of each node; 0 where it is held."""
+        return np.divide(1.0, self.masses, out=np.zeros_like(self.masses), where=self.free & (self.masses > 0.0))
+
     def offering(self, hook: type[Hook]) -> list[tuple[str, Hook]]:
         """Return the names and objects of the effects that offer ``hook``."""
         return [(name, effect) for name, effect in self.effects.items() if offers(effect, hook)]
+
+    def followed(self, x: np.ndarray) -> np.ndarray:
+        """Return the positions (n, 3) [m] that nodes have which begin at ``x``: those of others where nodes are tied."""
+        return x
 
     def energies(self, x: np.ndarray) -> dict[str, float]:
         """Return the potential energy [J] of each effect that has one."""

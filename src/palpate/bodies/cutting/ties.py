@@ -1,0 +1,156 @@
+"""A body made with its cut, whose doubled nodes stay tied to each other until the blade has passed between them.
+
+So nothing but ties changes while a blade moves: elements, nodes, positions and velocities stay, and so does the energy.
+What is joined at any time is what ``sever`` would find: nodes are one that a chain of faces joins.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from palpate.bodies.body import Body
+from palpate.bodies.cutting.cut import Blade, Cut, make_cut
+from palpate.bodies.cutting.ways import SPLIT_FACES, Parted, part
+from palpate.bodies.mesh import FACES, TetMesh, components
+from palpate.bodies.particles import Particles, particles_of
+from palpate.errors import InputError
+
+
+class Stroke(NamedTuple):
+    """A cut that is made in time: from ``at_s`` [s], within ``lasts_s`` [s], at an even speed along the blade's path."""
+
+    cut: Cut
+    at_s: float
+    lasts_s: float
+
+    def passes_s(self, points: np.ndarray) -> np.ndarray:
+        """Return when (n,) [s] the blade is where ``points`` (n, 3) [m] are nearest to the cut."""
+        shares = self.cut.share(points) if isinstance(self.cut, Blade) else np.zeros(len(points))
+        return self.at_s + self.lasts_s * shares
+
+
+@dataclass(frozen=True, eq=False)
+class Ties:
+    """Which of the n nodes of a cut body are still one.
+
+    pairs : (k, 2) nodes at one place, which are one until ``let_go_s`` (k,) [s]
+    triangles : (t, 3) the surface when all is cut, lips included
+    first : (n,) the nodes in the order in which they lead others
+    """
+
+    pairs: np.ndarray
+    let_go_s: np.ndarray
+    triangles: np.ndarray
+    first: np.ndarray
+
+    def leaders(self, t: float = -np.inf) -> np.ndarray:
+        """Return the node (n,) that each one moves with at ``t`` [s], itself where nothing ties it to one before it."""
+        count = len(self.first)
+        group = components(self.pairs[self.let_go_s > t], count)
+        leads = np.full(count, -1)
+        leads[group[self.first[::-1]]] = self.first[::-1]  # the last one written is the first of the group
+        return leads[group]
+
+    def surface(self, leaders: np.ndarray) -> np.ndarray:
+        """Return the triangles (m, 3) of the surface while nodes are tied to ``leaders``: lips that are open only."""
+        tied = leaders[self.triangles]
+        _, kind, count = np.unique(np.sort(tied, axis=1), axis=0, return_inverse=True, return_counts=True)
+        return tied[count[kind.ravel()] == 1]
+
+    def beside(self, triangles: np.ndarray, count: int) -> "Ties":
+        """Return the same where the body is the first of several with ``count`` nodes; triangles : of the others."""
+        first = np.append(self.first, np.arange(len(self.first), count))
+        return replace(self, triangles=np.vstack([self.triangles, triangles]), first=first)
+
+
+def cut_particles(place: str, body: Body, level: int, settings: dict) -> Particles:
+    """Make the particles of one level of ``body`` with the ties of the cuts that ``settings`` describe.
+
+    settings : ``CutSettings`` with ``at_s`` and ``lasts_s`` [s], ``way``, and ``more`` of the same; place : of the scene
+    The surface of the particles is the skin. Raises InputError for cuts that are none, and for one that severs nothing.
+    """
+    strokes = []
+    for number, entry in enumerate([settings, *settings.get("more", [])]):
+        own = f"{place}.cut" if number == 0 else f"{place}.cut.more[{number - 1}]"
+        stroke = Stroke(make_cut(own, entry, body.fine), entry["at_s"], entry["lasts_s"])
+        if stroke.lasts_s > 0.0 and not isinstance(stroke.cut, Blade):
+            raise InputError(f"{own}.lasts_s is {stroke.lasts_s:g} s, and only a blade has a path; set it to 0.")
+        strokes.append(stroke)
+    parted = part(body, level, [stroke.cut for stroke in strokes], settings["way"])
+    if len(parted.origin) == len(parted.whole.nodes):
+        raise InputError(
+            f"{place}.cut severs nothing of level {level} of {body.name}: it misses the body, or is smaller than an "
+            "element; move it, make it deeper, or take a finer level."
+        )
+    found = particles_of(parted.body, 0, surface=False)
+    held = np.isin(np.arange(len(found.nodes)), found.held)
+    pairs, let_go_s = _tied(parted, strokes, settings["way"])
+    ties = Ties(pairs, let_go_s, found.triangles, np.argsort(~held, kind="stable"))
+    return replace(found, triangles=_skin(parted), ties=ties)
+
+
+def _tied(parted: Parted, strokes: Sequence[Stroke], way: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs of nodes that cuts part, and when, as ``Ties`` has them."""
+    first, last, elements = _parted_faces(parted)
+    parents = parted.parents[elements]
+    middles = parted.whole.nodes[parted.whole.tetrahedra].mean(axis=1)
+    faces, let_go = parted.mesh.nodes[first].mean(axis=1), np.full(len(first), np.inf)
+    for c, stroke in enumerate(strokes):
+        apart = np.flatnonzero(parted.sides[elements, c].prod(axis=1) < 0)
+        ends = middles[parents[apart]]
+        if way == SPLIT_FACES:
+            sides = stroke.cut.across(ends.reshape(-1, 3)).reshape(-1, 2)
+            share = np.divide(sides[:, 0], sides[:, 0] - sides[:, 1])[:, None]
+            passed = stroke.passes_s(ends[:, 0] + share * (ends[:, 1] - ends[:, 0]))
+            passed[~stroke.cut.severs(ends[:, 0], ends[:, 1])] = np.inf
+        else:
+            # the parts of an element are one until the blade has passed its middle, and with them all that they join
+            own, doubled = parents[apart, 0] == parents[apart, 1], _divided(parted, c)[parents[apart]].any(axis=1)
+            passed = np.where(own, stroke.passes_s(ends[:, 0]), np.where(doubled, -np.inf, 0.0))
+            whole = apart[~doubled]
+            inside = stroke.cut.within(faces[whole]) > 0.0
+            passed[~doubled] = np.where(inside, stroke.passes_s(faces[whole]), np.inf)
+        let_go[apart] = np.minimum(let_go[apart], passed)
+    pairs, times = np.stack([first, last], axis=-1).reshape(-1, 2), np.repeat(let_go, 3)
+    differ = pairs[:, 0] != pairs[:, 1]
+    return pairs[differ], times[differ]
+
+
+def _parted_faces(parted: Parted) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the faces at one place whose nodes differ: on both sides (k, 3), corner by corner, and elements (k, 2)."""
+    own = parted.mesh.tetrahedra[:, FACES].reshape(-1, 3)
+    order = np.argsort(parted.origin[own], axis=1)
+    own = np.take_along_axis(own, order, axis=1)
+    ranked = np.lexsort(parted.origin[own].T)
+    place = parted.origin[own[ranked]]
+    first, last = [], []
+    for step in range(1, len(own)):
+        same = np.flatnonzero((place[step:] == place[:-step]).all(axis=1))
+        if not len(same):
+            break
+        first.append(ranked[same])
+        last.append(ranked[same + step])
+    a, b = (np.concatenate(each) for each in (first, last))
+    differ = (own[a] != own[b]).any(axis=1)
+    a, b = a[differ], b[differ]
+    return own[a], own[b], np.column_stack([a, b]) // 4
+
+
+def _divided(parted: Parted, c: int) -> np.ndarray:
+    """Return of which elements of the whole body there are parts on both sides of a cut, (m,) bool."""
+    found = np.zeros((len(parted.whole.tetrahedra), 2), dtype=bool)
+    found[parted.parents, np.where(parted.sides[:, c] > 0, 1, 0)] = parted.sides[:, c] != 0
+    return found.all(axis=1)
+
+
+def _skin(parted: Parted) -> np.ndarray:
+    """Return the triangles (t, 3) of the whole body, each of that part of its element which has most tissue."""
+    tissue = parted.body.tissue(0).share
+    own = parted.mesh.tetrahedra[:, FACES].reshape(-1, 3)
+    order = np.argsort(-np.repeat(tissue, 4), kind="stable") if tissue is not None else np.arange(len(own))
+    skin = np.sort(parted.whole.triangles, axis=1)
+    found = np.sort(parted.origin[own[order]], axis=1)
+    _, first, kind = np.unique(np.vstack([found, skin]), axis=0, return_index=True, return_inverse=True)
+    return own[order[first[kind.ravel()[len(found) :]]]]

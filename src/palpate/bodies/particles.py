@@ -29,7 +29,7 @@ class Particles(Mesh):
     beds : the elastic beds, each with the triangles (t, 3) of its own body
     regions : the tissue of the tetrahedra if they are of several materials; ``material`` is then the first body's own
     body : whose finest level they are, None of several bodies and of surfaces
-    ties : of a body with cuts, which nodes are one until a blade passes; ``triangles`` are then the skin's, without lips
+    ties : of a body with cuts, which nodes are one until a blade passes; ``triangles`` are then the skin, without lips
     """
 
     name: str

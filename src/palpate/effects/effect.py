@@ -185,8 +185,7 @@ class Instrumented(Protocol):
 
 
 class Untying(Protocol):
-    """Nodes that are one until something, such as a blade, has passed between them. Implicit and explicit Euler and BDF2
-    step them.
+    """Nodes that are one until something, such as a blade, has passed between them.
 
     changes_s : (k,) times [s] at which nodes are let go, increasing
     """

@@ -192,7 +192,7 @@ def _check_cut(place: str, scene: dict, elastic: str, names: list[str]) -> None:
         raise InputError(f"{place}.cut.way is virtual_nodes, and {doubled} of the mesh; say split_faces.")
     if "contact" in names and scene["contact"].get("self_contact"):
         raise InputError(
-            f"{place}.contact.self_contact is true, and the lips of a cut begin in touch; set it to false, or leave the "
+            f"{place}.contact.self_contact is true, and the lips of a cut begin in touch; set it to false, or leave "
             "cut out."
         )
 

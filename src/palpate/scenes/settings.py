@@ -85,9 +85,9 @@ class Stroke(CutSettings):
 
 
 class Cut(Stroke):
-    way: Literal["split_faces", "virtual_nodes"] = key(
-        "Along faces of the mesh, whose lips are seen and touched, or through elements, which are doubled",
-        "split_faces",
+    way: Literal["conform", "split_faces", "virtual_nodes"] = key(
+        "The mesh is made anew so that it conforms to the cut, or cut along its faces, or its elements are doubled",
+        "conform",
     )
     more: list[Stroke] = optional("Further cuts of the same body, which may cross", min_length=1)
 

@@ -83,7 +83,7 @@ class System:
         return [(name, effect) for name, effect in self.effects.items() if offers(effect, hook)]
 
     def followed(self, x: np.ndarray) -> np.ndarray:
-        """Return the positions (n, 3) [m] that nodes have which begin at ``x``: those of others where nodes are tied."""
+        """Return ``x`` (n, 3) [m], with nodes that are tied to others where these are."""
         return x
 
     def energies(self, x: np.ndarray) -> dict[str, float]:

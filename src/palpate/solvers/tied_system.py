@@ -1,8 +1,8 @@
 """A system some of whose nodes are tied to others, and steps between which ties are let go: a body while it is cut.
 
-Positions and velocities are always those of all nodes. A tied node has those of its leader, which has the masses, forces
-and stiffnesses of both; its own unknown is left out of equations as that of a held node is. So letting go changes no
-position, velocity or history, and the energy is the same before and after, to the bit.
+Positions and velocities are always those of all nodes. A tied node has those of its leader, which has the masses,
+forces and stiffnesses of both; its own unknown is left out of equations as that of a held node is. So letting go
+changes no position, velocity or history, and the energy is the same before and after, to the bit.
 """
 
 import warnings
@@ -18,7 +18,7 @@ from palpate.bodies.mesh import components
 from palpate.bodies.particles import Particles
 from palpate.effects import effect as hooks
 from palpate.effects.effect import Effect, offers
-from palpate.linalg.block_pattern import hold
+from palpate.linalg.block_pattern import gather, hold
 from palpate.solvers.system import Calls, System
 
 SAME_TIME = 1e-9
@@ -70,7 +70,11 @@ class TiedSystem(System):
         return super()._assemble(calls, self.followed(x), *rest)
 
     def touching(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
-        return super().touching(self.followed(x), definite)
+        found = super().touching(self.followed(x), definite)
+        if found is None:
+            return None
+        # a sum of sparse matrices leaves blocks of zeros out, and ``hold`` needs the diagonal
+        return found + gather([(self._tied, self._tied, np.tile(np.eye(3), (len(self._tied), 1, 1)))], len(x))
 
     def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
         return super().limit(self.followed(x), self.followed(direction))

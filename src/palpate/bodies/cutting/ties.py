@@ -11,15 +11,21 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.bodies.cutting.cut import Blade, Cut, make_cut
+from palpate.bodies.cutting.conform import cut_body
+from palpate.bodies.cutting.cut import Blade, Cut, Cuts, make_cut
 from palpate.bodies.cutting.ways import SPLIT_FACES, Parted, part
 from palpate.bodies.mesh import FACES, TetMesh, components
 from palpate.bodies.particles import Particles, particles_of
 from palpate.errors import InputError
 
+CONFORM = "conform"
+"""The way in which the mesh is made anew, so that faces of it are the cut."""
+ON_FACE = 1e-6
+"""Distance over the size of the body within which the middle of a face lies on a cut."""
+
 
 class Stroke(NamedTuple):
-    """A cut that is made in time: from ``at_s`` [s], within ``lasts_s`` [s], at an even speed along the blade's path."""
+    """A cut that is made from ``at_s`` [s] on, within ``lasts_s`` [s], at an even speed along the blade's path."""
 
     cut: Cut
     at_s: float
@@ -68,7 +74,7 @@ class Ties:
 def cut_particles(place: str, body: Body, level: int, settings: dict) -> Particles:
     """Make the particles of one level of ``body`` with the ties of the cuts that ``settings`` describe.
 
-    settings : ``CutSettings`` with ``at_s`` and ``lasts_s`` [s], ``way``, and ``more`` of the same; place : of the scene
+    settings : ``CutSettings`` with ``at_s`` and ``lasts_s`` [s], ``way``, and ``more`` cuts; place : of the scene
     The surface of the particles is the skin. Raises InputError for cuts that are none, and for one that severs nothing.
     """
     strokes = []
@@ -78,22 +84,56 @@ def cut_particles(place: str, body: Body, level: int, settings: dict) -> Particl
         if stroke.lasts_s > 0.0 and not isinstance(stroke.cut, Blade):
             raise InputError(f"{own}.lasts_s is {stroke.lasts_s:g} s, and only a blade has a path; set it to 0.")
         strokes.append(stroke)
-    parted = part(body, level, [stroke.cut for stroke in strokes], settings["way"])
-    if len(parted.origin) == len(parted.whole.nodes):
+    doubled = (
+        _conforming(body, level, strokes)
+        if settings["way"] == CONFORM
+        else _parted(body, level, strokes, settings["way"])
+    )
+    found = particles_of(doubled.body, 0, surface=False)
+    if len(found.nodes) == len(doubled.whole.nodes):
         raise InputError(
             f"{place}.cut severs nothing of level {level} of {body.name}: it misses the body, or is smaller than an "
             "element; move it, make it deeper, or take a finer level."
         )
-    found = particles_of(parted.body, 0, surface=False)
+    pairs = np.stack([doubled.first, doubled.last], axis=-1).reshape(-1, 2)
+    differ, let_go_s = pairs[:, 0] != pairs[:, 1], np.repeat(doubled.let_go_s, 3)
     held = np.isin(np.arange(len(found.nodes)), found.held)
-    pairs, let_go_s = _tied(parted, strokes, settings["way"])
-    ties = Ties(pairs, let_go_s, found.triangles, np.argsort(~held, kind="stable"))
-    return replace(found, triangles=_skin(parted), ties=ties)
+    ties = Ties(pairs[differ], let_go_s[differ], found.triangles, np.argsort(~held, kind="stable"))
+    return replace(found, triangles=_skin(doubled), ties=ties)
 
 
-def _tied(parted: Parted, strokes: Sequence[Stroke], way: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pairs of nodes that cuts part, and when, as ``Ties`` has them."""
-    first, last, elements = _parted_faces(parted)
+class _Doubled(NamedTuple):
+    """A cut body of one level; node i was ``origin[i]``, (n,), of the ``whole`` mesh.
+
+    first, last : (k, 3) nodes of the faces that are parted, corner by corner, and let_go_s : (k,) [s] when
+    """
+
+    body: Body
+    whole: TetMesh
+    origin: np.ndarray
+    first: np.ndarray
+    last: np.ndarray
+    let_go_s: np.ndarray
+
+
+def _conforming(body: Body, level: int, strokes: Sequence[Stroke]) -> _Doubled:
+    """Cut a mesh that is made to conform to the cuts, with edges as long as they are."""
+    cuts = tuple(stroke.cut for stroke in strokes)
+    found = cut_body(body, cuts[0] if len(cuts) == 1 else Cuts(cuts), body.fine.size, level=level)
+    mesh, whole = found.coarse, found.whole
+    assert whole is not None
+    first, last, _ = _parted_faces(mesh.tetrahedra, found.origin)
+    faces, let_go = mesh.nodes[first].mean(axis=1), np.full(len(first), np.inf)
+    for stroke in strokes:
+        on = (np.abs(stroke.cut.across(faces)) <= ON_FACE * mesh.size) & (stroke.cut.within(faces) > 0.0)
+        let_go[on] = np.minimum(let_go[on], stroke.passes_s(faces[on]))
+    return _Doubled(found, whole, found.origin, first, last, let_go)
+
+
+def _parted(body: Body, level: int, strokes: Sequence[Stroke], way: str) -> _Doubled:
+    """Cut a mesh along its faces, or with virtual nodes."""
+    parted = part(body, level, [stroke.cut for stroke in strokes], way)
+    first, last, elements = _parted_faces(parted.mesh.tetrahedra, parted.origin)
     parents = parted.parents[elements]
     middles = parted.whole.nodes[parted.whole.tetrahedra].mean(axis=1)
     faces, let_go = parted.mesh.nodes[first].mean(axis=1), np.full(len(first), np.inf)
@@ -107,50 +147,45 @@ def _tied(parted: Parted, strokes: Sequence[Stroke], way: str) -> tuple[np.ndarr
             passed[~stroke.cut.severs(ends[:, 0], ends[:, 1])] = np.inf
         else:
             # the parts of an element are one until the blade has passed its middle, and with them all that they join
-            own, doubled = parents[apart, 0] == parents[apart, 1], _divided(parted, c)[parents[apart]].any(axis=1)
-            passed = np.where(own, stroke.passes_s(ends[:, 0]), np.where(doubled, -np.inf, 0.0))
-            whole = apart[~doubled]
-            inside = stroke.cut.within(faces[whole]) > 0.0
-            passed[~doubled] = np.where(inside, stroke.passes_s(faces[whole]), np.inf)
+            own, divided = parents[apart, 0] == parents[apart, 1], _divided(parted, c)[parents[apart]].any(axis=1)
+            passed = np.where(own, stroke.passes_s(ends[:, 0]), np.where(divided, -np.inf, np.inf))
+            between = ~divided & (stroke.cut.within(faces[apart]) > 0.0)
+            passed[between] = stroke.passes_s(faces[apart[between]])
         let_go[apart] = np.minimum(let_go[apart], passed)
-    pairs, times = np.stack([first, last], axis=-1).reshape(-1, 2), np.repeat(let_go, 3)
-    differ = pairs[:, 0] != pairs[:, 1]
-    return pairs[differ], times[differ]
+    return _Doubled(parted.body, parted.whole, parted.origin, first, last, let_go)
 
 
-def _parted_faces(parted: Parted) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _parted_faces(tetrahedra: np.ndarray, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the faces at one place whose nodes differ: on both sides (k, 3), corner by corner, and elements (k, 2)."""
-    own = parted.mesh.tetrahedra[:, FACES].reshape(-1, 3)
-    order = np.argsort(parted.origin[own], axis=1)
-    own = np.take_along_axis(own, order, axis=1)
-    ranked = np.lexsort(parted.origin[own].T)
-    place = parted.origin[own[ranked]]
-    first, last = [], []
+    own = tetrahedra[:, FACES].reshape(-1, 3)
+    own = np.take_along_axis(own, np.argsort(origin[own], axis=1), axis=1)
+    ranked = np.lexsort(origin[own].T)
+    place, pairs = origin[own[ranked]], [np.empty((0, 2), dtype=np.int64)]
     for step in range(1, len(own)):
         same = np.flatnonzero((place[step:] == place[:-step]).all(axis=1))
         if not len(same):
             break
-        first.append(ranked[same])
-        last.append(ranked[same + step])
-    a, b = (np.concatenate(each) for each in (first, last))
-    differ = (own[a] != own[b]).any(axis=1)
-    a, b = a[differ], b[differ]
-    return own[a], own[b], np.column_stack([a, b]) // 4
+        pairs.append(np.column_stack([ranked[same], ranked[same + step]]))
+    first, last = np.concatenate(pairs).T
+    differ = (own[first] != own[last]).any(axis=1)
+    first, last = first[differ], last[differ]
+    return own[first], own[last], np.column_stack([first, last]) // 4
 
 
 def _divided(parted: Parted, c: int) -> np.ndarray:
     """Return of which elements of the whole body there are parts on both sides of a cut, (m,) bool."""
     found = np.zeros((len(parted.whole.tetrahedra), 2), dtype=bool)
-    found[parted.parents, np.where(parted.sides[:, c] > 0, 1, 0)] = parted.sides[:, c] != 0
+    for side, sign in enumerate((-1, 1)):
+        found[parted.parents[parted.sides[:, c] == sign], side] = True
     return found.all(axis=1)
 
 
-def _skin(parted: Parted) -> np.ndarray:
+def _skin(doubled: _Doubled) -> np.ndarray:
     """Return the triangles (t, 3) of the whole body, each of that part of its element which has most tissue."""
-    tissue = parted.body.tissue(0).share
-    own = parted.mesh.tetrahedra[:, FACES].reshape(-1, 3)
-    order = np.argsort(-np.repeat(tissue, 4), kind="stable") if tissue is not None else np.arange(len(own))
-    skin = np.sort(parted.whole.triangles, axis=1)
-    found = np.sort(parted.origin[own[order]], axis=1)
+    own = doubled.body.coarse.tetrahedra[:, FACES].reshape(-1, 3)
+    share = doubled.body.tissue(0).share
+    order = np.arange(len(own)) if share is None else np.argsort(-np.repeat(share, 4), kind="stable")
+    skin = np.sort(doubled.whole.triangles, axis=1)
+    found = np.sort(doubled.origin[own[order]], axis=1)
     _, first, kind = np.unique(np.vstack([found, skin]), axis=0, return_index=True, return_inverse=True)
     return own[order[first[kind.ravel()[len(found) :]]]]

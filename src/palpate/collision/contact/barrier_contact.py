@@ -108,7 +108,8 @@ def make(particles: Particles, settings: dict, elastic: effect.Effect | None) ->
 
 class Contact(
     effect.Energy, effect.Time, effect.HeldNodes, effect.Placement, effect.StepBegin, effect.Driven, effect.StepLimit,
-    effect.Touching, effect.Instrumented, effect.Surface, effect.Projection, effect.Relaxation, effect.Observation, effect.Contacts,
+    effect.Touching, effect.Instrumented, effect.Surface, effect.Projection, effect.Relaxation, effect.Observation,
+    effect.Contacts,
 ):  # fmt: skip
     """Barrier contact with optional friction, for implicit and explicit integrators.
 

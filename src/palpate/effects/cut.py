@@ -5,11 +5,13 @@ import numpy as np
 from palpate.bodies.cutting.ties import Ties
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Observation, Untying
+from palpate.errors import InputError
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "CutInTime":
-    """Make the cut that ``particles`` were prepared for by ``cut_particles``, with the same ``settings``."""
-    assert particles.ties is not None
+    """Make the cut that ``particles`` were prepared for with the same ``settings``; InputError if they were not."""
+    if particles.ties is None:
+        raise InputError(f"{particles.name} was not prepared for a cut; make the particles by particles_in.")
     return CutInTime(particles.ties)
 
 

@@ -78,7 +78,7 @@ INTEGRATORS = {
 }
 
 NOT_STEPPED = {
-    **dict.fromkeys(("xpbd", "projective_dynamics", "vertex_block_descent"), ("prony", "cut")),
+    **dict.fromkeys(("xpbd", "projective_dynamics", "vertex_block_descent"), ("prony",)),
     "touching": ("gravity", "bed", "push", "plasticity", "prony", "cut"),
 }
 """Effects that an integrator has no part for, of those that suit its elastic effect."""

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 from typing import Any, Protocol, cast
 
@@ -151,11 +152,12 @@ def run(scene: Scene, particles: Particles, progress: Callable = iter, without: 
     """
     system = compose(scene, particles, without)
     with _told(f"{scene.place}.integrator is {scene.integrator}"):
-        integrator = effect_registry.integrator(scene.integrator).make(system, scene.integration)
+        make = partial(effect_registry.integrator(scene.integrator).make, system, scene.integration)
+        integrator = make()
     if particles.ties is not None:
         from palpate.solvers.tied_system import TiedSteps
 
-        integrator = TiedSteps(system, integrator)
+        integrator = TiedSteps(system, integrator, make)
     parts = _parts(scene, integrator.limit_s)
     x = initial_positions(particles, system.free, scene.start, scene.seed)
     for _, effect in system.offering(hooks.Placement):

@@ -124,7 +124,7 @@ class ProjectiveSteps:
             matrix = matrix + sparse.diags_array(masses * (1.0 / h**2 + parts.mass_rate / h))
             if parts.springs is not None:
                 matrix = matrix + parts.springs.scalar
-            self._factored_s, self._factor = h, Prefactored(matrix, ~parts.system.free)
+            self._factored_s, self._factor = h, Prefactored(matrix, parts.still)
         return self._factor
 
 

@@ -26,6 +26,7 @@ class System:
 
     effects : name → effect, the elastic one first
     seconds : name → time spent in each effect so far
+    leaders : (n,) the node that each one moves with, None where none are tied
     loaded, bounded : whether an effect is a load, and whether one limits the steps of a search
 
     Raises InputError for an effect that lacks a part of a hook.
@@ -42,6 +43,7 @@ class System:
         for _, anchor in self.offering(hooks.FixedNodes):
             self.free[anchor.fixed] = False
         self._fixed = np.flatnonzero(~self.free)
+        self.leaders: np.ndarray | None = None
         forces = self.offering(hooks.Force)
         self._energies = [(n, e.energy) for n, e in self.offering(hooks.Energy)]
         self._potential = [(n, e.add_force) for n, e in self.offering(hooks.Energy)]
@@ -126,8 +128,12 @@ class System:
         force = np.zeros_like(x)
         for name, add in calls:
             self._timed(name, add, x, v, force)
-        force[self._fixed] = 0.0
+        self.balance(force)
         return force
+
+    def balance(self, force: np.ndarray) -> None:
+        """Leave out of ``force`` (n, 3) [N], in place, what anchors take."""
+        force[self._fixed] = 0.0
 
     def stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
         """Return the Hessian of the energy (3n, 3n) [N/m] on the shared pattern; None if no effect has one."""

@@ -6,7 +6,7 @@ changes no position, velocity or history, and the energy is the same before and 
 """
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from time import perf_counter
 from typing import Any, Protocol
@@ -30,13 +30,13 @@ class TiedSystem(System):
 
     def __init__(self, particles: Particles, effects: Mapping[str, Effect]):
         super().__init__(particles, effects)
-        self._leaders = np.arange(len(particles.nodes))
+        self.leaders = np.arange(len(particles.nodes))
         self._tied = np.empty(0, dtype=np.int64)
 
     def tie(self, leaders: np.ndarray) -> None:
         """Let each node move with the one in ``leaders`` (n,), which leads itself."""
         own = self.particles
-        self._leaders, self._tied = leaders, np.flatnonzero(leaders != np.arange(len(leaders)))
+        self.leaders, self._tied = leaders, np.flatnonzero(leaders != np.arange(len(leaders)))
         self._still = ~self.free
         self._still[self._tied] = True
         self.masses = np.bincount(leaders, own.masses, minlength=len(leaders))
@@ -55,16 +55,17 @@ class TiedSystem(System):
         self._load_work += sum(energy(self.followed(x)) for energy in felt) - before
 
     def followed(self, x: np.ndarray) -> np.ndarray:
-        return x[self._leaders]
+        return x[self.leaders]
 
     def energies(self, x: np.ndarray) -> dict[str, float]:
         return super().energies(self.followed(x))
 
     def _sum(self, calls: Calls, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        force = super()._sum(calls, self.followed(x), self.followed(v))
-        np.add.at(force, self._leaders[self._tied], force[self._tied])
+        return super()._sum(calls, self.followed(x), self.followed(v))
+
+    def balance(self, force: np.ndarray) -> None:
+        np.add.at(force, self.leaders[self._tied], force[self._tied])
         force[self._still] = 0.0
-        return force
 
     def _assemble(self, calls: Any, x: np.ndarray, *rest: Any) -> sparse.bsr_array | None:
         return super()._assemble(calls, self.followed(x), *rest)
@@ -93,52 +94,50 @@ class TiedSystem(System):
         super().project(self.followed(start), x, v, h)
 
 
-class Renewed(Protocol):
-    """An integrator that can go on when masses and pattern of its system have changed."""
+class Stepping(Protocol):
+    """An integrator. One with ``renew`` goes on when masses and pattern of its system have changed."""
 
     limit_s: float
 
-    def renew(self) -> None: ...
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]: ...
 
 
 class TiedSteps:
     """Steps of an integrator, before each of which the ties are let go that end by then.
 
+    make : of the integrator, which is made anew after each change, unless it can ``renew`` and so keep its history
     limit_s : the longest stable step [s] when all ties are let go; with ties, no frequency is higher
-    change_s : the time [s] of each change, and step_s that of the step after it
 
     Contact may feel the edges of open lips, and its energy then change: the blade does that work.
     Warns of a piece that nothing will hold, where no weight lets it fall.
     """
 
-    def __init__(self, system: TiedSystem, integrator: Renewed):
-        self._system, self._integrator, self.limit_s = system, integrator, integrator.limit_s
+    def __init__(self, system: TiedSystem, integrator: Stepping, make: Callable[[], Stepping]):
+        self._system, self._integrator, self._make = system, integrator, make
+        self.limit_s = integrator.limit_s
         self._name, self._untying = next(iter(system.offering(hooks.Untying)), ("", None))
         self._left = np.empty(0) if self._untying is None else self._untying.changes_s
-        self.change_s: list[float] = []
-        self.step_s: list[float] = []
         assert system.particles.ties is not None
         system.tie(system.particles.ties.leaders())
-        integrator.renew()
+        self._renew()
         if self._untying is not None and not system.offering(hooks.Weight):
             _warn_of_loose_pieces(system)
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         now = self._system.time - h * (1.0 - SAME_TIME)
-        if not (len(self._left) and self._left[0] <= now):
-            return self._followed(self._integrator.step(x, v, h))
-        self._left = self._left[np.searchsorted(self._left, now, side="right") :]
-        start = perf_counter()
-        assert self._untying is not None
-        self._system.let_go(x, self._untying.leaders(now))
-        self._integrator.renew()
-        self.change_s.append(perf_counter() - start)
-        self._system.seconds[self._name] += self.change_s[-1]
-        start = perf_counter()
-        found = self._followed(self._integrator.step(x, v, h))
-        self.step_s.append(perf_counter() - start)
-        return found
+        if self._untying is not None and len(self._left) and self._left[0] <= now:
+            start = perf_counter()
+            self._left = self._left[np.searchsorted(self._left, now, side="right") :]
+            self._system.let_go(x, self._untying.leaders(now))
+            self._renew()
+            self._system.seconds[self._name] += perf_counter() - start
+        return self._followed(self._integrator.step(x, v, h))
+
+    def _renew(self) -> None:
+        if hasattr(self._integrator, "renew"):
+            self._integrator.renew()
+        else:
+            self._integrator = self._make()
 
     def _followed(self, state: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Move tied nodes with their leaders, in place, so that a history of the integrator has them, too."""

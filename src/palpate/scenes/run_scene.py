@@ -155,8 +155,9 @@ def run(scene: Scene, particles: Particles, progress: Callable = iter, without: 
         make = partial(effect_registry.integrator(scene.integrator).make, system, scene.integration)
         integrator = make()
     if particles.ties is not None:
-        from palpate.solvers.tied_system import TiedSteps
+        from palpate.solvers.tied_system import TiedSteps, TiedSystem
 
+        assert isinstance(system, TiedSystem)
         integrator = TiedSteps(system, integrator, make)
     parts = _parts(scene, integrator.limit_s)
     x = initial_positions(particles, system.free, scene.start, scene.seed)

@@ -26,7 +26,9 @@ SAME_TIME = 1e-9
 
 
 class TiedSystem(System):
-    """A ``System`` of particles with ``ties``, which all hold at first."""
+    """A ``System`` of particles with ``ties``."""
+
+    leaders: np.ndarray
 
     def __init__(self, particles: Particles, effects: Mapping[str, Effect]):
         super().__init__(particles, effects)
@@ -112,10 +114,13 @@ class TiedSteps:
     Warns of a piece that nothing will hold, where no weight lets it fall.
     """
 
+    _untying: hooks.Untying | None
+
     def __init__(self, system: TiedSystem, integrator: Stepping, make: Callable[[], Stepping]):
         self._system, self._integrator, self._make = system, integrator, make
         self.limit_s = integrator.limit_s
-        self._name, self._untying = next(iter(system.offering(hooks.Untying)), ("", None))
+        untying = system.offering(hooks.Untying)
+        self._name, self._untying = untying[0] if untying else ("", None)
         self._left = np.empty(0) if self._untying is None else self._untying.changes_s
         assert system.particles.ties is not None
         system.tie(system.particles.ties.leaders())

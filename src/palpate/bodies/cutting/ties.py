@@ -177,7 +177,7 @@ def _divided(parted: Parted, c: int) -> np.ndarray:
     found = np.zeros((len(parted.whole.tetrahedra), 2), dtype=bool)
     for side, sign in enumerate((-1, 1)):
         found[parted.parents[parted.sides[:, c] == sign], side] = True
-    return found.all(axis=1)
+    return found[:, 0] & found[:, 1]
 
 
 def _skin(doubled: _Doubled) -> np.ndarray:

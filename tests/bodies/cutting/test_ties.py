@@ -56,6 +56,27 @@ def test_at_any_time_what_is_one_is_what_a_blade_that_stands_still_there_has_lef
 
 
 @pytest.mark.parametrize("more", [[], [ACROSS]], ids=["one cut", "two that cross"])
+def test_a_mesh_that_conforms_opens_along_the_blade_as_far_as_it_has_come(liver, more):
+    particles = cut_particles("scene", liver, 1, ALONG | {"way": "conform", "more": more})
+    assert np.isfinite(particles.ties.let_go_s).all()
+    assert np.array_equal(particles.ties.leaders(0.7), np.arange(len(particles.nodes)))
+    blade = make_cut("cut", ALONG, liver.fine)
+    for t in (0.1, 0.35, 0.45, 0.55):
+        leaders = particles.ties.leaders(t)
+        opened = np.flatnonzero(np.bincount(leaders, minlength=len(leaders))[leaders] == 1)
+        opened = opened[np.isin(opened, particles.ties.pairs)]
+        assert (len(opened) > 0) == (t > 0.3)
+        # the patch bends to single nodes by up to an eighth of an edge
+        assert np.abs(blade.across(particles.nodes[opened])).max(initial=0.0) < 2e-3
+        # no lip is open more than a triangle before the blade
+        assert blade.share(particles.nodes[opened]).max(initial=0.0) < max(0.0, (t - 0.2) / 0.5) + 0.15
+        assert (
+            TetMesh(particles.nodes, leaders[particles.tetrahedra]).triangles.shape
+            == particles.ties.surface(leaders).shape
+        )
+
+
+@pytest.mark.parametrize("more", [[], [ACROSS]], ids=["one cut", "two that cross"])
 def test_virtual_nodes_are_one_before_the_blade_and_none_is_after(liver, more):
     particles = cut_particles("scene", liver, 1, ALONG | {"way": "virtual_nodes", "more": more})
     whole = particles_of(liver, 1, surface=False)

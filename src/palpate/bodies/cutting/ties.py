@@ -21,7 +21,7 @@ from palpate.errors import InputError
 CONFORM = "conform"
 """The way in which the mesh is made anew, so that faces of it are the cut."""
 ON_FACE = 1e-6
-"""Distance over the size of the body within which the middle of a face lies on a cut."""
+"""Distance over the size of the body by which a face may be nearer to one cut than to another and be of both."""
 
 
 class Stroke(NamedTuple):
@@ -77,6 +77,8 @@ def cut_particles(place: str, body: Body, level: int, settings: dict) -> Particl
     settings : ``CutSettings`` with ``at_s`` and ``lasts_s`` [s], ``way``, and ``more`` cuts; place : of the scene
     The surface of the particles is the skin. Raises InputError for cuts that are none, and for one that severs nothing.
     """
+    if body.bed is not None:
+        raise InputError(f"{place}.cut: {body.name} lies on a bed, which lips would rest on; give it anchors.")
     strokes = []
     for number, entry in enumerate([settings, *settings.get("more", [])]):
         own = f"{place}.cut" if number == 0 else f"{place}.cut.more[{number - 1}]"
@@ -84,11 +86,8 @@ def cut_particles(place: str, body: Body, level: int, settings: dict) -> Particl
         if stroke.lasts_s > 0.0 and not isinstance(stroke.cut, Blade):
             raise InputError(f"{own}.lasts_s is {stroke.lasts_s:g} s, and only a blade has a path; set it to 0.")
         strokes.append(stroke)
-    doubled = (
-        _conforming(body, level, strokes)
-        if settings["way"] == CONFORM
-        else _parted(body, level, strokes, settings["way"])
-    )
+    way = settings["way"]
+    doubled = _conforming(body, level, strokes) if way == CONFORM else _parted(body, level, strokes, way)
     found = particles_of(doubled.body, 0, surface=False)
     if len(found.nodes) == len(doubled.whole.nodes):
         raise InputError(
@@ -123,10 +122,11 @@ def _conforming(body: Body, level: int, strokes: Sequence[Stroke]) -> _Doubled:
     mesh, whole = found.coarse, found.whole
     assert whole is not None
     first, last, _ = _parted_faces(mesh.tetrahedra, found.origin)
-    faces, let_go = mesh.nodes[first].mean(axis=1), np.full(len(first), np.inf)
-    for stroke in strokes:
-        on = (np.abs(stroke.cut.across(faces)) <= ON_FACE * mesh.size) & (stroke.cut.within(faces) > 0.0)
-        let_go[on] = np.minimum(let_go[on], stroke.passes_s(faces[on]))
+    faces = mesh.nodes[first].mean(axis=1)
+    # the patch of a mesh bends to nodes that may not move, so each face is of the nearest cut, or of the first of these
+    away = np.array([np.hypot(cut.across(faces), np.minimum(cut.within(faces), 0.0)) for cut in cuts])
+    passed = np.array([stroke.passes_s(faces) for stroke in strokes])
+    let_go = np.where(away <= away.min(axis=0) + ON_FACE * mesh.size, passed, np.inf).min(axis=0)
     return _Doubled(found, whole, found.origin, first, last, let_go)
 
 

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from palpate.bodies.cutting.ties import cut_particles
 from palpate.bodies.material import LAWS, Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.bodies.supports import Bed
@@ -52,6 +53,9 @@ def made(name: str, slab) -> object:
         nodes = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
         triangles, none = np.array([[0, 1, 2], [0, 2, 3]]), np.empty((0, 4), dtype=int)
         particles = Particles("sheet", nodes, np.ones(4), np.array([0]), triangles, none, Material(1e3, 0.3, 1e3), 1e-3)
+    if name == "cut":
+        plane = {"point_m": slab.coarse.nodes.mean(axis=0), "normal": [1, 0, 0]}
+        particles = cut_particles("scene", slab, 0, {"plane": plane, "at_s": 0.0, "lasts_s": 0.0, "way": "conform"})
     entry, settings = effect_registry.EFFECTS[name], SETTINGS.get(name)
     if name in (*LAWS, "own_law"):
         own = str(Path(__file__).parents[2] / "examples/hencky.py")

@@ -19,16 +19,13 @@ RUN = """
 import gc, json, sys
 from dataclasses import replace
 from palpate.bodies.make_body import make_body
-from palpate.bodies.particles import particles_of, merge_particles
 from palpate.scenes import run_scene as runs
 from palpate.scenes.run_scene import effect_names
-from palpate.scenes.scene import scene_of
+from palpate.scenes.scene import particles_in, scene_of
 
 name, entry, bodies = json.load(sys.stdin)
 scene = scene_of(name, entry)
-parts = [particles_of(make_body(*body), scene.level, scene.surface) for body in bodies]
-shifts = [other["shift_m"] for other in scene.others]
-particles = merge_particles(parts, [[0, 0, 0], *shifts], name) if shifts else parts[0]
+particles = particles_in(scene, [make_body(*body) for body in bodies])
 systems, compose = [], runs.compose
 runs.compose = lambda *arguments: systems.append(compose(*arguments)) or systems[-1]
 done = runs.run(replace(scene, duration_s=2 * scene.step_s), particles)

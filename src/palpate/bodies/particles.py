@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from palpate.bodies.material import Material, Tissue, joined, uniform
 from palpate.bodies.mesh import Mesh, Sheet, TetMesh
 from palpate.bodies.supports import Bed
 from palpate.errors import InputError
+
+if TYPE_CHECKING:
+    from palpate.bodies.cutting.ties import Ties
 
 STIFFNESS = ("young_pa", "poisson")
 """Constants of a material that say how it deforms."""
@@ -25,6 +29,7 @@ class Particles(Mesh):
     beds : the elastic beds, each with the triangles (t, 3) of its own body
     regions : the tissue of the tetrahedra if they are of several materials; ``material`` is then the first body's own
     body : whose finest level they are, None of several bodies and of surfaces
+    ties : of a body with cuts, which nodes are one until a blade passes; ``triangles`` are then the skin, without lips
     """
 
     name: str
@@ -38,6 +43,7 @@ class Particles(Mesh):
     beds: tuple[tuple[Bed, np.ndarray], ...] = ()
     regions: Tissue | None = None
     body: Body | None = None
+    ties: "Ties | None" = None
 
     @property
     def tissue(self) -> Tissue:
@@ -109,7 +115,7 @@ def merge_particles(parts: list[Particles], shifts: Sequence[Sequence[float]], p
     Materials of solids may differ. Raises InputError, naming ``place``, unless all obey the same law, all are sheets of
     the same thickness or none is a sheet, and sheets and surfaces have the same stiffness.
     """
-    first = parts[0]
+    first, ties = parts[0], parts[0].ties
     for part in parts[1:]:
         _check_alike(first, part, place)
     starts = np.cumsum([0, *(len(part.nodes) for part in parts)])
@@ -132,6 +138,7 @@ def merge_particles(parts: list[Particles], shifts: Sequence[Sequence[float]], p
             for bed, triangles in part.beds
         ),
         _joined_regions(parts),
+        ties=None if ties is None else ties.beside(shifted("triangles")[len(first.triangles) :], int(starts[-1])),
     )
 
 

@@ -21,6 +21,8 @@ import numpy as np
 if TYPE_CHECKING:
     import pandas as pd
 
+    from palpate.bodies.particles import Particles
+
 Hook = TypeVar("Hook")
 
 
@@ -195,6 +197,32 @@ class Corrections(Touching, Energy, StepEnd, Protocol):
         """
 
 
+class Untying(Protocol):
+    """Nodes that are one until something, such as a blade, has passed between them.
+
+    changes_s : (k,) times [s] at which nodes are let go, increasing
+    """
+
+    changes_s: np.ndarray
+
+    def leaders(self, t: float) -> np.ndarray:
+        """Return the node (n,) that each one moves with at ``t`` [s], itself where nothing ties it."""
+
+
+class Following(Protocol):
+    """Nodes of its own that ``couples`` does not list, of which some are tied to others while a body is cut."""
+
+    def follow(self, leaders: np.ndarray) -> None:
+        """Act on the nodes that ``leaders`` (n,) has in place of each one."""
+
+
+class Surface(Protocol):
+    """A need to know where the surface of the bodies is when a cut opens it."""
+
+    def resurface(self, particles: "Particles") -> None:
+        """Take the ``triangles``, in which no node is that is tied to another, and the masses of ``particles``."""
+
+
 class Relaxation(Protocol):
     """Inner variables, such as plastic strain."""
 
@@ -287,8 +315,8 @@ class Drawn(Protocol):
 
 HOOKS: tuple[type, ...] = (
     Force, Energy, Load, Couples, Stiffness, Damping, Proportional, Time, FixedNodes, HeldNodes, Projection,
-    Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Corrections, Instrumented, Relaxation, Goals, Weight,
-    Observation, Contacts, Drawn,
+    Placement, StepBegin, StepEnd, Driven, StepLimit, Touching, Corrections, Instrumented, Untying, Following, Surface,
+    Relaxation, Goals, Weight, Observation, Contacts, Drawn,
 )  # fmt: skip
 """All hooks."""
 

@@ -4,6 +4,8 @@
 corotational one, which is compiled without a branch for others.
 """
 
+from copy import copy
+
 import numba
 import numpy as np
 
@@ -13,7 +15,7 @@ from palpate.bodies.particles import Particles
 from palpate.effects import principal
 from palpate.effects.corotational import BLOCK, hessians, stresses
 from palpate.effects.effect import Effect
-from palpate.effects.elements import Elements, largest_poisson, warn_of_locking
+from palpate.effects.elements import Elements, OnePass, largest_poisson, warn_of_locking
 from palpate.effects.principal import PAIRS
 from palpate.linalg.block_pattern import BlockPattern
 
@@ -132,6 +134,13 @@ class LinearElements(Elements):
         super().__init__(mesh.tetrahedra, len(mesh.nodes), tissue, pattern)
         self.tetrahedra = self.couples
         self.gradients, self.volumes = shape_gradients(mesh)
+
+    def between(self, nodes: np.ndarray) -> "LinearElements":
+        """Return the same elements between ``nodes[i]`` in place of node i; nodes : (n,)."""
+        found = copy(self)
+        OnePass.__init__(found)
+        found.tetrahedra = found.couples = nodes[self.tetrahedra]
+        return found
 
     def resistance(self) -> np.ndarray:
         return self._resistance(np.einsum("eaj,eaj->ea", self.gradients, self.gradients) * self.volumes[:, None])

@@ -37,7 +37,10 @@ def make(particles: Particles, settings: list[dict], elastic: Effect | None) -> 
     return Threads(particles, nodes, weights, finals, columns)
 
 
-class Threads(effect.Corrections, effect.Time, effect.Driven, effect.Relaxation, effect.Observation, effect.Drawn):
+class Threads(
+    effect.Corrections, effect.Following, effect.Time, effect.Driven, effect.Relaxation, effect.Observation,
+    effect.Drawn,
+):  # fmt: skip
     """E = Σ ½ k max(d − l, 0)² of threads of length l between ends d apart: C¹ where one becomes taut, and convex.
 
     A thread is tied at its start, as long as its ends are then apart (at rest, for a start at 0), and l goes from there
@@ -52,7 +55,8 @@ class Threads(effect.Corrections, effect.Time, effect.Driven, effect.Relaxation,
     def __init__(
         self, particles: Particles, nodes: np.ndarray, weights: np.ndarray, finals: np.ndarray, columns: np.ndarray
     ):
-        self._nodes, self._weights, self._finals = nodes, weights, finals
+        self._own = self._nodes = nodes
+        self._weights, self._finals = weights, finals
         self._stiffness, self._start, self._tighten = columns.T
         self._tied = self._last = self._lengths = self._distances(particles.nodes)
         self._multipliers = np.zeros(len(nodes))
@@ -63,6 +67,9 @@ class Threads(effect.Corrections, effect.Time, effect.Driven, effect.Relaxation,
         share = np.array([ramp(*each) for each in zip(since, self._tighten, strict=True)])
         lengths = self._tied + share * (self._finals - self._tied)
         self._lengths = np.where(since > SAME_S, lengths, np.inf)
+
+    def follow(self, leaders: np.ndarray) -> None:
+        self._nodes = leaders[self._own]
 
     def tensions(self, x: np.ndarray) -> np.ndarray:
         """Return the tension of each thread (k,) [N] at ``x`` (n, 3) [m]."""

@@ -55,6 +55,7 @@ EFFECTS = {
     "bending": Entry("palpate.effects.bending", settings={}, forms=SHEET),
     "volume": Entry("palpate.effects.volume_force", settings={}, forms=SOLID),
     "body_springs": Entry("palpate.effects.body_springs", settings={"damping_ratio": 0.5}),
+    "cut": Entry("palpate.effects.cut", forms=SOLID, elastic=(*FINITE_ELEMENTS, "springs")),
     "contact": Entry("palpate.collision.contact.barrier_contact", settings={"instruments": []}),
     "plasticity": Entry("palpate.effects.plasticity", elastic=("corotational", "shape_matching")),
     "prony": Entry("palpate.effects.prony", forms=SOLID, elastic=FINITE_ELEMENTS),
@@ -82,7 +83,7 @@ NOT_STEPPED = {
     "xpbd": ("prony", "hooks"),
     "projective_dynamics": ("prony",),
     "vertex_block_descent": ("prony", "threads"),
-    "touching": ("gravity", "bed", "push", "hooks", "threads", "plasticity", "prony"),
+    "touching": ("gravity", "bed", "push", "hooks", "threads", "plasticity", "prony", "cut"),
 }
 """Effects that an integrator has no part for, of those that suit its elastic effect."""
 

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 from typing import Any, Protocol, cast
 
@@ -62,7 +63,12 @@ def compose(scene: Scene, particles: Particles, without: str | None = None) -> S
         else:
             settings = scene.settings.get(name, effect_registry.EFFECTS[name].settings or {})
             effects[name] = effect_registry.effect(name).make(particles, copy(settings), elastic)
-    system = System(particles, effects)
+    if particles.ties is None:
+        system = System(particles, effects)
+    else:
+        from palpate.solvers.tied_system import TiedSystem
+
+        system = TiedSystem(particles, effects)
     if (particles.masses[system.free] <= 0.0).any():
         node = int(np.flatnonzero(system.free & (particles.masses <= 0.0))[0])
         raise InputError(f"{scene.place}: node {node} of {particles.name} has no mass; remove nodes without elements.")
@@ -147,13 +153,19 @@ def run(scene: Scene, particles: Particles, progress: Callable = iter, without: 
     """
     system = compose(scene, particles, without)
     with _told(f"{scene.place}.integrator is {scene.integrator}"):
-        integrator = effect_registry.integrator(scene.integrator).make(system, scene.integration)
+        make = partial(effect_registry.integrator(scene.integrator).make, system, scene.integration)
+        integrator = make()
+    if particles.ties is not None:
+        from palpate.solvers.tied_system import TiedSteps, TiedSystem
+
+        assert isinstance(system, TiedSystem)
+        integrator = TiedSteps(system, integrator, make)
     parts = _parts(scene, integrator.limit_s)
     x = initial_positions(particles, system.free, scene.start, scene.seed)
     for _, effect in system.offering(hooks.Placement):
         with _told(scene.place):
             x = effect.place(x)
-    record = _Record(scene, system, x)
+    record = _Record(scene, system, system.followed(x))
     system.seconds = dict.fromkeys(system.effects, 0.0)  # preparation is not part of a step
     loop(system, integrator, scene, record, progress, parts)
     seen = {id(particles), *map(id, vars(particles).values())}
@@ -267,7 +279,7 @@ class _Record:
             times=times,
             positions=np.array(self._frames),
             rest=particles.nodes,
-            triangles=particles.triangles,
+            triangles=particles.triangles if particles.ties is None else particles.ties.triangles,
             tetrahedra=particles.tetrahedra,
             held=np.flatnonzero(~self._system.free),
             energy=energy,

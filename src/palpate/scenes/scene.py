@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from palpate.bodies.body import Body
     from palpate.bodies.particles import Particles
 
 RELAXED: dict[str, dict] = {
@@ -89,14 +90,24 @@ def bodies_in(entry: dict) -> list[str]:
 
 
 def load_particles(scene: Scene, bodies: Sequence[Path | str]) -> "Particles":
-    """Load the particles of a scene from the files ``bodies``, its own body first.
-
-    Raises InputError if the bodies cannot be joined.
-    """
+    """Load the particles of a scene from the files ``bodies``, its own body first; InputError as ``particles_in``."""
     from palpate.bodies.body_file import load
+
+    return particles_in(scene, [load(path) for path in bodies])
+
+
+def particles_in(scene: Scene, bodies: "Sequence[Body]") -> "Particles":
+    """Make the particles of a scene of ``bodies``, its own first, which is the one that it cuts.
+
+    Raises InputError if the bodies cannot be joined, and for a cut that severs nothing.
+    """
     from palpate.bodies.particles import merge_particles, particles_of
 
-    parts = [particles_of(load(path), scene.level, scene.surface) for path in bodies]
+    parts = [particles_of(body, scene.level, scene.surface) for body in bodies]
+    if "cut" in scene.settings and (scene.effects == "auto" or "cut" in scene.effects):
+        from palpate.bodies.cutting.ties import cut_particles
+
+        parts[0] = cut_particles(scene.place, bodies[0], scene.level, scene.settings["cut"])
     if not scene.others:
         return parts[0]
     return merge_particles(parts, [[0.0, 0.0, 0.0], *(other["shift_m"] for other in scene.others)], scene.place)

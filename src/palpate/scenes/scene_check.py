@@ -147,6 +147,8 @@ def _check_touching(place: str, scene: dict, elastic: str, names: list[str]) -> 
 
 def _check_settings(place: str, scene: dict, elastic: str, form: str, names: list[str]) -> None:
     """Raise InputError for blocks that do not suit the elastic effect or the body."""
+    if "cut" in names:
+        _check_cut(place, scene, elastic, names)
     if "prony" in names and (wrong := material.prony_fault(scene["prony"])):
         raise InputError(f"{place}.prony.{wrong}.")
     if elastic == "springs":
@@ -170,6 +172,33 @@ def _check_settings(place: str, scene: dict, elastic: str, form: str, names: lis
         raise InputError(
             f"{place}.plasticity.max_strain is {scene['plasticity']['max_strain']:g}; "
             "give a number between 0 and 1 for shape_matching."
+        )
+
+
+def _check_cut(place: str, scene: dict, elastic: str, names: list[str]) -> None:
+    """Raise InputError for a cut that comes too late, and for lips that contact or springs have no part for."""
+    cut = scene["cut"]
+    late = max(stroke["at_s"] for stroke in (cut, *cut.get("more", [])))
+    if late >= scene["duration_s"]:
+        raise InputError(
+            f"{place}.cut begins at {late:g} s, and the scene ends at {scene['duration_s']:g} s; let it begin earlier."
+        )
+    doubled = (
+        ("contact touches faces" if "contact" in names else "")
+        or ("springs are edges" if elastic == "springs" else "")
+        or ("other bodies touch faces" if scene.get("others") else "")
+    )
+    if cut["way"] == "virtual_nodes" and doubled:
+        raise InputError(f"{place}.cut.way is virtual_nodes, and {doubled} of the mesh; say split_faces.")
+    if "contact" in names and scene["integrator"] in RELAXED:
+        raise InputError(
+            f"{place}.integrator is {scene['integrator']}, which has no part for cut and contact together; leave one "
+            "of them out, or choose backward_euler."
+        )
+    if "contact" in names and scene["contact"].get("self_contact"):
+        raise InputError(
+            f"{place}.contact.self_contact is true, and the lips of a cut begin in touch; set it to false, or leave "
+            "cut out."
         )
 
 

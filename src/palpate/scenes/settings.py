@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field
 
+from palpate.bodies.cutting.cut import CutSettings
 from palpate.setting_types import (
     Axis,
     Block,
@@ -100,6 +101,21 @@ class Thread(Block):
     tighten_s: NotNegative = key("How long it is tightened [s]", 0.5)
     tightened_to: NotNegative = key("Length that it is tightened to, over the distance of its ends at rest", 1)
     length_m: NotNegative = optional("The same length [m], instead")
+
+
+class Stroke(CutSettings):
+    """A cut of the body at rest that is made in time, by exactly one of path_m with depth_m, disc and plane."""
+
+    at_s: NotNegative = key("When the blade starts [s]", 0)
+    lasts_s: NotNegative = key("How long it takes along its path [s]; 0 cuts all at once", 0)
+
+
+class Cut(Stroke):
+    way: Literal["conform", "split_faces", "virtual_nodes"] = key(
+        "The mesh is made anew so that it conforms to the cut, or cut along its faces, or its elements are doubled",
+        "conform",
+    )
+    more: list[Stroke] = optional("Further cuts of the same body, which may cross", min_length=1)
 
 
 class Other(Block):
@@ -234,6 +250,7 @@ class Scene(Block):
     push: Push = optional("Loads that are pressed on, held, and released")
     hooks: list[Hook] = optional("Patches that are grasped and moved or pulled, and let go", min_length=1)
     threads: list[Thread] = optional("Sutures that are tied, tightened, and pull", min_length=1)
+    cut: Cut = optional("A blade that severs the scene's own body while it moves")
     contact: Contact = optional("What the bodies can meet, each other included")
     springs: Springs = optional("Stiffness of a surface's springs; a solid's follows from Young's modulus")
     shape_matching: ShapeMatching = optional("Goal positions from the rest shape")

@@ -52,13 +52,17 @@ class BackwardEuler:
 
     def __init__(self, system: System, tolerance: float):
         self._system, self._tolerance = system, tolerance
-        self._masses = system.masses[:, None]
+        self.renew()
         rest = system.stiffness(system.particles.nodes, definite=True)
         assert rest is not None  # ``make`` requires an elastic effect with a stiffness
         # a force [N] of the order that would flatten the body
         self._crushing = float(np.linalg.norm(rest.data[system.pattern.diagonal])) * system.particles.size
-        self._factor: Factor | None = None
         self._factored_step, self._products = 0.0, 0
+
+    def renew(self) -> None:
+        """Take the masses that the system has now, and make the next factor anew."""
+        self._masses = self._system.masses[:, None]
+        self._factor: Factor | None = None
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         return self._advance(x, v, h, HALVINGS)

@@ -31,7 +31,7 @@ class GoalPosition:
 
     def __init__(self, system: System, alpha: float):
         self._system, self._alpha = system, alpha
-        self._mobility = np.where(system.free, 1.0 / np.where(system.free, system.masses, 1.0), 0.0)
+        self._mobility = system.inverse_masses
         self._goals = np.zeros((len(system.masses), 3))
 
     @cached_property

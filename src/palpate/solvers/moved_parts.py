@@ -79,7 +79,7 @@ class MovedParts:
     elements, springs : of the law, and those of constant stiffness or None
     cords : what pulls between points, as threads do
     pushes : forces (n, 3) [N] of contact at the end of the last step
-    inverse_masses : (n,) [1/kg], 0 where a node is held
+    inverse_masses : (n,) [1/kg], 0 where a node is held or moves with another, and still : (n,) bool, where
     mass_rate, stiffness_time : Rayleigh's α [1/s] and β [s]; β damps the elements alone
     """
 
@@ -87,6 +87,7 @@ class MovedParts:
         self.system, self._method = system, method
         elastic = system.elastic
         if isinstance(elastic, LinearElements) and elastic.law[0] is None:
+            elastic = elastic if system.leaders is None else elastic.between(system.leaders)
             self.elements: LinearElements | FlatElements = elastic
         elif isinstance(elastic, Triangles):
             self.elements = FlatElements(elastic)
@@ -121,7 +122,8 @@ class MovedParts:
             else:
                 raise unknown
         self.pushes = np.zeros((len(system.masses), 3))
-        self.inverse_masses = np.where(system.free, 1.0 / np.where(system.free, system.masses, 1.0), 0.0)
+        self.inverse_masses = system.inverse_masses
+        self.still = self.inverse_masses == 0.0
 
     def energy(self, x: np.ndarray) -> float:
         """Return the energy [J] of elements and springs."""
@@ -139,11 +141,11 @@ class MovedParts:
         return isinstance(self.elements, FlatElements)
 
     def outer(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return weight and loads (n, 3) [N]; zero where a node is held."""
+        """Return weight and loads (n, 3) [N]; zero where a node is still."""
         force = np.zeros_like(x)
         for effect in self._outer:
             effect.add_force(x, v, force)
-        force[~self.system.free] = 0.0
+        self.system.balance(force)
         return force
 
     def end(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:

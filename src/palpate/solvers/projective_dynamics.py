@@ -127,7 +127,7 @@ class ProjectiveSteps:
             matrix = matrix + sparse.diags_array(masses * (1.0 / h**2 + parts.mass_rate / h))
             for stiffness in [*self._cords, *([] if parts.springs is None else [parts.springs.scalar])]:
                 matrix = matrix + stiffness
-            self._factored_s, self._factor = h, Prefactored(matrix, ~parts.system.free)
+            self._factored_s, self._factor = h, Prefactored(matrix, parts.still)
         return self._factor
 
 

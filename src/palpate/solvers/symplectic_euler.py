@@ -25,7 +25,11 @@ class SymplecticEuler:
 
     def __init__(self, system: System):
         self._system = system
-        self._mobility = np.where(system.free, 1.0 / np.where(system.free, system.masses, 1.0), 0.0)[:, None]
+        self.renew()
+
+    def renew(self) -> None:
+        """Take the masses that the system has now."""
+        self._mobility = self._system.inverse_masses[:, None]
 
     @cached_property
     def limit_s(self) -> float:

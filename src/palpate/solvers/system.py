@@ -26,6 +26,7 @@ class System:
 
     effects : name → effect, the elastic one first
     seconds : name → time spent in each effect so far
+    leaders : (n,) the node that each one moves with, None where none are tied
     loaded, bounded : whether an effect is a load, and whether one limits the steps of a search
 
     Raises InputError for an effect that lacks a part of a hook.
@@ -42,6 +43,7 @@ class System:
         for _, anchor in self.offering(hooks.FixedNodes):
             self.free[anchor.fixed] = False
         self._fixed = np.flatnonzero(~self.free)
+        self.leaders: np.ndarray | None = None
         forces = self.offering(hooks.Force)
         self._energies = [(n, e.energy) for n, e in self.offering(hooks.Energy)]
         self._potential = [(n, e.add_force) for n, e in self.offering(hooks.Energy)]
@@ -64,17 +66,29 @@ class System:
         self.time, self._load_work = 0.0, 0.0
         for _, follower in self.offering(hooks.HeldNodes):
             follower.hold(self._fixed)
-        coupling = self.offering(hooks.Couples)
-        self.pattern = shared_pattern([e.couples for _, e in coupling], len(particles.nodes))
-        slots = dict(zip((n for n, _ in coupling), self.pattern.slots, strict=True))
+        self._lay_out([e.couples for _, e in self.offering(hooks.Couples)])
+
+    def _lay_out(self, couples: list[np.ndarray]) -> None:
+        """Make the pattern of all ``couples``, and keep where in it each effect has its blocks."""
+        self.pattern = shared_pattern(couples, len(self.particles.nodes))
+        slots = dict(zip((n for n, _ in self.offering(hooks.Couples)), self.pattern.slots, strict=True))
         damped = self.offering(hooks.Damping)
         self._stiff = [(n, e.add_stiffness, slots[n]) for n, e in self.offering(hooks.Stiffness)]
         self._damped = [(n, e.add_damping, slots[n]) for n, e in damped]
         self._explicit_damped = [(n, e.add_damping, slots[n]) for n, e in damped if not offers(e, hooks.Projection)]
 
+    @property
+    def inverse_masses(self) -> np.ndarray:
+        """One over the mass (n,) [1/kg] of each node; 0 where it is held."""
+        return np.divide(1.0, self.masses, out=np.zeros_like(self.masses), where=self.free & (self.masses > 0.0))
+
     def offering(self, hook: type[Hook]) -> list[tuple[str, Hook]]:
         """Return the names and objects of the effects that offer ``hook``."""
         return [(name, effect) for name, effect in self.effects.items() if offers(effect, hook)]
+
+    def followed(self, x: np.ndarray) -> np.ndarray:
+        """Return ``x`` (n, 3) [m], with nodes that are tied to others where these are."""
+        return x
 
     def energies(self, x: np.ndarray) -> dict[str, float]:
         """Return the potential energy [J] of each effect that has one."""
@@ -116,8 +130,12 @@ class System:
         force = np.zeros_like(x)
         for name, add in calls:
             self._timed(name, add, x, v, force)
-        force[self._fixed] = 0.0
+        self.balance(force)
         return force
+
+    def balance(self, force: np.ndarray) -> None:
+        """Leave out of ``force`` (n, 3) [N], in place, what anchors take."""
+        force[self._fixed] = 0.0
 
     def stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
         """Return the Hessian of the energy (3n, 3n) [N/m] on the shared pattern; None if no effect has one."""

@@ -110,7 +110,7 @@ class BlockDescentSteps:
 
     def __init__(self, parts: MovedParts, sweeps: int, radius: float):
         self._parts, self._sweeps, self._radius = parts, sweeps, radius
-        self._descent = VertexBlockDescent(parts.elements, ~parts.system.free, parts.springs)
+        self._descent = VertexBlockDescent(parts.elements, parts.still, parts.springs)
         count = len(parts.elements.tetrahedra)
         self._turns, self._stresses = np.zeros((count, 4)), np.zeros((count, 3, 3))
         self._before: np.ndarray | None = None

@@ -182,6 +182,10 @@ class Blade:
         each = enumerate(zip(self.path_m, self._normals, strict=False)) if self.depth_m > 0.0 else ()
         return [Piece(point, normal, partial(self._within_piece, piece=i)) for i, (point, normal) in each]
 
+    def share(self, points: np.ndarray) -> np.ndarray:
+        """Return how much (n,) of its path, 0 to 1, the blade has gone at the feet of ``points`` (n, 3) [m]."""
+        return np.clip(self._place(points)[1] / self.length_m, 0.0, 1.0)
+
     def up_to(self, reached_m: float) -> "Blade":
         """Return the cut when the blade has gone ``reached_m`` [m] of its path and stands still in it."""
         return replace(self, reached_m=float(reached_m))

@@ -108,7 +108,8 @@ def make(particles: Particles, settings: dict, elastic: effect.Effect | None) ->
 
 class Contact(
     effect.Energy, effect.Time, effect.HeldNodes, effect.Placement, effect.StepBegin, effect.Driven, effect.StepLimit,
-    effect.Touching, effect.Instrumented, effect.Projection, effect.Relaxation, effect.Observation, effect.Contacts,
+    effect.Touching, effect.Instrumented, effect.Surface, effect.Projection, effect.Relaxation, effect.Observation,
+    effect.Contacts,
 ):  # fmt: skip
     """Barrier contact with optional friction, for implicit and explicit integrators.
 
@@ -140,7 +141,7 @@ class Contact(
             )
         self.gap_m = gap or GAP * size
         self._friction, self._slip = settings.get("friction", 0.0), settings.get("slip_m_s", 1e-3)
-        self._n, self._masses, self._max_travel = len(particles.nodes), particles.masses, MAX_TRAVEL * max(sizes)
+        self._n, self._max_travel = len(particles.nodes), MAX_TRAVEL * max(sizes)
         self._time, self._checked, self.work_j = 0.0, False, 0.0
         self._together = nodes_of_pieces(particles) if settings.get("push_out", False) else []
         self._lagged: LaggedFriction | None = None
@@ -157,14 +158,26 @@ class Contact(
         is_body = np.arange(len(self.names)) < len(bodies)
         self._can_touch = (is_body[:, None] | is_body) & ~np.diag(is_body & (not settings.get("self_contact", False)))
         self._is_floor = np.array([False] * len(bodies) + [o.kind == "floor" for o in obstacles])
-        strengths = np.zeros(len(self._points))
-        strengths[: self._n] = particles.nodal_young_pa() * particles.areas
         self._radii = np.array([0.0] * len(bodies) + [o.radius_m for o in obstacles])
         self._began, self._lasts = self._points.copy(), np.inf
-        self._proximity = Proximity(self._points, self._surfaces, self._radii, self._can_touch, strengths, self.gap_m)
-        for o, where in zip(obstacles, self._ranges, strict=True):
-            self._proximity.movable[where] = len(o.times_s) > 0
+        self._take(particles)
         self._move_obstacles(0.0)
+
+    def resurface(self, particles: Particles) -> None:
+        bodies = pieces_of(particles)
+        self._surfaces[: len(bodies)] = bodies
+        self._take(particles)
+
+    def _take(self, particles: Particles) -> None:
+        """Take the masses of ``particles``, and make the search between the surfaces that are known."""
+        self._masses, rest = particles.masses, self._points.copy()
+        rest[: self._n] = particles.nodes
+        strengths = np.zeros(len(rest))
+        strengths[: self._n] = particles.nodal_young_pa() * particles.areas
+        self._proximity = Proximity(rest, self._surfaces, self._radii, self._can_touch, strengths, self.gap_m)
+        for o, where in zip(self.obstacles, self._ranges, strict=True):
+            self._proximity.movable[where] = len(o.times_s) > 0
+        self._proximity.movable[: self._n] = self._free
 
     def hold(self, fixed: np.ndarray) -> None:
         self._free[fixed] = False

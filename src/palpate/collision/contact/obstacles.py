@@ -108,6 +108,8 @@ def _pieces(particles: Particles) -> list[tuple[np.ndarray, np.ndarray]]:
     They are the triangles, then two triples of each tetrahedron.
     """
     cells = np.vstack([particles.triangles, particles.tetrahedra[:, :3], particles.tetrahedra[:, 1:]])
+    if particles.ties is not None:  # what a cut frees stays of the same piece, as it begins where that is
+        cells = particles.ties.leaders()[cells]
     labels = label_shells(cells, len(particles.nodes))
     return [(cells, labels == label) for label in dict.fromkeys(labels[: len(particles.triangles)].tolist())]
 

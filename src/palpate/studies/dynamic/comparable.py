@@ -10,7 +10,7 @@ LOADS = ("gravity", "push")
 """Effects that a compared scene takes over from its scene, and that can be made larger or smaller."""
 TAKEN_OVER = (*LOADS, "contact", "plasticity")
 """All effects that a compared scene takes over from its scene."""
-UNKNOWN_TO_MODELS = ("prony", "body_springs", "maxwell", "hooks", "threads")
+UNKNOWN_TO_MODELS = ("prony", "body_springs", "maxwell", "hooks", "threads", "cut")
 """Effects that not all models have, and that no motion to fit them to makes up for."""
 FITTED = ("springs", "springs_volume", "shape_matching")
 """Models that are fitted to another motion."""

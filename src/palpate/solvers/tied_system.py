@@ -1,0 +1,167 @@
+"""A system some of whose nodes are tied to others, and steps between which ties are let go: a body while it is cut.
+
+Positions and velocities are always those of all nodes. A tied node has those of its leader, which has the masses,
+forces and stiffnesses of both; its own unknown is left out of equations as that of a held node is. So letting go
+changes no position, velocity or history, and the energy is the same before and after, to the bit.
+"""
+
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from time import perf_counter
+from typing import Any, Protocol
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.mesh import components
+from palpate.bodies.particles import Particles
+from palpate.effects import effect as hooks
+from palpate.effects.effect import Effect, offers
+from palpate.linalg.block_pattern import gather, hold
+from palpate.solvers.system import Calls, System
+
+SAME_TIME = 1e-9
+"""Share of a step by which a node may be let go too early, as times of steps are rounded."""
+
+
+class TiedSystem(System):
+    """A ``System`` of particles with ``ties``."""
+
+    leaders: np.ndarray
+
+    def __init__(self, particles: Particles, effects: Mapping[str, Effect]):
+        super().__init__(particles, effects)
+        self.leaders = np.arange(len(particles.nodes))
+        self._tied = np.empty(0, dtype=np.int64)
+
+    def tie(self, leaders: np.ndarray) -> None:
+        """Let each node move with the one in ``leaders`` (n,), which leads itself."""
+        own = self.particles
+        self.leaders, self._tied = leaders, np.flatnonzero(leaders != np.arange(len(leaders)))
+        self._still = ~self.free
+        self._still[self._tied] = True
+        self.masses = np.bincount(leaders, own.masses, minlength=len(leaders))
+        self._lay_out([leaders[effect.couples] for _, effect in self.offering(hooks.Couples)])
+        for _, follower in self.offering(hooks.Following):
+            follower.follow(leaders)
+        assert own.ties is not None
+        for _, effect in self.offering(hooks.Surface):
+            # a tied node has its own mass here: it moves alone where nothing is felt of it
+            masses = np.where(self.masses > 0.0, self.masses, own.masses)
+            effect.resurface(replace(own, triangles=own.ties.surface(leaders), masses=masses))
+
+    def let_go(self, x: np.ndarray, leaders: np.ndarray) -> None:
+        """Tie nodes to ``leaders`` (n,) only, at positions ``x`` (n, 3) [m]; what contact gains there is work."""
+        felt = [effect.energy for _, effect in self.offering(hooks.Surface) if offers(effect, hooks.Energy)]
+        before = sum(energy(self.followed(x)) for energy in felt)
+        self.tie(leaders)
+        self._load_work += sum(energy(self.followed(x)) for energy in felt) - before
+
+    def followed(self, x: np.ndarray) -> np.ndarray:
+        return x[self.leaders]
+
+    def energies(self, x: np.ndarray) -> dict[str, float]:
+        return super().energies(self.followed(x))
+
+    def _sum(self, calls: Calls, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return super()._sum(calls, self.followed(x), self.followed(v))
+
+    def balance(self, force: np.ndarray) -> None:
+        np.add.at(force, self.leaders[self._tied], force[self._tied])
+        force[self._still] = 0.0
+
+    def _assemble(self, calls: Any, x: np.ndarray, *rest: Any) -> sparse.bsr_array | None:
+        return super()._assemble(calls, self.followed(x), *rest)
+
+    def touching(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
+        found = super().touching(self.followed(x), definite)
+        if found is None:
+            return None
+        # a sum of sparse matrices leaves blocks of zeros out, and ``hold`` needs the diagonal
+        return found + gather([(self._tied, self._tied, np.tile(np.eye(3), (len(self._tied), 1, 1)))], len(x))
+
+    def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
+        return super().limit(self.followed(x), self.followed(direction))
+
+    def begin(self, x: np.ndarray, h: float) -> np.ndarray:
+        return super().begin(self.followed(x), h)
+
+    def end(self, x: np.ndarray) -> None:
+        super().end(self.followed(x))
+
+    def hold(self, matrix: sparse.bsr_array) -> None:
+        hold(matrix.indptr, matrix.indices, matrix.data, self._still)
+
+    def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> None:
+        x[:], v[:] = self.followed(x), self.followed(v)
+        super().project(self.followed(start), x, v, h)
+
+
+class Stepping(Protocol):
+    """An integrator. One with ``renew`` goes on when masses and pattern of its system have changed."""
+
+    limit_s: float
+
+    def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]: ...
+
+
+class TiedSteps:
+    """Steps of an integrator, before each of which the ties are let go that end by then.
+
+    make : of the integrator, which is made anew after each change, unless it can ``renew`` and so keep its history
+    limit_s : the longest stable step [s] when all ties are let go; with ties, no frequency is higher
+
+    Contact may feel the edges of open lips, and its energy then change: the blade does that work.
+    Warns of a piece that nothing will hold, where no weight lets it fall.
+    """
+
+    _untying: hooks.Untying | None
+
+    def __init__(self, system: TiedSystem, integrator: Stepping, make: Callable[[], Stepping]):
+        self._system, self._integrator, self._make = system, integrator, make
+        self.limit_s = integrator.limit_s
+        untying = system.offering(hooks.Untying)
+        self._name, self._untying = untying[0] if untying else ("", None)
+        self._left = np.empty(0) if self._untying is None else self._untying.changes_s
+        assert system.particles.ties is not None
+        system.tie(system.particles.ties.leaders())
+        self._renew()
+        if self._untying is not None and not system.offering(hooks.Weight):
+            _warn_of_loose_pieces(system)
+
+    def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+        now = self._system.time - h * (1.0 - SAME_TIME)
+        if self._untying is not None and len(self._left) and self._left[0] <= now:
+            start = perf_counter()
+            self._left = self._left[np.searchsorted(self._left, now, side="right") :]
+            self._system.let_go(x, self._untying.leaders(now))
+            self._renew()
+            self._system.seconds[self._name] += perf_counter() - start
+        return self._followed(self._integrator.step(x, v, h))
+
+    def _renew(self) -> None:
+        if hasattr(self._integrator, "renew"):
+            self._integrator.renew()
+        else:
+            self._integrator = self._make()
+
+    def _followed(self, state: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Move tied nodes with their leaders, in place, so that a history of the integrator has them, too."""
+        for each in state:
+            each[:] = self._system.followed(each)
+        return state
+
+
+def _warn_of_loose_pieces(system: TiedSystem) -> None:
+    """Warn if a cut frees pieces that nothing holds, of a body that is held."""
+    own = system.particles
+    piece = components(own.tetrahedra[:, [0, 1, 0, 2, 0, 3]].reshape(-1, 2), len(own.nodes))
+    masses, held = np.bincount(piece, own.masses), np.bincount(piece, ~system.free)
+    loose = masses[held == 0].sum() / masses.sum()
+    if 0.0 < loose < 1.0:
+        warnings.warn(
+            f"{own.name}: the cut frees {loose:.1%} of the mass, which nothing holds and no gravity moves; give the "
+            "scene gravity, or cut less deep.",
+            stacklevel=2,
+        )

@@ -1,0 +1,311 @@
+"""A cut that is made while a body moves: as the whole body before, as the severed one after, without any energy."""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.bodies.body import Body, nest
+from palpate.bodies.material import Material
+from palpate.bodies.mesh import components
+from palpate.bodies.particles import Particles, particles_of
+from palpate.bodies.simple_shapes import box
+from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_points
+from palpate.errors import InputError
+from palpate.scenes.run_scene import compose, run
+from palpate.scenes.scene import Scene, particles_in
+from palpate.scenes.scene_check import check_effects
+
+G = 9.81
+MATERIAL = Material(2e4, 0.3, 1000.0)
+NOTCH = {"path_m": [[0.095, -0.01, 0.04], [0.095, 0.05, 0.04]], "depth_m": 0.02}
+SLOWLY = NOTCH | {"at_s": 0.05, "lasts_s": 0.05, "way": "split_faces"}
+RAYLEIGH = {"mass_1_s": 0.5, "stiffness_s": 0.005}
+SEWN = {"threads": [{"ends_m": [[0.09, 0.02, 0.04], [0.105, 0.02, 0.04]], "stiffness_n_m": 500.0, "start_s": 0.0}]}
+SEWN["threads"][0] |= {"tighten_s": 0.05, "tightened_to": 0.8}
+"""A thread over the cut, which deforms the body before the blade comes."""
+THROUGH = {"plane": {"point_m": [0.095, 0.0, 0.0], "normal": [1.0, 0.0, 0.0]}, "at_s": 0.04, "lasts_s": 0.0}
+THROUGH |= {"way": "split_faces"}
+NEWTON = {"backward_euler": 1, "bdf2": 1, "symplectic_euler": "auto"}
+"""Integrators that step all elements together, and their substeps."""
+FEW = {
+    "xpbd": {"iterations": 5},
+    "projective_dynamics": {"iterations": 5, "memory": 0},
+    "vertex_block_descent": {"sweeps": 5, "radius": 0.0},
+}
+"""Those that relax them one by one, with few iterations."""
+
+
+@pytest.fixture(scope="module")
+def bar() -> Body:
+    mesh = box([0.2, 0.04, 0.04], [10, 3, 3])
+    return nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 0] < 1e-9), MATERIAL)
+
+
+def sagging(integrator="backward_euler", cut=None, elastic="corotational", **more) -> Scene:
+    """A bar that falls under its weight, held at one end, and is cut."""
+    settings = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -G]}}
+    settings |= {"kelvin": {"ratio": 0.1}} if elastic == "springs" else {"rayleigh": RAYLEIGH}
+    settings |= {"cut": cut} if cut else {}
+    own = {integrator: FEW[integrator]} if integrator in FEW else {}
+    settings |= more.pop("settings", {})
+    return Scene(
+        "sagging",
+        [elastic, "held", *settings],
+        integrator,
+        0.01,
+        more.pop("duration_s", 0.16),
+        substeps=NEWTON.get(integrator, 1),
+        frames=1000,
+        settings=settings | own,
+        **more,
+    )
+
+
+def severed(particles: Particles) -> Particles:
+    """Particles that were never tied."""
+    return replace(particles, ties=None)
+
+
+@pytest.mark.parametrize(
+    ("integrator", "way", "more"),
+    [
+        *((name, way, {}) for name in NEWTON for way in ("split_faces", "virtual_nodes")),
+        *((name, "split_faces", {}) for name in FEW),
+        *((name, "split_faces", SEWN) for name in ("backward_euler", "xpbd", "projective_dynamics")),
+    ],
+)
+def test_before_the_blade_a_body_moves_as_one_that_is_whole(bar, integrator, way, more):
+    scene = sagging(integrator, SLOWLY | {"way": way}, settings=more)
+    particles = particles_in(scene, [bar])
+    # each node as the one that it is doubled from, found by its place
+    from_whole = np.linalg.norm(particles.nodes[:, None] - bar.coarse.nodes[None], axis=2).argmin(axis=1)
+    found = run(scene, particles).motion
+    whole = run(sagging(integrator, settings=more), particles_of(bar, 0, False)).motion
+    apart = np.abs(found.positions - whole.positions[:, from_whole]).max(axis=(1, 2))
+    steps = np.arange(len(found.times))
+    before = steps <= 5  # the blade starts at step 5, so that the next one ends elsewhere
+    assert apart[before].max() < 1e-13
+    assert apart[-1] > 1e-3
+    opened = found.observed["cut_opening_m"].to_numpy()
+    assert (opened[:5] == 0.0).all() and opened[-1] > 2e-3
+
+
+@pytest.mark.parametrize(
+    ("integrator", "elastic", "way"),
+    [
+        *((name, elastic, "split_faces") for name in NEWTON for elastic in ("corotational", "springs")),
+        *((name, "corotational", way) for name in FEW for way in ("conform", "virtual_nodes")),
+    ],
+)
+def test_a_cut_at_once_at_the_start_is_a_body_that_was_severed_before(bar, integrator, elastic, way):
+    scene = sagging(integrator, SLOWLY | {"at_s": 0.0, "lasts_s": 0.0, "way": way}, elastic)
+    particles = particles_in(scene, [bar])
+    found = run(scene, particles).motion
+    other = run(sagging(integrator, elastic=elastic), severed(particles)).motion
+    assert np.abs(found.positions - other.positions).max() < 1e-13
+    assert np.abs(found.positions[-1] - found.positions[-1][particles.ties.leaders()]).max() > 1e-3
+
+
+def test_what_is_cut_slowly_settles_where_what_was_severed_does(bar):
+    damped = {"rayleigh": {"mass_1_s": 9.0, "stiffness_s": 0.005}}
+    scene = replace(sagging(cut=SLOWLY, settings=damped, duration_s=6.0), step_s=0.02)
+    particles = particles_in(scene, [bar])
+    found = run(scene, particles).motion.positions
+    other = run(sagging(settings=damped, duration_s=6.0), severed(particles)).motion.positions
+    still = np.abs(found[-1] - found[-2]).max()
+    assert still < 1e-7
+    assert np.abs(found[-1] - other[-1]).max() < 1e-6 < 1e-3 < np.abs(found[-1] - particles.nodes).max()
+
+
+def test_letting_go_changes_no_energy_and_no_momentum_at_all(bar):
+    scene = sagging(cut=SLOWLY)
+    particles = particles_in(scene, [bar])
+    system, random = compose(scene, particles), np.random.default_rng(3)
+    tied, free = particles.ties.leaders(), particles.ties.leaders(np.inf)
+    system.tie(tied)
+    x, v = (system.followed(random.normal(size=particles.nodes.shape)) for _ in range(2))
+    found = []
+    for leaders in (tied, particles.ties.leaders(0.08), free):
+        system.tie(leaders)
+        momentum = (system.masses[:, None] * v).sum(axis=0)
+        found.append((system.energies(x), 0.5 * float(np.vdot(system.masses[:, None] * v, v)), momentum))
+    for energies, kinetic, momentum in found[1:]:
+        assert energies == found[0][0]
+        assert kinetic == pytest.approx(found[0][1], rel=1e-14)
+        assert momentum == pytest.approx(found[0][2], rel=1e-13)
+    assert len({len(np.unique(leaders)) for leaders in (tied, particles.ties.leaders(0.08), free)}) == 3
+
+
+@pytest.mark.parametrize("way", ["split_faces", "virtual_nodes"])
+def test_the_books_of_a_cut_close(bar, way):
+    """Newton's second law for all nodes by themselves, with the forces of a body that was severed before.
+
+    What kinetic and potential energy lose is what dampers and the scheme take in each step, by its own identity, if
+    ties do no work, neither while they hold nor when they end.
+    """
+    scene = replace(sagging(cut=SLOWLY | {"way": way}, duration_s=0.3), tolerance=1e-10)
+    particles = particles_in(scene, [bar])
+    motion = run(scene, particles).motion
+    alone, x, h = compose(sagging(), severed(particles)), motion.positions, scene.step_s
+    masses = particles.masses[:, None]
+    v = np.diff(np.concatenate([x[:1], x]), axis=0) / h
+    damped = scheme = 0.0
+    for before, after, slow, fast in zip(x, x[1:], v, v[1:], strict=False):
+        damping = np.zeros_like(fast)
+        alone.effects["rayleigh"].add_force(before, fast, damping)
+        damped -= h * float(np.vdot(damping, fast))
+        scheme += 0.5 * float(np.vdot(masses * (fast - slow), fast - slow))
+        work = np.zeros_like(fast)
+        for name in ("corotational", "gravity"):
+            alone.effects[name].add_force(after, fast, work)
+        scheme += alone.energy(before) - alone.energy(after) - float(np.vdot(work, after - before))
+    stored = 0.5 * float(np.vdot(masses * v[-1], v[-1])) + alone.energy(x[-1]) - alone.energy(x[0])
+    done = alone.energies(x[0])["gravity"] - alone.energies(x[-1])["gravity"]
+    assert done > 1e-3 and damped > 0.01 * done and scheme > 0.01 * done
+    assert abs(stored + damped + scheme) < 1e-8 * done
+    assert motion.energy["gain_j"].iloc[-1] <= 1e-8 * done
+
+
+def freed(bar, **more):
+    """A bar whose outer half is cut off, without damping, in short steps: particles, motion, which nodes fall."""
+    settings = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -G]}, "cut": THROUGH} | more
+    scene = Scene("cut_off", ["corotational", "held", *settings], "symplectic_euler", 5e-4, 0.1, frames=200)
+    scene = replace(scene, settings=settings)
+    particles = particles_in(scene, [bar])
+    piece = components(particles.tetrahedra[:, [0, 1, 0, 2, 0, 3]].reshape(-1, 2), len(particles.nodes))
+    return particles, run(scene, particles).motion, np.flatnonzero(~np.isin(piece, piece[particles.held]))
+
+
+def test_the_half_that_is_cut_off_falls_freely_and_turns_on(bar):
+    particles, motion, half = freed(bar)
+    x, m, h = motion.positions[:, half], particles.masses[half, None], 5e-4
+    assert 0.4 < len(half) / len(particles.nodes) < 0.6
+    place = (m * x).sum(axis=1) / m.sum()
+    acceleration = np.diff(place, n=2, axis=0) / h**2
+    cut = int(THROUGH["at_s"] / h)
+    assert np.abs(acceleration[cut:] - [0.0, 0.0, -G]).max() < 1e-6 * G
+    assert np.abs(acceleration[: cut - 1] - [0.0, 0.0, -G]).max() > 0.05 * G
+    # g t²/2 from the state that it was let go in, the sum of the scheme's even steps
+    t = h * np.arange(len(place) - cut)
+    fall = place[cut] + np.outer(t, (place[cut] - place[cut - 1]) / h) - np.outer(0.5 * t * (t + h), [0.0, 0.0, G])
+    assert np.abs(place[cut:] - fall).max() < 1e-12
+    v = np.diff(x, axis=0) / h
+    away = x[1:] - place[1:, None]
+    spin = np.cross(away, m * v).sum(axis=1)
+    assert np.abs(spin[cut:] - spin[cut]).max() < 1e-10 * np.abs(spin[cut]).max()
+    assert np.ptp(spin[:cut], axis=0).max() > 0.1 * np.abs(spin[cut]).max()
+
+
+def test_projective_dynamics_that_converges_moves_as_backward_euler_while_a_blade_passes(bar):
+    found = []
+    for integrator in ("backward_euler", "projective_dynamics"):
+        own = {"projective_dynamics": {"iterations": 60, "memory": 5}} if integrator != "backward_euler" else {}
+        scene = sagging(integrator, SLOWLY | {"way": "conform"})
+        found.append(run(replace(scene, settings=scene.settings | own), particles_in(scene, [bar])).motion.positions)
+    assert np.abs(found[0] - found[1]).max() < 1e-9 < 1e-3 < np.abs(found[0][-1] - found[0][5]).max()
+
+
+def distance(place: np.ndarray, x: np.ndarray, triangles: np.ndarray) -> float:
+    """The distance [m] of a place from the nearest of some triangles."""
+    kinds = np.full(len(triangles), POINT_TRIANGLE)
+    stencils = np.column_stack([np.full(len(triangles), len(x)), triangles])
+    return float(closest_points(kinds, stencils, np.vstack([x, place]))[0].min())
+
+
+BALL = {"kind": "sphere", "name": "ball", "center_m": [0.095, 0.02, 0.0445], "radius_m": 0.004}
+BALL |= {"times_s": [0.0, 0.05, 0.2], "shifts_m": [[0, 0, 0], [0, 0, -0.002], [0, 0, -0.02]]}
+
+
+def pressed(integrator: str, way: str) -> tuple[Scene, Scene, Body]:
+    """A ball that is pressed on a bar, from 0.1 s on where it is cut; the same without the cut; the bar."""
+    mesh = box([0.2, 0.04, 0.04], [10, 3, 3])
+    ends = np.flatnonzero((mesh.nodes[:, 0] < 1e-9) | (mesh.nodes[:, 0] > 0.2 - 1e-9))
+    damped = {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.005}}
+    settings = {"contact": {"instruments": [BALL], "friction": 0.2}} | damped
+    effects, substeps = ["corotational", "held", *settings], NEWTON[integrator]
+    whole = Scene("pressed", effects, integrator, 0.01, 0.2, substeps=substeps, frames=100, settings=settings)
+    cut = NOTCH | {"depth_m": 0.03, "at_s": 0.1, "lasts_s": 0.0, "way": way}
+    scene = replace(whole, effects=[*effects, "cut"], settings=settings | {"cut": cut})
+    return scene, whole, nest("bar", mesh, 0, ends, MATERIAL)
+
+
+@pytest.mark.parametrize("integrator", NEWTON)
+def test_before_the_blade_an_instrument_feels_a_body_that_is_whole(integrator):
+    scene, whole, body = pressed(integrator, "split_faces")
+    found, other = run(scene, particles_in(scene, [body])).motion, run(whole, particles_of(body, 0, False)).motion
+    # an explicit step ends where contact's own Newton has converged
+    assert np.abs(found.positions[:11, : len(body.coarse.nodes)] - other.positions[:11]).max() < 1e-6
+    force, uncut = (each.observed["ball_force_z_n"].to_numpy() for each in (found, other))
+    assert np.abs(force[9] - uncut[9]).max() < 1e-3 * uncut[9]
+    assert force[-1] < 0.95 * uncut[-1]
+
+
+def test_an_instrument_touches_the_face_that_a_cut_has_made(bar):
+    """The outer half falls away, and a ball that comes from there meets the face where it was."""
+    ball = {"kind": "sphere", "name": "ball", "center_m": [0.25, 0.02, 0.02], "radius_m": 0.008}
+    ball |= {"times_s": [0.0, 0.2, 0.3], "shifts_m": [[0, 0, 0], [0, 0, 0], [-0.155, 0, 0]]}
+    settings = {"contact": {"instruments": [ball]}, "rayleigh": {"mass_1_s": 20.0, "stiffness_s": 0.001}}
+    stiff = replace(bar, material=Material(2e5, 0.3, 1000.0))
+    scene = sagging(cut=THROUGH | {"way": "conform"}, settings=settings, duration_s=0.3)
+    particles = particles_in(scene, [stiff])
+    motion = run(scene, particles).motion
+    skin = {tuple(sorted(triangle)) for triangle in particles.triangles.tolist()}
+    lips = np.array([triangle for triangle in motion.triangles.tolist() if tuple(sorted(triangle)) not in skin])
+    assert len(motion.triangles) == len(skin) + len(lips)
+    assert np.abs(particles.nodes[lips][..., 0] - 0.095).max() < 1e-9
+    place, x = np.array(ball["center_m"]) + ball["shifts_m"][-1], motion.positions[-1]
+    least = distance(place, x, motion.triangles)
+    assert ball["radius_m"] < least < ball["radius_m"] + 2e-4  # the gap is 0.2 mm
+    assert distance(place, x, lips) == least
+    last = motion.contacts.query("time_s > 0.29")
+    assert (np.abs(last["normal_x"]) > 0.8).all() and (last["x_m"] < 0.095).all()
+    assert motion.observed["ball_force_x_n"].iloc[-1] > 0.1
+
+
+def test_it_is_said_that_nothing_holds_what_is_cut_off(bar):
+    scene = replace(sagging(cut=THROUGH, duration_s=0.06), effects=["corotational", "held", "cut", "rayleigh"])
+    with pytest.warns(UserWarning, match="frees 5[0-9.]*% of the mass, which nothing holds"):
+        run(scene, particles_in(scene, [bar]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run(sagging(cut=THROUGH, duration_s=0.06), particles_in(scene, [bar]))
+
+
+def test_a_cut_through_what_is_held_leaves_it_held(bar):
+    cut = {"plane": {"point_m": [0.0, 0.021, 0.0], "normal": [0.0, 1.0, 0.0]}, "at_s": 0.02, "lasts_s": 0.0}
+    for way in ("conform", "split_faces", "virtual_nodes"):
+        scene = sagging(cut=cut | {"way": way}, duration_s=0.1)
+        particles = particles_in(scene, [bar])
+        motion = run(scene, particles).motion
+        assert np.array_equal(
+            motion.positions[:, particles.held], motion.positions[:1, particles.held].repeat(11, axis=0)
+        )
+        assert np.ptp(particles.nodes[particles.held], axis=0)[1] == pytest.approx(0.04)
+        assert motion.observed["cut_opening_m"].iloc[-1] > 0.0
+
+
+def test_without_the_effect_a_body_made_for_a_cut_stays_whole(bar):
+    scene = sagging(cut=SLOWLY)
+    motion = run(scene, particles_in(scene, [bar]), without="cut").motion
+    whole = run(sagging(), particles_of(bar, 0, False)).motion
+    assert np.abs(motion.positions[:, : len(bar.coarse.nodes)] - whole.positions).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        ({"cut": {"at_s": 1.0}}, "cut begins at 1 s, and the scene ends"),
+        ({"cut": {"way": "virtual_nodes"}, "contact": {"instruments": [BALL]}}, "contact touches faces"),
+        ({"contact": {"instruments": [BALL], "self_contact": True}}, "self_contact is true"),
+        ({"integrator": "xpbd", "contact": {"instruments": [BALL]}}, "no part for cut and contact together"),
+        ({"integrator": "goal_position", "shape_matching": {"mode": "linear"}}, "cut, which works with corotational"),
+    ],
+)
+def test_what_a_cut_does_not_go_with_is_refused_when_planned(more, told):
+    body = {"kind": "bar", "length_m": 0.2}
+    entry = {"body": "bar", "effects": "auto", "integrator": "backward_euler", "held": True, "step_s": 0.01}
+    entry |= {"duration_s": 0.5, "cut": SLOWLY | more.get("cut", {})} | {k: v for k, v in more.items() if k != "cut"}
+    with pytest.raises(InputError, match=told):
+        check_effects("scenes.bar", entry, {"bar": body})

@@ -84,6 +84,9 @@ def test_lips_face_each_other_and_come_apart_with_their_sides(slab):
     assert normals[far].sum(axis=0) == pytest.approx([-0.004, 0.0, 0.0], abs=1e-9)
     assert normals[~far].sum(axis=0) == pytest.approx([0.004, 0.0, 0.0], abs=1e-9)
     assert x[lips[far]][..., 0] == pytest.approx(0.057) and x[lips[~far]][..., 0] == pytest.approx(0.047)
+    ends = x[surface.rims]
+    around = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)[ends[:, 0, 0] > 0.052].sum()
+    assert around == pytest.approx(2 * (0.1 + 0.04)) and len(ends) % 2 == 0
     skin = x[surface.triangles[: surface.skin_triangles]][..., 0]
     assert not ((skin.min(axis=1) < 0.0469) & (skin.max(axis=1) > 0.0471)).any()  # no triangle spans the cut
 

@@ -28,6 +28,7 @@ class Drawn:
     nodes : (n, 3) [m], those of the skin first; triangles : (t, 3), wound outward, likewise
     skin_nodes, skin_triangles : how many of them are of the skin; the others are of lips
     rows : (n, n_parted) the interpolation to them
+    rims : (k, 2) nodes of the edges of the skin that run along cuts
     """
 
     nodes: np.ndarray
@@ -35,6 +36,7 @@ class Drawn:
     skin_nodes: int
     skin_triangles: int
     rows: sparse.csr_array
+    rims: np.ndarray
 
 
 def drawn(
@@ -45,7 +47,7 @@ def drawn(
     nodes, triangles : (n, 3) [m], (t, 3) of the skin of the whole body; rows : (n, n_whole) from the level's nodes
     """
     if not cuts:
-        return Drawn(nodes, triangles, len(nodes), len(triangles), rows)
+        return Drawn(nodes, triangles, len(nodes), len(triangles), rows, np.empty((0, 2), dtype=np.int64))
     size = float(np.ptp(nodes, axis=0).max())
     skin = _welded(*_skin(parted, cuts, nodes, triangles, rows), size)
     lips = _welded(*_lips(parted, cuts, size), size)
@@ -56,7 +58,16 @@ def drawn(
         count,
         len(skin[1]),
         sparse.csr_array(sparse.vstack([skin[2], lips[2]])),
+        _rims(cuts, skin[0], skin[1], NEAR_PLANE * size),
     )
+
+
+def _rims(cuts: Sequence[Cut], nodes: np.ndarray, triangles: np.ndarray, near: float) -> np.ndarray:
+    """Return the edges (k, 2) that the skin ends at and both of whose ends are on the surface of one cut."""
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    kinds, count = np.unique(edges, axis=0, return_counts=True)
+    on = np.any([(np.abs(cut.across(nodes)) <= near)[kinds].all(axis=1) for cut in cuts], axis=0)
+    return kinds[on & (count == 1)]
 
 
 def _welded(points: np.ndarray, rows: sparse.csr_array, size: float) -> tuple[np.ndarray, np.ndarray, sparse.csr_array]:

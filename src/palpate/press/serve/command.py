@@ -24,7 +24,7 @@ from palpate.report.model_looks import label
 from palpate.report.words import percent, seconds, spaced
 
 CONTACT_MODES, COARSE = "contact_modes", "coarse"
-CUT_TITLES = {"cut_elements": "elements that a knife cuts", "cut_linear": "the same under small strains"}
+CUT_TITLES = {"cut_elements": "elements for the knife", "cut_linear": "linear elements for the knife"}
 CUT_ABOUT = {
     "cut_elements": "Linear elements, doubled where the knife went, with the body's law.",
     "cut_linear": "Linear elements, doubled where the knife went, with one factor for all presses.",

@@ -108,11 +108,12 @@ class LiveModels:
     def cut(self, name: str, body: bytes) -> bytes:
         """Return the JSON of the surface after the cuts that the JSON ``body`` names; InputError if there is none.
 
-        nodes, triangles, held : as in a page's head; skin : how many nodes are of the skin, and not of lips
+        nodes, triangles, held : as in a page's head; skin : how many nodes are of the skin, and no lip's; rims : of it
         ms, drawn_ms : until the model could answer, and until its surface was found besides
         """
         surface, held, ready, seen = self.knife(name).follow(read_cuts(body))
         said = {"nodes": base64_of(surface.nodes.astype("<f4").tobytes()), "skin": surface.skin_nodes}
+        said |= {"rims": surface.rims.tolist()}
         said |= {"triangles": base64_of(surface.triangles.astype("<u4").tobytes())}
         said |= {"held": base64_of(held.astype(np.uint8).tobytes()), "ms": ready, "drawn_ms": seen}
         return json.dumps(said, allow_nan=False).encode()

@@ -34,10 +34,10 @@ class Remote {
   // Have these cuts, and no others: the surface is another one then. What it took, or nothing if it has them already.
   async follow(url, cuts) {
     if (JSON.stringify(cuts) === JSON.stringify(this.cuts)) return null;
-    const { nodes, triangles, held, skin, ms, drawn_ms } = await this.post(url, { cuts });
+    const { nodes, triangles, held, skin, rims, ms, drawn_ms } = await this.post(url, { cuts });
     this.nodes = new Float32Array(bytesOf(nodes).buffer);
     this.triangles = new Uint32Array(bytesOf(triangles).buffer);
-    Object.assign(this, { cuts, held: bytesOf(held), skin }); // nodes before `skin` are of the skin, others of lips
+    Object.assign(this, { cuts, cutHeld: bytesOf(held), skin, rims }); // nodes before `skin` are of the skin, others of lips
     return { ms, drawn_ms };
   }
 

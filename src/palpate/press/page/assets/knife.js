@@ -45,7 +45,7 @@ const thinned = (path, far) => {
   return [...thinned(path.slice(0, worst + 1), far).slice(0, -1), ...thinned(path.slice(worst), far)];
 };
 
-// Of each node of a lip, those of the whole surface that were at its place.
+// Nodes that were at one place, place by place.
 const placesOf = ({ nodes }) => {
   const places = new Map();
   for (let i = 0; i < nodes.length; i += 3) {
@@ -54,20 +54,6 @@ const placesOf = ({ nodes }) => {
     places.get(key).push(i / 3);
   }
   return [...places.values()];
-};
-
-// Edges [from, to] of lips along the skin, and a node of the skin that is at each node of these.
-const rimsOf = ({ nodes, triangles, skin }) => {
-  const onSkin = new Map(), edges = new Map();
-  for (const here of placesOf({ nodes })) if (here[0] < skin) here.forEach((node) => node >= skin && onSkin.set(node, here[0]));
-  for (let t = 0; t < triangles.length; t += 3) {
-    for (let c = 0; c < 3 && triangles[t] >= skin; c++) {
-      const ends = [triangles[t + c], triangles[t + ((c + 1) % 3)]], key = Math.min(...ends) * nodes.length + Math.max(...ends);
-      if (edges.has(key)) edges.delete(key); // inside the lip
-      else edges.set(key, ends);
-    }
-  }
-  return { onSkin, edges: [...edges.values()].filter((ends) => ends.every((node) => onSkin.has(node))) };
 };
 
 // The largest distance [m] between two nodes of lips that were at one place.
@@ -164,11 +150,10 @@ Object.assign(Stage.prototype, {
   rims() {
     const { clientWidth, clientHeight } = this.panel.canvas;
     return this.views.flatMap((view, v) => {
-      if (!(view.model.skin < view.shades.length)) return [];
-      const [left, top, w, h] = this.box(v, clientWidth, clientHeight), { onSkin, edges } = (view.rims ??= rimsOf(view.model));
-      const facing = (node) => dot(view.normals.subarray(3 * onSkin.get(node)), this.camera.rows[2]) > 0;
+      const [left, top, w, h] = this.box(v, clientWidth, clientHeight);
+      const facing = (node) => dot(view.normals.subarray(3 * node), this.camera.rows[2]) > 0;
       const pixel = (node) => this.camera.project(view.places.subarray(3 * node), w, h);
-      return edges.filter((ends) => ends.every(facing)).map((ends) => {
+      return (view.model.rims ?? []).filter((ends) => ends.every(facing)).map((ends) => {
         const [[ax, ay], [bx, by]] = ends.map(pixel);
         return [left + ax, top + ay, left + bx, top + by];
       });

@@ -222,7 +222,7 @@ class Stage {
       this.painter.paint(view.buffers, this.camera, [box[0], height - box[1] - box[3], box[2], box[3]], marks);
     });
     this.drawTool();
-    this.painter.arrows.draw(this.rims(), sharp, { head: 0, wide: 0.6, ink: RIM });
+    this.painter.arrows.draw(this.rims(), sharp, { head: 0, wide: 0.5, ink: RIM });
     this.painter.arrows.draw(this.panel.shafts(), sharp);
     this.painter.arrows.draw(this.traced(), sharp, { head: 0 });
     this.pictures++;

@@ -3,7 +3,7 @@
 class View {
   // whole: a byte for each node of the whole body, 1 where it is held and cannot move
   constructor(painter, model, whole) {
-    const { nodes, triangles } = model, held = model.held ?? whole, normals = new Float32Array(nodes.length);
+    const { nodes, triangles } = model, held = model.cutHeld ?? whole, normals = new Float32Array(nodes.length);
     fillNormals(nodes, triangles, normals);
     Object.assign(this, { painter, model, held, surface: { nodes, triangles, normals }, ...inOrder(triangles, held) });
     this.places = Float32Array.from(nodes);

@@ -136,9 +136,10 @@ def _data(stem: Path) -> tuple[str, int, int]:
 
 def _svg_size(data: bytes) -> tuple[int, int]:
     """Read the size of a drawing [CSS pixel] from its first lines, which give it in points."""
-    head = re.search(rb"<svg[^>]*>", data[:2000]).group()
-    width, height = (float(re.search(rb'\b%s="([\d.]+)pt"' % name, head)[1]) for name in (b"width", b"height"))
-    return round(width * _CSS_DPI / 72), round(height * _CSS_DPI / 72)
+    head = data[:2000].partition(b"<svg")[2].partition(b">")[0]
+    points = dict(re.findall(rb'\b(width|height)="([\d.]+)pt"', head))
+    width, height = (float(points[name]) * _CSS_DPI / 72 for name in (b"width", b"height"))
+    return round(width), round(height)
 
 
 def figure(folder: Path, name: str, caption: str, small: str | None = None) -> str:

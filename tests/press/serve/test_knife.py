@@ -121,6 +121,29 @@ def test_a_cut_that_opens_nothing_is_refused_and_leaves_the_body_as_it_is(live, 
     assert model.follow(CUT).surface is before
 
 
+def test_random_drags_are_answered_or_refused(live):
+    """Kinked, crossing, grazing: what is drawn encloses the body, and what is answered is finite."""
+    rng, model, answered = np.random.default_rng(2), live.knife("cut_linear"), 0
+    skin, volume = live.case.meshes.nodes_fine_surface, live.case.body.fine.volumes.sum()
+    for _ in range(20):
+        paths = [skin[rng.integers(len(skin), size=rng.integers(2, 5))] for _ in range(rng.integers(1, 4))]
+        try:
+            surface = model.follow(
+                [{"path_m": path.tolist(), "depth_m": rng.uniform(0.01, 0.08)} for path in paths]
+            ).surface
+            press = Asked(
+                int(rng.integers(len(surface.triangles))), np.full(3, 1 / 3), None, 0.002 * rng.normal(size=3)
+            )
+            found = model.respond([press])
+        except InputError:
+            continue
+        answered += 1
+        a, b, c = np.swapaxes(surface.nodes[surface.triangles], 0, 1)
+        assert np.einsum("ij,ij->", np.cross(a, b), c) / 6.0 == pytest.approx(volume, rel=1e-6)
+        assert np.isfinite(found.displacement).all() and np.isfinite(found.forces).all()
+    assert answered >= 10
+
+
 def test_a_cut_where_the_body_is_held_is_refused(slab_case):
     case = slab_case[0]
     body = case.body

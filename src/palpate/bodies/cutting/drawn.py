@@ -71,13 +71,18 @@ def _rims(cuts: Sequence[Cut], nodes: np.ndarray, triangles: np.ndarray, near: f
 
 
 def _welded(points: np.ndarray, rows: sparse.csr_array, size: float) -> tuple[np.ndarray, np.ndarray, sparse.csr_array]:
-    """Join the corners (t, 3, 3) [m] of triangles that are at one place and follow the same nodes alike."""
+    """Join the corners (t, 3, 3) [m] of triangles that are at one place and follow the same nodes alike.
+
+    Triangles that two corners of are one are left out.
+    """
     flat = points.reshape(-1, 3)
     # rows are told apart by their product with random numbers
     mark = rows @ np.random.default_rng(0).random(rows.shape[1])
     keys = np.column_stack([np.round(flat / (SAME * size)), np.round(mark / SAME)])
     _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    return flat[first], which.reshape(-1, 3), rows[first]
+    triangles = which.reshape(-1, 3)
+    wide = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    return flat[first], triangles[wide], rows[first]
 
 
 def _skin(

@@ -63,7 +63,7 @@ def press(
     return "closed"
 
 
-def answers(live: LiveModels) -> dict[str, Answer]:
+def answers(live: LiveModels) -> Mapping[str, Answer]:
     """Return what a page may ask for, by its address below the page's."""
     found = {f"answer/{name}": partial(live.answer, name) for name in live.names}
     found |= {f"answer/{name}": partial(live.answer_cut, name) for name in live.knives}

@@ -18,7 +18,7 @@ from palpate.bodies.body import Body
 from palpate.bodies.cutting.cut import Cut, make_cut
 from palpate.bodies.cutting.drawn import Drawn, drawn
 from palpate.bodies.cutting.ways import VIRTUAL_NODES, Parted, part, whole
-from palpate.bodies.mesh import Sheet, area_normals, components
+from palpate.bodies.mesh import Sheet, components
 from palpate.effects.patch_load import Patch, patch_shares
 from palpate.effects.surface_integrals import near_ball
 from palpate.errors import InputError
@@ -162,9 +162,8 @@ class KnifeModel:
         """Return what each node of the parted level bears of a press, (n_parted,); those held bear nothing."""
         sheet, corners = self._sheet, self._sheet.triangles[asked.triangle]
         place, normal = asked.weights @ sheet.nodes[corners], asked.weights @ sheet.normals[corners]
-        length = np.linalg.norm(normal)
-        if length == 0.0:
-            normal, length = (each := area_normals(sheet.nodes, corners[None])[0]), np.linalg.norm(each)
+        if not (length := float(np.linalg.norm(normal))) > 0.0:
+            raise InputError("there is no skin at this place; press beside it.")
         near = np.flatnonzero(near_ball(sheet.nodes[sheet.triangles], place, self._radius_m))
         near = np.union1d(near, asked.triangle)
         # a disc beside a cut does not reach over it

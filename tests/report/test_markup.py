@@ -1,5 +1,8 @@
 """Tables and captions become HTML that can be read on any screen, and pictures are embedded at their natural size."""
 
+import base64
+from io import BytesIO
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -43,7 +46,7 @@ def test_what_is_folded_says_what_it_holds():
     assert "data-packed" in markup.folded(pd.DataFrame({"a": range(100)}), Table("lengths", "", "a:"))
 
 
-SVG = '<svg xmlns:xlink="x"\n height="216pt" version="1.1" width="360.0pt" viewBox="0 0 360 216"></svg>'
+SVG = '<svg xmlns:xlink="x"\n width="360.0pt" height="216pt" viewBox="0 0 360 216" version="1.1"></svg>'
 
 
 @pytest.fixture
@@ -65,6 +68,14 @@ def test_a_small_drawing_stays_one(folder):
 def test_a_large_drawing_becomes_a_picture_of_the_same_size(folder):
     text = markup.image(folder / "rich", "")
     assert 'width="192" height="96" src="data:image/webp;base64,' in text
+
+
+def test_a_drawing_of_few_colours_loses_nothing(folder):
+    pixels = np.full((160, 320, 3), 255, dtype=np.uint8)
+    pixels[::7, :, 1], pixels[:, ::5, 2] = 0, 30
+    Image.fromarray(pixels).save(folder / "rich.png")
+    packed = markup.image(folder / "rich", "").partition("base64,")[2].rstrip('">')
+    assert (np.asarray(Image.open(BytesIO(base64.b64decode(packed)))) == pixels).all()
 
 
 def test_a_narrow_screen_gets_a_picture_of_its_own(folder):

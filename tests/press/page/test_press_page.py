@@ -37,6 +37,7 @@ def test_ten_presses_are_what_python_answers(page, answer):
 def test_a_ball_and_a_punch_press_the_nearest_prepared_place(opened, made_up, touched):
     """What the page shows of each is what Python answers, with its force and a curve."""
     with opened([PressModel("contact_modes", "contact modes", made_up.touched)]) as page:
+        assert page.evaluate(f"{STAGE}.main.held === {STAGE}.held")
         for number, name in enumerate(("Ball", "Punch")):
             page.locator(".tools span", has_text=name).click()
             page.evaluate(f"{STAGE}.put({{ triangle: 0, weights: [1, 0, 0] }})")

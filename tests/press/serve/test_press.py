@@ -12,6 +12,7 @@ import threading
 import urllib.request
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -121,8 +122,10 @@ def test_it_ends_in_the_middle_of_an_answer(finished, live, tmp_path):
 def test_the_coarse_meshs_answer_can_stand_beside_the_model(live, finished):
     page = _page(live, FinishedRun(finished / "config.yaml", finished / "results"), "slab_large", None)
     head = json.loads(re.search(r'<script class="head" type="application/json">(.*?)</script>', page)[1])
-    assert [(each["name"], each["kind"]) for each in head["models"]] == [("fem_p1", "portable"), ("coarse", "coarse")]
-    assert head["models"][1]["info"] == {"peak_m": live.peak, "hardest_n": live.hardest}
+    kinds = {each["name"]: each["kind"] for each in head["models"]}
+    knives = {"cut_elements": "portable", "cut_linear": "portable"}
+    assert kinds == {"fem_p1": "portable"} | knives | {"coarse": "coarse"}
+    assert head["models"][-1]["info"] == {"peak_m": live.peak, "hardest_n": live.hardest}
     packed = base64.b64decode(re.search(r'data-model="coarse">(.*?)</script>', page)[1])
     assert packed == coarse_rival.packed(coarse_rival.coarse_answer(live.case.body, 0.03))
 
@@ -168,6 +171,7 @@ def test_a_run_is_found_by_its_settings_or_its_results(finished, tmp_path):
         find_run(tmp_path / "config.yaml", None)
 
 
+NAMES = ("fem_p2", "modes")
 PAGE = "<!doctype html><p>größer</p>"
 
 
@@ -183,7 +187,7 @@ def answer(name: str, body: bytes) -> bytes:
 @contextmanager
 def serving(page: str, answer: Callable[[str, bytes], bytes]) -> Iterator[PressServer]:
     with PressServer() as server:
-        server.offer(page, ["fem_p2", "modes"], answer)
+        server.offer(page, {f"answer/{name}": partial(answer, name) for name in NAMES})
         threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
         yield server
         server.shutdown()
@@ -226,7 +230,7 @@ def test_it_listens_to_this_machine_only_and_another_has_another_token(served):
 
 
 def test_each_model_answers_under_its_name_or_says_why_it_cannot(served):
-    for name in served.names:
+    for name in NAMES:
         status, head, body = get(served, f"/{served.token}/answer/{name}", b'{"presses": []}')
         assert (status, json.loads(body)) == (200, [name, {"presses": []}])
         assert "Content-Type: application/json" in head

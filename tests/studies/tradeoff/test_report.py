@@ -112,7 +112,7 @@ def written(folder, found, more=()):
         table.to_csv(folder / "tables" / f"{name}.csv", index=False)
     for name in [*FIGURES, *more, *(f"best_models_{scene}" for scene in OWN)]:
         for suffix in ("svg", "png"):
-            (folder / "figures" / f"{name}.{suffix}").write_text(f"<svg>{name}</svg>")
+            (folder / "figures" / f"{name}.{suffix}").write_text(f'<svg width="9pt" height="9pt">{name}</svg>')
     report.write(folder, folder / "report.html", ["tradeoff"], more=[n for n in found if n in more])
     return (folder / "report.html").read_text(encoding="utf-8").replace("\u00a0", " ")
 

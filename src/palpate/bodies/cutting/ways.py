@@ -27,6 +27,9 @@ LEAST_SHARE = 1e-3
 NEAR_PLANE = 1e-6
 """Distance over the size of the body within which a section of a plane is one of the cut."""
 
+LINE = 1e-6
+"""Second singular value of the places that a piece is held at, over its size, below which it can turn."""
+
 
 @dataclass(frozen=True, eq=False)
 class Parted:
@@ -57,6 +60,17 @@ class Parted:
         """Number the pieces that the body has come apart into, (n,) for its nodes."""
         corners = self.mesh.tetrahedra
         return components(corners[:, [0, 1, 0, 2, 0, 3]].reshape(-1, 2), len(self.mesh.nodes))
+
+    def loose(self, given: np.ndarray) -> np.ndarray:
+        """Return the nodes of pieces that are free to move or turn, (n,) bool, where those ``given`` (n,) bool are."""
+        piece, loose = self.pieces(), np.zeros(len(self.origin), dtype=bool)
+        for number in range(piece.max() + 1):
+            own = piece == number
+            places = self.mesh.nodes[own & given]
+            spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False) if len(places) > 2 else np.zeros(3)
+            if spread[1] <= LINE * self.mesh.size:
+                loose |= own & ~given
+        return loose
 
     def interpolation(self, rows: sparse.csr_array, sides: np.ndarray) -> sparse.csr_array:
         """Return the interpolation (k, n) to points of the whole body from elements on their own side.
@@ -258,7 +272,7 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
     parts, area, inside = corners[element], np.zeros((count, len(cuts))), np.zeros((count, len(cuts)))
     for c, cut in enumerate(cuts):
         for piece in cut.pieces:
-            parts, element, sections, owner = _divided(parts, element, piece.across)
+            parts, element, sections, owner = divide(parts, element, piece.across)
             middle, size = sections.mean(axis=1), _area(sections)
             on = np.abs(cut.across(middle)) <= NEAR_PLANE * mesh.size
             area[:, c] += np.bincount(owner[on], size[on], minlength=count)
@@ -277,7 +291,7 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
     return _Crossed(sides, doubled, element, side, volume)
 
 
-def _divided(
+def divide(
     parts: np.ndarray, element: np.ndarray, across: Callable[[np.ndarray], np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Divide tetrahedra (k, 4, 3) [m] of elements (k,) by a plane into tetrahedra.

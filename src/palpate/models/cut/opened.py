@@ -15,9 +15,6 @@ from palpate.bodies.cutting.ways import Parted, part
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import to_fine
 
-LINE = 1e-6
-"""Second singular value of the places that a piece is held at, over its size, below which it can turn."""
-
 
 @dataclass(frozen=True, eq=False)
 class CutCase:
@@ -89,7 +86,7 @@ class Opened:
                 raise NotConverged(f"no node of level {level} lies on a hook; take a finer one", [float("nan")])
             self._hooks[on], self.shifts[on] = number, hook.shift_m
         self.moved, self.held = self._hooks >= 0, np.isin(np.arange(len(self.rest)), parted.body.anchors[0])
-        self.held |= self._loose()
+        self.held |= parted.loose(self.held | self.moved)
         self._skin = parted.interpolation(skin.rows, skin.sides)
 
     def answer(self, x: np.ndarray, force: np.ndarray) -> Pulled:
@@ -101,18 +98,6 @@ class Opened:
             for number, hook in enumerate(self.case.hooks)
         ]
         return Pulled(surface, positive - negative, np.array(forces))
-
-    def _loose(self) -> np.ndarray:
-        """Return the nodes of pieces that are free to move or turn, (n,) bool."""
-        piece, given = self.parted.pieces(), self.held | self.moved
-        loose = np.zeros(len(self.rest), dtype=bool)
-        for number in range(piece.max() + 1):
-            own = piece == number
-            places = self.rest[own & given]
-            spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False) if len(places) > 2 else np.zeros(3)
-            if spread[1] <= LINE * self.parted.mesh.size:
-                loose |= own & ~given
-        return loose
 
 
 def opened(case: CutCase, level: int, skin: Skin, way: str) -> Opened:

@@ -20,7 +20,7 @@ from palpate.report.words import percent, seconds, spaced
 
 _SCRIPTS = (
     *("camera", "light", "arrow", "painter", "coarse", "answers", "finger", "view"),
-    *("panel", "stage", "tool", "pace", "gestures", "readings"),
+    *("panel", "stage", "tool", "pace", "gestures", "knife", "readings"),
 )
 _COLOURS = {"displacement": "YlGnBu", "error": "YlOrRd"}  # as in all other pictures
 _SHADES = 254
@@ -51,6 +51,7 @@ class Known:
 class PressModel:
     """A model that a reader may let answer: its ``file``, or the ``url`` of a server that asks it.
 
+    knife : the ``url`` of a server that lets a knife cut it, if it follows one
     kind : "portable", or "coarse" for a file of palpate.press.coarse_rival
     advice : a sentence on its error and time
     nodes, triangles, info : (n, 3) [m], (t, 3) and the words of a file's header, of a model
@@ -67,6 +68,7 @@ class PressModel:
     triangles: np.ndarray | None = None
     info: Mapping = field(default_factory=dict)
     kind: str = "portable"
+    knife: str | None = None
 
 
 def press_section(
@@ -134,7 +136,7 @@ def _head(model: PressModel) -> dict:
     if model.url is not None:
         if model.nodes is None or model.triangles is None:
             raise ValueError(f"{model.name}: a model behind a url needs nodes and triangles")
-        head["url"] = model.url
+        head |= {"url": model.url, "knife": model.knife}
         head["nodes"] = base64_of(np.asarray(model.nodes, "<f4").tobytes())
         head["triangles"] = base64_of(np.asarray(model.triangles, "<u4").tobytes())
     return head

@@ -5,6 +5,7 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Mapping
+from functools import partial
 from math import isclose
 from pathlib import Path
 
@@ -16,12 +17,18 @@ from palpate.press.coarse_rival import coarse_answer, packed
 from palpate.press.finished_run import FinishedRun
 from palpate.press.page.page import ABOUT, TITLES, PressModel, held_nodes, press_document, worth
 from palpate.press.portable.file import read
+from palpate.press.serve.knife import cut_level
 from palpate.press.serve.live_models import LiveModels, case_words
-from palpate.press.serve.server import PressServer
+from palpate.press.serve.server import Answer, PressServer
 from palpate.report.model_looks import label
 from palpate.report.words import percent, seconds, spaced
 
 CONTACT_MODES, COARSE = "contact_modes", "coarse"
+CUT_TITLES = {"cut_elements": "elements for the knife", "cut_linear": "linear elements for the knife"}
+CUT_ABOUT = {
+    "cut_elements": "Linear elements, doubled where the knife went, with the body's law.",
+    "cut_linear": "Linear elements, doubled where the knife went, with one factor for all presses.",
+}
 SCALES = ("peak_m", "hardest_n")
 """Of a full press: what colours, arrows and depths of the page are measured by."""
 
@@ -46,7 +53,7 @@ def press(
 
             with threadpool_limits(limits=1):  # products are small, and threads would wait for each other
                 live.warm_up(live.names[0])
-            server.offer(_page(live, run, chosen, model), live.names, live.answer)
+            server.offer(_page(live, run, chosen, model), answers(live))
             _serve(server, chosen, browser)
     except KeyboardInterrupt:  # whenever it comes, it is how one leaves
         return "closed"
@@ -54,6 +61,13 @@ def press(
         for number, handler in zip(numbers, before, strict=True):
             signal.signal(number, handler)
     return "closed"
+
+
+def answers(live: LiveModels) -> Mapping[str, Answer]:
+    """Return what a page may ask for, by its address below the page's."""
+    found = {f"answer/{name}": partial(live.answer, name) for name in live.names}
+    found |= {f"answer/{name}": partial(live.answer_cut, name) for name in live.knives}
+    return found | {f"cut/{name}": partial(live.cut, name) for name in live.knives}
 
 
 def _serve(server: PressServer, scene: str, browser: bool) -> None:
@@ -100,6 +114,7 @@ def _page(live: LiveModels, run: FinishedRun, scene: str, only: str | None) -> s
         )
         for name, row in live.rows.items()
     ]
+    models += _knives(live, words)
     models += _coarse(live.case, words)
     return press_document(models, f"Press it: {spaced(scene)}", held_nodes(live.case.body))
 
@@ -114,6 +129,26 @@ def _in_file(folder: Path, case: Case) -> list[PressModel]:
         [row] = [row for row in pd.read_csv(measured).itertuples() if row.model == CONTACT_MODES]
         about += f" {worth(row)}"
     return [PressModel(CONTACT_MODES, TITLES[CONTACT_MODES], path.read_bytes(), advice=about, info=info)]
+
+
+def _knives(live: LiveModels, words: Mapping[str, float | str]) -> list[PressModel]:
+    """Return the models that follow a knife."""
+    if not live.knives:
+        return []
+    meshes, (_, long) = live.case.meshes, cut_level(live.case.body)
+    return [
+        PressModel(
+            name,
+            CUT_TITLES[name],
+            url=f"answer/{name}",
+            advice=f"{CUT_ABOUT[name]} {1e3 * long:.0f} mm long, they open where a cut severs most of one.",
+            nodes=meshes.nodes_fine_surface,
+            triangles=meshes.triangles,
+            info=words,
+            knife=f"cut/{name}",
+        )
+        for name in live.knives
+    ]
 
 
 def _coarse(case: Case, words: Mapping[str, float | str]) -> list[PressModel]:

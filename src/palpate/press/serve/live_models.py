@@ -10,11 +10,14 @@ import pandas as pd
 from palpate.benchmark.model import Case, Setting, setting_text
 from palpate.errors import InputError, NotConverged
 from palpate.press.finished_run import FinishedRun
-from palpate.press.serve.pressed_model import Asked, Bounds, PressedModel, read_presses
+from palpate.press.serve.knife import MOST_NODES, KnifeModel, read_cuts
+from palpate.press.serve.pressed_model import Asked, Bounds, Found, PressedModel, read_presses
 from palpate.report.page_assets import base64_of
 
 OFFERED = ("fast_fem", "fem_p2", "fem_p1")
 """Models that need neither samples nor prepared contacts, best first."""
+KNIVES = {"cut_elements": False, "cut_linear": True}
+"""Models that follow a knife, and whether strains are small; they need no measured row, as only they are cut."""
 SOON_S = 0.1
 """Time of an answer that a finger follows without waiting."""
 BEYOND = 5.0
@@ -36,11 +39,18 @@ class LiveModels:
         self.rows = {name: best_row(rows[rows["model"] == name], self._settings(name)) for name in names}
         self.bounds = Bounds(len(self.case.database.triangles), BEYOND * self.hardest, BEYOND * self.peak)
         self._made: dict[str, PressedModel] = {}
+        self._knives: dict[str, KnifeModel] = {}
 
     @property
     def names(self) -> list[str]:
         """The names of the models, the first of which answers first."""
         return list(self.rows)
+
+    @property
+    def knives(self) -> list[str]:
+        """The names of the models that follow a knife; none on a bed, which holds both lips, or of a very fine mesh."""
+        body = self.case.body
+        return [] if body.bed is not None or len(body.coarse.nodes) > MOST_NODES else list(KNIVES)
 
     @property
     def peak(self) -> float:
@@ -59,25 +69,54 @@ class LiveModels:
             self._made[name] = PressedModel(self.case, self._run.model(name).offline(self.case).online(setting))
         return self._made[name]
 
+    def knife(self, name: str) -> KnifeModel:
+        """Return a model that follows a knife, prepared at its first use; InputError if that cannot be done."""
+        if name not in self._knives:
+            self._knives[name] = KnifeModel(self.case, KNIVES[name])
+            with suppress(InputError, NotConverged):  # what it calls is compiled before it is timed
+                self._knives[name].respond([self._slight_press()])
+        return self._knives[name]
+
     def warm_up(self, name: str) -> None:
         """Prepare a model and let it answer once to a depth, as what it calls is compiled at the first use ever."""
-        row = np.searchsorted(self.case.body.fine.surface, self.case.database.contact[0])
-        triangle = int(np.argmax((self.case.database.triangles == row).any(axis=1)))
-        asked = Asked(triangle, np.full(3, 1 / 3), None, np.array([0.0, 0.0, 0.01 * self.peak]))
         model = self.prepare(name)
         with suppress(InputError, NotConverged):  # a page that asks for it is told
-            model.respond([asked])
+            model.respond([self._slight_press()])
+
+    def _slight_press(self) -> Asked:
+        """Return a press of the first sample's place to a hundredth of the largest displacement."""
+        row = np.searchsorted(self.case.body.fine.surface, self.case.database.contact[0])
+        triangle = int(np.argmax((self.case.database.triangles == row).any(axis=1)))
+        return Asked(triangle, np.full(3, 1 / 3), None, np.array([0.0, 0.0, 0.01 * self.peak]))
 
     def answer(self, name: str, body: bytes) -> bytes:
         """Return the JSON of an answer to the JSON of presses; InputError or NotConverged if there is none.
 
         Trap: models keep what they reuse between answers, so one is asked after the other.
         """
-        asked = read_presses(body, self.bounds)
-        found = self.prepare(name).respond(asked)
-        packed = base64_of(found.displacement.astype("<f4").tobytes())
-        said = {"displacement": packed, "forces": found.forces.tolist(), "error": found.error}
-        return json.dumps(said | {"doubt": found.doubt, "ms": found.milliseconds}, allow_nan=False).encode()
+        if read_cuts(body):
+            raise InputError("this model was prepared for the whole body and follows no cut; choose another.")
+        return _told(self.prepare(name).respond(read_presses(body, self.bounds)))
+
+    def answer_cut(self, name: str, body: bytes) -> bytes:
+        """Return the same of a model that follows the cuts which the body of the request names, too."""
+        model = self.knife(name)
+        surface, *_ = model.follow(read_cuts(body))
+        bounds = self.bounds._replace(triangles=len(surface.triangles))
+        return _told(model.respond(read_presses(body, bounds)))
+
+    def cut(self, name: str, body: bytes) -> bytes:
+        """Return the JSON of the surface after the cuts that the JSON ``body`` names; InputError if there is none.
+
+        nodes, triangles, held : as in a page's head; skin : how many nodes are of the skin, and no lip's; rims : of it
+        ms, drawn_ms : until the model could answer, and until its surface was found besides
+        """
+        surface, held, ready, seen = self.knife(name).follow(read_cuts(body))
+        said = {"nodes": base64_of(surface.nodes.astype("<f4").tobytes()), "skin": surface.skin_nodes}
+        said |= {"rims": surface.rims.tolist()}
+        said |= {"triangles": base64_of(surface.triangles.astype("<u4").tobytes())}
+        said |= {"held": base64_of(held.astype(np.uint8).tobytes()), "ms": ready, "drawn_ms": seen}
+        return json.dumps(said, allow_nan=False).encode()
 
     def _settings(self, name: str) -> dict[str, Setting]:
         """Return the settings of a model that answer anywhere, by how tables write them; InputError if there is none.
@@ -111,3 +150,10 @@ def case_words(case: Case, peak: float, hardest: float) -> dict[str, float | str
     size, young = case.body.fine.size, case.body.material.young_pa
     words: dict[str, float | str] = {"body": case.body.name, "regime": case.regime, "radius_m": case.radius_m}
     return words | {"size_m": size, "young_pa": young, "peak_m": peak, "hardest_n": hardest}
+
+
+def _told(found: Found) -> bytes:
+    """Return an answer as JSON."""
+    packed = base64_of(found.displacement.astype("<f4").tobytes())
+    said = {"displacement": packed, "forces": found.forces.tolist(), "error": found.error}
+    return json.dumps(said | {"doubt": found.doubt, "ms": found.milliseconds}, allow_nan=False).encode()

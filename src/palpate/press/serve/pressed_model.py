@@ -40,10 +40,10 @@ class Bounds(NamedTuple):
 
 
 def read_presses(body: bytes, bounds: Bounds) -> list[Asked]:
-    """Read ``{"presses": [...]}``; InputError for anything else."""
+    """Read ``{"presses": [...]}``, beside which ``cuts`` may stand; InputError for anything else."""
     try:
         sent = json.loads(body)
-        if set(sent) != {"presses"} or not isinstance(sent["presses"], list):
+        if set(sent) - {"cuts"} != {"presses"} or not isinstance(sent["presses"], list):
             raise TypeError
         presses = [_press(each, bounds) for each in sent["presses"]]
     except InputError:

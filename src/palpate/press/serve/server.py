@@ -8,7 +8,7 @@ import secrets
 import sys
 import threading
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from socketserver import TCPServer
@@ -22,8 +22,8 @@ MAX_BYTES = 8192
 _HEADERS = {"Cache-Control": "no-store", "Referrer-Policy": "no-referrer", "X-Frame-Options": "DENY"}
 """Of every answer: the page's address holds the token."""
 
-Answer = Callable[[str, bytes], bytes]
-"""Return JSON for the name of a model and the body of a request; InputError or NotConverged says why there is none."""
+Answer = Callable[[bytes], bytes]
+"""Return JSON for the body of a request; InputError or NotConverged says why there is none."""
 
 
 class PressServer(ThreadingHTTPServer):
@@ -37,8 +37,7 @@ class PressServer(ThreadingHTTPServer):
     block_on_close = False
 
     page: bytes
-    names: list[str]
-    answer: Answer
+    answers: Mapping[str, Answer]
 
     def __init__(self, port: int = 0):
         self.token = secrets.token_urlsafe(24)
@@ -48,9 +47,9 @@ class PressServer(ThreadingHTTPServer):
         except (OSError, OverflowError) as error:
             raise InputError(f"port {port} cannot be had ({error}); give another one with --port.") from None
 
-    def offer(self, page: str, names: list[str], answer: Answer) -> None:
-        """Serve ``page``, and the answers of models by their names."""
-        self.page, self.names, self.answer = page.encode(), names, answer
+    def offer(self, page: str, answers: Mapping[str, Answer]) -> None:
+        """Serve ``page``, and ``answers`` by their addresses below the page's, such as answer/fem_p1."""
+        self.page, self.answers = page.encode(), answers
 
     @property
     def hosts(self) -> tuple[str, str]:
@@ -90,19 +89,19 @@ class Handler(BaseHTTPRequestHandler):
             self._refuse(HTTPStatus.NOT_FOUND, "there is nothing here.")
 
     def do_POST(self) -> None:
-        """Send the answer of a model to presses."""
+        """Send the answer of a model to presses, or to a knife."""
         if not self._is_allowed():
             return
-        name = next((name for name in self.server.names if self.path == f"/{self.server.token}/answer/{name}"), None)
+        answer = self.server.answers.get(self.path.removeprefix(f"/{self.server.token}/"))
         length = self.headers.get("Content-Length", "")
-        if name is None:
+        if answer is None:
             self._refuse(HTTPStatus.NOT_FOUND, "there is nothing here.")
         elif self.headers.get_content_type() != "application/json":
-            self._refuse(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "post presses as application/json.")
+            self._refuse(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "post JSON as application/json.")
         elif not length.isdecimal() or int(length) > MAX_BYTES:
             self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"say how long the body is, {MAX_BYTES} bytes at most.")
         else:
-            self._answer(name, self.rfile.read(int(length)))
+            self._answer(answer, self.rfile.read(int(length)))
 
     def log_message(self, format: str, *args: Any) -> None:
         """Log nothing."""
@@ -115,10 +114,10 @@ class Handler(BaseHTTPRequestHandler):
         self._refuse(HTTPStatus.FORBIDDEN, "this address is not served.")
         return False
 
-    def _answer(self, name: str, body: bytes) -> None:
+    def _answer(self, answer: Answer, body: bytes) -> None:
         try:
             with self.server.turn:
-                found = self.server.answer(name, body)
+                found = answer(body)
         except InputError as error:
             self._refuse(HTTPStatus.BAD_REQUEST, str(error))
         except NotConverged as error:

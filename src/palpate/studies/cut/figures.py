@@ -13,9 +13,9 @@ from palpate.report.model_looks import look
 from palpate.report.words import percent, spaced
 
 PANELS = {
-    "surface_error": "error over the surface, RMS [% of peak]",
-    "opening_error": "largest error of the opening [% of the largest]",
-    "force_error": "largest error of a hook's force [%]",
+    "surface_error": "surface: RMS error [% of peak]",
+    "opening_error": "opening: largest error [% of the largest]",
+    "force_error": "hooks: largest error of a force [%]",
 }
 """The errors that are drawn, a panel each."""
 ERRORS = tuple(PANELS)
@@ -24,9 +24,11 @@ WAYS = {
     "deleted": ("springs deleted", "v"),
     "split_faces": ("split along faces", "s"),
     "virtual_nodes": ("virtual nodes", "o"),
-    "conform": ("mesh made anew", "h"),
+    "conform": ("mesh made anew", "*"),
 }
 """How a level is cut, in words, with a marker each."""
+SIZES = {"*": 11}
+"""Sizes of markers that look smaller than others."""
 FRAMES_MS = (16.7, 100.0)
 """Times of an answer: of 60 pictures a second, of an immediate reaction."""
 UPDATED = {"update=true": ("compliance updated", "P"), "update=false": ("compliance factorised", "D")}
@@ -45,11 +47,13 @@ def draw_cut_precision(cut, *, scene: str) -> Figure:
     Lines join the settings of one model and way that no other of these beats; what failed is named below.
     """
     rows = tables.where(cut, scene=scene)
-    figure = Figure(figsize=(12.5, 5.9), layout="constrained")
-    parts = figure.subplot_mosaic([list(PANELS), ["legend"] * len(PANELS)], height_ratios=[4.6, 0.9])
+    figure = Figure(figsize=(10.2, 5.2), layout="constrained")
+    figure.suptitle(f"{spaced(scene)}: error against time", x=0.01, ha="left", fontsize=10, fontweight="bold")
+    parts = figure.subplot_mosaic([list(PANELS), ["legend"] * len(PANELS)], height_ratios=[4.6, 0.8])
     for column, name in PANELS.items():
         axis = parts[column]
-        axis.set(xscale="log", yscale="log", xlabel="from the blade's move to the first answer [ms]", ylabel=name)
+        axis.set(xscale="log", yscale="log", xlabel="from the blade's move to the first answer [ms]")
+        axis.set_title(name, pad=18)
         for _, part in rows.groupby(["model", "way", rows["setting"].str.extract("(update=.*)")[0].fillna("")]):
             _curve(axis, part, column)
         own = rows[f"own_{column}"].iloc[0]
@@ -57,13 +61,12 @@ def draw_cut_precision(cut, *, scene: str) -> Figure:
         axis.set_ylim(low, None)
         axis.axhspan(low, 100 * own, color="#ececec", zorder=0)
         axis.annotate(
-            f"grey: below the error of the truth itself, {percent(own)}", (0, 0), (4, 4),
+            f"grey: the truth's own error, {percent(own)}", (0, 0), (4, 4),
             xycoords="axes fraction", textcoords="offset points", fontsize=7.5, color="#555555",
         )  # fmt: skip
         style.plain_log(axis.xaxis)
         style.plain_log(axis.yaxis)
         style.frames(axis, FRAMES_MS)
-    parts["surface_error"].set_title(spaced(scene), pad=18)
     _legend(parts["legend"], rows)
     return figure
 
@@ -77,7 +80,9 @@ def _curve(axis, rows: pd.DataFrame, column: str) -> None:
     t, error = 1e3 * rows["first_median_s"].to_numpy(), 100 * rows[column].clip(lower=EXACT).to_numpy()
     best = front(t, error)
     axis.plot(t[best], error[best], color=shown.colour, lw=1.2, zorder=2)
-    axis.plot(t, error, ls="", marker=marker, color=shown.colour, mec="white", mew=0.7, ms=7, zorder=3)
+    axis.plot(
+        t, error, ls="", marker=marker, color=shown.colour, mec="white", mew=0.7, ms=SIZES.get(marker, 7), zorder=3
+    )
 
 
 def _legend(axis, rows: pd.DataFrame) -> None:
@@ -86,33 +91,41 @@ def _legend(axis, rows: pd.DataFrame) -> None:
     looks = [look(model) for model in dict.fromkeys(rows["model"])]
     handles = [Line2D([], [], color=shown.colour, lw=3, label=shown.label) for shown in looks]
     ways = dict.fromkeys(way_of(row) for _, row in rows.iterrows())
-    handles += [Line2D([], [], ls="", marker=marker, color="#777777", ms=7, label=label) for label, marker in ways]
-    axis.legend(handles=handles, loc="upper left", ncols=6, fontsize=7.5, borderaxespad=0, columnspacing=1.4)
+    handles += [
+        Line2D([], [], ls="", marker=marker, color="#777777", ms=SIZES.get(marker, 7), label=label)
+        for label, marker in ways
+    ]
+    axis.legend(handles=handles, loc="upper left", ncols=6, fontsize=7.5, borderaxespad=0, columnspacing=1.2)
     failed = rows[rows["failure"].fillna("") != ""]
     names = [f"{look(row.model).label} ({row.setting})" for row in failed.itertuples()]
-    words = f"no answer: {', '.join(names)}" if names else "every setting answered"
-    axis.text(0, 0, fill(words, 190), transform=axis.transAxes, va="bottom", fontsize=7.5, color="#666666")
+    words = f"no answer: {', '.join(names)}" if names else ""
+    axis.text(0, 0, fill(words, 160), transform=axis.transAxes, va="bottom", fontsize=7.5, color="#666666")
 
 
 @style.figure("cut_opening", tables=("cut_opening",))
 def draw_cut_opening(cut_opening, *, scene: str) -> Figure:
-    """Draw how far the lips open along the cut, a panel for each level; filled: the truth."""
+    """Draw how far the lips open along the cut, a panel for each level; filled: the truth.
+
+    Models of one way often open them alike: each that follows is drawn thinner, so that those below are seen.
+    """
     rows = tables.where(cut_opening, scene=scene)
     truth, models = tables.where(rows, model=TRUTH), rows[rows["model"] != TRUTH]
     levels = sorted(models["level"].astype(int).unique())
-    figure = Figure(figsize=(12.5, 3.6), layout="constrained")
+    figure = Figure(figsize=(10.2, 3.9), layout="constrained")
     axes = figure.subplots(1, max(1, len(levels)), sharey=True, squeeze=False)[0]
     for axis, level in zip(axes, levels, strict=False):
         axis.fill_between(1e3 * truth["along_m"], 1e3 * truth["opening_m"], color="#d9d9d9", label="the truth")
         here = models[models["level"].astype(int) == level]
         last = here.drop_duplicates(["model", "way", "along_m"], keep="last")
-        for (model, way), part in last.groupby(["model", "way"], sort=False):
+        groups = list(last.groupby(["model", "way"], sort=False))
+        for number, ((model, way), part) in enumerate(groups):
             shown, (words, marker) = look(str(model)), WAYS[str(way)]
             part = part.sort_values("along_m")
-            drawn = {"color": shown.colour, "marker": marker, "ms": 3.5, "lw": 1}
+            above = sum(other == way for (_, other), _ in groups[number + 1 :])
+            drawn = {"color": shown.colour, "marker": marker, "ms": 4 + above, "lw": 1 + 0.9 * above, "mew": 0}
             axis.plot(1e3 * part["along_m"], 1e3 * part["opening_m"], label=f"{shown.label}, {words}", **drawn)
         axis.set(title=f"{spaced(scene)}, level {level}", xlabel="along the cut [mm]")
     axes[0].set_ylabel("opening of the lips [mm]")
     known = {label: handle for axis in axes for handle, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-    figure.legend(known.values(), known.keys(), loc="outside right center", fontsize=7)
+    figure.legend(known.values(), known.keys(), loc="outside lower left", ncols=4, fontsize=7.5)
     return figure

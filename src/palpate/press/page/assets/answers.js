@@ -17,16 +17,32 @@ class Remote {
     this.info = head.info;
     this.nodes = new Float32Array(bytesOf(head.nodes).buffer);
     this.triangles = new Uint32Array(bytesOf(head.triangles).buffer);
-    this.url = head.url;
+    Object.assign(this, { url: head.url, cuts: [] });
+    if (head.knife) this.cut = (cuts) => this.follow(head.knife, cuts);
+    this.whole = this.nodes.length; // as it is in all models of the body
   }
 
-  async respond(presses) {
-    const asked = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ presses }) };
-    const reply = await fetch(this.url, asked).catch(() => {
+  async post(url, sent) {
+    const asked = { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(sent) };
+    const reply = await fetch(url, asked).catch(() => {
       throw new Error("the server has ended; start palpate press again");
     });
     if (!reply.ok) throw new Error((await reply.text()).trim() || `the server answered ${reply.status}`);
-    const { displacement, forces, error, doubt, ms } = await reply.json();
+    return reply.json();
+  }
+
+  // Have these cuts, and no others: the surface is another one then. What it took, or nothing if it has them already.
+  async follow(url, cuts) {
+    if (JSON.stringify(cuts) === JSON.stringify(this.cuts)) return null;
+    const { nodes, triangles, held, skin, rims, ms, drawn_ms } = await this.post(url, { cuts });
+    this.nodes = new Float32Array(bytesOf(nodes).buffer);
+    this.triangles = new Uint32Array(bytesOf(triangles).buffer);
+    Object.assign(this, { cuts, cutHeld: bytesOf(held), skin, rims }); // nodes before `skin` are of the skin, others of lips
+    return { ms, drawn_ms };
+  }
+
+  async respond(presses) {
+    const { displacement, forces, error, doubt, ms } = await this.post(this.url, this.cuts.length ? { presses, cuts: this.cuts } : { presses });
     return {
       displacement: new Float32Array(bytesOf(displacement).buffer), forces: Float32Array.from(forces.flat()),
       error: error ?? NaN, doubt, ms,

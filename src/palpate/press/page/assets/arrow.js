@@ -10,7 +10,7 @@ void main() {
 }`;
 const ARROW = `#version 300 es
 precision highp float;
-uniform vec4 shaft; uniform float sharp;
+uniform vec4 shaft; uniform float sharp; uniform float most; uniform float wide; uniform vec3 ink;
 in vec2 at; out vec4 shown;
 float beside(vec2 p, vec2 q) { // how far from a triangle with its tip at 0, half as wide as q.x, as long as q.y
   p.x = abs(p.x);
@@ -19,28 +19,32 @@ float beside(vec2 p, vec2 q) { // how far from a triangle with its tip at 0, hal
   return -sqrt(d.x) * sign(d.y);
 }
 void main() {
-  float size = length(shaft.zw - shaft.xy), head = min(11.0, 0.6 * size);
+  float size = length(shaft.zw - shaft.xy), head = min(most, 0.6 * size);
   float line = distance(at, vec2(clamp(at.x, 0.0, size - head), 0.0));
-  float away = min(line, beside(vec2(at.y, size - at.x), vec2(0.45, 1.0) * head));
-  vec2 inside = clamp((vec2(2.5, 1.25) - away) * sharp + 0.5, 0.0, 1.0);
-  shown = vec4(mix(vec3(0.067), vec3(1.0), inside.y), inside.x);
+  float away = head > 0.0 ? min(line, beside(vec2(at.y, size - at.x), vec2(0.45, 1.0) * head)) : line;
+  vec2 inside = clamp((wide * vec2(2.5, 1.25) - away) * sharp + 0.5, 0.0, 1.0);
+  shown = vec4(mix(vec3(0.067), ink, inside.y), inside.x);
 }`;
 
 class Arrows {
   constructor(painter) {
     const { gl } = painter;
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
-    Object.assign(this, { gl, way: painter.program(ARROW_CORNERS, ARROW, ["shaft", "size", "sharp"]), corners: gl.createVertexArray() });
+    Object.assign(this, { gl, way: painter.program(ARROW_CORNERS, ARROW, ["shaft", "size", "sharp", "most", "wide", "ink"]), corners: gl.createVertexArray() });
   }
 
   // shafts: [x from, y from, x to, y to] each, in pixels of the screen; sharp: pixels of the canvas for one of them
-  draw(shafts, sharp) {
+  // head: longest tip of an arrow [pixels], 0 for plain lines; wide: over an arrow's width
+  draw(shafts, sharp, { head = 11, wide = 1, ink = [1, 1, 1] } = {}) {
     const { gl, way } = this, { width, height } = gl.canvas;
     gl.viewport(0, 0, width, height);
     gl.useProgram(way.program);
     gl.bindVertexArray(this.corners);
     gl.uniform2f(way.size, width, height);
     gl.uniform1f(way.sharp, sharp);
+    gl.uniform1f(way.most, head);
+    gl.uniform1f(way.wide, wide);
+    gl.uniform3fv(way.ink, ink);
     gl.disable(gl.DEPTH_TEST);
     gl.disable(gl.CULL_FACE);
     gl.enable(gl.BLEND);

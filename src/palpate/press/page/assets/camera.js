@@ -26,6 +26,7 @@ class Camera {
     toward[order[2]] = 1;
     this.axes = [right, cross(toward, right), toward];
     this.reach = norm(size);
+    this.extent = Math.max(...size);
     let count = 0;
     this.back = [0, 0, 0]; // from the middle to what is held
     for (let i = 0; i < held.length; i++) {

@@ -1,7 +1,7 @@
 // What pointers, the wheel and keys do to the stage.
 const TURN = 0.01, KEY_TURN = 0.12, ZOOM = 1.15, NEAR_PX = 26, KEY_SLIDE_PX = 7, KEY_TILT = 0.07, TILT_PX = 0.008;
 const DRAG_PX = 3; // nearer to where it began, a pointer that trembles asks for no other depth
-const MODES = ["press", "slide", "tilt", "turn"];
+const MODES = ["press", "slide", "tilt", "turn", "pull", "cut"];
 
 // The view under a pixel of the canvas (CSS pixels), and what of the body lies there.
 const under = (stage, x, y) => {
@@ -53,7 +53,8 @@ const listen = (stage) => {
   const grab = (seen, x, y, surely) => {
     const near = stage.fingers.find((finger) => {
       const [fx, fy] = onScreen(stage, finger, seen);
-      return !finger.leaving && Math.hypot(fx - x, fy - y) < NEAR_PX;
+      const holds = stage.mode !== "pull" || finger instanceof Grip;
+      return holds && !finger.leaving && Math.hypot(fx - x, fy - y) < NEAR_PX;
     });
     if (near) {
       stage.active = near;
@@ -69,11 +70,15 @@ const listen = (stage) => {
 
   canvas.addEventListener("pointerdown", (event) => {
     const [x, y] = at(event), seen = under(stage, x, y);
-    const does = !seen.place || stage.mode === "turn" || event.button ? "turn" : stage.mode;
+    const cuts = stage.mode === "cut" && event.pointerType !== "touch"; // a mouse may begin beside the body
+    const does = !(seen.place || cuts) || stage.mode === "turn" || event.button ? "turn" : stage.mode;
     // a touch beside the organ that goes up or down scrolls the page
     const upright = seen.place || event.pointerType !== "touch" ? 1 : 0;
     const pointer = { x, y, does, upright, box: seen.box, finger: null, drags: false };
-    if (does !== "turn") pointer.finger = grab(seen, x, y, does === "slide");
+    if (does === "cut") {
+      stage.beginCut();
+      stage.cutTo(seen.place, 0, 0);
+    } else if (does !== "turn") pointer.finger = grab(seen, x, y, does === "slide");
     pointers.set(event.pointerId, pointer);
     if (event.isTrusted) canvas.setPointerCapture(event.pointerId);
     stage.panel.choose();
@@ -90,12 +95,17 @@ const listen = (stage) => {
       stage.look((camera) => camera.turn(dx * TURN, dy * TURN * pointer.upright));
     } else if (pointer.does === "press") stage.deepen(deeper(stage, finger, dx, dy, pointer.box));
     else if (pointer.does === "tilt") tiltOnScreen(stage, finger, dx * TILT_PX, dy * TILT_PX);
+    else if (pointer.does === "pull") pullOnScreen(stage, finger, dx, dy, pointer.box);
+    else if (pointer.does === "cut") stage.trace && stage.cutTo(under(stage, x, y).place, dx, dy);
     else {
       const { place } = under(stage, x, y);
       if (place) stage.put(place, finger);
     }
   });
-  for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => pointers.delete(event.pointerId));
+  for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => {
+    if (pointers.get(event.pointerId)?.does === "cut") stage.endCut();
+    pointers.delete(event.pointerId);
+  });
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   // a touch of the organ presses it; one beside it scrolls the page
   canvas.addEventListener("touchstart", (event) => {
@@ -114,29 +124,43 @@ const listen = (stage) => {
 
 const listenToKeys = (stage) => {
   const { canvas } = stage.panel;
+  const box = () => stage.box(0, canvas.clientWidth, canvas.clientHeight);
   // the finger that keys move; beside a pinned one they move the cursor to where a second one shall press
   const free = () => (stage.active?.pinned ? null : stage.active);
   const arrow = (dx, dy) => {
     const finger = free(), { mode } = stage;
     if (mode === "turn") stage.look((camera) => camera.turn(dx * KEY_TURN, dy * KEY_TURN));
-    else if (!finger) stage.cursor && slideOnScreen(stage, stage.cursor, dx * KEY_SLIDE_PX, dy * KEY_SLIDE_PX);
+    else if (mode === "cut" && stage.cursor) {
+      slideOnScreen(stage, stage.cursor, dx * KEY_SLIDE_PX, dy * KEY_SLIDE_PX);
+      if (stage.trace) stage.cutTo(stage.cursor.place, dx, dy);
+    } else if (!finger) stage.cursor && slideOnScreen(stage, stage.cursor, dx * KEY_SLIDE_PX, dy * KEY_SLIDE_PX);
     else if (mode === "slide") slideOnScreen(stage, finger, dx * KEY_SLIDE_PX, dy * KEY_SLIDE_PX);
     else if (mode === "tilt") tiltOnScreen(stage, finger, dx * KEY_TILT, dy * KEY_TILT);
+    else if (mode === "pull" && finger instanceof Grip) pullOnScreen(stage, finger, dx * KEY_SLIDE_PX, dy * KEY_SLIDE_PX, box());
     else if (dy) stage.deepen(dy * stage.step);
     else stage.look((camera) => camera.turn(dx * KEY_TURN, 0));
   };
   const zoom = (factor) => stage.look((camera) => camera.magnify(factor));
   const home = () => stage.look((camera) => camera.reset());
   const toggle = () => {
-    if (free()) stage.release();
+    if (stage.mode === "cut" && stage.cursor) {
+      if (stage.trace) return stage.endCut();
+      stage.beginCut();
+      stage.cutTo(stage.cursor.place, 0, 0);
+    } else if (free()) stage.release();
     else if (stage.cursor) stage.put(stage.cursor.place).shown = 0;
+  };
+  const escape = () => {
+    if (!stage.trace) return stage.release();
+    stage.trace = null;
+    stage.redraw();
   };
   const keys = {
     ArrowLeft: () => arrow(-1, 0), ArrowRight: () => arrow(1, 0), ArrowUp: () => arrow(0, -1), ArrowDown: () => arrow(0, 1),
-    "+": () => zoom(ZOOM), "-": () => zoom(1 / ZOOM), 0: home, Enter: toggle, " ": toggle, Escape: () => stage.release(),
+    "+": () => zoom(ZOOM), "-": () => zoom(1 / ZOOM), 0: home, Enter: toggle, " ": toggle, Escape: escape,
     p: () => stage.pin(), t: () => stage.showTruth(!stage.truthShown),
   };
-  MODES.forEach((mode, i) => (keys[i + 1] = () => stage.choose(mode)));
+  MODES.forEach((mode, i) => (keys[i + 1] = () => !stage.panel.radios[mode]?.[0].disabled && stage.panel.radios[mode] && stage.choose(mode)));
   canvas.addEventListener("keydown", (event) => {
     if (!keys[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
@@ -160,7 +184,7 @@ Object.assign(Stage.prototype, {
   },
 
   choose(mode) {
-    this.mode = mode;
+    [this.mode, this.trace] = [mode, null];
     this.panel.choose();
   },
 

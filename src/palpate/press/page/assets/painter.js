@@ -13,7 +13,7 @@ const PLAIN = `#version 300 es
 precision mediump float;
 in vec4 tinted; out vec4 shown;
 void main() {
-  shown = vec4(tinted.rgb, 1.0);
+  shown = vec4(gl_FrontFacing ? tinted.rgb : vec3(0.73, 0.24, 0.21) * tinted.a, 1.0); // through a cut its inside is seen
 }`;
 // What is held is hatched, dark and light, to be seen on pages of both kinds; .held in press.css is its key.
 const MARKED = `#version 300 es
@@ -22,7 +22,7 @@ in vec4 tinted; in vec3 still; out vec4 shown;
 uniform vec4 rings[3]; uniform vec3 inks[3]; uniform int count;
 uniform float held; uniform float doubt; uniform float sharp;
 void main() {
-  vec3 colour = tinted.rgb;
+  vec3 colour = gl_FrontFacing ? tinted.rgb : vec3(0.73, 0.24, 0.21) * tinted.a;
   if (held > 0.0) {
     float line = abs(fract((gl_FragCoord.x - gl_FragCoord.y) / (9.0 * sharp)) - 0.5) * 9.0;
     colour = mix(vec3(0.25, 0.27, 0.29), vec3(0.8, 0.83, 0.86), clamp(1.4 - line, 0.0, 1.0)) * (0.4 + 0.6 * tinted.a);
@@ -103,6 +103,7 @@ class Painter {
     const { gl, plain, marked } = this, { order, marks, free } = surface;
     gl.viewport(...box);
     gl.bindVertexArray(surface.array);
+    gl[surface.open ? "disable" : "enable"](gl.CULL_FACE);
     if (!doubt) this.pass(plain, camera, box, order, 0, free);
     gl.useProgram(marked.program);
     gl.uniform4fv(marked.rings, rings);
@@ -119,6 +120,7 @@ class Painter {
     }
     gl.uniform1f(marked.held, 1);
     this.pass(marked, camera, box, order, free, surface.count - free);
+    gl.enable(gl.CULL_FACE);
   }
 
   // some triangles by their numbers in a buffer

@@ -1,7 +1,8 @@
 // What stands around the view: readings, choices, the key of colours, and the sentence that is read aloud.
 const WAYS = { press: "Press", slide: "Slide", tilt: "Tilt", turn: "Turn" };
+const KNIFE_WAYS = { pull: "Pull", cut: "Cut" }; // where a model follows a knife
 const KEYS = [
-  ["1 2 3 4", "what a drag or an arrow key does"], ["Enter", "press at the mark, or let go"],
+  ["1 2 3 …", "what a drag or an arrow key does"], ["Enter", "press at the mark, or let go"],
   ["arrows", "move the mark; then deeper, along, aslant, or the view"], ["+ − 0", "nearer, farther, as at first"],
   ["P", "pin this finger; the next press is a second one"], ["T", "show the truth, where one is loaded"], ["Esc", "let go"],
 ];
@@ -39,7 +40,7 @@ class Panel {
     this.live.setAttribute("aria-live", "polite");
     const list = make("dl", { id: `${id}_keys` }, ...KEYS.flatMap(([key, text]) => [make("dt", { textContent: key }), make("dd", { textContent: text })]));
     const help = make("details", {}, make("summary", { textContent: "Keys" }), list);
-    const side = make("div", { className: "side" }, this.readings(), this.tools(), this.ways(), this.sliders(), this.fingers(), this.selects(), this.truths(), help);
+    const side = make("div", { className: "side" }, this.readings(), this.tools(), this.ways(), this.sliders(), this.knife(), this.fingers(), this.selects(), this.truths(), help);
     this.whole = make("div", { className: "press-stage" }, make("div", { className: "seen" }, view, keys, this.doubt), side, this.live);
   }
 
@@ -60,7 +61,8 @@ class Panel {
   // one of several buttons that stay down, as radio buttons do
   ways() {
     const name = `${this.stage.figure.id}_way`;
-    this.radios = Object.fromEntries(Object.entries(WAYS).map(([way, text]) => {
+    const ways = this.stage.knives().length ? { ...WAYS, ...KNIFE_WAYS } : WAYS;
+    this.radios = Object.fromEntries(Object.entries(ways).map(([way, text]) => {
       const radio = make("input", { type: "radio", name, value: way, checked: way === "press" });
       radio.addEventListener("change", () => this.stage.choose(way));
       return [way, [radio, make("label", {}, radio, make("span", { textContent: text }))]];
@@ -69,25 +71,26 @@ class Panel {
       ...Object.values(this.radios).map(([, label]) => label));
   }
 
+  slider(text, most, act) {
+    const input = make("input", { type: "range", min: 0, max: most, step: "any", value: 0 }), value = make("output");
+    input.addEventListener("input", () => act(Number(input.value)));
+    return [input, value, make("label", { className: "slider" }, make("span", { textContent: text }), input, value)];
+  }
+
   sliders() {
-    const slider = (text, most, act) => {
-      const input = make("input", { type: "range", min: 0, max: most, step: "any", value: 0 }), value = make("output");
-      input.addEventListener("input", () => act(Number(input.value)));
-      return [input, value, make("label", { className: "slider" }, make("span", { textContent: text }), input, value)];
-    };
     const tilt = () => {
       if (!this.stage.active) return;
       this.stage.changed();
       this.stage.active.angles = [Number(this.angle[0].value), Number(this.turned[0].value)];
       this.stage.refresh();
     };
-    this.deep = slider("depth", 1, (value) => {
+    this.deep = this.slider("depth", 1, (value) => {
       if (this.stage.active) this.stage.deepen(value - this.stage.active.depth);
       else this.stage.depth = value;
       this.tell();
     });
-    this.angle = slider("tilt", 60, tilt);
-    this.turned = slider("side", 360, tilt);
+    this.angle = this.slider("tilt", 60, tilt);
+    this.turned = this.slider("side", 360, tilt);
     return make("div", { className: "sliders" }, this.deep[2], this.angle[2], this.turned[2]);
   }
 

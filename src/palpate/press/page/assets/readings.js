@@ -31,6 +31,7 @@ Object.assign(Panel.prototype, {
     this.error.textContent = error > 0 ? `± ${percent(error)}` : "–";
     this.bars(error);
     this.drawCurve();
+    this.tellKnife();
     this.doubtShown(doubt);
     clearTimeout(this.timer);
     this.timer = setTimeout(() => this.speak(), AGAIN_MS);
@@ -39,6 +40,8 @@ Object.assign(Panel.prototype, {
   depthShown(millimetres) {
     const { stage } = this, [slider, value] = this.deep;
     const asked = stage.truth ? this.depthOf(stage.active) : stage.active?.depth ?? stage.depth;
+    const name = stage.active instanceof Grip ? "pull" : "depth";
+    this.gone.previousSibling.textContent = this.deep[2].firstChild.textContent = name;
     this.gone.textContent = said(millimetres, "mm");
     slider.max = Math.max(stage.most, asked || 0);
     if (document.activeElement !== slider) slider.value = asked;
@@ -88,7 +91,7 @@ Object.assign(Panel.prototype, {
       const long = stage.camera.reach * (0.05 + 0.16 * Math.min(share, 1.6));
       const way = finger.force ? unit(finger.force) : finger.direction;
       const [x, y] = stage.camera.project(place, w, h), [fx, fy] = stage.camera.project(sum(place, way, -long), w, h);
-      return [left + fx, top + fy, left + x, top + y];
+      return finger instanceof Grip ? [left + x, top + y, left + 2 * x - fx, top + 2 * y - fy] : [left + fx, top + fy, left + x, top + y];
     }));
   },
 
@@ -96,7 +99,7 @@ Object.assign(Panel.prototype, {
     const { active, main } = this.stage, { doubt, error } = main.answer;
     const newtons = this.forceOf(active), millimetres = 1e3 * this.depthOf(active);
     const errors = error > 0 ? `, estimated error ${percent(error)} of the peak` : "";
-    const text = active ? `${said(newtons, "newtons")}, ${said(millimetres, "millimetres")} deep${errors}.` : "Nothing is pressed.";
+    const text = active ? `${said(newtons, "newtons")}, ${said(millimetres, "millimetres")} ${active instanceof Grip ? "pulled" : "deep"}${errors}.` : "Nothing is pressed.";
     const whole = doubt ? `${text} ${this.doubted(doubt)}` : text;
     if (this.live.textContent !== whole) this.live.textContent = whole;
   },
@@ -112,7 +115,7 @@ Object.assign(Panel.prototype, {
   },
 
   drawKey(key, { palette, marks, words }) {
-    const text = words + marks.join();
+    const cut = this.stage.cuts.length > 0, text = words + marks.join() + cut;
     if (key.dataset.shown === text) return;
     key.dataset.shown = text;
     const count = palette.length / 3 - 1;
@@ -125,7 +128,8 @@ Object.assign(Panel.prototype, {
       return mark;
     });
     const held = this.stage.held.some(Boolean) ? [make("span", { className: "held", textContent: "held" })] : [];
-    key.replaceChildren(bar, make("div", { className: "ticks" }, ...ticks), words, ...held);
+    const lips = cut ? [make("span", { className: "held lips", textContent: "lips of the cut" })] : [];
+    key.replaceChildren(bar, make("div", { className: "ticks" }, ...ticks), make("span", { textContent: words }), ...held, ...lips);
   },
 
   // another model: its advice, its truths, the range of its depths
@@ -142,6 +146,8 @@ Object.assign(Panel.prototype, {
   choose() {
     const { stage } = this, { truth, active } = stage;
     this.offerTools();
+    if (stage.mode === "cut" && !stage.choice?.head.knife) stage.mode = "press";
+    this.tellKnife();
     Object.entries(this.radios).forEach(([way, [radio]]) => (radio.checked = way === stage.mode));
     for (const each of [this.pin, this.let, this.angle[0], this.turned[0]]) each.disabled = !active;
     this.pin.setAttribute("aria-pressed", Boolean(active?.pinned));

@@ -63,7 +63,7 @@ class Stage {
     const { model, depths, surface: { nodes, triangles } } = this.main, free = FREE * model.info.peak_m;
     if (!place) return free;
     if (this.active?.touch?.deepest && place === this.active.place) return this.active.touch.deepest;
-    if (isHeld(triangles, 3 * place.triangle, this.held)) return 0;
+    if (isHeld(triangles, 3 * place.triangle, this.main.held)) return 0;
     if (!depths.has(place)) {
       const loaded = [model, ...this.choices.map((choice) => choice.loaded)];
       const knows = loaded.find((each) => each?.depth && each.nodes.length === nodes.length);
@@ -80,7 +80,8 @@ class Stage {
 
   // Let another model answer the same presses, as far as it is known to bear them.
   take(choice) {
-    const { model } = choice, same = this.main?.model.nodes.length === model.nodes.length;
+    const { model } = choice, size = (each) => each?.whole ?? each?.nodes.length, before = this.main?.model;
+    const same = size(before) === size(model), uncut = before?.triangles.length === model.triangles.length;
     this.choice = choice;
     this.main = new View(this.painter, model, this.held);
     this.depth ??= (model.depth ? FIRST : CAREFUL) * model.info.peak_m;
@@ -89,12 +90,14 @@ class Stage {
       this.camera = new Camera(model.nodes, this.held);
       [this.fingers, this.active, this.truth] = [[], null, null];
     }
+    if (!uncut) [this.fingers, this.active] = [[], null];
     for (const finger of this.fingers) {
       finger.surface = this.main.surface;
       finger.depth = Math.min(finger.wish, this.bears(finger.place)); // what another model did not bear comes back
     }
     if (this.tool && !this.tools()[this.tool]) [this.tool, this.fingers, this.active] = [null, [], null];
     this.panel.show(choice);
+    this.even();
     this.refresh();
   }
 
@@ -103,6 +106,7 @@ class Stage {
     this.beside = choice && new View(this.painter, choice.model, this.held);
     if (this.colour === "between" && !choice) this.colour = "displacement";
     this.panel.choose();
+    this.even();
     this.refresh();
   }
 
@@ -114,9 +118,11 @@ class Stage {
     const kept = this.fingers.filter((finger) => !finger.leaving);
     let finger = own ?? kept.find((each) => !each.pinned);
     if (!finger && kept.length === 2) finger = this.active;
-    if (!finger) {
-      finger = new Finger(this.main.surface, place, this.depth);
-      this.fingers = [...kept, finger];
+    const pulls = this.mode === "pull";
+    if (!finger || (!own && pulls !== finger instanceof Grip)) {
+      const others = kept.filter((each) => each !== finger);
+      finger = pulls ? new Grip(this.main.surface, place) : new Finger(this.main.surface, place, this.depth);
+      this.fingers = [...others, finger];
     }
     finger.place = place;
     finger.depth = Math.min(finger.wish, this.bears(place));
@@ -216,7 +222,9 @@ class Stage {
       this.painter.paint(view.buffers, this.camera, [box[0], height - box[1] - box[3], box[2], box[3]], marks);
     });
     this.drawTool();
+    this.painter.arrows.draw(this.rims(), sharp, { head: 0, wide: 0.5, ink: RIM });
     this.painter.arrows.draw(this.panel.shafts(), sharp);
+    this.painter.arrows.draw(this.traced(), sharp, { head: 0 });
     this.pictures++;
     this.panel.tell();
   }
@@ -242,7 +250,7 @@ class Stage {
   rings() {
     const rings = new Float32Array(12), inks = new Float32Array(9), radius = this.active?.touch?.radius ?? this.main.model.info.radius_m;
     const shown = this.fingers.map((finger) => [finger.rest, finger === this.active ? INKS.active : INKS.other]);
-    if (this.cursorSeen && this.cursor && !(this.active && !this.active.pinned)) shown.push([this.cursor.rest, INKS.cursor]);
+    if (this.cursorSeen && this.cursor && (this.mode === "cut" || !(this.active && !this.active.pinned))) shown.push([this.cursor.rest, INKS.cursor]);
     shown.slice(0, 3).forEach(([place, ink], i) => {
       rings.set([...place, radius], 4 * i);
       inks.set(ink, 3 * i);

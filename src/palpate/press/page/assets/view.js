@@ -1,11 +1,11 @@
 // One body as it is shown: its places, normals and colours, and the answer that they come from.
 
 class View {
-  // held: a byte for each node, 1 where it is held and cannot move
-  constructor(painter, model, held) {
-    const { nodes, triangles } = model, normals = new Float32Array(nodes.length);
+  // whole: a byte for each node of the whole body, 1 where it is held and cannot move
+  constructor(painter, model, whole) {
+    const { nodes, triangles } = model, held = model.cutHeld ?? whole, normals = new Float32Array(nodes.length);
     fillNormals(nodes, triangles, normals);
-    Object.assign(this, { painter, model, surface: { nodes, triangles, normals }, ...inOrder(triangles, held) });
+    Object.assign(this, { painter, model, held, surface: { nodes, triangles, normals }, ...inOrder(triangles, held) });
     this.places = Float32Array.from(nodes);
     this.normals = Float32Array.from(normals);
     this.shades = new Float32Array(nodes.length / 3);
@@ -19,6 +19,7 @@ class View {
 
   upload() {
     this.buffers = this.painter.surface(this.surface.nodes, this.order, this.free);
+    this.buffers.open = this.model.skin < this.shades.length;
   }
 
   // Take an answer to some presses; without any, the body is at rest.
@@ -48,7 +49,9 @@ class View {
 
   // Colour the surface: `ofLength` makes a shade of a length.
   shade({ ofLength, palette }, rows) {
-    for (let n = 0; n < this.shades.length; n++) this.shades[n] = ofLength(this.shades[n]);
+    const skin = this.model.skin ?? this.shades.length;
+    for (let n = 0; n < skin; n++) this.shades[n] = ofLength(this.shades[n]);
+    this.shades.fill(OF_LIP, skin);
     fillTints(this.tints, this.shades, this.normals, palette, rows);
     this.painter.send(this.buffers, { place: this.places, tint: this.tints });
   }

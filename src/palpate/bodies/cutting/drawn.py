@@ -1,0 +1,226 @@
+"""The surface of a cut body as it is looked at: its skin, divided where the blade went, and the two lips.
+
+With virtual nodes both copies of a crossed element keep its whole skin, most of which is nobody's tissue. So the skin
+on doubled elements is divided by the surfaces of the cuts, each part follows the copy of its own side, and the sections
+of these elements are drawn twice, as the lips. A lip ends where the model's crack does, at faces.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from palpate.bodies.cutting.cut import Cut
+from palpate.bodies.cutting.ways import NEAR_PLANE, Parted, divide
+from palpate.bodies.mesh import FACES, TetMesh, area_normals
+
+SAME = 1e-8
+"""Distance over the size of the body within which two points are one."""
+FLAT = 1e-9
+"""Area of a part over that of its triangle below which it is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """A surface at rest that follows the nodes of a parted level.
+
+    nodes : (n, 3) [m], those of the skin first; triangles : (t, 3), wound outward, likewise
+    skin_nodes, skin_triangles : how many of them are of the skin; the others are of lips
+    rows : (n, n_parted) the interpolation to them
+    rims : (k, 2) nodes of the edges of the skin that run along cuts
+    """
+
+    nodes: np.ndarray
+    triangles: np.ndarray
+    skin_nodes: int
+    skin_triangles: int
+    rows: sparse.csr_array
+    rims: np.ndarray
+
+
+def drawn(
+    parted: Parted, cuts: Sequence[Cut], nodes: np.ndarray, triangles: np.ndarray, rows: sparse.csr_array
+) -> Drawn:
+    """Return the surface of a level that virtual nodes part along ``cuts``.
+
+    nodes, triangles : (n, 3) [m], (t, 3) of the skin of the whole body; rows : (n, n_whole) from the level's nodes
+    """
+    if not cuts:
+        return Drawn(nodes, triangles, len(nodes), len(triangles), rows, np.empty((0, 2), dtype=np.int64))
+    size = float(np.ptp(nodes, axis=0).max())
+    skin = _welded(*_skin(parted, cuts, nodes, triangles, rows), size)
+    lips = _welded(*_lips(parted, cuts, size), size)
+    count = len(skin[0])
+    return Drawn(
+        np.vstack([skin[0], lips[0]]),
+        np.vstack([skin[1], lips[1] + count]),
+        count,
+        len(skin[1]),
+        sparse.csr_array(sparse.vstack([skin[2], lips[2]])),
+        _rims(cuts, skin[0], skin[1], NEAR_PLANE * size),
+    )
+
+
+def _rims(cuts: Sequence[Cut], nodes: np.ndarray, triangles: np.ndarray, near: float) -> np.ndarray:
+    """Return the edges (k, 2) that the skin ends at and both of whose ends are on the surface of one cut."""
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    kinds, count = np.unique(edges, axis=0, return_counts=True)
+    on = np.any([(np.abs(cut.across(nodes)) <= near)[kinds].all(axis=1) for cut in cuts], axis=0)
+    return kinds[on & (count == 1)]
+
+
+def _welded(points: np.ndarray, rows: sparse.csr_array, size: float) -> tuple[np.ndarray, np.ndarray, sparse.csr_array]:
+    """Join the corners (t, 3, 3) [m] of triangles that are at one place and follow the same nodes alike.
+
+    Triangles that two corners of are one are left out.
+    """
+    flat = points.reshape(-1, 3)
+    # rows are told apart by their product with random numbers
+    mark = rows @ np.random.default_rng(0).random(rows.shape[1])
+    keys = np.column_stack([np.round(flat / (SAME * size)), np.round(mark / SAME)])
+    _, first, which = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    triangles = which.reshape(-1, 3)
+    wide = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    return flat[first], triangles[wide], rows[first]
+
+
+def _skin(
+    parted: Parted, cuts: Sequence[Cut], nodes: np.ndarray, triangles: np.ndarray, rows: sparse.csr_array
+) -> tuple[np.ndarray, sparse.csr_array]:
+    """Return the corners (t, 3, 3) [m] of the skin, divided on doubled elements, and their interpolation (3t, n)."""
+    element = _under(parted.whole, triangles, rows)
+    doubled = np.bincount(parted.parents, minlength=len(parted.whole.tetrahedra))[element] > 1
+    owner, weights = np.flatnonzero(doubled), np.broadcast_to(np.eye(3), (doubled.sum(), 3, 3))
+    for cut in cuts:
+        for piece in cut.pieces:
+            values = piece.across((weights @ nodes[triangles[owner]]).reshape(-1, 3))
+            weights, owner = _halved(weights, owner, values)
+    rest = np.flatnonzero(~doubled)
+    owner, weights = np.append(rest, owner), np.concatenate([np.broadcast_to(np.eye(3), (len(rest), 3, 3)), weights])
+    corners = weights @ nodes[triangles[owner]]
+    normals = area_normals(nodes, triangles)[owner]
+    share = (_normals(corners) * normals).sum(axis=1) / (normals**2).sum(axis=1)
+    for each in (weights, corners):
+        each[share < 0.0] = each[share < 0.0][:, ::-1]
+    kept = np.abs(share) > FLAT
+    owner, weights, corners = owner[kept], weights[kept], corners[kept]
+    copies = _copies(parted, element[owner], _sides(cuts, corners.mean(axis=1)))
+    # of each corner: its shares of the skin's nodes, theirs of the level's, and these in the copy
+    count = 3 * len(owner)
+    entries = weights.ravel(), (np.repeat(np.arange(count), 3), np.repeat(triangles[owner], 3, axis=0).ravel())
+    mixed = (sparse.csr_array(entries, shape=(count, len(nodes))) @ rows).tocoo()
+    mixed.eliminate_zeros()
+    own = parted.whole.tetrahedra[element[owner]][mixed.row // 3]
+    at = parted.mesh.tetrahedra[copies[mixed.row // 3], (own == mixed.col[:, None]).argmax(axis=1)]
+    return corners, sparse.csr_array((mixed.data, (mixed.row, at)), shape=(count, len(parted.origin)))
+
+
+def _under(mesh: TetMesh, triangles: np.ndarray, rows: sparse.csr_array) -> np.ndarray:
+    """Return the element (t,) of a level under each of ``triangles`` (t, 3), whose corners follow its face's nodes."""
+    follows = sparse.csr_array((np.ones(rows.nnz), rows.indices, rows.indptr), shape=rows.shape)
+    ends = np.repeat(np.arange(len(triangles)), 3), triangles.ravel()
+    nodes = sparse.csr_array((np.ones(triangles.size), ends), shape=(len(triangles), rows.shape[0])) @ follows
+    nodes.sort_indices()
+    faces = np.sort(mesh.tetrahedra[:, FACES].reshape(-1, 3), axis=1)
+    keys, wanted = (_keys(each, len(mesh.nodes)) for each in (faces, nodes.indices.reshape(-1, 3).astype(np.int64)))
+    order = np.argsort(keys)
+    return order[np.searchsorted(keys[order], wanted)] // 4
+
+
+def _keys(faces: np.ndarray, count: int) -> np.ndarray:
+    """Return one number for each of ``faces`` (k, 3), increasing nodes below ``count``."""
+    return (faces[:, 0] * count + faces[:, 1]) * count + faces[:, 2]
+
+
+def _halved(weights: np.ndarray, owner: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Divide triangles, by the weights (k, 3, 3) of their corners, where ``values`` (3k,) at these change sign."""
+    value = values.reshape(-1, 3)
+    order = np.argsort(-value, axis=1, kind="stable")
+    value = np.take_along_axis(value, order, axis=1)
+    above = (value >= 0.0).sum(axis=1)
+    same = (above == 0) | (above == 3)
+    found, owners = [weights[same]], [owner[same]]
+    weights = np.take_along_axis(weights, order[:, :, None], axis=1)
+    for count, edges, pieces in (
+        (1, ((0, 1), (0, 2)), ([0, 3, 4], [3, 1, 2], [3, 2, 4])),
+        (2, ((0, 2), (1, 2)), ([2, 3, 4], [3, 0, 1], [3, 1, 4])),
+    ):
+        at = above == count
+        own, distance = weights[at], value[at]
+        ends = [
+            own[:, i] + (distance[:, i] / (distance[:, i] - distance[:, j]))[:, None] * (own[:, j] - own[:, i])
+            for i, j in edges
+        ]
+        corners = np.stack([*np.swapaxes(own, 0, 1), *ends], axis=1)
+        for piece in pieces:
+            found.append(corners[:, piece])
+            owners.append(owner[at])
+    return np.concatenate(found), np.concatenate(owners)
+
+
+def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray, sparse.csr_array]:
+    """Return the corners (t, 3, 3) [m] of both lips' triangles, and their interpolation (3t, n_parted)."""
+    mesh, corners, nodes, weights = (
+        parted.whole,
+        [np.empty((0, 3, 3))],
+        [np.empty((0, 3, 4), int)],
+        [np.empty((0, 3, 4))],
+    )
+    doubled = np.flatnonzero(np.bincount(parted.parents) > 1)
+    every = [piece for cut in cuts for piece in cut.pieces]
+    for c, cut in enumerate(cuts):
+        for piece in cut.pieces:
+            parts, element = mesh.nodes[mesh.tetrahedra[doubled]], doubled
+            for other in every:  # so that no section is on both sides of another piece
+                if other is not piece:
+                    parts, element, *_ = divide(parts, element, other.across)
+            _, _, sections, element = divide(parts, element, piece.across)
+            on = np.abs(cut.across(sections.mean(axis=1))) <= NEAR_PLANE * size
+            sections, element = sections[on], element[on]
+            sides = _sides(cuts, sections.mean(axis=1))
+            lips = []
+            for side in (1, -1):
+                sides[:, c] = side
+                lips.append(_copies(parted, element, sides))
+            both = lips[0] != lips[1]
+            frames = np.concatenate(
+                [np.swapaxes(mesh.nodes[mesh.tetrahedra[element]], 1, 2), np.ones((len(element), 1, 4))], axis=1
+            )
+            places = np.concatenate([np.swapaxes(sections, 1, 2), np.ones((len(element), 1, 4))], axis=1)
+            shares = np.swapaxes(np.linalg.solve(frames, places), 1, 2)
+            for triangle in ([0, 1, 2], [0, 2, 3]):
+                own, share = sections[:, triangle], shares[:, triangle]
+                turned = _normals(own) @ piece.normal
+                for copies, outward in zip(lips, (-1.0, 1.0), strict=True):
+                    for kept, step in ((both & (outward * turned > 0.0), 1), (both & (outward * turned < 0.0), -1)):
+                        corners.append(own[kept, ::step])
+                        weights.append(share[kept, ::step])
+                        nodes.append(np.repeat(parted.mesh.tetrahedra[copies[kept]][:, None], 3, axis=1))
+    points, at = np.concatenate(corners), np.concatenate(nodes).reshape(-1, 4)
+    entries = np.concatenate(weights).ravel(), (np.repeat(np.arange(len(at)), 4), at.ravel())
+    return points, sparse.csr_array(entries, shape=(len(at), len(parted.origin)))
+
+
+def _copies(parted: Parted, element: np.ndarray, sides: np.ndarray) -> np.ndarray:
+    """Return the copy of each ``element`` (k,) that is on ``sides`` (k, cuts), or if there is none, its first one."""
+    order = np.argsort(parted.parents, kind="stable")
+    starts = np.searchsorted(parted.parents[order], np.arange(len(parted.whole.tetrahedra) + 1))
+    found = order[starts[element]]
+    counts = np.diff(starts)[element]
+    for number in range(int(counts.max(initial=0)) - 1, -1, -1):
+        some = np.flatnonzero(number < counts)
+        copies = order[starts[element[some]] + number]
+        fits = (parted.sides[copies] * sides[some] >= 0).all(axis=1)
+        found[some[fits]] = copies[fits]
+    return found
+
+
+def _normals(corners: np.ndarray) -> np.ndarray:
+    """Return the normals (t, 3) of triangles with corners (t, 3, 3) [m], twice the area long."""
+    return area_normals(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+
+
+def _sides(cuts: Sequence[Cut], points: np.ndarray) -> np.ndarray:
+    """Return the side of each cut that ``points`` (n, 3) [m] are on, (n, cuts) 1 or -1."""
+    return np.column_stack([np.where(cut.across(points) >= 0.0, 1, -1) for cut in cuts])

@@ -1,0 +1,208 @@
+"""Elements that a knife cuts while they are pressed: each request says all cuts that the body at rest has had.
+
+A level whose elements answer soon is parted with virtual nodes, and its factor made anew. Presses are spread over the
+surface as it is drawn, with the lips, so that a disc lies on the tissue of its own side alone.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from palpate.benchmark.model import Case
+from palpate.bodies.body import Body
+from palpate.bodies.cutting.cut import Cut, make_cut
+from palpate.bodies.cutting.drawn import Drawn, drawn
+from palpate.bodies.cutting.ways import VIRTUAL_NODES, Parted, part, whole
+from palpate.bodies.mesh import Sheet, components
+from palpate.effects.patch_load import Patch, patch_shares
+from palpate.bodies.surface_integrals import near_ball
+from palpate.errors import InputError
+from palpate.models.fem_statics import to_surface
+from palpate.press.serve.pressed_model import Asked, Found
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.solvers.pushed_discs import OVERLAP, push
+
+MOST_NODES = 1500
+"""Nodes of a level that is made anew within a tenth of a second; the finest that has no more answers."""
+MOST_CUTS, MOST_POINTS = 4, 12
+"""Cuts of a body, and points of the path of each."""
+FULLY = 1e-9
+"""What the weights of held nodes may lack where a point follows them alone."""
+TOLERANCE = 1e-3
+"""Relative residual of an answer, far below what a level of so few nodes differs from the truth by."""
+
+
+def read_cuts(body: bytes) -> list[dict]:
+    """Read ``{"cuts": [{"path_m": …, "depth_m": …}, …]}`` beside whatever else was sent; InputError if it is none."""
+    try:
+        sent = json.loads(body)
+        cuts = sent.get("cuts", [])
+        if not isinstance(cuts, list):
+            raise TypeError
+        found = [_read(each) for each in cuts]
+    except (ValueError, TypeError, AttributeError, OverflowError, RecursionError):
+        raise InputError('post {"cuts": [...]}, each with path_m, points of three numbers, and depth_m.') from None
+    if len(found) > MOST_CUTS:
+        raise InputError(f"there are {len(found)} cuts; make the body whole after {MOST_CUTS} of them.")
+    return found
+
+
+def _read(sent: Any) -> dict:
+    path, depth = np.array(sent["path_m"], dtype=float), float(sent["depth_m"])
+    if set(sent) != {"path_m", "depth_m"} or path.ndim != 2 or path.shape[1] != 3 or len(path) > MOST_POINTS:
+        raise TypeError
+    if not (np.abs(path).max() < 1e3 and 0.0 <= depth < 1e3):  # comparisons that NaN fails
+        raise ValueError
+    return {"path_m": path.tolist(), "depth_m": depth}
+
+
+def cut_level(body: Body) -> tuple[int, float]:
+    """Return the finest level that is cut soon, and the median edge [m] of its elements; InputError without any."""
+    counts = [len(mesh.nodes) for mesh in body.levels]
+    if counts[0] > MOST_NODES:
+        raise InputError(f"{body.name}: {counts[0]} nodes cannot be cut at once; give it a coarser mesh.")
+    level = sum(count <= MOST_NODES for count in counts) - 1
+    ends = body.levels[level].nodes[body.levels[level].edges]
+    return level, float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)))
+
+
+class Followed(NamedTuple):
+    """A cut body: the surface to draw, which of its nodes are held, (n,) bool, and what it took.
+
+    ready, seen : milliseconds until presses could be answered, and of finding the surface after that
+    """
+
+    surface: Drawn
+    held: np.ndarray
+    ready: float
+    seen: float
+
+
+class KnifeModel:
+    """Linear elements of a level that follow cuts; with ``linear`` strains are small, else the law is the body's.
+
+    Raises InputError for a body whose coarsest level is too large to be cut at once.
+    """
+
+    def __init__(self, case: Case, linear: bool):
+        self._body, self._radius_m, self._linear = case.body, case.radius_m, linear
+        self._level, self._edge_m = cut_level(case.body)
+        self._mesh = case.body.levels[self._level]
+        self._skin, self._triangles = case.database.nodes_fine_surface, case.database.triangles
+        self._rows = to_surface(case.body, self._level)
+        self._cuts: list[dict] | None = None
+        self.follow([])
+
+    def follow(self, cuts: list[dict]) -> Followed:
+        """Have these cuts of the body at rest, and no others; nothing is done if it has them already.
+
+        cuts : of ``read_cuts``
+        Raises InputError, and leaves the body as it is, for a cut that is outside, or that severs nothing.
+        """
+        if cuts != self._cuts:
+            begin = perf_counter()
+            made = [make_cut(f"cut {number}", each, self._mesh) for number, each in enumerate(cuts, 1)]
+            for each in cuts:
+                self._refuse_outside(np.array(each["path_m"]))
+            parted = part(self._body, self._level, made, VIRTUAL_NODES) if made else whole(self._body, self._level, 0)
+            held = np.isin(np.arange(len(parted.origin)), parted.body.anchors[0])
+            self._refuse_idle(parted, held, made)
+            loose = parted.loose(held)
+            body = _held(parted.body, held | loose)
+            equilibrium, ready = Equilibrium(body, 0), perf_counter()
+            surface = drawn(parted, made, self._skin, self._triangles, self._rows)
+            self._surface, self._sheet = surface, Sheet(surface.nodes, surface.triangles, 0.0)
+            self._fixed, self._loose, self._equilibrium = held | loose, loose, equilibrium
+            still = surface.rows @ held.astype(float) > 1.0 - FULLY
+            times = 1e3 * (ready - begin), 1e3 * (perf_counter() - ready)
+            self._placed: dict[tuple[int, bytes], np.ndarray] = {}
+            self._followed, self._cuts = Followed(surface, still, *times), cuts
+        return self._followed
+
+    def _refuse_outside(self, path_m: np.ndarray) -> None:
+        if (np.linalg.norm(self._skin - path_m[:, None], axis=2).min(axis=1) > 2.0 * self._edge_m).all():
+            raise InputError("this cut is outside the body; drag the knife over the skin.")
+
+    def _refuse_idle(self, parted: Parted, held: np.ndarray, cuts: Sequence[Cut]) -> None:
+        """Refuse the last cut if no node gets a copy by it, or only nodes that are held."""
+        if not cuts:
+            return
+        before = (
+            len(part(self._body, self._level, cuts[:-1], VIRTUAL_NODES).origin)
+            if cuts[:-1]
+            else len(parted.whole.nodes)
+        )
+        if len(parted.origin) <= before:
+            long = 1e3 * self._edge_m
+            raise InputError(f"this cut severs nothing, as elements are {long:.0f} mm long; cut longer or deeper.")
+        copied = np.bincount(parted.origin)[parted.origin] > 1
+        if held[copied & parted.solid].all():
+            raise InputError("the body is held there, and a cut opens nothing; cut another place.")
+
+    def respond(self, asked: list[Asked]) -> Found:
+        """Answer presses on triangles of the surface; errors as in ``PressedModel``."""
+        begin = perf_counter()
+        known, self._placed = self._placed, {}
+        for each in asked:  # a finger that presses deeper stays at its place
+            key = each.triangle, each.weights.tobytes()
+            self._placed[key] = known[key] if key in known else self._weights(each)
+        weights = sparse.csr_array(np.array([self._placed[each.triangle, each.weights.tobytes()] for each in asked]))
+        gram = (weights @ weights.T).toarray()
+        if np.linalg.cond(gram) > 1.0 / OVERLAP:
+            raise InputError("two fingers press one place; let one of them go.")
+        moved, forces = (self._linearly if self._linear else self._converged)(weights, asked)
+        return Found(self._surface.rows @ moved, forces, None, "", 1e3 * (perf_counter() - begin))
+
+    def _weights(self, asked: Asked) -> np.ndarray:
+        """Return what each node of the parted level bears of a press, (n_parted,); those held bear nothing."""
+        sheet, corners = self._sheet, self._sheet.triangles[asked.triangle]
+        place, normal = asked.weights @ sheet.nodes[corners], asked.weights @ sheet.normals[corners]
+        if not (length := float(np.linalg.norm(normal))) > 0.0:
+            raise InputError("there is no skin at this place; press beside it.")
+        near = np.flatnonzero(near_ball(sheet.nodes[sheet.triangles], place, self._radius_m))
+        near = np.union1d(near, asked.triangle)
+        # a disc beside a cut does not reach over it
+        piece = components(sheet.triangles[near][:, [0, 1, 1, 2]].reshape(-1, 2), len(sheet.nodes))
+        own = sheet.triangles[near[piece[sheet.triangles[near, 0]] == piece[corners[0]]]]
+        nodes, shares = patch_shares(Sheet(sheet.nodes, own, 0.0), Patch(place, normal / length, self._radius_m))
+        weights = shares @ self._surface.rows[nodes]
+        if weights @ self._loose > 0.5:
+            raise InputError("this piece is cut free and hangs from nothing; make the body whole.")
+        weights[self._fixed] = 0.0
+        if not weights.any():
+            raise InputError("the body is held there; press another place.")
+        return weights
+
+    def _linearly(self, weights: sparse.csr_array, asked: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
+        """Return displacements (n_parted, 3) [m] and forces (k, 3) [N] under small strains."""
+        count = len(asked)
+        units = np.einsum("kn,ab->nakb", weights.toarray(), np.eye(3)).reshape(-1, 3, 3 * count)
+        moved = self._equilibrium.at_rest()(units)
+        given = np.concatenate([each.moved if each.force is None else each.force for each in asked])
+        pushed = np.repeat([each.force is None for each in asked], 3)
+        between = (weights @ moved.reshape(len(moved), -1)).reshape(3 * count, 3 * count)
+        forces = np.where(pushed, 0.0, given)
+        if pushed.any():
+            forces[pushed] = np.linalg.solve(between[np.ix_(pushed, pushed)], (given - between @ forces)[pushed])
+        return moved @ forces, forces.reshape(-1, 3)
+
+    def _converged(self, weights: sparse.csr_array, asked: list[Asked]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the same with the body's law."""
+        pushed = np.array([each.force is None for each in asked])
+        forces = np.array([np.zeros(3) if each.force is None else each.force for each in asked])
+        load, rest = weights.T @ forces, self._equilibrium.mesh.nodes
+        if not pushed.any():
+            return self._equilibrium.solve(load, TOLERANCE).x - rest, forces
+        ways = np.array([each.moved for each in asked if each.force is None])
+        solution, forces[pushed] = push(self._equilibrium, load, weights[pushed], ways, TOLERANCE)
+        return solution.x - rest, forces
+
+
+def _held(body: Body, held: np.ndarray) -> Body:
+    """Return a body of one level with other nodes (n,) bool held."""
+    return replace(body, anchors=[np.flatnonzero(held)])

@@ -1,0 +1,209 @@
+"""The knife in a real browser, with the server behind it: what the page shows is what Python answers."""
+
+import json
+import threading
+
+import numpy as np
+import pytest
+from press.page.press_stage import CLOSE, READY, STAGE, rest, spots
+from press.serve.test_knife import skewed
+from report import browser as chromium
+
+from palpate.press.finished_run import FinishedRun
+from palpate.press.serve.command import _page, answers
+from palpate.press.serve.live_models import LiveModels
+from palpate.press.serve.pressed_model import Asked
+from palpate.press.serve.server import PressServer
+
+pytestmark = pytest.mark.skipif(chromium.PROGRAM is None, reason=chromium.NEEDS)
+CUT = f"{STAGE}.cuts.length === 1 && !{STAGE}.severing"
+WHOLE = f"{STAGE}.cuts.length === 0 && !{STAGE}.severing"
+NOTE = ".knife .advice"
+
+
+@pytest.fixture(scope="module")
+def live(finished) -> LiveModels:
+    return LiveModels(FinishedRun(finished / "config.yaml", finished / "results"), "slab_large")
+
+
+@pytest.fixture(scope="module")
+def address(live, finished):
+    run = FinishedRun(finished / "config.yaml", finished / "results")
+    with PressServer() as server:
+        server.offer(_page(live, run, "slab_large", None), answers(live))
+        threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
+        yield server.address
+        server.shutdown()
+
+
+@pytest.fixture
+def page(browser, address):
+    with browser.new_context(**chromium.DESKTOP, reduced_motion="reduce") as context:
+        shown, said = context.new_page(), []
+        shown.on("console", lambda message: said.append(message.text) if message.type in ("error", "warning") else None)
+        shown.on("pageerror", lambda error: said.append(str(error)))
+        shown.goto(address)
+        chromium.until(shown, READY)
+        rest(shown)
+        yield shown
+        assert [each for each in said if "400" not in each] == []  # a browser tells each refusal
+
+
+def choose(page, name):
+    page.get_by_label("model").select_option(name)
+    rest(page)
+
+
+def way(page, text):
+    page.locator(".ways span", has_text=text).click()
+
+
+def pixel(page, point):
+    """The pixel of the page at which a point [m] of the body at rest is seen."""
+    return page.evaluate(
+        f"""point => {{ const s = {STAGE}, {{ canvas }} = s.panel, box = canvas.getBoundingClientRect();
+        const [left, top, w, h] = s.box(0, canvas.clientWidth, canvas.clientHeight);
+        const [x, y] = s.camera.project(point, w, h);
+        return [box.left + left + x, box.top + top + y]; }}""",
+        point,
+    )
+
+
+def cut_across(page, x=0.11, beyond=0.15):
+    """Drag the knife over the top, from one side of the body to the other."""
+    places = [pixel(page, skewed(x, y)) for y in np.linspace(-beyond + 0.1, beyond, 12)]
+    page.mouse.move(*places[0])
+    page.mouse.down()
+    for place in places[1:]:
+        page.mouse.move(*place)
+    page.mouse.up()
+
+
+@pytest.mark.parametrize("name", ["cut_elements", "cut_linear"])
+def test_a_drag_cuts_a_pull_opens_the_lips_and_the_body_is_made_whole(page, live, name):
+    choose(page, name)
+    before = rest(page)["nodes"]
+    page.get_by_role("slider", name="blade").fill("0.04")
+    way(page, "Cut")
+    cut_across(page)
+    chromium.until(page, CUT)
+    cuts, nodes, skin = page.evaluate(f"[{STAGE}.cuts, [...{STAGE}.main.surface.nodes], {STAGE}.main.model.skin]")
+    model = live.knife(name)
+    surface = model.follow(cuts).surface
+    assert cuts[0]["depth_m"] == 0.04 and surface.skin_nodes == skin < len(nodes) / 3
+    np.testing.assert_allclose(np.reshape(nodes, (-1, 3)), surface.nodes, atol=1e-7)
+    page.wait_for_timeout(250)
+    assert "now pull" in page.text_content(NOTE) and "mm apart" not in page.text_content(NOTE)
+    way(page, "Pull")
+    x, y = pixel(page, skewed(0.16, 0.05))
+    chromium.drag(page, x, y, (30, 5), (50, 10))
+    found = rest(page)
+    (press,) = found["presses"]
+    assert np.linalg.norm(press["moved"]) > 0.005
+    answer = model.respond([Asked(press["triangle"], np.array(press["weights"]), None, np.array(press["moved"]))])
+    shown = np.reshape(found["displacement"], (-1, 3))
+    assert np.abs(shown - answer.displacement).max() < CLOSE * np.abs(answer.displacement).max()
+    lips = np.unique(np.round(surface.nodes[skin:], 6), axis=0, return_inverse=True)[1].ravel()
+    moved = surface.nodes + answer.displacement
+    apart = max(np.ptp(moved[skin:][lips == each], axis=0).max() for each in range(lips.max() + 1))
+    page.wait_for_timeout(250)
+    note = page.text_content(NOTE)
+    told = float(note.split("The lips are ")[1].split()[0])
+    assert 1e3 * apart <= told * 1.01 and told <= 1e3 * apart * np.sqrt(3) and apart > 1e-3
+    assert note.startswith("Cut in ") and "first answer " in note
+    # what is red is lips alone
+    shades = np.array(page.evaluate(f"[...{STAGE}.main.shades]"))
+    assert (shades[skin:] == -2).all() and (shades[:skin] >= 0).all()
+    page.get_by_role("button", name="Make whole").click()
+    chromium.until(page, WHOLE)
+    assert rest(page)["nodes"] == before and rest(page)["presses"] == []
+
+
+def test_both_models_show_one_cut_beside_each_other_and_one_that_cannot_makes_whole(page):
+    choose(page, "cut_linear")
+    page.get_by_label("beside it").select_option("cut_elements")
+    way(page, "Cut")
+    cut_across(page)
+    chromium.until(page, CUT)
+    counts = page.evaluate(f"{STAGE}.views.map((view) => view.surface.nodes.length)")
+    assert counts[0] == counts[1]
+    choose(page, "fem_p1")
+    chromium.until(page, WHOLE)
+    rest(page)
+    counts = page.evaluate(f"{STAGE}.views.map((view) => view.surface.nodes.length)")
+    assert counts[0] == counts[1]
+    radio = page.locator(".ways input[value=cut]")
+    assert radio.is_disabled() and page.evaluate(f"{STAGE}.mode") == "press"
+    said = page.text_content(NOTE)
+    assert said.startswith("This model was prepared for the whole body and follows no knife; choose")
+    assert page.get_by_role("slider", name="blade").is_disabled()
+
+
+def test_a_refused_cut_is_said_in_one_sentence_and_changes_nothing(page):
+    choose(page, "cut_linear")
+    before = rest(page)["nodes"]
+    page.get_by_role("slider", name="blade").fill("0.001")
+    way(page, "Cut")
+    (x, y), *_ = spots(page, 1)
+    chromium.drag(page, x, y, (10, 0), (20, 0))
+    chromium.until(page, f"{STAGE}.refused")
+    page.wait_for_timeout(250)
+    assert page.text_content(NOTE).startswith("This cut severs nothing, as elements are 30 mm long")
+    assert page.evaluate(f"{STAGE}.cuts.length") == 0 and rest(page)["nodes"] == before
+
+
+def test_all_of_the_knife_by_keyboard(page):
+    choose(page, "cut_linear")
+    page.get_by_role("slider", name="blade").fill("0.04")
+    page.focus("canvas")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Shift+Tab")
+    page.keyboard.press("6")
+    page.keyboard.press("Enter")
+    for _ in range(16):
+        page.keyboard.press("ArrowDown")
+    assert page.evaluate(f"{STAGE}.trace.path.length") > 8
+    page.keyboard.press("Enter")
+    chromium.until(page, CUT)
+    page.keyboard.press("5")
+    page.keyboard.press("Enter")
+    for _ in range(4):
+        page.keyboard.press("ArrowRight")
+    (press,) = rest(page)["presses"]
+    right = page.evaluate(f"{STAGE}.camera.rows[0]")
+    assert np.dot(press["moved"], right) == pytest.approx(np.linalg.norm(press["moved"]), rel=1e-6)
+    assert np.linalg.norm(press["moved"]) > 0.003
+    page.keyboard.press("Escape")
+    assert rest(page)["presses"] == []
+
+
+def test_on_a_telephone_all_fits_and_a_touch_cuts(browser, address):
+    with browser.new_context(**chromium.TELEPHONE, reduced_motion="reduce", color_scheme="dark") as context:
+        page = context.new_page()
+        page.goto(address)
+        chromium.until(page, READY)
+        choose(page, "cut_elements")
+        page.get_by_role("slider", name="blade").fill("0.04")
+        way(page, "Cut")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        boxes = [each.bounding_box() for each in page.locator(".ways span").all() if each.is_visible()]
+        assert len(boxes) == 6 and all(box["width"] > 40 and box["x"] + box["width"] <= 390 for box in boxes)
+        page.evaluate("document.querySelector('canvas').scrollIntoView()")
+        (x, y), *_ = spots(page, 1)
+        client = page.context.new_cdp_session(page)
+        send = lambda kind, points: client.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})  # noqa: E731
+        send("touchStart", [{"x": x - 25, "y": y, "id": 0}])
+        for step in range(1, 11):
+            send("touchMove", [{"x": x - 25 + 8 * step, "y": y + 2 * step, "id": 0}])
+        send("touchEnd", [])
+        chromium.until(page, f"({CUT}) || {STAGE}.refused")
+        assert page.evaluate(f"{STAGE}.refused") == ""
+
+
+def test_what_a_page_sends_for_a_cut_fits_into_a_request():
+    from palpate.press.serve.knife import MOST_CUTS, MOST_POINTS, read_cuts
+    from palpate.press.serve.server import MAX_BYTES
+
+    cut = {"path_m": [[-0.123456] * 3] * MOST_POINTS, "depth_m": 0.12345}
+    body = json.dumps({"presses": [], "cuts": [cut] * MOST_CUTS}).encode()
+    assert len(body) < MAX_BYTES - 1000 and len(read_cuts(body)) == MOST_CUTS

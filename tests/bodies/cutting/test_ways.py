@@ -137,6 +137,19 @@ def test_lips_of_a_blade_are_apart_and_its_front_is_not(way):
         assert 0.035 < high[0] - low[0] < 0.0576
 
 
+@pytest.mark.parametrize("near", [0.0, 1e-9, -1e-9])
+@pytest.mark.parametrize("way", WAYS)
+def test_a_lip_is_held_on_its_own_side_only(way, near):
+    """A plane that meets what is held leaves it to both halves; one within the held layer leaves the rest to no one."""
+    mesh = box([0.1, 0.1, 0.04], [8, 8, 4])
+    body = nest("slab", mesh, 0, np.flatnonzero(mesh.nodes[:, 0] == 0.0), TISSUE)
+    across = part(body, 0, [plane([0.05, 0.05 + near, 0.02], [0.0, 1.0, 0.0])], way)
+    assert len(across.body.anchors[0]) == 50
+    along = part(body, 0, [plane([0.6 * 0.0125 + near, 0.0, 0.0], [1.0, 0.0, 0.0])], way)
+    free = along.pieces() == along.pieces()[along.mesh.nodes[:, 0].argmax()]
+    assert not free[along.body.anchors[0]].any()
+
+
 def random_cut(body, rng):
     """A blade near the skin, a disc, or a plane through a node, some of them within 1e-9 of nodes."""
     mesh, kind, near = body.fine, rng.integers(3), 1e-9 * rng.normal(size=3)

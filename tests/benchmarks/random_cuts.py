@@ -14,11 +14,10 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
-from scipy.sparse.linalg import splu
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from fixtures.cut_cases import LIVER, random_cuts
+from fixtures.cut_cases import LIVER, random_cuts, smallest_pivot
 
 from palpate.bodies.cutting.conform import cut_body, qualities
 from palpate.bodies.cutting.cut import Cuts
@@ -26,14 +25,11 @@ from palpate.bodies.cutting.ways import REMOVAL, WAYS, part
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import components
 from palpate.bodies.mesh_quality import dihedral_angles
-from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError
 
 CONFORM = "conform"
 LOST = 1e-9
 """Share of the volume that rounding may lose."""
-LINE = 1e-6
-"""As of ``palpate.models.cut.opened``: below it what a piece is held at lies in a line, about which it can turn."""
 
 
 def main() -> None:
@@ -91,24 +87,6 @@ def worst(body, before):
     pieces = components(mesh.edges, len(mesh.nodes)).max() + 1
     quality, angle = qualities(mesh.nodes[mesh.tetrahedra]).min(), dihedral_angles(mesh).min()
     return mesh.volumes.min(), quality, angle, smallest_pivot(body) / before, pieces
-
-
-def smallest_pivot(body):
-    """Return the smallest pivot [N/m], in the order of ``Factor``, of the stiffness at rest of pieces that are held."""
-    mesh, held = body.coarse, np.zeros(len(body.coarse.nodes), dtype=bool)
-    piece = components(mesh.edges, len(mesh.nodes))
-    held[body.anchors[0]] = True
-    for number in range(piece.max() + 1):
-        places = mesh.nodes[held & (piece == number)]
-        spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False) if len(places) > 2 else np.zeros(3)
-        if spread[1] <= LINE * mesh.size:
-            held[piece == number] = True
-    free = np.flatnonzero(np.repeat(~held, 3))
-    if not len(free):
-        return np.inf
-    matrix = LinearElements(mesh, body.tissue(0)).stiffness(mesh.nodes).tocsc()[:, free].tocsr()[free].tocsc()
-    factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    return factor.U.diagonal().min()
 
 
 if __name__ == "__main__":

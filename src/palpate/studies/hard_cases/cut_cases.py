@@ -220,7 +220,7 @@ def _made(mesh: TetMesh, beyond: np.ndarray, lips: np.ndarray) -> tuple[TetMesh,
 def _by_hand(case: CutCase, lips: np.ndarray, order: int = 1, still: np.ndarray | None = None) -> Expected:
     """Solve the one cut of a case, along faces of the mesh, with scikit-fem and linear elasticity.
 
-    lips : (k,) the nodes that have two sides; still : (n,) bool, nodes of what nothing holds
+    lips : (k,) the nodes that have two sides; still : those of what nothing holds
     order : 2 for quadratic elements on the mesh halved once, with the pressure as an unknown (Taylor and Hood 1973)
     """
     import skfem
@@ -232,8 +232,7 @@ def _by_hand(case: CutCase, lips: np.ndarray, order: int = 1, still: np.ndarray 
     parts = 1
     if order == 2:
         meshes, parts = [*meshes, meshes[0].refined()], 8
-    shape = meshes[-1]
-    basis = skfem.Basis(shape, skfem.ElementVector(skfem.ElementTetP2() if order == 2 else skfem.ElementTetP1()))
+    basis = skfem.Basis(meshes[-1], skfem.ElementVector(skfem.ElementTetP2() if order == 2 else skfem.ElementTetP1()))
     shear, lame = (
         np.outer(np.tile(each, parts), np.ones(basis.X.shape[1])) for each in (tissue.shear_pa, tissue.lame_pa)
     )
@@ -265,9 +264,14 @@ def _by_hand(case: CutCase, lips: np.ndarray, order: int = 1, still: np.ndarray 
     found = skfem.solve(*skfem.condense(stiffness, x=found, I=free))
     force = stiffness @ found
     forces = np.array([force[i].sum(axis=0) @ unit(h.shift_m) for i, h in zip(hooked, case.hooks, strict=True)])
+    return _expected(case, copy, found[unknowns], forces)
+
+
+def _expected(case: CutCase, copy: np.ndarray, moved: np.ndarray, force: np.ndarray) -> Expected:
+    """Return what is seen of the motion (n, 3) [m] of a mesh that ``_made`` has made."""
     surface = case.body.fine.surface
-    side = np.where(cut.across(mesh.nodes[surface]) >= 0.0, copy[surface], surface)
-    return Expected(found[unknowns[side]], forces, float(np.linalg.norm(forces)))
+    beyond = case.cuts[0].across(case.body.fine.nodes[surface]) >= 0.0
+    return Expected(moved[np.where(beyond, copy[surface], surface)], force, float(np.linalg.norm(force)))
 
 
 def _slab_case(cut: Cut, body: Body | None = None, shift_m: Sequence[float] = (0.0, SMALL_M, 0.0)) -> CutCase:
@@ -352,12 +356,6 @@ def _of_materials(model: str, along: int, young_pa: Sequence[float] = (1e3, 3e3,
     return _pulled(model, case, [_by_hand(case, _lips(mesh))])
 
 
-def _incompressible(model: str) -> Answer:
-    mesh = _slab().coarse
-    case = _slab_case(_middle(mesh, NEAR), _slab(replace(SOFT, poisson=0.49)))
-    return _pulled(model, case, [_by_hand(case, _lips(mesh), order=2)])
-
-
 def _far(model: str, shift_m: float = 0.05) -> Answer:
     """Pull so far that linear elasticity has no say; the same mesh is made by hand, and its residual computed apart."""
     body = _slab()
@@ -373,19 +371,12 @@ def _far(model: str, shift_m: float = 0.05) -> Answer:
     if np.linalg.norm(np.delete(force, np.append(nodes, body.anchors[0]), axis=0)) > 1e-5 * np.linalg.norm(force):
         raise AssertionError("what is compared with is no equilibrium")
     forces = np.array([force[h.patch.nodes_of(mesh)].sum(axis=0) @ unit(h.shift_m) for h in case.hooks])
-    side = np.where(
-        case.cuts[0].across(mesh.nodes[body.fine.surface]) >= 0.0, copy[body.fine.surface], body.fine.surface
-    )
-    right = Expected((state.x - slit.nodes)[side], forces, float(np.linalg.norm(forces)))
-    return _pulled(model, case, [right])
+    return _pulled(model, case, [_expected(case, copy, state.x - slit.nodes, forces)])
 
 
 def _outside(model: str) -> Answer:
-    make_cut(
-        "cut",
-        {"path_m": [[0.0, 0.2, 0.04], [0.1, 0.2, 0.04]], "depth_m": 0.01, "direction": [0, 0, -1]},
-        _slab().coarse,
-    )
+    path = [[0.0, 0.2, 0.04], [0.1, 0.2, 0.04]]
+    make_cut("cut", {"path_m": path, "depth_m": 0.01, "direction": DOWN.tolist()}, _slab().coarse)
     raise AssertionError("not refused")
 
 

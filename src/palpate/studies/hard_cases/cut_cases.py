@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.cut_truth import Hook
+from palpate.benchmark.model import Setting
 from palpate.bodies.body import Body, nest
 from palpate.bodies.cutting.cut import Blade, Cut, Disc, blade, make_cut, unit
 from palpate.bodies.cutting.ways import REMOVAL, SPLIT_FACES, VIRTUAL_NODES, part
 from palpate.bodies.material import Material, Tissue
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.organs import liver
 from palpate.bodies.simple_shapes import box
 from palpate.effects.linear_elements import LinearElements
@@ -31,8 +32,8 @@ from palpate.solvers.grasping import Grasping, patch_around
 from palpate.studies.hard_cases import stage
 from palpate.studies.hard_cases.stage import SOFT, Answer, Case
 
-DOUBLED = {"level": 0, "way": VIRTUAL_NODES}
-RELAXED = {
+DOUBLED: Setting = {"level": 0, "way": VIRTUAL_NODES}
+RELAXED: dict[str, Setting] = {
     "xpbd": {"step": 0.5, "steps": 400, "iterations": 2},
     "projective_dynamics": {"iterations": 30, "memory": 5},
     "vertex_block_descent": {"sweeps": 300, "radius": 0.998},
@@ -60,7 +61,7 @@ NEAR = 1e-9
 """How near [m] a cut is to nodes, edges and faces; beside it a place belongs to either lip."""
 DOWN = np.array([0.0, 0.0, -1.0])
 SLAB_M, CELL_M = (0.1, 0.1, 0.04), 0.0125
-OBLIQUE = [1.0, 0.31, 0.17]
+OBLIQUE, DIAGONAL = np.array([1.0, 0.31, 0.17]), np.array([1.0, 1.0, 0.0])
 DEEP_M = 0.02
 """Depth [m] of cuts of the slab: two of its four layers."""
 SMALL_M = 1e-4
@@ -98,7 +99,7 @@ def cases() -> list[Case]:
         severed("near_nodes", near.format(f"{NEAR:g}", "a node that it would meet at an angle"),
                 partial(_of_bar, _plane(middle + NEAR * unit(OBLIQUE), OBLIQUE))),
         severed("near_edges", near.format(f"{NEAR:g}", "the edges that are diagonals of its cells"),
-                partial(_of_bar, _plane(middle - NEAR * unit([1.0, 1.0, 0.0]), [1.0, 1.0, 0.0]))),
+                partial(_of_bar, _plane(middle - NEAR * unit(DIAGONAL), DIAGONAL))),
         made("near_faces", f"a cut of a slab's top, {3 * NEAR:g} m askew to faces that it runs along",
              partial(_of_slab, off_m=NEAR, turn_m=2.0 * NEAR), SAME, bounds={"xpbd": 0.04}),
         severed("two_that_cross", "two cuts cross in a slab: of four pieces one is held, one is pulled, two are loose",
@@ -163,8 +164,8 @@ def _hook(body: Body, at_m: Sequence[float], shift_m: Sequence[float], radius_m:
     return Hook(patch_around(body.fine, int(node), radius_m), np.array(shift_m))
 
 
-def _plane(point_m: Sequence[float], normal: Sequence[float]) -> Disc:
-    return Disc(np.array(point_m), unit(normal), 1.0)
+def _plane(point_m: Sequence[float] | np.ndarray, normal: Sequence[float] | np.ndarray) -> Disc:
+    return Disc(np.array(point_m), unit(np.array(normal)), 1.0)
 
 
 def _slab(tissue: Material | Tissue = SOFT, held_at: int = 2) -> Body:
@@ -209,7 +210,7 @@ def _lobe(model: str) -> Answer:
     return _severed(model, body, [_plane([0.05, 0.0, 0.05], [1.0, 0.2, 0.1])], hook)
 
 
-def _made(mesh: TetMesh, beyond: np.ndarray, lips: np.ndarray) -> tuple[TetMesh, np.ndarray]:
+def _made(mesh: Mesh, beyond: np.ndarray, lips: np.ndarray) -> tuple[TetMesh, np.ndarray]:
     """Give elements ``beyond`` (m,) bool their own copies of the nodes ``lips`` (k,), by hand; and the copies (n,)."""
     copy = np.arange(len(mesh.nodes))
     copy[lips] = len(mesh.nodes) + np.arange(len(lips))
@@ -281,13 +282,13 @@ def _slab_case(cut: Cut, body: Body | None = None, shift_m: Sequence[float] = (0
     return CutCase(body, [cut], hooks, np.empty((0, 3)))
 
 
-def _middle(mesh: TetMesh, off_m: float = 0.0, turn_m: float = 0.0, deep_m: float = DEEP_M) -> Blade:
+def _middle(mesh: Mesh, off_m: float = 0.0, turn_m: float = 0.0, deep_m: float = DEEP_M) -> Blade:
     """Cut a slab from one side to the other along its middle, ``off_m`` beside it, and ``turn_m`` askew."""
     path = np.array([[0.0, 0.05 + off_m - turn_m, SLAB_M[2]], [SLAB_M[0], 0.05 + off_m + turn_m, SLAB_M[2]]])
     return blade(mesh, path, DOWN, deep_m)
 
 
-def _lips(mesh: TetMesh, deep_m: float = DEEP_M, long_m: float = 1.0) -> np.ndarray:
+def _lips(mesh: Mesh, deep_m: float = DEEP_M, long_m: float = 1.0) -> np.ndarray:
     """Return the nodes of the middle's lips, to above the front."""
     x, y, z = mesh.nodes.T
     return np.flatnonzero((np.abs(y - 0.05) < 1e-6) & (z > SLAB_M[2] - deep_m + 1e-6) & (x < long_m))

@@ -151,6 +151,12 @@ def test_monstrous_loads_converge_or_say_so(box, soft, newtons):
 
 
 def test_a_body_that_nothing_holds_and_a_level_that_is_missing_are_refused(slab):
+    two = TetMesh(
+        np.vstack([slab.coarse.nodes, slab.coarse.nodes + 1.0]),
+        np.vstack([slab.coarse.tetrahedra, slab.coarse.tetrahedra + len(slab.coarse.nodes)]),
+    )
+    with pytest.raises(InputError, match=r"^two: nothing holds a piece of it"):
+        Equilibrium(nest("two", two, 0, slab.anchors[0], slab.material), 0)
     loose = replace(slab, name="loose", anchors=[np.array([], dtype=int)] * 2)
     with pytest.raises(InputError, match=r"^loose: nothing is held.*give it anchors or a bed\.$"):
         Equilibrium(loose, 0)

@@ -120,12 +120,12 @@ def mouth(mesh: Mesh, cut: Cut, places: int = PLACES) -> np.ndarray:
 
 
 def skin_map(
-    mesh: Mesh, side: np.ndarray, points: np.ndarray, sign: float, degree: int = 2, beside: float = 0.0
+    mesh: Mesh, side: np.ndarray, points: np.ndarray, sign: float | np.ndarray, degree: int = 2, beside: float = 0.0
 ) -> sparse.csr_array:
     """Return the interpolation (k, n) to ``points`` (k, 3) [m] of the skin; quadratic, n counts nodes and edges.
 
     side : (t,) of each triangle of ``mesh``: its sign says on which side of the cut it lies, NaN that it is no skin
-    sign : of the side that is taken where a point lies on both
+    sign : of the side that is taken where a point lies on both, or one for each point
     beside : how far from a triangle of that side, over its size, a point may lie to be taken as one of it
     """
     skin = np.flatnonzero(~np.isnan(side))
@@ -133,14 +133,14 @@ def skin_map(
     middles = corners.mean(axis=1)
     reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
     tree, chosen, places = cKDTree(middles), [], []
-    for point in points:
+    for point, own in zip(points, np.broadcast_to(sign, len(points)), strict=True):
         near = np.array(tree.query_ball_point(point, reach.max()))
         near = near[np.linalg.norm(middles[near] - point, axis=1) <= reach[near] * (1.0 + 1e-9 + beside)]
         first, sides = corners[near, 0], np.swapaxes(corners[near, 1:] - corners[near, :1], 1, 2)
         share = np.einsum("tab,tb->ta", np.linalg.pinv(sides), point - first)
         off = np.linalg.norm(point - first - np.einsum("tab,tb->ta", sides, share), axis=1)
         outside = -np.minimum(share.min(axis=1), 1.0 - share.sum(axis=1))
-        away, other = np.maximum(outside, off / reach[near]), np.sign(side[skin[near]]) != sign
+        away, other = np.maximum(outside, off / reach[near]), np.sign(side[skin[near]]) != own
         fits = away <= 1e-6
         if not fits.any():
             raise InputError("a point is not on the skin of the cut mesh; give the body that was cut.")
@@ -214,7 +214,10 @@ class CutMesh:
     def answer(self, x: np.ndarray, surface: np.ndarray, places: np.ndarray) -> Pulled:
         """Return the answer at positions ``x``; surface, places : points (n, 3), (k, 3) [m] of skin and mouth."""
         moved, side = x - self.problem.mesh.nodes, self._side_of_skin()
-        displacement = skin_map(self._mesh, side, surface, 1.0) @ moved
+        assert self._cut.cut is not None
+        # the mesh may have bent the cut to a place beside it, which is then on both lips
+        own = np.where(self._cut.cut.across(surface) >= 0.0, 1.0, -1.0)
+        displacement = skin_map(self._mesh, side, surface, own) @ moved
         # where the cut crosses an edge of the skin the lips end beside it, and the place is on one of them
         first, second = (skin_map(self._mesh, side, places, sign, beside=BESIDE) @ moved for sign in (1.0, -1.0))
         return Pulled(displacement, first - second, forces_on(self.problem, self._hooks, x))

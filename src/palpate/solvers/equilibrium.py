@@ -7,7 +7,7 @@ from scipy import sparse
 
 from palpate.bodies.body import Body
 from palpate.bodies.material import Material, Tissue
-from palpate.bodies.mesh import Mesh, TetMesh
+from palpate.bodies.mesh import Mesh, TetMesh, components
 from palpate.effects.bed import BedSprings
 from palpate.effects.elements import PLAIN_POISSON, Elements, largest_poisson, warn_of_locking
 from palpate.effects.linear_elements import LinearElements
@@ -35,7 +35,7 @@ class Equilibrium:
         Where Poisson's ratio exceeds PLAIN_POISSON anywhere, quadratic elements resist volume on average.
 
     load : (n_nodes, 3) [N], the nodal forces that energy and force count
-    Raises InputError if nothing is held, and if quadratic elements lack the next level.
+    Raises InputError if nothing holds the body or a piece of it, and if quadratic elements lack the next level.
     """
 
     def __init__(self, body: Body, level: int, order: int = 1):
@@ -44,8 +44,11 @@ class Equilibrium:
             raise InputError(
                 f"{body.name}: quadratic elements on level {level} need level {finest}; refine it once more."
             )
-        if not len(body.anchors[finest]) and body.bed is None:
-            raise InputError(f"{body.name}: nothing is held, so no equilibrium exists; give it anchors or a bed.")
+        corners = body.levels[finest].tetrahedra
+        piece = components(corners[:, [0, 1, 0, 2, 0, 3]].reshape(-1, 2), len(body.levels[finest].nodes))
+        if body.bed is None and len(np.unique(piece[body.anchors[finest]])) <= piece.max():
+            what = "holds a piece of it" if len(body.anchors[finest]) else "is held"
+            raise InputError(f"{body.name}: nothing {what}, so no equilibrium exists; give it anchors or a bed.")
         patterns = [pattern_of(m.tetrahedra, len(m.nodes)) for m in body.levels[: finest + 1]]
         held = [np.isin(np.arange(p.size), a) for p, a in zip(patterns, body.anchors, strict=False)]
         self.mesh = _halved(body, level) if order == 2 else body.levels[level]

@@ -102,6 +102,8 @@ def test_settings_become_a_cut_of_the_body():
     assert (plane.within(mesh.nodes) > 0.0).all()
     disc = make_cut("cut", {"disc": {"center_m": [0.05, 0.05, 0.02], "normal": [0, 0, 1], "radius_m": 0.01}}, mesh)
     assert disc.within(np.array([[0.05, 0.05, 0.0]]))[0] == pytest.approx(0.01)
+    within_an_element = {"disc": {"center_m": [0.051, 0.043, 0.013], "normal": [0, 0, 1], "radius_m": 1e-5}}
+    assert make_cut("cut", within_an_element, mesh).pieces
 
 
 @pytest.mark.parametrize(
@@ -114,6 +116,9 @@ def test_settings_become_a_cut_of_the_body():
         {"path_m": [[0.02, 0.05, 0.04], [0.02, 0.05, 0.0]], "depth_m": 0.01, "direction": [0, 0, 1]},
         {"path_m": STRAIGHT.tolist(), "depth_m": 0.01, "direction": [0, 0, 0]},
         {"plane": {"point_m": [0, 0, 0], "normal": [0, 0, 0]}},
+        {"plane": {"point_m": [0.11, 0, 0], "normal": [1, 0, 0]}},
+        {"disc": {"center_m": [0.05, 0.05, 0.06], "normal": [0, 0, 1], "radius_m": 0.01}},
+        {"path_m": [[0.02, 0.12, 0.04], [0.06, 0.12, 0.04]], "depth_m": 0.01, "direction": [0, 0, -1]},
     ],
 )
 def test_what_is_no_cut_is_refused(settings):

@@ -360,8 +360,22 @@ def make_cut(place: str, settings: dict, mesh: Mesh) -> Cut:
     """Make the cut that ``settings``, as ``CutSettings`` has them, describe in a body at rest.
 
     place : where the settings stand, for messages; mesh : of the body
-    Raises InputError for settings that describe no cut.
+    Raises InputError for settings that describe no cut, and for a cut that misses the body.
     """
+    cut = _described(place, settings, mesh)
+    if cut.pieces and not _meets(cut, mesh):
+        raise InputError(f"{place} lies outside the body; move it to where it meets the body.")
+    return cut
+
+
+def _meets(cut: Cut, mesh: Mesh) -> bool:
+    if cut.severs(*np.swapaxes(mesh.nodes[mesh.edges], 0, 1)).any():
+        return True
+    # it may lie within one element
+    return bool(inside(mesh, cut.patch(max(0.25 * cut.narrow_m, 0.01 * mesh.size))).any())
+
+
+def _described(place: str, settings: dict, mesh: Mesh) -> Cut:
     kinds = [kind for kind in ("path_m", "disc", "plane") if kind in settings]
     if len(kinds) != 1:
         raise InputError(f"{place} has {' and '.join(kinds) or 'none'} of path_m, disc and plane; give exactly one.")

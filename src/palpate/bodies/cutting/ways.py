@@ -139,7 +139,9 @@ def part(body: Body, level: int, cuts: Sequence[Cut], way: str) -> Parted:
     severed = sever(TetMesh(mesh.nodes, mesh.tetrahedra[parents]), *joints)
     used, tetrahedra = np.unique(severed.mesh.tetrahedra, return_inverse=True)
     tetrahedra, origin = tetrahedra.reshape(-1, 4), severed.origin[used]
-    solid = _solid(mesh, cuts, tetrahedra, origin, sides, doubled)
+    # of faces that are split a whole element may lie on the other side than a corner of it
+    other = sides != 0 if way == SPLIT_FACES else doubled
+    solid = _solid(mesh, cuts, tetrahedra, origin, sides, other)
     anchors = np.flatnonzero(np.isin(origin, body.anchors[level]) & solid)
     own = Tissue(tissue.materials, tissue.region[parents], shares)
     densities = None if body.densities is None else [body.densities[level][origin]]
@@ -356,14 +358,19 @@ def _solid(
     sides: np.ndarray,
     doubled: np.ndarray,
 ) -> np.ndarray:
-    """Return which nodes have tissue at their own place, (n,) bool: as a corner that is not in an empty part."""
+    """Return which nodes have tissue at their own place, (n,) bool: as a corner that is not in an empty part.
+
+    doubled : (m, cuts) bool, elements with tissue on one side only. A node has it where no copy would have any.
+    """
     solid = np.zeros(len(origin), dtype=bool)
     empty = np.zeros(tetrahedra.shape, dtype=bool)
     for c, cut in enumerate(cuts):
-        own = _sign(cut.across(mesh.nodes))[origin]
+        across = cut.across(mesh.nodes)[origin]
+        # a node on the cut is on both sides
+        own = np.where(np.abs(across) <= NEAR_PLANE * mesh.size, 0, _sign(across))
         empty |= doubled[:, c, None] & (sides[:, c, None] * own[tetrahedra] < 0)
     solid[tetrahedra[~empty]] = True
-    return solid
+    return solid | ~np.isin(origin, origin[solid])
 
 
 def _around(tetrahedra: np.ndarray) -> Callable[[int], set[int]]:

@@ -7,6 +7,7 @@ import pandas as pd
 from palpate.run.job import steps
 from palpate.studies.hard_cases import (
     contact_cases,
+    cut_cases,
     dynamics_cases,
     enrichment_cases,
     fem_cases,
@@ -36,6 +37,7 @@ FAMILIES = {
     "dynamics": [dynamics_cases.motions, tissue_cases.moving, organ_cases.strokes],
     "contact": [contact_cases.overlaps, contact_cases.contacts, touch_cases.cases],
     "organ": [tissue_cases.organs],
+    "cuts": [cut_cases.cases],
 }
 
 

@@ -16,7 +16,7 @@ LOOKS = {
     "nan": style.Look("not a number", "#111111", "∞"),
 }
 """Each outcome's label, colour, and the letter that shows it without colour."""
-COLUMNS = ((("fem", "dynamics"),), (("enrichment",), ("contact",), ("organ",)))
+COLUMNS = ((("fem", "dynamics"),), (("enrichment",), ("contact",), ("organ",), ("cuts",)))
 """Families by matrix, and matrices from left to right and from top to bottom."""
 TITLES = {"fem": "elasticity"}
 """Families that are not shown by their own name."""

@@ -8,6 +8,6 @@ from palpate.setting_types import Block, Some, key
 class Settings(Block):
     """Situations in which numerics may fail, each tried with every model that it applies to."""
 
-    families: Some[Literal["enrichment", "fem", "dynamics", "contact", "organ"]] = key(
-        "Which of them", ["enrichment", "fem", "dynamics", "contact", "organ"]
+    families: Some[Literal["enrichment", "fem", "dynamics", "contact", "organ", "cuts"]] = key(
+        "Which of them", ["enrichment", "fem", "dynamics", "contact", "organ", "cuts"]
     )

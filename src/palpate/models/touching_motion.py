@@ -19,12 +19,17 @@ from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
 from palpate.models import strokes
 from palpate.models.contact_modes.reduced_contact import Cells, cell_stresses
+from palpate.models.local_answers import FLAT, RESIDUAL, SOFTER, Dent, coordinates_of, turn_of, turned
 from palpate.models.reduced_body import check_same
 from palpate.models.stroke_modes import StrokeModes, learn
 from palpate.solvers.system import System
 
 REACH_M = 0.006
 """Distance from an instrument at which points may come to touch it within a step."""
+FAR_M, CLOSE_M = 0.012, 0.001
+"""The same before the dents of a step are known, and after; their nodes are many coordinates."""
+SPARE = 1.25
+"""Nodes over those that points near an instrument have, up to which those of the step before are kept."""
 STRAY = 0.1
 """Of its radius, by which nothing that a motion is believed of is inside an instrument."""
 TOGETHER = 32
@@ -35,6 +40,8 @@ ITERATIONS = 60
 """Of a search, after which it counts as not found."""
 PASSES = 2
 """Searches of a step with friction: with directions and forces of its beginning, then with those of the first's end."""
+MEMORY, SLOW = 8, 0.7
+"""Most steps that improve a factor, and what one of them has to leave, or the Hessian is factored anew."""
 LEAST_ENERGY = 0.01
 """Of the largest elastic energy so far: what is left of a search is compared with no less."""
 FAINTEST_J = 1e-9
@@ -57,11 +64,64 @@ def elastic_of(q, body):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def touched_by(q, touch, rubbing, force):
+def placed(z, touch):
+    """Return the places (c, 3) [m] of points at coordinates and displacements ``z`` (r + 3m,) of modes and nodes."""
+    rows, places, _, _, weights, nodes = touch
+    wide = rows.shape[1]
+    points = (places.ravel() + np.dot(rows, z[:wide])).reshape(-1, 3)
+    for c in range(len(weights)):
+        for a in range(weights.shape[1]):
+            for i in range(3):
+                points[c, i] += weights[c, a] * z[wide + 3 * nodes[c, a] + i]
+    return points
+
+
+@numba.njit(cache=True, error_model="numpy")
+def touched_by(z, touch, rubbing, force):
     """Write the forces (c, 3) [N] on the points; return their places (c, 3) [m] and the energy [J]."""
-    rows, places, stiff, tools = touch
-    points = (places.ravel() + np.dot(rows, q)).reshape(-1, 3)
-    return points, press(points, stiff, tools, rubbing, force)
+    points = placed(z, touch)
+    return points, press(points, touch[2], touch[3], rubbing, force)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def add_contact(whole, points, touch, rubbing, force):
+    """Add contact's second derivatives to ``whole`` (r + 3m, r + 3m), where the forces (c, 3) [N] are not zero."""
+    rows, _, stiff, tools, weights, nodes = touch
+    wide = rows.shape[1]
+    chosen = np.flatnonzero((force[:, 0] != 0.0) | (force[:, 1] != 0.0) | (force[:, 2] != 0.0))
+    if not len(chosen):
+        return
+    blocks = stiffness(points, stiff, tools, rubbing, chosen)
+    near, bent = np.empty((3 * len(chosen), wide)), np.empty((3 * len(chosen), wide))
+    for c in range(len(chosen)):
+        near[3 * c : 3 * c + 3] = rows[3 * chosen[c] : 3 * chosen[c] + 3]
+        bent[3 * c : 3 * c + 3] = np.dot(blocks[c], near[3 * c : 3 * c + 3])
+    whole[:wide, :wide] += np.dot(near.T, bent)
+    for c in range(len(chosen)):
+        for a in range(weights.shape[1]):
+            weight, at = weights[chosen[c], a], wide + 3 * nodes[chosen[c], a]
+            for i in range(3):
+                for j in range(wide):
+                    whole[at + i, j] += weight * bent[3 * c + i, j]
+            for b in range(weights.shape[1]):
+                other = wide + 3 * nodes[chosen[c], b]
+                for i in range(3):
+                    for j in range(3):
+                        whole[at + i, other + j] += weight * weights[chosen[c], b] * blocks[c, i, j]
+    whole[:wide, wide:] = whole[wide:, :wide].T
+
+
+@numba.njit(cache=True, error_model="numpy")
+def pulled_by(force, touch, size):
+    """Return what forces (c, 3) [N] on the points pull at coordinates and nodes, (r + 3m,) of this ``size``."""
+    rows, _, _, _, weights, nodes = touch
+    wide, found = rows.shape[1], np.zeros(size)
+    found[:wide] = np.dot(force.ravel(), rows)
+    for c in range(len(weights)):
+        for a in range(weights.shape[1]):
+            for i in range(3):
+                found[wide + 3 * nodes[c, a] + i] += weights[c, a] * force[c, i]
+    return found
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -101,52 +161,83 @@ def solved(lower, right):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def minimise(q, inertia, centre, share, outer, hessian, body, touch, rubbing, force, floor, enough, most):
-    """Minimise ½ Σ inertia (q − centre)² + share E(q) − outer · q + contact, from ``q`` (r,) on, in place.
+def directed(lower, right, steps, turns):
+    """Return ``right`` (n,) times an inverse Hessian: that of a ``lower`` factor, improved by L-BFGS.
 
+    steps, turns : (k, n), and by how much they have turned the gradient (Nocedal and Wright 2006, 7.4)
+    """
+    found, parts = right.copy(), np.empty(len(steps))
+    for k in range(len(steps) - 1, -1, -1):
+        parts[k] = np.dot(steps[k], found) / np.dot(steps[k], turns[k])
+        found -= parts[k] * turns[k]
+    found = solved(lower, found)
+    for k in range(len(steps)):
+        found += (parts[k] - np.dot(turns[k], found) / np.dot(steps[k], turns[k])) * steps[k]
+    return found
+
+
+@numba.njit(cache=True, error_model="numpy")
+def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubbing, force, floor, enough, most):
+    """Minimise ½ Σ inertia (q − centre)² + share (E(q) + ½ w · local w) − outer · z + contact, from z on, in place.
+
+    z : (r + 3m,), coordinates q and displacements w [m] of nodes by what modes lack; local : (3m, 3m) [N/m]
     hessian : (r, r), that without contact, which is improved by elastic gradients alone and kept by the caller; the
         second derivatives of contact are added exactly
     body, touch : arguments of ``elastic_of`` and ``touched_by``; force : (c, 3), is written
+    The Hessian with contact is factored where the search begins, and again where it is slow.
     It ends where a step would gain less than ``enough``² of the elastic energy, of ``floor`` [J] at least. Returns the
     elastic gradient and energy, and what is left.
     """
-    rows, stiff, tools = touch[0], touch[2], touch[3]
-    energy, own = elastic_of(q, body)
-    away = q - centre
-    points, value = touched_by(q, touch, rubbing, force)
-    value += 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, q)
-    left = np.inf
+    wide, dented = len(inertia), len(z) > len(inertia)
+    energy, own = elastic_of(z[:wide].copy(), body)
+    away = z[:wide] - centre
+    points, value = touched_by(z, touch, rubbing, force)
+    value += 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, z)
+    bent = np.dot(local, z[wide:]) if dented else z[wide:].copy()
+    value += 0.5 * share * np.dot(bent, z[wide:])
+    left, kept, lower = np.inf, 0, np.empty((0, 0))
+    steps, turns, begun, old = np.empty((MEMORY, len(z))), np.empty((MEMORY, len(z))), z.copy(), z.copy()
     for rounds in range(most + 1):
-        gradient = inertia * away + share * own - outer - np.dot(force.ravel(), rows)
-        whole = hessian.copy()
-        chosen = np.flatnonzero((force[:, 0] != 0.0) | (force[:, 1] != 0.0) | (force[:, 2] != 0.0))
-        if len(chosen):
-            blocks = stiffness(points, stiff, tools, rubbing, chosen)
-            near, bent = np.empty((3 * len(chosen), len(q))), np.empty((3 * len(chosen), len(q)))
-            for c in range(len(chosen)):
-                near[3 * c : 3 * c + 3] = rows[3 * chosen[c] : 3 * chosen[c] + 3]
-                bent[3 * c : 3 * c + 3] = np.dot(blocks[c], near[3 * c : 3 * c + 3])
-            whole += np.dot(near.T, bent)
-        ahead = solved(np.linalg.cholesky(whole), -gradient)
-        slope = np.dot(gradient, ahead)
-        left = np.sqrt(max(0.0, -slope) / (share * max(energy, floor)))
+        gradient = -outer - pulled_by(force, touch, len(z))
+        gradient[:wide] += inertia * away + share * own
+        gradient[wide:] += share * bent
+        if rounds and np.dot(z - begun, gradient - old) > 0.0:
+            steps[kept], turns[kept] = z - begun, gradient - old
+            kept += 1
+        before = left
+        for factored in range(2):
+            if factored or not rounds or kept == MEMORY:
+                whole = np.zeros((len(z), len(z)))
+                whole[:wide, :wide] = hessian
+                whole[wide:, wide:] = share * local
+                add_contact(whole, points, touch, rubbing, force)
+                lower, kept = np.linalg.cholesky(whole), 0
+            ahead = directed(lower, -gradient, steps[:kept], turns[:kept])
+            slope = np.dot(gradient, ahead)
+            left = np.sqrt(max(0.0, -slope) / (share * max(energy, floor)))
+            if kept == 0 or left <= SLOW * before:
+                break
         if not slope < 0.0 or left <= enough or rounds == most:
             break
         length, found = 1.0, False
         while length > 1e-5:
-            reached = q + length * ahead
-            lower, pulled = elastic_of(reached, body)
-            away = reached - centre
+            reached = z + length * ahead
+            less, pulled = elastic_of(reached[:wide].copy(), body)
+            away = reached[:wide] - centre
             points, there = touched_by(reached, touch, rubbing, force)
-            there += 0.5 * np.sum(inertia * away * away) + share * lower - np.dot(outer, reached)
+            there += 0.5 * np.sum(inertia * away * away) + share * less - np.dot(outer, reached)
+            bent = np.dot(local, reached[wide:]) if dented else reached[wide:].copy()
+            there += 0.5 * share * np.dot(bent, reached[wide:])
             if there <= value + 1e-4 * length * slope + ROUNDING * abs(value):
                 found = True
                 break
             length *= min(0.5, max(0.1, -0.5 * slope * length / (there - value - slope * length)))
         if not found:
             break
-        improve(hessian, reached - q, inertia * (reached - q) + share * (pulled - own))
-        q[:], own, value, energy = reached, pulled, there, lower
+        step = reached[:wide] - z[:wide]
+        improve(hessian, step, inertia * step + share * (pulled - own))
+        begun[:], old[:] = z, gradient
+        z[:], own, value, energy = reached, pulled, there, less
     return own, energy, left
 
 
@@ -180,7 +271,8 @@ def prepare(
     """Find the modes that ``asked``, the block ``touching`` of a scene, describes (see ``learn``).
 
     shown : (s, n, 3) [m] motions of quadratic elements to learn from; those on the path's neighbours if there are none
-    passing : blocks contact; points are in reach that their instruments or the scene's pass
+    passing : blocks contact; points are in reach that their instruments or the scene's pass, and have answers of their
+        own, as the strokes need not be like these
     until_s : how long neighbours are followed [s], as a body goes on to move where an instrument has stopped
     InputError for an effect that it does not know, a body that nothing holds, and contact of bodies.
     """
@@ -189,7 +281,7 @@ def prepare(
     near = strokes.neighbours(own) if passing is None else passing
     if shown is None:
         shown = strokes.shown(body, near, rates(system), until_s)
-    return learn(system, shown, strokes.points_of(body, [own, *near]), asked)
+    return learn(system, shown, strokes.points_of(body, [own, *near]), asked, anywhere=passing is not None)
 
 
 def rates(system: System) -> dict[str, float]:
@@ -262,15 +354,19 @@ class TouchingMotion:
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray, float, float] | None = None
         self._hessian, self._scaled = np.empty((0, 0)), (still, 0.0)
         self._forces, self._near = np.zeros((0, 3)), np.zeros(0, dtype=int)
+        self._dents = [FLAT, FLAT, FLAT]
+        self._kept, self._of, self._turn = FLAT.of, FLAT.of, FLAT.turn  # nodes whose dents a step looks for
+        self._still = self._local = np.zeros((0, 0))
         self._compile()
 
     def _compile(self) -> None:
         """Call what a step calls, without a step, as the first call of each takes seconds."""
         one = np.ones(self.body.count)
-        none = np.zeros(self.body.count)
-        touch = self._touch(self._tools, none)
+        touch = self._touch(self._tools, 0.0 * one)
+        none = np.zeros(len(one) + len(self._of))
         rubbing = self._rubbing(touch, none, self._tools, none, self._tools, 1.0)
-        minimise(none, one, none, 1.0, none, np.diag(one), self._body, touch, rubbing, self._forces, 1.0, 1.0, 0)
+        least = self._local, np.diag(one), self._body, touch, rubbing, self._forces, 1.0, 1.0, 0
+        minimise(none, one, 0.0 * one, 1.0, none, *least)
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; errors as ``advance``."""
@@ -281,6 +377,9 @@ class TouchingMotion:
         """Return the positions (n, 3) [m] of all nodes and their velocities [m/s]."""
         nodes = self._system.particles.nodes
         x, v = (self._corners @ np.column_stack([self._now.q, self._now.w])).reshape(-1, 3, 2).transpose(2, 0, 1)
+        if self.body.local is not None and self._length:
+            here, there = (self.body.local.of_corners(dent) for dent in self._dents[:2])
+            x, v = x + here, v + (here - there) / self._length
         return nodes + x, v
 
     def advance(self, h: float) -> None:
@@ -297,43 +396,76 @@ class TouchingMotion:
         self._rescale(inertia, 1.0 + lag)
         q = now.q + h * now.w
         touch = self._touch(tools, q)
-        rubbing = self._rubbing(touch, now.q, seen, base.q, start, reach)
+        dent, dent_before = (self._dented(each) for each in self._dents[:2])
+        dent_base = dent + share * (dent - dent_before)
+        z, z_base = np.append(q, dent), np.append(base.q, dent_base)
+        outer = lag * np.append(base.g, self._local @ dent_base)
+        rubbing = self._rubbing(touch, np.append(now.q, dent), seen, z_base, start, reach)
         for number in range(PASSES):
             if number:
                 if not (contact.friction and self._forces.any()):
                     break
-                rubbing = self._rubbing(touch, q, tools, base.q, start, reach)
-            g, energy = self._found(q, inertia, centre, 1.0 + lag, lag * base.g, touch, rubbing)
+                rubbing = self._rubbing(touch, z, tools, z_base, start, reach)
+            g, energy = self._found(z, inertia, centre, 1.0 + lag, outer, touch, rubbing)
+        q = z[: len(q)]
+        forces = (self._local @ z[len(q) :]).reshape(-1, 3) @ self._turn
+        self._dents = [Dent(self._of, forces.ravel(), self._turn), *self._dents[:2]]
         self._tools, self._tools_before = tools, seen
         self._floor = max(self._floor, LEAST_ENERGY * energy)
         self._last = now.q, before.q, base.w, reach, share
         self._before, self._now, self._length = now, _State(q, (q - base.q) / reach, g), h
-        contact.reactions = -self._pushes(touch, q, rubbing)
+        contact.reactions = -self._pushes(touch, z, rubbing)
         contact.work_j -= float(np.vdot(contact.reactions, tools.tips - seen.tips))
 
-    def _touch(self, tools: Tools, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, Tools]:
+    def _touch(
+        self, tools: Tools, q: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Tools, np.ndarray, np.ndarray]:
         """Return rows (3c, r), places at rest (c, 3) [m] and stiffness (c,) [N/m] of points near tools, and these.
 
+        Then the weights (c, 6) and numbers (c, 6) of the nodes that dents move there, of which there may be none.
         q : (r,), about where the search ends: a point that a deep press has moved is far from where it was at rest
         """
-        moved = self._rest + (self.body.rows.reshape(-1, self.body.count) @ q).reshape(-1, 3)
-        self._near = np.flatnonzero(gaps_of(moved, tools)[0].min(axis=0) < REACH_M)
+        local = self.body.local
+        if local is None:
+            moved = self._rest + (self.body.rows.reshape(-1, self.body.count) @ q).reshape(-1, 3)
+            self._near = np.flatnonzero(gaps_of(moved, tools)[0].min(axis=0) < REACH_M)
+            weights, nodes = np.zeros((len(self._near), 0)), np.zeros((len(self._near), 0), dtype=np.int64)
+        else:
+            bent = local.rest + (local.modes @ q).reshape(-1, 3)
+            near = gaps_of(bent, tools)[0].min(axis=0) < FAR_M
+            self._near = np.flatnonzero(near[local.places].any(axis=1))
+            some, places = np.unique(local.places[self._near], return_inverse=True)
+            off = bent[some] - local.rest[some] + local.field(self._dents[0], coordinates_of(some)).reshape(-1, 3)
+            at = self._rest[self._near] + np.matmul(local.weights[self._near][:, None], off[places])[:, 0]
+            self._near = self._near[gaps_of(at, tools)[0].min(axis=0) < CLOSE_M]
+            weights = local.weights[self._near]
+            some = np.unique(local.places[self._near])
+            if not (len(self._kept) <= SPARE * len(some) and np.isin(some, self._kept).all()):
+                self._kept, self._of = some, coordinates_of(some)
+                self._still = local.stiffness(self._of)
+            nodes = np.searchsorted(self._kept, local.places[self._near])
+            if len(some):
+                self._turn = turn_of(local.rest[some], bent[some])
+            self._local = turned(self._still, self._turn)
         self._forces = np.zeros((len(self._near), 3))
         rows = self.body.rows[self._near].reshape(-1, self.body.count)
-        return rows, self._rest[self._near], self._stiff[self._near], tools
+        return rows, self._rest[self._near], self._stiff[self._near], tools, weights, nodes
 
-    def _rubbing(self, touch: tuple, q: np.ndarray, at: Tools, base: np.ndarray, start: Tools, reach: float) -> Rubbing:
-        """Return friction with normals and pressures at ``q`` (r,), of instruments ``at`` a time, in ``reach`` [s].
+    def _dented(self, dent: Dent) -> np.ndarray:
+        """Return the displacements (3m,) [m] of a ``dent`` at the nodes of a step."""
+        return self._of * 0.0 if self.body.local is None else self.body.local.field(dent, self._of)
 
-        It is that against motion from ``base`` (r,) and the instruments at ``start``.
+    def _rubbing(self, touch: tuple, z: np.ndarray, at: Tools, base: np.ndarray, start: Tools, reach: float) -> Rubbing:
+        """Return friction with normals and pressures at ``z`` (r + 3m,), of instruments ``at`` then, in ``reach`` [s].
+
+        It is that against motion from ``base`` (r + 3m,) and the instruments at ``start``.
         """
-        rows, places, stiff, tools = touch
-        seen, begun = ((places.ravel() + rows @ each).reshape(-1, 3) for each in (q, base))
-        gaps, normals = gaps_of(seen, at)
+        stiff, tools = touch[2:4]
+        gaps, normals = gaps_of(placed(z, touch), at)
         limits = self.contact.friction * stiff * np.maximum(-gaps, 0.0)
-        return Rubbing(normals, limits, begun, tools.tips - start.tips, self.contact.slip_m_s * reach)
+        return Rubbing(normals, limits, placed(base, touch), tools.tips - start.tips, self.contact.slip_m_s * reach)
 
-    def _pushes(self, touch: tuple, q: np.ndarray, rubbing: Rubbing) -> np.ndarray:
+    def _pushes(self, touch: tuple, z: np.ndarray, rubbing: Rubbing) -> np.ndarray:
         """Return the force (k, 3) [N] of each instrument on the body."""
         found, force = [], np.empty_like(self._forces)
         if len(self.contact.paths) == 1:
@@ -343,13 +475,13 @@ class TouchingMotion:
             held = rubbing._replace(
                 **{name: getattr(rubbing, name)[k : k + 1] for name in ("normals", "limits", "ways")}
             )
-            touched_by(q, (*touch[:3], alone), held, force)
+            touched_by(z, (*touch[:3], alone, *touch[4:]), held, force)
             found.append(force.sum(axis=0))
         return np.array(found)
 
     def _found(
         self,
-        q: np.ndarray,
+        z: np.ndarray,
         inertia: np.ndarray,
         centre: np.ndarray,
         share: float,
@@ -357,12 +489,12 @@ class TouchingMotion:
         touch: tuple,
         rubbing: Rubbing,
     ) -> tuple[np.ndarray, float]:
-        """Minimise from ``q`` on, in place; return the elastic gradient and energy. NotConverged if it is not found."""
-        problem, ends = (inertia, centre, share, outer), (self._floor, self._tolerance, ITERATIONS)
+        """Minimise from ``z`` on, in place; return the elastic gradient and energy. NotConverged if it is not found."""
+        problem, ends = (inertia, centre, share, outer, self._local), (self._floor, self._tolerance, ITERATIONS)
         for _ in range(2):
             left = math.inf
             with suppress(np.linalg.LinAlgError):  # of a Hessian that is not positive, or not finite
-                g, energy, left = minimise(q, *problem, self._hessian, self._body, touch, rubbing, self._forces, *ends)
+                g, energy, left = minimise(z, *problem, self._hessian, self._body, touch, rubbing, self._forces, *ends)
             if left <= self._tolerance:
                 return g, energy
             self._hessian = np.diag(inertia + share)  # what was learnt misleads: once more without it
@@ -381,6 +513,21 @@ class TouchingMotion:
             self._hessian = np.diag(inertia) + bend * (share / self._scaled[1])
         self._scaled = inertia, share
 
+    def _whole(self) -> np.ndarray:
+        """Return the displacement (3, n, 3) [m] of all nodes at the end of the last step and of the two before it."""
+        body, last = self.body, self._last
+        assert last is not None  # it has stepped
+        moved = np.array([body.modes @ q for q in (self._now.q, *last[:2])])
+        if body.local is None:
+            return moved
+        loads = np.zeros((*body.elements.rest.shape, 3))
+        of = coordinates_of(body.local.nodes)
+        for number, dent in enumerate(self._dents):
+            loads.reshape(-1, 3)[of[dent.of], number] = SOFTER * dent.forces
+        flat = body.modes.reshape(-1, body.count)
+        lacked = body.elements.solve(loads, RESIDUAL) - (flat @ (flat.T @ loads.reshape(-1, 3))).reshape(loads.shape)
+        return moved + np.array([lacked[..., k] @ dent.turn.T for k, dent in enumerate(self._dents)])
+
     def doubt(self) -> float:
         """Return what the modes lack [m], RMS over the surface: what all elements leave of the last step's balance.
 
@@ -389,12 +536,12 @@ class TouchingMotion:
         """
         body, elements = self.body, self.body.elements
         assert self._last is not None  # it has stepped
-        moved = body.modes @ self._now.q
+        moved, moved_before, at_first = self._whole()
         gaps, _ = gaps_of((elements.rest + moved)[body.body.fine.surface], self._tools)
         if (gaps.min(axis=1) < -STRAY * self._tools.radii).any():
             return math.inf
-        old, older, rate, reach, share = self._last
-        here, there, before = (elements.force(each) for each in (moved, body.modes @ old, body.modes @ older))
+        _, _, rate, reach, share = self._last
+        here, there, before = (elements.force(each) for each in (moved, moved_before, at_first))
         lag = self._beta / reach
         inertia = body.motion.masses @ (body.modes @ ((self._now.w - rate) / reach + self._alpha * self._now.w))
         left = (1.0 + lag) * here - lag * (there + share * (there - before)) - inertia

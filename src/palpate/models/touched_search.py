@@ -162,7 +162,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
     value += 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, z)
     bent = np.dot(local, z[wide:]) if dented else z[wide:].copy()
     value += 0.5 * share * np.dot(bent, z[wide:])
-    left, kept, lower = np.inf, 0, np.empty((0, 0))
+    left, kept, lower = np.inf, 0, hessian
     steps, turns, begun, old = np.empty((MEMORY, len(z))), np.empty((MEMORY, len(z))), z.copy(), z.copy()
     for rounds in range(most + 1):
         gradient = -outer - pulled_by(force, touch, len(z))

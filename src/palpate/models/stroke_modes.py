@@ -3,7 +3,7 @@
 The elastic energy is that of few weighted points of elements, which pull as all do in those motions.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,11 +12,13 @@ from palpate.errors import InputError
 from palpate.linalg.multigrid import Factor
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import ReducedContact, some_points
+from palpate.models.local_answers import LocalAnswers, local_answers
 from palpate.models.reduced_body import FEW, RESIDUAL, UNDAMPED, vibrations
 from palpate.models.strokes import whole_of
 from palpate.solvers.indentation import ContactPoints
 from palpate.solvers.quadratic_motion import QuadraticMotion
 from palpate.solvers.system import System
+from palpate.solvers.touched_motion import STIFFER
 
 FLATTER = 0.25
 """Motions of training strokes count as their energy to this power: large ones more than small ones, but less so."""
@@ -35,6 +37,7 @@ class StrokeModes:
     body, elements, motion : whose they are, quadratic ``elements`` on its finest level, and the masses of these
     model : whose few cells are the energy
     points, rows : that instruments may touch, and the displacement (q, 3, r) of each in each mode
+    local : what the modes lack there, if dents are not those of the strokes
     """
 
     body: Body
@@ -45,6 +48,7 @@ class StrokeModes:
     model: ReducedContact
     points: ContactPoints
     rows: np.ndarray
+    local: LocalAnswers | None = None
 
     @property
     def count(self) -> int:
@@ -52,11 +56,14 @@ class StrokeModes:
         return len(self.masses)
 
 
-def learn(system: System, shown: np.ndarray, points: ContactPoints, settings: dict) -> StrokeModes:
+def learn(
+    system: System, shown: np.ndarray, points: ContactPoints, settings: dict, anywhere: bool = False
+) -> StrokeModes:
     """Find modes of displacements ``shown`` (s, n, 3) [m] of quadratic elements on a system's mesh, and few cells.
 
     points : that may be touched; settings : ``vibrations`` and ``modes``, how many of each; ``states``, at how many of
         the motions the cells pull as all elements do, to the relative ``thinning``
+    anywhere : whether dents are not those of the strokes, so that they need answers of their own
     InputError for motions of a body with other nodes, or in which nothing moves.
     """
     body = system.particles.body
@@ -83,7 +90,11 @@ def learn(system: System, shown: np.ndarray, points: ContactPoints, settings: di
     every = ReducedContact(cells, np.empty((len(masses), 0)), elements.law)
     model = every.thinned(list(states), settings["thinning"], wanted)
     rows = (points.interpolation @ modes.reshape(len(modes), -1)).reshape(-1, 3, len(masses))
-    return StrokeModes(body, elements, motion, modes, masses, model, points, rows)
+    if not anywhere:
+        return StrokeModes(body, elements, motion, modes, masses, model, points, rows)
+    stiff = replace(points, penalty=STIFFER * points.penalty)  # as dents can follow an instrument
+    local = local_answers(elements, modes, points, len(body.fine.nodes))
+    return StrokeModes(body, elements, motion, modes, masses, model, stiff, rows, local)
 
 
 def _products(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -9,26 +9,28 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.collision.contact.instrument_contact import InstrumentContact, Rubbing, Tools, gaps_of, press, stiffness
+from palpate.collision.contact.instrument_contact import InstrumentContact, Rubbing, Tools, gaps_of
 from palpate.effects.effect import FixedNodes, Instrumented, Proportional, offers
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
 from palpate.models import strokes
-from palpate.models.contact_modes.reduced_contact import Cells, cell_stresses
+from palpate.models.local_answers import FLAT, RESIDUAL, SOFTER, Dent, coordinates_of, turn_of, turned
 from palpate.models.reduced_body import check_same
 from palpate.models.stroke_modes import StrokeModes, learn
+from palpate.models.touched_search import TOGETHER, in_blocks, minimise, placed, touched_by
 from palpate.solvers.system import System
 
 REACH_M = 0.006
 """Distance from an instrument at which points may come to touch it within a step."""
+FAR_M, CLOSE_M = 0.012, 0.001
+"""The same before the dents of a step are known, and after; their nodes are many coordinates."""
+SPARE = 1.25
+"""Nodes over those that points near an instrument have, up to which those of the step before are kept."""
 STRAY = 0.1
 """Of its radius, by which nothing that a motion is believed of is inside an instrument."""
-TOGETHER = 32
-"""Cells of which forces are computed at once."""
 MISSED_RESIDUAL = 0.03
 """Relative residual of what modes lack."""
 ITERATIONS = 60
@@ -39,124 +41,6 @@ LEAST_ENERGY = 0.01
 """Of the largest elastic energy so far: what is left of a search is compared with no less."""
 FAINTEST_J = 1e-9
 """As much, before anything has moved."""
-ROUNDING = 1e-13
-"""Of the function, relative."""
-
-
-@numba.njit(cache=True, error_model="numpy")
-def elastic_of(q, body):
-    """Return the elastic energy [J] and its gradient (r,), block by block of cells, which stay in the cache."""
-    slopes, volumes, mu, lam, rest, shape, measure, volume, f, p, energies, accepted = body
-    pull = np.dot(rest, q)
-    energy = 0.5 * np.dot(pull, q)
-    for b in range(len(slopes)):
-        cells = slopes[b], volumes[b], mu[b], lam[b]
-        energy += cell_stresses(q, *cells, shape, measure, volume, f, p, energies, accepted)
-        pull += np.dot(p.ravel(), slopes[b])
-    return energy, pull
-
-
-@numba.njit(cache=True, error_model="numpy")
-def touched_by(q, touch, rubbing, force):
-    """Write the forces (c, 3) [N] on the points; return their places (c, 3) [m] and the energy [J]."""
-    rows, places, stiff, tools = touch
-    points = (places.ravel() + np.dot(rows, q)).reshape(-1, 3)
-    return points, press(points, stiff, tools, rubbing, force)
-
-
-@numba.njit(cache=True, error_model="numpy")
-def improve(hessian, step, turn):
-    """Improve the ``hessian`` (r, r) in place by damped BFGS (Powell 1978; Nocedal and Wright 2006, 18.2).
-
-    turn : by how much ``step`` has turned the gradient
-    """
-    bent = np.dot(hessian, step)
-    along, across = np.dot(step, bent), np.dot(step, turn)
-    if across < 0.2 * along:
-        mix = 0.8 * along / (along - across)
-        turn = mix * turn + (1.0 - mix) * bent
-        across = np.dot(step, turn)
-    if not across > 1e-300:
-        return
-    for i in range(len(step)):
-        a, b = turn[i] / across, bent[i] / along
-        for j in range(len(step)):
-            hessian[i, j] += a * turn[j] - b * bent[j]
-
-
-@numba.njit(cache=True, error_model="numpy", fastmath=True)
-def solved(lower, right):
-    """Return the solution (r,) with a positive definite matrix, ``lower`` (r, r) being its Cholesky factor."""
-    found = right.copy()
-    for i in range(len(found)):
-        known = 0.0
-        for j in range(i):
-            known += lower[i, j] * found[j]
-        found[i] = (found[i] - known) / lower[i, i]
-    for i in range(len(found) - 1, -1, -1):
-        found[i] /= lower[i, i]
-        for j in range(i):
-            found[j] -= found[i] * lower[i, j]
-    return found
-
-
-@numba.njit(cache=True, error_model="numpy")
-def minimise(q, inertia, centre, share, outer, hessian, body, touch, rubbing, force, floor, enough, most):
-    """Minimise ½ Σ inertia (q − centre)² + share E(q) − outer · q + contact, from ``q`` (r,) on, in place.
-
-    hessian : (r, r), that without contact, which is improved by elastic gradients alone and kept by the caller; the
-        second derivatives of contact are added exactly
-    body, touch : arguments of ``elastic_of`` and ``touched_by``; force : (c, 3), is written
-    It ends where a step would gain less than ``enough``² of the elastic energy, of ``floor`` [J] at least. Returns the
-    elastic gradient and energy, and what is left.
-    """
-    rows, stiff, tools = touch[0], touch[2], touch[3]
-    energy, own = elastic_of(q, body)
-    away = q - centre
-    points, value = touched_by(q, touch, rubbing, force)
-    value += 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, q)
-    left = np.inf
-    for rounds in range(most + 1):
-        gradient = inertia * away + share * own - outer - np.dot(force.ravel(), rows)
-        whole = hessian.copy()
-        chosen = np.flatnonzero((force[:, 0] != 0.0) | (force[:, 1] != 0.0) | (force[:, 2] != 0.0))
-        if len(chosen):
-            blocks = stiffness(points, stiff, tools, rubbing, chosen)
-            near, bent = np.empty((3 * len(chosen), len(q))), np.empty((3 * len(chosen), len(q)))
-            for c in range(len(chosen)):
-                near[3 * c : 3 * c + 3] = rows[3 * chosen[c] : 3 * chosen[c] + 3]
-                bent[3 * c : 3 * c + 3] = np.dot(blocks[c], near[3 * c : 3 * c + 3])
-            whole += np.dot(near.T, bent)
-        ahead = solved(np.linalg.cholesky(whole), -gradient)
-        slope = np.dot(gradient, ahead)
-        left = np.sqrt(max(0.0, -slope) / (share * max(energy, floor)))
-        if not slope < 0.0 or left <= enough or rounds == most:
-            break
-        length, found = 1.0, False
-        while length > 1e-5:
-            reached = q + length * ahead
-            lower, pulled = elastic_of(reached, body)
-            away = reached - centre
-            points, there = touched_by(reached, touch, rubbing, force)
-            there += 0.5 * np.sum(inertia * away * away) + share * lower - np.dot(outer, reached)
-            if there <= value + 1e-4 * length * slope + ROUNDING * abs(value):
-                found = True
-                break
-            length *= min(0.5, max(0.1, -0.5 * slope * length / (there - value - slope * length)))
-        if not found:
-            break
-        improve(hessian, reached - q, inertia * (reached - q) + share * (pulled - own))
-        q[:], own, value, energy = reached, pulled, there, lower
-    return own, energy, left
-
-
-def in_blocks(cells: Cells) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return slopes (b, 9 TOGETHER, r), volumes and moduli (b, TOGETHER) of cells; some at the end have no volume."""
-    missing = -len(cells.volumes) % TOGETHER
-    slopes = np.pad(cells.slopes, ((0, 0), (0, missing), (0, 0))).reshape(9, -1, TOGETHER, cells.slopes.shape[2])
-    blocks = np.ascontiguousarray(slopes.transpose(1, 0, 2, 3)).reshape(slopes.shape[1], 9 * TOGETHER, -1)
-    filled = [np.pad(each, (0, missing)).reshape(-1, TOGETHER) for each in cells[1:]]
-    return blocks, filled[0], filled[1], filled[2]
 
 
 def make(system: System, settings: dict) -> "TouchingMotion":
@@ -180,7 +64,8 @@ def prepare(
     """Find the modes that ``asked``, the block ``touching`` of a scene, describes (see ``learn``).
 
     shown : (s, n, 3) [m] motions of quadratic elements to learn from; those on the path's neighbours if there are none
-    passing : blocks contact; points are in reach that their instruments or the scene's pass
+    passing : blocks contact; points are in reach that their instruments or the scene's pass, and have answers of their
+        own, as the strokes need not be like these
     until_s : how long neighbours are followed [s], as a body goes on to move where an instrument has stopped
     InputError for an effect that it does not know, a body that nothing holds, and contact of bodies.
     """
@@ -189,7 +74,7 @@ def prepare(
     near = strokes.neighbours(own) if passing is None else passing
     if shown is None:
         shown = strokes.shown(body, near, rates(system), until_s)
-    return learn(system, shown, strokes.points_of(body, [own, *near]), asked)
+    return learn(system, shown, strokes.points_of(body, [own, *near]), asked, anywhere=passing is not None)
 
 
 def rates(system: System) -> dict[str, float]:
@@ -262,15 +147,19 @@ class TouchingMotion:
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray, float, float] | None = None
         self._hessian, self._scaled = np.empty((0, 0)), (still, 0.0)
         self._forces, self._near = np.zeros((0, 3)), np.zeros(0, dtype=int)
+        self._dents = [FLAT, FLAT, FLAT]
+        self._kept, self._of, self._turn = FLAT.of, FLAT.of, FLAT.turn  # nodes whose dents a step looks for
+        self._still = self._local = np.zeros((0, 0))
         self._compile()
 
     def _compile(self) -> None:
         """Call what a step calls, without a step, as the first call of each takes seconds."""
         one = np.ones(self.body.count)
-        none = np.zeros(self.body.count)
-        touch = self._touch(self._tools, none)
+        touch = self._touch(self._tools, 0.0 * one)
+        none = np.zeros(len(one) + len(self._of))
         rubbing = self._rubbing(touch, none, self._tools, none, self._tools, 1.0)
-        minimise(none, one, none, 1.0, none, np.diag(one), self._body, touch, rubbing, self._forces, 1.0, 1.0, 0)
+        least = self._local, np.diag(one), self._body, touch, rubbing, self._forces, 1.0, 1.0, 0
+        minimise(none, one, 0.0 * one, 1.0, none, *least)
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; errors as ``advance``."""
@@ -281,6 +170,9 @@ class TouchingMotion:
         """Return the positions (n, 3) [m] of all nodes and their velocities [m/s]."""
         nodes = self._system.particles.nodes
         x, v = (self._corners @ np.column_stack([self._now.q, self._now.w])).reshape(-1, 3, 2).transpose(2, 0, 1)
+        if self.body.local is not None and self._length:
+            here, there = (self.body.local.of_corners(dent) for dent in self._dents[:2])
+            x, v = x + here, v + (here - there) / self._length
         return nodes + x, v
 
     def advance(self, h: float) -> None:
@@ -297,43 +189,76 @@ class TouchingMotion:
         self._rescale(inertia, 1.0 + lag)
         q = now.q + h * now.w
         touch = self._touch(tools, q)
-        rubbing = self._rubbing(touch, now.q, seen, base.q, start, reach)
+        dent, dent_before = (self._dented(each) for each in self._dents[:2])
+        dent_base = dent + share * (dent - dent_before)
+        z, z_base = np.append(q, dent), np.append(base.q, dent_base)
+        outer = lag * np.append(base.g, self._local @ dent_base)
+        rubbing = self._rubbing(touch, np.append(now.q, dent), seen, z_base, start, reach)
         for number in range(PASSES):
             if number:
                 if not (contact.friction and self._forces.any()):
                     break
-                rubbing = self._rubbing(touch, q, tools, base.q, start, reach)
-            g, energy = self._found(q, inertia, centre, 1.0 + lag, lag * base.g, touch, rubbing)
+                rubbing = self._rubbing(touch, z, tools, z_base, start, reach)
+            g, energy = self._found(z, inertia, centre, 1.0 + lag, outer, touch, rubbing)
+        q = z[: len(q)]
+        forces = (self._local @ z[len(q) :]).reshape(-1, 3) @ self._turn
+        self._dents = [Dent(self._of, forces.ravel(), self._turn), *self._dents[:2]]
         self._tools, self._tools_before = tools, seen
         self._floor = max(self._floor, LEAST_ENERGY * energy)
         self._last = now.q, before.q, base.w, reach, share
         self._before, self._now, self._length = now, _State(q, (q - base.q) / reach, g), h
-        contact.reactions = -self._pushes(touch, q, rubbing)
+        contact.reactions = -self._pushes(touch, z, rubbing)
         contact.work_j -= float(np.vdot(contact.reactions, tools.tips - seen.tips))
 
-    def _touch(self, tools: Tools, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, Tools]:
+    def _touch(
+        self, tools: Tools, q: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Tools, np.ndarray, np.ndarray]:
         """Return rows (3c, r), places at rest (c, 3) [m] and stiffness (c,) [N/m] of points near tools, and these.
 
+        Then the weights (c, 6) and numbers (c, 6) of the nodes that dents move there, of which there may be none.
         q : (r,), about where the search ends: a point that a deep press has moved is far from where it was at rest
         """
-        moved = self._rest + (self.body.rows.reshape(-1, self.body.count) @ q).reshape(-1, 3)
-        self._near = np.flatnonzero(gaps_of(moved, tools)[0].min(axis=0) < REACH_M)
+        local = self.body.local
+        if local is None:
+            moved = self._rest + (self.body.rows.reshape(-1, self.body.count) @ q).reshape(-1, 3)
+            self._near = np.flatnonzero(gaps_of(moved, tools)[0].min(axis=0) < REACH_M)
+            weights, nodes = np.zeros((len(self._near), 0)), np.zeros((len(self._near), 0), dtype=np.int64)
+        else:
+            bent = local.rest + (local.modes @ q).reshape(-1, 3)
+            near = gaps_of(bent, tools)[0].min(axis=0) < FAR_M
+            self._near = np.flatnonzero(near[local.places].any(axis=1))
+            some, places = np.unique(local.places[self._near], return_inverse=True)
+            off = bent[some] - local.rest[some] + local.field(self._dents[0], coordinates_of(some)).reshape(-1, 3)
+            at = self._rest[self._near] + np.matmul(local.weights[self._near][:, None], off[places])[:, 0]
+            self._near = self._near[gaps_of(at, tools)[0].min(axis=0) < CLOSE_M]
+            weights = local.weights[self._near]
+            some = np.unique(local.places[self._near])
+            if not (len(self._kept) <= SPARE * len(some) and np.isin(some, self._kept).all()):
+                self._kept, self._of = some, coordinates_of(some)
+                self._still = local.stiffness(self._of)
+            nodes = np.searchsorted(self._kept, local.places[self._near])
+            if len(some):
+                self._turn = turn_of(local.rest[some], bent[some])
+            self._local = turned(self._still, self._turn)
         self._forces = np.zeros((len(self._near), 3))
         rows = self.body.rows[self._near].reshape(-1, self.body.count)
-        return rows, self._rest[self._near], self._stiff[self._near], tools
+        return rows, self._rest[self._near], self._stiff[self._near], tools, weights, nodes
 
-    def _rubbing(self, touch: tuple, q: np.ndarray, at: Tools, base: np.ndarray, start: Tools, reach: float) -> Rubbing:
-        """Return friction with normals and pressures at ``q`` (r,), of instruments ``at`` a time, in ``reach`` [s].
+    def _dented(self, dent: Dent) -> np.ndarray:
+        """Return the displacements (3m,) [m] of a ``dent`` at the nodes of a step."""
+        return self._of * 0.0 if self.body.local is None else self.body.local.field(dent, self._of)
 
-        It is that against motion from ``base`` (r,) and the instruments at ``start``.
+    def _rubbing(self, touch: tuple, z: np.ndarray, at: Tools, base: np.ndarray, start: Tools, reach: float) -> Rubbing:
+        """Return friction with normals and pressures at ``z`` (r + 3m,), of instruments ``at`` then, in ``reach`` [s].
+
+        It is that against motion from ``base`` (r + 3m,) and the instruments at ``start``.
         """
-        rows, places, stiff, tools = touch
-        seen, begun = ((places.ravel() + rows @ each).reshape(-1, 3) for each in (q, base))
-        gaps, normals = gaps_of(seen, at)
+        stiff, tools = touch[2:4]
+        gaps, normals = gaps_of(placed(z, touch), at)
         limits = self.contact.friction * stiff * np.maximum(-gaps, 0.0)
-        return Rubbing(normals, limits, begun, tools.tips - start.tips, self.contact.slip_m_s * reach)
+        return Rubbing(normals, limits, placed(base, touch), tools.tips - start.tips, self.contact.slip_m_s * reach)
 
-    def _pushes(self, touch: tuple, q: np.ndarray, rubbing: Rubbing) -> np.ndarray:
+    def _pushes(self, touch: tuple, z: np.ndarray, rubbing: Rubbing) -> np.ndarray:
         """Return the force (k, 3) [N] of each instrument on the body."""
         found, force = [], np.empty_like(self._forces)
         if len(self.contact.paths) == 1:
@@ -343,13 +268,13 @@ class TouchingMotion:
             held = rubbing._replace(
                 **{name: getattr(rubbing, name)[k : k + 1] for name in ("normals", "limits", "ways")}
             )
-            touched_by(q, (*touch[:3], alone), held, force)
+            touched_by(z, (*touch[:3], alone, *touch[4:]), held, force)
             found.append(force.sum(axis=0))
         return np.array(found)
 
     def _found(
         self,
-        q: np.ndarray,
+        z: np.ndarray,
         inertia: np.ndarray,
         centre: np.ndarray,
         share: float,
@@ -357,12 +282,12 @@ class TouchingMotion:
         touch: tuple,
         rubbing: Rubbing,
     ) -> tuple[np.ndarray, float]:
-        """Minimise from ``q`` on, in place; return the elastic gradient and energy. NotConverged if it is not found."""
-        problem, ends = (inertia, centre, share, outer), (self._floor, self._tolerance, ITERATIONS)
+        """Minimise from ``z`` on, in place; return the elastic gradient and energy. NotConverged if it is not found."""
+        problem, ends = (inertia, centre, share, outer, self._local), (self._floor, self._tolerance, ITERATIONS)
         for _ in range(2):
             left = math.inf
             with suppress(np.linalg.LinAlgError):  # of a Hessian that is not positive, or not finite
-                g, energy, left = minimise(q, *problem, self._hessian, self._body, touch, rubbing, self._forces, *ends)
+                g, energy, left = minimise(z, *problem, self._hessian, self._body, touch, rubbing, self._forces, *ends)
             if left <= self._tolerance:
                 return g, energy
             self._hessian = np.diag(inertia + share)  # what was learnt misleads: once more without it
@@ -381,6 +306,21 @@ class TouchingMotion:
             self._hessian = np.diag(inertia) + bend * (share / self._scaled[1])
         self._scaled = inertia, share
 
+    def _whole(self) -> np.ndarray:
+        """Return the displacement (3, n, 3) [m] of all nodes at the end of the last step and of the two before it."""
+        body, last = self.body, self._last
+        assert last is not None  # it has stepped
+        moved = np.array([body.modes @ q for q in (self._now.q, *last[:2])])
+        if body.local is None:
+            return moved
+        loads = np.zeros((*body.elements.rest.shape, 3))
+        of = coordinates_of(body.local.nodes)
+        for number, dent in enumerate(self._dents):
+            loads.reshape(-1, 3)[of[dent.of], number] = SOFTER * dent.forces
+        flat = body.modes.reshape(-1, body.count)
+        lacked = body.elements.solve(loads, RESIDUAL) - (flat @ (flat.T @ loads.reshape(-1, 3))).reshape(loads.shape)
+        return moved + np.array([lacked[..., k] @ dent.turn.T for k, dent in enumerate(self._dents)])
+
     def doubt(self) -> float:
         """Return what the modes lack [m], RMS over the surface: what all elements leave of the last step's balance.
 
@@ -389,12 +329,12 @@ class TouchingMotion:
         """
         body, elements = self.body, self.body.elements
         assert self._last is not None  # it has stepped
-        moved = body.modes @ self._now.q
+        moved, moved_before, at_first = self._whole()
         gaps, _ = gaps_of((elements.rest + moved)[body.body.fine.surface], self._tools)
         if (gaps.min(axis=1) < -STRAY * self._tools.radii).any():
             return math.inf
-        old, older, rate, reach, share = self._last
-        here, there, before = (elements.force(each) for each in (moved, body.modes @ old, body.modes @ older))
+        _, _, rate, reach, share = self._last
+        here, there, before = (elements.force(each) for each in (moved, moved_before, at_first))
         lag = self._beta / reach
         inertia = body.motion.masses @ (body.modes @ ((self._now.w - rate) / reach + self._alpha * self._now.w))
         left = (1.0 + lag) * here - lag * (there + share * (there - before)) - inertia

@@ -30,7 +30,7 @@ class ElementsAtRest:
             raise NotConverged(said, [float("nan")])
         self.size, self.level = body.fine.size, level
         self._equilibrium = Equilibrium(body, level, order=2)
-        self._held = body.anchors[level + 1]
+        self.held = body.anchors[level + 1]
         self.rest = self._equilibrium.mesh.nodes
         self.couples = ten_nodes(mesh)
         self._gradients, self.volumes = shape_gradients(mesh)
@@ -63,13 +63,13 @@ class ElementsAtRest:
         """Spread ``forces`` (3, ...) [N] over ``nodes`` (k,) by ``shares`` (k,): (n, 3, ...); held nodes carry none."""
         load = np.zeros((len(self.rest), *forces.shape))
         load[nodes] = np.multiply.outer(shares, forces)
-        load[self._held] = 0.0
+        load[self.held] = 0.0
         return load
 
     def solve(self, loads: np.ndarray, tolerance: float) -> np.ndarray:
         """Return linear responses (n, 3, k) [m] to ``loads`` (n, 3, k) [N]; errors as of ``linear_response``."""
         right = loads.copy()
-        right[self._held] = 0.0
+        right[self.held] = 0.0
         return linear_response(self.multiply, self.precondition, right, tolerance)
 
     def force(self, moved: np.ndarray) -> np.ndarray:

@@ -134,7 +134,7 @@ class PathModes(Touching):
 
 
 class RegionModes(PathModes):
-    modes: Count = key("As for path_modes", 220)
+    modes: Count = key("As for path_modes", 30)
     states: Count = key("As for path_modes", 60)
     half_width_m: Positive = key("How far the region reaches from the middle of the path to each side [m]", 0.05)
     strokes: Count = key("Random strokes that modes are learnt from, in a square 1.3 times as wide", 36)

@@ -1,0 +1,217 @@
+"""Minimise the energy of a body in few coordinates that an instrument touches, by BFGS that knows contact exactly.
+
+Coordinates q (r,) are those of modes, and z (r + 3m,) has displacements w of m nodes behind them, by what modes lack.
+"""
+
+import numba
+import numpy as np
+
+from palpate.collision.contact.instrument_contact import press, stiffness
+from palpate.models.contact_modes.reduced_contact import Cells, cell_stresses
+
+TOGETHER = 32
+"""Cells of which forces are computed at once."""
+ROUNDING = 1e-13
+"""Of the function, relative."""
+MEMORY, SLOW = 8, 0.7
+"""Most steps that improve a factor, and what one of them has to leave, or the Hessian is factored anew."""
+
+
+@numba.njit(cache=True, error_model="numpy")
+def elastic_of(q, body):
+    """Return the elastic energy [J] and its gradient (r,), block by block of cells, which stay in the cache."""
+    slopes, volumes, mu, lam, rest, shape, measure, volume, f, p, energies, accepted = body
+    pull = np.dot(rest, q)
+    energy = 0.5 * np.dot(pull, q)
+    for b in range(len(slopes)):
+        cells = slopes[b], volumes[b], mu[b], lam[b]
+        energy += cell_stresses(q, *cells, shape, measure, volume, f, p, energies, accepted)
+        pull += np.dot(p.ravel(), slopes[b])
+    return energy, pull
+
+
+@numba.njit(cache=True, error_model="numpy")
+def placed(z, touch):
+    """Return the places (c, 3) [m] of points at coordinates and displacements ``z`` (r + 3m,) of modes and nodes."""
+    rows, places, _, _, weights, nodes = touch
+    wide = rows.shape[1]
+    points = (places.ravel() + np.dot(rows, z[:wide])).reshape(-1, 3)
+    for c in range(len(weights)):
+        for a in range(weights.shape[1]):
+            for i in range(3):
+                points[c, i] += weights[c, a] * z[wide + 3 * nodes[c, a] + i]
+    return points
+
+
+@numba.njit(cache=True, error_model="numpy")
+def touched_by(z, touch, rubbing, force):
+    """Write the forces (c, 3) [N] on the points; return their places (c, 3) [m] and the energy [J]."""
+    points = placed(z, touch)
+    return points, press(points, touch[2], touch[3], rubbing, force)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def add_contact(whole, points, touch, rubbing, force):
+    """Add contact's second derivatives to ``whole`` (r + 3m, r + 3m), where the forces (c, 3) [N] are not zero."""
+    rows, _, stiff, tools, weights, nodes = touch
+    wide = rows.shape[1]
+    chosen = np.flatnonzero((force[:, 0] != 0.0) | (force[:, 1] != 0.0) | (force[:, 2] != 0.0))
+    if not len(chosen):
+        return
+    blocks = stiffness(points, stiff, tools, rubbing, chosen)
+    near, bent = np.empty((3 * len(chosen), wide)), np.empty((3 * len(chosen), wide))
+    for c in range(len(chosen)):
+        near[3 * c : 3 * c + 3] = rows[3 * chosen[c] : 3 * chosen[c] + 3]
+        bent[3 * c : 3 * c + 3] = np.dot(blocks[c], near[3 * c : 3 * c + 3])
+    whole[:wide, :wide] += np.dot(near.T, bent)
+    for c in range(len(chosen)):
+        for a in range(weights.shape[1]):
+            weight, at = weights[chosen[c], a], wide + 3 * nodes[chosen[c], a]
+            for i in range(3):
+                for j in range(wide):
+                    whole[at + i, j] += weight * bent[3 * c + i, j]
+            for b in range(weights.shape[1]):
+                other = wide + 3 * nodes[chosen[c], b]
+                for i in range(3):
+                    for j in range(3):
+                        whole[at + i, other + j] += weight * weights[chosen[c], b] * blocks[c, i, j]
+    whole[:wide, wide:] = whole[wide:, :wide].T
+
+
+@numba.njit(cache=True, error_model="numpy")
+def pulled_by(force, touch, size):
+    """Return what forces (c, 3) [N] on the points pull at coordinates and nodes, (r + 3m,) of this ``size``."""
+    rows, _, _, _, weights, nodes = touch
+    wide, found = rows.shape[1], np.zeros(size)
+    found[:wide] = np.dot(force.ravel(), rows)
+    for c in range(len(weights)):
+        for a in range(weights.shape[1]):
+            for i in range(3):
+                found[wide + 3 * nodes[c, a] + i] += weights[c, a] * force[c, i]
+    return found
+
+
+@numba.njit(cache=True, error_model="numpy")
+def improve(hessian, step, turn):
+    """Improve the ``hessian`` (r, r) in place by damped BFGS (Powell 1978; Nocedal and Wright 2006, 18.2).
+
+    turn : by how much ``step`` has turned the gradient
+    """
+    bent = np.dot(hessian, step)
+    along, across = np.dot(step, bent), np.dot(step, turn)
+    if across < 0.2 * along:
+        mix = 0.8 * along / (along - across)
+        turn = mix * turn + (1.0 - mix) * bent
+        across = np.dot(step, turn)
+    if not across > 1e-300:
+        return
+    for i in range(len(step)):
+        a, b = turn[i] / across, bent[i] / along
+        for j in range(len(step)):
+            hessian[i, j] += a * turn[j] - b * bent[j]
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath=True)
+def solved(lower, right):
+    """Return the solution (r,) with a positive definite matrix, ``lower`` (r, r) being its Cholesky factor."""
+    found = right.copy()
+    for i in range(len(found)):
+        known = 0.0
+        for j in range(i):
+            known += lower[i, j] * found[j]
+        found[i] = (found[i] - known) / lower[i, i]
+    for i in range(len(found) - 1, -1, -1):
+        found[i] /= lower[i, i]
+        for j in range(i):
+            found[j] -= found[i] * lower[i, j]
+    return found
+
+
+@numba.njit(cache=True, error_model="numpy")
+def directed(lower, right, steps, turns):
+    """Return ``right`` (n,) times an inverse Hessian: that of a ``lower`` factor, improved by L-BFGS.
+
+    steps, turns : (k, n), and by how much they have turned the gradient (Nocedal and Wright 2006, 7.4)
+    """
+    found, parts = right.copy(), np.empty(len(steps))
+    for k in range(len(steps) - 1, -1, -1):
+        parts[k] = np.dot(steps[k], found) / np.dot(steps[k], turns[k])
+        found -= parts[k] * turns[k]
+    found = solved(lower, found)
+    for k in range(len(steps)):
+        found += (parts[k] - np.dot(turns[k], found) / np.dot(steps[k], turns[k])) * steps[k]
+    return found
+
+
+@numba.njit(cache=True, error_model="numpy")
+def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubbing, force, floor, enough, most):
+    """Minimise ½ Σ inertia (q − centre)² + share (E(q) + ½ w · local w) − outer · z + contact, from z on, in place.
+
+    z : (r + 3m,), coordinates q and displacements w [m] of nodes by what modes lack; local : (3m, 3m) [N/m]
+    hessian : (r, r), that without contact, which is improved by elastic gradients alone and kept by the caller; the
+        second derivatives of contact are added exactly
+    body, touch : arguments of ``elastic_of`` and ``touched_by``; force : (c, 3), is written
+    The Hessian with contact is factored where the search begins, and again where it is slow.
+    It ends where a step would gain less than ``enough``² of the elastic energy, of ``floor`` [J] at least. Returns the
+    elastic gradient and energy, and what is left.
+    """
+    wide, dented = len(inertia), len(z) > len(inertia)
+    energy, own = elastic_of(z[:wide].copy(), body)
+    away = z[:wide] - centre
+    points, value = touched_by(z, touch, rubbing, force)
+    value += 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, z)
+    bent = np.dot(local, z[wide:]) if dented else z[wide:].copy()
+    value += 0.5 * share * np.dot(bent, z[wide:])
+    left, kept, lower = np.inf, 0, hessian
+    steps, turns, begun, old = np.empty((MEMORY, len(z))), np.empty((MEMORY, len(z))), z.copy(), z.copy()
+    for rounds in range(most + 1):
+        gradient = -outer - pulled_by(force, touch, len(z))
+        gradient[:wide] += inertia * away + share * own
+        gradient[wide:] += share * bent
+        if rounds and np.dot(z - begun, gradient - old) > 0.0:
+            steps[kept], turns[kept] = z - begun, gradient - old
+            kept += 1
+        before = left
+        for factored in range(2):
+            if factored or not rounds or kept == MEMORY:
+                whole = np.zeros((len(z), len(z)))
+                whole[:wide, :wide] = hessian
+                whole[wide:, wide:] = share * local
+                add_contact(whole, points, touch, rubbing, force)
+                lower, kept = np.linalg.cholesky(whole), 0
+            ahead = directed(lower, -gradient, steps[:kept], turns[:kept])
+            slope = np.dot(gradient, ahead)
+            left = np.sqrt(max(0.0, -slope) / (share * max(energy, floor)))
+            if kept == 0 or left <= SLOW * before:
+                break
+        if not slope < 0.0 or left <= enough or rounds == most:
+            break
+        length, found = 1.0, False
+        while length > 1e-5:
+            reached = z + length * ahead
+            less, pulled = elastic_of(reached[:wide].copy(), body)
+            away = reached[:wide] - centre
+            points, there = touched_by(reached, touch, rubbing, force)
+            there += 0.5 * np.sum(inertia * away * away) + share * less - np.dot(outer, reached)
+            bent = np.dot(local, reached[wide:]) if dented else reached[wide:].copy()
+            there += 0.5 * share * np.dot(bent, reached[wide:])
+            if there <= value + 1e-4 * length * slope + ROUNDING * abs(value):
+                found = True
+                break
+            length *= min(0.5, max(0.1, -0.5 * slope * length / (there - value - slope * length)))
+        if not found:
+            break
+        step = reached[:wide] - z[:wide]
+        improve(hessian, step, inertia * step + share * (pulled - own))
+        begun[:], old[:] = z, gradient
+        z[:], own, value, energy = reached, pulled, there, less
+    return own, energy, left
+
+
+def in_blocks(cells: Cells) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return slopes (b, 9 TOGETHER, r), volumes and moduli (b, TOGETHER) of cells; some at the end have no volume."""
+    missing = -len(cells.volumes) % TOGETHER
+    slopes = np.pad(cells.slopes, ((0, 0), (0, missing), (0, 0))).reshape(9, -1, TOGETHER, cells.slopes.shape[2])
+    blocks = np.ascontiguousarray(slopes.transpose(1, 0, 2, 3)).reshape(slopes.shape[1], 9 * TOGETHER, -1)
+    filled = [np.pad(each, (0, missing)).reshape(-1, TOGETHER) for each in cells[1:]]
+    return blocks, filled[0], filled[1], filled[2]

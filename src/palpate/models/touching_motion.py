@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.collision.contact.instrument_contact import InstrumentContact, Rubbing, Tools, gaps_of, press, stiffness
@@ -236,7 +237,7 @@ class TouchingMotion:
     """M q″ + d (α M q + β g(q))/dt + g(q) = contact, in coordinates of ``body``.
 
     It needs no positions but those of points near the instruments; ``state`` expands them. NotConverged where a step
-    is not found.
+    is not found, or an instrument meets what is held.
 
     Traps: nothing is known of motions that the strokes did not show, so ask for ``doubt``. As BDF2 it may make energy.
     """
@@ -254,11 +255,12 @@ class TouchingMotion:
         # the first nodes of quadratic elements are the corners
         self._corners = body.modes[: len(system.particles.nodes)].reshape(-1, body.count)
         self._rest = body.points.interpolation @ body.motion.rest
+        self._held = np.flatnonzero(~body.rows.any(axis=(1, 2)))
         self._stiff = body.points.penalty * body.points.areas
         self._masses, still = body.masses, np.zeros(body.count)
         self._now = self._before = _State(still, still, still)
         self._tools = self._tools_before = contact.at(0.0)
-        self._length, self._floor = 0.0, FAINTEST_J
+        self._length, self._floor, self._energy = 0.0, FAINTEST_J, 0.0
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray, float, float] | None = None
         self._hessian, self._scaled = np.empty((0, 0)), (still, 0.0)
         self._forces, self._near = np.zeros((0, 3)), np.zeros(0, dtype=int)
@@ -285,10 +287,10 @@ class TouchingMotion:
 
     def advance(self, h: float) -> None:
         """Make a step of ``h`` [s] that ends at the system's time; NotConverged if it is not found."""
-        end, contact, now, before = self._system.time, self.contact, self._now, self._before
+        end, contact, now, earlier = self._system.time, self.contact, self._now, self._before
         second = self._length == h and not contact.bends(end - h, h)
         share, reach = (1.0 / 3.0, 2.0 * h / 3.0) if second else (0.0, h)
-        base = now.ahead(before, share)
+        base = now.ahead(earlier, share)
         lag = self._beta / reach
         inertia = self._masses * (1.0 / reach**2 + self._alpha / reach)
         centre = base.q + self._masses / reach * base.w / inertia
@@ -305,11 +307,39 @@ class TouchingMotion:
                 rubbing = self._rubbing(touch, q, tools, base.q, start, reach)
             g, energy = self._found(q, inertia, centre, 1.0 + lag, lag * base.g, touch, rubbing)
         self._tools, self._tools_before = tools, seen
-        self._floor = max(self._floor, LEAST_ENERGY * energy)
-        self._last = now.q, before.q, base.w, reach, share
+        self._floor, self._energy = max(self._floor, LEAST_ENERGY * energy), energy
+        self._last = now.q, earlier.q, base.w, reach, share
         self._before, self._now, self._length = now, _State(q, (q - base.q) / reach, g), h
-        contact.reactions = -self._pushes(touch, q, rubbing)
-        contact.work_j -= float(np.vdot(contact.reactions, tools.tips - seen.tips))
+        before, contact.reactions = contact.reactions, -self._pushes(touch, q, rubbing)
+        contact.work_j -= 0.5 * float(np.vdot(before + contact.reactions, tools.tips - seen.tips))
+
+    def energies(self) -> dict[str, float]:
+        """Return the kinetic, the elastic and contact's energy [J], by the names of the effects; friction has none."""
+        (contact, _), *_ = self._system.offering(Instrumented)
+        depths = np.maximum(-self._gaps()[1], 0.0)
+        kinetic, pressed = self._masses * self._now.w**2, self._stiff[self._near] * depths**2
+        elastic = next(iter(self._system.effects))
+        return {"kinetic": 0.5 * float(kinetic.sum()), elastic: self._energy, contact: 0.5 * float(pressed.sum())}
+
+    def contacts(self) -> pd.DataFrame:
+        """Tabulate each point inside an instrument, with the columns of ``Contact.contacts``; friction is no part."""
+        points, gaps, normals = self._gaps()
+        tool, point = np.nonzero(gaps < 0.0)
+        ways = (self._tools.tips - self._tools_before.tips) / max(self._length, np.finfo(float).tiny)
+        moving = self.body.rows[self._near][point] @ self._now.w - ways[tool]
+        names = np.array([path.obstacle.name for path in self.contact.paths], dtype=object)
+        columns = {"first": self._system.particles.name, "second": names[tool]}
+        for start, values, unit in (
+            ("", points[point], "_m"), ("normal_", normals[tool, point], ""), ("velocity_", moving, "_m_s"),
+        ):  # fmt: skip
+            columns |= {f"{start}{letter}{unit}": values[:, axis] for axis, letter in enumerate("xyz")}
+        deep = gaps[tool, point]
+        return pd.DataFrame(columns | {"gap_m": deep, "force_n": -self._stiff[self._near][point] * deep})
+
+    def _gaps(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the places (c, 3) [m] of points near tools, and ``gaps_of`` them, at the end of the last step."""
+        points = self._rest[self._near] + self.body.rows[self._near] @ self._now.q
+        return points, *gaps_of(points, self._tools)
 
     def _touch(self, tools: Tools, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, Tools]:
         """Return rows (3c, r), places at rest (c, 3) [m] and stiffness (c,) [N/m] of points near tools, and these.
@@ -317,7 +347,10 @@ class TouchingMotion:
         q : (r,), about where the search ends: a point that a deep press has moved is far from where it was at rest
         """
         moved = self._rest + (self.body.rows.reshape(-1, self.body.count) @ q).reshape(-1, 3)
-        self._near = np.flatnonzero(gaps_of(moved, tools)[0].min(axis=0) < REACH_M)
+        gaps = gaps_of(moved, tools)[0].min(axis=0)
+        if (gaps[self._held] < 0.0).any():
+            raise NotConverged("an instrument is driven into held nodes", [])
+        self._near = np.flatnonzero(gaps < REACH_M)
         self._forces = np.zeros((len(self._near), 3))
         rows = self.body.rows[self._near].reshape(-1, self.body.count)
         return rows, self._rest[self._near], self._stiff[self._near], tools
@@ -385,13 +418,14 @@ class TouchingMotion:
         """Return what the modes lack [m], RMS over the surface: what all elements leave of the last step's balance.
 
         That is answered by (1 + β/a) K at rest, a being 2/3 of a step. Infinite where an instrument is inside of the
-        body beyond what it may touch. It grows with the error, and is not its size.
+        body beyond what it may touch, or an element is inside out. It grows with the error, and is not its size.
         """
         body, elements = self.body, self.body.elements
         assert self._last is not None  # it has stepped
         moved = body.modes @ self._now.q
         gaps, _ = gaps_of((elements.rest + moved)[body.body.fine.surface], self._tools)
-        if (gaps.min(axis=1) < -STRAY * self._tools.radii).any():
+        inside = (gaps.min(axis=1) < -STRAY * self._tools.radii).any()
+        if inside or body.motion.least_det(elements.rest + moved) <= 0.0:
             return math.inf
         old, older, rate, reach, share = self._last
         here, there, before = (elements.force(each) for each in (moved, body.modes @ old, body.modes @ older))

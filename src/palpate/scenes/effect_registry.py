@@ -77,8 +77,8 @@ INTEGRATORS = {
 }
 
 NOT_STEPPED = {
-    **dict.fromkeys(("xpbd", "projective_dynamics", "vertex_block_descent"), ("prony",)),
-    "touching": ("gravity", "bed", "push", "plasticity", "prony"),
+    **dict.fromkeys(("xpbd", "projective_dynamics", "vertex_block_descent"), ("prony", "body_springs", "volume")),
+    "touching": ("gravity", "bed", "push", "volume", "body_springs", "plasticity", "prony"),
 }
 """Effects that an integrator has no part for, of those that suit its elastic effect."""
 

@@ -129,13 +129,15 @@ def _check_integrator(place: str, scene: dict, elastic: str, names: list[str]) -
 
 
 def _check_touching(place: str, scene: dict, elastic: str, names: list[str]) -> None:
-    """Raise InputError for a scene that is no held body of finite elements under instruments that move."""
+    """Raise InputError for a scene that is no held body at rest, of finite elements under instruments that move."""
     contact = scene.get("contact", {})
     tools = contact.get("instruments", [])
     reason = (
         (f"the elastic effect is {elastic}" if elastic not in FINITE_ELEMENTS else "")
         or ("nothing holds the body" if "held" not in names else "")
         or ("bodies touch each other or themselves" if contact.get("self_contact") or scene.get("others") else "")
+        or (f"the start is {scene['start']}" if scene["start"] != "rest" else "")
+        or ("contact pushes out what overlaps" if contact.get("push_out") else "")
         or ("no instrument moves" if "contact" not in names or not any(each.get("times_s") for each in tools) else "")
     )
     if reason:

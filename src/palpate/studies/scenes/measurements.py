@@ -21,7 +21,7 @@ ALLOWED = 1e-6
 """Share of a scene's work that a step may gain beyond its own: what the solver's tolerance leaves."""
 GUARANTEED = "backward_euler"
 """The integrator that cannot gain energy where it is convex; of the others only the run is known."""
-UNPROVEN, MUCH = ("bdf2",), 1e-3
+UNPROVEN, MUCH = ("bdf2", "touching"), 1e-3
 """Integrators of second order, which may make energy, and the share of the work from which a run warns of it."""
 HOLDS, FAILS, UNKNOWN = "holds", "does not hold", "not known"
 

@@ -36,6 +36,7 @@ YIELD = {"plasticity": {"yield_strain": 0.1, "max_strain": 0.5}}
 BALL = {"kind": "sphere", "center_m": [2, 0.5, 1.12], "radius_m": 0.1}
 PATH = {"times_s": [0, 0.02], "shifts_m": [[0, 0, 0], [0, 0, -0.05]]}
 STROKE = {"integrator": "touching", "contact": {"instruments": [BALL | PATH]}}
+TOUCHED = ["corotational", "held", "contact"]
 SERIES = {"prony": {"shares": [0.5, 0.3], "times_s": [0.1, 1.0]}}
 
 
@@ -104,6 +105,14 @@ def test_the_shipped_scenes_pass():
         (STROKE | {"held": False}, ".integrator is touching, .* nothing holds the body; choose backward_euler"),
         (STROKE | {"contact": {"instruments": [BALL]}}, ".integrator is touching, .* no instrument moves; choose"),
         (STROKE | {"contact": {"self_contact": True}}, ".integrator is touching, .* touch each other or themselves"),
+        (STROKE | {"start": "inverted"}, ".integrator is touching, .* the start is inverted; choose backward_euler"),
+        (STROKE | {"contact": STROKE["contact"] | {"push_out": True}}, "contact pushes out what overlaps"),
+        (STROKE | {"effects": [*TOUCHED, "body_springs"], "body_springs": {"stiffness_n_m": 1}}, "part for body_spr"),
+        (STROKE | {"effects": [*TOUCHED, "volume"], "volume": {"stiffness_n_m": 1}}, "no part for volume"),
+        (
+            {"integrator": "xpbd", "effects": ["corotational", "body_springs"], "body_springs": {"stiffness_n_m": 1}},
+            "no part for body_springs",
+        ),
         (STROKE | {"springs": {}}, ".integrator is touching, .* the elastic effect is springs; choose backward_euler"),
         (SHAPES | {"body": "spotted"}, ": spotted has regions, and shape_matching has one stiffness; name corot"),
     ],

@@ -418,14 +418,16 @@ class TouchingMotion:
         """Return what the modes lack [m], RMS over the surface: what all elements leave of the last step's balance.
 
         That is answered by (1 + β/a) K at rest, a being 2/3 of a step. Infinite where an instrument is inside of the
-        body beyond what it may touch, or an element is inside out. It grows with the error, and is not its size.
+        body beyond what it may touch, or the corners of an element are inside out. It grows with the error, and is not
+        its size.
         """
         body, elements = self.body, self.body.elements
         assert self._last is not None  # it has stepped
         moved = body.modes @ self._now.q
         gaps, _ = gaps_of((elements.rest + moved)[body.body.fine.surface], self._tools)
-        inside = (gaps.min(axis=1) < -STRAY * self._tools.radii).any()
-        if inside or body.motion.least_det(elements.rest + moved) <= 0.0:
+        corners = (elements.rest + moved)[body.body.fine.tetrahedra]
+        turned = (np.linalg.det(corners[:, 1:] - corners[:, :1]) <= 0.0).any()
+        if turned or (gaps.min(axis=1) < -STRAY * self._tools.radii).any():
             return math.inf
         old, older, rate, reach, share = self._last
         here, there, before = (elements.force(each) for each in (moved, body.modes @ old, body.modes @ older))

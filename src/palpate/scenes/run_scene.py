@@ -271,6 +271,8 @@ class _Record:
 
     def motion(self) -> Motion:
         energy, particles = pd.DataFrame(self._rows), self._system.particles
+        if self._modes:
+            energy["doubt_m"] = [0.0, *self.doubts]
         times = energy["time_s"].to_numpy()
         obstacles = [obstacle for effect in self._contact_effects for obstacle in effect.obstacles]
         return Motion(

@@ -16,12 +16,11 @@ from palpate.benchmark.ranking import EXACT
 from palpate.bodies import body_file
 from palpate.bodies.contacts import kept_contacts
 from palpate.errors import NotConverged
-from palpate.files import read_arrays
 from palpate.run.job import steps
 from palpate.studies.dynamic.accuracy import STEP, measure
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
 from palpate.studies.dynamic.fitted import MadeModes
-from palpate.studies.dynamic.reference import reference
+from palpate.studies.dynamic.reference import read_truth, reference
 from palpate.table_declaration import Table
 
 MEASURED = [
@@ -156,8 +155,8 @@ def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
 def measure_elsewhere(input, params, say):
     """Measure the models at other places, for the rule of that name."""
     scene, _ = compared_and_training(body=body_file.load(input.body), **params.compared)
-    found = read_arrays(MotionTruth, input.truth) if input.truth else None
-    like = None if found is None or found.rejected else found
+    found = read_truth(input.truth) if input.truth else None
+    like = found if isinstance(found, MotionTruth) and not found.rejected else None
     progress = steps(say, f"{scene.name}: place")
     return measure_places(scene, params.own, params.settings, params.seed, progress, like)
 

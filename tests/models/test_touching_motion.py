@@ -202,11 +202,11 @@ def test_other_effects_and_other_bodies_are_refused(pad, shown):
 
 def test_a_finger_that_goes_through_the_body_is_raised_and_one_nearly_through_doubted(pad, shown):
     """What is held below gives way to nothing; where the corners of elements turn, nothing of it is believed."""
-    asked = few(pad, shown, modes=40)
 
     def pressed(depth_m: float):
         deep = {"times_s": [0.0, 0.2], "shifts_m": [[0, 0, 0], [0, 0, -depth_m]]}
-        return run(scene(CONTACT | {"instruments": [BALL | deep]}, **asked), pad)
+        contact = CONTACT | {"instruments": [BALL | deep]}
+        return run(scene(contact, **few(pad, shown, contact, modes=40)), pad)
 
     for depth_m in (0.032, 0.05):
         with pytest.raises(NotConverged, match="driven into held nodes"):

@@ -197,6 +197,7 @@ def measure(
         "reference_error": np.nan,
         "reference_force_change": truth.force_change,
         "reference_force_error": np.nan,
+        "parted": "",
     }
     rows = []
     if isinstance(limit, LinearLimit):

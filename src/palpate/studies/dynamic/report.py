@@ -78,12 +78,11 @@ def _taken(advice: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
 def _most_accurate(rows: pd.DataFrame) -> dict[str, Any]:
     """Return the model with the least error of those that need less than a second for a second of motion."""
     fast = tables.where(rows[rows["real_time_factor"] < 1], failures=0)
-    if said := parted(rows.iloc[0]):
-        return {"scene": _judged(rows.iloc[0]), "model": "", "parted": said}
-    if fast.empty:
-        return {"scene": _judged(rows.iloc[0]), "model": ""}
+    found = {"scene": _judged(rows.iloc[0]), "model": "", "parted": parted(rows.iloc[0])}
+    if fast.empty or found["parted"]:
+        return found
     best = fast.loc[fast["rmse_of_peak"].idxmin()]
-    return {"scene": _judged(rows.iloc[0]), "model": look(best["model"]).label, "error": best["rmse_of_peak"]}
+    return found | {"model": look(best["model"]).label, "error": best["rmse_of_peak"]}
 
 
 def _meshes(first: pd.DataFrame, pressed: pd.DataFrame | None) -> tuple[list[dict[str, Any]], list[str]]:

@@ -70,7 +70,9 @@ def test_what_cannot_be_tried_is_said(capsys, trade_off_folder):
     assert said(capsys, trade_off_folder, "--scene", "all", "--check")[1].splitlines()[-1].startswith("poke: ")
     assert said(capsys, trade_off_folder, "--scene", "poke", "--check")[0] == 1
     code, text = said(capsys, trade_off_folder, "--scene", "all", "--error", "patch")
-    assert code == 0 and text.splitlines()[-1].startswith("poke: a scene that moves has no patch")
+    assert code == 0 and text.splitlines()[-1].startswith(
+        "poke: models of a scene that moves are judged over its surface"
+    )
     assert said(capsys, trade_off_folder, "--scene", "poke", "--error", "patch")[0] == 1
 
 

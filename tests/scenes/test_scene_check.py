@@ -106,12 +106,21 @@ def test_the_shipped_scenes_pass():
         (STROKE | {"contact": {"instruments": [BALL]}}, ".integrator is touching, .* no instrument moves; choose"),
         (STROKE | {"contact": {"self_contact": True}}, ".integrator is touching, .* touch each other or themselves"),
         (STROKE | {"start": "inverted"}, ".integrator is touching, .* the start is inverted; choose backward_euler"),
-        (STROKE | {"contact": STROKE["contact"] | {"push_out": True}}, "contact pushes out what overlaps"),
-        (STROKE | {"effects": [*TOUCHED, "body_springs"], "body_springs": {"stiffness_n_m": 1}}, "part for body_spr"),
-        (STROKE | {"effects": [*TOUCHED, "volume"], "volume": {"stiffness_n_m": 1}}, "no part for volume"),
+        (
+            STROKE | {"contact": STROKE["contact"] | {"push_out": True}},
+            ".integrator is touching, .* contact pushes out what overlaps;",
+        ),
+        (
+            STROKE | {"effects": [*TOUCHED, "body_springs"], "body_springs": {"stiffness_n_m": 1}},
+            ".integrator .* for body_springs;",
+        ),
+        (
+            STROKE | {"effects": [*TOUCHED, "volume"], "volume": {"stiffness_n_m": 1}},
+            ".integrator .* no part for volume;",
+        ),
         (
             {"integrator": "xpbd", "effects": ["corotational", "body_springs"], "body_springs": {"stiffness_n_m": 1}},
-            "no part for body_springs",
+            ".integrator is xpbd, which has no part for body_springs; leave",
         ),
         (STROKE | {"springs": {}}, ".integrator is touching, .* the elastic effect is springs; choose backward_euler"),
         (SHAPES | {"body": "spotted"}, ": spotted has regions, and shape_matching has one stiffness; name corot"),

@@ -40,6 +40,10 @@ LEAST_ENERGY = 0.01
 """Of the largest elastic energy so far: what is left of a search is compared with no less."""
 FAINTEST_J = 1e-9
 """As much, before anything has moved."""
+COURSE = 240
+"""Places of a course at which it may meet what is held, beside its corners."""
+LATTICE = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
+"""Places on a triangle, barycentric (15, 3)."""
 ROUNDING = 1e-13
 """Of the function, relative."""
 
@@ -221,6 +225,19 @@ def _touched(system: System) -> tuple[Instrumented, Body]:
     return found[0], body
 
 
+def held_met(system: System, contact: InstrumentContact) -> tuple[float, str]:
+    """Return when an instrument's course first leads into the held surface [s], and its name; ∞ if none does."""
+    nodes, faces = system.particles.nodes, system.particles.triangles
+    whole = faces[~system.free[faces].any(axis=1)]
+    points = np.vstack([nodes[np.unique(faces[~system.free[faces]])], (LATTICE @ nodes[whole]).reshape(-1, 3)])
+    corners = np.concatenate([path.times_s for path in contact.paths])
+    for t in np.union1d(corners[corners >= 0.0], np.linspace(0.0, corners.max(initial=0.0), COURSE)):
+        deepest = gaps_of(points, contact.at(t))[0].min(axis=1, initial=np.inf)
+        if deepest.min() < 0.0:
+            return float(t), contact.paths[int(deepest.argmin())].obstacle.name
+    return math.inf, ""
+
+
 class _State(NamedTuple):
     """Coordinates q (r,), their rates w (r,) [1/s] and the elastic energy's gradient g (r,) at the end of a step."""
 
@@ -255,7 +272,7 @@ class TouchingMotion:
         # the first nodes of quadratic elements are the corners
         self._corners = body.modes[: len(system.particles.nodes)].reshape(-1, body.count)
         self._rest = body.points.interpolation @ body.motion.rest
-        self._held = np.flatnonzero(~body.rows.any(axis=(1, 2)))
+        self._meets_s, self._meets = held_met(system, contact)
         self._stiff = body.points.penalty * body.points.areas
         self._masses, still = body.masses, np.zeros(body.count)
         self._now = self._before = _State(still, still, still)
@@ -288,6 +305,8 @@ class TouchingMotion:
     def advance(self, h: float) -> None:
         """Make a step of ``h`` [s] that ends at the system's time; NotConverged if it is not found."""
         end, contact, now, earlier = self._system.time, self.contact, self._now, self._before
+        if end >= self._meets_s:
+            raise NotConverged(f"{self._meets} is driven into held nodes", [])
         second = self._length == h and not contact.bends(end - h, h)
         share, reach = (1.0 / 3.0, 2.0 * h / 3.0) if second else (0.0, h)
         base = now.ahead(earlier, share)
@@ -347,10 +366,7 @@ class TouchingMotion:
         q : (r,), about where the search ends: a point that a deep press has moved is far from where it was at rest
         """
         moved = self._rest + (self.body.rows.reshape(-1, self.body.count) @ q).reshape(-1, 3)
-        gaps = gaps_of(moved, tools)[0].min(axis=0)
-        if (gaps[self._held] < 0.0).any():
-            raise NotConverged("an instrument is driven into held nodes", [])
-        self._near = np.flatnonzero(gaps < REACH_M)
+        self._near = np.flatnonzero(gaps_of(moved, tools)[0].min(axis=0) < REACH_M)
         self._forces = np.zeros((len(self._near), 3))
         rows = self.body.rows[self._near].reshape(-1, self.body.count)
         return rows, self._rest[self._near], self._stiff[self._near], tools

@@ -108,13 +108,13 @@ def _check_integrator(place: str, scene: dict, elastic: str, names: list[str]) -
             f"{place}.integrator is {scene['integrator']}, which steps {LAWS[0]} elements or triangles, and the "
             f"elastic effect is {elastic}; choose one of them, or another integrator."
         )
+    if scene["integrator"] == "touching":
+        _check_touching(place, scene, elastic, names)
     if unknown := [name for name in names if name in NOT_STEPPED.get(scene["integrator"], ())]:
         raise InputError(
             f"{place}.integrator is {scene['integrator']}, which has no part for {unknown[0]}; leave that out, or "
             "choose backward_euler."
         )
-    if scene["integrator"] == "touching":
-        _check_touching(place, scene, elastic, names)
     goals = scene["integrator"] == "goal_position"
     if goals and elastic != "shape_matching":
         raise InputError(

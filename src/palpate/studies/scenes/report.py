@@ -24,12 +24,12 @@ SCENE_EFFECTS = Table(
 
 ENERGY = Table(
     "energy",
-    "The kinetic energy, the energy of each effect and the work of loads and instruments over time.",
+    "The kinetic energy, the energy of each effect and the work of loads and instruments over time; of motions in "
+    "modes doubt_m, too, which grows with their error [m] and is infinite where they know that they are wrong.",
     """
     scene time_s: a scene, and a time [s]
     kinetic_j outer_work_j total_j: kinetic energy, work of loads and instruments, and sum of all energies [J]
     gain_j: the most that a step has gained beyond its work [J]
-    doubt_m: of a motion in modes, what grows with its error [m]; infinite where it knows that it is wrong
     """,
 )
 

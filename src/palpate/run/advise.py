@@ -154,11 +154,11 @@ def advise_force(results: Path, scene: str | None, limits: dict[str, list[float]
         if kinds[name] == "touch" and "speeds" not in limits:
             said.append(force_lines(advise_touch(rows, budget, most)))
         elif kinds[name] != "touch" and limits:
-            asked = limits | {"error": "force", "together": _together(limits)}
-            said.append(lines(other_loads.advise_motion(rows, **asked).iloc[0], rows))
+            advised = other_loads.advise_motion(rows, **limits, error="force", together=_together(limits))
+            said.append(lines(advised.iloc[0], rows))
         elif kinds[name] != "touch":
-            listed = other_loads.advise_motion(rows, **_asked(results, name), error="force")
-            said.append(advice_list(listed, "force"))
+            advised = other_loads.advise_motion(rows, **_asked(results, name), error="force")
+            said.append(advice_list(advised, "force"))
         else:
             refused = f"--error force: {name} is pressed and does not move; leave --speed out."
     if refused and not said:
@@ -191,8 +191,8 @@ def _of_motion(results: Path, rows: pd.DataFrame, limits: dict, kind: str) -> st
         raise _NoSuchLimit(_no_patch(scene, kind))
     bounds = tables.where(tables.read(path), scene=scene) if path.is_file() else None
     pressed = tables.read(table) if (table := path.with_name("accuracy_vs_time.csv")).is_file() else None
-    asked = limits | {"together": _together(limits)}
-    return lines(other_loads.advise_motion(rows, **asked, bounds=bounds, pressed=pressed).iloc[0], rows)
+    both = _together(limits)
+    return lines(other_loads.advise_motion(rows, **limits, bounds=bounds, pressed=pressed, together=both).iloc[0], rows)
 
 
 def _together(limits: dict) -> bool:

@@ -188,7 +188,7 @@ def measure(
         truth = truth.until(limit.until_s)
     compared = replace(compared, duration_s=truth.duration_s, frames=truth.frames)
     lesson = lesson and replace(lesson, duration_s=truth.training_s, frames=len(truth.training))
-    found = {
+    found: dict[str, Any] = {
         "reference": "fem_fine",
         "reference_level": len(compared.body.levels) - 1,
         "reference_nodes": compared.nodes(-1),

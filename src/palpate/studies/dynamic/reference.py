@@ -71,8 +71,14 @@ class Reference:
         """Return its frames that end by ``end_s`` [s], one at least."""
         frame = self.duration_s / self.frames
         count = min(self.frames, max(1, int(end_s / frame + 1e-6)))
-        parts = {"truth": self.truth[:count], "tried": self.tried[:, :count], "force": self.force[:count]}
-        return replace(self, **parts, tried_force=self.tried_force[:, :count], duration_s=count * frame)
+        return replace(
+            self,
+            truth=self.truth[:count],
+            tried=self.tried[:, :count],
+            force=self.force[:count],
+            tried_force=self.tried_force[:, :count],
+            duration_s=count * frame,
+        )
 
 
 def reference(compared: ComparedScene, lesson: ComparedScene | None, change: float, max_halvings: int) -> Reference:
@@ -201,7 +207,7 @@ def read_truth(path: str) -> MotionTruth | LinearLimit:
     """Read what ``find_motion_truth`` wrote."""
     with np.load(path) as file:
         linear = "until_s" in file.files
-    return read_arrays(LinearLimit if linear else MotionTruth, path)
+    return read_arrays(LinearLimit, path) if linear else read_arrays(MotionTruth, path)
 
 
 def find_motion_truth(input, output, params, say):

@@ -132,7 +132,7 @@ def advise_any_load(
     return "\n".join(said)
 
 
-def advise_force(results: Path, scene: str | None, limits: dict[str, list[float]]) -> str:
+def advise_force(results: Path, scene: str | None, limits: dict[str, Any]) -> str:
     """Advise by the error of the force of an instrument, in one scene or all; limits, InputError as ``advise``.
 
     Scenes are those of touch.csv, where without a limit it is what is nearest to the true force whatever time it takes,

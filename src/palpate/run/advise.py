@@ -166,7 +166,7 @@ def advise_force(results: Path, scene: str | None, limits: dict[str, Any]) -> st
     return "\n".join(said)
 
 
-def _asked(results: Path, scene: str) -> dict[str, list[float]]:
+def _asked(results: Path, scene: str) -> dict[str, Any]:
     """Return the limits of a scene in advice.csv, by what is limited."""
     rows = tables.where(tables.read(results / "tables/advice.csv"), scene=scene)
     columns = {"budgets_ms": "budget_ms", "max_errors": "max_error", "speeds": "speed"}

@@ -253,8 +253,6 @@ class _Record:
         work, total = self._system.work_j, sum(each.values())
         self._gain = float(np.fmax(self._gain, total - self._total - (work - self._worked)))
         self._worked, self._total = work, total
-        if not np.isfinite(total):
-            raise NotConverged(f"{self._scene.place}: the energy is not finite at {self._system.time:.4g} s", [])
         found = {f"{name}_j": energy for name, energy in each.items()}
         return found | {"outer_work_j": work, "total_j": total, "gain_j": self._gain}
 
@@ -271,6 +269,8 @@ class _Record:
 
     def motion(self) -> Motion:
         energy, particles = pd.DataFrame(self._rows), self._system.particles
+        if not np.isfinite(energy["total_j"]).all():
+            raise NotConverged(f"{self._scene.place}: its energy is not finite; take a shorter step.", [])
         if self._modes:
             energy["doubt_m"] = [0.0, *self.doubts]
         times = energy["time_s"].to_numpy()

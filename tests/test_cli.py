@@ -70,7 +70,9 @@ def test_what_cannot_be_tried_is_said(capsys, trade_off_folder):
     assert said(capsys, trade_off_folder, "--scene", "all", "--check")[1].splitlines()[-1].startswith("poke: ")
     assert said(capsys, trade_off_folder, "--scene", "poke", "--check")[0] == 1
     code, text = said(capsys, trade_off_folder, "--scene", "all", "--error", "patch")
-    assert code == 0 and text.splitlines()[-1].startswith("poke: a scene that moves has no patch")
+    assert code == 0 and text.splitlines()[-1].startswith(
+        "poke: models of a scene that moves are judged over its surface"
+    )
     assert said(capsys, trade_off_folder, "--scene", "poke", "--error", "patch")[0] == 1
 
 
@@ -135,7 +137,8 @@ def test_without_a_limit_the_advice_of_the_run_is_listed(capsys, trade_off_folde
         (["--max-error", "5"], "5 is not a share below 1; 5 % is 0.05"),
         (["--budget-ms", "1", "--max-error", "0.1"], "not allowed with"),
         (["--budget-ms", "1", "--error", "worst"], "invalid choice: 'worst'"),
-        (["--speed", "20"], "liver_small: what is pressed and does not move has no speed; give --budget-ms"),
+        (["--speed", "20"], "liver_small: what is pressed and does not move has no speed; leave --speed out"),
+        (["--speed", "20", "--budget-ms", "1"], "leave --budget-ms or --speed out"),
         (["--scene", "all", "--speed", "20"], "has no speed"),
         (["--check", "--max-error", "0.1"], "leave --max-error out"),
         (["--check", "--load", "all"], "leave --load out"),

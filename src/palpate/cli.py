@@ -68,9 +68,10 @@ def _parser() -> argparse.ArgumentParser:
     limit.add_argument(
         "--max-error", type=_share, help="largest error of nine answers in ten, as a share of the peak displacement"
     )
-    limit.add_argument(
-        "--speed", type=_positive, help="of a scene that moves: seconds of motion in a second, such as 20"
-    )
+    advise.add_argument(
+        "--speed", type=_positive,
+        help="of a scene that moves: seconds of motion in a second, such as 20; also beside --max-error",
+    )  # fmt: skip
     advise.add_argument(
         "--error", choices=["rms", "patch", "force"],
         help="over the whole surface (rms, if left out), where it is pressed, or of an instrument's force",
@@ -234,6 +235,8 @@ def _advise(asked: argparse.Namespace) -> str:
     error = asked.error or "rms"
     given = {"budgets_ms": asked.budget_ms, "max_errors": asked.max_error, "speeds": asked.speed}
     limits = {name: [value] for name, value in given.items() if value is not None}
+    if asked.budget_ms is not None and asked.speed is not None:
+        raise InputError("a budget is for a step in real time; leave --budget-ms or --speed out.")
     if error == "force":
         if asked.load is not None:
             raise InputError("--error force is of instruments that are pushed to a depth or moved; leave --load out.")

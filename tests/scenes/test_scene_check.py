@@ -39,6 +39,7 @@ PATH = {"times_s": [0, 0.02], "shifts_m": [[0, 0, 0], [0, 0, -0.05]]}
 PULL = {"force_n": [0, 0, 1]}
 LONG = {"pull_s": 0.1, "hold_s": 0.5, "release_s": 0.1}
 STROKE = {"integrator": "touching", "contact": {"instruments": [BALL | PATH]}}
+TOUCHED = ["corotational", "held", "contact"]
 SERIES = {"prony": {"shares": [0.5, 0.3], "times_s": [0.1, 1.0]}}
 
 
@@ -107,6 +108,23 @@ def test_the_shipped_scenes_pass():
         (STROKE | {"held": False}, ".integrator is touching, .* nothing holds the body; choose backward_euler"),
         (STROKE | {"contact": {"instruments": [BALL]}}, ".integrator is touching, .* no instrument moves; choose"),
         (STROKE | {"contact": {"self_contact": True}}, ".integrator is touching, .* touch each other or themselves"),
+        (STROKE | {"start": "inverted"}, ".integrator is touching, .* the start is inverted; choose backward_euler"),
+        (
+            STROKE | {"contact": STROKE["contact"] | {"push_out": True}},
+            ".*contact pushes out what overlaps;",
+        ),
+        (
+            STROKE | {"effects": [*TOUCHED, "body_springs"], "body_springs": {"stiffness_n_m": 1}},
+            ".* no part for body_springs",
+        ),
+        (
+            STROKE | {"effects": [*TOUCHED, "volume"], "volume": {"stiffness_n_m": 1}},
+            ".* no part for volume;",
+        ),
+        (
+            {"integrator": "xpbd", "effects": ["corotational", "body_springs"], "body_springs": {"stiffness_n_m": 1}},
+            ".integrator is xpbd, which has no part for body_springs; leave",
+        ),
         (STROKE | {"springs": {}}, ".integrator is touching, .* the elastic effect is springs; choose backward_euler"),
         ({"integrator": "xpbd"} | HOOKS, ".integrator is xpbd, which has no part for hooks; leave that out"),
         ({"hooks": [HOOKS["hooks"][0] | PULL]}, r".hooks\[0\] has shift_m and force_n; give one of them"),

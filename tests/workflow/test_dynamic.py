@@ -48,6 +48,7 @@ def test_a_scene_with_one_push_is_asked_at_other_places(plan, write_config, tmp_
     settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "elsewhere": {"places": 10}}}
     jobs = plan(tmp_path, write_config(settings), "dynamic")
     assert jobs["measure_elsewhere"] == jobs["tabulate_motion_bounds"] == 1
+    assert plan(tmp_path, write_config(settings), "results/tables/motion_places.csv")["merge_dynamic_accuracy"] == 1
 
 
 def test_a_truth_is_found_of_the_scenes_that_ask_for_one(plan, write_config, tmp_path, settings):
@@ -57,14 +58,13 @@ def test_a_truth_is_found_of_the_scenes_that_ask_for_one(plan, write_config, tmp
     assert jobs["find_motion_truth"] == 1 and jobs["measure_dynamic"] == jobs["simulate_dynamic_reference"] == 2
 
 
-def test_models_wait_for_a_truth_of_quadratic_elements_alone(plan, write_config, tmp_path, settings):
-    """What meshes of linear elements say judges no model."""
+def test_models_wait_for_what_says_how_well_a_motion_is_known(plan, write_config, tmp_path, settings):
+    """Meshes of linear elements, too, as these say until when models are judged."""
     target, found = "results/data/dynamic/mine/accuracy.csv", []
-    for elements in ("quadratic", "linear"):
-        settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "truth": {"elements": elements}}}
+    for truth in ({"truth": {"elements": "quadratic"}}, {"truth": {"elements": "linear"}}, {}):
+        settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1} | truth}
         found.append("find_motion_truth" in plan(tmp_path, write_config(settings), target))
-    assert found == [True, False]
-    assert plan(tmp_path, write_config(settings))["find_motion_truth"] == 1
+    assert found == [True, True, False]
 
 
 def test_what_takes_hours_can_be_planned(plan, tmp_path):

@@ -25,8 +25,9 @@ OPTIONAL += ["dynamic_force"] if TOUCHED else []
 ELSEWHERE = [scene for scene, own in FOLLOWED.items() if "elsewhere" in own]
 # scenes whose models are tried on strokes that they were not shown, which bounds are made of, too
 HELD_OUT = [scene for scene, own in FOLLOWED.items() if "held_out" in own]
-OPTIONAL += ["motion_bounds"] if ELSEWHERE + HELD_OUT else []
 TRIAL = "results/data/dynamic/{scene}"
+MOVED = expand(f"{TRIAL}/elsewhere.csv", scene=ELSEWHERE) + expand(f"{TRIAL}/held_out.csv", scene=HELD_OUT)
+OPTIONAL += ["motion_bounds", "motion_places"] if MOVED else []
 
 TARGETS["dynamic"] = (
     merged(
@@ -34,8 +35,9 @@ TARGETS["dynamic"] = (
         dynamic_reference=expand(f"{TRIAL}/reference.csv", scene=FOLLOWED),
         **({"motion_truth": expand(f"{TRIAL}/truth.csv", scene=TRUE)} if TRUE else {}),
         **({"dynamic_force": expand(f"{TRIAL}/force.csv", scene=TOUCHED)} if TOUCHED else {}),
+        **({"motion_places": MOVED} if MOVED else {}),
     )
-    + tabulated("advice", *(["motion_bounds"] if ELSEWHERE + HELD_OUT else []))
+    + tabulated("advice", *(["motion_bounds"] if MOVED else []))
     + figures("dynamic", "dynamic_accuracy", "dynamic_reference", *(["dynamic_force"] if TOUCHED else []))
 )
 WARNED += warned_of({config["scenes"][scene]["body"] for scene in FOLLOWED})
@@ -170,12 +172,11 @@ if HELD_OUT:
             "../job.py"
 
 
-if ELSEWHERE + HELD_OUT:
+if MOVED:
 
     rule tabulate_motion_bounds:
         input:
-            expand(f"{TRIAL}/elsewhere.csv", scene=ELSEWHERE),
-            expand(f"{TRIAL}/held_out.csv", scene=HELD_OUT),
+            MOVED,
         output:
             "results/tables/motion_bounds.csv",
         log:

@@ -39,6 +39,7 @@ ADVICE = Table(
     scene error: what is asked about: a scene, and its "rms" error over the surface or at the "patch" that is pressed
     budget_ms max_error: the time of an answer [ms], or the error of nine answers in ten, that must not be passed; one
         of them is empty
+    over: where a body moves, what of its motion errors are taken over
     model setting: what to take, or "none"
     rmse_of_peak patch_rms_of_peak: its mean errors over the test samples
     error_low error_high: between which the mean error lies in 5 to 95 % of draws of test contacts

@@ -1,6 +1,6 @@
 """Advise which model to take for a scene that moves, and for a kind of load that nothing was prepared for."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +36,7 @@ def advise_motion(
     bounds: pd.DataFrame | None = None,
     pressed: pd.DataFrame | None = None,
     error: str = "rms",
+    together: bool = False,
 ) -> pd.DataFrame:
     """Tabulate advice.csv of a scene that moves, a row for each budget [ms], error [of its peak] and speed.
 
@@ -43,6 +44,7 @@ def advise_motion(
     speeds : seconds of motion that shall be computed in a second, or more
     pressed : accuracy_vs_time.csv, whose presses show how wrong the standard's mesh is
     error : "rms", of the displacement, or "force", of the instruments' force, which then stands in ``rmse_of_peak``
+    together : whether the one error and the one speed are both meant, in one row
     A budget is for a step: of what runs in real time, and with 95 % of its steps within the budget, MARGIN of both left
     unused, the least wrong is taken, and likewise of what runs as fast as asked; of what is less wrong than an error,
     the standard's own added, the fastest, whether it keeps up or not. No error is promised below the standard's own, or
@@ -59,13 +61,40 @@ def advise_motion(
     # such a scene is not divided, and has no patch
     none = {"scene": motions["scene"].iloc[0], "error": error, "split": 0, "model": NONE}
     limits = [{"budget_ms": budget} for budget in budgets_ms] + [{"max_error": limit} for limit in max_errors]
-    rows = [none | each for each in (*limits, *({"speed": speed} for speed in speeds))]
+    limits += [{"speed": speed} for speed in speeds]
+    if together:
+        limits = [{"max_error": max_errors[0], "speed": speeds[0]}]
+    first = motions.iloc[0]
+    none |= {"over": _over(first)}
+    rows = [none | each for each in limits]
+    if said := parted(first):
+        why = f"no error of a model is known, as {said}"
+        return ADVICE.frame(row | {"why": why} for row in rows)
     if able.empty:
         why = f"no model got through the scene{' and told a force' if error == 'force' else ''}"
         return ADVICE.frame(row | {"why": why} for row in rows)
     able = able.assign(own_error=_own(able, pressed), error=error)
     own = {"reference_error": able["own_error"].iloc[0]}
-    return ADVICE.frame(row | own | (_under if "max_error" in row else _within)(able, row, bounds) for row in rows)
+    return ADVICE.frame(row | own | _asked(row)(able, row, bounds) for row in rows)
+
+
+def _asked(limit: dict) -> Callable[[pd.DataFrame, dict, pd.DataFrame | None], dict]:
+    """Return what chooses under a limit."""
+    if "max_error" not in limit:
+        return _within
+    return _both if "speed" in limit else _under
+
+
+def parted(first: pd.Series) -> str:
+    """Return why no error of a model is known in a scene, or nothing; first : a row of dynamic_accuracy.csv."""
+    said = first.get("parted")
+    return said if isinstance(said, str) else ""
+
+
+def _over(first: pd.Series) -> str:
+    """Return what of a scene errors are taken over, in words; first : a row of dynamic_accuracy.csv."""
+    until, whole = first.get("resolved_s", np.nan), first.get("duration_s", np.nan)
+    return f"the first {until:.3g} of {whole:.3g} s" if until < whole * (1 - 1e-9) else "the whole motion"
 
 
 class MeshError(NamedTuple):
@@ -104,10 +133,11 @@ def mesh_error(pressed: pd.DataFrame | None, body: str, level: int) -> MeshError
 def _own(able: pd.DataFrame, pressed: pd.DataFrame | None) -> float:
     """Return the own error of what errors are from; NaN: not known.
 
-    That of a truth is its own; the standard's is of its mesh, the largest over presses, and of its step.
+    That of a truth is its own; the standard's is what other meshes say or, if none were tried, that of its mesh, the
+    largest over presses, and of its step.
     """
     first = able.iloc[0]
-    if first["reference"] == TRUTH:
+    if first["reference"] == TRUTH or np.isfinite(first.get("reference_error", np.nan)):
         return float(first["reference_error"])
     mesh = mesh_error(pressed, first["body"], int(first["reference_level"]))
     return np.nan if mesh is None else float(mesh.high + first["reference_change"])
@@ -150,6 +180,18 @@ def _under(able: pd.DataFrame, limit: dict, bounds: pd.DataFrame | None) -> dict
     reason = f"fastest of {counted(fits)} whose error, the standard's own added, stays below {percent(max_error)}"
     best, row = _chosen(able, fits, BY_TIME, reason, bounds)
     return row | {"margin": 1 - bounded[best.name] / max_error}
+
+
+def _both(able: pd.DataFrame, limit: dict, bounds: pd.DataFrame | None) -> dict:
+    """Choose the setting of least error that is as fast as ``limit`` says, if that is within its error, too."""
+    row, max_error = _within(able, {"speed": limit["speed"]}, bounds), limit["max_error"]
+    if "model" not in row:
+        return row
+    error = row["rmse_of_peak"] + row["reference_error"]
+    if error <= max_error:
+        return row | {"margin": 1 - error / max_error}
+    best = able[(able["model"] == row["model"]) & (able["setting"] == row["setting"])].iloc[0]
+    return _near(best) | {"why": f"{row['why']}; with the standard's own its error is above {percent(max_error)}"}
 
 
 def _near(setting: pd.Series) -> dict:
@@ -210,7 +252,10 @@ def _mesh(able: pd.DataFrame) -> str:
     if able["error"].iloc[0] == "force" and np.isnan(own):
         return f"which feels wrongly itself by what is not known, by its {mesh}"
     if np.isnan(own):
-        return f"whose own error is not known, as no press of this body was measured on its {mesh}"
+        tried = "no other mesh of this scene was tried, and no press of this body measured"
+        return f"whose own error is not known, as {tried} on its {mesh}"
+    if np.isfinite(able.iloc[0].get("reference_error", np.nan)):
+        return f"which is {percent(own)} wrong itself, as another mesh and shorter steps say"
     return f"which is {percent(own)} wrong itself, by its {mesh} and its step"
 
 

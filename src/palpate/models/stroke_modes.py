@@ -128,7 +128,10 @@ def strongest_of(square: np.ndarray, count: int) -> np.ndarray:
     energies = np.diag(square)
     kept = energies > FAINT * energies.max(initial=0.0)
     if not kept.any():
-        raise InputError("nothing moves in the strokes that modes are learnt from; let the instrument touch the body.")
+        raise InputError(
+            "nothing moves in the strokes that modes are learnt from, as the instrument meets none of the points of "
+            "the surface that feel contact; lead it deeper, or take a larger one or a finer level."
+        )
     scale = np.where(kept, np.maximum(energies, 1e-300) ** -FLATTER, 0.0)
     values, turns = np.linalg.eigh(scale[:, None] * square * scale)
     first = np.arange(len(values))[::-1][:count]

@@ -10,6 +10,7 @@ from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.collision.contact.instrument_contact import InstrumentContact, Rubbing, Tools, gaps_of
@@ -41,6 +42,10 @@ LEAST_ENERGY = 0.01
 """Of the largest elastic energy so far: what is left of a search is compared with no less."""
 FAINTEST_J = 1e-9
 """As much, before anything has moved."""
+COURSE = 240
+"""Places of a course at which it may meet what is held, beside its corners."""
+LATTICE = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) / 4.0
+"""Places on a triangle, barycentric (15, 3)."""
 
 
 def make(system: System, settings: dict) -> "TouchingMotion":
@@ -105,6 +110,19 @@ def _touched(system: System) -> tuple[Instrumented, Body]:
     return found[0], body
 
 
+def held_met(system: System, contact: InstrumentContact) -> tuple[float, str]:
+    """Return when an instrument's course first leads into the held surface [s], and its name; ∞ if none does."""
+    nodes, faces = system.particles.nodes, system.particles.triangles
+    whole = faces[~system.free[faces].any(axis=1)]
+    points = np.vstack([nodes[np.unique(faces[~system.free[faces]])], (LATTICE @ nodes[whole]).reshape(-1, 3)])
+    corners = np.concatenate([path.times_s for path in contact.paths])
+    for t in np.union1d(corners[corners >= 0.0], np.linspace(0.0, corners.max(initial=0.0), COURSE)):
+        deepest = gaps_of(points, contact.at(t))[0].min(axis=1, initial=np.inf)
+        if deepest.min() < 0.0:
+            return float(t), contact.paths[int(deepest.argmin())].obstacle.name
+    return math.inf, ""
+
+
 class _State(NamedTuple):
     """Coordinates q (r,), their rates w (r,) [1/s] and the elastic energy's gradient g (r,) at the end of a step."""
 
@@ -121,7 +139,7 @@ class TouchingMotion:
     """M q″ + d (α M q + β g(q))/dt + g(q) = contact, in coordinates of ``body``.
 
     It needs no positions but those of points near the instruments; ``state`` expands them. NotConverged where a step
-    is not found.
+    is not found, or an instrument meets what is held.
 
     Traps: nothing is known of motions that the strokes did not show, so ask for ``doubt``. As BDF2 it may make energy.
     """
@@ -139,11 +157,12 @@ class TouchingMotion:
         # the first nodes of quadratic elements are the corners
         self._corners = body.modes[: len(system.particles.nodes)].reshape(-1, body.count)
         self._rest = body.points.interpolation @ body.motion.rest
+        self._meets_s, self._meets = held_met(system, contact)
         self._stiff = body.points.penalty * body.points.areas
         self._masses, still = body.masses, np.zeros(body.count)
         self._now = self._before = _State(still, still, still)
         self._tools = self._tools_before = contact.at(0.0)
-        self._length, self._floor = 0.0, FAINTEST_J
+        self._length, self._floor, self._energy = 0.0, FAINTEST_J, 0.0
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray, float, float] | None = None
         self._hessian, self._scaled = np.empty((0, 0)), (still, 0.0)
         self._forces, self._near = np.zeros((0, 3)), np.zeros(0, dtype=int)
@@ -157,6 +176,8 @@ class TouchingMotion:
         one = np.ones(self.body.count)
         touch = self._touch(self._tools, 0.0 * one)
         none = np.zeros(len(one) + len(self._of))
+        self._places = placed(none, touch)
+        self._speeds = np.zeros_like(self._places)
         rubbing = self._rubbing(touch, none, self._tools, none, self._tools, 1.0)
         least = self._local, np.diag(one), self._body, touch, rubbing, self._forces, 1.0, 1.0, 0
         minimise(none, one, 0.0 * one, 1.0, none, *least)
@@ -177,10 +198,12 @@ class TouchingMotion:
 
     def advance(self, h: float) -> None:
         """Make a step of ``h`` [s] that ends at the system's time; NotConverged if it is not found."""
-        end, contact, now, before = self._system.time, self.contact, self._now, self._before
+        end, contact, now, earlier = self._system.time, self.contact, self._now, self._before
+        if end >= self._meets_s:
+            raise NotConverged(f"{self._meets} is driven into held nodes", [])
         second = self._length == h and not contact.bends(end - h, h)
         share, reach = (1.0 / 3.0, 2.0 * h / 3.0) if second else (0.0, h)
-        base = now.ahead(before, share)
+        base = now.ahead(earlier, share)
         lag = self._beta / reach
         inertia = self._masses * (1.0 / reach**2 + self._alpha / reach)
         centre = base.q + self._masses / reach * base.w / inertia
@@ -200,15 +223,41 @@ class TouchingMotion:
                     break
                 rubbing = self._rubbing(touch, z, tools, z_base, start, reach)
             g, energy = self._found(z, inertia, centre, 1.0 + lag, outer, touch, rubbing)
-        q = z[: len(q)]
-        forces = (self._local @ z[len(q) :]).reshape(-1, 3) @ self._turn
+        begun = placed(np.append(now.q, dent), touch)
+        self._places = placed(z, touch)
+        self._speeds = (self._places - begun) / h
+        q, bent = z[: len(q)], self._local @ z[len(q) :]
+        forces = bent.reshape(-1, 3) @ self._turn
         self._dents = [Dent(self._of, forces.ravel(), self._turn), *self._dents[:2]]
         self._tools, self._tools_before = tools, seen
-        self._floor = max(self._floor, LEAST_ENERGY * energy)
-        self._last = now.q, before.q, base.w, reach, share
+        self._floor, self._energy = max(self._floor, LEAST_ENERGY * energy), energy + 0.5 * float(bent @ z[len(q) :])
+        self._last = now.q, earlier.q, base.w, reach, share
         self._before, self._now, self._length = now, _State(q, (q - base.q) / reach, g), h
-        contact.reactions = -self._pushes(touch, z, rubbing)
-        contact.work_j -= float(np.vdot(contact.reactions, tools.tips - seen.tips))
+        before, contact.reactions = contact.reactions, -self._pushes(touch, z, rubbing)
+        contact.work_j -= 0.5 * float(np.vdot(before + contact.reactions, tools.tips - seen.tips))
+
+    def energies(self) -> dict[str, float]:
+        """Return the kinetic, the elastic and contact's energy [J], by the names of the effects; friction has none."""
+        (contact, _), *_ = self._system.offering(Instrumented)
+        depths = np.maximum(-gaps_of(self._places, self._tools)[0], 0.0)
+        kinetic, pressed = self._masses * self._now.w**2, self._stiff[self._near] * depths**2
+        elastic = next(iter(self._system.effects))
+        return {"kinetic": 0.5 * float(kinetic.sum()), elastic: self._energy, contact: 0.5 * float(pressed.sum())}
+
+    def contacts(self) -> pd.DataFrame:
+        """Tabulate each point inside an instrument, with the columns of ``Contact.contacts``; friction is no part."""
+        gaps, normals = gaps_of(self._places, self._tools)
+        tool, point = np.nonzero(gaps < 0.0)
+        ways = (self._tools.tips - self._tools_before.tips) / max(self._length, np.finfo(float).tiny)
+        moving = self._speeds[point] - ways[tool]
+        names = np.array([path.obstacle.name for path in self.contact.paths], dtype=object)
+        columns = {"first": self._system.particles.name, "second": names[tool]}
+        for start, values, unit in (
+            ("", self._places[point], "_m"), ("normal_", normals[tool, point], ""), ("velocity_", moving, "_m_s"),
+        ):  # fmt: skip
+            columns |= {f"{start}{letter}{unit}": values[:, axis] for axis, letter in enumerate("xyz")}
+        deep = gaps[tool, point]
+        return pd.DataFrame(columns | {"gap_m": deep, "force_n": -self._stiff[self._near][point] * deep})
 
     def _touch(
         self, tools: Tools, q: np.ndarray
@@ -325,13 +374,16 @@ class TouchingMotion:
         """Return what the modes lack [m], RMS over the surface: what all elements leave of the last step's balance.
 
         That is answered by (1 + β/a) K at rest, a being 2/3 of a step. Infinite where an instrument is inside of the
-        body beyond what it may touch. It grows with the error, and is not its size.
+        body beyond what it may touch, or the corners of an element are inside out. It grows with the error, and is not
+        its size.
         """
         body, elements = self.body, self.body.elements
         assert self._last is not None  # it has stepped
         moved, moved_before, at_first = self._whole()
         gaps, _ = gaps_of((elements.rest + moved)[body.body.fine.surface], self._tools)
-        if (gaps.min(axis=1) < -STRAY * self._tools.radii).any():
+        corners = (elements.rest + moved)[body.body.fine.tetrahedra]
+        turned_over = (np.linalg.det(corners[:, 1:] - corners[:, :1]) <= 0.0).any()
+        if turned_over or (gaps.min(axis=1) < -STRAY * self._tools.radii).any():
             return math.inf
         _, _, rate, reach, share = self._last
         here, there, before = (elements.force(each) for each in (moved, moved_before, at_first))

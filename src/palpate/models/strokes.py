@@ -137,7 +137,10 @@ def whole_of(body: Body) -> Body:
 
 
 def points_of(body: Body, contacts: Sequence[Mapping]) -> ContactPoints:
-    """Return the points of the surface of quadratic elements that instruments pass within MARGIN_M."""
+    """Return the points of the surface of quadratic elements that instruments pass within MARGIN_M.
+
+    InputError where there are none.
+    """
 
     def near(places: np.ndarray) -> np.ndarray:
         found = np.zeros(len(places), dtype=bool)
@@ -147,7 +150,12 @@ def points_of(body: Body, contacts: Sequence[Mapping]) -> ContactPoints:
                 found |= (gaps_of(places, tools.at(t))[0] < MARGIN_M).any(axis=0)
         return found
 
-    return contact_points(body.fine, 2, body.material.young_pa, near)
+    try:
+        return contact_points(body.fine, 2, body.material.young_pa, near)
+    except NotConverged as error:
+        raise InputError(
+            f"no instrument comes within {1e3 * MARGIN_M:g} mm of {body.name}; lead its path there."
+        ) from error
 
 
 def elements_under(body: Body, contact: Mapping, rayleigh: Mapping, points: ContactPoints) -> TouchedMotion:

@@ -182,7 +182,7 @@ def advice_list(advice: pd.DataFrame, kind: str = "rms") -> str:
         found += [f"  {limit(row):{width}}  {_choice(row)}" for _, row in rows.iterrows()]
         own = rows["reference_error"].max()
         if rows[["times_life", "speed"]].notna().any(axis=None):
-            found.append(f"  Errors are from a standard {_wrong_itself(own)}.")
+            found.append(f"  Errors are over {rows['over'].iloc[0]}, from a standard {_wrong_itself(own)}.")
         elif np.isnan(own):
             found.append(f"  Beware: {UNKNOWN}.")
         elif own > rows[[KINDS[kind], "max_error"]].min(axis=None):
@@ -290,12 +290,15 @@ def by_limit(advice: pd.DataFrame, names: dict[str, str], cell: Callable[[pd.Ser
 
 
 def limit(advice: pd.Series) -> str:
-    """Return what was asked for: "within 16.7 ms", "error of at most 1 %" or "20 × real time"."""
+    """Return what was asked for: "within 16.7 ms", "error of at most 1 %", "20 × real time" or the last two."""
+    asked = []
     if np.isfinite(advice.get("speed", np.nan)):  # what is tabulated of presses alone has no speed
-        return f"{advice['speed']:g} × real time"
+        asked.append(f"{advice['speed']:g} × real time")
     if np.isfinite(advice["budget_ms"]):
-        return f"within {advice['budget_ms']:g}\u00a0ms"
-    return f"error of at most {100 * advice['max_error']:.2g}\u00a0%"
+        asked.append(f"within {advice['budget_ms']:g}\u00a0ms")
+    if np.isfinite(advice["max_error"]):
+        asked.append(f"error of at most {100 * advice['max_error']:.2g}\u00a0%")
+    return ", ".join(asked)
 
 
 def timed(advice: pd.Series) -> bool:
@@ -321,7 +324,7 @@ def moved_error(advice: pd.Series, row: pd.Series) -> str:
     if advice["error"] == "force":
         peak = row["force_peak_error"]
         rest = f"the largest force is {percent(abs(peak))} too {'large' if peak > 0 else 'small'}"
-    error = f"{percent(advice['rmse_of_peak'])} {WHERE[advice['error']]} over the whole motion"
+    error = f"{percent(advice['rmse_of_peak'])} {WHERE[advice['error']]} over {advice['over']}"
     return f"{error}, from a standard {own}; {rest}"
 
 

@@ -63,7 +63,10 @@ def _listed(table: pd.DataFrame, chosen: list[str], error: str, results: Path) -
 
 
 def _no_patch(scene: str, error: str) -> str:
-    return f"{scene}: a scene that moves has no patch; leave --error {error} out."
+    return (
+        f"{scene}: models of a scene that moves are judged over its surface and by force, and not where it is pressed, "
+        f"of which motion_truth.csv has the truth's own error alone; leave --error {error} out."
+    )
 
 
 def check(results: Path, scene: str | None) -> str:
@@ -129,7 +132,7 @@ def advise_any_load(
     return "\n".join(said)
 
 
-def advise_force(results: Path, scene: str | None, limits: dict[str, list[float]]) -> str:
+def advise_force(results: Path, scene: str | None, limits: dict[str, Any]) -> str:
     """Advise by the error of the force of an instrument, in one scene or all; limits, InputError as ``advise``.
 
     Scenes are those of touch.csv, where without a limit it is what is nearest to the true force whatever time it takes,
@@ -151,10 +154,11 @@ def advise_force(results: Path, scene: str | None, limits: dict[str, list[float]
         if kinds[name] == "touch" and "speeds" not in limits:
             said.append(force_lines(advise_touch(rows, budget, most)))
         elif kinds[name] != "touch" and limits:
-            said.append(lines(other_loads.advise_motion(rows, **limits, error="force").iloc[0], rows))
+            advised = other_loads.advise_motion(rows, **limits, error="force", together=_together(limits))
+            said.append(lines(advised.iloc[0], rows))
         elif kinds[name] != "touch":
-            asked = other_loads.advise_motion(rows, **_asked(results, name), error="force")
-            said.append(advice_list(asked, "force"))
+            advised = other_loads.advise_motion(rows, **_asked(results, name), error="force")
+            said.append(advice_list(advised, "force"))
         else:
             refused = f"--error force: {name} is pressed and does not move; leave --speed out."
     if refused and not said:
@@ -162,7 +166,7 @@ def advise_force(results: Path, scene: str | None, limits: dict[str, list[float]
     return "\n".join(said)
 
 
-def _asked(results: Path, scene: str) -> dict[str, list[float]]:
+def _asked(results: Path, scene: str) -> dict[str, Any]:
     """Return the limits of a scene in advice.csv, by what is limited."""
     rows = tables.where(tables.read(results / "tables/advice.csv"), scene=scene)
     columns = {"budgets_ms": "budget_ms", "max_errors": "max_error", "speeds": "speed"}
@@ -176,7 +180,7 @@ def _of_scene(results: Path, scene: str, found: list[pd.DataFrame], limits: dict
     if "regime" not in table:
         return _of_motion(results, rows, limits, kind)
     if "speeds" in limits:
-        raise _NoSuchLimit(f"{scene}: what is pressed and does not move has no speed; give --budget-ms.")
+        raise _NoSuchLimit(f"{scene}: what is pressed and does not move has no speed; leave --speed out.")
     return lines(pressed.advise(rows, read_errors(results / "data", rows), **limits, kinds=[kind]).iloc[0])
 
 
@@ -187,7 +191,13 @@ def _of_motion(results: Path, rows: pd.DataFrame, limits: dict, kind: str) -> st
         raise _NoSuchLimit(_no_patch(scene, kind))
     bounds = tables.where(tables.read(path), scene=scene) if path.is_file() else None
     pressed = tables.read(table) if (table := path.with_name("accuracy_vs_time.csv")).is_file() else None
-    return lines(other_loads.advise_motion(rows, **limits, bounds=bounds, pressed=pressed).iloc[0], rows)
+    both = _together(limits)
+    return lines(other_loads.advise_motion(rows, **limits, bounds=bounds, pressed=pressed, together=both).iloc[0], rows)
+
+
+def _together(limits: dict) -> bool:
+    """Return whether an error and a speed are asked for at once."""
+    return {"max_errors", "speeds"} <= set(limits)
 
 
 NOISE = (0.7, 1.4)

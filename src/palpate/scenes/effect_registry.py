@@ -80,10 +80,21 @@ INTEGRATORS = {
 }
 
 NOT_STEPPED = {
-    "xpbd": ("prony", "hooks"),
-    "projective_dynamics": ("prony",),
-    "vertex_block_descent": ("prony", "threads"),
-    "touching": ("gravity", "bed", "push", "hooks", "threads", "plasticity", "prony", "cut"),
+    "xpbd": ("prony", "body_springs", "volume", "hooks"),
+    "projective_dynamics": ("prony", "body_springs", "volume"),
+    "vertex_block_descent": ("prony", "body_springs", "volume", "threads"),
+    "touching": (
+        "gravity",
+        "bed",
+        "push",
+        "hooks",
+        "threads",
+        "volume",
+        "body_springs",
+        "plasticity",
+        "prony",
+        "cut",
+    ),
 }
 """Effects that an integrator has no part for, of those that suit its elastic effect."""
 

@@ -37,7 +37,8 @@ class Motion:
     times : (f,) [s]; positions : (f, n, 3) and rest : (n, 3) [m]
     triangles : (t, 3) of the surface; tetrahedra : (m, 4), if any; held : (k,) nodes held still
     energy : one row for each frame: time_s, kinetic_j, a column ``<effect>_j`` for each energy, outer_work_j, total_j,
-        and gain_j, the most that total_j has risen in a step beyond the work of that step
+        gain_j, the most that total_j has risen in a step beyond the work of that step, and of a motion in modes
+        doubt_m, what it says of its own error [m], infinite where it knows nothing
     obstacles : rigid things that the body could meet
     observed : one row for each step: time_s and the numbers that effects observe
     contacts : one row for each contact and frame, with place, direction, gap, relative velocity, force

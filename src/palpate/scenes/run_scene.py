@@ -118,6 +118,12 @@ class InModes(Integrator, Protocol):
     def state(self) -> tuple[np.ndarray, np.ndarray]:
         """Return positions (n, 3) [m] and velocities [m/s]."""
 
+    def energies(self) -> dict[str, float]:
+        """Return its kinetic energy [J] as "kinetic", and the energy [J] of each effect that has one."""
+
+    def contacts(self) -> pd.DataFrame:
+        """Return one row for each contact, as the effect contact does of positions."""
+
     def doubt(self) -> float:
         """Return what grows with the error of the last step [m], RMS over the surface."""
 
@@ -165,7 +171,7 @@ def run(scene: Scene, particles: Particles, progress: Callable = iter, without: 
     for _, effect in system.offering(hooks.Placement):
         with _told(scene.place):
             x = effect.place(x)
-    record = _Record(scene, system, system.followed(x))
+    record = _Record(scene, system, system.followed(x), _in_modes(integrator))
     system.seconds = dict.fromkeys(system.effects, 0.0)  # preparation is not part of a step
     loop(system, integrator, scene, record, progress, parts)
     seen = {id(particles), *map(id, vars(particles).values())}
@@ -173,6 +179,11 @@ def run(scene: Scene, particles: Particles, progress: Callable = iter, without: 
     seconds = sum(record.seconds), float(np.percentile(record.seconds, 95)), max(record.seconds)
     doubts = np.array(record.doubts), record.doubt_s
     return Run(record.motion(), scene.steps, *seconds, dict(system.seconds), kilobytes, *doubts)
+
+
+def _in_modes(integrator: Integrator) -> InModes | None:
+    """Return the integrator if it keeps few coordinates."""
+    return cast(InModes, integrator) if hasattr(integrator, "doubt") else None
 
 
 def loop(
@@ -183,7 +194,7 @@ def loop(
     Positions that are made of modes for the sake of the record alone are not part of a step, as little as their doubt.
     """
     x, v, h = record.x, np.zeros_like(record.x), scene.step_s / parts
-    modes = cast(InModes, integrator) if hasattr(integrator, "doubt") else None
+    modes = _in_modes(integrator)
     for step in progress(range(scene.steps)):
         start = perf_counter()
         for part in range(step * parts, (step + 1) * parts):
@@ -215,8 +226,9 @@ def loop(
 class _Record:
     """Frames, energies, contacts and work during a run."""
 
-    def __init__(self, scene: Scene, system: System, x: np.ndarray):
-        self._scene, self._system, self.x = scene, system, x
+    def __init__(self, scene: Scene, system: System, x: np.ndarray, modes: InModes | None):
+        """Begin at ``x`` (n, 3) [m]; energies and contacts of ``modes`` are not those of effects at nodes."""
+        self._scene, self._system, self.x, self._modes = scene, system, x, modes
         self._every = np.unique(np.linspace(0, scene.steps, min(scene.frames, scene.steps) + 1).round().astype(int))
         self.seconds: list[float] = []
         self.doubts: list[float] = []
@@ -252,11 +264,11 @@ class _Record:
     def _energies(self, x: np.ndarray, v: np.ndarray) -> dict[str, float]:
         """Return all energies [J] and their sum, and keep the most that a step has gained beyond the work."""
         kinetic = 0.5 * float(np.vdot(self._system.masses[:, None] * v, v))
-        potentials = self._system.energies(x)
-        work, total = self._system.work_j, kinetic + sum(potentials.values())
+        each = self._modes.energies() if self._modes else {"kinetic": kinetic} | self._system.energies(x)
+        work, total = self._system.work_j, sum(each.values())
         self._gain = float(np.fmax(self._gain, total - self._total - (work - self._worked)))
         self._worked, self._total = work, total
-        found = {"kinetic_j": kinetic} | {f"{name}_j": energy for name, energy in potentials.items()}
+        found = {f"{name}_j": energy for name, energy in each.items()}
         return found | {"outer_work_j": work, "total_j": total, "gain_j": self._gain}
 
     def _keep(self, step: int, x: np.ndarray, v: np.ndarray, energies: dict[str, float]) -> None:
@@ -268,10 +280,15 @@ class _Record:
         self._frames.append(x.copy())
         self._drawn.append([shape for effect in self._drawing for shape in effect.drawn(x)])
         if step:  # before the first step there are no contacts yet
-            self._contacts += [effect.contacts(x).assign(time_s=time) for effect in self._contact_effects]
+            found = [self._modes.contacts()] if self._modes else [each.contacts(x) for each in self._contact_effects]
+            self._contacts += [contacts.assign(time_s=time) for contacts in found]
 
     def motion(self) -> Motion:
         energy, particles = pd.DataFrame(self._rows), self._system.particles
+        if not np.isfinite(energy["total_j"]).all():
+            raise NotConverged(f"{self._scene.place}: its energy is not finite; take a shorter step.", [])
+        if self._modes:
+            energy["doubt_m"] = [0.0, *self.doubts]
         times = energy["time_s"].to_numpy()
         obstacles = [obstacle for effect in self._contact_effects for obstacle in effect.obstacles]
         return Motion(

@@ -108,13 +108,13 @@ def _check_integrator(place: str, scene: dict, elastic: str, names: list[str]) -
             f"{place}.integrator is {scene['integrator']}, which steps {LAWS[0]} elements or triangles, and the "
             f"elastic effect is {elastic}; choose one of them, or another integrator."
         )
+    if scene["integrator"] == "touching":
+        _check_touching(place, scene, elastic, names)
     if unknown := [name for name in names if name in NOT_STEPPED.get(scene["integrator"], ())]:
         raise InputError(
             f"{place}.integrator is {scene['integrator']}, which has no part for {unknown[0]}; leave that out, or "
             "choose backward_euler."
         )
-    if scene["integrator"] == "touching":
-        _check_touching(place, scene, elastic, names)
     goals = scene["integrator"] == "goal_position"
     if goals and elastic != "shape_matching":
         raise InputError(
@@ -129,13 +129,15 @@ def _check_integrator(place: str, scene: dict, elastic: str, names: list[str]) -
 
 
 def _check_touching(place: str, scene: dict, elastic: str, names: list[str]) -> None:
-    """Raise InputError for a scene that is no held body of finite elements under instruments that move."""
+    """Raise InputError for a scene that is no held body at rest, of finite elements under instruments that move."""
     contact = scene.get("contact", {})
     tools = contact.get("instruments", [])
     reason = (
         (f"the elastic effect is {elastic}" if elastic not in FINITE_ELEMENTS else "")
         or ("nothing holds the body" if "held" not in names else "")
         or ("bodies touch each other or themselves" if contact.get("self_contact") or scene.get("others") else "")
+        or (f"the start is {scene['start']}" if scene["start"] != "rest" else "")
+        or ("contact pushes out what overlaps" if contact.get("push_out") else "")
         or ("no instrument moves" if "contact" not in names or not any(each.get("times_s") for each in tools) else "")
     )
     if reason:

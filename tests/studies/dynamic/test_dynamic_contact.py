@@ -9,11 +9,12 @@ import pytest
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.errors import InputError
+from palpate.files import write_arrays
 from palpate.models.shape_matching import cubes
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training, compared_scene, training_of
-from palpate.studies.dynamic.linear_limit import linear_limit
-from palpate.studies.dynamic.reference import reference, tabulate, tabulate_truth
+from palpate.studies.dynamic.linear_limit import LinearLimit, linear_limit
+from palpate.studies.dynamic.reference import read_truth, reference, tabulate, tabulate_truth
 from palpate.studies.dynamic.settings import _check_training
 
 FLOOR = {"instruments": [{"kind": "floor", "height_m": -0.005}], "friction": 0.5}
@@ -77,6 +78,36 @@ def test_meshes_part_when_a_pile_topples_the_later_the_more_they_may_differ(bloc
     assert "at no time" in never.said and f"until {strict.until_s:.3g} s and no longer" in strict.said
     row = tabulate_truth(compared, strict).iloc[0]
     assert row["rejected"] == strict.said and row["elements"] == "linear" and row["until_s"] == strict.until_s
+
+
+def test_models_are_judged_until_meshes_part_beside_what_these_say_of_the_standard(block, tmp_path):
+    """Which falls a little short on the coarser mesh: by how far that is from the finer one, and what that errs by."""
+    pile = ENTRY | {"others": [{"body": "block", "shift_m": [0.022, 0.004, 0.045]}]}
+    own = {"duration_s": 0.2, "frames": 10, "level": 1}
+    compared = compared_scene("pile", pile, block, own)
+    limit = linear_limit(compared, 2, 0.06)
+    write_arrays(limit, tmp_path / "truth.npz")
+    limit = read_truth(tmp_path / "truth.npz")
+    assert isinstance(limit, LinearLimit) and 0.0 < limit.until_s < 0.2
+    coarse = compared_scene("pile", pile, block, own | {"level": 0})
+    found = reference(coarse, None, 0.05, 4)
+    grid = GRID | {"fem_coarse": {"steps_per_frame": [1], "tolerances": [], "gaps": []}}
+    judged, forces = accuracy.measure(coarse, None, found, grid, ["fem_coarse"], limit=limit)
+    frames = round(limit.until_s / 0.02)
+    assert judged["resolved_s"].tolist() == pytest.approx([limit.until_s] * len(judged))
+    space, _, _, whole = limit.own[:, 1]
+    assert judged["reference_error"].tolist() == pytest.approx([space + whole] * len(judged))
+    kept = found.truth[:frames]
+    off = np.sqrt(np.mean(np.sum((found.tried[-1][:frames] - kept) ** 2, axis=2))) / np.linalg.norm(kept, axis=2).max()
+    assert judged.iloc[len(found.tried) - 1]["rmse_of_peak"] == pytest.approx(off)
+    # a force that nobody knows is compared with none
+    unsure = replace(limit, own_force=0.9)
+    table, forces = accuracy.measure(coarse, None, found, grid, ["fem_coarse"], limit=unsure)
+    assert table["force_rms_of_peak"].isna().all() and forces.empty
+    # and where meshes part at once the whole motion is told, with what they say
+    table = accuracy.measure(coarse, None, found, grid, ["fem_coarse"], limit=replace(limit, until_s=0.0))[0]
+    assert table["resolved_s"].iloc[0] == pytest.approx(found.duration_s) and table["reference_error"].isna().all()
+    assert table["parted"].str.startswith("two meshes agree at no time: largest displacement ").all()
 
 
 def test_the_floor_hands_over_the_momentum_that_the_weight_takes(falling):

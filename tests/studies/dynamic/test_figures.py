@@ -22,7 +22,16 @@ def test_a_dotted_line_is_what_the_truth_or_the_standard_may_be_wrong_by(dynamic
     table = dynamic_table.assign(reference=true.map({True: "fem_p2", False: "fem_fine"}), reference_error=0.002)
     axes = figures.draw_dynamic_accuracy(table).axes
     dotted = [[line.get_ydata()[0] for line in axis.lines if line.get_linestyle() == ":"] for axis in axes]
-    assert dotted == [[0.5], [0.2]] and [axis.texts[0].get_text() for axis in axes][1] == "from the truth"
+    assert dotted == [[0.2], [0.2]] and [axis.texts[0].get_text() for axis in axes][1] == "from the truth"
+    axes = figures.draw_dynamic_accuracy(dynamic_table).axes
+    assert not any(line.get_linestyle() == ":" for axis in axes for line in axis.lines), "nobody knows it"
+
+
+def test_each_level_has_a_line_of_its_own(dynamic_table):
+    table = dynamic_table[dynamic_table["model"] == "fem_fine"]
+    two = pd.concat([table, table.assign(level=0, real_time_factor=3 * table["real_time_factor"])])
+    lines = figures.draw_dynamic_accuracy(two).axes[0].lines[:2]
+    assert [line.get_xdata().tolist() for line in lines] == [[60.0, 120.0], [20.0, 40.0]]
 
 
 def test_a_line_a_step_and_what_is_left_out_is_shaded():

@@ -5,7 +5,8 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.error_bounds import CONSTANT, OWN
-from palpate.studies.dynamic.elsewhere import MEASURED, MOTION_BOUNDS, motion_bounds
+from palpate.studies.dynamic.elsewhere import MOTION_BOUNDS, motion_bounds
+from palpate.studies.dynamic.touching import MOTION_PLACES
 
 PLACES = 20
 
@@ -18,7 +19,8 @@ def measured():
     knows = pd.DataFrame({"contact": np.arange(PLACES), "model": "knows", "estimate_of_peak": told})
     knows["rmse_of_peak"] = 0.01 * told * random.uniform(0.95, 1.05, PLACES)
     table = pd.concat([knows, knows.assign(model="silent", estimate_of_peak=np.nan)])
-    return table.assign(scene="press", body="bar", setting="s", failures=0, estimate_s=0.1).reindex(columns=MEASURED)
+    table = table.assign(scene="press", body="bar", setting="s", failures=0, estimate_s=0.1)
+    return table.reindex(columns=MOTION_PLACES.columns)
 
 
 def row(measured, model, estimate):

@@ -1,6 +1,8 @@
 """Sentences about models in motion follow from their table."""
 
+import numpy as np
 import pandas as pd
+import pytest
 from fixtures.material import material, numbers, page
 
 from palpate.benchmark.advice import ADVICE as ADVICE_TABLE
@@ -19,6 +21,28 @@ def test_the_finding_is_about_models_in_real_time(dynamic_table):
     assert [(one["model"], round(one["error"], 9)) for one in best] == [("springs", 0.04)] * 2
     slow = page("dynamic", tables | {"dynamic_accuracy": dynamic_table.assign(real_time_factor=2.0)})
     assert "liver press: none; bar sag: none." in slow
+
+
+def test_no_error_is_quoted_where_meshes_part_at_once(dynamic_table):
+    parts = dynamic_table["scene"] == "bar_sag"
+    table = dynamic_table.assign(parted=np.where(parts, "two meshes agree at no time: 25 mm and 44 mm", ""))
+    found = numbers("dynamic", {"dynamic_accuracy": table, "advice": ADVICE})["best"]
+    assert [one.get("error") for one in found] == [pytest.approx(0.04), None]
+    text = page("dynamic", {"dynamic_accuracy": table, "advice": ADVICE})
+    assert "bar sag: no error is known, as two meshes agree at no time: 25 mm and 44 mm." in text
+    for asked in ({"budgets_ms": [1000]}, {"speeds": [1]}, {"max_errors": [0.5]}):
+        advice = advise_motion(table[parts], **asked).iloc[0]
+        assert advice["model"] == "none" and np.isnan(advice["rmse_of_peak"]) and "44 mm" in advice["why"]
+
+
+def test_a_standard_whose_error_other_meshes_say_is_told(dynamic_table):
+    table = dynamic_table.assign(reference_error=[0.041] * 5 + [np.nan] * 5)
+    text = page("dynamic", {"dynamic_accuracy": table, "advice": ADVICE}).replace("\u00a0", " ")
+    assert "that in brackets in liver press (4.1 %)." in " ".join(text.split())
+    assert numbers("dynamic", {"dynamic_accuracy": table, "advice": ADVICE})["unknown_meshes"] == ["bar sag"]
+    advice = advise_motion(table[table["scene"] == "liver_press"], max_errors=[0.05, 0.09])
+    # springs are 4 % from it
+    assert advice["model"].tolist() == ["none", "springs"] and (advice["reference_error"] == 0.041).all()
 
 
 def test_an_engine_is_left_out_in_a_sentence_where_no_row_is_its(dynamic_table):
@@ -66,9 +90,10 @@ def test_scenes_with_a_truth_are_told_from_those_with_a_standard(dynamic_table):
 def test_scenes_that_are_not_resolved_are_named(dynamic_table):
     tables = {"dynamic_accuracy": dynamic_table, "advice": ADVICE}
     text = page("dynamic", tables)
-    assert "Every scene is resolved to its end." in text and "liver press 1, bar sag 1" in text
+    assert "Every scene is compared to its end." in text and "liver press 1, bar sag 1" in text
     cut = page("dynamic", tables | {"dynamic_accuracy": dynamic_table.assign(resolved_s=0.25)})
-    assert "compared in a part only: liver press in its first 0.25 s of 1 s;" in cut
+    assert "Compared in a part only, as they are followed no longer, or known no longer: liver press in its" in cut
+    assert "liver press (first 0.25 of 1 s): springs (error 4 %)" in cut.replace("\u00a0", " ")
 
 
 def test_a_motion_that_stopped_has_failed(dynamic_table):

@@ -14,7 +14,7 @@ from palpate.models import strokes
 from palpate.studies.dynamic import touching
 from palpate.studies.dynamic.comparable import unable
 from palpate.studies.dynamic.compared_scene import compared_scene
-from palpate.studies.dynamic.elsewhere import MEASURED, motion_bounds
+from palpate.studies.dynamic.elsewhere import motion_bounds
 from palpate.studies.dynamic.strokes import Strokes, simulate_strokes
 
 BALL = {"kind": "sphere", "name": "finger", "center_m": [0.03, 0.03, 0.0441], "radius_m": 0.012}
@@ -47,7 +47,7 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
     found = table[table["failures"] == 0]
     assert len(found) and (found["rmse_of_peak"] < 0.2).all() and (found["estimate_of_peak"] > 0.0).all()
     assert (found["reference_change"] < 0.02).all()
-    bounds = motion_bounds([table.reindex(columns=MEASURED)])
+    bounds = motion_bounds([table])
     assert set(bounds["estimate"]) == {"constant", "own"} and (bounds["places"] == 3).all()
     assert bounds["bound_of_peak"].isna().all()  # of fewer than nine strokes there is none
 

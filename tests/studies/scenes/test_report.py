@@ -27,6 +27,14 @@ def test_energy_from_nowhere_is_reported(scene_results):
     assert failed[1][0][1] == pytest.approx(0.5, abs=0.01)  # of the 2 mJ that press gets
 
 
+def test_the_force_of_a_truth_stands_beside_that_of_the_scenes_mesh(scene_results):
+    force = {"force_x_n": 0.0, "force_y_n": 0.3, "force_z_n": [0.2, 0.4, 0.9], "setting": "limit", "scene": "press"}
+    table = pd.DataFrame(force | {"model": ["fem_p2", "fem_p2", "fem_fine"]})
+    more = scene_results | {"dynamic_force": table}
+    press, sag = numbers("scenes", more, scenes=["press", "sag"])["scenes"]
+    assert (press["true_n"], sag["true_n"]) == (pytest.approx(0.5), 0.0)
+
+
 def test_a_scene_of_which_nothing_can_be_left_out(scene_results):
     effects = scene_results["effects"].query("scene == 'press'").iloc[:1]
     assert "nothing can be left out" in page("scenes", scene_results | {"effects": effects}, scenes=["press"])

@@ -93,4 +93,4 @@ def test_without_a_limit_a_motion_has_those_of_the_run(ask, dynamic_table, tmp_p
         "within 8 ms", "error of at most 0.3 %", "2 × real time",
     ]  # fmt: skip
     assert said.count("springs (step_s=0.001): 8 %, 5 × real time") == 2
-    assert "Errors are from a standard that is 0.4 % wrong itself." in said
+    assert "Errors are over the whole motion, from a standard that is 0.4 % wrong itself." in said

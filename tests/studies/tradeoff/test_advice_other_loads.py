@@ -8,7 +8,7 @@ from palpate.benchmark.advice import NONE
 from palpate.benchmark.advice_other_loads import advise_any_load, advise_motion, operator_error
 from palpate.report.advice_words import any_load_cell as brief
 from palpate.report.advice_words import any_load_lines as lines
-from palpate.report.advice_words import moved_cell
+from palpate.report.advice_words import limit, moved_cell
 from palpate.studies.tradeoff.general_loads import ANY_LOAD
 
 
@@ -46,7 +46,7 @@ def test_least_wrong_of_what_keeps_up_within_the_budget(motions):
     assert (row["model"], row["setting"]) == ("springs", "step_s=0.002")
     assert row["online_p95_s"] == pytest.approx(1.5e-4) and row["margin"] == pytest.approx(1 - 0.15)
     assert pd.isna(row["rival"]) and "no other model meets the limit" in row["why"]
-    assert row["why"].endswith("as no press of this body was measured on its mesh (level 1)")
+    assert row["why"].endswith("and no press of this body measured on its mesh (level 1)")
     row = found.loc[16.7]
     assert (row["model"], row["rival"]) == ("springs", "fem_coarse")
     assert row["factor"] == pytest.approx(0.05 / 0.0201)
@@ -89,6 +89,22 @@ def test_no_error_is_promised_below_that_of_the_standard_or_where_nobody_knows_i
     assert unknown["model"].tolist() == ["springs", "none"] and unknown["reference_error"].isna().all()
     assert "is not known" in unknown["why"].iloc[1] and unknown["nearest"].iloc[1] == "fem_fine"
     assert unknown["nearest_error"].iloc[1] == pytest.approx(0.001) and np.isnan(unknown["nearest_bound"].iloc[1])
+
+
+def test_an_error_and_a_speed_at_once(motions):
+    """Springs have 2 %, 2.2 % with the truth's own, at 20 times life; shape matching 1.2 %, and hardly keeps up."""
+    judged = motions.assign(reference="fem_p2", reference_error=0.002, resolved_s=0.4, duration_s=0.8)
+
+    def asked(error, speed):
+        return advise_motion(judged, max_errors=[error], speeds=[speed], together=True)
+
+    ((_, row),) = asked(0.03, 1).iterrows()
+    assert (row["model"], row["setting"]) == ("springs", "step_s=0.002") and row["over"] == "the first 0.4 of 0.8 s"
+    assert row["margin"] == pytest.approx(1 - 0.0221 / 0.03) and row["times_life"] == pytest.approx(20.0)
+    assert limit(row).replace("\u00a0", " ") == "1 × real time, error of at most 3 %"
+    wrong, slow = asked(0.015, 1).iloc[0], asked(0.03, 100).iloc[0]
+    assert wrong["model"] == slow["model"] == "none" and wrong["nearest"] == "springs"
+    assert wrong["nearest_bound"] == pytest.approx(0.0221)
 
 
 def test_a_truth_is_added_as_it_is_and_no_limit_below_it_is_met(motions):

@@ -41,9 +41,8 @@ def by_name(wildcards):
 
 
 def truth_of_compared(wildcards):
-    """The truth that the models of a scene are judged by, if it has one."""
-    judged = FOLLOWED[wildcards.scene].get("truth", {}).get("elements") == "quadratic"
-    return f"results/data/dynamic/{wildcards.scene}/truth.npz" if judged else []
+    """How well the motion of a scene is known, if that is asked."""
+    return f"results/data/dynamic/{wildcards.scene}/truth.npz" if "truth" in FOLLOWED[wildcards.scene] else []
 
 
 def stroked(scene):

@@ -259,12 +259,14 @@ class Contact(
         return np.repeat(nodes, 4, axis=1).ravel(), np.tile(nodes, (1, 4)).ravel(), blocks.reshape(-1, 3, 3)
 
     def instruments_on(self) -> InstrumentContact:
-        """Return the contact with the instruments alone; InputError if bodies can touch, too."""
+        """Return the contact with the instruments alone; InputError if bodies can touch, too, or one does at first."""
         bodies = len(self.names) - len(self.obstacles)
         if bodies > 1 or self._can_touch[:bodies, :bodies].any():
             raise InputError("bodies that touch each other or themselves have no such modes; choose backward_euler.")
         if not self.obstacles:
             raise InputError("contact has no instruments; give it one, or choose another integrator.")
+        if found := self._overlap(self._points):
+            raise InputError(found.describe(self.names))
         self._lent = InstrumentContact([Path(each) for each in self.obstacles], self._friction, self._slip)
         return self._lent
 

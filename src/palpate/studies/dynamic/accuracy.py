@@ -38,9 +38,10 @@ from palpate.studies.dynamic.fitted import (
     moving_modes,
 )
 from palpate.studies.dynamic.forces import DYNAMIC_FORCE, LIMIT, curve, force_errors
-from palpate.studies.dynamic.reference import Reference
+from palpate.studies.dynamic.linear_limit import LinearLimit
+from palpate.studies.dynamic.reference import Reference, read_truth
 from palpate.studies.dynamic.strokes import Strokes
-from palpate.studies.dynamic.touching import tried
+from palpate.studies.dynamic.touching import doubted, tried
 from palpate.table_declaration import Table
 
 ORDERS = {"backward_euler": 1, "bdf2": 2}
@@ -141,14 +142,18 @@ DYNAMIC_ACCURACY = Table(
         frames, and of its largest value [of the true peak]; empty where nothing touches or a model tells none
     ms_per_step step_p95_ms step_max_ms real_time_factor: times of a step [ms]: mean, 95th percentile and largest, and
         seconds for a second of motion
-    estimate_of_peak estimate_s: what the model says of its own error, and the time that takes
+    estimate_of_peak estimate_s: what the model says of its own error, and the time that takes; of modes of strokes
+        what grows with it and is not its size; empty where it says nothing, as at the longest step of the standard,
+        which is compared with steps twice as long
     offline_s: preparation [s]
     reference: what errors are from: "fem_p2", the truth in motion_truth.csv, or "fem_fine", the standard of linear
         elements
     reference_level reference_nodes reference_step_s reference_change: its finest level, and what a shorter step changed
-    reference_error: of the truth itself, of the peak; empty of the standard, whose mesh errs by what is not known
+    reference_error: of the truth itself, of the peak; of the standard what linear meshes in motion_truth.csv say
+        of its own, until they part, and empty where no others were tried
     reference_force_change reference_force_error: the same of the force
     duration_s resolved_s: of the scene, and of what is compared
+    parted: why no error of a model is known, where such meshes agree at no time
     """,
 )
 
@@ -160,14 +165,15 @@ def measure(
     grid: Mapping[str, Grid],
     names: Sequence[str] = (),
     progress: Callable = iter,
-    limit: MotionTruth | None = None,
+    limit: MotionTruth | LinearLimit | None = None,
     strokes: Mapping[str, Strokes] | None = None,
     seed: int = 1,
     **known: Any,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate dynamic_accuracy.csv, a row a model and setting, and dynamic_force.csv.
 
-    truth : the standard; limit : the truth that errors are from instead, where there is one that is believed
+    truth : the standard; limit : the truth that errors are from instead, where there is one that is believed, or
+        linear elements that say until when the standard is known, and how well
     lesson : the motion that models are fitted to, None if none is
     grid : by model, the values to try of its settings: ``dynamic.settings`` of the config
     known : what ``moving_modes`` need not make
@@ -178,9 +184,11 @@ def measure(
     what a setting changes: STEP or, at the same step, order, tolerance, gap, or place.
     """
     whole_s = compared.duration_s
+    if isinstance(limit, LinearLimit) and limit.until_s:
+        truth = truth.until(limit.until_s)
     compared = replace(compared, duration_s=truth.duration_s, frames=truth.frames)
     lesson = lesson and replace(lesson, duration_s=truth.training_s, frames=len(truth.training))
-    found = {
+    found: dict[str, Any] = {
         "reference": "fem_fine",
         "reference_level": len(compared.body.levels) - 1,
         "reference_nodes": compared.nodes(-1),
@@ -189,9 +197,14 @@ def measure(
         "reference_error": np.nan,
         "reference_force_change": truth.force_change,
         "reference_force_error": np.nan,
+        "parted": "",
     }
     rows = []
-    if limit is not None and not limit.rejected:
+    if isinstance(limit, LinearLimit):
+        found |= limit.described(len(compared.body.levels) - 1)
+        if limit.until_s and np.isnan(found["reference_force_error"]):
+            truth = replace(truth, force=truth.force[:, :0])
+    elif limit is not None and not limit.rejected:
         truth = replace(truth, truth=limit.displacement[: truth.frames], force=limit.force[: truth.frames])
         found |= limit.described(whole_s)
         rows = [_quadratic(limit, truth, number, whole_s) for number in range(len(limit.tried))]
@@ -210,7 +223,8 @@ def measure(
     ends = truth.duration_s * np.arange(1, truth.frames + 1) / truth.frames
     forces = list(curve(compared.name, str(found["reference"]), LIMIT, ends, truth.force))
     for row in rows:
-        forces += curve(compared.name, row["model"], row["setting"], ends, row.pop("force", truth.force[:0]))
+        felt = row.pop("force", truth.force[:0])
+        forces += curve(compared.name, row["model"], row["setting"], ends, felt if truth.force.size else felt[:0])
     table = pd.DataFrame(rows).assign(**found, duration_s=whole_s, resolved_s=truth.duration_s)
     table.insert(0, "scene", compared.name)
     table.insert(1, "body", compared.body.name)
@@ -339,6 +353,8 @@ def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted |
         moved = fitted.finish(run.motion)
         seconds += perf_counter() - begin
     told = estimated(compared, fitted, steps, run.motion, moved)
+    if run.doubts_m.size:
+        told = MotionEstimate(doubted(run, moved), run.doubt_s)
     forces = run.motion.instrument_forces()
     measured = _measured(moved, forces, truth, (seconds, run.step_p95_s, run.step_max_s), steps, compared.duration_s)
     return row | measured | told._asdict() | {"offline_s": fitted.offline_s}
@@ -441,8 +457,8 @@ def measure_dynamic(input, params, say):
     """Compare the models in a scene, for the rule of that name."""
     moving = compared_and_training(body=body_file.load(input.body), **params.compared)
     more = params.compared["own"].get("models", ()), steps(say, f"{moving[0].name}: model")
-    limit = read_arrays(MotionTruth, input.truth) if input.truth else None
+    limit = read_truth(input.truth) if input.truth else None
     shown = {name: read_arrays(Strokes, path) for name, path in zip(params.stroked, input.strokes, strict=True)}
     reference = read_arrays(Reference, input.reference)
-    found = measure(*moving, reference, params.settings, *more, limit, shown, params.seed)
-    return dict(zip(("table", "force"), found, strict=True))
+    table, force = measure(*moving, reference, params.settings, *more, limit, shown, params.seed)
+    return {"table": table.assign(duration_s=params.compared["entry"]["duration_s"]), "force": force}

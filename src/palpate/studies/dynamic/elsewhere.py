@@ -16,19 +16,14 @@ from palpate.benchmark.ranking import EXACT
 from palpate.bodies import body_file
 from palpate.bodies.contacts import kept_contacts
 from palpate.errors import NotConverged
-from palpate.files import read_arrays
 from palpate.run.job import steps
 from palpate.studies.dynamic.accuracy import STEP, measure
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
 from palpate.studies.dynamic.fitted import MadeModes
-from palpate.studies.dynamic.reference import reference
+from palpate.studies.dynamic.reference import read_truth, reference
+from palpate.studies.dynamic.touching import MOTION_PLACES
 from palpate.table_declaration import Table
 
-MEASURED = [
-    "scene", "body", "contact", "model", "setting", "failures", "rmse_of_peak", "estimate_of_peak", "estimate_s",
-    "peak_m", "reference", "reference_change", "reference_error",
-]  # fmt: skip
-"""The columns of what was measured at each place."""
 MOTION_BOUNDS = Table(
     "motion_bounds",
     "Below what the error of nine motions in ten stays where the push is at another place, and how often it did.",
@@ -44,7 +39,7 @@ MOTION_BOUNDS = Table(
 
 
 def motion_bounds(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
-    """Tabulate motion_bounds.csv of tables with MEASURED: a row a scene, model, setting and estimate.
+    """Tabulate motion_bounds.csv of tables like MOTION_PLACES: a row a scene, model, setting and estimate.
 
     A bound is a factor times the estimate, as in error_bounds.csv: nothing (``constant``), or what the model says of
     its own motion (``own``). A motion that failed has an infinite error. Factor and bound are of all places; coverage
@@ -140,7 +135,7 @@ def measure_places(
         names = "fem_coarse", "detail_correction", "moving_modes"
         table = measure(moved, None, truth, grid, names, limit=limit, made=made, other=modes_of_scene)[0]
         rows.append(table[table["varied"].isin([STEP, "place"])].assign(contact=contact, peak_m=truth.peak))
-    return pd.concat(rows, ignore_index=True).reindex(columns=MEASURED)
+    return pd.concat(rows, ignore_index=True).reindex(columns=MOTION_PLACES.columns)
 
 
 def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
@@ -156,12 +151,12 @@ def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
 def measure_elsewhere(input, params, say):
     """Measure the models at other places, for the rule of that name."""
     scene, _ = compared_and_training(body=body_file.load(input.body), **params.compared)
-    found = read_arrays(MotionTruth, input.truth) if input.truth else None
-    like = None if found is None or found.rejected else found
+    found = read_truth(input.truth) if input.truth else None
+    like = found if isinstance(found, MotionTruth) and not found.rejected else None
     progress = steps(say, f"{scene.name}: place")
     return measure_places(scene, params.own, params.settings, params.seed, progress, like)
 
 
 def tabulate_motion_bounds(input):
     """Tabulate the bounds of all scenes, for the rule of that name."""
-    return motion_bounds(pd.read_csv(path).reindex(columns=MEASURED) for path in input)
+    return motion_bounds(pd.read_csv(path).reindex(columns=MOTION_PLACES.columns) for path in input)

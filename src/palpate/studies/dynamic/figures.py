@@ -54,11 +54,14 @@ def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
         axis.axvline(1.0, color=style.FAINT, lw=1)
         first = rows.iloc[0]
         true = first["reference"] == TRUTH
-        axis.axhline(100 * first["reference_error" if true else "reference_change"], color=style.FAINT, ls=":", lw=1)
+        known = np.isfinite(first["reference_error"])
+        if known:
+            axis.axhline(100 * first["reference_error"], color=style.FAINT, ls=":", lw=1)
         failed = int(rows["failures"].sum())
         axis.set(xscale="log", yscale="log", xlabel="seconds for a second of motion")
         axis.set_title(spaced(scene) + (f", {failed} did not converge" if failed else ""))
         judge = "from the truth" if true else f"standard on level {first['reference_level']:g}"
+        judge += "" if known else ", its own error not known"
         axis.annotate(judge, (0.0, 0.0), (3, 3), "axes fraction", "offset points", color=style.INK)
     for axis in axes.values():
         style.plain_log(axis.xaxis)
@@ -71,10 +74,10 @@ def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
 
 
 def _curve(axis, rows, its) -> None:
-    """Draw one model: a line over its steps, and what differs in something else without one."""
-    usual = rows[~rows["varied"].isin(VARIED)].sort_values("real_time_factor")
-    percents = 100 * usual["rmse_of_peak"]
-    axis.plot(usual["real_time_factor"], percents, marker=its.marker, color=its.colour, ms=5, mec="white", mew=0.5)
+    """Draw one model: a line over its steps on each level, and what differs in something else without one."""
+    for _, usual in rows[~rows["varied"].isin(VARIED)].sort_values("real_time_factor").groupby("level"):
+        percents = 100 * usual["rmse_of_peak"]
+        axis.plot(usual["real_time_factor"], percents, marker=its.marker, color=its.colour, ms=5, mec="white", mew=0.5)
     for name, (marker, _) in VARIED.items():
         other = tables.where(rows, varied=name)
         if len(other):

@@ -7,13 +7,17 @@ mesh before it and from its own shorter step, until these part.
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from palpate.benchmark.accuracy import truth_errors
+from palpate.benchmark.accuracy import TruthErrors, truth_errors
 from palpate.benchmark.motion_truth import pressed_nodes
 from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.forces import force_errors
+
+FELT = 0.2
+"""Of its peak, what the limit's force may be wrong by for models to be judged by a force."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,14 +41,34 @@ class LinearLimit:
 
     @property
     def said(self) -> str:
-        """Why models are not judged by it, in words."""
-        before, last, shorter = (f"{1e3 * peak:.3g}" for peak in self.peaks_m)
+        """Until when models are judged beside it, in words."""
         until = f"until {self.until_s:.3g} s and no longer" if self.until_s else "at no time"
         return (
             f"linear elements alone, of which two meshes and two steps agree to {self.part:.2g} of the peak {until}; "
+            f"{self.peaks}"
+        )
+
+    @property
+    def peaks(self) -> str:
+        """What meshes and steps say of the largest displacement, in words."""
+        before, last, shorter = (f"{1e3 * peak:.3g}" for peak in self.peaks_m)
+        return (
             f"largest displacement {before} mm on the mesh before the last, {last} mm on the last, {shorter} mm there "
             "in the shorter steps"
         )
+
+    def described(self, level: int) -> dict[str, Any]:
+        """Return what is known of a standard on ``level``, as columns of dynamic_accuracy.csv.
+
+        Its error is what the limit may be wrong by, and on the mesh before the last by how far that is from the last.
+        Of the force nothing is known where the limit may be wrong by more than FELT.
+        """
+        if not self.until_s:
+            return {"parted": f"two meshes agree at no time: {self.peaks}"}
+        space, *_, whole = self.own[:, TruthErrors._fields.index("rmse_of_peak")]
+        away = {self.levels - 1: 0.0, self.levels - 2: space}.get(level, np.nan)
+        force = self.own_force if self.own_force <= FELT else np.nan
+        return {"reference_error": float(whole + away), "reference_force_error": force}
 
 
 def linear_limit(compared: ComparedScene, count: int, part: float, progress: Callable = iter) -> LinearLimit:

@@ -11,7 +11,7 @@ from palpate.benchmark.accuracy import TruthErrors
 from palpate.benchmark.motion_truth import MotionTruth, motion_truth
 from palpate.bodies import body_file
 from palpate.errors import NotConverged
-from palpate.files import write_arrays
+from palpate.files import read_arrays, write_arrays
 from palpate.run.job import steps
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
 from palpate.studies.dynamic.forces import force_errors
@@ -66,6 +66,19 @@ class Reference:
     def peak(self) -> float:
         """The largest displacement [m]."""
         return float(np.linalg.norm(self.truth, axis=-1).max())
+
+    def until(self, end_s: float) -> "Reference":
+        """Return its frames that end by ``end_s`` [s], one at least."""
+        frame = self.duration_s / self.frames
+        count = min(self.frames, max(1, int(end_s / frame + 1e-6)))
+        return replace(
+            self,
+            truth=self.truth[:count],
+            tried=self.tried[:, :count],
+            force=self.force[:count],
+            tried_force=self.tried_force[:, :count],
+            duration_s=count * frame,
+        )
 
 
 def reference(compared: ComparedScene, lesson: ComparedScene | None, change: float, max_halvings: int) -> Reference:
@@ -169,7 +182,7 @@ MOTION_TRUTH = Table(
     force_of_peak: what the instruments' force may be wrong by, RMS over all frames, of its peak; empty without any
     ratio least_det: by how much the last halving of the elements reduced the change; least det F of all levels
     balance: of the work of the loads on the finest level, what is neither kept nor damped
-    rejected: why models are not judged by it, but by the standard
+    rejected: why models are judged by the standard; of linear elements until when, beside what these say of it
     seconds: time of all its motions [s]
     """,
     always=False,
@@ -188,6 +201,13 @@ def tabulate_truth(compared: ComparedScene, found: MotionTruth | LinearLimit) ->
     row |= {"elements": "quadratic", "levels": len(set(found.tried_level)), "steps": int(found.tried_steps.min())}
     row |= {"until_s": compared.duration_s, "ratio": found.ratio, "least_det": found.least_det}
     return MOTION_TRUTH.frame([row | {"balance": found.balance, "rejected": found.rejected}])
+
+
+def read_truth(path: str) -> MotionTruth | LinearLimit:
+    """Read what ``find_motion_truth`` wrote."""
+    with np.load(path) as file:
+        linear = "until_s" in file.files
+    return read_arrays(LinearLimit, path) if linear else read_arrays(MotionTruth, path)
 
 
 def find_motion_truth(input, output, params, say):

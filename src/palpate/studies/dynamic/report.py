@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from palpate.benchmark.advice_other_loads import TRUTH, MeshError, mesh_error
+from palpate.benchmark.advice_other_loads import TRUTH, MeshError, mesh_error, parted
 from palpate.models.model_registry import INSTALL
 from palpate.report import tables
 from palpate.report.advice_words import by_limit, moved_cell
@@ -21,15 +22,17 @@ READS = ("advice",)
 def numbers(report: Report) -> dict[str, Any]:
     """Return what the template names."""
     table, advice = report.tables["dynamic_accuracy"], report.tables["advice"]
-    names = {scene: spaced(scene) for scene in tables.scenes(table)}
+    names = {str(row["scene"]): _judged(row) for _, row in table.drop_duplicates("scene").iterrows()}
     bounds = report.tables.get("motion_bounds")
     moved = [] if bounds is None else tables.scenes(bounds)
     first = table.drop_duplicates("scene")
     cut = first[first["resolved_s"] < first["duration_s"] * (1 - 1e-9)]
     true = first["reference"] == TRUTH
     limits = report.tables.get("motion_truth", pd.DataFrame(columns=["elements"]))
-    known, unknown = _meshes(first[~true], report.tables.get("accuracy_vs_time"))
+    told = np.isfinite(first["reference_error"])
+    known, unknown = _meshes(first[~true & ~told], report.tables.get("accuracy_vs_time"))
     return {
+        "told": [f"{spaced(row.scene)} ({percent(row.reference_error)})" for row in first[~true & told].itertuples()],
         "truths": [f"{spaced(row.scene)} ({percent(row.reference_error)})" for row in first[true].itertuples()],
         "limits": len(limits),
         "apart": [
@@ -39,7 +42,7 @@ def numbers(report: Report) -> dict[str, Any]:
             f"{percent(row.patch_rms_of_peak)})"
             for row in tables.where(limits, elements="linear").itertuples()
         ],
-        "best": [_most_accurate(scene, tables.where(table, scene=scene)) for scene in names],
+        "best": [_most_accurate(tables.where(table, scene=scene)) for scene in names],
         "levels": [f"{spaced(row.scene)} {row.reference_level:g}" for row in first[~true].itertuples()],
         "meshes": known,
         "unknown_meshes": unknown,
@@ -52,9 +55,15 @@ def numbers(report: Report) -> dict[str, Any]:
         "install": "" if "mujoco" in set(table["model"]) else INSTALL,
         "places": 0 if bounds is None else int(bounds["places"].max()),
         "moved": [spaced(scene) for scene in moved],
-        "unmoved": [name for scene, name in names.items() if scene not in moved],
+        "unmoved": [spaced(scene) for scene in names if scene not in moved],
         "bounds": pd.DataFrame() if bounds is None else _bounds(bounds),
     }
+
+
+def _judged(row: pd.Series) -> str:
+    """Name a scene, and what of it is judged where that is a part; row : of dynamic_accuracy.csv."""
+    part = row["resolved_s"] < row["duration_s"] * (1 - 1e-9)
+    return spaced(row["scene"]) + (f" (first {row['resolved_s']:.2g} of {row['duration_s']:.2g} s)" if part else "")
 
 
 def _taken(advice: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
@@ -66,13 +75,14 @@ def _taken(advice: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
     return wide
 
 
-def _most_accurate(scene: str, rows: pd.DataFrame) -> dict[str, Any]:
+def _most_accurate(rows: pd.DataFrame) -> dict[str, Any]:
     """Return the model with the least error of those that need less than a second for a second of motion."""
     fast = tables.where(rows[rows["real_time_factor"] < 1], failures=0)
-    if fast.empty:
-        return {"scene": spaced(scene), "model": ""}
+    found = {"scene": _judged(rows.iloc[0]), "model": "", "parted": parted(rows.iloc[0])}
+    if fast.empty or found["parted"]:
+        return found
     best = fast.loc[fast["rmse_of_peak"].idxmin()]
-    return {"scene": spaced(scene), "model": look(best["model"]).label, "error": best["rmse_of_peak"]}
+    return found | {"model": look(best["model"]).label, "error": best["rmse_of_peak"]}
 
 
 def _meshes(first: pd.DataFrame, pressed: pd.DataFrame | None) -> tuple[list[dict[str, Any]], list[str]]:

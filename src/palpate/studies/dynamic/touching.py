@@ -19,7 +19,21 @@ from palpate.scenes.scene import Scene
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_scene
 from palpate.studies.dynamic.fitted import Fitted
 from palpate.studies.dynamic.strokes import Strokes, learnt_from
+from palpate.table_declaration import Table
 
+MOTION_PLACES = Table(
+    "motion_places",
+    "The error of a motion at each other place of the push, or of each stroke held out, and what it says of it itself.",
+    """
+    scene body contact model setting: a scene, its body, the node that is pushed or the number of the stroke, and what
+        answers; without a model where elements find no motion that is resolved
+    failures: 1 where there is no answer, or one that knows that it is wrong
+    rmse_of_peak estimate_of_peak estimate_s: error, what the model says of it itself, and the time that takes [s]
+    peak_m reference reference_change reference_error: largest displacement, and of what errors are from as in
+        dynamic_accuracy
+    """,
+    always=False,
+)
 ASKED = ("vibrations", "modes", "states", "thinning", "tolerance")
 """What of a model's settings is the block ``touching`` of a scene."""
 
@@ -95,7 +109,7 @@ def measure_strokes(
         labels |= {"model": "region_modes", "reference": "fem_p2", "reference_change": change}
         labels |= {"peak_m": np.linalg.norm(truth, axis=2).max()}
         rows += [labels | _held_out(each, fitted, n, truth) for n in grid["steps_per_frame"]]
-    return pd.DataFrame(rows)
+    return MOTION_PLACES.frame(rows)
 
 
 def _of_elements(each: ComparedScene, per_frame: int) -> np.ndarray:

@@ -14,15 +14,17 @@ from palpate.scenes import motion
 from palpate.scenes.effect_registry import ELASTIC
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import decisions, effect_names, run
-from palpate.scenes.scene import Scene, load_particles, scene_of
+from palpate.scenes.scene import RELAXED, Scene, load_particles, scene_of
 from palpate.table_declaration import Table
 
 ALLOWED = 1e-6
 """Share of a scene's work that a step may gain beyond its own: what the solver's tolerance leaves."""
 GUARANTEED = "backward_euler"
 """The integrator that cannot gain energy where it is convex; of the others only the run is known."""
-UNPROVEN, MUCH = ("bdf2",), 1e-3
-"""Integrators of second order, which may make energy, and the share of the work from which a run warns of it."""
+UNPROVEN, MUCH = ("bdf2", "touching", *RELAXED), 1e-3
+"""Implicit integrators that may make energy, and the share of the work from which a run warns of it."""
+DOUBTED = 0.01
+"""Share of its peak by which a motion in modes may doubt itself without a warning."""
 HOLDS, FAILS, UNKNOWN = "holds", "does not hold", "not known"
 
 ENERGY_BALANCE = Table(
@@ -69,6 +71,22 @@ def warn_of_gain(scene: Scene, energies: pd.DataFrame) -> None:
         warnings.warn(
             f"{scene.place}: nothing proves that steps of {scene.integrator} make no energy, and one made "
             f"{gained:.1%} of the work; take shorter ones, or choose backward_euler.",
+            stacklevel=2,
+        )
+
+
+def warn_of_doubt(scene: Scene, moved: Motion) -> None:
+    """Warn if a motion in modes doubts itself by more than DOUBTED of its peak."""
+    if "doubt_m" not in moved.energy:
+        return
+    doubts, peak = moved.energy["doubt_m"], np.linalg.norm(moved.positions - moved.rest, axis=2).max()
+    if doubts.max() > DOUBTED * peak:
+        worst = moved.energy["time_s"][doubts.idxmax()]
+        size = f"{doubts.max() / peak:.1%} of the peak" if np.isfinite(doubts.max()) else "without a limit"
+        warnings.warn(
+            f"{scene.place}: at {worst:.3g} s its modes lack what moves there, {size} by what all elements say "
+            f"(doubt_m in energy.csv; up to {DOUBTED:.0%} is usual); choose backward_euler, or a path that is pressed "
+            "less.",
             stacklevel=2,
         )
 
@@ -150,6 +168,7 @@ def simulate_scene(input, output, params, wildcards, say):
         say(f"{scene.name}: {row.effect} {'yes' if row.called else 'no'}; {row.reason}")
     moved = run(scene, particles, steps(say, f"{scene.name}: step")).motion
     warn_of_gain(scene, moved.energy)
+    warn_of_doubt(scene, moved)
     motion.save(moved, output.motion)
     return {"decisions": table}
 

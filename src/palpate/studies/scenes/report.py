@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.advice_other_loads import TRUTH
 from palpate.report import declared, tables
 from palpate.report.report import Report
 from palpate.report.words import percent, seconds, spaced
@@ -23,7 +24,8 @@ SCENE_EFFECTS = Table(
 
 ENERGY = Table(
     "energy",
-    "The kinetic energy, the energy of each effect and the work of loads and instruments over time.",
+    "The kinetic energy, the energy of each effect and the work of loads and instruments over time; of motions in "
+    "modes doubt_m, too, which grows with their error [m] and is infinite where they know that they are wrong.",
     """
     scene time_s: a scene, and a time [s]
     kinetic_j outer_work_j total_j: kinetic energy, work of loads and instruments, and sum of all energies [J]
@@ -40,6 +42,7 @@ def numbers(report: Report) -> dict[str, Any]:
     return {
         "scenes": [
             _of_scene(scene, found["effects"], found["scene_effects"], scene in report.driven)
+            | {"true_n": _true_force(found.get("dynamic_force"), scene)}
             for scene in report.scenes
         ],
         "verdicts": [
@@ -48,6 +51,14 @@ def numbers(report: Report) -> dict[str, Any]:
             if len(rows := balance[balance["scene"].isin(report.scenes) & (balance["verdict"] == verdict)])
         ],
     }
+
+
+def _true_force(forces: pd.DataFrame | None, scene: str) -> float:
+    """Return the largest force [N] of the truth of a scene in motion, 0 without one; forces : dynamic_force.csv."""
+    if forces is None:
+        return 0.0
+    limit = tables.where(forces, scene=scene, model=TRUTH, setting="limit")
+    return float(np.linalg.norm(limit[["force_x_n", "force_y_n", "force_z_n"]], axis=1).max(initial=0.0))
 
 
 def _of_scene(scene: str, effects: pd.DataFrame, decisions: pd.DataFrame, driven: bool) -> dict[str, Any]:

@@ -258,7 +258,7 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
     parts, area, inside = corners[element], np.zeros((count, len(cuts))), np.zeros((count, len(cuts)))
     for c, cut in enumerate(cuts):
         for piece in cut.pieces:
-            parts, element, sections, owner = _divided(parts, element, piece.across)
+            parts, element, sections, owner = divide(parts, element, piece.across)
             middle, size = sections.mean(axis=1), _area(sections)
             on = np.abs(cut.across(middle)) <= NEAR_PLANE * mesh.size
             area[:, c] += np.bincount(owner[on], size[on], minlength=count)
@@ -277,7 +277,7 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
     return _Crossed(sides, doubled, element, side, volume)
 
 
-def _divided(
+def divide(
     parts: np.ndarray, element: np.ndarray, across: Callable[[np.ndarray], np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Divide tetrahedra (k, 4, 3) [m] of elements (k,) by a plane into tetrahedra.

@@ -3,11 +3,14 @@
 All end at the equilibrium of corotational linear elements on the level, in the way that it is cut.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from palpate.benchmark.cut_truth import Pulled
 from palpate.benchmark.load import Refused
 from palpate.benchmark.model import Setting
+from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import NotConverged
@@ -20,14 +23,14 @@ class CutRelaxed:
     """Linear elements that are relaxed at each step of the hooks, with as many iterations as the setting says."""
 
     def __init__(self, case: CutCase, setting: Setting, method: str):
-        self._case, self._setting, self._method = case, setting, method
+        self.case, self._setting, self._method = case, setting, method
         self._skin = skin_of(case, setting["level"])
         if (law := case.body.material.law) != LAW:
             raise Refused(f"{method} has the corotational law, and {case.body.name} is {law}")
 
-    def cut(self) -> None:
-        case, setting = self._case, self._setting
-        self._opened = opened(case, setting["level"], self._skin, setting["way"])
+    def cut(self, cuts: Sequence[Cut]) -> None:
+        setting = self._setting
+        self._opened = opened(self.case, setting["level"], self._skin, cuts, setting["way"])
         body = self._opened.parted.body
         self._elements = LinearElements(body.coarse, body.tissue(0))
         masses = particles_of(body, 0, surface=False).masses

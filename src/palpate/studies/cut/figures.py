@@ -25,6 +25,7 @@ WAYS = {
     "split_faces": ("split along faces", "s"),
     "virtual_nodes": ("virtual nodes", "o"),
     "conform": ("mesh made anew", "h"),
+    "enriched": ("jumps added to the whole", "*"),
 }
 """How a level is cut, in words, with a marker each."""
 FRAMES_MS = (16.7, 100.0)

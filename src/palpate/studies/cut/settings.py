@@ -41,6 +41,11 @@ class Linear(Block):
     update: Switch = key("Whether the compliance of the whole body is updated, or the cut one factorised")
 
 
+class Enriched(Block):
+    level: Index = key(LEVEL)
+    order: Literal[1, 2] = key("Linear (1) or quadratic (2) elements, to which the jump is added")
+
+
 class Springs(Block):
     level: Index = key(LEVEL)
     way: Literal["deleted", "split_faces", "virtual_nodes"] = key("Crossed springs are deleted, or nodes are doubled")
@@ -75,6 +80,10 @@ class Families(Block):
     )
     linear_responses: Distinct[Linear] = key(
         "Linear responses", rows("level update", (0, False), (0, True), (1, False), (1, True))
+    )
+    enriched_responses: Distinct[Enriched] = key(
+        "Linear responses of the whole body, enriched by functions that jump at the cut",
+        rows("level order", (0, 1), (1, 1), (0, 2)),
     )
     springs: Distinct[Springs] = key(
         "Springs with moduli of the material",

@@ -52,11 +52,12 @@ class Torn(Parted):
         return sparse.csr_array((own * rows.data / sums[at], rows.indices, rows.indptr), shape=rows.shape)
 
 
-def forces_before(case: CutCase, level: int) -> np.ndarray:
-    """Return the forces [N] on the hooks of quadratic elements on a ``level`` that is not cut."""
+def before_cut(case: CutCase, level: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return displacements (n, 3) [m] and forces [N] of hooks before the cut, by quadratic elements on a ``level``."""
     body, patch = with_midpoints(case.body, level), Patch(np.concatenate([hook.patch.corners for hook in case.hooks]))
     problem = Grasping(body, level, 2, patch)
-    return forces_on(problem, case.hooks, pulled(problem, case.hooks))
+    x, count = pulled(problem, case.hooks), len(case.body.levels[level].nodes)
+    return (x - problem.mesh.nodes)[:count], forces_on(problem, case.hooks, x)
 
 
 class CutSprings:
@@ -67,7 +68,7 @@ class CutSprings:
         self._iterations, self._factor = CALIBRATING_ITERATIONS, 1.0
         self._skin = skin_of(case, self._level)
         self._ready(Opened(case, self._level, self._skin, whole(case.body, self._level, 0), ()))
-        before, right = self.pull().force, forces_before(case, self._level)
+        before, right = self.pull().force, before_cut(case, self._level)[1]
         self._factor, self._iterations = float(before @ right / (before @ before)), setting["iterations"]
 
     def cut(self, cuts: Sequence[Cut]) -> None:

@@ -23,6 +23,7 @@ from palpate.models.cut import elements, linear
 from palpate.models.cut.enriched import Enriched
 from palpate.models.cut.opened import CutCase, CutModel
 from palpate.models.cut.relaxed import CutRelaxed
+from palpate.models.cut.shapes import CutShapes
 from palpate.models.cut.springs import CutSprings
 from palpate.solvers.grasping import patch_around
 from palpate.table_declaration import Table
@@ -139,7 +140,9 @@ def prepared(model: str, case: CutCase, setting: Setting) -> CutModel:
     doubled = {"way": VIRTUAL_NODES} | setting
     if model == "linear_responses":
         return linear.online(case, doubled)
-    return CutSprings(case, doubled) if model == "springs" else CutRelaxed(case, doubled, model)
+    if model in (own := {"springs": CutSprings, "shape_matching": CutShapes}):
+        return own[model](case, doubled)
+    return CutRelaxed(case, doubled, model)
 
 
 def measure_cut(

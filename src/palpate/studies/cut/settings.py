@@ -52,6 +52,13 @@ class Springs(Block):
     iterations: Count = key("Quasi-Newton iterations from the linear answer")
 
 
+class ShapeMatching(Block):
+    level: Index = key(LEVEL)
+    mode: Literal["linear", "quadratic"] = key("Shapes that clusters may take")
+    clusters: Literal["tetrahedra", "cubes"] = key("Neighbourhoods of tetrahedra, or cubes")
+    steps: Count = key("Steps at each of five stops of the hooks")
+
+
 class Xpbd(Block):
     level: Index = key(LEVEL)
     steps: Count = key("Steps at each of five stops of the hooks")
@@ -92,6 +99,14 @@ class Families(Block):
             *((level, way, 10) for level in (0, 1) for way in ("deleted", "split_faces", "virtual_nodes")),
             (1, "virtual_nodes", 1),
             (2, "virtual_nodes", 10),
+        ),
+    )
+    shape_matching: Distinct[ShapeMatching] = key(
+        "Shape matching on doubled elements, with clusters split",
+        rows(
+            "level mode clusters steps",
+            *((level, "linear", "tetrahedra", steps) for level, steps in ((0, 40), (1, 10), (1, 40))),
+            (0, "quadratic", "cubes", 40),
         ),
     )
     xpbd: Distinct[Xpbd] = key(

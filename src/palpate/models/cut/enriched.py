@@ -200,7 +200,7 @@ class Enriched:
             parts, owner, sections, of = divide(parts, owner, piece.across)
             middle = sections.mean(axis=1, keepdims=True)
             probed = np.concatenate([middle, sections, middle + INSIDE * (sections - middle)], axis=1)
-            inside = cut.within(probed.reshape(-1, 3)).reshape(len(of), -1).max(axis=1, initial=-np.inf) > 0.0
+            inside = (cut.within(probed.reshape(-1, 3)) > 0.0).reshape(probed.shape[:2]).any(axis=1)
             on = np.abs(cut.across(middle[:, 0])) <= NEAR_PLANE * mesh.size
             crossed.append(of[on & inside])
         solid = np.abs(np.linalg.det(parts[:, 1:] - parts[:, :1])) > 6.0 * FLAT * mesh.volumes[owner]

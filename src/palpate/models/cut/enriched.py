@@ -57,7 +57,9 @@ class Enriched:
             raise Refused(f"plain elements lock above a Poisson's ratio of {PLAIN_POISSON}")
         body = with_patches(case.body, case.hooks, level)
         last = len(body.levels) - 1
-        mesh = self._mesh = body.fine
+        mesh = body.fine
+        assert isinstance(mesh, TetMesh)
+        self._mesh = mesh
         body = with_midpoints(body, last) if order == 2 else body
         whole, tissue = body.levels[last + order - 1], body.tissue(last)
         if (count := len(whole.nodes)) > LARGEST:
@@ -120,7 +122,7 @@ class Enriched:
         above = (cut.across(at) >= 0.0)[corners]
         mixed = np.flatnonzero(above.any(axis=1) & ~above.all(axis=1))
         parts, owner, crossed = self._divided(cut, mixed)
-        beside = np.isin(corners, corners[crossed]).any(axis=1)
+        beside = np.asarray(np.isin(corners, corners[crossed]).any(axis=1))
         beside[mixed] = False
         parts, owner = np.concatenate([at[corners[beside]], parts]), np.append(np.flatnonzero(beside), owner)
         slopes, volumes = shape_gradients(TetMesh(parts.reshape(-1, 3), np.arange(4 * len(parts)).reshape(-1, 4)))

@@ -93,8 +93,8 @@ def split(clusters: Clusters, parted: Parted, cuts: Sequence[Cut]) -> Clusters:
     owner, rest, part = np.repeat(owner, each), parted.mesh.nodes, np.zeros(each.sum(), dtype=np.int64)
     corners = parted.mesh.tetrahedra
     for c, cut in enumerate(cuts):
-        side = np.bincount(corners.ravel(), np.repeat(parted.sides[:, c], 4), minlength=len(rest))
-        side = np.where(side == 0.0, cut.across(rest), side) >= 0.0
+        total = np.bincount(corners.ravel(), np.repeat(parted.sides[:, c], 4), minlength=len(rest))
+        side = np.where(total == 0.0, cut.across(rest), total) >= 0.0
         other = side[nodes] != (cut.across(middles) >= 0.0)[owner]
         part = 2 * part + (other & (cut.severs(middles[owner], rest[nodes]) | (copies[parted.origin[nodes]] > 1)))
     order = np.lexsort((nodes, part, owner))

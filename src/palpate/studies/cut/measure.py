@@ -140,9 +140,9 @@ def prepared(model: str, case: CutCase, setting: Setting) -> CutModel:
     doubled = {"way": VIRTUAL_NODES} | setting
     if model == "linear_responses":
         return linear.online(case, doubled)
-    if model in (own := {"springs": CutSprings, "shape_matching": CutShapes}):
-        return own[model](case, doubled)
-    return CutRelaxed(case, doubled, model)
+    if model == "shape_matching":
+        return CutShapes(case, doubled)
+    return CutSprings(case, doubled) if model == "springs" else CutRelaxed(case, doubled, model)
 
 
 def measure_cut(

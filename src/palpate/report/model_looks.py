@@ -11,6 +11,7 @@ _NAMED = {
     "fem": Look("finite elements", "#111111", "h"),
     "linear": Look("linear responses with contact", "#3b3b8f", "h"),
     "linear_responses": Look("linear responses", "#3b3b8f", "h"),
+    "enriched_responses": Look("linear responses with jumps", "#2e8b57", "*"),
     "modes": Look("reduced model of each touch", "#6a3d9a", "p"),
     "fast_fem": Look("quadratic elements, L-BFGS", "#3d5a80", "p"),
     "fem_local": Look("locally refined elements", "#b5651d", "d"),

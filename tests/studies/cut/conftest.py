@@ -18,6 +18,7 @@ ANSWERS = [
     ("springs", 1, "split_faces", "iterations=1", 0.12, 0.2, 0.2, 0.05, 0.06),
     ("springs", 1, "split_faces", "iterations=10", 0.1, 0.2, 0.2, 0.08, 0.1),
     ("linear_responses", 1, "virtual_nodes", "update=true", 0.07, 0.4, 0.5, 0.03, 0.04),
+    ("enriched_responses", 0, "enriched", "order=2", 0.08, 0.1, 0.1, 0.01, 0.012),
     ("xpbd", 1, "virtual_nodes", "steps=20", np.nan, np.nan, np.nan, np.nan, np.nan),
 ]
 SCENES = {"liver_cut": "liver", "pad_cut": "pad"}
@@ -37,7 +38,7 @@ def cut() -> pd.DataFrame:
             row |= {"setting": ", ".join(filter(None, (f"level={level}", more))), "lost_share": 0.0, "offline_s": 0.1}
             for name, value in zip(("surface_error", "opening_error", "force_error"), errors, strict=True):
                 row |= {name: value, f"own_{name}": 0.005}
-            for time, value in (("change", change), ("first", first), ("again", 0.1 * first)):
+            for time, value in (("change", change), ("first", first), ("again", 0.1 * first), ("step", first)):
                 row |= {f"{time}_{part}_s": value for part in ("median", "p95", "max")}
             rows.append(row | {"failure": "" if np.isfinite(first) else "lost"})
     return as_read(pd.DataFrame(rows, columns=columns("cut")))

@@ -29,6 +29,8 @@ FAMILIES = {
     "fem": [{"level": 1, "way": "virtual_nodes"}, {"level": 0, "way": "removal"}],
     "linear_responses": LINEAR,
     "springs": [{"level": 0, "way": "deleted", "iterations": 5}, {"level": 2, "way": "deleted", "iterations": 5}],
+    "enriched_responses": [{"level": 0, "order": 1}],
+    "shape_matching": [{"level": 1, "mode": "linear", "clusters": "tetrahedra", "steps": 10}],
     "projective_dynamics": [{"level": 1, "iterations": 30, "memory": 5}],
 }
 
@@ -44,7 +46,7 @@ def case():
 def truth(case):
     """As if elements with virtual nodes told it."""
     model = measure.prepared("fem", case, FAMILIES["fem"][0])
-    model.cut()
+    model.cut(model.case.cuts)
     own = np.array([0.001, 0.01, 0.02])
     return CutTruth(model.pull(), own, 2.0, 1.9, -0.0, 0.8, 12.0, 1000, 1.0, "")
 
@@ -65,11 +67,11 @@ def test_hooks_grasp_nodes_of_every_level(case):
 
 def test_errors_are_against_the_truth_and_beside_its_own(tables):
     cut, _ = tables
-    assert len(cut) == 6  # a level that the body has not is left out
+    assert len(cut) == 8  # a level that the body has not is left out
     same, removed = cut.iloc[0], cut.iloc[1]
     assert same[list(measure.ERRORS)].tolist() == [0.0, 0.0, 0.0] and same["lost_share"] == pytest.approx(0.0)
     assert cut[[f"own_{name}" for name in measure.ERRORS]].to_numpy() == pytest.approx(
-        np.tile([0.001, 0.01, 0.02], (6, 1))
+        np.tile([0.001, 0.01, 0.02], (8, 1))
     )
     assert removed["lost_share"] > 0.001 and removed["surface_error"] > 0.01
     follows = cut[cut["model"] == "projective_dynamics"].iloc[0]  # converges to the same elements
@@ -78,6 +80,9 @@ def test_errors_are_against_the_truth_and_beside_its_own(tables):
     assert updated["surface_error"] == pytest.approx(anew["surface_error"], rel=1e-3)
     assert (cut["first_median_s"] > cut["change_median_s"]).all() and (cut["calls"] == 1).all()
     assert (cut["failure"] == "").all()
+    soon = cut["first_median_s"] <= measure.SOON_S
+    assert (cut["step_max_s"].notna() == soon).all() and soon.any()
+    assert (cut["memory_mb"] > 0.01).all()
 
 
 def test_what_cannot_follow_says_why(case, truth, tmp_path, monkeypatch):
@@ -94,7 +99,7 @@ def test_openings_are_told_at_places_along_the_cut(case, truth, tables):
     known = opening[opening["model"] == "truth"]
     assert known["opening_m"].to_numpy() == pytest.approx(np.linalg.norm(truth.pulled.opening, axis=1))
     assert known["along_m"].iloc[-1] == pytest.approx(0.8 * np.hypot(0.04, 0.003))
-    assert len(opening) == 7 * 9  # of six settings and the truth
+    assert len(opening) == 9 * 9  # of eight settings and the truth
 
 
 def test_a_truth_that_is_rejected_judges_no_model(case, truth, tmp_path):

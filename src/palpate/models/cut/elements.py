@@ -4,6 +4,7 @@ All stop at the same residual, with the law of the body. What a setting changes 
 cut. A mesh that conforms is that of the level, remeshed near the cut, with linear or quadratic elements.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from palpate.benchmark.cut_truth import TOLERANCE, CutMesh, Pulled, with_patches
 from palpate.benchmark.model import Setting
 from palpate.bodies.cutting.conform import cut_body
-from palpate.bodies.cutting.cut import Cuts
+from palpate.bodies.cutting.cut import Cut, Cuts
 from palpate.bodies.mesh import Mesh
 from palpate.models.cut.opened import CutCase, Opened, opened, skin_of
 from palpate.solvers.grasping import Grasping, Patch
@@ -33,11 +34,11 @@ class PartedElements:
     """Linear elements on a level that is cut in one of the ways."""
 
     def __init__(self, case: CutCase, setting: Setting):
-        self._case, self._level, self._way = case, setting["level"], setting["way"]
+        self.case, self._level, self._way = case, setting["level"], setting["way"]
         self._skin = skin_of(case, self._level)
 
-    def cut(self) -> None:
-        self._opened = opened(self._case, self._level, self._skin, self._way)
+    def cut(self, cuts: Sequence[Cut]) -> None:
+        self._opened = opened(self.case, self._level, self._skin, cuts, self._way)
         self.problem = grasping(self._opened)
 
     @property
@@ -62,18 +63,18 @@ class ConformingElements:
     """Quadratic elements on the mesh of a level that conforms to the cut, and is as fine as the finest at hooks."""
 
     def __init__(self, case: CutCase, setting: Setting):
-        self._case, self._body = case, with_patches(case.body, case.hooks, setting["level"])
-        self._cut = case.cuts[0] if len(case.cuts) == 1 else Cuts(tuple(case.cuts))
+        self.case, self._body = case, with_patches(case.body, case.hooks, setting["level"])
         mesh = case.body.levels[setting["level"]]
         ends = mesh.nodes[mesh.edges]
         self._edge_m = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max())
 
-    def cut(self) -> None:
-        self._mesh = CutMesh(cut_body(self._body, self._cut, self._edge_m), self._case.hooks, 0, 0)
+    def cut(self, cuts: Sequence[Cut]) -> None:
+        cut = cuts[0] if len(cuts) == 1 else Cuts(tuple(cuts))
+        self._mesh = CutMesh(cut_body(self._body, cut, self._edge_m), self.case.hooks, 0, 0)
 
     def pull(self) -> Pulled:
-        surface = self._case.body.fine.nodes[self._case.body.fine.surface]
-        return self._mesh.answer(self._mesh.pull(), surface, self._case.places)
+        surface = self.case.body.fine.nodes[self.case.body.fine.surface]
+        return self._mesh.answer(self._mesh.pull(), surface, self.case.places)
 
 
 def online(case: CutCase, setting: Setting) -> PartedElements | ConformingElements:

@@ -5,12 +5,15 @@ stiffness between few nodes, and new nodes are joined to these alone: they are e
 the forces of the change and those of the hooks follow from one dense system of their places, the capacitance matrix.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from palpate.benchmark.cut_truth import Pulled
 from palpate.benchmark.load import Refused
 from palpate.benchmark.model import Setting
+from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.ways import REMOVAL
 from palpate.bodies.material import Tissue
 from palpate.bodies.mesh import TetMesh
@@ -36,10 +39,10 @@ class Anew:
     """Linear elements on the cut level, with a factor of their own."""
 
     def __init__(self, case: CutCase, setting: Setting):
-        self._case, self._setting, self._skin = case, setting, skin_of(case, setting["level"])
+        self.case, self._setting, self._skin = case, setting, skin_of(case, setting["level"])
 
-    def cut(self) -> None:
-        self._opened = opened(self._case, self._setting["level"], self._skin, self._setting["way"])
+    def cut(self, cuts: Sequence[Cut]) -> None:
+        self._opened = opened(self.case, self._setting["level"], self._skin, cuts, self._setting["way"])
         self._problem = grasping(self._opened)
 
     def pull(self) -> Pulled:
@@ -54,7 +57,7 @@ class Updated:
     """The compliance (3n, 3n) [m/N] of the whole level, and what a cut adds to its stiffness."""
 
     def __init__(self, case: CutCase, setting: Setting):
-        self._case, self._level, self._way = case, setting["level"], setting["way"]
+        self.case, self._level, self._way = case, setting["level"], setting["way"]
         self._skin, mesh = skin_of(case, self._level), case.body.levels[self._level]
         if self._way == REMOVAL:
             raise Refused("a compliance is not updated where nodes are lost")
@@ -63,28 +66,28 @@ class Updated:
         self._held = np.isin(np.arange(count), case.body.anchors[self._level])
         matrix = LinearElements(mesh, case.body.tissue(self._level)).stiffness(mesh.nodes)
         hold(matrix.indptr, matrix.indices, matrix.data, self._held)
-        factor, free = Factor(matrix), _dofs(np.flatnonzero(~self._held))
+        factor, free = Factor(matrix), dofs(np.flatnonzero(~self._held))
         self._compliance = np.zeros((3 * count, 3 * count))
         for part in np.array_split(free, max(1, len(free) // TOGETHER)):
             units = np.zeros((3 * count, len(part)))
             units[part, np.arange(len(part))] = 1.0
             self._compliance[:, part] = factor.solve(units.reshape(count, 3, -1)).reshape(3 * count, -1)
 
-    def cut(self) -> None:
-        cut = self._opened = opened(self._case, self._level, self._skin, self._way)
+    def cut(self, cuts: Sequence[Cut]) -> None:
+        cut = self._opened = opened(self.case, self._level, self._skin, cuts, self._way)
         parted, count, given = cut.parted, len(self._held), cut.held | cut.moved
         changed = (parted.origin[parted.mesh.tetrahedra] != parted.mesh.tetrahedra).any(axis=1)
         changed |= parted.body.tissue(0).share != 1.0
         changed = np.flatnonzero(changed | (np.bincount(parted.parents)[parted.parents] > 1))
         parents = np.unique(parted.parents[changed])
         near = np.unique(np.append(parted.whole.tetrahedra[parents], parted.mesh.tetrahedra[changed]))
-        old = _stiffness(parted.whole, self._case.body.tissue(self._level), parents, near)
+        old = _stiffness(parted.whole, self.case.body.tissue(self._level), parents, near)
         new = _stiffness(parted.mesh, parted.body.tissue(0), changed, near)
         self._outer = near[near < count]
         self._outer = self._outer[~self._held[self._outer]]
         self._inner = near[(near >= count) & ~given[near]]
         self._kept = near[(near >= count) & given[near]]
-        at = [_dofs(np.searchsorted(near, nodes)) for nodes in (self._outer, self._inner, self._kept)]
+        at = [dofs(np.searchsorted(near, nodes)) for nodes in (self._outer, self._inner, self._kept)]
         (oo, of, op), (fo, ff, fp), _ = self._new = [[new[np.ix_(a, b)] for b in at] for a in at]
         self._outward = (
             np.linalg.solve(ff, np.hstack([fo, fp])) if len(at[1]) else np.zeros((0, len(at[0]) + len(at[2])))
@@ -92,7 +95,7 @@ class Updated:
         change = np.hstack([oo - old[np.ix_(at[0], at[0])], op]) - of @ self._outward
         self._change, self._pull_of_kept = change[:, : len(at[0])], change[:, len(at[0]) :]
         self._driven = np.flatnonzero(given[:count] & ~self._held)
-        o, h = _dofs(self._outer), _dofs(self._driven)
+        o, h = dofs(self._outer), dofs(self._driven)
         compliance = self._compliance[np.ix_(np.append(o, h), np.append(o, h))]
         capacitance = np.vstack([self._change @ compliance[: len(o)], compliance[len(o) :]])
         capacitance[: len(o), : len(o)] += np.eye(len(o))
@@ -103,7 +106,7 @@ class Updated:
 
     def pull(self) -> Pulled:
         cut, count = self._opened, len(self._held)
-        o, h = _dofs(self._outer), _dofs(self._driven)
+        o, h = dofs(self._outer), dofs(self._driven)
         kept = cut.shifts[self._kept].ravel()
         right = np.append(-self._pull_of_kept @ kept, self._scale * cut.shifts[self._driven].ravel())
         found = lu_solve(self._capacitance, right)
@@ -118,7 +121,7 @@ class Updated:
         return cut.answer(cut.rest + moved, force)
 
 
-def _dofs(nodes: np.ndarray) -> np.ndarray:
+def dofs(nodes: np.ndarray) -> np.ndarray:
     return (3 * nodes[:, None] + np.arange(3)).ravel()
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from scipy import sparse
@@ -29,44 +29,48 @@ class CutCase:
     places: np.ndarray
 
     @cached_property
+    def seen(self) -> np.ndarray:
+        """Where answers are looked at [m]: the fine surface, and the places of both lips, (n_surface + 2k, 3)."""
+        return np.vstack([self.body.fine.nodes[self.body.fine.surface], self.places, self.places])
+
+    def sides(self, cuts: Sequence[Cut]) -> np.ndarray:
+        """Return on which side of each of ``cuts`` what is looked at lies, (n_surface + 2k, cuts) 1 or -1."""
+        sides, count = np.ones((len(self.seen), len(cuts)), dtype=np.int64), len(self.places)
+        for side, cut in zip(sides.T, cuts, strict=True):
+            side[cut.across(self.seen) < 0.0] = -1
+        sides[len(sides) - 2 * count :], sides[len(sides) - count :] = 1, -1
+        return sides
+
+    def parted(self, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the displacement of the surface and the opening of the lips from those of what is looked at."""
+        count = len(self.places)
+        surface, positive, negative = np.split(seen, [len(seen) - 2 * count, len(seen) - count])
+        return surface, positive - negative
+
+    @cached_property
     def place_rows(self) -> sparse.csr_array:
         """The linear interpolation (k, n_fine) to the places from all nodes of the finest level."""
         fine = self.body.fine
         return skin_map(fine, np.zeros(len(fine.triangles)), self.places, 1.0, degree=1)
 
-    def sides(self, points: np.ndarray) -> np.ndarray:
-        """Return on which side of each cut ``points`` (n, 3) [m] are, (n, cuts) 1 or -1."""
-        return np.column_stack([np.where(cut.across(points) >= 0.0, 1, -1) for cut in self.cuts])
-
 
 class CutModel(Protocol):
-    """A model, prepared on the whole body."""
+    """A model, prepared on the whole body, which does not look at the ``cuts`` of its ``case`` before it is cut."""
 
-    def cut(self) -> None:
-        """Follow the blade, up to what is ready to answer."""
+    case: CutCase
+
+    def cut(self, cuts: Sequence[Cut]) -> None:
+        """Follow the blade, up to what is ready to answer: the whole body has ``cuts`` now, whatever it had before."""
 
     def pull(self) -> Pulled:
         """Answer what the hooks do; NotConverged where nothing is found."""
 
 
-class Skin(NamedTuple):
-    """The interpolation to what is looked at, from the nodes of a level, before it is cut.
-
-    rows : (n_surface + 2k, n) to the fine surface, and to the places on the positive and on the negative side
-    sides : (n_surface + 2k, cuts)
-    """
-
-    rows: sparse.csr_array
-    sides: np.ndarray
-
-
-def skin_of(case: CutCase, level: int) -> Skin:
-    """Return the interpolation from a ``level`` of the body."""
-    surface, to_all = case.body.fine.surface, to_fine(case.body, level)
+def skin_of(case: CutCase, level: int) -> sparse.csr_array:
+    """Return the interpolation (``case.seen``, n) to what is looked at from a ``level`` of the body."""
+    to_all = to_fine(case.body, level)
     places = case.place_rows @ to_all
-    ones = np.ones((len(case.places), len(case.cuts)), dtype=np.int64)
-    rows = sparse.csr_array(sparse.vstack([to_all[surface], places, places]))
-    return Skin(rows, np.vstack([case.sides(case.body.fine.nodes[surface]), ones, -ones]))
+    return sparse.csr_array(sparse.vstack([to_all[case.body.fine.surface], places, places]))
 
 
 class Opened:
@@ -77,7 +81,7 @@ class Opened:
     Raises NotConverged where no node lies on a hook.
     """
 
-    def __init__(self, case: CutCase, level: int, skin: Skin, parted: Parted):
+    def __init__(self, case: CutCase, level: int, skin: sparse.csr_array, parted: Parted, cuts: Sequence[Cut]):
         self.case, self.parted, self.rest = case, parted, parted.mesh.nodes
         self._hooks, self.shifts = np.full(len(self.rest), -1), np.zeros_like(self.rest)
         for number, hook in enumerate(case.hooks):
@@ -87,19 +91,17 @@ class Opened:
             self._hooks[on], self.shifts[on] = number, hook.shift_m
         self.moved, self.held = self._hooks >= 0, np.isin(np.arange(len(self.rest)), parted.body.anchors[0])
         self.held |= parted.loose(self.held | self.moved)
-        self._skin = parted.interpolation(skin.rows, skin.sides)
+        self._skin = parted.interpolation(skin, case.sides(cuts))
 
     def answer(self, x: np.ndarray, force: np.ndarray) -> Pulled:
         """Return the answer at positions ``x`` (n, 3) [m], where the body has nodal forces ``force`` (n, 3) [N]."""
-        seen, count = self._skin @ (x - self.rest), len(self.case.places)
-        surface, positive, negative = np.split(seen, [len(seen) - 2 * count, len(seen) - count])
         forces = [
             -force[self._hooks == number].sum(axis=0) @ unit(hook.shift_m)
             for number, hook in enumerate(self.case.hooks)
         ]
-        return Pulled(surface, positive - negative, np.array(forces))
+        return Pulled(*self.case.parted(self._skin @ (x - self.rest)), np.array(forces))
 
 
-def opened(case: CutCase, level: int, skin: Skin, way: str) -> Opened:
+def opened(case: CutCase, level: int, skin: sparse.csr_array, cuts: Sequence[Cut], way: str) -> Opened:
     """Cut a ``level`` of the body in a ``way``, see ``ways``."""
-    return Opened(case, level, skin, part(case.body, level, case.cuts, way))
+    return Opened(case, level, skin, part(case.body, level, cuts, way), cuts)

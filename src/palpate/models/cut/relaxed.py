@@ -3,10 +3,13 @@
 All end at the equilibrium of corotational linear elements on the level, in the way that it is cut.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from palpate.benchmark.cut_truth import Pulled
 from palpate.benchmark.model import Setting
+from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import NotConverged
@@ -19,13 +22,13 @@ class CutRelaxed:
     """Linear elements that are relaxed at each step of the hooks, with as many iterations as the setting says."""
 
     def __init__(self, case: CutCase, setting: Setting, method: str):
-        self._case, self._setting, self._method = case, setting, method
+        self.case, self._setting, self._method = case, setting, method
         self._skin = skin_of(case, setting["level"])
         refuse_law(case, method)
 
-    def cut(self) -> None:
-        case, setting = self._case, self._setting
-        self._opened = opened(case, setting["level"], self._skin, setting["way"])
+    def cut(self, cuts: Sequence[Cut]) -> None:
+        setting = self._setting
+        self._opened = opened(self.case, setting["level"], self._skin, cuts, setting["way"])
         body = self._opened.parted.body
         self._elements = LinearElements(body.coarse, body.tissue(0))
         masses = particles_of(body, 0, surface=False).masses

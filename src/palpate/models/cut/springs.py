@@ -52,41 +52,39 @@ class Torn(Parted):
         return sparse.csr_array((own * rows.data / sums[at], rows.indices, rows.indptr), shape=rows.shape)
 
 
-def forces_before(case: CutCase, level: int) -> np.ndarray:
-    """Return the forces [N] on the hooks of quadratic elements on a ``level`` that is not cut."""
+def before_cut(case: CutCase, level: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return displacements (n, 3) [m] and forces [N] of hooks before the cut, by quadratic elements on a ``level``."""
     body, patch = with_midpoints(case.body, level), Patch(np.concatenate([hook.patch.corners for hook in case.hooks]))
     problem = Grasping(body, level, 2, patch)
-    return forces_on(problem, case.hooks, pulled(problem, case.hooks))
+    x, count = pulled(problem, case.hooks), len(case.body.levels[level].nodes)
+    return (x - problem.mesh.nodes)[:count], forces_on(problem, case.hooks, x)
 
 
 class CutSprings:
     """A network that makes so many quasi-Newton ``iterations`` from its linear answer."""
 
     def __init__(self, case: CutCase, setting: Setting):
-        self._case, self._level, self._way = case, setting["level"], setting["way"]
+        self.case, self._level, self._way = case, setting["level"], setting["way"]
         self._iterations, self._factor = CALIBRATING_ITERATIONS, 1.0
         self._skin = skin_of(case, self._level)
-        self._ready(Opened(case, self._level, self._skin, whole(case.body, self._level, len(case.cuts))))
-        before, right = self.pull().force, forces_before(case, self._level)
+        self._ready(Opened(case, self._level, self._skin, whole(case.body, self._level, 0), ()))
+        before, right = self.pull().force, before_cut(case, self._level)[1]
         self._factor, self._iterations = float(before @ right / (before @ before)), setting["iterations"]
 
-    def cut(self) -> None:
+    def cut(self, cuts: Sequence[Cut]) -> None:
         if self._way != DELETED:
-            self._ready(opened(self._case, self._level, self._skin, self._way))
+            self._ready(opened(self.case, self._level, self._skin, cuts, self._way))
             return
-        before = whole(self._case.body, self._level, len(self._case.cuts))
-        self._ready(
-            Opened(self._case, self._level, self._skin, Torn(**vars(before), cuts=self._case.cuts)), deleted=True
-        )
+        before = whole(self.case.body, self._level, len(cuts))
+        self._ready(Opened(self.case, self._level, self._skin, Torn(**vars(before), cuts=cuts), cuts), deleted=cuts)
 
-    def _ready(self, cut: Opened, deleted: bool = False) -> None:
+    def _ready(self, cut: Opened, deleted: Sequence[Cut] = ()) -> None:
         self._opened, rest = cut, cut.rest
         particles = particles_of(cut.parted.body, 0, surface=False)
         model = spring_model(particles)
         kept = np.ones(len(model.pairs), dtype=bool)
-        if deleted:
-            for each in self._case.cuts:
-                kept &= ~each.severs(*np.swapaxes(rest[model.pairs], 0, 1))
+        for each in deleted:
+            kept &= ~each.severs(*np.swapaxes(rest[model.pairs], 0, 1))
         stiffness = particles.material.young_pa * model.weights
         self._springs = Springs(model.pairs[kept], stiffness[kept], model.rest_m[kept])
         self._still = cut.held | cut.moved

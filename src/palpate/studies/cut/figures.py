@@ -25,6 +25,7 @@ WAYS = {
     "split_faces": ("split along faces", "s"),
     "virtual_nodes": ("virtual nodes", "o"),
     "conform": ("mesh made anew", "*"),
+    "enriched": ("jumps added to the whole", "h"),
 }
 """How a level is cut, in words, with a marker each."""
 SIZES = {"*": 11}

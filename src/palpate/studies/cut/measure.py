@@ -1,6 +1,7 @@
 """Measure what models make of a cut whose lips are pulled apart, and how long they take from the blade's move on."""
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -10,17 +11,19 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.cut_truth import CutTruth, Hook, Pulled, mouth, pull_errors
-from palpate.benchmark.model import Setting, setting_text
+from palpate.benchmark.model import Setting, held_mb, setting_text
 from palpate.benchmark.ranking import TRUTH
 from palpate.benchmark.timing import said, time_calls
 from palpate.bodies.body import Body
-from palpate.bodies.cutting.cut import make_cut
+from palpate.bodies.cutting.cut import Blade, Cut, make_cut
 from palpate.bodies.cutting.ways import VIRTUAL_NODES
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
 from palpate.models.cut import elements, linear
+from palpate.models.cut.enriched import Enriched
 from palpate.models.cut.opened import CutCase, CutModel
 from palpate.models.cut.relaxed import CutRelaxed
+from palpate.models.cut.shapes import CutShapes
 from palpate.models.cut.springs import CutSprings
 from palpate.solvers.grasping import patch_around
 from palpate.table_declaration import Table
@@ -54,7 +57,10 @@ CUT = Table(
     change_median_s change_p95_s change_max_s: from the blade's move until a model is ready to answer [s]
     first_median_s first_p95_s first_max_s: from the blade's move until the first answer [s]
     again_median_s again_p95_s again_max_s: time of a further answer [s]
-    calls offline_s: how often it was cut and timed, and preparation before the cut [s]
+    step_median_s step_p95_s step_max_s: of a blade that moves in ten steps, from each step until the answer to it [s];
+        none where a first answer takes longer than 0.1 s
+    calls offline_s memory_mb: how often it was cut and timed, preparation before the cut [s], and what it holds then
+        [1e6 bytes]
     failure: why there is no answer
     """,
 )
@@ -68,6 +74,10 @@ CUT_OPENING = Table(
 )
 ERRORS = ("surface_error", "opening_error", "force_error")
 TIMES = ("change", "first", "again")
+STEPS, SOON_S = 10, 0.1
+"""Steps of a blade along its path, and the time of a first answer [s] up to which a model is asked to follow them."""
+WHOLE = "enriched"
+"""How a level is cut that stays whole, and whose displacement jumps."""
 
 
 def asked(body: Body, entry: Mapping[str, Any]) -> CutCase:
@@ -125,9 +135,13 @@ def prepared(model: str, case: CutCase, setting: Setting) -> CutModel:
     """Return a model that is ready for the cut; Refused where it cannot follow one."""
     if model == "fem":
         return elements.online(case, setting)
+    if model == "enriched_responses":
+        return Enriched(case, setting)
     doubled = {"way": VIRTUAL_NODES} | setting
     if model == "linear_responses":
         return linear.online(case, doubled)
+    if model == "shape_matching":
+        return CutShapes(case, doubled)
     return CutSprings(case, doubled) if model == "springs" else CutRelaxed(case, doubled, model)
 
 
@@ -153,7 +167,7 @@ def measure_cut(
     own = {f"own_{name}": value for name, value in zip(ERRORS, truth.own, strict=True)}
     with threadpool_limits(limits=1):
         for model, setting in progress(list(settings_of(case, families))):
-            way = setting.get("way", VIRTUAL_NODES)
+            way = setting.get("way", WHOLE if model == "enriched_responses" else VIRTUAL_NODES)
             labels = {"scene": scene, "model": model, "setting": setting_text(setting)}
             labels |= {"level": setting["level"], "way": way}
             answer, row = _measured(model, case, setting, repeats, budget_s)
@@ -172,21 +186,40 @@ def _measured(
     begin = perf_counter()
     try:
         model = prepared(name, case, setting)
-        offline = perf_counter() - begin
-        model.cut()
+        offline, memory = perf_counter() - begin, held_mb(model)
+        model.cut(case.cuts)
         answer = model.pull()
     except (NotConverged, InputError) as failure:
         return None, {"failure": said(failure)}
-    timed = time_calls([model.cut, model.pull, model.pull], 3 * repeats, budget_s)
+    timed = time_calls([partial(model.cut, case.cuts), model.pull, model.pull], 3 * repeats, budget_s)
     if failed := next(filter(None, timed.failures), ""):
         return None, {"failure": failed}
     change, first, again = map(np.array, timed.seconds)
     first += change[: len(first)]
-    row: dict[str, Any] = {"lost_share": getattr(model, "lost_share", 0.0), "calls": len(first), "offline_s": offline}
-    for time, values in zip(TIMES, (change, first, again), strict=True):
+    row: dict[str, Any] = {"lost_share": getattr(model, "lost_share", 0.0), "calls": len(first)}
+    row |= {"offline_s": offline, "memory_mb": memory}
+    times = dict(zip(TIMES, (change, first, again), strict=True))
+    if np.median(first) <= SOON_S and len(steps := _steps(model, case, repeats, budget_s)):
+        times["step"] = steps
+    for time, values in times.items():
         row |= {f"{time}_median_s": np.median(values), f"{time}_p95_s": np.percentile(values, 95)}
         row |= {f"{time}_max_s": values.max()}
     return answer, row | {"failure": ""}
+
+
+def _steps(model: CutModel, case: CutCase, repeats: int, budget_s: float) -> np.ndarray:
+    """Return the times (n,) [s] of answers to a blade that moves; none of another cut, or where one fails."""
+    (cut,) = case.cuts
+    if not isinstance(cut, Blade):
+        return np.empty(0)
+    stops = [cut.up_to(share * cut.length_m) for share in np.arange(1, STEPS) / STEPS]
+    timed = time_calls([partial(_follow, model, stop) for stop in (*stops, cut)], STEPS * repeats, budget_s)
+    return np.empty(0) if any(timed.failures) else np.concatenate(timed.seconds)
+
+
+def _follow(model: CutModel, cut: Cut) -> Pulled:
+    model.cut([cut])
+    return model.pull()
 
 
 def _openings(labels: dict[str, Any], along: np.ndarray, answer: Pulled) -> list[dict[str, Any]]:

@@ -29,6 +29,7 @@ def _of_scene(cut: pd.DataFrame, truth: pd.Series) -> dict[str, Any]:
     """Return what the template says of one cut."""
     told = cut.dropna(subset="surface_error").sort_values("surface_error", kind="stable")
     soon = told[told["first_median_s"] <= 1e-3 * FRAMES_MS[-1]]
+    follows = told[told["step_max_s"] <= 1e-3 * FRAMES_MS[0]]
     known = f"open by {1e3 * truth['opening_m']:.2g}\u00a0mm, known to {percent(truth['opening_error'])}"
     return {
         "scene": truth["scene"],
@@ -37,16 +38,18 @@ def _of_scene(cut: pd.DataFrame, truth: pd.Series) -> dict[str, Any]:
         "nearest": _answer(told.iloc[0]) if len(told) else "",
         "soonest": _answer(soon.iloc[0]) if len(soon) else "",
         "within": f"{FRAMES_MS[-1]:g}\u00a0ms",
+        "follows": _answer(follows.iloc[0], "step_max_s") if len(follows) else "",
+        "frame": f"{FRAMES_MS[0]:g}\u00a0ms",
         "answered": int((cut["failure"].fillna("") == "").sum()),
         "settings": len(cut),
     }
 
 
-def _answer(row: pd.Series) -> str:
-    """Return a setting with its errors and time."""
+def _answer(row: pd.Series, time: str = "first_median_s") -> str:
+    """Return a setting with its errors and a time."""
     surface, opening, force = (percent(row[name]) for name in ERRORS)
     name = f"{look(row['model']).label}, {way_of(row)[0]}, level {row['level']}"
-    return f"{name}, in {seconds(row['first_median_s'])} (surface {surface} off, opening {opening}, force {force})"
+    return f"{name}, in {seconds(row[time])} (surface {surface} off, opening {opening}, force {force})"
 
 
 def _beside(cut: pd.DataFrame) -> pd.DataFrame:

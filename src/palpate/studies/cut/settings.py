@@ -41,10 +41,22 @@ class Linear(Block):
     update: Switch = key("Whether the compliance of the whole body is updated, or the cut one factorised")
 
 
+class Enriched(Block):
+    level: Index = key(LEVEL)
+    order: Literal[1, 2] = key("Linear (1) or quadratic (2) elements, to which the jump is added")
+
+
 class Springs(Block):
     level: Index = key(LEVEL)
     way: Literal["deleted", "split_faces", "virtual_nodes"] = key("Crossed springs are deleted, or nodes are doubled")
     iterations: Count = key("Quasi-Newton iterations from the linear answer")
+
+
+class ShapeMatching(Block):
+    level: Index = key(LEVEL)
+    mode: Literal["linear", "quadratic"] = key("Shapes that clusters may take")
+    clusters: Literal["tetrahedra", "cubes"] = key("Neighbourhoods of tetrahedra, or cubes")
+    steps: Count = key("Steps at each of five stops of the hooks")
 
 
 class Xpbd(Block):
@@ -76,6 +88,10 @@ class Families(Block):
     linear_responses: Distinct[Linear] = key(
         "Linear responses", rows("level update", (0, False), (0, True), (1, False), (1, True))
     )
+    enriched_responses: Distinct[Enriched] = key(
+        "Linear responses of the whole body, enriched by functions that jump at the cut",
+        rows("level order", (0, 1), (1, 1), (0, 2)),
+    )
     springs: Distinct[Springs] = key(
         "Springs with moduli of the material",
         rows(
@@ -83,6 +99,14 @@ class Families(Block):
             *((level, way, 10) for level in (0, 1) for way in ("deleted", "split_faces", "virtual_nodes")),
             (1, "virtual_nodes", 1),
             (2, "virtual_nodes", 10),
+        ),
+    )
+    shape_matching: Distinct[ShapeMatching] = key(
+        "Shape matching on doubled elements, with clusters split",
+        rows(
+            "level mode clusters steps",
+            *((level, "linear", "tetrahedra", steps) for level, steps in ((0, 40), (1, 10), (1, 40))),
+            (0, "quadratic", "cubes", 40),
         ),
     )
     xpbd: Distinct[Xpbd] = key(

@@ -140,7 +140,7 @@ def cases() -> list[Case]:
 def _pulled(model: str, case: CutCase, expected: Sequence[Expected]) -> Answer:
     """Return the answer of a model, whose error is that from the nearest of those that are ``expected``."""
     ready = MODELS[model](case)
-    ready.cut()
+    ready.cut(case.cuts)
     pulled, surface = ready.pull(), case.body.fine.nodes[case.body.fine.surface]
     # places within NEAR of a cut are on both lips
     seen = np.all([np.abs(cut.across(surface)) > 10.0 * NEAR for cut in case.cuts], axis=0)

@@ -107,7 +107,7 @@ def test_nodes_that_a_cut_hits_within_rounding_are_parted(liver):
 @pytest.mark.parametrize(
     ("entry", "told"),
     [
-        (ALONG | {"path_m": [[0.5, 0.5, 0.5], [0.6, 0.5, 0.5]]}, "misses the body"),
+        (ALONG | {"path_m": [[0.5, 0.5, 0.5], [0.6, 0.5, 0.5]]}, "cut lies outside the body"),
         (ALONG | {"depth_m": 0.0}, "severs nothing of level 1 of liver"),
         ({"plane": {"point_m": [0, 0, 0], "normal": [1, 0, 0]}, "at_s": 0.0, "lasts_s": 0.1}, "cut.lasts_s is 0.1 s"),
         (ALONG | {"more": [{"at_s": 0.0, "lasts_s": 0.0}]}, "cut.more\\[0\\] has none of path_m"),

@@ -106,7 +106,7 @@ def test_a_piece_cut_free_stays_and_is_not_pressed(live):
     [
         (
             [{"path_m": [skewed(0.11, 0.02, 0.3), skewed(0.11, 0.08, 0.3)], "depth_m": 0.05}],
-            "this cut is outside the body",
+            "cut 1 lies outside the body",
         ),
         ([{"path_m": PATH, "depth_m": 0.0}], "this cut severs nothing, as elements are 30 mm long"),
         ([CUT[0], {"path_m": [skewed(0.17, 0.05), skewed(0.171, 0.05)], "depth_m": 0.01}], "this cut severs nothing"),

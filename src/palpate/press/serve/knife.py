@@ -107,8 +107,6 @@ class KnifeModel:
         if cuts != self._cuts:
             begin = perf_counter()
             made = [make_cut(f"cut {number}", each, self._mesh) for number, each in enumerate(cuts, 1)]
-            for each in cuts:
-                self._refuse_outside(np.array(each["path_m"]))
             parted = part(self._body, self._level, made, VIRTUAL_NODES) if made else whole(self._body, self._level, 0)
             held = np.isin(np.arange(len(parted.origin)), parted.body.anchors[0])
             self._refuse_idle(parted, held, made)
@@ -123,10 +121,6 @@ class KnifeModel:
             self._placed: dict[tuple[int, bytes], np.ndarray] = {}
             self._followed, self._cuts = Followed(surface, still, *times), cuts
         return self._followed
-
-    def _refuse_outside(self, path_m: np.ndarray) -> None:
-        if (np.linalg.norm(self._skin - path_m[:, None], axis=2).min(axis=1) > 2.0 * self._edge_m).all():
-            raise InputError("this cut is outside the body; drag the knife over the skin.")
 
     def _refuse_idle(self, parted: Parted, held: np.ndarray, cuts: Sequence[Cut]) -> None:
         """Refuse the last cut if no node gets a copy by it, or only nodes that are held."""

@@ -255,7 +255,7 @@ def moved_cell(advice: pd.Series) -> str:
     error, step = percent(advice["rmse_of_peak"]), ""
     if np.isfinite(advice["budget_ms"]):
         p95, slowest = (seconds(advice[name]) for name in ("online_p95_s", "online_max_s"))
-        step = f", {p95} a step at the 95th percentile, {slowest} at most"
+        step = f", a step {p95} (p95), {slowest} at most"
     return f"{label(advice['model'], advice['setting'])}: {error}{bound}, {pace(advice['times_life'])}{step}"
 
 

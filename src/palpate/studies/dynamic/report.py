@@ -26,13 +26,11 @@ def numbers(report: Report) -> dict[str, Any]:
     bounds = report.tables.get("motion_bounds")
     moved = [] if bounds is None else tables.scenes(bounds)
     first = table.drop_duplicates("scene")
-    cut = first[first["resolved_s"] < first["duration_s"] * (1 - 1e-9)]
     true = first["reference"] == TRUTH
     limits = report.tables.get("motion_truth", pd.DataFrame(columns=["elements"]))
     told = np.isfinite(first["reference_error"])
     known, unknown = _meshes(first[~true & ~told], report.tables.get("accuracy_vs_time"))
     return {
-        "told": [f"{spaced(row.scene)} ({percent(row.reference_error)})" for row in first[~true & told].itertuples()],
         "truths": [f"{spaced(row.scene)} ({percent(row.reference_error)})" for row in first[true].itertuples()],
         "limits": len(limits),
         "apart": [
@@ -46,10 +44,6 @@ def numbers(report: Report) -> dict[str, Any]:
         "levels": [f"{spaced(row.scene)} {row.reference_level:g}" for row in first[~true].itertuples()],
         "meshes": known,
         "unknown_meshes": unknown,
-        "cut": [
-            f"{spaced(row.scene)} in its first {row.resolved_s:.2g} s of {row.duration_s:.2g} s"
-            for row in cut.itertuples()
-        ],
         "taken": _taken(advice[advice["scene"].isin(names)], names),
         "touched": "dynamic_force" in report.tables,
         "install": "" if "mujoco" in set(table["model"]) else INSTALL,

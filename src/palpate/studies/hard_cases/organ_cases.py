@@ -92,7 +92,7 @@ def strokes() -> list[Case]:
              expected="the path leads into what is held", told=dict.fromkeys(STEPPED, ("not_converged",))),
         case("in_steps_of_40_ms", "the hand's press, and held, in steps of 40 ms",
              _path([0.0, 0.3], SHIFTS_M[:2]), 0.115, steps=dict.fromkeys(STEPPED, 1), models=SECOND, blunt=SECOND,
-             bounds={"path_modes": 0.09}),
+             bounds={"path_modes": 0.085}),
         Case("modes_of_another_liver", "modes that a liver has learnt step one of another stiffness", "refused",
              MEASURE, 0.0, lambda model: _of_another(), ("path_modes",), {"path_modes": ("refused",)}),
     ]  # fmt: skip

@@ -17,7 +17,7 @@ from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh, area_normals
 from palpate.bodies.refinement import with_midpoints
 from palpate.bodies.simple_shapes import box
-from palpate.bodies.surface_integrals import midpoints
+from palpate.bodies.surface_quadrature import midpoints
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.grasping import Grasping, patch_around

@@ -5,7 +5,16 @@ from collections.abc import Callable
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects import held, kelvin, plasticity, push, shape_matching, springs, velocity_damping, volume_force
+from palpate.effects import (
+    held,
+    kelvin,
+    plasticity,
+    push,
+    shape_matching,
+    springs,
+    velocity_damping,
+    volume_preservation,
+)
 from palpate.scenes.scene import Scene
 from palpate.solvers.goal_position import _advance
 
@@ -13,7 +22,7 @@ from palpate.solvers.goal_position import _advance
 def cube_poke(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
     elastic = springs.make(particles, {})
     pushed = push.make(particles, scene.settings["push"], elastic)
-    solid = volume_force.make(particles, {}, elastic)
+    solid = volume_preservation.make(particles, {}, elastic)
     dampers = kelvin.make(particles, scene.settings["kelvin"], elastic)
     h = scene.step_s
     pace = h * (1.0 / particles.masses)[:, None]

@@ -8,7 +8,7 @@ from palpate.bodies.body import nest
 from palpate.bodies.refinement import quadratic_gradients, refine
 from palpate.bodies.refinement import ten_nodes as ten_nodes_enclosed_volume
 from palpate.bodies.simple_shapes import cylinder
-from palpate.bodies.surface_integrals import enclosed_volume, triangle_shapes
+from palpate.bodies.surface_quadrature import enclosed_volume, triangle_shapes
 from palpate.effects.linear_elements import shape_gradients
 from palpate.effects.patch_load import Patch, nodal_load, patch_at, patch_shares
 

@@ -6,7 +6,7 @@ import pytest
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
-from palpate.effects import body_springs, kelvin, maxwell, springs, volume_force
+from palpate.effects import body_springs, kelvin, maxwell, springs, volume_preservation
 from palpate.effects.springs import Springs, rest_lengths, surface_springs, volume_springs
 from palpate.solvers.symplectic_euler import SymplecticEuler
 from palpate.solvers.system import System
@@ -31,7 +31,7 @@ def effects(slab, particles):
         "springs": (particles, elastic),
         "surface springs": (surface, springs.make(surface, SURFACE)),
         "maxwell": (particles, relaxed),
-        "volume": (particles, volume_force.make(particles, {"stiffness_n_m": 10.0}, elastic)),
+        "volume": (particles, volume_preservation.make(particles, {"stiffness_n_m": 10.0}, elastic)),
         "body springs": (particles, ties),
     }
 

@@ -286,6 +286,22 @@ def test_a_cut_through_what_is_held_leaves_it_held(bar):
         assert motion.observed["cut_opening_m"].iloc[-1] > 0.0
 
 
+@pytest.mark.parametrize("more", [{"shift_m": [0.0, 0.0, 0.004]}, {"force_n": [0.0, 0.0, 0.3]}])
+def test_a_hook_beside_lips_that_are_closed_is_that_of_a_whole_body(bar, more):
+    """Its patch has nodes that lead and nodes that follow those of the other lip."""
+    hook = {"at_m": [0.09, 0.02, 0.04], "radius_m": 0.03, "start_s": 0.0, "pull_s": 0.02, "hold_s": 1.0} | more
+    settings = {"hooks": [hook | {"release_s": 0.0}]}
+    later = SLOWLY | {"at_s": 0.1, "lasts_s": 0.01}
+    scene = sagging("symplectic_euler", later, settings=settings, duration_s=0.1)
+    particles = particles_in(scene, [bar])
+    other = sagging("backward_euler", later, settings=settings, duration_s=0.1)
+    found, implicit = (run(replace(each, step_s=0.001), particles).motion for each in (scene, other))
+    apart = np.abs(found.positions[-1] - implicit.positions[-1]).max()
+    assert apart < 0.03 * np.abs(implicit.positions[-1] - particles.nodes).max()
+    forces = [motion.observed["hook_0_force_z_n"].iloc[-40:].mean() for motion in (found, implicit)]
+    assert forces[0] == pytest.approx(forces[1], rel=0.05)
+
+
 def test_without_the_effect_a_body_made_for_a_cut_stays_whole(bar):
     scene = sagging(cut=SLOWLY)
     motion = run(scene, particles_in(scene, [bar]), without="cut").motion
@@ -300,6 +316,11 @@ def test_without_the_effect_a_body_made_for_a_cut_stays_whole(bar):
         ({"cut": {"way": "virtual_nodes"}, "contact": {"instruments": [BALL]}}, "contact touches faces"),
         ({"contact": {"instruments": [BALL], "self_contact": True}}, "self_contact is true"),
         ({"integrator": "xpbd", "contact": {"instruments": [BALL]}}, "no part for cut and contact together"),
+        ({"integrator": "projective_dynamics", "hooks": [{}]}, "no part for cut and hooks together"),
+        (
+            {"effects": ["corotational", "held", "cut", "contact"], "others": [{}], "cut": {"way": "virtual_nodes"}},
+            "touch",
+        ),
         ({"integrator": "goal_position", "shape_matching": {"mode": "linear"}}, "cut, which works with corotational"),
     ],
 )

@@ -6,7 +6,7 @@ import pytest
 from palpate.bodies.body import nest
 from palpate.bodies.particles import particles_of
 from palpate.bodies.simple_shapes import sheet
-from palpate.effects import bending, body_springs, gravity, linear_elements, springs, triangles, volume_force
+from palpate.effects import bending, body_springs, gravity, linear_elements, springs, triangles, volume_preservation
 from palpate.errors import InputError
 from palpate.scenes import own_effect
 from palpate.scenes.own_effect import disagreement
@@ -114,7 +114,9 @@ def test_one_that_does_not_is_refused_with_its_error(made, wrong, said):
         made(TIES.format(**RIGHT | wrong))
 
 
-@pytest.mark.parametrize("module", [linear_elements, springs, gravity, volume_force, body_springs, triangles, bending])
+@pytest.mark.parametrize(
+    "module", [linear_elements, springs, gravity, volume_preservation, body_springs, triangles, bending]
+)
 def test_palpates_own_effects_agree(slab, soft, module):
     cloth = nest("cloth", sheet([0.3, 0.2], [4, 3], 0.001), 0, np.array([0]), soft)
     particles = particles_of(cloth if module in (triangles, bending) else slab, 0, surface=False)

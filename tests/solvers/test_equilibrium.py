@@ -13,7 +13,7 @@ from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.simple_shapes import box
-from palpate.bodies.surface_integrals import midpoints
+from palpate.bodies.surface_quadrature import midpoints
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import QuadraticElements

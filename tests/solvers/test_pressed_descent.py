@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.effects.instrument import Instrument, upright
-from palpate.effects.node_contact import NodeContact
+from palpate.effects.instrument_penalty import NodeContact
 from palpate.solvers.pressed_descent import PressedDescent
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.particles import Particles, particles_of
-from palpate.effects import body_springs, gravity, held, kelvin, push, springs, velocity_damping, volume_force
+from palpate.effects import body_springs, gravity, held, kelvin, push, springs, velocity_damping, volume_preservation
 from palpate.solvers.system import System
 
 LOAD = {"at_m": [0.2, 0.1, 0.08], "force_n": [0.3, 0, -1], "radius_m": 0.05, "start_s": 0, "press_s": 0}
@@ -23,7 +23,7 @@ def effects(particles) -> dict[str, object]:
     made = {
         "springs": elastic,
         "gravity": gravity.make(particles, {"acceleration_m_s2": [0, 0, -9.81]}, elastic),
-        "volume": volume_force.make(particles, {"stiffness_n_m": 30.0}, elastic),
+        "volume": volume_preservation.make(particles, {"stiffness_n_m": 30.0}, elastic),
         "body_springs": body_springs.make(particles, {"stiffness_n_m": 40.0, "damping_ratio": 0.0}, elastic),
         "push": push.make(particles, {"loads": [LOAD]}, elastic),
         "kelvin": kelvin.make(particles, {"ratio": 0.2}, elastic),

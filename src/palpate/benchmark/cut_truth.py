@@ -23,7 +23,7 @@ from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.mesh import Mesh, TetMesh, area_normals
 from palpate.bodies.mesh_quality import dihedral_angles
 from palpate.bodies.refinement import coarse_triangles, with_midpoints
-from palpate.bodies.surface_integrals import surface_interpolation
+from palpate.bodies.surface_quadrature import surface_interpolation
 from palpate.errors import InputError
 from palpate.solvers.grasping import Grasping, Patch
 

@@ -11,7 +11,7 @@ import pandas as pd
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import pressed_contacts, sampled_contacts
 from palpate.bodies.refinement import finer
-from palpate.bodies.surface_integrals import enclosed_volume
+from palpate.bodies.surface_quadrature import enclosed_volume
 from palpate.effects.patch_load import nodal_load, patch_at, spread
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.compliance import Compliance

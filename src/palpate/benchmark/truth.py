@@ -22,7 +22,7 @@ from palpate.benchmark.presses import nodal_forces
 from palpate.benchmark.richardson import RATIOS, estimate, ratio
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
-from palpate.bodies.surface_integrals import enclosed_volume
+from palpate.bodies.surface_quadrature import enclosed_volume
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
 from palpate.solvers.equilibrium import FastEquilibrium

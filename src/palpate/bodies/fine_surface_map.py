@@ -5,7 +5,7 @@ from scipy import sparse
 
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import coarse_triangles
-from palpate.bodies.surface_integrals import surface_interpolation
+from palpate.bodies.surface_quadrature import surface_interpolation
 
 _ROUNDING = 1e-9
 """Coordinates above minus this count as inside; they are multiples of a power of 2, or at least 0.25 outside."""

@@ -41,10 +41,10 @@ def triangle_contacts(tree_a: Tree, tree_b: Tree, velocity_a: np.ndarray, veloci
     """
     pairs, counts = crossing_pairs(tree_a, tree_b)
     one, other = tree_a.triangles[pairs[:, 0]], tree_b.triangles[pairs[:, 1]]
-    signed, directions, places = triangle_pairs_contact(tree_a.points[one], tree_b.points[other])
+    apart, least, places = triangle_pairs_contact(tree_a.points[one], tree_b.points[other])
     moving = _interpolated(tree_a.points[one], velocity_a[one], places[:, 0])
     moving -= _interpolated(tree_b.points[other], velocity_b[other], places[:, 1])
-    ways_out(tree_a.points[one], tree_b.points[other], directions, signed)
+    directions, signed = ways_out(tree_a.points[one], tree_b.points[other], least, apart)
     return ContactPoints(pairs, places.mean(axis=1), directions, -signed, moving, counts)
 
 
@@ -63,15 +63,15 @@ def stopped_contacts(
     return ContactPoints(pairs, places, directions, depths, moving, Counts(tests, 0))
 
 
-def ways_out(a: np.ndarray, b: np.ndarray, directions: np.ndarray, signed: np.ndarray) -> None:
-    """Replace directions (k, 3) and signed distances (k,) [m] of crossing triangles that face out of closed bodies.
+def ways_out(a: np.ndarray, b: np.ndarray, directions: np.ndarray, signed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return directions (k, 3) and signed distances (k,) [m] of crossing triangles that face out of closed bodies.
 
-    a, b : (k, 3, 3) [m]
+    a, b : (k, 3, 3) [m]; directions, signed : what is returned where both triangles are degenerate
     The direction is the normal of b, or against that of a, whichever takes less: until a's corners are above b's plane,
     or b's above a's. The least translation in any direction, in contrast, may lead deeper into a body. Degenerate
-    triangles have no side: where both are, nothing is replaced.
+    triangles have no side.
     """
-    best = np.full(len(a), np.inf)
+    directions, signed, best = directions.copy(), signed.copy(), np.full(len(a), np.inf)
     for one, other, sign in ((a, b, 1.0), (b, a, -1.0)):
         normals = np.cross(other[:, 1] - other[:, 0], other[:, 2] - other[:, 0])
         lengths = np.linalg.norm(normals, axis=1)
@@ -79,6 +79,7 @@ def ways_out(a: np.ndarray, b: np.ndarray, directions: np.ndarray, signed: np.nd
         below = np.einsum("ki,kci->kc", normals, other[:, :1] - one).max(axis=1)
         less = (lengths > 0.0) & (below < best)
         best[less], directions[less], signed[less] = below[less], sign * normals[less], -below[less]
+    return directions, signed
 
 
 @numba.njit(cache=True)

@@ -9,7 +9,7 @@ from scipy import sparse
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import Particles
 from palpate.bodies.supports import Bed
-from palpate.bodies.surface_integrals import ball_points, midpoints, near_ball, triangle_shapes
+from palpate.bodies.surface_quadrature import ball_points, midpoints, near_ball, triangle_shapes
 from palpate.effects.effect import Effect, Energy, Stiffness
 from palpate.errors import InputError
 

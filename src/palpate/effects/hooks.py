@@ -1,13 +1,14 @@
 """Hooks: patches of the surface that are grasped and moved, or pulled by a force, and let go."""
 
 from dataclasses import replace
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
 from palpate.bodies.mesh import area_normals, components
 from palpate.bodies.particles import Particles
-from palpate.bodies.surface_integrals import near_ball
+from palpate.bodies.surface_quadrature import near_ball
 from palpate.effects import effect
 from palpate.effects.effect import Effect, Shape, Stiffness, offers
 from palpate.effects.patch_load import Patch, course, nearest_on_surface, patch_shares, surface_node
@@ -28,10 +29,25 @@ ABOVE = 0.004
 def make(particles: Particles, settings: list[dict], elastic: Effect | None) -> "Hooks":
     """Make a hook of each entry: ``at_m``, ``radius_m``, ``shift_m`` [m] or ``force_n`` [N], and its times.
 
-    Raises InputError for one off the surface, wider than the body, or on what is held.
+    Raises InputError for one off the surface, wider than the body, on what is held, or on what another one holds.
     """
     stiffness = _nodal_stiffness(particles, elastic)
-    return Hooks(particles, [_hook(particles, i, entry, stiffness) for i, entry in enumerate(settings)])
+    hooks = [_hook(particles, i, entry, stiffness) for i, entry in enumerate(settings)]
+    for (i, a), (j, b) in combinations(enumerate(hooks), 2):
+        begin, end = max(a.times.start, b.times.start), min(a.times.end, b.times.end)
+        if isinstance(a, Moved) and isinstance(b, Moved) and begin < end and _meet(particles, a, b, begin):
+            raise InputError(
+                f"{particles.name}: hooks[{i}] and hooks[{j}] hold the same nodes from {begin:g} s on; move one, "
+                "or let one start when the other has let go, or when a blade has passed between them."
+            )
+    return Hooks(particles, hooks)
+
+
+def _meet(particles: Particles, a: "Moved", b: "Moved", t: float) -> bool:
+    """Return whether nodes of both are one at ``t`` [s], which those of closed lips are."""
+    ties = particles.ties
+    leaders = np.arange(len(particles.nodes)) if ties is None else ties.leaders(t)
+    return bool(np.isin(leaders[a.nodes], leaders[b.nodes]).any())
 
 
 def _hook(particles: Particles, number: int, entry: dict, stiffness: np.ndarray) -> "Moved | Pulled":
@@ -92,24 +108,36 @@ class Times(NamedTuple):
     hold: float
     release: float
 
+    @property
+    def end(self) -> float:
+        """When it lets go [s]."""
+        return self.start + self.pull + self.hold + self.release
+
     def course(self, t: float) -> float:
         """Return what shift or force is multiplied by at ``t`` [s]; without a release it stays until it lets go."""
         return course(t - self.start, self.pull, self.hold, self.release or np.inf) if self.grasps(t) else 0.0
 
     def grasps(self, t: float) -> bool:
         """Return whether it has hold of the body in a step that ends at ``t`` [s]."""
-        return SAME_S < t - self.start <= self.pull + self.hold + self.release + SAME_S
+        return t - self.start > SAME_S and t <= self.end + SAME_S
 
 
 class _Hook:
     """What both kinds of hooks have: the ``triangles`` (t, 3) and ``nodes`` (k,) that they grasp.
 
+    led : the nodes that these move with, each once, and masses : theirs [kg]
     t, since : ends of the step [s]; force : (3,) [N] on the body at the end of the last one
     """
 
     def __init__(self, times: Times, triangles: np.ndarray, nodes: np.ndarray, particles: Particles):
         self.times, self.triangles, self.nodes = times, triangles, nodes
-        self.masses, self.t, self.since, self.force = particles.masses[nodes], 0.0, 0.0, np.zeros(3)
+        self.t, self.since, self.force, self._all = 0.0, 0.0, np.zeros(3), particles.masses
+        self.follow(np.arange(len(particles.nodes)))
+
+    def follow(self, leaders: np.ndarray) -> None:
+        """Act on the nodes that ``leaders`` (n,) has in place of each one, where steps put nodes."""
+        self.led, self._first, self._of = np.unique(leaders[self.nodes], return_index=True, return_inverse=True)
+        self.masses = np.bincount(leaders, self._all, minlength=len(leaders))[self.led]
 
     @property
     def grasps(self) -> bool:
@@ -144,11 +172,11 @@ class Moved(_Hook):
     def add_force(self, x: np.ndarray, force: np.ndarray) -> None:
         force[self.nodes] += self.stiffness[:, None] * self._ahead(x)
 
-    def begin(self, x: np.ndarray, h: float) -> None:
-        """Carry the nodes of ``x`` (n, 3) [m] along in a step of ``h`` [s], in place."""
+    def begin(self, start: np.ndarray, x: np.ndarray, h: float) -> None:
+        """Carry the nodes of ``x`` (n, 3) [m] along in a step of ``h`` [s] from ``start`` on, in place."""
         self.since = self.t - h
         if self.since <= self.times.start + SAME_S:
-            self._origin = x[self.nodes].copy()
+            self._origin = start[self.nodes].copy()
         if self.grasps:
             x[self.nodes] += self.gain * self._shift
 
@@ -158,11 +186,11 @@ class Moved(_Hook):
 
     def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> float:
         """Move the nodes at the end of an explicit step, in place; return the work [J]."""
-        self.begin(start.copy(), h)
-        ahead = self._ahead(x)
+        self.begin(start, start.copy(), h)
+        ahead = self._ahead(x)[self._first]
         if self.grasps:
-            x[self.nodes] += ahead
-            v[self.nodes] = (x[self.nodes] - start[self.nodes]) / h
+            x[self.led] += ahead
+            v[self.led] = (x[self.led] - start[self.led]) / h
         return self._work((self.masses[:, None] * ahead).sum(axis=0) / h**2)
 
     def _work(self, force: np.ndarray) -> float:
@@ -197,8 +225,8 @@ class Pulled(_Hook):
     def add_force(self, x: np.ndarray, force: np.ndarray) -> None:
         force[self.nodes] += self._loads()
 
-    def begin(self, x: np.ndarray, h: float) -> None:
-        self.since, self._moved = self.t - h, self._way(x)
+    def begin(self, start: np.ndarray, x: np.ndarray, h: float) -> None:
+        self.since, self._moved = self.t - h, self._way(start)
 
     def end(self, x: np.ndarray) -> float:
         """Return what the potential −force · way has changed by in the step as the force has, [J]."""
@@ -206,16 +234,18 @@ class Pulled(_Hook):
         return -float(self._pull @ self._moved) * self.gain
 
     def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> float:
-        self.begin(start, h)
-        faster = h * self._loads() / self.masses[:, None]
-        v[self.nodes] += faster
-        x[self.nodes] += h * faster
+        self.begin(start, start, h)
+        faster = np.zeros((len(self.led), 3))
+        np.add.at(faster, self._of, h * self._loads())
+        faster /= self.masses[:, None]
+        v[self.led] += faster
+        x[self.led] += h * faster
         return self.end(x)
 
 
 class Hooks(
-    effect.Energy, effect.Stiffness, effect.Time, effect.HeldNodes, effect.StepBegin, effect.Driven, effect.Projection,
-    effect.Observation, effect.Drawn,
+    effect.Energy, effect.Stiffness, effect.Time, effect.HeldNodes, effect.Following, effect.StepBegin, effect.Driven,
+    effect.Projection, effect.Observation, effect.Drawn,
 ):  # fmt: skip
     """All hooks of a scene: E = Σ ½ GRIP k |x − x_hook|² over nodes that are moved − Σ force · way of patches pulled.
 
@@ -238,6 +268,10 @@ class Hooks(
             if isinstance(hook, Pulled):
                 hook.hold(fixed)
 
+    def follow(self, leaders: np.ndarray) -> None:
+        for hook in self.hooks:
+            hook.follow(leaders)
+
     def energy(self, x: np.ndarray) -> float:
         return sum(hook.energy(x) for hook in self.hooks if hook.grasps)
 
@@ -254,7 +288,7 @@ class Hooks(
     def begin(self, x: np.ndarray, h: float) -> np.ndarray:
         carried = x.copy()
         for hook in self.hooks:
-            hook.begin(carried, h)
+            hook.begin(x, carried, h)
         return carried
 
     def end(self, x: np.ndarray) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
-from palpate.bodies.surface_integrals import ball_points, midpoints, near_ball, triangle_shapes
+from palpate.bodies.surface_quadrature import ball_points, midpoints, near_ball, triangle_shapes
 from palpate.errors import InputError
 
 FACING = 1e-6

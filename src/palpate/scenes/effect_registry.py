@@ -53,7 +53,7 @@ EFFECTS = {
     "hooks": Entry("palpate.effects.hooks"),
     "threads": Entry("palpate.effects.threads"),
     "bending": Entry("palpate.effects.bending", settings={}, forms=SHEET),
-    "volume": Entry("palpate.effects.volume_force", settings={}, forms=SOLID),
+    "volume": Entry("palpate.effects.volume_preservation", settings={}, forms=SOLID),
     "body_springs": Entry("palpate.effects.body_springs", settings={"damping_ratio": 0.5}),
     "cut": Entry("palpate.effects.cut", forms=SOLID, elastic=(*FINITE_ELEMENTS, "springs")),
     "contact": Entry("palpate.collision.contact.barrier_contact", settings={"instruments": []}),

@@ -192,12 +192,13 @@ def _check_cut(place: str, scene: dict, elastic: str, names: list[str]) -> None:
     )
     if cut["way"] == "virtual_nodes" and doubled:
         raise InputError(f"{place}.cut.way is virtual_nodes, and {doubled} of the mesh; say split_faces.")
-    if "contact" in names and scene["integrator"] in RELAXED:
+    projected = next((name for name in ("contact", "hooks") if name in names), "")
+    if projected and scene["integrator"] in RELAXED:
         raise InputError(
-            f"{place}.integrator is {scene['integrator']}, which has no part for cut and contact together; leave one "
-            "of them out, or choose backward_euler."
+            f"{place}.integrator is {scene['integrator']}, which has no part for cut and {projected} together; leave "
+            "one of them out, or choose backward_euler."
         )
-    if "contact" in names and scene["contact"].get("self_contact"):
+    if "contact" in names and scene.get("contact", {}).get("self_contact"):
         raise InputError(
             f"{place}.contact.self_contact is true, and the lips of a cut begin in touch; set it to false, or leave "
             "cut out."

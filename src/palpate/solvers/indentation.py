@@ -14,7 +14,7 @@ from scipy import sparse
 
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
-from palpate.bodies.surface_integrals import surface_interpolation
+from palpate.bodies.surface_quadrature import surface_interpolation
 from palpate.effects.instrument import TOUCH_TOLERANCE, Pose
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import hold, product

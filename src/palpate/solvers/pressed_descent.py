@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from palpate.effects.effect import Energy
-from palpate.effects.node_contact import NodeContact
+from palpate.effects.instrument_penalty import NodeContact
 from palpate.solvers.lbfgs import minimise_by_lbfgs
 
 Solve = Callable[[np.ndarray], np.ndarray]

@@ -19,11 +19,11 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from palpate.effects.bed import BedSprings
+from palpate.effects.instrument_penalty import NodeContact
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.node_contact import NodeContact
 from palpate.solvers.lbfgs import minimise_by_lbfgs
-from palpate.solvers.moved_parts import FlatElements, MovedParts
 from palpate.solvers.pressed_descent import PressedDescent
+from palpate.solvers.relaxed_parts import FlatElements, RelaxedParts
 from palpate.solvers.system import System
 
 TOLERANCE = 1e-10
@@ -93,9 +93,9 @@ class Prefactored:
 
 
 def make(system: System, settings: dict) -> "ProjectiveSteps":
-    """Make the integrator with ``settings["projective_dynamics"]``; InputError as ``MovedParts``."""
+    """Make the integrator with ``settings["projective_dynamics"]``; InputError as ``RelaxedParts``."""
     own = settings["projective_dynamics"]
-    return ProjectiveSteps(MovedParts(system, "projective_dynamics"), own["iterations"], own["memory"])
+    return ProjectiveSteps(RelaxedParts(system, "projective_dynamics"), own["iterations"], own["memory"])
 
 
 class ProjectiveSteps:
@@ -103,7 +103,7 @@ class ProjectiveSteps:
 
     limit_s = math.inf
 
-    def __init__(self, parts: MovedParts, iterations: int, memory: int):
+    def __init__(self, parts: RelaxedParts, iterations: int, memory: int):
         self._parts, self._iterations, self._memory = parts, iterations, memory
         system = parts.system
         self._laplacian = laplacian(parts.elements, len(system.masses))
@@ -140,7 +140,7 @@ def _isotropic(touching: tuple[np.ndarray, np.ndarray, np.ndarray], count: int) 
 class _Step:
     """The energy that backward Euler's step minimises, without contact."""
 
-    def __init__(self, parts: MovedParts, x: np.ndarray, v: np.ndarray, h: float):
+    def __init__(self, parts: RelaxedParts, x: np.ndarray, v: np.ndarray, h: float):
         self._parts, self._start, self._h = parts, x, h
         pushed = parts.outer(x, v) + parts.pushes
         self.target = x + h * v + h**2 * parts.inverse_masses[:, None] * pushed

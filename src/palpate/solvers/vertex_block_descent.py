@@ -17,10 +17,10 @@ import numpy as np
 
 from palpate.effects.bed import BedSprings
 from palpate.effects.instrument import distances
+from palpate.effects.instrument_penalty import NodeContact
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
-from palpate.effects.node_contact import NodeContact
 from palpate.linalg.polar import nearest
-from palpate.solvers.moved_parts import FlatElements, LinearSprings, MovedParts
+from palpate.solvers.relaxed_parts import FlatElements, LinearSprings, RelaxedParts
 from palpate.solvers.system import System
 
 
@@ -98,9 +98,9 @@ class VertexBlockDescent:
 
 
 def make(system: System, settings: dict) -> "BlockDescentSteps":
-    """Make the integrator with ``settings["vertex_block_descent"]``; InputError as ``MovedParts``."""
+    """Make the integrator with ``settings["vertex_block_descent"]``; InputError as ``RelaxedParts``."""
     own = settings["vertex_block_descent"]
-    return BlockDescentSteps(MovedParts(system, "vertex_block_descent"), own["sweeps"], own["radius"])
+    return BlockDescentSteps(RelaxedParts(system, "vertex_block_descent"), own["sweeps"], own["radius"])
 
 
 class BlockDescentSteps:
@@ -108,7 +108,7 @@ class BlockDescentSteps:
 
     limit_s = math.inf
 
-    def __init__(self, parts: MovedParts, sweeps: int, radius: float):
+    def __init__(self, parts: RelaxedParts, sweeps: int, radius: float):
         self._parts, self._sweeps, self._radius = parts, sweeps, radius
         self._descent = VertexBlockDescent(parts.elements, parts.still, parts.springs)
         count = len(parts.elements.tetrahedra)

@@ -18,7 +18,7 @@ from palpate.effects.bed import BedSprings
 from palpate.effects.instrument import Pose
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
 from palpate.linalg.polar import nearest
-from palpate.solvers.moved_parts import FlatElements, LinearSprings, MovedParts
+from palpate.solvers.relaxed_parts import FlatElements, LinearSprings, RelaxedParts
 from palpate.solvers.system import System
 
 LEAST_DISTANCE = 1e-12
@@ -126,8 +126,8 @@ class Xpbd:
 
 
 def make(system: System, settings: dict) -> "XpbdSteps":
-    """Make the integrator with ``settings["xpbd"]``; InputError as ``MovedParts``."""
-    return XpbdSteps(MovedParts(system, "xpbd"), settings["xpbd"]["iterations"])
+    """Make the integrator with ``settings["xpbd"]``; InputError as ``RelaxedParts``."""
+    return XpbdSteps(RelaxedParts(system, "xpbd"), settings["xpbd"]["iterations"])
 
 
 class XpbdSteps:
@@ -135,7 +135,7 @@ class XpbdSteps:
 
     limit_s = math.inf
 
-    def __init__(self, parts: MovedParts, iterations: int):
+    def __init__(self, parts: RelaxedParts, iterations: int):
         self._parts, self._iterations = parts, iterations
         self._constraints = Constraints(parts.elements, parts.springs)
 

@@ -12,7 +12,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import solid_particles
-from palpate.effects.volume_force import Volume
+from palpate.effects.volume_preservation import Volume
 from palpate.errors import InputError, NotConverged
 from palpate.models.springs import fitness
 from palpate.models.springs.evolution import cma_es

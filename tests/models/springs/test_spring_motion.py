@@ -9,7 +9,7 @@ from palpate.effects.held import Held
 from palpate.effects.kelvin import Kelvin
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.springs import Springs, volume_springs
-from palpate.effects.volume_force import Volume
+from palpate.effects.volume_preservation import Volume
 from palpate.errors import InputError, NotConverged
 from palpate.models.springs import spring_motion
 from palpate.models.springs.spring_motion import Load, Press, dampings, reference_motion, simulate, stiffnesses

@@ -62,7 +62,7 @@ def test_a_budget_of_a_step_takes_what_a_larger_one_lets_be_more_accurate(motion
     assert (1e3 * taken["online_p95_s"] <= 0.8 * taken["budget_ms"]).all()
     assert taken["rmse_of_peak"].is_monotonic_decreasing
     said = moved_cell(taken.iloc[-1]).replace("\xa0", " ")
-    assert said.endswith("2 × real time, 450 ms a step at the 95th percentile, 1.35 s at most")
+    assert said.endswith("2 × real time, a step 450 ms (p95), 1.35 s at most")
     assert "a step" not in moved_cell(advise_motion(table, speeds=[1]).iloc[0])
 
 

@@ -15,7 +15,7 @@ import numba
 import numpy as np
 from scipy.optimize import minimize
 
-from palpate.effects.volume_force import distance_sum
+from palpate.effects.volume_preservation import distance_sum
 from palpate.models.springs import spring_motion
 from palpate.models.springs.fitness import ALPHA_S, Fit, Fitness, Range
 from palpate.models.springs.spring_motion import Press, Settings, SpringModel

@@ -15,7 +15,7 @@ from palpate.effects.effect import Effect
 from palpate.effects.held import Held
 from palpate.effects.kelvin import Kelvin
 from palpate.effects.springs import Springs
-from palpate.effects.volume_force import Volume, rest_distance_sum
+from palpate.effects.volume_preservation import Volume, rest_distance_sum
 from palpate.errors import InputError
 from palpate.models.springs.spring_motion import Press, Settings, SpringModel, advance, constants, dampings, stiffnesses
 from palpate.solvers.system import System, stable_step

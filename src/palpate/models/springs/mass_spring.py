@@ -14,7 +14,7 @@ from palpate.effects.bed import BedSprings
 from palpate.effects.effect import Effect
 from palpate.effects.held import Held
 from palpate.effects.springs import Springs
-from palpate.effects.volume_force import Volume
+from palpate.effects.volume_preservation import Volume
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor, conjugate_gradients
 from palpate.models.fem_statics import ContactShares, to_surface

@@ -6,7 +6,7 @@ and in this order,
     k = ½ (E₁ + E₂) weight                                       (s,)  eq. 5
     μ = 2 ratio sqrt(k m₁m₂/(m₁ + m₂))                           (s,)  instead of eq. 6, see ``dampings``
     n = (x₂ − x₁)/l;  T = k (l − l₀) + μ n·(v₂ − v₁);  f₁ += T n;  f₂ −= T n        eq. 1, without rounding
-    per tetrahedron, if volume_n_m > 0:  f_a −= κ (L − L₀)(u_a − ¼ Σu)             effects/volume_force.py
+    per tetrahedron, if volume_n_m > 0:  f_a −= κ (L − L₀)(u_a − ¼ Σu)             effects/volume_preservation.py
     f += press.factors(...)[s] · press.pattern(n)
     v ← v + h f(x, v)/m,  held nodes 0;  x ← x + h v             (the new v)
 
@@ -24,7 +24,7 @@ from palpate.effects.held import Held
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.rayleigh import Rayleigh
 from palpate.effects.springs import rest_lengths, sum_around_edges
-from palpate.effects.volume_force import add_forces, rest_distance_sum
+from palpate.effects.volume_preservation import add_forces, rest_distance_sum
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.backward_euler import BackwardEuler
 from palpate.solvers.system import System

@@ -13,7 +13,7 @@ import numpy as np
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver, choose_touches, touches_of
 from palpate.benchmark.touch_mesh import TouchedMeshes
 from palpate.effects.instrument import Pose
-from palpate.effects.node_contact import NodeContact, may_touch
+from palpate.effects.instrument_penalty import NodeContact, may_touch
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import to_surface
 from palpate.solvers.xpbd import Obstacle

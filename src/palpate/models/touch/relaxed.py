@@ -15,8 +15,8 @@ from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
 from palpate.bodies.particles import particles_of
 from palpate.effects.bed import BedSprings
 from palpate.effects.instrument import GRASP, Pose
+from palpate.effects.instrument_penalty import NodeContact
 from palpate.effects.linear_elements import LinearElements
-from palpate.effects.node_contact import NodeContact
 from palpate.errors import NotConverged
 from palpate.models.relaxed import LAW, refuse_law
 from palpate.models.touch.pushing import SHARES, NodeTouch, Relaxing

@@ -12,9 +12,9 @@ from palpate.benchmark.touch import Touch, TouchCase, Touched
 from palpate.bodies.particles import particles_of
 from palpate.effects.effect import Energy
 from palpate.effects.instrument import Pose
-from palpate.effects.node_contact import NodeContact
+from palpate.effects.instrument_penalty import NodeContact
 from palpate.effects.springs import Springs, volume_springs
-from palpate.effects.volume_force import Volume
+from palpate.effects.volume_preservation import Volume
 from palpate.errors import InputError
 from palpate.linalg.multigrid import Factor
 from palpate.models.springs.fitness import volume_stiffness

@@ -19,7 +19,7 @@ from palpate.bodies.cutting.cut import Cut, make_cut
 from palpate.bodies.cutting.drawn import Drawn, drawn
 from palpate.bodies.cutting.ways import VIRTUAL_NODES, Parted, part, whole
 from palpate.bodies.mesh import Sheet, components
-from palpate.bodies.surface_integrals import near_ball
+from palpate.bodies.surface_quadrature import near_ball
 from palpate.effects.patch_load import Patch, patch_shares
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface

@@ -1,4 +1,4 @@
-"""Hard cases of contact: touches, falls, stacks and overlaps in which bodies may penetrate each other."""
+"""Hard cases of contact: bodies that fall, stack and overlap, and may cross; instruments are in ``touch_cases``."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -10,7 +10,7 @@ from palpate.bodies.body import Body
 from palpate.bodies.mesh import EDGES, Mesh
 from palpate.bodies.particles import particles_of
 from palpate.bodies.refinement import ten_nodes
-from palpate.bodies.surface_integrals import ball_points, surface_interpolation
+from palpate.bodies.surface_quadrature import ball_points, surface_interpolation
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_points
 from palpate.effects.elements import locking_is_measured
 from palpate.effects.springs import make as make_springs

@@ -1,4 +1,6 @@
-"""The volume force of paper 2: resistance of a tetrahedron to changes of its corners' distances from its middle."""
+"""Springs against change of volume: the volume force of paper 2, on the sum of a tetrahedron's corners' distances from
+its middle; not a load per volume.
+"""
 
 import numba
 import numpy as np

@@ -1,4 +1,7 @@
-"""A rigid instrument that pushes nodes back out by springs, as penalty methods do: edges and faces may pass through."""
+"""Penalty contact of models under an instrument, no effect of scenes: springs push nodes back out of a rigid one.
+
+Edges and faces may pass through.
+"""
 
 import numpy as np
 

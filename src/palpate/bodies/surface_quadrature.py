@@ -1,4 +1,4 @@
-"""Exact integrals over a body's surface: of polynomials over the part of triangles in a ball; the enclosed volume."""
+"""Points, weights and shape functions on surface triangles: exact over their part in a ball; the enclosed volume."""
 
 import numpy as np
 from scipy import sparse

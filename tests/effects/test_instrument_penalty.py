@@ -5,7 +5,7 @@ import pytest
 
 from palpate.bodies.simple_shapes import box
 from palpate.effects.instrument import Instrument, upright
-from palpate.effects.node_contact import NodeContact, may_touch
+from palpate.effects.instrument_penalty import NodeContact, may_touch
 
 UP = np.array([0.0, 0.0, 1.0])
 

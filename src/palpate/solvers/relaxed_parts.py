@@ -1,4 +1,4 @@
-"""What methods that relax elements one by one take of a scene, and how contact by projection joins their steps.
+"""The parts of a system that methods relax one by one (elements, springs, loads, damping), and how contact joins.
 
 XPBD, projective dynamics and vertex block descent step the scene's own law: corotational elements or a sheet's
 triangles, its bending or bed, its loads, and Rayleigh's damping: that by mass as a larger inertia, exactly, that by
@@ -73,7 +73,7 @@ def springs_of(effect: BedSprings | Bending, rest: np.ndarray) -> LinearSprings:
     return LinearSprings(effect.couples, roots[:, None], (rows.T @ rows).tocsr(), rest)
 
 
-class MovedParts:
+class RelaxedParts:
     """The parts of a ``system``, which ``method`` steps; InputError for an effect that it cannot.
 
     elements, springs : of the law, and those of constant stiffness or None

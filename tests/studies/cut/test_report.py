@@ -22,7 +22,7 @@ def test_the_finding_says_who_is_nearest_and_who_is_soon(tables):
     assert "mesh made anew, level 1, in 2 s (surface 1 % off, opening 4 %, force 5 %)" in liver
     assert "within 100 ms of the blade's move, linear responses, compliance updated, level 1, in 40 ms" in liver
     assert "is followed within 16.7 ms, whatever its step, best by linear responses with jumps" in liver
-    assert "jumps added to the whole, level 0, in 12 ms (surface 8 % off" in liver
+    assert "in quadratic elements, level 0, in 12 ms (surface 8 % off" in liver
     assert "the lips have no truth, as the lips close (overlap 1 mm)" in text
     assert "[figure cut_precision_pad_cut]" in text and "[figure cut_opening_pad_cut]" in text
 

@@ -32,13 +32,18 @@ SIZES = {"*": 11}
 """Sizes of markers that look smaller than others."""
 FRAMES_MS = (16.7, 100.0)
 """Times of an answer: of 60 pictures a second, of an immediate reaction."""
-UPDATED = {"update=true": ("compliance updated", "P"), "update=false": ("compliance factorised", "D")}
+TOLD = {
+    "update=true": ("compliance updated", "P"),
+    "update=false": ("compliance factorised", "D"),
+    "order=1": ("in linear elements", "h"),
+    "order=2": ("in quadratic elements", "p"),
+}
 
 
 def way_of(row: pd.Series) -> tuple[str, str]:
     """Return how a setting follows a cut, in words, and its marker."""
-    updated = next((shown for text, shown in UPDATED.items() if row["setting"].endswith(text)), None)
-    return updated or WAYS[row["way"]]
+    told = next((shown for text, shown in TOLD.items() if row["setting"].endswith(text)), None)
+    return told or WAYS[row["way"]]
 
 
 @style.figure("cut_precision", tables=("cut",))
@@ -55,7 +60,9 @@ def draw_cut_precision(cut, *, scene: str) -> Figure:
         axis = parts[column]
         axis.set(xscale="log", yscale="log", xlabel="from the blade's move to the first answer [ms]")
         axis.set_title(name, pad=18)
-        for _, part in rows.groupby(["model", "way", rows["setting"].str.extract("(update=.*)")[0].fillna("")]):
+        for _, part in rows.groupby(
+            ["model", "way", rows["setting"].str.extract("((?:update|order)=.*)")[0].fillna("")]
+        ):
             _curve(axis, part, column)
         own = rows[f"own_{column}"].iloc[0]
         low = min(axis.get_ylim()[0], 50 * own)

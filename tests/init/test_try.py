@@ -145,7 +145,7 @@ def test_a_run_that_fails_is_said_to_have_and_how_to_go_on(monkeypatch, tmp_path
     (tmp_path / "run.py").write_text(f"import sys; open('asked', 'w').write(' '.join(sys.argv[1:])); sys.exit({code})")
     monkeypatch.setattr(try_command, "RUN", tmp_path / "run.py")
     monkeypatch.setattr(try_command, "ROOT", tmp_path)
-    failed = pytest.raises(InputError, match=r"try\.yaml ended before its end; what it has is kept, and")
+    failed = pytest.raises(InputError, match=r"try\.yaml did not finish; what it has is kept, and")
     with failed if code else nullcontext():
         try_command.run_settings(tmp_path / "try.yaml", "palpate try a.stl")
     asked = (tmp_path / "asked").read_text()

@@ -136,6 +136,7 @@ EFFECTS = dict.fromkeys((*_ELASTIC, "triangles", "springs", "shape_matching"), "
     "push": "#d55e00",
     "hooks": "#f0a35e",
     "threads": "#a64b00",
+    "cut": "#c2003f",
     "contact": "#e69f00",
     "held": "#b5a58c",
     "bed": "#d9ccb4",

@@ -213,15 +213,15 @@ def _described(about: Any) -> str:
 def _ordered_against_unordered(about: Any, rows: pd.DataFrame) -> Claim:
     """Judge ordered against unordered features, by the ratio of their errors and its interval.
 
-    An error is clearly below another if their ratio is under CLEARLY, and its whole interval under 1; it is on a par
-    if its interval meets that from CLEARLY to the reciprocal.
+    An error is clearly below another if their ratio is under CLEARLY, and its whole interval under 1; on a par is
+    judged as not clearly worse: the interval begins at the reciprocal or below.
     """
     claimed = CLAIMED.get(about.body, BETTER)
     most = rows.index.get_level_values("train").max()
     paper, strict = (rows.loc[(kind, most, "ordered")] for kind in ("samples", "contacts"))
     holds = paper["ratio"] < CLEARLY and paper["ratio_high"] < 1.0
     if claimed == ALIKE:
-        holds = paper["ratio_low"] <= 1.0 / CLEARLY and paper["ratio_high"] >= CLEARLY
+        holds = paper["ratio_low"] <= 1.0 / CLEARLY
     claim = f"contact-ordered features: error {claimed} compared with unordered ones"
     ours, others = (f"{row['ratio']:.2f} [{row['ratio_low']:.2f}, {row['ratio_high']:.2f}]" for row in (paper, strict))
     ours += f" times the error with samples held out, {others} with contacts held out"

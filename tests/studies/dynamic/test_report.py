@@ -37,8 +37,6 @@ def test_no_error_is_quoted_where_meshes_part_at_once(dynamic_table):
 
 def test_a_standard_whose_error_other_meshes_say_is_told(dynamic_table):
     table = dynamic_table.assign(reference_error=[0.041] * 5 + [np.nan] * 5)
-    text = page("dynamic", {"dynamic_accuracy": table, "advice": ADVICE}).replace("\u00a0", " ")
-    assert "4.1 %" in text
     assert numbers("dynamic", {"dynamic_accuracy": table, "advice": ADVICE})["unknown_meshes"] == ["bar sag"]
     advice = advise_motion(table[table["scene"] == "liver_press"], max_errors=[0.05, 0.09])
     # springs are 4 % from it

@@ -144,6 +144,21 @@ def directed(lower, right, steps, turns):
 
 
 @numba.njit(cache=True, error_model="numpy")
+def valued(z, inertia, centre, share, outer, local, body, touch, rubbing, force):
+    """Return the function that ``minimise`` has at z, and of what it is made; ``force`` (c, 3) is written.
+
+    These are the elastic energy and gradient, q − centre, the places of points, and ``local`` times displacements.
+    """
+    wide = len(inertia)
+    energy, own = elastic_of(z[:wide].copy(), body)
+    away = z[:wide] - centre
+    points, value = touched_by(z, touch, rubbing, force)
+    value += 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, z)
+    bent = np.dot(local, z[wide:]) if len(z) > wide else z[wide:].copy()
+    return value + 0.5 * share * np.dot(bent, z[wide:]), energy, own, away, points, bent
+
+
+@numba.njit(cache=True, error_model="numpy")
 def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubbing, force, floor, enough, most):
     """Minimise ½ Σ inertia (q − centre)² + share (E(q) + ½ w · local w) − outer · z + contact, from z on, in place.
 
@@ -155,13 +170,8 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
     It ends where a step would gain less than ``enough``² of the elastic energy, of ``floor`` [J] at least. Returns the
     elastic gradient and energy, and what is left.
     """
-    wide, dented = len(inertia), len(z) > len(inertia)
-    energy, own = elastic_of(z[:wide].copy(), body)
-    away = z[:wide] - centre
-    points, value = touched_by(z, touch, rubbing, force)
-    value += 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, z)
-    bent = np.dot(local, z[wide:]) if dented else z[wide:].copy()
-    value += 0.5 * share * np.dot(bent, z[wide:])
+    wide, problem = len(inertia), (inertia, centre, share, outer, local, body, touch, rubbing, force)
+    value, energy, own, away, points, bent = valued(z, *problem)
     left, kept, lower = np.inf, 0, hessian
     steps, turns, begun, old = np.empty((MEMORY, len(z))), np.empty((MEMORY, len(z))), z.copy(), z.copy()
     for rounds in range(most + 1):
@@ -189,12 +199,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
         length, found = 1.0, False
         while length > 1e-5:
             reached = z + length * ahead
-            less, pulled = elastic_of(reached[:wide].copy(), body)
-            away = reached[:wide] - centre
-            points, there = touched_by(reached, touch, rubbing, force)
-            there += 0.5 * np.sum(inertia * away * away) + share * less - np.dot(outer, reached)
-            bent = np.dot(local, reached[wide:]) if dented else reached[wide:].copy()
-            there += 0.5 * share * np.dot(bent, reached[wide:])
+            there, less, pulled, away, points, bent = valued(reached, *problem)
             if there <= value + 1e-4 * length * slope + ROUNDING * abs(value):
                 found = True
                 break

@@ -74,7 +74,7 @@ CUT_OPENING = Table(
 )
 ERRORS = ("surface_error", "opening_error", "force_error")
 TIMES = ("change", "first", "again")
-STEPS, SOON_S = 10, 0.1
+BLADE_STEPS, SOON_S = 10, 0.1
 """Steps of a blade along its path, and the time of a first answer [s] up to which a model is asked to follow them."""
 WHOLE = "enriched"
 """How a level is cut that stays whole, and whose displacement jumps."""
@@ -212,8 +212,8 @@ def _steps(model: CutModel, case: CutCase, repeats: int, budget_s: float) -> np.
     (cut,) = case.cuts
     if not isinstance(cut, Blade):
         return np.empty(0)
-    stops = [cut.up_to(share * cut.length_m) for share in np.arange(1, STEPS) / STEPS]
-    timed = time_calls([partial(_follow, model, stop) for stop in (*stops, cut)], STEPS * repeats, budget_s)
+    stops = [cut.up_to(share * cut.length_m) for share in np.arange(1, BLADE_STEPS) / BLADE_STEPS]
+    timed = time_calls([partial(_follow, model, stop) for stop in (*stops, cut)], BLADE_STEPS * repeats, budget_s)
     return np.empty(0) if any(timed.failures) else np.concatenate(timed.seconds)
 
 

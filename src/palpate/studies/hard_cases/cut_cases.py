@@ -57,7 +57,7 @@ SAME = tuple(MODELS)[:7]
 """Those that end, where a cut runs along faces, at the equilibrium of linear elements on one mesh."""
 EXACT = tuple(name for name in SAME if name != "xpbd")
 """Those of them that get there soon."""
-NEAR = 1e-9
+NEAR_M = 1e-9
 """How near [m] a cut is to nodes, edges and faces; beside it a place belongs to either lip."""
 DOWN = np.array([0.0, 0.0, -1.0])
 SLAB_M, CELL_M = (0.1, 0.1, 0.04), 0.0125
@@ -96,12 +96,12 @@ def cases() -> list[Case]:
     near = "a cut severs a bar, {} m beside {}"
     middle = np.array([0.1, 0.025, 0.025])
     return [
-        severed("near_nodes", near.format(f"{NEAR:g}", "a node that it would meet at an angle"),
-                partial(_of_bar, _plane(middle + NEAR * unit(OBLIQUE), OBLIQUE))),
-        severed("near_edges", near.format(f"{NEAR:g}", "the edges that are diagonals of its cells"),
-                partial(_of_bar, _plane(middle - NEAR * unit(DIAGONAL), DIAGONAL))),
-        made("near_faces", f"a cut of a slab's top, {3 * NEAR:g} m askew to faces that it runs along",
-             partial(_of_slab, off_m=NEAR, turn_m=2.0 * NEAR), SAME, bounds={"xpbd": 0.04}),
+        severed("near_nodes", near.format(f"{NEAR_M:g}", "a node that it would meet at an angle"),
+                partial(_of_bar, _plane(middle + NEAR_M * unit(OBLIQUE), OBLIQUE))),
+        severed("near_edges", near.format(f"{NEAR_M:g}", "the edges that are diagonals of its cells"),
+                partial(_of_bar, _plane(middle - NEAR_M * unit(DIAGONAL), DIAGONAL))),
+        made("near_faces", f"a cut of a slab's top, {3 * NEAR_M:g} m askew to faces that it runs along",
+             partial(_of_slab, off_m=NEAR_M, turn_m=2.0 * NEAR_M), SAME, bounds={"xpbd": 0.04}),
         severed("two_that_cross", "two cuts cross in a slab: of four pieces one is held, one is pulled, two are loose",
                 _crossing, declared=loose | {"springs_deleted": ("wrong",)}),
         severed("along_held", "a cut along the held end of a bar, within the first layer of elements", _held,
@@ -142,8 +142,8 @@ def _pulled(model: str, case: CutCase, expected: Sequence[Expected]) -> Answer:
     ready = MODELS[model](case)
     ready.cut(case.cuts)
     pulled, surface = ready.pull(), case.body.fine.nodes[case.body.fine.surface]
-    # places within NEAR of a cut are on both lips
-    seen = np.all([np.abs(cut.across(surface)) > 10.0 * NEAR for cut in case.cuts], axis=0)
+    # places within NEAR_M of a cut are on both lips
+    seen = np.all([np.abs(cut.across(surface)) > 10.0 * NEAR_M for cut in case.cuts], axis=0)
     hooks, found = len(case.hooks), np.append(pulled.displacement[seen].ravel(), pulled.force)
 
     def error(a: np.ndarray) -> float:
@@ -301,12 +301,12 @@ def _of_slab(model: str, off_m: float = 0.0, turn_m: float = 0.0, deep_m: float 
 
 
 def _through(model: str) -> Answer:
-    return _of_slab(model, NEAR, deep_m=10.0 * SLAB_M[2])
+    return _of_slab(model, NEAR_M, deep_m=10.0 * SLAB_M[2])
 
 
 def _midway(model: str) -> Answer:
     mesh, stops = _slab().coarse, (4, 5)
-    case = _slab_case(_middle(mesh, NEAR).up_to(0.5 * sum(stops) * CELL_M))
+    case = _slab_case(_middle(mesh, NEAR_M).up_to(0.5 * sum(stops) * CELL_M))
     return _pulled(model, case, [_by_hand(case, _lips(mesh, long_m=(n - 0.5) * CELL_M)) for n in stops])
 
 
@@ -320,7 +320,7 @@ def _flap(model: str) -> Answer:
     """Cut from a side of a slab below its skin and parallel to it, and lift the flap."""
     body, high = _slab(), SLAB_M[2] - 0.01
     mesh = body.coarse
-    cut = blade(mesh, np.array([[0.0, 0.0, high - NEAR], [0.1, 0.0, high + NEAR]]), np.array([0.0, 1.0, 0.0]), 0.05)
+    cut = blade(mesh, np.array([[0.0, 0.0, high - NEAR_M], [0.1, 0.0, high + NEAR_M]]), np.array([0.0, 1.0, 0.0]), 0.05)
     hooks = [_hook(body, [0.05, 0.0125, SLAB_M[2]], [0.0, 0.0, SMALL_M], 0.015)]
     _, y, z = mesh.nodes.T
     case = CutCase(body, [cut], hooks, np.empty((0, 3)))
@@ -331,7 +331,7 @@ def _prongs(model: str, poisson: float = SOFT.poisson, order: int = 1) -> Answer
     """Cut a bar through its held end, along it to its middle, and bend it across the cut; ``order`` of ``_by_hand``."""
     body = stage.bar_body(0, replace(SOFT, poisson=poisson))
     x, y, _ = body.coarse.nodes.T
-    path = np.array([[0.0, 0.025 + NEAR, 0.05], [0.1, 0.025 - NEAR, 0.05]])
+    path = np.array([[0.0, 0.025 + NEAR_M, 0.05], [0.1, 0.025 - NEAR_M, 0.05]])
     cut = replace(blade(body.coarse, path, DOWN, 0.06), open_ends=(True, True)).up_to(0.1)
     case = CutCase(body, [cut], [_hook(body, [0.2, 0.025, 0.025], [0.0, SMALL_M, 0.0], 0.04)], np.empty((0, 3)))
     lips = np.flatnonzero((np.abs(y - 0.025) < 1e-6) & (x < 0.1 - 1e-6))
@@ -343,7 +343,7 @@ def _half(model: str) -> Answer:
     body = stage.bar_body(0)
     x = body.coarse.nodes[:, 0]
     hook = _hook(body, [0.05, 0.025, 0.05], [0.0, 0.0, SMALL_M], 0.026)
-    case = CutCase(body, [_plane([0.1 + NEAR, 0.025, 0.025], [1.0, 0.0, 0.0])], [hook], np.empty((0, 3)))
+    case = CutCase(body, [_plane([0.1 + NEAR_M, 0.025, 0.025], [1.0, 0.0, 0.0])], [hook], np.empty((0, 3)))
     free = np.flatnonzero(x > 0.1 + 1e-6)
     return _pulled(model, case, [_by_hand(case, np.flatnonzero(np.abs(x - 0.1) < 1e-6), still=free)])
 
@@ -353,7 +353,7 @@ def _of_materials(model: str, along: int, young_pa: Sequence[float] = (1e3, 3e3,
     mesh = _slab().coarse
     share = mesh.nodes[mesh.tetrahedra].mean(axis=1)[:, along] / SLAB_M[along]
     tissue = Tissue([replace(SOFT, young_pa=each) for each in young_pa], (len(young_pa) * share).astype(int))
-    case = _slab_case(_middle(mesh, NEAR), _slab(tissue))
+    case = _slab_case(_middle(mesh, NEAR_M), _slab(tissue))
     return _pulled(model, case, [_by_hand(case, _lips(mesh))])
 
 
@@ -361,7 +361,7 @@ def _far(model: str, shift_m: float = 0.05) -> Answer:
     """Pull so far that linear elasticity has no say; the same mesh is made by hand, and its residual computed apart."""
     body = _slab()
     mesh = body.coarse
-    case = _slab_case(_middle(mesh, NEAR), body, [0.0, shift_m, 0.0])
+    case = _slab_case(_middle(mesh, NEAR_M), body, [0.0, shift_m, 0.0])
     slit, copy = _made(mesh, case.cuts[0].across(mesh.nodes[mesh.tetrahedra].mean(axis=1)) > 0.0, _lips(mesh))
     nodes = np.concatenate([hook.patch.nodes_of(mesh) for hook in case.hooks])
     ways = np.concatenate([np.tile(h.shift_m, (len(h.patch.nodes_of(mesh)), 1)) for h in case.hooks])

@@ -26,7 +26,7 @@ import numpy as np
 from numba import types
 from numba.core.errors import NumbaExperimentalFeatureWarning
 
-from palpate.bodies.material import LAWS
+from palpate.bodies.material import EXPONENTIAL, LAWS, kind_of, stiffening_of
 from palpate.effects.principal import density
 from palpate.errors import InputError, describe_unknown
 
@@ -57,14 +57,14 @@ INVERTED = np.array([1.0, 1.0, -0.5])
 
 @cache
 def law_of(name: str) -> Law:
-    """Return one of LAWS, or that of the user's own file ``name``; InputError if the file is none of a law."""
-    if name in LAWS:
-        return _compiled(import_module(f"palpate.effects.laws.{name}"), kept=True)
+    """Return one of LAWS, "exponential(8)", or that of a user's file ``name``; InputError if the file is none of a law."""
+    if kind := kind_of(name):
+        return _compiled(import_module(f"palpate.effects.laws.{kind}"), True, stiffening_of(name))
     from palpate.own_file import failure, import_file
 
     path = Path(name)
     if path.suffix != ".py":
-        raise InputError(f"law names {describe_unknown([name], list(LAWS))}")
+        raise InputError(f"law names {describe_unknown([name], [*LAWS, f'{EXPONENTIAL}(8)'])}")
     module = import_file(path, "law")
     try:
         law = _compiled(module, kept=False)
@@ -78,9 +78,13 @@ def law_of(name: str) -> Law:
     return law
 
 
-def _compiled(module: ModuleType, kept: bool) -> Law:
-    """Make a law of compiled functions; ``kept`` stores them for later processes, which cannot import a user's file."""
-    functions = {name: getattr(module, name) for name in SIGNATURES}
+def _compiled(module: ModuleType, kept: bool, stiffening: float | None = None) -> Law:
+    """Make a law of compiled functions; ``kept`` stores them for later processes, which cannot import a user's file.
+
+    stiffening : a constant in the machine code of ``shape_of(stiffening)``, which the module has in place of ``shape``
+    """
+    made = {} if stiffening is None else {"shape": module.shape_of(stiffening)}
+    functions = {name: made.get(name) or getattr(module, name) for name in SIGNATURES}
     make = {name: numba.cfunc(SIGNATURES[name], cache=kept, error_model="numpy") for name in SIGNATURES}
     return Law(**{name: make[name](function) for name, function in functions.items()})
 

@@ -14,6 +14,8 @@ LAWS = ("corotational", "stable_neo_hookean", "neo_hookean", "st_venant_kirchhof
 """The laws between deformation and energy that a body may have by their name alone; see ``kind_of``."""
 EXPONENTIAL = "exponential"
 """The law that is named with its stiffening, as "exponential(8)"; a law of the user's own is the path of its file."""
+NAMED = (*LAWS, f"{EXPONENTIAL}(8)")
+"""All laws as a body may name them, the last with a stiffening for example."""
 PATTERN_EXPONENTIAL = rf"{EXPONENTIAL}\([0-9]+(\.[0-9]+)?(e-?[0-9]+)?\)"
 
 

@@ -26,7 +26,7 @@ import numpy as np
 from numba import types
 from numba.core.errors import NumbaExperimentalFeatureWarning
 
-from palpate.bodies.material import EXPONENTIAL, LAWS, kind_of, stiffening_of
+from palpate.bodies.material import NAMED, kind_of, stiffening_of
 from palpate.effects.principal import density
 from palpate.errors import InputError, describe_unknown
 
@@ -64,7 +64,7 @@ def law_of(name: str) -> Law:
 
     path = Path(name)
     if path.suffix != ".py":
-        raise InputError(f"law names {describe_unknown([name], [*LAWS, f'{EXPONENTIAL}(8)'])}")
+        raise InputError(f"law names {describe_unknown([name], NAMED)}")
     module = import_file(path, "law")
     try:
         law = _compiled(module, kept=False)

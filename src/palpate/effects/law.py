@@ -9,6 +9,7 @@ numba compiles:
     measure(s, gradient, hessian)           returns θ, writes ∂θ/∂s and ∂²θ/∂s²
     volume(theta, mu, lam, derivatives)      returns U [J/m³], writes U′ and U″ (2,)
 
+A law with a parameter has ``shape_of(parameter)`` in place of ``shape``, which returns it; its name has the number.
 A kernel gets them as pointers, so that it is compiled once and serves every law. A law of the user's own is checked at
 rest and near it first.
 """
@@ -57,7 +58,7 @@ INVERTED = np.array([1.0, 1.0, -0.5])
 
 @cache
 def law_of(name: str) -> Law:
-    """Return one of LAWS, "exponential(8)", or that of a user's file ``name``; InputError if the file is none of a law."""
+    """Return one of palpate's laws, as in NAMED, or that of the user's own file; InputError if that is none of a law."""
     if kind := kind_of(name):
         return _compiled(import_module(f"palpate.effects.laws.{kind}"), True, stiffening_of(name))
     from palpate.own_file import failure, import_file

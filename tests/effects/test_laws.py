@@ -86,7 +86,7 @@ def test_slopes_and_curvatures_are_derivatives(law):
         _, gradient, hessian = evaluate(law_of(law), s, MU, LAM)
         for k, step in enumerate(1e-6 * np.eye(3)):
             more, less = (evaluate(law_of(law), s + sign * step, MU, LAM) for sign in (1.0, -1.0))
-            assert (more[0] - less[0]) / 2e-6 == pytest.approx(gradient[k], abs=1e-6 * MU)
+            assert (more[0] - less[0]) / 2e-6 == pytest.approx(gradient[k], rel=1e-8, abs=1e-6 * MU)
             assert np.abs((more[1] - less[1]) / 2e-6 - hessian[k]).max() < 1e-6 * np.abs(hessian).max()
 
 

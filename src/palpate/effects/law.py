@@ -58,7 +58,7 @@ INVERTED = np.array([1.0, 1.0, -0.5])
 
 @cache
 def law_of(name: str) -> Law:
-    """Return one of palpate's laws, as in NAMED, or that of the user's own file; InputError if that is none of a law."""
+    """Return one of palpate's laws, as in NAMED, or that of a user's own file; InputError if that is none of a law."""
     if kind := kind_of(name):
         return _compiled(import_module(f"palpate.effects.laws.{kind}"), True, stiffening_of(name))
     from palpate.own_file import failure, import_file

@@ -220,7 +220,7 @@ def check_laws(place: str, laws: list[str], folder: Path) -> None:
     """Raise InputError for a law that is neither one of palpate's own nor a file of one, relative to ``folder``."""
     for law in laws:
         if not law.endswith(".py") and not kind_of(law):
-            raise InputError(f"{place} names {describe_unknown([law], NAMED)}")
+            raise InputError(f"{place} names {describe_unknown([law], list(NAMED))}")
         if not kind_of(law):
             check_file(place, law, (folder / law).is_file())
             check_source(place, folder / law, LAW_FUNCTIONS, "see docs/add-a-law.md")

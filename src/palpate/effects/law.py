@@ -65,7 +65,7 @@ def law_of(name: str) -> Law:
 
     path = Path(name)
     if path.suffix != ".py":
-        raise InputError(f"law names {describe_unknown([name], NAMED)}")
+        raise InputError(f"law names {describe_unknown([name], list(NAMED))}")
     module = import_file(path, "law")
     try:
         law = _compiled(module, kept=False)

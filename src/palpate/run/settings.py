@@ -25,6 +25,7 @@ STUDIES = (
     "law",
     "dynamic",
     "measured",
+    "outside",
     "hard_cases",
     "scaling",
     "scenes",

@@ -6,4 +6,4 @@ def compare_with_published(input, params):
     from palpate.studies.outside.compare import compare
     from palpate.studies.outside.hanging_bar import read_displacements
 
-    return {"outside": compare(params.cells, read_yaml(input.published), read_displacements(input.displacements))}
+    return compare(params.cells, read_yaml(input.published), read_displacements(input.displacements))

@@ -56,7 +56,9 @@ def links(judge: Judge, tables: Tables) -> list[tuple[Claim, list[Link]]]:
     return [(claim, found[claim]) for claim in claims]
 
 
-def gather_links(places: Mapping[str, Sequence[str]], tables: Tables, entries: Iterable[dict[str, Any]]) -> pd.DataFrame:
+def gather_links(
+    places: Mapping[str, Sequence[str]], tables: Tables, entries: Iterable[dict[str, Any]]
+) -> pd.DataFrame:
     """Return the rows of CLAIM_LINKS.
 
     places : as ``claims.gather`` has them; entries : those of README's numbers, of which the ones are left out whose

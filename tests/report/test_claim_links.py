@@ -93,6 +93,7 @@ def test_readme_is_linked_where_the_run_has_its_rows(monkeypatch):
     ]
     table = gather_links({"anywhere": ("times", "outcomes")}, {"times": TIMES, "outcomes": OUTCOMES}, entries)
     assert list(table) == CLAIM_LINKS.columns
-    assert table["kind"].tolist() == ["paper 1"] * 4 + ["README"] * 3
+    assert table["kind"].tolist() == ["paper 1"] * 5 + ["README"] * 3
+    assert table["rows"].tolist()[:5] == [4, 4, 6, 2, 0]
     readme = table[table["kind"] == "README"]
     assert readme["verdict"].tolist() == [AS_WRITTEN, "differs: 2.2", AS_WRITTEN] and set(readme["rows"]) == {4}

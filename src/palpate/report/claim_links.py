@@ -42,6 +42,10 @@ class Link(NamedTuple):
     rows: int
 
 
+NOTHING = Link("", "", 0)
+"""What a claim rests on that follows from a formula or cannot be tested."""
+
+
 def links(judge: Judge, tables: Tables) -> list[tuple[Claim, list[Link]]]:
     """Return the claims that ``judge`` yields from ``tables``, each with the rows that it rests on."""
     claims = list(judge(dict(tables)))
@@ -68,7 +72,7 @@ def gather_links(
     for place, wanted in places.items():
         for claim, found in links(judge_of(place), {name: tables[name] for name in wanted}):
             about = [f"paper {claim.paper}", claim.claim, claim.premise]
-            rows += [[*about, *link, claim.ours, claim.verdict] for link in found]
+            rows += [[*about, *link, claim.ours, claim.verdict] for link in found or [NOTHING]]
     rows.sort(key=lambda row: row[0])
     for entry in entries:
         rows += _readme_rows(entry, tables)

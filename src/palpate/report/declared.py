@@ -27,7 +27,8 @@ CLAIM_LINKS = Table(
     "changes the claim, or that the number is taken from.",
     """
     kind claim premise: whose claim it is, "paper 1" or "README", what it says, and what it was tested in
-    table where rows: the table, the query that selects the rows, empty for all, and their number
+    table where rows: the table, the query that selects the rows, empty for all, and their number; no table for what
+        follows from a formula or cannot be tested
     value verdict: what this run has, and what became of the claim
     """,
 )

@@ -19,5 +19,5 @@ def draw_outside(outside) -> Figure:
     axis.set(xscale="log", xlim=(LEAST, 0.2), xlabel="share of the published value")
     axis.set_yticks(rows, outside["quantity"])
     axis.invert_yaxis()
-    axis.legend(loc="lower left")
+    axis.legend(loc="upper right")
     return figure

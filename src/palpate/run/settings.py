@@ -26,6 +26,7 @@ STUDIES = (
     "law",
     "dynamic",
     "measured",
+    "outside",
     "hard_cases",
     "scaling",
     "scenes",

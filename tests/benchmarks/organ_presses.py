@@ -38,8 +38,9 @@ from palpate.effects.patch_load import Patch
 from palpate.errors import NotConverged
 from palpate.files import write_whole
 from palpate.identification.export.numbers import Numbers
-from palpate.identification.export.write import export, touches_on
-from palpate.identification.on_body import rest
+from palpate.identification.export.write import export
+from palpate.identification.on_body import rest, touch_of
+from palpate.identification.presses import Press
 
 PLACES, SEED = 16, 5
 RADII_M = (0.004, 0.008)
@@ -49,8 +50,8 @@ CASES = (("neo_hookean", 0.3), ("neo_hookean", 0.45), ("exponential(8)", 0.45), 
 HELD, ALONG, TOLERANCE = 1, 1.5, 1e-3
 PRESSED, DEEP, FINE = 4, 0.6, 0.4
 """Places that an engine presses, how deep over the radius, and the length of local elements over it."""
-FINEST, COROTATIONAL = 1, 6
-"""How many places are pressed on the finest mesh, and under the last law."""
+FINEST, ALL_LAWS, STIFF = 1, 2, 2
+"""How many places are pressed on the finest mesh, and under all laws; the law that all are pressed under coarsely."""
 YOUNG = 3000.0
 
 
@@ -90,7 +91,7 @@ def thickness(body: Body, node: int) -> float:
 
 
 def missed(body: Body, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return what a body gives way more than on HELD at each node (k,) [m/N] for E = 1 Pa, and what of it is a limit's."""
+    """Return what a body of 1 Pa gives way more than on HELD at each node (k,) [m/N], and what of it is a limit's."""
     meshes = TouchedMeshes(body)
     patches = [Patch(body.fine.nodes[node], body.fine.normals[node], 0.012) for node in nodes]
     rims = [rest(*meshes.at_rim(held), patches) for held in (1, 2, 3)]
@@ -114,20 +115,28 @@ def truth(path: Path) -> None:
     # by area, as random presses are
     order = np.argsort(np.random.default_rng(SEED).exponential(size=len(able)) / body.fine.areas[able])
     nodes = able[order[:PLACES]]
-    far, doubt = missed(body, nodes)
     depth = np.outer(RADII_M, SHARES)
     sizes = np.full((len(CASES) + 2, len(RADII_M), PLACES, len(SHARES)), np.nan)
-    if path.exists():  # go on with what there is
-        sizes = np.load(path)["sizes"]
+    coarse = np.full(sizes.shape[1:], np.nan)
+    if not path.exists():
+        far, doubt = missed(body, nodes)
+    else:  # go on with what there is
+        before = np.load(path)
+        sizes, far, doubt = before["sizes"], before["far_m_n"], before["doubt_m_n"]
+        coarse = before["coarse"]
     for p, node in enumerate(nodes):
         for r, radius in enumerate(RADII_M):
             begin = process_time()
             # the first law on the coarse mesh, all laws on the usual one, and the first on the finest
             asked = [(bodies[0], 1), *((each, 0) for each in bodies), (bodies[0], -1)]
             for c, (each, coarser) in enumerate(asked):
-                wanted = p < (FINEST if coarser < 0 else COROTATIONAL if c == len(CASES) else PLACES)
+                wanted = p < FINEST if coarser < 0 else p < ALL_LAWS or each is bodies[0]
                 if wanted and np.isnan(sizes[c, r, p]).all():
                     sizes[c, r, p] = curve(each, radius, int(node), coarser)
+            if np.isnan(coarse[r, p]).all():
+                coarse[r, p] = curve(bodies[STIFF], radius, int(node), 1)
+            if p >= ALL_LAWS:  # the error of a mesh hardly depends on the law, as `coarse` shows at the first places
+                sizes[1 + STIFF, r, p] = coarse[r, p] * sizes[1, r, p] / sizes[0, r, p]
             last, before = sizes[1] - sizes[0], sizes[-1] - sizes[1]
             rate = max(2.0, float(np.nanmedian(last / before)))
             more = last / (rate - 1.0)
@@ -152,13 +161,14 @@ def truth(path: Path) -> None:
                 file, force=force, own=own, sizes=sizes, nodes=nodes, at_m=body.fine.nodes[nodes],
                 direction=-body.fine.normals[nodes], thickness_m=[thickness(body, int(n)) for n in nodes],
                 radii_m=RADII_M, depth_m=depth,
-                    far_m_n=far, laws=[c[0] for c in CASES],
+                    far_m_n=far,
+ doubt_m_n=doubt, coarse=coarse, laws=[c[0] for c in CASES],
                 poisson=[c[1] for c in CASES], young_pa=1.0,
             )  # fmt: skip
 
 
 class Known:
-    """The truth of one radius under the first law, as a forward model; linear in depth between them to the power 1.5."""
+    """The truth of one radius under the first law, as a forward model; linear in the depth to the power 1.5."""
 
     parameters, relative_error = (), 0.0
 
@@ -178,11 +188,23 @@ def engine(path: Path) -> None:
     numbers = Numbers("liver", YOUNG, CASES[0][1], 1000.0, CASES[0][0])
     for r, radius in enumerate(RADII_M):
         instrument = Instrument("sphere", radius)
-        touches = [Touch(instrument, int(found["nodes"][p]), found["direction"][p], DEEP * radius) for p in kept]
-        for touch in touches:
-            touch.pose(body)
-        places = np.array([touch.pose(body).tip for touch in touches])
-        edge = TouchedMeshes(body).edge_m(touches[0], 0)
+        presses = [
+            Press(
+                str(p),
+                "",
+                "",
+                "",
+                found["at_m"][p],
+                found["direction"][p],
+                None,
+                np.array([DEEP * radius]),
+                np.zeros(1),
+            )
+            for p in kept
+        ]
+        places = found["at_m"][kept]
+        touch = touch_of(body, instrument, presses[0], DEEP * radius)
+        edge = TouchedMeshes(body).edge_m(touch, 0)
         depth = int(np.ceil(np.log2(edge / (FINE * radius))))
         radii = [1.5 * radius + 1.5 * edge / 2.0**i for i in range(depth)]
         local = LocalRefinement(body.up_to(0), depth).around(places, radii, 1)
@@ -191,20 +213,18 @@ def engine(path: Path) -> None:
             (f"edges of {1e3 * edge / 2**depth:.2g} mm there", local, depth),
         ):
             organ, folder = Known({**found, "force": found["force"][:, :, kept]}, r), Path(tempfile.mkdtemp())
-            ways = touches_on(mesh, touches, [touch.depth_m for touch in touches])
-            export(numbers, mesh, level, ways, organ, {}, folder)
+            export(numbers, mesh, level, instrument, presses, organ, {}, folder)
             facts = json.loads((folder / "exported.json").read_text())["engines"]
             begin = process_time()
             there, right = forces_there(folder, "liver")
-            print(
-                f"{1e3 * radius:g} mm ball, {DEEP * radius * 1e3:g} mm deep, {name}, {len(mesh.levels[level].nodes)} nodes:"
-            )
+            count = len(mesh.levels[level].nodes)
+            print(f"{1e3 * radius:g} mm ball, {DEEP * radius * 1e3:g} mm deep, {name}, {count} nodes:")
             for each, said in facts.items():
-                print(
-                    f"  {each}: E = {said['young_pa']:.0f} Pa, {said['stiffer_by']:+.1%}, {np.round(said['force_over_organ'], 3)}"
-                )
-            print(f"  MuJoCo over the organ: mean {np.exp(np.log(there / right).mean()) - 1:+.1%}, {np.round(there / right, 3)}"
-                  f" {process_time() - begin:.0f} s", flush=True)  # fmt: skip
+                over = np.round(said["force_over_organ"], 3)
+                print(f"  {each}: E = {said['young_pa']:.0f} Pa, {said['stiffer_by']:+.1%}, {over}")
+            mean = np.exp(np.log(there / right).mean()) - 1.0
+            print(f"  MuJoCo over the organ: {mean:+.1%}, {np.round(there / right, 3)}, {process_time() - begin:.0f} s")
+            sys.stdout.flush()
 
 
 if __name__ == "__main__":

@@ -173,7 +173,7 @@ class TouchedMeshes:
         return TouchedMesh(first, whole, problem_of(whole, depth, 2, touches, self._body), up, edge)
 
     def at_rim(self, held: int) -> tuple[Body, int]:
-        """Return the body refined to ``held`` at the rim of what is held only, with a level of nodes more, and ``held``."""
+        """Return the body refined to ``held`` at the rim of what is held only, with a level more, and ``held``."""
         body, middle = self._base, self._base.coarse.nodes[0]
         local = LocalRefinement(body, held).around(middle, -1.0, held) if held else body.up_to(0)
         return with_midpoints(local, held), held

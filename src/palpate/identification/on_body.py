@@ -45,6 +45,9 @@ LOCAL = 48
 """Points of the half-space's curve between which the model in series is interpolated."""
 
 
+NOTHING: Mapping[str, float] = {}
+
+
 @dataclass(frozen=True, eq=False)
 class Place:
     """What elements say of one place, for Young's modulus 1 Pa: depths [m] and forces [N], (k,), one Poisson's ratio.
@@ -66,6 +69,7 @@ class OrganForward:
     presses : with a place and a direction each; those that have both in common share one curve of elements
     local : the half-space's curves of the same ball, as deep; its parameters are the organ's
     law : of the curves; ``exponential`` takes the middle of the range of ``stiffening``
+    known : poisson and stiffening where they are no parameters; without a poisson it is the body's
     workers : processes that press elements, a second or two a place
     Raises InputError for presses that are off the body, on what is held or without place and direction, for another
     instrument than a ball, and for one that is larger than the body; NotConverged where elements have no answer.
@@ -80,14 +84,15 @@ class OrganForward:
         presses: Sequence[Press],
         local: Forward,
         law: str = "neo_hookean",
+        known: Mapping[str, float] = NOTHING,
         workers: int = 1,
     ):
         self._local, self.parameters = local, tuple(local.parameters)
         self.deepest_m = min(MARGIN * max(float(press.depth_m.max()) for press in presses), local.deepest_m)
         _check(body, instrument)
-        middle = {each.name: _middle(each) for each in self.parameters}
-        self._middle, ratios = middle, next((p for p in self.parameters if p.name == "poisson"), None)
-        nu = middle.get("poisson", getattr(local, "poisson", body.material.poisson))
+        middle = {"poisson": body.material.poisson, **known, **{each.name: _middle(each) for each in self.parameters}}
+        self._middle, ratios = middle, next((each for each in self.parameters if each.name == "poisson"), None)
+        nu = middle["poisson"]
         across = np.array([nu]) if ratios is None else np.linspace(ratios.low, ratios.high, 3)
         name = f"{law}({middle['stiffening']:.3g})" if "stiffening" in middle else law
         tissue = replace(body, material=replace(body.material, poisson=float(nu), law=name))
@@ -97,7 +102,7 @@ class OrganForward:
             key = _where(press)
             if key not in seen:
                 seen[key] = len(touches)
-                touches.append(_touch(tissue, instrument, press, self.deepest_m))
+                touches.append(touch_of(tissue, instrument, press, self.deepest_m))
             self._of.append(seen[key])
         if workers > 1 and len(touches) > 1:
             with ProcessPoolExecutor(workers) as pool:
@@ -123,7 +128,7 @@ class OrganForward:
 
     def _in_series(self, place: Place, depth: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """Return the forces (k,) [N] of a half-space's dent and the organ's rest in series."""
-        gives = float(np.polyval(place.rest, values.get("poisson", 0.0)))
+        gives = float(np.polyval(place.rest, values.get("poisson", self._middle["poisson"])))
         dent = self.deepest_m * np.linspace(0.0, 1.0, LOCAL) ** 1.5
         force = self._local.forces(0, dent, values)
         whole = np.maximum.accumulate(dent + gives * force + 1e-9 * dent)
@@ -184,8 +189,8 @@ def _where(press: Press) -> tuple:
     return (*np.round(press.at_m, 7), *np.round(press.direction, 4))
 
 
-def _touch(body: Body, instrument: Instrument, press: Press, deepest_m: float) -> Touch:
-    """Return the touch of a press on ``body``, with where it begins."""
+def touch_of(body: Body, instrument: Instrument, press: Press, deepest_m: float) -> Touch:
+    """Return the touch of a press on ``body`` to a depth, with where it begins; InputError where there is none."""
     assert press.at_m is not None and press.direction is not None
     mesh, way = body.fine, press.direction / np.linalg.norm(press.direction)
     able = places_to_touch(body)

@@ -10,7 +10,6 @@ import pytest
 import yaml
 from fixtures.exported_flex import forces_there
 
-from palpate.benchmark.touch import Touch
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material, Series
 from palpate.bodies.mesh_file import load_shape
@@ -20,6 +19,8 @@ from palpate.identification.export.numbers import FREQUENCY_HZ, Numbers
 from palpate.identification.export.palpate_config import snippet
 from palpate.identification.export.pressed_mesh import Stiffer, filling_points, mesh_force, pressed
 from palpate.identification.export.write import export
+from palpate.identification.on_body import touch_of
+from palpate.identification.presses import Press
 from palpate.scenes.settings import Prony
 
 BALL = Instrument("sphere", 0.02)
@@ -47,19 +48,21 @@ def body():
 
 
 @pytest.fixture(scope="module")
-def touches(body):
-    found = []
-    for x, y in ((0.04, 0.04), (0.03, 0.05), (0.05, 0.03)):
-        node = int(np.linalg.norm(body.fine.nodes - (x, y, 0.04), axis=1).argmin())
-        found.append(Touch(BALL, node, np.array([0.0, 0.0, -1.0]), DEEP_M))
-        found[-1].pose(body)
-    return found
+def presses():
+    depth_m, way = np.linspace(0.0, DEEP_M, 5), np.array([0.0, 0.0, -1.0])
+    places = [np.array([x, y, 0.04]) for x, y in ((0.04, 0.04), (0.034, 0.05), (0.045, 0.03))]
+    return [Press(str(i), "", "", "", at, way, None, depth_m, np.zeros(5)) for i, at in enumerate(places)]
 
 
 @pytest.fixture(scope="module")
-def folder(body, touches, tmp_path_factory):
+def touches(body, presses):
+    return [touch_of(body, BALL, press, DEEP_M) for press in presses]
+
+
+@pytest.fixture(scope="module")
+def folder(body, presses, tmp_path_factory):
     place = tmp_path_factory.mktemp("exported")
-    export(NUMBERS, body, 0, touches, Slab(), {}, place)
+    export(NUMBERS, body, 0, BALL, presses, Slab(), {}, place)
     return place
 
 
@@ -105,10 +108,10 @@ class Recorder:
     def __init__(self):
         self.objects, self.children = {}, []
 
-    def addObject(self, kind, **data):  # noqa: N802
+    def addObject(self, kind, **data):
         self.objects[kind] = data
 
-    def addChild(self, name):  # noqa: N802
+    def addChild(self, name):
         self.children.append(Recorder())
         return self.children[-1]
 
@@ -128,7 +131,7 @@ def test_palpate_reads_its_own():
     assert told["bodies"]["slab"]["law"] == "neo_hookean"
     held = 1.0 + (0.3 * np.exp(-2.0) + 0.2 * np.exp(-0.2)) / 0.5
     assert told["bodies"]["slab"]["young_pa"] == pytest.approx(2500.0 / held, rel=1e-5)
-    assert Prony.model_validate(told["scenes"]["slab_relaxes"]["prony"]).shares == [0.3, 0.2]
+    assert Prony.model_validate(told["scenes"]["slab_relaxes"]["prony"])["shares"] == [0.3, 0.2]
     assert "scenes" not in yaml.safe_load(snippet(NUMBERS))
 
 

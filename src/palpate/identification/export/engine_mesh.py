@@ -1,4 +1,4 @@
-"""What an exported file is made from: a level of a body for an engine, the numbers, and the modulus that compensates."""
+"""What exported files are made from: a level of a body for an engine, the numbers, the modulus that compensates."""
 
 from dataclasses import dataclass, replace
 

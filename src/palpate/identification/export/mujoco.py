@@ -14,7 +14,7 @@ PENALTY, ITERATIONS = 1.0, 100
 
 
 def scene(mesh: EngineMesh, mesh_file: str, touch: Touch) -> str:
-    """Return the MJCF text of a scene whose mesh is ``mesh_file``, with the ball of ``touch`` where it first touches."""
+    """Return the MJCF text of a scene whose mesh is ``mesh_file``, and the ball of ``touch`` where it first touches."""
     body = mesh.corrected
     contact, step_s = hard_contact(body, mesh.level, PENALTY)
     pose = touch.poses[mesh.body]
@@ -25,7 +25,7 @@ def scene(mesh: EngineMesh, mesh_file: str, touch: Touch) -> str:
     geom = geom[: geom.index("pos=")] + f'pos="{x:.9g} {y:.9g} {z:.9g}"'
     ball = f'<body name="ball" mocap="true" pos="{at}"><geom {geom} {contact}/></body>'
     said = mesh.comment.replace("--", "-") + (
-        f" The step of {step_s:.3g} s is for presses at rest, where a damping of a step settles contact: for motion take"
-        f" steps of milliseconds and damping={mesh.numbers.damping_s:.4g}, and contact that goes with them."
+        f" The step of {step_s:.3g} s is for presses at rest, where a damping of a step settles contact: for motion"
+        f" take steps of milliseconds and damping={mesh.numbers.damping_s:.4g}, and contact that goes with them."
     )
     return mjcf(body, mesh.level, mesh_file, step_s, ITERATIONS, step_s, contact, ball, HARD, said)

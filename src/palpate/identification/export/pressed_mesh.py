@@ -89,7 +89,7 @@ def mesh_force(body: Body, level: int, touch: Touch, pose) -> float:
 
 
 def filling_points(mesh: Mesh, young_pa: float, center: np.ndarray, radius_m: float) -> ContactPoints:
-    """Return points on the triangles of ``mesh`` within 1.5 radii of ``center`` (3,) [m], corners and edges included."""
+    """Return points on the triangles of ``mesh`` within 1.5 radii of ``center`` (3,) [m], with corners and edges."""
     corners = mesh.nodes[mesh.triangles]
     chosen = np.flatnonzero(near_ball(corners, center, 1.5 * radius_m))
     if not len(chosen):

@@ -2,19 +2,20 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from palpate.benchmark.touch import Touch
 from palpate.bodies.body import Body
+from palpate.effects.instrument import Instrument
 from palpate.files import write_whole
 from palpate.identification.export import mujoco, newton, palpate_config, sofa
 from palpate.identification.export.engine_mesh import EngineMesh
 from palpate.identification.export.numbers import Numbers
 from palpate.identification.export.pressed_mesh import pressed
 from palpate.identification.forward import Forward
+from palpate.identification.on_body import touch_of
+from palpate.identification.presses import Press
 from palpate.models.mujoco_flex import gmsh
 
 MOST_PLACES = 8
@@ -26,20 +27,22 @@ def export(
     numbers: Numbers,
     body: Body,
     level: int,
-    touches: Sequence[Touch],
+    instrument: Instrument,
+    presses: Sequence[Press],
     organ: Forward,
     values: Mapping[str, float],
     folder: Path,
 ) -> list[Path]:
     """Write all files into ``folder`` and return them.
 
-    level : of ``body``, the mesh for engines; touches : k presses, as deep as they were, with where they begin on it
+    level : of ``body``, the mesh for engines; presses : that were identified from, with places
     organ, values : give the forces of these presses, ``values`` being the identified parameters
-    NotConverged where no press has an answer on the mesh.
+    InputError for presses that are not on the body, NotConverged where none has an answer on the mesh.
     """
-    chosen = np.unique(np.linspace(0, len(touches) - 1, MOST_PLACES).round().astype(int))
-    kept = [touches[i] for i in chosen]
-    right = np.array([organ.forces(int(i), np.array([touches[i].depth_m]), values)[0] for i in chosen])
+    chosen = np.unique(np.linspace(0, len(presses) - 1, MOST_PLACES).round().astype(int))
+    kept = [touch_of(body, instrument, presses[i], float(presses[i].depth_m.max())) for i in chosen]
+    asked = zip(chosen, kept, strict=True)
+    right = np.array([organ.forces(int(i), np.array([touch.depth_m]), values)[0] for i, touch in asked])
     meshes = {
         engine: EngineMesh(body, level, numbers, pressed(body, level, law, numbers.poisson, kept, right))
         for engine, law in LAWS.items()
@@ -92,11 +95,3 @@ def _facts(mesh: EngineMesh) -> dict:
         "scatter_of_places": mesh.stiffer.scatter,
         "force_over_organ": ratios,
     }
-
-
-def touches_on(body: Body, touches: Sequence[Touch], depths_m: Sequence[float]) -> list[Touch]:
-    """Return touches of places to depths (k,) [m], that begin on ``body`` where they begin on the body of theirs."""
-    return [
-        replace(touch, depth_m=float(depth), poses=dict.fromkeys([body], next(iter(touch.poses.values()))))
-        for touch, depth in zip(touches, depths_m, strict=True)
-    ]

@@ -39,7 +39,8 @@ from palpate.errors import NotConverged
 from palpate.files import write_whole
 from palpate.identification.export.numbers import Numbers
 from palpate.identification.export.write import export
-from palpate.identification.on_body import rest, touch_of
+from palpate.identification.forward import SlabForward
+from palpate.identification.on_body import MARGIN, OrganForward, rest, touch_of
 from palpate.identification.presses import Press
 
 PLACES, SEED = 16, 5
@@ -227,5 +228,30 @@ def engine(path: Path) -> None:
             sys.stdout.flush()
 
 
+def judge(path: Path) -> None:
+    """Compare the forces of ``OrganForward`` with the truth, law by law and place by place."""
+    found, errors = dict(np.load(path)), []
+    for r, radius in enumerate(RADII_M):
+        depth = found["depth_m"][r]
+        kept = np.flatnonzero(np.isfinite(found["force"][0, r]).all(axis=1))
+        presses = [
+            Press(str(p), "", "", "", found["at_m"][p], found["direction"][p], None, depth, np.zeros(len(depth)))
+            for p in kept
+        ]
+        for law in dict.fromkeys(kind.split("(")[0] for kind, _ in CASES):
+            stiffening = (0.0, 16.0) if law == "exponential" else 0.0
+            local = SlabForward(radius, MARGIN * depth[-1], law, None, (0.3, 0.45), stiffening)
+            organ = OrganForward(liver("neo_hookean", 0.3), Instrument("sphere", radius), presses, local, law)
+            for c, (case, poisson) in enumerate(CASES):
+                if case.split("(")[0] != law:
+                    continue
+                values = {"poisson": poisson, "stiffening": 8.0}
+                values = {each.name: values[each.name] for each in organ.parameters}
+                for i, p in enumerate(kept):
+                    errors.append(organ.forces(i, depth, values) / found["force"][c, r, p] - 1.0)
+                    print(f"{1e3 * radius:g} mm, {case} {poisson}, place {p}: {np.round(errors[-1], 3)}", flush=True)
+    print(f"mean {np.nanmean(errors, axis=0).round(4)}, deviation {np.nanstd(errors, axis=0).round(4)}, by depth")
+
+
 if __name__ == "__main__":
-    {"truth": truth, "engine": engine}[sys.argv[1]](Path(sys.argv[2]))
+    {"truth": truth, "judge": judge, "engine": engine}[sys.argv[1]](Path(sys.argv[2]))

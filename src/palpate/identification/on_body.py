@@ -36,8 +36,8 @@ RATES = (2.0, 3.0)
 """Of convergence at the rim of what is held, where displacements grow with the root of the distance."""
 TOGETHER, FEWEST = 4, 3
 """Places that are solved for at once; fewest depths that make a curve, where elements have no answer beyond."""
-SHARES = (0.15, 0.3, 0.45, 0.6, 0.8, 1.0)
-"""Depths of a curve of elements over the deepest."""
+SHARES = (0.3, 0.45, 0.6, 0.8, 1.0)
+"""Depths of a curve of elements over the deepest; below, elements are too long for what touches."""
 TOLERANCE = 1e-3
 MARGIN = 1.15
 """Deepest depth that is answered over that of the presses: where they first touched is not known to the last."""

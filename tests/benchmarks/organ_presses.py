@@ -221,7 +221,7 @@ def engine(path: Path) -> None:
             count = len(mesh.levels[level].nodes)
             print(f"{1e3 * radius:g} mm ball, {DEEP * radius * 1e3:g} mm deep, {name}, {count} nodes:")
             for each, said in facts.items():
-                over = np.round(said["force_over_organ"], 3)
+                over = np.round(np.array(said["force_over_organ"], dtype=float), 3)
                 print(f"  {each}: E = {said['young_pa']:.0f} Pa, {said['stiffer_by']:+.1%}, {over}")
             mean = np.exp(np.log(there / right).mean()) - 1.0
             print(f"  MuJoCo over the organ: {mean:+.1%}, {np.round(there / right, 3)}, {process_time() - begin:.0f} s")

@@ -75,7 +75,9 @@ class OrganForward:
     instrument than a ball, and for one that is larger than the body; NotConverged where elements have no answer.
     """
 
-    relative_error = 0.02
+    relative_error = 0.024
+    """Root mean square at 16 places of a liver, balls of 4 and 8 mm, 0.3 and 0.75 radii deep, rims of lobes and the
+    neighbourhood of what is held included, which have the largest errors, of 9 and 8 %; half of all are below 1 %."""
 
     def __init__(
         self,

@@ -2,17 +2,20 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from palpate.benchmark.touch import Touch
 from palpate.bodies.body import Body
 from palpate.effects.instrument import Instrument
+from palpate.errors import NotConverged
 from palpate.files import write_whole
 from palpate.identification.export import mujoco, newton, palpate_config, sofa
 from palpate.identification.export.engine_mesh import EngineMesh
 from palpate.identification.export.numbers import Numbers
-from palpate.identification.export.pressed_mesh import pressed
+from palpate.identification.export.pressed_mesh import Stiffer, pressed
 from palpate.identification.forward import Forward
 from palpate.identification.on_body import touch_of
 from palpate.identification.presses import Press
@@ -20,6 +23,8 @@ from palpate.models.mujoco_flex import gmsh
 
 MOST_PLACES = 8
 """Presses that are repeated on the mesh for engines, spread over all."""
+SHARES = (1.0, 0.7, 0.4)
+"""Depths over those of the presses that are tried in turn: some laws have no equilibrium under a ball deep in."""
 LAWS = {"mujoco": mujoco.LAW, "sofa": sofa.LAW, "newton": newton.LAW}
 
 
@@ -37,16 +42,31 @@ def export(
 
     level : of ``body``, the mesh for engines; presses : that were identified from, with places
     organ, values : give the forces of these presses, ``values`` being the identified parameters
-    InputError for presses that are not on the body, NotConverged where none has an answer on the mesh.
+    InputError for presses that are not on the body, NotConverged where none has an answer on the mesh;
+    where some have none, all are pressed less deep.
     """
     chosen = np.unique(np.linspace(0, len(presses) - 1, MOST_PLACES).round().astype(int))
     kept = [touch_of(body, instrument, presses[i], float(presses[i].depth_m.max())) for i in chosen]
-    asked = zip(chosen, kept, strict=True)
-    right = np.array([organ.forces(int(i), np.array([touch.depth_m]), values)[0] for i, touch in asked])
-    meshes = {
-        engine: EngineMesh(body, level, numbers, pressed(body, level, law, numbers.poisson, kept, right))
-        for engine, law in LAWS.items()
-    }
+
+    def organ_n(touches: Sequence[Touch]) -> np.ndarray:
+        asked = zip(chosen, touches, strict=True)
+        return np.array([organ.forces(int(i), np.array([touch.depth_m]), values)[0] for i, touch in asked])
+
+    def stiffer(law: str) -> Stiffer:
+        for share in SHARES:
+            touches = [replace(touch, depth_m=share * touch.depth_m) for touch in kept]
+            try:
+                found = pressed(body, level, law, numbers.poisson, touches, organ_n(touches))
+            except NotConverged:
+                if share == SHARES[-1]:
+                    raise
+                continue
+            if np.isfinite(found.ratios).all():
+                break
+        return found
+
+    right = organ_n(kept)
+    meshes = {engine: EngineMesh(body, level, numbers, stiffer(law)) for engine, law in LAWS.items()}
     mesh, name = body.levels[level], numbers.name
     held = body.anchors[level]
     texts = {
@@ -93,5 +113,6 @@ def _facts(mesh: EngineMesh) -> dict:
         "law": law,
         "stiffer_by": mesh.stiffer.factor - 1.0,
         "scatter_of_places": mesh.stiffer.scatter,
+        "depth_m": mesh.stiffer.depth_m.tolist(),
         "force_over_organ": ratios,
     }

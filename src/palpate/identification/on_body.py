@@ -98,7 +98,8 @@ class OrganForward:
         across = np.array([nu]) if ratios is None else np.linspace(ratios.low, ratios.high, 3)
         name = f"{law}({middle['stiffening']:.3g})" if "stiffening" in middle else law
         tissue = replace(body, material=replace(body.material, poisson=float(nu), law=name))
-        touches, self._of = [], []
+        touches: list[Touch] = []
+        self._of: list[int] = []
         seen: dict[tuple, int] = {}
         for press in presses:
             key = _where(press)

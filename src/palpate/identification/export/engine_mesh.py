@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 from palpate.bodies.body import Body
+from palpate.bodies.material import Material
 from palpate.identification.export.numbers import Numbers
 from palpate.identification.export.pressed_mesh import Stiffer
 
@@ -34,6 +35,5 @@ class EngineMesh:
     @property
     def corrected(self) -> Body:
         """The body with the constants that go to the engine."""
-        constants = {"young_pa": self.young_pa, "poisson": self.stiffer.poisson, "law": self.stiffer.law}
-        material = replace(self.body.material, **constants, density_kg_m3=self.numbers.density_kg_m3)
+        material = Material(self.young_pa, self.stiffer.poisson, self.numbers.density_kg_m3, self.stiffer.law)
         return replace(self.body, material=material)

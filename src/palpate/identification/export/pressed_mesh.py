@@ -14,6 +14,7 @@ from palpate.benchmark.touch import Touch
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.surface_quadrature import near_ball, surface_interpolation
+from palpate.effects.instrument import Pose
 from palpate.errors import NotConverged
 from palpate.solvers.indentation import PENALTY, ContactPoints, Indentation
 
@@ -77,7 +78,7 @@ def pressed(body: Body, level: int, law: str, poisson: float, touches: Sequence[
     return Stiffer(law, poisson, np.array([touch.depth_m for touch in touches]), ratios)
 
 
-def mesh_force(body: Body, level: int, touch: Touch, pose) -> float:
+def mesh_force(body: Body, level: int, touch: Touch, pose: Pose) -> float:
     """Return the force [N] along a touch that begins at ``pose``, for Young's modulus 1 Pa, of linear elements."""
     mesh, young = body.levels[level], body.material.young_pa
     end = pose.moved(touch.depth_m * touch.direction)

@@ -18,6 +18,7 @@ from scipy.interpolate import PchipInterpolator
 from palpate.benchmark.touch import Touch, places_to_touch
 from palpate.benchmark.touch_mesh import TouchedMeshes, contact_radius
 from palpate.bodies.body import Body
+from palpate.bodies.material import EXPONENTIAL, exponential
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.instrument import SPHERE, Instrument, first_touch, upright
 from palpate.effects.patch_load import Patch, patch_shares
@@ -92,11 +93,16 @@ class OrganForward:
         self._local, self.parameters = local, tuple(local.parameters)
         self.deepest_m = min(MARGIN * max(float(press.depth_m.max()) for press in presses), local.deepest_m)
         _check(body, instrument)
-        middle = {"poisson": body.material.poisson, **known, **{each.name: _middle(each) for each in self.parameters}}
+        middle = {
+            "poisson": body.material.poisson,
+            "stiffening": 0.0,
+            **known,
+            **{each.name: _middle(each) for each in self.parameters},
+        }
         self._middle, ratios = middle, next((each for each in self.parameters if each.name == "poisson"), None)
         nu = middle["poisson"]
         across = np.array([nu]) if ratios is None else np.linspace(ratios.low, ratios.high, 3)
-        name = f"{law}({middle['stiffening']:.3g})" if "stiffening" in middle else law
+        name = exponential(middle["stiffening"]) if law == EXPONENTIAL else law
         tissue = replace(body, material=replace(body.material, poisson=float(nu), law=name))
         touches: list[Touch] = []
         self._of: list[int] = []

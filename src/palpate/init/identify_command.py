@@ -178,7 +178,7 @@ def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, fo
         f"{100 * fact['stiffer_by']:+.0f} % in {engine}, so {fact['young_pa']:.4g} Pa there"
         for engine, fact in facts.items()
     ]
-    return [f"On the mesh for engines the same organ acts stiffer by {listed(acts)}."]
+    return [f"On the mesh for engines the same organ is stiffer (+) or softer (−) by {listed(acts)}."]
 
 
 def write_results(

@@ -65,8 +65,8 @@ class Ranges:
             raise InputError(f"the depth is {self.deepest:g} radii; give a positive number.")
         if self.deepest * self.thinness[1] >= 1.0:
             raise InputError(
-                f"the ball is pushed {self.deepest:.3g} radii deep through a slab of {1.0 / self.thinness[1]:.3g}; give "
-                "a greater least thickness_m, or leave out the deepest points."
+                f"the ball is pushed {self.deepest:.3g} radii deep through a slab of {1.0 / self.thinness[1]:.3g}; "
+                "give a greater least thickness_m, or leave out the deepest points."
             )
 
 
@@ -204,9 +204,8 @@ def _law(law: str, stiffening: float) -> str:
 def _sampled(asked: tuple[str, float, float, float, float, bool]) -> np.ndarray | str:
     """Return log force over Hertz's at Chebyshev's points of the root of depth (ALONG,), or why there is none."""
     law, deepest, poisson, thinness, stiffening, sticks = asked
-    where = (
-        f"ν {poisson:.3g}, thickness {1.0 / thinness if thinness else np.inf:.3g} radii, stiffening {stiffening:.3g}"
-    )
+    thickness = 1.0 / thinness if thinness else np.inf
+    where = f"ν {poisson:.3g}, thickness {thickness:.3g} radii, stiffening {stiffening:.3g}"
     try:
         with threadpool_limits(1):
             ball = BallOnSlab(_law(law, stiffening), poisson, thickness, sticks)

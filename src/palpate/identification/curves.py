@@ -37,6 +37,8 @@ MOST_ERROR = 2e-3
 """Relative error of force by interpolation at which the grid is fine enough."""
 CHECKS, SEED = 4, 34
 """Curves at random places between that the error is measured at."""
+BEYOND = 0.52
+"""Curves change most near ν = 0.5; they are interpolated in the logarithm of this less ν."""
 STIFFENS = "exponential"
 """The law that has a stiffening; all others have none, 0."""
 
@@ -74,13 +76,18 @@ FREE = ("poisson", "thinness", "stiffening")
 """What the sparse grid is over, in this order, where it is free."""
 
 
-def _axis(name: str, value: float | np.ndarray) -> float | np.ndarray:
+def _axis(name: str, value: float) -> float:
     """Return what a parameter is interpolated in."""
-    return np.log1p(value) if name == "stiffening" else value
+    if name == "poisson":
+        return float(-np.log(BEYOND - value))
+    return float(np.log1p(value)) if name == "stiffening" else value
 
 
 def _value(name: str, axis: float) -> float:
-    return float(np.expm1(axis)) if name == "stiffening" else float(axis)
+    """Return the parameter that has an ``axis``."""
+    if name == "poisson":
+        return float(BEYOND - np.exp(-axis))
+    return float(np.expm1(axis)) if name == "stiffening" else axis
 
 
 @dataclass(frozen=True, eq=False)

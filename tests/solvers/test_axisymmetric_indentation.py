@@ -12,10 +12,10 @@ from palpate.solvers.axisymmetric_indentation import BallOnSlab, hertz
 @pytest.mark.parametrize("sticks", [False, True])
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
 def test_a_small_press_of_a_half_space_is_that_of_hertz_and_of_spence(monkeypatch, poisson, sticks):
-    """At 0.01 % of the radius; measured 0.1 % and less, with sticking at ν = 0.3 by 0.1 %."""
-    monkeypatch.setattr(axisymmetric_indentation, "START", 0.01)
-    curve = BallOnSlab("neo_hookean", poisson, np.inf, sticks).curve(1.2e-4)
-    assert curve.force[0] / curve.depth[0] ** 1.5 == pytest.approx(hertz(poisson, sticks), rel=3e-3)
+    """At 0.04 % of the radius, where finite strains are 0.2 to 0.5 % of the force."""
+    monkeypatch.setattr(axisymmetric_indentation, "START", 0.02)
+    curve = BallOnSlab("neo_hookean", poisson, np.inf, sticks, far=100.0).curve(4e-4)
+    assert curve.force[0] / curve.depth[0] ** 1.5 == pytest.approx(hertz(poisson, sticks), rel=7e-3)
 
 
 @pytest.mark.parametrize("poisson", [0.3, 0.45])
@@ -28,20 +28,13 @@ def test_a_small_press_of_a_layer_is_that_of_the_integral_equation(monkeypatch, 
     assert expected > 1.05 * hertz(poisson) * curve.depth[0] ** 1.5
 
 
-def test_force_is_the_derivative_of_the_energy():
-    """By central differences over a part of the depth: virtual work at finite strains."""
-    energies, forces = [], []
-    for depth in (0.498, 0.5, 0.502):
-        ball = BallOnSlab("neo_hookean", 0.45, 2.0)
-        while ball._depth != depth:
-            ball._x, ball._depth = ball.section.nodes.copy(), 0.0
-            count = 34
-            touching, _ = ball._surface(count)
-            for each in np.linspace(0.05, 1.0, 12) * depth:
-                ball._solve(touching[: 2 * int(6 + 11 * each / depth)], None, float(each))
-        energies.append(ball.elements.energy_and_force(ball._x)[0])
-        forces.append(ball._force)
-    assert (energies[2] - energies[0]) / 0.004 == pytest.approx(forces[1], rel=1e-4)
+def test_the_energy_is_the_work_of_the_force():
+    """Half a radius into a slab of two, without friction."""
+    ball = BallOnSlab("neo_hookean", 0.45, 2.0)
+    curve = ball.curve(0.5)
+    depth = np.linspace(0.0, curve.depth[-1], 2001)
+    energy = ball.elements.energy_and_force(ball._x)[0]
+    assert energy == pytest.approx(np.trapezoid(curve.at(depth), depth), rel=2e-3)
 
 
 @pytest.mark.parametrize("law", ["neo_hookean", "stable_neo_hookean", "exponential(4)"])

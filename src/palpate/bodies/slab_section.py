@@ -82,7 +82,7 @@ def slab_section(
             quads.append(np.ravel(rows))
     nodes = np.concatenate(places)
     # radially outward and then downward is clockwise: the two directions change places
-    quads = np.array(quads).reshape(-1, 3, 3).transpose(0, 2, 1).reshape(-1, 9)
+    grids = np.array(quads).reshape(-1, 3, 3).transpose(0, 2, 1).reshape(-1, 9)
     outermost = np.arange(starts[-2], starts[-1])
     base = np.flatnonzero(nodes[:, 1] <= -thickness * (1.0 - 1e-12)) if layered else outermost
-    return Section(nodes, quads, starts[:-1], np.union1d(base, outermost), np.flatnonzero(nodes[:, 0] == 0.0))
+    return Section(nodes, grids, starts[:-1], np.union1d(base, outermost), np.flatnonzero(nodes[:, 0] == 0.0))

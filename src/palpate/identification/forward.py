@@ -14,7 +14,7 @@ from palpate.identification.curves import CurveFamily, Ranges, family_of
 
 MEASURED_ERROR = 0.006
 """Root mean square of how far quadratic elements in three dimensions, a third of the radius long, are off the curve
-(0.7, 0.6 and 0.4 %, at depths of 0.25, 0.5 and 0.75 radii; their own error is in it): tests/benchmarks/slab_curves.py."""
+(0.7, 0.6 and 0.4 %, at depths of 0.25, 0.5 and 0.75 radii; own error included): tests/benchmarks/slab_curves.py."""
 UNITS = {"thickness_m": "m"}
 Range = float | tuple[float, float]
 """A value that is known, or the least and greatest that one may have."""

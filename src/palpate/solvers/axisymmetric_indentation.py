@@ -166,7 +166,8 @@ class BallOnSlab:
         while True:
             states.append((self._depth, self._force, self._x[after, 0]))
             if self._depth >= deepest:
-                return Pressed(*np.array(states).T, hertz(self._poisson, self._sticks))
+                depths, forces, radii = np.array(states).T
+                return Pressed(depths, forces, radii, hertz(self._poisson, self._sticks))
             for _ in range(2 if self._sticks else 1):  # states at corners are alike, and most exact
                 count += 1 if self._sticks else 2
                 self._places[after] = self._x[after] - self._centre(self._depth)
@@ -225,7 +226,7 @@ class BallOnSlab:
         """
         x, moved = self._x.copy(), after is not None
         depth = self._depth if moved and self._depth else depth
-        history = []
+        history: list[float] = []
         for _ in range(ITERATIONS):
             change, rate, left, force, gap = self._step(x, touching, depth)
             rise = 0.0

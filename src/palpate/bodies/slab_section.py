@@ -57,10 +57,10 @@ def slab_section(
     """
     layered = np.isfinite(thickness)
     end = far or (WIDE * thickness + near if layered else FAR * near)
-    radii = _radii([0.0, first], ratio, near, min(thickness, end))
+    ends = _radii([0.0, first], ratio, near, min(thickness, end))
     if layered:
-        radii = _radii(radii, ratio, near, end)
-    radii = np.insert(radii, np.arange(1, len(radii)), 0.5 * (np.array(radii[:-1]) + radii[1:]))
+        ends = _radii(ends, ratio, near, end)
+    radii = np.insert(ends, np.arange(1, len(ends)), 0.5 * (np.array(ends[:-1]) + ends[1:]))
     angle = np.linspace(0.0, 0.5 * np.pi, 2 * angles + 1)
     circle = np.stack([np.cos(angle), -np.sin(angle)], axis=1)
     square = circle / np.abs(circle).max(axis=1, keepdims=True)

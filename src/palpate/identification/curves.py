@@ -140,7 +140,10 @@ class CurveFamily:
             off = np.log(np.maximum(root, 1e-100) ** 3 / np.maximum(self.forces(depth, *values), 1e-300))
             more = np.minimum(depth * (1.0 + 1e-6), self.ranges.deepest)
             less = more * (1.0 - 2e-6)
-            power = np.log(self.forces(more, *values) / np.maximum(self.forces(less, *values), 1e-300)) / 2e-6
+            power = (
+                np.log(np.maximum(self.forces(more, *values), 1e-300) / np.maximum(self.forces(less, *values), 1e-300))
+                / 2e-6
+            )
             depth = np.where(depth > 0.0, np.minimum(depth * np.exp(off / power), self.ranges.deepest), 0.0)
         return depth
 

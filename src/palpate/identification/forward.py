@@ -78,7 +78,8 @@ class SlabForward:
         self._radius, self._thickness = radius_m, None if thickness_m is None else _ends(thickness_m)
         if self._thickness is not None and not 0.0 < self._thickness[0] <= self._thickness[1] < np.inf:
             raise InputError(f"thickness_m is {thickness_m}; give a positive length [m], a range, or none.")
-        thinness = (0.0, 0.0) if self._thickness is None else tuple(radius_m / each for each in self._thickness[::-1])
+        low, high = self._thickness or (np.inf, np.inf)
+        thinness = (radius_m / high, radius_m / low)
         self._ranges = {"poisson": _ends(poisson), "stiffening": _ends(stiffening), "sticking": _ends(sticking)}
         ranges = Ranges(deepest_m / radius_m, thinness=thinness, **self._ranges)
         self._family: CurveFamily = family_of(law, ranges, folder, workers)

@@ -3,8 +3,8 @@
 A file has a row a point, and these columns; docs/add-a-measurement.md shows one.
 
     press                             name of the press that the row belongs to
-    depth_m force_n                   way of the instrument into the tissue since first touch [m], and force [N], positive
-                                      where it presses
+    depth_m force_n                   way of the instrument into the tissue since first touch [m]; force [N], positive where
+                                      it presses
     time_s                            optional; without it the rows of a press are in the order of rising depth
     x_m y_m z_m                       optional: place of first touch, the same in all rows of a press [m]
     direction_x direction_y direction_z  optional: where the instrument moves, into the tissue; or, instead,
@@ -47,7 +47,7 @@ class Press:
 
 @dataclass(frozen=True, eq=False)
 class PressRecords:
-    """Presses by one instrument, and the file ``source`` that they are from; without instrument only relaxation follows."""
+    """Presses by one instrument, None if it is not known, and the file ``source`` that they are from."""
 
     instrument: Instrument | None
     presses: tuple[Press, ...]

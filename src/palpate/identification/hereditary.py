@@ -14,7 +14,6 @@ from scipy.optimize import least_squares
 
 from palpate.bodies.material import Material, Series
 
-
 EVEN = 1e-9
 """Relative differences of steps that are rounding."""
 

@@ -18,7 +18,7 @@ from scipy.optimize import least_squares, minimize_scalar
 from palpate.bodies.material import LARGEST_SUM, Series
 from palpate.errors import InputError
 from palpate.identification.hereditary import Branches, Fading, Kernel
-from palpate.identification.presses import Press
+from palpate.identification.presses import Press, PressRecords
 
 HELD = 0.002
 """Share of the last depth by which depth may differ from it while it is held."""
@@ -65,10 +65,14 @@ class Hold:
     def fit(self, kernel: Kernel, samples: int | None = None) -> np.ndarray:
         """Return the force (k,), as a share of the largest, that fits the first of the ``samples`` best; None: all."""
         basis = kernel.respond(self.time_s, self.curves)
+        return basis @ self.coefficients(basis, samples)
+
+    def coefficients(self, basis: np.ndarray, samples: int | None = None) -> np.ndarray:
+        """Return the factors (m,) of the columns of ``basis`` (k, m) that fit the first of the ``samples`` best."""
         seen = basis[:samples]
         normal = seen.T @ seen
         normal[np.diag_indices_from(normal)] += RIDGE * np.trace(normal)  # where no sample sees a spline
-        return basis @ np.linalg.solve(normal, seen.T @ self.force[:samples])
+        return np.linalg.solve(normal, seen.T @ self.force[:samples])
 
     def error(self, kernel: Kernel) -> np.ndarray:
         """Return what is predicted too much of the force while the depth is held, as a share of the largest force."""
@@ -97,6 +101,34 @@ def hold_of(press: Press, curve: Callable[[np.ndarray], np.ndarray] | None = Non
         raise InputError(f"{place} has no positive force; leave it out.")
     curves = _splines(depth, held) if curve is None else curve(np.maximum(depth, 0.0))[:, None]
     return Hold(press, press.time_s, curves, press.force_n / peak, held)
+
+
+def holds_of(records: PressRecords) -> tuple[list[Hold], list[str]]:
+    """Return the presses that were held, and why the others are none."""
+    found, refused = [], []
+    for press in records.presses:
+        try:
+            found.append(hold_of(press))
+        except InputError as error:
+            refused.append(str(error))
+    return found, refused
+
+
+def relaxed(hold: Hold, kernel: Branches) -> Press:
+    """Return the loading of a press with the forces that tissue with time to relax has at the same depths.
+
+    They are the measured ones times what the branches make of the smooth curve, so that errors stay as they are.
+    """
+    basis = kernel.respond(hold.time_s, hold.curves)
+    curve = hold.coefficients(basis)
+    loading = slice(0, hold.held + 1)
+    fast, instant = (basis @ curve)[loading], (hold.curves @ curve)[loading]
+    left = 1.0 - sum(kernel.series.shares)
+    share = np.clip(left * instant / np.where(fast > 0.0, fast, np.inf), left, 1.0)
+    press = hold.press
+    return replace(
+        press, time_s=hold.time_s[loading], depth_m=press.depth_m[loading], force_n=share * press.force_n[loading]
+    )
 
 
 def _splines(depth: np.ndarray, held: int) -> np.ndarray:

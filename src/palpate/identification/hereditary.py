@@ -10,6 +10,7 @@ from typing import Protocol
 
 import numba
 import numpy as np
+from scipy.linalg import toeplitz
 from scipy.optimize import least_squares
 
 from palpate.bodies.material import Material, Series
@@ -60,11 +61,12 @@ class Fading:
         return (1.0 + np.asarray(t) / self.time_s) ** -self.exponent
 
     def respond(self, time_s: np.ndarray, loads: np.ndarray) -> np.ndarray:
-        since = np.maximum(time_s[:, None] - time_s, 0.0)
-        power = 1.0 - self.exponent
+        power, steps = 1.0 - self.exponent, np.diff(time_s)
+        even = np.ptp(steps) < EVEN * steps[0]
+        since = time_s - time_s[0] if even else np.maximum(time_s[:, None] - time_s, 0.0)
         passed = self.time_s / power * ((1.0 + since / self.time_s) ** power - 1.0)  # ∫ G
-        slopes = np.diff(loads, axis=0) / np.diff(time_s)[:, None]
-        return (passed[:, :-1] - passed[:, 1:]) @ slopes + np.outer(self.modulus(time_s - time_s[0]), loads[0])
+        whole = toeplitz(np.append(0.0, np.diff(passed)), np.zeros(len(steps))) if even else -np.diff(passed)
+        return whole @ (np.diff(loads, axis=0) / steps[:, None]) + np.outer(self.modulus(time_s - time_s[0]), loads[0])
 
 
 @numba.njit(cache=True, error_model="numpy")

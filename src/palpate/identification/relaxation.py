@@ -1,8 +1,8 @@
 """How the force of a press relaxes while its depth is held: the kernel of linear relaxation, and how well it is known.
 
 The curve of force over depth is not assumed: the force of tissue that has no time to relax is a cubic spline of depth,
-fitted through the hereditary integral to the loading alone, relaxation during the loading included. The force while the
-depth is held is then a prediction, and the kernel is fitted to that, over all presses.
+fitted through the hereditary integral, relaxation during the loading included. From the loading alone it predicts the
+force while the depth is held. The kernel is fitted to all presses, the two parts weighted by the errors that they have.
 
 Trap: what relaxes faster than the loading lasts is seen by its end only. G(t) is relative to the instantaneous modulus,
 which is an extrapolation by the fastest branch; ratios of G from a tenth of a second on are measured.
@@ -60,23 +60,32 @@ class Hold:
 
     def predict(self, kernel: Kernel) -> np.ndarray:
         """Return the force (k,), as a share of the largest, that follows from the loading alone."""
-        return self.fit(kernel, self.held + 1)
+        return self.fit(kernel, 0.0)
 
-    def fit(self, kernel: Kernel, samples: int | None = None) -> np.ndarray:
-        """Return the force (k,), as a share of the largest, that fits the first of the ``samples`` best; None: all."""
+    def fit(self, kernel: Kernel, weight: float) -> np.ndarray:
+        """Return the force (k,), as a share of the largest, that fits best; weight : of samples at the held depth."""
         basis = kernel.respond(self.time_s, self.curves)
-        return basis @ self.coefficients(basis, samples)
+        return basis @ self.coefficients(basis, weight)
 
-    def coefficients(self, basis: np.ndarray, samples: int | None = None) -> np.ndarray:
-        """Return the factors (m,) of the columns of ``basis`` (k, m) that fit the first of the ``samples`` best."""
-        seen = basis[:samples]
-        normal = seen.T @ seen
-        normal[np.diag_indices_from(normal)] += RIDGE * np.trace(normal)  # where no sample sees a spline
-        return np.linalg.solve(normal, seen.T @ self.force[:samples])
+    def coefficients(self, basis: np.ndarray, weight: float) -> np.ndarray:
+        """Return the factors (m,) of the columns of ``basis`` (k, m) that fit best; see ``fit``."""
+        begin = self.held + 1
+        normal, right = basis[:begin].T @ basis[:begin], basis[:begin].T @ self.force[:begin]
+        if weight > 0.0:
+            normal += weight**2 * (basis[begin:].T @ basis[begin:])
+            right += weight**2 * (basis[begin:].T @ self.force[begin:])
+        normal.flat[:: len(normal) + 1] += RIDGE * normal.trace()  # where no sample sees a spline
+        return np.linalg.solve(normal, right)
 
     def error(self, kernel: Kernel) -> np.ndarray:
         """Return what is predicted too much of the force while the depth is held, as a share of the largest force."""
         return self.predict(kernel)[self.held + 1 :] - self.held_force
+
+    def left(self, kernel: Kernel, weight: float) -> np.ndarray:
+        """Return what ``fit`` leaves (k,), samples at the held depth times ``weight``."""
+        found = self.fit(kernel, weight) - self.force
+        found[self.held + 1 :] *= weight
+        return found
 
 
 def hold_of(press: Press, curve: Callable[[np.ndarray], np.ndarray] | None = None) -> Hold:
@@ -120,7 +129,7 @@ def relaxed(hold: Hold, kernel: Branches) -> Press:
     They are the measured ones times what the branches make of the smooth curve, so that errors stay as they are.
     """
     basis = kernel.respond(hold.time_s, hold.curves)
-    curve = hold.coefficients(basis)
+    curve = hold.coefficients(basis, 1.0)
     loading = slice(0, hold.held + 1)
     fast, instant = (basis @ curve)[loading], (hold.curves @ curve)[loading]
     left = 1.0 - sum(kernel.series.shares)
@@ -143,16 +152,34 @@ def errors(kernel: Kernel, holds: Sequence[Hold]) -> np.ndarray:
     return np.array([np.sqrt(np.mean(hold.error(kernel) ** 2)) for hold in holds])
 
 
+LEAST_WEIGHT = 0.02
 SHORTEST, LONGEST = 0.3, 10.0
 """Times of branches: at least this part of the median step between samples, at most so many times the longest hold."""
 STEPS, TOLERANCE = 40, 1e-5
 
 
-def fit_branches(holds: Sequence[Hold], count: int, begin: Series | None = None) -> Branches:
-    """Fit ``count`` branches to the held forces of all presses, by least squares from ``begin``.
+def weight_of(kernel: Kernel, holds: Sequence[Hold]) -> float:
+    """Return the scatter of the loading over that at the held depth, 1 at most, about the fits to each and to all.
+
+    Forces at the held depth differ from those of one kernel by more than noise where tissue differs.
+    """
+    loading = [(hold.predict(kernel) - hold.force)[: hold.held + 1] for hold in holds]
+    free = sum(max(len(part) - hold.curves.shape[1], 1) for part, hold in zip(loading, holds, strict=True))
+    held = np.concatenate([hold.left(kernel, 1.0)[hold.held + 1 :] for hold in holds])
+    scatter = np.sqrt(sum(float(part @ part) for part in loading) / free)
+    return float(np.clip(scatter / max(np.sqrt(np.mean(held**2)), 1e-12), LEAST_WEIGHT, 1.0))
+
+
+def fit_branches(
+    holds: Sequence[Hold], count: int, begin: Series | None = None, weight: float | None = None
+) -> Branches:
+    """Fit ``count`` branches to all presses by weighted least squares from ``begin``; ``weight`` : None for weight_of.
 
     Shares are positive and their sum below LARGEST_SUM. Branches are in the order of their times.
     """
+    if weight is None:
+        first = fit_branches(holds, count, begin, 1.0)
+        return fit_branches(holds, count, first.series, weight_of(first, holds))
     step, span = _scales(holds)
     if begin is None:
         times = np.geomspace(3.0 * step, span, count) if count > 1 else np.array([np.sqrt(step * span)])
@@ -164,7 +191,7 @@ def fit_branches(holds: Sequence[Hold], count: int, begin: Series | None = None)
     start = np.clip(start, bounds[0] + 1e-3, bounds[1] - 1e-3)
 
     def away(unknowns: np.ndarray) -> np.ndarray:
-        return _stacked(_branches(unknowns), holds)
+        return np.concatenate([hold.left(_branches(unknowns), weight) for hold in holds])
 
     found = least_squares(away, start, bounds=bounds, max_nfev=STEPS, xtol=TOLERANCE, ftol=TOLERANCE).x
     return _branches(found)
@@ -176,21 +203,17 @@ def _branches(unknowns: np.ndarray) -> Branches:
     return Branches(Series(shares[order].tolist(), times[order].tolist()))
 
 
-def fit_fading(holds: Sequence[Hold]) -> Fading:
-    """Fit a power of time to the held forces of all presses, by least squares."""
+def fit_fading(holds: Sequence[Hold], weight: float) -> Fading:
+    """Fit a power of time to all presses, by least squares as ``fit_branches``."""
     step, span = _scales(holds)
 
     def away(unknowns: np.ndarray) -> np.ndarray:
-        return _stacked(Fading(float(unknowns[0]), float(np.exp(unknowns[1]))), holds)
+        kernel = Fading(float(unknowns[0]), float(np.exp(unknowns[1])))
+        return np.concatenate([hold.left(kernel, weight) for hold in holds])
 
     bounds = [0.01, np.log(1e-2 * step)], [0.99, np.log(span)]
     found = least_squares(away, [0.2, np.log(step)], bounds=bounds, max_nfev=STEPS, xtol=TOLERANCE, ftol=TOLERANCE).x
     return Fading(float(found[0]), float(np.exp(found[1])))
-
-
-def _stacked(kernel: Kernel, holds: Sequence[Hold]) -> np.ndarray:
-    """Return the errors of all presses; each counts alike, however many samples it has."""
-    return np.concatenate([hold.error(kernel) / np.sqrt(len(hold.held_s)) for hold in holds])
 
 
 def _scales(holds: Sequence[Hold]) -> tuple[float, float]:
@@ -231,7 +254,7 @@ def noise_of(error: np.ndarray, time_s: np.ndarray) -> Noise:
 def information(hold: Hold, kernel: Branches) -> float:
     """Return Bayes' information criterion of one press (Schwarz 1978), with errors that are correlated in time."""
     unknowns = 2 * len(kernel.series.shares) + 2
-    noise = noise_of(hold.error(kernel), hold.held_s)
+    noise = noise_of(hold.left(kernel, 1.0)[hold.held + 1 :], hold.held_s)
     return noise.minus2 + unknowns * float(np.log(len(hold.held_s)))
 
 
@@ -258,22 +281,22 @@ def draw_branches(holds: Sequence[Hold], kernel: Branches, draws: int, rng: np.r
     Whole specimens are drawn, with all their presses; where there are fewer than LEAST_GROUPS of them, errors of each
     press instead.
     """
-    count = len(kernel.series.shares)
+    count, weight = len(kernel.series.shares), weight_of(kernel, holds)
     groups: dict[str, list[Hold]] = {}
     for hold in holds:
         groups.setdefault(hold.press.specimen or hold.press.name, []).append(hold)
     kinds = list(groups.values())
     if len(kinds) >= LEAST_GROUPS:
         drawn = ([one for i in rng.integers(len(kinds), size=len(kinds)) for one in kinds[i]] for _ in range(draws))
-        return Draws(tuple(fit_branches(each, count, kernel.series) for each in drawn), "specimens")
+        return Draws(tuple(fit_branches(each, count, kernel.series, weight) for each in drawn), "specimens")
     redrawn = [_redrawer(hold, kernel) for hold in holds]
     again = ([draw(rng) for draw in redrawn] for _ in range(draws))
-    return Draws(tuple(fit_branches(each, count, kernel.series) for each in again), "errors")
+    return Draws(tuple(fit_branches(each, count, kernel.series, weight) for each in again), "errors")
 
 
 def _redrawer(hold: Hold, kernel: Branches) -> Callable[[np.random.Generator], Hold]:
     """Return what draws a press anew: its best fit, and errors of the process that its own have."""
-    best = hold.fit(kernel)
+    best = hold.fit(kernel, 1.0)
     noise = noise_of(hold.force - best, hold.time_s)
     kept = np.exp(-np.diff(hold.time_s) / noise.memory_s)
 

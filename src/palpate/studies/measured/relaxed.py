@@ -21,6 +21,7 @@ from palpate.identification.relaxation import (
     holds_of,
     information,
     relaxed,
+    weight_of,
 )  # fmt: skip
 from palpate.table_declaration import Table
 
@@ -113,9 +114,14 @@ def relax(
     holds = _holds(records)
     counts, rng = settings["branches"], np.random.default_rng(seed)
     whole = {count: fit_branches(holds, count) for count in counts}
-    own = [{count: fit_branches([hold], count) for count in counts} for hold in holds]
+    weights = {count: weight_of(kernel, holds) for count, kernel in whole.items()}
+    own = [{count: fit_branches([hold], count, weight=1.0) for count in counts} for hold in holds]
     judged = pd.DataFrame(
-        [row for group in progress(_groups(holds, settings["held_out"])) for row in _left_out(holds, group, whole)]
+        [
+            row
+            for group in progress(_groups(holds, settings["held_out"]))
+            for row in _left_out(holds, group, whole, weights)
+        ]
         + [row for hold, fits in zip(holds, own, strict=True) for row in _own(hold, fits)],
         columns=RELAXATION_ERRORS.columns[1:],
     )
@@ -190,14 +196,16 @@ def _strain(press: Press) -> float:
     return float(press.depth_m[-1] / (press.thickness_m or 1.0))
 
 
-def _left_out(holds: Sequence[Hold], group: Group, whole: Mapping[int, Branches]) -> Iterator[tuple]:
+def _left_out(
+    holds: Sequence[Hold], group: Group, whole: Mapping[int, Branches], weights: Mapping[int, float]
+) -> Iterator[tuple]:
     """Yield the errors of all models of the presses that are left out, fitted to the others."""
     seen = [hold for hold, out in zip(holds, group.out, strict=True) if not out]
     unseen = [hold for hold, out in zip(holds, group.out, strict=True) if out]
     kernels: dict[str, Kernel] = {
-        _words(count): fit_branches(seen, count, kernel.series) for count, kernel in whole.items()
+        _words(count): fit_branches(seen, count, kernel.series, weights[count]) for count, kernel in whole.items()
     }
-    kernels[POWER] = fit_fading(seen)
+    kernels[POWER] = fit_fading(seen, weights[max(weights)])
     for name, kernel in kernels.items():
         for hold in unseen:
             yield _error(group, hold, name, hold.error(kernel))
@@ -226,7 +234,7 @@ def _mean_curve(holds: Sequence[Hold], time_s: np.ndarray) -> np.ndarray:
 def _own(hold: Hold, fits: Mapping[int, Branches]) -> Iterator[tuple]:
     group = Group(NOTHING, "", np.zeros(0))
     for count, kernel in fits.items():
-        yield _error(group, hold, f"{OWN}: {_words(count)}", hold.error(kernel))
+        yield _error(group, hold, f"{OWN}: {_words(count)}", hold.left(kernel, 1.0)[hold.held + 1 :])
 
 
 def _error(group: Group, hold: Hold, model: str, error: np.ndarray) -> tuple:
@@ -238,8 +246,11 @@ def _words(count: int) -> str:
 
 
 def _choose(judged: pd.DataFrame, counts: Sequence[int]) -> int | None:
-    """Return the fewest branches whose errors are within one standard error of the best's (Breiman et al. 1984)."""
-    for kind in (SPECIMEN, SESSION, DEPTH):
+    """Return the fewest branches whose errors are within one standard error of the best's (Breiman et al. 1984).
+
+    None where neither specimens nor sessions were left out.
+    """
+    for kind in (SPECIMEN, SESSION):
         rows = judged[judged["left_out"].eq(kind) & judged["model"].isin([_words(count) for count in counts])]
         if len(rows):
             errors_of = rows.pivot_table(index="press", columns="model", values="error")
@@ -281,11 +292,11 @@ def _modulus(kernel: Branches, draws, span: float) -> Iterator[tuple]:
 
 def _curves(holds: Sequence[Hold], chosen: int, whole: Branches, kinds: Sequence[str]) -> Iterator[tuple]:
     """Yield the held force of each press, measured and predicted by branches of the other specimens."""
-    groups = [group for group in _groups(holds, kinds) if group.kind == SPECIMEN]
+    groups, weight = [group for group in _groups(holds, kinds) if group.kind == SPECIMEN], weight_of(whole, holds)
     kernels = [whole] * len(holds)
     for group in groups:
         seen = [hold for hold, out in zip(holds, group.out, strict=True) if not out]
-        kernel = fit_branches(seen, chosen, whole.series)
+        kernel = fit_branches(seen, chosen, whole.series, weight)
         kernels = [kernel if out else old for old, out in zip(kernels, group.out, strict=True)]
     for hold, kernel in zip(holds, kernels, strict=True):
         predicted = hold.predict(kernel)[hold.held + 1 :]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from palpate.benchmark.settings import Instrument
 from palpate.bodies.make_body import make_body
@@ -135,9 +135,9 @@ class Presses(Block):
 class Settings(Block):
     """Models beside measured bodies: where markers come to rest, how they swing, and what presses determine."""
 
-    experiments: dict[Name, ExperimentSettings] = key(
-        "Bodies held straight, let go, and at rest under loads", min_length=1
-    )
+    model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": ["experiments"]}, {"required": ["presses"]}]})
+
+    experiments: dict[Name, ExperimentSettings] = key("Bodies held straight, let go, and at rest under loads", {})
     presses: dict[Name, Presses] = key("Tissue that was pressed", {})
     models: Models = key("Which models predict every experiment, and with what settings", {})
 

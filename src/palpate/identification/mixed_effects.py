@@ -93,66 +93,89 @@ def _log_force(logs, slopes, start, step, depth):
 
 
 @numba.njit(cache=True, error_model="numpy")
+def _solve(matrix, right, solution):
+    """Solve a symmetric positive definite system in place by L D Lᵀ; return the log of its determinant."""
+    size, log_det = len(right), 0.0
+    for k in range(size):
+        log_det += np.log(matrix[k, k])
+        for a in range(k + 1, size):
+            share = matrix[k, a] / matrix[k, k]
+            for b in range(a, size):
+                matrix[a, b] -= share * matrix[k, b]
+            right[a] -= share * right[k]
+    for k in range(size - 1, -1, -1):
+        solution[k] = right[k]
+        for b in range(k + 1, size):
+            solution[k] -= matrix[k, b] * solution[b]
+        solution[k] /= matrix[k, k]
+    return log_det
+
+
+@numba.njit(cache=True, error_model="numpy")
 def _all_places(
     depth_m, force_n, level, weight, press_start, place_start, table, logs, slopes, start, step, log_young, spread,
     minus2, log_force, offset_m,
 ):  # fmt: skip
     noise, floor_n, place_sd, shape_sd, repeat_sd, offset, offset_sd, excess = spread
+    seen, constant = np.empty(len(force_n)), np.empty(len(force_n))
+    for i in range(len(force_n)):
+        seen[i] = np.arcsinh(force_n[i] / floor_n)
+        constant[i] = 2.0 * np.log(noise) + np.log(force_n[i] ** 2 + floor_n**2)  # with the derivative of asinh
     for g in range(len(place_start) - 1):
         first, end = place_start[g], place_start[g + 1]
-        size = 2 + 2 * (end - first)
-        u, old, grad = np.zeros(size), np.zeros(size), np.zeros(size)
-        hessian = np.eye(size)
-        best = np.inf
-        for turn in range(STEPS + 20):
-            total, constant = 0.0, 0.0
+        size = 2 + 2 * (end - first)  # level and exponent of the place, offset and level of each press
+        u, old, move, grad = np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size)
+        hessian = np.zeros((size, size))  # upper half
+        best, log_det = np.inf, 0.0
+        for turn in range(2 * STEPS):
+            total = 0.0
+            hessian[:] = 0.0
             for k in range(size):
                 total += u[k] * u[k]
-            hessian[:] = np.eye(size)
-            grad[:] = -u
+                hessian[k, k] = 1.0
+                grad[k] = -u[k]
             for press in range(first, end):
                 o = 2 + 2 * (press - first)
-                at = offset + offset_sd * u[o]
-                offset_m[press] = at
+                offset_m[press] = offset + offset_sd * u[o]
                 for i in range(press_start[press], press_start[press + 1]):
-                    log_f, slope = _log_force(logs[table[press]], slopes[table[press]], start, step, depth_m[i] - at)
+                    log_f, slope = _log_force(
+                        logs[table[press]], slopes[table[press]], start, step, depth_m[i] - offset_m[press]
+                    )
                     log_m = log_young + log_f + place_sd * u[0] + (shape_sd * u[1] + excess) * level[i]
                     log_m += repeat_sd * u[o + 1]
                     log_force[i] = log_m
                     if weight[i] == 0.0:
                         continue
                     m = np.exp(min(log_m, 600.0))
-                    root = np.hypot(m, floor_n)
-                    r = (np.arcsinh(force_n[i] / floor_n) - np.arcsinh(m / floor_n)) / noise
-                    gain = m / root / noise
-                    j0, j1, j2, j3 = gain * place_sd, gain * shape_sd * level[i], -gain * slope * offset_sd, gain * repeat_sd
+                    r = (seen[i] - np.arcsinh(m / floor_n)) / noise
                     total += r * r
-                    constant += 2.0 * np.log(noise) + 2.0 * np.log(np.hypot(force_n[i], floor_n))
-                    grad[0] += j0 * r
-                    grad[1] += j1 * r
-                    grad[o] += j2 * r
-                    grad[o + 1] += j3 * r
-                    hessian[0, 0] += j0 * j0
-                    hessian[0, 1] += j0 * j1
-                    hessian[1, 1] += j1 * j1
-                    hessian[0, o] += j0 * j2
-                    hessian[1, o] += j1 * j2
-                    hessian[o, o] += j2 * j2
-                    hessian[0, o + 1] += j0 * j3
-                    hessian[1, o + 1] += j1 * j3
-                    hessian[o, o + 1] += j2 * j3
-                    hessian[o + 1, o + 1] += j3 * j3
-            for a in range(size):
-                for b in range(a):
-                    hessian[a, b] = hessian[b, a]
-            if total > best + 1e-9 * (1.0 + abs(best)) and turn < STEPS + 19:  # too far: half way back
+                    gain = m / (np.sqrt(m * m + floor_n * floor_n) * noise)
+                    j0, j1, j2, j3 = place_sd, shape_sd * level[i], -slope * offset_sd, repeat_sd
+                    grad[0] += gain * j0 * r
+                    grad[1] += gain * j1 * r
+                    grad[o] += gain * j2 * r
+                    grad[o + 1] += gain * j3 * r
+                    gain *= gain
+                    hessian[0, 0] += gain * j0 * j0
+                    hessian[0, 1] += gain * j0 * j1
+                    hessian[1, 1] += gain * j1 * j1
+                    hessian[0, o] += gain * j0 * j2
+                    hessian[1, o] += gain * j1 * j2
+                    hessian[o, o] += gain * j2 * j2
+                    hessian[0, o + 1] += gain * j0 * j3
+                    hessian[1, o + 1] += gain * j1 * j3
+                    hessian[o, o + 1] += gain * j2 * j3
+                    hessian[o + 1, o + 1] += gain * j3 * j3
+            if total > best * (1.0 + 1e-12) and turn < 2 * STEPS - 1:  # too far: half way back
                 u = 0.5 * (u + old)
                 continue
-            move = np.linalg.solve(hessian, grad)
+            log_det = _solve(hessian, grad, move)
             farthest = np.abs(move).max()
             if farthest < STEP_TOLERANCE or turn >= STEPS:
                 break
             best = total
             old = u.copy()
             u = u + move * min(1.0, LARGEST_STEP / farthest)
-        minus2[g] = total + constant + np.linalg.slogdet(hessian)[1]
+        minus2[g] = total + log_det
+        for i in range(press_start[first], press_start[end]):
+            minus2[g] += constant[i] * weight[i]

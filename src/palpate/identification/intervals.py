@@ -5,7 +5,7 @@ A profile holds one unknown at a value and fits all others, so that its interval
 there: the presses do not determine that end, the range does.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -48,10 +48,11 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """Profile likelihood: values (k,) that rise, and minus2 (k,) of −2 log likelihood above the best."""
+    """Profile likelihood: values (k,) that rise, minus2 (k,) of −2 log likelihood above the best, young_pa (k,) there."""
 
     values: np.ndarray
     minus2: np.ndarray
+    young_pa: np.ndarray
 
 
 def threshold(level: float, places: int) -> float:
@@ -64,128 +65,157 @@ def threshold(level: float, places: int) -> float:
     return float(n * np.log1p(student.ppf(0.5 + 0.5 * level, n - 1) ** 2 / (n - 1)))
 
 
+Unknown = dict[str, float]
+Rise = Callable[[float, Unknown], tuple[Unknown, float]]
+"""From a value, and where to begin, to the unknown that fit best with it, and −2 log likelihood above the best."""
+
+
 @dataclass(frozen=True, eq=False)
 class Profiler:
     """Profiles of a fitted model: its best unknown, −2 log likelihood there, and the threshold."""
 
     model: MixedModel
-    best: dict[str, float]
+    best: Unknown
     least: float
     rise: float
 
-    def over_range(self, name: str) -> tuple[Interval, Profile]:
-        """Return the interval of an unknown in −1 … 1 of its range."""
-        at = self.best[name]
-        found = {at: 0.0}
-        for grid in (np.linspace(-1, 1, GRID), np.linspace(1, -1, GRID)):
-            start, side = self.best, np.sign(grid[-1])
-            for value in grid[(grid - at) * side > 0]:
-                start, rise = self._rise({name: float(value)}, start)
-                found[float(value)] = rise
-                if rise > 3.0 * self.rise:
-                    break
-        for side in (-1.0, 1.0):
-            self._refine(lambda value: self._rise({name: value}, self.best)[1], found, at, side)
-        return self._interval(found, at, (-1.0, 1.0))
+    @classmethod
+    def of(cls, model: MixedModel, best: Unknown, least: float, level: float) -> "Profiler":
+        """Return the profiles of a model whose ``best_fit`` is given, for intervals of ``level``."""
+        return cls(model, best, least, threshold(level, len(model.data.layout.place_start) - 1))
 
-    def young(self, of_modulus: bool) -> tuple[Interval, Profile]:
-        """Return the interval of log E, or of the log of the modulus that is fitted, with the model's own error.
+    def parameter(self, name: str) -> tuple[Interval, Profile]:
+        """Return the interval and profile of a forward model's parameter in its own unit."""
+        parameter = next(p for p in self.model.table.free if p.name == name)
+        return self._over_range(name, lambda place: natural(parameter, place))
+
+    def offset_m(self) -> tuple[Interval, Profile]:
+        """Return the interval and profile of the mean offset of first touch [m]."""
+        return self._over_range("offset", self.model.offset_at)
+
+    def young_pa(self) -> tuple[Interval, Profile]:
+        """Return the interval and profile of E, with the forward model's own error in the interval.
 
         A force that is wrong by a share makes the modulus wrong by it, so that the squares of half widths add.
         """
-        values = self.model.values(self.best)
-        at = self.best["log_modulus"] if of_modulus else float(np.log(values["young_pa"]))
+        at = float(np.log(self.model.values(self.best)["young_pa"]))
+        interval, profile = self._stepped(lambda value, start: self._fit({}, start, value), at, self._half_width())
+        return self._with_own_error(interval).through(np.exp), replace(profile, values=np.exp(profile.values))
 
-        def rise(value: float, start: dict[str, float]) -> tuple[dict[str, float], float]:
-            return self._rise({"log_modulus": value}, start) if of_modulus else self._rise({}, start, value)
+    def modulus_pa(self) -> tuple[Interval, Profile]:
+        """Return the interval and profile of the modulus that is fitted, E/(1 − ν²) where ν is free."""
+        interval, profile = self._stepped(self._holding("log_modulus"), self.best["log_modulus"], self._half_width())
+        return self._with_own_error(interval).through(np.exp), replace(profile, values=np.exp(profile.values))
 
-        found = {at: 0.0}
+    def excess(self) -> tuple[Interval, Profile]:
+        """Return the interval and profile of the exponent that the presses have above the forward model's."""
+        interval, profile = self._stepped(self._holding("excess"), self.best["excess"], 0.05)
+        return self._with_own_error(interval), profile
+
+    def _with_own_error(self, interval: Interval) -> Interval:
+        own = np.sqrt(self.rise) * self.model.table.forward.relative_error
+        low, high = np.hypot(interval.best - interval.low, own), np.hypot(interval.high - interval.best, own)
+        return interval._replace(low=float(interval.best - low), high=float(interval.best + high))
+
+    def _half_width(self) -> float:
+        places = len(self.model.data.layout.place_start) - 1
+        return float(max(0.01, 1.6 * self.best["place"] / np.sqrt(places)))
+
+    def _fit(self, held: Unknown, start: Unknown, young: float | None = None) -> tuple[Unknown, float]:
+        unknown, value = fitted(self.model, start, held, young)
+        return unknown, max(value - self.least, 0.0)
+
+    def _holding(self, name: str) -> Rise:
+        return lambda value, start: self._fit({name: value}, start)
+
+    def _over_range(self, name: str, own: Callable[[float], float]) -> tuple[Interval, Profile]:
+        at, rise = self.best[name], self._holding(name)
+        found = {at: (self.best, 0.0)}
+        for grid in (np.linspace(-1, 1, GRID), np.linspace(1, -1, GRID)):
+            start, side = self.best, np.sign(grid[-1])
+            for value in grid[(grid - at) * side > 0]:
+                found[float(value)] = start, above = rise(float(value), start)
+                if above > 3.0 * self.rise:
+                    break
         for side in (-1.0, 1.0):
-            start, value, step, last = self.best, at, self._half_width() * STEP, 0.0
+            self._refine(rise, found, at, side)
+        interval, profile = self._interval(found, at, (-1.0, 1.0))
+        return interval.through(own), replace(profile, values=np.array([own(float(v)) for v in profile.values]))
+
+    def _stepped(self, rise: Rise, at: float, first: float) -> tuple[Interval, Profile]:
+        found = {at: (self.best, 0.0)}
+        for side in (-1.0, 1.0):
+            start, value, step, last = self.best, at, STEP * first, 0.0
             for _ in range(STEPS):
                 value += side * step
-                start, now = rise(value, start)
-                found[value] = now
+                found[value] = start, now = rise(value, start)
                 if now > self.rise:
                     break
                 if now - last < 0.3 * self.rise:
                     step *= 1.7
                 last = now
-            self._refine(lambda value: rise(value, self.best)[1], found, at, side)
-        interval, profile = self._interval(found, at, (-np.inf, np.inf))
-        own = np.sqrt(self.rise) * self.model.table.forward.relative_error
-        low, high = np.hypot(at - interval.low, own), np.hypot(interval.high - at, own)
-        return interval._replace(low=at - low, high=at + high), profile
+            self._refine(rise, found, at, side)
+        return self._interval(found, at, (-np.inf, np.inf))
 
-    def _half_width(self) -> float:
-        places = len(self.model.data.layout.place_start) - 1
-        return float(max(0.01, 1.6 * max(self.best["place"], 0.02) / np.sqrt(places)))
-
-    def _rise(
-        self, held: dict[str, float], start: dict[str, float], young: float | None = None
-    ) -> tuple[dict[str, float], float]:
-        unknown, value = fitted(self.model, start, held, young)
-        return unknown, max(value - self.least, 0.0)
-
-    def _refine(self, rise: Callable[[float], float], found: dict[float, float], at: float, side: float) -> None:
-        """Add values near the crossing of the threshold on one side, by the root of the rise, which is nearly straight."""
+    def _refine(self, rise: Rise, found: dict[float, tuple[Unknown, float]], at: float, side: float) -> None:
+        """Add values near the crossing of the threshold on one side; the root of the rise is nearly straight there."""
         for _ in range(REFINED):
             values = sorted((v for v in found if (v - at) * side >= 0), key=lambda v: abs(v - at))
-            outside = [k for k, v in enumerate(values) if found[v] > self.rise]
+            outside = [k for k, v in enumerate(values) if found[v][1] > self.rise]
             if not outside:
                 return
             b, a = values[outside[0]], values[outside[0] - 1]
-            roots = np.sqrt([found[a], self.rise, found[b]])
-            if roots[2] - roots[0] < 0.1:
-                return
-            share = np.clip((roots[1] - roots[0]) / (roots[2] - roots[0]), 0.1, 0.9)
-            if abs(b - a) * min(share, 1 - share) < 5e-3 * max(abs(b - at), 1e-3):
+            inner, middle, outer = np.sqrt([found[a][1], self.rise, found[b][1]])
+            share = np.clip((middle - inner) / (outer - inner), 0.1, 0.9)
+            if outer - inner < 0.1 or abs(b - a) * min(share, 1 - share) < 5e-3 * abs(b - at):
                 return
             value = float(a + share * (b - a))
-            found[value] = rise(value)
+            found[value] = rise(value, found[a][0])
 
     def _interval(
-        self, found: dict[float, float], at: float, ends: tuple[float, float]
+        self, found: dict[float, tuple[Unknown, float]], at: float, ends: tuple[float, float]
     ) -> tuple[Interval, Profile]:
         values = np.array(sorted(found))
-        minus2 = np.array([found[v] for v in values])
-        root = np.sqrt(minus2)
-        inside = np.flatnonzero(minus2 <= self.rise)
-        limit = []
-        for edge, step in ((inside[0], -1), (inside[-1], 1)):
-            if 0 <= edge + step < len(values):
-                share = (np.sqrt(self.rise) - root[edge]) / (root[edge + step] - root[edge])
-                limit.append(values[edge] + share * (values[edge + step] - values[edge]))
+        minus2 = np.array([found[v][1] for v in values])
+        young = np.array([self.model.values(found[v][0])["young_pa"] for v in values])
+        root, here = np.sqrt(minus2), int(np.flatnonzero(values == at)[0])
+        limits, opens = [], []
+        for step in (-1, 1):  # outward to the last value before the first that is too unlikely
+            edge = here
+            while 0 <= edge + step < len(values) and minus2[edge + step] <= self.rise:
+                edge += step
+            opens.append(not 0 <= edge + step < len(values))
+            if opens[-1]:
+                limits.append(float(values[edge]))
             else:
-                limit.append(values[edge])
-        opens = [bool(minus2[0] <= self.rise), bool(minus2[-1] <= self.rise)]
-        width = (limit[1] - limit[0]) / (ends[1] - ends[0])
-        return Interval(float(limit[0]), at, float(limit[1]), *opens, float(width)), Profile(values, minus2)
+                share = (np.sqrt(self.rise) - root[edge]) / (root[edge + step] - root[edge])
+                limits.append(float(values[edge] + share * (values[edge + step] - values[edge])))
+        share = (limits[1] - limits[0]) / (ends[1] - ends[0])
+        return Interval(limits[0], at, limits[1], *opens, share), Profile(values, minus2, young)
 
 
-def parameter_interval(profiler: Profiler, name: str) -> tuple[Interval, Profile]:
-    """Return the interval of a forward model's parameter in its own unit."""
-    parameter = next(p for p in profiler.model.table.free if p.name == name)
-    interval, profile = profiler.over_range(name)
-    own = np.array([natural(parameter, float(value)) for value in profile.values])
-    return interval.through(lambda value: natural(parameter, value)), Profile(own, profile.minus2)
+def bootstrap(
+    model: MixedModel, best: Unknown, options: Options, spread_out: Callable[..., Iterable] = map
+) -> dict[str, Interval]:
+    """Return percentile intervals of young_pa and free parameters over places drawn with replacement (Efron 1979).
 
-
-def bootstrap(model: MixedModel, best: dict[str, float], options: Options) -> dict[str, np.ndarray]:
-    """Return young_pa and the free parameters (resamples,) of fits to places drawn with replacement (Efron 1979)."""
+    Without the forward model's own error, which is the same for all places. spread_out : map, or that of a pool
+    """
     rng = np.random.default_rng(options.seed)
     places = len(model.data.layout.place_start) - 1
-    found: dict[str, list[float]] = {name: [] for name in ["young_pa", "modulus_pa", *model.parameters]}
-    for _ in range(options.resamples):
-        drawn = replace(model, weights=np.bincount(rng.integers(places, size=places), minlength=places).astype(float))
-        unknown, _ = fitted(drawn, best)
-        values = model.values(unknown) | {"modulus_pa": float(np.exp(unknown["log_modulus"]))}
-        for name, kept in found.items():
-            kept.append(values[name])
-    return {name: np.array(values) for name, values in found.items()}
+    drawn = [np.bincount(rng.integers(places, size=places), minlength=places) for _ in range(options.resamples)]
 
+    def values(counts: np.ndarray) -> dict[str, float]:
+        return named(fitted(replace(model, weights=counts.astype(float)), best)[0])
 
-def bootstrap_interval(best: float, drawn: np.ndarray, level: float) -> Interval:
-    """Return the percentile interval of values (resamples,) that the bootstrap drew."""
-    low, high = np.quantile(drawn, [0.5 - 0.5 * level, 0.5 + 0.5 * level])
-    return Interval(float(low), best, float(high))
+    def named(unknown: Unknown) -> dict[str, float]:
+        found = model.values(unknown) | {"modulus_pa": float(np.exp(unknown["log_modulus"]))}
+        return {name: found[name] for name in ("young_pa", "modulus_pa", *model.parameters)}
+
+    samples = list(spread_out(values, drawn))
+    ends = [0.5 - 0.5 * options.level, 0.5 + 0.5 * options.level]
+    found = {}
+    for name, at in named(best).items() if samples else ():
+        low, high = np.quantile([sample[name] for sample in samples], ends)
+        found[name] = Interval(float(low), at, float(high))
+    return found

@@ -111,7 +111,7 @@ def _solve(matrix, right, solution):
     return log_det
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _all_places(
     depth_m, force_n, level, weight, press_start, place_start, table, logs, slopes, start, step, log_young, spread,
     minus2, log_force, offset_m,

@@ -24,7 +24,7 @@ SHAPE_FLOOR = 0.1
 START = {"log_noise": np.log(0.05), "place": 0.2, "shape": 0.1, "offset_scatter": 0.2, "repeat": 0.05, "excess": 0.0}
 BOUNDS = {
     "log_noise": (np.log(1e-3), np.log(0.7)), "place": (0.0, 3.0), "shape": (0.0, 2.0), "offset_scatter": (0.0, 1.0),
-    "repeat": (0.0, 2.0), "excess": (-2.0, 2.0),
+    "repeat": (0.0, 2.0), "excess": (-2.0, 2.0), "log_modulus": (-40.0, 40.0),
 }  # fmt: skip
 FLOORS = (1e-4, 30.0)
 """Bounds of the noise at small forces, over the median of the presses' largest."""
@@ -86,7 +86,9 @@ class Data:
         order = np.array(sorted(range(len(keys)), key=lambda k: places.index(keys[k])), dtype=np.int64)
         curves = [loading(records.presses[k]) for k in order]
         if not curves or max(depth[-1] for depth, _ in curves) <= 0.0:
-            raise InputError(f"{records.source} has no press that goes deeper than 0; give depths [m] below first touch.")
+            raise InputError(
+                f"{records.source} has no press that goes deeper than 0; give depths [m] below first touch."
+            )
         depth = np.concatenate([depth for depth, _ in curves])
         middle = float(np.exp(np.log(depth[depth > 0.0]).mean()))
         counts = [keys[k] for k in order]
@@ -180,7 +182,7 @@ class MixedModel:
             return -1.0, 1.0
         if name == "log_floor":
             return float(np.log(FLOORS[0] * self.data.typical_n)), float(np.log(FLOORS[1] * self.data.typical_n))
-        return BOUNDS.get(name, (-np.inf, np.inf))
+        return BOUNDS[name]
 
     def offset_at(self, place: float) -> float:
         """Return the mean offset [m] at ``place`` in −1 … 1 of its range."""

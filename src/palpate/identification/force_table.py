@@ -122,9 +122,7 @@ def tabulate(forward: "Forward", presses: int, largest_m: float) -> ForceTable:
         off = [
             np.abs(found.at(np.array(place))[0][k] - ask(asked[k], place)).max() for place in probes for k in checked
         ]
-        found = ForceTable(
-            forward, nodes, values, table, logs[0], logs[1] - logs[0], slopes_of, float(max(off))
-        )
+        found = ForceTable(forward, nodes, values, table, logs[0], logs[1] - logs[0], slopes_of, float(max(off)))
         if found.error <= TOLERANCE:
             break
     assert found is not None

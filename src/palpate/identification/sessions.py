@@ -36,9 +36,7 @@ class Comparison(NamedTuple):
     def contradicts(self) -> bool:
         """Whether the forces differ by more than places and noise explain."""
         apart = abs(np.log(self.ratio))
-        return bool(
-            self.places >= LEAST_PLACES and apart > np.log(LEAST_RATIO) and apart > DEVIATIONS * self.error
-        )
+        return bool(self.places >= LEAST_PLACES and apart > np.log(LEAST_RATIO) and apart > DEVIATIONS * self.error)
 
 
 def compare_sessions(records: PressRecords) -> list[Comparison]:

@@ -1,0 +1,245 @@
+"""Carry out ``palpate identify``: presses in, and out what they determine: sentences, tables, a picture, settings."""
+
+import dataclasses
+import os
+import re
+import warnings
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from palpate.bodies.body import Body
+from palpate.bodies.make_body import make_body
+from palpate.bodies.settings import paths_of_body
+from palpate.effects.instrument import SPHERE, Instrument
+from palpate.errors import InputError, NotConverged, suggest
+from palpate.files import write_whole
+from palpate.identification.fit import OFFSETS, Options
+from palpate.identification.forward import Forward, Range, SlabForward
+from palpate.identification.identify import Identified, identify
+from palpate.identification.intervals import Interval
+from palpate.identification.prediction import DEPTH, PLACE, PREDICTIONS, SESSION, SPECIMEN, predict, summary
+from palpate.identification.presses import PressRecords, doubts, read_presses
+from palpate.identification.sessions import compare_sessions, consistent_parts
+from palpate.init.choose import choose
+from palpate.init.command import ticking
+from palpate.init.recognise import HOLDS, recognise
+from palpate.report.identified_picture import draw_identified
+from palpate.report.identified_words import compared, sentences
+from palpate.run.settings import complete
+from palpate.run.settings_yaml import read_settings
+from palpate.table_declaration import Table
+
+LAWS = ("neo_hookean", "exponential")
+"""The laws that are compared unless others are asked for; the second stiffens by a parameter."""
+EXPONENTIAL, STIFFENING = "exponential", (0.0, 20.0)
+"""The law whose stiffening is fitted, and its range."""
+POISSON, STICKING = (0.3, 0.49), (0.0, 1.0)
+"""Ranges of ν and of friction that are never fixed silently."""
+MARGIN = 1.5
+"""Of the least offset of first touch: so much deeper a model is asked."""
+CURVES = "curves"
+"""Folder of the results that keeps forces of models, so that a second run has them."""
+
+IDENTIFIED = Table(
+    "identified",
+    "What presses determine, with intervals of 90 % unless asked otherwise.",
+    """
+    part: the specimen and session that were fitted, or all
+    law reported: the law, and whether it is the one that fits best
+    quantity unit: a parameter, E, a scatter or the exponent of depth that the law lacks
+    low best high: the interval, by profile likelihood
+    known: whether the presses say more than the range did
+    open_low open_high: whether an end is that of the range
+    resampled_low resampled_high: the interval by drawing places with replacement
+    """,
+)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the user has given besides presses; a range is (low, high).
+
+    body : the organ, or None; thickness_m : of a slab, or None; without both the tissue is a half-space
+    poisson, sticking, stiffening : known or ranges; laws : that are compared; offset_m : of first touch
+    """
+
+    instrument: Instrument
+    body: Body | None = None
+    thickness_m: Range | None = None
+    poisson: Range = POISSON
+    sticking: Range = STICKING
+    stiffening: Range = STIFFENING
+    laws: Sequence[str] = LAWS
+    offset_m: tuple[float, float] | None = None
+    columns: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+
+def body_of(given: str | None, config: Path | None, scale_m: float | None, hold: str | None) -> Body | None:
+    """Return the body of a mesh file, or of that name in the settings ``config``; None if none is given.
+
+    hold : the side that holds a mesh, as ``palpate init`` has it
+    InputError for what is no body, and for a hold that is no side.
+    """
+    if given is None:
+        if config or scale_m or hold:
+            raise InputError("--config, --scale and --hold are of a body; give --body, too.")
+        return None
+    if config is not None:
+        settings = complete(read_settings(config), config)
+        if given not in settings["bodies"]:
+            raise InputError(
+                f"--body {given} is not in {config}; {suggest(given, list(settings['bodies']), 'choose from')}"
+            )
+        entry = settings["bodies"][given]
+        return make_body(given, entry | paths_of_body(entry, config.parent))
+    if hold not in (None, *HOLDS):
+        raise InputError(f"--hold {hold} is no side; choose from {', '.join(HOLDS)}.")
+    data = recognise([Path(given)], scale_m=scale_m)
+    for word, lines in (("found   ", data.found), ("assumed ", data.assumed), ("warning:", data.warned)):
+        for line in lines:
+            print(word, line, flush=True)
+    with ticking("the body") as say:
+        return choose(data.name, data.entry, hold, say).body
+
+
+def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> str:
+    """Fit the presses of a CSV file, write the folder of results, print progress, and return the answer.
+
+    folder : where to; by default one beside the presses that has their name
+    InputError for presses, a body or an instrument that do not fit each other; then nothing is written.
+    """
+    if asked.instrument.kind != SPHERE:
+        raise InputError(
+            f"--instrument {asked.instrument.name}: presses are identified for a sphere; give sphere:RADIUS_M."
+        )
+    folder = folder or presses.with_name(f"{presses.stem}_identified")
+    _refuse(folder)
+    size = asked.body.coarse.size if asked.body is not None else _largest(asked.thickness_m)
+    records = read_presses(presses, asked.instrument, asked.columns or None, size_m=size)
+    for doubt in doubts(records):
+        print("warning:", doubt, flush=True)
+    comparisons = compare_sessions(records)
+    answer = list(compared(comparisons))
+    parts = consistent_parts(records, comparisons)
+    options = Options(offset_m=asked.offset_m)
+    rows, predictions, found = [], [], []
+    with ThreadPoolExecutor(os.cpu_count()) as pool, ticking("the presses") as say, warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of scipy's line search, which tries what overflows
+        try:
+            for part in parts:
+                name = _name(part, len(parts))
+                one = identify(part, _forwards(part, asked, folder / CURVES), options, pool.map, say)
+                say("predictions of presses left out")
+                told = predict(one.models, one.best, options, (PLACE, DEPTH, SESSION), pool.map)
+                answer += [*([f"{name}:"] if len(parts) > 1 else []), *sentences(one, told)]
+                rows += table_rows(one, name)
+                predictions.append(told.assign(part=name))
+                found.append((name, one))
+            specimens = {press.specimen for press in records.presses}
+            if len(specimens) > 1:
+                say("predictions of specimens left out")
+                whole = identify(records, _forwards(records, asked, folder / CURVES), _quick(options), pool.map, say)
+                told = predict(whole.models, whole.best, options, (SPECIMEN,), pool.map)
+                predictions.append(told.assign(part="all"))
+                answer += [line for line in sentences(whole, told) if "specimen" in line]
+        except NotConverged as failure:
+            raise InputError(f"{presses}: {failure}; leave out presses that touch nothing.") from failure
+    write_results(folder, IDENTIFIED.frame(rows), pd.concat(predictions), found)
+    return "\n".join(["", *answer, "", f"wrote    {folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}"])
+
+
+def table_rows(found: Identified, part: str) -> list[tuple]:
+    """Return the rows of IDENTIFIED of one part of the presses."""
+    named: list[tuple[str, str, Interval]] = [("young_pa", "Pa", found.young_pa)]
+    if found.modulus_pa is not None:
+        named.append(("modulus_pa", "Pa", found.modulus_pa))
+    named += [(name, found.units[name], interval) for name, interval in found.parameters.items()]
+    if found.offset_m is not None:
+        named.append(("offset_m", "m", found.offset_m))
+    scatter = {
+        "offset_scatter_m": ("m", found.offset_scatter_m), "place_scatter": ("1", found.place_scatter),
+        "shape_scatter": ("1", found.shape_scatter), "repeat_scatter": ("1", found.repeat_scatter),
+        "noise_share": ("1", found.noise_share), "noise_n": ("N", found.noise_n),
+        "relative_error": ("1", found.relative_error), "table_error": ("1", found.table_error),
+    }  # fmt: skip
+    rows = []
+    for name, unit, interval in named:
+        drawn = found.resampled.get(name)
+        ends = (drawn.low, drawn.high) if drawn else (None, None)
+        rows.append((part, found.law, True, name, unit, *interval[:3], interval.known, *interval[3:5], *ends))
+    rows += [(part, found.law, True, name, unit, None, value, *6 * [None]) for name, (unit, value) in scatter.items()]
+    for score in found.laws:
+        own = score.law == found.law
+        rows.append((part, score.law, own, "exponent_excess", "1", *score.excess[:3], True, False, False, None, None))
+        rows.append((part, score.law, own, "likelihood_above", "1", None, score.above, *6 * [None]))
+    return rows
+
+
+def write_results(
+    folder: Path, identified: pd.DataFrame, predictions: pd.DataFrame, found: Sequence[tuple[str, Identified]]
+) -> None:
+    """Write the tables and a picture of each part into ``folder``, each whole or not at all."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tables = {"identified": identified, "predictions": predictions[["part", *PREDICTIONS.columns]]}
+    for name, table in tables.items():
+        with write_whole(folder / f"{name}.csv") as part:
+            table.to_csv(part, index=False)
+    judged = pd.concat(summary(rows).assign(part=name) for name, rows in predictions.groupby("part", sort=False))
+    with write_whole(folder / "prediction_summary.csv") as part:
+        judged.to_csv(part, index=False)
+    for name, one in found:
+        file = "identified.png" if len(found) == 1 else f"identified_{re.sub(r'[^\w-]+', '_', name)}.png"
+        with write_whole(folder / file) as part:
+            draw_identified(one).savefig(part)
+
+
+def _forwards(records: PressRecords, asked: Asked, curves: Path) -> dict[str, Forward]:
+    """Return the forward model of each law that is asked for."""
+    largest = max(float(press.depth_m.max()) for press in records.presses)
+    least = (asked.offset_m or (OFFSETS[0] * largest, 0.0))[0]
+    deepest = largest - MARGIN * min(least, 0.0)
+    forwards: dict[str, Forward] = {}
+    for law in asked.laws:
+        stiffening = asked.stiffening if law == EXPONENTIAL else 0.0
+        local = SlabForward(
+            asked.instrument.radius_m, deepest, law, None if asked.body is not None else asked.thickness_m,
+            asked.poisson, stiffening, asked.sticking, curves,
+        )  # fmt: skip
+        forwards[law] = _on_body(asked.body, asked.instrument, records, local) if asked.body is not None else local
+    return forwards
+
+
+def _on_body(body: Body, instrument: Instrument, records: PressRecords, local: Forward) -> Forward:
+    from palpate.identification.on_body import OrganForward
+
+    return OrganForward(body, instrument, records.presses, local)
+
+
+def _quick(options: Options) -> Options:
+    return dataclasses.replace(options, resamples=0)
+
+
+def _name(part: PressRecords, parts: int) -> str:
+    """Return what tables call a part: its specimen and session, or all."""
+    if parts == 1:
+        return "all"
+    press = part.presses[0]
+    sessions = {one.session for one in part.presses}
+    return " ".join(word for word in (press.specimen, press.session if len(sessions) == 1 else "") if word) or "all"
+
+
+def _largest(thickness: Range | None) -> float | None:
+    return thickness[1] if isinstance(thickness, tuple) else thickness
+
+
+def _refuse(folder: Path) -> None:
+    """Raise InputError for a folder that cannot be written to, or that holds something else."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder} is a file; give another folder with --folder.")
+    known = re.compile(r"identified.*|prediction.*|curves|palpate\.yaml|sofa.*|mujoco.*|newton.*|\..+")
+    if folder.is_dir() and (other := [p.name for p in folder.iterdir() if not known.fullmatch(p.name)]):
+        raise InputError(f"{folder} holds {other[0]}, and is kept; give another folder with --folder.")

@@ -128,9 +128,7 @@ def _add_identify(command: argparse.ArgumentParser) -> None:
     command.add_argument("--instrument", required=True, metavar="sphere:RADIUS_M", help="the ball that pressed")
     command.add_argument("--body", help="a mesh of the organ; or with --config the name of a body there")
     command.add_argument("--config", type=Path, metavar="FILE", help="settings that have the body")
-    command.add_argument(
-        "--scale", type=_positive, metavar="M", help="length of the mesh file's unit [m]; else guessed"
-    )
+    command.add_argument("--scale", type=_positive, metavar="M", help="length of the mesh's unit [m]; else guessed")
     command.add_argument("--hold", metavar="SIDE", help="what holds the mesh: below, above, …, as palpate init has it")
     command.add_argument(
         "--thickness", type=_range, metavar="LOW:HIGH", help="of a slab on something rigid [m], where no mesh is known"

@@ -7,6 +7,7 @@ determined when E and ν are not.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import minimize
@@ -86,13 +87,11 @@ class Data:
         order = np.array(sorted(range(len(keys)), key=lambda k: places.index(keys[k])), dtype=np.int64)
         curves = [loading(records.presses[k]) for k in order]
         if not curves or max(depth[-1] for depth, _ in curves) <= 0.0:
-            raise InputError(
-                f"{records.source} has no press that goes deeper than 0; give depths [m] below first touch."
-            )
+            raise InputError(f"{records.source} has no press deeper than 0; give depths [m] below first touch.")
         depth = np.concatenate([depth for depth, _ in curves])
         middle = float(np.exp(np.log(depth[depth > 0.0]).mean()))
         counts = [keys[k] for k in order]
-        place_start = np.array([0, *(np.flatnonzero([a != b for a, b in zip(counts, counts[1:], strict=False)]) + 1)])
+        place_start = np.array([0, *(np.flatnonzero([a != b for a, b in pairwise(counts)]) + 1)])
         return cls(
             records,
             Layout(

@@ -48,7 +48,7 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """Profile likelihood: values (k,) that rise, minus2 (k,) of −2 log likelihood above the best, young_pa (k,) there."""
+    """Profile likelihood: values (k,) that rise, minus2 (k,) of −2 log likelihood above the best, young_pa (k,)."""
 
     values: np.ndarray
     minus2: np.ndarray

@@ -1,10 +1,10 @@
 """Likelihood of presses whose places differ: a mixed-effects model with conditional modes and Laplace's approximation.
 
 The force F of a press at depth d is  asinh(F/c) = asinh(m/c) + σ ε,  log m = log E + log f(d − o) + a + b l + e l,
-l = log(d/d₀), with ε standard normal: noise of the share σ at large forces, and σ c at small ones. The offset o of first
-touch is normal over presses; the level a and the exponent b are normal over places; e is common to all. Modes of the
-effects given the forces are found by Gauss and Newton, and the integral over them is Laplace's (Lindstrom and Bates,
-Biometrics 46, 1990; Pinheiro and Bates, J. Comput. Graph. Stat. 4, 1995).
+l = log(d/d₀), with ε standard normal: noise of the share σ at large forces, and σ c at small ones. The offset o of
+first touch is normal over presses; the level a and the exponent b are normal over places; e is common to all. Modes of
+the effects given the forces are found by Gauss and Newton, and the integral over them is Laplace's (Lindstrom and
+Bates, Biometrics 46, 1990; Pinheiro and Bates, J. Comput. Graph. Stat. 4, 1995).
 """
 
 from typing import NamedTuple

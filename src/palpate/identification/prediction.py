@@ -1,4 +1,4 @@
-"""Judge laws by presses that they did not see: left out by place, depth, session and specimen, beside rivals and floors.
+"""Judge laws by presses that they did not see: left out by place, depth, session, specimen, with rivals and floors.
 
 The rivals are fitted alike, with offsets, places that differ and noise: a straight line and a power law take the place
 of the forward model. Fitted to each press alone, they have its shallow half only. The floor is how well a repeat, or
@@ -32,7 +32,7 @@ PREDICTIONS = Table(
     "Error of forces of presses that a model did not see, by what was left out.",
     """
     by: what is left out: place, depth (beyond half of the largest), session or specimen
-    model: a law; line and power_law, fitted alike to all, or to the place alone (_of_place); repeat and neighbour, the floor
+    model: a law; line and power_law, fitted alike to all or to the press alone (_of_place); repeat, neighbour: the floor
     press: its name
     error_share: root of the mean square error of its forces that were left out, over that of the forces
     bias_share: mean error over the mean force; positive where the prediction is too large

@@ -40,7 +40,7 @@ class Comparison(NamedTuple):
 
 
 def compare_sessions(records: PressRecords) -> list[Comparison]:
-    """Return a comparison of each two sessions of a specimen that pressed the same places, by name or within a radius."""
+    """Compare each two sessions of a specimen that pressed the same places, by name or within a radius."""
     found = []
     for specimen in dict.fromkeys(press.specimen for press in records.presses):
         presses = [press for press in records.presses if press.specimen == specimen]

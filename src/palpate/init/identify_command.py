@@ -91,9 +91,8 @@ def body_of(given: str | None, config: Path | None, scale_m: float | None, hold:
     if config is not None:
         settings = complete(read_settings(config), config)
         if given not in settings["bodies"]:
-            raise InputError(
-                f"--body {given} is not in {config}; {suggest(given, list(settings['bodies']), 'choose from')}"
-            )
+            known = suggest(given, list(settings["bodies"]), "choose from")
+            raise InputError(f"--body {given} is not in {config}; {known}")
         entry = settings["bodies"][given]
         return make_body(given, entry | paths_of_body(entry, config.parent))
     if hold not in (None, *HOLDS):
@@ -113,9 +112,7 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
     InputError for presses, a body or an instrument that do not fit each other; then nothing is written.
     """
     if asked.instrument.kind != SPHERE:
-        raise InputError(
-            f"--instrument {asked.instrument.name}: presses are identified for a sphere; give sphere:RADIUS_M."
-        )
+        raise InputError(f"--instrument {asked.instrument.kind}: forces are known for a ball; give sphere:RADIUS_M.")
     folder = folder or presses.with_name(f"{presses.stem}_identified")
     _refuse(folder)
     size = asked.body.coarse.size if asked.body is not None else _largest(asked.thickness_m)
@@ -192,7 +189,8 @@ def write_results(
     with write_whole(folder / "prediction_summary.csv") as part:
         judged.to_csv(part, index=False)
     for name, one in found:
-        file = "identified.png" if len(found) == 1 else f"identified_{re.sub(r'[^\w-]+', '_', name)}.png"
+        plain = re.sub(r"[^\w-]+", "_", name)
+        file = "identified.png" if len(found) == 1 else f"identified_{plain}.png"
         with write_whole(folder / file) as part:
             draw_identified(one).savefig(part)
 

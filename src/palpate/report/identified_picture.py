@@ -1,5 +1,7 @@
 """Draw what was identified from presses: measured and predicted forces, and profiles of the likelihood."""
 
+from itertools import pairwise
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -51,7 +53,7 @@ def _agreement(axis: Axes, found: Identified) -> None:
     axis.plot(depth, 100.0 * off, ".", ms=2, color=style.FAINT)
     edges = np.linspace(0.0, 1.0, 9)
     middle = [np.median(off[(depth > a) & (depth <= b)]) if ((depth > a) & (depth <= b)).any() else np.nan
-              for a, b in zip(edges[:-1], edges[1:], strict=True)]  # fmt: skip
+              for a, b in pairwise(edges)]  # fmt: skip
     axis.plot(0.5 * (edges[:-1] + edges[1:]), 100.0 * np.array(middle), "o-", ms=4, color=style.INK, label="median")
     span = 100.0 * float(np.quantile(np.abs(off), 0.95))
     axis.set(xlabel="depth over the largest", ylabel="measured over fitted, less 1 [%]", title="what is left")

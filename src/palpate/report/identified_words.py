@@ -102,7 +102,7 @@ def _parameters(found: Identified) -> Iterator[str]:
         if interval.known and interval.open_low != interval.open_high and min(low_end, high_end) < AT_END * width:
             side = "below" if low_end < high_end else "above"
             edge = ends[0] if low_end < high_end else ends[1]
-            yield f"The presses fit best at the end of this range: {what} may be {side} {edge}, or another law may hold."
+            yield f"The presses fit best at the end of this range: {what} may be {side} {edge}, or the law another."
 
 
 def _law(found: Identified) -> Iterator[str]:
@@ -111,7 +111,8 @@ def _law(found: Identified) -> Iterator[str]:
     if not best.follows:
         way = "steeper" if best.excess.best > 0 else "flatter"
         than = f"than any law here, of which {spaced(best.law)} comes nearest" if others else f"than {spaced(best.law)}"
-        yield f"The curve is {way} {than}: the exponent of depth is {excess} {'above' if way == 'steeper' else 'below'} its."
+        side = "above" if way == "steeper" else "below"
+        yield f"The curve is {way} {than}: the exponent of depth is {excess} {side} its."
         return
     same = [spaced(name) for name in found.same_law[1:]]
     beaten = [spaced(score.law) for score in others if score.law not in found.same_law]
@@ -131,7 +132,8 @@ def _scatter(found: Identified) -> Iterator[str]:
         yield f"{line}; noise is {percent(found.noise_share)} and {two_digits(1e3 * found.noise_n)} mN (deviations)."
     if found.offset_m is not None:
         low, best, high = (two_digits(1e3 * value) for value in found.offset_m[:3])
-        line = f"First touch is at {best} mm ({low} to {high}) of the stated depth, ± {two_digits(1e3 * found.offset_scatter_m)} mm"
+        scatter = two_digits(1e3 * found.offset_scatter_m)
+        line = f"First touch is at {best} mm ({low} to {high}) of the stated depth, ± {scatter} mm between presses"
         yield f"{line}{'; that cannot be told from these presses' if not found.offset_m.known else ''}."
     if found.relative_error > 0.0:
         yield f"The model's own error of {percent(found.relative_error)} in force is part of these intervals."

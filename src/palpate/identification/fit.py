@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 from palpate.errors import InputError, NotConverged
 from palpate.identification.force_table import ForceTable, tabulate
 from palpate.identification.forward import Forward
-from palpate.identification.mixed_effects import Layout, Modes, Spread, modes
+from palpate.identification.mixed_effects import Layout, Modes, Spread, modes, no_effects
 from palpate.identification.presses import Press, PressRecords
 
 POINTS = 12
@@ -29,6 +29,8 @@ BOUNDS = {
 }  # fmt: skip
 FLOORS = (1e-4, 30.0)
 """Bounds of the noise at small forces, over the median of the presses' largest."""
+DIFFERENCE = 1e-5
+"""Step of derivatives by differences; the likelihood is known to some 1e-9."""
 CONVERGED, RESTARTS = 1e-2, 4
 """Change of −2 log likelihood that ends restarts, small beside the threshold of an interval, and most of them."""
 
@@ -138,12 +140,14 @@ class MixedModel:
     E/(1 − ν²); offset, in −1 … 1 of its range; log_noise, log_floor, place, shape, offset_scatter, repeat, excess as in
     ``Spread``. The last is common to all presses and has the forward model's own error as its deviation.
     free_excess : whether it has none, so that the presses say what exponent the law lacks
+    shapes : whether places differ in the exponent of depth; weights : (places,) how often each counts, or None for once
     """
 
     data: Data
     table: ForceTable
     offset_m: tuple[float, float]
     free_excess: bool = False
+    shapes: bool = True
     weights: np.ndarray | None = None
 
     @classmethod
@@ -168,7 +172,7 @@ class MixedModel:
         names = [*self.parameters, "log_modulus"]
         if self.offset_m[1] > self.offset_m[0]:
             names += ["offset", "offset_scatter"]
-        names += ["log_noise", "log_floor", "place", "shape"]
+        names += ["log_noise", "log_floor", "place", *["shape"] * self.shapes]
         if self.data.has_repeats:
             names.append("repeat")
         if self.free_excess or self.table.forward.relative_error > 0.0:
@@ -201,23 +205,24 @@ class MixedModel:
         """Return E over the modulus that is fitted: 1 − ν² where ν is free."""
         return 1.0 - values["poisson"] ** 2 if "poisson" in self.parameters else 1.0
 
-    def modes(self, unknown: Mapping[str, float]) -> Modes:
-        """Return the likelihood of each place and the predictions."""
+    def modes(self, unknown: Mapping[str, float], effects: np.ndarray | None = None) -> Modes:
+        """Return the likelihood of each place and the predictions; effects : see ``mixed_effects.modes``."""
         values = self.values(unknown)
         half = 0.5 * (self.offset_m[1] - self.offset_m[0])
         spread = Spread(
             float(np.exp(unknown["log_noise"])), float(np.exp(unknown["log_floor"])), unknown["place"],
-            unknown["shape"], unknown.get("repeat", 0.0), values["offset_m"],
+            unknown.get("shape", 0.0), unknown.get("repeat", 0.0), values["offset_m"],
             half * unknown.get("offset_scatter", 0.0), unknown.get("excess", 0.0),
         )  # fmt: skip
         logs, slopes = self.table.at(np.array([unknown[name] for name in self.parameters]))
         return modes(
-            self.data.layout, logs, slopes, self.table.start, self.table.step, float(np.log(values["young_pa"])), spread
-        )
+            self.data.layout, logs, slopes, self.table.start, self.table.step, float(np.log(values["young_pa"])), spread,
+            effects,
+        )  # fmt: skip
 
-    def minus2(self, unknown: Mapping[str, float]) -> float:
+    def minus2(self, unknown: Mapping[str, float], effects: np.ndarray | None = None) -> float:
         """Return −2 log likelihood, with the deviation of the forward model's own exponent in it."""
-        each = self.modes(unknown).minus2
+        each = self.modes(unknown, effects).minus2
         total = float(each.sum() if self.weights is None else self.weights @ each)
         error = self.table.forward.relative_error
         if error > 0.0 and not self.free_excess:
@@ -229,7 +234,7 @@ class MixedModel:
         unknown = {name: parameter for name in self.parameters} | {"log_modulus": 0.0}
         unknown |= {name: START[name] for name in self.names if name in START}
         unknown |= {"offset": 0.0} if "offset" in self.names else {}
-        unknown["log_floor"] = float(np.log(0.01 * self.data.typical_n))
+        unknown["log_floor"] = float(np.log(0.01 * max(self.data.typical_n, 1e-9)))
         layout = self.data.layout
         log_m = self.modes(unknown | {"place": 0.0, "shape": 0.0, "offset_scatter": 0.0, "repeat": 0.0}).log_force
         used = (layout.weight > 0) & (layout.force_n > 0.05 * self.data.typical_n) & (log_m > -100.0)
@@ -272,11 +277,11 @@ def fitted(
 
     bounds = [model.bounds(name) for name in names]
     begin = np.clip([start[name] for name in names], *np.array(bounds).T)
-    value, at = np.inf, begin
+    value, at, effects = np.inf, begin, no_effects(model.data.layout)
     for _ in range(RESTARTS):  # a quasi-Newton method may stop early in a narrow valley; a new one from there goes on
         found = minimize(
-            lambda free: model.minus2(whole(free)), at, method="SLSQP", bounds=bounds,
-            options={"maxiter": 200, "ftol": 1e-7},
+            lambda free: model.minus2(whole(free), effects), at, method="SLSQP", bounds=bounds,
+            options={"maxiter": 200, "ftol": 1e-7, "eps": DIFFERENCE},
         )  # fmt: skip
         if not np.isfinite(found.fun) or found.fun > value:
             break
@@ -290,5 +295,9 @@ def fitted(
 
 def best_fit(model: MixedModel, starts: Sequence[float] = (0.0, -0.7, 0.7)) -> tuple[dict[str, float], float]:
     """Return the unknown of the greatest likelihood from several starts, and −2 log likelihood there."""
-    tries = starts if model.parameters else starts[:1]
-    return min((fitted(model, model.start(at)) for at in tries), key=lambda found: found[1])
+    best, least = fitted(model, model.start(starts[0]))
+    for at in starts[1:] if model.parameters else ():
+        other, value = fitted(model, best | dict.fromkeys(model.parameters, at))
+        if value < least:
+            best, least = other, value
+    return best, least

@@ -145,7 +145,7 @@ def identify(
         done[OFFSET][0] if OFFSET in done else None,
         0.5 * (model.offset_m[1] - model.offset_m[0]) * best.get("offset_scatter", 0.0),
         best["place"],
-        best["shape"],
+        best.get("shape", 0.0),
         best.get("repeat", np.nan),
         float(np.exp(best["log_noise"])),
         float(np.exp(best["log_noise"] + best["log_floor"])),

@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-STEPS, STEP_TOLERANCE = 25, 1e-7
-"""Most steps to the modes of a place's effects, and the step in their deviations that ends them."""
+STEPS, STEP_TOLERANCE = 40, 1e-9
+"""Most steps to the modes of a place's effects, and the step in their deviations that ends them. Trap: the determinant
+changes in proportion to what is left, and derivatives are taken by differences."""
 LARGEST_STEP = 2.0
 """Of an effect, in its standard deviations."""
 
@@ -60,16 +61,24 @@ class Modes(NamedTuple):
     offset_m: np.ndarray
 
 
+def no_effects(layout: Layout) -> np.ndarray:
+    """Return effects (k,) of all places at 0, in their standard deviations."""
+    return np.zeros(2 * (len(layout.place_start) - 1) + 2 * (len(layout.press_start) - 1))
+
+
 def modes(
-    layout: Layout, logs: np.ndarray, slopes: np.ndarray, start: float, step: float, log_young: float, spread: Spread
-) -> Modes:
+    layout: Layout, logs: np.ndarray, slopes: np.ndarray, start: float, step: float, log_young: float, spread: Spread,
+    effects: np.ndarray | None = None,
+) -> Modes:  # fmt: skip
     """Return the likelihood of each place, and predictions with the effects' modes.
 
     logs, slopes : (tables, depths) of log f and its slope over log depth, at start + k step
+    effects : (k,) where the modes are looked for first, and where they are after; modes at hand save most steps
     """
     places, n = len(layout.place_start) - 1, len(layout.depth_m)
     found = Modes(np.empty(places), np.empty(n), np.empty(len(layout.press_start) - 1))
-    _all_places(*layout, logs, slopes, start, step, log_young, tuple(spread), *found)
+    effects = no_effects(layout) if effects is None else effects
+    _all_places(*layout, logs, slopes, start, step, log_young, tuple(spread), effects, *found)
     return found
 
 
@@ -114,7 +123,7 @@ def _solve(matrix, right, solution):
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def _all_places(
     depth_m, force_n, level, weight, press_start, place_start, table, logs, slopes, start, step, log_young, spread,
-    minus2, log_force, offset_m,
+    effects, minus2, log_force, offset_m,
 ):  # fmt: skip
     noise, floor_n, place_sd, shape_sd, repeat_sd, offset, offset_sd, excess = spread
     seen, constant = np.empty(len(force_n)), np.empty(len(force_n))
@@ -124,7 +133,8 @@ def _all_places(
     for g in range(len(place_start) - 1):
         first, end = place_start[g], place_start[g + 1]
         size = 2 + 2 * (end - first)  # level and exponent of the place, offset and level of each press
-        u, old, move, grad = np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size)
+        own = effects[2 * g + 2 * first : 2 * g + 2 * first + size]
+        u, old, move, grad = own.copy(), np.zeros(size), np.zeros(size), np.zeros(size)
         hessian = np.zeros((size, size))  # upper half
         best, log_det = np.inf, 0.0
         for turn in range(2 * STEPS):
@@ -166,7 +176,7 @@ def _all_places(
                     hessian[1, o + 1] += gain * j1 * j3
                     hessian[o, o + 1] += gain * j2 * j3
                     hessian[o + 1, o + 1] += gain * j3 * j3
-            if total > best * (1.0 + 1e-12) and turn < 2 * STEPS - 1:  # too far: half way back
+            if total > best + 1e-12 * (1.0 + best) and turn < 2 * STEPS - 1:  # too far: half way back
                 u = 0.5 * (u + old)
                 continue
             log_det = _solve(hessian, grad, move)
@@ -177,5 +187,6 @@ def _all_places(
             old = u.copy()
             u = u + move * min(1.0, LARGEST_STEP / farthest)
         minus2[g] = total + log_det
+        own[:] = u
         for i in range(press_start[first], press_start[end]):
             minus2[g] += constant[i] * weight[i]

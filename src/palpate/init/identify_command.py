@@ -4,9 +4,8 @@ import dataclasses
 import os
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
@@ -14,13 +13,13 @@ import pandas as pd
 from palpate.bodies.body import Body
 from palpate.bodies.make_body import make_body
 from palpate.bodies.settings import paths_of_body
-from palpate.effects.instrument import SPHERE, Instrument
+from palpate.effects.instrument import SPHERE
 from palpate.errors import InputError, NotConverged, suggest
 from palpate.files import write_whole
-from palpate.identification.fit import OFFSETS, Options
-from palpate.identification.forward import Forward, Range, SlabForward
+from palpate.identification.asked import IDENTIFIED, Asked, forwards_for, table_rows
+from palpate.identification.fit import Options
+from palpate.identification.forward import Range
 from palpate.identification.identify import Identified, identify
-from palpate.identification.intervals import Interval
 from palpate.identification.prediction import DEPTH, PLACE, PREDICTIONS, SESSION, SPECIMEN, predict, summary
 from palpate.identification.presses import PressRecords, doubts, read_presses
 from palpate.identification.sessions import compare_sessions, consistent_parts
@@ -31,51 +30,9 @@ from palpate.report.identified_picture import draw_identified
 from palpate.report.identified_words import compared, sentences
 from palpate.run.settings import complete
 from palpate.run.settings_yaml import read_settings
-from palpate.table_declaration import Table
 
-LAWS = ("neo_hookean", "exponential")
-"""The laws that are compared unless others are asked for; the second stiffens by a parameter."""
-EXPONENTIAL, STIFFENING = "exponential", (0.0, 20.0)
-"""The law whose stiffening is fitted, and its range."""
-POISSON, STICKING = (0.3, 0.49), (0.0, 1.0)
-"""Ranges of ν and of friction that are never fixed silently."""
-MARGIN = 1.5
-"""Of the least offset of first touch: so much deeper a model is asked."""
 CURVES = "curves"
 """Folder of the results that keeps forces of models, so that a second run has them."""
-
-IDENTIFIED = Table(
-    "identified",
-    "What presses determine, with intervals of 90 % unless asked otherwise.",
-    """
-    part: the specimen and session that were fitted, or all
-    law reported: the law, and whether it is the one that fits best
-    quantity unit: a parameter, E, a scatter or the exponent of depth that the law lacks
-    low best high: the interval, by profile likelihood
-    known: whether the presses say more than the range did
-    open_low open_high: whether an end is that of the range
-    resampled_low resampled_high: the interval by drawing places with replacement
-    """,
-)
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What the user has given besides presses; a range is (low, high).
-
-    body : the organ, or None; thickness_m : of a slab, or None; without both the tissue is a half-space
-    poisson, sticking, stiffening : known or ranges; laws : that are compared; offset_m : of first touch
-    """
-
-    instrument: Instrument
-    body: Body | None = None
-    thickness_m: Range | None = None
-    poisson: Range = POISSON
-    sticking: Range = STICKING
-    stiffening: Range = STIFFENING
-    laws: Sequence[str] = LAWS
-    offset_m: tuple[float, float] | None = None
-    columns: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
 
 def body_of(given: str | None, config: Path | None, scale_m: float | None, hold: str | None) -> Body | None:
@@ -129,7 +86,7 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
         try:
             for part in parts:
                 name = _name(part, len(parts))
-                one = identify(part, _forwards(part, asked, folder / CURVES), options, pool.map, say)
+                one = identify(part, forwards_for(part, asked, folder / CURVES), options, pool.map, say)
                 say("predictions of presses left out")
                 told = predict(one.models, one.best, options, (PLACE, DEPTH, SESSION), pool.map)
                 answer += [*([f"{name}:"] if len(parts) > 1 else []), *sentences(one, told)]
@@ -139,7 +96,7 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
             specimens = {press.specimen for press in records.presses}
             if len(specimens) > 1:
                 say("predictions of specimens left out")
-                whole = identify(records, _forwards(records, asked, folder / CURVES), _quick(options), pool.map, say)
+                whole = identify(records, forwards_for(records, asked, folder / CURVES), _quick(options), pool.map, say)
                 told = predict(whole.models, whole.best, options, (SPECIMEN,), pool.map)
                 predictions.append(told.assign(part="all"))
                 answer += [line for line in sentences(whole, told) if "specimen" in line]
@@ -147,33 +104,6 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
             raise InputError(f"{presses}: {failure}; leave out presses that touch nothing.") from failure
     write_results(folder, IDENTIFIED.frame(rows), pd.concat(predictions), found)
     return "\n".join(["", *answer, "", f"wrote    {folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}"])
-
-
-def table_rows(found: Identified, part: str) -> list[tuple]:
-    """Return the rows of IDENTIFIED of one part of the presses."""
-    named: list[tuple[str, str, Interval]] = [("young_pa", "Pa", found.young_pa)]
-    if found.modulus_pa is not None:
-        named.append(("modulus_pa", "Pa", found.modulus_pa))
-    named += [(name, found.units[name], interval) for name, interval in found.parameters.items()]
-    if found.offset_m is not None:
-        named.append(("offset_m", "m", found.offset_m))
-    scatter = {
-        "offset_scatter_m": ("m", found.offset_scatter_m), "place_scatter": ("1", found.place_scatter),
-        "shape_scatter": ("1", found.shape_scatter), "repeat_scatter": ("1", found.repeat_scatter),
-        "noise_share": ("1", found.noise_share), "noise_n": ("N", found.noise_n),
-        "relative_error": ("1", found.relative_error), "table_error": ("1", found.table_error),
-    }  # fmt: skip
-    rows = []
-    for name, unit, interval in named:
-        drawn = found.resampled.get(name)
-        ends = (drawn.low, drawn.high) if drawn else (None, None)
-        rows.append((part, found.law, True, name, unit, *interval[:3], interval.known, *interval[3:5], *ends))
-    rows += [(part, found.law, True, name, unit, None, value, *6 * [None]) for name, (unit, value) in scatter.items()]
-    for score in found.laws:
-        own = score.law == found.law
-        rows.append((part, score.law, own, "exponent_excess", "1", *score.excess[:3], True, False, False, None, None))
-        rows.append((part, score.law, own, "likelihood_above", "1", None, score.above, *6 * [None]))
-    return rows
 
 
 def write_results(
@@ -193,28 +123,6 @@ def write_results(
         file = "identified.png" if len(found) == 1 else f"identified_{plain}.png"
         with write_whole(folder / file) as part:
             draw_identified(one).savefig(part)
-
-
-def _forwards(records: PressRecords, asked: Asked, curves: Path) -> dict[str, Forward]:
-    """Return the forward model of each law that is asked for."""
-    largest = max(float(press.depth_m.max()) for press in records.presses)
-    least = (asked.offset_m or (OFFSETS[0] * largest, 0.0))[0]
-    deepest = largest - MARGIN * min(least, 0.0)
-    forwards: dict[str, Forward] = {}
-    for law in asked.laws:
-        stiffening = asked.stiffening if law == EXPONENTIAL else 0.0
-        local = SlabForward(
-            asked.instrument.radius_m, deepest, law, None if asked.body is not None else asked.thickness_m,
-            asked.poisson, stiffening, asked.sticking, curves,
-        )  # fmt: skip
-        forwards[law] = _on_body(asked.body, asked.instrument, records, local) if asked.body is not None else local
-    return forwards
-
-
-def _on_body(body: Body, instrument: Instrument, records: PressRecords, local: Forward) -> Forward:
-    from palpate.identification.on_body import OrganForward
-
-    return OrganForward(body, instrument, records.presses, local)
 
 
 def _quick(options: Options) -> Options:

@@ -3,11 +3,13 @@
 Forces are those of a tissue with Young's modulus 1 Pa: all laws are proportional to it, so that a fit multiplies them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
 import numpy as np
+
+from palpate.identification.curves import CurveFamily, Ranges, family_of
 
 Range = float | tuple[float, float]
 """A value that is known, or the least and greatest that one may have."""

@@ -3,12 +3,13 @@
 A file has a row a point, and these columns; docs/add-a-measurement.md shows one.
 
     press                             name of the press that the row belongs to
-    depth_m force_n                   way of the instrument into the tissue since first touch [m], and force [N], positive
-                                      where it presses
+    depth_m force_n                   way of the instrument into the tissue since first touch [m], and force [N],
+                                      positive where it presses
     time_s                            optional; without it the rows of a press are in the order of rising depth
     x_m y_m z_m                       optional: place of first touch, the same in all rows of a press [m]
     direction_x direction_y direction_z  optional: where the instrument moves, into the tissue; or, instead,
     normal_x normal_y normal_z        the outward normal of the surface, against which it moves
+    thickness_m                       optional: of the tissue between the instrument and what it lies on [m]
     place session specimen            optional: names; presses at one place (x_m y_m z_m) are repeats there
 """
 
@@ -43,11 +44,12 @@ class Press:
     time_s: np.ndarray | None
     depth_m: np.ndarray
     force_n: np.ndarray
+    thickness_m: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class PressRecords:
-    """Presses by one instrument, and the file ``source`` that they are from; without instrument only relaxation follows."""
+    """Presses by one instrument, None if it is not known, and the file ``source`` that they are from."""
 
     instrument: Instrument | None
     presses: tuple[Press, ...]
@@ -57,7 +59,7 @@ class PressRecords:
 NEEDED, NAMES = ("press", "depth_m", "force_n"), ("place", "session", "specimen")
 VECTORS = {name: tuple(f"{name}_{axis}" for axis in "xyz") for name in ("direction", "normal")}
 AT = ("x_m", "y_m", "z_m")
-COLUMNS = (*NEEDED, "time_s", *AT, *VECTORS["direction"], *VECTORS["normal"], *NAMES)
+COLUMNS = (*NEEDED, "time_s", "thickness_m", *AT, *VECTORS["direction"], *VECTORS["normal"], *NAMES)
 """The columns that are read; others are ignored."""
 
 LEAST_POINTS = 5
@@ -95,9 +97,6 @@ def read_presses(
     path, table = str(path), _table(path)
     table = _renamed(table, columns or {}, path)
     _check_columns(table, path)
-    if unknown := sorted(set(leave_out) - set(table["press"])):
-        near = suggest(unknown[0], list(dict.fromkeys(table["press"]))[:10], "its first are")
-        raise InputError(f"leave_out names the press {unknown[0]}, which {path} does not have; {near}")
     table = table[~table["press"].isin(list(leave_out))].copy()
     if table.empty:
         raise InputError(f"{path} has no press that leave_out does not name; name fewer.")
@@ -249,7 +248,7 @@ def _press(name: str, rows: pd.Index, cells: Mapping[str, np.ndarray], least_poi
     place = f"{path}: the press {name}"
     if len(rows) < least_points:
         raise InputError(f"{place} has {len(rows)} points, fewer than {least_points}; measure more, or leave it out.")
-    for column in (*AT, *VECTORS["direction"], *VECTORS["normal"], *NAMES):
+    for column in ("thickness_m", *AT, *VECTORS["direction"], *VECTORS["normal"], *NAMES):
         if column in cells and len(other := rows[cells[column] != cells[column][0]]):
             raise InputError(
                 f"{path}, row {other[0]}: {column} of the press {name} differs from that in the row above; give two "
@@ -274,8 +273,12 @@ def _press(name: str, rows: pd.Index, cells: Mapping[str, np.ndarray], least_poi
             f"{time[still[0] + 1]:g} s; sort its rows by time, or give two presses two names."
         )
     at = np.array([cells[column][0] for column in AT], dtype=float) if AT[0] in cells else None
+    thickness = float(cells["thickness_m"][0]) if "thickness_m" in cells else None
     words = {column: str(cells[column][0]).strip() if column in cells else "" for column in NAMES}
-    return Press(name, at_m=at, direction=_direction(cells, place), time_s=time, depth_m=depth, force_n=force, **words)
+    return Press(
+        name, at_m=at, direction=_direction(cells, place), time_s=time, depth_m=depth, force_n=force,
+        thickness_m=thickness, **words,
+    )  # fmt: skip
 
 
 def _direction(cells: Mapping[str, np.ndarray], place: str) -> np.ndarray | None:

@@ -10,7 +10,8 @@ from palpate.report.model_looks import look
 from palpate.report.report import Report
 from palpate.report.words import listed, spaced
 from palpate.studies.measured.experiment import GIVEN
-from palpate.studies.measured.figures import named
+from palpate.studies.measured.figures.models import named
+from palpate.studies.measured.report_of_presses import pressed, relaxing
 
 TITLE = "Models beside a measured body"
 QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping ratio"}
@@ -25,7 +26,9 @@ def numbers(report: Report) -> dict[str, Any]:
     """Return what the template names: the answers of each experiment."""
     table = report.tables["measured"]
     return {
-        "experiments": [_experiment(tables.where(table, experiment=one)) for one in dict.fromkeys(table["experiment"])]
+        "experiments": [_experiment(tables.where(table, experiment=one)) for one in dict.fromkeys(table["experiment"])],
+        "pressed": list(pressed(report)),
+        "relaxing": list(relaxing(report)),
     }
 
 

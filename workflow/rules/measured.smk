@@ -1,7 +1,7 @@
 # Models beside bodies that were measured.
 
 
-from palpate.bodies.material import LAWS
+from palpate.bodies.material import kind_of
 
 
 include: "functions/measured.smk"

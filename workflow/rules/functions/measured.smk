@@ -21,13 +21,13 @@ def body_of_experiment(wildcards):
 
 def own_laws_of_measured():
     """The files of the user's own laws, as they can be opened from here."""
-    return [law for law in models_of_measured()["fem_p2"]["laws"] if law not in LAWS]
+    return [law for law in models_of_measured()["fem_p2"]["laws"] if not kind_of(law)]
 
 
 def models_of_measured():
     """The models that are put beside what was measured, with laws as they can be opened from here."""
     models = config["measured"]["models"]
-    laws = [law if law in LAWS else normpath(CONFIG_FILE.parent / law) for law in models["fem_p2"]["laws"]]
+    laws = [law if kind_of(law) else normpath(CONFIG_FILE.parent / law) for law in models["fem_p2"]["laws"]]
     return models | {"fem_p2": models["fem_p2"] | {"laws": laws}}
 
 

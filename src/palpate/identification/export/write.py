@@ -1,0 +1,102 @@
+"""Write identified numbers for palpate, SOFA, MuJoCo and Newton into a folder, each modulus corrected for the mesh."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from palpate.benchmark.touch import Touch
+from palpate.bodies.body import Body
+from palpate.files import write_whole
+from palpate.identification.export import mujoco, newton, palpate_config, sofa
+from palpate.identification.export.engine_mesh import EngineMesh
+from palpate.identification.export.numbers import Numbers
+from palpate.identification.export.pressed_mesh import pressed
+from palpate.identification.forward import Forward
+from palpate.models.mujoco_flex import gmsh
+
+MOST_PLACES = 8
+"""Presses that are repeated on the mesh for engines, spread over all."""
+LAWS = {"mujoco": mujoco.LAW, "sofa": sofa.LAW, "newton": newton.LAW}
+
+
+def export(
+    numbers: Numbers,
+    body: Body,
+    level: int,
+    touches: Sequence[Touch],
+    organ: Forward,
+    values: Mapping[str, float],
+    folder: Path,
+) -> list[Path]:
+    """Write all files into ``folder`` and return them.
+
+    level : of ``body``, the mesh for engines; touches : k presses, as deep as they were, with where they begin on it
+    organ, values : give the forces of these presses, ``values`` being the identified parameters
+    NotConverged where no press has an answer on the mesh.
+    """
+    chosen = np.unique(np.linspace(0, len(touches) - 1, MOST_PLACES).round().astype(int))
+    kept = [touches[i] for i in chosen]
+    right = np.array([organ.forces(int(i), np.array([touches[i].depth_m]), values)[0] for i in chosen])
+    meshes = {
+        engine: EngineMesh(body, level, numbers, pressed(body, level, law, numbers.poisson, kept, right))
+        for engine, law in LAWS.items()
+    }
+    mesh, name = body.levels[level], numbers.name
+    held = body.anchors[level]
+    texts = {
+        f"{name}_palpate.yaml": palpate_config.snippet(numbers),
+        f"{name}.xml": mujoco.scene(meshes["mujoco"], f"{name}.msh", kept[0]),
+        f"{name}_sofa.py": sofa.scene(meshes["sofa"], f"{name}.msh"),
+        f"{name}_newton.py": newton.script(meshes["newton"], f"{name}.npz"),
+        "exported.json": json.dumps(
+            {
+                "young_pa": numbers.young_pa,
+                "poisson": numbers.poisson,
+                "density_kg_m3": numbers.density_kg_m3,
+                "damping_s": numbers.damping_s,
+                "engines": {engine: _facts(each) for engine, each in meshes.items()},
+                "presses": [
+                    {
+                        "tip_m": touch.poses[body].tip.tolist(),
+                        "direction": touch.direction.tolist(),
+                        "depth_m": touch.depth_m,
+                        "force_n": float(force) * numbers.young_pa,
+                    }
+                    for touch, force in zip(kept, right, strict=True)
+                ],
+            },
+            indent=2,
+        ),
+    }
+    for file, text in texts.items():
+        with write_whole(folder / file) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    with write_whole(folder / f"{name}.msh") as temporary:
+        temporary.write_bytes(gmsh(mesh))
+    with write_whole(folder / f"{name}.npz") as temporary:
+        np.savez(temporary, nodes_m=mesh.nodes, tetrahedra=mesh.tetrahedra, held=held)
+    return [folder / file for file in (*texts, f"{name}.msh", f"{name}.npz")]
+
+
+def _facts(mesh: EngineMesh) -> dict:
+    ratios = [None if np.isnan(each) else float(each) for each in mesh.stiffer.ratios]
+    law = Path(mesh.stiffer.law).stem
+    return {
+        "young_pa": mesh.young_pa,
+        "poisson": mesh.stiffer.poisson,
+        "law": law,
+        "stiffer_by": mesh.stiffer.factor - 1.0,
+        "scatter_of_places": mesh.stiffer.scatter,
+        "force_over_organ": ratios,
+    }
+
+
+def touches_on(body: Body, touches: Sequence[Touch], depths_m: Sequence[float]) -> list[Touch]:
+    """Return touches of places to depths (k,) [m], that begin on ``body`` where they begin on the body of theirs."""
+    return [
+        replace(touch, depth_m=float(depth), poses=dict.fromkeys([body], next(iter(touch.poses.values()))))
+        for touch, depth in zip(touches, depths_m, strict=True)
+    ]

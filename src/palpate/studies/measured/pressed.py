@@ -88,20 +88,26 @@ def identify_presses(input, output, params, wildcards, say):
 
 def _elastic(name: str, records: PressRecords, entry: Mapping, body, seed: int, folder: Path, say: Callable) -> dict:
     """Return the tables of what the forces over depth determine, of each part whose sessions agree."""
-    from palpate.identification.asked import forwards_of, table_rows
+    from palpate.identification.asked import Asked, forwards_for, table_rows
     from palpate.identification.fit import Options
     from palpate.identification.identify import identify
     from palpate.identification.prediction import predict
     from palpate.identification.sessions import compare_sessions, consistent_parts
 
+    thickness, poisson, sticking = (
+        tuple(entry[key]) if entry[key] else None for key in ("thickness_m", "poisson", "sticking")
+    )
+    asked = Asked(Instrument(**entry["instrument"]), body, thickness, poisson, sticking, laws=entry["laws"])
     rows: list = []
     predicted, curves = [], []
     for consistent in consistent_parts(records, compare_sessions(records)):
         part = _words(consistent)
         options = Options(seed=seed)
-        found = identify(consistent, forwards_of(consistent, entry, body, folder), options, say=say)
+        found = identify(consistent, forwards_for(consistent, asked, folder / "curves"), options, say=say)
         rows += [[name, *row] for row in table_rows(found, part)]
-        predicted.append(predict(found.models, found.best, options, entry["held_out"]).assign(entry=name, part=part))
+        say(f"{name}: predictions of presses left out")
+        told = predict(found.models, found.best, options, entry["held_out"])
+        predicted.append(told.assign(entry=name, part=part))
         curves.append(_curves(found).assign(entry=name, part=part))
     return {
         PRESSES.name: PRESSES.frame(rows),

@@ -1,4 +1,4 @@
-"""Write examples/palpation/slab_presses.csv, presses whose answer is known: python tests/benchmarks/synthetic_presses.py
+"""Write examples/palpation/slab_presses.csv, presses whose answer is known; run it from the repository's root.
 
 A bonded slab 15 mm thick under a ball of 5 mm that slides: the exact force of a linear elastic layer, by an integral
 equation that has nothing in common with the models that are fitted. The rest is drawn: each press begins late by an

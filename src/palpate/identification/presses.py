@@ -103,7 +103,7 @@ def read_presses(
     _check_cells(table, path)
     if names:
         table = _named(table, names, path)
-    presses = tuple(_press(*run, least_points, path) for run in _runs(table, path))
+    presses = tuple(_press(*run, least_points, path) for run in list(_runs(table, path)))
     records = PressRecords(instrument, _places(presses), path)
     _check_units(records, size_m)
     return records
@@ -125,7 +125,7 @@ def join(records: Sequence[PressRecords]) -> PressRecords:
 
 def doubts(records: PressRecords) -> Iterator[str]:
     """Yield a sentence for what can be read and is hardly meant: presses that push back with nothing."""
-    weak = [press.name for press in records.presses if _slope(press) <= 0.0]
+    weak = [press.name for press in records.presses if not _rises(press)]
     if weak:
         named = ", ".join(weak[:3]) + (" …" if len(weak) > 3 else "")
         yield (
@@ -258,7 +258,7 @@ def _press(name: str, rows: pd.Index, cells: Mapping[str, np.ndarray], least_poi
     time = np.array(cells["time_s"], dtype=float) if "time_s" in cells else None
     if not depth.max() > 0.0:
         raise InputError(
-            f"{place} is nowhere deeper than {depth.max():g} m; give depth_m as the way into the tissue since first "
+            f"{place} is nowhere deeper than {depth.max() + 0.0:g} m; give depth_m as the way into the tissue since first "
             "touch, or name the press under leave_out."
         )
     back = np.flatnonzero(np.diff(depth) < -UNEVEN * depth.max())
@@ -306,6 +306,11 @@ def _slope(press: Press) -> float:
     """Return the slope [N/m] of the line fitted to force over depth; 0 for a depth that is always the same."""
     away = press.depth_m - press.depth_m.mean()
     return float(away @ press.force_n / max(away @ away, 1e-300))
+
+
+def _rises(press: Press) -> bool:
+    """Whether the force rises by more than rounding."""
+    return _slope(press) * float(np.ptp(press.depth_m)) > 1e-9 * float(np.abs(press.force_n).max())
 
 
 def _check_units(records: PressRecords, size_m: float | None) -> None:

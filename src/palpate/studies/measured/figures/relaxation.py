@@ -34,7 +34,7 @@ def draw_relaxation(curves, errors, presses, trends, *, scene: str) -> Figure:
     _forces(figure.add_subplot(grid[0, 0]), curves[curves["press"].notna()], colours)
     bars = figure.add_subplot(grid[:, 1])
     draw_errors(bars, errors, WAYS, names, (SIBLINGS,), "error")
-    bars.set(xlabel="error of the held force over its peak [%]: median, and to the 90th percentile")
+    bars.set(xlabel="error over the peak [%]: median; line to 90th percentile")
     inner = grid[1, 0].subgridspec(1, 2)
     _modulus(figure.add_subplot(inner[0]), curves[curves["press"].isna()], presses)
     _shape(figure.add_subplot(inner[1]), presses, trends, colours)
@@ -84,4 +84,4 @@ def _shape(axis: Axes, presses, trends, colours: dict[str, str]) -> None:
     if len(told):
         row = told.iloc[0]
         ends = f"{percent(row['slope_low'])} to {percent(row['slope_high'])}"
-        axis.set_title(f"slope over its range: {ends}", fontsize="small", weight="normal")
+        axis.set_title(f"over its range: {ends}", fontsize="small", weight="normal")

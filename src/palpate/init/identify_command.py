@@ -1,38 +1,46 @@
 """Carry out ``palpate identify``: presses in, and out what they determine: sentences, tables, a picture, settings."""
 
 import dataclasses
+import json
 import os
 import re
 import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.bodies.make_body import make_body
+from palpate.bodies.material import EXPONENTIAL, LAWS, kind_of
 from palpate.bodies.settings import paths_of_body
 from palpate.effects.instrument import SPHERE
-from palpate.errors import InputError, NotConverged, suggest
+from palpate.errors import InputError, NotConverged, describe_unknown, suggest
 from palpate.files import write_whole
 from palpate.identification.asked import IDENTIFIED, Asked, forwards_for, table_rows
 from palpate.identification.fit import Options
 from palpate.identification.forward import Range
+from palpate.identification.hereditary import Branches, shear_series
 from palpate.identification.identify import Identified, identify
 from palpate.identification.prediction import DEPTH, PLACE, PREDICTIONS, SESSION, SPECIMEN, predict, summary
 from palpate.identification.presses import PressRecords, doubts, read_presses
+from palpate.identification.relaxation import fit_branches, holds_of, information
 from palpate.identification.sessions import compare_sessions, consistent_parts
 from palpate.init.choose import choose
 from palpate.init.command import ticking
 from palpate.init.recognise import HOLDS, recognise
 from palpate.report.identified_picture import draw_identified
 from palpate.report.identified_words import compared, sentences
+from palpate.report.words import listed, percent, seconds
 from palpate.run.settings import complete
 from palpate.run.settings_yaml import read_settings
 
-CURVES = "curves"
-"""Folder of the results that keeps forces of models, so that a second run has them."""
+CURVES, ENGINES = "curves", "engines"
+MOST_BRANCHES = 3
+"""Folders of the results: forces of models, so that a second run has them, and settings; most branches tried."""
 
 
 def body_of(given: str | None, config: Path | None, scale_m: float | None, hold: str | None) -> Body | None:
@@ -70,6 +78,8 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
     """
     if asked.instrument.kind != SPHERE:
         raise InputError(f"--instrument {asked.instrument.kind}: forces are known for a ball; give sphere:RADIUS_M.")
+    if unknown := [law for law in asked.laws if law != EXPONENTIAL and not (kind_of(law) or Path(law).is_file())]:
+        raise InputError(f"--law {describe_unknown(unknown, [*LAWS, EXPONENTIAL])}")
     folder = folder or presses.with_name(f"{presses.stem}_identified")
     _refuse(folder)
     size = asked.body.coarse.size if asked.body is not None else _largest(asked.thickness_m)
@@ -93,6 +103,8 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
                 rows += table_rows(one, name)
                 predictions.append(told.assign(part=name))
                 found.append((name, one))
+            say("relaxation")
+            relaxation = relaxation_of(records)
             specimens = {press.specimen for press in records.presses}
             if len(specimens) > 1:
                 say("predictions of specimens left out")
@@ -102,8 +114,74 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
                 answer += [line for line in sentences(whole, told) if "specimen" in line]
         except NotConverged as failure:
             raise InputError(f"{presses}: {failure}; leave out presses that touch nothing.") from failure
+    answer += said(relaxation)
     write_results(folder, IDENTIFIED.frame(rows), pd.concat(predictions), found)
+    if asked.body is not None and len(found) == 1:
+        with ticking("the numbers for engines"):
+            answer += _exported(found[0][1], asked, relaxation, folder / ENGINES)
     return "\n".join(["", *answer, "", f"wrote    {folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}"])
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """Branches of the force that held presses need, and the time that their loading took [s]."""
+
+    kernel: Branches
+    loading_s: float
+    holds: int
+
+
+def relaxation_of(records: PressRecords) -> Relaxation | None:
+    """Return the number of branches that Bayes' information criterion asks of held presses; None if none is held."""
+    holds, _ = holds_of(records)
+    if not holds:
+        return None
+    kernels = [fit_branches(holds, count) for count in range(1, MOST_BRANCHES + 1)]
+    best = min(kernels, key=lambda kernel: float(np.mean([information(hold, kernel) for hold in holds])))
+    return Relaxation(best, float(np.median([hold.loading_s for hold in holds])), len(holds))
+
+
+def said(relaxation: Relaxation | None) -> list[str]:
+    """Return what held presses say of relaxation, a sentence or none."""
+    if relaxation is None:
+        return ["No press is held, so that relaxation is not known; E is that of the rate of the presses."]
+    series = relaxation.kernel.series
+    shares = listed([f"{percent(s)} in {seconds(t)}" for s, t in zip(series.shares, series.times_s, strict=True)])
+    count = len(series.shares)
+    return [
+        f"Relaxation needs {count} branch{'es' * (count > 1)} (of the instant force {shares}), by {relaxation.holds} "
+        f"held presses; E is that of their loading, which takes {seconds(relaxation.loading_s)}."
+    ]
+
+
+def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, folder: Path) -> list[str]:
+    """Write the numbers for engines, and return a sentence on how much stiffer or softer the organ acts there."""
+    from palpate.identification.export.numbers import Numbers
+    from palpate.identification.export.write import export, touches_on
+    from palpate.identification.on_body import touch_of
+
+    body, values = asked.body, found.fitted
+    assert body is not None
+    poisson = values.get("poisson", body.material.poisson)
+    law = f"{found.law}({values['stiffening']:.3g})" if "stiffening" in values else found.law
+    series = shear_series(relaxation.kernel.series, poisson) if relaxation else None
+    loading = relaxation.loading_s if relaxation else 0.0
+    density, model = body.material.density_kg_m3, found.models[found.law]
+    numbers = Numbers(body.name, found.young_pa.best, poisson, density, law, series, loading)
+    presses = [found.records.presses[k] for k in model.data.order]
+    touches = [touch_of(body, asked.instrument, press, float(press.depth_m.max())) for press in presses]
+    touches = touches_on(body, touches, [float(press.depth_m.max()) for press in presses])
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        export(numbers, body, 0, touches, model.table.forward, values, folder)
+    except NotConverged as failure:
+        return [f"No settings for engines are written: {failure}."]
+    facts = json.loads((folder / "exported.json").read_text(encoding="utf-8"))["engines"]
+    acts = [
+        f"{100 * fact['stiffer_by']:+.0f} % in {engine}, so {fact['young_pa']:.4g} Pa there"
+        for engine, fact in facts.items()
+    ]
+    return [f"On the mesh for engines the same organ acts stiffer by {listed(acts)}."]
 
 
 def write_results(
@@ -146,6 +224,6 @@ def _refuse(folder: Path) -> None:
     """Raise InputError for a folder that cannot be written to, or that holds something else."""
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; give another folder with --folder.")
-    known = re.compile(r"identified.*|prediction.*|curves|palpate\.yaml|sofa.*|mujoco.*|newton.*|\..+")
+    known = re.compile(r"identified.*|prediction.*|curves|engines|\..+")
     if folder.is_dir() and (other := [p.name for p in folder.iterdir() if not known.fullmatch(p.name)]):
         raise InputError(f"{folder} holds {other[0]}, and is kept; give another folder with --folder.")

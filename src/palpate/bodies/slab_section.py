@@ -8,7 +8,7 @@ FAR = 2000.0
 """Radius of what stands for a half-space, over that of the ball: a part of a / (2 FAR) of the force is lacking."""
 WIDE = 10.0
 """Radius of a slab over its thickness, where it is held: what a press does there falls exponentially."""
-WIDEST = 0.07
+WIDEST = 0.05
 """Largest width of a ring near the place, over the radius of what is near."""
 STEEP = 1.8
 """Largest growth of a ring over the one before it, far from the contact."""

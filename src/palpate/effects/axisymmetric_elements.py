@@ -49,9 +49,7 @@ def rings(nodes: np.ndarray, quads: np.ndarray) -> Rings:
     by_s = np.einsum("pa,qb->pqab", rate, line).reshape(POINTS, NODES)
     by_t = np.einsum("pa,qb->pqab", line, rate).reshape(POINTS, NODES)
     corners = nodes[quads]
-    jacobian = np.stack(
-        [np.einsum("qa,mai->mqi", by_s, corners), np.einsum("qa,mai->mqi", by_t, corners)], axis=3
-    )
+    jacobian = np.stack([np.einsum("qa,mai->mqi", by_s, corners), np.einsum("qa,mai->mqi", by_t, corners)], axis=3)
     areas = np.linalg.det(jacobian)
     assert (areas > 0.0).all()
     slopes = np.einsum("qak,mqki->mqai", np.stack([by_s, by_t], axis=2), np.linalg.inv(jacobian))

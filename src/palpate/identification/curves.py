@@ -11,7 +11,7 @@ import json
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import product
 from pathlib import Path
@@ -26,7 +26,6 @@ from palpate.bodies.material import exponential
 from palpate.effects import axisymmetric_elements
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_arrays, write_arrays
-from palpate.own_file import describe_file
 from palpate.solvers import axisymmetric_indentation
 from palpate.solvers.axisymmetric_indentation import BallOnSlab, hertz
 
@@ -38,6 +37,8 @@ MOST_ERROR = 2e-3
 """Relative error of force by interpolation at which the grid is fine enough."""
 CHECKS, SEED = 4, 34
 """Curves at random places between that the error is measured at."""
+BEYOND = 0.52
+"""Curves change most near ν = 0.5; they are interpolated in the logarithm of this less ν."""
 STIFFENS = "exponential"
 """The law that has a stiffening; all others have none, 0."""
 
@@ -62,11 +63,11 @@ class Ranges:
             low, high = getattr(self, name)
             if not least <= low <= high <= most:
                 raise InputError(f"{name} is {low:g} to {high:g}; give a range within {least:g} to {most:g}.")
-        if not 0.0 < self.deepest * max(1.0, self.thinness[1]) and self.deepest < np.inf:
+        if not 0.0 < self.deepest < np.inf:
             raise InputError(f"the depth is {self.deepest:g} radii; give a positive number.")
         if self.deepest * self.thinness[1] >= 1.0:
             raise InputError(
-                f"the ball is pushed {self.deepest:.3g} radii deep, through a slab of {1.0 / self.thinness[1]:.3g} radii; "
+                f"the ball is pushed {self.deepest:.3g} radii deep through a slab of {1.0 / self.thinness[1]:.3g}; "
                 "give a greater least thickness_m, or leave out the deepest points."
             )
 
@@ -75,13 +76,18 @@ FREE = ("poisson", "thinness", "stiffening")
 """What the sparse grid is over, in this order, where it is free."""
 
 
-def _axis(name: str, value: float | np.ndarray) -> float | np.ndarray:
+def _axis(name: str, value: float) -> float:
     """Return what a parameter is interpolated in."""
-    return np.log1p(value) if name == "stiffening" else value
+    if name == "poisson":
+        return float(-np.log(BEYOND - value))
+    return float(np.log1p(value)) if name == "stiffening" else value
 
 
 def _value(name: str, axis: float) -> float:
-    return float(np.expm1(axis)) if name == "stiffening" else float(axis)
+    """Return the parameter that has an ``axis``."""
+    if name == "poisson":
+        return float(BEYOND - np.exp(-axis))
+    return float(np.expm1(axis)) if name == "stiffening" else axis
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +95,7 @@ class CurveFamily:
     """Curves of one law.
 
     ranges : what it holds for; error : greatest relative error of force by interpolation at places between, measured
-    degrees : (n, free) of the basis; coefficients : (ends of sticking, n, ALONG)
+    degrees : (n, free) of the basis; coefficients : (slips, sticks or both, n, ALONG)
     """
 
     law: str
@@ -148,15 +154,26 @@ class CurveFamily:
                 raise InputError(f"{name} is {value:.4g}, and the curves are for {low:.4g} to {high:.4g}.")
         place = np.array([[_place(self.ranges, name, given[name]) for name in _free(self.ranges)]])
         curves = (_basis(place, self.degrees) @ self.coefficients)[:, 0]
-        if len(curves) == 1:
-            return curves[0]
-        low, high = self.ranges.sticking
-        share = (sticking - low) / (high - low)
-        return (1.0 - share) * curves[0] + share * curves[1]
+        return curves[0] if len(curves) == 1 else (1.0 - sticking) * curves[0] + sticking * curves[1]
 
 
 def _free(ranges: Ranges) -> list[str]:
     return [name for name in FREE if getattr(ranges, name)[0] < getattr(ranges, name)[1]]
+
+
+def _ends(ranges: Ranges) -> list[bool]:
+    """Return which of slipping and sticking are needed."""
+    low, high = ranges.sticking
+    return [sticks for sticks, needed in ((False, low < 1.0), (True, high > 0.0)) if needed]
+
+
+def _values(ranges: Ranges, place: tuple[float, ...]) -> tuple[float, ...]:
+    """Return ν, thinness and stiffening at a ``place`` of the grid, from −1 to 1 along what is free."""
+    found = {name: getattr(ranges, name)[0] for name in FREE}
+    for name, at in zip(_free(ranges), place, strict=True):
+        low, high = (_axis(name, end) for end in getattr(ranges, name))
+        found[name] = _value(name, low + 0.5 * (at + 1.0) * (high - low))
+    return tuple(found.values())
 
 
 def _place(ranges: Ranges, name: str, value: float) -> float:
@@ -187,10 +204,6 @@ def _sparse(dimensions: int, level: int) -> tuple[np.ndarray, np.ndarray]:
     return np.array(places).reshape(shape), np.array(degrees, dtype=int).reshape(shape)
 
 
-class _Asked(tuple):
-    """Law, ranges' deepest, ν, thinness, stiffening and whether it sticks: one curve, as a process gets it."""
-
-
 def _law(law: str, stiffening: float) -> str:
     return exponential(stiffening) if law == STIFFENS else law
 
@@ -198,10 +211,11 @@ def _law(law: str, stiffening: float) -> str:
 def _sampled(asked: tuple[str, float, float, float, float, bool]) -> np.ndarray | str:
     """Return log force over Hertz's at Chebyshev's points of the root of depth (ALONG,), or why there is none."""
     law, deepest, poisson, thinness, stiffening, sticks = asked
-    where = f"ν {poisson:.3g}, thickness {1.0 / thinness if thinness else np.inf:.3g} radii, stiffening {stiffening:.3g}"
+    thickness = 1.0 / thinness if thinness else np.inf
+    where = f"ν {poisson:.3g}, thickness {thickness:.3g} radii, stiffening {stiffening:.3g}"
     try:
         with threadpool_limits(1):
-            ball = BallOnSlab(_law(law, stiffening), poisson, 1.0 / thinness if thinness else np.inf, sticks)
+            ball = BallOnSlab(_law(law, stiffening), poisson, thickness, sticks)
             curve = ball.curve(deepest)
     except NotConverged as failure:
         return f"{law} ({where}): {failure}"
@@ -244,55 +258,40 @@ class _Kept:
 
 
 def _computed(law: str, ranges: Ranges, workers: int | None, progress: Callable[[str], None]) -> CurveFamily:
-    free, ends = _free(ranges), sorted(set(ranges.sticking))
-    curves: dict[tuple[float, ...], np.ndarray] = {}
+    """Compute curves on finer grids until those between are met, or the last grid is reached."""
+    free, ends = _free(ranges), _ends(ranges)
+    curves: dict[tuple[tuple[float, ...], bool], np.ndarray] = {}
 
     def compute(places: np.ndarray, run: Callable) -> np.ndarray:
-        """Return what is known at ``places`` (m, d): (ends, m, ALONG)."""
-        asked = {}
-        for place, end in product(places, ends):
-            given = {name: getattr(ranges, name)[0] for name in FREE}
-            for name, at in zip(free, place, strict=True):
-                low, high = (_axis(name, each) for each in getattr(ranges, name))
-                given[name] = _value(name, low + 0.5 * (at + 1.0) * (high - low))
-            asked[(*place, end)] = tuple(given.values())
-        new = {key: values for key, values in asked.items() if key not in curves}
-        # sticking between its ends is a mean of those of 0 and 1
-        both = [(law, ranges.deepest, *values, sticks) for key, values in new.items() for sticks in _sticks(key[-1])]
-        answers = iter(run(both))
-        for key in new:
-            parts = [next(answers) for _ in _sticks(key[-1])]
-            if wrong := [part for part in parts if isinstance(part, str)]:
-                raise NotConverged(f"{wrong[0]}; leave out the deepest points, or narrow the ranges", [float("nan")])
-            shares = [1.0] if len(parts) == 1 else [1.0 - key[-1], key[-1]]
-            curves[key] = sum(share * part for share, part in zip(shares, parts, strict=True))
-        return np.array([[curves[(*place, end)] for place in places] for end in ends])
+        """Return curves at ``places`` (m, d) of the grid: (ends, m, ALONG)."""
+        new = [key for key in product(map(tuple, places), ends) if key not in curves]
+        asked = [(law, ranges.deepest, *_values(ranges, place), sticks) for place, sticks in new]
+        for key, answer in zip(new, run(asked), strict=True):
+            if isinstance(answer, str):
+                raise NotConverged(f"{answer}; leave out the deepest points, or narrow the ranges", [float("nan")])
+            curves[key] = answer
+        return np.array([[curves[place, sticks] for place in map(tuple, places)] for sticks in ends])
 
-    with _runner(workers) as run:
-        between = np.random.default_rng(SEED).uniform(-1.0, 1.0, (CHECKS if free else 0, len(free)))
-        error, fitted = 0.0, compute(between, run) if len(between) else None
-        to_curve = np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(ALONG), ALONG - 1)).T
+    with _Runner(workers) as run:
+        between = np.random.default_rng(SEED).uniform(-1.0, 1.0, (CHECKS, len(free)))
+        error, fitted = 0.0, compute(between, run) if free else None
         for level in range(LEVELS[0], LEVELS[1] + 1):
             places, degrees = _sparse(len(free), level)
-            samples = compute(places, run)
-            by_place = np.linalg.solve(_basis(places, degrees), samples) if free else samples
+            by_place = np.linalg.solve(_basis(places, degrees), compute(places, run))
             if fitted is not None:
                 error = float(np.abs(np.expm1(_basis(between, degrees) @ by_place - fitted)).max())
             progress(f"{law}: {len(curves)} curves, interpolated within {error:.2%}")
             if error <= MOST_ERROR:
                 break
+    to_curve = np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(ALONG), ALONG - 1)).T
     return CurveFamily(law, ranges, error, degrees, by_place @ to_curve)
 
 
-def _sticks(sticking: float) -> list[bool]:
-    return [bool(sticking)] if sticking in (0.0, 1.0) else [False, True]
-
-
-class _runner:
+class _Runner:
     """Runs ``_sampled`` on several in processes, or here where one is enough."""
 
     def __init__(self, workers: int | None):
-        self._workers = workers or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else workers or 1
+        self._workers = workers or os.cpu_count() or 1
         self._pool: ProcessPoolExecutor | None = None
 
     def __enter__(self) -> Callable[[list], Iterator[np.ndarray | str]]:
@@ -312,10 +311,13 @@ class _runner:
 @cache
 def _sources() -> str:
     modules = (axisymmetric_indentation, axisymmetric_elements, slab_section)
-    return "".join(inspect.getsource(module) for module in modules)
+    files = [Path(inspect.getfile(module)) for module in modules]
+    files += sorted((Path(inspect.getfile(axisymmetric_elements)).parent / "laws").glob("*.py"))
+    return "".join(path.read_text(encoding="utf-8") for path in files)
 
 
 def _digest(law: str, ranges: Ranges) -> str:
     """Return a name of what is asked for and of the code that answers it."""
     said = json.dumps([law, asdict(ranges), ALONG, LEVELS, MOST_ERROR, CHECKS, SEED])
-    return hashlib.sha256((said + _sources()).encode()).hexdigest()[:16]
+    own = Path(law).read_text(encoding="utf-8") if Path(law).suffix == ".py" and Path(law).is_file() else ""
+    return hashlib.sha256((said + own + _sources()).encode()).hexdigest()[:16]

@@ -217,9 +217,7 @@ class BallOnSlab:
         if not (self._depth > before and gaps.min() > -DOUBT and self._force > 0.0):
             raise NotConverged(f"no equilibrium of the ball beyond a depth of {before:.3g} radii", [float(gaps.min())])
 
-    def _solve(
-        self, touching: np.ndarray, after: int | None, depth: float, farthest: float = np.inf
-    ) -> None:
+    def _solve(self, touching: np.ndarray, after: int | None, depth: float, farthest: float = np.inf) -> None:
         """Find the equilibrium with nodes ``touching`` on the ball, from the last one, and set ``force``.
 
         after : the node that just touches, without force, which sets the depth; or None, then ``depth`` is known

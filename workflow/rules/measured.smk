@@ -66,6 +66,8 @@ rule identify_presses:
         "results/logs/measured/presses/{presses}.log",
     wildcard_constraints:
         presses="|".join(PRESSED_TISSUE) or "nothing",
+    # curves of a law are computed on all cores
+    threads: workflow.cores
     params:
         **calls("palpate.studies.measured.pressed:identify_presses", ["palpate.effects"]),
         entry=presses_entry,

@@ -259,13 +259,12 @@ def information(hold: Hold, kernel: Branches) -> float:
 
 
 LEAST_GROUPS = 8
-"""Specimens from which on they are drawn anew; for fewer, errors are, with their correlation in time."""
-Interval = tuple[float, float]
+"""Specimens, or presses, from which on they are drawn anew; for fewer, errors are, with their correlation in time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Draws:
-    """Branches that were fitted to data drawn anew, and what was drawn: "specimens" or "errors"."""
+    """Branches that were fitted to data drawn anew, and what was drawn: "specimens", "presses" or "errors"."""
 
     kernels: tuple[Branches, ...]
     drawn: str
@@ -278,17 +277,19 @@ class Draws:
 def draw_branches(holds: Sequence[Hold], kernel: Branches, draws: int, rng: np.random.Generator) -> Draws:
     """Fit as many branches as ``kernel`` has to data that are drawn anew, ``draws`` times (Efron 1979).
 
-    Whole specimens are drawn, with all their presses; where there are fewer than LEAST_GROUPS of them, errors of each
-    press instead.
+    Whole specimens are drawn, with all their presses; where there are fewer than LEAST_GROUPS of them, presses; where
+    there are fewer of these, errors of each.
     """
     count, weight = len(kernel.series.shares), weight_of(kernel, holds)
     groups: dict[str, list[Hold]] = {}
     for hold in holds:
         groups.setdefault(hold.press.specimen or hold.press.name, []).append(hold)
-    kinds = list(groups.values())
-    if len(kinds) >= LEAST_GROUPS:
-        drawn = ([one for i in rng.integers(len(kinds), size=len(kinds)) for one in kinds[i]] for _ in range(draws))
-        return Draws(tuple(fit_branches(each, count, kernel.series, weight) for each in drawn), "specimens")
+    kinds = {"specimens": list(groups.values()), "presses": [[hold] for hold in holds]}
+    for drawn, parts in kinds.items():
+        if len(parts) >= LEAST_GROUPS:
+            picks = (rng.integers(len(parts), size=len(parts)) for _ in range(draws))
+            chosen = ([one for i in pick for one in parts[i]] for pick in picks)
+            return Draws(tuple(fit_branches(each, count, kernel.series, weight) for each in chosen), drawn)
     redrawn = [_redrawer(hold, kernel) for hold in holds]
     again = ([draw(rng) for draw in redrawn] for _ in range(draws))
     return Draws(tuple(fit_branches(each, count, kernel.series, weight) for each in again), "errors")

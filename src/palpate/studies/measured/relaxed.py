@@ -33,7 +33,7 @@ RELAXATION = Table(
     chosen: whether the report takes that many
     share share_low share_high: part of the instantaneous modulus that relaxes, which the fastest branch extrapolates
     time_s time_low_s time_high_s: time constant [s]
-    drawn: what was drawn anew for the intervals: specimens, or errors with their correlation in time
+    drawn: what was drawn anew for the intervals: specimens, presses, or errors with their correlation in time
     misfit: RMS error of the held forces over the largest force of each press; median over the presses
     """,
     always=False,

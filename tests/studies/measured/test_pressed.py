@@ -78,7 +78,7 @@ def test_presses_are_drawn_and_said():
     rows = [["slab", "all", "neo_hookean", True, "young_pa", "Pa", 3500.0, 4000.0, 4500.0, True, False, False, 0, 0],
             ["slab", "all", "neo_hookean", True, "poisson", "1", 0.3, 0.4, 0.49, False, True, True, 0, 0],
             ["slab", "all", "neo_hookean", True, "place_scatter", "1", np.nan, 0.05, *6 * [np.nan]],
-            ["slab", "all", "neo_hookean", True, "exponent_excess", "1", -0.1, 0.0, 0.1, True, False, False, 0, 0]]  # fmt: skip
+            ["slab", "all", "neo_hookean", True, "exponent_excess", "1", -0.1, 0, 0.1, True, *4 * [0]]]  # fmt: skip
     tables = {"presses": pd.DataFrame(rows, columns=pressed.PRESSES.columns)}
     tables |= {"press_curves": curves, "press_predictions": predictions}
     words = texts(draw_presses(curves, predictions, scene="slab"))

@@ -20,6 +20,9 @@ def draw_errors(
     floors : models that are no models but the spread of the data
     """
     places, labels, at = [], [], 0.0
+    known = rows[rows["way"].isin(ways) & rows["model"].isin(names)].groupby(["way", "model"])[error]
+    shown = 100.0 * known.quantile(0.9)
+    most = min(float(shown.max()), 3.0 * float((100.0 * known.median()).median()))
     for way, title in ways.items():
         part = rows[rows["way"].eq(way)]
         if part.empty:
@@ -32,6 +35,10 @@ def draw_errors(
                 continue
             colour = "#b5b5b5" if model in floors else "#0072b2"
             axis.barh(at, errors.median(), height=0.7, color=colour)
+            if errors.median() > 1.15 * most:
+                axis.text(
+                    1.14 * most, at, f"{errors.median():.0f} % ", va="center", ha="right", fontsize=7, color="white"
+                )
             axis.plot([errors.median(), errors.quantile(0.9)], [at, at], color=style.INK, lw=1)
             places.append(at)
             labels.append(label)
@@ -39,6 +46,7 @@ def draw_errors(
         at += 0.4
     axis.set_yticks(places, labels)
     axis.set_ylim(at - 0.2, -0.8)
+    axis.set_xlim(0.0, 1.15 * most)
     axis.grid(axis="y", visible=False)
 
 

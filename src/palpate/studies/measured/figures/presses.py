@@ -35,8 +35,6 @@ def draw_presses(curves, predictions, *, scene: str) -> Figure:
     bars = figure.add_subplot(grid[:, 1])
     draw_errors(bars, errors, WAYS, names, FLOORS, "error_share")
     bars.set(xlabel="error of force [%]: median; line to 90th percentile")
-    most = 100.0 * float(errors.groupby(["way", "model"])["error_share"].median().max())
-    bars.set_xlim(0.0, min(1.8 * most, 200.0))
     return figure
 
 

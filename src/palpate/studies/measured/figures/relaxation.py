@@ -22,7 +22,7 @@ PREDICTED = 6
 def draw_relaxation(curves, errors, presses, trends, *, scene: str) -> Figure:
     """Draw what the presses of one entry say of relaxation."""
     curves, errors, presses, trends = (tables.where(table, entry=scene) for table in (curves, errors, presses, trends))
-    errors = errors.assign(way=errors["left_out"])
+    errors, named = errors.assign(way=errors["left_out"]), curves["press"].fillna("").ne("")
     models = [name for name in dict.fromkeys(errors["model"]) if "branch" in name and not name.startswith("own")]
     own = {f"own: {name}": name for name in models}
     names = {name: name for name in (*models, POWER, MEAN, HELD)} | {SIBLINGS: "siblings' mean (floor)"} | own
@@ -31,12 +31,12 @@ def draw_relaxation(curves, errors, presses, trends, *, scene: str) -> Figure:
     grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
     specimens = list(dict.fromkeys(presses["specimen"].fillna("")))
     colours = {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(specimens)}
-    _forces(figure.add_subplot(grid[0, 0]), curves[curves["press"].notna()], colours)
+    _forces(figure.add_subplot(grid[0, 0]), curves[named], colours)
     bars = figure.add_subplot(grid[:, 1])
     draw_errors(bars, errors, WAYS, names, (SIBLINGS,), "error")
     bars.set(xlabel="error over the peak [%]: median; line to 90th percentile")
     inner = grid[1, 0].subgridspec(1, 2)
-    _modulus(figure.add_subplot(inner[0]), curves[curves["press"].isna()], presses)
+    _modulus(figure.add_subplot(inner[0]), curves[~named], presses)
     _shape(figure.add_subplot(inner[1]), presses, trends, colours)
     return figure
 

@@ -105,7 +105,8 @@ def shear_series(series: Series, poisson: float) -> Series:
     wanted = (np.sqrt(less**2 + 48.0 * plane * bulk) - less) / 8.0 / shear
 
     def away(logs: np.ndarray) -> np.ndarray:
-        return np.log(_operational(*np.split(np.exp(logs), 2), rates) / wanted)
+        ratios, times = np.split(np.exp(logs), 2)
+        return np.log(_operational(ratios, times, rates) / wanted)
 
     found = least_squares(away, np.log(np.append(series.ratios, times)), xtol=1e-12, ftol=1e-12, gtol=1e-12).x
     ratios, times = np.split(np.exp(found), 2)

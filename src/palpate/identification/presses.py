@@ -297,7 +297,7 @@ def _places(presses: Sequence[Press]) -> tuple[Press, ...]:
     first: dict[tuple, str] = {}
     found = []
     for press in presses:
-        key = press.name if press.at_m is None else (press.specimen, *press.at_m)
+        key: tuple = (press.name,) if press.at_m is None else (press.specimen, *press.at_m)
         found.append(replace(press, place=press.place or first.setdefault(key, press.name)))
     return tuple(found)
 

@@ -13,6 +13,7 @@ from palpate.identification.presses import PressRecords, doubts, join, read_pres
 from palpate.table_declaration import Table
 
 if TYPE_CHECKING:
+    from palpate.bodies.body import Body
     from palpate.identification.identify import Identified
 
 PRESSES = Table(
@@ -86,7 +87,9 @@ def identify_presses(input, output, params, wildcards, say):
     return tables
 
 
-def _elastic(name: str, records: PressRecords, entry: Mapping, body, seed: int, folder: Path, say: Callable) -> dict:
+def _elastic(
+    name: str, records: PressRecords, entry: Mapping, body: "Body | None", seed: int, folder: Path, say: Callable
+) -> dict:
     """Return the tables of what the forces over depth determine, of each part whose sessions agree."""
     from palpate.identification.asked import Asked, forwards_for, table_rows
     from palpate.identification.fit import Options
@@ -94,9 +97,8 @@ def _elastic(name: str, records: PressRecords, entry: Mapping, body, seed: int, 
     from palpate.identification.prediction import predict
     from palpate.identification.sessions import compare_sessions, consistent_parts
 
-    thickness, poisson, sticking = (
-        tuple(entry[key]) if entry[key] else None for key in ("thickness_m", "poisson", "sticking")
-    )
+    thickness = tuple(entry["thickness_m"]) if entry["thickness_m"] else None
+    poisson, sticking = tuple(entry["poisson"]), tuple(entry["sticking"])
     asked = Asked(Instrument(**entry["instrument"]), body, thickness, poisson, sticking, laws=entry["laws"])
     rows: list = []
     predicted, curves = [], []
@@ -147,7 +149,7 @@ def _seen(places: Sequence[np.ndarray | None], directions: Sequence[np.ndarray |
     at = np.array(places)
     if any(way is None for way in directions):
         return at[:, :2]
-    down = np.mean(directions, axis=0)
+    down = np.mean([way for way in directions if way is not None], axis=0)
     down /= np.linalg.norm(down)
     along = np.eye(3)[np.abs(down).argmin()]
     along = along - (along @ down) * down

@@ -13,6 +13,7 @@ from palpate.errors import InputError
 from palpate.identification.hereditary import Branches, Kernel
 from palpate.identification.presses import Press, PressRecords
 from palpate.identification.relaxation import (
+    Draws,
     Hold,
     draw_branches,
     errors,
@@ -262,7 +263,7 @@ def _choose(judged: pd.DataFrame, counts: Sequence[int]) -> int | None:
     return None
 
 
-def _rows(kernel: Branches, holds: Sequence[Hold], chosen: bool, draws) -> Iterator[tuple]:
+def _rows(kernel: Branches, holds: Sequence[Hold], chosen: bool, draws: Draws) -> Iterator[tuple]:
     series, misfit = kernel.series, float(np.median(errors(kernel, holds)))
     count = len(series.shares)
     empty = np.full((2, count), np.nan)
@@ -278,7 +279,7 @@ def _late(kernel: Branches, span: float) -> float:
     return float(late / early)
 
 
-def _modulus(kernel: Branches, draws, span: float) -> Iterator[tuple]:
+def _modulus(kernel: Branches, draws: Draws, span: float) -> Iterator[tuple]:
     """Yield the modulus over time, relative to that at EARLY_S."""
     times = np.geomspace(0.05, 3.0 * span, TIMES)
 

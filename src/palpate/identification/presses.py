@@ -258,8 +258,8 @@ def _press(name: str, rows: pd.Index, cells: Mapping[str, np.ndarray], least_poi
     time = np.array(cells["time_s"], dtype=float) if "time_s" in cells else None
     if not depth.max() > 0.0:
         raise InputError(
-            f"{place} is nowhere deeper than {depth.max() + 0.0:g} m; give depth_m as the way into the tissue since first "
-            "touch, or name the press under leave_out."
+            f"{place} is nowhere deeper than {depth.max() + 0.0:g} m; give depth_m as the way into the tissue since "
+            "first touch, or name the press under leave_out."
         )
     back = np.flatnonzero(np.diff(depth) < -UNEVEN * depth.max())
     if time is None and len(back):

@@ -152,16 +152,15 @@ class Series:
         decays = np.exp(-np.asarray(t)[..., None] / np.array(self.times_s))
         return 1.0 + decays @ self.ratios
 
-    def factors(self, h: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return (k,) factors a and b of a step of ``h`` [s]: the strain of a branch becomes a · itself + b · Δe.
+    def factors(self, h: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+        """Return factors a and b, (…, k), of steps ``h`` (…) [s]: the strain of a branch becomes a · itself + b · Δe.
 
         That is the solution of ds/dt = de/dt − s/τ where the strain e changes evenly by Δe: a = exp(−h/τ) and
         b = (1 − a) τ/h (Taylor, Pister and Goudreau 1970). Both are 1 for h = 0, and a ≤ b ≤ 1.
         """
-        if h == 0.0:
-            return np.ones(len(self.times_s)), np.ones(len(self.times_s))
-        spans = h / np.array(self.times_s, dtype=float)
-        return np.exp(-spans), -np.expm1(-spans) / spans
+        spans = np.asarray(h)[..., None] / np.array(self.times_s, dtype=float)
+        safe = np.maximum(spans, 1e-300)
+        return np.exp(-spans), np.where(spans > 0.0, -np.expm1(-safe) / safe, 1.0)
 
 
 def prony_fault(settings: dict) -> str:

@@ -1,7 +1,7 @@
 """Integrate a body that an instrument touches in few coordinates, faster than life: x = X + Φ q with exact contact.
 
-BDF2, but backward Euler in steps in which the instrument's path bends. Each step is a minimisation by BFGS, which knows
-contact's own second derivatives.
+A step has two stages, as ``solvers.touched_motion`` has them. Each is a minimisation by BFGS, which knows contact's own
+second derivatives.
 """
 
 import math
@@ -23,6 +23,7 @@ from palpate.models.reduced_body import check_same
 from palpate.models.stroke_modes import StrokeModes, learn
 from palpate.models.touched_search import TOGETHER, in_blocks, minimise, placed, rubbing_of, touched_by
 from palpate.solvers.system import System
+from palpate.solvers.touched_motion import STAGE
 
 REACH_M = 0.006
 """Distance from an instrument at which points may come to touch it within a step."""
@@ -36,10 +37,12 @@ MISSED_RESIDUAL = 0.03
 """Relative residual of what modes lack."""
 NOTHING = np.zeros(0), 0.0, math.inf, np.zeros((0, 0))
 """What is known of a point where no search has ended, as ``minimise`` takes it."""
+AHEAD = (1.0 - 2.0 * STAGE) / STAGE
+"""Of the change in the first stage, by which the base of the second one is beyond the first's end."""
 ITERATIONS = 60
 """Of a search, after which it counts as not found."""
 PASSES = 2
-"""Searches of a step with friction: with directions and forces of its beginning, then with those of the first's end."""
+"""Searches of a stage with friction: with directions and forces of its beginning, then those of the first's end."""
 LEAST_ENERGY = 0.01
 """Of the largest elastic energy so far: what is left of a search is compared with no less."""
 FAINTEST_J = 1e-9
@@ -143,7 +146,7 @@ class TouchingMotion:
     It needs no positions but those of points near the instruments; ``state`` expands them. NotConverged where a step
     is not found, or an instrument meets what is held.
 
-    Traps: nothing is known of motions that the strokes did not show, so ask for ``doubt``. As BDF2 it may make energy.
+    Traps: nothing is known of motions that the strokes did not show, so ask for ``doubt``. It may make energy.
     """
 
     @property
@@ -203,11 +206,21 @@ class TouchingMotion:
 
     def advance(self, h: float) -> None:
         """Make a step of ``h`` [s] that ends at the system's time; NotConverged if it is not found."""
-        end, contact, now, earlier = self._system.time, self.contact, self._now, self._before
+        end = self._system.time
         if end >= self._meets_s:
             raise NotConverged(f"{self._meets} is driven into held nodes", [])
-        second = self._length == h and not contact.bends(end - h, h)
-        share, reach = (1.0 / 3.0, 2.0 * h / 3.0) if second else (0.0, h)
+        first = STAGE * h
+        self._reach(end - h + first, first, 0.0, first)
+        begun = (1.0 - STAGE) * self.contact.reactions
+        self._reach(end, h - first, AHEAD, first)
+        self.contact.means = begun + STAGE * self.contact.reactions
+
+    def _reach(self, end: float, h: float, share: float, reach: float) -> None:
+        """Make a stage that ends at ``end`` [s], ``h`` [s] after the last: an implicit Euler step of ``reach`` [s].
+
+        Its base is the last state plus ``share`` of the change since the one before.
+        """
+        contact, now, earlier = self.contact, self._now, self._before
         base = now.ahead(earlier, share)
         lag = self._beta / reach
         inertia = self._masses * (1.0 / reach**2 + self._alpha / reach)
@@ -363,7 +376,7 @@ class TouchingMotion:
         self._scaled = inertia, share
 
     def _whole(self) -> np.ndarray:
-        """Return the displacement (3, n, 3) [m] of all nodes at the end of the last step and of the two before it."""
+        """Return the displacement (3, n, 3) [m] of all nodes at the end of the last stage and of the two before it."""
         body, last = self.body, self._last
         assert last is not None  # it has stepped
         moved = np.array([body.modes @ q for q in (self._now.q, *last[:2])])
@@ -380,7 +393,7 @@ class TouchingMotion:
     def doubt(self) -> float:
         """Return what the modes lack [m], RMS over the surface: what all elements leave of the last step's balance.
 
-        That is answered by (1 + β/a) K at rest, a being 2/3 of a step. Infinite where an instrument is inside of the
+        That is answered by (1 + β/a) K at rest, a being a stage's length. Infinite where an instrument is inside of the
         body beyond what it may touch, or the corners of an element are inside out. It grows with the error, and is not
         its size.
         """

@@ -54,7 +54,8 @@ def main() -> None:
     fitted = touching.modes_of_strokes(compared, shown, grid, seed)
     print(f"strokes took {shown.seconds:.0f} s of the processor, modes {process_time() - begin:.0f} s", flush=True)
     square = grid["half_width_m"], given.count, given.seed
-    table = pd.read_csv(given.table) if given.table.exists() else pd.DataFrame({"scene": [], "contact": []})
+    columns = [*touching.MOTION_PLACES.columns, "times_life"]
+    table = pd.read_csv(given.table) if given.table.exists() else pd.DataFrame(columns=columns)
     for number, contact in enumerate(strokes.roaming(compared.particles(-1), compared.loads["contact"], *square)):
         if ((table["scene"] == given.scene) & (table["contact"] == number)).any():
             continue
@@ -62,7 +63,7 @@ def main() -> None:
         rows = touching.measure_stroke(each, fitted, number, grid["steps_per_frame"])
         for row, per_frame in zip(rows, grid["steps_per_frame"], strict=False):
             row["times_life"] = times_life(each, fitted, per_frame) if row.get("failures") == 0 else np.nan
-        table = pd.concat([table, pd.DataFrame(rows)], ignore_index=True)
+        table = pd.concat([table, pd.DataFrame(rows)], ignore_index=True).reindex(columns=columns)
         table.to_csv(given.table, index=False)
         print(summary(table).to_string(), flush=True)
 

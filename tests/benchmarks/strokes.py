@@ -63,7 +63,7 @@ def main() -> None:
         rows = touching.measure_stroke(each, fitted, number, grid["steps_per_frame"])
         for row, per_frame in zip(rows, grid["steps_per_frame"], strict=False):
             row["times_life"] = times_life(each, fitted, per_frame) if row.get("failures") == 0 else np.nan
-        table = pd.concat([table, pd.DataFrame(rows)], ignore_index=True).reindex(columns=columns)
+        table = pd.concat([table, pd.DataFrame(rows)], ignore_index=True).reindex(columns=columns).infer_objects()
         table.to_csv(given.table, index=False)
         print(summary(table).to_string(), flush=True)
 

@@ -79,7 +79,7 @@ def doubted(run: Run, moved: np.ndarray) -> float:
     return float(run.doubts_m.max() / np.linalg.norm(moved, axis=2).max())
 
 
-FRAMES, STEPS_PER_FRAME = 15, (2, 4)
+FRAMES, STEPS_PER_FRAME = 30, (1, 2)
 """Of a stroke held out, and the steps of quadratic elements in each, from which their limit is extrapolated."""
 TOLERANCE = 1e-3
 """Of these steps."""

@@ -186,6 +186,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
     """
     floor, enough, most = ends
     own, energy, left, lower = known
+    fewest = 0 if len(own) else 1  # steps; stages in which nothing is done would add up
     wide, problem = len(inertia), (inertia, centre, share, outer, local, touch, rubbing, force)
     if not len(own):
         energy, own = elastic_of(z[:wide].copy(), body)
@@ -212,7 +213,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
             left = np.sqrt(max(0.0, -slope) / (share * max(energy, floor)))
             if kept == 0 or left <= SLOW * before:
                 break
-        if not slope < 0.0 or left <= enough or rounds == most:
+        if not slope < 0.0 or (left <= enough and rounds >= fewest) or rounds == most:
             break
         length, found = 1.0, False
         while length > 1e-5:

@@ -2,7 +2,8 @@
 
     python tests/benchmarks/identified_presses.py --draws 40 --processes 2
 
-E, ν, thickness (unknown in every second draw, else none), offsets and places are drawn anew for each; a 90 % interval should hold 85 to 95 % of truths.
+E, ν, thickness (unknown in every second draw, else none), offsets and places are drawn anew for each; a 90 % interval
+should hold 85 to 95 % of truths.
 """
 
 import argparse

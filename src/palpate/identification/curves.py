@@ -31,8 +31,10 @@ from palpate.solvers.axisymmetric_indentation import BallOnSlab, hertz
 
 ALONG = 12
 """Coefficients of a curve along the root of depth."""
-LEVELS = (2, 4)
-"""Of the sparse grid: the first, and the last."""
+GRIDS = ((2, 2), (2, 6), (3, 3), (3, 4))
+"""Grids, from coarse to fine: greatest level of a dimension, and of their sum; (2, 6) is full in three dimensions."""
+MOST_CURVES = 130
+"""Points above which a grid is not tried: thin slabs of steep laws need all of the 125 of (2, 6)."""
 MOST_ERROR = 2e-3
 """Relative error of force by interpolation at which the grid is fine enough."""
 CHECKS, SEED = 4, 34
@@ -136,16 +138,14 @@ class CurveFamily:
             raise InputError(f"a force is {force.max():.3g} E a², and the curves end at {found[-1]:.3g}; give less.")
         root = np.cbrt(np.clip(force, 0.0, found[-1]))
         depth = PchipInterpolator(np.cbrt(found), np.sqrt(known))(root) ** 2
-        for _ in range(2):  # Newton's method, with the slope of a power that is near
-            off = np.log(np.maximum(root, 1e-100) ** 3 / np.maximum(self.forces(depth, *values), 1e-300))
-            more = np.minimum(depth * (1.0 + 1e-6), self.ranges.deepest)
-            less = more * (1.0 - 2e-6)
-            power = (
-                np.log(np.maximum(self.forces(more, *values), 1e-300) / np.maximum(self.forces(less, *values), 1e-300))
-                / 2e-6
-            )
-            depth = np.where(depth > 0.0, np.minimum(depth * np.exp(off / power), self.ranges.deepest), 0.0)
-        return depth
+        least = 1e-12 * self.ranges.deepest
+        for _ in range(2):  # Newton's method in logarithms
+            depth = np.clip(depth, least, self.ranges.deepest)
+            less, more = depth * (1.0 - 2e-6), depth * (1.0 - 1e-6)
+            power = np.log(self.forces(more, *values) / self.forces(less, *values)) / 1e-6
+            off = 3.0 * np.log(np.maximum(root, 1e-30)) - np.log(self.forces(depth, *values))
+            depth = np.minimum(depth * np.exp(off / power), self.ranges.deepest)
+        return np.where(force > 0.0, depth, 0.0)
 
     def _curve(self, poisson: float, thinness: float, stiffening: float, sticking: float) -> np.ndarray:
         """Return the coefficients (ALONG,) of the logarithm of force over Hertz's."""
@@ -190,8 +190,11 @@ def _basis(places: np.ndarray, degrees: np.ndarray) -> np.ndarray:
     return np.cos(np.arccos(np.clip(places, -1.0, 1.0))[:, None] * degrees[None]).prod(axis=2)
 
 
-def _sparse(dimensions: int, level: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the places (n, d) of a sparse grid and the degrees (n, d) of the polynomials that it determines."""
+def _sparse(dimensions: int, level: int, whole: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the places (n, d) of a sparse grid and the degrees (n, d) of the polynomials that it determines.
+
+    level : the greatest of a dimension; whole : that of their sum
+    """
     lines: list[tuple[list[float], list[int]]] = [([0.0], [0]), ([-1.0, 1.0], [1, 2])]
     for each in range(2, level + 1):
         count = 2**each
@@ -200,7 +203,7 @@ def _sparse(dimensions: int, level: int) -> tuple[np.ndarray, np.ndarray]:
     places: list[tuple[float, ...]] = []
     degrees: list[tuple[int, ...]] = []
     for levels in product(range(level + 1), repeat=dimensions):
-        if sum(levels) <= level:
+        if sum(levels) <= whole:
             places += product(*(lines[each][0] for each in levels))
             degrees += product(*(lines[each][1] for each in levels))
     shape = (len(places), dimensions)
@@ -278,8 +281,11 @@ def _computed(law: str, ranges: Ranges, workers: int | None, progress: Callable[
     with _Runner(workers) as run:
         between = np.random.default_rng(SEED).uniform(-1.0, 1.0, (CHECKS, len(free)))
         error, fitted = 0.0, compute(between, run) if free else None
-        for level in range(LEVELS[0], LEVELS[1] + 1):
-            places, degrees = _sparse(len(free), level)
+        for grid in GRIDS:
+            finer = _sparse(len(free), *grid)
+            if len(finer[0]) > MOST_CURVES:
+                continue
+            places, degrees = finer
             by_place = np.linalg.solve(_basis(places, degrees), compute(places, run))
             if fitted is not None:
                 error = float(np.abs(np.expm1(_basis(between, degrees) @ by_place - fitted)).max())
@@ -321,6 +327,6 @@ def _sources() -> str:
 
 def _digest(law: str, ranges: Ranges) -> str:
     """Return a name of what is asked for and of the code that answers it."""
-    said = json.dumps([law, asdict(ranges), ALONG, LEVELS, MOST_ERROR, CHECKS, SEED])
+    said = json.dumps([law, asdict(ranges), ALONG, GRIDS, MOST_CURVES, MOST_ERROR, CHECKS, SEED])
     own = Path(law).read_text(encoding="utf-8") if Path(law).suffix == ".py" and Path(law).is_file() else ""
     return hashlib.sha256((said + own + _sources()).encode()).hexdigest()[:16]

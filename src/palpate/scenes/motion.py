@@ -68,9 +68,9 @@ class Motion:
         alternate between none and too much, and only their sum over many steps, the momentum that they hand over, means
         something. Before the first step it is zero. k is 0 where nothing records either.
         """
-        means = [f"{obstacle.name}_mean_force_{letter}_n" for obstacle in self.obstacles for letter in "xyz"]
-        whole = bool(means) and set(means) <= set(self.observed)
-        names = means if whole else [name.replace("_mean_force_", "_force_") for name in means]
+        meant = [f"{obstacle.name}_mean_force_{letter}_n" for obstacle in self.obstacles for letter in "xyz"]
+        whole = bool(meant) and set(meant) <= set(self.observed)
+        names = meant if whole else [name.replace("_mean_force_", "_force_") for name in meant]
         if not names or not set(names) <= set(self.observed):
             return np.zeros((len(self.times) - 1, 0, 3))
         forces = np.vstack([np.zeros(len(names)), -self.observed[names].to_numpy()])

@@ -30,17 +30,18 @@ OVERLAP = 1e-3
 UPDATES, SLOW = 12, 0.5
 """Most updates of the multipliers at one depth, of which two to four are usual, and the least that one has to reduce
 the overlap by, or contact becomes stiffer."""
-FIRMER, FIRMEST = 10.0, 1e3
+FIRMER, FIRMEST, FOLLOWED = 10.0, 1e3, 5e-3
 """Factor by which, and the most: where a law stiffens, the body is that much stiffer than its Young's modulus, and
-multipliers grow by a small share in each update. Quadratic elements of a coarse mesh cannot follow an instrument at all
-points, however stiff contact is."""
+multipliers grow by a small share in each update. Below an overlap of FOLLOWED contact stays as it is: quadratic
+elements of a coarse mesh cannot follow an instrument at all points, however stiff it is."""
 HELD = 0.1
 """Overlap that is no solution: the instrument is pushed into nodes that do not move."""
 TOUCHED = 0.15
 """Mean pressure of a triangle, over the greatest, from which it counts as touched. Pressures at points are no measure:
 they alternate, as the surface of an element cannot follow the instrument at all of them."""
 GRIP = 4.0
-"""Stiffness with which points stick, over that of contact."""
+"""Stiffness with which points stick, over that with which contact begins and not grows to: what sticks depends on the
+way there."""
 AT_FIRST, AFTER = 1.0 / 2.0, 2.0 / 3.0
 """Shares of the way that points slide in a step without sticking, at the time at which they touch: ahead of an area
 that grows evenly and sticks the surface follows (Mindlin 1949), by 1 − 2/π asin(a/r) of what it would slide."""
@@ -240,10 +241,8 @@ class Indentation(Equilibrium):
             pressure = self._pressure(side, side.pose.gaps(at)[0])
             energy += 0.5 * float(self.points.areas @ ((pressure**2 - side.multiplier**2) / k))
             if self._sticks:
-                drag = self._drag(side, at)
-                energy += 0.5 * float(
-                    self.points.areas @ (((drag**2).sum(axis=1) - (side.drag**2).sum(axis=1)) / (GRIP * k))
-                )
+                drag, grip = self._drag(side, at), GRIP * self.points.penalty
+                energy += 0.5 * float(self.points.areas @ (((drag**2).sum(axis=1) - (side.drag**2).sum(axis=1)) / grip))
         return energy
 
     def force(self, x: np.ndarray) -> np.ndarray:
@@ -274,7 +273,7 @@ class Indentation(Equilibrium):
     def _drag(self, side: _Side, at: np.ndarray) -> np.ndarray:
         """Return what holds points that stick, (q, 3) [Pa], along the surface of the instrument."""
         off = np.where(side.stuck[:, None], side.held_at() - at, 0.0)
-        return self._along(side, side.drag + GRIP * self._penalty[:, None] * off)
+        return self._along(side, side.drag + GRIP * self.points.penalty[:, None] * off)
 
     def _along(self, side: _Side, vectors: np.ndarray) -> np.ndarray:
         normals = side.pose.gaps(side.held_at())[1]
@@ -310,9 +309,8 @@ class Indentation(Equilibrium):
             bent[on] -= pressure[on, None, None] * side.pose.bends(at[on], gaps[on], normals[on])
             if self._sticks:
                 normal = side.pose.gaps(side.held_at())[1][side.stuck]
-                stiff[side.stuck] += (
-                    GRIP * k[side.stuck, None, None] * (np.eye(3) - normal[:, :, None] * normal[:, None, :])
-                )
+                grip = GRIP * self.points.penalty[side.stuck, None, None]
+                stiff[side.stuck] += grip * (np.eye(3) - normal[:, :, None] * normal[:, None, :])
         touched = np.flatnonzero(stiff.any(axis=(1, 2)))
         areas = self.points.areas[touched, None, None]
         return touched, areas * stiff[touched], areas * bent[touched]
@@ -399,7 +397,7 @@ class Indentation(Equilibrium):
             if found.overlap <= OVERLAP:
                 break
             if found.overlap > SLOW * overlap:
-                if self._firmness >= FIRMEST:
+                if found.overlap <= FOLLOWED or self._firmness >= FIRMEST:
                     break
                 self._firmness *= FIRMER
             overlap = found.overlap

@@ -7,11 +7,12 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.database import write
-from palpate.benchmark.presses import choose_presses
+from palpate.benchmark.presses import LOAD_COLUMNS, oblique
 from palpate.benchmark.split import asked_samples, fold_table
 from palpate.benchmark.static_responses import assemble, press
 from palpate.benchmark.truth import save_truth, truth_of
 from palpate.bodies.body_file import save
+from palpate.bodies.contacts import contacts_by_area
 from palpate.bodies.make_body import make_body
 from palpate.exchange.ask import ask
 from palpate.exchange.folder import read
@@ -32,10 +33,10 @@ bodies:
     density_kg_m3: 1000
     anchors: {plane: {axis: z, side: min, depth_m: 0.001}}
 regimes:
-  large: {peak_of_size: 0.05, radius_m: 0.025}
+  large: {peak_of_size: 0.05, radius_m: 0.03}
 tradeoff:
   bodies: [block]
-  contacts: 5
+  contacts: 10
   presses: [{magnitude: 1.0, tilt_degrees: 0}, {magnitude: 0.7, tilt_degrees: 30}]
 """
 Run = namedtuple("Run", "config results settings body loads")
@@ -43,14 +44,20 @@ Run = namedtuple("Run", "config results settings body loads")
 
 @pytest.fixture(scope="session")
 def pressed(tmp_path_factory) -> Run:
-    """Settings and results of a block: body, database, folds and truth of ten presses at five contacts."""
+    """Settings and results of a block: body, database, folds and truth of twenty presses at ten contacts."""
     folder = tmp_path_factory.mktemp("run")
     config = folder / "config.yaml"
     config.write_text(CONFIG)
     settings = complete(read_settings(config), config)
     body = make_body("block", settings["bodies"]["block"])
     block, place = settings["tradeoff"], folder / "results/data/block/large"
-    loads = choose_presses(body, block["contacts"], block["presses"], settings["regimes"]["large"], 0.025, 1)
+    rows: list[list] = []
+    for contact in contacts_by_area(body, block["contacts"], 1):  # a tenth of Young's modulus at most, and no search
+        for asked_press in block["presses"]:
+            way = oblique(body.fine.normals[contact], asked_press["tilt_degrees"], 1.0)
+            newtons = asked_press["magnitude"] * 0.1 * 3000.0 * 0.5 * np.pi * 0.03**2
+            rows.append([len(rows), int(contact), *(newtons * way), 0.03])
+    loads = pd.DataFrame(rows, columns=LOAD_COLUMNS)
     fine, coarse = press(body, 1, loads, 1e-8), press(body, 0, loads, 1e-8)
     database = assemble(body, loads, fine, coarse, "abc")
     folds = fold_table(database, 1)

@@ -61,7 +61,8 @@ def test_each_number_of_readme_is_traced_to_the_row_of_a_table():
     flat = " ".join(page.split())
     entries = yaml.safe_load(text(ROOT / "docs" / snapshot.QUERIES))
     assert [entry["says"] for kind in entries.values() for entry in kind if entry["says"] not in flat] == []
-    assert set(shipped["says"]) == {entry["says"] for entry in entries["traced"]}
+    links = {(entry["says"], *(entry.get(name, "") for name in snapshot.LINK)) for entry in entries["traced"]}
+    assert set(shipped[["says", *snapshot.LINK]].fillna("").itertuples(index=False, name=None)) == links
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

@@ -97,6 +97,7 @@ def _parser() -> argparse.ArgumentParser:
     export.add_argument("--out", required=True, type=Path, metavar="FILE", help="the file to write, and its folder")
     export.add_argument("--config", default="config.yaml", type=Path, help="the file of settings (config.yaml)")
     export.set_defaults(act=_export)
+    _add_identify(commands.add_parser("identify", help="stiffness and law of tissue from presses, and what stays open"))
     load = commands.add_parser("load", help="check a file that palpate export wrote, and say what it is")
     load.add_argument("file", help="the file")
     load.set_defaults(act=_load)
@@ -134,6 +135,55 @@ def _add_data(command: argparse.ArgumentParser) -> argparse._MutuallyExclusiveGr
     )
     command.add_argument("-o", "--folder", type=Path, help="where to write; else a folder beside the data")
     return parts
+
+
+def _add_identify(command: argparse.ArgumentParser) -> None:
+    command.add_argument("presses", type=Path, help="a CSV of presses: press, depth_m, force_n, and where they were")
+    command.add_argument("--instrument", required=True, metavar="sphere:RADIUS_M", help="the ball that pressed")
+    command.add_argument("--body", help="a mesh of the organ; or with --config the name of a body there")
+    command.add_argument("--config", type=Path, metavar="FILE", help="settings that have the body")
+    command.add_argument("--scale", type=_positive, metavar="M", help="length of the mesh's unit [m]; else guessed")
+    command.add_argument("--hold", metavar="SIDE", help="what holds the mesh: below, above, …, as palpate init has it")
+    command.add_argument(
+        "--thickness", type=_range, metavar="LOW:HIGH", help="of a slab on something rigid [m], where no mesh is known"
+    )
+    command.add_argument("--poisson", type=_range, metavar="LOW:HIGH", help="range of ν (0.3:0.49)")
+    command.add_argument("--sticking", type=_range, metavar="LOW:HIGH", help="friction: 0 slides, 1 sticks (0:1)")
+    command.add_argument("--offset", type=_range, metavar="LOW:HIGH", help="of first touch [m]; else by the depths")
+    command.add_argument("--law", action="append", help="a law to compare; may be repeated")
+    command.add_argument(
+        "--column", action="append", default=[], metavar="NAME=COLUMN",
+        help="the file's own name of a column, such as force_n=force_normal_n; may be repeated",
+    )  # fmt: skip
+    command.add_argument("-o", "--folder", type=Path, help="where to write; else a folder beside the presses")
+    command.set_defaults(act=_identify)
+
+
+def _identify(asked: argparse.Namespace) -> str:
+    _share_compiled()
+    from palpate.init.identify_command import Asked, body_of, identify_file
+
+    if asked.body is not None and asked.thickness is not None:
+        raise InputError("a slab of --thickness and a --body exclude each other; give one of them.")
+    columns = dict(text.partition("=")[::2] for text in asked.column)
+    given = {
+        "poisson": asked.poisson, "sticking": asked.sticking, "thickness_m": asked.thickness, "offset_m": asked.offset,
+        "laws": asked.law, "columns": columns,
+    }  # fmt: skip
+    body = body_of(asked.body, asked.config, asked.scale, asked.hold)
+    settings = Asked(_instrument(asked.instrument), body, **{k: v for k, v in given.items() if v is not None})
+    return identify_file(asked.presses, settings, asked.folder)
+
+
+def _range(text: str) -> tuple[float, float]:
+    low, _, high = text.partition(":")
+    try:
+        found = float(low), float(high or low)
+    except ValueError:
+        found = math.nan, math.nan
+    if not found[0] <= found[1]:
+        raise argparse.ArgumentTypeError(f"{text} is no range; give LOW:HIGH, such as 0.02:0.04")
+    return found
 
 
 def _init(asked: argparse.Namespace) -> str:

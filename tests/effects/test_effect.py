@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from palpate.bodies.cutting.ties import cut_particles
-from palpate.bodies.material import LAWS, Material
+from palpate.bodies.material import NAMED, Material, kind_of
 from palpate.bodies.particles import Particles, particles_of
 from palpate.bodies.supports import Bed
 from palpate.effects import effect as hooks
@@ -57,9 +57,10 @@ def made(name: str, slab) -> object:
         plane = {"point_m": slab.coarse.nodes.mean(axis=0), "normal": [1, 0, 0]}
         particles = cut_particles("scene", slab, 0, {"plane": plane, "at_s": 0.0, "lasts_s": 0.0, "way": "conform"})
     entry, settings = effect_registry.EFFECTS[name], SETTINGS.get(name)
-    if name in (*LAWS, "own_law"):
+    if name in effect_registry.FINITE_ELEMENTS:
         own = str(Path(__file__).parents[2] / "examples/hencky.py")
-        particles = replace(particles, material=replace(particles.material, law=name if name in LAWS else own))
+        law = next((law for law in NAMED if kind_of(law) == name), own)
+        particles = replace(particles, material=replace(particles.material, law=law))
     elastic = None
     if entry.role != "elastic":
         elastic = made(ELASTIC.get(name, "corotational"), slab)

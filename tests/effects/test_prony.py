@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import sqrtm
 
 from palpate.bodies.body import nest
-from palpate.bodies.material import LAWS, Material, Tissue
+from palpate.bodies.material import NAMED, Material, Tissue
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
 from palpate.effects import prony
@@ -69,7 +69,7 @@ def test_a_held_strain_relaxes_exactly_in_steps_of_any_length(h, explicit, tetra
 
 
 @pytest.mark.parametrize(
-    ("shear", "law"), [(1e-4, "corotational"), (1e-3, "corotational"), *((1e-4, law) for law in LAWS)]
+    ("shear", "law"), [(1e-4, "corotational"), (1e-3, "corotational"), *((1e-4, law) for law in NAMED)]
 )
 def test_the_shear_stress_relaxes_as_the_series_says(shear, law, tetrahedron, force_of):
     """That of body and branches together is G(t) times the shear, to second order in it, whatever the law."""

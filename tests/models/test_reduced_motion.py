@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 
 from palpate.benchmark.motion_truth import motion_truth
 from palpate.bodies.body import nest
-from palpate.bodies.material import LAWS, Material
+from palpate.bodies.material import NAMED, Material
 from palpate.errors import InputError, NotConverged
 from palpate.models import reduced_body, reduced_motion
 from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of
@@ -130,7 +130,7 @@ def test_stiffness_is_positive_and_that_of_the_slopes_however_weak_the_modes_tha
     assert (modes.masses > 0.0).all()
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", NAMED)
 def test_all_points_as_cells_have_the_energy_the_forces_and_the_clamped_hessian_of_the_elements(law, box):
     rest = BodyAtRest(cube(box, law), 3)
     body, motion = whole(rest), rest.motion

@@ -70,8 +70,8 @@ def off(found: np.ndarray, truth: np.ndarray, rest: np.ndarray) -> float:
 
 
 def force_of(done) -> np.ndarray:
-    """The force of the finger on the body in each step."""
-    return -done.motion.observed[[f"finger_force_{axis}_n" for axis in "xyz"]].to_numpy()
+    """The mean force of the finger on the body in each step."""
+    return -done.motion.observed[[f"finger_mean_force_{axis}_n" for axis in "xyz"]].to_numpy()
 
 
 def test_few_modes_and_cells_tend_to_the_motion_of_quadratic_elements(pad, shown):

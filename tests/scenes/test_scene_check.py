@@ -24,6 +24,7 @@ BODIES = {
     "hard": BAR | {"young_pa": 2e4},
     "spotted": BAR | {"regions": {"spot": {"sphere": {"center_m": [1, 0, 0], "radius_m": 1}, "young_pa": 1e5}}},
     "rubber": BAR | {"law": "neo_hookean"},
+    "tissue": BAR | {"law": "exponential(8)"},
     "mine": BAR | {"law": str(ROOT / "examples/hencky.py")},
     "cloth": {"kind": "sheet", "sizes_m": [1, 1], "divisions": [6, 6], "thickness_m": 0.001} | ROUND,
 }
@@ -54,6 +55,8 @@ def check(scene):
         {"effects": "auto"} | GRAVITY,
         {"effects": "auto", "body": "rubber"} | GRAVITY,
         {"effects": ["own_law", "gravity", "rayleigh"], "body": "mine"} | GRAVITY,
+        {"effects": ["exponential", "gravity", "rayleigh"], "body": "tissue"} | GRAVITY,
+        {"effects": "auto", "body": "tissue"} | GRAVITY,
         {"effects": "auto", "body": "cloth"} | GRAVITY,
         {"effects": ["springs", "volume", "kelvin"], "integrator": "symplectic_euler"},
         {"effects": ["springs", "body_springs"], "surface": True, "springs": STRETCH},
@@ -80,6 +83,7 @@ def test_the_shipped_scenes_pass():
     [
         ({"effects": ["corotational", "springs"]}, ".effects must name exactly one of .* but names corotational and"),
         ({"effects": ["corotational"], "body": "rubber"}, ".effects names corotational, and the law of rubber is"),
+        ({"effects": ["corotational"], "body": "tissue"}, ".effects names .*; name exponential, or give tissue"),
         ({"effects": ["neo_hookean"], "body": "mine"}, ".effects names neo_hookean, and the law of mine is"),
         ({"body": "rubber"} | YIELD, " says effects: auto, which calls for plasticity, which works with"),
         ({"effects": ["gravity"]} | GRAVITY, ".effects must name exactly one of .* but names none; name one, or"),

@@ -110,6 +110,8 @@ def whole() -> dict:
     """Return the smoke run's settings but for the model of one's own, whose place depends on the config file's."""
     settings = yaml.safe_load((ROOT / "tests/smoke/config.yaml").read_text())
     del settings["tradeoff"]["own_models"]
+    for tissue in settings["measured"]["presses"].values():
+        tissue["files"] = [str((ROOT / "tests/smoke" / file).resolve()) for file in tissue["files"]]
     for experiment in settings["measured"]["experiments"].values():
         for case in experiment["cases"].values():
             case["files"] = [str((ROOT / "tests/smoke" / file).resolve()) for file in case["files"]]

@@ -1,12 +1,12 @@
 # What the choice of the law changes, beside what the mesh does: the same presses under each law.
 
 
-from palpate.bodies.material import LAWS
+from palpate.bodies.material import kind_of
 from palpate.studies.law.settings import changes_of, compared_bodies
 
 COMPARED_BODIES = compared_bodies(config)
 # of palpate's own by name, of the user's by file
-COMPARED_LAWS = {name: name if name in LAWS else normpath(CONFIG_FILE.parent / name) for name in config["law"]["laws"]}
+COMPARED_LAWS = {name: name if kind_of(name) else normpath(CONFIG_FILE.parent / name) for name in config["law"]["laws"]}
 TARGETS["law"] = merged(law=expand("results/data/{body}/law.csv", body=COMPARED_BODIES)) + figures("law", "law")
 WARNED += warned_of(COMPARED_BODIES) + expand("results/data/{body}/law_warned.txt", body=COMPARED_BODIES)
 
@@ -14,7 +14,7 @@ WARNED += warned_of(COMPARED_BODIES) + expand("results/data/{body}/law_warned.tx
 rule compare_laws:
     input:
         body=BODY,
-        own=[path for name, path in COMPARED_LAWS.items() if name not in LAWS],
+        own=[path for name, path in COMPARED_LAWS.items() if not kind_of(name)],
     output:
         table="results/data/{body}/law.csv",
         warned="results/data/{body}/law_warned.txt",

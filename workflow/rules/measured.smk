@@ -1,7 +1,7 @@
 # Models beside bodies that were measured.
 
 
-from palpate.bodies.material import LAWS
+from palpate.bodies.material import kind_of
 
 
 include: "functions/measured.smk"
@@ -9,9 +9,27 @@ include: "functions/measured.smk"
 
 EXPERIMENTS = list(config["measured"]["experiments"])
 OF_EXPERIMENT = "results/data/measured/{experiment}"
+# tissue that was pressed, and the tables that follow from it
+PRESSED_TISSUE = list(config["measured"]["presses"])
+OF_PRESSES = "results/data/measured/presses/{presses}"
+ABOUT_PRESSES = ["presses", "press_predictions", "press_curves"]
+ABOUT_RELAXATION = [f"relaxation{part}" for part in ("", "_curves", "_errors", "_presses", "_trends")]
 
-TARGETS["measured"] = merged(measured=expand(f"{OF_EXPERIMENT}.csv", experiment=EXPERIMENTS))
-TARGETS["measured"] += figures("measured", "measured", scenes=EXPERIMENTS)
+TARGETS["measured"] = []
+if EXPERIMENTS:
+    TARGETS["measured"] += merged(measured=expand(f"{OF_EXPERIMENT}.csv", experiment=EXPERIMENTS))
+    TARGETS["measured"] += figures("measured", "measured", scenes=EXPERIMENTS)
+    OPTIONAL += ["measured"]
+if PRESSED_TISSUE:
+    parts = {
+        name: expand(f"{OF_PRESSES}/{name}.csv", presses=PRESSED_TISSUE) for name in ABOUT_PRESSES + ABOUT_RELAXATION
+    }
+    TARGETS["measured"] += merged(**parts)
+    OPTIONAL += list(parts)
+    for name, what in {"presses": "elastic", "relaxation": "relaxation"}.items():
+        if asking(what):
+            TARGETS["measured"] += figures("measured", name, scenes=asking(what))
+    WARNED += expand(f"{OF_PRESSES}/warned.txt", presses=PRESSED_TISSUE)
 WARNED += warned_of(dict.fromkeys(entry["body"] for entry in config["measured"]["experiments"].values()))
 WARNED += expand(f"{OF_EXPERIMENT}_warned.txt", experiment=EXPERIMENTS)
 
@@ -27,11 +45,32 @@ rule measure_experiment:
     log:
         "results/logs/measured/{experiment}.log",
     wildcard_constraints:
-        experiment="|".join(EXPERIMENTS),
+        experiment="|".join(EXPERIMENTS) or "nothing",
     # laws are imported by name, so every effect's code counts
     params:
         **calls("palpate.studies.measured.measure:measure_experiment", ["palpate.effects"]),
         entry=experiment_entry,
         models=models_of_measured(),
+    script:
+        "../job.py"
+
+
+rule identify_presses:
+    input:
+        files=files_of_presses,
+        body=body_of_presses,
+    output:
+        **{name: f"{OF_PRESSES}/{name}.csv" for name in ABOUT_PRESSES + ABOUT_RELAXATION},
+        warned=f"{OF_PRESSES}/warned.txt",
+    log:
+        "results/logs/measured/presses/{presses}.log",
+    wildcard_constraints:
+        presses="|".join(PRESSED_TISSUE) or "nothing",
+    # curves of a law are computed on all cores
+    threads: workflow.cores
+    params:
+        **calls("palpate.studies.measured.pressed:identify_presses", ["palpate.effects"]),
+        entry=presses_entry,
+        seed=config["seed"],
     script:
         "../job.py"

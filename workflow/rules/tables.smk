@@ -3,8 +3,11 @@
 # what judges the papers' claims, by the tables of the studies that are asked for
 JUDGES = {place: tables for study in ASKED for place, tables in claims_of(study).items()}
 # the report reads this table beside those of the studies
-CLAIMS = tabulated("claims") if JUDGES else []
-OPTIONAL += ["claims"] if JUDGES else []
+CLAIMS = tabulated("claims", "claim_links") if JUDGES else []
+OPTIONAL += ["claims", "claim_links"] if JUDGES else []
+# the tables of this run that numbers of README come from
+README_QUERIES = relpath(ROOT / "docs/readme.yaml")
+TRACED = tabulated(*sorted({entry["table"] for entry in read_yaml(README_QUERIES)["traced"]}))
 
 
 for settled_rule, (tables, threads, given) in SETTLED.items():
@@ -69,9 +72,12 @@ if JUDGES:
 
     rule check_claims:
         input:
-            sorted({file for tables in JUDGES.values() for file in tabulated(*tables)}),
+            judged=sorted({file for tables in JUDGES.values() for file in tabulated(*tables)}),
+            traced=[file for file in TRACED if any(file in TARGETS[study] for study in ASKED)],
+            readme=README_QUERIES,
         output:
-            CLAIMS,
+            claims=CLAIMS[0],
+            claim_links=CLAIMS[1],
         log:
             "results/logs/check_claims.log",
         params:

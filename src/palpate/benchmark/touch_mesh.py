@@ -172,6 +172,16 @@ class TouchedMeshes:
         edge = float(self._edge(first.node) / 2**level)
         return TouchedMesh(first, whole, problem_of(whole, depth, 2, touches, self._body), up, edge)
 
+    def at_rim(self, held: int) -> tuple[Body, int]:
+        """Return the body refined to ``held`` at the rim of what is held only, with a level more, and ``held``."""
+        body, middle = self._base, self._base.coarse.nodes[0]
+        local = LocalRefinement(body, held).around(middle, -1.0, held) if held else body.up_to(0)
+        return with_midpoints(local, held), held
+
+    def edge_m(self, touch: Touch, level: int) -> float:
+        """Return about how long [m] the surface's edges are at a touch on ``level``."""
+        return self._edge(touch.node) / 2.0**level
+
     def _edge(self, node: int) -> float:
         """Return the mean length [m] of the edges of the coarse triangles nearest to a node."""
         mesh, place = self._base.coarse, self._body.fine.nodes[node]

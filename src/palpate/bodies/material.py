@@ -1,6 +1,7 @@
 """Materials of a body, one or several in regions of it, and the relaxation of a material by a Prony series."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,7 +11,27 @@ import numpy as np
 from palpate.errors import InputError
 
 LAWS = ("corotational", "stable_neo_hookean", "neo_hookean", "st_venant_kirchhoff")
-"""The laws between deformation and energy that a body may have; a law of the user's own is the path of its file."""
+"""The laws between deformation and energy that a body may have by their name alone; see ``kind_of``."""
+EXPONENTIAL = "exponential"
+"""The law that is named with its stiffening, as "exponential(8)"; a law of the user's own is the path of its file."""
+NAMED = (*LAWS, f"{EXPONENTIAL}(8)")
+"""All laws as a body may name them, the last with a stiffening for example."""
+PATTERN_EXPONENTIAL = rf"{EXPONENTIAL}\([0-9]+(\.[0-9]+)?(e-?[0-9]+)?\)"
+
+
+def exponential(stiffening: float) -> str:
+    """Return the name of the exponential law with this stiffening, to six digits."""
+    return f"{EXPONENTIAL}({stiffening:.6g})".replace("e+", "e")
+
+
+def kind_of(law: str) -> str:
+    """Return one of LAWS, EXPONENTIAL, or nothing for the path of a file."""
+    return law if law in LAWS else EXPONENTIAL if re.fullmatch(PATTERN_EXPONENTIAL, law) else ""
+
+
+def stiffening_of(law: str) -> float | None:
+    """Return the stiffening of an exponential law by its name, None of others."""
+    return float(law[len(EXPONENTIAL) + 1 : -1]) if kind_of(law) == EXPONENTIAL else None
 
 
 @dataclass(frozen=True)
@@ -131,16 +152,15 @@ class Series:
         decays = np.exp(-np.asarray(t)[..., None] / np.array(self.times_s))
         return 1.0 + decays @ self.ratios
 
-    def factors(self, h: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return (k,) factors a and b of a step of ``h`` [s]: the strain of a branch becomes a · itself + b · Δe.
+    def factors(self, h: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+        """Return factors a and b, (…, k), of steps ``h`` (…) [s]: the strain of a branch becomes a · itself + b · Δe.
 
         That is the solution of ds/dt = de/dt − s/τ where the strain e changes evenly by Δe: a = exp(−h/τ) and
         b = (1 − a) τ/h (Taylor, Pister and Goudreau 1970). Both are 1 for h = 0, and a ≤ b ≤ 1.
         """
-        if h == 0.0:
-            return np.ones(len(self.times_s)), np.ones(len(self.times_s))
-        spans = h / np.array(self.times_s, dtype=float)
-        return np.exp(-spans), -np.expm1(-spans) / spans
+        spans = np.asarray(h)[..., None] / np.array(self.times_s, dtype=float)
+        safe = np.maximum(spans, 1e-300)
+        return np.exp(-spans), np.where(spans > 0.0, -np.expm1(-safe) / safe, 1.0)
 
 
 def prony_fault(settings: dict) -> str:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
-from palpate.bodies.material import LAWS
+from palpate.bodies.material import LAWS, NAMED, PATTERN_EXPONENTIAL, kind_of
 from palpate.errors import InputError, describe_unknown
 from palpate.files import check_file
 from palpate.own_file import LAW_FUNCTIONS, check_source
@@ -33,7 +33,7 @@ from palpate.setting_types import (
 
 Label = Count | Text
 Labels = Label | Some[Label]
-Law = Annotated[str, Field(pattern=rf"^({'|'.join(LAWS)}|.+\.py)$")]
+Law = Annotated[str, Field(pattern=rf"^({'|'.join(LAWS)}|{PATTERN_EXPONENTIAL}|.+\.py)$")]
 POSSIBLE_M = (0.002, 5.0)
 """Longest sides [m] that a body may have; others are taken for a wrong unit."""
 Refinements = Annotated[Whole, Field(ge=0, le=3)]
@@ -92,7 +92,7 @@ class _Solid(_Body):
     law: Law = optional(
         "Law between deformation and energy: corotational (small strain in a turned frame, the default), "
         "stable_neo_hookean, neo_hookean (no element becomes flat), st_venant_kirchhoff (softens under compression), "
-        "or the path of a Python file of one's own"
+        "exponential(8) with any stiffening from 0, or the path of a Python file of one's own"
     )
     regions: dict[Name, Region] = optional(
         "Regions with a material of their own, such as a tumour, by name, each by exactly one of tag, sphere and "
@@ -219,9 +219,9 @@ def paths_of_body(body: dict, folder: Path) -> dict[str, str]:
 def check_laws(place: str, laws: list[str], folder: Path) -> None:
     """Raise InputError for a law that is neither one of palpate's own nor a file of one, relative to ``folder``."""
     for law in laws:
-        if not law.endswith(".py") and (wrong := describe_unknown([law], list(LAWS))):
-            raise InputError(f"{place} names {wrong}")
-        if law not in LAWS:
+        if not law.endswith(".py") and not kind_of(law):
+            raise InputError(f"{place} names {describe_unknown([law], list(NAMED))}")
+        if not kind_of(law):
             check_file(place, law, (folder / law).is_file())
             check_source(place, folder / law, LAW_FUNCTIONS, "see docs/add-a-law.md")
 

@@ -98,8 +98,8 @@ class OnePass:
         energy, force = self._at(x)
         if self.forbids and energy == np.inf:
             raise NotConverged(
-                "an element is flat or inverted, which its law forbids; choose stable_neo_hookean or corotational, "
-                "a smaller step, or a smaller load",
+                "an element is flat or inverted, or strained further than its law allows; choose stable_neo_hookean or "
+                "corotational, a smaller step, or a smaller load",
                 [],
             )
         return force

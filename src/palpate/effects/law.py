@@ -9,6 +9,7 @@ numba compiles:
     measure(s, gradient, hessian)           returns θ, writes ∂θ/∂s and ∂²θ/∂s²
     volume(theta, mu, lam, derivatives)      returns U [J/m³], writes U′ and U″ (2,)
 
+A law with a parameter has ``shape_of(parameter)`` in place of ``shape``, which returns it; its name has the number.
 A kernel gets them as pointers, so that it is compiled once and serves every law. A law of the user's own is checked at
 rest and near it first.
 """
@@ -26,7 +27,7 @@ import numpy as np
 from numba import types
 from numba.core.errors import NumbaExperimentalFeatureWarning
 
-from palpate.bodies.material import LAWS
+from palpate.bodies.material import NAMED, kind_of, stiffening_of
 from palpate.effects.principal import density
 from palpate.errors import InputError, describe_unknown
 
@@ -57,14 +58,14 @@ INVERTED = np.array([1.0, 1.0, -0.5])
 
 @cache
 def law_of(name: str) -> Law:
-    """Return one of LAWS, or that of the user's own file ``name``; InputError if the file is none of a law."""
-    if name in LAWS:
-        return _compiled(import_module(f"palpate.effects.laws.{name}"), kept=True)
+    """Return one of palpate's laws, as in NAMED, or that of a user's own file; InputError if that is none of a law."""
+    if kind := kind_of(name):
+        return _compiled(import_module(f"palpate.effects.laws.{kind}"), True, stiffening_of(name))
     from palpate.own_file import failure, import_file
 
     path = Path(name)
     if path.suffix != ".py":
-        raise InputError(f"law names {describe_unknown([name], list(LAWS))}")
+        raise InputError(f"law names {describe_unknown([name], list(NAMED))}")
     module = import_file(path, "law")
     try:
         law = _compiled(module, kept=False)
@@ -78,9 +79,13 @@ def law_of(name: str) -> Law:
     return law
 
 
-def _compiled(module: ModuleType, kept: bool) -> Law:
-    """Make a law of compiled functions; ``kept`` stores them for later processes, which cannot import a user's file."""
-    functions = {name: getattr(module, name) for name in SIGNATURES}
+def _compiled(module: ModuleType, kept: bool, stiffening: float | None = None) -> Law:
+    """Make a law of compiled functions; ``kept`` stores them for later processes, which cannot import a user's file.
+
+    stiffening : a constant in the machine code of ``shape_of(stiffening)``, which the module has in place of ``shape``
+    """
+    made = {} if stiffening is None else {"shape": module.shape_of(stiffening)}
+    functions = {name: made.get(name) or getattr(module, name) for name in SIGNATURES}
     make = {name: numba.cfunc(SIGNATURES[name], cache=kept, error_model="numpy") for name in SIGNATURES}
     return Law(**{name: make[name](function) for name, function in functions.items()})
 

@@ -18,6 +18,7 @@ from palpate.benchmark.model import (
     refuse_bed,
     refuse_regions,
 )  # fmt: skip
+from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
 from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import InputError, NotConverged
@@ -61,24 +62,10 @@ class FlexBody:
         refuse_bed(case, "bodies of MuJoCo")
         refuse_regions(case, "bodies of MuJoCo")
         mujoco.set_mju_user_warning(lambda message: None)  # it warns of large steps
-        mesh, material, held = case.body.levels[level], case.body.material, case.body.anchors[level]
-        words = f"""<mujoco>
-  <option timestep="{step_s}" gravity="0 0 0" integrator="discrete" solver="CG" iterations="{iterations}"
-    tolerance="{TOLERANCE}"><flag {flags}/></option>
-  <size memory="{STORE}"/>
-  <worldbody>
-    {beside}
-    <flexcomp name="body" type="gmsh" file="body.msh" dim="3" dof="full" radius="{THICKNESS_M}"
-      mass="{material.density_kg_m3 * shape_gradients(mesh)[1].sum()}">
-      <edge equality="false"/>
-      <elasticity young="{material.young_pa}" poisson="{material.poisson}" damping="{damping_s}"/>
-      <contact selfcollide="none" {contact}/>
-      <pin id="{" ".join(map(str, held))}"/>
-    </flexcomp>
-  </worldbody>
-</mujoco>"""
+        mesh, file = case.body.levels[level], "body.msh"
+        words = mjcf(case.body, level, file, step_s, iterations, damping_s, contact, beside, flags)
         self.engine = mujoco
-        self.model = mujoco.MjModel.from_xml_string(words, {"body.msh": _gmsh(mesh)})
+        self.model = mujoco.MjModel.from_xml_string(words, {file: gmsh(mesh)})
         self.data = mujoco.MjData(self.model)
         self.bodies, self.rest = np.array(self.model.flex_vertbodyid), mesh.nodes
 
@@ -119,7 +106,38 @@ class Flex(Solver):
         return self._up @ flex.displaced()
 
 
-def _gmsh(mesh: Mesh) -> bytes:
+def mjcf(
+    body: Body,
+    level: int,
+    file: str,
+    step_s: float,
+    iterations: int,
+    damping_s: float,
+    contact: str,
+    beside: str = "",
+    flags: str = "",
+    said: str = "",
+) -> str:
+    """Describe a level of a body for MuJoCo, whose mesh is ``file``; the rest as of ``FlexBody``; said : a comment."""
+    material, mass = body.material, body.material.density_kg_m3 * shape_gradients(body.levels[level])[1].sum()
+    comment = f"  <!-- {said} -->\n" if said else ""
+    return f"""<mujoco>
+{comment}  <option timestep="{step_s}" gravity="0 0 0" integrator="discrete" solver="CG" iterations="{iterations}"
+    tolerance="{TOLERANCE}"><flag {flags}/></option>
+  <size memory="{STORE}"/>
+  <worldbody>
+    {beside}
+    <flexcomp name="body" type="gmsh" file="{file}" dim="3" dof="full" radius="{THICKNESS_M}" mass="{mass}">
+      <edge equality="false"/>
+      <elasticity young="{material.young_pa}" poisson="{material.poisson}" damping="{damping_s}"/>
+      <contact selfcollide="none" {contact}/>
+      <pin id="{" ".join(map(str, body.anchors[level]))}"/>
+    </flexcomp>
+  </worldbody>
+</mujoco>"""
+
+
+def gmsh(mesh: Mesh) -> bytes:
     """Write a mesh of tetrahedra in Gmsh's format 2.2."""
     lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$Nodes", str(len(mesh.nodes))]
     lines += [f"{i} {x:.17g} {y:.17g} {z:.17g}" for i, (x, y, z) in enumerate(mesh.nodes, start=1)]

@@ -1,7 +1,7 @@
 """Integrate a body that an instrument touches in few coordinates, faster than life: x = X + Φ q with exact contact.
 
-BDF2, but backward Euler in steps in which the instrument's path bends. Each step is a minimisation by BFGS, which knows
-contact's own second derivatives.
+A step has two stages, as ``solvers.touched_motion`` has them. Each is a minimisation by BFGS, which knows contact's own
+second derivatives.
 """
 
 import math
@@ -21,8 +21,9 @@ from palpate.models import strokes
 from palpate.models.local_answers import FLAT, RESIDUAL, SOFTER, Dent, coordinates_of, turn_of, turned
 from palpate.models.reduced_body import check_same
 from palpate.models.stroke_modes import StrokeModes, learn
-from palpate.models.touched_search import TOGETHER, in_blocks, minimise, placed, touched_by
+from palpate.models.touched_search import TOGETHER, in_blocks, minimise, placed, rubbing_of, touched_by
 from palpate.solvers.system import System
+from palpate.solvers.touched_motion import STAGE
 
 REACH_M = 0.006
 """Distance from an instrument at which points may come to touch it within a step."""
@@ -34,10 +35,14 @@ STRAY = 0.1
 """Of its radius, by which nothing that a motion is believed of is inside an instrument."""
 MISSED_RESIDUAL = 0.03
 """Relative residual of what modes lack."""
+NOTHING = np.zeros(0), 0.0, math.inf, np.zeros((0, 0))
+"""What is known of a point where no search has ended, as ``minimise`` takes it."""
+AHEAD = (1.0 - 2.0 * STAGE) / STAGE
+"""Of the change in the first stage, by which the base of the second one is beyond the first's end."""
 ITERATIONS = 60
 """Of a search, after which it counts as not found."""
 PASSES = 2
-"""Searches of a step with friction: with directions and forces of its beginning, then with those of the first's end."""
+"""Searches of a stage with friction: with directions and forces of its beginning, then those of the first's end."""
 LEAST_ENERGY = 0.01
 """Of the largest elastic energy so far: what is left of a search is compared with no less."""
 FAINTEST_J = 1e-9
@@ -141,7 +146,7 @@ class TouchingMotion:
     It needs no positions but those of points near the instruments; ``state`` expands them. NotConverged where a step
     is not found, or an instrument meets what is held.
 
-    Traps: nothing is known of motions that the strokes did not show, so ask for ``doubt``. As BDF2 it may make energy.
+    Traps: nothing is known of motions that the strokes did not show, so ask for ``doubt``. It may make energy.
     """
 
     @property
@@ -157,6 +162,9 @@ class TouchingMotion:
         # the first nodes of quadratic elements are the corners
         self._corners = body.modes[: len(system.particles.nodes)].reshape(-1, body.count)
         self._rest = body.points.interpolation @ body.motion.rest
+        near = np.unique(body.points.interpolation.indices)
+        self._nodes = body.modes[near].reshape(-1, body.count)
+        self._between = body.points.interpolation[:, near].tocsr()
         self._meets_s, self._meets = held_met(system, contact)
         self._stiff = body.points.penalty * body.points.areas
         self._masses, still = body.masses, np.zeros(body.count)
@@ -179,7 +187,7 @@ class TouchingMotion:
         self._places = placed(none, touch)
         self._speeds = np.zeros_like(self._places)
         rubbing = self._rubbing(touch, none, self._tools, none, self._tools, 1.0)
-        least = self._local, np.diag(one), self._body, touch, rubbing, self._forces, 1.0, 1.0, 0
+        least = self._local, np.diag(one), self._body, touch, rubbing, self._forces, (1.0, 1.0, 0), NOTHING
         minimise(none, one, 0.0 * one, 1.0, none, *least)
 
     def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
@@ -198,11 +206,21 @@ class TouchingMotion:
 
     def advance(self, h: float) -> None:
         """Make a step of ``h`` [s] that ends at the system's time; NotConverged if it is not found."""
-        end, contact, now, earlier = self._system.time, self.contact, self._now, self._before
+        end = self._system.time
         if end >= self._meets_s:
             raise NotConverged(f"{self._meets} is driven into held nodes", [])
-        second = self._length == h and not contact.bends(end - h, h)
-        share, reach = (1.0 / 3.0, 2.0 * h / 3.0) if second else (0.0, h)
+        first = STAGE * h
+        self._reach(end - h + first, first, 0.0, first)
+        begun = (1.0 - STAGE) * self.contact.reactions
+        self._reach(end, h - first, AHEAD, first)
+        self.contact.means = begun + STAGE * self.contact.reactions
+
+    def _reach(self, end: float, h: float, share: float, reach: float) -> None:
+        """Make a stage that ends at ``end`` [s], ``h`` [s] after the last: an implicit Euler step of ``reach`` [s].
+
+        Its base is the last state plus ``share`` of the change since the one before.
+        """
+        contact, now, earlier = self.contact, self._now, self._before
         base = now.ahead(earlier, share)
         lag = self._beta / reach
         inertia = self._masses * (1.0 / reach**2 + self._alpha / reach)
@@ -217,12 +235,14 @@ class TouchingMotion:
         z, z_base = np.append(q, dent), np.append(base.q, dent_base)
         outer = lag * np.append(base.g, self._local @ dent_base)
         rubbing = self._rubbing(touch, np.append(now.q, dent), seen, z_base, start, reach)
+        known = NOTHING
         for number in range(PASSES):
             if number:
                 if not (contact.friction and self._forces.any()):
                     break
                 rubbing = self._rubbing(touch, z, tools, z_base, start, reach)
-            g, energy = self._found(z, inertia, centre, 1.0 + lag, outer, touch, rubbing)
+            known = self._found(z, inertia, centre, 1.0 + lag, outer, touch, rubbing, known)
+        g, energy, *_ = known
         begun = placed(np.append(now.q, dent), touch)
         self._places = placed(z, touch)
         self._speeds = (self._places - begun) / h
@@ -269,7 +289,7 @@ class TouchingMotion:
         """
         local = self.body.local
         if local is None:
-            moved = self._rest + (self.body.rows.reshape(-1, self.body.count) @ q).reshape(-1, 3)
+            moved = self._rest + self._between @ (self._nodes @ q).reshape(-1, 3)
             self._near = np.flatnonzero(gaps_of(moved, tools)[0].min(axis=0) < REACH_M)
             weights, nodes = np.zeros((len(self._near), 0)), np.zeros((len(self._near), 0), dtype=np.int64)
         else:
@@ -302,10 +322,7 @@ class TouchingMotion:
 
         It is that against motion from ``base`` (r + 3m,) and the instruments at ``start``.
         """
-        stiff, tools = touch[2:4]
-        gaps, normals = gaps_of(placed(z, touch), at)
-        limits = self.contact.friction * stiff * np.maximum(-gaps, 0.0)
-        return Rubbing(normals, limits, placed(base, touch), tools.tips - start.tips, self.contact.slip_m_s * reach)
+        return rubbing_of(z, base, touch, at, start, self.contact.friction, self.contact.slip_m_s * reach)
 
     def _pushes(self, touch: tuple, z: np.ndarray, rubbing: Rubbing) -> np.ndarray:
         """Return the force (k, 3) [N] of each instrument on the body."""
@@ -330,16 +347,19 @@ class TouchingMotion:
         outer: np.ndarray,
         touch: tuple,
         rubbing: Rubbing,
-    ) -> tuple[np.ndarray, float]:
-        """Minimise from ``z`` on, in place; return the elastic gradient and energy. NotConverged if it is not found."""
+        known: tuple[np.ndarray, float, float, np.ndarray],
+    ) -> tuple[np.ndarray, float, float, np.ndarray]:
+        """Minimise from ``z`` on, in place, and return as ``minimise``. NotConverged if it is not found."""
         problem, ends = (inertia, centre, share, outer, self._local), (self._floor, self._tolerance, ITERATIONS)
         for _ in range(2):
             left = math.inf
             with suppress(np.linalg.LinAlgError):  # of a Hessian that is not positive, or not finite
-                g, energy, left = minimise(z, *problem, self._hessian, self._body, touch, rubbing, self._forces, *ends)
+                known = minimise(z, *problem, self._hessian, self._body, touch, rubbing, self._forces, ends, known)
+                left = known[2]
             if left <= self._tolerance:
-                return g, energy
-            self._hessian = np.diag(inertia + share)  # what was learnt misleads: once more without it
+                return known
+            # what was learnt misleads: once more without it
+            self._hessian, known = np.diag(inertia + share), NOTHING
         raise NotConverged(
             f"the motion in modes stopped where a step would gain {left:.1e} of its energy's root, above the tolerance "
             f"{self._tolerance:.0e}; take shorter steps",
@@ -356,7 +376,7 @@ class TouchingMotion:
         self._scaled = inertia, share
 
     def _whole(self) -> np.ndarray:
-        """Return the displacement (3, n, 3) [m] of all nodes at the end of the last step and of the two before it."""
+        """Return the displacement (3, n, 3) [m] of all nodes at the end of the last stage and of the two before it."""
         body, last = self.body, self._last
         assert last is not None  # it has stepped
         moved = np.array([body.modes @ q for q in (self._now.q, *last[:2])])
@@ -373,7 +393,7 @@ class TouchingMotion:
     def doubt(self) -> float:
         """Return what the modes lack [m], RMS over the surface: what all elements leave of the last step's balance.
 
-        That is answered by (1 + β/a) K at rest, a being 2/3 of a step. Infinite where an instrument is inside of the
+        That is answered by (1 + β/a) K at rest, a being a stage's length. Infinite where an instrument is inside of the
         body beyond what it may touch, or the corners of an element are inside out. It grows with the error, and is not
         its size.
         """

@@ -21,7 +21,8 @@ from palpate.solvers.touched_motion import STIFFER, Touch, TouchedMotion
 
 STEP_S, LEAST_STEPS, TOLERANCE = 0.01, 30, 1e-2
 """Steps of the strokes that modes are learnt from, how many at least, and the tolerance of each; what they move like is
-enough, and not exactly when. Contact is no stiffer than at rest, for the same reason."""
+enough, and not exactly when. For the same reason contact is no stiffer than at rest, and friction that of the stage
+before: that moves a stroke by 0.05 % of its peak."""
 MARGIN_M, PLACES = 0.012, 60
 """Distance of an instrument's skin on its path from points at rest, within which it may touch them, and at how many
 places of the path that is seen."""
@@ -177,7 +178,7 @@ def shown(
     for contact in progress(list(contacts)):
         motion = elements_under(body, contact, rayleigh, points)
         try:
-            reached = motion.touched_steps(duration_s / steps, steps, TOLERANCE)
+            reached = motion.touched_steps(duration_s / steps, steps, TOLERANCE, passes=1)
             found.append(np.array([each.x - motion.rest for each in reached]))
         except NotConverged as failure:
             last = failure

@@ -6,7 +6,7 @@ Coordinates q (r,) are those of modes, and z (r + 3m,) has displacements w of m 
 import numba
 import numpy as np
 
-from palpate.collision.contact.instrument_contact import press, stiffness
+from palpate.collision.contact.instrument_contact import Rubbing, gaps_of, press, stiffness
 from palpate.models.contact_modes.reduced_contact import Cells, cell_stresses
 
 TOGETHER = 32
@@ -144,35 +144,54 @@ def directed(lower, right, steps, turns):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def valued(z, inertia, centre, share, outer, local, body, touch, rubbing, force):
-    """Return the function that ``minimise`` has at z, and of what it is made; ``force`` (c, 3) is written.
+def rubbing_of(z, base, touch, at, start, friction, slip):
+    """Return the friction of points with normals and pressures at ``z``, of instruments ``at`` then.
 
-    These are the elastic energy and gradient, q − centre, the places of points, and ``local`` times displacements.
+    It is that against motion from ``base``, like z, and the instruments at ``start``; slip : [m]
+    """
+    gaps, normals = gaps_of(placed(z, touch), at)
+    limits = friction * touch[2] * np.maximum(-gaps, 0.0)
+    return Rubbing(normals, limits, placed(base, touch), touch[3].tips - start.tips, slip)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def valued(z, energy, inertia, centre, share, outer, local, touch, rubbing, force):
+    """Return the function that ``minimise`` has at z, where the elastic energy is ``energy``, and of what it is made.
+
+    These are q − centre, the places of points, and ``local`` times displacements; ``force`` (c, 3) is written.
     """
     wide = len(inertia)
-    energy, own = elastic_of(z[:wide].copy(), body)
     away = z[:wide] - centre
     points, value = touched_by(z, touch, rubbing, force)
     value += 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, z)
     bent = np.dot(local, z[wide:]) if len(z) > wide else z[wide:].copy()
-    return value + 0.5 * share * np.dot(bent, z[wide:]), energy, own, away, points, bent
+    return value + 0.5 * share * np.dot(bent, z[wide:]), away, points, bent
 
 
 @numba.njit(cache=True, error_model="numpy")
-def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubbing, force, floor, enough, most):
+def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubbing, force, ends, known):
     """Minimise ½ Σ inertia (q − centre)² + share (E(q) + ½ w · local w) − outer · z + contact, from z on, in place.
 
     z : (r + 3m,), coordinates q and displacements w [m] of nodes by what modes lack; local : (3m, 3m) [N/m]
     hessian : (r, r), that without contact, which is improved by elastic gradients alone and kept by the caller; the
         second derivatives of contact are added exactly
     body, touch : arguments of ``elastic_of`` and ``touched_by``; force : (c, 3), is written
-    The Hessian with contact is factored where the search begins, and again where it is slow.
-    It ends where a step would gain less than ``enough``² of the elastic energy, of ``floor`` [J] at least. Returns the
-    elastic gradient and energy, and what is left.
+    ends : ``floor`` [J], ``enough`` and how many steps at most; it ends where a step would gain less than ``enough``²
+        of the elastic energy, of ``floor`` at least
+    known : what a search that ended at z has returned, so that it is not computed again: elastic gradient (r,) and
+        energy, what was left, and the factor (r + 3m, r + 3m) of the Hessian; a gradient and a factor without size if
+        there was none
+    The Hessian with contact is factored where the search begins without a factor, and again where it is slow. Returns
+    what is ``known`` of the z that is found.
     """
-    wide, problem = len(inertia), (inertia, centre, share, outer, local, body, touch, rubbing, force)
-    value, energy, own, away, points, bent = valued(z, *problem)
-    left, kept, lower = np.inf, 0, hessian
+    floor, enough, most = ends
+    own, energy, left, lower = known
+    fewest = 0 if len(own) else 1  # steps; stages in which nothing is done would add up
+    wide, problem = len(inertia), (inertia, centre, share, outer, local, touch, rubbing, force)
+    if not len(own):
+        energy, own = elastic_of(z[:wide].copy(), body)
+    value, away, points, bent = valued(z, energy, *problem)
+    left, kept = np.inf, 0
     steps, turns, begun, old = np.empty((MEMORY, len(z))), np.empty((MEMORY, len(z))), z.copy(), z.copy()
     for rounds in range(most + 1):
         gradient = -outer - pulled_by(force, touch, len(z))
@@ -183,7 +202,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
             kept += 1
         before = left
         for factored in range(2):
-            if factored or not rounds or kept == MEMORY:
+            if factored or not len(lower) or kept == MEMORY:
                 whole = np.zeros((len(z), len(z)))
                 whole[:wide, :wide] = hessian
                 whole[wide:, wide:] = share * local
@@ -194,12 +213,13 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
             left = np.sqrt(max(0.0, -slope) / (share * max(energy, floor)))
             if kept == 0 or left <= SLOW * before:
                 break
-        if not slope < 0.0 or left <= enough or rounds == most:
+        if not slope < 0.0 or (left <= enough and rounds >= fewest) or rounds == most:
             break
         length, found = 1.0, False
         while length > 1e-5:
             reached = z + length * ahead
-            there, less, pulled, away, points, bent = valued(reached, *problem)
+            less, pulled = elastic_of(reached[:wide].copy(), body)
+            there, away, points, bent = valued(reached, less, *problem)
             if there <= value + 1e-4 * length * slope + ROUNDING * abs(value):
                 found = True
                 break
@@ -210,7 +230,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
         improve(hessian, step, inertia * step + share * (pulled - own))
         begun[:], old[:] = z, gradient
         z[:], own, value, energy = reached, pulled, there, less
-    return own, energy, left
+    return own, energy, left, lower
 
 
 def in_blocks(cells: Cells) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

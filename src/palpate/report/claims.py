@@ -1,6 +1,6 @@
 """Judge what papers claim: one row a claim, with the premise that it was tested in."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from typing import NamedTuple
 
@@ -59,6 +59,12 @@ def percent(share: float) -> str:
     return f"{two_digits(100 * share)} %"
 
 
+def judge_of(place: str) -> Callable[[dict[str, pd.DataFrame]], Iterable[Claim]]:
+    """Return the function of "palpate.studies.<study>.claims:function"."""
+    module, _, function = place.partition(":")
+    return getattr(import_module(module), function)
+
+
 def gather(places: Mapping[str, Sequence[str]], tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
     """Tabulate claims.csv: what functions judge, by paper and in the order of the functions, and their study.
 
@@ -66,8 +72,7 @@ def gather(places: Mapping[str, Sequence[str]], tables: Mapping[str, pd.DataFram
     """
     rows = []
     for place, wanted in places.items():
-        module, _, function = place.partition(":")
-        judge = getattr(import_module(module), function or "claims")
-        rows += [(*claim, module.split(".")[-2]) for claim in judge({name: tables[name] for name in wanted})]
+        study = place.partition(":")[0].split(".")[-2]
+        rows += [(*claim, study) for claim in judge_of(place)({name: tables[name] for name in wanted})]
     found = pd.DataFrame(rows, columns=[*Claim._fields, "study"])
     return found.sort_values("paper", kind="stable", ignore_index=True)

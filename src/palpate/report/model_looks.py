@@ -3,6 +3,7 @@
 import re
 from pathlib import PurePath
 
+from palpate.bodies.material import stiffening_of
 from palpate.report.style import METHODS, WEIGHTS, Look
 
 _NAMED = {
@@ -77,7 +78,11 @@ def minor(model: str) -> bool:
 
 def law_look(law: str) -> tuple[str, str]:
     """Return label and colour of a law between strain and energy; one of the user's own is named by its file."""
-    return _LAWS.get(law) or (PurePath(law).stem.replace("_", " "), "#8b0000")
+    if law in _LAWS:
+        return _LAWS[law]
+    if (stiffening := stiffening_of(law)) is not None:
+        return f"exponential, b = {stiffening:g}", "#cc79a7"
+    return PurePath(law).stem.replace("_", " "), "#8b0000"
 
 
 def plain(text: str) -> str:

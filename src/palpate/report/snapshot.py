@@ -87,36 +87,53 @@ def _processor() -> str:
 
 
 def look_up(docs: Path, tables: Path) -> pd.DataFrame:
-    """Return what a run found for each number that README says: says, take, written, found.
+    """Return what a run found for each number that README says, with the rows that it comes from.
 
     docs : the folder of readme.yaml; tables : that of a run's tables; what it lacks is left out
     Raises InputError for a query that finds no row, or several values where there should be one.
     """
     rows = []
-    for entry in read_yaml(docs / QUERIES)["traced"]:
+    for entry in traced(docs):
         file = tables / f"{entry['table']}.csv"
         if file.is_file():
-            written = NUMBER.findall(entry["says"])
-            found = list(_values(entry, pd.read_csv(file)))
-            if len(written) != len(found):
-                raise InputError(f"{docs / QUERIES}: {entry['says']!r} has {len(written)} numbers; take as many.")
-            rows += [[entry["says"], *each] for each in zip(entry["take"], written, found, strict=True)]
-    return pd.DataFrame(rows, columns=["says", "take", "written", "found"])
+            link = [entry["table"], entry.get("where", ""), entry["of"]]
+            values = taken(entry, pd.read_csv(file))
+            if values.empty and entry["take"] != ["count"]:
+                raise InputError(
+                    f"{QUERIES}: {entry['says']!r} is found in no row of {entry['table']}.csv; correct its query."
+                )
+            rows += [[entry["says"], *link, *each] for each in numbers(entry, values)]
+    return pd.DataFrame(rows, columns=["says", *LINK, "take", "written", "found"])
 
 
-def _values(entry: dict[str, Any], table: pd.DataFrame) -> Iterator[float]:
-    """Yield the values that an entry takes."""
+LINK = ["table", "where", "of"]
+"""What of an entry of readme.yaml says which rows, and what of them."""
+
+
+def traced(docs: Path) -> list[dict[str, Any]]:
+    """Return the entries of readme.yaml on numbers that a run finds."""
+    return read_yaml(require_file(docs / QUERIES))["traced"]
+
+
+def taken(entry: dict[str, Any], table: pd.DataFrame) -> pd.Series:
+    """Return the values of the rows that an entry selects."""
     if "where" in entry:
         table = table.query(entry["where"], engine="python")
     if "once" in entry:
         table = table.drop_duplicates(entry["once"])
-    values = table[entry["of"]] if entry["of"] in table else table.eval(entry["of"], engine="python")
-    if values.empty and entry["take"] != ["count"]:
-        raise InputError(f"{QUERIES}: {entry['says']!r} is found in no row of {entry['table']}.csv; correct its query.")
-    for take in entry["take"]:
+    return table[entry["of"]] if entry["of"] in table else table.eval(entry["of"], engine="python")
+
+
+def numbers(entry: dict[str, Any], values: pd.Series) -> Iterator[tuple[str, str, float]]:
+    """Yield what is taken of values, how README writes it, and the number; InputError if they do not fit."""
+    written = NUMBER.findall(entry["says"])
+    if len(written) != len(entry["take"]):
+        raise InputError(f"{QUERIES}: {entry['says']!r} has {len(written)} numbers; take as many.")
+    for take, text in zip(entry["take"], written, strict=True):
         if take == "only" and values.nunique() > 1:
             raise InputError(f"{QUERIES}: {entry['says']!r} has {values.nunique()} values; take min, median or max.")
-        yield float(len(values) if take == "count" else values.iloc[0] if take == "only" else values.agg(take))
+        found = len(values) if take == "count" else values.iloc[0] if take == "only" else values.agg(take)
+        yield take, text, float(found)
 
 
 def agrees(written: str, found: float) -> bool:

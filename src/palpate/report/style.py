@@ -127,7 +127,7 @@ SHORT = {BASELINE: "unordered\n(paper's baseline)", PAPERS: "contact-ordered\n(t
 """Short names for narrow places; the paper's two methods by their role in it."""
 
 # One hue for elastic effects, another for loads and contact, a third for damping
-_ELASTIC = ("corotational", "stable_neo_hookean", "neo_hookean", "st_venant_kirchhoff", "own_law")
+_ELASTIC = ("corotational", "stable_neo_hookean", "neo_hookean", "st_venant_kirchhoff", "exponential", "own_law")
 EFFECTS = dict.fromkeys((*_ELASTIC, "triangles", "springs", "shape_matching"), "#009e73") | {
     "bending": "#66c2a5",
     "volume": "#00664a",

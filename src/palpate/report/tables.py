@@ -25,9 +25,9 @@ def read(path: str | Path, rows: bool = True) -> pd.DataFrame:
 def read_all(folder: str | Path, names: Iterable[str]) -> dict[str, pd.DataFrame]:
     """Read the tables called ``names`` in ``folder``; return them by name.
 
-    Only that of claims may be empty: some settings ask for no model of which a paper claims something.
+    Only those of claims may be empty: some settings ask for no model of which a paper claims something.
     """
-    return {name: read(Path(folder) / f"{name}.csv", rows=name != "claims") for name in names}
+    return {name: read(Path(folder) / f"{name}.csv", rows=not name.startswith("claim")) for name in names}
 
 
 def bodies(table: pd.DataFrame) -> list[str]:

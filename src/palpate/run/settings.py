@@ -13,6 +13,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError, create_model
 
 from palpate.benchmark.settings import Regime
+from palpate.bodies.material import NAMED, PATTERN_EXPONENTIAL
 from palpate.bodies.settings import Body, check_body
 from palpate.errors import InputError, suggest
 from palpate.setting_types import NAME, Block, Count, Name, Positive, Whole, key, optional
@@ -25,6 +26,7 @@ STUDIES = (
     "law",
     "dynamic",
     "measured",
+    "outside",
     "hard_cases",
     "scaling",
     "scenes",
@@ -148,7 +150,11 @@ LIMITS = {
 """What pydantic calls the faults of a value, in words."""
 WHOLE = ("extra_forbidden", "missing")
 """Faults of a block, which pydantic finds at one of its keys."""
-PATTERNS = {r".+\.py": "the path of a Python file, such as law.py", "([2-9]|[1-9][0-9]+) iterations": "4 iterations"}
+PATTERNS = {
+    r".+\.py": "the path of a Python file, such as law.py",
+    PATTERN_EXPONENTIAL: NAMED[-1],
+    "([2-9]|[1-9][0-9]+) iterations": "4 iterations",
+}
 """What parts of patterns mean, in words."""
 
 

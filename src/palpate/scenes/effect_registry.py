@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any
 
-from palpate.bodies.material import LAWS
+from palpate.bodies.material import EXPONENTIAL, LAWS, kind_of
 
 FORMS = ("solid", "surface", "sheet")
 """Forms of bodies: with tetrahedra inside, the surface alone, a flat sheet."""
 SOLID, SHEET = FORMS[:1], FORMS[2:]
 OWN_LAW = "own_law"
 """The effect of finite elements whose law is a file of the user's."""
-FINITE_ELEMENTS = (*LAWS, OWN_LAW)
-"""Effects of finite elements: the name is that of the body's law."""
+FINITE_ELEMENTS = (*LAWS, EXPONENTIAL, OWN_LAW)
+"""Effects of finite elements: the name is that of the body's law, without its stiffening."""
 
 
 @dataclass(frozen=True)
@@ -113,5 +113,5 @@ def integrator(name: str) -> ModuleType:
 
 
 def of_law(law: str) -> str:
-    """Return the name of the effect of finite elements of ``law``, one of LAWS or a path."""
-    return law if law in LAWS else OWN_LAW
+    """Return the name of the effect of finite elements of a body's ``law``."""
+    return kind_of(law) or OWN_LAW

@@ -62,17 +62,20 @@ class Motion:
     def instrument_forces(self) -> np.ndarray:
         """Return the force of each of the k obstacles on the bodies between two frames, (f − 1, k, 3) [N].
 
-        It is the mean over that time, by the trapezoidal rule over the steps: a step of an implicit integrator has the
-        force at its end, while those of explicit ones alternate between none and too much, and only their sum over many
-        steps, the momentum that they hand over, means something. Before the first step it is zero. k is 0 where nothing
-        records the columns ``<name>_force_x_n``, … of the ``observed``, the force on an obstacle after each step.
+        It is the mean over that time. An integrator whose steps have stages records that over each of its steps, the
+        columns ``<name>_mean_force_x_n``, … of the ``observed``. Of others it is found by the trapezoidal rule: a step
+        of an implicit integrator has the force at its end, ``<name>_force_x_n``, …, while those of explicit ones
+        alternate between none and too much, and only their sum over many steps, the momentum that they hand over, means
+        something. Before the first step it is zero. k is 0 where nothing records either.
         """
-        names = [f"{obstacle.name}_force_{letter}_n" for obstacle in self.obstacles for letter in "xyz"]
+        meant = [f"{obstacle.name}_mean_force_{letter}_n" for obstacle in self.obstacles for letter in "xyz"]
+        whole = bool(meant) and set(meant) <= set(self.observed)
+        names = meant if whole else [name.replace("_mean_force_", "_force_") for name in meant]
         if not names or not set(names) <= set(self.observed):
             return np.zeros((len(self.times) - 1, 0, 3))
         forces = np.vstack([np.zeros(len(names)), -self.observed[names].to_numpy()])
         times = np.append(0.0, self.observed["time_s"])
-        parts = 0.5 * np.diff(times)[:, None] * (forces[1:] + forces[:-1])
+        parts = np.diff(times)[:, None] * (forces[1:] if whole else 0.5 * (forces[1:] + forces[:-1]))
         impulses = np.vstack([np.zeros(len(names)), np.cumsum(parts, axis=0)])
         ends = np.searchsorted(times, self.times * (1.0 - 1e-9))
         means = np.diff(impulses[ends], axis=0) / np.diff(self.times)[:, None]

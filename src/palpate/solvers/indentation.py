@@ -29,15 +29,19 @@ OVERLAP = 1e-3
 """Mean overlap, weighted with the pressure, over the depth, at which the multipliers are right."""
 UPDATES, SLOW = 12, 0.5
 """Most updates of the multipliers at one depth, of which two to four are usual, and the least that one has to reduce
-the overlap by: quadratic elements of a coarse mesh cannot follow an instrument at all points."""
-
+the overlap by, or contact becomes stiffer."""
+FIRMER, FIRMEST, FOLLOWED = 10.0, 1e3, 5e-3
+"""Factor by which, and the most: where a law stiffens, the body is that much stiffer than its Young's modulus, and
+multipliers grow by a small share in each update. Below an overlap of FOLLOWED contact stays as it is: quadratic
+elements of a coarse mesh cannot follow an instrument at all points, however stiff it is."""
 HELD = 0.1
 """Overlap that is no solution: the instrument is pushed into nodes that do not move."""
 TOUCHED = 0.15
 """Mean pressure of a triangle, over the greatest, from which it counts as touched. Pressures at points are no measure:
 they alternate, as the surface of an element cannot follow the instrument at all of them."""
 GRIP = 4.0
-"""Stiffness with which points stick, over that of contact."""
+"""Stiffness with which points stick, over that with which contact begins and not grows to: what sticks depends on the
+way there."""
 AT_FIRST, AFTER = 1.0 / 2.0, 2.0 / 3.0
 """Shares of the way that points slide in a step without sticking, at the time at which they touch: ahead of an area
 that grows evenly and sticks the surface follows (Mindlin 1949), by 1 − 2/π asin(a/r) of what it would slide."""
@@ -219,23 +223,26 @@ class Indentation(Equilibrium):
 
     def begin(self, poses: Sequence[Pose]) -> None:
         """Take other instruments, or the same elsewhere, at first touch."""
-        self._begin = list(poses)
+        self._begin, self._firmness = list(poses), 1.0
         self._sides = [_Side(pose, len(self.points.areas)) for pose in poses]
+
+    @property
+    def _penalty(self) -> np.ndarray:
+        """The stiffness of contact (q,) [Pa/m]."""
+        return self._firmness * self.points.penalty
 
     def _precondition_by(self, linear: sparse.bsr_array) -> None:
         self._linear = linear
 
     def energy(self, x: np.ndarray) -> float:
         """Return the elastic energy and that of contact [J]."""
-        energy, at, k = super().energy(x), self.points.interpolation @ x, self.points.penalty
+        energy, at, k = super().energy(x), self.points.interpolation @ x, self._penalty
         for side in self._sides:
             pressure = self._pressure(side, side.pose.gaps(at)[0])
             energy += 0.5 * float(self.points.areas @ ((pressure**2 - side.multiplier**2) / k))
             if self._sticks:
-                drag = self._drag(side, at)
-                energy += 0.5 * float(
-                    self.points.areas @ (((drag**2).sum(axis=1) - (side.drag**2).sum(axis=1)) / (GRIP * k))
-                )
+                drag, grip = self._drag(side, at), GRIP * self.points.penalty
+                energy += 0.5 * float(self.points.areas @ (((drag**2).sum(axis=1) - (side.drag**2).sum(axis=1)) / grip))
         return energy
 
     def force(self, x: np.ndarray) -> np.ndarray:
@@ -261,7 +268,7 @@ class Indentation(Equilibrium):
         return np.min([side.pose.gaps(at)[0] for side in self._sides], axis=0)
 
     def _pressure(self, side: _Side, gaps: np.ndarray) -> np.ndarray:
-        return np.maximum(side.multiplier - self.points.penalty * gaps, 0.0)
+        return np.maximum(side.multiplier - self._penalty * gaps, 0.0)
 
     def _drag(self, side: _Side, at: np.ndarray) -> np.ndarray:
         """Return what holds points that stick, (q, 3) [Pa], along the surface of the instrument."""
@@ -292,7 +299,7 @@ class Indentation(Equilibrium):
 
     def _stiffness_of_contact(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the k points that touch (k,), and their stiffness and what curvature adds, (k, 3, 3) [N/m]."""
-        at, k = self.points.interpolation @ x, self.points.penalty
+        at, k = self.points.interpolation @ x, self._penalty
         stiff, bent = np.zeros((len(k), 3, 3)), np.zeros((len(k), 3, 3))
         for side in self._sides:
             gaps, normals = side.pose.gaps(at)
@@ -302,9 +309,8 @@ class Indentation(Equilibrium):
             bent[on] -= pressure[on, None, None] * side.pose.bends(at[on], gaps[on], normals[on])
             if self._sticks:
                 normal = side.pose.gaps(side.held_at())[1][side.stuck]
-                stiff[side.stuck] += (
-                    GRIP * k[side.stuck, None, None] * (np.eye(3) - normal[:, :, None] * normal[:, None, :])
-                )
+                grip = GRIP * self.points.penalty[side.stuck, None, None]
+                stiff[side.stuck] += grip * (np.eye(3) - normal[:, :, None] * normal[:, None, :])
         touched = np.flatnonzero(stiff.any(axis=(1, 2)))
         areas = self.points.areas[touched, None, None]
         return touched, areas * stiff[touched], areas * bent[touched]
@@ -388,8 +394,12 @@ class Indentation(Equilibrium):
                 continue
             if update == 0 and tolerance < first:
                 continue
-            if found.overlap <= OVERLAP or found.overlap > SLOW * overlap:
+            if found.overlap <= OVERLAP:
                 break
+            if found.overlap > SLOW * overlap:
+                if found.overlap <= FOLLOWED or self._firmness >= FIRMEST:
+                    break
+                self._firmness *= FIRMER
             overlap = found.overlap
         if found.overlap > HELD:
             raise NotConverged(

@@ -62,10 +62,11 @@ class TouchedMotion(QuadraticMotion):
         absolute = abs(touch.points.interpolation)
         self._lumping, self._lump = absolute.T.tocsr(), absolute.sum(axis=1)
 
-    def touched_steps(self, h: float, count: int, tolerance: float) -> Iterator[Reached]:
+    def touched_steps(self, h: float, count: int, tolerance: float, passes: int = PASSES) -> Iterator[Reached]:
         """Yield the ends of ``count`` steps of ``h`` [s] from rest.
 
         tolerance : of the forces that do not balance, over the largest norm that those of contact and loads have had
+        passes : how often each stage with friction is solved
         Raises NotConverged for a stage that is not found.
         """
         x, v, tau = self.mesh.nodes.copy(), np.zeros_like(self.mesh.nodes), STAGE * h
@@ -81,7 +82,7 @@ class TouchedMotion(QuadraticMotion):
                 self.load = self.load_at(ends)
                 stage, z = _Stage(self, contact, base_x, base_v, tau), base_x + tau * base_v
                 z[self.held] = self.mesh.nodes[self.held]
-                for _ in range(PASSES if self.touch.friction else 1):
+                for _ in range(passes if self.touch.friction else 1):
                     if solve is None:
                         solve, first = self._solver(tau, z, contact), None
                     self.scale_n = max(self.scale_n, contact.peak_n)
@@ -142,6 +143,7 @@ class _Contact:
         self._pressures = [np.zeros(len(touch.points.areas)) for _ in touch.poses(0.0)]
         self._normals = [np.zeros((len(touch.points.areas), 3)) for _ in self._pressures]
         self.speeds: list[np.ndarray] = []
+        self._seen: tuple[np.ndarray, np.ndarray, list[tuple[np.ndarray, np.ndarray]]] | None = None
 
     @property
     def bearing(self) -> np.ndarray:
@@ -151,7 +153,17 @@ class _Contact:
     def begin(self, poses: list[Pose], x: np.ndarray, tau: float) -> None:
         """Begin a stage of ``tau`` [s] whose velocities are (z − ``x``)/tau, with the instruments where they end."""
         self._poses, self._tau, self._slip = poses, tau, self._touch.slip_m_s * tau
-        self._start = self._touch.points.interpolation @ x
+        self._start, self._seen = self._touch.points.interpolation @ x, None
+
+    def _see(self, z: np.ndarray) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
+        """Return the places (q, 3) [m] of points, and their gaps (q,) [m] to each instrument with the gradients (q, 3).
+
+        They are kept, as energy, forces and stiffness ask for those of the same ``z`` (n, 3) [m] one after another.
+        """
+        if self._seen is None or not np.array_equal(z, self._seen[0]):
+            at = self._touch.points.interpolation @ z
+            self._seen = z.copy(), at, [pose.gaps(at) for pose in self._poses]
+        return self._seen[1:]
 
     def _slides(self, at: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Yield for each instrument how far points slide along it (q, 3) [m], the length, and μ p (q,) [Pa]."""
@@ -167,24 +179,21 @@ class _Contact:
 
     def overlap_energy(self, z: np.ndarray) -> float:
         """Return the energy [J] of what overlaps of a body at ``z`` (n, 3) [m]."""
-        at, stiff = self._touch.points.interpolation @ z, self._touch.points.areas * self._touch.points.penalty
-        return sum(0.5 * float(stiff @ np.maximum(-pose.gaps(at)[0], 0.0) ** 2) for pose in self._poses)
+        stiff = self._touch.points.areas * self._touch.points.penalty
+        return sum(0.5 * float(stiff @ np.maximum(-gaps, 0.0) ** 2) for gaps, _ in self._see(z)[1])
 
     def energy(self, z: np.ndarray) -> float:
         """Return the energy [J], whose derivatives are the forces."""
-        at, areas, slip = self._touch.points.interpolation @ z, self._touch.points.areas, self._slip
-        whole = self.overlap_energy(z)
-        for _, length, limit in self._slides(at) if self._touch.friction else ():
+        areas, slip, whole = self._touch.points.areas, self._slip, self.overlap_energy(z)
+        for _, length, limit in self._slides(self._see(z)[0]) if self._touch.friction else ():
             creeping = length**2 / slip * (1.0 - length / (3.0 * slip))
             whole += float(areas @ (limit * np.where(length < slip, creeping, length - slip / 3.0)))
         return whole
 
     def pushes(self, z: np.ndarray) -> list[np.ndarray]:
         """Return the force (q, 3) [N] of each instrument on the points of a body at ``z`` (n, 3) [m]."""
-        at, found = self._touch.points.interpolation @ z, []
-        for pose in self._poses:
-            gaps, normals = pose.gaps(at)
-            found.append((self._touch.points.penalty * np.maximum(-gaps, 0.0))[:, None] * normals)
+        at, seen = self._see(z)
+        found = [(self._touch.points.penalty * np.maximum(-gaps, 0.0))[:, None] * normals for gaps, normals in seen]
         if self._touch.friction:
             for push, (slid, length, limit) in zip(found, self._slides(at), strict=True):
                 push -= (limit * self._resistance(length))[:, None] * slid
@@ -196,22 +205,20 @@ class _Contact:
 
     def rubbed(self, z: np.ndarray) -> float:
         """Return the power [W] that friction takes."""
-        at, areas = self._touch.points.interpolation @ z, self._touch.points.areas
-        slides = self._slides(at) if self._touch.friction else ()
+        areas = self._touch.points.areas
+        slides = self._slides(self._see(z)[0]) if self._touch.friction else ()
         return sum(float(areas @ (limit * self._resistance(u) * u**2)) for _, u, limit in slides) / self._tau
 
     def renew(self, z: np.ndarray) -> None:
         """Take the pressures and normals at ``z`` (n, 3) [m] for those of friction."""
-        at = self._touch.points.interpolation @ z
-        for number, pose in enumerate(self._poses):
-            gaps, self._normals[number] = pose.gaps(at)
+        for number, (gaps, normals) in enumerate(self._see(z)[1]):
+            self._normals[number] = normals
             self._pressures[number] = self._touch.points.penalty * np.maximum(-gaps, 0.0)
 
     def stiffness(self, z: np.ndarray) -> np.ndarray:
         """Return the stiffness (q, 3, 3) [N/m] of the points, without what curvature and sliding take off."""
-        at, blocks = self._touch.points.interpolation @ z, np.zeros((len(self._start), 3, 3))
-        for pose in self._poses:
-            gaps, normals = pose.gaps(at)
+        (at, seen), blocks = self._see(z), np.zeros((len(self._start), 3, 3))
+        for gaps, normals in seen:
             pressed = np.where(gaps < 0.0, self._touch.points.penalty, 0.0)
             blocks += pressed[:, None, None] * normals[:, :, None] * normals[:, None, :]
         if self._touch.friction:

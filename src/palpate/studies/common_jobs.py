@@ -108,9 +108,13 @@ def draw(params):
 
 
 def check_claims(input, params):
+    from palpate.report.claim_links import gather_links
     from palpate.report.claims import gather
+    from palpate.report.snapshot import traced
 
-    return gather(params.places, {Path(file).stem: pd.read_csv(file) for file in input})
+    tables = {Path(file).stem: pd.read_csv(file) for file in [*input.judged, *input.traced]}
+    links = gather_links(params.places, tables, traced(Path(input.readme).parent))
+    return {"claims": gather(params.places, tables), "claim_links": links}
 
 
 def write_report(input, output, params):

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Doubted, Load, Press, Refused
-from palpate.bodies.material import LAWS
+from palpate.bodies.material import NAMED
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError, NotConverged
 from palpate.models import fem
@@ -212,7 +212,7 @@ def test_a_press_beyond_what_is_known_to_be_borne_is_doubted_and_its_answer_kept
     assert np.array_equal(solver.respond(load).displacement, expected.displacement)
 
 
-@pytest.mark.parametrize("law", LAWS[1:])
+@pytest.mark.parametrize("law", NAMED[1:])
 def test_a_law_is_answered_by_its_own_elements(slab_case, law):
     case, test, _ = slab_case
     body, contact = case.body, int(test.contact[0])

@@ -35,6 +35,7 @@ def test_of_some_bodies_only_the_regions_are_left_out():
         ({"regions_of": ["cube"]}, r"law\.bodies names cube, which is not refined"),
         ({"regions_of": ["liver"]}, r"law\.regions_of names liver, which has no regions; give it some, or remove it"),
         ({"laws": ["neo_hokean"]}, r"law\.laws names neo_hokean, which is unknown; did you mean neo_hookean\?"),
+        ({"laws": ["exponential"]}, r"law\.laws names exponential, .*; did you mean exponential\(8\)\?"),
         ({"laws": ["mine.py"]}, r"law\.laws is mine\.py, where there is no file"),
         ({"radius_of_body_m": {"livr": 0.01}}, r"law\.radius_of_body_m names livr, which is unknown"),
     ],

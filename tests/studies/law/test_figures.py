@@ -37,5 +37,6 @@ def test_a_change_without_a_truth_is_hollow(law_table):
 
 def test_a_law_of_ones_own_is_named_by_its_file():
     assert label("law", "models/my_law.py", 0.3) == "my law" and colour("law", "models/my_law.py", 0) == "#8b0000"
+    assert label("law", "exponential(8)", 0.3) == "exponential, b = 8"
     assert label("nothing", "neo_hookean", 0.49) == "neo-Hookean, ν = 0.49"
     assert label("regions", "corotational", 0.3) == "without its regions"

@@ -4,7 +4,7 @@ import numpy as np
 from fixtures.drawn import texts
 
 from palpate.report import style
-from palpate.studies.measured import figures
+from palpate.studies.measured.figures import models as figures
 
 
 def test_a_panel_a_case_and_quantity(measured_table, tmp_path):

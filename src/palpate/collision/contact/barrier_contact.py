@@ -324,12 +324,20 @@ class Contact(
         self._lagged = None
 
     def observe(self, x: np.ndarray) -> dict[str, float]:
-        """Record each obstacle's mean point, ``<name>_x_m`` …, and the force on it, ``<name>_force_x_n`` …"""
+        """Record each obstacle's mean point, ``<name>_x_m`` …, and the force on it, ``<name>_force_x_n`` …
+
+        Whoever has taken over its instruments says the mean over the step, too, ``<name>_mean_force_x_n`` …
+        """
         row = {}
         for obstacle, where, force in zip(self.obstacles, self._ranges, self._reactions, strict=True):
             for axis, letter in enumerate("xyz"):
                 row[f"{obstacle.name}_{letter}_m"] = float(self._points[where, axis].mean())
                 row[f"{obstacle.name}_force_{letter}_n"] = float(force[axis])
+        if self._lent is not None:
+            for obstacle, mean in zip(self.obstacles, self._lent.means, strict=True):
+                row |= {
+                    f"{obstacle.name}_mean_force_{letter}_n": float(mean[axis]) for axis, letter in enumerate("xyz")
+                }
         return row
 
     def contacts(self, x: np.ndarray) -> pd.DataFrame:

@@ -15,9 +15,6 @@ from palpate.collision.contact.obstacles import Obstacle
 from palpate.effects.instrument import CAPSULE, SPHERE, Instrument, Pose, distances
 from palpate.errors import InputError
 
-CORNER = 0.01
-"""Part of a step by which a corner of the path may lie before it."""
-
 
 class Path:
     """The way of an ``obstacle``, a sphere or a capsule, and its ``axes`` as a Pose has them; InputError for others."""
@@ -78,8 +75,8 @@ class Rubbing(NamedTuple):
 class InstrumentContact:
     """Instruments on their paths, with Coulomb's ``friction``, that creeps below ``slip_m_s`` [m/s].
 
-    reactions : (k, 3) [N], the force on each at the end of the last step; work_j : theirs on the body; whoever steps
-        writes them
+    reactions : (k, 3) [N], the force on each at the end of the last step; means : (k, 3) [N], over that step
+    work_j : theirs on the body; whoever steps writes all three
     """
 
     paths: Sequence[Path]
@@ -88,7 +85,7 @@ class InstrumentContact:
     work_j: float = 0.0
 
     def __post_init__(self) -> None:
-        self.reactions = np.zeros((len(self.paths), 3))
+        self.reactions = self.means = np.zeros((len(self.paths), 3))
         shapes = np.array([path.instrument.shape for path in self.paths])
         axes = np.array([path.axes for path in self.paths])
         self._still = Tools(np.empty((len(axes), 3)), axes, shapes[:, 1].copy(), shapes[:, 3].copy())
@@ -100,11 +97,6 @@ class InstrumentContact:
     def at(self, t: float) -> Tools:
         """Return the same as kernels take it."""
         return self._still._replace(tips=np.array([path.tip(t) for path in self.paths]))
-
-    def bends(self, t: float, h: float) -> bool:
-        """Tell whether a path has a corner where a step of ``h`` [s] from ``t`` [s] begins, or within it."""
-        times = np.concatenate([path.times_s for path in self.paths])
-        return bool(((times > t - CORNER * h) & (times < t + (1.0 - CORNER) * h)).any())
 
 
 @numba.njit(cache=True, error_model="numpy")

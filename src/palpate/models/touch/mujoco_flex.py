@@ -9,6 +9,7 @@ import numpy as np
 
 from palpate.benchmark.model import LeftOut, Setting, held_mb, on_own_levels
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver, refuse_sticking
+from palpate.bodies.body import Body
 from palpate.effects.instrument import CAPSULE, PUNCH, Instrument
 from palpate.effects.linear_elements import LinearElements
 from palpate.models.fem_statics import to_surface
@@ -16,6 +17,8 @@ from palpate.models.mujoco_flex import LAW, THICKNESS_M, FlexBody
 
 __all__ = ["LAW", "FlexTouch", "online", "settings"]
 IMPEDANCE = 0.99
+HARD = 'refsafe="disable"'
+"""Without it contacts would be softer, so that their time constant is that of a step."""
 STEP = 40.0
 """Time of a step over that in which a node on its contact would swing by a radian; with more than 100 MuJoCo makes the
 contact softer, as its impedances end at 0.9999."""
@@ -38,17 +41,10 @@ class FlexTouch(TouchSolver):
         refuse_sticking(case, "bodies of MuJoCo without friction")
         level, self._steps = setting["level"], setting["steps"]
         body = self._shape = case.body
-        elements = LinearElements(body.levels[level], body.tissue(level))
-        resistance = elements.resistance()
-        mass = body.material.density_kg_m3 * elements.volumes.sum() / len(resistance)  # of a node [kg]
-        rate = float(np.sqrt(setting["penalty"] * np.median(resistance) / mass))  # [1/s] of a node on its contact
-        constant_s = 1.0 / (rate * np.sqrt(1.0 - IMPEDANCE))
-        contact = f'condim="1" solref="{constant_s} 1" solimp="{IMPEDANCE} {IMPEDANCE} 1"'
-        geom = f'<body mocap="true"><geom {_geom(case.instrument, body.fine.size)} {contact}/></body>'
-        step_s = STEP / rate
+        contact, step_s = hard_contact(body, level, setting["penalty"])
+        geom = f'<body mocap="true"><geom {geom_of(case.instrument, body.fine.size)} {contact}/></body>'
         damping_s = step_s  # without it, nodes leave the geom in one step and are in it again after the next
-        # refsafe would make contacts softer, so that their time constant is that of a step
-        words = contact, geom, 'refsafe="disable"'
+        words = contact, geom, HARD
         self._flex = FlexBody(case, level, step_s, setting["iterations"], damping_s, *words)
         self._up = to_surface(body, level)
 
@@ -79,7 +75,17 @@ class FlexTouch(TouchSolver):
         return force
 
 
-def _geom(instrument: Instrument, length_m: float) -> str:
+def hard_contact(body: Body, level: int, penalty: float) -> tuple[str, float]:
+    """Describe contact ``penalty`` times as stiff as a node of ``level``, and return the step [s] that goes with it."""
+    elements = LinearElements(body.levels[level], body.tissue(level))
+    resistance = elements.resistance()
+    mass = body.material.density_kg_m3 * elements.volumes.sum() / len(resistance)  # of a node [kg]
+    rate = float(np.sqrt(penalty * np.median(resistance) / mass))  # [1/s] of a node on its contact
+    constant_s = 1.0 / (rate * np.sqrt(1.0 - IMPEDANCE))
+    return f'condim="1" solref="{constant_s} 1" solimp="{IMPEDANCE} {IMPEDANCE} 1"', STEP / rate
+
+
+def geom_of(instrument: Instrument, length_m: float) -> str:
     """Describe an instrument whose tip is the origin, a punch as long as ``length_m``; LeftOut for a rounded edge."""
     if instrument.edge_m:
         raise LeftOut("MuJoCo has no cylinder with a rounded edge", [float("nan")])

@@ -130,7 +130,7 @@ class Mujoco(Block):
 
 
 class PathModes(Touching):
-    steps_per_frame: Some[Count] = key(STEPS_HELP, [4, 8])
+    steps_per_frame: Some[Count] = key(STEPS_HELP, [2, 4])
 
 
 class RegionModes(PathModes):

@@ -1,6 +1,6 @@
 """Models of a touched body in modes of strokes: those beside its path, or those of a region."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
 from typing import Any
@@ -18,6 +18,7 @@ from palpate.scenes.run_scene import Run, compose
 from palpate.scenes.scene import Scene
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_scene
 from palpate.studies.dynamic.fitted import Fitted
+from palpate.studies.dynamic.forces import force_errors
 from palpate.studies.dynamic.strokes import Strokes, learnt_from
 from palpate.table_declaration import Table
 
@@ -29,6 +30,8 @@ MOTION_PLACES = Table(
         answers; without a model where elements find no motion that is resolved
     failures: 1 where there is no answer, or one that knows that it is wrong
     rmse_of_peak estimate_of_peak estimate_s: error, what the model says of it itself, and the time that takes [s]
+    force_rms_of_peak real_time_factor: error of an instrument's force, RMS over frames of its peak, and seconds for a
+        second, of strokes
     peak_m reference reference_change reference_error: largest displacement, and of what errors are from as in
         dynamic_accuracy
     """,
@@ -94,39 +97,48 @@ def measure_strokes(
     fitted = modes_of_strokes(compared, shown, grid, seed)
     square = grid["half_width_m"], count, seed + HELD_OUT
     contacts = strokes.roaming(compared.particles(-1), compared.loads["contact"], *square)
-    stroked = replace(compared, duration_s=strokes.DURATION_S, frames=FRAMES)
-    rows = []
+    rows: list[dict] = []
     for number, contact in enumerate(progress(contacts)):
-        each = replace(stroked, loads=compared.loads | {"contact": contact})
-        labels = {"scene": compared.name, "body": compared.body.name, "contact": number}
-        try:
-            longer, shorter = (_of_elements(each, n) for n in STEPS_PER_FRAME)
-        except NotConverged:
-            rows.append(labels)
-            continue
-        truth = (4.0 * shorter - longer) / 3.0  # their steps are of order 2
-        change = errors(shorter.reshape(-1, 3), truth.reshape(-1, 3)).rmse_of_peak
-        labels |= {"model": "region_modes", "reference": "fem_p2", "reference_change": change}
-        labels |= {"peak_m": np.linalg.norm(truth, axis=2).max()}
-        rows += [labels | _held_out(each, fitted, n, truth) for n in grid["steps_per_frame"]]
+        rows += measure_stroke(stroked(compared, contact), fitted, number, grid["steps_per_frame"])
     return MOTION_PLACES.frame(rows)
 
 
-def _of_elements(each: ComparedScene, per_frame: int) -> np.ndarray:
-    """Return the displacements (f, n_surface, 3) [m] of quadratic elements at the ends of frames."""
+def stroked(compared: ComparedScene, contact: dict) -> ComparedScene:
+    """Return the scene with another stroke, the block ``contact``."""
+    return replace(compared, duration_s=strokes.DURATION_S, frames=FRAMES, loads=compared.loads | {"contact": contact})
+
+
+def measure_stroke(each: ComparedScene, fitted: Fitted, number: int, tried: Sequence[int]) -> list[dict]:
+    """Return the rows of ``measure_strokes`` of one stroke, for each number of steps in a frame that is ``tried``."""
+    labels: dict = {"scene": each.name, "body": each.body.name, "contact": number}
+    try:
+        longer, shorter = (_of_elements(each, n) for n in STEPS_PER_FRAME)
+    except NotConverged:
+        return [labels]
+    truth, force = ((4.0 * b - a) / 3.0 for a, b in zip(longer, shorter, strict=True))  # their steps are of order 2
+    change = errors(shorter[0].reshape(-1, 3), truth.reshape(-1, 3)).rmse_of_peak
+    labels |= {"model": "region_modes", "reference": "fem_p2", "reference_change": change}
+    labels |= {"peak_m": np.linalg.norm(truth, axis=2).max()}
+    return [labels | _held_out(each, fitted, n, truth, force) for n in tried]
+
+
+def _of_elements(each: ComparedScene, per_frame: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return displacements (f, n_surface, 3) [m] of quadratic elements at frames' ends, mean forces (f, k, 3) [N]."""
     contact, surface = each.loads["contact"], each.body.fine.surface
     motion = strokes.elements_under(each.body, contact, each.rayleigh, strokes.points_of(each.body, [contact]))
     count = each.frames * per_frame
-    reached = motion.touched_steps(each.duration_s / count, count, TOLERANCE)
-    return np.array([(end.x - motion.rest)[surface] for end in reached])[per_frame - 1 :: per_frame]
+    reached = list(motion.touched_steps(each.duration_s / count, count, TOLERANCE))
+    moved = np.array([(end.x - motion.rest)[surface] for end in reached[per_frame - 1 :: per_frame]])
+    forces = np.array([end.forces for end in reached])
+    return moved, forces.reshape(each.frames, per_frame, -1, 3).mean(axis=1)
 
 
 HELD_OUT = 1000
 """Added to the seed of the strokes that are shown, for those that are not."""
 
 
-def _held_out(each: ComparedScene, fitted: Fitted, per_frame: int, truth: np.ndarray) -> dict:
-    """Follow one stroke; return its errors and doubt beside the ``truth`` (f, n_surface, 3) [m]."""
+def _held_out(each: ComparedScene, fitted: Fitted, per_frame: int, truth: np.ndarray, force: np.ndarray) -> dict:
+    """Follow one stroke; return errors and doubt beside ``truth`` (f, n_surface, 3) [m] and ``force`` (f, k, 3) [N]."""
     scene = fitted.scene(each, per_frame * each.frames)
     row = {"setting": f"step_s={scene.step_s:.3g}", "failures": 1}
     try:
@@ -137,6 +149,8 @@ def _held_out(each: ComparedScene, fitted: Fitted, per_frame: int, truth: np.nda
     if not np.isfinite(doubt):
         return row
     found = errors(moved.reshape(-1, 3), truth.reshape(-1, 3)).rmse_of_peak
+    felt = force_errors(run.motion.instrument_forces(), force).force_rms_of_peak
+    row |= {"force_rms_of_peak": felt, "real_time_factor": run.seconds / each.duration_s}
     return row | {"failures": 0, "rmse_of_peak": found, "estimate_of_peak": doubt, "estimate_s": run.doubt_s}
 
 

@@ -14,7 +14,7 @@ from palpate.benchmark.model import Case as ModelCase
 from palpate.benchmark.model import Solver
 from palpate.bodies.body import Body, nest
 from palpate.bodies.contacts import contacts_of
-from palpate.bodies.material import LAWS
+from palpate.bodies.material import kind_of
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.simple_shapes import box
 from palpate.effects.elements import locking_is_measured
@@ -168,7 +168,7 @@ def engines() -> list[Case]:
 def _engine_pressed(times: float, changed: dict[str, float], engine: str) -> Answer:
     """Press the bar as contact modes are, with another law, and compare with Newton's method."""
     made, body = model(engine, {}), bar(**changed)
-    law = made.law if made.law in LAWS else quadratic_neo_hookean.__file__
+    law = made.law if kind_of(made.law) else quadratic_neo_hookean.__file__
     case = case_of(replace(body, material=replace(body.material, law=law)))
     load = pressing(body, [0.0, 0.0, -times])
     with locking_is_measured():

@@ -9,13 +9,14 @@ from functools import cache, partial
 
 import numpy as np
 from scipy import sparse
+from scipy.optimize import brentq
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, displacement_of
 from palpate.benchmark.model import Case as ModelCase
 from palpate.benchmark.model import Solver
 from palpate.bodies.body import Body, nest
-from palpate.bodies.material import LAWS
+from palpate.bodies.material import NAMED, stiffening_of
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
 from palpate.bodies.simple_shapes import box
@@ -49,14 +50,17 @@ from palpate.studies.hard_cases.stage import (
 def laws() -> list[Case]:
     return [
         Case("each_law_crushed", "a bar under a press along its axis of half its Young's modulus, for each law",
-             "equilibrium", RESIDUAL, 1e-6, partial(_residual, [-0.5, 0.0, 0.0]), LAWS),
+             "equilibrium", RESIDUAL, 1e-6, partial(_residual, [-0.5, 0.0, 0.0]), NAMED),
         Case("each_law_inverting_force", "a sideways pull of twice Young's modulus, for each law",
-             "equilibrium", RESIDUAL, 1e-6, partial(_residual, [0.0, 0.0, -2.0]), LAWS),
+             "equilibrium", RESIDUAL, 1e-6, partial(_residual, [0.0, 0.0, -2.0]), NAMED),
         Case("each_law_from_inside_out", "a bar is released at rest mirrored through its held end, for each law",
-             "equilibrium", RESIDUAL, 1e-6, partial(_residual, [0.0, 0.0, -1e-3], mirrored=True), LAWS),
+             "equilibrium", RESIDUAL, 1e-6, partial(_residual, [0.0, 0.0, -1e-3], mirrored=True), NAMED),
         Case("each_law_incompressible", "ν = 0.4999, quadratic elements, a bar bent by its end, for each law",
-             "the deflection that scikit-fem computes", "relative error of the deflection", 0.05, _bent, LAWS,
-             blunt=LAWS),
+             "the deflection that scikit-fem computes", "relative error of the deflection", 0.05, _bent, NAMED,
+             blunt=NAMED),
+        Case("stiffening_pulled", "ν = 0, a bar is pulled along its axis by ten times its Young's modulus",
+             "the elongation at which μ exp(b Q) (s − 1/s) is that traction", "relative error of the elongation", 1e-6,
+             _pulled, NAMED[-1:]),
     ]  # fmt: skip
 
 
@@ -71,6 +75,16 @@ def _residual(moduli: list[float], law: str, mirrored: bool = False) -> Answer:
     start = rest * [-1.0, 1.0, 1.0] if mirrored else None
     error = stage.residual(LinearElements(body.fine, body.tissue(1)), load, body.anchors[1])
     return Answer(Equilibrium(body, 1).solve(load, 1e-8, start).x, rest if start is None else start, error, zero=rest)
+
+
+def _pulled(law: str) -> Answer:
+    """Pull a bar whose stiffness grows exponentially, and compare with the stretch s of the closed solution."""
+    body, b = stage.bar_body(1, replace(SOFT, poisson=0.0, law=law)), stiffening_of(law) or 0.0
+    end, times = stage.end_face(body.fine), 10.0
+    expected = brentq(lambda s: 0.5 * np.exp(b * (s * s - 1.0 - 2.0 * np.log(s))) * (s - 1.0 / s) - times, 1.0, 3.0)
+    found = Equilibrium(body, 1).solve(_load(body, [times, 0.0, 0.0]), 1e-9).x - body.fine.nodes
+    stretched = 0.2 * (expected - 1.0)
+    return Answer(found, np.zeros_like(found), lambda moved: abs(float(end @ moved[:, 0]) / stretched - 1.0))
 
 
 def _bent(law: str) -> Answer:

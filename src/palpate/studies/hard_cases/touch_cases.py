@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 
 from palpate.bodies.body import Body, nest
-from palpate.bodies.material import LAWS, Material
+from palpate.bodies.material import LAWS, Material, exponential
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import with_midpoints
 from palpate.bodies.simple_shapes import box
@@ -61,6 +61,8 @@ def cases() -> list[Case]:
         case("incompressible", "ν = 0.4999", partial(_pressed, make=_incompressible)),
         case("of_another_law", "a stable neo-Hookean block",
              partial(_pressed, make=lambda: _block(replace(SOFT, law=LAWS[1])))),
+        case("of_a_stiffening_law", "a block whose stiffness grows exponentially, pressed by 30 % of its thickness",
+             partial(_pressed, make=lambda: _block(replace(SOFT, law=exponential(20.0))), depth=0.015)),
         case("on_a_sliver", "an element of 1° lies under the tip", partial(_pressed, make=_sliver)),
         case("on_a_bed", "the block rests on springs", partial(_pressed, make=_bedded)),
         case("at_the_rim_of_held_nodes", "a ball touches first where held nodes of the upper side end",

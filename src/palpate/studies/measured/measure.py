@@ -78,6 +78,7 @@ MEASURED = Table(
     misfit_m: distance (RMS) of the markers from their places at rest before the release [m]
     message: why there is no prediction
     """,
+    always=False,
 )
 
 

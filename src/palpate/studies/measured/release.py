@@ -13,7 +13,7 @@ from palpate.effects.elements import locking_is_measured
 from palpate.effects.gravity import Gravity
 from palpate.effects.held import Held
 from palpate.errors import InputError, NotConverged
-from palpate.scenes.effect_registry import effect
+from palpate.scenes.effect_registry import effect, of_law
 from palpate.solvers.backward_euler import make
 from palpate.solvers.system import System
 from palpate.studies.measured.experiment import GIVEN, Experiment, Weight
@@ -72,7 +72,7 @@ class Release:
         particles = replace(particles, masses=self.softness * (particles.masses + hung))
         law = particles.material.law
         with locking_is_measured():
-            elastic = effect(law).make(particles, {}, None)
+            elastic = effect(of_law(law)).make(particles, {}, None)
         effects: dict[str, Effect] = {law: elastic}
         effects |= {"gravity": Gravity(particles, gravity), "held": Held(particles.held)}
         if forces := [weight for weight in weights if weight.force_n is not None]:

@@ -10,12 +10,15 @@ from palpate.report.model_looks import look
 from palpate.report.report import Report
 from palpate.report.words import listed, spaced
 from palpate.studies.measured.experiment import GIVEN
-from palpate.studies.measured.figures import named
+from palpate.studies.measured.figures.models import named
+from palpate.studies.measured.measure import MEASURED
+from palpate.studies.measured.report_of_presses import pressed, relaxing
 
 TITLE = "Models beside a measured body"
 QUANTITIES = {"sink_m": "place", "frequency_hz": "frequency", "damping_ratio": "damping ratio"}
 COVER = 2.0
 """Standard uncertainties that an error may have and still agree with the measurement: 95 % of a normal distribution."""
+NOTHING = MEASURED.frame([])
 PLAIN = r"level=\d+"
 """The setting of a model without another law, Poisson's ratio or kind of motion."""
 OF_ONE_MESH = r"level=0( (law|poisson)=\S+)?"
@@ -23,9 +26,11 @@ OF_ONE_MESH = r"level=0( (law|poisson)=\S+)?"
 
 def numbers(report: Report) -> dict[str, Any]:
     """Return what the template names: the answers of each experiment."""
-    table = report.tables["measured"]
+    table = report.tables.get("measured", NOTHING)
     return {
-        "experiments": [_experiment(tables.where(table, experiment=one)) for one in dict.fromkeys(table["experiment"])]
+        "experiments": [_experiment(tables.where(table, experiment=one)) for one in dict.fromkeys(table["experiment"])],
+        "pressed": list(pressed(report)),
+        "relaxing": list(relaxing(report)),
     }
 
 
@@ -103,7 +108,7 @@ def _ratios(rows: pd.DataFrame) -> list[dict[str, Any]]:
 
 def failures(report: Report) -> Iterator[tuple[str, str, str]]:
     """Yield the models that gave no answer: what, where, how."""
-    table = report.tables["measured"]
+    table = report.tables.get("measured", NOTHING)
     silent = table[table["message"].notna() & table["message"].ne("")]
     for row in silent.drop_duplicates(["experiment", "case", "model", "setting"]).itertuples():
         yield named(row), f"{spaced(row.experiment)}, {spaced(row.case)}", row.message

@@ -3,15 +3,20 @@
 import warnings
 from functools import partial
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import ConfigDict, Field
 
+from palpate.benchmark.settings import Instrument
 from palpate.bodies.make_body import make_body
 from palpate.bodies.settings import check_laws
 from palpate.errors import InputError, suggest
 from palpate.files import check_file
+from palpate.identification.relaxation import holds_of
 from palpate.setting_types import (
     Block,
+    Count,
     Distinct,
     Index,
     Name,
@@ -26,6 +31,7 @@ from palpate.setting_types import (
     optional,
 )  # fmt: skip
 from palpate.studies.measured.experiment import check_places, experiment_of, off_box
+from palpate.studies.measured.pressed import records_of
 from palpate.studies.measured.records import check_down, follow
 
 
@@ -98,12 +104,41 @@ class Models(Block):
     releases: Releases = key("Releases with linear elements and backward Euler, to show what that damps", {})
 
 
-class Settings(Block):
-    """Models beside measured bodies: where markers come to rest, and how they swing after a release."""
+Range = Annotated[list[NotNegative], Field(min_length=2, max_length=2)]
 
-    experiments: dict[Name, ExperimentSettings] = key(
-        "Bodies held straight, let go, and at rest under loads", min_length=1
+
+class Presses(Block):
+    files: Distinct[Text] = key("CSV files of presses, a row a point", min_length=1)
+    columns: dict[Text, Text | list[Text]] = key(
+        "Names that the files have for columns that are read, by these; of several, the cells are joined by a space", {}
     )
+    names: str = key("Regular expression with groups session, specimen or place, that names of presses hold", "")
+    leave_out: Distinct[Text] = key("Presses that are not read", [])
+    instrument: Instrument | None = key("What is pressed in; null if it is not known: relaxation alone follows", None)
+    body: str | None = key("One of bodies that is pressed; null for a slab", None)
+    thickness_m: Range | None = key("Least and largest thickness of the slab [m]; null for a half-space", None)
+    poisson: Range = key("Least and largest Poisson's ratio", [0.3, 0.49])
+    sticking: Range = key("Least and largest share of what is touched that sticks to the instrument", [0, 1])
+    ask: Distinct[Literal["elastic", "relaxation"]] = key("What is identified", ["elastic", "relaxation"], min_length=1)
+    laws: Distinct[Literal["neo_hookean", "exponential", "stable_neo_hookean"]] = key(
+        "Laws that are fitted, each with moduli alone, but exponential with its stiffening, too",
+        ["neo_hookean", "exponential"],
+        min_length=1,
+    )
+    held_out: Distinct[Literal["place", "depth", "session", "specimen"]] = key(
+        "What is left out of the fit and predicted", ["place", "depth", "session", "specimen"]
+    )
+    branches: Distinct[Count] = key("How many branches of relaxation are tried", [1, 2, 3, 4], min_length=1)
+    draws: Count = key("How often data are drawn anew for the intervals of branches", 40)
+
+
+class Settings(Block):
+    """Models beside measured bodies: where markers come to rest, how they swing, and what presses determine."""
+
+    model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": ["experiments"]}, {"required": ["presses"]}]})
+
+    experiments: dict[Name, ExperimentSettings] = key("Bodies held straight, let go, and at rest under loads", {})
+    presses: dict[Name, Presses] = key("Tissue that was pressed", {})
     models: Models = key("Which models predict every experiment, and with what settings", {})
 
 
@@ -112,16 +147,13 @@ def check(config: dict, file: Path) -> None:
 
     Places are looked at here on a box; on other bodies, which take longer to make, when models are put beside them.
     """
+    for name, entry in config["measured"]["presses"].items():
+        _check_presses(config, file, f"{file}: measured.presses.{name}", entry)
     models = config["measured"]["models"]
     check_laws(f"{file}: measured.models.fem_p2.laws", models["fem_p2"]["laws"], file.parent)
     for name, entry in config["measured"]["experiments"].items():
         place = f"{file}: measured.experiments.{name}"
-        body = config["bodies"].get(entry["body"])
-        if body is None:
-            near = suggest(entry["body"], list(config["bodies"]), "choose from bodies:")
-            raise InputError(f"{place}.body is {entry['body']}, which is not in bodies; {near}")
-        if body["kind"] == "sheet":
-            raise InputError(f"{place}.body is {entry['body']}, a sheet; name a body of tetrahedra.")
+        body = _body(config, place, entry["body"])
         _check_levels(f"{file}: measured.models", models, entry["body"], body["refinements"] + 1)
         try:
             experiment = experiment_of(name, entry)
@@ -140,6 +172,44 @@ def check(config: dict, file: Path) -> None:
                     check_down(follow(str(file.parent / path), experiment), case, experiment, path)
                 except InputError as error:
                     raise InputError(f"{key}: {error}") from error
+
+
+def _body(config: dict, place: str, name: str) -> dict:
+    """Return the entry of a body of tetrahedra; InputError for another name."""
+    body = config["bodies"].get(name)
+    if body is None:
+        near = suggest(name, list(config["bodies"]), "choose from bodies:")
+        raise InputError(f"{place}.body is {name}, which is not in bodies; {near}")
+    if body["kind"] == "sheet":
+        raise InputError(f"{place}.body is {name}, a sheet; name a body of tetrahedra.")
+    return body
+
+
+def _check_presses(config: dict, file: Path, place: str, entry: dict) -> None:
+    for path in entry["files"]:
+        check_file(f"{place}.files", path, (file.parent / path).is_file())
+    for name in ("thickness_m", "poisson", "sticking"):
+        if entry[name] is not None and not entry[name][0] <= entry[name][1]:
+            raise InputError(f"{place}.{name} is {entry[name]}; give the least and the largest.")
+    if not entry["poisson"][1] < 0.5 or not entry["sticking"][1] <= 1.0:
+        raise InputError(f"{place} has poisson or sticking out of range; give ν below 0.5, and shares of 0 to 1.")
+    if entry["body"] is not None:
+        _body(config, place, entry["body"])
+        if entry["thickness_m"] is not None:
+            raise InputError(f"{place} has both body and thickness_m; leave out the thickness.")
+    if "elastic" in entry["ask"] and entry["instrument"] is None:
+        raise InputError(f"{place}.ask has elastic, and instrument is null; describe it, or ask for relaxation alone.")
+    if "elastic" in entry["ask"] and entry["instrument"]["kind"] != "sphere":
+        kind = entry["instrument"]["kind"]
+        raise InputError(f"{place}.instrument is a {kind}; forces are known for a sphere: ask for relaxation alone.")
+    try:
+        records = records_of(entry | {"files": [str(file.parent / path) for path in entry["files"]]})
+        if "relaxation" in entry["ask"]:
+            held, refused = holds_of(records)
+            if not held:
+                raise InputError(f"ask has relaxation, and {refused[0]}")
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from error
 
 
 def _check_levels(place: str, models: dict, body: str, levels: int) -> None:

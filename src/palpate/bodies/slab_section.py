@@ -1,0 +1,88 @@
+"""Mesh of the section of a slab through an axis: rings of quadrilaterals around a point of its surface, ever larger."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+FAR = 2000.0
+"""Radius of what stands for a half-space, over that of the ball: a part of a / (2 FAR) of the force is lacking."""
+WIDE = 10.0
+"""Radius of a slab over its thickness, where it is held: what a press does there falls exponentially."""
+WIDEST = 0.05
+"""Largest width of a ring near the place, over the radius of what is near."""
+STEEP = 1.8
+"""Largest growth of a ring over the one before it, far from the contact."""
+
+
+class Section(NamedTuple):
+    """A section and its parts.
+
+    nodes : (n, 2) r and z [m], z = 0 at the surface; quads : (m, 9), nodes row by row of a 3 × 3 grid
+    surface : nodes of the surface from the axis outward; held : of the base and the outer rim; axis : where r = 0
+    """
+
+    nodes: np.ndarray
+    quads: np.ndarray
+    surface: np.ndarray
+    held: np.ndarray
+    axis: np.ndarray
+
+
+def _radii(radii: list[float], ratio: float, near: float, last: float) -> list[float]:
+    """Return ``radii`` and those of more rings, that grow by ``ratio`` to ``near``, then ever faster, to ``last``.
+
+    Up to ``near`` they are not wider than WIDEST of it.
+    """
+    found, width = radii.copy(), radii[-1] - radii[-2]
+    while found[-1] < last:
+        if found[-1] < near:
+            width = min((ratio - 1.0) * found[-1], WIDEST * near)
+        else:
+            width = min(1.3 * width, (STEEP - 1.0) * found[-1])
+        found.append(found[-1] + width)
+    if len(found) > len(radii) + 1 and last - found[-2] < 0.4 * width:
+        found.pop()
+    found[-1] = last
+    return found
+
+
+def slab_section(
+    thickness: float, first: float, ratio: float, near: float, angles: int, far: float | None = None
+) -> Section:
+    """Return the section of a slab, or of a half-space where ``thickness`` is infinite.
+
+    first : radius of the innermost ring [m]; ratio : of the radii of rings, to ``near`` [m]; angles : even number of
+    quadrilaterals along a ring; far : outer radius [m], by default of FAR and WIDE. Rings are circles near the place,
+    and become the square of the slab's thickness; outside of it they are lines across the slab.
+    """
+    layered = np.isfinite(thickness)
+    end = far or (WIDE * thickness + near if layered else FAR * near)
+    ends = _radii([0.0, first], ratio, near, min(thickness, end))
+    if layered:
+        ends = _radii(ends, ratio, near, end)
+    radii = np.insert(ends, np.arange(1, len(ends)), 0.5 * (np.array(ends[:-1]) + ends[1:]))
+    angle = np.linspace(0.0, 0.5 * np.pi, 2 * angles + 1)
+    circle = np.stack([np.cos(angle), -np.sin(angle)], axis=1)
+    square = circle / np.abs(circle).max(axis=1, keepdims=True)
+    circle[-1, 0] = square[-1, 0] = 0.0
+    places, counts = [np.zeros((1, 2))], [1]
+    for radius in radii[1:]:
+        if radius <= thickness:
+            share = (radius / thickness) ** 2
+            places.append(radius * ((1.0 - share) * circle + share * square))
+        else:
+            depths = thickness * square[: angles + 1, 1]
+            places.append(np.stack([np.full(angles + 1, radius), depths], axis=1))
+        counts.append(len(places[-1]))
+    starts = np.cumsum([0, *counts])
+    quads = []
+    for ring in range(0, len(radii) - 2, 2):
+        for k in range(0, min(counts[ring + 1 : ring + 3]) - 1, 2):
+            rows = [[starts[ring + i] + (k + j if ring + i else 0) for j in range(3)] for i in range(3)]
+            quads.append(np.ravel(rows))
+    nodes = np.concatenate(places)
+    # radially outward and then downward is clockwise: the two directions change places
+    grids = np.array(quads).reshape(-1, 3, 3).transpose(0, 2, 1).reshape(-1, 9)
+    outermost = np.arange(starts[-2], starts[-1])
+    base = np.flatnonzero(nodes[:, 1] <= -thickness * (1.0 - 1e-12)) if layered else outermost
+    return Section(nodes, grids, starts[:-1], np.union1d(base, outermost), np.flatnonzero(nodes[:, 0] == 0.0))

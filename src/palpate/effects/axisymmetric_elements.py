@@ -1,0 +1,241 @@
+"""Elasticity of axisymmetric quadrilaterals with nine nodes and linear dilatation, which do not lock.
+
+A deformation without twist has the principal stretches of its part (2, 2) in the half-plane of r and z, and the hoop
+stretch x_r / r. With W(s) + U(θ(s)) of a law, θ is replaced by its projection on linear functions of r and z over each
+element: the pair of Q2 and discontinuous P1 (Simo, Taylor, Pister 1985; Sussman and Bathe 1987). Integrals are over
+the whole ring, at 3 × 3 points.
+"""
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from palpate.effects.law import Law
+from palpate.effects.principal import EQUAL_STRETCHES
+
+NODES = POINTS = 9
+_GAUSS = np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0])
+_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 9.0
+
+
+class Rings(NamedTuple):
+    """What kernels need of m elements on n nodes.
+
+    nodes : (n, 2) r and z at rest [m]; quads : (m, 9), nodes row by row of a 3 × 3 grid
+    slopes : (m, 9, 9, 2) of each point the derivatives of shape functions by r and z [1/m]
+    hoop : (m, 9, 9) of each point the shape functions over r [1/m]; volumes : (m, 9) of the points [m³]
+    projections : (m, 9, 9), values at points to those of the nearest linear function at them
+    """
+
+    nodes: np.ndarray
+    quads: np.ndarray
+    slopes: np.ndarray
+    hoop: np.ndarray
+    volumes: np.ndarray
+    projections: np.ndarray
+
+
+def _lines(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the quadratic shape functions of a line at ``t`` (k,) in −1 to 1, and their derivatives, (k, 3)."""
+    values = np.stack([0.5 * t * (t - 1.0), 1.0 - t * t, 0.5 * t * (t + 1.0)], axis=1)
+    return values, np.stack([t - 0.5, -2.0 * t, t + 0.5], axis=1)
+
+
+def rings(nodes: np.ndarray, quads: np.ndarray) -> Rings:
+    """Return the elements ``quads`` (m, 9) on ``nodes`` (n, 2) [m], of positive area at all points."""
+    line, rate = _lines(_GAUSS)
+    shapes = np.einsum("pa,qb->pqab", line, line).reshape(POINTS, NODES)
+    by_s = np.einsum("pa,qb->pqab", rate, line).reshape(POINTS, NODES)
+    by_t = np.einsum("pa,qb->pqab", line, rate).reshape(POINTS, NODES)
+    corners = nodes[quads]
+    jacobian = np.stack([np.einsum("qa,mai->mqi", by_s, corners), np.einsum("qa,mai->mqi", by_t, corners)], axis=3)
+    areas = np.linalg.det(jacobian)
+    assert (areas > 0.0).all()
+    slopes = np.einsum("qak,mqki->mqai", np.stack([by_s, by_t], axis=2), np.linalg.inv(jacobian))
+    at = np.einsum("qa,mai->mqi", shapes, corners)
+    volumes = 2.0 * np.pi * at[..., 0] * areas * np.outer(_WEIGHTS, _WEIGHTS).ravel()
+    middle = at.mean(axis=1, keepdims=True)
+    scale = np.abs(at - middle).max(axis=1, keepdims=True)
+    linear = np.concatenate([np.ones((*at.shape[:2], 1)), (at - middle) / scale], axis=2)
+    weighted = linear * volumes[..., None]
+    gram = np.einsum("mqi,mqj->mij", weighted, linear)
+    projections = np.einsum("mqi,mij,mpj->mqp", linear, np.linalg.inv(gram), weighted)
+    hoop = shapes[None] / at[..., :1]
+    arrays = (nodes, quads.astype(np.int64), slopes, hoop, volumes, projections)
+    return Rings(*(np.ascontiguousarray(each) for each in arrays))
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _stretch(x, quads, slopes, hoop, e, q, f):
+    """Write the part (2, 2) of F at a point into ``f``, and return the hoop stretch."""
+    f[:] = 0.0
+    around = 0.0
+    for a in range(NODES):
+        n = quads[e, a]
+        for i in range(2):
+            f[i, 0] += x[n, i] * slopes[e, q, a, 0]
+            f[i, 1] += x[n, i] * slopes[e, q, a, 1]
+        around += x[n, 0] * hoop[e, q, a]
+    return around
+
+
+@numba.njit(cache=True, error_model="numpy")
+def least_volume(x, quads, slopes, hoop):
+    """Return the smallest of det F and the hoop stretch at all points for positions ``x`` (n, 2)."""
+    f, least = np.empty((2, 2)), np.inf
+    for e in range(len(quads)):
+        for q in range(POINTS):
+            around = _stretch(x, quads, slopes, hoop, e, q, f)
+            det = (f[0, 0] * f[1, 1] - f[0, 1] * f[1, 0]) * around
+            least = min(least, det, around)
+    return least
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _decompose(f, u, v):
+    """Write F = U diag(s₁, s₂) Vᵀ of a matrix (2, 2) with rotations ``u, v``, and return s₁ ≥ |s₂|."""
+    sum_, difference = 0.5 * (f[0, 0] + f[1, 1]), 0.5 * (f[0, 0] - f[1, 1])
+    even, odd = 0.5 * (f[1, 0] + f[0, 1]), 0.5 * (f[1, 0] - f[0, 1])
+    round_, flat = np.hypot(sum_, odd), np.hypot(difference, even)
+    first, second = np.arctan2(even, difference), np.arctan2(odd, sum_)
+    for angle, to in ((0.5 * (second + first), u), (0.5 * (first - second), v)):
+        to[0, 0] = to[1, 1] = np.cos(angle)
+        to[1, 0] = np.sin(angle)
+        to[0, 1] = -to[1, 0]
+    return round_ + flat, round_ - flat
+
+
+@numba.njit(cache=True, error_model="numpy")
+def energy_force_stiffness(
+    x, quads, slopes, hoop, volumes, projections, mu, lam, shape, measure, volume, definite, force, matrices
+):
+    """Return the energy [J], add its gradient to ``force`` (n, 2) [N], and write ``matrices`` (m, 18, 18) [N/m].
+
+    x : (n, 2) [m]; definite : replaces negative eigenvalues of the points by zero
+    force : the gradient of the energy; matrices : of no length if only the others are asked for
+    """
+    us, vs, s = np.empty((POINTS, 2, 2)), np.empty((POINTS, 2, 2)), np.empty((POINTS, 3))
+    place = np.empty((POINTS, 3), dtype=np.int64)
+    gradient, rates = np.empty((POINTS, 3)), np.empty((POINTS, 3))
+    second, bends = np.empty((POINTS, 3, 3)), np.empty((POINTS, 3, 3))
+    theta, slope, curve, pressure = np.empty(POINTS), np.empty(POINTS), np.empty(POINTS), np.empty(POINTS)
+    f, derivatives, sorted_ = np.empty((2, 2)), np.empty(2), np.empty(3)
+    first, rate, hessian, bend = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    pulls, b, d, changes = np.empty(2 * NODES), np.empty((5, 2 * NODES)), np.empty((5, 5)), np.empty((POINTS, 18))
+    weighted, mixed = np.empty((5, 2 * NODES)), np.empty((POINTS, POINTS))
+    total, wanted = 0.0, len(matrices) > 0
+    for e in range(len(quads)):
+        for q in range(POINTS):
+            s[q, 2] = _stretch(x, quads, slopes, hoop, e, q, f)
+            s[q, 0], s[q, 1] = _decompose(f, us[q], vs[q])
+            for i in range(3):  # laws get stretches in descending order
+                rank = 0
+                for j in range(3):
+                    rank += s[q, j] > s[q, i] or (s[q, j] == s[q, i] and j < i)
+                place[q, i] = rank
+                sorted_[rank] = s[q, i]
+            total += volumes[e, q] * shape(sorted_, mu, first, hessian)
+            theta[q] = measure(sorted_, rate, bend)
+            for i in range(3):
+                gradient[q, i], rates[q, i] = first[place[q, i]], rate[place[q, i]]
+                for j in range(3):
+                    second[q, i, j] = hessian[place[q, i], place[q, j]]
+                    bends[q, i, j] = bend[place[q, i], place[q, j]]
+        for q in range(POINTS):
+            mean = 0.0
+            for p in range(POINTS):
+                mean += projections[e, q, p] * theta[p]
+            total += volumes[e, q] * volume(mean, mu, lam, derivatives)
+            slope[q] = derivatives[0]
+            curve[q] = max(derivatives[1], 0.0) if definite else derivatives[1]
+        for q in range(POINTS):
+            pressure[q] = 0.0
+            for p in range(POINTS):
+                pressure[q] += projections[e, q, p] * slope[p]
+        if wanted:
+            matrices[e] = 0.0
+        for q in range(POINTS):
+            weight, u, v = volumes[e, q], us[q], vs[q]
+            for i in range(3):
+                gradient[q, i] += pressure[q] * rates[q, i]
+                for j in range(3):
+                    second[q, i, j] += pressure[q] * bends[q, i, j]
+            for a in range(NODES):
+                along = slopes[e, q, a, 0] * v[0, 0] + slopes[e, q, a, 1] * v[1, 0]
+                across = slopes[e, q, a, 0] * v[0, 1] + slopes[e, q, a, 1] * v[1, 1]
+                for k in range(2):
+                    c = 2 * a + k
+                    b[0, c], b[1, c] = u[k, 0] * along, u[k, 1] * across
+                    b[2, c] = hoop[e, q, a] if k == 0 else 0.0
+                    b[3, c], b[4, c] = u[k, 0] * across, u[k, 1] * along
+            for c in range(2 * NODES):
+                pulls[c] = b[0, c] * gradient[q, 0] + b[1, c] * gradient[q, 1] + b[2, c] * gradient[q, 2]
+                changes[q, c] = b[0, c] * rates[q, 0] + b[1, c] * rates[q, 1] + b[2, c] * rates[q, 2]
+            for a in range(NODES):
+                force[quads[e, a], 0] += weight * pulls[2 * a]
+                force[quads[e, a], 1] += weight * pulls[2 * a + 1]
+            if not wanted:
+                continue
+            apart, both = s[q, 0] - s[q, 1], s[q, 0] + s[q, 1]
+            near, mean = EQUAL_STRETCHES * (abs(s[q, 0]) + abs(s[q, 1])), 0.5 * (second[q, 0, 0] + second[q, 1, 1])
+            flip = (gradient[q, 0] - gradient[q, 1]) / apart if apart > near else mean - second[q, 0, 1]
+            twist = (gradient[q, 0] + gradient[q, 1]) / both if both > near else mean + second[q, 0, 1]
+            if definite:
+                values, vectors = np.linalg.eigh(second[q])
+                second[q] = (vectors * np.maximum(values, 0.0)) @ vectors.T
+                flip, twist = max(flip, 0.0), max(twist, 0.0)
+            d[:] = 0.0
+            d[:3, :3] = second[q]
+            d[3, 3] = d[4, 4] = 0.5 * (flip + twist)
+            d[3, 4] = d[4, 3] = 0.5 * (flip - twist)
+            for c in range(2 * NODES):
+                for i in range(3):
+                    weighted[i, c] = weight * (d[i, 0] * b[0, c] + d[i, 1] * b[1, c] + d[i, 2] * b[2, c])
+                weighted[3, c] = weight * (d[3, 3] * b[3, c] + d[3, 4] * b[4, c])
+                weighted[4, c] = weight * (d[4, 3] * b[3, c] + d[4, 4] * b[4, c])
+            for c in range(2 * NODES):
+                for k in range(c + 1):
+                    part = weighted[0, c] * b[0, k] + weighted[1, c] * b[1, k] + weighted[2, c] * b[2, k]
+                    matrices[e, c, k] += part + weighted[3, c] * b[3, k] + weighted[4, c] * b[4, k]
+        if not wanted:
+            continue
+        for p in range(POINTS):
+            for k in range(p + 1):
+                part = 0.0
+                for q in range(POINTS):
+                    part += volumes[e, q] * curve[q] * projections[e, q, p] * projections[e, q, k]
+                mixed[p, k] = mixed[k, p] = part
+        spread = mixed @ changes
+        for c in range(2 * NODES):
+            for k in range(c + 1):
+                part = matrices[e, c, k]
+                for q in range(POINTS):
+                    part += changes[q, c] * spread[q, k]
+                matrices[e, c, k] = matrices[e, k, c] = part
+    return total
+
+
+class AxisymmetricElements:
+    """One homogeneous material on ``rings``; lengths and moduli in any units that go together."""
+
+    def __init__(self, mesh: Rings, law: Law, young_pa: float, poisson: float):
+        self.mesh = mesh
+        mu, lam = young_pa / (2.0 * (1.0 + poisson)), young_pa * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+        self._law = (mu, lam, law.shape, law.measure, law.volume)
+        self.matrices = np.empty((len(mesh.quads), 2 * NODES, 2 * NODES))
+
+    def energy_and_force(self, x: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the energy [J] at positions ``x`` (n, 2) [m], and its gradient (n, 2) [N]."""
+        force, none = np.zeros_like(x), self.matrices[:0]
+        return energy_force_stiffness(x, *self.mesh[1:], *self._law, False, force, none), force
+
+    def linearise(self, x: np.ndarray, definite: bool = False) -> tuple[np.ndarray, np.ndarray]:
+        """Return the gradient (n, 2) [N] at ``x`` (n, 2) [m], and the stiffness (m, 18, 18) [N/m] of each element."""
+        force = np.zeros_like(x)
+        energy_force_stiffness(x, *self.mesh[1:], *self._law, definite, force, self.matrices)
+        return force, self.matrices
+
+    def least_volume(self, x: np.ndarray) -> float:
+        """Return the least ratio of volumes at ``x`` (n, 2) [m], or the least hoop stretch, whichever is smaller."""
+        return float(least_volume(x, self.mesh.quads, self.mesh.slopes, self.mesh.hoop))

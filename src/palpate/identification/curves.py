@@ -1,0 +1,332 @@
+"""Force over depth of a ball on a bonded slab, for ranges of its parameters: computed once, kept, and interpolated.
+
+The logarithm of the force over Hertz's is smooth in the root of depth and in the parameters. It is interpolated by
+polynomials on a sparse grid of Clenshaw and Curtis's points (Smolyak 1963; Barthelmann, Novak, Ritter 2000), which
+gets finer until curves at places between are met.
+"""
+
+import hashlib
+import inspect
+import json
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from functools import cache
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from scipy.interpolate import PchipInterpolator
+from threadpoolctl import threadpool_limits
+
+from palpate.bodies import slab_section
+from palpate.bodies.material import exponential
+from palpate.effects import axisymmetric_elements
+from palpate.errors import InputError, NotConverged
+from palpate.files import read_arrays, write_arrays
+from palpate.solvers import axisymmetric_indentation
+from palpate.solvers.axisymmetric_indentation import BallOnSlab, hertz
+
+ALONG = 12
+"""Coefficients of a curve along the root of depth."""
+GRIDS = ((2, 2), (2, 6), (3, 3), (3, 4))
+"""Grids, from coarse to fine: greatest level of a dimension, and of their sum; (2, 6) is full in three dimensions."""
+MOST_CURVES = 130
+"""Points above which a grid is not tried: thin slabs of steep laws need all of the 125 of (2, 6)."""
+MOST_ERROR = 2e-3
+"""Relative error of force by interpolation at which the grid is fine enough."""
+CHECKS, SEED = 4, 34
+"""Curves at random places between that the error is measured at."""
+BEYOND = 0.52
+"""Curves change most near ν = 0.5; they are interpolated in the logarithm of this less ν."""
+STIFFENS = "exponential"
+"""The law that has a stiffening; all others have none, 0."""
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """What a family of curves is for; a range whose ends are equal is a value, and adds no dimension.
+
+    deepest : depth over the ball's radius; poisson, stiffening : least and greatest
+    thinness : radius over thickness, 0 for a half-space; sticking : 0 slips, 1 sticks, and interpolated between
+    """
+
+    deepest: float
+    poisson: tuple[float, float]
+    thinness: tuple[float, float] = (0.0, 0.0)
+    stiffening: tuple[float, float] = (0.0, 0.0)
+    sticking: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        limits = {"poisson": (0.0, 0.499), "thinness": (0.0, 5.0), "stiffening": (0.0, 100.0), "sticking": (0.0, 1.0)}
+        for name, (least, most) in limits.items():
+            low, high = getattr(self, name)
+            if not least <= low <= high <= most:
+                raise InputError(f"{name} is {low:g} to {high:g}; give a range within {least:g} to {most:g}.")
+        if not 0.0 < self.deepest < np.inf:
+            raise InputError(f"the depth is {self.deepest:g} radii; give a positive number.")
+        if self.deepest * self.thinness[1] >= 1.0:
+            raise InputError(
+                f"the ball is pushed {self.deepest:.3g} radii deep through a slab of {1.0 / self.thinness[1]:.3g}; "
+                "give a greater least thickness_m, or leave out the deepest points."
+            )
+
+
+FREE = ("poisson", "thinness", "stiffening")
+"""What the sparse grid is over, in this order, where it is free."""
+
+
+def _axis(name: str, value: float) -> float:
+    """Return what a parameter is interpolated in."""
+    if name == "poisson":
+        return float(-np.log(BEYOND - value))
+    return float(np.log1p(value)) if name == "stiffening" else value
+
+
+def _value(name: str, axis: float) -> float:
+    """Return the parameter that has an ``axis``."""
+    if name == "poisson":
+        return float(BEYOND - np.exp(-axis))
+    return float(np.expm1(axis)) if name == "stiffening" else axis
+
+
+@dataclass(frozen=True, eq=False)
+class CurveFamily:
+    """Curves of one law.
+
+    ranges : what it holds for; error : greatest relative error of force by interpolation at places between, measured
+    degrees : (n, free) of the basis; coefficients : (slips, sticks or both, n, ALONG)
+    """
+
+    law: str
+    ranges: Ranges
+    error: float
+    degrees: np.ndarray
+    coefficients: np.ndarray
+
+    def forces(
+        self, depth: np.ndarray, poisson: float, thinness: float = 0.0, stiffening: float = 0.0, sticking: float = 0.0
+    ) -> np.ndarray:
+        """Return forces (k,) over E a² at depths (k,) over the radius a; 0 for depths below 0.
+
+        InputError for a depth or a parameter outside of the ranges.
+        """
+        depth = np.asarray(depth, dtype=float)
+        if depth.size and not depth.max() <= self.ranges.deepest * (1.0 + 1e-9):
+            raise InputError(
+                f"a depth is {depth.max():.3g} radii of the ball, and the curves end at {self.ranges.deepest:.3g}; "
+                "make them for the deepest press."
+            )
+        curve = self._curve(poisson, thinness, stiffening, sticking)
+        root = np.sqrt(np.maximum(depth, 0.0))
+        share = np.exp(chebyshev.chebval(2.0 * root / np.sqrt(self.ranges.deepest) - 1.0, curve))
+        return share * hertz(poisson) * root**3
+
+    def depths(
+        self, force: np.ndarray, poisson: float, thinness: float = 0.0, stiffening: float = 0.0, sticking: float = 0.0
+    ) -> np.ndarray:
+        """Return the depths (k,) over the radius at which ``forces`` are ``force`` (k,); 0 for forces below 0.
+
+        InputError for a force above that at the deepest.
+        """
+        force, values = np.asarray(force, dtype=float), (poisson, thinness, stiffening, sticking)
+        known = np.linspace(0.0, np.sqrt(self.ranges.deepest), 200) ** 2
+        found = self.forces(known, *values)
+        if force.size and not force.max() <= found[-1] * (1.0 + 1e-9):
+            raise InputError(f"a force is {force.max():.3g} E a², and the curves end at {found[-1]:.3g}; give less.")
+        root = np.cbrt(np.clip(force, 0.0, found[-1]))
+        depth = PchipInterpolator(np.cbrt(found), np.sqrt(known))(root) ** 2
+        least = 1e-12 * self.ranges.deepest
+        for _ in range(2):  # Newton's method in logarithms
+            depth = np.clip(depth, least, self.ranges.deepest)
+            less, more = depth * (1.0 - 2e-6), depth * (1.0 - 1e-6)
+            power = np.log(self.forces(more, *values) / self.forces(less, *values)) / 1e-6
+            off = 3.0 * np.log(np.maximum(root, 1e-30)) - np.log(self.forces(depth, *values))
+            depth = np.minimum(depth * np.exp(off / power), self.ranges.deepest)
+        return np.where(force > 0.0, depth, 0.0)
+
+    def _curve(self, poisson: float, thinness: float, stiffening: float, sticking: float) -> np.ndarray:
+        """Return the coefficients (ALONG,) of the logarithm of force over Hertz's."""
+        given = {"poisson": poisson, "thinness": thinness, "stiffening": stiffening, "sticking": sticking}
+        for name, value in given.items():
+            low, high = getattr(self.ranges, name)
+            near = 1e-9 * max(1.0, abs(high))
+            if not low - near <= value <= high + near:
+                raise InputError(f"{name} is {value:.4g}, and the curves are for {low:.4g} to {high:.4g}.")
+        place = np.array([[_place(self.ranges, name, given[name]) for name in _free(self.ranges)]])
+        curves = (_basis(place, self.degrees) @ self.coefficients)[:, 0]
+        return curves[0] if len(curves) == 1 else (1.0 - sticking) * curves[0] + sticking * curves[1]
+
+
+def _free(ranges: Ranges) -> list[str]:
+    return [name for name in FREE if getattr(ranges, name)[0] < getattr(ranges, name)[1]]
+
+
+def _ends(ranges: Ranges) -> list[bool]:
+    """Return which of slipping and sticking are needed."""
+    low, high = ranges.sticking
+    return [sticks for sticks, needed in ((False, low < 1.0), (True, high > 0.0)) if needed]
+
+
+def _values(ranges: Ranges, place: tuple[float, ...]) -> tuple[float, ...]:
+    """Return ν, thinness and stiffening at a ``place`` of the grid, from −1 to 1 along what is free."""
+    found = {name: getattr(ranges, name)[0] for name in FREE}
+    for name, at in zip(_free(ranges), place, strict=True):
+        low, high = (_axis(name, end) for end in getattr(ranges, name))
+        found[name] = _value(name, low + 0.5 * (at + 1.0) * (high - low))
+    return tuple(found.values())
+
+
+def _place(ranges: Ranges, name: str, value: float) -> float:
+    """Return where a value is in its range, from −1 to 1."""
+    low, high = (_axis(name, end) for end in getattr(ranges, name))
+    return float(np.clip(2.0 * (_axis(name, value) - low) / (high - low) - 1.0, -1.0, 1.0))
+
+
+def _basis(places: np.ndarray, degrees: np.ndarray) -> np.ndarray:
+    """Return products of Chebyshev's polynomials of ``degrees`` (n, d) at ``places`` (m, d), as (m, n)."""
+    return np.cos(np.arccos(np.clip(places, -1.0, 1.0))[:, None] * degrees[None]).prod(axis=2)
+
+
+def _sparse(dimensions: int, level: int, whole: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the places (n, d) of a sparse grid and the degrees (n, d) of the polynomials that it determines.
+
+    level : the greatest of a dimension; whole : that of their sum
+    """
+    lines: list[tuple[list[float], list[int]]] = [([0.0], [0]), ([-1.0, 1.0], [1, 2])]
+    for each in range(2, level + 1):
+        count = 2**each
+        new = np.cos(np.pi * np.arange(1, count, 2) / count)
+        lines.append((new.tolist(), list(range(count // 2 + 1, count + 1))))
+    places: list[tuple[float, ...]] = []
+    degrees: list[tuple[int, ...]] = []
+    for levels in product(range(level + 1), repeat=dimensions):
+        if sum(levels) <= whole:
+            places += product(*(lines[each][0] for each in levels))
+            degrees += product(*(lines[each][1] for each in levels))
+    shape = (len(places), dimensions)
+    return np.array(places).reshape(shape), np.array(degrees, dtype=int).reshape(shape)
+
+
+def _law(law: str, stiffening: float) -> str:
+    return exponential(stiffening) if law == STIFFENS else law
+
+
+def _sampled(asked: tuple[str, float, float, float, float, bool]) -> np.ndarray | str:
+    """Return log force over Hertz's at Chebyshev's points of the root of depth (ALONG,), or why there is none."""
+    law, deepest, poisson, thinness, stiffening, sticks = asked
+    thickness = 1.0 / thinness if thinness else np.inf
+    where = f"ν {poisson:.3g}, thickness {thickness:.3g} radii, stiffening {stiffening:.3g}"
+    try:
+        with threadpool_limits(1):
+            ball = BallOnSlab(_law(law, stiffening), poisson, thickness, sticks)
+            curve = ball.curve(deepest)
+    except NotConverged as failure:
+        return f"{law} ({where}): {failure}"
+    depth = np.sqrt(deepest) * np.linspace(0.0, 1.0, 200)[1:]
+    if (np.diff(curve.at(depth**2)) <= 0.0).any():
+        return f"{law} ({where}): the force falls as the ball goes deeper"
+    roots = 0.5 * np.sqrt(deepest) * (chebyshev.chebpts1(ALONG) + 1.0)
+    return np.log(curve.at(roots**2) / (hertz(poisson) * roots**3))
+
+
+def family_of(
+    law: str,
+    ranges: Ranges,
+    folder: Path | None = None,
+    workers: int | None = None,
+    progress: Callable[[str], None] = lambda said: None,
+) -> CurveFamily:
+    """Return the curves of ``law`` for ``ranges``: read from ``folder`` where they are there, or computed and kept.
+
+    law : ``exponential`` has a stiffening; workers : processes, None for one a core; progress : is told what is done
+    Raises NotConverged where the law has no equilibrium to the depth that is asked for.
+    """
+    if law != STIFFENS and ranges.stiffening != (0.0, 0.0):
+        raise InputError(f"law {law} has no stiffening; give 0, or take the law {STIFFENS}.")
+    path = Path(folder) / f"curves-{_digest(law, ranges)}.npz" if folder is not None else None
+    if path is not None and path.is_file():
+        kept = read_arrays(_Kept, path)
+        return CurveFamily(law, ranges, kept.error, kept.degrees, kept.coefficients)
+    found = _computed(law, ranges, workers, progress)
+    if path is not None:
+        write_arrays(_Kept(found.error, found.degrees, found.coefficients), path)
+    return found
+
+
+@dataclass
+class _Kept:
+    error: float
+    degrees: np.ndarray
+    coefficients: np.ndarray
+
+
+def _computed(law: str, ranges: Ranges, workers: int | None, progress: Callable[[str], None]) -> CurveFamily:
+    """Compute curves on finer grids until those between are met, or the last grid is reached."""
+    free, ends = _free(ranges), _ends(ranges)
+    curves: dict[tuple[tuple[float, ...], bool], np.ndarray] = {}
+
+    def compute(places: np.ndarray, run: Callable) -> np.ndarray:
+        """Return curves at ``places`` (m, d) of the grid: (ends, m, ALONG)."""
+        new = [key for key in product(map(tuple, places), ends) if key not in curves]
+        asked = [(law, ranges.deepest, *_values(ranges, place), sticks) for place, sticks in new]
+        for key, answer in zip(new, run(asked), strict=True):
+            if isinstance(answer, str):
+                raise NotConverged(f"{answer}; leave out the deepest points, or narrow the ranges", [float("nan")])
+            curves[key] = answer
+        return np.array([[curves[place, sticks] for place in map(tuple, places)] for sticks in ends])
+
+    with _Runner(workers) as run:
+        between = np.random.default_rng(SEED).uniform(-1.0, 1.0, (CHECKS, len(free)))
+        error, fitted = 0.0, compute(between, run) if free else None
+        for grid in GRIDS:
+            finer = _sparse(len(free), *grid)
+            if len(finer[0]) > MOST_CURVES:
+                continue
+            places, degrees = finer
+            by_place = np.linalg.solve(_basis(places, degrees), compute(places, run))
+            if fitted is not None:
+                error = float(np.abs(np.expm1(_basis(between, degrees) @ by_place - fitted)).max())
+            progress(f"{law}: {len(curves)} curves, interpolated within {error:.2%}")
+            if error <= MOST_ERROR:
+                break
+    to_curve = np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(ALONG), ALONG - 1)).T
+    return CurveFamily(law, ranges, error, degrees, by_place @ to_curve)
+
+
+class _Runner:
+    """Runs ``_sampled`` on several in processes, or here where one is enough."""
+
+    def __init__(self, workers: int | None):
+        self._workers = workers or os.cpu_count() or 1
+        self._pool: ProcessPoolExecutor | None = None
+
+    def __enter__(self) -> Callable[[list], Iterator[np.ndarray | str]]:
+        return self._run
+
+    def _run(self, asked: list) -> Iterator[np.ndarray | str]:
+        if self._workers == 1 or len(asked) < 3:
+            return map(_sampled, asked)
+        self._pool = self._pool or ProcessPoolExecutor(self._workers)
+        return self._pool.map(_sampled, asked)
+
+    def __exit__(self, *_: object) -> None:
+        if self._pool is not None:
+            self._pool.shutdown()
+
+
+@cache
+def _sources() -> str:
+    modules = (axisymmetric_indentation, axisymmetric_elements, slab_section)
+    files = [Path(inspect.getfile(module)) for module in modules]
+    files += sorted((Path(inspect.getfile(axisymmetric_elements)).parent / "laws").glob("*.py"))
+    return "".join(path.read_text(encoding="utf-8") for path in files)
+
+
+def _digest(law: str, ranges: Ranges) -> str:
+    """Return a name of what is asked for and of the code that answers it."""
+    said = json.dumps([law, asdict(ranges), ALONG, GRIDS, MOST_CURVES, MOST_ERROR, CHECKS, SEED])
+    own = Path(law).read_text(encoding="utf-8") if Path(law).suffix == ".py" and Path(law).is_file() else ""
+    return hashlib.sha256((said + own + _sources()).encode()).hexdigest()[:16]

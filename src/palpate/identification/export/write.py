@@ -1,0 +1,118 @@
+"""Write identified numbers for palpate, SOFA, MuJoCo and Newton into a folder, each modulus corrected for the mesh."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from palpate.benchmark.touch import Touch
+from palpate.bodies.body import Body
+from palpate.effects.instrument import Instrument
+from palpate.errors import NotConverged
+from palpate.files import write_whole
+from palpate.identification.export import mujoco, newton, palpate_config, sofa
+from palpate.identification.export.engine_mesh import EngineMesh
+from palpate.identification.export.numbers import Numbers
+from palpate.identification.export.pressed_mesh import Stiffer, pressed
+from palpate.identification.forward import Forward
+from palpate.identification.on_body import touch_of
+from palpate.identification.presses import Press
+from palpate.models.mujoco_flex import gmsh
+
+MOST_PLACES = 8
+"""Presses that are repeated on the mesh for engines, spread over all."""
+SHARES = (1.0, 0.7, 0.4)
+"""Depths over those of the presses that are tried in turn: some laws have no equilibrium under a ball deep in."""
+LAWS = {"mujoco": mujoco.LAW, "sofa": sofa.LAW, "newton": newton.LAW}
+
+
+def export(
+    numbers: Numbers,
+    body: Body,
+    level: int,
+    instrument: Instrument,
+    presses: Sequence[Press],
+    organ: Forward,
+    values: Mapping[str, float],
+    folder: Path,
+) -> list[Path]:
+    """Write all files into ``folder`` and return them.
+
+    level : of ``body``, the mesh for engines; presses : that were identified from, with places
+    organ, values : give the forces of these presses, ``values`` being the identified parameters
+    InputError for presses that are not on the body, NotConverged where none has an answer on the mesh;
+    where some have none, all are pressed less deep.
+    """
+    chosen = np.unique(np.linspace(0, len(presses) - 1, MOST_PLACES).round().astype(int))
+    kept = [touch_of(body, instrument, presses[i], float(presses[i].depth_m.max())) for i in chosen]
+
+    def organ_n(touches: Sequence[Touch]) -> np.ndarray:
+        asked = zip(chosen, touches, strict=True)
+        return np.array([organ.forces(int(i), np.array([touch.depth_m]), values)[0] for i, touch in asked])
+
+    def stiffer(law: str) -> Stiffer:
+        for share in SHARES:
+            touches = [replace(touch, depth_m=share * touch.depth_m) for touch in kept]
+            try:
+                found = pressed(body, level, law, numbers.poisson, touches, organ_n(touches))
+            except NotConverged:
+                if share == SHARES[-1]:
+                    raise
+                continue
+            if np.isfinite(found.ratios).all():
+                break
+        return found
+
+    right = organ_n(kept)
+    meshes = {engine: EngineMesh(body, level, numbers, stiffer(law)) for engine, law in LAWS.items()}
+    mesh, name = body.levels[level], numbers.name
+    held = body.anchors[level]
+    texts = {
+        f"{name}_palpate.yaml": palpate_config.snippet(numbers),
+        f"{name}.xml": mujoco.scene(meshes["mujoco"], f"{name}.msh", kept[0]),
+        f"{name}_sofa.py": sofa.scene(meshes["sofa"], f"{name}.msh"),
+        f"{name}_newton.py": newton.script(meshes["newton"], f"{name}.npz"),
+        "exported.json": json.dumps(
+            {
+                "young_pa": numbers.young_pa,
+                "poisson": numbers.poisson,
+                "density_kg_m3": numbers.density_kg_m3,
+                "damping_s": numbers.damping_s,
+                "engines": {engine: _facts(each) for engine, each in meshes.items()},
+                "presses": [
+                    {
+                        "tip_m": touch.poses[body].tip.tolist(),
+                        "direction": touch.direction.tolist(),
+                        "depth_m": touch.depth_m,
+                        "force_n": float(force) * numbers.young_pa,
+                    }
+                    for touch, force in zip(kept, right, strict=True)
+                ],
+            },
+            indent=2,
+        ),
+    }
+    for file, text in texts.items():
+        with write_whole(folder / file) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    with write_whole(folder / f"{name}.msh") as temporary:
+        temporary.write_bytes(gmsh(mesh))
+    with write_whole(folder / f"{name}.npz") as temporary:
+        np.savez(temporary, nodes_m=mesh.nodes, tetrahedra=mesh.tetrahedra, held=held)
+    return [folder / file for file in (*texts, f"{name}.msh", f"{name}.npz")]
+
+
+def _facts(mesh: EngineMesh) -> dict:
+    ratios = [None if np.isnan(each) else float(each) for each in mesh.stiffer.ratios]
+    law = Path(mesh.stiffer.law).stem
+    return {
+        "young_pa": mesh.young_pa,
+        "poisson": mesh.stiffer.poisson,
+        "law": law,
+        "stiffer_by": mesh.stiffer.factor - 1.0,
+        "scatter_of_places": mesh.stiffer.scatter,
+        "depth_m": mesh.stiffer.depth_m.tolist(),
+        "force_over_organ": ratios,
+    }

@@ -1,0 +1,303 @@
+"""Fit a forward model to presses: modulus, law, first touch, scatter of places and noise, by maximum likelihood.
+
+The optimisers are those of scipy. The modulus is fitted as E/(1 − ν²) where ν is free, because that is nearly
+determined when E and ν are not.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import minimize
+
+from palpate.errors import InputError, NotConverged
+from palpate.identification.force_table import ForceTable, tabulate
+from palpate.identification.forward import Forward
+from palpate.identification.mixed_effects import Layout, Modes, Spread, modes, no_effects
+from palpate.identification.presses import Press, PressRecords
+
+POINTS = 12
+"""Points of a press that are fitted; of more, those nearest to even steps of depth."""
+SHAPE_FLOOR = 0.1
+"""Of the depth that exponents refer to: log depth is not taken below it, where noise decides."""
+START = {"log_noise": np.log(0.05), "place": 0.2, "shape": 0.1, "offset_scatter": 0.2, "repeat": 0.05, "excess": 0.0}
+BOUNDS = {
+    "log_noise": (np.log(1e-3), np.log(0.7)), "place": (0.0, 3.0), "shape": (0.0, 2.0), "offset_scatter": (0.0, 1.0),
+    "repeat": (0.0, 2.0), "excess": (-2.0, 2.0), "log_modulus": (-40.0, 40.0),
+}  # fmt: skip
+FLOORS = (1e-4, 30.0)
+"""Bounds of the noise at small forces, over the median of the presses' largest."""
+DIFFERENCE = 1e-5
+"""Step of derivatives by differences; the likelihood is known to some 1e-9."""
+CONVERGED, RESTARTS = 1e-2, 4
+"""Change of −2 log likelihood that ends restarts, small beside the threshold of an interval, and most of them."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a fit is made.
+
+    offset_m : least and greatest mean offset of first touch [m]; None takes ``OFFSETS`` of the largest depth
+    level : of the intervals; resamples : of the bootstrap over places, 0 for none; seed : of its draws
+    """
+
+    offset_m: tuple[float, float] | None = None
+    level: float = 0.9
+    resamples: int = 60
+    seed: int = 0
+
+
+OFFSETS = (-0.25, 0.1)
+"""Range of the mean offset over the largest depth: a touch is noticed after it happened rather than before."""
+
+
+def loading(press: Press) -> tuple[np.ndarray, np.ndarray]:
+    """Return depths and forces (k,) of a press while it goes deeper, at most ``POINTS`` of them."""
+    end = int(np.argmax(press.depth_m)) + 1
+    depth, force = press.depth_m[:end], press.force_n[:end]
+    keep = np.flatnonzero(depth >= 0.0)
+    depth, force = depth[keep], force[keep]
+    if len(depth) > POINTS:
+        wanted = np.linspace(depth[0], depth[-1], POINTS)
+        chosen = np.unique(np.abs(depth[:, None] - wanted).argmin(axis=0))
+        depth, force = depth[chosen], force[chosen]
+    return depth, force
+
+
+@dataclass(frozen=True, eq=False)
+class Data:
+    """Presses as a fit takes them, in the order of their places.
+
+    order : (presses,) numbers of the records' presses; place_names : of the places
+    """
+
+    records: PressRecords
+    layout: Layout
+    order: np.ndarray
+    place_names: tuple[str, ...]
+    middle_m: float
+    largest_m: float
+    typical_n: float
+
+    @classmethod
+    def of(cls, records: PressRecords) -> "Data":
+        """Return the data of records; InputError without two places of two depths."""
+        keys = [(press.specimen, press.session, press.place or press.name) for press in records.presses]
+        places = list(dict.fromkeys(keys))
+        order = np.array(sorted(range(len(keys)), key=lambda k: places.index(keys[k])), dtype=np.int64)
+        curves = [loading(records.presses[k]) for k in order]
+        if not curves or max(depth[-1] for depth, _ in curves) <= 0.0:
+            raise InputError(f"{records.source} has no press deeper than 0; give depths [m] below first touch.")
+        depth = np.concatenate([depth for depth, _ in curves])
+        middle = float(np.exp(np.log(depth[depth > 0.0]).mean()))
+        counts = [keys[k] for k in order]
+        place_start = np.array([0, *(np.flatnonzero([a != b for a, b in pairwise(counts)]) + 1)])
+        return cls(
+            records,
+            Layout(
+                depth,
+                np.concatenate([force for _, force in curves]),
+                np.log(np.maximum(depth, SHAPE_FLOOR * middle) / middle),
+                np.ones(len(depth)),
+                np.cumsum([0, *(len(depth) for depth, _ in curves)]),
+                np.append(place_start, len(order)).astype(np.int64),
+                np.zeros(len(order), dtype=np.int64),
+            ),
+            order,
+            tuple(places[k][2] for k in range(len(places))),
+            middle,
+            float(depth.max()),
+            float(np.median([np.abs(force).max() for _, force in curves])),
+        )
+
+    @property
+    def has_repeats(self) -> bool:
+        """Whether a place was pressed more than once."""
+        return bool((np.diff(self.layout.place_start) > 1).any())
+
+    @property
+    def place_of_press(self) -> np.ndarray:
+        """Number of the place (presses,) of each press in order."""
+        return np.repeat(np.arange(len(self.layout.place_start) - 1), np.diff(self.layout.place_start))
+
+    @property
+    def press_of_point(self) -> np.ndarray:
+        """Number (n,) of each point's press in order."""
+        return np.repeat(np.arange(len(self.order)), np.diff(self.layout.press_start))
+
+    def masked(self, used: np.ndarray) -> "Data":
+        """Return the same with only the points ``used`` (n,) fitted, and the others predicted."""
+        return replace(self, layout=self.layout._replace(weight=used.astype(float)))
+
+
+@dataclass(frozen=True, eq=False)
+class MixedModel:
+    """A forward model with its table, and the data: −2 log likelihood of all that is unknown, by name.
+
+    names of the unknown: the forward model's free parameters, in −1 … 1 of their ranges; log_modulus, of E or of
+    E/(1 − ν²); offset, in −1 … 1 of its range; log_noise, log_floor, place, shape, offset_scatter, repeat, excess as in
+    ``Spread``. The last is common to all presses and has the forward model's own error as its deviation.
+    free_excess : whether it has none, so that the presses say what exponent the law lacks
+    shapes : whether places differ in the exponent of depth; weights : (places,) how often each counts, or None for once
+    """
+
+    data: Data
+    table: ForceTable
+    offset_m: tuple[float, float]
+    free_excess: bool = False
+    shapes: bool = True
+    weights: np.ndarray | None = None
+
+    @classmethod
+    def of(cls, data: Data, forward: Forward, options: Options) -> "MixedModel":
+        """Return the model; ``forward`` is asked for all presses up to the depth that offsets may add."""
+        low, high = options.offset_m or (OFFSETS[0] * data.largest_m, OFFSETS[1] * data.largest_m)
+        if not low <= high:
+            raise InputError(f"the offset of first touch is {low:g} to {high:g} m; give the smaller one first.")
+        deepest = min(getattr(forward, "deepest_m", np.inf), data.largest_m - 1.5 * min(low, 0.0))
+        place = _InOrder(forward, data.order)
+        table = tabulate(place, len(data.order), deepest)
+        return cls(Data(**{**vars(data), "layout": data.layout._replace(table=table.table)}), table, (low, high))
+
+    @property
+    def parameters(self) -> list[str]:
+        """Names of the forward model's free parameters."""
+        return [p.name for p in self.table.free]
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Names of the unknown."""
+        names = [*self.parameters, "log_modulus"]
+        if self.offset_m[1] > self.offset_m[0]:
+            names += ["offset", "offset_scatter"]
+        names += ["log_noise", "log_floor", "place", *["shape"] * self.shapes]
+        if self.data.has_repeats:
+            names.append("repeat")
+        if self.free_excess or self.table.forward.relative_error > 0.0:
+            names.append("excess")
+        return names
+
+    def bounds(self, name: str) -> tuple[float, float]:
+        """Return the bounds of an unknown."""
+        if name in self.parameters or name == "offset":
+            return -1.0, 1.0
+        if name == "log_floor":
+            return float(np.log(FLOORS[0] * self.data.typical_n)), float(np.log(FLOORS[1] * self.data.typical_n))
+        return BOUNDS[name]
+
+    def offset_at(self, place: float) -> float:
+        """Return the mean offset [m] at ``place`` in −1 … 1 of its range."""
+        low, high = self.offset_m
+        return low + (high - low) * 0.5 * (place + 1.0)
+
+    def values(self, unknown: Mapping[str, float]) -> dict[str, float]:
+        """Return the forward model's parameters, with young_pa and offset_m."""
+        place = np.array([unknown[name] for name in self.parameters])
+        values = self.table.values(np.clip(place, -1.0, 1.0))
+        return values | {
+            "young_pa": float(np.exp(unknown["log_modulus"]) * self.confined(values)),
+            "offset_m": self.offset_at(unknown.get("offset", -1.0)),
+        }
+
+    def confined(self, values: Mapping[str, float]) -> float:
+        """Return E over the modulus that is fitted: 1 − ν² where ν is free."""
+        return 1.0 - values["poisson"] ** 2 if "poisson" in self.parameters else 1.0
+
+    def modes(self, unknown: Mapping[str, float], effects: np.ndarray | None = None) -> Modes:
+        """Return the likelihood of each place and the predictions; effects : see ``mixed_effects.modes``."""
+        values = self.values(unknown)
+        half = 0.5 * (self.offset_m[1] - self.offset_m[0])
+        spread = Spread(
+            float(np.exp(unknown["log_noise"])), float(np.exp(unknown["log_floor"])), unknown["place"],
+            unknown.get("shape", 0.0), unknown.get("repeat", 0.0), values["offset_m"],
+            half * unknown.get("offset_scatter", 0.0), unknown.get("excess", 0.0),
+        )  # fmt: skip
+        logs, slopes = self.table.at(np.array([unknown[name] for name in self.parameters]))
+        return modes(
+            self.data.layout, logs, slopes, self.table.start, self.table.step, float(np.log(values["young_pa"])),
+            spread, effects,
+        )  # fmt: skip
+
+    def minus2(self, unknown: Mapping[str, float], effects: np.ndarray | None = None) -> float:
+        """Return −2 log likelihood, with the deviation of the forward model's own exponent in it."""
+        each = self.modes(unknown, effects).minus2
+        total = float(each.sum() if self.weights is None else self.weights @ each)
+        error = self.table.forward.relative_error
+        if error > 0.0 and not self.free_excess:
+            total += (unknown.get("excess", 0.0) / error) ** 2
+        return total
+
+    def start(self, parameter: float) -> dict[str, float]:
+        """Return where to begin: all parameters at ``parameter`` in −1 … 1, and the modulus that fits the medians."""
+        unknown = {name: parameter for name in self.parameters} | {"log_modulus": 0.0}
+        unknown |= {name: START[name] for name in self.names if name in START}
+        unknown |= {"offset": 0.0} if "offset" in self.names else {}
+        unknown["log_floor"] = float(np.log(0.01 * max(self.data.typical_n, 1e-9)))
+        layout = self.data.layout
+        log_m = self.modes(unknown | {"place": 0.0, "shape": 0.0, "offset_scatter": 0.0, "repeat": 0.0}).log_force
+        used = (layout.weight > 0) & (layout.force_n > 0.05 * self.data.typical_n) & (log_m > -100.0)
+        if used.sum() < 3:
+            raise InputError(f"{self.data.records.source}: no forces to fit; give presses that touch the tissue.")
+        unknown["log_modulus"] = float(np.median(np.log(layout.force_n[used]) - log_m[used]))
+        return unknown
+
+
+class _InOrder:
+    """A forward model whose presses are numbered in the order of the data."""
+
+    def __init__(self, forward: Forward, order: np.ndarray):
+        self.forward, self.order = forward, order
+        self.parameters, self.relative_error = forward.parameters, forward.relative_error
+        self.deepest_m = getattr(forward, "deepest_m", np.inf)
+
+    def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
+        """Return the forces of press number ``press`` in the order of the data."""
+        return self.forward.forces(int(self.order[press]), depth_m, values)
+
+
+def fitted(
+    model: MixedModel, start: Mapping[str, float], held: Mapping[str, float] | None = None, young: float | None = None
+) -> tuple[dict[str, float], float]:
+    """Return the unknown of the greatest likelihood from ``start``, and −2 log likelihood there.
+
+    held : unknown that are not fitted; young : log of E [log Pa] that is held, where the modulus that is fitted is
+        another
+    """
+    held = dict(held or {})
+    names = [name for name in model.names if name not in held and not (young is not None and name == "log_modulus")]
+
+    def whole(free: np.ndarray) -> dict[str, float]:
+        unknown = {**held, **dict(zip(names, map(float, free), strict=True))}
+        if young is not None:
+            place = np.array([unknown[name] for name in model.parameters])
+            unknown["log_modulus"] = young - float(np.log(model.confined(model.table.values(np.clip(place, -1, 1)))))
+        return unknown
+
+    bounds = [model.bounds(name) for name in names]
+    begin = np.clip([start[name] for name in names], *np.array(bounds).T)
+    value, at, effects = np.inf, begin, no_effects(model.data.layout)
+    for _ in range(RESTARTS):  # a quasi-Newton method may stop early in a narrow valley; a new one from there goes on
+        found = minimize(
+            lambda free: model.minus2(whole(free), effects), at, method="SLSQP", bounds=bounds,
+            options={"maxiter": 200, "ftol": 1e-7, "eps": DIFFERENCE},
+        )  # fmt: skip
+        if not np.isfinite(found.fun) or found.fun > value:
+            break
+        gained, value, at = value - float(found.fun), float(found.fun), found.x
+        if gained < CONVERGED:
+            break
+    if not np.isfinite(value):
+        raise NotConverged("the likelihood of the presses has no finite value", [])
+    return whole(at), value
+
+
+def best_fit(model: MixedModel, starts: Sequence[float] = (0.0, -0.7, 0.7)) -> tuple[dict[str, float], float]:
+    """Return the unknown of the greatest likelihood from several starts, and −2 log likelihood there."""
+    best, least = fitted(model, model.start(starts[0]))
+    for at in starts[1:] if model.parameters else ():
+        other, value = fitted(model, best | dict.fromkeys(model.parameters, at))
+        if value < least:
+            best, least = other, value
+    return best, least

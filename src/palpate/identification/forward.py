@@ -1,0 +1,118 @@
+"""What a forward model of pressed tissue offers to a fit, and the one of a ball on a bonded slab or a half-space.
+
+Forces are those of a tissue with Young's modulus 1 Pa: all laws are proportional to it, so that a fit multiplies them.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from palpate.errors import InputError
+from palpate.identification.curves import CurveFamily, Ranges, family_of
+
+MEASURED_ERROR = 0.003
+"""Of the force off quadratic elements in three dimensions: 0.3, 0 and 0 % at depths of 0.25, 0.5 and 0.75 radii with
+elements of 0.18 radii, 0.1 to 0.2 % off their limit; tests/benchmarks/slab_curves.py measures it, on one slab."""
+UNITS = {"thickness_m": "m"}
+Range = float | tuple[float, float]
+"""A value that is known, or the least and greatest that one may have."""
+
+
+class Parameter(NamedTuple):
+    """What a forward model does not know by itself: its name, the range that the model holds in, and its unit."""
+
+    name: str
+    low: float
+    high: float
+    unit: str
+
+
+class Forward(Protocol):
+    """Gives the forces of presses from parameters.
+
+    parameters : any of poisson, stiffening, thickness_m, sticking (0 slips to 1 sticks)
+    relative_error : of force, as measured against the truth of touch, a standard deviation as a share
+    deepest_m : no depth may be larger [m]
+    """
+
+    parameters: tuple[Parameter, ...]
+    relative_error: float
+    deepest_m: float
+
+    def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
+        """Return the forces (k,) [N] of press number ``press`` at ``depth_m`` (k,) [m] for young_pa = 1.
+
+        values : of each of ``parameters``. Smooth in depth and values, increasing with depth, 0 for depths below 0.
+        InputError for a depth above ``deepest_m`` or a value outside its range.
+        """
+        ...
+
+
+class SlabForward:
+    """A ball on a slab that is bonded to a rigid base, or on a half-space; all presses are alike.
+
+    radius_m : of the ball [m]; deepest_m : the greatest depth that is asked for [m]
+    thickness_m : known, a range, or None for a half-space
+    poisson, stiffening, sticking : known, or ranges, which make them ``parameters``; ``exponential`` has a stiffening
+    folder : where the curves are kept, so that they are computed once; None keeps none
+    workers : processes that compute them, None for one a core
+    InputError for lengths and ranges that are none; NotConverged where the law does not bear ``deepest_m``.
+    """
+
+    def __init__(
+        self,
+        radius_m: float,
+        deepest_m: float,
+        law: str = "neo_hookean",
+        thickness_m: Range | None = None,
+        poisson: Range = (0.3, 0.49),
+        stiffening: Range = 0.0,
+        sticking: Range = 0.0,
+        folder: Path | None = None,
+        workers: int | None = None,
+    ):
+        if not (np.isfinite(radius_m) and radius_m > 0.0):
+            raise InputError(f"radius_m of the ball is {radius_m}; give a positive length [m].")
+        self._radius, self._thickness = radius_m, None if thickness_m is None else _ends(thickness_m)
+        if self._thickness is not None and not 0.0 < self._thickness[0] <= self._thickness[1] < np.inf:
+            raise InputError(f"thickness_m is {thickness_m}; give a positive length [m], a range, or none.")
+        low, high = self._thickness or (np.inf, np.inf)
+        thinness = (radius_m / high, radius_m / low)
+        self._ranges = {"poisson": _ends(poisson), "stiffening": _ends(stiffening), "sticking": _ends(sticking)}
+        ranges = Ranges(deepest_m / radius_m, thinness=thinness, **self._ranges)
+        self._family: CurveFamily = family_of(law, ranges, folder, workers)
+        self.deepest_m, self.relative_error = deepest_m, float(np.hypot(MEASURED_ERROR, self._family.error))
+        lengths = {} if self._thickness is None else {"thickness_m": self._thickness}
+        free = {name: ends for name, ends in (self._ranges | lengths).items() if ends[0] < ends[1]}
+        self.parameters = tuple(Parameter(name, *ends, UNITS.get(name, "")) for name, ends in free.items())
+
+    def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
+        """Return the forces (k,) [N] at ``depth_m`` (k,) [m] for young_pa = 1; see ``Forward``."""
+        return self._family.forces(np.asarray(depth_m) / self._radius, **self._given(values)) * self._radius**2
+
+    def depths(self, press: int, force_n: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
+        """Return the depths (k,) [m] at which the forces are ``force_n`` (k,) [N] for young_pa = 1."""
+        return self._family.depths(np.asarray(force_n) / self._radius**2, **self._given(values)) * self._radius
+
+    def _given(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Return the values that a family takes, known ones included; InputError for what lacks or is out of range."""
+        found = {name: ends[0] for name, ends in self._ranges.items()}
+        for name, low, high, unit in self.parameters:
+            if name not in values:
+                raise InputError(f"{name} has no value; give one of {low:g} to {high:g} {unit}.")
+            if name in found:
+                found[name] = values[name]
+        if self._thickness is not None:
+            low, high = self._thickness
+            thickness = low if low == high else values["thickness_m"]
+            if not low * (1.0 - 1e-9) <= thickness <= high * (1.0 + 1e-9):
+                raise InputError(f"thickness_m is {thickness:.4g}, and the curves are for {low:.4g} to {high:.4g} m.")
+            found["thinness"] = self._radius / thickness
+        return found
+
+
+def _ends(given: Range) -> tuple[float, float]:
+    low, high = given if isinstance(given, tuple) else (given, given)
+    return float(low), float(high)

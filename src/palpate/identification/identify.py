@@ -1,0 +1,179 @@
+"""From presses to numbers: the law that fits best, its modulus and parameters with intervals, and what is left open."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from palpate.identification.fit import Data, MixedModel, Options, best_fit, fitted
+from palpate.identification.forward import Forward
+from palpate.identification.intervals import Interval, Profile, Profiler, bootstrap, threshold
+from palpate.identification.presses import PressRecords
+
+YOUNG, MODULUS, OFFSET, EXCESS = "young_pa", "modulus_pa", "offset_m", "excess"
+
+
+@dataclass(frozen=True, eq=False)
+class LawScore:
+    """How well a law follows the presses.
+
+    above : −2 log likelihood above the best law's, with 2 for each of its ``parameters`` (Akaike 1974)
+    excess : exponent of depth that the presses have and the law lacks, at its best
+    """
+
+    law: str
+    above: float
+    parameters: int
+    excess: Interval
+
+    @property
+    def follows(self) -> bool:
+        """Whether the law has the exponent of the presses."""
+        return self.excess.low <= 0.0 <= self.excess.high
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A press as it was fitted: depth_m, force_n and predicted_n (k,), with the effects of its place and touch."""
+
+    name: str
+    depth_m: np.ndarray
+    force_n: np.ndarray
+    predicted_n: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Identified:
+    """What presses determine, of one session or of several that agree.
+
+    law : the reported one, of the smallest ``LawScore.above``; laws : all, the best first
+    young_pa : of the median place; modulus_pa : E/(1 − ν²) where ν is free, else None
+    parameters : of the law's forward model; units : theirs; profiles : also of young_pa and modulus_pa
+    resampled : intervals by the bootstrap over places, without what the forward model does not know by itself
+    offset_m : mean of first touch over the presses, and its scatter; None where it is known
+    place_scatter : deviation of log force between places; shape_scatter : of the exponent of depth; repeat_scatter : of
+        log force between presses of a place, NaN without repeats
+    noise_share, noise_n : deviation of forces about the curves, at large forces and at small ones
+    fitted : values of the greatest likelihood, for the forward model and young_pa, offset_m
+    relative_error : the forward model's own; table_error : of its interpolation
+    """
+
+    records: PressRecords
+    law: str
+    laws: tuple[LawScore, ...]
+    young_pa: Interval
+    modulus_pa: Interval | None
+    parameters: dict[str, Interval]
+    units: dict[str, str]
+    profiles: dict[str, Profile]
+    resampled: dict[str, Interval]
+    offset_m: Interval | None
+    offset_scatter_m: float
+    place_scatter: float
+    shape_scatter: float
+    repeat_scatter: float
+    noise_share: float
+    noise_n: float
+    fitted: dict[str, float]
+    relative_error: float
+    table_error: float
+    rise: float
+    curves: tuple[Curve, ...]
+    models: dict[str, MixedModel]
+    best: dict[str, dict[str, float]]
+
+    @property
+    def places(self) -> int:
+        """How many places were pressed."""
+        return len(self.models[self.law].data.layout.place_start) - 1
+
+    @property
+    def same_law(self) -> list[str]:
+        """The laws that the presses do not tell from the reported one, it first."""
+        return [score.law for score in self.laws if score.above <= self.rise]
+
+
+def identify(
+    records: PressRecords, forwards: Mapping[str, Forward], options: Options | None = None,
+    spread_out: Callable[..., Iterable] = map, say: Callable[[str], object] = str,
+) -> Identified:  # fmt: skip
+    """Fit every forward model, named by its law, to presses of sessions that agree; report the best of them.
+
+    spread_out : map, or that of a pool of threads; say : is told what begins
+    Raises InputError for presses that cannot be fitted, NotConverged for a likelihood without a value.
+    """
+    options = options or Options()
+    data = Data.of(records)
+    places = len(data.layout.place_start) - 1
+    models, found = {}, {}
+    for law, forward in forwards.items():
+        say(f"{law}: forces of the model")
+        models[law] = MixedModel.of(data, forward, options)
+    for law, model in models.items():
+        say(f"{law}: fit")
+        found[law] = best_fit(model)
+    judged = {law: found[law][1] + 2.0 * len(model.parameters) for law, model in models.items()}
+    order = sorted(judged, key=lambda law: judged[law])
+    model, (best, least) = models[order[0]], found[order[0]]
+    profiler = Profiler.of(model, best, least, options.level)
+    say("what the presses leave open")
+    jobs: dict[str, Callable[[], Any]] = {name: partial(profiler.parameter, name) for name in model.parameters}
+    jobs |= {YOUNG: profiler.young_pa}
+    if "poisson" in model.parameters:
+        jobs[MODULUS] = profiler.modulus_pa
+    if "offset" in model.names:
+        jobs[OFFSET] = profiler.offset_m
+    jobs |= {f"{EXCESS} {law}": partial(_excess, models[law], found[law][0], options) for law in order}
+    done = dict(zip(jobs, spread_out(lambda job: job(), jobs.values()), strict=True))
+    say("places drawn with replacement")
+    resampled = bootstrap(model, best, options, spread_out) if places > 1 else {}
+    values = model.values(best)
+    return Identified(
+        records,
+        order[0],
+        tuple(
+            LawScore(law, judged[law] - judged[order[0]], len(models[law].parameters), done[f"{EXCESS} {law}"])
+            for law in order
+        ),
+        done[YOUNG][0],
+        done[MODULUS][0] if MODULUS in done else None,
+        {name: done[name][0] for name in model.parameters},
+        {p.name: p.unit for p in model.table.free},
+        {name: answer[1] for name, answer in done.items() if not name.startswith(EXCESS)},
+        resampled,
+        done[OFFSET][0] if OFFSET in done else None,
+        0.5 * (model.offset_m[1] - model.offset_m[0]) * best.get("offset_scatter", 0.0),
+        best["place"],
+        best.get("shape", 0.0),
+        best.get("repeat", np.nan),
+        float(np.exp(best["log_noise"])),
+        float(np.exp(best["log_noise"] + best["log_floor"])),
+        values,
+        model.table.forward.relative_error,
+        model.table.error,
+        threshold(options.level, places),
+        _curves(model, best),
+        models,
+        {law: fit[0] for law, fit in found.items()},
+    )
+
+
+def _excess(model: MixedModel, best: dict[str, float], options: Options) -> Interval:
+    """Return the interval of the exponent that presses have above a law's, fitted with all else."""
+    free = replace(model, free_excess=True)
+    unknown, least = fitted(free, {"excess": 0.0} | best)
+    return Profiler.of(free, unknown, least, options.level).excess()[0]
+
+
+def _curves(model: MixedModel, best: dict[str, float]) -> tuple[Curve, ...]:
+    """Return the curves in the order of the records."""
+    layout, data = model.data.layout, model.data
+    predicted = np.exp(np.minimum(model.modes(best).log_force, 600.0))
+    curves: list[Curve | None] = [None] * len(data.order)
+    for k, number in enumerate(data.order):
+        points = slice(layout.press_start[k], layout.press_start[k + 1])
+        name = data.records.presses[number].name
+        curves[number] = Curve(name, layout.depth_m[points], layout.force_n[points], predicted[points])
+    return tuple(curve for curve in curves if curve is not None)

@@ -1,0 +1,192 @@
+"""Likelihood of presses whose places differ: a mixed-effects model with conditional modes and Laplace's approximation.
+
+The force F of a press at depth d is  asinh(F/c) = asinh(m/c) + σ ε,  log m = log E + log f(d − o) + a + b l + e l,
+l = log(d/d₀), with ε standard normal: noise of the share σ at large forces, and σ c at small ones. The offset o of
+first touch is normal over presses; the level a and the exponent b are normal over places; e is common to all. Modes of
+the effects given the forces are found by Gauss and Newton, and the integral over them is Laplace's (Lindstrom and
+Bates, Biometrics 46, 1990; Pinheiro and Bates, J. Comput. Graph. Stat. 4, 1995).
+"""
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+STEPS, STEP_TOLERANCE = 40, 1e-9
+"""Most steps to the modes of a place's effects, and the step in their deviations that ends them. Trap: the determinant
+changes in proportion to what is left, and derivatives are taken by differences."""
+LARGEST_STEP = 2.0
+"""Of an effect, in its standard deviations."""
+
+
+class Layout(NamedTuple):
+    """Which points belong to which press and place.
+
+    depth_m, force_n, level : (n,) points, press after press, place after place; level is log(d/d₀)
+    weight : (n,) 1 where a force is used, 0 where it is to be predicted
+    press_start : (presses + 1,), place_start : (places + 1,) into the presses; table : (presses,)
+    """
+
+    depth_m: np.ndarray
+    force_n: np.ndarray
+    level: np.ndarray
+    weight: np.ndarray
+    press_start: np.ndarray
+    place_start: np.ndarray
+    table: np.ndarray
+
+
+class Spread(NamedTuple):
+    """Noise and what differs between presses; deviations are of log force, of the exponent, and of offsets [m].
+
+    noise : share σ; floor_n : c [N]; place, shape : of places; repeat : of log force between presses of a place
+    offset_m, offset_scatter_m : mean and deviation over presses; excess : common exponent e
+    """
+
+    noise: float
+    floor_n: float
+    place: float
+    shape: float
+    repeat: float
+    offset_m: float
+    offset_scatter_m: float
+    excess: float
+
+
+class Modes(NamedTuple):
+    """Result: minus2 (places,) of −2 log likelihood; log_force (n,) with the effects' modes; offset_m (presses,)."""
+
+    minus2: np.ndarray
+    log_force: np.ndarray
+    offset_m: np.ndarray
+
+
+def no_effects(layout: Layout) -> np.ndarray:
+    """Return effects (k,) of all places at 0, in their standard deviations."""
+    return np.zeros(2 * (len(layout.place_start) - 1) + 2 * (len(layout.press_start) - 1))
+
+
+def modes(
+    layout: Layout, logs: np.ndarray, slopes: np.ndarray, start: float, step: float, log_young: float, spread: Spread,
+    effects: np.ndarray | None = None,
+) -> Modes:  # fmt: skip
+    """Return the likelihood of each place, and predictions with the effects' modes.
+
+    logs, slopes : (tables, depths) of log f and its slope over log depth, at start + k step
+    effects : (k,) where the modes are looked for first, and where they are after; modes at hand save most steps
+    """
+    places, n = len(layout.place_start) - 1, len(layout.depth_m)
+    found = Modes(np.empty(places), np.empty(n), np.empty(len(layout.press_start) - 1))
+    effects = no_effects(layout) if effects is None else effects
+    _all_places(*layout, logs, slopes, start, step, log_young, tuple(spread), effects, *found)
+    return found
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _log_force(logs, slopes, start, step, depth):
+    """Return log f and its slope over depth by Hermite's cubic; straight over log depth beyond both ends."""
+    if depth <= 0.0:
+        return -700.0, 0.0
+    at = (np.log(depth) - start) / step
+    last = len(logs) - 1
+    if at <= 0.0:
+        return logs[0] + slopes[0] * at * step, slopes[0] / depth
+    if at >= last:
+        return logs[last] + slopes[last] * (at - last) * step, slopes[last] / depth
+    k = int(at)
+    t = at - k
+    a, b, p, q = logs[k], logs[k + 1], slopes[k] * step, slopes[k + 1] * step
+    value = a + t * (p + t * (3.0 * (b - a) - 2.0 * p - q + t * (2.0 * (a - b) + p + q)))
+    slope = p + t * (2.0 * (3.0 * (b - a) - 2.0 * p - q) + t * 3.0 * (2.0 * (a - b) + p + q))
+    return value, slope / (step * depth)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _solve(matrix, right, solution):
+    """Solve a symmetric positive definite system in place by L D Lᵀ; return the log of its determinant."""
+    size, log_det = len(right), 0.0
+    for k in range(size):
+        log_det += np.log(matrix[k, k])
+        for a in range(k + 1, size):
+            share = matrix[k, a] / matrix[k, k]
+            for b in range(a, size):
+                matrix[a, b] -= share * matrix[k, b]
+            right[a] -= share * right[k]
+    for k in range(size - 1, -1, -1):
+        solution[k] = right[k]
+        for b in range(k + 1, size):
+            solution[k] -= matrix[k, b] * solution[b]
+        solution[k] /= matrix[k, k]
+    return log_det
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _all_places(
+    depth_m, force_n, level, weight, press_start, place_start, table, logs, slopes, start, step, log_young, spread,
+    effects, minus2, log_force, offset_m,
+):  # fmt: skip
+    noise, floor_n, place_sd, shape_sd, repeat_sd, offset, offset_sd, excess = spread
+    seen, constant = np.empty(len(force_n)), np.empty(len(force_n))
+    for i in range(len(force_n)):
+        seen[i] = np.arcsinh(force_n[i] / floor_n)
+        constant[i] = 2.0 * np.log(noise) + np.log(force_n[i] ** 2 + floor_n**2)  # with the derivative of asinh
+    for g in range(len(place_start) - 1):
+        first, end = place_start[g], place_start[g + 1]
+        size = 2 + 2 * (end - first)  # level and exponent of the place, offset and level of each press
+        own = effects[2 * g + 2 * first : 2 * g + 2 * first + size]
+        u, old, move, grad = own.copy(), np.zeros(size), np.zeros(size), np.zeros(size)
+        hessian = np.zeros((size, size))  # upper half
+        best, log_det = np.inf, 0.0
+        for turn in range(2 * STEPS):
+            total = 0.0
+            hessian[:] = 0.0
+            for k in range(size):
+                total += u[k] * u[k]
+                hessian[k, k] = 1.0
+                grad[k] = -u[k]
+            for press in range(first, end):
+                o = 2 + 2 * (press - first)
+                offset_m[press] = offset + offset_sd * u[o]
+                for i in range(press_start[press], press_start[press + 1]):
+                    log_f, slope = _log_force(
+                        logs[table[press]], slopes[table[press]], start, step, depth_m[i] - offset_m[press]
+                    )
+                    log_m = log_young + log_f + place_sd * u[0] + (shape_sd * u[1] + excess) * level[i]
+                    log_m += repeat_sd * u[o + 1]
+                    log_force[i] = log_m
+                    if weight[i] == 0.0:
+                        continue
+                    m = np.exp(min(log_m, 600.0))
+                    r = (seen[i] - np.arcsinh(m / floor_n)) / noise
+                    total += r * r
+                    gain = m / (np.sqrt(m * m + floor_n * floor_n) * noise)
+                    j0, j1, j2, j3 = place_sd, shape_sd * level[i], -slope * offset_sd, repeat_sd
+                    grad[0] += gain * j0 * r
+                    grad[1] += gain * j1 * r
+                    grad[o] += gain * j2 * r
+                    grad[o + 1] += gain * j3 * r
+                    gain *= gain
+                    hessian[0, 0] += gain * j0 * j0
+                    hessian[0, 1] += gain * j0 * j1
+                    hessian[1, 1] += gain * j1 * j1
+                    hessian[0, o] += gain * j0 * j2
+                    hessian[1, o] += gain * j1 * j2
+                    hessian[o, o] += gain * j2 * j2
+                    hessian[0, o + 1] += gain * j0 * j3
+                    hessian[1, o + 1] += gain * j1 * j3
+                    hessian[o, o + 1] += gain * j2 * j3
+                    hessian[o + 1, o + 1] += gain * j3 * j3
+            if total > best + 1e-12 * (1.0 + best) and turn < 2 * STEPS - 1:  # too far: half way back
+                u = 0.5 * (u + old)
+                continue
+            log_det = _solve(hessian, grad, move)
+            farthest = np.abs(move).max()
+            if farthest < STEP_TOLERANCE or turn >= STEPS:
+                break
+            best = total
+            old = u.copy()
+            u = u + move * min(1.0, LARGEST_STEP / farthest)
+        minus2[g] = total + log_det
+        own[:] = u
+        for i in range(press_start[first], press_start[end]):
+            minus2[g] += constant[i] * weight[i]

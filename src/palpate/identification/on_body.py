@@ -1,0 +1,284 @@
+"""Forces of presses on an organ of known shape: a half-space's curve in series with the organ, scaled by elements.
+
+A ball dents tissue as it dents a half-space, and the organ gives way as a whole. The dent follows the law of the tissue
+(``SlabForward`` without a thickness); the rest is linear in the force: what linear elements give way under a small
+patch at the place, less what a half-space would (Johnson 1985, section 3.4). The shape of the surface under the ball
+and what bends far are in neither. A curve of quadratic elements at each place has them, for one Poisson's ratio and
+one stiffening; the force is that curve, times what the model in series says that other values change.
+"""
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from palpate.benchmark.touch import Touch, places_to_touch
+from palpate.benchmark.touch_mesh import TouchedMeshes, contact_radius
+from palpate.bodies.body import Body
+from palpate.bodies.material import EXPONENTIAL, exponential
+from palpate.bodies.mesh import TetMesh
+from palpate.effects.instrument import SPHERE, Instrument, first_touch, upright
+from palpate.effects.patch_load import Patch, patch_shares
+from palpate.errors import InputError, NotConverged
+from palpate.identification.forward import Forward, Parameter
+from palpate.identification.presses import Press
+from palpate.solvers.equilibrium import Equilibrium
+
+HALF_SPACE = 2048.0 / (315.0 * np.pi**2)
+"""E a / (1 − ν²) times what a half-space gives way under a unit force: the mean displacement, weighted with the
+pressure 1 − (r/a)². By Hankel's transform it is 64/π ∫ J₂(x)² x⁻⁴ dx, an integral of Weber and Schafheitlin."""
+ALONG, STIFFER = 1.0, 0.021
+"""Least elements along the radius of the deepest contact, and how much stiffer they are, as a share, where one is as
+long as the contact's radius; it falls with the square of their length."""
+RATES = (2.0, 3.0)
+"""Of convergence at the rim of what is held, where displacements grow with the root of the distance."""
+TOGETHER, FEWEST = 4, 3
+"""Places that are solved for at once; fewest depths that make a curve, where elements have no answer beyond."""
+SHARES = (0.3, 0.45, 0.6, 0.8, 1.0)
+"""Depths of a curve of elements over the deepest; below, elements are too long for what touches."""
+TOLERANCE = 1e-3
+MARGIN = 1.15
+"""Deepest depth that is answered over that of the presses: where they first touched is not known to the last."""
+LOCAL = 48
+"""Points of the half-space's curve between which the model in series is interpolated."""
+
+
+NOTHING: Mapping[str, float] = {}
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """What elements say of one place, for Young's modulus 1 Pa: depths [m] and forces [N], (k,), one Poisson's ratio.
+
+    steep : cosine between direction and normal
+    rest : coefficients of a polynomial in Poisson's ratio, of what the organ gives way beyond a half-space [m/N]
+    """
+
+    depth_m: np.ndarray
+    force_n: np.ndarray
+    steep: float
+    rest: np.ndarray = field(default_factory=lambda: np.zeros(1))
+
+
+class OrganForward:
+    """Presses of a ball on an organ; see ``Forward``.
+
+    body : held by anchors, of one tissue, whose own constants do not matter
+    presses : with a place and a direction each; those that have both in common share one curve of elements
+    local : the half-space's curves of the same ball, as deep; its parameters are the organ's
+    law : of the curves; ``exponential`` takes the middle of the range of ``stiffening``
+    known : poisson and stiffening where they are no parameters; without a poisson it is the body's
+    workers : processes that press elements, a second or two a place
+    Raises InputError for presses that are off the body, on what is held or without place and direction, for another
+    instrument than a ball, and for one that is larger than the body; NotConverged where elements have no answer.
+    """
+
+    relative_error = 0.024
+    """Root mean square at 16 places of a liver, balls of 4 and 8 mm, 0.3 and 0.75 radii deep, rims of lobes and the
+    neighbourhood of what is held included, which have the largest errors, of 9 and 8 %; half of all are below 1 %."""
+
+    def __init__(
+        self,
+        body: Body,
+        instrument: Instrument,
+        presses: Sequence[Press],
+        local: Forward,
+        law: str = "neo_hookean",
+        known: Mapping[str, float] = NOTHING,
+        workers: int = 1,
+    ):
+        self._local, self.parameters = local, tuple(local.parameters)
+        self.deepest_m = min(MARGIN * max(float(press.depth_m.max()) for press in presses), local.deepest_m)
+        _check(body, instrument)
+        middle = {
+            "poisson": body.material.poisson,
+            "stiffening": 0.0,
+            **known,
+            **{each.name: _middle(each) for each in self.parameters},
+        }
+        self._middle, ratios = middle, next((each for each in self.parameters if each.name == "poisson"), None)
+        nu = middle["poisson"]
+        across = np.array([nu]) if ratios is None else np.linspace(ratios.low, ratios.high, 3)
+        name = exponential(middle["stiffening"]) if law == EXPONENTIAL else law
+        tissue = replace(body, material=replace(body.material, poisson=float(nu), law=name))
+        touches: list[Touch] = []
+        self._of: list[int] = []
+        seen: dict[tuple, int] = {}
+        for press in presses:
+            key = _where(press)
+            if key not in seen:
+                seen[key] = len(touches)
+                touches.append(touch_of(tissue, instrument, press, self.deepest_m))
+            self._of.append(seen[key])
+        if workers > 1 and len(touches) > 1:
+            with ProcessPoolExecutor(workers) as pool:
+                found = list(pool.map(partial(_place, tissue), touches))
+        else:
+            found = [_place(tissue, touch) for touch in touches]
+        missed, by_poisson = _beyond(tissue, touches, across)
+        self._places = []
+        for (place, gives), more, changes in zip(found, missed, by_poisson, strict=True):
+            fitted = np.polyfit(across, changes, len(across) - 1)
+            fitted[-1] += gives + more - np.polyval(fitted, nu)
+            # the far field is linear, so that what it gives way more adds to the depth
+            self._places.append(replace(place, depth_m=place.depth_m + more * place.force_n, rest=fitted))
+        self._scales = [self._scale(place) for place in self._places]
+
+    def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
+        """Return the forces (k,) [N] of press number ``press`` at ``depth_m`` (k,) [m] for young_pa = 1."""
+        depth = np.asarray(depth_m, dtype=float)
+        if depth.size and depth.max() > self.deepest_m * (1.0 + 1e-9):
+            raise InputError(f"a depth is {depth.max():.3g} m; curves go to {self.deepest_m:.3g} m.")
+        number = self._of[press]
+        return self._in_series(self._places[number], depth, values) * self._scales[number](depth)
+
+    def _in_series(self, place: Place, depth: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
+        """Return the forces (k,) [N] of a half-space's dent and the organ's rest in series."""
+        gives = float(np.polyval(place.rest, values.get("poisson", self._middle["poisson"])))
+        dent = self.deepest_m * np.linspace(0.0, 1.0, LOCAL) ** 1.5
+        force = self._local.forces(0, dent, values)
+        whole = np.maximum.accumulate(dent + gives * force + 1e-9 * dent)
+        if whole[-1] < self.deepest_m:  # the rest of a thin place on a base gives way less than a half-space
+            whole = np.append(whole, self.deepest_m)
+            force = np.append(force, force[-1] * (whole[-1] / whole[-2]) ** 1.5)
+        # F^(2/3) is nearly straight
+        curve = PchipInterpolator(whole, force ** (2.0 / 3.0))
+        return place.steep * curve(np.clip(depth, 0.0, None) * place.steep) ** 1.5
+
+    def _scale(self, place: Place) -> "_Scale":
+        """Return elements over the model in series as a function of depth [m]."""
+        return _Scale(place.depth_m, place.force_n / self._in_series(place, place.depth_m, self._middle))
+
+
+class _Scale:
+    """A smooth function of depth through given points, constant beyond the first and the last."""
+
+    def __init__(self, depth: np.ndarray, value: np.ndarray):
+        self._ends, self._curve = (depth[0], depth[-1]), PchipInterpolator(depth, value) if len(depth) > 1 else None
+        self._value = value
+
+    def __call__(self, depth: np.ndarray) -> np.ndarray:
+        return np.full(len(depth), self._value[0]) if self._curve is None else self._curve(np.clip(depth, *self._ends))
+
+
+def _middle(parameter: Parameter) -> float:
+    """Return the middle of a range; that of a stiffening, which may be 0, of its logarithm."""
+    if parameter.name == "stiffening":
+        return float(np.sqrt((1.0 + parameter.low) * (1.0 + parameter.high)) - 1.0)
+    return 0.5 * (parameter.low + parameter.high)
+
+
+def _check(body: Body, instrument: Instrument) -> None:
+    size = body.fine.size
+    if instrument.kind != SPHERE:
+        raise InputError(f"a {instrument.kind} is no ball, of which curves are known; identify from presses of a ball.")
+    if 2.0 * instrument.radius_m >= size:
+        raise InputError(
+            f"the ball of {2e3 * instrument.radius_m:.3g} mm is larger than bodies.{body.name} of {1e3 * size:.3g} mm; "
+            "check its radius_m and the body's scale_m."
+        )
+    if not isinstance(body.coarse, TetMesh):
+        raise InputError(f"bodies.{body.name} is a sheet, which a ball does not dent; take a solid.")
+    if body.bed is not None or body.regions is not None:
+        raise InputError(
+            f"bodies.{body.name} has a bed or regions, whose stiffness does not follow the modulus that is looked for; "
+            "leave them out."
+        )
+
+
+def _where(press: Press) -> tuple:
+    if press.at_m is None or press.direction is None:
+        raise InputError(
+            f"press {press.name} has no place or direction; give x_m, y_m, z_m and direction_x, direction_y, "
+            "direction_z, or identify on a slab."
+        )
+    return (*np.round(press.at_m, 7), *np.round(press.direction, 4))
+
+
+def touch_of(body: Body, instrument: Instrument, press: Press, deepest_m: float) -> Touch:
+    """Return the touch of a press on ``body`` to a depth, with where it begins; InputError where there is none."""
+    assert press.at_m is not None and press.direction is not None
+    mesh, way = body.fine, press.direction / np.linalg.norm(press.direction)
+    able = places_to_touch(body)
+    node = int(mesh.surface[np.linalg.norm(mesh.nodes[mesh.surface] - press.at_m, axis=1).argmin()])
+    try:
+        pose = first_touch(upright(instrument, press.at_m, -way), mesh, way)
+        off = abs(float((pose.tip - press.at_m) @ way))
+    except InputError:
+        off = np.inf
+    if off > instrument.radius_m:
+        raise InputError(
+            f"press {press.name} at {np.round(press.at_m, 4).tolist()} m is off bodies.{body.name}; give places on its "
+            "surface, in metres and in its axes."
+        )
+    if way @ mesh.normals[node] >= 0.0:
+        raise InputError(f"press {press.name} points out of bodies.{body.name}; give directions into the tissue.")
+    if node not in able:
+        raise InputError(f"press {press.name} is where bodies.{body.name} is held, or beside; leave it out.")
+    if deepest_m >= float(np.ptp(mesh.nodes @ way)):
+        raise InputError(f"press {press.name} is deeper than bodies.{body.name} is thick; check the unit of depth_m.")
+    return Touch(instrument, node, way, deepest_m, {body: pose})
+
+
+def _place(body: Body, touch: Touch) -> tuple[Place, float]:
+    """Press elements at a place; return what they say, and what the organ gives way beyond a half-space [m/N]."""
+    touch = replace(touch, poses=dict(zip([body], touch.poses.values(), strict=True)))  # another process has its own
+    meshes, young, depths, forces = TouchedMeshes(body), body.material.young_pa, [], []
+    level = meshes.level_for(touch, ALONG)
+    mesh = meshes.around(touch, 0, level)
+    try:
+        for state in mesh.contact.push(touch.direction, [share * touch.depth_m for share in SHARES], TOLERANCE):
+            depths.append(state.depth_m)
+            forces.append(float(state.force @ touch.direction) / young)
+    except NotConverged:
+        if len(forces) < FEWEST:
+            raise
+    depth, edge = np.array(depths), meshes.edge_m(touch, level)
+    size = np.array([contact_radius(touch.instrument, each) for each in depths])
+    force = np.array(forces) / (1.0 + STIFFER * (edge / size) ** 2)
+    patch = _patch(body, touch, contact_radius(touch.instrument, 0.5 * touch.depth_m))
+    return Place(depth, force, float(-touch.direction @ patch.normal)), rest(mesh.body, mesh.level, [patch])[0]
+
+
+def _patch(body: Body, touch: Touch, radius_m: float) -> Patch:
+    return Patch(touch.poses[body].tip, body.fine.normals[touch.node], radius_m)
+
+
+def rest(body: Body, level: int, patches: Sequence[Patch]) -> np.ndarray:
+    """Return what ``level`` gives way beyond a half-space under each of k patches (k,) [m/N], if E is 1 Pa."""
+    solver, mesh, found = Equilibrium(body, level, 2), body.levels[level], []
+    solve, young, squeezed = solver.linear_solver(TOLERANCE), body.material.young_pa, 1.0 - body.material.poisson**2
+    for some in (patches[i : i + TOGETHER] for i in range(0, len(patches), TOGETHER)):
+        loads, spread = np.zeros((*solver.mesh.nodes.shape, len(some))), [patch_shares(mesh, each, 2) for each in some]
+        for i, (patch, (nodes, shares)) in enumerate(zip(some, spread, strict=True)):
+            loads[nodes, :, i] = np.outer(shares, -patch.normal)
+        moved = solve(loads)
+        for i, (patch, (nodes, shares)) in enumerate(zip(some, spread, strict=True)):
+            gives = -float(shares @ moved[nodes, :, i] @ patch.normal) * young
+            found.append(gives - HALF_SPACE * squeezed / patch.radius_m)
+    return np.array(found)
+
+
+def _with_poisson(body: Body, poisson: float) -> Body:
+    return replace(body, material=replace(body.material, poisson=float(poisson)))
+
+
+def _beyond(body: Body, touches: Sequence[Touch], across: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return what coarse elements at the rim of what is held miss at each touch, (k,), and the rest by Poisson's ratio.
+
+    The latter is (k, m) at ``across`` (m,), all in m/N if E is 1 Pa, on one mesh for all places: under patches as wide
+    as its elements, which is enough for differences.
+    """
+    meshes = TouchedMeshes(body)
+    patches = [_patch(body, touch, meshes.edge_m(touch, 1)) for touch in touches]
+    rims = np.array([rest(*meshes.at_rim(held), patches) for held in (0, 1, 2)])
+    first, last = rims[1] - rims[0], rims[2] - rims[1]
+    rate = np.clip(np.divide(first, last, out=np.full(len(last), RATES[1]), where=last != 0.0), *RATES)
+    held, level = meshes.at_rim(1)
+    by_poisson = (
+        np.array([rest(_with_poisson(held, nu), level, patches) for nu in across]) if len(across) > 1 else rims[:1]
+    )
+    return rims[2] + last / (rate - 1.0) - rims[0], by_poisson.T

@@ -1,0 +1,90 @@
+"""Compare sessions at places that two of them pressed: what contradicts is said, and not averaged."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from palpate.identification.fit import loading
+from palpate.identification.presses import Press, PressRecords
+
+NEAR_RADII = 1.0
+"""Distance of places that count as one, in radii of the instrument."""
+LEAST_RATIO, DEVIATIONS = 1.25, 3.0
+"""Sessions contradict where their forces differ by more than this factor, and by more standard errors than this."""
+LEAST_PLACES = 3
+
+
+class Comparison(NamedTuple):
+    """Two sessions at the places that both pressed; ratio : median of forces of the second over the first.
+
+    error : standard error of log ratio; spread : deviation of log ratio between places
+    """
+
+    specimen: str
+    first: str
+    second: str
+    places: int
+    ratio: float
+    error: float
+    spread: float
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether the forces differ by more than places and noise explain."""
+        apart = abs(np.log(self.ratio))
+        return bool(self.places >= LEAST_PLACES and apart > np.log(LEAST_RATIO) and apart > DEVIATIONS * self.error)
+
+
+def compare_sessions(records: PressRecords) -> list[Comparison]:
+    """Compare each two sessions of a specimen that pressed the same places, by name or within a radius."""
+    found = []
+    for specimen in dict.fromkeys(press.specimen for press in records.presses):
+        presses = [press for press in records.presses if press.specimen == specimen]
+        for first, second in combinations(dict.fromkeys(press.session for press in presses), 2):
+            one = [press for press in presses if press.session == first]
+            other = [press for press in presses if press.session == second]
+            logs = [log for a, b in _pairs(one, other, records) if (log := _log_ratio(a, b)) is not None]
+            if logs:
+                spread = 1.4826 * float(np.median(np.abs(np.array(logs) - np.median(logs))))
+                error = 1.2533 * spread / np.sqrt(len(logs))  # of a median of normal values
+                found.append(
+                    Comparison(specimen, first, second, len(logs), float(np.exp(np.median(logs))), error, spread)
+                )
+    return found
+
+
+def consistent_parts(records: PressRecords, comparisons: list[Comparison]) -> list[PressRecords]:
+    """Return the records by specimen, and by session of those specimens whose sessions contradict each other."""
+    apart = {one.specimen for one in comparisons if one.contradicts}
+    keys = [(press.specimen, press.session if press.specimen in apart else "") for press in records.presses]
+    return [
+        replace(records, presses=tuple(p for p, own in zip(records.presses, keys, strict=True) if own == key))
+        for key in dict.fromkeys(keys)
+    ]
+
+
+def _pairs(one: list[Press], other: list[Press], records: PressRecords) -> Iterator[tuple[Press, Press]]:
+    named = {press.place: press for press in other if press.place}
+    placed = [press for press in other if press.at_m is not None]
+    tree = cKDTree([press.at_m for press in placed]) if placed else None
+    near = NEAR_RADII * (records.instrument.radius_m if records.instrument else 0.0)
+    for press in one:
+        if press.place in named:
+            yield press, named[press.place]
+        elif tree is not None and press.at_m is not None:
+            distance, k = tree.query(press.at_m)
+            if distance <= near:
+                yield press, placed[k]
+
+
+def _log_ratio(one: Press, other: Press) -> float | None:
+    """Return the log of forces of ``other`` over ``one``, at the depth that both reach."""
+    (depth, force), (other_depth, other_force) = loading(one), loading(other)
+    deep = min(depth[-1], other_depth[-1])
+    at = np.linspace(0.5, 1.0, 4) * deep
+    a, b = np.interp(at, depth, force).sum(), np.interp(at, other_depth, other_force).sum()
+    return float(np.log(b / a)) if a > 0.0 and b > 0.0 else None

@@ -1,0 +1,226 @@
+"""Carry out ``palpate identify``: presses in, and out what they determine: sentences, tables, a picture, settings."""
+
+import dataclasses
+import json
+import os
+import re
+import warnings
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from palpate.bodies.body import Body
+from palpate.bodies.make_body import make_body
+from palpate.bodies.material import EXPONENTIAL, LAWS, kind_of
+from palpate.bodies.settings import paths_of_body
+from palpate.effects.instrument import SPHERE
+from palpate.errors import InputError, NotConverged, describe_unknown, suggest
+from palpate.files import write_whole
+from palpate.identification.asked import IDENTIFIED, Asked, forwards_for, table_rows
+from palpate.identification.fit import Options
+from palpate.identification.forward import Range
+from palpate.identification.hereditary import Branches, shear_series
+from palpate.identification.identify import Identified, identify
+from palpate.identification.prediction import DEPTH, PLACE, PREDICTIONS, SESSION, SPECIMEN, predict, summary
+from palpate.identification.presses import PressRecords, doubts, read_presses
+from palpate.identification.relaxation import fit_branches, holds_of, information
+from palpate.identification.sessions import compare_sessions, consistent_parts
+from palpate.init.choose import choose
+from palpate.init.command import ticking
+from palpate.init.recognise import HOLDS, recognise
+from palpate.report.identified_picture import draw_identified
+from palpate.report.identified_words import compared, sentences
+from palpate.report.words import listed, percent, seconds
+from palpate.run.settings import complete
+from palpate.run.settings_yaml import read_settings
+
+CURVES, ENGINES = "curves", "engines"
+MOST_BRANCHES = 3
+"""Folders of the results: forces of models, so that a second run has them, and settings; most branches tried."""
+
+
+def body_of(given: str | None, config: Path | None, scale_m: float | None, hold: str | None) -> Body | None:
+    """Return the body of a mesh file, or of that name in the settings ``config``; None if none is given.
+
+    hold : the side that holds a mesh, as ``palpate init`` has it
+    InputError for what is no body, and for a hold that is no side.
+    """
+    if given is None:
+        if config or scale_m or hold:
+            raise InputError("--config, --scale and --hold are of a body; give --body, too.")
+        return None
+    if config is not None:
+        settings = complete(read_settings(config), config)
+        if given not in settings["bodies"]:
+            known = suggest(given, list(settings["bodies"]), "choose from")
+            raise InputError(f"--body {given} is not in {config}; {known}")
+        entry = settings["bodies"][given]
+        return make_body(given, entry | paths_of_body(entry, config.parent))
+    if hold not in (None, *HOLDS):
+        raise InputError(f"--hold {hold} is no side; choose from {', '.join(HOLDS)}.")
+    data = recognise([Path(given)], scale_m=scale_m)
+    for word, lines in (("found   ", data.found), ("assumed ", data.assumed), ("warning:", data.warned)):
+        for line in lines:
+            print(word, line, flush=True)
+    with ticking("the body") as say:
+        return choose(data.name, data.entry, hold, say).body
+
+
+def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> str:
+    """Fit the presses of a CSV file, write the folder of results, print progress, and return the answer.
+
+    folder : where to; by default one beside the presses that has their name
+    InputError for presses, a body or an instrument that do not fit each other; then nothing is written.
+    """
+    if asked.instrument.kind != SPHERE:
+        raise InputError(f"--instrument {asked.instrument.kind}: forces are known for a ball; give sphere:RADIUS_M.")
+    if unknown := [law for law in asked.laws if law != EXPONENTIAL and not (kind_of(law) or Path(law).is_file())]:
+        raise InputError(f"--law {describe_unknown(unknown, [*LAWS, EXPONENTIAL])}")
+    folder = folder or presses.with_name(f"{presses.stem}_identified")
+    _refuse(folder)
+    size = asked.body.coarse.size if asked.body is not None else _largest(asked.thickness_m)
+    records = read_presses(presses, asked.instrument, asked.columns or None, size_m=size)
+    for doubt in doubts(records):
+        print("warning:", doubt, flush=True)
+    comparisons = compare_sessions(records)
+    answer = list(compared(comparisons))
+    parts = consistent_parts(records, comparisons)
+    options = Options(offset_m=asked.offset_m)
+    rows, predictions, found = [], [], []
+    with ThreadPoolExecutor(os.cpu_count()) as pool, ticking("the presses") as say, warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of scipy's line search, which tries what overflows
+        try:
+            for part in parts:
+                name = _name(part, len(parts))
+                one = identify(part, forwards_for(part, asked, folder / CURVES), options, pool.map, say)
+                say("predictions of presses left out")
+                told = predict(one.models, one.best, options, (PLACE, DEPTH, SESSION), pool.map)
+                answer += [*([f"{name}:"] if len(parts) > 1 else []), *sentences(one, told)]
+                rows += table_rows(one, name)
+                predictions.append(told.assign(part=name))
+                found.append((name, one))
+            say("relaxation")
+            relaxation = relaxation_of(records)
+            specimens = {press.specimen for press in records.presses}
+            if len(specimens) > 1:
+                say("predictions of specimens left out")
+                whole = identify(records, forwards_for(records, asked, folder / CURVES), _quick(options), pool.map, say)
+                told = predict(whole.models, whole.best, options, (SPECIMEN,), pool.map)
+                predictions.append(told.assign(part="all"))
+                answer += [line for line in sentences(whole, told) if "specimen" in line]
+        except NotConverged as failure:
+            raise InputError(f"{presses}: {failure}; leave out presses that touch nothing.") from failure
+    answer += said(relaxation)
+    write_results(folder, IDENTIFIED.frame(rows), pd.concat(predictions), found)
+    if asked.body is not None and len(found) == 1:
+        with ticking("the numbers for engines"):
+            answer += _exported(found[0][1], asked, relaxation, folder / ENGINES)
+    return "\n".join(["", *answer, "", f"wrote    {folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}"])
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """Branches of the force that held presses need, and the time that their loading took [s]."""
+
+    kernel: Branches
+    loading_s: float
+    holds: int
+
+
+def relaxation_of(records: PressRecords) -> Relaxation | None:
+    """Return the number of branches that Bayes' information criterion asks of held presses; None if none is held."""
+    holds, _ = holds_of(records)
+    if not holds:
+        return None
+    kernels = [fit_branches(holds, count) for count in range(1, MOST_BRANCHES + 1)]
+    best = min(kernels, key=lambda kernel: float(np.mean([information(hold, kernel) for hold in holds])))
+    return Relaxation(best, float(np.median([hold.loading_s for hold in holds])), len(holds))
+
+
+def said(relaxation: Relaxation | None) -> list[str]:
+    """Return what held presses say of relaxation, a sentence or none."""
+    if relaxation is None:
+        return ["No press is held, so that relaxation is not known; E is that of the rate of the presses."]
+    series = relaxation.kernel.series
+    shares = listed([f"{percent(s)} in {seconds(t)}" for s, t in zip(series.shares, series.times_s, strict=True)])
+    count = len(series.shares)
+    return [
+        f"Relaxation needs {count} branch{'es' * (count > 1)} (of the instant force {shares}), by {relaxation.holds} "
+        f"held presses; E is that of their loading, which takes {seconds(relaxation.loading_s)}."
+    ]
+
+
+def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, folder: Path) -> list[str]:
+    """Write the numbers for engines, and return a sentence on how much stiffer or softer the organ acts there."""
+    from palpate.identification.export.numbers import Numbers
+    from palpate.identification.export.write import export
+
+    body, values = asked.body, found.fitted
+    assert body is not None
+    poisson = values.get("poisson", body.material.poisson)
+    law = f"{found.law}({values['stiffening']:.3g})" if "stiffening" in values else found.law
+    series = shear_series(relaxation.kernel.series, poisson) if relaxation else None
+    loading = relaxation.loading_s if relaxation else 0.0
+    density, model = body.material.density_kg_m3, found.models[found.law]
+    numbers = Numbers(body.name, found.young_pa.best, poisson, density, law, series, loading)
+    presses = [found.records.presses[k] for k in model.data.order]
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        export(numbers, body, 0, asked.instrument, presses, model.table.forward, values, folder)
+    except NotConverged as failure:
+        return [f"No settings for engines are written: {failure}."]
+    facts = json.loads((folder / "exported.json").read_text(encoding="utf-8"))["engines"]
+    acts = [
+        f"{100 * fact['stiffer_by']:+.0f} % in {engine}, so {fact['young_pa']:.4g} Pa there"
+        for engine, fact in facts.items()
+    ]
+    return [f"On the mesh for engines the same organ is stiffer (+) or softer (−) by {listed(acts)}."]
+
+
+def write_results(
+    folder: Path, identified: pd.DataFrame, predictions: pd.DataFrame, found: Sequence[tuple[str, Identified]]
+) -> None:
+    """Write the tables and a picture of each part into ``folder``, each whole or not at all."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tables = {"identified": identified, "predictions": predictions[["part", *PREDICTIONS.columns]]}
+    for name, table in tables.items():
+        with write_whole(folder / f"{name}.csv") as part:
+            table.to_csv(part, index=False)
+    judged = pd.concat(summary(rows).assign(part=name) for name, rows in predictions.groupby("part", sort=False))
+    with write_whole(folder / "prediction_summary.csv") as part:
+        judged.to_csv(part, index=False)
+    for name, one in found:
+        plain = re.sub(r"[^\w-]+", "_", name)
+        file = "identified.png" if len(found) == 1 else f"identified_{plain}.png"
+        with write_whole(folder / file) as part:
+            draw_identified(one).savefig(part)
+
+
+def _quick(options: Options) -> Options:
+    return dataclasses.replace(options, resamples=0)
+
+
+def _name(part: PressRecords, parts: int) -> str:
+    """Return what tables call a part: its specimen and session, or all."""
+    if parts == 1:
+        return "all"
+    press = part.presses[0]
+    sessions = {one.session for one in part.presses}
+    return " ".join(word for word in (press.specimen, press.session if len(sessions) == 1 else "") if word) or "all"
+
+
+def _largest(thickness: Range | None) -> float | None:
+    return thickness[1] if isinstance(thickness, tuple) else thickness
+
+
+def _refuse(folder: Path) -> None:
+    """Raise InputError for a folder that cannot be written to, or that holds something else."""
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder} is a file; give another folder with --folder.")
+    known = re.compile(r"identified.*|prediction.*|curves|engines|\..+")
+    if folder.is_dir() and (other := [p.name for p in folder.iterdir() if not known.fullmatch(p.name)]):
+        raise InputError(f"{folder} holds {other[0]}, and is kept; give another folder with --folder.")

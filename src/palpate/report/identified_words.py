@@ -1,0 +1,184 @@
+"""Put what presses determine, and what they leave open, into sentences: for the terminal and for the report."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pandas as pd
+
+from palpate.identification.identify import MODULUS, YOUNG, Identified
+from palpate.identification.intervals import Interval
+from palpate.identification.prediction import LINE, NEIGHBOUR, OF_PLACE, POWER_LAW, REPEAT, summary
+from palpate.identification.sessions import Comparison
+from palpate.report.words import capital, listed, percent, spaced, two_digits
+
+WORDS = {"poisson": "ν", "stiffening": "the law's stiffening", "thickness_m": "the thickness", "sticking": "friction"}
+"""What sentences call a parameter."""
+AT_END = 1e-3
+"""Distance of the best value to the end of a range, as a share of it, that is none."""
+MATTERS = 0.02
+"""Change of E, as a share, with a parameter that is unknown, that is worth a word."""
+RESAMPLED_WIDER = 1.5
+"""Factor by which the bootstrap's interval is wider than the profile's where the model of scatter is doubted."""
+LEFT_OUT = {
+    "place": "places left out", "depth": "the deeper half of each press", "session": "a session left out",
+    "specimen": "a specimen left out",
+}  # fmt: skip
+
+
+def pascals(value: float) -> str:
+    """Write a modulus with two digits: "2.1 kPa"."""
+    for unit, factor in (("MPa", 1e6), ("kPa", 1e3)):
+        if value >= 0.995 * factor:
+            return f"{two_digits(value / factor)} {unit}"
+    return f"{two_digits(value)} Pa"
+
+
+def quantity(name: str, value: float) -> str:
+    """Write a parameter with its unit."""
+    return f"{two_digits(1e3 * value)} mm" if name.endswith("_m") else f"{float(f'{value:.2g}'):g}"
+
+
+def sentences(found: Identified, predictions: pd.DataFrame | None = None) -> list[str]:
+    """Return what presses determine and do not, a sentence each.
+
+    predictions : the table of ``prediction.predict`` for the same presses
+    """
+    lines = [*_modulus(found), *_parameters(found), *_law(found), *_scatter(found), *_resampled(found)]
+    if predictions is not None:
+        lines += _predictions(predictions, found.law)
+    return lines
+
+
+def compared(comparisons: Sequence[Comparison]) -> Iterator[str]:
+    """Yield a sentence for each two sessions of a specimen at places that both pressed."""
+    for one in comparisons:
+        of = f" of {one.specimen}" if one.specimen else ""
+        times = f"{two_digits(one.ratio)} times those of {one.first or 'the first'}"
+        places = f"in the median of {one.places} places that both pressed"
+        if one.contradicts:
+            yield (
+                f"Sessions{of} contradict each other: forces of {one.second or 'the second'} are {times} {places}, "
+                f"so that no one modulus holds for both, and each session is fitted alone."
+            )
+        else:
+            yield f"Sessions{of} agree: forces of {one.second or 'the second'} are {times} {places}."
+
+
+def _modulus(found: Identified) -> Iterator[str]:
+    young = found.young_pa
+    where = f"in the median of {found.places} places" if found.places > 1 else "at the one place"
+    yield f"E is {_range(young, pascals)}, 90 % by profile likelihood, {where}."
+    modulus = found.modulus_pa
+    if modulus is not None and modulus.high / modulus.low < young.high / young.low:
+        yield f"E/(1 − ν²), which these presses determine better, is {_range(modulus, pascals)}."
+
+
+def _parameters(found: Identified) -> Iterator[str]:
+    for name, interval in found.parameters.items():
+        what, profile = WORDS.get(name, spaced(name)), found.profiles[name]
+        ends = quantity(name, float(profile.values[0])), quantity(name, float(profile.values[-1]))
+        if not interval.known:
+            low, high = quantity(name, interval.low), quantity(name, interval.high)
+            if name == "sticking":
+                line = "Friction cannot be told from these presses (from sliding to sticking all fits)"
+            else:
+                line = f"{_first(what)} cannot be told from these presses (any from {low} to {high} fits)"
+        elif interval.open_low and not interval.open_high:
+            line = f"{_first(what)} is at most {quantity(name, interval.high)} (its range begins at {ends[0]})"
+        elif interval.open_high and not interval.open_low:
+            line = f"{_first(what)} is at least {quantity(name, interval.low)} (its range ends at {ends[1]})"
+        else:
+            line = f"{_first(what)} is {_range(interval, lambda value, name=name: quantity(name, value))}"
+        young = profile.young_pa[(profile.minus2 <= found.rise)]
+        at = profile.values[profile.minus2 <= found.rise]
+        if len(young) > 1 and abs(np.log(young[-1] / young[0])) > MATTERS:
+            line += (
+                f"; E is {pascals(young[0])} with {quantity(name, at[0])} and "
+                f"{pascals(young[-1])} with {quantity(name, at[-1])}"
+            )
+        yield line + "."
+        width = interval.high - interval.low
+        low_end, high_end = interval.best - interval.low, interval.high - interval.best
+        if interval.known and interval.open_low != interval.open_high and min(low_end, high_end) < AT_END * width:
+            side = "below" if low_end < high_end else "above"
+            edge = ends[0] if low_end < high_end else ends[1]
+            yield f"The presses fit best at the end of this range: {what} may be {side} {edge}, or the law another."
+
+
+def _law(found: Identified) -> Iterator[str]:
+    best, *others = found.laws
+    excess = f"{abs(best.excess.best):.2f} ({_ends(best.excess)})"
+    if not best.follows:
+        way = "steeper" if best.excess.best > 0 else "flatter"
+        than = f"than any law here, of which {spaced(best.law)} comes nearest" if others else f"than {spaced(best.law)}"
+        side = "above" if way == "steeper" else "below"
+        yield f"The curve is {way} {than}: the exponent of depth is {excess} {side} its."
+        return
+    same = [spaced(name) for name in found.same_law[1:]]
+    beaten = [spaced(score.law) for score in others if score.law not in found.same_law]
+    line = f"The law {spaced(best.law)} follows the curve (exponent within {_ends(best.excess)} of it)"
+    if same:
+        line += f"; {listed(same)} cannot be told from it"
+    if beaten:
+        line += f"; {listed(beaten)} fits worse"
+    yield line + "."
+
+
+def _scatter(found: Identified) -> Iterator[str]:
+    if found.places > 1:
+        line = f"Places differ by {percent(found.place_scatter)} in force and {found.shape_scatter:.2f} in exponent"
+        if np.isfinite(found.repeat_scatter):
+            line += f", presses of one place by {percent(found.repeat_scatter)}"
+        yield f"{line}; noise is {percent(found.noise_share)} and {two_digits(1e3 * found.noise_n)} mN (deviations)."
+    if found.offset_m is not None:
+        low, best, high = (two_digits(1e3 * value) for value in found.offset_m[:3])
+        scatter = two_digits(1e3 * found.offset_scatter_m)
+        line = f"First touch is at {best} mm ({low} to {high}) of the stated depth, ± {scatter} mm between presses"
+        yield f"{line}{'; that cannot be told from these presses' if not found.offset_m.known else ''}."
+    if found.relative_error > 0.0:
+        yield f"The model's own error of {percent(found.relative_error)} in force is part of these intervals."
+
+
+def _resampled(found: Identified) -> Iterator[str]:
+    name = MODULUS if found.modulus_pa is not None else YOUNG
+    if name not in found.resampled:
+        return
+    own, drawn = found.modulus_pa or found.young_pa, found.resampled[name]
+    what = "E/(1 − ν²)" if name == MODULUS else "E"
+    line = f"Places drawn with replacement give {what} from {pascals(drawn.low)} to {pascals(drawn.high)}"
+    if np.log(drawn.high / drawn.low) > RESAMPLED_WIDER * np.log(own.high / own.low):
+        yield f"{line}, wider than by likelihood: places differ otherwise than the model says, so take this interval."
+    else:
+        yield f"{line}; that varies places alone, so the profile, which also moves what is unknown, is reported."
+
+
+def _predictions(predictions: pd.DataFrame, law: str) -> Iterator[str]:
+    table = summary(predictions)
+    for way in dict.fromkeys(predictions["by"]):
+        errors = table[table["by"] == way].set_index("model")["median"]
+        if law not in errors:
+            continue
+        floor = [f"{word} differ by {percent(errors[name])}" for name, word in
+                 ((REPEAT, "repeats"), (NEIGHBOUR, "nearest neighbours")) if name in errors]  # fmt: skip
+        line = f"Prediction of {LEFT_OUT[way]}: {percent(errors[law])} in force"
+        line += f", where {' and '.join(floor)}" if floor else ""
+        rivals = {"a power law": [POWER_LAW, POWER_LAW + OF_PLACE], "a line": [LINE, LINE + OF_PLACE]}
+        told = [
+            f"{word} has {percent(min(errors[name] for name in names if name in errors))}"
+            for word, names in rivals.items()
+            if any(name in errors for name in names)
+        ]
+        yield f"{line}; {listed(told)}."
+
+
+def _first(words: str) -> str:
+    """Begin a sentence; a symbol stays as it is."""
+    return words if words == WORDS["poisson"] else capital(words)
+
+
+def _range(interval: Interval, write) -> str:
+    return f"{write(interval.best)} ({write(interval.low)} to {write(interval.high)})"
+
+
+def _ends(interval: Interval) -> str:
+    return f"{interval.low:+.2f} to {interval.high:+.2f}"

@@ -1,0 +1,87 @@
+"""Relaxation of pressed tissue: forces, modulus over time, errors of what was left out, and what shapes depend on."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from palpate.report import style, tables
+from palpate.report.words import percent
+from palpate.studies.measured.figures.bars import HEIGHT, draw_errors, rows_of
+from palpate.studies.measured.relaxed import DEPTH, EARLY_S, HELD, MEAN, NOTHING, POWER, SESSION, SIBLINGS, SPECIMEN
+
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8b0000", "#708090")
+"""Of specimens, in turn."""
+WAYS = {SPECIMEN: "specimen", SESSION: "session", DEPTH: "the deeper half", NOTHING: "nothing (own fit)"}
+PREDICTED = 6
+"""Presses whose prediction is drawn, too."""
+
+
+@style.figure(
+    "relaxation", tables=("relaxation_curves", "relaxation_errors", "relaxation_presses", "relaxation_trends")
+)
+def draw_relaxation(curves, errors, presses, trends, *, scene: str) -> Figure:
+    """Draw what the presses of one entry say of relaxation."""
+    curves, errors, presses, trends = (tables.where(table, entry=scene) for table in (curves, errors, presses, trends))
+    errors, named = errors.assign(way=errors["left_out"]), curves["press"].fillna("").ne("")
+    models = [name for name in dict.fromkeys(errors["model"]) if "branch" in name and not name.startswith("own")]
+    own = {f"own: {name}": name for name in models}
+    names = {name: name for name in (*models, POWER, MEAN, HELD)} | {SIBLINGS: "siblings' mean (floor)"} | own
+    lines = rows_of(errors, list(WAYS), list(names))
+    figure = Figure(figsize=(10.0, max(6.4, HEIGHT * lines)), layout="constrained")
+    grid = figure.add_gridspec(2, 2, width_ratios=[1.25, 1.0])
+    specimens = list(dict.fromkeys(presses["specimen"].fillna("")))
+    colours = {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(specimens)}
+    _forces(figure.add_subplot(grid[0, 0]), curves[named], colours)
+    bars = figure.add_subplot(grid[:, 1])
+    draw_errors(bars, errors, WAYS, names, (SIBLINGS,), "error")
+    bars.set(xlabel="error over the peak [%]: median; line to 90th percentile")
+    inner = grid[1, 0].subgridspec(1, 2)
+    _modulus(figure.add_subplot(inner[0]), curves[~named], presses)
+    _shape(figure.add_subplot(inner[1]), presses, trends, colours)
+    return figure
+
+
+def _forces(axis: Axes, curves, colours: dict[str, str]) -> None:
+    ends = curves.groupby("press", sort=False)["measured"].last().sort_values()
+    chosen = set(ends.index[np.unique(np.linspace(0, len(ends) - 1, PREDICTED).round().astype(int))])
+    seen: set[str] = set()
+    for name, rows in curves.groupby("press", sort=False):
+        specimen = rows["specimen"].fillna("").iloc[0]
+        label = (specimen or "measured") if specimen not in seen else None
+        seen.add(specimen)
+        axis.plot(rows["time_s"], rows["measured"], color=colours[specimen], lw=0.7, alpha=0.7, label=label)
+        if name in chosen:
+            axis.plot(rows["time_s"], rows["predicted"], color=style.INK, lw=1.0, ls="--")
+    axis.plot([], [], color=style.INK, lw=1.0, ls="--", label="predicted by the others")
+    axis.set(xscale="log", xlabel="time at the held depth [s]", ylabel="force over its peak")
+    style.plain_log(axis.xaxis)
+    axis.legend(loc="lower left", fontsize=7)
+
+
+def _modulus(axis: Axes, rows, presses) -> None:
+    times = rows["time_s"]
+    axis.fill_between(times, rows["low"], rows["high"], color="#d5e1ec", lw=0)
+    axis.plot(times, rows["predicted"], color="#0072b2")
+    held = float(presses["held_s"].median())
+    for low, high in ((times.min(), 0.1), (held, times.max())):
+        axis.axvspan(low, high, color="#eeeeee", lw=0, zorder=0)
+    axis.set(xscale="log", xlabel="time [s]", ylabel=f"modulus over that at {EARLY_S:g} s")
+    axis.set_xlim(times.min(), times.max())
+    axis.set_title("grey: extrapolated", fontsize="small", weight="normal")
+    style.plain_log(axis.xaxis)
+
+
+def _shape(axis: Axes, presses, trends, colours: dict[str, str]) -> None:
+    by_strain = presses["thickness_m"].notna().all()
+    over = "strain" if by_strain else "depth_m"
+    x = presses["depth_m"] / presses["thickness_m"] if by_strain else 1e3 * presses["depth_m"]
+    for specimen, rows in presses.groupby(presses["specimen"].fillna(""), sort=False):
+        axis.plot(x[rows.index], rows["late_over_early"], ".", color=colours[specimen])
+    axis.set(
+        xlabel="depth over thickness" if by_strain else "depth [mm]", ylabel=f"modulus at the end over at {EARLY_S:g} s"
+    )
+    told = tables.where(trends, over=over)
+    if len(told):
+        row = told.iloc[0]
+        ends = f"{percent(row['slope_low'])} to {percent(row['slope_high'])}"
+        axis.set_title(f"over its range: {ends}", fontsize="small", weight="normal")

@@ -1,0 +1,157 @@
+"""What presses of one entry determine, and whether it predicts presses that were left out: tables of ``identify``."""
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from palpate.effects.instrument import Instrument
+from palpate.identification.presses import PressRecords, doubts, join, read_presses
+from palpate.table_declaration import Table
+
+if TYPE_CHECKING:
+    from palpate.bodies.body import Body
+    from palpate.identification.identify import Identified
+
+PRESSES = Table(
+    "presses",
+    "What presses determine, with intervals of 90 %.",
+    """
+    entry part: an entry, and the session and specimen that were fitted
+    law reported: the law, and whether it is the one that fits best
+    quantity unit: a parameter, E, a scatter, or the exponent of depth that presses have and the law lacks
+    low best high: the interval, by profile likelihood
+    known: whether the presses say more than the range did
+    open_low open_high: whether an end is that of the range
+    resampled_low resampled_high: the interval by drawing places with replacement
+    """,
+    always=False,
+)
+PRESS_PREDICTIONS = Table(
+    "press_predictions",
+    "Error of forces of presses that a model did not see, by what was left out.",
+    """
+    entry part: an entry, and the session and specimen that were fitted
+    by: what was left out: place, depth (beyond half of the largest), session or specimen
+    model: a law; line and power_law, fitted alike to all or to one press (_of_place); repeat, neighbour: the floor
+    press: its name
+    error_share: root of the mean square error of its forces that were left out, over that of the forces
+    bias_share: mean error over the mean force; positive where the prediction is too large
+    """,
+    always=False,
+)
+PRESS_CURVES = Table(
+    "press_curves",
+    "Forces of presses as measured and as fitted with the effects of their places.",
+    """
+    entry part press session: a press, and what was fitted
+    x_m y_m: its place, seen along the mean direction of the presses
+    depth_m measured_n fitted_n: depth since first touch, force, and that of the reported law
+    low_n high_n: nine tenths of forces are within, by the errors of single points
+    """,
+    always=False,
+)
+ELASTIC, RELAXATION = "elastic", "relaxation"
+
+
+def records_of(entry: Mapping[str, Any]) -> PressRecords:
+    """Read the presses of a complete entry, whose files can be opened as they are named; InputError as read_presses."""
+    described = entry["instrument"]
+    instrument = Instrument(**described) if described else None
+    size = entry["thickness_m"][1] if entry["thickness_m"] else None
+    asked = entry["columns"], entry["names"], entry["leave_out"]
+    return join([read_presses(file, instrument, *asked, size_m=size) for file in entry["files"]])
+
+
+def identify_presses(input, output, params, wildcards, say):
+    """Identify what an entry asks for, for the rule of that name."""
+    from palpate.bodies.body_file import load
+    from palpate.run.job import steps
+    from palpate.studies.measured import relaxed
+
+    name, entry = wildcards.presses, params.entry
+    records = records_of(entry)
+    for doubt in doubts(records):
+        warnings.warn(f"measured.presses.{name}: {doubt}", stacklevel=2)
+    tables = {table.name: table.frame([]) for table in (PRESSES, PRESS_PREDICTIONS, PRESS_CURVES, *relaxed.TABLES)}
+    if RELAXATION in entry["ask"]:
+        found, kernel = relaxed.relax(name, records, entry, params.seed, steps(say, f"{name}: left out"))
+        tables |= found
+        records = relaxed.without_time(records, kernel)
+    if ELASTIC in entry["ask"]:
+        body = load(input.body[0]) if input.body else None
+        tables |= _elastic(name, records, entry, body, params.seed, Path(output.presses).parent, say)
+    return tables
+
+
+def _elastic(
+    name: str, records: PressRecords, entry: Mapping, body: "Body | None", seed: int, folder: Path, say: Callable
+) -> dict:
+    """Return the tables of what the forces over depth determine, of each part whose sessions agree."""
+    from palpate.identification.asked import Asked, forwards_for, table_rows
+    from palpate.identification.fit import Options
+    from palpate.identification.identify import identify
+    from palpate.identification.prediction import predict
+    from palpate.identification.sessions import compare_sessions, consistent_parts
+
+    thickness = tuple(entry["thickness_m"]) if entry["thickness_m"] else None
+    poisson, sticking = tuple(entry["poisson"]), tuple(entry["sticking"])
+    asked = Asked(Instrument(**entry["instrument"]), body, thickness, poisson, sticking, laws=entry["laws"])
+    rows: list = []
+    predicted, curves = [], []
+    for consistent in consistent_parts(records, compare_sessions(records)):
+        part = _words(consistent)
+        options = Options(seed=seed)
+        found = identify(consistent, forwards_for(consistent, asked, folder / "curves"), options, say=say)
+        rows += [[name, *row] for row in table_rows(found, part)]
+        say(f"{name}: predictions of presses left out")
+        told = predict(found.models, found.best, options, entry["held_out"])
+        predicted.append(told.assign(entry=name, part=part))
+        curves.append(_curves(found).assign(entry=name, part=part))
+    return {
+        PRESSES.name: PRESSES.frame(rows),
+        PRESS_PREDICTIONS.name: pd.concat(predicted)[PRESS_PREDICTIONS.columns],
+        PRESS_CURVES.name: pd.concat(curves)[PRESS_CURVES.columns],
+    }
+
+
+NINE_TENTHS = 1.645
+"""Standard deviations."""
+
+
+def _words(records: PressRecords) -> str:
+    """Return the specimens and sessions of a part."""
+    names = dict.fromkeys(word for press in records.presses for word in (press.specimen, press.session) if word)
+    return " ".join(names) or "all"
+
+
+def _curves(found: "Identified") -> pd.DataFrame:
+    presses = {press.name: press for press in found.records.presses}
+    seen = _seen([press.at_m for press in found.records.presses], [press.direction for press in found.records.presses])
+    places = dict(zip(presses, seen, strict=True))
+    parts = []
+    for curve in found.curves:
+        band = NINE_TENTHS * np.hypot(found.noise_share * curve.predicted_n, found.noise_n)
+        rows = {"depth_m": curve.depth_m, "measured_n": curve.force_n, "fitted_n": curve.predicted_n}
+        rows |= {"low_n": curve.predicted_n - band, "high_n": curve.predicted_n + band}
+        x, y = places[curve.name]
+        parts.append(pd.DataFrame(rows).assign(press=curve.name, session=presses[curve.name].session, x_m=x, y_m=y))
+    return pd.concat(parts)
+
+
+def _seen(places: Sequence[np.ndarray | None], directions: Sequence[np.ndarray | None]) -> np.ndarray:
+    """Return places (n, 2) [m] in the plane across the mean direction; NaN without places."""
+    if any(place is None for place in places):
+        return np.full((len(places), 2), np.nan)
+    at = np.array(places)
+    if any(way is None for way in directions):
+        return at[:, :2]
+    down = np.mean([way for way in directions if way is not None], axis=0)
+    down /= np.linalg.norm(down)
+    along = np.eye(3)[np.abs(down).argmin()]
+    along = along - (along @ down) * down
+    along /= np.linalg.norm(along)
+    return at @ np.column_stack([along, np.cross(along, down)])

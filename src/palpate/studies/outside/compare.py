@@ -1,0 +1,60 @@
+"""Compute what others published, each limit from three meshes with what it may be off by."""
+
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.richardson import number_limits
+from palpate.studies.outside import hanging_bar, prisms
+from palpate.table_declaration import Table
+
+OUTSIDE = Table(
+    "outside",
+    "Quantities that others published, and the same computed by palpate; where theirs is of a mesh, ours is the limit.",
+    """
+    case quantity unit: its name, what it is and its unit
+    published ours: the published value, and that of this run
+    own_error: how far ours may be off by its meshes, over ours; zero where mesh and problem are the published ones
+    difference: of ours from the published value, over this
+    source: where it was published
+    """,
+)
+
+
+def compare(cells: int, published: Mapping[str, Mapping], displacements: np.ndarray) -> pd.DataFrame:
+    """Return the rows of OUTSIDE.
+
+    cells : elements along a side of the coarsest mesh; published : the entries of published.yaml, by case
+    displacements : (833, 3) [m], those published of the hanging bar's nodes
+    """
+    rows = []
+    for case, ours, error, difference in _found(cells, displacements):
+        entry = published[case]
+        value = float(entry["value"])
+        apart = ours / value - 1.0 if difference is None else difference
+        rows.append([case, entry["quantity"], entry["unit"], value, ours, error, apart, entry["source"]])
+    return OUTSIDE.frame(rows)
+
+
+def _found(cells: int, theirs: np.ndarray) -> Iterator[tuple[str, float, float, float | None]]:
+    """Yield case, our value, its own error, and the difference where that is not between the two values."""
+    ours = hanging_bar.on_its_mesh()
+    apart = np.linalg.norm(ours - theirs, axis=1).max() / np.linalg.norm(theirs, axis=1).max()
+    yield "bar_tip", -1e3 * ours[:, 2].min(), 0.0, None
+    yield "bar_nodes", 1e3 * np.sqrt((ours**2).sum(axis=1).mean()), 0.0, float(apart)
+    yield from _limits(["bar_limit", "bar_energy"], hanging_bar.tip_and_energy, cells // 4)
+    yield "squeezed", prisms.confined_stress(0.7), 0.0, None
+    yield "stretched", prisms.confined_stress(1.5), 0.0, None
+    yield from _limits(["torsion"], prisms.torsion_constant, cells)
+    yield from _limits(["in_plane", "in_plane_pair"], prisms.plate_frequencies, cells // 2)
+    yield from _limits(["cook_incompressible"], prisms.cook_incompressible, cells)
+    yield from _limits(["cook_plane_strain"], prisms.cook_neo_hookean(plane=True), cells)
+    yield from _limits(["cook_free"], prisms.cook_neo_hookean(plane=False), cells)
+
+
+def _limits(cases: list[str], of: Callable, cells: int) -> Iterator[tuple[str, float, float, None]]:
+    """Yield the limits of what ``of`` returns on three meshes of 1, 2 and 4 times ``cells``."""
+    meshes = np.array([np.atleast_1d(of(factor * cells)) for factor in (1, 2, 4)])
+    for case, limit, off in zip(cases, *number_limits(meshes), strict=True):
+        yield case, float(limit), float(off / abs(limit)), None

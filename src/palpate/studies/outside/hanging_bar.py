@@ -1,0 +1,81 @@
+"""The hanging bar of AustrianTradingMachine/Newton at 9e5d430: on its own mesh node for node, and its limit."""
+
+from pathlib import Path
+
+import numpy as np
+
+from palpate.bodies.body import nest
+from palpate.bodies.material import Material
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.particles import particles_of
+from palpate.files import read_table
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.studies.outside.supported import TOLERANCE, Supported, block
+
+SIZES_M, CELLS, GRAVITY = (0.6, 0.6, 1.6), (6, 6, 16), 9.80665
+SHEAR_PA, LAME_PA = 1e4, 5e4
+RUBBER = Material(
+    SHEAR_PA * (3.0 * LAME_PA + 2.0 * SHEAR_PA) / (LAME_PA + SHEAR_PA),
+    LAME_PA / (2.0 * (LAME_PA + SHEAR_PA)),
+    100.0,
+    "neo_hookean",
+)
+CORNERS = np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)])
+"""Of a cell, the first axis fastest, as its nodes are numbered."""
+
+
+def grid(cells: tuple[int, int, int], sizes_m: tuple[float, float, float]) -> TetMesh:
+    """Return the mesh that Newton's ``add_soft_grid`` makes of a block: five tetrahedra a cell, mirrored at each side.
+
+    Four cut off the corners of a cell between which there is no edge, the fifth is what they leave. Its nodes are in
+    single precision.
+    """
+    counts = np.array(cells)
+    nodes = np.array([[i, j, k] for k in range(cells[2] + 1) for j in range(cells[1] + 1) for i in range(cells[0] + 1)])
+    strides = np.array([1, cells[0] + 1, (cells[0] + 1) * (cells[1] + 1)])
+    parity = CORNERS.sum(axis=1) % 2
+    fives = []
+    for odd in (0, 1):
+        inner = np.flatnonzero(parity == odd)
+        cut = np.flatnonzero(parity != odd)
+        near = [inner[np.abs(CORNERS[inner] - CORNERS[each]).sum(axis=1) == 1] for each in cut]
+        fives.append(np.array([[each, *others] for each, others in zip(cut, near, strict=True)] + [list(inner)]))
+    origins = nodes[(nodes < counts).all(axis=1)]
+    tetrahedra = (origins @ strides)[:, None, None] + (CORNERS @ strides)[np.array(fives)[origins.sum(axis=1) % 2]]
+    places = (nodes * (np.array(sizes_m) / counts)).astype(np.float32).astype(float)
+    mesh = TetMesh(places, tetrahedra.reshape(-1, 4))
+    mesh.tetrahedra[mesh.volumes < 0] = mesh.tetrahedra[mesh.volumes < 0][:, [1, 0, 2, 3]]
+    return TetMesh(places, mesh.tetrahedra)
+
+
+def read_displacements(path: str | Path) -> np.ndarray:
+    """Read those of the nodes of ``grid`` that FEniCSx found, (833, 3) [m]; InputError if the file lacks a column."""
+    return 1e-12 * read_table(path, ["x_pm", "y_pm", "z_pm"]).to_numpy(dtype=float)
+
+
+def on_its_mesh() -> np.ndarray:
+    """Return the displacements (833, 3) [m] of palpate's linear elements on that mesh."""
+    mesh = grid(CELLS, SIZES_M)
+    body = nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] > SIZES_M[2] - 1e-3), RUBBER)
+    problem = Equilibrium(body, 0)
+    weight = np.outer(particles_of(body, 0, False).masses, [0.0, 0.0, -GRAVITY])
+    return problem.solve(weight, TOLERANCE).x - mesh.nodes
+
+
+def tip_and_energy(cells: int) -> tuple[float, float]:
+    """Return the tip's displacement [mm] and the strain energy [J] with quadratic elements on a quarter of the bar.
+
+    cells : across the quarter
+    """
+    half, length = 0.5 * SIZES_M[0], SIZES_M[2]
+    mesh = block([cells, cells, 3 * cells], lambda p: p * [half, half, length])
+
+    def held(p: np.ndarray) -> np.ndarray:
+        top = p[:, 2] > length - 1e-9
+        return np.column_stack([top | (p[:, 0] > half - 1e-9), top | (p[:, 1] > half - 1e-9), top])
+
+    quarter = Supported(mesh, RUBBER, held)
+    quarter.load = np.outer(quarter.masses().sum(axis=1), [0.0, 0.0, -GRAVITY])
+    moved = quarter.settle()
+    tip = np.argmin(np.linalg.norm(quarter.nodes - [half, half, 0.0], axis=1))
+    return -1e3 * moved[tip, 2], 4.0 * quarter.elements.energy(quarter.nodes + moved)

@@ -1,0 +1,127 @@
+"""What presses determine is found again, and what they leave open is said."""
+
+import numpy as np
+import pytest
+from fixtures.pressed_layer import Layer, draw_presses
+from scipy.stats import chi2
+
+from palpate.errors import InputError
+from palpate.identification.fit import POINTS, Data, MixedModel, Options, best_fit, fitted, loading
+from palpate.identification.forward import Parameter
+from palpate.identification.identify import identify
+from palpate.identification.intervals import Profiler, bootstrap, threshold
+from palpate.identification.presses import Press
+
+NU = Parameter("poisson", 0.3, 0.49, "1")
+THICKNESS = Parameter("thickness_m", 0.006, 0.04, "m")
+STIFFENING = Parameter("stiffening", 0.0, 3.0, "1")
+QUICK = Options(resamples=0)
+
+
+def fit_of(layer, values, seed=0, **more):
+    records = draw_presses(Layer(layer.radius_m), values, np.random.default_rng(seed), **more)
+    model = MixedModel.of(Data.of(records), layer, QUICK)
+    return model, *best_fit(model)
+
+
+def test_poisson_is_unknown_and_the_modulus_that_it_acts_through_is_not():
+    model, best, least = fit_of(Layer(0.004), {"poisson": 0.45}, place_scatter=0.05)
+    profiler = Profiler.of(model, best, least, 0.9)
+    nu, profile = profiler.parameter("poisson")
+    assert not nu.known and nu.open_low and nu.open_high
+    assert (nu.low, nu.high) == (0.3, 0.49)
+    assert np.abs(profile.minus2).max() < 0.1  # E makes up for ν entirely
+    young, modulus = profiler.young_pa()[0], profiler.modulus_pa()[0]
+    assert young.low < 2000.0 < young.high
+    assert modulus.low < 2000.0 / (1 - 0.45**2) < modulus.high
+    # E may be anything that ν makes of the modulus
+    assert young.high / young.low > 1.1 * modulus.high / modulus.low
+
+
+def test_intervals_hold_the_truth_about_as_often_as_they_say():
+    inside = []
+    for seed in range(8):
+        model, best, least = fit_of(Layer(0.008), {"poisson": 0.4}, seed, places=12)
+        modulus, _ = Profiler.of(model, best, least, 0.9).modulus_pa()
+        inside.append(modulus.low <= 2000.0 / (1 - 0.4**2) <= modulus.high)
+    assert sum(inside) >= 6
+
+
+def test_scatter_noise_and_first_touch_are_found():
+    model, best, _ = fit_of(Layer(0.008), {"poisson": 0.4}, places=60, place_scatter=0.3)
+    assert np.exp(best["log_noise"]) == pytest.approx(0.02, rel=0.15)
+    assert best["place"] == pytest.approx(0.3, rel=0.3)
+    assert model.values(best)["offset_m"] == pytest.approx(-1e-4, abs=5e-5)
+
+
+def test_a_layer_of_another_thickness_is_not_followed():
+    thin = {"poisson": 0.45, "thickness_m": 0.006}
+    known = Layer(0.004, known={"thickness_m": 0.04})
+    records = draw_presses(Layer(0.004), thin, np.random.default_rng(0), places=10, offset_m=(0.0, 5e-5))
+    found = identify(records, {"thick": known}, Options(offset_m=(-1e-4, 1e-4), resamples=0))
+    assert found.laws[0].excess.low > 0.0 and not found.laws[0].follows
+    free = identify(records, {"free": Layer(0.004, (NU, THICKNESS))}, Options(offset_m=(-1e-4, 1e-4), resamples=0))
+    assert free.parameters["thickness_m"].low <= 0.006 <= free.parameters["thickness_m"].high < 0.02
+    assert free.laws[0].follows
+
+
+def test_the_law_that_stiffens_is_found_and_its_stiffening():
+    values = {"poisson": 0.45, "stiffening": 1.0}
+    laws = {"linear": Layer(0.004), "stiffens": Layer(0.004, (NU, STIFFENING))}
+    records = draw_presses(Layer(0.004), values, np.random.default_rng(0), places=8)
+    found = identify(records, laws, QUICK)
+    assert found.law == "stiffens"
+    assert found.laws[1].law == "linear" and found.laws[1].above > 10.0
+    assert found.laws[0].follows and not found.laws[1].follows
+    assert found.parameters["stiffening"].low < 1.0 < found.parameters["stiffening"].high
+    # and where tissue does not stiffen, the law cannot be told from the one that may
+    records = draw_presses(Layer(0.004), {"poisson": 0.45}, np.random.default_rng(0), places=8)
+    assert set(identify(records, laws, QUICK).same_law) == set(laws)
+
+
+def test_the_own_error_of_a_model_widens_the_interval_as_squares_add():
+    records = draw_presses(Layer(0.004), {"poisson": 0.45}, np.random.default_rng(0), places=80, place_scatter=0.0)
+    found = []
+    for error in (0.0, 0.1):
+        model = MixedModel.of(Data.of(records), Layer(0.004, relative_error=error), QUICK)
+        best, least = best_fit(model)
+        found.append(Profiler.of(model, best, least, 0.9).modulus_pa()[0])
+    assert np.log(found[1].high / found[1].best) > 0.1 * np.sqrt(threshold(0.9, 80))
+    assert np.log(found[1].high / found[1].best) < 0.25
+    assert np.log(found[0].high / found[0].best) < 0.05
+
+
+def test_the_bootstrap_over_places_is_as_wide_as_places_differ():
+    model, best, _ = fit_of(Layer(0.008), {"poisson": 0.45}, places=30, place_scatter=0.2)
+    drawn = bootstrap(model, best, Options(resamples=40))["modulus_pa"]
+    expected = 2 * 1.645 * 0.2 / np.sqrt(30)
+    assert 0.6 * expected < np.log(drawn.high / drawn.low) < 1.5 * expected
+
+
+def test_thresholds_are_those_of_one_degree_of_freedom_for_many_places():
+    assert threshold(0.9, 100_000) == pytest.approx(chi2.ppf(0.9, 1), rel=1e-3)
+    # 5 normal values: t of 4 degrees, 2.132
+    assert threshold(0.9, 5) == pytest.approx(5 * np.log(1 + 2.132**2 / 4), rel=1e-3)
+
+
+def test_what_is_held_stays_and_costs_likelihood():
+    model, best, least = fit_of(Layer(0.008), {"poisson": 0.45})
+    unknown, value = fitted(model, best, {"offset": 0.9})
+    assert unknown["offset"] == 0.9 and value > least + 5.0
+    unknown, value = fitted(model, best, young=float(np.log(model.values(best)["young_pa"] * 1.02)))
+    assert model.values(unknown)["young_pa"] == pytest.approx(1.02 * model.values(best)["young_pa"])
+    assert value == pytest.approx(least, abs=0.05)  # ν makes up for it
+
+
+def test_a_press_is_fitted_while_it_goes_deeper():
+    depth = np.concatenate([np.linspace(0, 1e-3, 50), np.linspace(1e-3, 0.0, 50)[1:]])
+    press = Press("a", "", "", "", None, None, None, depth, np.arange(99.0))
+    deep, force = loading(press)
+    assert len(deep) == POINTS and (np.diff(deep) > 0).all() and deep[-1] == 1e-3
+    assert (force < 50).all()
+
+
+def test_presses_of_no_force_are_refused():
+    records = draw_presses(Layer(0.004), {"poisson": 0.45}, np.random.default_rng(0), young_pa=0.0)
+    with pytest.raises(InputError, match="no forces"):
+        best_fit(MixedModel.of(Data.of(records), Layer(0.004), QUICK))

@@ -51,7 +51,7 @@ def test_linear_elements_from_elsewhere_are_scored_as_those_inside(pressed, fold
         for column in ("rmse_m", "rmse_of_peak", "relative_l2", "max_of_peak", "patch_rms_of_peak", "rmse_of_peak_p95"):
             assert one[column] == pytest.approx(other[column], rel=1e-8), (outside, column)
     loose = found.settings.set_index("setting")["rmse_of_peak"]
-    assert loose["level 0"] > 2 * loose["level 1"]
+    assert loose["level 0"] > 1.5 * loose["level 1"]
 
 
 MODEL = {"place": MODELS["fem_p1"][0], "keywords": MODELS["fem_p1"][1]}

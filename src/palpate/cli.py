@@ -1,4 +1,4 @@
-"""The command ``palpate``: own data set up and tried, bodies pressed, advice from a run, models to take along, engines."""
+"""The command ``palpate``: own data set up and tried, bodies pressed, advice from a run, models, questions."""
 
 import argparse
 import math

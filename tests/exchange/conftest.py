@@ -93,7 +93,10 @@ def answers(questions) -> dict[str, np.ndarray]:
         "settings": np.array(["coarse", "middle", "fine"]), "converged": np.array([False, False, True]),
     }  # fmt: skip
     for i, share in enumerate((0.7, 0.9, 0.99)):
-        found |= {f"setting_{i}/displacement_m": share * truth, f"setting_{i}/seconds": np.full((k, 4), 0.001 * (i + 1))}
+        found |= {
+            f"setting_{i}/displacement_m": share * truth,
+            f"setting_{i}/seconds": np.full((k, 4), 0.001 * (i + 1)),
+        }
         found |= {f"setting_{i}/preparation_s": np.array(0.5), f"setting_{i}/memory_mb": np.array(10.0)}
     found["setting_0/failed"] = np.arange(k) == 1
     found["setting_0/displacement_m"] = found["setting_0/displacement_m"].copy()

@@ -47,7 +47,10 @@ def test_linear_elements_from_elsewhere_are_scored_as_those_inside(pressed, fold
     model = load_model("fem_p1", **MODEL)
     chosen = [each for each in model.settings(case) if each["start"] == "rest"]
     inside = measure(case, "fem_p1", model._replace(settings=lambda _: chosen), judge, 1, 0.0)[1].set_index("setting")
-    for outside, name in (("level 0", "level=0, start=rest, tolerance=1e-10"), ("level 1", "level=1, start=rest, tolerance=1e-10")):
+    for outside, name in (
+        ("level 0", "level=0, start=rest, tolerance=1e-10"),
+        ("level 1", "level=1, start=rest, tolerance=1e-10"),
+    ):
         one, other = found.settings.set_index("setting").loc[outside], inside.loc[name]
         for column in ("rmse_m", "rmse_of_peak", "relative_l2", "max_of_peak", "patch_rms_of_peak", "rmse_of_peak_p95"):
             assert one[column] == pytest.approx(other[column], rel=1e-8), (outside, column)
@@ -76,12 +79,19 @@ def test_an_answer_on_a_mesh_of_its_own_is_interpolated_and_its_cost_is_said(que
     surface = np.unique(level["triangles"])
     moved = np.zeros((questions.count, len(level["nodes_m"]), 3))
     moved[:, surface] = questions.truth["displacement_m"][:, [place[int(node)] for node in surface]]
-    answers |= {"setting_2/displacement_m": moved, "setting_2/nodes_m": level["nodes_m"], "setting_2/triangles": level["triangles"]}
+    answers |= {
+        "setting_2/displacement_m": moved,
+        "setting_2/nodes_m": level["nodes_m"],
+        "setting_2/triangles": level["triangles"],
+    }
     row = score_presses(saved(answers, tmp_path / "a.npz"), questions, questions.truth).settings.iloc[2]
     assert row["rmse_of_peak"] == pytest.approx(row["mesh_rmse_of_peak"], rel=1e-9) and row["rmse_of_peak"] > 1e-3
     assert row["patch_rms_of_peak"] == pytest.approx(row["mesh_patch_rms_of_peak"], rel=1e-9)
     # the asked points themselves cost nothing
-    answers |= {"setting_2/displacement_m": 0.99 * questions.truth["displacement_m"], "setting_2/nodes_m": asked["points_m"]}
+    answers |= {
+        "setting_2/displacement_m": 0.99 * questions.truth["displacement_m"],
+        "setting_2/nodes_m": asked["points_m"],
+    }
     answers["setting_2/triangles"] = asked["triangles"]
     row = score_presses(saved(answers, tmp_path / "a.npz"), questions, questions.truth).settings.iloc[2]
     assert row["mesh_rmse_of_peak"] == pytest.approx(0.0, abs=1e-12) and row["relative_l2"] == pytest.approx(0.01)
@@ -90,11 +100,15 @@ def test_an_answer_on_a_mesh_of_its_own_is_interpolated_and_its_cost_is_said(que
 def test_hdf5_says_the_same(questions, answers, tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         for name, value in answers.items():
-            file[name] = value.astype(object) if value.dtype.kind == "U" and value.ndim else (
-                str(value) if value.dtype.kind == "U" else value
+            file[name] = (
+                value.astype(object)
+                if value.dtype.kind == "U" and value.ndim
+                else (str(value) if value.dtype.kind == "U" else value)
             )
     one = score_presses(tmp_path / "a.h5", questions, questions.truth).settings
-    pd.testing.assert_frame_equal(one, score_presses(saved(answers, tmp_path / "a.npz"), questions, questions.truth).settings)
+    pd.testing.assert_frame_equal(
+        one, score_presses(saved(answers, tmp_path / "a.npz"), questions, questions.truth).settings
+    )
 
 
 def test_another_law_is_said_and_judged_by_its_own_truth_where_there_is_one(questions, answers, tmp_path):
@@ -141,7 +155,11 @@ def test_the_command_writes_a_table_and_a_picture_beside_palpate_s_models(rows_o
     known = {"fem_p1 level=0": 0.1, "fem_p2 level=0": 0.0102}
     for _, row in own.iterrows():
         floor = row["truth_rmse_of_peak"]
-        ties = [n for n, e in known.items() if max(e, floor, row["rmse_of_peak"]) <= 1.05 * max(floor, min(e, row["rmse_of_peak"]))]
+        ties = [
+            n
+            for n, e in known.items()
+            if max(e, floor, row["rmse_of_peak"]) <= 1.05 * max(floor, min(e, row["rmse_of_peak"]))
+        ]
         assert ("" if pd.isna(row["tied_with"]) else row["tied_with"]) == "; ".join(ties)
     shutil.copytree(rows_of_run, tmp_path / "others")
     loads = pd.read_csv(tmp_path / "others/data/block/large/loads.csv")

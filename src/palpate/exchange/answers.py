@@ -65,7 +65,9 @@ def read_answers(path: Path, questions: Questions, numbers: Mapping[str, bool]) 
     texts = {name: file.text(name) for name in TEXTS}
     if texts["digest"] != questions.digest:
         scene = questions.info["scene"]
-        raise file.wrong("digest", f"is of other questions than these, of {scene}", "answer these, and quote their digest")
+        raise file.wrong(
+            "digest", f"is of other questions than these, of {scene}", "answer these, and quote their digest"
+        )
     names, converged = file.names("settings"), file.marks("converged", None)
     if len(converged) != len(names):
         raise file.wrong("converged", f"has {len(converged)} values for {len(names)} settings", "give one for each")
@@ -79,7 +81,9 @@ def read_answers(path: Path, questions: Questions, numbers: Mapping[str, bool]) 
     if len(names) < LEAST_SETTINGS:
         warned.append(f"{path} has {len(names)} of the {LEAST_SETTINGS} settings that make a curve.")
     if not converged.any():
-        warned.append(f"{path} marks no setting as converged, so that nothing tells the mesh's error from the solver's.")
+        warned.append(
+            f"{path} marks no setting as converged, so that nothing tells the mesh's error from the solver's."
+        )
     return Answers(texts["engine"], texts["version"], texts["hardware"], texts["law"], found, tuple(warned))
 
 
@@ -143,12 +147,16 @@ def _mesh(file: "_File", place: str, questions: Questions) -> tuple[np.ndarray, 
         what = f"is {triangles.dtype} of the shape {triangles.shape}"
         raise file.wrong(place + "triangles", what, "give whole numbers (triangles, 3), nodes of the surface")
     if not 0 <= triangles.min() <= triangles.max() < len(nodes):
-        raise file.wrong(place + "triangles", "names nodes that nodes_m does not have", f"count from 0 to {len(nodes) - 1}")
+        raise file.wrong(
+            place + "triangles", "names nodes that nodes_m does not have", f"count from 0 to {len(nodes) - 1}"
+        )
     low, high = questions.points.min(axis=0), questions.points.max(axis=0)
     used, size = nodes[np.unique(triangles)], questions.info["size_m"]
     if np.abs([used.min(axis=0) - low, used.max(axis=0) - high]).max() > FAR * size:
         where = f"lies between {used.min(axis=0).round(4).tolist()} and {used.max(axis=0).round(4).tolist()} m"
-        raise file.wrong(place + "nodes_m", where, f"the body lies between {low.round(4).tolist()} and {high.round(4).tolist()}")
+        raise file.wrong(
+            place + "nodes_m", where, f"the body lies between {low.round(4).tolist()} and {high.round(4).tolist()}"
+        )
     return nodes, triangles.astype(np.int64)
 
 

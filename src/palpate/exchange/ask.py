@@ -71,7 +71,14 @@ def _press(
     else:
         given = settings["bodies"][name]
         body = make_body(name, given | paths_of_body(given, config.parent))
-        questions = private(body, settings, regime, radius_m, seed, steps(partial(print, file=sys.stderr, flush=True), "forces at contact"))
+        questions = private(
+            body,
+            settings,
+            regime,
+            radius_m,
+            seed,
+            steps(partial(print, file=sys.stderr, flush=True), "forces at contact"),
+        )
     return body, questions, presses.page(questions)
 
 
@@ -84,9 +91,11 @@ def public(settings: dict[str, Any], folder: Path, regime: str, radius_m: float)
     files = {"body": folder / "body.h5", **{name: place / f"{name}.h5" for name in ("database", "truth")}}
     files["samples"] = place / "samples.csv"
     if lacks := [path for path in files.values() if not path.is_file()]:
-        raise InputError(f"{lacks[0]} is missing; type make tradeoff first, or give --seed for questions without truths.")
+        raise InputError(
+            f"{lacks[0]} is missing; type make tradeoff first, or give --seed for questions without truths."
+        )
     options = FitOptions(**block["regression"], split="contacts", seed=settings["seed"])
-    given = radius_m, options, settings["solver"]["tolerance"], {}
+    given: tuple[Any, ...] = radius_m, options, settings["solver"]["tolerance"], {}
     case, judge = read_judged(files, regime, block["splits"][0], *given)
     rows = np.flatnonzero(judge.side == "test")
     asked = judge.numbers[rows], judge.samples.contact[rows], judge.samples.force[rows]
@@ -103,6 +112,6 @@ def private(
     count = -(-block["contacts"] // FOLDS)
     # half of the contacts are the farthest from each other, whatever the seed: those drawn by area are taken
     able = contacts_by_area(body, count, seed)
-    loads = choose_presses(body, 0, block["presses"], rule, radius_m, seed, progress, able)
+    loads = choose_presses(body, 0, block["presses"], rule, radius_m, seed, progress, able.tolist())
     forces = np.array([force_of(load) for _, load in loads.iterrows()])
     return presses.questions_of(body, regime, radius_m, loads["sample"].to_numpy(), loads["contact"].to_numpy(), forces)

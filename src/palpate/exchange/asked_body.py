@@ -52,12 +52,14 @@ def body_info(body: Body) -> dict[str, Any]:
 
 
 def body_of(questions: Questions) -> Body:
-    """Return the body of ``questions`` as it was asked about; its law is a name only, if it is of a file of one's own."""
+    """Return the body of ``questions`` as it was asked about; a law of a file of one's own is a name only."""
     info, levels = questions.info, [questions.arrays[f"level_{i}"] for i in range(questions.info["levels"])]
     meshes = [TetMesh(each["nodes_m"], each["tetrahedra"]) for each in levels]
     materials = tuple(Material(**each, law=info["law"]) for each in info["materials"])
     steps = [halfway(len(mesh.nodes), mesh.edges) for mesh in meshes[:-1]]
-    bed = {name: np.array(value) if isinstance(value, list) else value for name, value in info.get("bed", {}).items()}
+    bed: dict[str, Any] = {
+        name: np.array(value) if isinstance(value, list) else value for name, value in info.get("bed", {}).items()
+    }
     return Body(
         info["body"], meshes, steps, [each["held"] for each in levels], materials[0],
         Bed(**bed) if bed else None,

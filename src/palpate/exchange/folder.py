@@ -1,7 +1,7 @@
 """Write and read a folder of questions: one format for all kinds, whose bytes repeat and whose files are checked.
 
-A folder has questions.json, arrays in .npz files, meshes for other programs, README.md, and perhaps truth.npz. Its digest
-is that of what is asked, numbers and all, but not of the truth nor of how files are packed.
+A folder has questions.json, arrays in .npz files, meshes for other programs, README.md, and perhaps truth.npz. Its
+digest is that of what is asked, numbers and all, but not of the truth nor of how files are packed.
 """
 
 import hashlib
@@ -116,7 +116,9 @@ def read(folder: Path) -> Questions:
         except OSError as error:
             raise InputError(f"{path} cannot be read ({error.strerror}); have the questions written anew.") from error
         if hashlib.sha256(content).hexdigest() != told:
-            raise InputError(f"{path} is not as it was written (its checksum differs); have the questions written anew.")
+            raise InputError(
+                f"{path} is not as it was written (its checksum differs); have the questions written anew."
+            )
         if path.suffix == ".npz":
             with np.load(io.BytesIO(content), allow_pickle=False) as file:
                 arrays[path.stem] = {each: file[each] for each in file.files}

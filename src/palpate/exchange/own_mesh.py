@@ -31,7 +31,7 @@ class OwnMesh:
 
 
 def _onto(nodes: np.ndarray, triangles: np.ndarray, points: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:
-    """Return the linear interpolation (p, n) to the points of a surface nearest to ``points``, and distances (p,) [m]."""
+    """Return the linear interpolation (p, n) to what of a surface is nearest to ``points``, and distances (p,) [m]."""
     corners, weights, away = nearest_on_surface(Sheet(nodes, triangles, 0.0), points)
     rows = np.repeat(np.arange(len(points)), 3)
     return sparse.csr_array((weights.ravel(), (rows, corners.ravel())), shape=(len(points), len(nodes))), away

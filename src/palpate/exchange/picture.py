@@ -1,4 +1,4 @@
-"""Draw the score of an engine: error against time, hollow as its times are another machine's, beside palpate's front."""
+"""Draw the score of an engine: error against time, hollow as times are another machine's, beside palpate's models."""
 
 from collections.abc import Mapping
 

@@ -30,12 +30,8 @@ def questions_of(
     loads: list[dict[str, Any]] = []
     for number, contact, force in zip(samples, contacts, forces, strict=True):
         patch = patch_at(body, int(contact), radius_m)
-        loads.append(
-            {
-                "name": f"press {int(number)}", "place_m": patch.center_m.tolist(), "normal": patch.normal.tolist(),
-                "radius_m": patch.radius_m, "force_n": np.asarray(force, dtype=float).tolist(),
-            }  # fmt: skip
-        )
+        told = {"name": f"press {int(number)}", "place_m": patch.center_m.tolist(), "normal": patch.normal.tolist()}
+        loads.append(told | {"radius_m": patch.radius_m, "force_n": np.asarray(force, dtype=float).tolist()})
     arrays = body_arrays(body)
     arrays["loads"] = {name: np.array([load[name] for load in loads]) for name in loads[0] if name != "name"}
     arrays["loads"]["sample"] = np.asarray(samples, dtype=np.int64)

@@ -29,7 +29,9 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
     truth = questions.truth
     if truth is None:
         truth = truth_beside(questions, folder, questions.info["law"], lambda law: _find(questions, law))
-    elsewhere = (lambda law: truth_beside(questions, folder, law, lambda name: _find(questions, name))) if own_law else None
+    elsewhere = (
+        (lambda law: truth_beside(questions, folder, law, lambda name: _find(questions, name))) if own_law else None
+    )
     scored = score_presses(answers, questions, truth, elsewhere)
     beside = None if results is None else _beside(results, questions)
     floor = floor_of(presses.judge_of(questions, truth)[0].own)
@@ -105,5 +107,3 @@ def _percent(value: float) -> str:
 
 def _time(value: float) -> str:
     return seconds(float(value)) if np.isfinite(float(value)) else ""
-
-

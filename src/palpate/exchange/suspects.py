@@ -1,6 +1,6 @@
 """Recognise answers that are right but for a slip of the adapter: another unit, positions, another order.
 
-Each is told by what a slip alone can do, so that no answer that is near the truth, nor one that is merely bad, is refused.
+Each is told by what a slip alone can do, so that no answer near the truth is refused, nor one that is merely bad.
 """
 
 import numpy as np
@@ -66,9 +66,9 @@ def _scaled(answers: np.ndarray, truth: np.ndarray) -> str:
 def _positions(answers: np.ndarray, truth: np.ndarray, points: np.ndarray) -> str:
     """Tell deformed positions: without the rest they are like the truth, and as they are far from it."""
     moved = answers - points
-    if _relative(answers, truth) > 2.0 and _relative(moved, truth) < 0.5 * _relative(answers, truth):
-        if _cosine(moved, truth) > ALIKE:
-            return "holds positions and not displacements; subtract the positions at rest"
+    nearer = _relative(answers, truth) > 2.0 and _relative(moved, truth) < 0.5 * _relative(answers, truth)
+    if nearer and _cosine(moved, truth) > ALIKE:
+        return "holds positions and not displacements; subtract the positions at rest"
     return ""
 
 

@@ -181,6 +181,13 @@ def test_objects_and_groups_are_no_answers(questions, answers, tmp_path):
         read_answers(tmp_path / "a.h5", questions, {})
 
 
+def test_memory_may_be_left_out(questions, answers, tmp_path):
+    answers.pop("setting_2/memory_mb")
+    np.savez(tmp_path / "a.npz", **answers)
+    rows = score_presses(tmp_path / "a.npz", questions, questions.truth).settings
+    assert rows["memory_mb"].isna().tolist() == [False, False, True]
+
+
 def test_few_settings_and_none_that_is_converged_are_said_and_scored(questions, answers, tmp_path):
     few = {name: value for name, value in answers.items() if not name.startswith(("setting_1", "setting_2"))}
     few |= {"settings": np.array(["coarse"]), "converged": np.array([False])}

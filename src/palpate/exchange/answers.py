@@ -13,8 +13,8 @@ from palpate.exchange.folder import Questions
 
 TEXTS = ("digest", "engine", "version", "hardware", "law")
 LISTS = ("settings", "converged")
-NEEDED = ("displacement_m", "seconds", "preparation_s", "memory_mb")
-OPTIONAL = ("failed", "nodes_m", "triangles")
+NEEDED = ("displacement_m", "seconds", "preparation_s")
+OPTIONAL = ("failed", "nodes_m", "triangles", "memory_mb")
 LEAST_SETTINGS = 3
 """Fewer settings are scored, but make no curve."""
 FARTHEST_M = 1e12
@@ -30,6 +30,7 @@ class Setting:
     displacement : (k, p, 3) [m] at the asked points, or (k, n, 3) at ``nodes``; NaN where it failed
     failed : (k,) truth values; seconds : (k, r) [s] of r calls each
     nodes, triangles : (n, 3) [m], (t, 3) of a mesh of the engine's own, or None
+    memory_mb : [1e6 bytes], NaN where it is not known
     numbers : further answers of each question, (k,) each, by name
     """
 
@@ -121,7 +122,7 @@ def _setting(
         raise file.wrong(place + "failed", f"marks question {where}, which has an answer", "give NaN there, or no mark")
     return Setting(
         name, converged, moved, failed, _seconds(file, place, failed), file.number(place + "preparation_s"),
-        file.number(place + "memory_mb"), nodes, triangles,
+        file.number(place + "memory_mb") if file.has(place + "memory_mb") else np.nan, nodes, triangles,
         {each: _numbers(file, place + each, failed, needed) for each, needed in numbers.items()},
     )  # fmt: skip
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from importlib.resources import files
 from string import Template
 
+from palpate.bodies.material import LAWS
 from palpate.exchange.asked_body import formula
 from palpate.exchange.folder import Questions
 
@@ -38,7 +39,8 @@ def readme(questions: Questions, law: str, more: Mapping[str, str]) -> bytes:
     told = {
         "scene": info["scene"], "body": info["body"], "law": info["law"], "count": questions.count,
         "points": len(questions.points), "levels": info["levels"], "sizes": "\n".join(rows),
-        "formula": formula(law), "material": "; ".join(f"{i}: {each}" for i, each in enumerate(materials)),
+        "formula": formula(law), "laws": "\n".join(f"- `{name}`: {formula(name)}" for name in LAWS if name != law),
+        "material": "; ".join(f"{i}: {each}" for i, each in enumerate(materials)),
         "bed": _text("bed.md") if "bed" in info else "", "own_mesh": _text("own_mesh.md"), "truths": truths,
     }  # fmt: skip
     return read_page("readme.md").substitute(told | dict(more)).encode()

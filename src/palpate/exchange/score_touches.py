@@ -20,6 +20,7 @@ from palpate.exchange.folder import Arrays, Questions
 from palpate.exchange.own_mesh import OwnMesh
 from palpate.exchange.score import MESH, NO_ANSWER, OWN_LAW, WHERE, Scored, at_points, own_law_truth
 from palpate.exchange.suspects import slip
+from palpate.report.words import two_digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +109,7 @@ def _force_slip(forces: np.ndarray, truth: np.ndarray) -> str:
         return "is below 0 in every touch; give the force on the body along direction, positive as it pushes"
     ratio = forces / truth
     if (ratio > 300.0).all() and (ratio < 30000.0).all():
-        return f"is {np.median(ratio):.3g} times the truth, as if in mN; give N"
+        return f"is {two_digits(float(np.median(ratio)))} times the truth, as if in mN; give N"
     return ""
 
 

@@ -103,6 +103,7 @@ FAULTS = {
     "lengths alone": (moved(lambda u, q: np.linalg.norm(u, axis=2)), r"displacement_m has the shape \(4, 162\)"),
     "a NaN": (entry(MOVED, (1, 7, 2), np.nan), r"displacement_m is not finite in question 1; mark that as failed"),
     "an infinite number": (entry(MOVED, (0, 0, 0), np.inf), r"displacement_m is not finite in question 0"),
+    "a solver that burst": (entry(MOVED, (2, 3, 1), 1e300), r"displacement_m is 1e\+300 m in question 2; give NaN for"),
     "failed and answered": (
         put(at_failed=[True, False, False, False]),
         r"failed marks question 0, which has an answer",

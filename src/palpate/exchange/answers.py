@@ -17,6 +17,8 @@ NEEDED = ("displacement_m", "seconds", "preparation_s", "memory_mb")
 OPTIONAL = ("failed", "nodes_m", "triangles")
 LEAST_SETTINGS = 3
 """Fewer settings are scored, but make no curve."""
+FARTHEST_M = 1e12
+"""Displacement [m] beyond which an answer is none, as squares of it overflow at last."""
 LONGEST = 200
 """Characters that a name may have, as tables show it."""
 
@@ -108,6 +110,11 @@ def _setting(
         where = int(np.flatnonzero(lost & ~failed)[0])
         raise file.wrong(
             place + "displacement_m", f"is not finite in question {where}", f"mark that as failed in {place}failed"
+        )
+    if (burst := np.nan_to_num(np.abs(moved)).max(axis=(1, 2)) > FARTHEST_M).any():
+        what = f"is {np.nanmax(np.abs(moved)):.1g} m in question {int(np.flatnonzero(burst)[0])}"
+        raise file.wrong(
+            place + "displacement_m", what, f"give NaN for what burst, and mark it as failed in {place}failed"
         )
     if (failed & np.isfinite(moved).any(axis=(1, 2))).any():
         where = int(np.flatnonzero(failed & np.isfinite(moved).any(axis=(1, 2)))[0])

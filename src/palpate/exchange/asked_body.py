@@ -2,7 +2,7 @@
 
 import ast
 import tempfile
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -66,6 +66,14 @@ def body_of(questions: Questions) -> Body:
         Tissue(materials, levels[0]["region"]) if len(materials) > 1 else None,
         smooth=SmoothSurface(**info["smooth"]) if "smooth" in info else None,
     )  # fmt: skip
+
+
+def with_law(body: Body, law: str) -> Body:
+    """Return ``body`` with another law, all its moduli as they are."""
+    regions = body.regions
+    if regions is not None:
+        regions = replace(regions, materials=tuple(replace(each, law=law) for each in regions.materials))
+    return replace(body, material=replace(body.material, law=law), regions=regions)
 
 
 def law_name(law: str) -> str:

@@ -1,7 +1,6 @@
 """Questions of presses: a pressure over a disc, and the displacement that it causes."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from palpate.benchmark.truth import truth_of
 from palpate.bodies.body import Body
 from palpate.effects.patch_load import nodal_load, patch_at
 from palpate.errors import InputError
-from palpate.exchange.asked_body import body_arrays, body_info, body_of, refuse_sheet
+from palpate.exchange.asked_body import body_arrays, body_info, body_of, refuse_sheet, with_law
 from palpate.exchange.folder import Arrays, Questions
 from palpate.exchange.readme import read_page
 
@@ -76,14 +75,10 @@ def judge_of(questions: Questions, truth: Arrays) -> tuple[Judge, np.ndarray]:
 
 def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arrays:
     """Find the truth of every press with the material's ``law``, one of LAWS, as ``make`` does."""
-    body, loads = body_of(questions), questions.arrays["loads"]
-    material = replace(body.material, law=law)
-    if body.regions is not None:
-        materials = tuple(replace(each, law=law) for each in body.regions.materials)
-        body = replace(body, regions=replace(body.regions, materials=materials))
+    body, loads = with_law(body_of(questions), law), questions.arrays["loads"]
     table = pd.DataFrame(loads["force_n"], columns=["force_x_n", "force_y_n", "force_z_n"])
     table = table.assign(sample=loads["sample"], contact=loads["node"], radius_m=loads["radius_m"])
-    found = truth_of(replace(body, material=material), table, set(loads["sample"].tolist()), progress)
+    found = truth_of(body, table, set(loads["sample"].tolist()), progress)
     own = np.where(found.believed[:, None], found.own, np.nan)
     return truth_arrays(found.displacement, own, found.seconds)
 

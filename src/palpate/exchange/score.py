@@ -39,6 +39,8 @@ SCORE = Table(
     truth_rmse_of_peak truth_patch_rms_of_peak: the truth's own error, below which nothing is told
     mesh_rmse_of_peak mesh_patch_rms_of_peak: what taking the truth through the engine's own mesh costs
     own_law_rmse_of_peak own_law_patch_rms_of_peak: errors against the truth of the engine's own law
+    force_error stiffness_error contact_area_error: of touches, mean relative errors of force, its slope and the area
+    force_error_median force_error_p95 penetration_of_depth: of its size, and how far points overlap [depth]
     online_median_s online_p95_s online_max_s offline_s memory_mb: times of answers, preparation [s], memory [1e6 bytes]
     tied_with: palpate's models that are no less nor more wrong
     """,
@@ -72,11 +74,12 @@ def score_presses(
     loads, asked, warned = questions.arrays["loads"], questions.arrays["asked"], list(answers.warnings)
     if lost := questions.count - len(rows):
         warned.append(f"{lost} of {questions.count} questions have no truth that is believed; they are left out.")
-    other = _other_law(answers, questions, own_law, warned)
+    elsewhere = own_law_truth(answers, questions, own_law, warned)
+    other = None if elsewhere is None else presses.judge_of(questions, elsewhere)
     findings: list[Finding] = []
     more: list[dict[str, Any]] = []
     for i, setting in enumerate(answers.settings):
-        moved, mesh = _at_points(setting, questions)
+        moved, mesh = at_points(setting, questions)
         there = rows[~setting.failed[rows]]
         place = loads["place_m"][there]
         known = truth["displacement_m"][there]
@@ -97,7 +100,7 @@ def score_presses(
     return Scored(answers, samples, settings.join(pd.DataFrame(more)), tuple(warned))
 
 
-def _at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMesh | None]:
+def at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMesh | None]:
     """Return displacements (k, p, 3) [m] at the asked points, and the mesh that they come from, if it is its own."""
     if setting.nodes is None or setting.triangles is None:
         return setting.displacement, None
@@ -119,10 +122,10 @@ def _mesh_costs(judge: Judge, mesh: OwnMesh | None) -> tuple[float, float]:
     return float(np.mean([e.rmse_of_peak for e in errors])), float(np.mean([e.patch_rms_of_peak for e in errors]))
 
 
-def _other_law(
+def own_law_truth(
     answers: Answers, questions: Questions, own_law: Callable[[str], Arrays | None] | None, warned: list[str]
-) -> tuple[Judge, np.ndarray] | None:
-    """Return what judges answers by the truth of their own law, and of which questions; None where there is none."""
+) -> Arrays | None:
+    """Return the truth of the law of ``answers``, None where that is the body's or has none; add to what is warned."""
     law, bodys = answers.law, questions.info["law"]
     if law == bodys:
         return None
@@ -130,8 +133,7 @@ def _other_law(
     if truth is None:
         how = "ask for it with --own-law" if law in LAWS else f"palpate has no law of that name, but {', '.join(LAWS)}"
         warned.append(f"the law is {law} and that of the body {bodys}: errors have both in them ({how}).")
-        return None
-    return presses.judge_of(questions, truth)
+    return truth
 
 
 def _own_law_errors(
@@ -185,9 +187,8 @@ def _ties(row: pd.Series, truth: Mapping[str, float], beside: pd.DataFrame | Non
     return "; ".join(f"{name} {setting}" for name, setting in zip(alike["model"], alike["setting"], strict=True))
 
 
-def floor_of(judge_own: np.ndarray) -> dict[str, float]:
-    """Return the mean own errors of the truth by name, NaN where none is known; judge_own : (k, len(TruthErrors))."""
-    known = judge_own[np.isfinite(judge_own).all(axis=1)]
-    means = known.mean(axis=0) if len(known) else np.full(len(presses.OWN), np.nan)
-    found = dict(zip(presses.OWN, means, strict=True))
-    return {name: float(found[name]) for name in ("rmse_of_peak", "patch_rms_of_peak")}
+def floor_of(truth: Arrays) -> dict[str, float]:
+    """Return the mean own errors of a truth where it is believed, by name; NaN where it never is."""
+    own = {name: truth[f"own_{name}"] for name in ("rmse_of_peak", "patch_rms_of_peak")}
+    known = np.isfinite(np.array(list(own.values()))).all(axis=0)
+    return {name: float(values[known].mean()) if known.any() else np.nan for name, values in own.items()}

@@ -1,20 +1,29 @@
 """Carry out ``palpate score``: a table on the screen, score.csv and a picture."""
 
 import sys
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from palpate.benchmark.ranking import BOUNDS, lasting
 from palpate.errors import InputError
-from palpate.exchange import presses
+from palpate.exchange import presses, touches
 from palpate.exchange.folder import Arrays, Questions, read
-from palpate.exchange.score import floor_of, score_presses, score_table, truth_beside
+from palpate.exchange.score import Scored, floor_of, score_presses, score_table, truth_beside
+from palpate.exchange.score_touches import score_touches
 from palpate.files import read_table, write_whole
 from palpate.report.words import percent, seconds
 from palpate.run.job import steps
+
+KINDS: dict[str, tuple[Any, Callable[..., Scored]]] = {
+    presses.KIND: (presses, score_presses),
+    touches.KIND: (touches, score_touches),
+}
+"""What finds the truth of each kind of questions, and what scores answers to them."""
 
 
 def score(answers: Path, folder: Path, results: Path | None, out: Path | None, own_law: bool) -> str:
@@ -26,15 +35,17 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
     InputError for answers, questions or results that cannot be used.
     """
     questions = read(folder)
+    if questions.kind not in KINDS:
+        raise InputError(f"{folder} has questions of kind {questions.kind}; score presses or touches.")
     truth = questions.truth
     if truth is None:
         truth = truth_beside(questions, folder, questions.info["law"], lambda law: _find(questions, law))
     elsewhere = (
         (lambda law: truth_beside(questions, folder, law, lambda name: _find(questions, name))) if own_law else None
     )
-    scored = score_presses(answers, questions, truth, elsewhere)
+    scored = KINDS[questions.kind][1](answers, questions, truth, elsewhere)
     beside = None if results is None else _beside(results, questions)
-    floor = floor_of(presses.judge_of(questions, truth)[0].own)
+    floor = floor_of(truth)
     table = score_table(scored.settings, floor, beside)
     place = (answers.parent if out is None else out).resolve()
     with write_whole(place / "score.csv") as part:
@@ -52,16 +63,18 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
 
 def _find(questions: Questions, law: str) -> Arrays:
     """Find the truth of ``law``, and say how far it is."""
-    print(f"finding the truth of {questions.count} presses with the law {law}", file=sys.stderr, flush=True)
+    print(f"finding the truth of {questions.count} questions with the law {law}", file=sys.stderr, flush=True)
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(limits=1):
         tell = partial(print, file=sys.stderr, flush=True)
-        return presses.find_truth(questions, law, steps(tell, "truth, solution"))
+        return KINDS[questions.kind][0].find_truth(questions, law, steps(tell, "truth, solution"))
 
 
 def _beside(results: Path, questions: Questions) -> pd.DataFrame:
-    """Return the rows of palpate's own models on the very same presses; InputError where results are of others."""
+    """Return the rows of palpate's own models on the very same questions; InputError where results are of others."""
+    if questions.kind == touches.KIND:
+        return _beside_touches(results, questions)
     info, loads = questions.info, questions.arrays["loads"]
     columns = ["scene", "model", "setting", "split", "rmse_of_peak", "online_median_s", "commit"]
     table = read_table(results / "tables/accuracy_vs_time.csv", columns)
@@ -78,7 +91,22 @@ def _beside(results: Path, questions: Questions) -> pd.DataFrame:
     return rows[rows["engine"].isna()] if "engine" in rows else rows
 
 
-SHOWN = ("setting", "error", "worst", "in the dent", "median", "p95", "failed", "through its mesh", "own law")
+def _beside_touches(results: Path, questions: Questions) -> pd.DataFrame:
+    info, loads = questions.info, questions.arrays["loads"]
+    columns = ["scene", "model", "setting", "rmse_of_peak", "force_error", "online_median_s"]
+    table = read_table(results / "tables/touch.csv", columns)
+    rows = table[(table["scene"] == info["scene"]) & ~table["model"].isin(BOUNDS)]
+    if not len(rows):
+        raise InputError(f"{results} has no models of {info['scene']}; leave --results out, or make that scene.")
+    tool = info["scene"].removeprefix(f"{info['body']}_")
+    place = results / "data" / info["body"] / "touch" / tool / "touches.csv"
+    known = read_table(place, ["sample", "node", "depth_m"]).set_index("sample").reindex(loads["sample"])
+    if not (np.array_equal(known["node"], loads["node"]) and np.allclose(known["depth_m"], loads["depth_m"])):
+        raise InputError(f"{place} has other touches than these questions; leave --results out, or ask anew.")
+    return rows.assign(commit="")
+
+
+SHOWN = ("setting", "error", "worst", "in the dent", "median", "p95", "failed", "through its mesh", "own law", "force")
 
 
 def _printed(table: pd.DataFrame) -> list[str]:
@@ -95,6 +123,7 @@ def _printed(table: pd.DataFrame) -> list[str]:
             _percent(row["rmse_of_peak"]), _percent(row["max_of_peak"]), _percent(row["patch_rms_of_peak"]),
             _time(row["online_median_s"]), _time(row["online_p95_s"]), f"{row['failures']:.0f}/{row['samples']:.0f}",
             _percent(row["mesh_rmse_of_peak"]), _percent(row["own_law_rmse_of_peak"]),
+            _percent(row["force_error_median"]),
         ))  # fmt: skip
     used = [c for c in range(len(SHOWN)) if c < 7 or any(row[c] for row in rows[1:])]
     wide = [max(len(row[c]) for row in rows) for c in used]

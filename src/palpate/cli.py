@@ -1,4 +1,4 @@
-"""The command ``palpate``: own data set up and tried, bodies pressed, advice from a run, and models to take along."""
+"""The command ``palpate``: own data set up and tried, bodies pressed, advice from a run, models, questions."""
 
 import argparse
 import math
@@ -101,6 +101,20 @@ def _parser() -> argparse.ArgumentParser:
     load = commands.add_parser("load", help="check a file that palpate export wrote, and say what it is")
     load.add_argument("file", help="the file")
     load.set_defaults(act=_load)
+    ask = commands.add_parser("ask", help="write the questions of a scene to a folder, for any engine to answer")
+    ask.add_argument("--scene", required=True, help="a body and a regime of loads, such as liver_large")
+    ask.add_argument("--out", required=True, type=Path, metavar="DIR", help="the folder to write")
+    ask.add_argument("--config", default="config.yaml", type=Path, metavar="FILE", help="settings (config.yaml)")
+    ask.add_argument("--results", type=Path, metavar="DIR", help="folder that make has filled; else beside them")
+    ask.add_argument("--seed", type=_count, help="draw new questions, without truths; else those of the run, with them")
+    ask.set_defaults(act=_ask)
+    score = commands.add_parser("score", help="say how wrong an engine's answers to such questions are")
+    score.add_argument("answers", type=Path, help="the file of answers (.npz or HDF5)")
+    score.add_argument("--questions", required=True, type=Path, metavar="DIR", help="folder that palpate ask wrote")
+    score.add_argument("--results", type=Path, metavar="DIR", help="folder that make has filled, to compare with")
+    score.add_argument("--out", type=Path, metavar="DIR", help="folder for score.csv and score.png; else the answers'")
+    score.add_argument("--own-law", action="store_true", help="find the truth of the engine's own law, too; minutes")
+    score.set_defaults(act=_score)
     return parser
 
 
@@ -247,6 +261,20 @@ def _load(asked: argparse.Namespace) -> str:
     from palpate.press.portable.file import describe
 
     return describe(asked.file)
+
+
+def _ask(asked: argparse.Namespace) -> str:
+    _share_compiled()
+    from palpate.exchange.ask import ask
+
+    return ask(asked.config, asked.results, asked.scene, asked.seed, asked.out)
+
+
+def _score(asked: argparse.Namespace) -> str:
+    _share_compiled()
+    from palpate.exchange.score_command import score
+
+    return score(asked.answers, asked.questions, asked.results, asked.out, asked.own_law)
 
 
 def _count(text: str) -> int:

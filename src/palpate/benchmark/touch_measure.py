@@ -75,7 +75,7 @@ def measure_touches(
             labels = _labels(case) | {"model": name, "setting": setting_text(setting)}
             samples += [labels | row for row in found]
             about |= {"sees": "load", "law": getattr(model, "LAW", ""), "rejected": int((~truth.believed).sum())}
-            settings.append(labels | about | _means(found))
+            settings.append(labels | about | means(found))
     return pd.DataFrame(samples, columns=SAMPLE_COLUMNS), pd.DataFrame(settings, columns=SETTING_COLUMNS)
 
 
@@ -90,7 +90,7 @@ def truth_rows(case: TouchCase, touches: Sequence[Touch], truth: TouchTruth) -> 
     labels = _labels(case) | {"model": TRUTH, "setting": OWN_ERROR}
     times = {"offline_s": 0.0, "preparation_s": 0.0, "memory_mb": 0.0}
     about = {"sees": "load", "prepared": False, "law": LAW, "rejected": int((~truth.believed).sum())}
-    table = pd.DataFrame([labels | times | about | _means(found)], columns=SETTING_COLUMNS)
+    table = pd.DataFrame([labels | times | about | means(found)], columns=SETTING_COLUMNS)
     return pd.DataFrame([labels | row for row in found], columns=SAMPLE_COLUMNS), table
 
 
@@ -189,7 +189,7 @@ def penetration(case: TouchCase, touch: Touch, answer: Touched) -> float:
     return max(0.0, -float(pose.gaps(at)[0].min())) / touch.depth_m
 
 
-def _means(found: list[dict[str, Any]]) -> dict[str, Any]:
+def means(found: list[dict[str, Any]]) -> dict[str, Any]:
     """Return means, medians and percentiles over the touches that were answered, and the times of all calls."""
     answered = [row for row in found if not row["failure"]]
     table = pd.DataFrame(answered, columns=[*SAMPLE_COLUMNS, "all_seconds"])

@@ -136,13 +136,20 @@ def nearest_on_surface(mesh: Mesh, points: np.ndarray) -> tuple[np.ndarray, np.n
 
     Returns the corners (p, 3) of their triangles, barycentric weights (p, 3), and distances (p,) [m].
     """
+    from scipy.spatial import cKDTree
+
     corners = mesh.nodes[mesh.triangles]
+    middles = corners.mean(axis=1)
+    # the nearest corner bounds the distance, and a triangle's middle is farther by its own reach at most
+    reach = float(np.linalg.norm(corners - middles[:, None], axis=2).max())
+    bound = cKDTree(mesh.nodes[mesh.surface]).query(points)[0] + reach
+    near = cKDTree(middles).query_ball_point(points, bound * (1.0 + 1e-9), return_sorted=True)
     nodes, weights, away = [], [], []
-    for point in points:
-        shares = _nearest_shares(corners, point)
-        distance = np.linalg.norm(np.einsum("ta,tai->ti", shares, corners) - point, axis=1)
+    for point, few in zip(points, near, strict=True):
+        shares = _nearest_shares(corners[few], point)
+        distance = np.linalg.norm(np.einsum("ta,tai->ti", shares, corners[few]) - point, axis=1)
         best = int(distance.argmin())
-        nodes.append(mesh.triangles[best])
+        nodes.append(mesh.triangles[few[best]])
         weights.append(shares[best])
         away.append(distance[best])
     return np.array(nodes), np.array(weights), np.array(away)

@@ -1,0 +1,287 @@
+"""Read a file of answers, .npz or HDF5, and refuse what cannot be scored with one sentence that says why."""
+
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.errors import InputError, suggest
+from palpate.exchange.folder import Questions
+
+TEXTS = ("digest", "engine", "version", "hardware", "law")
+LISTS = ("settings", "converged")
+NEEDED = ("displacement_m", "seconds", "preparation_s")
+OPTIONAL = ("failed", "nodes_m", "triangles", "memory_mb")
+LEAST_SETTINGS = 3
+"""Fewer settings are scored, but make no curve."""
+FARTHEST_M = 1e12
+"""Displacement [m] beyond which an answer is none, as squares of it overflow at last."""
+LONGEST = 200
+"""Characters that a name may have, as tables show it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What one setting of an engine has answered; k questions.
+
+    displacement : (k, p, 3) [m] at the asked points, or (k, n, 3) at ``nodes``; NaN where it failed
+    failed : (k,) truth values; seconds : (k, r) [s] of r calls each
+    nodes, triangles : (n, 3) [m], (t, 3) of a mesh of the engine's own, or None
+    memory_mb : [1e6 bytes], NaN where it is not known
+    numbers : further answers of each question, (k,) each, by name
+    """
+
+    name: str
+    converged: bool
+    displacement: np.ndarray
+    failed: np.ndarray
+    seconds: np.ndarray
+    preparation_s: float
+    memory_mb: float
+    nodes: np.ndarray | None
+    triangles: np.ndarray | None
+    numbers: Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """A file of answers; warnings : what is odd about it, a sentence each."""
+
+    engine: str
+    version: str
+    hardware: str
+    law: str
+    settings: tuple[Setting, ...]
+    warnings: tuple[str, ...]
+
+
+def read_answers(path: Path, questions: Questions, numbers: Mapping[str, bool]) -> Answers:
+    """Read a file of answers to ``questions``.
+
+    numbers : names of further answers of each question that this kind has, and whether they are needed
+    InputError naming the file and the field for anything that is missing, not understood or not possible.
+    """
+    file = _File(path, _load(Path(path)))
+    texts = {name: file.text(name) for name in TEXTS}
+    if texts["digest"] != questions.digest:
+        scene = questions.info["scene"]
+        raise file.wrong(
+            "digest", f"is of other questions than these, of {scene}", "answer these, and quote their digest"
+        )
+    names, converged = file.names("settings"), file.marks("converged", None)
+    if len(converged) != len(names):
+        raise file.wrong("converged", f"has {len(converged)} values for {len(names)} settings", "give one for each")
+    known = {*TEXTS, *LISTS} | {
+        f"setting_{i}/{name}" for i in range(len(names)) for name in (*NEEDED, *OPTIONAL, *numbers)
+    }
+    if strange := sorted(set(file.arrays) - known):
+        raise file.wrong(strange[0], "is no name of an answer", suggest(strange[0], sorted(known), "take").rstrip("."))
+    found = tuple(_setting(file, i, name, bool(converged[i]), questions, numbers) for i, name in enumerate(names))
+    warned = []
+    if len(names) < LEAST_SETTINGS:
+        warned.append(f"{path} has {len(names)} of the {LEAST_SETTINGS} settings that make a curve.")
+    if not converged.any():
+        warned.append(
+            f"{path} marks no setting as converged, so that nothing tells the mesh's error from the solver's."
+        )
+    return Answers(texts["engine"], texts["version"], texts["hardware"], texts["law"], found, tuple(warned))
+
+
+def _setting(
+    file: "_File", i: int, name: str, converged: bool, questions: Questions, numbers: Mapping[str, bool]
+) -> Setting:
+    place, k = f"setting_{i}/", questions.count
+    moved, nodes, triangles = file.floats(place + "displacement_m"), None, None
+    points, what = len(questions.points), "the asked points"
+    if file.has(place + "nodes_m") or file.has(place + "triangles"):
+        nodes, triangles = _mesh(file, place, questions)
+        points, what = len(nodes), "its nodes_m"
+    wanted = (k, points, 3)
+    if moved.shape != wanted:
+        remedy = f"give {wanted}: questions, {what}, and x, y, z"
+        raise file.wrong(place + "displacement_m", f"has the shape {moved.shape}", remedy)
+    failed = np.zeros(k, dtype=bool)
+    if file.has(place + "failed"):
+        failed = file.marks(place + "failed", k)
+    lost = ~np.isfinite(moved).all(axis=(1, 2))
+    if (lost & ~failed).any():
+        where = int(np.flatnonzero(lost & ~failed)[0])
+        raise file.wrong(
+            place + "displacement_m", f"is not finite in question {where}", f"mark that as failed in {place}failed"
+        )
+    if (burst := np.nan_to_num(np.abs(moved)).max(axis=(1, 2)) > FARTHEST_M).any():
+        what = f"is {np.nanmax(np.abs(moved)):.1g} m in question {int(np.flatnonzero(burst)[0])}"
+        raise file.wrong(
+            place + "displacement_m", what, f"give NaN for what burst, and mark it as failed in {place}failed"
+        )
+    if (failed & np.isfinite(moved).any(axis=(1, 2))).any():
+        where = int(np.flatnonzero(failed & np.isfinite(moved).any(axis=(1, 2)))[0])
+        raise file.wrong(place + "failed", f"marks question {where}, which has an answer", "give NaN there, or no mark")
+    return Setting(
+        name, converged, moved, failed, _seconds(file, place, failed), file.number(place + "preparation_s"),
+        file.number(place + "memory_mb") if file.has(place + "memory_mb") else np.nan, nodes, triangles,
+        {each: _numbers(file, place + each, failed, needed) for each, needed in numbers.items()},
+    )  # fmt: skip
+
+
+def _seconds(file: "_File", place: str, failed: np.ndarray) -> np.ndarray:
+    name, k = place + "seconds", len(failed)
+    found = file.floats(name)
+    if found.ndim not in (1, 2) or len(found) != k or not found.size:
+        raise file.wrong(name, f"has the shape {found.shape}", f"give ({k},), or ({k}, calls)")
+    found = found.reshape(k, -1)
+    answered = found[~failed]
+    if not np.isfinite(answered).all():
+        where = int(np.flatnonzero(~failed & ~np.isfinite(found).all(axis=1))[0])
+        raise file.wrong(name, f"is not finite in question {where}, which has an answer", "give the time it took")
+    if (answered <= 0.0).any():
+        raise file.wrong(name, f"has {answered.min():g} s", "give times above 0")
+    return found
+
+
+def _mesh(file: "_File", place: str, questions: Questions) -> tuple[np.ndarray, np.ndarray]:
+    for name in ("nodes_m", "triangles"):
+        if not file.has(place + name):
+            raise file.wrong(place + name, "is missing", "a mesh of your own has nodes_m and triangles")
+    nodes, triangles = file.floats(place + "nodes_m"), file.get(place + "triangles")
+    if nodes.ndim != 2 or nodes.shape[1] != 3 or not len(nodes):
+        raise file.wrong(place + "nodes_m", f"has the shape {nodes.shape}", "give (nodes, 3)")
+    if not np.isfinite(nodes).all():
+        raise file.wrong(place + "nodes_m", "is not finite", "give the rest positions")
+    if triangles.ndim != 2 or triangles.shape[1] != 3 or not len(triangles) or triangles.dtype.kind not in "iu":
+        what = f"is {triangles.dtype} of the shape {triangles.shape}"
+        raise file.wrong(place + "triangles", what, "give whole numbers (triangles, 3), nodes of the surface")
+    if not 0 <= triangles.min() <= triangles.max() < len(nodes):
+        raise file.wrong(
+            place + "triangles", "names nodes that nodes_m does not have", f"count from 0 to {len(nodes) - 1}"
+        )
+    low, high = questions.points.min(axis=0), questions.points.max(axis=0)
+    used, size = nodes[np.unique(triangles)], questions.info["size_m"]
+    if np.abs([used.min(axis=0) - low, used.max(axis=0) - high]).max() > FAR * size:
+        where = f"lies between {used.min(axis=0).round(4).tolist()} and {used.max(axis=0).round(4).tolist()} m"
+        raise file.wrong(
+            place + "nodes_m", where, f"the body lies between {low.round(4).tolist()} and {high.round(4).tolist()}"
+        )
+    return nodes, triangles.astype(np.int64)
+
+
+FAR = 0.2
+"""Share of the body's size by which the box around a mesh of the engine's own may differ from the body's."""
+
+
+def _numbers(file: "_File", name: str, failed: np.ndarray, needed: bool) -> np.ndarray:
+    if not needed and not file.has(name):
+        return np.full(len(failed), np.nan)
+    found = file.floats(name)
+    if found.shape != failed.shape:
+        raise file.wrong(name, f"has the shape {found.shape}", f"give {failed.shape}, one for each question")
+    if not np.isfinite(found[~failed]).all():
+        where = int(np.flatnonzero(~failed & ~np.isfinite(found))[0])
+        raise file.wrong(name, f"is not finite in question {where}, which has an answer", "give it")
+    return found
+
+
+class _File:
+    """Arrays by name, each of which is asked for with the kind it must have."""
+
+    def __init__(self, path: Path, arrays: Mapping[str, np.ndarray]):
+        self.path, self.arrays = path, arrays
+
+    def wrong(self, name: str, what: str, remedy: str) -> InputError:
+        """Return the error of a field: one sentence."""
+        return InputError(f"{self.path}: {name} {what}; {remedy}.")
+
+    def has(self, name: str) -> bool:
+        return name in self.arrays
+
+    def get(self, name: str) -> np.ndarray:
+        if name not in self.arrays:
+            raise self.wrong(name, "is missing", "add it, as README.md of the questions says")
+        return self.arrays[name]
+
+    def text(self, name: str) -> str:
+        found = self.get(name)
+        if found.dtype.kind != "U" or found.ndim != 0:
+            raise self.wrong(name, f"is {_kind(found)}", "give a text")
+        text = str(found).strip()
+        if not text or len(text) > LONGEST or not text.isprintable():
+            raise self.wrong(name, "is empty" if not text else "is no name", f"give 1 to {LONGEST} printable letters")
+        return text
+
+    def names(self, name: str) -> list[str]:
+        found = self.get(name)
+        if found.dtype.kind != "U" or found.ndim != 1 or not len(found):
+            raise self.wrong(name, f"is {_kind(found)}", "give a list of texts, a name for each setting")
+        texts = [str(each).strip() for each in found]
+        if bad := [text for text in texts if not text or len(text) > LONGEST or not text.isprintable()]:
+            raise self.wrong(name, f"has the name {bad[0][:20]!r}", f"give each 1 to {LONGEST} printable letters")
+        if len(set(texts)) < len(texts):
+            twice = next(text for text in texts if texts.count(text) > 1)
+            raise self.wrong(name, f"has {twice!r} twice", "give each setting a name of its own")
+        return texts
+
+    def marks(self, name: str, count: int | None) -> np.ndarray:
+        found = self.get(name)
+        exact = found.dtype.kind == "b" or (found.dtype.kind in "iu" and np.isin(found, (0, 1)).all())
+        if not exact or found.ndim != 1 or (count is not None and len(found) != count):
+            many = "one for each setting" if count is None else f"{count} of them"
+            raise self.wrong(name, f"is {_kind(found)}", f"give truth values, {many}")
+        return found.astype(bool)
+
+    def floats(self, name: str) -> np.ndarray:
+        found = self.get(name)
+        if found.dtype.kind not in "fiu":
+            raise self.wrong(name, f"is {_kind(found)}", "give real numbers")
+        return found.astype(float)
+
+    def number(self, name: str) -> float:
+        found = self.floats(name)
+        if found.size != 1 or not np.isfinite(found).all() or not found.ravel()[0] >= 0.0:
+            raise self.wrong(name, f"is {found.ravel()[:3].tolist()}", "give one number of 0 or more")
+        return float(found.ravel()[0])
+
+
+def _kind(array: np.ndarray) -> str:
+    """Describe an array in few words."""
+    names: dict[str, Any] = {"U": "text", "S": "bytes", "b": "truth values", "O": "objects", "c": "complex numbers"}
+    what = names.get(array.dtype.kind, "numbers")
+    return what if array.ndim == 0 else f"{what} of the shape {array.shape}"
+
+
+def _load(path: Path) -> dict[str, np.ndarray]:
+    """Read all arrays of a file; InputError if it is none."""
+    try:
+        with open(path, "rb") as file:
+            start = file.read(8)
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}); give a file of answers.") from error
+    try:
+        if start == b"\x89HDF\r\n\x1a\n":
+            return _hdf5(path)
+        if not start.startswith(b"PK"):
+            raise ValueError("it is neither .npz nor HDF5")
+        with np.load(path, allow_pickle=False) as found:
+            return {name: found[name] for name in found.files}
+    except (ValueError, OSError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile) as error:
+        why = " ".join(str(error).split())
+        if "allow_pickle" in why:
+            why = "it holds Python objects"
+        raise InputError(f"{path} is no file of answers ({why}); write it with numpy.savez, or as HDF5.") from error
+
+
+def _hdf5(path: Path) -> dict[str, np.ndarray]:
+    import h5py
+
+    found: dict[str, np.ndarray] = {}
+
+    def take(name: str, thing: object) -> None:
+        if isinstance(thing, h5py.Dataset):
+            text = h5py.check_string_dtype(thing.dtype) is not None
+            found[name] = np.array(thing.asstr()[()], dtype=str) if text else np.asarray(thing[()])
+
+    with h5py.File(path, "r") as file:
+        file.visititems(take)
+    return found

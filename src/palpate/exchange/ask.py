@@ -1,0 +1,160 @@
+"""Carry out ``palpate ask``: from a scene's name in the settings, and perhaps its results, to a folder of questions."""
+
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.benchmark.judge import read_judged
+from palpate.benchmark.model import FitOptions
+from palpate.benchmark.presses import choose_presses, force_of
+from palpate.benchmark.settings import finger_regimes, instrument_name, pressed_bodies, radius_of
+from palpate.benchmark.split import FOLDS
+from palpate.benchmark.touch import TOUCH_COLUMNS, choose_touches, touches_of
+from palpate.benchmark.touch_mesh import bearing
+from palpate.benchmark.touch_truth import load_touch_truth
+from palpate.bodies.body import Body
+from palpate.bodies.body_file import load
+from palpate.bodies.contacts import contacts_by_area
+from palpate.bodies.make_body import make_body
+from palpate.bodies.settings import paths_of_body
+from palpate.effects.instrument import Instrument
+from palpate.errors import InputError, suggest
+from palpate.exchange import presses, touches
+from palpate.exchange.asked_body import pictures
+from palpate.exchange.folder import Questions, write
+from palpate.exchange.readme import readme
+from palpate.files import read_table
+from palpate.run.job import steps
+from palpate.run.settings import complete
+from palpate.run.settings_yaml import read_settings
+
+
+def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: Path) -> str:
+    """Write the questions of ``scene`` to the folder ``out``, and return what they are.
+
+    results : folder that make has filled; None is that beside ``config``
+    seed : of a private set, without truths, drawn anew; None for the public set, the test presses of the results
+    InputError for a scene that the settings do not have, and results that lack it.
+    """
+    settings = complete(read_settings(config), config)
+    known = scenes(settings)
+    if scene not in known:
+        if not known:
+            raise InputError(f"{config} presses no body; add tradeoff, as palpate init writes it.")
+        raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(known), 'choose from')}")
+    if seed is not None and seed == settings["seed"]:
+        raise InputError(f"--seed {seed} is that of {config}, whose presses are public; give another number.")
+    where = config.parent / "results" if results is None else results
+    body, questions, page = known[scene](settings, config, where, seed)
+    pages = {"README.md": readme(questions, body.material.law, page), **pictures(body)}
+    write(questions, out, pages)
+    told = "with their truth" if questions.truth is not None else "without a truth"
+    return (
+        f"{out}: {questions.count} questions of {scene}, {told}, at {len(questions.points)} points; README.md says how "
+        f"to answer them.\ndigest {questions.digest}"
+    )
+
+
+Asked = tuple[Body, Questions, dict[str, str]]
+
+
+def scenes(settings: dict[str, Any]) -> dict[str, Callable[..., Asked]]:
+    """Return what asks about each scene that can be asked, by its name."""
+    found: dict[str, Callable[..., Asked]] = {}
+    if "tradeoff" in settings:
+        for regime in settings.get("regimes", {}) | finger_regimes(settings):
+            found |= {f"{body}_{regime}": partial(_press, body, regime) for body in pressed_bodies(settings)}
+    if "touch" in settings:
+        for entry in settings["touch"]["instruments"]:
+            tool = instrument_name(entry["kind"], entry["radius_m"])
+            found |= {f"{name}_{tool}": partial(_touch, name, entry) for name in pressed_bodies(settings, "touch")}
+    return found
+
+
+def _press(name: str, regime: str, settings: dict[str, Any], config: Path, results: Path, seed: int | None) -> Asked:
+    radius_m = radius_of((settings["regimes"] | finger_regimes(settings))[regime], name)
+    if seed is None:
+        body, questions = public(settings, results / "data" / name, regime, radius_m)
+    else:
+        body = _body(settings, name, config)
+        questions = private(
+            body,
+            settings,
+            regime,
+            radius_m,
+            seed,
+            steps(partial(print, file=sys.stderr, flush=True), "forces at contact"),
+        )
+    return body, questions, presses.page(questions)
+
+
+def _touch(
+    name: str, entry: dict[str, Any], settings: dict[str, Any], config: Path, results: Path, seed: int | None
+) -> Asked:
+    instrument, block = Instrument(**entry), settings["touch"]
+    if seed is None:
+        tool = results / "data" / name / "touch" / instrument_name(entry["kind"], entry["radius_m"])
+        files = [results / "data" / name / "body.h5", tool / "touches.csv", tool / "truth.h5"]
+        if lacks := [path for path in files if not path.is_file()]:
+            raise InputError(
+                f"{lacks[0]} is missing; type make touch first, or give --seed for questions without truths."
+            )
+        body, table, truth = load(files[0]), read_table(files[1], TOUCH_COLUMNS), load_touch_truth(files[2])
+        rows = np.flatnonzero(truth.believed)
+        chosen = [touches_of(instrument, table)[row] for row in rows]
+        if not chosen:
+            raise InputError(f"{files[2]}: no touch has a truth that is believed; press less deep.")
+        questions = replace(
+            touches.questions_of(body, truth.sample[rows], chosen), truth=touches.truth_arrays(truth, rows)
+        )
+    else:
+        body = _body(settings, name, config)
+        bears = bearing(body, block["truth"]["along_radius"])
+        table = choose_touches(body, instrument, block["samples"], tuple(block["depth_of_radius"]), seed, bears)
+        questions = touches.questions_of(body, table["sample"].to_numpy(), touches_of(instrument, table))
+    return body, questions, touches.page(questions)
+
+
+def _body(settings: dict[str, Any], name: str, config: Path) -> Body:
+    given = settings["bodies"][name]
+    return make_body(name, given | paths_of_body(given, config.parent))
+
+
+def public(settings: dict[str, Any], folder: Path, regime: str, radius_m: float) -> tuple[Body, Questions]:
+    """Return a body and the questions of its test presses of the first split with their truth, as ``make`` has them.
+
+    folder : that of the body in the results
+    """
+    block, place = settings["tradeoff"], folder / regime
+    files = {"body": folder / "body.h5", **{name: place / f"{name}.h5" for name in ("database", "truth")}}
+    files["samples"] = place / "samples.csv"
+    if lacks := [path for path in files.values() if not path.is_file()]:
+        raise InputError(
+            f"{lacks[0]} is missing; type make tradeoff first, or give --seed for questions without truths."
+        )
+    options = FitOptions(**block["regression"], split="contacts", seed=settings["seed"])
+    given: tuple[Any, ...] = radius_m, options, settings["solver"]["tolerance"], {}
+    case, judge = read_judged(files, regime, block["splits"][0], *given)
+    rows = np.flatnonzero(judge.side == "test")
+    asked = judge.numbers[rows], judge.samples.contact[rows], judge.samples.force[rows]
+    questions = presses.questions_of(case.body, regime, radius_m, *asked)
+    truth = presses.truth_arrays(judge.truth[rows], judge.own[rows], judge.own_seconds[rows])
+    return case.body, replace(questions, truth=truth)
+
+
+def private(
+    body: Body, settings: dict[str, Any], regime: str, radius_m: float, seed: int, progress: Callable = iter
+) -> Questions:
+    """Return questions of as many presses as ``make`` tests, of contacts drawn by ``seed``."""
+    block, rule = settings["tradeoff"], (settings["regimes"] | finger_regimes(settings))[regime]
+    count = -(-block["contacts"] // FOLDS)
+    # half of the contacts are the farthest from each other, whatever the seed: those drawn by area are taken
+    able = contacts_by_area(body, count, seed)
+    loads = choose_presses(body, 0, block["presses"], rule, radius_m, seed, progress, able.tolist())
+    forces = np.array([force_of(load) for _, load in loads.iterrows()])
+    return presses.questions_of(body, regime, radius_m, loads["sample"].to_numpy(), loads["contact"].to_numpy(), forces)

@@ -1,0 +1,118 @@
+"""Describe a body to other programs: its meshes on every level, what is held, its material, and the asked points."""
+
+import ast
+import tempfile
+from dataclasses import asdict, replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.bodies.body import Body
+from palpate.bodies.material import LAWS, Material, Tissue
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.organs import SmoothSurface
+from palpate.bodies.refinement import halfway
+from palpate.bodies.supports import Bed
+from palpate.errors import InputError
+from palpate.exchange.folder import Questions
+
+
+def body_arrays(body: Body) -> dict[str, dict[str, np.ndarray]]:
+    """Return the arrays of each level's file, and of ``asked``: the fine surface nodes at rest."""
+    found: dict[str, dict[str, np.ndarray]] = {}
+    for i, (mesh, held) in enumerate(zip(body.levels, body.anchors, strict=True)):
+        found[f"level_{i}"] = {
+            "nodes_m": mesh.nodes, "tetrahedra": mesh.tetrahedra, "triangles": mesh.triangles,
+            "held": held.astype(np.int64), "region": body.tissue(i).region.astype(np.int64),
+        }  # fmt: skip
+    surface = body.fine.surface
+    found["asked"] = {
+        "points_m": body.fine.nodes[surface], "normals": body.fine.normals[surface],
+        "triangles": np.searchsorted(surface, body.fine.triangles), "node": surface.astype(np.int64),
+    }  # fmt: skip
+    return found
+
+
+def body_info(body: Body) -> dict[str, Any]:
+    """Return what questions.json says of a body."""
+    info: dict[str, Any] = {"body": body.name, "law": law_name(body.material.law), "size_m": body.fine.size}
+    info["materials"] = [
+        {name: value for name, value in asdict(each).items() if name != "law"} for each in body.tissue(0).materials
+    ]
+    info["levels"] = len(body.levels)
+    if body.bed is not None:
+        info["bed"] = {
+            name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(body.bed).items()
+        }
+    if body.smooth is not None:
+        info["smooth"] = asdict(body.smooth)
+    return info
+
+
+def body_of(questions: Questions) -> Body:
+    """Return the body of ``questions`` as it was asked about; a law of a file of one's own is a name only."""
+    info, levels = questions.info, [questions.arrays[f"level_{i}"] for i in range(questions.info["levels"])]
+    meshes = [TetMesh(each["nodes_m"], each["tetrahedra"]) for each in levels]
+    materials = tuple(Material(**each, law=info["law"]) for each in info["materials"])
+    steps = [halfway(len(mesh.nodes), mesh.edges) for mesh in meshes[:-1]]
+    bed: dict[str, Any] = {
+        name: np.array(value) if isinstance(value, list) else value for name, value in info.get("bed", {}).items()
+    }
+    return Body(
+        info["body"], meshes, steps, [each["held"] for each in levels], materials[0],
+        Bed(**bed) if bed else None,
+        Tissue(materials, levels[0]["region"]) if len(materials) > 1 else None,
+        smooth=SmoothSurface(**info["smooth"]) if "smooth" in info else None,
+    )  # fmt: skip
+
+
+def with_law(body: Body, law: str) -> Body:
+    """Return ``body`` with another law, all its moduli as they are."""
+    regions = body.regions
+    if regions is not None:
+        regions = replace(regions, materials=tuple(replace(each, law=law) for each in regions.materials))
+    return replace(body, material=replace(body.material, law=law), regions=regions)
+
+
+def law_name(law: str) -> str:
+    """Return the name of a law, that of a file of one's own without its folder."""
+    return law if law in LAWS else Path(law).stem
+
+
+def formula(law: str) -> str:
+    """Return what the file of a law says of it in its first lines, the energy density among it."""
+    if law in LAWS:
+        told = import_module(f"palpate.effects.laws.{law}").__doc__
+    else:
+        told = ast.get_docstring(ast.parse(Path(law).read_text(encoding="utf-8")))
+    return " ".join((told or f"the law of {law_name(law)}").split("\n\n")[0].split())
+
+
+def pictures(body: Body) -> dict[str, bytes]:
+    """Return the files of each level for other programs: VTU for ParaView, and MSH 2.2 for Gmsh."""
+    import meshio
+
+    found: dict[str, bytes] = {}
+    for i, (mesh, held) in enumerate(zip(body.levels, body.anchors, strict=True)):
+        marks = np.isin(np.arange(len(mesh.nodes)), held).astype(np.int32)
+        region = [body.tissue(i).region.astype(np.int32)]
+        # Gmsh takes the first tag of an element for its part; meshio 5.3 writes no data of nodes that it can read again
+        kinds: list[tuple[str, str, dict, dict, dict]] = [
+            ("vtu", "vtu", {"held": marks}, {"region": region}, {}),
+            ("msh", "gmsh22", {}, {"gmsh:physical": region, "gmsh:geometrical": region}, {"binary": False}),
+        ]
+        for suffix, kind, at_nodes, in_cells, more in kinds:
+            made = meshio.Mesh(mesh.nodes, [("tetra", mesh.tetrahedra)], point_data=at_nodes, cell_data=in_cells)
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder) / f"level.{suffix}"
+                made.write(path, file_format=kind, **more)
+                found[f"level_{i}.{suffix}"] = path.read_bytes()
+    return found
+
+
+def refuse_sheet(body: Body) -> None:
+    """Raise InputError for a sheet, which has no tetrahedra."""
+    if not len(body.fine.tetrahedra):
+        raise InputError(f"bodies.{body.name} is a sheet, and questions are of solids; ask for another body.")

@@ -1,0 +1,145 @@
+"""Write and read a folder of questions: one format for all kinds, whose bytes repeat and whose files are checked.
+
+A folder has questions.json, arrays in .npz files, meshes for other programs, README.md, and perhaps truth.npz. Its
+digest is that of what is asked, numbers and all, but not of the truth nor of how files are packed.
+"""
+
+import hashlib
+import io
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.errors import InputError
+from palpate.files import write_whole
+
+FORMAT, VERSION = "palpate questions", 1
+"""What questions.json says it is; increase the number with every change of the layout."""
+HEAD, TRUTH = "questions.json", "truth"
+Arrays = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Questions:
+    """What is asked, whatever its kind.
+
+    info : what questions.json says, but files and digest: kind, scene, body, law, materials, loads …
+    arrays : by the stem of a file, the arrays in it
+    truth : the arrays of the truth, or None where whoever scores finds it
+    """
+
+    info: Mapping[str, Any]
+    arrays: Mapping[str, Arrays]
+    truth: Arrays | None = None
+
+    @property
+    def kind(self) -> str:
+        """What sort of questions these are."""
+        return str(self.info["kind"])
+
+    @property
+    def count(self) -> int:
+        """How many questions there are."""
+        return len(self.info["loads"])
+
+    @property
+    def points(self) -> np.ndarray:
+        """The points (p, 3) [m] at rest whose displacements are asked for."""
+        return self.arrays["asked"]["points_m"]
+
+    @property
+    def digest(self) -> str:
+        """What tells these questions from all others, which answers quote."""
+        total = hashlib.sha256(json.dumps(self.info, sort_keys=True).encode())
+        for stem in sorted(self.arrays):
+            for name in sorted(self.arrays[stem]):
+                array = np.ascontiguousarray(self.arrays[stem][name])
+                total.update(f"{stem}/{name} {array.dtype.str} {array.shape}".encode())
+                total.update(array.tobytes())
+        return total.hexdigest()
+
+
+def packed(arrays: Arrays) -> bytes:
+    """Return an .npz file of ``arrays``, the same bytes each time: numpy's own may carry the time."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(arrays):
+            content = io.BytesIO()
+            np.lib.format.write_array(content, np.asarray(arrays[name], order="C"), allow_pickle=False)
+            entry = zipfile.ZipInfo(f"{name}.npy", (1980, 1, 1, 0, 0, 0))
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            archive.writestr(entry, content.getvalue())
+    return buffer.getvalue()
+
+
+def write(questions: Questions, folder: Path, pages: Mapping[str, bytes]) -> None:
+    """Write a folder of questions; ``pages`` are further files by name, such as README.md. The head is written last.
+
+    InputError for a folder that has other things in it.
+    """
+    own = {f"{stem}.npz": packed(arrays) for stem, arrays in questions.arrays.items()} | dict(pages)
+    if questions.truth is not None:
+        own[f"{TRUTH}.npz"] = packed(questions.truth)
+    folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder} is a file; give a folder with --out.")
+    strange = {path.name for path in folder.glob("*")} - {HEAD} if folder.is_dir() else set()
+    if strange and not (folder / HEAD).is_file():
+        raise InputError(f"{folder} has other files in it, such as {min(strange)}; give a new folder with --out.")
+    if left := strange - set(own):
+        raise InputError(f"{folder} has {min(left)}, which is not of these questions; give a new folder with --out.")
+    (folder / HEAD).unlink(missing_ok=True)  # half a folder is none
+    for name, content in own.items():
+        with write_whole(folder / name) as part:
+            part.write_bytes(content)
+    sums = {name: hashlib.sha256(own[name]).hexdigest() for name in sorted(own)}
+    head = {"format": FORMAT, "version": VERSION, "digest": questions.digest, **questions.info, "files": sums}
+    with write_whole(folder / HEAD) as part:
+        part.write_text(json.dumps(head, indent=1, ensure_ascii=True, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def read(folder: Path) -> Questions:
+    """Read a folder of questions; InputError naming the file that is missing, changed or of another version."""
+    head = _head(Path(folder))
+    files, digest = head.pop("files"), head.pop("digest")
+    del head["format"], head["version"]
+    arrays: dict[str, dict[str, np.ndarray]] = {}
+    for name, told in files.items():
+        path = Path(folder) / name
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            raise InputError(f"{path} cannot be read ({error.strerror}); have the questions written anew.") from error
+        if hashlib.sha256(content).hexdigest() != told:
+            raise InputError(
+                f"{path} is not as it was written (its checksum differs); have the questions written anew."
+            )
+        if path.suffix == ".npz":
+            with np.load(io.BytesIO(content), allow_pickle=False) as file:
+                arrays[path.stem] = {each: file[each] for each in file.files}
+    found = Questions(head, arrays, arrays.pop(TRUTH, None))
+    if found.digest != digest:
+        raise InputError(f"{Path(folder) / HEAD}: digest is not that of its questions; have them written anew.")
+    return found
+
+
+def _head(folder: Path) -> dict[str, Any]:
+    path = folder / HEAD
+    try:
+        head = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"{path} cannot be read ({error.strerror}); give a folder that palpate ask wrote.") from error
+    except ValueError as error:
+        raise InputError(f"{path} is damaged ({error}); have the questions written anew.") from error
+    if not isinstance(head, dict) or head.get("format") != FORMAT:
+        raise InputError(f"{path}: format is not {FORMAT!r}; give a folder that palpate ask wrote.")
+    if head.get("version") != VERSION:
+        raise InputError(f"{path}: version is {head.get('version')}, and this palpate reads {VERSION}; ask anew.")
+    if missing := sorted({"digest", "files", "kind", "scene", "loads"} - set(head)):
+        raise InputError(f"{path}: {missing[0]} is missing; have the questions written anew.")
+    return head

@@ -1,0 +1,48 @@
+"""Draw the score of an engine: error against time, hollow as times are another machine's, beside palpate's models."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from palpate.benchmark.ranking import EXACT, front
+from palpate.report import style
+from palpate.report.model_looks import look
+
+
+@style.styled
+def draw_score(table: pd.DataFrame, floor: Mapping[str, float]) -> Figure:
+    """Draw rows of score.csv; floor : mean own errors of the truth."""
+    engine, others = (table[(table["engine"] == "palpate") == own] for own in (False, True))
+    figure = Figure(figsize=(8.0, 4.6), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
+    kinds = (("rmse_of_peak", "over the surface"), ("patch_rms_of_peak", "in the dent"))
+    for axis, (column, where) in zip(axes, kinds, strict=True):
+        axis.set(xscale="log", yscale="log", xlabel="time of an answer [ms]", title=where)
+        for model, rows in others.groupby("model", sort=False):
+            t, error = _placed(rows, column)
+            best = front(t, error)
+            shown = look(str(model))
+            axis.plot(
+                t[best], error[best], color=shown.colour, marker=shown.marker, ms=4, lw=0.8, alpha=0.6, mew=0,
+                label=shown.label,
+            )  # fmt: skip
+        t, error = _placed(engine, column)
+        shown = look(str(engine["model"].iloc[0]))
+        axis.plot(
+            t, error, color=shown.colour, marker="o", mfc="white", mew=1.4, ms=7, lw=1.2, ls=(0, (3, 2)),
+            label=f"{engine['engine'].iloc[0]} (its own machine)",
+        )  # fmt: skip
+        if np.isfinite(floor[column]):
+            axis.axhline(100 * max(floor[column], EXACT), color=style.FAINT, lw=1, ls=":")
+    axes[0].set_ylabel("error [% of the peak]")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=7)
+    figure.suptitle(f"{engine['scene'].iloc[0]}: dotted is the truth's own error", fontsize=9)
+    return figure
+
+
+def _placed(rows: pd.DataFrame, column: str) -> tuple[np.ndarray, np.ndarray]:
+    error = rows[column].to_numpy(dtype=float)
+    return 1e3 * rows["online_median_s"].to_numpy(dtype=float), 100 * np.maximum(error, EXACT)

@@ -1,0 +1,194 @@
+"""Score a file of answers: errors as of palpate's own models, the truth's own as a floor, ties, times and failures."""
+
+import io
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.judge import Judge
+from palpate.benchmark.measure import Asked, Finding, found_rows
+from palpate.benchmark.ranking import EQUAL, EXACT
+from palpate.bodies.material import LAWS
+from palpate.errors import InputError
+from palpate.exchange import presses
+from palpate.exchange.answers import Answers, Setting, read_answers
+from palpate.exchange.folder import Arrays, Questions, packed
+from palpate.exchange.own_mesh import OwnMesh
+from palpate.exchange.suspects import slip
+from palpate.files import write_whole
+from palpate.table_declaration import Table
+
+NO_ANSWER = "the engine gave no answer"
+WHERE = ["engine", "version", "hardware", "converged"]
+OWN_LAW = ["own_law_rmse_of_peak", "own_law_patch_rms_of_peak"]
+MESH = ["mesh_rmse_of_peak", "mesh_patch_rms_of_peak"]
+
+SCORE = Table(
+    "score",
+    "The errors, times and failures of an engine's answers at each of its settings, beside palpate's own models.",
+    """
+    engine version hardware converged: what answered, where, and whether that setting is converged on its mesh
+    scene model setting law: what was asked, of whom, and the law of its material
+    samples failures: questions that are judged, and those of them without an answer
+    rmse_of_peak patch_rms_of_peak patch_max_of_peak max_of_peak: mean errors over the surface and in the dent [peak]
+    rmse_of_peak_median rmse_of_peak_p95: median and 95th percentile of questions
+    truth_rmse_of_peak truth_patch_rms_of_peak: the truth's own error, below which nothing is told
+    mesh_rmse_of_peak mesh_patch_rms_of_peak: what taking the truth through the engine's own mesh costs
+    own_law_rmse_of_peak own_law_patch_rms_of_peak: errors against the truth of the engine's own law
+    force_error stiffness_error contact_area_error: of touches, mean relative errors of force, its slope and the area
+    force_error_median force_error_p95 penetration_of_depth: of its size, and how far points overlap [depth]
+    online_median_s online_p95_s online_max_s offline_s memory_mb: times of answers, preparation [s], memory [1e6 bytes]
+    tied_with: palpate's models that are no less nor more wrong
+    """,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """What was found of a file of answers.
+
+    samples, settings : rows as ``benchmark.measure`` has them, with the columns WHERE, OWN_LAW and MESH in settings
+    warnings : a sentence each
+    """
+
+    answers: Answers
+    samples: pd.DataFrame
+    settings: pd.DataFrame
+    warnings: tuple[str, ...]
+
+
+def score_presses(
+    path: Path, questions: Questions, truth: Arrays, own_law: Callable[[str], Arrays | None] | None = None
+) -> Scored:
+    """Score answers to presses.
+
+    own_law : gives the truth of a law that is not the body's, or None where it has none
+    InputError for answers that cannot be used.
+    """
+    answers = read_answers(path, questions, {})
+    judge, rows = presses.judge_of(questions, truth)
+    loads, asked, warned = questions.arrays["loads"], questions.arrays["asked"], list(answers.warnings)
+    if lost := questions.count - len(rows):
+        warned.append(f"{lost} of {questions.count} questions have no truth that is believed; they are left out.")
+    elsewhere = own_law_truth(answers, questions, own_law, warned)
+    other = None if elsewhere is None else presses.judge_of(questions, elsewhere)
+    findings: list[Finding] = []
+    more: list[dict[str, Any]] = []
+    for i, setting in enumerate(answers.settings):
+        moved, mesh = at_points(setting, questions)
+        there = rows[~setting.failed[rows]]
+        place = loads["place_m"][there]
+        known = truth["displacement_m"][there]
+        if told := slip(moved[there], known, asked["points_m"], asked["triangles"], place):
+            raise InputError(f"{path}: setting_{i}/displacement_m {told}.")
+        found = [_asked(judge, n, moved[row], setting, row) for n, row in enumerate(rows)]
+        info = questions.info
+        labels = {"scene": info["scene"], "body": info["body"], "regime": info["regime"]}
+        labels |= {"model": answers.engine, "setting": setting.name}
+        kind: dict[str, str | bool] = {"sees": "load", "prepared": False, "law": answers.law}
+        findings.append(Finding(labels, found, setting.preparation_s, setting.memory_mb, kind))
+        more.append(
+            dict(zip(WHERE, (answers.engine, answers.version, answers.hardware, setting.converged), strict=True))
+            | dict(zip(MESH, _mesh_costs(judge, mesh), strict=True))
+            | dict(zip(OWN_LAW, _own_law_errors(other, questions, moved, setting), strict=True))
+        )
+    samples, settings = found_rows(findings, judge)
+    return Scored(answers, samples, settings.join(pd.DataFrame(more)), tuple(warned))
+
+
+def at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMesh | None]:
+    """Return displacements (k, p, 3) [m] at the asked points, and the mesh that they come from, if it is its own."""
+    if setting.nodes is None or setting.triangles is None:
+        return setting.displacement, None
+    mesh = OwnMesh(setting.nodes, setting.triangles, questions.points, questions.arrays["asked"]["triangles"])
+    return np.array([mesh.at_points(moved) for moved in setting.displacement]), mesh
+
+
+def _asked(judge: Judge, n: int, moved: np.ndarray, setting: Setting, row: int) -> Asked:
+    if setting.failed[row]:
+        return Asked(failure=NO_ANSWER)
+    seconds = setting.seconds[row]
+    return Asked(judge.errors(n, moved), seconds[np.isfinite(seconds)].tolist())
+
+
+def _mesh_costs(judge: Judge, mesh: OwnMesh | None) -> tuple[float, float]:
+    if mesh is None:
+        return np.nan, np.nan
+    errors = [judge.errors(n, mesh.through(moved)) for n, moved in enumerate(judge.truth)]
+    return float(np.mean([e.rmse_of_peak for e in errors])), float(np.mean([e.patch_rms_of_peak for e in errors]))
+
+
+def own_law_truth(
+    answers: Answers, questions: Questions, own_law: Callable[[str], Arrays | None] | None, warned: list[str]
+) -> Arrays | None:
+    """Return the truth of the law of ``answers``, None where that is the body's or has none; add to what is warned."""
+    law, bodys = answers.law, questions.info["law"]
+    if law == bodys:
+        return None
+    truth = own_law(law) if own_law is not None and law in LAWS else None
+    if truth is None:
+        how = "ask for it with --own-law" if law in LAWS else f"palpate has no law of that name, but {', '.join(LAWS)}"
+        warned.append(f"the law is {law} and that of the body {bodys}: errors have both in them ({how}).")
+    return truth
+
+
+def _own_law_errors(
+    other: tuple[Judge, np.ndarray] | None, questions: Questions, moved: np.ndarray, setting: Setting
+) -> tuple[float, float]:
+    if other is None:
+        return np.nan, np.nan
+    judge, rows = other
+    errors = [judge.errors(n, moved[row]) for n, row in enumerate(rows) if not setting.failed[row]]
+    if not errors:
+        return np.nan, np.nan
+    return float(np.mean([e.rmse_of_peak for e in errors])), float(np.mean([e.patch_rms_of_peak for e in errors]))
+
+
+def truth_beside(questions: Questions, folder: Path, law: str, find: Callable[[str], Arrays]) -> Arrays:
+    """Return the truth of ``law`` that is kept beside the folder of questions; ``find`` it where it is not yet."""
+    path = folder.resolve().parent / f"{folder.resolve().name}.truth_{law}.npz"
+    if path.is_file():
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
+            found = {name: file[name] for name in file.files}
+        if str(found.pop("digest", "")) == questions.digest:
+            return found
+    found = dict(find(law))
+    with write_whole(path) as part:
+        part.write_bytes(packed(found | {"digest": np.array(questions.digest)}))
+    return found
+
+
+def score_table(settings: pd.DataFrame, truth: Mapping[str, float], beside: pd.DataFrame | None) -> pd.DataFrame:
+    """Return the rows of score.csv: those of the engine, then palpate's own of the same scene.
+
+    truth : mean own errors of the truth, by column; beside : rows of accuracy_vs_time.csv, or None
+    """
+    own = settings.assign(**{f"truth_{name}": value for name, value in truth.items()})
+    parts = [own.assign(tied_with=[_ties(row, truth, beside) for _, row in own.iterrows()])]
+    if beside is not None and len(beside):
+        parts.append(
+            beside.assign(engine="palpate", version=beside["commit"], hardware="that of the results", tied_with="")
+        )
+    table = pd.concat([part.dropna(axis=1, how="all") for part in parts], ignore_index=True)
+    return table.reindex(columns=SCORE.columns)
+
+
+def _ties(row: pd.Series, truth: Mapping[str, float], beside: pd.DataFrame | None) -> str:
+    """Name the models whose best setting of that error is within EQUAL of the row's, floors counted."""
+    if beside is None or not np.isfinite(row["rmse_of_peak"]):
+        return ""
+    floor = max(EXACT, np.nan_to_num(truth["rmse_of_peak"]))
+    mine, theirs = max(row["rmse_of_peak"], floor), beside["rmse_of_peak"].clip(lower=floor)
+    alike = beside[(np.maximum(theirs, mine) <= EQUAL * np.minimum(theirs, mine))]
+    return "; ".join(f"{name} {setting}" for name, setting in zip(alike["model"], alike["setting"], strict=True))
+
+
+def floor_of(truth: Arrays) -> dict[str, float]:
+    """Return the mean own errors of a truth where it is believed, by name; NaN where it never is."""
+    own = {name: truth[f"own_{name}"] for name in ("rmse_of_peak", "patch_rms_of_peak")}
+    known = np.isfinite(np.array(list(own.values()))).all(axis=0)
+    return {name: float(values[known].mean()) if known.any() else np.nan for name, values in own.items()}

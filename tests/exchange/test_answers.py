@@ -1,0 +1,214 @@
+"""Every way to get a file of answers wrong has one sentence; good and merely bad answers are never refused."""
+
+import re
+
+import h5py
+import numpy as np
+import pytest
+
+from palpate.errors import InputError
+from palpate.exchange.answers import read_answers
+from palpate.exchange.score import score_presses
+
+MOVED, SECONDS, FAILED = "setting_2/displacement_m", "setting_2/seconds", "setting_2/failed"
+
+
+def put(**values):
+    """Replace arrays; ``at_`` stands for setting_2/, None takes one away."""
+
+    def change(found, questions):
+        for key, value in values.items():
+            name = key.replace("at_", "setting_2/")
+            found.pop(name, None)
+            if value is not None:
+                found[name] = np.array(value(found, questions) if callable(value) else value)
+
+    return change
+
+
+def moved(function):
+    """Change the displacements of all settings."""
+
+    def change(found, questions):
+        for i in range(3):
+            name = f"setting_{i}/displacement_m"
+            found[name] = function(found[name], questions)
+
+    return change
+
+
+def entry(name, where, value):
+    def change(found, questions):
+        found[name] = np.array(found[name], dtype=float)
+        found[name][where] = value
+
+    return change
+
+
+def own(nodes=None, triangles=None):
+    """Answer on a mesh of one's own, that of the asked points, with a fault in it."""
+
+    def change(found, questions):
+        asked = questions.arrays["asked"]
+        found["setting_2/nodes_m"] = asked["points_m"] if nodes is None else nodes(asked["points_m"])
+        found["setting_2/triangles"] = asked["triangles"] if triangles is None else triangles(asked["triangles"])
+
+    return change
+
+
+def shuffled(u, questions):
+    return u[:, np.random.default_rng(0).permutation(u.shape[1])]
+
+
+def rolled(found, questions):
+    """Answer the loads of the second contact first."""
+    found["setting_0/failed"] = found["setting_0/failed"][[2, 3, 0, 1]]
+    for i in range(3):
+        found[f"setting_{i}/displacement_m"] = found[f"setting_{i}/displacement_m"][[2, 3, 0, 1]]
+
+
+FAULTS = {
+    "no digest": (put(digest=None), r"digest is missing; add it"),
+    "another digest": (put(digest="0" * 64), r"digest is of other questions than these, of block_large"),
+    "a digest that is a number": (put(digest=5), r"digest is numbers; give a text"),
+    "no engine": (put(engine=None), r"engine is missing"),
+    "an empty engine": (put(engine="  "), r"engine is empty; give 1 to 200 printable letters"),
+    "engines": (put(engine=["a", "b"]), r"engine is text of the shape \(2,\); give a text"),
+    "an engine in bytes": (put(engine=b"mine"), r"engine is bytes; give a text"),
+    "a name of two lines": (put(hardware="a\nb"), r"hardware is no name"),
+    "a name without end": (put(version="x" * 201), r"version is no name"),
+    "a version that is a number": (put(version=1.5), r"version is numbers; give a text"),
+    "no hardware": (put(hardware=None), r"hardware is missing"),
+    "no law": (put(law=None), r"law is missing"),
+    "no settings": (put(settings=None), r"settings is missing"),
+    "a setting that is a text": (put(settings="fine"), r"settings is text; give a list of texts"),
+    "settings that are numbers": (put(settings=[1, 2, 3]), r"settings is numbers of the shape \(3,\)"),
+    "a setting without a name": (put(settings=["a", "", "c"]), r"settings has the name ''"),
+    "a setting twice": (put(settings=["a", "a", "b"]), r"settings has 'a' twice"),
+    "a setting more": (put(settings=["a", "b", "c", "d"]), r"converged has 3 values for 4 settings"),
+    "a setting less": (put(settings=["a", "b"], converged=[False, True]), r"setting_2/\w+ is no name of an answer"),
+    "no mark of convergence": (put(converged=None), r"converged is missing"),
+    "marks that are words": (put(converged=["no", "no", "yes"]), r"converged is text of the shape \(3,\); give truth"),
+    "a misspelt field": (
+        put(at_second=1.0),
+        r"setting_2/second is no name of an answer; did you mean setting_2/seconds",
+    ),
+    "no displacements": (put(at_displacement_m=None), r"setting_2/displacement_m is missing"),
+    "displacements in words": (put(at_displacement_m=["far"]), r"setting_2/displacement_m is text of the shape"),
+    "complex displacements": (moved(lambda u, q: u * 1j), r"displacement_m is complex numbers of the shape"),
+    "a question less": (moved(lambda u, q: u[:-1]), r"displacement_m has the shape \(3, 162, 3\); give \(4, 162, 3\)"),
+    "a point less": (moved(lambda u, q: u[:, :-1]), r"displacement_m has the shape \(4, 161, 3\)"),
+    "axes first": (moved(lambda u, q: u.transpose(0, 2, 1)), r"displacement_m has the shape \(4, 3, 162\)"),
+    "all in a row": (moved(lambda u, q: u.reshape(len(u), -1)), r"displacement_m has the shape \(4, 486\)"),
+    "lengths alone": (moved(lambda u, q: np.linalg.norm(u, axis=2)), r"displacement_m has the shape \(4, 162\)"),
+    "a NaN": (entry(MOVED, (1, 7, 2), np.nan), r"displacement_m is not finite in question 1; mark that as failed"),
+    "an infinite number": (entry(MOVED, (0, 0, 0), np.inf), r"displacement_m is not finite in question 0"),
+    "a solver that burst": (entry(MOVED, (2, 3, 1), 1e300), r"displacement_m is 1e\+300 m in question 2; give NaN for"),
+    "failed and answered": (
+        put(at_failed=[True, False, False, False]),
+        r"failed marks question 0, which has an answer",
+    ),
+    "failures that are shares": (put(at_failed=[0.5, 0, 0, 0]), r"failed is numbers of the shape \(4,\); give truth"),
+    "a failure more": (put(at_failed=[False] * 5), r"failed is truth values of the shape \(5,\); give truth values, 4"),
+    "no seconds": (put(at_seconds=None), r"setting_2/seconds is missing"),
+    "one time for all": (put(at_seconds=0.5), r"seconds has the shape \(\); give \(4,\)"),
+    "times the wrong way round": (put(at_seconds=np.ones((3, 4))), r"seconds has the shape \(3, 4\)"),
+    "a negative time": (entry(SECONDS, (2, 0), -0.1), r"seconds has -0.1 s; give times above 0"),
+    "no time at all": (put(at_seconds=np.zeros(4)), r"seconds has 0 s; give times above 0"),
+    "a time that is not known": (entry(SECONDS, (3, 1), np.nan), r"seconds is not finite in question 3"),
+    "a time in words": (put(at_seconds=["1 ms"] * 4), r"seconds is text of the shape \(4,\); give real numbers"),
+    "no preparation": (put(at_preparation_s=None), r"preparation_s is missing"),
+    "a negative preparation": (put(at_preparation_s=-1.0), r"preparation_s is \[-1.0\]; give one number of 0 or more"),
+    "memories": (put(at_memory_mb=[1.0, 2.0]), r"memory_mb is \[1.0, 2.0\]; give one number"),
+    "memory that is not known": (put(at_memory_mb=np.nan), r"memory_mb is \[nan\]"),
+    "nodes without triangles": (
+        put(at_nodes_m=np.zeros((4, 3))),
+        r"triangles is missing; a mesh of your own has nodes",
+    ),
+    "flat nodes": (own(nodes=lambda x: x[:, :2]), r"nodes_m has the shape \(162, 2\)"),
+    "a node that is nowhere": (own(nodes=lambda x: np.where(x == x[0, 0], np.nan, x)), r"nodes_m is not finite"),
+    "triangles that are not whole": (own(triangles=lambda t: t + 0.5), r"triangles is float64 of the shape"),
+    "triangles from 1 on": (own(triangles=lambda t: t + 1), r"triangles names nodes that nodes_m does not have"),
+    "tetrahedra for triangles": (own(triangles=lambda t: np.hstack([t, t[:, :1]])), r"triangles is int64 of the shape"),
+    "a mesh in millimetres": (own(nodes=lambda x: 1000 * x), r"nodes_m lies between .* m; the body lies between"),
+    "a mesh elsewhere": (own(nodes=lambda x: x + 0.1), r"nodes_m lies between"),
+    "millimetres": (moved(lambda u, q: 1000 * u), r"displacement_m is \d+ times the truth, as if in millimetres"),
+    "centimetres": (moved(lambda u, q: 100 * u), r"times the truth, as if in centimetres; give metres"),
+    "the other way": (moved(lambda u, q: -u), r"points against the force"),
+    "positions": (moved(lambda u, q: u + q.points), r"holds positions and not displacements; subtract"),
+    "points in another order": (moved(shuffled), r"has the lengths of the truth at other points"),
+    "loads in another order": (rolled, r"has in question \d the answer to question \d; keep the order"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_faulty_file_has_one_sentence(questions, answers, tmp_path, fault):
+    change, said = FAULTS[fault]
+    change(answers, questions)
+    np.savez(tmp_path / "a.npz", **answers)
+    with pytest.raises(InputError) as told:
+        score_presses(tmp_path / "a.npz", questions, questions.truth)
+    sentence = str(told.value)
+    assert re.search(said, sentence), sentence
+    assert sentence.startswith(f"{tmp_path / 'a.npz'}: ") and sentence.endswith(".") and "\n" not in sentence
+    assert len(sentence.removeprefix(str(tmp_path))) < 300
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "neither .npz nor HDF5"),
+        (b"displacement, 1, 2", "neither .npz nor HDF5"),
+        (b"PK\x03\x04 torn off", "is no file of answers"),
+        (b"\x89HDF\r\n\x1a\n torn off", "is no file of answers"),
+        (None, "cannot be read"),
+    ],
+)
+def test_what_is_no_file_of_answers_is_said(questions, tmp_path, content, said):
+    if content is not None:
+        (tmp_path / "a.npz").write_bytes(content)
+    with pytest.raises(InputError, match=said):
+        read_answers(tmp_path / "a.npz", questions, {})
+
+
+def test_objects_and_groups_are_no_answers(questions, answers, tmp_path):
+    np.savez(tmp_path / "a.npz", **answers | {"engine": np.array({"name": "mine"}, dtype=object)})
+    with pytest.raises(InputError, match="it holds Python objects"):
+        read_answers(tmp_path / "a.npz", questions, {})
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["setting_0/settings"] = 1.0
+    with pytest.raises(InputError, match="digest is missing"):
+        read_answers(tmp_path / "a.h5", questions, {})
+
+
+def test_memory_may_be_left_out(questions, answers, tmp_path):
+    answers.pop("setting_2/memory_mb")
+    np.savez(tmp_path / "a.npz", **answers)
+    rows = score_presses(tmp_path / "a.npz", questions, questions.truth).settings
+    assert rows["memory_mb"].isna().tolist() == [False, False, True]
+
+
+def test_few_settings_and_none_that_is_converged_are_said_and_scored(questions, answers, tmp_path):
+    few = {name: value for name, value in answers.items() if not name.startswith(("setting_1", "setting_2"))}
+    few |= {"settings": np.array(["coarse"]), "converged": np.array([False])}
+    np.savez(tmp_path / "a.npz", **few)
+    found = score_presses(tmp_path / "a.npz", questions, questions.truth)
+    assert len(found.warnings) == 2 and "1 of the 3 settings" in found.warnings[0] and len(found.settings) == 1
+
+
+@pytest.mark.parametrize("bad", ["far too soft", "far too stiff", "zero", "noise", "rigid", "exploded", "rough"])
+def test_an_answer_that_is_only_bad_is_scored(questions, answers, tmp_path, bad):
+    """No engine is refused for being wrong: only slips of an adapter are."""
+    truth, random = questions.truth["displacement_m"], np.random.default_rng(1)
+    size = np.abs(truth).max()
+    made = {
+        "far too soft": 8.0 * truth, "far too stiff": 0.01 * truth, "zero": 0.0 * truth,
+        "noise": size * random.normal(size=truth.shape), "rigid": np.broadcast_to([0.0, 0.0, -size], truth.shape),
+        "exploded": 1e6 * random.normal(size=truth.shape), "rough": truth * random.uniform(0.5, 1.5, truth.shape),
+    }[bad]  # fmt: skip
+    answers["setting_2/displacement_m"] = made
+    np.savez(tmp_path / "a.npz", **answers)
+    row = score_presses(tmp_path / "a.npz", questions, questions.truth).settings.iloc[2]
+    assert row["relative_l2"] == pytest.approx(
+        np.mean(np.linalg.norm(made - truth, axis=(1, 2)) / np.linalg.norm(truth, axis=(1, 2)))
+    )

@@ -1,9 +1,9 @@
-"""Answer the questions of a folder that `palpate ask` wrote with MuJoCo's flex (Saint Venant–Kirchhoff, linear tetrahedra).
+"""Answer a folder of `palpate ask` with MuJoCo's flex: linear tetrahedra, law of Saint Venant and Kirchhoff.
 
     pip install mujoco numpy
     python mujoco_flex.py FOLDER [answers.npz] [--levels 0 1]
 
-Nothing of palpate is imported. Static equilibrium is the rest of steps of 1 s: at that length the integrator
+Static equilibrium is the rest of steps of 1 s: at that length the integrator
 `discrete` all but drops inertia, so a step is close to a step of Newton's method.
 """
 
@@ -16,8 +16,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-MODEL = """<mujoco><option timestep="1" gravity="0 0 0" integrator="discrete" solver="CG" iterations="100" tolerance="1e-10"/>
-<size memory="2G"/><worldbody><flexcomp name="body" type="gmsh" file="body.msh" dim="3" mass="{mass}" radius="0.0005" dof="full">
+MODEL = """<mujoco><size memory="2G"/>
+<option timestep="1" gravity="0 0 0" integrator="discrete" solver="CG" iterations="100" tolerance="1e-10"/><worldbody>
+<flexcomp name="body" type="gmsh" file="body.msh" dim="3" mass="{mass}" radius="0.0005" dof="full">
 <edge equality="false"/><elasticity young="{young}" poisson="{poisson}" damping="0"/>
 <contact selfcollide="none" contype="0" conaffinity="0"/><pin id="{held}"/></flexcomp></worldbody></mujoco>"""
 
@@ -99,12 +100,12 @@ def main() -> None:
             displacement_m, rested = body.press(force_n, steps or arguments.most)
             seconds.append(time.perf_counter() - begin)
             found.append(displacement_m if rested or steps else np.full_like(displacement_m, np.nan))
+        mb = (mujoco.mj_sizeModel(body.model) + body.data.maxuse_arena) / 1e6
         failed = ~np.isfinite(found).all(axis=(1, 2))
-        print(answers["settings"][i], f"median {np.median(seconds):.3g} s, failed {failed.sum()} of {len(failed)}", flush=True)
-        answers |= {f"setting_{i}/displacement_m": found, f"setting_{i}/failed": failed}
-        answers |= {f"setting_{i}/nodes_m": body.nodes_m, f"setting_{i}/triangles": body.triangles}
-        answers |= {f"setting_{i}/seconds": np.where(failed, np.nan, seconds), f"setting_{i}/preparation_s": body.preparation_s}
-        answers |= {f"setting_{i}/memory_mb": (mujoco.mj_sizeModel(body.model) + body.data.maxuse_arena) / 1e6}
+        print(answers["settings"][i], f"{np.median(seconds):.3g} s, {failed.sum()} failed", flush=True)
+        setting = {"displacement_m": found, "failed": failed, "nodes_m": body.nodes_m, "triangles": body.triangles}
+        setting |= {"seconds": np.where(failed, np.nan, seconds), "preparation_s": body.preparation_s, "memory_mb": mb}
+        answers |= {f"setting_{i}/{name}": value for name, value in setting.items()}
     np.savez_compressed(arguments.answers, **answers)
 
 

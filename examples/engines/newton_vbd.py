@@ -1,10 +1,10 @@
-"""Answer the questions of a folder that `palpate ask` wrote with Newton's vertex block descent (a quadratic neo-Hookean law), on the processor.
+"""Answer a folder of `palpate ask` with Newton's vertex block descent on the processor: a quadratic neo-Hookean law.
 
     pip install newton warp-lang numpy
     python newton_vbd.py FOLDER [answers.npz] [--level 0]
 
-Nothing of palpate is imported. Equilibrium is where a damped motion ends: velocities lose a share at each step. A step that is
-too long for its iterations stops elsewhere than at the equilibrium, so a setting that has converged cuts the step, not more.
+Equilibrium is where a damped motion ends: velocities lose a share at each step. A step too long for its sweeps stops
+elsewhere than at the equilibrium, so a setting that has converged cuts the step.
 """
 
 import argparse
@@ -85,24 +85,28 @@ def main() -> None:
     arguments = parser.parse_args()
     asked = json.loads((arguments.folder / "questions.json").read_text())
     forces_n = np.load(arguments.folder / "loads.npz")[f"level_{arguments.level}/nodal_force_n"]
-    answers = {"digest": asked["digest"], "engine": "Newton VBD", "version": newton.__version__, "law": "quadratic_neo_hookean"}
+    answers = {
+        "digest": asked["digest"],
+        "engine": "Newton VBD",
+        "version": newton.__version__,
+        "law": "quadratic_neo_hookean",
+    }
     answers |= {"hardware": f"{platform.machine()} processor, 1 thread", "converged": [done for *_, done in SETTINGS]}
     answers |= {"settings": [f"level {arguments.level}, {name}" for name, *_ in SETTINGS]}
     body = Body(arguments.folder, arguments.level, asked["materials"])
     body.press(forces_n[0], 1 / 240, 1 / 240, False)  # compile, which is not part of an answer
-    memory_mb = sum(x.nbytes for x in (body.nodes_m, forces_n[0])) * 4 / 1e6
-    for i, (name, *how) in enumerate(SETTINGS):
+    mb = sum(x.nbytes for x in (body.nodes_m, forces_n[0])) * 4 / 1e6
+    for i, (_, *how) in enumerate(SETTINGS):
         found, seconds = [], []
         for force_n in forces_n:
             begin = time.perf_counter()
             found.append(body.press(force_n, *how))
             seconds.append(time.perf_counter() - begin)
         failed = ~np.isfinite(found).all(axis=(1, 2))
-        print(name, f"median {np.median(seconds):.3g} s, failed {failed.sum()} of {len(failed)}", flush=True)
-        answers |= {f"setting_{i}/displacement_m": found, f"setting_{i}/failed": failed}
-        answers |= {f"setting_{i}/nodes_m": body.nodes_m, f"setting_{i}/triangles": body.triangles}
-        answers |= {f"setting_{i}/seconds": np.where(failed, np.nan, seconds), f"setting_{i}/preparation_s": body.preparation_s}
-        answers |= {f"setting_{i}/memory_mb": memory_mb}
+        print(answers["settings"][i], f"{np.median(seconds):.3g} s, {failed.sum()} failed", flush=True)
+        setting = {"displacement_m": found, "failed": failed, "nodes_m": body.nodes_m, "triangles": body.triangles}
+        setting |= {"seconds": np.where(failed, np.nan, seconds), "preparation_s": body.preparation_s, "memory_mb": mb}
+        answers |= {f"setting_{i}/{name}": value for name, value in setting.items()}
     np.savez_compressed(arguments.answers, **answers)
 
 

@@ -1,10 +1,10 @@
-"""Answer the questions of a folder that `palpate ask` wrote with scikit-fem: linear or quadratic tetrahedra, Newton's method.
+"""Answer a folder of `palpate ask` with scikit-fem: linear or quadratic tetrahedra, Newton's method.
 
     pip install scikit-fem numpy scipy
     python scikit_fem.py FOLDER [answers.npz] [--settings 0:1 0:2 1:1]      (level:order of the elements)
 
-Nothing of palpate is imported. The law is the folder's corotational one, with its exact tangent; the traction is integrated
-over the surface again by a rule of quadrature, since the folder's nodal forces are for linear elements.
+The law is the folder's corotational one, with its exact tangent; the traction is integrated over the surface again by a
+rule of quadrature, since the folder's nodal forces are for linear elements.
 """
 
 import argparse
@@ -22,28 +22,23 @@ from scipy.sparse.linalg import splu
 def corotational(gradient: np.ndarray, mu: np.ndarray, lame: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Stress P (e, q, 3, 3) and tangent dP/dF (e, q, 3, 3, 3, 3) of F (e, q, 3, 3); mu, lame (e, 1)."""
     u, s, vt = np.linalg.svd(gradient)
-    turned = np.linalg.det(u @ vt) < 0  # an inverted element: the least stretch is negative
-    u[turned, :, 2] *= -1
-    s[turned, 2] *= -1
+    sign = np.where(np.linalg.det(u @ vt) < 0, -1, 1)  # of the least stretch, negative in an inverted element
+    u[..., 2], s[..., 2] = u[..., 2] * sign[..., None], s[..., 2] * sign
     rotation, trace, one = u @ vt, s.sum(-1), np.eye(3)
     stretch = np.einsum("...ki,...k,...kj->...ij", vt, s, vt)
     mu, lame, pull = (np.broadcast_to(x, trace.shape)[..., None, None] for x in (mu, lame, lame * (trace - 3)))
     stress = 2 * mu * (gradient - rotation) + pull * rotation
     # dR = R W, W x = w × x, (tr S − S) w = −ε : (Rᵀ dF), the axial vector of Rᵀ dF − dFᵀ R
-    cross = np.zeros((3, 3, 3))
-    cross[0, 1, 2] = cross[1, 2, 0] = cross[2, 0, 1] = 1
-    cross -= cross.transpose(0, 2, 1)
+    cross = np.cross(one[:, None], one)  # Levi-Civita's symbol
     axial = -np.einsum("amn,...km->...akn", cross, rotation)
-    spin = np.linalg.solve(trace[..., None, None] * one - stretch, axial.reshape(*axial.shape[:-2], 9)).reshape(axial.shape)
-    turn = np.einsum("...im,maj,...akl->...ijkl", rotation, cross, spin)
+    spin = np.linalg.solve(trace[..., None, None] * one - stretch, axial.reshape(*axial.shape[:-2], 9))
+    turn = np.einsum("...im,maj,...akl->...ijkl", rotation, cross, spin.reshape(axial.shape))
     mu, lame, pull = mu[..., None, None], lame[..., None, None], pull[..., None, None]
     tangent = 2 * mu * np.einsum("ik,jl->ijkl", one, one) + (pull - 2 * mu) * turn
     return stress, tangent + lame * np.einsum("...ij,...kl->...ijkl", rotation, rotation)
 
 
-class Body:
-    """One level with elements of one order."""
-
+class Body:  # one level with elements of one order
     def __init__(self, folder: Path, level: int, order: int, materials: list[dict]) -> None:
         data = np.load(folder / f"level_{level}.npz")
         begin = time.perf_counter()
@@ -51,7 +46,7 @@ class Body:
         element = skfem.ElementVector(skfem.ElementTetP1() if order == 1 else skfem.ElementTetP2())
         self.basis = skfem.Basis(mesh, element, intorder=2 * (order - 1) or 1)
         self.surface = skfem.FacetBasis(mesh, element, intorder=12)  # many points, for the edge of the disc
-        young, poisson = (np.array([m[name] for m in materials])[data["region"], None] for name in ("young_pa", "poisson"))
+        young, poisson = np.array([(m["young_pa"], m["poisson"]) for m in materials])[data["region"]].T[..., None]
         self.mu, self.lame = young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))
         # slopes (e, q, a, 9) of each function of an element, at its points of quadrature
         slopes = np.array([np.broadcast_to(each[0].grad, (3, 3, *self.basis.dx.shape)) for each in self.basis.basis])
@@ -59,48 +54,41 @@ class Body:
         self.numbers, self.dx = self.basis.element_dofs.T, self.basis.dx
         # held: nodes that the folder names, and of quadratic elements all on facets with three such corners
         facets = mesh.boundary_facets()
-        on_held = facets[np.isin(mesh.facets[:, facets], data["held"]).all(0)]
-        self.free = np.setdiff1d(np.arange(self.basis.N), self.basis.nodal_dofs[:, data["held"]])
-        self.free = np.setdiff1d(self.free, self.basis.get_dofs(on_held).all()) if len(on_held) else self.free
-        # nodes, corners before middles of edges, and the surface's triangles between them
+        held = self.basis.get_dofs(facets[np.isin(mesh.facets[:, facets], data["held"]).all(0)]).all()
+        self.free = np.setdiff1d(np.arange(self.basis.N), np.append(held, self.basis.nodal_dofs[:, data["held"]]))
+        # nodes, corners before middles of edges, which is the order of a mesh that is split once
         of_nodes = np.hstack([self.basis.nodal_dofs, self.basis.edge_dofs] if order == 2 else [self.basis.nodal_dofs])
-        self.dofs, self.nodes_m = of_nodes.T, self.basis.doflocs[:, of_nodes[0]].T
-        corners = mesh.facets[:, facets]
-        self.triangles = corners.T
-        if order == 2:
-            numbers = {tuple(edge): mesh.nvertices + i for i, edge in enumerate(np.sort(mesh.edges.T).tolist())}
-            edges = np.sort([corners[[0, 1]].T, corners[[1, 2]].T, corners[[2, 0]].T], axis=-1).tolist()
-            (a, b, c), (ab, bc, ca) = corners, [[numbers[tuple(edge)] for edge in side] for side in edges]
-            self.triangles = np.hstack([(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]).T
+        shown = mesh.refined() if order == 2 else mesh
+        self.dofs, self.nodes_m, self.triangles = of_nodes.T, shown.p.T, shown.facets[:, shown.boundary_facets()].T
         self.preparation_s = time.perf_counter() - begin
 
     def traction(self, load: dict) -> np.ndarray:
         """Consistent nodal forces [N] of a load, its total set right."""
-        x, normal = self.surface.global_coordinates(), self.surface.normals
-        far = np.linalg.norm(np.asarray(x) - np.reshape(load["place_m"], (3, 1, 1)), axis=0) / load["radius_m"]
-        facing = np.einsum("i,i...->...", load["normal"], np.asarray(normal)) > 0
+        away = self.surface.global_coordinates().value - np.reshape(load["place_m"], (3, 1, 1))
+        far = np.linalg.norm(away, axis=0) / load["radius_m"]
+        facing = np.einsum("i,i...->...", load["normal"], np.asarray(self.surface.normals)) > 0
         weight = np.where((far <= 1) & facing, 1 - far**2, 0)
         force = np.reshape(load["force_n"], (3, 1, 1)) / (weight * self.surface.dx).sum()
         return skfem.LinearForm(lambda v, w: np.einsum("i...,i...->...", v, force * weight)).assemble(self.surface)
 
-    def press(self, load: dict, parts: int, most: int = 20) -> np.ndarray:
-        """Displacements of the nodes, the load put on in parts; NaN if Newton's method does not converge."""
+    def press(self, load: dict, parts: int = 1, most: int = 20) -> np.ndarray:
+        """Displacements of the nodes, the load put on in parts if need be; NaN if Newton's method does not converge."""
         outer, u = self.traction(load), self.basis.zeros()
         for part in np.linspace(1 / parts, 1, parts):
             for _ in range(most):
-                gradient = np.einsum("eqaf,ea->eqf", self.slopes, u[self.numbers]).reshape(*self.dx.shape, 3, 3) + np.eye(3)
-                stress, tangent = corotational(gradient, self.mu, self.lame)
+                gradient = np.einsum("eqaf,ea->eqf", self.slopes, u[self.numbers]) + np.eye(3).ravel()
+                stress, tangent = corotational(gradient.reshape(*self.dx.shape, 3, 3), self.mu, self.lame)
                 inner = np.einsum("eqaf,eqf,eq->ea", self.slopes, stress.reshape(*self.dx.shape, 9), self.dx)
                 residual = part * outer - np.bincount(self.numbers.ravel(), inner.ravel(), len(u))
                 if np.linalg.norm(residual[self.free]) < 1e-8 * np.linalg.norm(outer):
                     break
-                blocks = self.slopes @ tangent.reshape(*self.dx.shape, 9, 9) @ self.slopes.swapaxes(2, 3)
-                blocks = np.einsum("eqab,eq->eab", blocks, self.dx)
+                tangent = (tangent.T * self.dx.T).T.reshape(*self.dx.shape, 9, 9)
+                blocks = (self.slopes @ tangent @ self.slopes.swapaxes(2, 3)).sum(1)
                 rows, columns = np.broadcast_arrays(self.numbers[:, :, None], self.numbers[:, None])
                 matrix = coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), (len(u), len(u))).tocsc()
                 u[self.free] += splu(matrix[self.free][:, self.free]).solve(residual[self.free])
             else:
-                return np.full_like(self.nodes_m, np.nan)
+                return self.press(load, 8) if parts == 1 else np.full_like(self.nodes_m, np.nan)
         return u[self.dofs]
 
 
@@ -121,15 +109,14 @@ def main() -> None:
         body, found, seconds = Body(arguments.folder, level, order, asked["materials"]), [], []
         for load in asked["loads"]:
             begin = time.perf_counter()
-            whole = body.press(load, parts=1)
-            found.append(whole if np.isfinite(whole).all() else body.press(load, parts=8))
+            found.append(body.press(load))
             seconds.append(time.perf_counter() - begin)
+        mb = (body.slopes.nbytes + body.numbers.nbytes + body.dx.nbytes) / 1e6
         failed = ~np.isfinite(found).all(axis=(1, 2))
-        print(answers["settings"][i], f"median {np.median(seconds):.3g} s, failed {failed.sum()} of {len(failed)}", flush=True)
-        answers |= {f"setting_{i}/displacement_m": found, f"setting_{i}/failed": failed}
-        answers |= {f"setting_{i}/nodes_m": body.nodes_m, f"setting_{i}/triangles": body.triangles}
-        answers |= {f"setting_{i}/seconds": np.where(failed, np.nan, seconds), f"setting_{i}/preparation_s": body.preparation_s}
-        answers |= {f"setting_{i}/memory_mb": (body.slopes.nbytes + body.numbers.nbytes + body.dx.nbytes) / 1e6}
+        print(answers["settings"][i], f"{np.median(seconds):.3g} s, {failed.sum()} failed", flush=True)
+        setting = {"displacement_m": found, "failed": failed, "nodes_m": body.nodes_m, "triangles": body.triangles}
+        setting |= {"seconds": np.where(failed, np.nan, seconds), "preparation_s": body.preparation_s, "memory_mb": mb}
+        answers |= {f"setting_{i}/{name}": value for name, value in setting.items()}
     np.savez_compressed(arguments.answers, **answers)
 
 

@@ -1,10 +1,9 @@
-"""Answer the questions of a folder that `palpate ask` wrote with SOFA: to be read and adapted; it has not been run.
+"""Answer a folder of `palpate ask` with SOFA: to be read and adapted; it has not been run.
 
     python sofa_scene.py FOLDER [answers.npz] [--level 0]      in a Python that has SofaRuntime (SOFA 24.06 or later)
 
-Nothing of palpate is imported. SOFA's corotational elements take the rotation of a whole linear tetrahedron (`method="large"`
-by QR, `"polar"` by polar decomposition) and linear strain after it: close to the folder's corotational law, and not the same,
-since its stress is not the derivative of the energy where the rotation changes. Hence the law's name below.
+SOFA's corotational elements take the rotation of a whole linear tetrahedron and linear strain after it: close to the
+folder's law, and not the same, since their force leaves out how the rotation changes. Hence the law's name below.
 """
 
 import argparse
@@ -18,16 +17,8 @@ import Sofa
 import Sofa.Core
 import Sofa.Simulation
 
-PLUGINS = (
-    "Sofa.Component.StateContainer",
-    "Sofa.Component.Topology.Container.Dynamic",
-    "Sofa.Component.SolidMechanics.FEM.Elastic",
-    "Sofa.Component.MechanicalLoad",
-    "Sofa.Component.Constraint.Projective",
-    "Sofa.Component.ODESolver.Backward",
-    "Sofa.Component.LinearSolver.Direct",
-    "Sofa.Component.LinearSystem",
-)
+PLUGINS = "StateContainer Topology.Container.Dynamic SolidMechanics.FEM.Elastic MechanicalLoad Constraint.Projective"
+PLUGINS += " ODESolver.Backward LinearSolver.Direct LinearSystem"
 # name, steps of Newton's method, whether that has converged
 SETTINGS = (("1 step", 1, False), ("3 steps", 3, False), ("to equilibrium", 50, True))
 STILL = 1e-6  # of the largest displacement: a step's motion below which there is equilibrium
@@ -37,13 +28,15 @@ def scene(mesh, materials: list[dict]) -> tuple[Sofa.Core.Node, object, object]:
     """The body at rest, its state and its forces: one Newton step of the static solver in each step of SOFA."""
     root = Sofa.Core.Node("root")
     root.gravity, root.dt = [0.0, 0.0, 0.0], 1.0
-    for plugin in PLUGINS:
-        root.addObject("RequiredPlugin", name=plugin)
+    for plugin in PLUGINS.split():
+        root.addObject("RequiredPlugin", name=f"Sofa.Component.{plugin}")
     root.addObject("DefaultAnimationLoop")
     body = root.addChild("body")
     body.addObject("StaticSolver", newton_iterations=1)
     body.addObject("SparseLDLSolver", template="CompressedRowSparseMatrixMat3x3d")
-    body.addObject("TetrahedronSetTopologyContainer", position=mesh["nodes_m"].tolist(), tetrahedra=mesh["tetrahedra"].tolist())
+    body.addObject(
+        "TetrahedronSetTopologyContainer", position=mesh["nodes_m"].tolist(), tetrahedra=mesh["tetrahedra"].tolist()
+    )
     body.addObject("TetrahedronSetGeometryAlgorithms", template="Vec3d")
     state = body.addObject("MechanicalObject", template="Vec3d", name="state")
     of_elements = [materials[region] for region in mesh["region"]]
@@ -87,12 +80,18 @@ def main() -> None:
         raise SystemExit(f"{asked['scene']} has several Poisson's ratios, and TetrahedronFEMForceField has one")
     mesh = np.load(arguments.folder / f"level_{arguments.level}.npz")
     forces_n = np.load(arguments.folder / "loads.npz")[f"level_{arguments.level}/nodal_force_n"]
-    answers = {"digest": asked["digest"], "engine": "SOFA", "version": "24.06 or as installed", "law": "SOFA's corotational"}
+    answers = {
+        "digest": asked["digest"],
+        "engine": "SOFA",
+        "version": "24.06 or as installed",
+        "law": "SOFA's corotational",
+    }
     answers |= {"hardware": f"{platform.machine()} processor, 1 thread", "converged": [done for *_, done in SETTINGS]}
     answers |= {"settings": [f"level {arguments.level}, {name}" for name, *_ in SETTINGS]}
     begin = time.perf_counter()
     world = scene(mesh, asked["materials"])
     preparation_s = time.perf_counter() - begin
+    mb = 0.0  # SOFA does not tell; put the growth of the process here
     for i, (_, *how) in enumerate(SETTINGS):
         found, seconds = [], []
         for force_n in forces_n:
@@ -100,10 +99,15 @@ def main() -> None:
             found.append(press(*world, force_n, *how))
             seconds.append(time.perf_counter() - begin)
         failed = ~np.isfinite(found).all(axis=(1, 2))
-        answers |= {f"setting_{i}/displacement_m": found, f"setting_{i}/failed": failed}
-        answers |= {f"setting_{i}/nodes_m": mesh["nodes_m"], f"setting_{i}/triangles": mesh["triangles"]}
-        answers |= {f"setting_{i}/seconds": np.where(failed, np.nan, seconds), f"setting_{i}/preparation_s": preparation_s}
-        answers |= {f"setting_{i}/memory_mb": 0.0}  # SOFA does not tell; put the growth of the process here
+        print(answers["settings"][i], f"{np.median(seconds):.3g} s, {failed.sum()} failed", flush=True)
+        setting = {
+            "displacement_m": found,
+            "failed": failed,
+            "nodes_m": mesh["nodes_m"],
+            "triangles": mesh["triangles"],
+        }
+        setting |= {"seconds": np.where(failed, np.nan, seconds), "preparation_s": preparation_s, "memory_mb": mb}
+        answers |= {f"setting_{i}/{name}": value for name, value in setting.items()}
     np.savez_compressed(arguments.answers, **answers)
 
 

@@ -19,7 +19,7 @@ import warp as wp
 from newton.solvers import SolverVBD
 
 # name, length of a step [s], time simulated at most [s], whether that has converged
-SETTINGS = (("0.25 s", 1 / 240, 0.25, False), ("1 s", 1 / 240, 1.0, False), ("to rest", 1 / 240, 10.0, True))
+SETTINGS = (("0.25 s", 1 / 240, 0.25, False), ("0.5 s", 1 / 240, 0.5, False), ("to rest", 1 / 240, 10.0, True))
 ITERATIONS = 5
 KEPT = 0.98  # of the velocity at each step
 REST = 1e-5  # of the largest displacement: motion in 24 steps, below which it is at rest

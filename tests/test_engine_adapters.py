@@ -1,4 +1,4 @@
-"""Scripts that answer folders of questions: short, free of palpate, and right on a cube where their engine is installed."""
+"""Scripts that answer folders of questions: short, free of palpate, right on a cube where their engine is installed."""
 
 import ast
 import importlib.util

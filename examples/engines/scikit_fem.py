@@ -47,12 +47,11 @@ class Body:  # one level with elements of one order
         self.surface = skfem.FacetBasis(mesh, element, intorder=12)  # many points, for the edge of the disc
         young, poisson = np.array([(m["young_pa"], m["poisson"]) for m in materials])[data["region"]].T[..., None]
         self.mu, self.lame = young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))
-        # slopes (e, q, a, 9) of each function of an element, at its points of quadrature
         slopes = np.array([np.broadcast_to(each[0].grad, (3, 3, *self.basis.dx.shape)) for each in self.basis.basis])
         self.slopes = np.ascontiguousarray(slopes.reshape(len(slopes), 9, *self.basis.dx.shape).transpose(2, 3, 0, 1))
         self.numbers, self.dx = self.basis.element_dofs.T, self.basis.dx
         self.weighted = self.slopes * self.dx[..., None, None]
-        # held: nodes that the folder names, and of quadratic elements all on facets with three such corners
+        # also middles of edges, on facets with three held corners
         held = self.basis.get_dofs(np.flatnonzero(np.isin(mesh.facets, data["held"]).all(0))).all()
         self.free = np.setdiff1d(np.arange(self.basis.N), np.append(held, self.basis.nodal_dofs[:, data["held"]]))
         # nodes, corners before middles of edges, which is the order of a mesh that is split once

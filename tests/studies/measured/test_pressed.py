@@ -9,6 +9,7 @@ from fixtures.drawn import texts
 from fixtures.material import page
 
 from palpate.errors import InputError
+from palpate.identification.relaxation import without_time
 from palpate.run.settings import complete
 from palpate.studies.measured import pressed, relaxed
 from palpate.studies.measured.figures.presses import draw_presses
@@ -53,7 +54,7 @@ def test_what_is_relaxed_has_the_force_of_the_slab(found):
     (_, kernel), records = found
     exact = np.array([indented(sphere(0.005), c, 4000.0, 0.45, 0.015) for c in np.linspace(0.0012, 0.0032, 12)])
     ratios = []
-    for press in relaxed.without_time(records, kernel).presses:
+    for press in without_time(records, kernel).presses:
         ratios.append(press.force_n[-1] / np.interp(press.depth_m[-1] + 5e-5, *exact.T))
     assert np.median(ratios) == pytest.approx(1.0, abs=0.06)
 

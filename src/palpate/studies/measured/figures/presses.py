@@ -21,10 +21,10 @@ SHOWN = 9
 
 
 @style.figure("presses", tables=("press_curves", "press_predictions"))
-def draw_presses(curves, predictions, *, scene: str) -> Figure:
+def draw_presses(press_curves, press_predictions, *, scene: str) -> Figure:
     """Draw what was measured and what follows, of all parts of one entry."""
-    curves = tables.where(curves, entry=scene)
-    errors = tables.where(predictions, entry=scene)
+    curves = tables.where(press_curves, entry=scene)
+    errors = tables.where(press_predictions, entry=scene)
     errors = errors.assign(way=errors["by"])
     laws = [name for name in dict.fromkeys(errors["model"]) if name not in RIVALS]
     names = {law: spaced(law) for law in laws} | RIVALS

@@ -19,9 +19,12 @@ PREDICTED = 6
 @style.figure(
     "relaxation", tables=("relaxation_curves", "relaxation_errors", "relaxation_presses", "relaxation_trends")
 )
-def draw_relaxation(curves, errors, presses, trends, *, scene: str) -> Figure:
+def draw_relaxation(
+    relaxation_curves, relaxation_errors, relaxation_presses, relaxation_trends, *, scene: str
+) -> Figure:
     """Draw what the presses of one entry say of relaxation."""
-    curves, errors, presses, trends = (tables.where(table, entry=scene) for table in (curves, errors, presses, trends))
+    given = relaxation_curves, relaxation_errors, relaxation_presses, relaxation_trends
+    curves, errors, presses, trends = (tables.where(table, entry=scene) for table in given)
     errors, named = errors.assign(way=errors["left_out"]), curves["press"].fillna("").ne("")
     models = [name for name in dict.fromkeys(errors["model"]) if "branch" in name and not name.startswith("own")]
     own = {f"own: {name}": name for name in models}

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.engine_scores import OWN, score_table
 from palpate.benchmark.ranking import BOUNDS, lasting
 from palpate.errors import InputError
 from palpate.exchange import presses, touches
 from palpate.exchange.folder import Arrays, Questions, read
-from palpate.exchange.score import Scored, floor_of, score_presses, score_table, truth_beside
+from palpate.exchange.score import Scored, floor_of, score_presses, truth_beside
 from palpate.exchange.score_touches import score_touches
 from palpate.files import read_table, write_whole
 from palpate.report.words import percent, seconds
@@ -111,15 +112,15 @@ SHOWN = ("setting", "error", "worst", "in the dent", "median", "p95", "failed", 
 
 def _printed(table: pd.DataFrame) -> list[str]:
     """Return the lines of a table for reading: the engine's settings, and those of palpate that are worth taking."""
-    own, others = table[table["engine"] != "palpate"], table[table["engine"] == "palpate"]
+    own, others = table[table["engine"] != OWN], table[table["engine"] == OWN]
     if len(others):
         sound = others[others["failures"] == 0]
         others = sound[lasting(sound["online_median_s"].to_numpy(), sound["rmse_of_peak"].to_numpy())]
     rows = [SHOWN]
     for _, row in pd.concat([own, others.sort_values("online_median_s")]).iterrows():
-        name = row["setting"] if row["engine"] != "palpate" else f"palpate's {row['model']}, {row['setting']}"
+        name = row["setting"] if row["engine"] != OWN else f"palpate's {row['model']}, {row['setting']}"
         rows.append((
-            name + (" (converged)" if row["engine"] != "palpate" and row["converged"] is True else ""),
+            name + (" (converged)" if row["engine"] != OWN and row["converged"] is True else ""),
             _percent(row["rmse_of_peak"]), _percent(row["max_of_peak"]), _percent(row["patch_rms_of_peak"]),
             _time(row["online_median_s"]), _time(row["online_p95_s"]), f"{row['failures']:.0f}/{row['samples']:.0f}",
             _percent(row["mesh_rmse_of_peak"]), _percent(row["own_law_rmse_of_peak"]),

@@ -12,6 +12,7 @@ from palpate.benchmark.judge import read_judged
 from palpate.benchmark.model import FitOptions
 from palpate.bodies.surface_quadrature import enclosed_volume
 from palpate.errors import InputError
+from palpate.exchange.answers import read_answers
 from palpate.exchange.ask import ask
 from palpate.exchange.asked_body import body_of
 from palpate.exchange.folder import read
@@ -82,10 +83,15 @@ def test_a_private_set_is_drawn_anew_and_has_no_truth(pressed, questions, tmp_pa
         ask(pressed.config, None, "block_large", 1, tmp_path / "other")
 
 
-def test_the_page_has_all_its_places_filled_and_its_example_compiles(folder, questions):
+def test_the_page_has_all_its_places_filled_and_its_example_runs(folder, questions, tmp_path, monkeypatch):
     text = (folder / "README.md").read_text(encoding="utf-8")
     assert "$" not in text and f"the same {questions.count} questions" in text and "Ψ = μ" in text
-    compile(text.split("```python\n")[1].split("```")[0], "README.md", "exec")
+    (tmp_path / "questions").symlink_to(folder)
+    monkeypatch.chdir(tmp_path)
+    example = text.split("```python\n")[1].split("```")[0]
+    exec(compile(example, "README.md", "exec"), {"solve": lambda name, force: 1e-6 * force})
+    found = read_answers(tmp_path / "answers.npz", questions, {})
+    assert found.law == "corotational" and not any(each.failed.any() for each in found.settings)
 
 
 @pytest.mark.parametrize(

@@ -49,12 +49,13 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
     floor = floor_of(truth)
     table = score_table(scored.settings, floor, beside)
     place = (answers.parent if out is None else out).resolve()
-    with write_whole(place / "score.csv") as part:
-        table.to_csv(part, index=False)
     from palpate.exchange.picture import draw_score
     from palpate.report.style import save
 
-    save(draw_score(table, floor), place / "score")
+    figure = draw_score(table, floor)
+    with write_whole(place / "score.csv") as part:
+        table.to_csv(part, index=False)
+    save(figure, place / "score")
     head = f"{scored.answers.engine} {scored.answers.version} on {scored.answers.hardware}, {questions.info['scene']}"
     own = "is not known" if np.isnan(floor["rmse_of_peak"]) else f"{percent(floor['rmse_of_peak'])} of the peak"
     lines = [f"{head}, law {scored.answers.law}", f"the truth's own error: {own}", *_printed(table)]

@@ -21,8 +21,8 @@ from palpate.effects.law import law_of
 from palpate.errors import InputError, NotConverged
 
 RATIO, ANGLES = 1.18, 8
-"""Of the radii of rings, and quadrilaterals along a ring; finer ones change the force by less than 0.15 %, of a ball that
-sticks by 0.4 %."""
+"""Of the radii of rings, and quadrilaterals along a ring; finer ones change the force by less than 0.15 %, and that of
+a ball that sticks by 0.4 %."""
 NEAR = 1.3
 """Radius of what is meshed finely, over the ball's."""
 START, CORE = 0.15, 2.5

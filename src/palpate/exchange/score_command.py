@@ -108,7 +108,18 @@ def _beside_touches(results: Path, questions: Questions) -> pd.DataFrame:
     return rows.assign(commit="")
 
 
-SHOWN = ("setting", "error", "worst", "in the dent", "median", "p95", "failed", "through its mesh", "own law", "force")
+SHOWN = (
+    "setting",
+    "error",
+    "worst point",
+    "in the dent",
+    "median",
+    "p95",
+    "failed",
+    "through its mesh",
+    "own law",
+    "force",
+)
 
 
 def _printed(table: pd.DataFrame) -> list[str]:

@@ -1,12 +1,15 @@
 """What is asked of presses: instrument, tissue and what is known of it; the forward models of it, and the table."""
 
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from palpate.bodies.body import Body
+from palpate.bodies.material import EXPONENTIAL
 from palpate.effects.instrument import Instrument
+from palpate.errors import NotConverged
 from palpate.identification.fit import OFFSETS
 from palpate.identification.forward import Forward, Range, SlabForward
 from palpate.identification.identify import Identified
@@ -16,12 +19,12 @@ from palpate.table_declaration import Table
 
 LAWS = ("neo_hookean", "exponential")
 """The laws that are compared unless others are asked for; the second stiffens by a parameter."""
-EXPONENTIAL, STIFFENING = "exponential", (0.0, 20.0)
-"""The law whose stiffening is fitted, and its range."""
+STIFFENING, NARROWER = (0.0, 20.0), 3
+"""Range of the exponential law's stiffening, and how often its end is halved where it does not bear the presses."""
+SOFTEST = "neo_hookean"
+"""What the exponential law is without stiffening."""
 POISSON, STICKING = (0.3, 0.49), (0.0, 1.0)
 """Ranges of ν and of friction that are never fixed silently."""
-MARGIN = 1.5
-"""Of the least offset of first touch: so much deeper a model is asked."""
 IDENTIFIED = Table(
     "identified",
     "What presses determine, with intervals of 90 % unless asked otherwise.",
@@ -50,26 +53,59 @@ class Asked:
     thickness_m: Range | None = None
     poisson: Range = POISSON
     sticking: Range = STICKING
-    stiffening: Range = STIFFENING
+    stiffening: tuple[float, float] = STIFFENING
     laws: Sequence[str] = LAWS
     offset_m: tuple[float, float] | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
 
 
 def forwards_for(records: PressRecords, asked: Asked, folder: Path | None = None) -> dict[str, Forward]:
-    """Return the forward model of each law that is asked for; folder : keeps their curves."""
+    """Return the forward model of each law that is asked for; folder : keeps their curves.
+
+    Warns of a law that does not bear the deepest press, which is left out, and of a stiffening that is narrowed for
+    that; NotConverged where none is left.
+    """
     largest = max(float(press.depth_m.max()) for press in records.presses)
-    least = (asked.offset_m or (OFFSETS[0] * largest, 0.0))[0]
-    deepest = largest - MARGIN * min(least, 0.0)
-    forwards: dict[str, Forward] = {}
-    for law in asked.laws:
-        stiffening = asked.stiffening if law == EXPONENTIAL else 0.0
-        local = SlabForward(
-            asked.instrument.radius_m, deepest, law, None if asked.body is not None else asked.thickness_m,
-            asked.poisson, stiffening, asked.sticking, folder,
-        )  # fmt: skip
-        forwards[law] = local if asked.body is None else _on_body(asked, records, local, law)
-    return forwards
+    deepest = largest - min((asked.offset_m or (OFFSETS[0] * largest, 0.0))[0], 0.0)
+    found: dict[str, SlabForward] = {}
+    # the exponential law first: without stiffening its curves are the neo-Hookean ones
+    for law in sorted(asked.laws, key=lambda law: law != EXPONENTIAL):
+        stiff = found.get(EXPONENTIAL)
+        if law == SOFTEST and stiff is not None and asked.stiffening[0] == 0.0:
+            found[law] = stiff.without_stiffening()
+            continue
+        try:
+            found[law] = _borne(asked, law, deepest, folder)
+        except NotConverged as failure:
+            if len(asked.laws) == 1:
+                raise
+            warnings.warn(f"{records.source}: {failure}; the law is left out.", stacklevel=2)
+    if not found:
+        raise NotConverged("no law that is asked for bears the deepest press", [float("nan")])
+    kept = [(law, found[law]) for law in asked.laws if law in found]
+    return {law: local if asked.body is None else _on_body(asked, records, local, law) for law, local in kept}
+
+
+def _borne(asked: Asked, law: str, deepest: float, folder: Path | None) -> SlabForward:
+    """Return the curves of a law, up to the largest stiffening that bears the depth ``deepest`` [m]."""
+    thickness = None if asked.body is not None else asked.thickness_m
+    low, high = asked.stiffening if law == EXPONENTIAL else (0.0, 0.0)
+    for narrower in range(NARROWER + 1):
+        most = max(low, high / 2**narrower)
+        try:
+            found = SlabForward(
+                asked.instrument.radius_m, deepest, law, thickness, asked.poisson, (low, most), asked.sticking, folder
+            )
+        except NotConverged:
+            if most == low or narrower == NARROWER:
+                raise
+            continue
+        if narrower:
+            warnings.warn(
+                f"stiffening is looked for up to {most:g}; steeper laws do not bear the presses.", stacklevel=3
+            )
+        return found
+    raise AssertionError
 
 
 def _on_body(asked: Asked, records: PressRecords, local: Forward, law: str) -> Forward:

@@ -4,6 +4,7 @@ Forces are those of a tissue with Young's modulus 1 Pa: all laws are proportiona
 """
 
 from collections.abc import Mapping
+from copy import copy
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -37,9 +38,11 @@ class Forward(Protocol):
     deepest_m : no depth may be larger [m]
     """
 
-    parameters: tuple[Parameter, ...]
     relative_error: float
     deepest_m: float
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]: ...
 
     def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """Return the forces (k,) [N] of press number ``press`` at ``depth_m`` (k,) [m] for young_pa = 1.
@@ -84,9 +87,18 @@ class SlabForward:
         ranges = Ranges(deepest_m / radius_m, thinness=thinness, **self._ranges)
         self._family: CurveFamily = family_of(law, ranges, folder, workers)
         self.deepest_m, self.relative_error = deepest_m, float(np.hypot(MEASURED_ERROR, self._family.error))
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
         lengths = {} if self._thickness is None else {"thickness_m": self._thickness}
         free = {name: ends for name, ends in (self._ranges | lengths).items() if ends[0] < ends[1]}
-        self.parameters = tuple(Parameter(name, *ends, UNITS.get(name, "")) for name, ends in free.items())
+        return tuple(Parameter(name, *ends, UNITS.get(name, "")) for name, ends in free.items())
+
+    def without_stiffening(self) -> "SlabForward":
+        """Return the same with a stiffening of 0, which is the neo-Hookean law; its range has to begin there."""
+        other = copy(self)
+        other._ranges = self._ranges | {"stiffening": (0.0, 0.0)}
+        return other
 
     def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """Return the forces (k,) [N] at ``depth_m`` (k,) [m] for young_pa = 1; see ``Forward``."""

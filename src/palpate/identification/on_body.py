@@ -66,7 +66,7 @@ class Place:
 class OrganForward:
     """Presses of a ball on an organ; see ``Forward``.
 
-    body : held by anchors, of one tissue, whose own constants do not matter
+    body : of one tissue, whose own modulus does not matter; the stiffness of a bed is in proportion to it
     presses : with a place and a direction each; those that have both in common share one curve of elements
     local : the half-space's curves of the same ball, as deep; its parameters are the organ's
     law : of the curves; ``exponential`` takes the middle of the range of ``stiffening``
@@ -182,9 +182,9 @@ def _check(body: Body, instrument: Instrument) -> None:
         )
     if not isinstance(body.coarse, TetMesh):
         raise InputError(f"bodies.{body.name} is a sheet, which a ball does not dent; take a solid.")
-    if body.bed is not None or body.regions is not None:
+    if body.regions is not None:
         raise InputError(
-            f"bodies.{body.name} has a bed or regions, whose stiffness does not follow the modulus that is looked for; "
+            f"bodies.{body.name} has regions, whose stiffness does not follow the modulus that is looked for; "
             "leave them out."
         )
 

@@ -171,9 +171,11 @@ def _check_columns(table: pd.DataFrame, path: str) -> None:
                 unit = "metres" if stem == "depth" else "newtons"
                 raise InputError(
                     f"{path} has {near[0]} and lacks {column}; convert it to {unit} and call it {column}, or name it "
-                    "under columns if it is in them."
+                    "by columns (--column) if it is in them."
                 )
-            raise InputError(f"{path} lacks the column {column}; give {', '.join(NEEDED)}, or name them under columns.")
+            raise InputError(
+                f"{path} lacks the column {column}; give {', '.join(NEEDED)}, or name them by columns (--column)."
+            )
     for group in (AT, *VECTORS.values()):
         there = [name for name in group if name in table]
         if there and len(there) < 3:

@@ -140,6 +140,11 @@ def relaxed(hold: Hold, kernel: Branches) -> Press:
     )
 
 
+def without_time(records: PressRecords, kernel: Branches) -> PressRecords:
+    """Return the presses with the forces that they have after a long time; those that were not held are left out."""
+    return replace(records, presses=tuple(relaxed(hold, kernel) for hold in holds_of(records)[0]))
+
+
 def _splines(depth: np.ndarray, held: int) -> np.ndarray:
     """Return cubic B-splines (k, m) on even knots from depth 0 to the largest."""
     count, most = max(4, min(COEFFICIENTS, held // 2)), float(depth.max())

@@ -16,6 +16,7 @@ NEAR_RADII = 1.0
 LEAST_RATIO, DEVIATIONS = 1.25, 3.0
 """Sessions contradict where their forces differ by more than this factor, and by more standard errors than this."""
 LEAST_PLACES = 3
+"""Below this number of places the spread between them is not known."""
 
 
 class Comparison(NamedTuple):
@@ -36,7 +37,12 @@ class Comparison(NamedTuple):
     def contradicts(self) -> bool:
         """Whether the forces differ by more than places and noise explain."""
         apart = abs(np.log(self.ratio))
-        return bool(self.places >= LEAST_PLACES and apart > np.log(LEAST_RATIO) and apart > DEVIATIONS * self.error)
+        return bool(self.may_contradict and self.places >= LEAST_PLACES and apart > DEVIATIONS * self.error)
+
+    @property
+    def may_contradict(self) -> bool:
+        """Whether the forces differ by more than sessions that agree do."""
+        return bool(abs(np.log(self.ratio)) > np.log(LEAST_RATIO))
 
 
 def compare_sessions(records: PressRecords) -> list[Comparison]:

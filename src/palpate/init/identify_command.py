@@ -27,7 +27,7 @@ from palpate.identification.hereditary import Branches, shear_series
 from palpate.identification.identify import Identified, identify
 from palpate.identification.prediction import DEPTH, PLACE, PREDICTIONS, SESSION, SPECIMEN, predict, summary
 from palpate.identification.presses import PressRecords, doubts, read_presses
-from palpate.identification.relaxation import fit_branches, holds_of, information
+from palpate.identification.relaxation import fit_branches, holds_of, information, without_time
 from palpate.identification.sessions import compare_sessions, consistent_parts
 from palpate.init.choose import choose
 from palpate.init.command import ticking
@@ -86,6 +86,14 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
     records = read_presses(presses, asked.instrument, asked.columns or None, size_m=size)
     for doubt in doubts(records):
         print("warning:", doubt, flush=True)
+    relaxation = relaxation_of(records)
+    if relaxation is not None:
+        if relaxation.holds < len(records.presses):
+            print(
+                f"warning: {len(records.presses) - relaxation.holds} presses were not held, and are left out",
+                flush=True,
+            )
+        records = without_time(records, relaxation.kernel)
     comparisons = compare_sessions(records)
     answer = list(compared(comparisons))
     parts = consistent_parts(records, comparisons)
@@ -103,8 +111,6 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
                 rows += table_rows(one, name)
                 predictions.append(told.assign(part=name))
                 found.append((name, one))
-            say("relaxation")
-            relaxation = relaxation_of(records)
             specimens = {press.specimen for press in records.presses}
             if len(specimens) > 1:
                 say("predictions of specimens left out")
@@ -115,6 +121,10 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
         except NotConverged as failure:
             raise InputError(f"{presses}: {failure}; leave out presses that touch nothing.") from failure
     answer += said(relaxation)
+    if asked.body is not None and asked.body.bed is not None:
+        answer.append(
+            "What the organ lies on is assumed to be as stiff as the organ: tissue of its modulus, in proportion."
+        )
     write_results(folder, IDENTIFIED.frame(rows), pd.concat(predictions), found)
     if asked.body is not None and len(found) == 1:
         with ticking("the numbers for engines"):
@@ -129,6 +139,11 @@ class Relaxation:
     kernel: Branches
     loading_s: float
     holds: int
+
+    @property
+    def faster(self) -> float:
+        """The modulus at the time that loading takes after a sudden press, over that after relaxation."""
+        return float(self.kernel.series.modulus(self.loading_s))
 
 
 def relaxation_of(records: PressRecords) -> Relaxation | None:
@@ -150,7 +165,8 @@ def said(relaxation: Relaxation | None) -> list[str]:
     count = len(series.shares)
     return [
         f"Relaxation needs {count} branch{'es' * (count > 1)} (of the instant force {shares}), by {relaxation.holds} "
-        f"held presses; E is that of their loading, which takes {seconds(relaxation.loading_s)}."
+        f"held presses; E is that after relaxation, and {relaxation.faster:.2f} times as large "
+        f"{seconds(relaxation.loading_s)} after a sudden press: in so much time they were loaded."
     ]
 
 
@@ -166,7 +182,8 @@ def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, fo
     series = shear_series(relaxation.kernel.series, poisson) if relaxation else None
     loading = relaxation.loading_s if relaxation else 0.0
     density, model = body.material.density_kg_m3, found.models[found.law]
-    numbers = Numbers(body.name, found.young_pa.best, poisson, density, law, series, loading)
+    young = found.young_pa.best * (float(series.modulus(loading)) if series else 1.0)
+    numbers = Numbers(body.name, young, poisson, density, law, series, loading)
     presses = [found.records.presses[k] for k in model.data.order]
     folder.mkdir(parents=True, exist_ok=True)
     try:
@@ -221,6 +238,9 @@ def _refuse(folder: Path) -> None:
     """Raise InputError for a folder that cannot be written to, or that holds something else."""
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder} is a file; give another folder with --folder.")
+    above = next(place for place in (folder, *folder.absolute().parents) if place.is_dir())
+    if not os.access(above, os.W_OK):
+        raise InputError(f"{above} may not be written to; give another folder with --folder.")
     known = re.compile(r"identified.*|prediction.*|curves|engines|\..+")
     if folder.is_dir() and (other := [p.name for p in folder.iterdir() if not known.fullmatch(p.name)]):
         raise InputError(f"{folder} holds {other[0]}, and is kept; give another folder with --folder.")

@@ -60,6 +60,11 @@ def compared(comparisons: Sequence[Comparison]) -> Iterator[str]:
                 f"Sessions{of} contradict each other: forces of {one.second or 'the second'} are {times} {places}, "
                 f"so that no one modulus holds for both, and each session is fitted alone."
             )
+        elif one.may_contradict:
+            yield (
+                f"Sessions{of} may contradict each other: forces of {one.second or 'the second'} are {times} {places}, "
+                f"which are too few or too different to tell; one modulus is fitted to both."
+            )
         else:
             yield f"Sessions{of} agree: forces of {one.second or 'the second'} are {times} {places}."
 

@@ -69,6 +69,7 @@ def records_of(entry: Mapping[str, Any]) -> PressRecords:
 def identify_presses(input, output, params, wildcards, say):
     """Identify what an entry asks for, for the rule of that name."""
     from palpate.bodies.body_file import load
+    from palpate.identification.relaxation import without_time
     from palpate.run.job import steps
     from palpate.studies.measured import relaxed
 
@@ -80,7 +81,7 @@ def identify_presses(input, output, params, wildcards, say):
     if RELAXATION in entry["ask"]:
         found, kernel = relaxed.relax(name, records, entry, params.seed, steps(say, f"{name}: left out"))
         tables |= found
-        records = relaxed.without_time(records, kernel)
+        records = without_time(records, kernel)
     if ELASTIC in entry["ask"]:
         body = load(input.body[0]) if input.body else None
         tables |= _elastic(name, records, entry, body, params.seed, Path(output.presses).parent, say)

@@ -2,7 +2,6 @@
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +20,6 @@ from palpate.identification.relaxation import (
     fit_fading,
     holds_of,
     information,
-    relaxed,
     weight_of,
 )  # fmt: skip
 from palpate.table_declaration import Table
@@ -170,11 +168,6 @@ def _holds(records: PressRecords) -> list[Hold]:
         share = f"{len(refused)} of {len(records.presses)} presses"
         warnings.warn(f"{records.source}: {share} say nothing of relaxation; {refused[0]}", stacklevel=3)
     return found
-
-
-def without_time(records: PressRecords, kernel: Branches) -> PressRecords:
-    """Return the presses with the forces that they have after a long time; those that were not held are left out."""
-    return replace(records, presses=tuple(relaxed(hold, kernel) for hold in holds_of(records)[0]))
 
 
 def _groups(holds: Sequence[Hold], kinds: Sequence[str]) -> list[Group]:

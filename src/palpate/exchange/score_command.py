@@ -1,6 +1,7 @@
 """Carry out ``palpate score``: a table on the screen, score.csv and a picture."""
 
 import sys
+import warnings
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -68,7 +69,8 @@ def _find(questions: Questions, law: str) -> Arrays:
     print(f"finding the truth of {questions.count} questions with the law {law}", file=sys.stderr, flush=True)
     from threadpoolctl import threadpool_limits
 
-    with threadpool_limits(limits=1):
+    with threadpool_limits(limits=1), warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of questions without a truth, which the score notes
         tell = partial(print, file=sys.stderr, flush=True)
         return KINDS[questions.kind][0].find_truth(questions, law, steps(tell, "truth, solution"))
 

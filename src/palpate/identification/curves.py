@@ -314,8 +314,8 @@ def _interpolated(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Interpolate ``curves`` of places (m, d) on grids of at most ``most`` places, until one is fine enough.
 
-    Returns of the best the degrees (n, d) of the basis, coefficients (n, ALONG), and the greatest relative error of force at the
-    places ``between`` (k, d).
+    Returns of the best the degrees (n, d) of the basis, coefficients (n, ALONG), and the greatest relative error of
+    force at the places ``between`` (k, d).
     """
     free = between.shape[1]
     wanted, error, least = curves(between) if free else None, 0.0, np.inf

@@ -78,6 +78,7 @@ FAULTS = {
     "a name of two lines": (put(hardware="a\nb"), r"hardware is no name"),
     "a name without end": (put(version="x" * 201), r"version is no name"),
     "a version that is a number": (put(version=1.5), r"version is numbers; give a text"),
+    "palpate's own name": (put(engine="palpate"), r"engine is palpate, as tables call its own models"),
     "no hardware": (put(hardware=None), r"hardware is missing"),
     "no law": (put(law=None), r"law is missing"),
     "no settings": (put(settings=None), r"settings is missing"),

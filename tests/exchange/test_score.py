@@ -12,11 +12,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from palpate.benchmark.engine_scores import ANSWERS
 from palpate.benchmark.measure import measure
 from palpate.benchmark.model import Case
 from palpate.errors import InputError
 from palpate.exchange import presses
-from palpate.exchange.score import SCORE, score_presses, truth_beside
+from palpate.exchange.score import score_presses, truth_beside
 from palpate.exchange.score_command import score
 from palpate.models.load_model import load_model
 from palpate.models.model_registry import MODELS
@@ -148,7 +149,7 @@ def test_the_command_writes_a_table_and_a_picture_beside_palpate_s_models(rows_o
     assert text.startswith("Elsewhere 1.2 on a graphics card, block_large, law corotational")
     assert "palpate's fem_p2, level=0" in text and "fine (converged)" in text
     table = pd.read_csv(tmp_path / "score.csv")
-    assert table.columns.tolist() == SCORE.columns and (tmp_path / "score.png").stat().st_size > 10_000
+    assert table.columns.tolist() == ANSWERS.columns and (tmp_path / "score.png").stat().st_size > 10_000
     assert table["engine"].tolist() == ["Elsewhere"] * 3 + ["palpate"] * 2
     own = table.iloc[:3]
     assert (own["truth_rmse_of_peak"] > 0).all() and own["truth_rmse_of_peak"].nunique() == 1

@@ -25,6 +25,17 @@ def test_bodies_in_depth_get_all_splits_and_other_fingers(tmp_path, plan, write_
     assert jobs["measure_bounds"] == 2 * scenes + scenes + fingers
 
 
+def test_answers_from_elsewhere_are_a_table_and_a_figure_and_reach_no_advice(tmp_path, plan, write_config, trading):
+    before = plan(tmp_path, write_config(trading), "tradeoff")
+    (tmp_path / "engine.npz").write_bytes(b"")
+    trading["tradeoff"]["answers"] = {f"liver_{next(iter(trading['regimes']))}": ["engine.npz"]}
+    after = plan(tmp_path, write_config(trading), "tradeoff")
+    assert after == before | {"tabulate_answers": 1, "draw_answers": 1}
+    names = ("advice", "accuracy_vs_time", "error_bounds")
+    advised = plan(tmp_path, write_config(trading), *(f"results/tables/{name}.csv" for name in names))
+    assert advised["tabulate_advice"] == 1 and not {"tabulate_answers", "draw_answers"} & set(advised)
+
+
 def test_any_load_and_presses_beyond_the_design_are_a_job_for_each_scene(tmp_path, plan, write_config, trading):
     assert not {"measure_any_load", "measure_beyond_design"} & set(plan(tmp_path, write_config(trading), "tradeoff"))
     (tmp_path / "mine.py").write_text("settings = prepare = print\n")

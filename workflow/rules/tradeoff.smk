@@ -39,6 +39,14 @@ if "any_load" in BEYOND:
 if FINGERS:
     OPTIONAL += ["advice_by_radius"]
     TARGETS["tradeoff"] += figures("tradeoff", "advice_flips")
+# what engines have answered elsewhere
+ANSWERED = {
+    scene: [normpath(CONFIG_FILE.parent / path) for path in paths] for scene, paths in TRADEOFF["answers"].items()
+}
+if ANSWERED:
+    OPTIONAL += ["answers"]
+    TARGETS["tradeoff"] += figures("tradeoff", "answers", scenes=list(ANSWERED))
+    WARNED += ["results/data/answers_warned.txt"]
 TARGETS["tradeoff"] += tabulated(*OPTIONAL)
 
 # what every model is judged by, and with what
@@ -224,6 +232,26 @@ for name, asked in BEYOND.items():
             split=SPLITS[0],
             grid=TRADEOFF["settings"],
             reference=config["solver"]["reference_tolerance"],
+        script:
+            "../job.py"
+
+
+if ANSWERED:
+
+    rule tabulate_answers:
+        input:
+            **answered_files(),
+            table="results/tables/accuracy_vs_time.csv",
+            answers=[path for paths in ANSWERED.values() for path in paths],
+        output:
+            table="results/tables/answers.csv",
+            warned="results/data/answers_warned.txt",
+        log:
+            "results/logs/tabulate_answers.log",
+        params:
+            **calls("palpate.studies.tradeoff.jobs:tabulate_answers"),
+            scenes={scene: (*place, radius(*place), ANSWERED[scene]) for scene, place in answered_scenes().items()},
+            split=SPLITS[0],
         script:
             "../job.py"
 

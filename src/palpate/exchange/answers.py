@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate.benchmark.engine_scores import OWN
 from palpate.errors import InputError, suggest
 from palpate.exchange.folder import Questions
 
@@ -71,6 +72,8 @@ def read_answers(path: Path, questions: Questions, numbers: Mapping[str, bool]) 
         raise file.wrong(
             "digest", f"is of other questions than these, of {scene}", "answer these, and quote their digest"
         )
+    if texts["engine"] == OWN:
+        raise file.wrong("engine", f"is {OWN}, as tables call its own models", "give another name")
     names, converged = file.names("settings"), file.marks("converged", None)
     if len(converged) != len(names):
         raise file.wrong("converged", f"has {len(converged)} values for {len(names)} settings", "give one for each")

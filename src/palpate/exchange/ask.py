@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from palpate.benchmark.judge import read_judged
-from palpate.benchmark.model import FitOptions
 from palpate.benchmark.presses import choose_presses, force_of
 from palpate.benchmark.settings import finger_regimes, instrument_name, pressed_bodies, radius_of
 from palpate.benchmark.split import FOLDS
@@ -137,14 +135,7 @@ def public(settings: dict[str, Any], folder: Path, regime: str, radius_m: float)
         raise InputError(
             f"{lacks[0]} is missing; type make tradeoff first, or give --seed for questions without truths."
         )
-    options = FitOptions(**block["regression"], split="contacts", seed=settings["seed"])
-    given: tuple[Any, ...] = radius_m, options, settings["solver"]["tolerance"], {}
-    case, judge = read_judged(files, regime, block["splits"][0], *given)
-    rows = np.flatnonzero(judge.side == "test")
-    asked = judge.numbers[rows], judge.samples.contact[rows], judge.samples.force[rows]
-    questions = presses.questions_of(case.body, regime, radius_m, *asked)
-    truth = presses.truth_arrays(judge.truth[rows], judge.own[rows], judge.own_seconds[rows])
-    return case.body, replace(questions, truth=truth)
+    return presses.of_run(files, regime, block["splits"][0], radius_m)
 
 
 def private(

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from palpate.benchmark.engine_scores import OWN
 from palpate.benchmark.ranking import EXACT, front
 from palpate.report import style
 from palpate.report.model_looks import look
@@ -14,7 +15,7 @@ from palpate.report.model_looks import look
 @style.styled
 def draw_score(table: pd.DataFrame, floor: Mapping[str, float]) -> Figure:
     """Draw rows of score.csv; floor : mean own errors of the truth."""
-    engine, others = (table[(table["engine"] == "palpate") == own] for own in (False, True))
+    engine, others = (table[(table["engine"] == OWN) == own] for own in (False, True))
     figure = Figure(figsize=(8.0, 4.6), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
     kinds = (("rmse_of_peak", "over the surface"), ("patch_rms_of_peak", "in the dent"))

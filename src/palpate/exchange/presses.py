@@ -1,6 +1,7 @@
 """Questions of presses: a pressure over a disc, and the displacement that it causes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,8 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes
 from palpate.benchmark.database import database_of
-from palpate.benchmark.judge import Judge
+from palpate.benchmark.judge import Judge, read_judged
+from palpate.benchmark.model import FitOptions
 from palpate.benchmark.truth import truth_of
 from palpate.bodies.body import Body
 from palpate.effects.patch_load import nodal_load, patch_at
@@ -52,6 +54,20 @@ def truth_arrays(displacement: np.ndarray, own: np.ndarray, seconds: np.ndarray)
     """
     errors = {f"own_{name}": np.ascontiguousarray(column) for name, column in zip(OWN, own.T, strict=True)}
     return {"displacement_m": displacement, "seconds": seconds, **errors}
+
+
+def of_run(files: Mapping[str, Any], regime: str, split: int, radius_m: float) -> tuple[Body, Questions]:
+    """Return a body and the questions of the test presses of ``split`` with their truth, as a run has them.
+
+    files : body, database, samples and truth
+    """
+    nothing_learns = FitOptions(1, {}, 2, "contacts", 0)
+    case, judge = read_judged(files, regime, split, radius_m, nothing_learns, 1e-8, {})
+    rows = np.flatnonzero(judge.side == "test")
+    asked = judge.numbers[rows], judge.samples.contact[rows], judge.samples.force[rows]
+    questions = questions_of(case.body, regime, radius_m, *asked)
+    truth = truth_arrays(judge.truth[rows], judge.own[rows], judge.own_seconds[rows])
+    return case.body, replace(questions, truth=truth)
 
 
 def judge_of(questions: Questions, truth: Arrays) -> tuple[Judge, np.ndarray]:

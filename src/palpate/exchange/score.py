@@ -1,7 +1,7 @@
 """Score a file of answers: errors as of palpate's own models, the truth's own as a floor, ties, times and failures."""
 
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,6 @@ import pandas as pd
 
 from palpate.benchmark.judge import Judge
 from palpate.benchmark.measure import Asked, Finding, found_rows
-from palpate.benchmark.ranking import EQUAL, EXACT
 from palpate.bodies.material import LAWS
 from palpate.errors import InputError
 from palpate.exchange import presses
@@ -20,31 +19,11 @@ from palpate.exchange.folder import Arrays, Questions, packed
 from palpate.exchange.own_mesh import OwnMesh
 from palpate.exchange.suspects import slip
 from palpate.files import write_whole
-from palpate.table_declaration import Table
 
 NO_ANSWER = "the engine gave no answer"
 WHERE = ["engine", "version", "hardware", "converged"]
 OWN_LAW = ["own_law_rmse_of_peak", "own_law_patch_rms_of_peak"]
 MESH = ["mesh_rmse_of_peak", "mesh_patch_rms_of_peak"]
-
-SCORE = Table(
-    "score",
-    "The errors, times and failures of an engine's answers at each of its settings, beside palpate's own models.",
-    """
-    engine version hardware converged: what answered, where, and whether that setting is converged on its mesh
-    scene model setting law: what was asked, of whom, and the law of its material
-    samples failures: questions that are judged, and those of them without an answer
-    rmse_of_peak patch_rms_of_peak patch_max_of_peak max_of_peak: mean errors over the surface and in the dent [peak]
-    rmse_of_peak_median rmse_of_peak_p95: median and 95th percentile of questions
-    truth_rmse_of_peak truth_patch_rms_of_peak: the truth's own error, below which nothing is told
-    mesh_rmse_of_peak mesh_patch_rms_of_peak: what taking the truth through the engine's own mesh costs
-    own_law_rmse_of_peak own_law_patch_rms_of_peak: errors against the truth of the engine's own law
-    force_error stiffness_error contact_area_error: of touches, mean relative errors of force, its slope and the area
-    force_error_median force_error_p95 penetration_of_depth: of its size, and how far points overlap [depth]
-    online_median_s online_p95_s online_max_s offline_s memory_mb: times of answers, preparation [s], memory [1e6 bytes]
-    tied_with: palpate's models that are no less nor more wrong
-    """,
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,31 +139,6 @@ def truth_beside(questions: Questions, folder: Path, law: str, find: Callable[[s
     with write_whole(path) as part:
         part.write_bytes(packed(found | {"digest": np.array(questions.digest)}))
     return found
-
-
-def score_table(settings: pd.DataFrame, truth: Mapping[str, float], beside: pd.DataFrame | None) -> pd.DataFrame:
-    """Return the rows of score.csv: those of the engine, then palpate's own of the same scene.
-
-    truth : mean own errors of the truth, by column; beside : rows of accuracy_vs_time.csv, or None
-    """
-    own = settings.assign(**{f"truth_{name}": value for name, value in truth.items()})
-    parts = [own.assign(tied_with=[_ties(row, truth, beside) for _, row in own.iterrows()])]
-    if beside is not None and len(beside):
-        parts.append(
-            beside.assign(engine="palpate", version=beside["commit"], hardware="that of the results", tied_with="")
-        )
-    table = pd.concat([part.dropna(axis=1, how="all") for part in parts], ignore_index=True)
-    return table.reindex(columns=SCORE.columns)
-
-
-def _ties(row: pd.Series, truth: Mapping[str, float], beside: pd.DataFrame | None) -> str:
-    """Name the models whose best setting of that error is within EQUAL of the row's, floors counted."""
-    if beside is None or not np.isfinite(row["rmse_of_peak"]):
-        return ""
-    floor = max(EXACT, np.nan_to_num(truth["rmse_of_peak"]))
-    mine, theirs = max(row["rmse_of_peak"], floor), beside["rmse_of_peak"].clip(lower=floor)
-    alike = beside[(np.maximum(theirs, mine) <= EQUAL * np.minimum(theirs, mine))]
-    return "; ".join(f"{name} {setting}" for name, setting in zip(alike["model"], alike["setting"], strict=True))
 
 
 def floor_of(truth: Arrays) -> dict[str, float]:

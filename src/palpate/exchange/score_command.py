@@ -1,6 +1,7 @@
 """Carry out ``palpate score``: a table on the screen, score.csv and a picture."""
 
 import sys
+import warnings
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -9,11 +10,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.engine_scores import OWN, score_table
 from palpate.benchmark.ranking import BOUNDS, lasting
 from palpate.errors import InputError
 from palpate.exchange import presses, touches
 from palpate.exchange.folder import Arrays, Questions, read
-from palpate.exchange.score import Scored, floor_of, score_presses, score_table, truth_beside
+from palpate.exchange.score import Scored, floor_of, score_presses, truth_beside
 from palpate.exchange.score_touches import score_touches
 from palpate.files import read_table, write_whole
 from palpate.report.words import percent, seconds
@@ -67,7 +69,8 @@ def _find(questions: Questions, law: str) -> Arrays:
     print(f"finding the truth of {questions.count} questions with the law {law}", file=sys.stderr, flush=True)
     from threadpoolctl import threadpool_limits
 
-    with threadpool_limits(limits=1):
+    with threadpool_limits(limits=1), warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of questions without a truth, which the score notes
         tell = partial(print, file=sys.stderr, flush=True)
         return KINDS[questions.kind][0].find_truth(questions, law, steps(tell, "truth, solution"))
 
@@ -107,20 +110,31 @@ def _beside_touches(results: Path, questions: Questions) -> pd.DataFrame:
     return rows.assign(commit="")
 
 
-SHOWN = ("setting", "error", "worst", "in the dent", "median", "p95", "failed", "through its mesh", "own law", "force")
+SHOWN = (
+    "setting",
+    "error",
+    "worst point",
+    "in the dent",
+    "median",
+    "p95",
+    "failed",
+    "through its mesh",
+    "own law",
+    "force",
+)
 
 
 def _printed(table: pd.DataFrame) -> list[str]:
     """Return the lines of a table for reading: the engine's settings, and those of palpate that are worth taking."""
-    own, others = table[table["engine"] != "palpate"], table[table["engine"] == "palpate"]
+    own, others = table[table["engine"] != OWN], table[table["engine"] == OWN]
     if len(others):
         sound = others[others["failures"] == 0]
         others = sound[lasting(sound["online_median_s"].to_numpy(), sound["rmse_of_peak"].to_numpy())]
     rows = [SHOWN]
     for _, row in pd.concat([own, others.sort_values("online_median_s")]).iterrows():
-        name = row["setting"] if row["engine"] != "palpate" else f"palpate's {row['model']}, {row['setting']}"
+        name = row["setting"] if row["engine"] != OWN else f"palpate's {row['model']}, {row['setting']}"
         rows.append((
-            name + (" (converged)" if row["engine"] != "palpate" and row["converged"] is True else ""),
+            name + (" (converged)" if row["engine"] != OWN and row["converged"] is True else ""),
             _percent(row["rmse_of_peak"]), _percent(row["max_of_peak"]), _percent(row["patch_rms_of_peak"]),
             _time(row["online_median_s"]), _time(row["online_p95_s"]), f"{row['failures']:.0f}/{row['samples']:.0f}",
             _percent(row["mesh_rmse_of_peak"]), _percent(row["own_law_rmse_of_peak"]),

@@ -8,6 +8,7 @@ import pytest
 from fixtures.material import STUDIES, material, numbers, page
 from fixtures.trade_off import OWN, accuracy_vs_time
 
+from palpate.benchmark.engine_scores import ANSWERS
 from palpate.benchmark.measure import CHOSEN_BY, ERRORS
 from palpate.benchmark.ranking import TRUTH, UNKNOWN, own_error
 from palpate.files import read_yaml
@@ -107,7 +108,7 @@ def test_snaps_are_those_of_the_table(trade_off_tables):
 def written(folder, found, more=()):
     """Write the report of a run of the trade-off with these tables; return the page."""
     (folder / "tables").mkdir(parents=True)
-    (folder / "figures").mkdir()
+    (folder / "figures").mkdir(exist_ok=True)
     for name, table in found.items():
         table.to_csv(folder / "tables" / f"{name}.csv", index=False)
     for name in [*FIGURES, *more, *(f"best_models_{scene}" for scene in OWN)]:
@@ -133,6 +134,18 @@ def test_the_report_shows_all_of_it(found, tmp_path):
     # each diagram has a small one for narrow screens
     assert text.count('<source media="(max-width: 44rem)"') == len(OWN)
     assert "limit points" not in text and "figure_limit_points" not in text
+
+
+def test_engines_that_ran_elsewhere_have_a_part_of_their_own(found, tmp_path):
+    row = dict.fromkeys(ANSWERS.columns, 0.1) | {"engine": "Elsewhere", "scene": "cylinder_large", "model": "Elsewhere"}
+    answers = ANSWERS.frame([row | {"setting": "fine", "version": "1", "hardware": "a card", "law": "corotational"}])
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures/answers_cylinder_large.svg").write_text('<svg width="9pt" height="9pt"></svg>')
+    (tmp_path / "figures/answers_cylinder_large.png").write_text("")
+    text = written(tmp_path, found | {"answers": answers}, ["answers"])
+    assert "Engines that ran elsewhere" in text and '<figure id="figure_answers_cylinder_large">' in text
+    assert "Elsewhere" in text[text.index("figure_answers_cylinder_large") :]
+    assert "Engines that ran elsewhere" not in written(tmp_path / "without", found)
 
 
 def test_what_only_some_runs_have_is_shown_where_it_is(found, trade_off_tables, tmp_path):

@@ -70,6 +70,20 @@ def asked_modules(block):
     return sorted(place for place in places if not place.endswith(".py"))
 
 
+def answered_scenes():
+    """The body and the regime of each scene that engines have answered elsewhere."""
+    places = {f"{body}_{regime}": (body, regime) for body in PRESSED for regime in REGIMES}
+    return {scene: places[scene] for scene in ANSWERED}
+
+
+def answered_files():
+    """The files of those scenes that answers are judged with."""
+    places = answered_scenes().values()
+    kinds = {"body": "{0}/body.h5", "database": "{0}/{1}/database.h5"}
+    kinds |= {"samples": "{0}/{1}/samples.csv", "truth": "{0}/{1}/truth.h5"}
+    return {kind: [f"results/data/{path.format(*place)}" for place in places] for kind, path in kinds.items()}
+
+
 def estimate_files():
     """One file for each body, regime and split: what errors are estimated from."""
     return [

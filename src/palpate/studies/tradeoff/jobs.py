@@ -1,6 +1,7 @@
 """Functions that workflow/rules/tradeoff.smk calls (palpate.studies.common_jobs says how), and its table."""
 
 import subprocess
+import warnings
 from importlib.metadata import version
 from pathlib import Path
 
@@ -88,6 +89,28 @@ def tabulate_truth(input, params):
 
 def tabulate_tradeoff(input):
     return accuracy_vs_time(pd.concat([pd.read_csv(path) for path in input.settings]), commit())
+
+
+def tabulate_answers(input, params):
+    from palpate.benchmark.engine_scores import OWN, score_table
+    from palpate.benchmark.ranking import BOUNDS
+    from palpate.exchange.presses import of_run
+    from palpate.exchange.score import floor_of, score_presses
+
+    table, parts = pd.read_csv(input.table), []
+    for scene, (body, regime, radius_m, paths) in params.scenes.items():
+        place = Path(input.table).parents[1] / "data" / body
+        files = {name: place / regime / f"{name}.h5" for name in ("database", "truth")}
+        files |= {"body": place / "body.h5", "samples": place / regime / "samples.csv"}
+        _, questions = of_run(files, regime, params.split, radius_m)
+        rows = table[(table["scene"] == scene) & (table["split"] == params.split) & ~table["model"].isin(BOUNDS)]
+        for path in paths:
+            scored = score_presses(Path(path), questions, questions.truth)
+            for said in scored.warnings:
+                warnings.warn(said, stacklevel=1)
+            found = score_table(scored.settings, floor_of(questions.truth), rows)
+            parts.append(found[found["engine"] != OWN])
+    return {"table": pd.concat(parts)}
 
 
 def _files_of(paths, body, regime):

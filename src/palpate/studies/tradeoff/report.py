@@ -24,7 +24,7 @@ from palpate.studies.tradeoff.figures.scene_rows import KNOWN, answers, curves, 
 from palpate.studies.tradeoff.figures.truth import DEAR, SOURCES
 
 TITLE = "What accuracy costs in time"
-READS = ("advice", "advice_by_radius", "error_bounds")
+READS = ("advice", "advice_by_radius", "answers", "error_bounds")
 """Tables of benchmark/ that the template shows."""
 WHERE = {"rms": "over the surface (RMSE)", "patch": "at the patch"}
 """The kinds of error that advice is for, in words."""
@@ -94,6 +94,7 @@ def numbers(report: Report) -> dict[str, Any]:
             for scene in sorted(names, key=lambda scene: scene != hardest)
         ],
         "any_load": _any_load(optional["any_load"], settings) if "any_load" in optional else None,
+        "answered": list(dict.fromkeys(optional["answers"]["scene"])) if "answers" in optional else [],
         "refusals": _refusals(optional["any_load"]) if "any_load" in optional else None,
         "described": models_table(models, families),
         "not_measured": [label(name, "default") for name in ENGINES if name not in measured],

@@ -427,6 +427,11 @@ class Settings(Block):
     truth: Truth = key("What models are judged by, Richardson's limit of nested quadratic elements", {})
     models: Distinct[str] | None = key("Models by name; null takes all that palpate has", None)
     own_models: dict[Name, str] = key("Python files of your own models, by name, relative to this configuration", {})
+    answers: dict[str, Some[str]] = key(
+        "Files of answers that engines gave elsewhere to the questions of palpate ask, by scene, relative to this "
+        "configuration",
+        {},
+    )
     settings: Families = key("What each family of models is tried with: a point in the diagram for each", {})
     regression: Regression = key("How models that learn choose their widths; paper 1's own sweep: enrichment", {})
     budget_s: Positive = key("Time [s] for which each setting is asked again, beyond once for each test sample", 0.1)
@@ -468,9 +473,20 @@ def check(config: dict, file: Path) -> None:
         check_file(f"{place}.own_models.{name}", path, (file.parent / path).is_file())
         check_source(f"{place}.own_models.{name}", file.parent / path, MODEL_FUNCTIONS, "see docs/add-a-model.md")
     _check_bodies(file, config)
+    _check_answers(place, config, file)
     check_radii(config, file)
     for block in ("any_load", "beyond_design"):
         _check_asked(file, config, block)
+
+
+def _check_answers(place: str, config: dict, file: Path) -> None:
+    """Raise InputError for answers to scenes that are not measured, and for files that are not there."""
+    scenes = [f"{body}_{regime}" for body in pressed_bodies(config) for regime in config["regimes"]]
+    if wrong := describe_unknown(list(config["tradeoff"]["answers"]), scenes):
+        raise InputError(f"{place}.answers names {wrong}")
+    for scene, paths in config["tradeoff"]["answers"].items():
+        for path in paths:
+            check_file(f"{place}.answers.{scene}", path, (file.parent / path).is_file())
 
 
 def _check_asked(file: Path, config: dict, block: str) -> None:

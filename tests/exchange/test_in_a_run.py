@@ -1,0 +1,66 @@
+"""A run that names files of answers has their table and figure; its own tables are untouched."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.benchmark.engine_scores import ANSWERS
+from palpate.errors import InputError
+from palpate.report import tables
+from palpate.run.job import write_table
+from palpate.run.settings import complete
+from palpate.studies.tradeoff.figures.answers import draw_answers
+from palpate.studies.tradeoff.jobs import tabulate_answers
+
+
+@pytest.fixture
+def asked(rows_of_run, answers, tmp_path):
+    """What the rule gives its job."""
+    np.savez(tmp_path / "engine.npz", **answers)
+    params = SimpleNamespace(scenes={"block_large": ("block", "large", 0.03, [str(tmp_path / "engine.npz")])}, split=1)
+    return SimpleNamespace(table=str(rows_of_run / "tables/accuracy_vs_time.csv")), params
+
+
+def test_the_table_has_the_engine_s_rows_alone(asked, tmp_path):
+    found = tabulate_answers(*asked)["table"]
+    assert found.columns.tolist() == ANSWERS.columns and found["engine"].tolist() == ["Elsewhere"] * 3
+    assert found["hardware"].tolist() == ["a graphics card"] * 3 and (found["law"] == "corotational").all()
+    write_table(found, tmp_path / "answers.csv")
+    again = tables.read(tmp_path / "answers.csv")
+    assert again["rmse_of_peak"].to_numpy() == pytest.approx(found["rmse_of_peak"].to_numpy())
+
+
+def test_answers_are_drawn_hollow_beside_models(asked):
+    rows = pd.read_csv(asked[0].table)
+    figure = draw_answers(rows, tabulate_answers(*asked)["table"], scene="block_large")
+    for axis in figure.axes:
+        hollow = [line for line in axis.lines if line.get_label().startswith("Elsewhere")]
+        assert len(hollow) == 1 and hollow[0].get_markerfacecolor() == "white" and len(hollow[0].get_xdata()) == 3
+        assert {"linear elements (P1)", "quadratic elements (P2)"} <= {line.get_label() for line in axis.lines}
+    error = figure.axes[0].lines[-2].get_ydata()
+    assert error == pytest.approx(100 * tabulate_answers(*asked)["table"]["rmse_of_peak"].to_numpy())
+
+
+def test_answers_to_other_questions_stop_the_run(asked, answers, tmp_path):
+    np.savez(tmp_path / "engine.npz", **answers | {"digest": np.array("0")})
+    with pytest.raises(InputError, match=r"digest is of other questions than these, of block_large"):
+        tabulate_answers(*asked)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"block_larg": ["a.npz"]}, r"tradeoff.answers names block_larg, which is unknown; did you mean block_large"),
+        ({"block_large": ["a.npz"]}, r"tradeoff.answers.block_large is a.npz, where there is no file"),
+        ({"block_large": []}, r"tradeoff.answers.block_large"),
+    ],
+)
+def test_scenes_and_files_that_are_not_there_are_named(pressed, given, said):
+    from palpate.run.settings_yaml import read_settings
+
+    settings = read_settings(pressed.config)
+    settings["tradeoff"]["answers"] = given
+    with pytest.raises(InputError, match=said):
+        complete(settings, pressed.config)

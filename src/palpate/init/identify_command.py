@@ -122,7 +122,7 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
             raise InputError(f"{presses}: {failure}; leave out presses that touch nothing.") from failure
     answer += said(relaxation)
     if asked.body is None and asked.thickness_m is None:
-        answer.append("No --thickness and no --body are given: the tissue is assumed to be deep; if it is not, E is less.")
+        answer.append("No --thickness and no --body are given: the tissue is assumed deep; if not, E is less.")
     if asked.body is not None and asked.body.bed is not None:
         answer.append(
             "What the organ lies on is assumed to be as stiff as the organ: tissue of its modulus, in proportion."

@@ -95,7 +95,6 @@ def main() -> None:
     answers |= {"settings": [f"level {arguments.level}, {name}" for name, *_ in SETTINGS]}
     body = Body(arguments.folder, arguments.level, asked["materials"])
     body.press(forces_n[0], 1 / 240, 1 / 240, False)  # compile, which is not part of an answer
-    mb = sum(x.nbytes for x in (body.nodes_m, forces_n[0])) * 4 / 1e6
     for i, (_, *how) in enumerate(SETTINGS):
         found, seconds = [], []
         for force_n in forces_n:
@@ -105,7 +104,7 @@ def main() -> None:
         failed = ~np.isfinite(found).all(axis=(1, 2))
         print(answers["settings"][i], f"{np.median(seconds):.3g} s, {failed.sum()} failed", flush=True)
         setting = {"displacement_m": found, "failed": failed, "nodes_m": body.nodes_m, "triangles": body.triangles}
-        setting |= {"seconds": np.where(failed, np.nan, seconds), "preparation_s": body.preparation_s, "memory_mb": mb}
+        setting |= {"seconds": np.where(failed, np.nan, seconds), "preparation_s": body.preparation_s}
         answers |= {f"setting_{i}/{name}": value for name, value in setting.items()}
     np.savez_compressed(arguments.answers, **answers)
 

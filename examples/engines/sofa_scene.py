@@ -91,7 +91,6 @@ def main() -> None:
     begin = time.perf_counter()
     world = scene(mesh, asked["materials"])
     preparation_s = time.perf_counter() - begin
-    mb = 0.0  # SOFA does not tell; put the growth of the process here
     for i, (_, *how) in enumerate(SETTINGS):
         found, seconds = [], []
         for force_n in forces_n:
@@ -106,7 +105,7 @@ def main() -> None:
             "nodes_m": mesh["nodes_m"],
             "triangles": mesh["triangles"],
         }
-        setting |= {"seconds": np.where(failed, np.nan, seconds), "preparation_s": preparation_s, "memory_mb": mb}
+        setting |= {"seconds": np.where(failed, np.nan, seconds), "preparation_s": preparation_s}
         answers |= {f"setting_{i}/{name}": value for name, value in setting.items()}
     np.savez_compressed(arguments.answers, **answers)
 

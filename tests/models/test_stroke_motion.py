@@ -303,10 +303,10 @@ def test_random_strokes_press_into_the_surface_and_stay_in_the_region(pad):
 def test_strokes_that_elements_do_not_find_are_left_out_and_most_must_be_found(pad, monkeypatch):
     real, failing = TouchedMotion.touched_steps, {0.3}
 
-    def steps(self, *asked):
+    def steps(self, *asked, **more):
         if self.touch.friction in failing:
             raise NotConverged("lost", [])
-        return real(self, *asked)
+        return real(self, *asked, **more)
 
     monkeypatch.setattr(TouchedMotion, "touched_steps", steps)
     numbered = [CONTACT | {"friction": each} for each in (0.3, 0.2, 0.1)]

@@ -21,9 +21,9 @@ if EXPERIMENTS:
     TARGETS["measured"] += figures("measured", "measured", scenes=EXPERIMENTS)
     OPTIONAL += ["measured"]
 if PRESSED_TISSUE:
-    parts = {
-        name: expand(f"{OF_PRESSES}/{name}.csv", presses=PRESSED_TISSUE) for name in ABOUT_PRESSES + ABOUT_RELAXATION
-    }
+    # tables of what no entry asks for would be empty
+    names = [*(ABOUT_PRESSES if asking("elastic") else []), *(ABOUT_RELAXATION if asking("relaxation") else [])]
+    parts = {name: expand(f"{OF_PRESSES}/{name}.csv", presses=PRESSED_TISSUE) for name in names}
     TARGETS["measured"] += merged(**parts)
     OPTIONAL += list(parts)
     for name, what in {"presses": "elastic", "relaxation": "relaxation"}.items():

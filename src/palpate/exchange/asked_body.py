@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.bodies.material import LAWS, Material, Tissue
+from palpate.bodies.material import Material, Tissue, kind_of
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.organs import SmoothSurface
 from palpate.bodies.refinement import halfway
@@ -78,13 +78,13 @@ def with_law(body: Body, law: str) -> Body:
 
 def law_name(law: str) -> str:
     """Return the name of a law, that of a file of one's own without its folder."""
-    return law if law in LAWS else Path(law).stem
+    return law if kind_of(law) else Path(law).stem
 
 
 def formula(law: str) -> str:
     """Return what the file of a law says of it in its first lines, the energy density among it."""
-    if law in LAWS:
-        told = import_module(f"palpate.effects.laws.{law}").__doc__
+    if kind := kind_of(law):
+        told = import_module(f"palpate.effects.laws.{kind}").__doc__
     else:
         told = ast.get_docstring(ast.parse(Path(law).read_text(encoding="utf-8")))
     return " ".join((told or f"the law of {law_name(law)}").split("\n\n")[0].split())

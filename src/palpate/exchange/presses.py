@@ -90,7 +90,7 @@ def judge_of(questions: Questions, truth: Arrays) -> tuple[Judge, np.ndarray]:
 
 
 def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arrays:
-    """Find the truth of every press with the material's ``law``, one of LAWS, as ``make`` does."""
+    """Find the truth of every press with the material's ``law``, one of palpate's, as ``make`` does."""
     body, loads = with_law(body_of(questions), law), questions.arrays["loads"]
     table = pd.DataFrame(loads["force_n"], columns=["force_x_n", "force_y_n", "force_z_n"])
     table = table.assign(sample=loads["sample"], contact=loads["node"], radius_m=loads["radius_m"])

@@ -11,7 +11,7 @@ import pandas as pd
 
 from palpate.benchmark.judge import Judge
 from palpate.benchmark.measure import Asked, Finding, found_rows
-from palpate.bodies.material import LAWS
+from palpate.bodies.material import NAMED, kind_of
 from palpate.errors import InputError
 from palpate.exchange import presses
 from palpate.exchange.answers import Answers, Setting, read_answers
@@ -97,8 +97,15 @@ def _asked(judge: Judge, n: int, moved: np.ndarray, setting: Setting, row: int) 
 def _mesh_costs(judge: Judge, mesh: OwnMesh | None) -> tuple[float, float]:
     if mesh is None:
         return np.nan, np.nan
-    errors = [judge.errors(n, mesh.through(moved)) for n, moved in enumerate(judge.truth)]
-    return float(np.mean([e.rmse_of_peak for e in errors])), float(np.mean([e.patch_rms_of_peak for e in errors]))
+    return mean_errors([judge.errors(n, mesh.through(moved))._asdict() for n, moved in enumerate(judge.truth)])
+
+
+def mean_errors(errors: list[dict[str, float]]) -> tuple[float, float]:
+    """Return the means of errors by name over the surface and in the dent; NaN where there are none."""
+    if not errors:
+        return np.nan, np.nan
+    surface, patch = (float(np.mean([each[name] for each in errors])) for name in ("rmse_of_peak", "patch_rms_of_peak"))
+    return surface, patch
 
 
 def own_law_truth(
@@ -108,9 +115,11 @@ def own_law_truth(
     law, bodys = answers.law, questions.info["law"]
     if law == bodys:
         return None
-    truth = own_law(law) if own_law is not None and law in LAWS else None
+    truth = own_law(law) if own_law is not None and kind_of(law) else None
     if truth is None:
-        how = "ask for it with --own-law" if law in LAWS else f"palpate has no law of that name, but {', '.join(LAWS)}"
+        how = (
+            "ask for it with --own-law" if kind_of(law) else f"palpate has no law of that name, but {', '.join(NAMED)}"
+        )
         warned.append(f"the law is {law} and that of the body {bodys}: errors have both in them ({how}).")
     return truth
 
@@ -121,10 +130,7 @@ def _own_law_errors(
     if other is None:
         return np.nan, np.nan
     judge, rows = other
-    errors = [judge.errors(n, moved[row]) for n, row in enumerate(rows) if not setting.failed[row]]
-    if not errors:
-        return np.nan, np.nan
-    return float(np.mean([e.rmse_of_peak for e in errors])), float(np.mean([e.patch_rms_of_peak for e in errors]))
+    return mean_errors([judge.errors(n, moved[row])._asdict() for n, row in enumerate(rows) if not setting.failed[row]])
 
 
 def truth_beside(questions: Questions, folder: Path, law: str, find: Callable[[str], Arrays]) -> Arrays:

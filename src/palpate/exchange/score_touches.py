@@ -18,7 +18,7 @@ from palpate.exchange.answers import Setting, read_answers
 from palpate.exchange.asked_body import body_of
 from palpate.exchange.folder import Arrays, Questions
 from palpate.exchange.own_mesh import OwnMesh
-from palpate.exchange.score import MESH, NO_ANSWER, OWN_LAW, WHERE, Scored, at_points, own_law_truth
+from palpate.exchange.score import MESH, NO_ANSWER, OWN_LAW, WHERE, Scored, at_points, mean_errors, own_law_truth
 from palpate.exchange.suspects import slip
 from palpate.report.words import two_digits
 
@@ -117,17 +117,10 @@ def _mesh_costs(judge: _Judge, mesh: OwnMesh | None) -> tuple[float, float]:
     if mesh is None:
         return np.nan, np.nan
     moved = judge.truth["displacement_m"]
-    return _mean([judge.errors(row, mesh.through(moved[row]), None) for row in judge.rows])
+    return mean_errors([judge.errors(row, mesh.through(moved[row]), None) for row in judge.rows])
 
 
 def _own_law_errors(other: _Judge | None, moved: np.ndarray, setting: Setting) -> tuple[float, float]:
     if other is None:
         return np.nan, np.nan
-    return _mean([other.errors(row, moved[row], None) for row in other.rows if not setting.failed[row]])
-
-
-def _mean(errors: list[dict[str, float]]) -> tuple[float, float]:
-    if not errors:
-        return np.nan, np.nan
-    surface, patch = (float(np.mean([each[name] for each in errors])) for name in ("rmse_of_peak", "patch_rms_of_peak"))
-    return surface, patch
+    return mean_errors([other.errors(row, moved[row], None) for row in other.rows if not setting.failed[row]])

@@ -65,7 +65,7 @@ def truth_arrays(truth: TouchTruth, rows: np.ndarray) -> Arrays:
 
 
 def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arrays:
-    """Find the truth of every touch with the material's ``law``, one of LAWS, as ``make`` does."""
+    """Find the truth of every touch with the material's ``law``, one of palpate's, as ``make`` does."""
     body = with_law(body_of(questions), law)
     found = truth_of_touches(body, touches_in(questions, body), progress)
     return truth_arrays(found, np.arange(questions.count))

@@ -115,12 +115,11 @@ def relax(
     whole = {count: fit_branches(holds, count) for count in counts}
     weights = {count: weight_of(kernel, holds) for count, kernel in whole.items()}
     own = [{count: fit_branches([hold], count, weight=1.0) for count in counts} for hold in holds]
+    apart = [
+        (group, _without(holds, group, whole, weights)) for group in progress(_groups(holds, settings["held_out"]))
+    ]
     judged = pd.DataFrame(
-        [
-            row
-            for group in progress(_groups(holds, settings["held_out"]))
-            for row in _left_out(holds, group, whole, weights)
-        ]
+        [row for group, kernels in apart for row in _left_out(holds, group, kernels, weights)]
         + [row for hold, fits in zip(holds, own, strict=True) for row in _own(hold, fits)],
         columns=RELAXATION_ERRORS.columns[1:],
     )
@@ -150,7 +149,7 @@ def relax(
             columns=RELAXATION.columns[1:],
         ),
         RELAXATION_CURVES.name: pd.DataFrame(
-            [*_modulus(whole[chosen], draws, span), *_curves(holds, chosen, whole[chosen], settings["held_out"])],
+            [*_modulus(whole[chosen], draws, span), *_curves(holds, chosen, whole[chosen], apart)],
             columns=RELAXATION_CURVES.columns[1:],
         ),
         RELAXATION_ERRORS.name: judged,
@@ -190,15 +189,21 @@ def _strain(press: Press) -> float:
     return float(press.depth_m[-1] / (press.thickness_m or 1.0))
 
 
-def _left_out(
+def _without(
     holds: Sequence[Hold], group: Group, whole: Mapping[int, Branches], weights: Mapping[int, float]
+) -> dict[int, Branches]:
+    """Return the branches, by their number, that are fitted to the presses that are not left out."""
+    seen = [hold for hold, out in zip(holds, group.out, strict=True) if not out]
+    return {count: fit_branches(seen, count, kernel.series, weights[count]) for count, kernel in whole.items()}
+
+
+def _left_out(
+    holds: Sequence[Hold], group: Group, fits: Mapping[int, Branches], weights: Mapping[int, float]
 ) -> Iterator[tuple]:
-    """Yield the errors of all models of the presses that are left out, fitted to the others."""
+    """Yield the errors of all models of the presses that are left out; fits : branches ``_without`` them."""
     seen = [hold for hold, out in zip(holds, group.out, strict=True) if not out]
     unseen = [hold for hold, out in zip(holds, group.out, strict=True) if out]
-    kernels: dict[str, Kernel] = {
-        _words(count): fit_branches(seen, count, kernel.series, weights[count]) for count, kernel in whole.items()
-    }
+    kernels: dict[str, Kernel] = {_words(count): kernel for count, kernel in fits.items()}
     kernels[POWER] = fit_fading(seen, weights[max(weights)])
     for name, kernel in kernels.items():
         for hold in unseen:
@@ -284,14 +289,14 @@ def _modulus(kernel: Branches, draws: Draws, span: float) -> Iterator[tuple]:
         yield "", "", time, np.nan, value, low, high
 
 
-def _curves(holds: Sequence[Hold], chosen: int, whole: Branches, kinds: Sequence[str]) -> Iterator[tuple]:
+def _curves(
+    holds: Sequence[Hold], chosen: int, whole: Branches, apart: Sequence[tuple[Group, Mapping[int, Branches]]]
+) -> Iterator[tuple]:
     """Yield the held force of each press, measured and predicted by branches of the other specimens."""
-    groups, weight = [group for group in _groups(holds, kinds) if group.kind == SPECIMEN], weight_of(whole, holds)
     kernels = [whole] * len(holds)
-    for group in groups:
-        seen = [hold for hold, out in zip(holds, group.out, strict=True) if not out]
-        kernel = fit_branches(seen, chosen, whole.series, weight)
-        kernels = [kernel if out else old for old, out in zip(kernels, group.out, strict=True)]
+    for group, fits in apart:
+        if group.kind == SPECIMEN:
+            kernels = [fits[chosen] if out else old for old, out in zip(kernels, group.out, strict=True)]
     for hold, kernel in zip(holds, kernels, strict=True):
         predicted = hold.predict(kernel)[hold.held + 1 :]
         times = hold.held_s

@@ -179,6 +179,8 @@ def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, fo
 
     body, values = asked.body, found.fitted
     assert body is not None
+    if body.bed is not None:
+        return ["No settings for engines are written: they have no bed, on which the organ lies here."]
     poisson = values.get("poisson", body.material.poisson)
     law = f"{found.law}({values['stiffening']:.3g})" if "stiffening" in values else found.law
     series = shear_series(relaxation.kernel.series, poisson) if relaxation else None

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-FAR = 2000.0
-"""Radius of what stands for a half-space, over that of the ball: a part of a / (2 FAR) of the force is lacking."""
+FAR_RADII = 2000.0
+"""Radius of a half-space, over that of the ball: a part of a / (2 FAR_RADII) of the force is lacking."""
 WIDE = 10.0
 """Radius of a slab over its thickness, where it is held: what a press does there falls exponentially."""
 WIDEST = 0.05
@@ -52,11 +52,11 @@ def slab_section(
     """Return the section of a slab, or of a half-space where ``thickness`` is infinite.
 
     first : radius of the innermost ring [m]; ratio : of the radii of rings, to ``near`` [m]; angles : even number of
-    quadrilaterals along a ring; far : outer radius [m], by default of FAR and WIDE. Rings are circles near the place,
-    and become the square of the slab's thickness; outside of it they are lines across the slab.
+    quadrilaterals along a ring; far : outer radius [m], by default of FAR_RADII and WIDE. Rings are circles near the
+    place, and become the square of the slab's thickness; outside of it they are lines across the slab.
     """
     layered = np.isfinite(thickness)
-    end = far or (WIDE * thickness + near if layered else FAR * near)
+    end = far or (WIDE * thickness + near if layered else FAR_RADII * near)
     ends = _radii([0.0, first], ratio, near, min(thickness, end))
     if layered:
         ends = _radii(ends, ratio, near, end)

@@ -163,7 +163,7 @@ def _mesh(file: "_File", place: str, questions: Questions) -> tuple[np.ndarray, 
         )
     low, high = questions.points.min(axis=0), questions.points.max(axis=0)
     used, size = nodes[np.unique(triangles)], questions.info["size_m"]
-    if np.abs([used.min(axis=0) - low, used.max(axis=0) - high]).max() > FAR * size:
+    if np.abs([used.min(axis=0) - low, used.max(axis=0) - high]).max() > BOX_APART * size:
         where = f"lies between {used.min(axis=0).round(4).tolist()} and {used.max(axis=0).round(4).tolist()} m"
         raise file.wrong(
             place + "nodes_m", where, f"the body lies between {low.round(4).tolist()} and {high.round(4).tolist()}"
@@ -171,7 +171,7 @@ def _mesh(file: "_File", place: str, questions: Questions) -> tuple[np.ndarray, 
     return nodes, triangles.astype(np.int64)
 
 
-FAR = 0.2
+BOX_APART = 0.2
 """Share of the body's size by which the box around a mesh of the engine's own may differ from the body's."""
 
 

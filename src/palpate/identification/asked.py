@@ -108,15 +108,12 @@ def _borne(asked: Asked, law: str, deepest: float, folder: Path | None) -> SlabF
     raise AssertionError
 
 
-def _on_body(asked: Asked, records: PressRecords, local: Forward, law: str) -> Forward:
+def _on_body(asked: Asked, records: PressRecords, local: SlabForward, law: str) -> Forward:
     from palpate.identification.on_body import OrganForward
 
     assert asked.body is not None
-    given = {"poisson": asked.poisson, "sticking": asked.sticking}
-    given |= {"stiffening": asked.stiffening} if law == EXPONENTIAL else {}
-    ends = {name: value if isinstance(value, tuple) else (value, value) for name, value in given.items()}
-    known = {name: low for name, (low, high) in ends.items() if low == high}
-    return OrganForward(asked.body, asked.instrument, records.presses, local, law, known, os.cpu_count() or 1)
+    workers = os.cpu_count() or 1
+    return OrganForward(asked.body, asked.instrument, records.presses, local, law, local.known, workers)
 
 
 def table_rows(found: Identified, part: str) -> list[tuple]:

@@ -156,7 +156,7 @@ class MixedModel:
         low, high = options.offset_m or (OFFSETS[0] * data.largest_m, OFFSETS[1] * data.largest_m)
         if not low <= high:
             raise InputError(f"the offset of first touch is {low:g} to {high:g} m; give the smaller one first.")
-        deepest = min(getattr(forward, "deepest_m", np.inf), data.largest_m - 1.5 * min(low, 0.0))
+        deepest = min(forward.deepest_m, data.largest_m - 1.5 * min(low, 0.0))
         place = _InOrder(forward, data.order)
         table = tabulate(place, len(data.order), deepest)
         return cls(Data(**{**vars(data), "layout": data.layout._replace(table=table.table)}), table, (low, high))
@@ -250,7 +250,7 @@ class _InOrder:
     def __init__(self, forward: Forward, order: np.ndarray):
         self.forward, self.order = forward, order
         self.parameters, self.relative_error = forward.parameters, forward.relative_error
-        self.deepest_m = getattr(forward, "deepest_m", np.inf)
+        self.deepest_m = forward.deepest_m
 
     def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """Return the forces of press number ``press`` in the order of the data."""

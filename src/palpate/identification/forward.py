@@ -94,6 +94,11 @@ class SlabForward:
         free = {name: ends for name, ends in (self._ranges | lengths).items() if ends[0] < ends[1]}
         return tuple(Parameter(name, *ends, UNITS.get(name, "")) for name, ends in free.items())
 
+    @property
+    def known(self) -> dict[str, float]:
+        """Poisson's ratio, stiffening and sticking where they have no range."""
+        return {name: low for name, (low, high) in self._ranges.items() if low == high}
+
     def without_stiffening(self) -> "SlabForward":
         """Return the same with a stiffening of 0, which is the neo-Hookean law; its range has to begin there."""
         other = copy(self)

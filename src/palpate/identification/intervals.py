@@ -19,7 +19,7 @@ MOSTLY = 0.8
 """Share of a range that fits, at and above which a parameter is said to be unknown."""
 GRID, REFINED = 9, 3
 """Values of a profile over a range, and searches for each crossing of the threshold."""
-STEP, STEPS = 0.5, 14
+STEP, MOST_STEPS = 0.5, 14
 """Of a profile that has no range: the first step as a share of the half width expected, and most steps to a side."""
 
 
@@ -146,7 +146,7 @@ class Profiler:
         found = {at: (self.best, 0.0)}
         for side in (-1.0, 1.0):
             start, value, step, last = self.best, at, STEP * first, 0.0
-            for _ in range(STEPS):
+            for _ in range(MOST_STEPS):
                 value += side * step
                 found[value] = start, now = rise(value, start)
                 if now > self.rise:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-STEPS, STEP_TOLERANCE = 40, 1e-9
+GAUSS_NEWTON_STEPS, STEP_TOLERANCE = 40, 1e-9
 """Most steps to the modes of a place's effects, and the step in their deviations that ends them. Trap: the determinant
 changes in proportion to what is left, and derivatives are taken by differences."""
 LARGEST_STEP = 2.0
@@ -137,7 +137,7 @@ def _all_places(
         u, old, move, grad = own.copy(), np.zeros(size), np.zeros(size), np.zeros(size)
         hessian = np.zeros((size, size))  # upper half
         best, log_det = np.inf, 0.0
-        for turn in range(2 * STEPS):
+        for turn in range(2 * GAUSS_NEWTON_STEPS):
             total = 0.0
             hessian[:] = 0.0
             for k in range(size):
@@ -176,12 +176,12 @@ def _all_places(
                     hessian[1, o + 1] += gain * j1 * j3
                     hessian[o, o + 1] += gain * j2 * j3
                     hessian[o + 1, o + 1] += gain * j3 * j3
-            if total > best + 1e-12 * (1.0 + best) and turn < 2 * STEPS - 1:  # too far: half way back
+            if total > best + 1e-12 * (1.0 + best) and turn < 2 * GAUSS_NEWTON_STEPS - 1:  # too far: half way back
                 u = 0.5 * (u + old)
                 continue
             log_det = _solve(hessian, grad, move)
             farthest = np.abs(move).max()
-            if farthest < STEP_TOLERANCE or turn >= STEPS:
+            if farthest < STEP_TOLERANCE or turn >= GAUSS_NEWTON_STEPS:
                 break
             best = total
             old = u.copy()

@@ -160,7 +160,8 @@ def errors(kernel: Kernel, holds: Sequence[Hold]) -> np.ndarray:
 LEAST_WEIGHT = 0.02
 SHORTEST, LONGEST = 0.3, 10.0
 """Times of branches: at least this part of the median step between samples, at most so many times the longest hold."""
-STEPS, TOLERANCE = 40, 1e-5
+EVALUATIONS, TOLERANCE = 40, 1e-5
+"""Most evaluations of residuals in a fit, and the change at which it ends."""
 
 
 def weight_of(kernel: Kernel, holds: Sequence[Hold]) -> float:
@@ -198,7 +199,7 @@ def fit_branches(
     def away(unknowns: np.ndarray) -> np.ndarray:
         return np.concatenate([hold.left(_branches(unknowns), weight) for hold in holds])
 
-    found = least_squares(away, start, bounds=bounds, max_nfev=STEPS, xtol=TOLERANCE, ftol=TOLERANCE).x
+    found = least_squares(away, start, bounds=bounds, max_nfev=EVALUATIONS, xtol=TOLERANCE, ftol=TOLERANCE).x
     return _branches(found)
 
 
@@ -217,7 +218,9 @@ def fit_fading(holds: Sequence[Hold], weight: float) -> Fading:
         return np.concatenate([hold.left(kernel, weight) for hold in holds])
 
     bounds = [0.01, np.log(1e-2 * step)], [0.99, np.log(span)]
-    found = least_squares(away, [0.2, np.log(step)], bounds=bounds, max_nfev=STEPS, xtol=TOLERANCE, ftol=TOLERANCE).x
+    found = least_squares(
+        away, [0.2, np.log(step)], bounds=bounds, max_nfev=EVALUATIONS, xtol=TOLERANCE, ftol=TOLERANCE
+    ).x
     return Fading(float(found[0]), float(np.exp(found[1])))
 
 

@@ -23,7 +23,7 @@ from palpate.errors import InputError, NotConverged
 RATIO, ANGLES = 1.18, 8
 """Of the radii of rings, and quadrilaterals along a ring; finer ones change the force by less than 0.15 %, and that of
 a ball that sticks by 0.4 %."""
-NEAR = 1.3
+FINE_RADII = 1.3
 """Radius of what is meshed finely, over the ball's."""
 START, CORE = 0.15, 2.5
 """Radius of the first contact over the ball's, below which Hertz holds, and over the innermost ring."""
@@ -138,7 +138,7 @@ class BallOnSlab:
         if not thickness > 0.0:
             raise InputError(f"thickness is {thickness} radii; give a positive number.")
         self._first = START * min(1.0, thickness)
-        self.section: Section = slab_section(thickness, self._first / CORE, ratio, NEAR, angles, far)
+        self.section: Section = slab_section(thickness, self._first / CORE, ratio, FINE_RADII, angles, far)
         self.elements = AxisymmetricElements(rings(self.section.nodes, self.section.quads), law_of(law), 1.0, poisson)
         self._poisson, self._thickness, self._sticks = poisson, thickness, sticks
         count, quads = len(self.section.nodes), self.section.quads

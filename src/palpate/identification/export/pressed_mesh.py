@@ -12,13 +12,13 @@ import numpy as np
 
 from palpate.benchmark.touch import Touch
 from palpate.bodies.body import Body
-from palpate.bodies.mesh import Mesh
+from palpate.bodies.mesh import Mesh, area_normals
 from palpate.bodies.surface_quadrature import near_ball, surface_interpolation
 from palpate.effects.instrument import Pose
 from palpate.errors import NotConverged
 from palpate.solvers.indentation import PENALTY, ContactPoints, Indentation
 
-SPACING, MOST = 0.15, 16
+SPACING, MOST_ALONG = 0.15, 16
 """Distance of points that may touch over the ball's radius, and most of them along a side of a triangle."""
 TOLERANCE = 1e-4
 LARGEST_POISSON = 0.45
@@ -96,20 +96,16 @@ def filling_points(mesh: Mesh, young_pa: float, center: np.ndarray, radius_m: fl
     if not len(chosen):
         raise NotConverged("no part of the surface is near the instrument", [float("nan")])
     sides = np.linalg.norm(corners[chosen] - np.roll(corners[chosen], 1, axis=1), axis=2)
-    along = int(np.clip(np.ceil(sides.max() / (SPACING * radius_m)), 1, MOST))
+    along = int(np.clip(np.ceil(sides.max() / (SPACING * radius_m)), 1, MOST_ALONG))
     places = np.array([[i, j, along - i - j] for i in range(along + 1) for j in range(along + 1 - i)]) / along
     triangles, count = np.repeat(chosen, len(places)), len(places)
-    at_rest = np.linalg.norm(_doubled(corners[chosen]), axis=1)
+    near = mesh.triangles[chosen]
+    at_rest = np.linalg.norm(area_normals(mesh.nodes, near), axis=1)
 
     def stretch(x: np.ndarray) -> np.ndarray:
-        now = np.linalg.norm(_doubled(x[mesh.triangles[chosen]]), axis=1)
-        return np.repeat(now / at_rest, count)
+        return np.repeat(np.linalg.norm(area_normals(x, near), axis=1) / at_rest, count)
 
     areas = np.repeat(0.5 * at_rest / count, count)
     penalty = np.repeat(PENALTY * young_pa / np.sqrt(at_rest), count)
     on = surface_interpolation(mesh, triangles, np.tile(places, (len(chosen), 1)), 1)
     return ContactPoints(on, areas, penalty, stretch, count)
-
-
-def _doubled(corners: np.ndarray) -> np.ndarray:
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from palpate.report import style
 
-LEAST = 1e-12
+LEAST_SHARE = 1e-12
 """Smallest share that the axis shows."""
 
 
@@ -14,9 +14,11 @@ def draw_outside(outside) -> Figure:
     """Draw the difference of each quantity from its published value as a dot, and palpate's own error as a line."""
     figure = Figure(figsize=(9, 0.5 + 0.3 * len(outside)), layout="constrained")
     axis, rows = figure.subplots(), np.arange(len(outside))
-    axis.hlines(rows, LEAST, outside["own_error"].clip(lower=LEAST), color=style.FAINT, lw=5, label="own error")
-    axis.plot(outside["difference"].abs().clip(lower=LEAST), rows, "o", color="#d55e00", label="difference")
-    axis.set(xscale="log", xlim=(LEAST, 0.2), xlabel="share of the published value")
+    axis.hlines(
+        rows, LEAST_SHARE, outside["own_error"].clip(lower=LEAST_SHARE), color=style.FAINT, lw=5, label="own error"
+    )
+    axis.plot(outside["difference"].abs().clip(lower=LEAST_SHARE), rows, "o", color="#d55e00", label="difference")
+    axis.set(xscale="log", xlim=(LEAST_SHARE, 0.2), xlabel="share of the published value")
     axis.set_yticks(rows, outside["quantity"])
     axis.invert_yaxis()
     axis.legend(loc="upper right")

@@ -11,7 +11,7 @@ from palpate.bodies.material import Material
 from palpate.studies.outside.hanging_bar import RUBBER
 from palpate.studies.outside.supported import Supported, block
 
-NEAR = 1e-9
+ON_FACE = 1e-9
 """Distance [m, mm] within which a node is on a face."""
 ISOCHORIC = str(Path(__file__).with_name("isochoric_neo_hookean.py"))
 MODES, OUT_OF_PLANE = 16, 0.02
@@ -22,7 +22,7 @@ def confined_stress(length: float) -> float:
     """Return the nominal stress [kPa] of the hanging bar's rubber between rigid sides, at ``length`` of its own."""
     cube = Supported(block([1, 1, 1], lambda p: p), RUBBER, lambda p: np.ones(p.shape, dtype=bool))
     force = cube.elements.force(cube.nodes * [1.0, 1.0, length])
-    return -1e-3 * float(force[cube.nodes[:, 2] > 1.0 - NEAR, 2].sum())
+    return -1e-3 * float(force[cube.nodes[:, 2] > 1.0 - ON_FACE, 2].sum())
 
 
 def torsion_constant(cells: int) -> float:
@@ -31,14 +31,14 @@ def torsion_constant(cells: int) -> float:
     mesh = block([cells, cells, 2], lambda p: p * [1.0, 1.0, length] - [0.5, 0.5, 0.0])
 
     def held(p: np.ndarray) -> np.ndarray:
-        end = (p[:, 2] < NEAR) | (p[:, 2] > length - NEAR)
-        return np.column_stack([end, end, np.linalg.norm(p[:, :2], axis=1) < NEAR])
+        end = (p[:, 2] < ON_FACE) | (p[:, 2] > length - ON_FACE)
+        return np.column_stack([end, end, np.linalg.norm(p[:, :2], axis=1) < ON_FACE])
 
     prism = Supported(mesh, Material(2.0 * (1.0 + poisson), poisson, 1.0), held)
     x, y, z = prism.nodes.T
     u = prism.respond(np.column_stack([-y * z, x * z, np.zeros_like(z)]))
     force = (prism.elements.stiffness(prism.nodes) @ u.ravel()).reshape(u.shape)
-    end = z > length - NEAR
+    end = z > length - ON_FACE
     return float(x[end] @ force[end, 1] - y[end] @ force[end, 0])
 
 
@@ -47,7 +47,7 @@ def plate_frequencies(cells: int) -> tuple[float, float]:
     mesh = block([cells, cells, max(1, cells // 4)], lambda p: p * [10.0, 10.0, 1.0])
 
     def held(p: np.ndarray) -> np.ndarray:
-        edge = (p[:, 2] < NEAR) & ((np.abs(p[:, :2] - 5.0) > 5.0 - NEAR).any(axis=1))
+        edge = (p[:, 2] < ON_FACE) & ((np.abs(p[:, :2] - 5.0) > 5.0 - ON_FACE).any(axis=1))
         return np.column_stack([np.zeros((len(p), 2), dtype=bool), edge])
 
     plate = Supported(mesh, Material(200e9, 0.3, 8000.0), held)
@@ -78,11 +78,11 @@ def cook(cells: int, material: Material, plane: bool, asked: tuple[float, float]
     )
 
     def held(p: np.ndarray) -> np.ndarray:
-        wall = p[:, 0] < NEAR
-        return np.column_stack([wall, wall, wall | (plane | (p[:, 2] < NEAR))])
+        wall = p[:, 0] < ON_FACE
+        return np.column_stack([wall, wall, wall | (plane | (p[:, 2] < ON_FACE))])
 
     membrane = Supported(mesh, material, held)
-    membrane.press(lambda p: p[:, 0] > 48.0 - NEAR, np.array([0.0, 1.0 / 16.0, 0.0]))
+    membrane.press(lambda p: p[:, 0] > 48.0 - ON_FACE, np.array([0.0, 1.0 / 16.0, 0.0]))
     moved = membrane.settle() if settles else membrane.respond()
     face = np.linalg.norm(membrane.nodes - [*asked, 0.0 if plane else thickness], axis=1)
     return float(moved[np.argmin(face), 1])

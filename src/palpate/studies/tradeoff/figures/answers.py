@@ -9,7 +9,7 @@ from palpate.studies.tradeoff.figures.scene_rows import answers as answering
 
 
 @style.figure("answers", tables=("accuracy_vs_time", "answers"))
-def draw_answers(accuracy_vs_time, answers, scene) -> Figure:
+def draw_answers(accuracy_vs_time, answers, *, scene) -> Figure:
     rows = accuracy_vs_time[accuracy_vs_time["scene"] == scene]
     own = answering(rows[rows["split"] == rows["split"].min()])
     engines = answers[answers["scene"] == scene]

@@ -82,11 +82,15 @@ def law_of(name: str) -> Law:
 def _compiled(module: ModuleType, kept: bool, stiffening: float | None = None) -> Law:
     """Make a law of compiled functions; ``kept`` stores them for later processes, which cannot import a user's file.
 
-    stiffening : a constant in the machine code of ``shape_of(stiffening)``, which the module has in place of ``shape``
+    stiffening : a constant in the machine code of ``shape_of(stiffening)``, which the module has in place of ``shape``.
+        Trap: that code is never stored, as numba numbers what it stores of a function without a lock: two processes
+        that compile two stiffenings at a time may give both one number, and a third gets the other's law.
     """
     made = {} if stiffening is None else {"shape": module.shape_of(stiffening)}
     functions = {name: made.get(name) or getattr(module, name) for name in SIGNATURES}
-    make = {name: numba.cfunc(SIGNATURES[name], cache=kept, error_model="numpy") for name in SIGNATURES}
+    make = {
+        name: numba.cfunc(SIGNATURES[name], cache=kept and name not in made, error_model="numpy") for name in SIGNATURES
+    }
     return Law(**{name: make[name](function) for name, function in functions.items()})
 
 

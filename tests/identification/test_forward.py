@@ -34,6 +34,17 @@ def test_a_family_meets_curves_between_its_nodes_and_is_kept(tmp_path, monkeypat
     assert family_of("neo_hookean", ranges, tmp_path, 1).forces(depth, 0.41) == pytest.approx(forces, rel=1e-14)
 
 
+def test_without_stiffening_a_family_has_the_error_of_neo_hookean_curves_alone(monkeypatch):
+    """On the coarsest grid alone, where curves of the stiffest law are met within some per cent."""
+    monkeypatch.setattr(curves, "GRIDS", ((1, 1),))
+    stiff = SlabForward(1.0, 0.4, "exponential", None, (0.3, 0.49), (0.0, 20.0), 0.0, workers=1)
+    soft = stiff.without_stiffening()
+    depth = np.array([0.1, 0.25, 0.4])
+    exact = BallOnSlab("neo_hookean", 0.4).curve(0.4).at(depth)
+    off = np.abs(soft.forces(0, depth, {"poisson": 0.4}) / exact - 1.0).max()
+    assert off <= soft.relative_error < 0.7 * stiff.relative_error
+
+
 def test_a_slab_scales_with_its_ball():
     kept = {"law": "neo_hookean", "poisson": 0.45, "sticking": (0.0, 1.0), "workers": 1}
     small = SlabForward(0.004, 0.001, thickness_m=0.01, **kept)

@@ -15,12 +15,14 @@ from palpate.identification.forward import Forward, Range, SlabForward
 from palpate.identification.identify import Identified
 from palpate.identification.intervals import Interval
 from palpate.identification.presses import PressRecords
+from palpate.identification.progress import Follow, unfollowed
 from palpate.table_declaration import Table
 
 LAWS = ("neo_hookean", "exponential")
 """The laws that are compared unless others are asked for; the second stiffens by a parameter."""
-STIFFENING, NARROWER = (0.0, 20.0), 3
-"""Range of the exponential law's stiffening, and how often its end is halved where it does not bear the presses."""
+STIFFENING, NARROWER, MOST_ERROR = (0.0, 20.0), 3, 0.03
+"""Range of the exponential law's stiffening; how often its end is halved where the law does not bear the presses, or
+forces between its curves have an error above the last, as a share."""
 SOFTEST = "neo_hookean"
 """What the exponential law is without stiffening."""
 POISSON, STICKING = (0.3, 0.49), (0.0, 1.0)
@@ -59,11 +61,13 @@ class Asked:
     columns: Mapping[str, str] = field(default_factory=dict)
 
 
-def forwards_for(records: PressRecords, asked: Asked, folder: Path | None = None) -> dict[str, Forward]:
+def forwards_for(
+    records: PressRecords, asked: Asked, folder: Path | None = None, follow: Follow = unfollowed
+) -> dict[str, Forward]:
     """Return the forward model of each law that is asked for; folder : keeps their curves.
 
-    Warns of a law that does not bear the deepest press, which is left out, and of a stiffening that is narrowed for
-    that; NotConverged where none is left.
+    Warns of a law that does not bear the deepest press, which is left out, and of a stiffening that is narrowed;
+    NotConverged where none is left.
     """
     largest = max(float(press.depth_m.max()) for press in records.presses)
     deepest = largest - min((asked.offset_m or (OFFSETS[0] * largest, 0.0))[0], 0.0)
@@ -75,7 +79,7 @@ def forwards_for(records: PressRecords, asked: Asked, folder: Path | None = None
             found[law] = stiff.without_stiffening()
             continue
         try:
-            found[law] = _borne(asked, law, deepest, folder)
+            found[law] = _borne(asked, law, deepest, folder, follow)
         except NotConverged as failure:
             if len(asked.laws) == 1:
                 raise
@@ -86,26 +90,27 @@ def forwards_for(records: PressRecords, asked: Asked, folder: Path | None = None
     return {law: local if asked.body is None else _on_body(asked, records, local, law) for law, local in kept}
 
 
-def _borne(asked: Asked, law: str, deepest: float, folder: Path | None) -> SlabForward:
-    """Return the curves of a law, up to the largest stiffening that bears the depth ``deepest`` [m]."""
+def _borne(asked: Asked, law: str, deepest: float, folder: Path | None, follow: Follow) -> SlabForward:
+    """Return the curves of a law, up to the largest stiffening that bears ``deepest`` [m] and is met between them."""
     thickness = None if asked.body is not None else asked.thickness_m
     low, high = asked.stiffening if law == EXPONENTIAL else (0.0, 0.0)
-    for narrower in range(NARROWER + 1):
-        most = max(low, high / 2**narrower)
+    known, ends = (asked.instrument.radius_m, deepest, law, thickness, asked.poisson), [high]
+    why = "steeper laws do not bear the presses"
+    for _ in range(NARROWER):
         try:
-            found = SlabForward(
-                asked.instrument.radius_m, deepest, law, thickness, asked.poisson, (low, most), asked.sticking, folder
-            )
+            found = SlabForward(*known, (low, ends[-1]), asked.sticking, folder, follow=follow)
+            if found.relative_error <= MOST_ERROR or ends[-1] == low:
+                break
+            why = f"with more, forces between curves have an error of {found.relative_error:.0%}"
         except NotConverged:
-            if most == low or narrower == NARROWER:
+            if ends[-1] == low:
                 raise
-            continue
-        if narrower:
-            warnings.warn(
-                f"stiffening is looked for up to {most:g}; steeper laws do not bear the presses.", stacklevel=3
-            )
-        return found
-    raise AssertionError
+        ends.append(max(low, 0.5 * ends[-1]))
+    else:
+        found = SlabForward(*known, (low, ends[-1]), asked.sticking, folder, follow=follow)
+    if len(ends) > 1:
+        warnings.warn(f"stiffening is looked for up to {ends[-1]:g}; {why}.", stacklevel=3)
+    return found
 
 
 def _on_body(asked: Asked, records: PressRecords, local: SlabForward, law: str) -> Forward:

@@ -24,8 +24,10 @@ from threadpoolctl import threadpool_limits
 from palpate.bodies import slab_section
 from palpate.bodies.material import exponential
 from palpate.effects import axisymmetric_elements
+from palpate.effects import law as effects_law
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_arrays, write_arrays
+from palpate.identification.progress import Follow, unfollowed
 from palpate.solvers import axisymmetric_indentation
 from palpate.solvers.axisymmetric_indentation import BallOnSlab, hertz
 
@@ -76,7 +78,8 @@ class Ranges:
             )
 
 
-FREE = ("poisson", "thinness", "stiffening")
+STIFFENING = "stiffening"
+FREE = ("poisson", "thinness", STIFFENING)
 """What the sparse grid is over, in this order, where it is free."""
 
 
@@ -99,12 +102,14 @@ class CurveFamily:
     """Curves of one law.
 
     ranges : what it holds for; error : greatest relative error of force by interpolation at places between, measured
+    least_error : the same with the least stiffening, where curves are less steep
     degrees : (n, free) of the basis; coefficients : (slips, sticks or both, n, ALONG)
     """
 
     law: str
     ranges: Ranges
     error: float
+    least_error: float
     degrees: np.ndarray
     coefficients: np.ndarray
 
@@ -239,11 +244,11 @@ def family_of(
     ranges: Ranges,
     folder: Path | None = None,
     workers: int | None = None,
-    progress: Callable[[str], None] = lambda said: None,
+    follow: Follow = unfollowed,
 ) -> CurveFamily:
     """Return the curves of ``law`` for ``ranges``: read from ``folder`` where they are there, or computed and kept.
 
-    law : ``exponential`` has a stiffening; workers : processes, None for one a core; progress : is told what is done
+    law : ``exponential`` has a stiffening; workers : processes, None for one a core
     Raises NotConverged where the law has no equilibrium to the depth that is asked for.
     """
     if law != STIFFENS and ranges.stiffening != (0.0, 0.0):
@@ -251,21 +256,22 @@ def family_of(
     path = Path(folder) / f"curves-{_digest(law, ranges)}.npz" if folder is not None else None
     if path is not None and path.is_file():
         kept = read_arrays(_Kept, path)
-        return CurveFamily(law, ranges, kept.error, kept.degrees, kept.coefficients)
-    found = _computed(law, ranges, workers, progress)
+        return CurveFamily(law, ranges, kept.error, kept.least_error, kept.degrees, kept.coefficients)
+    found = _computed(law, ranges, workers, follow)
     if path is not None:
-        write_arrays(_Kept(found.error, found.degrees, found.coefficients), path)
+        write_arrays(_Kept(found.error, found.least_error, found.degrees, found.coefficients), path)
     return found
 
 
 @dataclass
 class _Kept:
     error: float
+    least_error: float
     degrees: np.ndarray
     coefficients: np.ndarray
 
 
-def _computed(law: str, ranges: Ranges, workers: int | None, progress: Callable[[str], None]) -> CurveFamily:
+def _computed(law: str, ranges: Ranges, workers: int | None, follow: Follow) -> CurveFamily:
     """Compute curves on finer grids until those between are met, or the last grid is reached.
 
     What sticking changes is a few per cent, except far into soft slabs, and is interpolated on a coarser grid.
@@ -279,7 +285,7 @@ def _computed(law: str, ranges: Ranges, workers: int | None, progress: Callable[
             """Return curves (m, ALONG) at ``places`` (m, d) of the grid."""
             new = [place for place in map(tuple, places) if (place, sticks) not in curves]
             asked = [(law, ranges.deepest, *_values(ranges, place), sticks) for place in new]
-            for place, answer in zip(new, run(asked), strict=True):
+            for place, answer in zip(follow(f"{law}: curves", new), run(asked), strict=True):
                 if isinstance(answer, str):
                     raise NotConverged(f"{answer}; leave out the deepest points, or narrow the ranges", [float("nan")])
                 curves[place, sticks] = answer
@@ -293,7 +299,6 @@ def _computed(law: str, ranges: Ranges, workers: int | None, progress: Callable[
         between = np.random.default_rng(SEED).uniform(-1.0, 1.0, (CHECKS, len(free)))
         degrees, first, error = _interpolated(lambda places: compute(places, ends[0]), between, MOST_CURVES)
         coefficients = {tuple(map(int, each)): [row] for each, row in zip(degrees, first, strict=True)}
-        progress(f"{law}: {len(curves)} curves, interpolated within {error:.2%}")
         if len(ends) == 2:
             nothing = np.zeros(ALONG)
             finer, added, off = _interpolated(more, between, MOST_STICKING)
@@ -302,11 +307,15 @@ def _computed(law: str, ranges: Ranges, workers: int | None, progress: Callable[
                 slips = coefficients.setdefault(each, [nothing])
                 slips.append(slips[0] + steps.get(each, nothing))
             error = float(np.hypot(error, off))
-            progress(f"{law}: {len(curves)} curves, what sticks within {off:.2%}")
+        by_end = np.array(list(coefficients.values())).transpose(1, 0, 2)
+        found = np.array(list(coefficients), dtype=int).reshape(len(coefficients), len(free))
+        least = error
+        if STIFFENING in free:
+            between[:, free.index(STIFFENING)] = -1.0
+            off = [_basis(between, found) @ by_end[k] - compute(between, end) for k, end in enumerate(ends)]
+            least = float(np.abs(np.expm1(off)).max())
     to_curve = np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(ALONG), ALONG - 1)).T
-    by_end = np.array(list(coefficients.values())).transpose(1, 0, 2)
-    found = np.array(list(coefficients), dtype=int).reshape(len(coefficients), len(free))
-    return CurveFamily(law, ranges, error, found, by_end @ to_curve)
+    return CurveFamily(law, ranges, error, least, found, by_end @ to_curve)
 
 
 def _interpolated(
@@ -353,7 +362,7 @@ class _Runner:
 
 @cache
 def _sources() -> str:
-    modules = (axisymmetric_indentation, axisymmetric_elements, slab_section)
+    modules = (axisymmetric_indentation, axisymmetric_elements, slab_section, effects_law)
     files = [Path(inspect.getfile(module)) for module in modules]
     files += sorted((Path(inspect.getfile(axisymmetric_elements)).parent / "laws").glob("*.py"))
     return "".join(path.read_text(encoding="utf-8") for path in files)

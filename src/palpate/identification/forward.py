@@ -12,6 +12,7 @@ import numpy as np
 
 from palpate.errors import InputError
 from palpate.identification.curves import CurveFamily, Ranges, family_of
+from palpate.identification.progress import Follow, unfollowed
 
 MEASURED_ERROR = 0.003
 """Of the force off quadratic elements in three dimensions: 0.3, 0 and 0 % at depths of 0.25, 0.5 and 0.75 radii with
@@ -75,6 +76,7 @@ class SlabForward:
         sticking: Range = 0.0,
         folder: Path | None = None,
         workers: int | None = None,
+        follow: Follow = unfollowed,
     ):
         if not (np.isfinite(radius_m) and radius_m > 0.0):
             raise InputError(f"radius_m of the ball is {radius_m}; give a positive length [m].")
@@ -85,7 +87,7 @@ class SlabForward:
         thinness = (radius_m / high, radius_m / low)
         self._ranges = {"poisson": _ends(poisson), "stiffening": _ends(stiffening), "sticking": _ends(sticking)}
         ranges = Ranges(deepest_m / radius_m, thinness=thinness, **self._ranges)
-        self._family: CurveFamily = family_of(law, ranges, folder, workers)
+        self._family: CurveFamily = family_of(law, ranges, folder, workers, follow)
         self.deepest_m, self.relative_error = deepest_m, float(np.hypot(MEASURED_ERROR, self._family.error))
 
     @property
@@ -103,6 +105,7 @@ class SlabForward:
         """Return the same with a stiffening of 0, which is the neo-Hookean law; its range has to begin there."""
         other = copy(self)
         other._ranges = self._ranges | {"stiffening": (0.0, 0.0)}
+        other.relative_error = float(np.hypot(MEASURED_ERROR, self._family.least_error))
         return other
 
     def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:

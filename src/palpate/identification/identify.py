@@ -11,6 +11,7 @@ from palpate.identification.fit import Data, MixedModel, Options, best_fit, fitt
 from palpate.identification.forward import Forward
 from palpate.identification.intervals import Interval, Profile, Profiler, bootstrap, threshold
 from palpate.identification.presses import PressRecords
+from palpate.identification.progress import Follow, unfollowed
 
 YOUNG, MODULUS, OFFSET, EXCESS = "young_pa", "modulus_pa", "offset_m", "excess"
 
@@ -97,28 +98,25 @@ class Identified:
 
 def identify(
     records: PressRecords, forwards: Mapping[str, Forward], options: Options | None = None,
-    spread_out: Callable[..., Iterable] = map, say: Callable[[str], object] = str,
+    spread_out: Callable[..., Iterable] = map, follow: Follow = unfollowed,
 ) -> Identified:  # fmt: skip
     """Fit every forward model, named by its law, to presses of sessions that agree; report the best of them.
 
-    spread_out : map, or that of a pool of threads; say : is told what begins
+    spread_out : map, or that of a pool of threads
     Raises InputError for presses that cannot be fitted, NotConverged for a likelihood without a value.
     """
     options = options or Options()
     data = Data.of(records)
     places = len(data.layout.place_start) - 1
     models, found = {}, {}
-    for law, forward in forwards.items():
-        say(f"{law}: forces of the model")
-        models[law] = MixedModel.of(data, forward, options)
-    for law, model in models.items():
-        say(f"{law}: fit")
-        found[law] = best_fit(model)
+    for law in follow("forces of laws", list(forwards)):
+        models[law] = MixedModel.of(data, forwards[law], options)
+    for law in follow("fit of laws", list(models)):
+        found[law] = best_fit(models[law])
     judged = {law: found[law][1] + 2.0 * len(model.parameters) for law, model in models.items()}
     order = sorted(judged, key=lambda law: judged[law])
     model, (best, least) = models[order[0]], found[order[0]]
     profiler = Profiler.of(model, best, least, options.level)
-    say("what the presses leave open")
     jobs: dict[str, Callable[[], Any]] = {name: partial(profiler.parameter, name) for name in model.parameters}
     jobs |= {YOUNG: profiler.young_pa}
     if "poisson" in model.parameters:
@@ -126,9 +124,9 @@ def identify(
     if "offset" in model.names:
         jobs[OFFSET] = profiler.offset_m
     jobs |= {f"{EXCESS} {law}": partial(_excess, models[law], found[law][0], options) for law in order}
-    done = dict(zip(jobs, spread_out(lambda job: job(), jobs.values()), strict=True))
-    say("places drawn with replacement")
-    resampled = bootstrap(model, best, options, spread_out) if places > 1 else {}
+    names = follow("what the presses leave open", list(jobs))
+    done = dict(zip(names, spread_out(lambda job: job(), jobs.values()), strict=True))
+    resampled = bootstrap(model, best, options, spread_out, follow) if places > 1 else {}
     values = model.values(best)
     return Identified(
         records,

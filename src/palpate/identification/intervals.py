@@ -14,6 +14,7 @@ from scipy.stats import t as student
 
 from palpate.identification.fit import MixedModel, Options, fitted
 from palpate.identification.force_table import natural
+from palpate.identification.progress import Follow, unfollowed
 
 MOSTLY = 0.8
 """Share of a range that fits, at and above which a parameter is said to be unknown."""
@@ -195,8 +196,9 @@ class Profiler:
 
 
 def bootstrap(
-    model: MixedModel, best: Unknown, options: Options, spread_out: Callable[..., Iterable] = map
-) -> dict[str, Interval]:
+    model: MixedModel, best: Unknown, options: Options, spread_out: Callable[..., Iterable] = map,
+    follow: Follow = unfollowed,
+) -> dict[str, Interval]:  # fmt: skip
     """Return percentile intervals of young_pa and free parameters over places drawn with replacement (Efron 1979).
 
     Without the forward model's own error, which is the same for all places. spread_out : map, or that of a pool
@@ -212,7 +214,8 @@ def bootstrap(
         found = model.values(unknown) | {"modulus_pa": float(np.exp(unknown["log_modulus"]))}
         return {name: found[name] for name in ("young_pa", "modulus_pa", *model.parameters)}
 
-    samples = list(spread_out(values, drawn))
+    numbers = follow("places drawn with replacement", range(len(drawn)))
+    samples = [sample for _, sample in zip(numbers, spread_out(values, drawn), strict=True)]
     ends = [0.5 - 0.5 * options.level, 0.5 + 0.5 * options.level]
     found = {}
     for name, at in named(best).items() if samples else ():

@@ -15,6 +15,7 @@ from scipy.optimize import least_squares
 from palpate.errors import NotConverged
 from palpate.identification.fit import Data, MixedModel, Options, best_fit, fitted
 from palpate.identification.forward import Parameter
+from palpate.identification.progress import Follow, unfollowed
 from palpate.table_declaration import Table
 
 PLACE, DEPTH, SESSION, SPECIMEN = "place", "depth", "session", "specimen"
@@ -62,6 +63,7 @@ EXPONENTS = (0.5, 5.0)
 def predict(
     models: Mapping[str, MixedModel], best: Mapping[str, Mapping[str, float]], options: Options,
     ways: Sequence[str] = (PLACE, DEPTH, SESSION, SPECIMEN), spread_out: Callable[..., Iterable] = map,
+    follow: Follow = unfollowed,
 ) -> pd.DataFrame:  # fmt: skip
     """Return the table of predictions by models of the same data, each started from its ``best`` unknown.
 
@@ -76,8 +78,9 @@ def predict(
     jobs = [(way, name, used) for way in ways for used in left_out(data, way, options.seed) for name in everything]
     rows = []
     for (way, name, used), force in zip(
-        jobs, spread_out(lambda job: _refit(everything[job[1]], starts[job[1]], job[2]), jobs), strict=True
-    ):
+        follow("predictions of presses left out", jobs),
+        spread_out(lambda job: _refit(everything[job[1]], starts[job[1]], job[2]), jobs), strict=True,
+    ):  # fmt: skip
         rows += _rows(data, way, name, used, force)
     for way in ways:
         for used in left_out(data, way, options.seed):

@@ -5,7 +5,7 @@ import json
 import os
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,6 +35,7 @@ from palpate.init.recognise import HOLDS, recognise
 from palpate.report.identified_picture import draw_identified
 from palpate.report.identified_words import compared, sentences
 from palpate.report.words import listed, percent, seconds
+from palpate.run.job import steps
 from palpate.run.settings import complete
 from palpate.run.settings_yaml import read_settings
 
@@ -101,21 +102,24 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
     rows, predictions, found = [], [], []
     with ThreadPoolExecutor(os.cpu_count()) as pool, ticking("the presses") as say, warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of scipy's line search, which tries what overflows
+
+        def follow(what: str, sequence: Sequence) -> Iterable:
+            return steps(say, what)(sequence)
+
         try:
             for part in parts:
                 name = _name(part, len(parts))
-                one = identify(part, forwards_for(part, asked, folder / CURVES), options, pool.map, say)
-                say("predictions of presses left out")
-                told = predict(one.models, one.best, options, (PLACE, DEPTH, SESSION), pool.map)
+                one = identify(part, forwards_for(part, asked, folder / CURVES, follow), options, pool.map, follow)
+                told = predict(one.models, one.best, options, (PLACE, DEPTH, SESSION), pool.map, follow)
                 answer += [*([f"{name}:"] if len(parts) > 1 else []), *sentences(one, told)]
                 rows += table_rows(one, name)
                 predictions.append(told.assign(part=name))
                 found.append((name, one))
             specimens = {press.specimen for press in records.presses}
             if len(specimens) > 1:
-                say("predictions of specimens left out")
-                whole = identify(records, forwards_for(records, asked, folder / CURVES), _quick(options), pool.map, say)
-                told = predict(whole.models, whole.best, options, (SPECIMEN,), pool.map)
+                forwards = forwards_for(records, asked, folder / CURVES, follow)
+                whole = identify(records, forwards, _quick(options), pool.map, follow)
+                told = predict(whole.models, whole.best, options, (SPECIMEN,), pool.map, follow)
                 predictions.append(told.assign(part="all"))
                 answer += [line for line in sentences(whole, told) if "specimen" in line]
         except NotConverged as failure:

@@ -1,7 +1,7 @@
 """What presses of one entry determine, and whether it predicts presses that were left out: tables of ``identify``."""
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -97,19 +97,24 @@ def _elastic(
     from palpate.identification.identify import identify
     from palpate.identification.prediction import predict
     from palpate.identification.sessions import compare_sessions, consistent_parts
+    from palpate.run.job import steps
 
     thickness = tuple(entry["thickness_m"]) if entry["thickness_m"] else None
     poisson, sticking = tuple(entry["poisson"]), tuple(entry["sticking"])
     asked = Asked(Instrument(**entry["instrument"]), body, thickness, poisson, sticking, laws=entry["laws"])
     rows: list = []
     predicted, curves = [], []
+
+    def follow(what: str, sequence: Sequence) -> Iterable:
+        return steps(say, f"{name}: {what}")(sequence)
+
     for consistent in consistent_parts(records, compare_sessions(records)):
         part = _words(consistent)
         options = Options(seed=seed)
-        found = identify(consistent, forwards_for(consistent, asked, folder / "curves"), options, say=say)
+        forwards = forwards_for(consistent, asked, folder / "curves", follow)
+        found = identify(consistent, forwards, options, follow=follow)
         rows += [[name, *row] for row in table_rows(found, part)]
-        say(f"{name}: predictions of presses left out")
-        told = predict(found.models, found.best, options, entry["held_out"])
+        told = predict(found.models, found.best, options, entry["held_out"], follow=follow)
         predicted.append(told.assign(entry=name, part=part))
         curves.append(_curves(found).assign(entry=name, part=part))
     return {

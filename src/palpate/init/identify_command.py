@@ -54,7 +54,7 @@ def body_of(given: str | None, config: Path | None, scale_m: float | None, hold:
             raise InputError("--config, --scale and --hold are of a body; give --body, too.")
         return None
     if config is not None:
-        settings = complete(read_settings(config), config)
+        settings = complete(read_settings(config), config, needs_study=False)
         if given not in settings["bodies"]:
             known = suggest(given, list(settings["bodies"]), "choose from")
             raise InputError(f"--body {given} is not in {config}; {known}")

@@ -81,8 +81,10 @@ def test_what_cannot_be_used_gets_one_sentence_and_leaves_nothing(layer, tmp_pat
 
 
 def test_a_body_may_stand_in_settings_that_ask_for_no_study(tmp_path):
-    block = {"kind": "box", "sizes_m": [0.1, 0.1, 0.04], "divisions": [3, 3, 2], "refinements": 1, "young_pa": 4000.0,
-             "poisson": 0.3, "density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.01}}}  # fmt: skip
+    block = {
+        "kind": "box", "sizes_m": [0.1, 0.1, 0.04], "divisions": [3, 3, 2], "refinements": 1, "young_pa": 4000.0,
+        "poisson": 0.3, "density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.01}},
+    }  # fmt: skip
     (tmp_path / "config.yaml").write_text(yaml.safe_dump({"bodies": {"block": block}}), encoding="utf-8")
     assert identify_command.body_of("block", tmp_path / "config.yaml", None, None).name == "block"
 

@@ -20,9 +20,7 @@ def snippet(numbers: Numbers, bed_n_m3: float | None = None) -> str:
         f"    law: {numbers.law}",
     ]
     if bed_n_m3 is not None:
-        lines.append(
-            f"    bed: {{stiffness_n_m3: {bed_n_m3 * numbers.settled_pa:.4g}}}  # its place as in palpate init"
-        )
+        lines.append(f"    bed: {{stiffness_n_m3: {bed_n_m3 * numbers.settled_pa:.4g}}}  # where palpate init puts it")
     if numbers.relaxation is not None:
         shares, times = (
             json.dumps([float(f"{each:.6g}") for each in values])

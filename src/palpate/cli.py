@@ -322,3 +322,7 @@ def _advise(asked: argparse.Namespace) -> str:
     if asked.load is not None:
         return advise_any_load(results, scene, asked.load, asked.budget_ms, asked.max_error, error)
     return advise(results, scene, limits, error)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -92,10 +92,12 @@ def test_a_ball_is_smaller_than_what_it_presses(tmp_path):
         read(table(), tmp_path, instrument=Instrument(SPHERE, 0.0004), size_m=0.001)
 
 
-def test_grams_are_known_by_the_name_of_the_column_alone(tmp_path):
+def test_grams_are_refused_by_the_name_of_the_column_and_doubted_by_values(tmp_path):
     """Forces a hundred times as large are those of cartilage: no value says that they are grams."""
     grams = table().assign(force_n=102 * table()["force_n"])
-    assert len(read(grams, tmp_path).presses) == 2
+    assert not list(doubts(read(table(), tmp_path)))
+    (doubt,) = doubts(read(grams, tmp_path))
+    assert "3.1e+05 Pa, stiffer than the 100000 Pa that organs reach" in doubt
     with pytest.raises(InputError, match="has force_g and lacks force_n; convert it to newtons"):
         read(grams.rename(columns={"force_n": "force_g"}), tmp_path)
 

@@ -1,8 +1,12 @@
 """``palpate identify``: presses in a file, and out sentences, tables and a picture; or a sentence on what is wrong."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 from fixtures.pressed_layer import Layer, draw_presses
 
 from palpate.cli import main
@@ -74,3 +78,25 @@ def test_what_cannot_be_used_gets_one_sentence_and_leaves_nothing(layer, tmp_pat
     said = capsys.readouterr().err
     assert expected in said and said.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["presses.csv"]
+
+
+def test_a_body_may_stand_in_settings_that_ask_for_no_study(tmp_path):
+    block = {
+        "kind": "box", "sizes_m": [0.1, 0.1, 0.04], "divisions": [3, 3, 2], "refinements": 1, "young_pa": 4000.0,
+        "poisson": 0.3, "density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.01}},
+    }  # fmt: skip
+    (tmp_path / "config.yaml").write_text(yaml.safe_dump({"bodies": {"block": block}}), encoding="utf-8")
+    assert identify_command.body_of("block", tmp_path / "config.yaml", None, None).name == "block"
+
+
+def test_a_model_without_a_force_is_said_in_a_sentence(layer, tmp_path, capsys, monkeypatch):
+    file = write(tmp_path / "presses.csv", drawn(layer))
+    monkeypatch.setattr(Layer, "forces", lambda self, press, depth_m, values: np.zeros(len(depth_m)))
+    assert main(["identify", file, "--instrument", "sphere:0.004"]) == 1
+    said = capsys.readouterr().err
+    assert "no positive force" in said and said.count("\n") == 1
+
+
+def test_the_module_is_the_command():
+    asked = [sys.executable, "-m", "palpate.cli", "identify", "--help"]
+    assert "--instrument" in subprocess.run(asked, check=True, capture_output=True, text=True).stdout

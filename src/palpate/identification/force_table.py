@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from palpate.errors import NotConverged
+
 if TYPE_CHECKING:
     from palpate.identification.forward import Forward, Parameter
 
@@ -86,7 +88,7 @@ class ForceTable:
 def tabulate(forward: "Forward", presses: int, largest_m: float) -> ForceTable:
     """Fill a table of a forward model's forces up to a depth ``largest_m`` [m].
 
-    Raises ValueError if the model gives a force that is not positive, or that no polynomial in use can follow.
+    Raises NotConverged if the model gives a force that is not positive.
     """
     free = [p for p in forward.parameters if is_free(p)]
     known = {p.name: p.low for p in forward.parameters}
@@ -96,7 +98,8 @@ def tabulate(forward: "Forward", presses: int, largest_m: float) -> ForceTable:
         values = known | {p.name: natural(p, x) for p, x in zip(free, place, strict=True)}
         forces = forward.forces(press, np.exp(logs), values)
         if not (np.isfinite(forces) & (forces > 0.0)).all():
-            raise ValueError(f"press {press}: no positive force at {values}")
+            told = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
+            raise NotConverged(f"the model has no positive force at every depth with {told}", [float("nan")])
         return np.log(forces)
 
     rng = np.random.default_rng(0)

@@ -70,6 +70,9 @@ DEEPEST_M, DEEPEST_RADII = 0.5, 10.0
 """Depths [m], and of a ball in radii, that no press of an organ reaches: they are in other units."""
 STIFFEST_PA, SOFTEST_PA = 3e7, 1.0
 """Moduli of no soft tissue: cartilage and skin have less than 30 MPa, a body of 1 Pa flows off the table."""
+USUAL_PA = (100.0, 1e5)
+"""Moduli of organs: brain and fat have some hundred Pa, the stiffest livers that elastography knows 75 kPa. Beyond is
+cartilage, tendon and skin, or another unit: grams make 2 kPa 200 kPa."""
 PULLS = 0.5
 """Share of the largest force of the middle press by which a force may be negative, by noise or a drifting zero."""
 
@@ -124,7 +127,7 @@ def join(records: Sequence[PressRecords]) -> PressRecords:
 
 
 def doubts(records: PressRecords) -> Iterator[str]:
-    """Yield a sentence for what can be read and is hardly meant: presses that push back with nothing."""
+    """Yield a sentence for what can be read and is hardly meant: presses of nothing, moduli of no organ."""
     weak = [press.name for press in records.presses if not _rises(press)]
     if weak:
         named = ", ".join(weak[:3]) + (" …" if len(weak) > 3 else "")
@@ -132,6 +135,15 @@ def doubts(records: PressRecords) -> Iterator[str]:
             f"{records.source}: the force does not rise with depth in {len(weak)} of {len(records.presses)} presses "
             f"({named}); see whether they touch the tissue."
         )
+    if records.instrument is not None:
+        modulus = _hertz_modulus(records, records.instrument.radius_m)
+        if not USUAL_PA[0] < modulus < USUAL_PA[1]:
+            softer, usual = ("softer", USUAL_PA[0]) if modulus < USUAL_PA[0] else ("stiffer", USUAL_PA[1])
+            yield (
+                f"{records.source}: force_n over depth_m is that of a modulus of {modulus:.2g} Pa, {softer} than the "
+                f"{usual:g} Pa that organs reach; see whether forces are newtons (grams times 0.00981), depths and "
+                "radius metres."
+            )
 
 
 def _table(path: str | Path) -> pd.DataFrame:
@@ -349,13 +361,18 @@ def _check_units(records: PressRecords, size_m: float | None) -> None:
         _check_modulus(records, instrument.radius_m)
 
 
-def _check_modulus(records: PressRecords, radius_m: float) -> None:
-    """Raise InputError for forces whose modulus, by Hertz at the largest depth and ν = 0.5, no tissue has."""
+def _hertz_modulus(records: PressRecords, radius_m: float) -> float:
+    """Return the median modulus [Pa] of presses by a ball, by Hertz at the largest depth and ν = 0.5."""
     moduli = []
     for press in records.presses:
         last = int(press.depth_m.argmax())
         moduli.append(9.0 * press.force_n[last] / (16.0 * np.sqrt(radius_m) * press.depth_m[last] ** 1.5))
-    modulus = float(np.median(moduli))
+    return float(np.median(moduli))
+
+
+def _check_modulus(records: PressRecords, radius_m: float) -> None:
+    """Raise InputError for forces whose modulus no tissue has."""
+    modulus = _hertz_modulus(records, radius_m)
     if not SOFTEST_PA < modulus < STIFFEST_PA:
         raise InputError(
             f"{records.source}: force_n over depth_m is that of a modulus of {modulus:.2g} Pa, of no soft tissue; give "

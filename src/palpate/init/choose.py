@@ -134,7 +134,7 @@ def choose(name: str, entry: dict, hold: str | None = None, say: Callable[[str],
             f"{in_words(like.thick_m)}, so that it is not the organ; cut off or thicken what is thin, or give "
             "tetrahedra that another program made."
         )
-    bed = _bed(name, coarse, sides_of(entry["kind"], hold), _too_few_nodes(entry, hold))
+    bed = _bed(str(entry.get("path", name)), coarse, sides_of(entry["kind"], hold), _too_few_nodes(entry, hold))
     refinements = 2 if 64 * len(coarse.tetrahedra) <= FINE_TETRAHEDRA else 1
     chosen = entry | MATERIAL | {"refinements": refinements, "bed": bed}
     say(f"a mesh that is refined {refinements} times")
@@ -244,7 +244,8 @@ def _bed(name: str, mesh: TetMesh, sides: list[tuple[str, str]], fault: str) -> 
     if (free := len(mesh.surface) - len(points)) < LEAST_PRESSED:
         raise InputError(
             f"{name}: its surface has {len(mesh.surface)} nodes, of which it lies on {len(points)} and {free} can be "
-            f"pressed, but {LEAST_PRESSED} have to be; give a mesh with more triangles."
+            f"pressed, but {LEAST_PRESSED} have to be; give a mesh with more triangles, such as this with each divided "
+            "into four, twice (Blender, Gmsh and MeshLab do that)."
         )
     sphere = {"center_m": [float(f"{x:.4g}") for x in bed.center_m], "radius_m": bed.radius_m}
     assert bed.facing is not None

@@ -55,7 +55,7 @@ def body_of(given: str | None, config: Path | None, scale_m: float | None, hold:
             raise InputError("--config, --scale and --hold are of a body; give --body, too.")
         return None
     if config is not None:
-        settings = complete(read_settings(config), config)
+        settings = complete(read_settings(config), config, needs_study=False)
         if given not in settings["bodies"]:
             known = suggest(given, list(settings["bodies"]), "choose from")
             raise InputError(f"--body {given} is not in {config}; {known}")
@@ -179,12 +179,11 @@ def said(relaxation: Relaxation | None) -> list[str]:
 def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, folder: Path) -> list[str]:
     """Write the numbers for engines, and return a sentence on how much stiffer or softer the organ acts there."""
     from palpate.identification.export.numbers import Numbers
+    from palpate.identification.export.palpate_config import snippet
     from palpate.identification.export.write import export
 
     body, values = asked.body, found.fitted
     assert body is not None
-    if body.bed is not None:
-        return ["No settings for engines are written: they have no bed, on which the organ lies here."]
     poisson = values.get("poisson", body.material.poisson)
     law = f"{found.law}({values['stiffening']:.3g})" if "stiffening" in values else found.law
     series = shear_series(relaxation.kernel.series, poisson) if relaxation else None
@@ -194,6 +193,11 @@ def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, fo
     numbers = Numbers(body.name, young, poisson, density, law, series, loading)
     presses = [found.records.presses[k] for k in model.data.order]
     folder.mkdir(parents=True, exist_ok=True)
+    if body.bed is not None:
+        file = folder / f"{body.name}_palpate.yaml"
+        with write_whole(file) as part:
+            part.write_text(snippet(numbers, body.bed.stiffness_n_m3 / body.material.young_pa), encoding="utf-8")
+        return [f"Engines have no bed, on which the organ lies here: only settings of palpate are written, to {file}."]
     try:
         export(numbers, body, 0, asked.instrument, presses, model.table.forward, values, folder)
     except NotConverged as failure:

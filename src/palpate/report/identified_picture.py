@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.identification.identify import MODULUS, YOUNG, Identified
+from palpate.identification.identify import MODULUS, OFFSET, YOUNG, Identified
+from palpate.identification.intervals import Interval
 from palpate.report import style
 from palpate.report.words import spaced
 
@@ -16,13 +17,13 @@ HIGHEST = 4.0
 """Of a profile's axis, over the threshold."""
 AXES = {YOUNG: ("E [kPa]", 1e-3), MODULUS: ("E/(1 − ν²) [kPa]", 1e-3), "poisson": ("ν", 1.0),
         "thickness_m": ("thickness [mm]", 1e3), "stiffening": ("stiffening of the law", 1.0),
-        "sticking": ("friction: 0 slides, 1 sticks", 1.0), "offset_m": ("first touch [mm]", 1e3)}  # fmt: skip
+        "sticking": ("friction: 0 slides, 1 sticks", 1.0), OFFSET: ("first touch [mm]", 1e3)}  # fmt: skip
 MEASURED, PREDICTED = "#0072b2", "#d55e00"
 
 
 @style.styled
 def draw_identified(found: Identified) -> Figure:
-    """Draw forces over depth, points measured and lines as fitted, and a panel for each profile with its threshold."""
+    """Draw forces over depth, measured and fitted, and each profile with its threshold and the interval told."""
     names = [name for name in AXES if name in found.profiles]
     columns = 3
     lines = 1 + -(-len(names) // columns)
@@ -61,11 +62,19 @@ def _agreement(axis: Axes, found: Identified) -> None:
     axis.legend(loc="upper right")
 
 
+def _intervals(found: Identified) -> dict[str, Interval]:
+    """Return the intervals that are told, which have the model's own error in them, by the names of the profiles."""
+    moduli = {YOUNG: found.young_pa, MODULUS: found.modulus_pa, OFFSET: found.offset_m}
+    return found.parameters | {name: interval for name, interval in moduli.items() if interval is not None}
+
+
 def _profile(axis: Axes, found: Identified, name: str) -> None:
     label, factor = AXES[name]
     profile = found.profiles[name]
     axis.plot(factor * profile.values, profile.minus2, "o-", ms=3, color=style.INK)
     axis.axhline(found.rise, color=PREDICTED, lw=1.0)
+    interval = _intervals(found)[name]
+    axis.axvspan(factor * interval.low, factor * interval.high, color=PREDICTED, alpha=0.12, lw=0)
     axis.set(xlabel=label, ylabel="−2 log likelihood", ylim=(-0.05 * found.rise, HIGHEST * found.rise))
     unknown = name in found.parameters and not found.parameters[name].known
     if unknown:

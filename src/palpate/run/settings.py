@@ -65,8 +65,11 @@ class Shared(Block):
     timing: Timing = key("How online costs are timed", {})
 
 
-def complete(config: dict, file: Path) -> dict:
-    """Return ``config`` with the defaults filled in; raise InputError naming ``file``, the key and the remedy."""
+def complete(config: dict, file: Path, needs_study: bool = True) -> dict:
+    """Return ``config`` with the defaults filled in; raise InputError naming ``file``, the key and the remedy.
+
+    needs_study : whether bodies alone are refused
+    """
     config = {name: {} if value is None else value for name, value in config.items()}
     asked = asked_for(config)
     for place, value in _leaves(config):
@@ -78,7 +81,7 @@ def complete(config: dict, file: Path) -> dict:
         raise InputError(f"{file}: {explain(error.errors(), config, json_schema())}") from None
     for name, body in config["bodies"].items():
         check_body(f"{file}: bodies.{name}", body, file.parent)
-    if not asked:
+    if needs_study and not asked:
         raise InputError(f"{file}: nothing is asked for; add the block of a study: {', '.join(STUDIES)}.")
     for study in asked:
         if check := getattr(_module(study), "check", None):

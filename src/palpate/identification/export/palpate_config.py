@@ -5,8 +5,11 @@ import json
 from palpate.identification.export.numbers import Numbers
 
 
-def snippet(numbers: Numbers) -> str:
-    """Return YAML: keys of ``bodies.<name>``, and of a scene where relaxation was identified."""
+def snippet(numbers: Numbers, bed_n_m3: float | None = None) -> str:
+    """Return YAML: keys of ``bodies.<name>``, and of a scene where relaxation was identified.
+
+    bed_n_m3 : stiffness of a bed for Young's modulus 1 Pa [N/m³], which is in proportion to it, None without a bed
+    """
     said = "# Identified from presses. palpate's quadratic elements need no correction for their mesh.\n"
     lines = ["bodies:", f"  {numbers.name}:"]
     rate = "" if numbers.relaxation is None else f"  # at rest; {numbers.young_pa:.6g} Pa at the rate of the presses"
@@ -16,6 +19,8 @@ def snippet(numbers: Numbers) -> str:
         f"    density_kg_m3: {numbers.density_kg_m3:.6g}",
         f"    law: {numbers.law}",
     ]
+    if bed_n_m3 is not None:
+        lines.append(f"    bed: {{stiffness_n_m3: {bed_n_m3 * numbers.settled_pa:.4g}}}  # where palpate init puts it")
     if numbers.relaxation is not None:
         shares, times = (
             json.dumps([float(f"{each:.6g}") for each in values])

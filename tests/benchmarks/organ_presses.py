@@ -1,6 +1,7 @@
 """Press balls into a liver at many places, and compare the forces that `palpate identify` computes there with a truth.
 
     python tests/benchmarks/organ_presses.py truth presses.npz     # an hour of a core
+    python tests/benchmarks/organ_presses.py truth presses.npz 2   # the first two laws only, a quarter of it
     python tests/benchmarks/organ_presses.py judge presses.npz     # ten minutes
     python tests/benchmarks/organ_presses.py engine presses.npz    # MuJoCo, if installed
 
@@ -109,8 +110,9 @@ def farther(force: np.ndarray, depth: np.ndarray, more: float) -> np.ndarray:
     return there(depth) ** 1.5
 
 
-def truth(path: Path) -> None:
-    """Compute the forces of all places and save what there is after each curve."""
+def truth(path: Path, laws: str = str(len(CASES))) -> None:
+    """Compute the forces of all places under the first ``laws`` and save what there is after each curve."""
+    everywhere = ALL_LAWS if int(laws) == len(CASES) else 0
     bodies = [liver(*case) for case in CASES]
     body, able = bodies[0], places_to_touch(bodies[0])
     # by area, as random presses are
@@ -131,10 +133,11 @@ def truth(path: Path) -> None:
             # the first law on the coarse mesh, all laws on the usual one, and the first on the finest
             asked = [(bodies[0], 1), *((each, 0) for each in bodies), (bodies[0], -1)]
             for c, (each, coarser) in enumerate(asked):
-                wanted = p < FINEST if coarser < 0 else p < ALL_LAWS or each is bodies[0]
+                few = each in bodies[: int(laws)] if p < everywhere or int(laws) < len(CASES) else each is bodies[0]
+                wanted = p < FINEST if coarser < 0 else few
                 if wanted and np.isnan(sizes[c, r, p]).all():
                     sizes[c, r, p] = curve(each, radius, int(node), coarser)
-            if np.isnan(coarse[r, p]).all():
+            if int(laws) > STIFF and np.isnan(coarse[r, p]).all():
                 coarse[r, p] = curve(bodies[STIFF], radius, int(node), 1)
             if p >= ALL_LAWS:  # the error of a mesh hardly depends on the law, as `coarse` shows at the first places
                 sizes[1 + STIFF, r, p] = coarse[r, p] * sizes[1, r, p] / sizes[0, r, p]
@@ -159,13 +162,11 @@ def truth(path: Path) -> None:
                   f"rate {rate:.2f} {process_time() - begin:.0f} s", flush=True)  # fmt: skip
             with write_whole(path) as temporary, temporary.open("wb") as file:
                 np.savez(
-                file, force=force, own=own, sizes=sizes, nodes=nodes, at_m=body.fine.nodes[nodes],
-                direction=-body.fine.normals[nodes], thickness_m=[thickness(body, int(n)) for n in nodes],
-                radii_m=RADII_M, depth_m=depth,
-                    far_m_n=far,
- doubt_m_n=doubt, coarse=coarse, laws=[c[0] for c in CASES],
-                poisson=[c[1] for c in CASES], young_pa=1.0,
-            )  # fmt: skip
+                    file, force=force, own=own, sizes=sizes, nodes=nodes, at_m=body.fine.nodes[nodes],
+                    direction=-body.fine.normals[nodes], thickness_m=[thickness(body, int(n)) for n in nodes],
+                    radii_m=RADII_M, depth_m=depth, far_m_n=far, doubt_m_n=doubt, coarse=coarse,
+                    laws=[c[0] for c in CASES], poisson=[c[1] for c in CASES], young_pa=1.0,
+                )  # fmt: skip
 
 
 class Known:
@@ -254,4 +255,4 @@ def judge(path: Path) -> None:
 
 
 if __name__ == "__main__":
-    {"truth": truth, "judge": judge, "engine": engine}[sys.argv[1]](Path(sys.argv[2]))
+    {"truth": truth, "judge": judge, "engine": engine}[sys.argv[1]](Path(sys.argv[2]), *sys.argv[3:])

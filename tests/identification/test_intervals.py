@@ -91,6 +91,16 @@ def test_the_own_error_of_a_model_widens_the_interval_as_squares_add():
     assert np.log(found[0].high / found[0].best) < 0.05
 
 
+def test_an_error_that_differs_from_place_to_place_averages_out_over_them():
+    records = draw_presses(Layer(0.004), {"poisson": 0.45}, np.random.default_rng(0), places=80, place_scatter=0.0)
+    model = MixedModel.of(Data.of(records), Layer(0.004, relative_error=0.1, local=True), QUICK)
+    best, least = best_fit(model)
+    found = Profiler.of(model, best, least, 0.9).modulus_pa()[0]
+    half = 0.1 * np.sqrt(threshold(0.9, 80) / 80)
+    assert best["place"] == pytest.approx(0.1)  # more than noise says, which knows no more than these presses
+    assert np.log(found.high / found.low) == pytest.approx(2.0 * half, rel=0.3)
+
+
 def test_the_bootstrap_over_places_is_as_wide_as_places_differ():
     model, best, _ = fit_of(Layer(0.008), {"poisson": 0.45}, places=30, place_scatter=0.2)
     drawn = bootstrap(model, best, Options(resamples=40))["modulus_pa"]

@@ -183,6 +183,9 @@ class MixedModel:
         """Return the bounds of an unknown."""
         if name in self.parameters or name == "offset":
             return -1.0, 1.0
+        if name in ("place", "shape"):  # places differ at least by the errors that the forward model has there
+            own = self.table.forward
+            return float(np.sqrt(own.relative_error**2 - own.common_error**2)), BOUNDS[name][1]
         if name == "log_floor":
             return float(np.log(FLOORS[0] * self.data.typical_n)), float(np.log(FLOORS[1] * self.data.typical_n))
         return BOUNDS[name]
@@ -250,7 +253,7 @@ class _InOrder:
     def __init__(self, forward: Forward, order: np.ndarray):
         self.forward, self.order = forward, order
         self.parameters, self.relative_error = forward.parameters, forward.relative_error
-        self.deepest_m = forward.deepest_m
+        self.common_error, self.deepest_m = forward.common_error, forward.deepest_m
 
     def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """Return the forces of press number ``press`` in the order of the data."""

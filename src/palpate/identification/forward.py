@@ -36,11 +36,17 @@ class Forward(Protocol):
 
     parameters : any of poisson, stiffening, thickness_m, sticking (0 slips to 1 sticks)
     relative_error : of force, as measured against the truth of touch, a standard deviation as a share
+    common_error : what all presses share of it; the rest differs from place to place, and averages out over them
     deepest_m : no depth may be larger [m]
     """
 
-    relative_error: float
     deepest_m: float
+
+    @property
+    def relative_error(self) -> float: ...
+
+    @property
+    def common_error(self) -> float: ...
 
     @property
     def parameters(self) -> tuple[Parameter, ...]: ...
@@ -100,6 +106,11 @@ class SlabForward:
     def known(self) -> dict[str, float]:
         """Poisson's ratio, stiffening and sticking where they have no range."""
         return {name: low for name, (low, high) in self._ranges.items() if low == high}
+
+    @property
+    def common_error(self) -> float:
+        """The whole error: all presses are alike."""
+        return self.relative_error
 
     def without_stiffening(self) -> "SlabForward":
         """Return the same with a stiffening of 0, which is the neo-Hookean law; its range has to begin there."""

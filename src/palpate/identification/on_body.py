@@ -79,6 +79,8 @@ class OrganForward:
     relative_error = 0.024
     """Root mean square at 16 places of a liver, balls of 4 and 8 mm, 0.3 and 0.75 radii deep, rims of lobes and the
     neighbourhood of what is held included, which have the largest errors, of 9 and 8 %; half of all are below 1 %."""
+    common_error = 0.007
+    """Of their mean, which is 0 within its standard error: places differ, and by the exponent of depth as much."""
 
     def __init__(
         self,

@@ -44,7 +44,7 @@ PREDICTIONS = Table(
 class PowerLaw:
     """Force in proportion to a power of depth, as a forward model that knows no mechanics."""
 
-    relative_error = 0.0
+    relative_error = common_error = 0.0
     deepest_m = np.inf
 
     def __init__(self, low: float, high: float, reference_m: float):

@@ -53,6 +53,11 @@ class Questions:
         return self.arrays["asked"]["points_m"]
 
     @property
+    def frames(self) -> tuple[int, ...]:
+        """How many instants of each question are asked for, as a shape: () of what is static."""
+        return (len(self.info["instants_s"]),) if "instants_s" in self.info else ()
+
+    @property
     def digest(self) -> str:
         """What tells these questions from all others, which answers quote."""
         total = hashlib.sha256(json.dumps(self.info, sort_keys=True).encode())

@@ -18,7 +18,9 @@ def draw_score(table: pd.DataFrame, floor: Mapping[str, float]) -> Figure:
     engine, others = (table[(table["engine"] == OWN) == own] for own in (False, True))
     figure = Figure(figsize=(8.0, 4.6), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
-    kinds = (("rmse_of_peak", "over the surface"), ("patch_rms_of_peak", "in the dent"))
+    felt = table["force_rms_of_peak"].notna().any()
+    second = ("force_rms_of_peak", "of the force over time") if felt else ("patch_rms_of_peak", "in the dent")
+    kinds = (("rmse_of_peak", "over the surface"), second)
     for axis, (column, where) in zip(axes, kinds, strict=True):
         axis.set(xscale="log", yscale="log", xlabel="time of an answer [ms]", title=where)
         for model, rows in others.groupby("model", sort=False):

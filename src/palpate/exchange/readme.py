@@ -26,9 +26,10 @@ def readme(questions: Questions, law: str, more: Mapping[str, str]) -> bytes:
         f"| {i} | {len(each['nodes_m'])} | {len(each['tetrahedra'])} | {len(each['held'])} |"
         for i, each in enumerate(sizes)
     ]
-    known = questions.truth is not None
+    known, shape = questions.truth is not None, more.get("shape", "(k, p, 3)")
+    asked = "question" if questions.count == 1 else f"{questions.count} questions"
     truths = (
-        "`truth.npz` has the truth, `displacement_m` (k, p, 3), and its own errors (`own_…`, NaN where it is not "
+        f"`truth.npz` has the truth, `displacement_m` {shape}, and its own errors (`own_…`, NaN where it is not "
         "believed). Look at it to find mistakes of your adapter, and say so where you have tuned by it."
         if known
         else "There is no truth here: whoever scores finds it."
@@ -38,7 +39,7 @@ def readme(questions: Questions, law: str, more: Mapping[str, str]) -> bytes:
     ]
     told = {
         "scene": info["scene"], "body": info["body"], "law": info["law"], "count": questions.count,
-        "points": len(questions.points), "levels": info["levels"], "sizes": "\n".join(rows),
+        "questions": asked, "points": len(questions.points), "levels": info["levels"], "sizes": "\n".join(rows),
         "formula": formula(law), "laws": "\n".join(f"- `{name}`: {formula(name)}" for name in LAWS if name != law),
         "material": "; ".join(f"{i}: {each}" for i, each in enumerate(materials)),
         "bed": _text("bed.md") if "bed" in info else "", "own_mesh": _text("own_mesh.md"), "truths": truths,

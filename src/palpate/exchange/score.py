@@ -80,11 +80,11 @@ def score_presses(
 
 
 def at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMesh | None]:
-    """Return displacements (k, p, 3) [m] at the asked points, and the mesh that they come from, if it is its own."""
+    """Return displacements (k, …, p, 3) [m] at the asked points, and the mesh that they come from, if it is its own."""
     if setting.nodes is None or setting.triangles is None:
         return setting.displacement, None
     mesh = OwnMesh(setting.nodes, setting.triangles, questions.points, questions.arrays["asked"]["triangles"])
-    return np.array([mesh.at_points(moved) for moved in setting.displacement]), mesh
+    return mesh.at_points(setting.displacement), mesh
 
 
 def _asked(judge: Judge, n: int, moved: np.ndarray, setting: Setting, row: int) -> Asked:
@@ -149,6 +149,7 @@ def truth_beside(questions: Questions, folder: Path, law: str, find: Callable[[s
 
 def floor_of(truth: Arrays) -> dict[str, float]:
     """Return the mean own errors of a truth where it is believed, by name; NaN where it never is."""
-    own = {name: truth[f"own_{name}"] for name in ("rmse_of_peak", "patch_rms_of_peak")}
-    known = np.isfinite(np.array(list(own.values()))).all(axis=0)
+    names = ("rmse_of_peak", "patch_rms_of_peak", "force_rms_of_peak")
+    own = {name: truth[f"own_{name}"] for name in names if f"own_{name}" in truth}
+    known = np.isfinite([own[name] for name in names[:2]]).all(axis=0)
     return {name: float(values[known].mean()) if known.any() else np.nan for name, values in own.items()}

@@ -26,7 +26,7 @@ from palpate.bodies.settings import paths_of_body
 from palpate.effects.instrument import Instrument
 from palpate.errors import InputError, suggest
 from palpate.exchange import motions, presses, touches
-from palpate.exchange.asked_body import pictures
+from palpate.exchange.asked_body import pictures, with_law
 from palpate.exchange.folder import Questions, write
 from palpate.exchange.readme import readme
 from palpate.files import read_arrays, read_table
@@ -52,11 +52,13 @@ def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: P
         raise InputError(f"--seed {seed} is that of {config}, whose presses are public; give another number.")
     where = config.parent / "results" if results is None else results
     body, questions, page = known[scene](settings, config, where, seed)
+    if seed is not None:
+        with_law(body, questions.info["law"])  # whose truth whoever scores has to find
     pages = {"README.md": readme(questions, body.material.law, page), **pictures(body)}
     write(questions, out, pages)
-    told = "with their truth" if questions.truth is not None else "without a truth"
+    told = "with the truth" if questions.truth is not None else "without a truth"
     return (
-        f"{out}: {questions.count} questions of {scene}, {told}, at {len(questions.points)} points; README.md says how "
+        f"{out}: {questions.counted} of {scene}, {told}, at {len(questions.points)} points; README.md says how "
         f"to answer them.\ndigest {questions.digest}"
     )
 

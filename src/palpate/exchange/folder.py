@@ -48,6 +48,11 @@ class Questions:
         return len(self.info["loads"])
 
     @property
+    def counted(self) -> str:
+        """How many questions there are, in words."""
+        return "1 question" if self.count == 1 else f"{self.count} questions"
+
+    @property
     def points(self) -> np.ndarray:
         """The points (p, 3) [m] at rest whose displacements are asked for."""
         return self.arrays["asked"]["points_m"]

@@ -44,7 +44,7 @@ def questions_of(scenes: Sequence[MovingScene], found_by: Mapping[str, int]) -> 
         raise InputError(f"bodies.{body.name} has the masses of its CT, which questions do not tell; ask for another.")
     placed = [each.placed_loads() for each in scenes]
     loads = [{"name": f"motion {number}", **_told(blocks)} for number, blocks in enumerate(placed)]
-    instants = scene.duration_s * np.arange(1, scene.frames + 1) / scene.frames
+    instants = (scene.duration_s * np.arange(1, scene.frames + 1) / scene.frames).round(12)
     arrays = body_arrays(body)
     arrays["loads"] = {"in_dent": np.array([_pressed(body, each, scene.duration_s) for each in placed])}
     pushes = [each.get("push", {}).get("loads", []) for each in placed]
@@ -166,7 +166,7 @@ def page(questions: Questions) -> dict[str, str]:
     acts = [read_page(f"motion_{name}.md") for name in ("gravity", "pushes", "instruments") if _acts(name, load)]
     told = {"count": questions.count, "frames": frames, "duration": f"{info['duration_s']:g}", "tools": tools}
     told |= {"mass": f"{info['damping']['mass_1_s']:g}", "stiffness": f"{info['damping']['stiffness_s']:g}"}
-    disc_page = read_page("disc.md").substitute().rstrip()
+    disc_page = read_page("disc.md").substitute().rstrip().replace("\n", "\n  ")
     acting = "\n".join(each.substitute(told | {"disc": disc_page}).rstrip() for each in acts)
     text = read_page("motion.md").substitute(told | {"acts": acting})
     force = ', "force_n": [forces]' if tools else ""

@@ -11,10 +11,11 @@ import pandas as pd
 
 from palpate.benchmark.judge import Judge
 from palpate.benchmark.measure import Asked, Finding, found_rows
-from palpate.bodies.material import NAMED, kind_of
+from palpate.bodies.material import NAMED
 from palpate.errors import InputError
 from palpate.exchange import presses
 from palpate.exchange.answers import Answers, Setting, read_answers
+from palpate.exchange.asked_body import FURTHER, law_named
 from palpate.exchange.folder import Arrays, Questions, packed
 from palpate.exchange.own_mesh import OwnMesh
 from palpate.exchange.suspects import slip
@@ -115,10 +116,13 @@ def own_law_truth(
     law, bodys = answers.law, questions.info["law"]
     if law == bodys:
         return None
-    truth = own_law(law) if own_law is not None and kind_of(law) else None
+    known = bool(law_named(law))
+    truth = own_law(law) if own_law is not None and known else None
     if truth is None:
         how = (
-            "ask for it with --own-law" if kind_of(law) else f"palpate has no law of that name, but {', '.join(NAMED)}"
+            "ask for it with --own-law"
+            if known
+            else f"palpate has no law of that name, but {', '.join((*NAMED, *FURTHER))}"
         )
         warned.append(f"the law is {law} and that of the body {bodys}: errors have both in them ({how}).")
     return truth

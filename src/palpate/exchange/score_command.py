@@ -71,7 +71,7 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
 
 def _find(questions: Questions, law: str) -> Arrays:
     """Find the truth of ``law``, and say how far it is."""
-    print(f"finding the truth of {questions.count} questions with the law {law}", file=sys.stderr, flush=True)
+    print(f"finding the truth of {questions.counted} with the law {law}", file=sys.stderr, flush=True)
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(limits=1), warnings.catch_warnings():

@@ -47,6 +47,18 @@ def test_answers_are_drawn_hollow_beside_models(asked):
     assert error == pytest.approx(100 * tabulate_answers(*asked)["table"]["rmse_of_peak"].to_numpy())
 
 
+def test_each_engine_has_a_curve_of_its_own_that_tells_its_failures(asked):
+    """Three engines are three hollow curves of other colours; the first setting of each has one failure of four."""
+    found = tabulate_answers(*asked)["table"]
+    table = pd.concat([found.assign(engine=name) for name in ("one", "two", "three")])
+    axis = draw_answers(pd.read_csv(asked[0].table), table, scene="block_large").axes[0]
+    hollow = [line for line in axis.lines if line.get_markerfacecolor() == "white"]
+    assert [line.get_label() for line in hollow] == [
+        f"{name} (its own machine, 1 of 12 failed)" for name in ("one", "two", "three")
+    ]
+    assert len({line.get_color() for line in hollow}) == 3 and {len(line.get_xdata()) for line in hollow} == {3}
+
+
 def test_answers_to_other_questions_stop_the_run(asked, answers, tmp_path):
     np.savez(tmp_path / "engine.npz", **answers | {"digest": np.array("0")})
     with pytest.raises(InputError, match=r"digest is of other questions than these, of block_large"):

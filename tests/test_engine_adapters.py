@@ -3,9 +3,11 @@
 import ast
 import importlib.util
 import json
+import runpy
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -38,7 +40,14 @@ def questions(folder: Path) -> None:
     np.savez(folder / "loads.npz", **{"level_0/nodal_force_n": force})
     load = {"place_m": [0.05, 0.05, 0.1], "normal": [0, 0, 1], "radius_m": radius_m, "force_n": [0, 0, -total_n]}
     material = {"young_pa": YOUNG_PA, "poisson": POISSON, "density_kg_m3": 1000}
-    asked = {"digest": "abc", "law": "corotational", "scene": "cube", "materials": [material], "loads": [load]}
+    asked = {
+        "digest": "abc",
+        "kind": "press",
+        "law": "corotational",
+        "scene": "cube",
+        "materials": [material],
+        "loads": [load],
+    }
     (folder / "questions.json").write_text(json.dumps(asked))
 
 
@@ -73,3 +82,16 @@ def test_a_cube_without_poissons_ratio_shortens_by_stress_over_modulus(name, pac
     # the laws differ by the square of the strain, 1 %
     assert moved[above] == pytest.approx(np.tile([0, 0, -0.01 * SIDE_M], (above.sum(), 1)), abs=0.03 * 0.01 * SIDE_M)
     assert answers["digest"] == "abc" and not answers[f"setting_{last}/failed"].any()
+
+
+@pytest.mark.parametrize("path", sorted(ENGINES.glob("*.py")), ids=lambda path: path.stem)
+def test_questions_of_another_kind_end_in_a_sentence(path, tmp_path, monkeypatch):
+    """The engine itself, which may not be installed, is not reached."""
+    questions(tmp_path)
+    head = json.loads((tmp_path / "questions.json").read_text()) | {"kind": "touch"}
+    (tmp_path / "questions.json").write_text(json.dumps(head))
+    for name in ("mujoco", "newton", "newton.solvers", "warp", "skfem", "Sofa", "Sofa.Core", "Sofa.Simulation"):
+        monkeypatch.setitem(sys.modules, name, MagicMock())
+    monkeypatch.setattr(sys, "argv", [path.name, str(tmp_path)])
+    with pytest.raises(SystemExit, match=r"^cube asks for a touch"):
+        runpy.run_path(str(path), run_name="__main__")

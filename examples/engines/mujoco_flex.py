@@ -78,6 +78,8 @@ def main() -> None:
     parser.add_argument("--most", type=int, default=500, help="steps after which a press has failed to come to rest")
     arguments = parser.parse_args()
     asked = json.loads((arguments.folder / "questions.json").read_text())
+    if asked["kind"] != "press":
+        raise SystemExit(f"{asked['scene']} asks for a {asked['kind']}; this script answers presses only")
     if len(asked["materials"]) > 1:
         raise SystemExit(f"{asked['scene']} has {len(asked['materials'])} materials, and a flex has one")
     mujoco.set_mju_user_warning(lambda text: None)  # large steps warn at each

@@ -76,6 +76,8 @@ def main() -> None:
     parser.add_argument("--level", type=int, default=0)
     arguments = parser.parse_args()
     asked = json.loads((arguments.folder / "questions.json").read_text())
+    if asked["kind"] != "press":
+        raise SystemExit(f"{asked['scene']} asks for a {asked['kind']}; this script answers presses only")
     if len({material["poisson"] for material in asked["materials"]}) > 1:
         raise SystemExit(f"{asked['scene']} has several Poisson's ratios, and TetrahedronFEMForceField has one")
     mesh = np.load(arguments.folder / f"level_{arguments.level}.npz")

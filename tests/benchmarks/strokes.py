@@ -25,7 +25,7 @@ from palpate.run.settings import complete
 from palpate.run.settings_yaml import read_settings
 from palpate.scenes.run_scene import compose
 from palpate.studies.dynamic import touching
-from palpate.studies.dynamic.compared_scene import ComparedScene, compared_scene
+from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.fitted import Fitted
 from palpate.studies.dynamic.strokes import Strokes, learnt_from
 
@@ -79,7 +79,7 @@ def scene_of(configs: list[Path], name: str) -> tuple[ComparedScene, dict, int]:
     body = make_body(entry["body"], config["bodies"][entry["body"]])
     kept = {key: own[key] for key in ("duration_s", "frames", "level") if key in own}
     grid = dynamic["settings"]["region_modes"] | own.get("settings", {}).get("region_modes", {})
-    return compared_scene(name, entry, body, kept), grid, config["seed"]
+    return ComparedScene.of(name, entry, body, kept), grid, config["seed"]
 
 
 def shown_to(compared: ComparedScene, grid: dict, seed: int, file: Path) -> Strokes:

@@ -19,8 +19,12 @@ from palpate.studies.tradeoff.jobs import tabulate_answers
 def asked(rows_of_run, answers, tmp_path):
     """What the rule gives its job."""
     np.savez(tmp_path / "engine.npz", **answers)
-    params = SimpleNamespace(scenes={"block_large": ("block", "large", 0.03, [str(tmp_path / "engine.npz")])}, split=1)
-    return SimpleNamespace(table=str(rows_of_run / "tables/accuracy_vs_time.csv")), params
+    params = SimpleNamespace(scenes={"block_large": ("large", 0.03, [str(tmp_path / "engine.npz")])}, split=1)
+    place = rows_of_run / "data/block"
+    files = {"body": place / "body.h5", "samples": place / "large/samples.csv"}
+    files |= {name: place / f"large/{name}.h5" for name in ("database", "truth")}
+    listed = {name: [str(path)] for name, path in files.items()}
+    return SimpleNamespace(table=str(rows_of_run / "tables/accuracy_vs_time.csv"), **listed), params
 
 
 def test_the_table_has_the_engine_s_rows_alone(asked, tmp_path):
@@ -41,6 +45,18 @@ def test_answers_are_drawn_hollow_beside_models(asked):
         assert {"linear elements (P1)", "quadratic elements (P2)"} <= {line.get_label() for line in axis.lines}
     error = figure.axes[0].lines[-2].get_ydata()
     assert error == pytest.approx(100 * tabulate_answers(*asked)["table"]["rmse_of_peak"].to_numpy())
+
+
+def test_each_engine_has_a_curve_of_its_own_that_tells_its_failures(asked):
+    """Three engines are three hollow curves of other colours; the first setting of each has one failure of four."""
+    found = tabulate_answers(*asked)["table"]
+    table = pd.concat([found.assign(engine=name) for name in ("one", "two", "three")])
+    axis = draw_answers(pd.read_csv(asked[0].table), table, scene="block_large").axes[0]
+    hollow = [line for line in axis.lines if line.get_markerfacecolor() == "white"]
+    assert [line.get_label() for line in hollow] == [
+        f"{name} (its own machine, 1 of 12 failed)" for name in ("one", "two", "three")
+    ]
+    assert len({line.get_color() for line in hollow}) == 3 and {len(line.get_xdata()) for line in hollow} == {3}
 
 
 def test_answers_to_other_questions_stop_the_run(asked, answers, tmp_path):

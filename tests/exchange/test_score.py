@@ -17,6 +17,7 @@ from palpate.benchmark.measure import measure
 from palpate.benchmark.model import Case
 from palpate.errors import InputError
 from palpate.exchange import presses
+from palpate.exchange.asked_body import law_named
 from palpate.exchange.score import score_presses, truth_beside
 from palpate.exchange.score_command import score
 from palpate.models.load_model import load_model
@@ -126,6 +127,17 @@ def test_another_law_is_said_and_judged_by_its_own_truth_where_there_is_one(ques
     answers["law"] = np.array("a law of mine")
     found = score_presses(saved(answers, path), questions, questions.truth, {}.get)
     assert "palpate has no law of that name" in found.warnings[0]
+
+
+def test_a_law_of_a_file_has_a_truth_where_it_is_palpate_s_own(pressed, questions):
+    """Newton's law, a file of palpate's, is stiffer than the corotational one in large presses; others are refused."""
+    few = replace(questions, truth=None)
+    assert Path(law_named("quadratic_neo_hookean")).is_file() and not law_named("mine")
+    found = presses.find_truth(few, "quadratic_neo_hookean")["displacement_m"]
+    apart = np.linalg.norm(found - questions.truth["displacement_m"], axis=2).max()
+    assert 1e-3 < apart / np.linalg.norm(found, axis=2).max() < 0.3
+    with pytest.raises(InputError, match=r"bodies.block has the law mine of a file, .*; ask without --seed"):
+        presses.find_truth(few, "mine")
 
 
 def test_a_truth_is_found_once_and_kept_beside_its_questions(questions, folder):

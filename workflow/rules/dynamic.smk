@@ -4,7 +4,7 @@
 include: "functions/dynamic.smk"
 
 
-from palpate.studies.dynamic.comparable import compared_scenes, followed
+from palpate.benchmark.comparable import compared_scenes, followed
 
 # how each scene is followed, and why those are left out in which models cannot be compared
 FOLLOWED, LEFT_OUT = config["dynamic"].get("scenes"), {}
@@ -52,7 +52,7 @@ rule leave_out_scenes:
     log:
         "results/logs/dynamic/leave_out_scenes.log",
     params:
-        **calls("palpate.studies.dynamic.comparable:leave_out_scenes"),
+        **calls("palpate.studies.dynamic.accuracy:leave_out_scenes"),
         reasons=LEFT_OUT,
     script:
         "../job.py"

@@ -250,7 +250,7 @@ if ANSWERED:
             "results/logs/tabulate_answers.log",
         params:
             **calls("palpate.studies.tradeoff.jobs:tabulate_answers"),
-            scenes={scene: (*place, radius(*place), ANSWERED[scene]) for scene, place in answered_scenes().items()},
+            scenes={scene: (place[1], radius(*place), ANSWERED[scene]) for scene, place in answered_scenes().items()},
             split=SPLITS[0],
         script:
             "../job.py"

@@ -25,6 +25,8 @@ ANSWERS = Table(
     own_law_rmse_of_peak own_law_patch_rms_of_peak: errors against the truth of the engine's own law
     force_error stiffness_error contact_area_error: of touches, mean relative errors of force, its slope and the area
     force_error_median force_error_p95 penetration_of_depth: of its size, and how far points overlap [depth]
+    force_rms_of_peak force_peak_error real_time_factor: of motions, errors of force over time [peak], and seconds for a
+        second
     online_median_s online_p95_s online_max_s offline_s memory_mb: times of answers, preparation [s], memory [1e6 bytes]
     tied_with: palpate's models that are no less nor more wrong
     """,

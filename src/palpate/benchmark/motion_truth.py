@@ -11,7 +11,7 @@ refined there, and the force on it is found as the displacement is.
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -306,3 +306,23 @@ def pressed_nodes(body: Body, loads: dict[str, dict]) -> np.ndarray:
         near = np.linalg.norm(fine.nodes[fine.surface] - push["at_m"], axis=1).argmin()
         marked |= patch_nodes(fine, int(fine.surface[near]), push["radius_m"])
     return marked if marked.any() else ~marked
+
+
+class ForceErrors(NamedTuple):
+    """How wrong the force of instruments is over time, NaN where nothing touches or a model tells none.
+
+    force_rms_of_peak : RMS over frames and instruments of the error vector, over the largest true force
+    force_peak_error : of the largest force, over the true one; positive where it is too large
+    """
+
+    force_rms_of_peak: float = np.nan
+    force_peak_error: float = np.nan
+
+
+def force_errors(found: np.ndarray, true: np.ndarray) -> ForceErrors:
+    """Measure forces (f, k, 3) [N] of k instruments in f frames against the ``true`` ones (f, k, 3) [N]."""
+    peak = np.linalg.norm(true, axis=2).max(initial=0.0)
+    if not peak or found.shape != true.shape:
+        return ForceErrors()
+    off = np.sqrt(np.mean(np.sum((found - true) ** 2, axis=2)))
+    return ForceErrors(float(off / peak), float(np.linalg.norm(found, axis=2).max() / peak - 1.0))

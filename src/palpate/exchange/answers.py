@@ -4,7 +4,7 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,15 +24,23 @@ LONGEST = 200
 """Characters that a name may have, as tables show it."""
 
 
+class Wanted(NamedTuple):
+    """Further numbers of each question: whether they are needed, and their shape."""
+
+    needed: bool
+    shape: tuple[int, ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class Setting:
     """What one setting of an engine has answered; k questions.
 
-    displacement : (k, p, 3) [m] at the asked points, or (k, n, 3) at ``nodes``; NaN where it failed
+    displacement : (k, p, 3) [m] at the asked points, or (k, n, 3) at ``nodes``; NaN where it failed; of motions
+        (k, f, p, 3), at f instants
     failed : (k,) truth values; seconds : (k, r) [s] of r calls each
     nodes, triangles : (n, 3) [m], (t, 3) of a mesh of the engine's own, or None
     memory_mb : [1e6 bytes], NaN where it is not known
-    numbers : further answers of each question, (k,) each, by name
+    numbers : further answers of each question, (k, …) each, by name
     """
 
     name: str
@@ -59,10 +67,10 @@ class Answers:
     warnings: tuple[str, ...]
 
 
-def read_answers(path: Path, questions: Questions, numbers: Mapping[str, bool]) -> Answers:
+def read_answers(path: Path, questions: Questions, numbers: Mapping[str, Wanted]) -> Answers:
     """Read a file of answers to ``questions``.
 
-    numbers : names of further answers of each question that this kind has, and whether they are needed
+    numbers : further answers of each question that this kind has, by name
     InputError naming the file and the field for anything that is missing, not understood or not possible.
     """
     file = _File(path, _load(Path(path)))
@@ -94,7 +102,7 @@ def read_answers(path: Path, questions: Questions, numbers: Mapping[str, bool]) 
 
 
 def _setting(
-    file: "_File", i: int, name: str, converged: bool, questions: Questions, numbers: Mapping[str, bool]
+    file: "_File", i: int, name: str, converged: bool, questions: Questions, numbers: Mapping[str, Wanted]
 ) -> Setting:
     place, k = f"setting_{i}/", questions.count
     moved, nodes, triangles = file.floats(place + "displacement_m"), None, None
@@ -102,31 +110,32 @@ def _setting(
     if file.has(place + "nodes_m") or file.has(place + "triangles"):
         nodes, triangles = _mesh(file, place, questions)
         points, what = len(nodes), "its nodes_m"
-    wanted = (k, points, 3)
+    wanted, inner = (k, *questions.frames, points, 3), tuple(range(1, 3 + len(questions.frames)))
     if moved.shape != wanted:
-        remedy = f"give {wanted}: questions, {what}, and x, y, z"
+        of = "questions, instants" if questions.frames else "questions"
+        remedy = f"give {wanted}: {of}, {what}, and x, y, z"
         raise file.wrong(place + "displacement_m", f"has the shape {moved.shape}", remedy)
     failed = np.zeros(k, dtype=bool)
     if file.has(place + "failed"):
         failed = file.marks(place + "failed", k)
-    lost = ~np.isfinite(moved).all(axis=(1, 2))
+    lost = ~np.isfinite(moved).all(axis=inner)
     if (lost & ~failed).any():
         where = int(np.flatnonzero(lost & ~failed)[0])
         raise file.wrong(
             place + "displacement_m", f"is not finite in question {where}", f"mark that as failed in {place}failed"
         )
-    if (burst := np.nan_to_num(np.abs(moved)).max(axis=(1, 2)) > FARTHEST_M).any():
+    if (burst := np.nan_to_num(np.abs(moved)).max(axis=inner) > FARTHEST_M).any():
         what = f"is {np.nanmax(np.abs(moved)):.1g} m in question {int(np.flatnonzero(burst)[0])}"
         raise file.wrong(
             place + "displacement_m", what, f"give NaN for what burst, and mark it as failed in {place}failed"
         )
-    if (failed & np.isfinite(moved).any(axis=(1, 2))).any():
-        where = int(np.flatnonzero(failed & np.isfinite(moved).any(axis=(1, 2)))[0])
+    if (told := failed & np.isfinite(moved).any(axis=inner)).any():
+        where = int(np.flatnonzero(told)[0])
         raise file.wrong(place + "failed", f"marks question {where}, which has an answer", "give NaN there, or no mark")
     return Setting(
         name, converged, moved, failed, _seconds(file, place, failed), file.number(place + "preparation_s"),
         file.number(place + "memory_mb") if file.has(place + "memory_mb") else np.nan, nodes, triangles,
-        {each: _numbers(file, place + each, failed, needed) for each, needed in numbers.items()},
+        {each: _numbers(file, place + each, failed, wish) for each, wish in numbers.items()},
     )  # fmt: skip
 
 
@@ -175,14 +184,17 @@ BOX_APART = 0.2
 """Share of the body's size by which the box around a mesh of the engine's own may differ from the body's."""
 
 
-def _numbers(file: "_File", name: str, failed: np.ndarray, needed: bool) -> np.ndarray:
-    if not needed and not file.has(name):
-        return np.full(len(failed), np.nan)
+def _numbers(file: "_File", name: str, failed: np.ndarray, wish: Wanted) -> np.ndarray:
+    shape = (len(failed), *wish.shape)
+    if not wish.needed and not file.has(name):
+        return np.full(shape, np.nan)
     found = file.floats(name)
-    if found.shape != failed.shape:
-        raise file.wrong(name, f"has the shape {found.shape}", f"give {failed.shape}, one for each question")
-    if not np.isfinite(found[~failed]).all():
-        where = int(np.flatnonzero(~failed & ~np.isfinite(found))[0])
+    if found.shape != shape:
+        of = "one for each question" if not wish.shape else "questions, instants, instruments, and x, y, z"
+        raise file.wrong(name, f"has the shape {found.shape}", f"give {shape}, {of}")
+    known = np.isfinite(found).reshape(len(failed), -1).all(axis=1)
+    if not known[~failed].all():
+        where = int(np.flatnonzero(~failed & ~known)[0])
         raise file.wrong(name, f"is not finite in question {where}, which has an answer", "give it")
     return found
 

@@ -9,6 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from palpate.benchmark.comparable import followed
+from palpate.benchmark.motion_truth import MotionTruth
+from palpate.benchmark.moving_scene import MovingScene
 from palpate.benchmark.presses import choose_presses, force_of
 from palpate.benchmark.settings import finger_regimes, instrument_name, pressed_bodies, radius_of
 from palpate.benchmark.split import FOLDS
@@ -22,11 +25,11 @@ from palpate.bodies.make_body import make_body
 from palpate.bodies.settings import paths_of_body
 from palpate.effects.instrument import Instrument
 from palpate.errors import InputError, suggest
-from palpate.exchange import presses, touches
-from palpate.exchange.asked_body import pictures
+from palpate.exchange import motions, presses, touches
+from palpate.exchange.asked_body import pictures, with_law
 from palpate.exchange.folder import Questions, write
 from palpate.exchange.readme import readme
-from palpate.files import read_table
+from palpate.files import read_arrays, read_table
 from palpate.run.job import steps
 from palpate.run.settings import complete
 from palpate.run.settings_yaml import read_settings
@@ -49,11 +52,13 @@ def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: P
         raise InputError(f"--seed {seed} is that of {config}, whose presses are public; give another number.")
     where = config.parent / "results" if results is None else results
     body, questions, page = known[scene](settings, config, where, seed)
+    if seed is not None:
+        with_law(body, questions.info["law"])  # whose truth whoever scores has to find
     pages = {"README.md": readme(questions, body.material.law, page), **pictures(body)}
     write(questions, out, pages)
-    told = "with their truth" if questions.truth is not None else "without a truth"
+    told = "with the truth" if questions.truth is not None else "without a truth"
     return (
-        f"{out}: {questions.count} questions of {scene}, {told}, at {len(questions.points)} points; README.md says how "
+        f"{out}: {questions.counted} of {scene}, {told}, at {len(questions.points)} points; README.md says how "
         f"to answer them.\ndigest {questions.digest}"
     )
 
@@ -71,6 +76,9 @@ def scenes(settings: dict[str, Any]) -> dict[str, Callable[..., Asked]]:
         for entry in settings["touch"]["instruments"]:
             tool = instrument_name(entry["kind"], entry["radius_m"])
             found |= {f"{name}_{tool}": partial(_touch, name, entry) for name in pressed_bodies(settings, "touch")}
+    for name, own in settings.get("dynamic", {}).get("scenes", {}).items():
+        if own.get("truth", {}).get("elements") == "quadratic":
+            found[name] = partial(_motion, name, own)
     return found
 
 
@@ -116,6 +124,29 @@ def _touch(
         table = choose_touches(body, instrument, block["samples"], tuple(block["depth_of_radius"]), seed, bears)
         questions = touches.questions_of(body, table["sample"].to_numpy(), touches_of(instrument, table))
     return body, questions, touches.page(questions)
+
+
+def _motion(
+    name: str, own: dict[str, Any], settings: dict[str, Any], config: Path, results: Path, seed: int | None
+) -> Asked:
+    entry, block, by = settings["scenes"][name], settings["dynamic"], own["truth"]
+    followed_so = {"frames": block["frames"], "duration_s": followed(entry)} | own
+    found_by = {each: by[each] for each in ("levels", "steps_per_frame")}
+    if seed is not None:
+        scene = MovingScene.of(name, entry, _body(settings, entry["body"], config), followed_so)
+        return scene.body, (asked := motions.questions_of([motions.drawn(scene, seed)], found_by)), motions.page(asked)
+    body_file, truth_file = results / "data" / entry["body"] / "body.h5", results / "data/dynamic" / name / "truth.npz"
+    if lacks := [path for path in (body_file, truth_file) if not path.is_file()]:
+        raise InputError(
+            f"{lacks[0]} is missing; type make dynamic first, or give --seed for questions without truths."
+        )
+    scene, truth = MovingScene.of(name, entry, load(body_file), followed_so), read_arrays(MotionTruth, truth_file)
+    if truth.rejected:
+        raise InputError(f"{truth_file} has no truth that is believed ({truth.rejected}); ask for another scene.")
+    questions = replace(motions.questions_of([scene], found_by), truth=motions.truth_arrays([truth]))
+    if truth.displacement.shape[:2] != (*questions.frames, len(questions.points)):
+        raise InputError(f"{truth_file} is of other settings than {config}; type make dynamic.")
+    return scene.body, questions, motions.page(questions)
 
 
 def _body(settings: dict[str, Any], name: str, config: Path) -> Body:

@@ -4,6 +4,7 @@ import ast
 import tempfile
 from dataclasses import asdict, replace
 from importlib import import_module
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -68,9 +69,25 @@ def body_of(questions: Questions) -> Body:
     )  # fmt: skip
 
 
-def with_law(body: Body, law: str) -> Body:
-    """Return ``body`` with another law, all its moduli as they are."""
-    regions = body.regions
+FURTHER = ("quadratic_neo_hookean",)
+"""Laws of palpate's that a body names by their file, such as that of an engine."""
+
+
+def law_named(name: str) -> str:
+    """Return the law of palpate's with that name as a material takes it, or "" for one that palpate does not have."""
+    if name in FURTHER:
+        return str(files("palpate.effects.laws").joinpath(f"{name}.py"))
+    return name if kind_of(name) else ""
+
+
+def with_law(body: Body, name: str) -> Body:
+    """Return ``body`` with the law of another name, all its moduli as they are; InputError for one of a user's file."""
+    law, regions = law_named(name), body.regions
+    if not law:
+        raise InputError(
+            f"bodies.{body.name} has the law {name} of a file, which questions do not have in them, so that no truth "
+            "is found from them; ask without --seed, for questions with the truth of the run."
+        )
     if regions is not None:
         regions = replace(regions, materials=tuple(replace(each, law=law) for each in regions.materials))
     return replace(body, material=replace(body.material, law=law), regions=regions)

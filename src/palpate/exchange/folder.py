@@ -48,9 +48,19 @@ class Questions:
         return len(self.info["loads"])
 
     @property
+    def counted(self) -> str:
+        """How many questions there are, in words."""
+        return "1 question" if self.count == 1 else f"{self.count} questions"
+
+    @property
     def points(self) -> np.ndarray:
         """The points (p, 3) [m] at rest whose displacements are asked for."""
         return self.arrays["asked"]["points_m"]
+
+    @property
+    def frames(self) -> tuple[int, ...]:
+        """How many instants of each question are asked for, as a shape: () of what is static."""
+        return (len(self.info["instants_s"]),) if "instants_s" in self.info else ()
 
     @property
     def digest(self) -> str:

@@ -22,12 +22,18 @@ class OwnMesh:
         self.far_m = float(away.max())
 
     def at_points(self, displacement: np.ndarray) -> np.ndarray:
-        """Return displacements (p, 3) [m] at the asked points of those (n, 3) [m] of the mesh's nodes."""
-        return self._down @ displacement
+        """Return displacements (…, p, 3) [m] at the asked points of those (…, n, 3) [m] of the mesh's nodes."""
+        return _each(self._down, displacement)
 
     def through(self, displacement: np.ndarray) -> np.ndarray:
-        """Return displacements (p, 3) [m] of the asked points after they were taken at the mesh's nodes only."""
-        return self._there_and_back @ displacement
+        """Return displacements (…, p, 3) [m] of the asked points after they were taken at the mesh's nodes only."""
+        return _each(self._there_and_back, displacement)
+
+
+def _each(matrix: sparse.csr_array, displacement: np.ndarray) -> np.ndarray:
+    return np.array([matrix @ each for each in displacement.reshape(-1, *displacement.shape[-2:])]).reshape(
+        *displacement.shape[:-2], -1, 3
+    )
 
 
 def _onto(nodes: np.ndarray, triangles: np.ndarray, points: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:

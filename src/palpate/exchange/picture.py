@@ -1,6 +1,7 @@
 """Draw the score of an engine: error against time, hollow as times are another machine's, beside palpate's models."""
 
 from collections.abc import Mapping
+from itertools import cycle
 
 import numpy as np
 import pandas as pd
@@ -11,6 +12,9 @@ from palpate.benchmark.ranking import EXACT, front
 from palpate.report import style
 from palpate.report.model_looks import look
 
+HOLLOW = (("#8b0000", "o"), ("#4b0082", "s"), ("#bc8f00", "^"), ("#5f9ea0", "D"), ("#708090", "v"))
+"""Colour and marker of each engine, in turn: no model of palpate's has them."""
+
 
 @style.styled
 def draw_score(table: pd.DataFrame, floor: Mapping[str, float]) -> Figure:
@@ -18,7 +22,9 @@ def draw_score(table: pd.DataFrame, floor: Mapping[str, float]) -> Figure:
     engine, others = (table[(table["engine"] == OWN) == own] for own in (False, True))
     figure = Figure(figsize=(8.0, 4.6), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
-    kinds = (("rmse_of_peak", "over the surface"), ("patch_rms_of_peak", "in the dent"))
+    felt = table["force_rms_of_peak"].notna().any()
+    second = ("force_rms_of_peak", "of the force over time") if felt else ("patch_rms_of_peak", "in the dent")
+    kinds = (("rmse_of_peak", "over the surface"), second)
     for axis, (column, where) in zip(axes, kinds, strict=True):
         axis.set(xscale="log", yscale="log", xlabel="time of an answer [ms]", title=where)
         for model, rows in others.groupby("model", sort=False):
@@ -29,13 +35,16 @@ def draw_score(table: pd.DataFrame, floor: Mapping[str, float]) -> Figure:
                 t[best], error[best], color=shown.colour, marker=shown.marker, ms=4, lw=0.8, alpha=0.6, mew=0,
                 label=shown.label,
             )  # fmt: skip
-        t, error = _placed(engine, column)
-        shown = look(str(engine["model"].iloc[0]))
-        axis.plot(
-            t, error, color=shown.colour, marker="o", mfc="white", mew=1.4, ms=7, lw=1.2, ls=(0, (3, 2)),
-            label=f"{engine['engine'].iloc[0]} (its own machine)",
-        )  # fmt: skip
-        if np.isfinite(floor[column]):
+        curves = engine.groupby(["engine", "hardware"], sort=False)
+        for ((name, _), rows), (colour, marker) in zip(curves, cycle(HOLLOW)):
+            t, error = _placed(rows, column)
+            lost = int(rows["failures"].sum())
+            where = "its own machine" + (f", {lost} of {int(rows['samples'].sum())} failed" if lost else "")
+            axis.plot(
+                t, error, color=colour, marker=marker, mfc="white", mew=1.4, ms=7, lw=1.2, ls=(0, (3, 2)),
+                label=f"{name} ({where})",
+            )  # fmt: skip
+        if np.isfinite(floor.get(column, np.nan)):
             axis.axhline(100 * max(floor[column], EXACT), color=style.FAINT, lw=1, ls=":")
     axes[0].set_ylabel("error [% of the peak]")
     handles, labels = axes[0].get_legend_handles_labels()

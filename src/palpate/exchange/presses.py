@@ -101,7 +101,8 @@ def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arr
 
 def page(questions: Questions) -> dict[str, str]:
     """Return what README.md says of presses, by its places."""
-    text = read_page("press.md").substitute(count=questions.count)
+    told = {"count": questions.count, "disc": read_page("disc.md").substitute().rstrip()}
+    text = read_page("press.md").substitute(told)
     example = read_page("press_example.txt").substitute(law=questions.info["law"])
     scored = (
         "The root mean square over the points of the length of the error, over the largest true displacement (the "

@@ -5,7 +5,7 @@ from importlib.resources import files
 from string import Template
 
 from palpate.bodies.material import LAWS
-from palpate.exchange.asked_body import formula
+from palpate.exchange.asked_body import FURTHER, formula, law_named
 from palpate.exchange.folder import Questions
 
 
@@ -26,9 +26,9 @@ def readme(questions: Questions, law: str, more: Mapping[str, str]) -> bytes:
         f"| {i} | {len(each['nodes_m'])} | {len(each['tetrahedra'])} | {len(each['held'])} |"
         for i, each in enumerate(sizes)
     ]
-    known = questions.truth is not None
+    known, shape = questions.truth is not None, more.get("shape", "(k, p, 3)")
     truths = (
-        "`truth.npz` has the truth, `displacement_m` (k, p, 3), and its own errors (`own_…`, NaN where it is not "
+        f"`truth.npz` has the truth, `displacement_m` {shape}, and its own errors (`own_…`, NaN where it is not "
         "believed). Look at it to find mistakes of your adapter, and say so where you have tuned by it."
         if known
         else "There is no truth here: whoever scores finds it."
@@ -36,11 +36,13 @@ def readme(questions: Questions, law: str, more: Mapping[str, str]) -> bytes:
     materials = [
         f"E = {m['young_pa']:g} Pa, ν = {m['poisson']:g}, {m['density_kg_m3']:g} kg/m³" for m in info["materials"]
     ]
+    others = [f"- `{name}`: {formula(law_named(name))}" for name in (*LAWS, *FURTHER) if name != info["law"]]
     told = {
         "scene": info["scene"], "body": info["body"], "law": info["law"], "count": questions.count,
-        "points": len(questions.points), "levels": info["levels"], "sizes": "\n".join(rows),
-        "formula": formula(law), "laws": "\n".join(f"- `{name}`: {formula(name)}" for name in LAWS if name != law),
+        "questions": questions.counted.removeprefix("1 "), "points": len(questions.points), "levels": info["levels"],
+        "sizes": "\n".join(rows), "formula": formula(law), "laws": "\n".join(others), "truths": truths,
         "material": "; ".join(f"{i}: {each}" for i, each in enumerate(materials)),
-        "bed": _text("bed.md") if "bed" in info else "", "own_mesh": _text("own_mesh.md"), "truths": truths,
+        "bed": _text("bed.md") if "bed" in info else "",
+        "own_mesh": read_page("own_mesh.md").substitute(shape=shape.replace("p", "n")),
     }  # fmt: skip
     return read_page("readme.md").substitute(told | dict(more)).encode()

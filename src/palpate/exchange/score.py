@@ -11,10 +11,11 @@ import pandas as pd
 
 from palpate.benchmark.judge import Judge
 from palpate.benchmark.measure import Asked, Finding, found_rows
-from palpate.bodies.material import NAMED, kind_of
+from palpate.bodies.material import NAMED
 from palpate.errors import InputError
 from palpate.exchange import presses
 from palpate.exchange.answers import Answers, Setting, read_answers
+from palpate.exchange.asked_body import FURTHER, law_named
 from palpate.exchange.folder import Arrays, Questions, packed
 from palpate.exchange.own_mesh import OwnMesh
 from palpate.exchange.suspects import slip
@@ -80,11 +81,11 @@ def score_presses(
 
 
 def at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMesh | None]:
-    """Return displacements (k, p, 3) [m] at the asked points, and the mesh that they come from, if it is its own."""
+    """Return displacements (k, …, p, 3) [m] at the asked points, and the mesh that they come from, if it is its own."""
     if setting.nodes is None or setting.triangles is None:
         return setting.displacement, None
     mesh = OwnMesh(setting.nodes, setting.triangles, questions.points, questions.arrays["asked"]["triangles"])
-    return np.array([mesh.at_points(moved) for moved in setting.displacement]), mesh
+    return mesh.at_points(setting.displacement), mesh
 
 
 def _asked(judge: Judge, n: int, moved: np.ndarray, setting: Setting, row: int) -> Asked:
@@ -115,10 +116,13 @@ def own_law_truth(
     law, bodys = answers.law, questions.info["law"]
     if law == bodys:
         return None
-    truth = own_law(law) if own_law is not None and kind_of(law) else None
+    known = bool(law_named(law))
+    truth = own_law(law) if own_law is not None and known else None
     if truth is None:
         how = (
-            "ask for it with --own-law" if kind_of(law) else f"palpate has no law of that name, but {', '.join(NAMED)}"
+            "ask for it with --own-law"
+            if known
+            else f"palpate has no law of that name, but {', '.join((*NAMED, *FURTHER))}"
         )
         warned.append(f"the law is {law} and that of the body {bodys}: errors have both in them ({how}).")
     return truth
@@ -149,6 +153,7 @@ def truth_beside(questions: Questions, folder: Path, law: str, find: Callable[[s
 
 def floor_of(truth: Arrays) -> dict[str, float]:
     """Return the mean own errors of a truth where it is believed, by name; NaN where it never is."""
-    own = {name: truth[f"own_{name}"] for name in ("rmse_of_peak", "patch_rms_of_peak")}
-    known = np.isfinite(np.array(list(own.values()))).all(axis=0)
+    names = ("rmse_of_peak", "patch_rms_of_peak", "force_rms_of_peak")
+    own = {name: truth[f"own_{name}"] for name in names if f"own_{name}" in truth}
+    known = np.isfinite([own[name] for name in names[:2]]).all(axis=0)
     return {name: float(values[known].mean()) if known.any() else np.nan for name, values in own.items()}

@@ -11,19 +11,22 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.engine_scores import OWN, score_table
+from palpate.benchmark.motion_truth import MotionTruth
 from palpate.benchmark.ranking import BOUNDS, lasting
 from palpate.errors import InputError
-from palpate.exchange import presses, touches
+from palpate.exchange import motions, presses, touches
 from palpate.exchange.folder import Arrays, Questions, read
 from palpate.exchange.score import Scored, floor_of, score_presses, truth_beside
+from palpate.exchange.score_motions import score_motions
 from palpate.exchange.score_touches import score_touches
-from palpate.files import read_table, write_whole
+from palpate.files import read_arrays, read_table, write_whole
 from palpate.report.words import percent, seconds
 from palpate.run.job import steps
 
 KINDS: dict[str, tuple[Any, Callable[..., Scored]]] = {
     presses.KIND: (presses, score_presses),
     touches.KIND: (touches, score_touches),
+    motions.KIND: (motions, score_motions),
 }
 """What finds the truth of each kind of questions, and what scores answers to them."""
 
@@ -38,7 +41,9 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
     """
     questions = read(folder)
     if questions.kind not in KINDS:
-        raise InputError(f"{folder} has questions of kind {questions.kind}; score presses or touches.")
+        raise InputError(
+            f"{folder} has questions of kind {questions.kind}, which this palpate does not know; ask anew."
+        )
     truth = questions.truth
     if truth is None:
         truth = truth_beside(questions, folder, questions.info["law"], lambda law: _find(questions, law))
@@ -66,7 +71,7 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
 
 def _find(questions: Questions, law: str) -> Arrays:
     """Find the truth of ``law``, and say how far it is."""
-    print(f"finding the truth of {questions.count} questions with the law {law}", file=sys.stderr, flush=True)
+    print(f"finding the truth of {questions.counted} with the law {law}", file=sys.stderr, flush=True)
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(limits=1), warnings.catch_warnings():
@@ -77,8 +82,8 @@ def _find(questions: Questions, law: str) -> Arrays:
 
 def _beside(results: Path, questions: Questions) -> pd.DataFrame:
     """Return the rows of palpate's own models on the very same questions; InputError where results are of others."""
-    if questions.kind == touches.KIND:
-        return _beside_touches(results, questions)
+    if questions.kind in OTHERS:
+        return OTHERS[questions.kind](results, questions)
     info, loads = questions.info, questions.arrays["loads"]
     columns = ["scene", "model", "setting", "split", "rmse_of_peak", "online_median_s", "commit"]
     table = read_table(results / "tables/accuracy_vs_time.csv", columns)
@@ -110,6 +115,23 @@ def _beside_touches(results: Path, questions: Questions) -> pd.DataFrame:
     return rows.assign(commit="")
 
 
+def _beside_motions(results: Path, questions: Questions) -> pd.DataFrame:
+    scene, columns = questions.info["scene"], ["scene", "model", "setting", "failures", "rmse_of_peak"]
+    table = read_table(results / "tables/dynamic_accuracy.csv", [*columns, "force_rms_of_peak", "real_time_factor"])
+    rows = table[table["scene"] == scene]
+    if not len(rows):
+        raise InputError(f"{results} has no models of {scene}; leave --results out, or make that scene.")
+    place = results / "data/dynamic" / scene / "truth.npz"
+    known = read_arrays(MotionTruth, place).displacement if place.is_file() else np.empty(0)
+    asked = None if questions.truth is None else questions.truth["displacement_m"][0]
+    if asked is None or known.shape != asked.shape or not np.allclose(known, asked, rtol=1e-6, atol=0.0):
+        raise InputError(f"{place} is of another motion than these questions; leave --results out, or ask anew.")
+    seconds = rows["real_time_factor"] * questions.info["duration_s"]
+    return rows.assign(online_median_s=seconds, samples=1, commit="")
+
+
+OTHERS = {touches.KIND: _beside_touches, motions.KIND: _beside_motions}
+"""What finds models beside answers that are not to presses."""
 SHOWN = (
     "setting",
     "error",
@@ -138,7 +160,7 @@ def _printed(table: pd.DataFrame) -> list[str]:
             _percent(row["rmse_of_peak"]), _percent(row["max_of_peak"]), _percent(row["patch_rms_of_peak"]),
             _time(row["online_median_s"]), _time(row["online_p95_s"]), f"{row['failures']:.0f}/{row['samples']:.0f}",
             _percent(row["mesh_rmse_of_peak"]), _percent(row["own_law_rmse_of_peak"]),
-            _percent(row["force_error_median"]),
+            _percent(np.fmax(row["force_error_median"], row["force_rms_of_peak"])),
         ))  # fmt: skip
     used = [c for c in range(len(SHOWN)) if c < 7 or any(row[c] for row in rows[1:])]
     wide = [max(len(row[c]) for row in rows) for c in used]

@@ -15,6 +15,8 @@ APART = 0.5
 """Relative error above which an answer is looked at for another order of its points or loads."""
 SAME = 0.25
 """Relative difference below which two sets of lengths, or two answers, count as the same."""
+SHIFTED = 0.2
+"""Share of its error that a motion has beside the truth of another instant, below which its instants are shifted."""
 ROUGH = 0.5
 """Share of the roughness of a random order, above which an answer is out of order."""
 SMOOTH = 0.2
@@ -41,6 +43,17 @@ def slip(
     if told := _points_permuted(answers, truth, triangles):
         return told
     return "" if places is None else _loads_permuted(answers, truth, places)
+
+
+def shifted(answers: np.ndarray, truth: np.ndarray) -> str:
+    """Return in what a motion (f, p, 3) [m] is that of the instant before or after, with its remedy, or ""."""
+    if len(truth) < 3:
+        return ""
+    here = _relative(answers[1:-1], truth[1:-1])
+    for step, remedy in ((-1, "leave out what is at t = 0"), (1, "begin with the first instant")):
+        if _relative(answers[1:-1], truth[1 + step : len(truth) - 1 + step]) < min(SHIFTED * here, SAME):
+            return f"is at each instant that of the {'one before' if step < 0 else 'next one'}; {remedy}"
+    return ""
 
 
 def _relative(answers: np.ndarray, truth: np.ndarray) -> float:

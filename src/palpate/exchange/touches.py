@@ -12,14 +12,15 @@ from palpate.benchmark.touch_truth import TouchErrors, TouchTruth, patch_of, tru
 from palpate.bodies.body import Body
 from palpate.effects.instrument import Instrument, Pose
 from palpate.errors import InputError
+from palpate.exchange.answers import Wanted
 from palpate.exchange.asked_body import body_arrays, body_info, body_of, refuse_sheet, with_law
 from palpate.exchange.folder import Arrays, Questions
 from palpate.exchange.readme import read_page
 
 KIND = "touch"
 OWN = TouchErrors._fields
-NUMBERS = {"force_n": True, "force_before_n": False, "area_m2": False}
-"""What is asked beside displacements, and whether it is needed."""
+NUMBERS = {"force_n": Wanted(True), "force_before_n": Wanted(False), "area_m2": Wanted(False)}
+"""What is asked beside displacements."""
 OF_TRUTH = ("force", "area", "pressure", "order", "force_order", "overlap", "least_det", "nodes", "edge_m", "seconds")
 
 

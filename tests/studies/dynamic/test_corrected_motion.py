@@ -11,7 +11,7 @@ from palpate.bodies.material import Material
 from palpate.bodies.simple_shapes import sheet
 from palpate.models.fem_statics import to_surface
 from palpate.scenes.run_scene import compose
-from palpate.studies.dynamic.compared_scene import ComparedScene, compared_scene
+from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.fitted import CorrectedMotion, corrects
 
 GRAVITY = {"acceleration_m_s2": [0, 1e-3, 0]}
@@ -50,7 +50,7 @@ def test_only_held_solids_without_contact_have_linear_responses(pressed):
     mesh = sheet([0.1, 0.1], [2, 2], 0.001)
     cloth = Body("cloth", [mesh], [], [np.array([4])], Material(5e4, 0.3, 1000.0))
     hangs = {"body": "cloth", "effects": ["triangles", "gravity", "held"], "gravity": GRAVITY}
-    assert not corrects(compared_scene("hang", hangs, cloth, {"duration_s": 1.0, "frames": 1}))
+    assert not corrects(ComparedScene.of("hang", hangs, cloth, {"duration_s": 1.0, "frames": 1}))
 
 
 def test_all_levels_are_pressed_on_the_same_disc(box):

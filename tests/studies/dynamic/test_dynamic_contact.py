@@ -12,7 +12,7 @@ from palpate.errors import InputError
 from palpate.files import write_arrays
 from palpate.models.shape_matching import cubes
 from palpate.studies.dynamic import accuracy
-from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training, compared_scene, training_of
+from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training, training_of
 from palpate.studies.dynamic.linear_limit import LinearLimit, linear_limit
 from palpate.studies.dynamic.reference import read_truth, reference, tabulate, tabulate_truth
 from palpate.studies.dynamic.settings import _check_training
@@ -57,7 +57,7 @@ def test_until_it_lands_the_reference_falls_freely_and_then_stays_above_the_floo
 
 def test_meshes_agree_on_a_fall_and_their_steps_differ_by_what_the_scheme_leaves(block):
     """In steps of h backward Euler falls g t h/2 too far, and the same on all meshes."""
-    compared = compared_scene("drop", ENTRY, block, {"duration_s": 0.03, "frames": 6, "level": 1})
+    compared = ComparedScene.of("drop", ENTRY, block, {"duration_s": 0.03, "frames": 6, "level": 1})
     found = linear_limit(compared, 4, 0.2)
     assert (found.levels, found.steps) == (2, 24) and found.until_s == pytest.approx(0.03)
     space, time = found.own[:2, 1]
@@ -70,7 +70,7 @@ def test_meshes_agree_on_a_fall_and_their_steps_differ_by_what_the_scheme_leaves
 
 def test_meshes_part_when_a_pile_topples_the_later_the_more_they_may_differ(block):
     pile = ENTRY | {"others": [{"body": "block", "shift_m": [0.022, 0.004, 0.045]}]}
-    compared = compared_scene("pile", pile, block, {"duration_s": 0.2, "frames": 10, "level": 1})
+    compared = ComparedScene.of("pile", pile, block, {"duration_s": 0.2, "frames": 10, "level": 1})
     never, strict, loose = (linear_limit(compared, 2, part) for part in (1e-9, 0.06, 0.1))
     assert never.until_s == 0.0 < FALL_S < strict.until_s < loose.until_s == pytest.approx(0.2)
     assert 0.0 < strict.own[3, 1] < 0.06 and 1.3 * strict.own[3, 1] < loose.own[3, 1] < 0.1
@@ -84,12 +84,12 @@ def test_models_are_judged_until_meshes_part_beside_what_these_say_of_the_standa
     """Which falls a little short on the coarser mesh: by how far that is from the finer one, and what that errs by."""
     pile = ENTRY | {"others": [{"body": "block", "shift_m": [0.022, 0.004, 0.045]}]}
     own = {"duration_s": 0.2, "frames": 10, "level": 1}
-    compared = compared_scene("pile", pile, block, own)
+    compared = ComparedScene.of("pile", pile, block, own)
     limit = linear_limit(compared, 2, 0.06)
     write_arrays(limit, tmp_path / "truth.npz")
     limit = read_truth(tmp_path / "truth.npz")
     assert isinstance(limit, LinearLimit) and 0.0 < limit.until_s < 0.2
-    coarse = compared_scene("pile", pile, block, own | {"level": 0})
+    coarse = ComparedScene.of("pile", pile, block, own | {"level": 0})
     found = reference(coarse, None, 0.05, 4)
     grid = GRID | {"fem_coarse": {"steps_per_frame": [1], "tolerances": [], "gaps": []}}
     judged, forces = accuracy.measure(coarse, None, found, grid, ["fem_coarse"], limit=limit)
@@ -166,7 +166,7 @@ def test_what_nothing_can_be_fitted_to_is_a_failure(falling, monkeypatch):
 def test_the_motion_that_is_fitted_to_has_frames_of_the_same_length(block):
     own = {"duration_s": 0.2, "frames": 10, "level": 0, "training": {"duration_s": 0.07} | LOWER}
     others = {"others": [{"body": "block", "shift_m": [0, 0, 0.05]}] * 2}
-    made = compared_scene("pile", ENTRY | others, block, own)
+    made = ComparedScene.of("pile", ENTRY | others, block, own)
     lesson = training_of(made, own["training"] | {"others": others["others"][:1]}, 0.5)
     assert (lesson.frames, lesson.duration_s) == (4, pytest.approx(0.08))
     assert lesson.loads["contact"] == FLOOR | LOWER["contact"] and lesson.loads["gravity"] == made.loads["gravity"]
@@ -188,7 +188,7 @@ def test_plasticity_leaves_springs_out_and_shapes_have_it(block):
     entry = ENTRY | {"effects": [*ENTRY["effects"], "plasticity"]}
     entry |= {"plasticity": {"yield_strain": 0.05, "creep_1_s": 20, "max_strain": 0.8}}
     own = {"duration_s": 0.05, "frames": 5, "level": 0, "training": LOWER}
-    made = compared_scene("dent", entry, block, own)
+    made = ComparedScene.of("dent", entry, block, own)
     grid = {name: {"steps_per_frame": [1], "evaluations": 5} for name in ("fem_coarse", "springs", "shape_matching")}
     taught = SimpleNamespace(training=None)  # a reference of which the motion to fit to alone is asked
     assert list(accuracy._models(made, made, taught, grid, {})) == ["fem_coarse", "shape_matching"]

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from palpate.benchmark.comparable import unable
 from palpate.bodies.body import nest
 from palpate.bodies.body_file import save
 from palpate.bodies.material import Material
@@ -12,8 +13,7 @@ from palpate.bodies.simple_shapes import box
 from palpate.files import read_arrays
 from palpate.models import strokes
 from palpate.studies.dynamic import touching
-from palpate.studies.dynamic.comparable import unable
-from palpate.studies.dynamic.compared_scene import compared_scene
+from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.elsewhere import motion_bounds
 from palpate.studies.dynamic.strokes import Strokes, simulate_strokes
 
@@ -41,7 +41,7 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
     simulate_strokes(*files, SimpleNamespace(compared=compared, region=region), print)
     shown = read_arrays(Strokes, tmp_path / "shown.npz")
     assert shown.shown.shape == (4 * 60, len(mesh.nodes) + len(mesh.edges), 3) and shown.seconds > 0.0
-    made = compared_scene(body=body, **compared)
+    made = ComparedScene.of(body=body, **compared)
     table = touching.measure_strokes(made, shown, GRID, 3, 1)
     assert list(table["contact"]) == [0, 1, 2]
     found = table[table["failures"] == 0]

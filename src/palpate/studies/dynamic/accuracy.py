@@ -1,5 +1,6 @@
 """Measure the error of each model's motion, what it says of it itself, and what it costs."""
 
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -11,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.motion_truth import MotionTruth
+from palpate.benchmark.motion_truth import MotionTruth, force_errors
 from palpate.bodies import body_file
 from palpate.bodies.material import LAWS
 from palpate.errors import NotConverged
@@ -37,7 +38,7 @@ from palpate.studies.dynamic.fitted import (
     in_flex,
     moving_modes,
 )
-from palpate.studies.dynamic.forces import DYNAMIC_FORCE, LIMIT, curve, force_errors
+from palpate.studies.dynamic.forces import DYNAMIC_FORCE, LIMIT, curve
 from palpate.studies.dynamic.linear_limit import LinearLimit
 from palpate.studies.dynamic.reference import Reference, read_truth
 from palpate.studies.dynamic.strokes import Strokes
@@ -462,3 +463,9 @@ def measure_dynamic(input, params, say):
     reference = read_arrays(Reference, input.reference)
     table, force = measure(*moving, reference, params.settings, *more, limit, shown, params.seed)
     return {"table": table.assign(duration_s=params.compared["entry"]["duration_s"]), "force": force}
+
+
+def leave_out_scenes(params):
+    """Warn of scenes in which models are not compared, for the rule of that name."""
+    for name, reason in params.reasons.items():
+        warnings.warn(f"scenes.{name}: models are not compared in it, as it {reason}.", stacklevel=1)

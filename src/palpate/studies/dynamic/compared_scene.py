@@ -1,90 +1,26 @@
-"""A scene reduced to what all models can share: what moves and what acts, on nested levels of its body."""
+"""A moving scene with all that is composed of it, a scene for each way to simulate it."""
 
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
-from scipy.spatial import cKDTree
 
+from palpate.benchmark.comparable import fits
+from palpate.benchmark.moving_scene import MovingScene
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Sheet
 from palpate.bodies.particles import Particles, merge_particles, particles_of
-from palpate.bodies.refinement import finer, midpoints_between
-from palpate.bodies.simple_shapes import sheet
-from palpate.effects.push import placed
 from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry
 from palpate.scenes.run_scene import Run, compose, run
 from palpate.scenes.scene import Scene
-from palpate.studies.dynamic.comparable import TAKEN_OVER, acts, fits
-
-
-def nest_sheet(body: Body, count: int) -> Body:
-    """Nest a sheet: one of half its divisions, refined ``count`` times, so that level 1 is the sheet's own.
-
-    A sheet with divisions that are odd stays as it is.
-    """
-    own = body.coarse
-    assert isinstance(own, Sheet)
-    divisions = _divisions(own)
-    if any(number % 2 for number in divisions):
-        return body
-    half = sheet(list(np.ptp(own.nodes, axis=0)[:2]), [number // 2 for number in divisions], own.thickness_m)
-    near = cKDTree(own.nodes).query(half.nodes)[1]
-    levels, prolongations, anchors = [half], [], [np.flatnonzero(np.isin(near, body.anchors[0]))]
-    for number in range(count):
-        finer, prolongation = refine_sheet(levels[-1])
-        if number:
-            held = midpoints_between(anchors[-1], prolongation)
-        else:
-            held = np.flatnonzero(np.isin(cKDTree(own.nodes).query(finer.nodes)[1], body.anchors[0]))
-        levels.append(finer)
-        prolongations.append(prolongation)
-        anchors.append(held)
-    return Body(body.name, levels, prolongations, anchors, body.material)
-
-
-def refine_sheet(coarse: Sheet) -> tuple[Sheet, sparse.csr_array]:
-    """Split the cells of a sheet; return the finer one, whose first nodes are the coarse ones, and the prolongation.
-
-    A finer lattice has its nodes where the coarse one has nodes and middles of edges, diagonals included.
-    """
-    count, ends = len(coarse.nodes), coarse.edges
-    nodes = np.vstack([coarse.nodes, coarse.nodes[ends].mean(axis=1)])
-    divisions = [2 * number for number in _divisions(coarse)]
-    lattice = sheet(list(np.ptp(coarse.nodes, axis=0)[:2]), divisions, coarse.thickness_m)
-    triangles = cKDTree(nodes).query(lattice.nodes)[1][lattice.triangles]
-    rows = np.concatenate([np.arange(count), count + np.repeat(np.arange(len(ends)), 2)])
-    columns, values = np.concatenate([np.arange(count), ends.ravel()]), np.ones(len(rows))
-    values[count:] = 0.5
-    prolongation = sparse.csr_array((values, (rows, columns)), shape=(len(nodes), count))
-    return Sheet(nodes, np.ascontiguousarray(triangles), coarse.thickness_m), prolongation
-
-
-def _divisions(lattice: Sheet) -> list[int]:
-    """Return the cells of a lattice along x and y."""
-    return [len(np.unique(lattice.nodes[:, axis].round(9))) - 1 for axis in range(2)]
 
 
 @dataclass(frozen=True, eq=False)
-class ComparedScene:
-    """A scene whose models are compared at the ends of ``frames`` equal parts of ``duration_s``.
-
-    body : of nested levels, the last of which is the reference's
-    loads : blocks of TAKEN_OVER; rayleigh : what damps the reference
-    shifts_m : of further bodies of the same kind; held : whether anchors hold them
-    """
-
-    name: str
-    body: Body
-    loads: dict[str, dict]
-    rayleigh: dict
-    duration_s: float
-    frames: int
-    shifts_m: list[list[float]] = field(default_factory=list)
-    held: bool = True
+class ComparedScene(MovingScene):
+    """A moving scene whose models are compared, each composed as a scene of its own."""
 
     @property
     def thickness_m(self) -> float:
@@ -200,42 +136,12 @@ class ComparedScene:
             settings=settings | self.placed_loads(),
         )
 
-    def placed_loads(self) -> dict[str, dict]:
-        """Return ``loads`` with the discs that are pushed as the reference's level has them, for models of all levels.
-
-        Raises InputError as ``push.placed``.
-        """
-        if "push" not in self.loads:
-            return self.loads
-        held = self.body.anchors[-1] if self.held else np.empty(0, dtype=int)
-        return self.loads | {"push": {"loads": placed(self.body.fine, held, self.body.name, self.loads["push"])}}
-
-
-def compared_scene(name: str, entry: dict, body: Body, own: dict) -> ComparedScene:
-    """Reduce the scene ``entry`` of the config to what its models can share.
-
-    own : ``duration_s``, ``frames``, and what the settings of the comparison say of this scene: ``level`` (of the
-        reference; without it the scene's, but one finer than the coarse one), ``training``
-    """
-    kind = "sheet" if isinstance(body.coarse, Sheet) else ""
-    loads = {effect: entry[effect] for effect in TAKEN_OVER if effect in entry and acts(effect, entry, kind)}
-    damping = entry.get("rayleigh", dict(effect_registry.EFFECTS["rayleigh"].settings or {}))
-    last = own.get("level", max(entry.get("level", 0), 1))
-    if kind:
-        body = nest_sheet(body, last)
-    else:
-        while len(body.levels) <= last:
-            body = finer(body)
-        body = body.up_to(last)
-    shifts = [other["shift_m"] for other in entry.get("others", [])]
-    return ComparedScene(name, body, loads, damping, own["duration_s"], own["frames"], shifts, entry.get("held", True))
-
 
 def compared_and_training(
     name: str, entry: dict, body: Body, own: dict, share: float
 ) -> tuple[ComparedScene, ComparedScene | None]:
-    """Make what ``compared_scene`` makes, and the motion that models are fitted to, if any is."""
-    made = compared_scene(name, entry, body, own)
+    """Make what ``ComparedScene.of`` makes, and the motion that models are fitted to, if any is."""
+    made = ComparedScene.of(name, entry, body, own)
     return made, training_of(made, own.get("training", {}), share) if fits(own) else None
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
+from palpate.benchmark.comparable import LOADS
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
 from palpate.errors import InputError, NotConverged
@@ -23,7 +24,6 @@ from palpate.models.springs.spring_motion import spring_model
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import compose
 from palpate.scenes.scene import Scene
-from palpate.studies.dynamic.comparable import LOADS
 from palpate.studies.dynamic.compared_scene import ComparedScene
 
 

@@ -1,7 +1,6 @@
-"""Compare the force of each model's instruments over time with that of the truth or the standard, frame by frame."""
+"""Tabulate the force of each model's instruments over time, and of the truth or the standard, frame by frame."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,26 +20,6 @@ DYNAMIC_FORCE = Table(
     """,
     always=False,
 )
-
-
-class ForceErrors(NamedTuple):
-    """How wrong the force of instruments is over time, NaN where nothing touches or a model tells none.
-
-    force_rms_of_peak : RMS over frames and instruments of the error vector, over the largest true force
-    force_peak_error : of the largest force, over the true one; positive where it is too large
-    """
-
-    force_rms_of_peak: float = np.nan
-    force_peak_error: float = np.nan
-
-
-def force_errors(found: np.ndarray, true: np.ndarray) -> ForceErrors:
-    """Measure forces (f, k, 3) [N] of k instruments in f frames against the ``true`` ones (f, k, 3) [N]."""
-    peak = np.linalg.norm(true, axis=2).max(initial=0.0)
-    if not peak or found.shape != true.shape:
-        return ForceErrors()
-    off = np.sqrt(np.mean(np.sum((found - true) ** 2, axis=2)))
-    return ForceErrors(float(off / peak), float(np.linalg.norm(found, axis=2).max() / peak - 1.0))
 
 
 def curve(scene: str, model: str, setting: str, ends_s: np.ndarray, forces: np.ndarray) -> Iterator[dict]:

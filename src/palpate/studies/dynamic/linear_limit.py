@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.accuracy import TruthErrors, truth_errors
-from palpate.benchmark.motion_truth import pressed_nodes
+from palpate.benchmark.motion_truth import force_errors, pressed_nodes
 from palpate.studies.dynamic.compared_scene import ComparedScene
-from palpate.studies.dynamic.forces import force_errors
 
 FELT = 0.2
 """Of its peak, what the limit's force may be wrong by for models to be judged by a force."""

@@ -8,13 +8,12 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors
-from palpate.benchmark.motion_truth import MotionTruth, motion_truth
+from palpate.benchmark.motion_truth import MotionTruth, force_errors, motion_truth
 from palpate.bodies import body_file
 from palpate.errors import NotConverged
 from palpate.files import read_arrays, write_arrays
 from palpate.run.job import steps
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
-from palpate.studies.dynamic.forces import force_errors
 from palpate.studies.dynamic.linear_limit import LinearLimit, linear_limit, resolved_frames
 from palpate.table_declaration import Table
 

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
+from palpate.benchmark.comparable import acts, check_compared, compared_scenes, taught, unable
 from palpate.errors import InputError
 from palpate.scenes.scene_check import check_instruments, check_loads
 from palpate.scenes.settings import (
@@ -34,7 +35,6 @@ from palpate.setting_types import (
     optional,
     rows,
 )  # fmt: skip
-from palpate.studies.dynamic.comparable import acts, check_compared, compared_scenes, taught, unable
 
 Change = Annotated[Positive, Field(le=0.2)]
 Halvings = Annotated[Whole, Field(ge=2)]

@@ -9,7 +9,7 @@ from palpate.bodies import body_file
 from palpate.files import write_arrays
 from palpate.models import strokes
 from palpate.run.job import steps
-from palpate.studies.dynamic.compared_scene import ComparedScene, compared_scene
+from palpate.studies.dynamic.compared_scene import ComparedScene
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ WIDER = 1.3
 
 def simulate_strokes(input, output, params, say):
     """Simulate the strokes of a scene with finite elements, for the rule of that name."""
-    scene = compared_scene(body=body_file.load(input.body), **params.compared)
+    scene = ComparedScene.of(body=body_file.load(input.body), **params.compared)
     contacts, begin = learnt_from(scene, params.region), process_time()
     duration_s = scene.duration_s if params.region is None else strokes.DURATION_S
     shown = strokes.shown(scene.body, contacts, scene.rayleigh, duration_s, steps(say, f"{scene.name}: stroke"))

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import errors
+from palpate.benchmark.motion_truth import force_errors
 from palpate.bodies import body_file
 from palpate.errors import NotConverged
 from palpate.files import read_arrays
@@ -16,9 +17,8 @@ from palpate.models import stroke_motion, strokes
 from palpate.run.job import steps
 from palpate.scenes.run_scene import Run, compose
 from palpate.scenes.scene import Scene
-from palpate.studies.dynamic.compared_scene import ComparedScene, compared_scene
+from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.fitted import Fitted
-from palpate.studies.dynamic.forces import force_errors
 from palpate.studies.dynamic.strokes import Strokes, learnt_from
 from palpate.table_declaration import Table
 
@@ -156,7 +156,7 @@ def _held_out(each: ComparedScene, fitted: Fitted, per_frame: int, truth: np.nda
 
 def measure_held_out(input, params, say):
     """Measure strokes that region_modes were not shown, for the rule of that name."""
-    scene = compared_scene(body=body_file.load(input.body), **params.compared)
+    scene = ComparedScene.of(body=body_file.load(input.body), **params.compared)
     progress = steps(say, f"{scene.name}: stroke held out")
     asked = params.grid, params.held_out, params.seed
     return measure_strokes(scene, read_arrays(Strokes, input.strokes), *asked, progress)

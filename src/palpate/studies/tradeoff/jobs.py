@@ -98,10 +98,8 @@ def tabulate_answers(input, params):
     from palpate.exchange.score import floor_of, score_presses
 
     table, parts = pd.read_csv(input.table), []
-    for scene, (body, regime, radius_m, paths) in params.scenes.items():
-        place = Path(input.table).parents[1] / "data" / body
-        files = {name: place / regime / f"{name}.h5" for name in ("database", "truth")}
-        files |= {"body": place / "body.h5", "samples": place / regime / "samples.csv"}
+    for number, (scene, (regime, radius_m, paths)) in enumerate(params.scenes.items()):
+        files = {name: getattr(input, name)[number] for name in ("body", "database", "samples", "truth")}
         _, questions = of_run(files, regime, params.split, radius_m)
         rows = table[(table["scene"] == scene) & (table["split"] == params.split) & ~table["model"].isin(BOUNDS)]
         for path in paths:

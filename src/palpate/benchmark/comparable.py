@@ -1,6 +1,5 @@
 """Find the scenes in which models can be compared in motion, before anything is made of them."""
 
-import warnings
 from collections.abc import Mapping
 
 from palpate.errors import InputError
@@ -109,9 +108,3 @@ def fits(own: Mapping) -> bool:
 def taught(own: Mapping) -> bool:
     """Return whether a motion is described to fit models to, or none is needed; own : as for ``fits``."""
     return bool(own.get("training")) or not fits(own)
-
-
-def leave_out_scenes(params):
-    """Warn of scenes in which models are not compared, for the rule of that name."""
-    for name, reason in params.reasons.items():
-        warnings.warn(f"scenes.{name}: models are not compared in it, as it {reason}.", stacklevel=1)

@@ -2,8 +2,8 @@
 
 import pytest
 
+from palpate.benchmark.comparable import check_compared, compared_scenes, fits, taught, unable, unfit
 from palpate.errors import InputError
-from palpate.studies.dynamic.comparable import check_compared, compared_scenes, fits, taught, unable, unfit
 
 LOAD = {"at_m": [0, 0, 0], "force_n": [0, 0, -1], "radius_m": 0, "start_s": 0.1, "press_s": 0.3, "hold_s": 9}
 PRESSED = {"body": "bar", "effects": "auto", "duration_s": 5.0, "push": {"loads": [LOAD]}}

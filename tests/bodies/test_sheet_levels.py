@@ -5,8 +5,8 @@ import pytest
 
 from palpate.bodies.body import Body
 from palpate.bodies.material import Material
+from palpate.bodies.sheet_levels import nest_sheet, refine_sheet
 from palpate.bodies.simple_shapes import sheet
-from palpate.studies.dynamic.compared_scene import nest_sheet, refine_sheet
 
 
 @pytest.fixture

@@ -1,0 +1,57 @@
+"""Nested levels of a sheet, as solids have them: coarse nodes first, and anchors passed on."""
+
+import numpy as np
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from palpate.bodies.body import Body
+from palpate.bodies.mesh import Sheet
+from palpate.bodies.refinement import midpoints_between
+from palpate.bodies.simple_shapes import sheet
+
+
+def nest_sheet(body: Body, count: int) -> Body:
+    """Nest a sheet: one of half its divisions, refined ``count`` times, so that level 1 is the sheet's own.
+
+    A sheet with divisions that are odd stays as it is.
+    """
+    own = body.coarse
+    assert isinstance(own, Sheet)
+    divisions = _divisions(own)
+    if any(number % 2 for number in divisions):
+        return body
+    half = sheet(list(np.ptp(own.nodes, axis=0)[:2]), [number // 2 for number in divisions], own.thickness_m)
+    near = cKDTree(own.nodes).query(half.nodes)[1]
+    levels, prolongations, anchors = [half], [], [np.flatnonzero(np.isin(near, body.anchors[0]))]
+    for number in range(count):
+        finer, prolongation = refine_sheet(levels[-1])
+        if number:
+            held = midpoints_between(anchors[-1], prolongation)
+        else:
+            held = np.flatnonzero(np.isin(cKDTree(own.nodes).query(finer.nodes)[1], body.anchors[0]))
+        levels.append(finer)
+        prolongations.append(prolongation)
+        anchors.append(held)
+    return Body(body.name, levels, prolongations, anchors, body.material)
+
+
+def refine_sheet(coarse: Sheet) -> tuple[Sheet, sparse.csr_array]:
+    """Split the cells of a sheet; return the finer one, whose first nodes are the coarse ones, and the prolongation.
+
+    A finer lattice has its nodes where the coarse one has nodes and middles of edges, diagonals included.
+    """
+    count, ends = len(coarse.nodes), coarse.edges
+    nodes = np.vstack([coarse.nodes, coarse.nodes[ends].mean(axis=1)])
+    divisions = [2 * number for number in _divisions(coarse)]
+    lattice = sheet(list(np.ptp(coarse.nodes, axis=0)[:2]), divisions, coarse.thickness_m)
+    triangles = cKDTree(nodes).query(lattice.nodes)[1][lattice.triangles]
+    rows = np.concatenate([np.arange(count), count + np.repeat(np.arange(len(ends)), 2)])
+    columns, values = np.concatenate([np.arange(count), ends.ravel()]), np.ones(len(rows))
+    values[count:] = 0.5
+    prolongation = sparse.csr_array((values, (rows, columns)), shape=(len(nodes), count))
+    return Sheet(nodes, np.ascontiguousarray(triangles), coarse.thickness_m), prolongation
+
+
+def _divisions(lattice: Sheet) -> list[int]:
+    """Return the cells of a lattice along x and y."""
+    return [len(np.unique(lattice.nodes[:, axis].round(9))) - 1 for axis in range(2)]

@@ -1,0 +1,198 @@
+"""Questions of motions: a body under weight, pushes and instruments over time, and where its surface is at instants."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from palpate.benchmark.accuracy import TruthErrors
+from palpate.benchmark.motion_truth import MotionTruth, motion_truth, pressed_nodes
+from palpate.benchmark.moving_scene import MovingScene
+from palpate.benchmark.presses import oblique
+from palpate.bodies.body import Body
+from palpate.bodies.contacts import contacts_by_area
+from palpate.bodies.particles import particles_of
+from palpate.collision.contact.instrument_contact import Path
+from palpate.collision.contact.obstacles import make_obstacle
+from palpate.effects.patch_load import spread
+from palpate.effects.push import disc, factor
+from palpate.errors import InputError
+from palpate.exchange.answers import Wanted
+from palpate.exchange.asked_body import body_arrays, body_info, body_of, refuse_sheet, with_law
+from palpate.exchange.folder import Arrays, Questions
+from palpate.exchange.readme import read_page
+
+KIND = "motion"
+OWN = TruthErrors._fields
+FORCE = "force_n"
+COURSE = ("radius_m", "force_n", "start_s", "press_s", "hold_s", "release_s")
+LARGEST_TILT, LARGEST_TURN = 30.0, 30.0
+"""Of drawn motions: degrees between a push and the inward normal, and by which weight is turned."""
+
+
+def questions_of(scenes: Sequence[MovingScene], found_by: Mapping[str, int]) -> Questions:
+    """Return the questions of motions that differ in what acts, without a truth.
+
+    found_by : ``levels`` and ``steps_per_frame`` with which the truth is found
+    """
+    scene, body = scenes[0], scenes[0].body
+    refuse_sheet(body)
+    if body.densities is not None:
+        raise InputError(f"bodies.{body.name} has the masses of its CT, which questions do not tell; ask for another.")
+    placed = [each.placed_loads() for each in scenes]
+    loads = [{"name": f"motion {number}", **_told(blocks)} for number, blocks in enumerate(placed)]
+    instants = (scene.duration_s * np.arange(1, scene.frames + 1) / scene.frames).round(12)
+    arrays = body_arrays(body)
+    arrays["loads"] = {"in_dent": np.array([_pressed(body, each, scene.duration_s) for each in placed])}
+    pushes = [each.get("push", {}).get("loads", []) for each in placed]
+    for level, mesh in enumerate(body.levels):
+        arrays["loads"][f"level_{level}/mass_kg"] = particles_of(body, level, surface=False).masses
+        if pushes[0]:
+            forces = [[spread(mesh, disc(p), np.array(p["force_n"], dtype=float)) for p in each] for each in pushes]
+            arrays["loads"][f"level_{level}/nodal_force_n"] = np.array(forces)
+    if pushes[0]:
+        arrays["loads"]["factor"] = np.array([[[factor(p, t) for t in instants] for p in each] for each in pushes])
+    info = {"kind": KIND, "scene": scene.name, "duration_s": scene.duration_s, "instants_s": instants.tolist()}
+    info |= {"damping": dict(scene.rayleigh), "found_by": dict(found_by), **body_info(body), "loads": loads}
+    return Questions(info, arrays)
+
+
+def _told(blocks: Mapping[str, dict]) -> dict[str, Any]:
+    """Return what questions.json says of what acts."""
+    told: dict[str, Any] = {}
+    if "gravity" in blocks:
+        told["gravity_m_s2"] = blocks["gravity"]["acceleration_m_s2"]
+    if "push" in blocks:
+        told["pushes"] = [
+            {"place_m": each["at_m"], "normal": each["normal"], **{name: each[name] for name in COURSE}}
+            for each in blocks["push"]["loads"]
+        ]
+    if "contact" in blocks:
+        contact = blocks["contact"]
+        tools = [{name: value for name, value in each.items() if name != "name"} for each in contact["instruments"]]
+        told |= {"instruments": tools, "friction": contact.get("friction", 0.0)}
+        told |= {"slip_m_s": contact.get("slip_m_s", 1e-3)}
+    return told
+
+
+def _blocks(told: Mapping[str, Any]) -> dict[str, dict]:
+    """Return what acts as a scene describes it, from what questions.json says."""
+    blocks: dict[str, dict] = {}
+    if "gravity_m_s2" in told:
+        blocks["gravity"] = {"acceleration_m_s2": told["gravity_m_s2"]}
+    if "pushes" in told:
+        blocks["push"] = {"loads": [{"at_m": each["place_m"], **each} for each in told["pushes"]]}
+    if "instruments" in told:
+        blocks["contact"] = {name: told[name] for name in ("instruments", "friction", "slip_m_s")}
+    return blocks
+
+
+def _pressed(body: Body, blocks: Mapping[str, dict], duration_s: float) -> np.ndarray:
+    """Mark the asked points (p,) that are pushed, or within a radius of what instruments sweep over at rest.
+
+    All of them where there is neither.
+    """
+    if "contact" not in blocks:
+        return pressed_nodes(body, dict(blocks))
+    points, swept = body.fine.nodes[body.fine.surface], np.zeros(len(body.fine.surface), dtype=bool)
+    paths = [Path(make_obstacle(each, body.name, "", body.fine.size, np.zeros(3))) for each in _tools(blocks)]
+    for path in paths:
+        corners = path.times_s if len(path.times_s) else np.zeros(1)
+        for t in np.union1d(np.linspace(0.0, duration_s, 201), corners[corners <= duration_s]):
+            swept |= path.pose(t).gaps(points)[0] <= 0.0
+    if not swept.any():
+        return ~swept
+    return cKDTree(points[swept]).query(points)[0] <= max(path.instrument.radius_m for path in paths)
+
+
+def _tools(blocks: Mapping[str, dict]) -> list[dict]:
+    return blocks["contact"]["instruments"]
+
+
+def drawn(scene: MovingScene, seed: int) -> MovingScene:
+    """Return another motion of a scene: its pushes elsewhere and oblique, or its weight turned.
+
+    InputError for instruments, whose paths are made for the places that they touch.
+    """
+    if "contact" in scene.loads:
+        raise InputError(f"--seed moves pushes and turns weight, and {scene.name} is touched; leave --seed out.")
+    rng, loads, fine = np.random.default_rng(seed), dict(scene.loads), scene.body.fine
+    if "push" in loads:
+        pushes = loads["push"]["loads"]
+        moved = []
+        for push, contact in zip(pushes, contacts_by_area(scene.body, len(pushes), seed), strict=True):
+            along = oblique(fine.normals[contact], rng.uniform(0.0, LARGEST_TILT), rng.uniform(0.0, 2.0 * np.pi))
+            force = np.linalg.norm(push["force_n"]) * along
+            moved.append(push | {"at_m": fine.nodes[contact].tolist(), "force_n": force.tolist()})
+        loads["push"] = {"loads": moved}
+    if "gravity" in loads:
+        axis = rng.normal(size=3)
+        turn = Rotation.from_rotvec(np.radians(rng.uniform(0.0, LARGEST_TURN)) * axis / np.linalg.norm(axis))
+        loads["gravity"] = {"acceleration_m_s2": turn.apply(loads["gravity"]["acceleration_m_s2"]).tolist()}
+    return replace(scene, loads=loads)
+
+
+def truth_arrays(truths: Sequence[MotionTruth]) -> Arrays:
+    """Return the arrays of truth.npz; its own errors are NaN where it is not believed."""
+    own = np.array([np.full(len(OWN), np.nan) if each.rejected else each.own[3] for each in truths])
+    found = {f"own_{name}": np.ascontiguousarray(column) for name, column in zip(OWN, own.T, strict=True)}
+    found["own_force_rms_of_peak"] = np.array([each.own_force for each in truths])
+    found["displacement_m"] = np.array([each.displacement for each in truths])
+    found[FORCE] = np.array([each.force for each in truths])
+    return found | {"seconds": np.array([each.spent_s for each in truths])}
+
+
+def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arrays:
+    """Find the truth of every motion with the material's ``law``, one of palpate's, as ``make`` does."""
+    info, body = questions.info, with_law(body_of(questions), law)
+    frames, by = len(info["instants_s"]), info["found_by"]
+    how = info["damping"], info["duration_s"], frames, by["steps_per_frame"] * frames, by["levels"], progress
+    return truth_arrays([motion_truth(body, _blocks(each), *how) for each in info["loads"]])
+
+
+def wanted(questions: Questions) -> dict[str, Wanted]:
+    """Return what is asked beside displacements: the force of instruments, if there are any."""
+    tools = len(questions.info["loads"][0].get("instruments", []))
+    return {FORCE: Wanted(True, (len(questions.info["instants_s"]), tools, 3))} if tools else {}
+
+
+def page(questions: Questions) -> dict[str, str]:
+    """Return what README.md says of motions, by its places."""
+    info, load = questions.info, questions.info["loads"][0]
+    frames, tools = len(info["instants_s"]), len(load.get("instruments", []))
+    acts = [read_page(f"motion_{name}.md") for name in ("gravity", "pushes", "instruments") if _acts(name, load)]
+    told = {"count": questions.count, "frames": frames, "duration": f"{info['duration_s']:g}", "tools": tools}
+    told |= {"mass": f"{info['damping']['mass_1_s']:g}", "stiffness": f"{info['damping']['stiffness_s']:g}"}
+    disc_page = read_page("disc.md").substitute().rstrip().replace("\n", "\n  ")
+    acting = "\n".join(each.substitute(told | {"disc": disc_page}).rstrip() for each in acts)
+    text = read_page("motion.md").substitute(told | {"acts": acting})
+    force = ', "force_n": [forces]' if tools else ""
+    example = read_page("motion_example.txt").substitute(
+        law=info["law"], forces=", forces" if tools else "", force=force
+    )
+    scored = (
+        "The root mean square over points and instants of the length of the error, over the largest true displacement "
+        "(the peak); the same at the points in the dent; "
+        + ("the root mean square over instants of the error of the force, over its largest size; " if tools else "")
+        + "failures; seconds for a second of motion, and memory. Each error has the truth's own as a floor: below it "
+        "nothing can be told."
+    )
+    rows = (
+        "| `setting_0/displacement_m` | (k, f, p, 3) | displacement of each asked point at each of the f instants of "
+        "`instants_s`, from rest; t = 0 is none of them |\n"
+        "| `setting_0/nodes_m`, `setting_0/triangles` | (n, 3), (t, 3) | only for a mesh of your own, see below |"
+    )
+    if tools:
+        rows += (
+            "\n| `setting_0/force_n` | (k, f, i, 3) | force of each instrument on the body, mean from the instant "
+            "before (or t = 0) to this one |"
+        )
+    places = {"asked": text, "example": example.rstrip(), "scored": scored, "question": "motion"}
+    return places | {"answer_rows": rows, "shape": "(k, f, p, 3)"}
+
+
+def _acts(name: str, load: Mapping[str, Any]) -> bool:
+    return ("gravity_m_s2" if name == "gravity" else name) in load

@@ -1,0 +1,252 @@
+"""Motions asked elsewhere: a script that knows the folder alone is scored as the same elements inside."""
+
+import ast
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from palpate.benchmark.accuracy import errors
+from palpate.benchmark.motion_truth import force_errors, motion_truth
+from palpate.benchmark.moving_scene import MovingScene
+from palpate.bodies.body_file import save
+from palpate.bodies.make_body import make_body
+from palpate.errors import InputError
+from palpate.exchange import motions
+from palpate.exchange.ask import ask
+from palpate.exchange.folder import packed, read
+from palpate.exchange.score_command import score
+from palpate.exchange.score_motions import score_motions
+from palpate.exchange.suspects import shifted
+from palpate.files import write_arrays
+from palpate.run.settings import complete
+from palpate.run.settings_yaml import read_settings
+from palpate.studies.dynamic.compared_scene import ComparedScene
+
+SCRIPT = Path(__file__).with_name("independent_motion.py")
+CONFIG = """
+seed: 1
+bodies:
+  bar:
+    kind: box
+    sizes_m: [0.1, 0.04, 0.04]
+    divisions: [3, 1, 1]
+    refinements: 0
+    young_pa: 20000
+    poisson: 0.3
+    density_kg_m3: 1000
+    anchors: {plane: {axis: x, side: min, depth_m: 0.001}}
+scenes:
+  poke:
+    body: bar
+    effects: [corotational, gravity, push, held, rayleigh]
+    gravity: {acceleration_m_s2: [0, 0, -4]}
+    push:
+      loads:
+        - at_m: [0.1, 0.02, 0.04]
+          force_n: [0, 0.1, -0.2]
+          radius_m: 0.03
+          start_s: 0.0
+          press_s: 0.05
+          hold_s: 0.02
+          release_s: 0.04
+    rayleigh: {mass_1_s: 2.0, stiffness_s: 0.01}
+    integrator: bdf2
+    step_s: 0.01
+    duration_s: 0.16
+dynamic:
+  frames: 4
+  scenes:
+    poke: {truth: {levels: 3, steps_per_frame: 4}}
+"""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Settings and results of a bar that is poked under its weight, as ``make`` leaves them behind."""
+    folder = tmp_path_factory.mktemp("run")
+    config = folder / "config.yaml"
+    config.write_text(CONFIG)
+    settings = complete(read_settings(config), config)
+    body = make_body("bar", settings["bodies"]["bar"])
+    scene = ComparedScene.of("poke", settings["scenes"]["poke"], body, {"duration_s": 0.16, "frames": 4})
+    truth = motion_truth(scene.body, scene.placed_loads(), scene.rayleigh, 0.16, 4, 16)
+    save(body, folder / "results/data/bar/body.h5")
+    (folder / "results/data/dynamic/poke").mkdir(parents=True)
+    write_arrays(truth, folder / "results/data/dynamic/poke/truth.npz")
+    return SimpleNamespace(config=config, results=folder / "results", scene=scene, truth=truth)
+
+
+@pytest.fixture(scope="module")
+def folder(run, tmp_path_factory):
+    out = tmp_path_factory.mktemp("asked") / "questions"
+    ask(run.config, None, "poke", None, out)
+    return out
+
+
+@pytest.fixture(scope="module")
+def answered(folder, tmp_path_factory):
+    """What the script answers; it imports numpy, scipy and another script that imports no more."""
+    tree = ast.parse(SCRIPT.read_text(encoding="utf-8"))
+    names = {each.names[0].name for each in ast.walk(tree) if isinstance(each, ast.Import)}
+    names |= {each.module for each in ast.walk(tree) if isinstance(each, ast.ImportFrom)}
+    known = {"json", "runpy", "sys", "time", "pathlib", "numpy", "scipy.sparse", "scipy.sparse.linalg"}
+    assert names == known
+    path = tmp_path_factory.mktemp("answered") / "answers.npz"
+    subprocess.run([sys.executable, "-I", SCRIPT, folder, path], check=True)
+    return path
+
+
+def test_linear_elements_from_elsewhere_move_as_those_inside(run, folder, answered):
+    """Both step by BDF2 with damping by clamped tangents, and solve steps to 1e-10: errors agree to seven digits."""
+    questions = read(folder)
+    found = score_motions(answered, questions, questions.truth).settings
+    for row, (level, steps) in zip(found.itertuples(), ((0, 4), (0, 16), (1, 8)), strict=True):
+        scene = replace(run.scene.fem(steps), tolerance=1e-10)
+        moved, _ = run.scene.move(scene, level)
+        inside = errors(moved.reshape(-1, 3), run.truth.displacement.reshape(-1, 3))
+        for name in ("rmse_m", "rmse_of_peak", "p95_of_peak", "max_of_peak"):
+            assert getattr(row, name) == pytest.approx(getattr(inside, name), rel=1e-7), (row.setting, name)
+    assert (found["failures"] == 0).all() and found["real_time_factor"].to_numpy() == pytest.approx(
+        found["online_median_s"] / 0.16
+    )
+    assert (found["patch_rms_of_peak"] > found["rmse_of_peak"]).all()  # the tip, which moves most
+
+
+def test_the_folder_says_what_acts(run, folder):
+    questions, told = read(folder), json.loads((folder / "questions.json").read_text())
+    load, arrays = told["loads"][0], questions.arrays["loads"]
+    assert told["instants_s"] == pytest.approx([0.04, 0.08, 0.12, 0.16]) and questions.count == 1
+    assert told["damping"] == {"mass_1_s": 2.0, "stiffness_s": 0.01}
+    assert np.array_equal(questions.truth["displacement_m"][0], run.truth.displacement)
+    assert questions.truth["own_rmse_of_peak"][0] == run.truth.own_error
+    volume, push = 0.1 * 0.04 * 0.04, load["pushes"][0]
+    for level in range(2):
+        assert arrays[f"level_{level}/mass_kg"].sum() == pytest.approx(1000.0 * volume)
+        assert arrays[f"level_{level}/nodal_force_n"][0, 0].sum(axis=0) == pytest.approx([0.0, 0.1, -0.2])
+    # 0.8 of the rise, the whole, a half of the fall and nothing
+    assert arrays["factor"][0, 0] == pytest.approx([0.896, 0.84375, 0.0, 0.0]) and push["hold_s"] == 0.02
+    dent = np.linalg.norm(questions.points - push["place_m"], axis=1) <= 0.03
+    assert arrays["in_dent"][0].any() and (dent | ~arrays["in_dent"][0]).all()
+
+
+def test_the_truth_is_found_again_from_the_folder_alone(run, folder):
+    found = motions.find_truth(read(folder), "corotational")
+    assert found["displacement_m"][0] == pytest.approx(run.truth.displacement, abs=1e-12)
+    assert found["own_rmse_of_peak"][0] == pytest.approx(run.truth.own_error, rel=1e-6)
+
+
+def test_a_private_motion_is_another_of_the_same_size(run, tmp_path):
+    ask(run.config, None, "poke", 7, tmp_path / "private")
+    found = read(tmp_path / "private")
+    load = found.info["loads"][0]
+    assert found.truth is None and np.linalg.norm(load["gravity_m_s2"]) == pytest.approx(4.0)
+    push = load["pushes"][0]
+    assert np.linalg.norm(push["force_n"]) == pytest.approx(np.hypot(0.1, 0.2))
+    assert np.dot(push["force_n"], push["normal"]) < -0.8 * np.hypot(0.1, 0.2)
+    touched = replace(run.scene, loads={"contact": {"instruments": []}})
+    with pytest.raises(InputError, match="poke is touched; leave --seed out"):
+        motions.drawn(touched, 7)
+
+
+def test_the_page_is_filled_and_its_example_runs(folder, tmp_path, monkeypatch):
+    questions, text = read(folder), (folder / "README.md").read_text(encoding="utf-8")
+    assert "$" not in text and "the same question that" in text and "instruments" not in text
+    (tmp_path / "questions").symlink_to(folder)
+    monkeypatch.chdir(tmp_path)
+    example = text.split("```python\n")[1].split("```")[0]
+    still = np.full((4, len(questions.points), 3), 1e-6)
+    exec(compile(example, "README.md", "exec"), {"move": lambda name, load, instants: still})
+    assert score_motions(tmp_path / "answers.npz", questions, questions.truth).settings["failures"].sum() == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            lambda u: u[:, :3],
+            r"displacement_m has the shape \(1, 3, \d+, 3\); give \(1, 4, \d+, 3\): questions, instants",
+        ),
+        (lambda u: 1000 * u, r"as if in millimetres; give metres"),
+        (lambda u: np.where(u == u[0, 1, 5, 2], np.nan, u), r"displacement_m is not finite in question 0"),
+    ],
+)
+def test_faulty_motions_have_one_sentence(folder, answered, tmp_path, change, said):
+    questions = read(folder)
+    with np.load(answered) as file:
+        found = {name: file[name] for name in file.files}
+    found["setting_2/displacement_m"] = change(found["setting_2/displacement_m"])
+    (tmp_path / "a.npz").write_bytes(packed(found))
+    with pytest.raises(InputError, match=said):
+        score_motions(tmp_path / "a.npz", questions, questions.truth)
+
+
+def test_instants_that_begin_at_rest_are_told(run):
+    truth = run.truth.displacement
+    late = np.concatenate([np.zeros_like(truth[:1]), truth[:-1]])
+    assert shifted(late, truth) == "is at each instant that of the one before; leave out what is at t = 0"
+    assert not shifted(0.9 * truth, truth) and not shifted(0.0 * truth, truth)
+
+
+def test_models_of_the_run_stand_beside_and_a_failure_counts(run, folder, answered, tmp_path):
+    row = {"scene": "poke", "body": "bar", "failures": 0, "force_rms_of_peak": np.nan, "real_time_factor": 0.5}
+    rows = [row | {"model": "fem_coarse", "setting": f"step_s={h}", "rmse_of_peak": e} for h, e in ((4, 0.2), (1, 0.1))]
+    (run.results / "tables").mkdir(exist_ok=True)
+    pd.DataFrame(rows).to_csv(run.results / "tables/dynamic_accuracy.csv", index=False)
+    with np.load(answered) as file:
+        found = {name: file[name] for name in file.files}
+    found["setting_0/failed"] = np.array([True])
+    found["setting_0/displacement_m"] = np.full_like(found["setting_0/displacement_m"], np.nan)
+    (tmp_path / "a.npz").write_bytes(packed(found))
+    said = score(tmp_path / "a.npz", folder, run.results, tmp_path, False)
+    table = pd.read_csv(tmp_path / "score.csv")
+    assert "1/1" in said and (tmp_path / "score.png").is_file()
+    assert table["engine"].tolist() == ["independent P1"] * 3 + ["palpate"] * 2
+    assert table["failures"].tolist() == [1, 0, 0, 0, 0]
+    assert table["online_median_s"].iloc[-1] == pytest.approx(0.5 * 0.16)
+
+
+def test_forces_of_instruments_are_compared_as_those_of_models(run):
+    """A ball that presses the bar's top: its force is asked for, and its error is that of dynamic_accuracy.csv."""
+    ball = {"kind": "sphere", "center_m": [0.08, 0.02, 0.052], "radius_m": 0.01}
+    ball |= {"times_s": [0.0, 0.1], "shifts_m": [[0, 0, 0], [0, 0, -0.01]]}
+    scene = replace(run.scene, loads={"contact": {"instruments": [ball], "friction": 0.2, "slip_m_s": 1e-3}})
+    questions = motions.questions_of([scene], {"levels": 3, "steps_per_frame": 1})
+    load = questions.info["loads"][0]
+    assert load["instruments"] == [ball] and load["friction"] == 0.2
+    assert motions._blocks(load)["contact"]["instruments"] == [ball]
+    assert motions.wanted(questions)["force_n"].shape == (4, 1, 3)
+    assert "`setting_0/force_n` | (k, f, i, 3)" in motions.page(questions)["answer_rows"]
+    dent = questions.arrays["loads"]["in_dent"][0]
+    assert 0 < dent.sum() < len(dent)
+    rng = np.random.default_rng(0)
+    moved, force = rng.normal(size=(1, 4, len(dent), 3)), rng.normal(size=(1, 4, 1, 3))
+    own = {f"own_{name}": np.array([1e-3]) for name in motions.OWN} | {"own_force_rms_of_peak": np.array([1e-2])}
+    truth = own | {"displacement_m": moved, "force_n": force, "seconds": np.ones(1)}
+    answers = {"digest": questions.digest, "engine": "a", "version": "1", "hardware": "b", "law": "corotational"}
+    answers |= {"settings": ["one"], "converged": [True], "setting_0/displacement_m": 1.01 * moved}
+    answers |= {"setting_0/force_n": 1.1 * force, "setting_0/seconds": [2.0], "setting_0/preparation_s": 0.0}
+    path = run.results / "touched.npz"
+    path.write_bytes(packed({name: np.array(value) for name, value in answers.items()}))
+    row = score_motions(path, questions, truth).settings.iloc[0]
+    inside = force_errors(1.1 * force[0], force[0])
+    assert row["force_rms_of_peak"] == pytest.approx(inside.force_rms_of_peak)
+    assert row["force_peak_error"] == pytest.approx(0.1) and row["relative_l2"] == pytest.approx(0.01)
+
+
+def test_a_motion_whose_truth_is_not_believed_cannot_be_asked(run, tmp_path):
+    results = tmp_path / "results"
+    (results / "data/dynamic/poke").mkdir(parents=True)
+    save(run.scene.body, results / "data/bar/body.h5")
+    write_arrays(replace(run.truth, rejected="it folds"), results / "data/dynamic/poke/truth.npz")
+    with pytest.raises(InputError, match=r"truth.npz has no truth that is believed \(it folds\)"):
+        ask(run.config, results, "poke", None, tmp_path / "q")
+    with pytest.raises(InputError, match=r"type make dynamic first, or give --seed"):
+        ask(run.config, tmp_path / "none", "poke", None, tmp_path / "q")
+    assert isinstance(run.scene, MovingScene)

@@ -102,7 +102,7 @@ def _parser() -> argparse.ArgumentParser:
     load.add_argument("file", help="the file")
     load.set_defaults(act=_load)
     ask = commands.add_parser("ask", help="write the questions of a scene to a folder, for any engine to answer")
-    ask.add_argument("--scene", required=True, help="a body and a regime of loads, such as liver_large")
+    ask.add_argument("--scene", required=True, help="presses, touches or a motion, such as liver_large")
     ask.add_argument("--out", required=True, type=Path, metavar="DIR", help="the folder to write")
     ask.add_argument("--config", default="config.yaml", type=Path, metavar="FILE", help="settings (config.yaml)")
     ask.add_argument("--results", type=Path, metavar="DIR", help="folder that make has filled; else beside them")

@@ -171,7 +171,10 @@ def page(questions: Questions) -> dict[str, str]:
     text = read_page("motion.md").substitute(told | {"acts": acting})
     force = ', "force_n": [forces]' if tools else ""
     example = read_page("motion_example.txt").substitute(
-        law=info["law"], forces=", forces" if tools else "", force=force
+        law=info["law"],
+        forces=", forces" if tools else "",
+        force=force,
+        more=", and (f, i, 3) in N" if tools else "",
     )
     scored = (
         "The root mean square over points and instants of the length of the error, over the largest true displacement "

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from fixtures.pressed_layer import Layer
 
-from palpate.identification.force_table import TOLERANCE, natural, scaled, tabulate
+from palpate.identification.force_table import TOLERANCE, natural, tabulate
 from palpate.identification.forward import Parameter
 
 RANGES = (
@@ -42,12 +42,12 @@ def test_presses_with_forces_of_their_own_have_their_own_tables():
     assert logs[1] - logs[0] == pytest.approx(np.log(2.0))
 
 
-@pytest.mark.parametrize("parameter", RANGES)
-def test_a_place_in_a_range_is_found_again(parameter):
-    for place in (-1.0, -0.3, 0.8, 1.0):
-        assert scaled(parameter, natural(parameter, place)) == pytest.approx(place)
-    assert natural(parameter, -1.0) == pytest.approx(parameter.low)
-    assert natural(parameter, 1.0) == pytest.approx(parameter.high)
+@pytest.mark.parametrize(("parameter", "middle"), list(zip(RANGES, (0.395, 0.0002**0.5, 1.0), strict=True)))
+def test_a_range_is_divided_by_value_by_ratio_or_by_stiffness(parameter, middle):
+    """The middle of thicknesses is their geometric mean, that of stiffenings b the one of 1 + b."""
+    assert [natural(parameter, place) for place in (-1.0, 0.0, 1.0)] == pytest.approx(
+        [parameter.low, middle, parameter.high]
+    )
 
 
 def test_a_parameter_without_a_range_has_its_value():

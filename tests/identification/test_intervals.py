@@ -6,7 +6,7 @@ from fixtures.pressed_layer import Layer, draw_presses
 from scipy.stats import chi2
 
 from palpate.errors import InputError
-from palpate.identification.fit import POINTS, Data, MixedModel, Options, best_fit, fitted, loading
+from palpate.identification.fit import POINTS, Data, MixedModel, Options, best_fit, fitted, loading, rounded
 from palpate.identification.forward import Parameter
 from palpate.identification.identify import identify
 from palpate.identification.intervals import Profiler, bootstrap, threshold
@@ -121,6 +121,19 @@ def test_what_is_held_stays_and_costs_likelihood():
     unknown, value = fitted(model, best, young=float(np.log(model.values(best)["young_pa"] * 1.02)))
     assert model.values(unknown)["young_pa"] == pytest.approx(1.02 * model.values(best)["young_pa"])
     assert value == pytest.approx(least, abs=0.05)  # ν makes up for it
+
+
+def test_round_coordinates_end_where_others_do():
+    """With a modulus far from the best, so that parameters reach the ends of their ranges."""
+    model, best, least = fit_of(Layer(0.004, (NU, THICKNESS)), {"poisson": 0.45, "thickness_m": 0.01})
+    young = np.log(model.values(best)["young_pa"])
+    around = rounded(model, best, young=True)
+    for away in (-0.3, 0.05, 0.2):
+        expected = fitted(model, best, young=young + away)[1]
+        unknown, value = fitted(model, best, young=young + away, around=around)
+        assert value == pytest.approx(expected, abs=0.05) and value > least - 0.01
+        assert np.log(model.values(unknown)["young_pa"]) == pytest.approx(young + away)
+        assert all(low <= unknown[name] <= high for name in model.parameters for low, high in [model.bounds(name)])
 
 
 def test_a_press_is_fitted_while_it_goes_deeper():

@@ -10,7 +10,7 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import Bounds, minimize
 
 from palpate.errors import InputError, NotConverged
 from palpate.identification.force_table import ForceTable, tabulate
@@ -31,7 +31,11 @@ FLOORS = (1e-4, 30.0)
 """Bounds of the noise at small forces, over the median of the presses' largest."""
 DIFFERENCE = 1e-5
 """Step of derivatives by differences; the likelihood is known to some 1e-9."""
-CONVERGED, RESTARTS = 1e-2, 4
+SEARCH = {"maxiter": 200, "ftol": 1e-7, "eps": DIFFERENCE}
+SEARCH_ROUND = {"maxiter": 12, "ftol": 1e-4, "eps": DIFFERENCE}
+CURVED, FLATTEST = 1e-3, 1.0
+"""Step of second differences, and the least curvature that coordinates are scaled by."""
+CONVERGED, RESTARTS = 1e-2, 8
 """Change of −2 log likelihood that ends restarts, small beside the threshold of an interval, and most of them."""
 
 
@@ -260,40 +264,107 @@ class _InOrder:
         return self.forward.forces(int(self.order[press]), depth_m, values)
 
 
+@dataclass(frozen=True, eq=False)
+class _Free:
+    """What a fit moves: the unknown that are not ``held``; young : log of E [log Pa], or None if it is free."""
+
+    model: MixedModel
+    held: Mapping[str, float]
+    young: float | None
+
+    @cached_property
+    def names(self) -> list[str]:
+        known = [*self.held, *["log_modulus"] * (self.young is not None)]
+        return [name for name in self.model.names if name not in known]
+
+    @cached_property
+    def limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and greatest (n,) of the names."""
+        low, high = np.array([self.model.bounds(name) for name in self.names]).T
+        return low, high
+
+    def whole(self, free: np.ndarray) -> dict[str, float]:
+        """Return all unknown for those that are free (n,)."""
+        unknown = {**self.held, **dict(zip(self.names, map(float, free), strict=True))}
+        if self.young is not None:
+            place = np.array([unknown[name] for name in self.model.parameters])
+            confined = self.model.confined(self.model.table.values(np.clip(place, -1, 1)))
+            unknown["log_modulus"] = self.young - float(np.log(confined))
+        return unknown
+
+    def round(self, unknown: Mapping[str, float], effects: np.ndarray) -> np.ndarray:
+        """Return W (n, n): −2 log likelihood near ``unknown`` is round in z, with free = W z, by second differences."""
+        low, high = self.limits
+        at = np.clip([unknown[name] for name in self.names], low + 2.0 * CURVED, high - 2.0 * CURVED)
+        n = len(at)
+        steps = CURVED * np.eye(n)
+        middle = self.model.minus2(self.whole(at), effects)
+        ahead = [self.model.minus2(self.whole(at + step), effects) for step in steps]
+        matrix = np.empty((n, n))
+        for i in range(n):
+            behind = self.model.minus2(self.whole(at - steps[i]), effects)
+            matrix[i, i] = ahead[i] - 2.0 * middle + behind
+            for j in range(i):
+                both = self.model.minus2(self.whole(at + steps[i] + steps[j]), effects)
+                matrix[i, j] = matrix[j, i] = both - ahead[i] - ahead[j] + middle
+        values, vectors = np.linalg.eigh(matrix / CURVED**2)
+        return vectors / np.sqrt(np.maximum(np.abs(values), FLATTEST))
+
+
+Round = tuple[tuple[str, ...], np.ndarray]
+"""Names of what is free, and W of it."""
+
+
 def fitted(
-    model: MixedModel, start: Mapping[str, float], held: Mapping[str, float] | None = None, young: float | None = None
-) -> tuple[dict[str, float], float]:
+    model: MixedModel, start: Mapping[str, float], held: Mapping[str, float] | None = None, young: float | None = None,
+    around: Round | None = None,
+) -> tuple[dict[str, float], float]:  # fmt: skip
     """Return the unknown of the greatest likelihood from ``start``, and −2 log likelihood there.
 
     held : unknown that are not fitted; young : log of E [log Pa] that is held, where the modulus that is fitted is
-        another
+        another; around : of ``rounded`` with the same held, which saves most of the way
     """
-    held = dict(held or {})
-    names = [name for name in model.names if name not in held and not (young is not None and name == "log_modulus")]
-
-    def whole(free: np.ndarray) -> dict[str, float]:
-        unknown = {**held, **dict(zip(names, map(float, free), strict=True))}
-        if young is not None:
-            place = np.array([unknown[name] for name in model.parameters])
-            unknown["log_modulus"] = young - float(np.log(model.confined(model.table.values(np.clip(place, -1, 1)))))
-        return unknown
-
-    bounds = [model.bounds(name) for name in names]
-    begin = np.clip([start[name] for name in names], *np.array(bounds).T)
-    value, at, effects = np.inf, begin, no_effects(model.data.layout)
+    free = _Free(model, dict(held or {}), young)
+    low, high = free.limits
+    effects = no_effects(model.data.layout)
+    value, at = np.inf, np.clip([start[name] for name in free.names], low, high)
+    turned = None if around is None else around[1]
     for _ in range(RESTARTS):  # a quasi-Newton method may stop early in a narrow valley; a new one from there goes on
-        found = minimize(
-            lambda free: model.minus2(whole(free), effects), at, method="SLSQP", bounds=bounds,
-            options={"maxiter": 200, "ftol": 1e-7, "eps": DIFFERENCE},
-        )  # fmt: skip
+        if turned is None:
+            found = minimize(
+                lambda x: model.minus2(free.whole(x), effects), at, method="SLSQP", bounds=Bounds(low, high),
+                options=SEARCH,
+            )  # fmt: skip
+            reached = found.x
+        else:
+            base, sides = at, np.concatenate([turned, -turned])
+            found = minimize(
+                lambda z, base=base, turned=turned: model.minus2(free.whole(base + turned @ z), effects),
+                np.zeros(len(at)), method="SLSQP", options=SEARCH_ROUND,
+                constraints={
+                    "type": "ineq", "jac": lambda z, sides=sides: sides,
+                    "fun": lambda z, base=base, turned=turned: np.concatenate(
+                        [base + turned @ z - low, high - base - turned @ z]
+                    ),
+                },
+            )  # fmt: skip
+            reached = np.clip(base + turned @ found.x, low, high)
         if not np.isfinite(found.fun) or found.fun > value:
             break
-        gained, value, at = value - float(found.fun), float(found.fun), found.x
-        if gained < CONVERGED:
+        gained, value, at = value - float(found.fun), float(found.fun), reached
+        if gained < CONVERGED or (turned is not None and found.nit < SEARCH_ROUND["maxiter"]):
             break
+        turned = free.round(free.whole(at), effects)
     if not np.isfinite(value):
         raise NotConverged("the likelihood of the presses has no finite value", [])
-    return whole(at), value
+    return free.whole(at), value
+
+
+def rounded(model: MixedModel, unknown: Mapping[str, float], held: Sequence[str] = (), young: bool = False) -> Round:
+    """Return in what coordinates the likelihood is round near ``unknown``; held, young : what a fit will hold."""
+    fixed = {name: unknown[name] for name in held}
+    free = _Free(model, fixed, float(np.log(model.values(unknown)["young_pa"])) if young else None)
+    return tuple(free.names), free.round(unknown, no_effects(model.data.layout))
 
 
 def best_fit(model: MixedModel, starts: Sequence[float] = (0.0, -0.7, 0.7)) -> tuple[dict[str, float], float]:

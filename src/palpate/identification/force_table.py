@@ -4,7 +4,9 @@ A fit asks for forces some ten thousand times. log f is smooth in the parameters
 that a few hundred values a press hold it (Trefethen, Approximation Theory and Approximation Practice, 2013, ch. 5).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -22,6 +24,8 @@ TOLERANCE, CHECKS = 2e-3, 6
 """Largest error of an interpolated force as a share, and at how many values drawn at random it is looked for."""
 MOST_VALUES = 1300
 """Most values of the parameters that a table is filled at."""
+KEPT = 16
+"""Answers that a table keeps."""
 SAME = 1e-9
 """Presses whose forces differ by less, as a share, share a table."""
 AXES = {"thickness_m": (np.log, np.exp), "stiffening": (np.log1p, np.expm1)}
@@ -37,14 +41,8 @@ def natural(parameter: "Parameter", scaled: float) -> float:
     """Return a parameter's value at ``scaled`` in −1 … 1 of its range, which is that of its axis."""
     forth, back = AXES.get(parameter.name, (float, float))
     low, high = forth(parameter.low), forth(parameter.high)
-    return float(np.clip(back(low + (high - low) * 0.5 * (scaled + 1.0)), parameter.low, parameter.high))
-
-
-def scaled(parameter: "Parameter", value: float) -> float:
-    """Return where a value lies in the range of a parameter, −1 … 1; the inverse of ``natural``."""
-    forth, _ = AXES.get(parameter.name, (float, float))
-    low, high = forth(parameter.low), forth(parameter.high)
-    return float(2.0 * (forth(value) - low) / (high - low) - 1.0)
+    value = float(back(low + (high - low) * 0.5 * (scaled + 1.0)))
+    return min(max(value, parameter.low), parameter.high)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +64,7 @@ class ForceTable:
     slopes_of: np.ndarray
     error: float
 
-    @property
+    @cached_property
     def free(self) -> tuple["Parameter", ...]:
         """The parameters that have a range."""
         return tuple(p for p in self.forward.parameters if is_free(p))
@@ -78,6 +76,14 @@ class ForceTable:
 
     def at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return log f (tables, depths) and its slope over log depth at ``place`` (p,) in −1 … 1."""
+        return self._at(tuple(map(float, place)))
+
+    @cached_property
+    def _at(self) -> Callable[[tuple[float, ...]], tuple[np.ndarray, np.ndarray]]:
+        """``at``, that keeps the last answers: most steps of a fit leave the parameters as they are."""
+        return lru_cache(KEPT)(self._interpolated)
+
+    def _interpolated(self, place: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
         weights = np.ones(1)
         for x in place:
             weights = np.multiply.outer(weights, _lagrange(self.nodes, float(x))).ravel()

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-from palpate.identification.fit import MixedModel, Options, fitted
+from palpate.identification.fit import MixedModel, Options, Round, fitted, rounded
 from palpate.identification.force_table import natural
 from palpate.identification.progress import Follow, unfollowed
 
@@ -101,7 +101,9 @@ class Profiler:
         add; what is wrong at single places is part of how places differ.
         """
         at = float(np.log(self.model.values(self.best)["young_pa"]))
-        interval, profile = self._stepped(lambda value, start: self._fit({}, start, value), at, self._half_width())
+        around = rounded(self.model, self.best, young=True)
+        rise: Rise = lambda value, start: self._fit({}, start, value, around)  # noqa: E731
+        interval, profile = self._stepped(rise, at, self._half_width())
         interval = self._with_error(interval, self.model.table.forward.common_error)
         return interval.through(np.exp), replace(profile, values=np.exp(profile.values))
 
@@ -125,12 +127,15 @@ class Profiler:
         places = len(self.model.data.layout.place_start) - 1
         return float(max(0.01, 1.6 * self.best["place"] / np.sqrt(places)))
 
-    def _fit(self, held: Unknown, start: Unknown, young: float | None = None) -> tuple[Unknown, float]:
-        unknown, value = fitted(self.model, start, held, young)
+    def _fit(
+        self, held: Unknown, start: Unknown, young: float | None = None, around: Round | None = None
+    ) -> tuple[Unknown, float]:
+        unknown, value = fitted(self.model, start, held, young, around)
         return unknown, max(value - self.least, 0.0)
 
     def _holding(self, name: str) -> Rise:
-        return lambda value, start: self._fit({name: value}, start)
+        around = rounded(self.model, self.best, (name,))
+        return lambda value, start: self._fit({name: value}, start, None, around)
 
     def _over_range(self, name: str, own: Callable[[float], float]) -> tuple[Interval, Profile]:
         at, rise = self.best[name], self._holding(name)
@@ -210,8 +215,10 @@ def bootstrap(
     places = len(model.data.layout.place_start) - 1
     drawn = [np.bincount(rng.integers(places, size=places), minlength=places) for _ in range(options.resamples)]
 
+    around = rounded(model, best)
+
     def values(counts: np.ndarray) -> dict[str, float]:
-        return named(fitted(replace(model, weights=counts.astype(float)), best)[0])
+        return named(fitted(replace(model, weights=counts.astype(float)), best, around=around)[0])
 
     def named(unknown: Unknown) -> dict[str, float]:
         found = model.values(unknown) | {"modulus_pa": float(np.exp(unknown["log_modulus"]))}

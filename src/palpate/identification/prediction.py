@@ -13,7 +13,7 @@ import pandas as pd
 from scipy.optimize import least_squares
 
 from palpate.errors import NotConverged
-from palpate.identification.fit import Data, MixedModel, Options, best_fit, fitted
+from palpate.identification.fit import Data, MixedModel, Options, Round, best_fit, fitted, rounded
 from palpate.identification.forward import Parameter
 from palpate.identification.progress import Follow, unfollowed
 from palpate.table_declaration import Table
@@ -75,11 +75,12 @@ def predict(
     others[LINE] = replace(others[LINE], shapes=False)  # a line whose exponent differs is none
     starts = {name: best_fit(model)[0] for name, model in others.items()} | dict(best)
     everything = {**models, **others}
+    around = {name: rounded(model, starts[name]) for name, model in everything.items()}
     jobs = [(way, name, used) for way in ways for used in left_out(data, way, options.seed) for name in everything]
     rows = []
     for (way, name, used), force in zip(
         follow("predictions of presses left out", jobs),
-        spread_out(lambda job: _refit(everything[job[1]], starts[job[1]], job[2]), jobs), strict=True,
+        spread_out(lambda job: _refit(everything[job[1]], starts[job[1]], job[2], around[job[1]]), jobs), strict=True,
     ):  # fmt: skip
         rows += _rows(data, way, name, used, force)
     for way in ways:
@@ -119,11 +120,11 @@ def summary(predictions: pd.DataFrame) -> pd.DataFrame:
     return found.reset_index().sort_values(["by", "median"], kind="stable", ignore_index=True)
 
 
-def _refit(model: MixedModel, start: Mapping[str, float], used: np.ndarray) -> np.ndarray:
+def _refit(model: MixedModel, start: Mapping[str, float], used: np.ndarray, around: Round) -> np.ndarray:
     """Return forces (n,) [N] by a fit to the points ``used`` (n,) alone; NaN where it does not converge."""
     part = replace(model, data=model.data.masked(used))
     try:
-        unknown, _ = fitted(part, start)
+        unknown, _ = fitted(part, start, around=around)
     except NotConverged:
         return np.full(len(used), np.nan)
     return np.exp(np.minimum(part.modes(unknown).log_force, 600.0))

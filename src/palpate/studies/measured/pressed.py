@@ -1,7 +1,9 @@
 """What presses of one entry determine, and whether it predicts presses that were left out: tables of ``identify``."""
 
+import os
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -108,15 +110,16 @@ def _elastic(
     def follow(what: str, sequence: Sequence) -> Iterable:
         return steps(say, f"{name}: {what}")(sequence)
 
-    for consistent in consistent_parts(records, compare_sessions(records)):
-        part = _words(consistent)
-        options = Options(seed=seed)
-        forwards = forwards_for(consistent, asked, folder / "curves", follow)
-        found = identify(consistent, forwards, options, follow=follow)
-        rows += [[name, *row] for row in table_rows(found, part)]
-        told = predict(found.models, found.best, options, entry["held_out"], follow=follow)
-        predicted.append(told.assign(entry=name, part=part))
-        curves.append(_curves(found).assign(entry=name, part=part))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for consistent in consistent_parts(records, compare_sessions(records)):
+            part = _words(consistent)
+            options = Options(seed=seed)
+            forwards = forwards_for(consistent, asked, folder / "curves", follow)
+            found = identify(consistent, forwards, options, pool.map, follow)
+            rows += [[name, *row] for row in table_rows(found, part)]
+            told = predict(found.models, found.best, options, entry["held_out"], pool.map, follow)
+            predicted.append(told.assign(entry=name, part=part))
+            curves.append(_curves(found).assign(entry=name, part=part))
     return {
         PRESSES.name: PRESSES.frame(rows),
         PRESS_PREDICTIONS.name: pd.concat(predicted)[PRESS_PREDICTIONS.columns],

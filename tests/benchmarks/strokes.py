@@ -68,8 +68,8 @@ def main() -> None:
         print(summary(table).to_string(), flush=True)
 
 
-def scene_of(configs: list[Path], name: str) -> tuple[ComparedScene, dict, int]:
-    """Return a scene to compare models in, the settings of ``region_modes`` there, and the seed."""
+def scene_of(configs: list[Path], name: str, model: str = "region_modes") -> tuple[ComparedScene, dict, int]:
+    """Return a scene to compare models in, the settings of a ``model`` there, and the seed."""
     config: dict = {}
     for file in configs:
         update_config(config, read_settings(file))
@@ -78,7 +78,7 @@ def scene_of(configs: list[Path], name: str) -> tuple[ComparedScene, dict, int]:
     own = {"duration_s": entry["duration_s"], "frames": dynamic["frames"]} | dynamic["scenes"][name]
     body = make_body(entry["body"], config["bodies"][entry["body"]])
     kept = {key: own[key] for key in ("duration_s", "frames", "level") if key in own}
-    grid = dynamic["settings"]["region_modes"] | own.get("settings", {}).get("region_modes", {})
+    grid = dynamic["settings"][model] | own.get("settings", {}).get(model, {})
     return ComparedScene.of(name, entry, body, kept), grid, config["seed"]
 
 
@@ -92,10 +92,10 @@ def shown_to(compared: ComparedScene, grid: dict, seed: int, file: Path) -> Stro
     return read_arrays(Strokes, file)
 
 
-def times_life(each: ComparedScene, fitted: Fitted, per_frame: int) -> float:
+def times_life(each: ComparedScene, fitted: Fitted, per_frame: int, runs: int = TIMED) -> float:
     """Return how much faster than life steps are, NaN if they are not found: the least processor time of each step."""
     scene, particles = fitted.scene(each, per_frame * each.frames), each.particles(fitted.level)
-    taken = np.full((TIMED, scene.steps), np.nan)
+    taken = np.full((runs, scene.steps), np.nan)
     for run in taken:
         system = compose(scene, particles)
         motion = stroke_motion.make(system, scene.integration)

@@ -2,14 +2,20 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
+import meshio
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
 from fixtures.pressed_layer import Layer, draw_presses
 
+from palpate.benchmark.touch import Touch
+from palpate.benchmark.touch_mesh import TouchedMeshes
+from palpate.bodies.simple_shapes import box
 from palpate.cli import main
+from palpate.effects.instrument import Instrument
 from palpate.init import identify_command
 
 
@@ -100,3 +106,33 @@ def test_a_model_without_a_force_is_said_in_a_sentence(layer, tmp_path, capsys, 
 def test_the_module_is_the_command():
     asked = [sys.executable, "-m", "palpate.cli", "identify", "--help"]
     assert "--instrument" in subprocess.run(asked, check=True, capture_output=True, text=True).stdout
+
+
+def test_a_mesh_file_that_lies_on_a_bed_gives_back_the_modulus(tmp_path, capsys):
+    """Presses by elements that are a third as long as those of the fit, on the body that the mesh file becomes."""
+    block, ball = box([60.0, 60.0, 40.0], [3, 3, 2]), Instrument("sphere", 0.012)
+    file = tmp_path / "block.stl"
+    meshio.write_points_cells(file, block.nodes, [("triangle", block.triangles)])
+    body = identify_command.body_of(str(file), None, 1e-3, "below")
+    tissue = replace(body, material=replace(body.material, law="neo_hookean"))
+    depth, way, rows = 0.012 * np.array([0.15, 0.25, 0.35, 0.45, 0.55]), np.array([0.0, 0.0, -1.0]), []
+    for name, at in (("a", (0.02, 0.02, 0.04)), ("b", (0.04, 0.02, 0.04))):
+        node = int(np.linalg.norm(body.fine.nodes - at, axis=1).argmin())
+        meshes, touch = TouchedMeshes(tissue), Touch(ball, node, way, float(depth[-1]))
+        mesh = meshes.around(touch, 0, meshes.level_for(touch, 1.0) + 1)
+        for state in mesh.contact.push(way, list(depth), 1e-3):
+            force = 1.4 * float(state.force @ way)
+            rows.append((name, *body.fine.nodes[node], *way, state.depth_m, force))
+    columns = ["press", "x_m", "y_m", "z_m", "direction_x", "direction_y", "direction_z", "depth_m", "force_n"]
+    pd.DataFrame(rows, columns=columns).to_csv(tmp_path / "presses.csv", index=False)
+    asked = f"--body {file} --scale 0.001 --hold below --instrument sphere:0.012 --law neo_hookean --poisson 0.3:0.3"
+    more = ["--sticking", "0:0", "--offset", "0:0", "-o", str(tmp_path / "out")]
+    assert main(["identify", str(tmp_path / "presses.csv"), *asked.split(), *more]) == 0
+    table = pd.read_csv(tmp_path / "out/identified.csv").set_index("quantity")
+    young = 1.4 * body.material.young_pa
+    assert table.loc["young_pa", "best"] == pytest.approx(young, rel=0.05)
+    assert table.loc["young_pa", "low"] < young < table.loc["young_pa", "high"]
+    written = yaml.safe_load((tmp_path / "out/engines/block_palpate.yaml").read_text())["bodies"]["block"]
+    stiffer = written["young_pa"] / body.material.young_pa
+    assert written["bed"]["stiffness_n_m3"] == pytest.approx(stiffer * body.bed.stiffness_n_m3, rel=1e-3)
+    assert "lies on is assumed to be as stiff" in capsys.readouterr().out

@@ -180,7 +180,7 @@ def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, fo
     """Write the numbers for engines, and return a sentence on how much stiffer or softer the organ acts there."""
     from palpate.identification.export.numbers import Numbers
     from palpate.identification.export.palpate_config import snippet
-    from palpate.identification.export.write import export
+    from palpate.identification.export.write import engine_level, export
 
     body, values = asked.body, found.fitted
     assert body is not None
@@ -199,15 +199,17 @@ def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, fo
             part.write_text(snippet(numbers, body.bed.stiffness_n_m3 / body.material.young_pa), encoding="utf-8")
         return [f"Engines have no bed, on which the organ lies here: only settings of palpate are written, to {file}."]
     try:
-        export(numbers, body, 0, asked.instrument, presses, model.table.forward, values, folder)
+        export(numbers, body, engine_level(body), asked.instrument, presses, model.table.forward, values, folder)
     except NotConverged as failure:
         return [f"No settings for engines are written: {failure}."]
-    facts = json.loads((folder / "exported.json").read_text(encoding="utf-8"))["engines"]
+    exported = json.loads((folder / "exported.json").read_text(encoding="utf-8"))
     acts = [
         f"{100 * fact['stiffer_by']:+.0f} % in {engine}, so {fact['young_pa']:.4g} Pa there"
-        for engine, fact in facts.items()
+        f" (single places ± {percent(fact['scatter_of_places'])})"
+        for engine, fact in exported["engines"].items()
     ]
-    return [f"On the mesh for engines the same organ is stiffer (+) or softer (−) by {listed(acts)}."]
+    mesh = f"the mesh for engines, of {exported['nodes']} nodes,"
+    return [f"On {mesh} the same organ is stiffer (+) or softer (−) by {listed(acts)}."]
 
 
 def write_results(

@@ -136,7 +136,9 @@ def summary(table: pd.DataFrame) -> pd.DataFrame:
         force, life = own["force_rms_of_peak"], own["times_life"]
         rows[key] = {
             "strokes": len(own),
+            "quarter": np.quantile(error, 0.25),
             "median": np.median(error),
+            "three_quarters": np.quantile(error, 0.75),
             "p90": np.quantile(error, 0.9),
             "worst": error.max(),
             "right": (error <= RIGHT).mean(),

@@ -3,7 +3,8 @@
     python tests/benchmarks/strokes.py config.yaml config.full.yaml --scene liver_palpation --count 24
 
 Errors are from the limit in time of quadratic elements on the same mesh. Strokes that the table has are not tried
-again, so that it may be stopped at any time; strokes that modes are learnt from are kept beside it. Times are the
+again, so that it may be stopped at any time; strokes that modes are learnt from, and limits of those that are tried,
+are kept beside it for other settings. Times are the
 processor's: the least of each step in several runs.
 """
 
@@ -45,10 +46,13 @@ def main() -> None:
     asked.add_argument(
         "--shown", type=int, help="strokes that modes are learnt from, if not as many as the settings say"
     )
+    asked.add_argument(
+        "--steps", type=int, nargs="+", help="of modes in a frame of 20 ms, if not those of the settings"
+    )
     asked.add_argument("--table", type=Path, default=Path("strokes.csv"))
     given = asked.parse_args()
     compared, grid, seed = scene_of(given.configs, given.scene)
-    grid |= {"strokes": given.shown or grid["strokes"]}
+    grid |= {"strokes": given.shown or grid["strokes"], "steps_per_frame": given.steps or grid["steps_per_frame"]}
     shown = shown_to(compared, grid, seed, given.table.with_name(f"{given.scene}_{grid['strokes']}.npz"))
     begin = process_time()
     fitted = touching.modes_of_strokes(compared, shown, grid, seed)
@@ -60,7 +64,8 @@ def main() -> None:
         if ((table["scene"] == given.scene) & (table["contact"] == number)).any():
             continue
         each = touching.stroked(compared, contact)
-        rows = touching.measure_stroke(each, fitted, number, grid["steps_per_frame"])
+        limit = limit_in(given.table.with_name(f"{given.scene}_{given.seed}_{number}.npz"), each)
+        rows = touching.measure_stroke(each, limit, fitted, number, grid["steps_per_frame"])
         for row, per_frame in zip(rows, grid["steps_per_frame"], strict=False):
             row["times_life"] = times_life(each, fitted, per_frame) if row.get("failures") == 0 else np.nan
         table = pd.concat([table, pd.DataFrame(rows)], ignore_index=True).reindex(columns=columns).infer_objects()
@@ -90,6 +95,13 @@ def shown_to(compared: ComparedScene, grid: dict, seed: int, file: Path) -> Stro
         found = strokes.shown(compared.body, contacts, compared.rayleigh, strokes.DURATION_S)
         write_arrays(Strokes(found.astype(np.float32), process_time() - begin), file)
     return read_arrays(Strokes, file)
+
+
+def limit_in(file: Path, each: ComparedScene) -> touching.StrokeLimit:
+    """Return the limit that errors of a stroke are from, of the ``file`` if it is there."""
+    if not file.exists():
+        write_arrays(touching.limit_of(each), file)
+    return read_arrays(touching.StrokeLimit, file)
 
 
 def times_life(each: ComparedScene, fitted: Fitted, per_frame: int, runs: int = TIMED) -> float:
@@ -124,7 +136,9 @@ def summary(table: pd.DataFrame) -> pd.DataFrame:
         force, life = own["force_rms_of_peak"], own["times_life"]
         rows[key] = {
             "strokes": len(own),
+            "quarter": np.quantile(error, 0.25),
             "median": np.median(error),
+            "three_quarters": np.quantile(error, 0.75),
             "p90": np.quantile(error, 0.9),
             "worst": error.max(),
             "right": (error <= RIGHT).mean(),

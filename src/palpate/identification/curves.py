@@ -315,8 +315,8 @@ def _computed(law: str, ranges: Ranges, workers: int | None, follow: Follow) -> 
         least = error
         if STIFFENING in free:
             between[:, free.index(STIFFENING)] = -1.0
-            off = [_basis(between, found) @ by_end[k] - compute(between, end) for k, end in enumerate(ends)]
-            least = float(np.abs(np.expm1(off)).max())
+            beside = [_basis(between, found) @ by_end[k] - compute(between, end) for k, end in enumerate(ends)]
+            least = float(np.abs(np.expm1(beside)).max())
     to_curve = np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(ALONG), ALONG - 1)).T
     return CurveFamily(law, ranges, error, least, found, by_end @ to_curve)
 

@@ -1,7 +1,7 @@
 """Models of a touched body in modes of strokes: those beside its path, or those of a region."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
@@ -99,7 +99,8 @@ def measure_strokes(
     contacts = strokes.roaming(compared.particles(-1), compared.loads["contact"], *square)
     rows: list[dict] = []
     for number, contact in enumerate(progress(contacts)):
-        rows += measure_stroke(stroked(compared, contact), fitted, number, grid["steps_per_frame"])
+        each = stroked(compared, contact)
+        rows += measure_stroke(each, limit_of(each), fitted, number, grid["steps_per_frame"])
     return MOTION_PLACES.frame(rows)
 
 
@@ -108,18 +109,38 @@ def stroked(compared: ComparedScene, contact: dict) -> ComparedScene:
     return replace(compared, duration_s=strokes.DURATION_S, frames=FRAMES, loads=compared.loads | {"contact": contact})
 
 
-def measure_stroke(each: ComparedScene, fitted: Fitted, number: int, tried: Sequence[int]) -> list[dict]:
-    """Return the rows of ``measure_strokes`` of one stroke, for each number of steps in a frame that is ``tried``."""
-    labels: dict = {"scene": each.name, "body": each.body.name, "contact": number}
+@dataclass(frozen=True, eq=False)
+class StrokeLimit:
+    """The limit in time of quadratic elements on a stroke: displacement (f, n_surface, 3) [m], force (f, k, 3) [N].
+
+    change : by the last halving of steps, RMSE over peak; there are no frames of a stroke that is not found
+    """
+
+    displacement: np.ndarray
+    force: np.ndarray
+    change: float
+
+
+def limit_of(each: ComparedScene) -> StrokeLimit:
+    """Return the limit that two lengths of steps extrapolate to."""
     try:
         longer, shorter = (_of_elements(each, n) for n in STEPS_PER_FRAME)
     except NotConverged:
-        return [labels]
+        return StrokeLimit(np.zeros((0, 0, 3)), np.zeros((0, 0, 3)), np.nan)
     truth, force = ((4.0 * b - a) / 3.0 for a, b in zip(longer, shorter, strict=True))  # their steps are of order 2
-    change = errors(shorter[0].reshape(-1, 3), truth.reshape(-1, 3)).rmse_of_peak
-    labels |= {"model": "region_modes", "reference": "fem_p2", "reference_change": change}
-    labels |= {"peak_m": np.linalg.norm(truth, axis=2).max()}
-    return [labels | _held_out(each, fitted, n, truth, force) for n in tried]
+    return StrokeLimit(truth, force, errors(shorter[0].reshape(-1, 3), truth.reshape(-1, 3)).rmse_of_peak)
+
+
+def measure_stroke(
+    each: ComparedScene, limit: StrokeLimit, fitted: Fitted, number: int, tried: Sequence[int]
+) -> list[dict]:
+    """Return the rows of ``measure_strokes`` of one stroke, for each number of steps in a frame that is ``tried``."""
+    labels: dict = {"scene": each.name, "body": each.body.name, "contact": number}
+    if not len(limit.displacement):
+        return [labels]
+    labels |= {"model": "region_modes", "reference": "fem_p2", "reference_change": limit.change}
+    labels |= {"peak_m": np.linalg.norm(limit.displacement, axis=2).max()}
+    return [labels | _held_out(each, fitted, n, limit) for n in tried]
 
 
 def _of_elements(each: ComparedScene, per_frame: int) -> tuple[np.ndarray, np.ndarray]:
@@ -137,8 +158,8 @@ HELD_OUT = 1000
 """Added to the seed of the strokes that are shown, for those that are not."""
 
 
-def _held_out(each: ComparedScene, fitted: Fitted, per_frame: int, truth: np.ndarray, force: np.ndarray) -> dict:
-    """Follow one stroke; return errors and doubt beside ``truth`` (f, n_surface, 3) [m] and ``force`` (f, k, 3) [N]."""
+def _held_out(each: ComparedScene, fitted: Fitted, per_frame: int, limit: StrokeLimit) -> dict:
+    """Follow one stroke; return errors and doubt."""
     scene = fitted.scene(each, per_frame * each.frames)
     row = {"setting": f"step_s={scene.step_s:.3g}", "failures": 1}
     try:
@@ -148,8 +169,8 @@ def _held_out(each: ComparedScene, fitted: Fitted, per_frame: int, truth: np.nda
     doubt = doubted(run, moved)
     if not np.isfinite(doubt):
         return row
-    found = errors(moved.reshape(-1, 3), truth.reshape(-1, 3)).rmse_of_peak
-    felt = force_errors(run.motion.instrument_forces(), force).force_rms_of_peak
+    found = errors(moved.reshape(-1, 3), limit.displacement.reshape(-1, 3)).rmse_of_peak
+    felt = force_errors(run.motion.instrument_forces(), limit.force).force_rms_of_peak
     row |= {"force_rms_of_peak": felt, "real_time_factor": run.seconds / each.duration_s}
     return row | {"failures": 0, "rmse_of_peak": found, "estimate_of_peak": doubt, "estimate_s": run.doubt_s}
 

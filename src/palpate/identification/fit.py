@@ -292,8 +292,11 @@ class _Free:
             unknown["log_modulus"] = self.young - float(np.log(confined))
         return unknown
 
-    def round(self, unknown: Mapping[str, float], effects: np.ndarray) -> np.ndarray:
-        """Return W (n, n): −2 log likelihood near ``unknown`` is round in z, with free = W z, by second differences."""
+    def round(self, unknown: Mapping[str, float], effects: np.ndarray) -> np.ndarray | None:
+        """Return W (n, n): −2 log likelihood near ``unknown`` is round in z, with free = W z, by second differences.
+
+        None where the likelihood is not finite.
+        """
         low, high = self.limits
         at = np.clip([unknown[name] for name in self.names], low + 2.0 * CURVED, high - 2.0 * CURVED)
         n = len(at)
@@ -307,11 +310,13 @@ class _Free:
             for j in range(i):
                 both = self.model.minus2(self.whole(at + steps[i] + steps[j]), effects)
                 matrix[i, j] = matrix[j, i] = both - ahead[i] - ahead[j] + middle
+        if not np.isfinite(matrix).all():
+            return None
         values, vectors = np.linalg.eigh(matrix / CURVED**2)
         return vectors / np.sqrt(np.maximum(np.abs(values), FLATTEST))
 
 
-Round = tuple[tuple[str, ...], np.ndarray]
+Round = tuple[tuple[str, ...], np.ndarray | None]
 """Names of what is free, and W of it."""
 
 
@@ -329,17 +334,21 @@ def fitted(
     effects = no_effects(model.data.layout)
     value, at = np.inf, np.clip([start[name] for name in free.names], low, high)
     turned = None if around is None else around[1]
+
+    def minus2(x: np.ndarray) -> float:
+        found = model.minus2(free.whole(x), effects)
+        if not np.isfinite(found):  # effects that are not finite would stay so
+            effects[:] = 0.0
+        return found
+
     for _ in range(RESTARTS):  # a quasi-Newton method may stop early in a narrow valley; a new one from there goes on
         if turned is None:
-            found = minimize(
-                lambda x: model.minus2(free.whole(x), effects), at, method="SLSQP", bounds=Bounds(low, high),
-                options=SEARCH,
-            )  # fmt: skip
+            found = minimize(minus2, at, method="SLSQP", bounds=Bounds(low, high), options=SEARCH)
             reached = found.x
         else:
             base, sides = at, np.concatenate([turned, -turned])
             found = minimize(
-                lambda z, base=base, turned=turned: model.minus2(free.whole(base + turned @ z), effects),
+                lambda z, base=base, turned=turned: minus2(np.clip(base + turned @ z, low, high)),
                 np.zeros(len(at)), method="SLSQP", options=SEARCH_ROUND,
                 constraints={
                     "type": "ineq", "jac": lambda z, sides=sides: sides,
@@ -349,6 +358,9 @@ def fitted(
                 },
             )  # fmt: skip
             reached = np.clip(base + turned @ found.x, low, high)
+        if turned is not None and not np.isfinite([value, found.fun]).any():
+            turned = None  # too far from where it was round
+            continue
         if not np.isfinite(found.fun) or found.fun > value:
             break
         gained, value, at = value - float(found.fun), float(found.fun), reached

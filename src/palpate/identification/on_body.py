@@ -20,7 +20,6 @@ from palpate.benchmark.touch_mesh import TouchedMeshes, contact_radius
 from palpate.bodies.body import Body
 from palpate.bodies.material import EXPONENTIAL, exponential
 from palpate.bodies.mesh import TetMesh
-from palpate.effects.elements import PLAIN_POISSON
 from palpate.effects.instrument import SPHERE, Instrument, first_touch, upright
 from palpate.effects.patch_load import Patch, patch_shares
 from palpate.errors import InputError, NotConverged
@@ -41,8 +40,6 @@ TOGETHER, FEWEST = 4, 3
 SHARES = (0.3, 0.45, 0.6, 0.8, 1.0)
 """Depths of a curve of elements over the deepest; below, elements are too long for what touches."""
 TOLERANCE = 1e-3
-WIDE = 2.0
-"""Radius of the patches that say what Poisson's ratio changes far from the ball, over the length of elements."""
 MARGIN = 1.15
 """Deepest depth that is answered over that of the presses: where they first touched is not known to the last."""
 LOCAL = 48
@@ -107,7 +104,7 @@ class OrganForward:
         }
         self._middle, ratios = middle, next((each for each in self.parameters if each.name == "poisson"), None)
         nu = middle["poisson"]
-        across = np.array([nu]) if ratios is None else _ratios(ratios)
+        across = np.array([nu]) if ratios is None else np.linspace(ratios.low, ratios.high, 3)
         name = exponential(middle["stiffening"]) if law == EXPONENTIAL else law
         tissue = replace(body, material=replace(body.material, poisson=float(nu), law=name))
         touches: list[Touch] = []
@@ -180,15 +177,6 @@ def _middle(parameter: Parameter) -> float:
     if parameter.name == "stiffening":
         return float(np.sqrt((1.0 + parameter.low) * (1.0 + parameter.high)) - 1.0)
     return 0.5 * (parameter.low + parameter.high)
-
-
-def _ratios(poisson: Parameter) -> np.ndarray:
-    """Return two Poisson's ratios that say what the ratio changes, as all is nearly linear in it.
-
-    Trap: above PLAIN_POISSON elements are others, which are more compliant on a coarse mesh; both have to be alike.
-    """
-    low, high = poisson.low, poisson.high
-    return np.array([low, min(high, PLAIN_POISSON) if low < PLAIN_POISSON else high])
 
 
 def _check(body: Body, instrument: Instrument) -> None:
@@ -289,11 +277,11 @@ def _with_poisson(body: Body, poisson: float) -> Body:
 def _beyond(body: Body, touches: Sequence[Touch], across: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return what coarse elements at the rim of what is held miss at each touch, (k,), and the rest by Poisson's ratio.
 
-    The latter is (k, m) at ``across`` (m,), all in m/N if E is 1 Pa, on one mesh for all places: under patches twice as
-    wide as its elements, which is enough for differences.
+    The latter is (k, m) at ``across`` (m,), all in m/N if E is 1 Pa, on one mesh for all places: under patches as wide
+    as its elements, which is enough for differences.
     """
     meshes = TouchedMeshes(body)
-    patches = [_patch(body, touch, WIDE * meshes.edge_m(touch, 1)) for touch in touches]
+    patches = [_patch(body, touch, meshes.edge_m(touch, 1)) for touch in touches]
     rims = np.array([rest(*meshes.at_rim(held), patches) for held in (0, 1, 2)])
     first, last = rims[1] - rims[0], rims[2] - rims[1]
     rate = np.clip(np.divide(first, last, out=np.full(len(last), RATES[1]), where=last != 0.0), *RATES)

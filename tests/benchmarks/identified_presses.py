@@ -1,7 +1,8 @@
 """How often the intervals of ``palpate identify`` hold the truth: presses drawn from known tissue, fitted again.
 
     python tests/benchmarks/identified_presses.py --draws 40 --processes 2
-    python tests/benchmarks/identified_presses.py --organ presses.npz --draws 40      # of organ_presses.py truth
+    python tests/benchmarks/identified_presses.py --wrong 1.33 --draws 20           # a thickness taken for known
+    python tests/benchmarks/identified_presses.py --organ presses.npz --draws 40     # of organ_presses.py truth
 
 E, ν, thickness (unknown in every second draw, else none), offsets and places are drawn anew for each; a 90 % interval
 should hold 85 to 95 % of truths. On an organ forces are those of its truth at places drawn from all, for the Poisson's
@@ -15,6 +16,7 @@ import sys
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -32,7 +34,7 @@ from scipy.interpolate import PchipInterpolator
 from palpate.effects.instrument import Instrument
 from palpate.identification.asked import POISSON, STICKING
 from palpate.identification.fit import Data, MixedModel, Options, best_fit, fitted
-from palpate.identification.force_table import scaled
+from palpate.identification.force_table import natural
 from palpate.identification.forward import Forward, Parameter, SlabForward
 from palpate.identification.intervals import Profiler
 from palpate.identification.on_body import MARGIN, OrganForward
@@ -42,6 +44,8 @@ NU = Parameter("poisson", 0.3, 0.49, "1")
 THICKNESS = Parameter("thickness_m", *THICKNESS_M, "m")
 RADII_M = (0.004, 0.008)
 YOUNG_PA = (1e3, 1e4)
+THICK_M, SLAB_ERROR = 0.015, 0.003
+"""Of a layer that is fitted with a wrong thickness; relative error of the forward model of slabs."""
 DEEPEST, POINTS = 0.68, 10
 """Of presses over the radius, so that with their first touch the truth goes as deep; points of a press."""
 TOUCHED_M = (-1e-4, 1e-4)
@@ -57,7 +61,16 @@ class Answer(NamedTuple):
 
 
 Answers = dict[str, Answer]
-"""By name of what is unknown; ``open poisson`` holds where the likelihood falls at neither end of the range."""
+"""By name of what is unknown; ``open poisson`` holds where the likelihood falls at neither end of the range, and
+``exponent``, of depth, above the law's, where the law is said to follow the presses."""
+
+
+PLACES = np.linspace(-1.0, 1.0, 2001)
+
+
+def scaled(parameter: Parameter, value: float) -> float:
+    """Return where a value lies in the range of a parameter, −1 … 1."""
+    return float(np.interp(value, [natural(parameter, place) for place in PLACES], PLACES))
 
 
 def intervals(records: PressRecords, forward: Forward, truths: Mapping[str, float]) -> Answers:
@@ -92,14 +105,25 @@ def intervals(records: PressRecords, forward: Forward, truths: Mapping[str, floa
         found[name] = Answer(bool(above <= profiler.rise or abs(off) <= half), 2.0 * half, off)
     if "poisson" in free:
         found["open poisson"] = Answer(all(rise({"poisson": end}) <= profiler.rise for end in (-1.0, 1.0)), 0.0, 0.0)
-    excess = best.get("excess", 0.0) / forward.relative_error if forward.relative_error else 0.0
-    told = {"place": best["place"], "shape": best["shape"], "noise": np.exp(best["log_noise"]), "excess": excess}
+    free_excess = replace(model, free_excess=True)
+    unknown, least_free = fitted(free_excess, {"excess": 0.0} | best)
+    above = max(fitted(free_excess, unknown, {"excess": 0.0})[1] - least_free, 1e-9)
+    half = np.sqrt(profiler.rise) * np.hypot(unknown["excess"] / np.sqrt(above), forward.relative_error)
+    found["exponent"] = Answer(bool(abs(unknown["excess"]) <= half), 2.0 * half, unknown["excess"])
+    told = {"place": best["place"], "shape": best["shape"], "noise": np.exp(best["log_noise"])}
     return found | {f"fitted {name}": Answer(True, 0.0, float(value)) for name, value in told.items()}
 
 
-def on_layer(number: int, radius_m: float, noise: float) -> Answers:
-    """Return what is said of the draw ``number`` on a layer in closed form."""
+def on_layer(number: int, radius_m: float, noise: float, wrong: float) -> Answers:
+    """Return what is said of the draw ``number`` on a layer in closed form.
+
+    wrong : 0, or the thickness that the fit takes for known, over the layer's, which is then THICK_M
+    """
     rng = np.random.default_rng([number, round(1e6 * radius_m)])
+    if wrong:
+        records = draw_presses(Layer(radius_m, known={"thickness_m": THICK_M}), {"poisson": 0.45}, rng, noise=noise)
+        layer = Layer(radius_m, relative_error=SLAB_ERROR, known={"thickness_m": wrong * THICK_M})
+        return intervals(records, layer, {"modulus_pa": 2000.0 / (1.0 - 0.45**2)})
     free = (NU, THICKNESS) if number % 2 else (NU,)
     layer = Layer(radius_m, free)
     values = {p.name: float(np.exp(rng.uniform(np.log(p.low), np.log(p.high)))) for p in free}
@@ -203,6 +227,7 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=40)
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--noise", type=float, default=0.02)
+    parser.add_argument("--wrong", type=float, default=0.0, help="thickness that a layer is fitted with, over its own")
     parser.add_argument("--organ", type=Path, help="the truth, of organ_presses.py")
     parser.add_argument("--cases", type=int, nargs="+", default=[0, 1], help="numbers of the truth's laws")
     parser.add_argument("--law", default="neo_hookean", help="that is fitted")
@@ -212,7 +237,7 @@ def main() -> None:
     asked = parser.parse_args()
     with ProcessPoolExecutor(asked.processes) as pool:
         for ball, radius_m in enumerate(RADII_M):
-            one = partial(on_layer, radius_m=radius_m, noise=asked.noise)
+            one = partial(on_layer, radius_m=radius_m, noise=asked.noise, wrong=asked.wrong)
             if asked.organ is not None:
                 organ = Organ(asked.organ, ball, asked.cases, asked.law, not asked.half_space, asked.kept)
                 one = partial(on_organ, organ=organ, places=asked.places, noise=asked.noise)

@@ -20,6 +20,7 @@ from palpate.benchmark.touch_mesh import TouchedMeshes, contact_radius
 from palpate.bodies.body import Body
 from palpate.bodies.material import EXPONENTIAL, exponential
 from palpate.bodies.mesh import TetMesh
+from palpate.effects.elements import PLAIN_POISSON
 from palpate.effects.instrument import SPHERE, Instrument, first_touch, upright
 from palpate.effects.patch_load import Patch, patch_shares
 from palpate.errors import InputError, NotConverged
@@ -42,6 +43,8 @@ SHARES = (0.3, 0.45, 0.6, 0.8, 1.0)
 TOLERANCE = 1e-3
 MARGIN = 1.15
 """Deepest depth that is answered over that of the presses: where they first touched is not known to the last."""
+APART = 0.03
+"""Least range of Poisson's ratios that a change with them is found from."""
 LOCAL = 48
 """Points of the half-space's curve between which the model in series is interpolated."""
 
@@ -104,7 +107,7 @@ class OrganForward:
         }
         self._middle, ratios = middle, next((each for each in self.parameters if each.name == "poisson"), None)
         nu = middle["poisson"]
-        across = np.array([nu]) if ratios is None else np.linspace(ratios.low, ratios.high, 3)
+        across = np.array([nu]) if ratios is None else _alike(ratios)
         name = exponential(middle["stiffening"]) if law == EXPONENTIAL else law
         tissue = replace(body, material=replace(body.material, poisson=float(nu), law=name))
         touches: list[Touch] = []
@@ -124,8 +127,11 @@ class OrganForward:
         missed, by_poisson = _beyond(tissue, touches, across)
         self._places = []
         for (place, gives), more, changes in zip(found, missed, by_poisson, strict=True):
-            fitted = np.polyfit(across, changes, len(across) - 1)
-            fitted[-1] += gives + more - np.polyval(fitted, nu)
+            degree = len(across) - 1
+            # what coarse elements lack at one ratio is in the dent, which goes with 1 - nu^2
+            lacks = (gives - np.polyval(np.polyfit(across, changes, degree), nu)) / (1.0 - nu**2)
+            fitted = np.polyfit(across, changes + lacks * (1.0 - across**2), degree)
+            fitted[-1] += more
             # the far field is linear, so that what it gives way more adds to the depth
             self._places.append(replace(place, depth_m=place.depth_m + more * place.force_n, rest=fitted))
         self._scales = [self._scale(place) for place in self._places]
@@ -165,6 +171,16 @@ class _Scale:
 
     def __call__(self, depth: np.ndarray) -> np.ndarray:
         return np.full(len(depth), self._value[0]) if self._curve is None else self._curve(np.clip(depth, *self._ends))
+
+
+def _alike(ratios: Parameter) -> np.ndarray:
+    """Return Poisson's ratios (3,) at which elements are of one kind, beyond which the rest is extrapolated.
+
+    Trap: nearly incompressible elements are softer; across both kinds the rest of a block seems to grow with the ratio.
+    """
+    if ratios.low < PLAIN_POISSON - APART:
+        return np.linspace(ratios.low, min(ratios.high, PLAIN_POISSON), 3)
+    return np.linspace(max(ratios.low, PLAIN_POISSON + 1e-3), max(ratios.high, PLAIN_POISSON + APART), 3)
 
 
 def _middle(parameter: Parameter) -> float:

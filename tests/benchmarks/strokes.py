@@ -46,9 +46,7 @@ def main() -> None:
     asked.add_argument(
         "--shown", type=int, help="strokes that modes are learnt from, if not as many as the settings say"
     )
-    asked.add_argument(
-        "--steps", type=int, nargs="+", help="of modes in a frame of 20 ms, if not those of the settings"
-    )
+    asked.add_argument("--steps", type=int, nargs="+", help="of modes in a frame, if not those of the settings")
     asked.add_argument("--table", type=Path, default=Path("strokes.csv"))
     given = asked.parse_args()
     compared, grid, seed = scene_of(given.configs, given.scene)
@@ -64,7 +62,7 @@ def main() -> None:
         if ((table["scene"] == given.scene) & (table["contact"] == number)).any():
             continue
         each = touching.stroked(compared, contact)
-        limit = limit_in(given.table.with_name(f"{given.scene}_{given.seed}_{number}.npz"), each)
+        limit = limit_in(given.table.with_name(f"{given.scene}_{given.seed}_{number}_{each.frames}.npz"), each)
         rows = touching.measure_stroke(each, limit, fitted, number, grid["steps_per_frame"])
         for row, per_frame in zip(rows, grid["steps_per_frame"], strict=False):
             row["times_life"] = times_life(each, fitted, per_frame) if row.get("failures") == 0 else np.nan

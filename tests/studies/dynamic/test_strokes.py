@@ -24,14 +24,13 @@ ENTRY |= {
     "contact": {"friction": 0.3, "instruments": [BALL | PATH]},
     "rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.01},
 }
-OWN = {"duration_s": 0.2, "frames": 10, "level": 0}
+OWN = {"duration_s": 0.2, "frames": 5, "level": 0}
 GRID = {"vibrations": 5, "modes": 30, "states": 20, "thinning": 0.05, "tolerance": 6e-3, "steps_per_frame": [2]}
 GRID |= {"half_width_m": 0.022, "strokes": 4}
 
 
 def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatch):
     monkeypatch.setattr(strokes, "LENGTH_M", 0.01)
-    monkeypatch.setattr(touching, "FRAMES", 15)
     mesh = box([0.06, 0.06, 0.03], [4, 4, 2])
     body = nest("pad", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(5000.0, 0.3, 1000.0))
     save(body, tmp_path / "body.h5")
@@ -47,6 +46,7 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
     found = table[table["failures"] == 0]
     assert len(found) and (found["rmse_of_peak"] < 0.2).all() and (found["estimate_of_peak"] > 0.0).all()
     assert (found["reference_change"] < 0.02).all()
+    assert set(found["setting"]) == {"step_s=0.02"}  # as in the scene, whose bound it is
     bounds = motion_bounds([table])
     assert set(bounds["estimate"]) == {"constant", "own"} and (bounds["places"] == 3).all()
     assert bounds["bound_of_peak"].isna().all()  # of fewer than nine strokes there is none

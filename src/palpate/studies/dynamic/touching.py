@@ -11,7 +11,7 @@ import pandas as pd
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.motion_truth import force_errors
 from palpate.bodies import body_file
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 from palpate.files import read_arrays
 from palpate.models import stroke_motion, strokes
 from palpate.run.job import steps
@@ -79,10 +79,8 @@ def doubted(run: Run, moved: np.ndarray) -> float:
     return float(run.doubts_m.max() / np.linalg.norm(moved, axis=2).max())
 
 
-FRAMES, STEPS_PER_FRAME = 30, (1, 2)
-"""Of a stroke held out, and the steps of quadratic elements in each, from which their limit is extrapolated."""
-TOLERANCE = 1e-3
-"""Of these steps."""
+STEP_S, TOLERANCE = 0.02, 1e-3
+"""About the step of quadratic elements on a stroke held out, which is halved once for their limit; its tolerance."""
 
 
 def measure_strokes(
@@ -105,8 +103,9 @@ def measure_strokes(
 
 
 def stroked(compared: ComparedScene, contact: dict) -> ComparedScene:
-    """Return the scene with another stroke, the block ``contact``."""
-    return replace(compared, duration_s=strokes.DURATION_S, frames=FRAMES, loads=compared.loads | {"contact": contact})
+    """Return the scene with another stroke, the block ``contact``, in frames as long, so that steps are those there."""
+    frames = max(1, round(strokes.DURATION_S * compared.frames / compared.duration_s))
+    return replace(compared, duration_s=strokes.DURATION_S, frames=frames, loads=compared.loads | {"contact": contact})
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +122,9 @@ class StrokeLimit:
 
 def limit_of(each: ComparedScene) -> StrokeLimit:
     """Return the limit that two lengths of steps extrapolate to."""
+    fewest = max(1, round(each.duration_s / each.frames / STEP_S))
     try:
-        longer, shorter = (_of_elements(each, n) for n in STEPS_PER_FRAME)
+        longer, shorter = (_of_elements(each, n * fewest) for n in (1, 2))
     except NotConverged:
         return StrokeLimit(np.zeros((0, 0, 3)), np.zeros((0, 0, 3)), np.nan)
     truth, force = ((4.0 * b - a) / 3.0 for a, b in zip(longer, shorter, strict=True))  # their steps are of order 2
@@ -164,7 +164,7 @@ def _held_out(each: ComparedScene, fitted: Fitted, per_frame: int, limit: Stroke
     row = {"setting": f"step_s={scene.step_s:.3g}", "failures": 1}
     try:
         moved, run = each.move(scene, fitted.level % len(each.body.levels))
-    except NotConverged:
+    except (NotConverged, InputError):  # not found, or its steps are too long for so fast an instrument
         return row
     doubt = doubted(run, moved)
     if not np.isfinite(doubt):

@@ -1,6 +1,7 @@
 """Every way to get a file of answers wrong has one sentence; good and merely bad answers are never refused."""
 
 import re
+import zipfile
 
 import h5py
 import numpy as np
@@ -67,6 +68,19 @@ def rolled(found, questions):
         found[f"setting_{i}/displacement_m"] = found[f"setting_{i}/displacement_m"][[2, 3, 0, 1]]
 
 
+def exchanged(found, questions):
+    """Answer the second load at the first contact before the first one, in every setting."""
+    assert np.array_equal(*questions.arrays["loads"]["place_m"][2:])
+    for i in range(3):
+        found[f"setting_{i}/displacement_m"] = found[f"setting_{i}/displacement_m"][[0, 1, 3, 2]]
+
+
+def own_nodes(found, questions):
+    """Answer on a mesh of one's own whose nodes are in another order than the displacements."""
+    own()(found, questions)
+    found[MOVED] = shuffled(found[MOVED], questions)
+
+
 FAULTS = {
     "no digest": (put(digest=None), r"digest is missing; add it"),
     "another digest": (put(digest="0" * 64), r"digest is of other questions than these, of block_large"),
@@ -87,12 +101,15 @@ FAULTS = {
     "a setting without a name": (put(settings=["a", "", "c"]), r"settings has the name ''"),
     "a setting twice": (put(settings=["a", "a", "b"]), r"settings has 'a' twice"),
     "a setting more": (put(settings=["a", "b", "c", "d"]), r"converged has 3 values for 4 settings"),
-    "a setting less": (put(settings=["a", "b"], converged=[False, True]), r"setting_2/\w+ is no name of an answer"),
+    "a setting less": (
+        put(settings=["a", "b"], converged=[False, True]),
+        r"settings has 2 names, and there is setting_2/\w+",
+    ),
     "no mark of convergence": (put(converged=None), r"converged is missing"),
     "marks that are words": (put(converged=["no", "no", "yes"]), r"converged is text of the shape \(3,\); give truth"),
     "a misspelt field": (
         put(at_second=1.0),
-        r"setting_2/second is no name of an answer; did you mean setting_2/seconds",
+        r"setting_2/second is no name of an answer; did you mean setting_2/seconds\?$",
     ),
     "no displacements": (put(at_displacement_m=None), r"setting_2/displacement_m is missing"),
     "displacements in words": (put(at_displacement_m=["far"]), r"setting_2/displacement_m is text of the shape"),
@@ -132,13 +149,23 @@ FAULTS = {
     "triangles from 1 on": (own(triangles=lambda t: t + 1), r"triangles names nodes that nodes_m does not have"),
     "tetrahedra for triangles": (own(triangles=lambda t: np.hstack([t, t[:, :1]])), r"triangles is int64 of the shape"),
     "a mesh in millimetres": (own(nodes=lambda x: 1000 * x), r"nodes_m lies between .* m; the body lies between"),
+    "triangles of one corner": (own(triangles=lambda t: t[:3]), r"triangles has nodes between .* m; the body lies"),
+    "a mesh in another order": (own_nodes, r"has the lengths of the truth at other points, .*; keep that of nodes_m"),
     "a mesh elsewhere": (own(nodes=lambda x: x + 0.1), r"nodes_m lies between"),
     "millimetres": (moved(lambda u, q: 1000 * u), r"displacement_m is \d+ times the truth, as if in millimetres"),
     "centimetres": (moved(lambda u, q: 100 * u), r"times the truth, as if in centimetres; give metres"),
+    "micrometres": (moved(lambda u, q: 1e6 * u), r"times the truth, as if in micrometres"),
+    "inches": (moved(lambda u, q: 39.37 * u), r"times the truth, as if in inches"),
+    "x, y and z in another order": (
+        moved(lambda u, q: u[..., [1, 2, 0]]),
+        r"if its x, y, z are taken as z, x, y; give",
+    ),
+    "another axis upward": (moved(lambda u, q: u[..., [0, 2, 1]] * [1, 1, -1]), r"are taken as x, -z, y"),
     "the other way": (moved(lambda u, q: -u), r"points against the force"),
     "positions": (moved(lambda u, q: u + q.points), r"holds positions and not displacements; subtract"),
     "points in another order": (moved(shuffled), r"has the lengths of the truth at other points"),
     "loads in another order": (rolled, r"has in question \d the answer to question \d; keep the order"),
+    "two loads at one contact exchanged": (exchanged, r"has in question \d the answer to question \d; keep the order"),
 }
 
 
@@ -151,7 +178,7 @@ def test_a_faulty_file_has_one_sentence(questions, answers, tmp_path, fault):
         score_presses(tmp_path / "a.npz", questions, questions.truth)
     sentence = str(told.value)
     assert re.search(said, sentence), sentence
-    assert sentence.startswith(f"{tmp_path / 'a.npz'}: ") and sentence.endswith(".") and "\n" not in sentence
+    assert sentence.startswith(f"{tmp_path / 'a.npz'}: ") and sentence.endswith((".", "?")) and "\n" not in sentence
     assert len(sentence.removeprefix(str(tmp_path))) < 300
 
 
@@ -170,6 +197,37 @@ def test_what_is_no_file_of_answers_is_said(questions, tmp_path, content, said):
         (tmp_path / "a.npz").write_bytes(content)
     with pytest.raises(InputError, match=said):
         read_answers(tmp_path / "a.npz", questions, {})
+
+
+@pytest.mark.parametrize("kind", ["npz", "h5"])
+def test_an_array_that_claims_to_be_huge_is_not_read(questions, answers, tmp_path, kind):
+    path, shape = tmp_path / f"a.{kind}", (4, 10**11, 3)
+    if kind == "npz":
+        with zipfile.ZipFile(path, "w") as archive, archive.open(f"{MOVED}.npy", "w") as file:
+            np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": shape})
+    else:
+        with h5py.File(path, "w") as file:
+            file.create_dataset(MOVED, shape, dtype="f8", chunks=(1, 1000, 3))
+    with pytest.raises(
+        InputError, match=r"displacement_m of the shape \(4, 100000000000, 3\) would take more than 4 GB"
+    ):
+        read_answers(path, questions, {})
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (moved(lambda u, q: 0.0 * u), "displacement_m is 0 everywhere."),
+        (moved(lambda u, q: u + 0.2 * np.nanmax(abs(u))), "displacement_m moves points that are held by up to"),
+        (moved(lambda u, q: np.nan * u), "displacement_m has no answer to any question with a truth."),
+    ],
+)
+def test_what_is_odd_and_may_be_no_slip_is_scored_and_said(questions, answers, tmp_path, change, said):
+    change(answers, questions)
+    answers |= {f"setting_{i}/failed": np.isnan(answers[f"setting_{i}/displacement_m"]).all((1, 2)) for i in range(3)}
+    np.savez(tmp_path / "a.npz", **answers)
+    found = score_presses(tmp_path / "a.npz", questions, questions.truth)
+    assert len(found.settings) == 3 and [said in each for each in found.warnings] == [True] * 3
 
 
 def test_objects_and_groups_are_no_answers(questions, answers, tmp_path):

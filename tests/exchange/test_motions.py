@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.accuracy import errors
+from palpate.benchmark.engine_scores import score_table
 from palpate.benchmark.motion_truth import force_errors, motion_truth
 from palpate.benchmark.moving_scene import MovingScene
 from palpate.bodies.body_file import save
@@ -21,9 +22,11 @@ from palpate.errors import InputError
 from palpate.exchange import motions
 from palpate.exchange.ask import ask
 from palpate.exchange.folder import packed, read
-from palpate.exchange.score_command import score
+from palpate.exchange.picture import draw_score
+from palpate.exchange.score import floor_of
+from palpate.exchange.score_command import _printed, score
 from palpate.exchange.score_motions import score_motions
-from palpate.exchange.suspects import shifted
+from palpate.exchange.suspects import over_time
 from palpate.files import write_arrays
 from palpate.run.settings import complete
 from palpate.run.settings_yaml import read_settings
@@ -190,8 +193,39 @@ def test_faulty_motions_have_one_sentence(folder, answered, tmp_path, change, sa
 def test_instants_that_begin_at_rest_are_told(run):
     truth = run.truth.displacement
     late = np.concatenate([np.zeros_like(truth[:1]), truth[:-1]])
-    assert shifted(late, truth) == "is at each instant that of the one before; leave out what is at t = 0"
-    assert not shifted(0.9 * truth, truth) and not shifted(0.0 * truth, truth)
+    assert over_time(late, truth, 0.04) == "is at rest at the first instant; leave out what is at t = 0"
+    assert over_time(late + 1e-9, truth, 0.04).startswith("is at each instant that of the one before; leave out")
+    assert not over_time(0.9 * truth, truth, 0.04) and not over_time(0.0 * truth, truth, 0.04)
+
+
+@pytest.mark.parametrize("share", [1.0, 0.6])
+def test_what_is_no_motion_over_time_is_told(share):
+    """A point that swings to a new rest, also where it is answered too stiff."""
+    t = 0.02 * np.arange(1, 11)
+    truth = ((1.0 - np.exp(-3.0 * t) * np.cos(8.0 * t))[:, None, None] * [[0.0, 0.0, -1.0], [0.0, 0.0, 0.0]]) * 0.01
+    velocity = np.gradient(truth, 0.02, axis=0)
+    assert "last instant first" in over_time(share * truth[::-1], truth, 0.02)
+    assert "velocity" in over_time(share * velocity, truth, 0.02)
+    assert not over_time(share * truth, truth, 0.02)
+
+
+def test_a_motion_under_weight_alone_has_no_dent(run, tmp_path):
+    scene = replace(run.scene, loads={"gravity": run.scene.loads["gravity"]})
+    questions = motions.questions_of([scene], {"levels": 3, "steps_per_frame": 1})
+    page = motions.page(questions)
+    assert "dent" not in page["asked"] + page["scored"] and "Nothing is pressed" in page["asked"]
+    moved = run.truth.displacement[None]
+    truth = {f"own_{name}": np.array([1e-3]) for name in motions.OWN} | {"own_force_rms_of_peak": np.array([np.nan])}
+    truth |= {"displacement_m": moved, "force_n": np.empty((1, 4, 0, 3)), "seconds": np.ones(1)}
+    answers = {"digest": questions.digest, "engine": "a", "version": "1", "hardware": "b", "law": "corotational"}
+    answers |= {"settings": ["one"], "converged": [True], "setting_0/displacement_m": 0.9 * moved}
+    answers |= {"setting_0/seconds": [0.32], "setting_0/preparation_s": 0.0}
+    (tmp_path / "a.npz").write_bytes(packed({name: np.array(value) for name, value in answers.items()}))
+    table = score_table(score_motions(tmp_path / "a.npz", questions, truth).settings, floor_of(truth), None)
+    head, line = _printed(table)
+    assert "dent" not in head and "median" not in head and "s per s" in head and line.split()[-2] == "2"
+    (axis,) = draw_score(table, floor_of(truth)).axes
+    assert axis.get_xlabel() == "seconds for a second of motion" and axis.lines[0].get_xdata() == pytest.approx([2.0])
 
 
 def test_models_of_the_run_stand_beside_and_a_failure_counts(run, folder, answered, tmp_path):

@@ -18,7 +18,8 @@ from palpate.benchmark.model import Case
 from palpate.errors import InputError
 from palpate.exchange import presses
 from palpate.exchange.asked_body import law_named
-from palpate.exchange.score import score_presses, truth_beside
+from palpate.exchange.folder import packed
+from palpate.exchange.score import kept_truth, score_presses, truth_beside
 from palpate.exchange.score_command import score
 from palpate.models.load_model import load_model
 from palpate.models.model_registry import MODELS
@@ -125,8 +126,10 @@ def test_another_law_is_said_and_judged_by_its_own_truth_where_there_is_one(ques
     assert rows.loc["middle", "own_law_rmse_of_peak"] == pytest.approx(0.0, abs=1e-12)
     assert rows.loc["middle", "relative_l2"] == pytest.approx(0.1) and found.warnings == ()
     answers["law"] = np.array("a law of mine")
-    found = score_presses(saved(answers, path), questions, questions.truth, {}.get)
+    found = score_presses(saved(answers, path), questions, questions.truth)
     assert "palpate has no law of that name" in found.warnings[0]
+    with pytest.raises(InputError, match=r"law is a law of mine, which palpate does not have; .*leave --own-law out"):
+        score_presses(path, questions, questions.truth, {}.get)
 
 
 def test_a_law_of_a_file_has_a_truth_where_it_is_palpate_s_own(pressed, questions):
@@ -153,6 +156,14 @@ def test_a_truth_is_found_once_and_kept_beside_its_questions(questions, folder):
     assert np.allclose(found["own_rmse_of_peak"], questions.truth["own_rmse_of_peak"], rtol=0.01)
     again = truth_beside(questions, folder, "corotational", find)
     assert asked == ["corotational"] and np.array_equal(again["displacement_m"], found["displacement_m"])
+
+
+@pytest.mark.parametrize("content", [b"junk", packed({"digest": np.array("0")})[:60]])
+def test_a_kept_truth_that_is_damaged_is_found_anew(questions, tmp_path, content):
+    kept_truth(tmp_path / "q", "corotational").write_bytes(content)
+    for _ in range(2):
+        found = truth_beside(questions, tmp_path / "q", "corotational", lambda law: {"seconds": np.ones(2)})
+        assert found["seconds"].tolist() == [1.0, 1.0]
 
 
 def test_the_command_writes_a_table_and_a_picture_beside_palpate_s_models(rows_of_run, folder, answers, tmp_path):

@@ -1,16 +1,16 @@
 """Read a file of answers, .npz or HDF5, and refuse what cannot be scored with one sentence that says why."""
 
-import zipfile
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 
 from palpate.benchmark.engine_scores import OWN
 from palpate.errors import InputError, suggest
-from palpate.exchange.folder import Questions
+from palpate.exchange.folder import DAMAGE, Questions
 
 TEXTS = ("digest", "engine", "version", "hardware", "law")
 LISTS = ("settings", "converged")
@@ -20,6 +20,8 @@ LEAST_SETTINGS = 3
 """Fewer settings are scored, but make no curve."""
 FARTHEST_M = 1e12
 """Displacement [m] beyond which an answer is none, as squares of it overflow at last."""
+LARGEST = 4e9
+"""Bytes of an array beyond which none is read: what a file's head claims may not be in it, nor fit."""
 LONGEST = 200
 """Characters that a name may have, as tables show it."""
 
@@ -89,6 +91,10 @@ def read_answers(path: Path, questions: Questions, numbers: Mapping[str, Wanted]
         f"setting_{i}/{name}" for i in range(len(names)) for name in (*NEEDED, *OPTIONAL, *numbers)
     }
     if strange := sorted(set(file.arrays) - known):
+        number = strange[0].partition("/")[0].removeprefix("setting_")
+        if number.isdecimal() and int(number) >= len(names):
+            what = f"has {len(names)} names, and there is {strange[0]}"
+            raise file.wrong("settings", what, "give a name for each setting, numbers from 0 on")
         raise file.wrong(strange[0], "is no name of an answer", suggest(strange[0], sorted(known), "take").rstrip("."))
     found = tuple(_setting(file, i, name, bool(converged[i]), questions, numbers) for i, name in enumerate(names))
     warned = []
@@ -172,11 +178,15 @@ def _mesh(file: "_File", place: str, questions: Questions) -> tuple[np.ndarray, 
         )
     low, high = questions.points.min(axis=0), questions.points.max(axis=0)
     used, size = nodes[np.unique(triangles)], questions.info["size_m"]
-    if np.abs([used.min(axis=0) - low, used.max(axis=0) - high]).max() > BOX_APART * size:
-        where = f"lies between {used.min(axis=0).round(4).tolist()} and {used.max(axis=0).round(4).tolist()} m"
-        raise file.wrong(
-            place + "nodes_m", where, f"the body lies between {low.round(4).tolist()} and {high.round(4).tolist()}"
-        )
+
+    def apart(some: np.ndarray) -> bool:
+        return bool(np.abs([some.min(axis=0) - low, some.max(axis=0) - high]).max() > BOX_APART * size)
+
+    if apart(used):
+        name, has = ("nodes_m", "lies") if apart(nodes) else ("triangles", "has nodes")
+        what = f"{has} between {used.min(axis=0).round(4).tolist()} and {used.max(axis=0).round(4).tolist()} m"
+        box = f"the body lies between {low.round(4).tolist()} and {high.round(4).tolist()}"
+        raise file.wrong(place + name, what, box)
     return nodes, triangles.astype(np.int64)
 
 
@@ -207,7 +217,7 @@ class _File:
 
     def wrong(self, name: str, what: str, remedy: str) -> InputError:
         """Return the error of a field: one sentence."""
-        return InputError(f"{self.path}: {name} {what}; {remedy}.")
+        return InputError(f"{self.path}: {name} {what}; {remedy}{'' if remedy.endswith('?') else '.'}")
 
     def has(self, name: str) -> bool:
         return name in self.arrays
@@ -279,12 +289,29 @@ def _load(path: Path) -> dict[str, np.ndarray]:
         if not start.startswith(b"PK"):
             raise ValueError("it is neither .npz nor HDF5")
         with np.load(path, allow_pickle=False) as found:
+            for name in found.zip.namelist():
+                with found.zip.open(name) as member:
+                    _allowed(name.removesuffix(".npy"), *_claimed(member))
             return {name: found[name] for name in found.files}
-    except (ValueError, OSError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile) as error:
+    except DAMAGE as error:
         why = " ".join(str(error).split())
         if "allow_pickle" in why:
             why = "it holds Python objects"
         raise InputError(f"{path} is no file of answers ({why}); write it with numpy.savez, or as HDF5.") from error
+
+
+def _claimed(member: IO[bytes]) -> tuple[tuple[int, ...], np.dtype]:
+    """Return the shape and the kind of an array that the head of its .npy file claims."""
+    version = np.lib.format.read_magic(member)
+    head = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, kind = head(member)
+    return shape, kind
+
+
+def _allowed(name: str, shape: tuple[int, ...], kind: np.dtype) -> None:
+    """Raise ValueError for an array that is too large to be an answer."""
+    if math.prod(shape) * kind.itemsize > LARGEST:
+        raise ValueError(f"{name} of the shape {shape} would take more than {LARGEST / 1e9:g} GB")
 
 
 def _hdf5(path: Path) -> dict[str, np.ndarray]:
@@ -294,6 +321,7 @@ def _hdf5(path: Path) -> dict[str, np.ndarray]:
 
     def take(name: str, thing: object) -> None:
         if isinstance(thing, h5py.Dataset):
+            _allowed(name, thing.shape or (), thing.dtype)
             text = h5py.check_string_dtype(thing.dtype) is not None
             found[name] = np.array(thing.asstr()[()], dtype=str) if text else np.asarray(thing[()])
 

@@ -8,6 +8,7 @@ import hashlib
 import io
 import json
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,8 @@ from palpate.files import write_whole
 
 FORMAT, VERSION = "palpate questions", 1
 """What questions.json says it is; increase the number with every change of the layout."""
+DAMAGE = (ValueError, OSError, KeyError, EOFError, RuntimeError, MemoryError, zipfile.BadZipFile, zlib.error)
+"""What reading a damaged file of arrays raises."""
 HEAD, TRUTH = "questions.json", "truth"
 Arrays = Mapping[str, np.ndarray]
 

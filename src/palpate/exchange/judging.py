@@ -11,7 +11,17 @@ from palpate.errors import InputError
 from palpate.exchange.answers import Setting, Wanted, read_answers
 from palpate.exchange.folder import Arrays, Questions
 from palpate.exchange.own_mesh import OwnMesh
-from palpate.exchange.score import MESH, NO_ANSWER, OWN_LAW, WHERE, Scored, at_points, mean_errors, own_law_truth
+from palpate.exchange.score import (
+    MESH,
+    NO_ANSWER,
+    OWN_LAW,
+    WHERE,
+    Scored,
+    at_points,
+    mean_errors,
+    odd,
+    own_law_truth,
+)
 
 
 class Judging(Protocol):
@@ -52,14 +62,16 @@ def score_judged(
     rows = judge.rows
     if lost := questions.count - len(rows):
         warned.append(f"{lost} of {questions.count} questions have no truth that is believed; they are left out.")
-    elsewhere = own_law_truth(answers, questions, own_law, warned)
+    elsewhere = own_law_truth(path, answers, questions, own_law, warned)
     other = None if elsewhere is None else judge_of(questions, elsewhere)
     samples: list[dict[str, Any]] = []
     settings: list[dict[str, Any]] = []
     for i, setting in enumerate(answers.settings):
         moved, mesh = at_points(setting, questions)
-        if told := judge.slip(moved, setting, rows[~setting.failed[rows]]):
+        there = rows[~setting.failed[rows]]
+        if told := judge.slip(moved, setting, there):
             raise InputError(f"{path}: setting_{i}/{told}.")
+        warned += odd(f"{path}: setting_{i}/displacement_m", setting, moved[there], judge.known[there], mesh, there)
         labels = dict(judge.labels) | {"model": answers.engine, "setting": setting.name}
         found = [_row(judge, row, moved[row], setting) for row in rows]
         samples += [labels | row for row in found]

@@ -168,7 +168,11 @@ def page(questions: Questions) -> dict[str, str]:
     told |= {"mass": f"{info['damping']['mass_1_s']:g}", "stiffness": f"{info['damping']['stiffness_s']:g}"}
     disc_page = read_page("disc.md").substitute().rstrip().replace("\n", "\n  ")
     acting = "\n".join(each.substitute(told | {"disc": disc_page}).rstrip() for each in acts)
-    text = read_page("motion.md").substitute(told | {"acts": acting})
+    pressed = not questions.arrays["loads"]["in_dent"].all()
+    dent = "It also has `in_dent` (k, p), truth values: which asked points are pressed."
+    text = read_page("motion.md").substitute(
+        told | {"acts": acting, "dent": dent if pressed else "Nothing is pressed."}
+    )
     force = ', "force_n": [forces]' if tools else ""
     example = read_page("motion_example.txt").substitute(
         law=info["law"],
@@ -178,10 +182,11 @@ def page(questions: Questions) -> dict[str, str]:
     )
     scored = (
         "The root mean square over points and instants of the length of the error, over the largest true displacement "
-        "(the peak); the same at the points in the dent; "
+        "(the peak); "
+        + ("the same at the points in the dent; " if pressed else "")
         + ("the root mean square over instants of the error of the force, over its largest size; " if tools else "")
-        + "failures; seconds for a second of motion, and memory. Each error has the truth's own as a floor: below it "
-        "nothing can be told."
+        + "failures; seconds for a second of motion (`seconds` over the duration), and memory. Each error has the "
+        "truth's own as a floor: below it nothing can be told."
     )
     rows = (
         "| `setting_0/displacement_m` | (k, f, p, 3) | displacement of each asked point at each of the f instants of "

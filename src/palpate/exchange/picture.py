@@ -21,12 +21,14 @@ def draw_score(table: pd.DataFrame, floor: Mapping[str, float]) -> Figure:
     """Draw rows of score.csv; floor : mean own errors of the truth."""
     engine, others = (table[(table["engine"] == OWN) == own] for own in (False, True))
     figure = Figure(figsize=(8.0, 4.6), layout="constrained")
-    axes = figure.subplots(1, 2, sharey=True)
     felt = table["force_rms_of_peak"].notna().any()
     second = ("force_rms_of_peak", "of the force over time") if felt else ("patch_rms_of_peak", "in the dent")
-    kinds = (("rmse_of_peak", "over the surface"), second)
+    kinds = [("rmse_of_peak", "over the surface")] + [second] * bool(table[second[0]].notna().any())
+    axes = figure.subplots(1, len(kinds), sharey=True, squeeze=False)[0]
+    moves = table["real_time_factor"].notna().any()
     for axis, (column, where) in zip(axes, kinds, strict=True):
-        axis.set(xscale="log", yscale="log", xlabel="time of an answer [ms]", title=where)
+        xlabel = "seconds for a second of motion" if moves else "time of an answer [ms]"
+        axis.set(xscale="log", yscale="log", xlabel=xlabel, title=where)
         for model, rows in others.groupby("model", sort=False):
             t, error = _placed(rows, column)
             best = front(t, error)
@@ -46,6 +48,7 @@ def draw_score(table: pd.DataFrame, floor: Mapping[str, float]) -> Figure:
             )  # fmt: skip
         if np.isfinite(floor.get(column, np.nan)):
             axis.axhline(100 * max(floor[column], EXACT), color=style.FAINT, lw=1, ls=":")
+        style.plain_log(axis.xaxis)
     axes[0].set_ylabel("error [% of the peak]")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=7)
@@ -55,4 +58,5 @@ def draw_score(table: pd.DataFrame, floor: Mapping[str, float]) -> Figure:
 
 def _placed(rows: pd.DataFrame, column: str) -> tuple[np.ndarray, np.ndarray]:
     error = rows[column].to_numpy(dtype=float)
-    return 1e3 * rows["online_median_s"].to_numpy(dtype=float), 100 * np.maximum(error, EXACT)
+    time = (1e3 * rows["online_median_s"]).where(rows["real_time_factor"].isna(), rows["real_time_factor"])
+    return time.to_numpy(dtype=float), 100 * np.maximum(error, EXACT)

@@ -101,8 +101,7 @@ def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arr
 
 def page(questions: Questions) -> dict[str, str]:
     """Return what README.md says of presses, by its places."""
-    told = {"count": questions.count, "disc": read_page("disc.md").substitute().rstrip()}
-    text = read_page("press.md").substitute(told)
+    text = read_page("press.md").substitute(disc=read_page("disc.md").substitute().rstrip())
     example = read_page("press_example.txt").substitute(law=questions.info["law"])
     scored = (
         "The root mean square over the points of the length of the error, over the largest true displacement (the "

@@ -31,7 +31,7 @@ def readme(questions: Questions, law: str, more: Mapping[str, str]) -> bytes:
         f"`truth.npz` has the truth, `displacement_m` {shape}, and its own errors (`own_…`, NaN where it is not "
         "believed). Look at it to find mistakes of your adapter, and say so where you have tuned by it."
         if known
-        else "There is no truth here: whoever scores finds it."
+        else "There is no truth here: the scorer finds it once, and keeps it beside this folder as `….truth_<law>.npz`."
     )
     materials = [
         f"E = {m['young_pa']:g} Pa, ν = {m['poisson']:g}, {m['density_kg_m3']:g} kg/m³" for m in info["materials"]

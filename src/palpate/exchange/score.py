@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,9 +17,9 @@ from palpate.errors import InputError
 from palpate.exchange import presses
 from palpate.exchange.answers import Answers, Setting, read_answers
 from palpate.exchange.asked_body import FURTHER, law_named
-from palpate.exchange.folder import Arrays, Questions, packed
+from palpate.exchange.folder import DAMAGE, Arrays, Questions, packed
 from palpate.exchange.own_mesh import OwnMesh
-from palpate.exchange.suspects import slip
+from palpate.exchange.suspects import oddities, out_of_order, slip
 from palpate.files import write_whole
 
 NO_ANSWER = "the engine gave no answer"
@@ -54,7 +55,7 @@ def score_presses(
     loads, asked, warned = questions.arrays["loads"], questions.arrays["asked"], list(answers.warnings)
     if lost := questions.count - len(rows):
         warned.append(f"{lost} of {questions.count} questions have no truth that is believed; they are left out.")
-    elsewhere = own_law_truth(answers, questions, own_law, warned)
+    elsewhere = own_law_truth(path, answers, questions, own_law, warned)
     other = None if elsewhere is None else presses.judge_of(questions, elsewhere)
     findings: list[Finding] = []
     more: list[dict[str, Any]] = []
@@ -65,6 +66,7 @@ def score_presses(
         known = truth["displacement_m"][there]
         if told := slip(moved[there], known, asked["points_m"], asked["triangles"], place):
             raise InputError(f"{path}: setting_{i}/displacement_m {told}.")
+        warned += odd(f"{path}: setting_{i}/displacement_m", setting, moved[there], known, mesh, there)
         found = [_asked(judge, n, moved[row], setting, row) for n, row in enumerate(rows)]
         info = questions.info
         labels = {"scene": info["scene"], "body": info["body"], "regime": info["regime"]}
@@ -86,6 +88,23 @@ def at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMe
         return setting.displacement, None
     mesh = OwnMesh(setting.nodes, setting.triangles, questions.points, questions.arrays["asked"]["triangles"])
     return mesh.at_points(setting.displacement), mesh
+
+
+def odd(
+    place: str, setting: Setting, moved: np.ndarray, known: np.ndarray, mesh: OwnMesh | None, there: np.ndarray
+) -> list[str]:
+    """Return a sentence for each thing that is odd about answers to the questions ``there`` (m,), but may be none.
+
+    moved, known : (m, …, p, 3) [m], answers and truth at the asked points
+    InputError for nodes of the engine's own ``mesh`` that are in another order.
+    """
+    true = known.reshape(-1, *known.shape[-2:])
+    if mesh is not None and len(true):
+        at = setting.displacement[there][..., mesh.used, :]
+        at = at.reshape(-1, *at.shape[-2:])
+        if told := out_of_order(at, mesh.at_nodes(true), mesh.triangles):
+            raise InputError(f"{place} {told}.")
+    return [f"{place} {each}." for each in oddities(moved.reshape(true.shape), true)]
 
 
 def _asked(judge: Judge, n: int, moved: np.ndarray, setting: Setting, row: int) -> Asked:
@@ -110,20 +129,25 @@ def mean_errors(errors: list[dict[str, float]]) -> tuple[float, float]:
 
 
 def own_law_truth(
-    answers: Answers, questions: Questions, own_law: Callable[[str], Arrays | None] | None, warned: list[str]
+    path: Path,
+    answers: Answers,
+    questions: Questions,
+    own_law: Callable[[str], Arrays | None] | None,
+    warned: list[str],
 ) -> Arrays | None:
-    """Return the truth of the law of ``answers``, None where that is the body's or has none; add to what is warned."""
+    """Return the truth of the law of ``answers``, None where that is the body's or has none; add to what is warned.
+
+    InputError for a law that palpate does not have, where its truth is asked for.
+    """
     law, bodys = answers.law, questions.info["law"]
     if law == bodys:
         return None
-    known = bool(law_named(law))
-    truth = own_law(law) if own_law is not None and known else None
+    known, others = bool(law_named(law)), ", ".join((*NAMED, *FURTHER))
+    if own_law is not None and not known:
+        raise InputError(f"{path}: law is {law}, which palpate does not have; name {others}, or leave --own-law out.")
+    truth = None if own_law is None else own_law(law)
     if truth is None:
-        how = (
-            "ask for it with --own-law"
-            if known
-            else f"palpate has no law of that name, but {', '.join((*NAMED, *FURTHER))}"
-        )
+        how = "ask for it with --own-law" if known else f"palpate has no law of that name, but {others}"
         warned.append(f"the law is {law} and that of the body {bodys}: errors have both in them ({how}).")
     return truth
 
@@ -137,12 +161,16 @@ def _own_law_errors(
     return mean_errors([judge.errors(n, moved[row])._asdict() for n, row in enumerate(rows) if not setting.failed[row]])
 
 
+def kept_truth(folder: Path, law: str) -> Path:
+    """Return where the truth of ``law`` is kept, beside the folder of questions."""
+    return folder.resolve().parent / f"{folder.resolve().name}.truth_{law}.npz"
+
+
 def truth_beside(questions: Questions, folder: Path, law: str, find: Callable[[str], Arrays]) -> Arrays:
-    """Return the truth of ``law`` that is kept beside the folder of questions; ``find`` it where it is not yet."""
-    path = folder.resolve().parent / f"{folder.resolve().name}.truth_{law}.npz"
-    if path.is_file():
-        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
-            found = {name: file[name] for name in file.files}
+    """Return the truth of ``law`` that is kept beside the questions; ``find`` it where it is not yet, or damaged."""
+    path = kept_truth(folder, law)
+    with suppress(*DAMAGE), np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
+        found = {name: file[name] for name in file.files}
         if str(found.pop("digest", "")) == questions.digest:
             return found
     found = dict(find(law))

@@ -16,11 +16,11 @@ from palpate.benchmark.ranking import BOUNDS, lasting
 from palpate.errors import InputError
 from palpate.exchange import motions, presses, touches
 from palpate.exchange.folder import Arrays, Questions, read
-from palpate.exchange.score import Scored, floor_of, score_presses, truth_beside
+from palpate.exchange.score import Scored, floor_of, kept_truth, score_presses, truth_beside
 from palpate.exchange.score_motions import score_motions
 from palpate.exchange.score_touches import score_touches
 from palpate.files import read_arrays, read_table, write_whole
-from palpate.report.words import percent, seconds
+from palpate.report.words import percent, seconds, two_digits
 from palpate.run.job import steps
 
 KINDS: dict[str, tuple[Any, Callable[..., Scored]]] = {
@@ -46,9 +46,11 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
         )
     truth = questions.truth
     if truth is None:
-        truth = truth_beside(questions, folder, questions.info["law"], lambda law: _find(questions, law))
+        truth = truth_beside(questions, folder, questions.info["law"], lambda law: _find(questions, folder, law))
     elsewhere = (
-        (lambda law: truth_beside(questions, folder, law, lambda name: _find(questions, name))) if own_law else None
+        (lambda law: truth_beside(questions, folder, law, lambda name: _find(questions, folder, name)))
+        if own_law
+        else None
     )
     scored = KINDS[questions.kind][1](answers, questions, truth, elsewhere)
     beside = None if results is None else _beside(results, questions)
@@ -69,9 +71,10 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
     return "\n".join([*lines, f"written: {place / 'score.csv'}, score.png, score.svg"])
 
 
-def _find(questions: Questions, law: str) -> Arrays:
-    """Find the truth of ``law``, and say how far it is."""
-    print(f"finding the truth of {questions.counted} with the law {law}", file=sys.stderr, flush=True)
+def _find(questions: Questions, folder: Path, law: str) -> Arrays:
+    """Find the truth of ``law``, and say where it is kept and how far it is."""
+    place = kept_truth(folder, law)
+    print(f"finding the truth of {questions.counted} with the law {law}, kept as {place}", file=sys.stderr, flush=True)
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(limits=1), warnings.catch_warnings():
@@ -139,6 +142,7 @@ SHOWN = (
     "in the dent",
     "median",
     "p95",
+    "s per s",
     "failed",
     "through its mesh",
     "own law",
@@ -158,17 +162,24 @@ def _printed(table: pd.DataFrame) -> list[str]:
         rows.append((
             name + (" (converged)" if row["engine"] != OWN and row["converged"] is True else ""),
             _percent(row["rmse_of_peak"]), _percent(row["max_of_peak"]), _percent(row["patch_rms_of_peak"]),
-            _time(row["online_median_s"]), _time(row["online_p95_s"]), f"{row['failures']:.0f}/{row['samples']:.0f}",
+            *_times(row), f"{row['failures']:.0f}/{row['samples']:.0f}",
             _percent(row["mesh_rmse_of_peak"]), _percent(row["own_law_rmse_of_peak"]),
             _percent(np.fmax(row["force_error_median"], row["force_rms_of_peak"])),
         ))  # fmt: skip
-    used = [c for c in range(len(SHOWN)) if c < 7 or any(row[c] for row in rows[1:])]
+    used = [c for c in range(len(SHOWN)) if c < 2 or any(row[c] for row in rows[1:])]
     wide = [max(len(row[c]) for row in rows) for c in used]
     return ["  ".join(row[c].ljust(w) for c, w in zip(used, wide, strict=True)).rstrip() for row in rows]
 
 
 def _percent(value: float) -> str:
     return percent(float(value)) if np.isfinite(float(value)) else ""
+
+
+def _times(row: pd.Series) -> tuple[str, str, str]:
+    """Return the median and the 95th percentile, or, of motions, seconds for a second."""
+    if np.isfinite(row["real_time_factor"]):
+        return "", "", two_digits(row["real_time_factor"])
+    return _time(row["online_median_s"]), _time(row["online_p95_s"]), ""
 
 
 def _time(value: float) -> str:

@@ -15,7 +15,7 @@ from palpate.exchange.answers import Setting
 from palpate.exchange.folder import Arrays, Questions
 from palpate.exchange.judging import Judging, score_judged
 from palpate.exchange.score import Scored
-from palpate.exchange.suspects import shifted, slip
+from palpate.exchange.suspects import over_time, slip
 
 ERRORS = (*TruthErrors._fields, *ForceErrors._fields)
 
@@ -41,6 +41,8 @@ class _Judge(Judging):
     def errors(self, row: int, moved: np.ndarray, setting: Setting | None) -> dict[str, float]:
         patch = np.tile(self._patch[row], self._frames)
         found = truth_errors(moved.reshape(-1, 3), self.known[row].reshape(-1, 3), patch)._asdict()
+        if patch.all():  # nothing is pressed, and there is no dent
+            found |= dict.fromkeys(("patch_rms_of_peak", "patch_max_of_peak"), np.nan)
         if setting is None:
             return found
         if motions.FORCE in setting.numbers:
@@ -50,7 +52,7 @@ class _Judge(Judging):
     def slip(self, moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
         for row in there:
             told = slip(moved[row], self.known[row], self._asked["points_m"], self._asked["triangles"], None)
-            if told := told or shifted(moved[row], self.known[row]):
+            if told := told or over_time(moved[row], self.known[row], self._duration_s / self._frames):
                 return f"displacement_m {told}"
         return ""
 

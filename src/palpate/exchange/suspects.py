@@ -1,12 +1,14 @@
-"""Recognise answers that are right but for a slip of the adapter: another unit, positions, another order.
+"""Recognise answers that are right but for a slip of the adapter: another unit, positions, other axes, another order.
 
 Each is told by what a slip alone can do, so that no answer near the truth is refused, nor one that is merely bad.
 """
 
+from itertools import permutations
+
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-UNITS = {1000.0: "millimetres", 100.0: "centimetres"}
+UNITS = {1e6: "micrometres", 1000.0: "millimetres", 100.0: "centimetres", 39.37: "inches"}
 WITHIN = 2.0
 """Factor by which an answer in another unit may be too large or small beside."""
 ALIKE = 0.7
@@ -19,8 +21,12 @@ SHIFTED = 0.2
 """Share of its error that a motion has beside the truth of another instant, below which its instants are shifted."""
 ROUGH = 0.5
 """Share of the roughness of a random order, above which an answer is out of order."""
-SMOOTH = 0.2
+SMOOTH = 0.3
 """The same share, below which the truth must be for that to be told."""
+LIKE, NEARER = 0.35, 0.5
+"""What is unlike the truth by less than LIKE, and by less than NEARER of what the answer is, is what was meant."""
+HELD = 0.02
+"""Share of the peak by which a point that the truth never moves may move unnoted."""
 
 
 def slip(
@@ -36,17 +42,37 @@ def slip(
         return ""
     if told := _scaled(answers, truth):
         return told
-    if told := _positions(answers, truth, points):
+    if told := _positions(answers, truth, points) or _turned(answers, truth):
         return told
-    if _relative(answers, truth) < APART:
-        return ""
-    if told := _points_permuted(answers, truth, triangles):
+    if places is not None and (told := _loads_permuted(answers, truth, places)):
         return told
-    return "" if places is None else _loads_permuted(answers, truth, places)
+    return out_of_order(answers, truth, triangles)
 
 
-def shifted(answers: np.ndarray, truth: np.ndarray) -> str:
-    """Return in what a motion (f, p, 3) [m] is that of the instant before or after, with its remedy, or ""."""
+def oddities(answers: np.ndarray, truth: np.ndarray) -> list[str]:
+    """Return what is odd about answers (k, p, 3) [m] that may be no slip, each without its subject."""
+    if not answers.any():
+        return ["is 0 everywhere" if len(answers) else "has no answer to any question with a truth"]
+    sizes = np.linalg.norm(truth, axis=2)
+    held = sizes.max(axis=0) <= 1e-9 * sizes.max()
+    share = float(np.linalg.norm(answers[:, held], axis=2).max(initial=0.0) / sizes.max())
+    return [f"moves points that are held by up to {100 * share:.2g} % of the peak"] if share > HELD else []
+
+
+def over_time(answers: np.ndarray, truth: np.ndarray, step_s: float) -> str:
+    """Return what a motion (f, p, 3) [m] at instants ``step_s`` apart is instead of the one asked, with its remedy."""
+    # what moves by nothing at all while the truth does is at rest still
+    if answers.any() and not answers[0].any() and np.abs(truth[0]).max() > 1e-3 * np.abs(truth).max():
+        return "is at rest at the first instant; leave out what is at t = 0"
+    if _far_better(answers[::-1], answers, truth):
+        return "is that of the last instant first; give instants in their order"
+    if _far_better(step_s * (np.cumsum(answers, axis=0) - 0.5 * answers), answers, truth):
+        return "is a velocity, as its sum over time is the truth; give displacements from rest"
+    return _shifted(answers, truth)
+
+
+def _shifted(answers: np.ndarray, truth: np.ndarray) -> str:
+    """Tell a motion that is at each instant that of the instant before or after."""
     if len(truth) < 3:
         return ""
     here = _relative(answers[1:-1], truth[1:-1])
@@ -65,14 +91,38 @@ def _cosine(a: np.ndarray, b: np.ndarray) -> float:
     return float((a * b).sum()) / sizes if sizes > 0.0 else 0.0
 
 
+def _unlike(answers: np.ndarray, truth: np.ndarray) -> float:
+    """Return the sine of the angle between them, 1 beyond a right angle: their error but for a common factor."""
+    return float(np.sqrt(max(0.0, 1.0 - max(0.0, _cosine(answers, truth)) ** 2)))
+
+
+def _far_better(changed: np.ndarray, answers: np.ndarray, truth: np.ndarray) -> bool:
+    """Whether ``changed`` answers are the truth's, but for a stiffness, and the answers as they are far from it."""
+    like = _unlike(changed, truth) < min(LIKE, NEARER * _unlike(answers, truth))
+    return like and _relative(changed, truth) < _relative(answers, truth)
+
+
+def _turned(answers: np.ndarray, truth: np.ndarray) -> str:
+    """Tell axes in another order, or turned, by the best of all ways to name them."""
+    along = np.einsum("kpi,kpj->ij", answers, truth)
+    order = max(permutations(range(3)), key=lambda axes: sum(abs(along[axes, range(3)])))
+    signs = np.where(along[order, range(3)] < 0.0, -1.0, 1.0)
+    if not _far_better(signs * answers[..., order], answers, truth):
+        return ""
+    named = ", ".join(("-" if sign < 0.0 else "") + "xyz"[axis] for sign, axis in zip(signs, order, strict=True))
+    return f"fits far better if its x, y, z are taken as {named}; give them along the axes of points_m"
+
+
 def _scaled(answers: np.ndarray, truth: np.ndarray) -> str:
     """Tell another unit, or the other sign: one shape with the truth, and a factor that is no stiffness's."""
     alike, ratio = _cosine(answers, truth), float((answers * truth).sum() / (truth * truth).sum())
     if alike < -ALIKE:
         return "points against the force; give displacements from rest to the deformed state"
-    for factor, unit in UNITS.items():
-        if alike > ALIKE and factor / WITHIN < ratio < factor * WITHIN:
-            return f"is {ratio:.3g} times the truth, as if in {unit}; give metres"
+    if alike < ALIKE:
+        return ""
+    factor = min(UNITS, key=lambda each: abs(np.log(ratio / each)))
+    if factor / WITHIN < ratio < factor * WITHIN:
+        return f"is {ratio:.3g} times the truth, as if in {UNITS[factor]}; give metres"
     return ""
 
 
@@ -85,14 +135,16 @@ def _positions(answers: np.ndarray, truth: np.ndarray, points: np.ndarray) -> st
     return ""
 
 
-def _points_permuted(answers: np.ndarray, truth: np.ndarray, triangles: np.ndarray) -> str:
-    """Tell points in another order: the same lengths as the truth's, but neighbours that differ as strangers do."""
+def out_of_order(answers: np.ndarray, truth: np.ndarray, triangles: np.ndarray) -> str:
+    """Tell points in another order: the truth's lengths, but neighbours differ as strangers do."""
+    if _relative(answers, truth) < APART:
+        return ""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     lengths = [np.sort(np.linalg.norm(each, axis=2), axis=1) for each in (answers, truth)]
-    if _relative(*lengths) > SAME:
+    if _relative(*lengths) > LIKE:
         return ""
     if _roughness(answers, edges) > ROUGH and _roughness(truth, edges) < SMOOTH:
-        return "has the lengths of the truth at other points, as if their order were another; keep that of points_m"
+        return "has the lengths of the truth at other points, as if their order were another; keep that of points_m or nodes_m"
     return ""
 
 
@@ -103,15 +155,23 @@ def _roughness(moved: np.ndarray, edges: np.ndarray) -> float:
 
 
 def _loads_permuted(answers: np.ndarray, truth: np.ndarray, places: np.ndarray) -> str:
-    """Tell questions in another order: each answer fits the truth of another one, at another place, far better."""
+    """Tell questions in another order: each answer fits the truth of another one far better.
+
+    At one place a stiffness does so too, but not all around: it takes no smaller answer for a larger one.
+    """
     if len(answers) < 2:
         return ""
-    sizes = np.linalg.norm(truth, axis=(1, 2))
-    errors = np.linalg.norm(answers[:, None] - truth[None], axis=(2, 3)) / sizes
+    a, t = (each.reshape(len(each), -1) for each in (answers, truth))
+    sizes = (t * t).sum(axis=1)
+    errors = np.sqrt(np.maximum((a * a).sum(axis=1)[:, None] + sizes - 2.0 * a @ t.T, 0.0) / sizes)
     _, to = linear_sum_assignment(errors)
     k = np.arange(len(to))
     elsewhere = np.linalg.norm(places - places[to], axis=1) > 0.0
-    if (elsewhere & (errors[k, to] < SAME) & (errors[k, k] > 3.0 * errors[k, to])).sum() >= 2:
-        i = int(np.flatnonzero(elsewhere)[0])
+    told = elsewhere & (errors[k, to] < SAME) & (errors[k, k] > 3.0 * errors[k, to])
+    around = (errors[k, to] < LIKE) & (errors[k, to] < NEARER * errors[k, k])
+    for _ in k:
+        around &= around[to]
+    if max(told.sum(), around.sum()) >= 2:
+        i = int(np.flatnonzero(told | around)[0])
         return f"has in question {i} the answer to question {to[i]}; keep the order of the loads"
     return ""

@@ -103,7 +103,7 @@ FAULTS = {
     "a setting more": (put(settings=["a", "b", "c", "d"]), r"converged has 3 values for 4 settings"),
     "a setting less": (
         put(settings=["a", "b"], converged=[False, True]),
-        r"settings has 2 names, and there is setting_2/\w+",
+        r"settings has 2 names, and there is",
     ),
     "no mark of convergence": (put(converged=None), r"converged is missing"),
     "marks that are words": (put(converged=["no", "no", "yes"]), r"converged is text of the shape \(3,\); give truth"),
@@ -150,7 +150,7 @@ FAULTS = {
     "tetrahedra for triangles": (own(triangles=lambda t: np.hstack([t, t[:, :1]])), r"triangles is int64 of the shape"),
     "a mesh in millimetres": (own(nodes=lambda x: 1000 * x), r"nodes_m lies between .* m; the body lies between"),
     "triangles of one corner": (own(triangles=lambda t: t[:3]), r"triangles has nodes between .* m; the body lies"),
-    "a mesh in another order": (own_nodes, r"has the lengths of the truth at other points, .*; keep that of nodes_m"),
+    "a mesh in another order": (own_nodes, r"has the lengths of the truth at other points"),
     "a mesh elsewhere": (own(nodes=lambda x: x + 0.1), r"nodes_m lies between"),
     "millimetres": (moved(lambda u, q: 1000 * u), r"displacement_m is \d+ times the truth, as if in millimetres"),
     "centimetres": (moved(lambda u, q: 100 * u), r"times the truth, as if in centimetres; give metres"),
@@ -158,7 +158,7 @@ FAULTS = {
     "inches": (moved(lambda u, q: 39.37 * u), r"times the truth, as if in inches"),
     "x, y and z in another order": (
         moved(lambda u, q: u[..., [1, 2, 0]]),
-        r"if its x, y, z are taken as z, x, y; give",
+        r"if its x, y, z are taken as z, x, y;",
     ),
     "another axis upward": (moved(lambda u, q: u[..., [0, 2, 1]] * [1, 1, -1]), r"are taken as x, -z, y"),
     "the other way": (moved(lambda u, q: -u), r"points against the force"),
@@ -208,9 +208,7 @@ def test_an_array_that_claims_to_be_huge_is_not_read(questions, answers, tmp_pat
     else:
         with h5py.File(path, "w") as file:
             file.create_dataset(MOVED, shape, dtype="f8", chunks=(1, 1000, 3))
-    with pytest.raises(
-        InputError, match=r"displacement_m of the shape \(4, 100000000000, 3\) would take more than 4 GB"
-    ):
+    with pytest.raises(InputError, match=r"displacement_m of the shape \(4, 1\d+, 3\) would take more than 4 GB"):
         read_answers(path, questions, {})
 
 

@@ -19,6 +19,7 @@ from palpate.errors import InputError
 from palpate.exchange import presses
 from palpate.exchange.asked_body import law_named
 from palpate.exchange.folder import packed
+from palpate.exchange.own_mesh import OwnMesh
 from palpate.exchange.score import kept_truth, score_presses, truth_beside
 from palpate.exchange.score_command import score
 from palpate.models.load_model import load_model
@@ -82,6 +83,8 @@ def test_an_answer_on_a_mesh_of_its_own_is_interpolated_and_its_cost_is_said(que
     surface = np.unique(level["triangles"])
     moved = np.zeros((questions.count, len(level["nodes_m"]), 3))
     moved[:, surface] = questions.truth["displacement_m"][:, [place[int(node)] for node in surface]]
+    mesh = OwnMesh(level["nodes_m"], level["triangles"], asked["points_m"], asked["triangles"])
+    assert mesh.at_nodes(questions.truth["displacement_m"]) == pytest.approx(moved[:, mesh.used], abs=1e-12)
     answers |= {
         "setting_2/displacement_m": moved,
         "setting_2/nodes_m": level["nodes_m"],

@@ -144,7 +144,7 @@ def out_of_order(answers: np.ndarray, truth: np.ndarray, triangles: np.ndarray) 
     if _relative(*lengths) > LIKE:
         return ""
     if _roughness(answers, edges) > ROUGH and _roughness(truth, edges) < SMOOTH:
-        return "has the lengths of the truth at other points, as if their order were another; keep that of points_m or nodes_m"
+        return "has the lengths of the truth at other points, as if their order were another; keep that of the points"
     return ""
 
 

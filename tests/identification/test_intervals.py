@@ -54,6 +54,20 @@ def test_scatter_noise_and_first_touch_are_found():
     assert model.values(best)["offset_m"] == pytest.approx(-1e-4, abs=5e-5)
 
 
+def test_places_that_differ_by_a_hundred_times_are_fitted():
+    """As those of a pig's liver do: a likelihood that expects a fifth is too steep for a search to leave."""
+    model, best, least = fit_of(Layer(0.008), {"poisson": 0.4}, places=60, place_scatter=1.5, noise=0.005)
+    assert best["place"] == pytest.approx(1.5, rel=0.3)
+    assert np.exp(best["log_noise"]) == pytest.approx(0.005, rel=0.3)
+    start = model.start(0.0)
+    assert start["place"] == pytest.approx(1.5, rel=0.3)
+    assert (
+        least
+        < model.minus2(start)
+        < 0.2 * model.minus2(start | {"place": 0.2, "shape": 0.1, "log_noise": np.log(0.05)})
+    )
+
+
 def test_a_layer_of_another_thickness_is_not_followed():
     thin = {"poisson": 0.45, "thickness_m": 0.006}
     known = Layer(0.004, known={"thickness_m": 0.04})

@@ -247,8 +247,34 @@ class MixedModel:
         used = (layout.weight > 0) & (layout.force_n > 0.05 * self.data.typical_n) & (log_m > -100.0)
         if used.sum() < 3:
             raise InputError(f"{self.data.records.source}: no forces to fit; give presses that touch the tissue.")
-        unknown["log_modulus"] = float(np.median(np.log(layout.force_n[used]) - log_m[used]))
-        return unknown
+        beyond = np.where(used, np.log(np.maximum(layout.force_n, 1e-300)) - log_m, 0.0)
+        unknown["log_modulus"] = float(np.median(beyond[used]))
+        return unknown | self._wider(beyond, used)
+
+    def _wider(self, beyond: np.ndarray, used: np.ndarray) -> dict[str, float]:
+        """Return deviations to begin with where those of START are too small to explain the presses.
+
+        beyond : (n,) log force above the model's, of which those ``used`` (n,) count
+        Trap: where places differ by far more than a likelihood expects, it is too steep for a search to leave.
+        """
+        layout = self.data.layout
+        of_press = np.repeat(np.arange(len(layout.place_start) - 1), np.diff(layout.place_start))
+        of_point = np.repeat(of_press, np.diff(layout.press_start))
+        points = [np.flatnonzero(used & (of_point == place)) for place in range(len(layout.place_start) - 1)]
+        lines, left = [], []
+        for there in (each for each in points if len(each) > 2):
+            line = np.polyfit(layout.level[there], beyond[there], 1)
+            lines.append(line)
+            left.append(beyond[there] - np.polyval(line, layout.level[there]))
+        if len(lines) < 2:
+            return {}
+        shape, place = np.std(lines, axis=0)
+        wider = {"place": place, "shape": shape, "log_noise": np.log(max(float(np.std(np.concatenate(left))), 1e-3))}
+        return {
+            name: float(min(value, BOUNDS[name][1]))
+            for name, value in wider.items()
+            if name in self.names and value > START[name]
+        }
 
 
 class _InOrder:

@@ -1,11 +1,13 @@
 """What presses determine is found again, and what they leave open is said."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from fixtures.pressed_layer import Layer, draw_presses
 from scipy.stats import chi2
 
-from palpate.errors import InputError
+from palpate.errors import InputError, NotConverged
 from palpate.identification.fit import POINTS, Data, MixedModel, Options, best_fit, fitted, loading, rounded
 from palpate.identification.forward import Parameter
 from palpate.identification.identify import identify
@@ -66,6 +68,13 @@ def test_places_that_differ_by_a_hundred_times_are_fitted():
         < model.minus2(start)
         < 0.2 * model.minus2(start | {"place": 0.2, "shape": 0.1, "log_noise": np.log(0.05)})
     )
+
+
+def test_presses_that_no_law_describes_have_no_modulus():
+    records, rng = draw_presses(Layer(0.004), {}, np.random.default_rng(0), places=6), np.random.default_rng(1)
+    torn = tuple(replace(p, force_n=np.exp(2.5 * rng.standard_normal(len(p.force_n)))) for p in records.presses)
+    with pytest.raises(NotConverged):
+        identify(replace(records, presses=torn), {"linear": Layer(0.004)}, QUICK)
 
 
 def test_a_layer_of_another_thickness_is_not_followed():

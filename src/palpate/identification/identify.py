@@ -1,5 +1,6 @@
 """From presses to numbers: the law that fits best, its modulus and parameters with intervals, and what is left open."""
 
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -7,13 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from palpate.identification.fit import Data, MixedModel, Options, best_fit, fitted
+from palpate.errors import NotConverged
+from palpate.identification.fit import BOUNDS, Data, MixedModel, Options, best_fit, fitted
 from palpate.identification.forward import Forward
 from palpate.identification.intervals import Interval, Profile, Profiler, bootstrap, threshold
 from palpate.identification.presses import PressRecords
 from palpate.identification.progress import Follow, unfollowed
 
 YOUNG, MODULUS, OFFSET, EXCESS = "young_pa", "modulus_pa", "offset_m", "excess"
+UNFOLLOWED = BOUNDS["log_noise"][1] - 1e-3
+"""Log of the noise, as a share of force, of presses that a law does not describe: a search ends there, or is lost."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +107,8 @@ def identify(
     """Fit every forward model, named by its law, to presses of sessions that agree; report the best of them.
 
     spread_out : map, or that of a pool of threads
-    Raises InputError for presses that cannot be fitted, NotConverged for a likelihood without a value.
+    Warns of a law that leaves as much as the presses have, and leaves it out. Raises InputError for presses that cannot
+    be fitted, NotConverged for a likelihood without a value, and where no law is left.
     """
     options = options or Options()
     data = Data.of(records)
@@ -113,6 +118,11 @@ def identify(
         models[law] = MixedModel.of(data, forwards[law], options)
     for law in follow("fit of laws", list(models)):
         found[law] = best_fit(models[law])
+    for law in [law for law, (unknown, _) in found.items() if unknown["log_noise"] > UNFOLLOWED]:
+        if len(models) == 1:
+            raise NotConverged(f"{records.source}: {law} leaves as much of these presses as they have", [])
+        warnings.warn(f"{records.source}: {law} leaves as much of these presses as they have; left out.", stacklevel=2)
+        del models[law], found[law]
     judged = {law: found[law][1] + 2.0 * len(model.parameters) for law, model in models.items()}
     order = sorted(judged, key=lambda law: judged[law])
     model, (best, least) = models[order[0]], found[order[0]]

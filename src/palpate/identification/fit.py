@@ -270,11 +270,13 @@ class MixedModel:
             return {}
         shape, place = np.std(lines, axis=0)
         wider = {"place": place, "shape": shape, "log_noise": np.log(max(float(np.std(np.concatenate(left))), 1e-3))}
-        return {
+        found = {
             name: float(min(value, BOUNDS[name][1]))
             for name, value in wider.items()
             if name in self.names and value > START[name]
         }
+        # noise that is large beside small forces makes the likelihood smooth
+        return found | ({"log_floor": float(np.log(self.data.typical_n))} if "log_noise" in found else {})
 
 
 class _InOrder:

@@ -4,8 +4,7 @@
 
 Errors are from the limit in time of quadratic elements on the same mesh. Strokes that the table has are not tried
 again, so that it may be stopped at any time; strokes that modes are learnt from, and limits of those that are tried,
-are kept beside it for other settings. Times are the
-processor's: the least of each step in several runs.
+are kept beside it for other settings. Times are the processor's: the least of each step in several runs.
 """
 
 import argparse

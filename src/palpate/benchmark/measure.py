@@ -16,7 +16,7 @@ from palpate.benchmark.judge import SIDES, Judge
 from palpate.benchmark.load import Answer, Doubted, Load, Refused, loads_of
 from palpate.benchmark.model import Case, LeftOut, Model, Setting, Solver, checked, setting_text
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH, ZERO
-from palpate.benchmark.timing import said, time_calls
+from palpate.benchmark.timing import online, said, time_calls
 from palpate.errors import InputError, NotConverged
 
 Given = TypeVar("Given")
@@ -128,10 +128,7 @@ def _setting_row(finding: Finding, judge: Judge) -> dict:
     row |= {"failure": next(filter(None, failures), "")}
     row |= {"offline_s": finding.offline_s, "memory_mb": finding.memory_mb}
     row |= {f"validation_{name}": answers.loc[chooses, name].mean(skipna=False) for name in CHOSEN_BY}
-    if seconds := [s for each in asked for s in each.seconds]:
-        row |= {"online_median_s": np.median(seconds), "online_p95_s": np.percentile(seconds, 95)}
-        # a single late call is the machine's, a press that is late every time the model's
-        row |= {"online_max_s": max(np.median(each.seconds) for each in asked if each.seconds)}
+    row |= online([each.seconds for each in asked])
     found = answers[tests]
     row |= found.mean().to_dict() | {"max_of_peak": found["max_of_peak"].max()}
     for name in SPREAD:

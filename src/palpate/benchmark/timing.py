@@ -101,6 +101,17 @@ def measure(calls: Sequence[Call], repeats: int) -> Timing:
     return Timing(float(np.median(times)), float(np.percentile(times, 95)), len(times))
 
 
+def online(seconds: Sequence[Sequence[float]]) -> dict[str, float]:
+    """Return the columns online_… of a table of answers [s] from the calls of each; none where nothing was timed."""
+    timed = [each for each in seconds if len(each)]
+    if not timed:
+        return {}
+    calls = np.concatenate(timed)
+    found = {"online_median_s": np.median(calls), "online_p95_s": np.percentile(calls, 95)}
+    # a single late call is the machine's, a press that is late every time the model's
+    return found | {"online_max_s": max(np.median(each) for each in timed)}
+
+
 def processor_seconds(call: Call, least_s: float) -> float:
     """Take the mean processor time of this thread [s] over as many calls as take about ``least_s``."""
     timer = timeit.Timer(call, timer=time.thread_time)

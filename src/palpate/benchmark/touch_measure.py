@@ -13,7 +13,7 @@ import pandas as pd
 from palpate.benchmark.model import LeftOut, Setting, checked, setting_text
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH
 from palpate.benchmark.settings import instrument_name
-from palpate.benchmark.timing import said, time_calls
+from palpate.benchmark.timing import online, said, time_calls
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
 from palpate.benchmark.touch_truth import TouchErrors, TouchTruth, patch_of, touch_errors
 from palpate.errors import NotConverged
@@ -201,8 +201,4 @@ def means(found: list[dict[str, Any]]) -> dict[str, Any]:
         size = table[name].astype(float).abs()
         row |= {f"{name}_median": size.median(), f"{name}_p95": size.quantile(0.95)}
     row["preparation_s"] = pd.Series([each.get("preparation_s", np.nan) for each in found], dtype=float).mean()
-    each = [seconds for seconds in table["all_seconds"] if isinstance(seconds, list) and seconds]
-    if calls := [s for seconds in each for s in seconds]:
-        row |= {"online_median_s": np.median(calls), "online_p95_s": np.percentile(calls, 95)}
-        row["online_max_s"] = max(np.median(seconds) for seconds in each)
-    return row
+    return row | online([seconds for seconds in table["all_seconds"] if isinstance(seconds, list)])

@@ -98,7 +98,10 @@ def _pressed(body: Body, blocks: Mapping[str, dict], duration_s: float) -> np.nd
     if "contact" not in blocks:
         return pressed_nodes(body, dict(blocks))
     points, swept = body.fine.nodes[body.fine.surface], np.zeros(len(body.fine.surface), dtype=bool)
-    paths = [Path(make_obstacle(each, body.name, "", body.fine.size, np.zeros(3))) for each in _tools(blocks)]
+    paths = [
+        Path(make_obstacle(each, body.name, "", body.fine.size, np.zeros(3)))
+        for each in blocks["contact"]["instruments"]
+    ]
     for path in paths:
         corners = path.times_s if len(path.times_s) else np.zeros(1)
         for t in np.union1d(np.linspace(0.0, duration_s, 201), corners[corners <= duration_s]):
@@ -106,10 +109,6 @@ def _pressed(body: Body, blocks: Mapping[str, dict], duration_s: float) -> np.nd
     if not swept.any():
         return ~swept
     return cKDTree(points[swept]).query(points)[0] <= max(path.instrument.radius_m for path in paths)
-
-
-def _tools(blocks: Mapping[str, dict]) -> list[dict]:
-    return blocks["contact"]["instruments"]
 
 
 def drawn(scene: MovingScene, seed: int) -> MovingScene:

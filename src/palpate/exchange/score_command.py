@@ -44,15 +44,12 @@ def score(answers: Path, folder: Path, results: Path | None, out: Path | None, o
         raise InputError(
             f"{folder} has questions of kind {questions.kind}, which this palpate does not know; ask anew."
         )
-    truth = questions.truth
-    if truth is None:
-        truth = truth_beside(questions, folder, questions.info["law"], lambda law: _find(questions, folder, law))
-    elsewhere = (
-        (lambda law: truth_beside(questions, folder, law, lambda name: _find(questions, folder, name)))
-        if own_law
-        else None
-    )
-    scored = KINDS[questions.kind][1](answers, questions, truth, elsewhere)
+
+    def kept(law: str) -> Arrays:
+        return truth_beside(questions, folder, law, lambda name: _find(questions, folder, name))
+
+    truth = kept(questions.info["law"]) if questions.truth is None else questions.truth
+    scored = KINDS[questions.kind][1](answers, questions, truth, kept if own_law else None)
     beside = None if results is None else _beside(results, questions)
     floor = floor_of(truth)
     table = score_table(scored.settings, floor, beside)
@@ -85,8 +82,10 @@ def _find(questions: Questions, folder: Path, law: str) -> Arrays:
 
 def _beside(results: Path, questions: Questions) -> pd.DataFrame:
     """Return the rows of palpate's own models on the very same questions; InputError where results are of others."""
-    if questions.kind in OTHERS:
-        return OTHERS[questions.kind](results, questions)
+    return BESIDE[questions.kind](results, questions)
+
+
+def _beside_presses(results: Path, questions: Questions) -> pd.DataFrame:
     info, loads = questions.info, questions.arrays["loads"]
     columns = ["scene", "model", "setting", "split", "rmse_of_peak", "online_median_s", "commit"]
     table = read_table(results / "tables/accuracy_vs_time.csv", columns)
@@ -133,8 +132,8 @@ def _beside_motions(results: Path, questions: Questions) -> pd.DataFrame:
     return rows.assign(online_median_s=seconds, samples=1, commit="")
 
 
-OTHERS = {touches.KIND: _beside_touches, motions.KIND: _beside_motions}
-"""What finds models beside answers that are not to presses."""
+BESIDE = {presses.KIND: _beside_presses, touches.KIND: _beside_touches, motions.KIND: _beside_motions}
+"""What finds models beside answers to each kind of questions."""
 SHOWN = (
     "setting",
     "error",

@@ -9,6 +9,7 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, truth_errors
 from palpate.benchmark.motion_truth import ForceErrors, force_errors
+from palpate.benchmark.timing import online
 from palpate.errors import InputError
 from palpate.exchange import motions
 from palpate.exchange.answers import Setting
@@ -65,10 +66,7 @@ class _Judge(Judging):
         row |= table.drop(columns="all_seconds").astype(float).mean().to_dict()
         each = table["rmse_of_peak"].astype(float)
         row |= {"rmse_of_peak_median": each.median(), "rmse_of_peak_p95": each.quantile(0.95)}
-        if calls := [seconds for times in table["all_seconds"] for seconds in times]:
-            row |= {"online_median_s": np.median(calls), "online_p95_s": np.percentile(calls, 95)}
-            row["online_max_s"] = max(np.median(times) for times in table["all_seconds"])
-        return row
+        return row | online(list(table["all_seconds"]))
 
 
 def score_motions(

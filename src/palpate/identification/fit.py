@@ -344,13 +344,13 @@ class _Free:
         return vectors / np.sqrt(np.maximum(np.abs(values), FLATTEST))
 
 
-Round = tuple[tuple[str, ...], np.ndarray | None]
-"""Names of what is free, and W of it."""
+Round = np.ndarray | None
+"""W (n, n) of what is free, as ``_Free.round`` says."""
 
 
 def fitted(
     model: MixedModel, start: Mapping[str, float], held: Mapping[str, float] | None = None, young: float | None = None,
-    around: Round | None = None,
+    around: Round = None,
 ) -> tuple[dict[str, float], float]:  # fmt: skip
     """Return the unknown of the greatest likelihood from ``start``, and −2 log likelihood there.
 
@@ -361,7 +361,7 @@ def fitted(
     low, high = free.limits
     effects = no_effects(model.data.layout)
     value, at = np.inf, np.clip([start[name] for name in free.names], low, high)
-    turned = None if around is None else around[1]
+    turned = around
 
     def minus2(x: np.ndarray) -> float:
         found = model.minus2(free.whole(x), effects)
@@ -404,7 +404,7 @@ def rounded(model: MixedModel, unknown: Mapping[str, float], held: Sequence[str]
     """Return in what coordinates the likelihood is round near ``unknown``; held, young : what a fit will hold."""
     fixed = {name: unknown[name] for name in held}
     free = _Free(model, fixed, float(np.log(model.values(unknown)["young_pa"])) if young else None)
-    return tuple(free.names), free.round(unknown, no_effects(model.data.layout))
+    return free.round(unknown, no_effects(model.data.layout))
 
 
 def best_fit(model: MixedModel, starts: Sequence[float] = (0.0, -0.7, 0.7)) -> tuple[dict[str, float], float]:

@@ -128,7 +128,7 @@ class Profiler:
         return float(max(0.01, 1.6 * self.best["place"] / np.sqrt(places)))
 
     def _fit(
-        self, held: Unknown, start: Unknown, young: float | None = None, around: Round | None = None
+        self, held: Unknown, start: Unknown, young: float | None = None, around: Round = None
     ) -> tuple[Unknown, float]:
         unknown, value = fitted(self.model, start, held, young, around)
         return unknown, max(value - self.least, 0.0)

@@ -83,8 +83,8 @@ def _compiled(module: ModuleType, kept: bool, stiffening: float | None = None) -
     """Make a law of compiled functions; ``kept`` stores them for later processes, which cannot import a user's file.
 
     stiffening : a constant in the machine code of ``shape_of(stiffening)``, which the module has in place of ``shape``.
-        Trap: that code is never stored, as numba numbers what it stores of a function without a lock: two processes
-        that compile two stiffenings at a time may give both one number, and a third gets the other's law.
+        Trap: that code is never stored, as two stiffenings that two processes compile have one symbol, by which a third
+        process that reads both could take one for the other.
     """
     made = {} if stiffening is None else {"shape": module.shape_of(stiffening)}
     functions = {name: made.get(name) or getattr(module, name) for name in SIGNATURES}

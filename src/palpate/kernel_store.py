@@ -1,0 +1,29 @@
+"""Store each compiled function under a name of its own, so that jobs that compile at a time do not mix theirs up.
+
+Numba numbers the versions of a function, one for each kind of arguments, as it stores them, without a lock (its issue
+4807). Two processes that compile two versions at a time may take one number, and a third gets one version's code for
+the other's arguments: an error, or wrong numbers without one. Numba calls ``init`` before it compiles anything, as
+pyproject.toml names it among ``numba_extensions``.
+"""
+
+import hashlib
+from typing import Any
+
+from numba.core.caching import IndexDataCacheFile
+
+
+def init() -> None:
+    """Have numba store what it compiles with ``save``."""
+    IndexDataCacheFile.save = save
+
+
+def save(self: Any, key: tuple, data: Any) -> None:
+    """Store ``data`` under a digest of its ``key``, in the place of ``IndexDataCacheFile.save``.
+
+    Of two processes that do so at a time one may be forgotten, and is then compiled once more.
+    """
+    name = self._data_name(int(hashlib.sha256(repr(key).encode()).hexdigest()[:12], 16))
+    self._save_data(name, data)
+    known = self._load_index()
+    known[key] = name
+    self._save_index(known)

@@ -1,0 +1,38 @@
+"""Compiled functions are stored so that processes that compile at a time never get each other's code."""
+
+import subprocess
+import sys
+
+from numba.core.caching import IndexDataCacheFile
+
+from palpate import kernel_store
+
+
+class Store(IndexDataCacheFile):
+    """A function's versions, as one process knows them; ``behind`` when another has stored some since it looked."""
+
+    behind = False
+    save = kernel_store.save
+
+    def _load_index(self):
+        return {} if self.behind else super()._load_index()
+
+
+def test_versions_that_two_processes_store_at_a_time_are_never_mixed_up(tmp_path):
+    first, second, third = (Store(str(tmp_path), "kernel-1", "stamp") for _ in range(3))
+    second.behind = True
+    first.save(("float64",), "of reals")
+    second.save(("int64",), "of integers")
+    assert third.load(("int64",)) == "of integers"
+    assert third.load(("float64",)) in (None, "of reals")
+    first.save(("float64",), "of reals")
+    assert (third.load(("float64",)), third.load(("int64",))) == ("of reals", "of integers")
+
+
+def test_numba_stores_so_before_it_compiles_anything():
+    script = (
+        "import numba; from numba.core.caching import IndexDataCacheFile as store; numba.njit(lambda x: x)(1.0); "
+        "print(store.save.__module__)"
+    )
+    told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert told.stdout.split() == ["palpate.kernel_store"]

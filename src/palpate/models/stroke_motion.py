@@ -152,7 +152,7 @@ class TouchingMotion:
     @property
     def limit_s(self) -> float:
         """The longest step [s]: in a longer one an instrument's middle may pass a surface unseen."""
-        return min(path.obstacle.crossing_s for path in self.contact.paths)
+        return self.contact.crossing_s
 
     def __init__(self, system: System, body: StrokeModes, contact: InstrumentContact, tolerance: float):
         self._system, self.body, self.contact, self._tolerance = system, body, contact, tolerance

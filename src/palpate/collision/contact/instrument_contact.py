@@ -90,6 +90,11 @@ class InstrumentContact:
         axes = np.array([path.axes for path in self.paths])
         self._still = Tools(np.empty((len(axes), 3)), axes, shapes[:, 1].copy(), shapes[:, 3].copy())
 
+    @property
+    def crossing_s(self) -> float:
+        """The least time [s] in which one of them moves by its radius."""
+        return min(path.obstacle.crossing_s for path in self.paths)
+
     def poses(self, t: float) -> list[Pose]:
         """Return where instruments are at the time ``t`` [s]."""
         return [path.pose(t) for path in self.paths]

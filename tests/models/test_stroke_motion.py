@@ -124,20 +124,20 @@ def test_modes_and_what_they_lack_answer_as_the_linear_body(pad, shown):
     """Forces on nodes of the surface, against the stiffness matrix; and what is inverted is what it was."""
     wide = stroke_motion.prepare(compose(scene(), pad), few(pad, shown, modes=10), shown, [CONTACT])
     local, elements = wide.local, wide.elements
-    rng, of = np.random.default_rng(2), local_answers.coordinates_of(np.array([3, 8, 20]))
-    forces, load = rng.normal(size=9), np.zeros(elements.rest.shape)
-    load[local.nodes[[3, 8, 20]]] = forces.reshape(3, 3)
+    rng, nodes = np.random.default_rng(2), np.array([3, 8, 20])
+    forces, load = rng.normal(size=(3, 3)), np.zeros(elements.rest.shape)
+    load[local.nodes[nodes]] = forces
     truth = elements.solve(load[:, :, None], 1e-10)[: len(pad.nodes), :, 0]
-    dent = local_answers.Dent(of, forces, np.eye(3))
+    dent = local_answers.Dent(nodes, forces, np.eye(3))
     modes = wide.modes[: len(pad.nodes)] @ np.tensordot(load, wide.modes, 2)
     lacked = local.of_corners(dent) / local_answers.SOFTER
     assert modes + lacked == pytest.approx(truth, abs=2e-3 * np.abs(truth).max())
     assert np.abs(lacked).max() > 0.1 * np.abs(truth).max()
-    assert local.stiffness(of) @ local.field(dent, of) == pytest.approx(forces, abs=1e-4)
+    assert local.stiffness(nodes) @ local.field(dent, nodes).ravel() == pytest.approx(forces.ravel(), abs=1e-4)
     turn = Rotation.from_rotvec([0.3, -0.5, 0.2]).as_matrix()
     assert local_answers.turn_of(local.rest, local.rest @ turn.T + 0.1) == pytest.approx(turn)
     whole = np.kron(np.eye(3), turn)
-    stiff = local.stiffness(of)
+    stiff = local.stiffness(nodes)
     assert local_answers.turned(stiff, turn) == pytest.approx(whole @ stiff @ whole.T)
 
 

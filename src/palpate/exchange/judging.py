@@ -7,7 +7,6 @@ from typing import Any, Protocol
 import numpy as np
 import pandas as pd
 
-from palpate.errors import InputError
 from palpate.exchange.answers import Setting, Wanted, read_answers
 from palpate.exchange.folder import Arrays, Questions
 from palpate.exchange.own_mesh import OwnMesh
@@ -15,12 +14,11 @@ from palpate.exchange.score import (
     MESH,
     NO_ANSWER,
     OWN_LAW,
-    WHERE,
     Scored,
-    at_points,
+    looked_through,
     mean_errors,
-    odd,
     own_law_truth,
+    where_of,
 )
 
 
@@ -57,29 +55,20 @@ def score_judged(
     numbers: Mapping[str, Wanted],
 ) -> Scored:
     """Score answers with what ``judge_of`` returns for a truth; other arguments and errors as of ``score_presses``."""
-    answers = read_answers(path, questions, numbers)
-    judge, warned = judge_of(questions, truth), list(answers.warnings)
-    rows = judge.rows
-    if lost := questions.count - len(rows):
-        warned.append(f"{lost} of {questions.count} questions have no truth that is believed; they are left out.")
+    answers, warned = read_answers(path, questions, numbers), list[str]()
+    judge = judge_of(questions, truth)
     elsewhere = own_law_truth(path, answers, questions, own_law, warned)
     other = None if elsewhere is None else judge_of(questions, elsewhere)
     samples: list[dict[str, Any]] = []
     settings: list[dict[str, Any]] = []
-    for i, setting in enumerate(answers.settings):
-        moved, mesh = at_points(setting, questions)
-        there = rows[~setting.failed[rows]]
-        if told := judge.slip(moved, setting, there):
-            raise InputError(f"{path}: setting_{i}/{told}.")
-        warned += odd(f"{path}: setting_{i}/displacement_m", setting, moved[there], judge.known[there], mesh, there)
+    for setting, moved, mesh in looked_through(path, answers, questions, judge.rows, judge.known, judge.slip, warned):
         labels = dict(judge.labels) | {"model": answers.engine, "setting": setting.name}
-        found = [_row(judge, row, moved[row], setting) for row in rows]
+        found = [_row(judge, row, moved[row], setting) for row in judge.rows]
         samples += [labels | row for row in found]
-        where = dict(zip(WHERE, (answers.engine, answers.version, answers.hardware, setting.converged), strict=True))
         more = {"law": answers.law, "offline_s": setting.preparation_s, "memory_mb": setting.memory_mb}
         costs = dict(zip(MESH, _mesh_costs(judge, mesh), strict=True))
         costs |= dict(zip(OWN_LAW, _own_law_errors(other, moved, setting), strict=True))
-        settings.append(labels | more | judge.means(found) | where | costs)
+        settings.append(labels | more | judge.means(found) | where_of(answers, setting) | costs)
     return Scored(answers, pd.DataFrame(samples, columns=list(judge.columns)), pd.DataFrame(settings), tuple(warned))
 
 

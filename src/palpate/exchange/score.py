@@ -1,7 +1,7 @@
 """Score a file of answers: errors as of palpate's own models, the truth's own as a floor, ties, times and failures."""
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,36 +50,64 @@ def score_presses(
     own_law : gives the truth of a law that is not the body's, or None where it has none
     InputError for answers that cannot be used.
     """
-    answers = read_answers(path, questions, {})
+    answers, warned = read_answers(path, questions, {}), list[str]()
     judge, rows = presses.judge_of(questions, truth)
-    loads, asked, warned = questions.arrays["loads"], questions.arrays["asked"], list(answers.warnings)
-    if lost := questions.count - len(rows):
-        warned.append(f"{lost} of {questions.count} questions have no truth that is believed; they are left out.")
     elsewhere = own_law_truth(path, answers, questions, own_law, warned)
     other = None if elsewhere is None else presses.judge_of(questions, elsewhere)
+    loads, asked, info = questions.arrays["loads"], questions.arrays["asked"], questions.info
+    known = truth["displacement_m"]
+
+    def slipped(moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
+        told = slip(moved[there], known[there], asked["points_m"], asked["triangles"], loads["place_m"][there])
+        return f"displacement_m {told}" if told else ""
+
     findings: list[Finding] = []
     more: list[dict[str, Any]] = []
-    for i, setting in enumerate(answers.settings):
-        moved, mesh = at_points(setting, questions)
-        there = rows[~setting.failed[rows]]
-        place = loads["place_m"][there]
-        known = truth["displacement_m"][there]
-        if told := slip(moved[there], known, asked["points_m"], asked["triangles"], place):
-            raise InputError(f"{path}: setting_{i}/displacement_m {told}.")
-        warned += odd(f"{path}: setting_{i}/displacement_m", setting, moved[there], known, mesh, there)
+    for setting, moved, mesh in looked_through(path, answers, questions, rows, known, slipped, warned):
         found = [_asked(judge, n, moved[row], setting, row) for n, row in enumerate(rows)]
-        info = questions.info
         labels = {"scene": info["scene"], "body": info["body"], "regime": info["regime"]}
         labels |= {"model": answers.engine, "setting": setting.name}
         kind: dict[str, str | bool] = {"sees": "load", "prepared": False, "law": answers.law}
         findings.append(Finding(labels, found, setting.preparation_s, setting.memory_mb, kind))
         more.append(
-            dict(zip(WHERE, (answers.engine, answers.version, answers.hardware, setting.converged), strict=True))
+            where_of(answers, setting)
             | dict(zip(MESH, _mesh_costs(judge, mesh), strict=True))
             | dict(zip(OWN_LAW, _own_law_errors(other, questions, moved, setting), strict=True))
         )
     samples, settings = found_rows(findings, judge)
     return Scored(answers, samples, settings.join(pd.DataFrame(more)), tuple(warned))
+
+
+def looked_through(
+    path: Path,
+    answers: Answers,
+    questions: Questions,
+    rows: np.ndarray,
+    known: np.ndarray,
+    slipped: Callable[[np.ndarray, Setting, np.ndarray], str],
+    warned: list[str],
+) -> Iterator[tuple[Setting, np.ndarray, OwnMesh | None]]:
+    """Yield each setting with what ``at_points`` returns for it, once that is no slip; add to what is warned.
+
+    rows : the questions whose truth is believed; known : the true displacements of all
+    slipped : tells which array of answers to the questions (m,) has a slip of the adapter, and which; or ""
+    InputError for a slip.
+    """
+    warned += answers.warnings
+    if lost := questions.count - len(rows):
+        warned.append(f"{lost} of {questions.count} questions have no truth that is believed; they are left out.")
+    for i, setting in enumerate(answers.settings):
+        moved, mesh = at_points(setting, questions)
+        there = rows[~setting.failed[rows]]
+        if told := slipped(moved, setting, there):
+            raise InputError(f"{path}: setting_{i}/{told}.")
+        warned += odd(f"{path}: setting_{i}/displacement_m", setting, moved[there], known[there], mesh, there)
+        yield setting, moved, mesh
+
+
+def where_of(answers: Answers, setting: Setting) -> dict[str, Any]:
+    """Return the columns WHERE."""
+    return dict(zip(WHERE, (answers.engine, answers.version, answers.hardware, setting.converged), strict=True))
 
 
 def at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMesh | None]:

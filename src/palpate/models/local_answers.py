@@ -29,14 +29,14 @@ RIDGE = 1e-6
 
 
 class Dent(NamedTuple):
-    """Forces (3c,) [N] at coordinates ``of`` (3c,) of nodes in reach, along axes that ``turn`` (3, 3) turns."""
+    """Forces (c, 3) [N] at the nodes (c,) of those in reach, along axes that ``turn`` (3, 3) turns."""
 
-    of: np.ndarray
+    nodes: np.ndarray
     forces: np.ndarray
     turn: np.ndarray
 
 
-FLAT = Dent(np.zeros(0, dtype=int), np.zeros(0), np.eye(3))
+FLAT = Dent(np.zeros(0, dtype=int), np.zeros((0, 3)), np.eye(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,8 @@ class LocalAnswers:
     """Residual compliance of k nodes that instruments may touch.
 
     nodes : (k,) their numbers; rest, modes : places (k, 3) [m] and rows (3k, r) of the modes
-    own, corners : compliance (3k, 3k) of these and (3k, 3c) of the c corners of elements [m/N], of single precision
+    own : compliance (k, k, 3, 3) of these [m/N], of single precision; node by node, as a step reads few of them
+    corners : that (3k, 3c) of the c corners of elements
     weights, places : (q, 6) of each point, shape functions of its triangle and the numbers of their nodes among the k;
         held nodes have no weight
     """
@@ -57,20 +58,21 @@ class LocalAnswers:
     weights: np.ndarray
     places: np.ndarray
 
-    def field(self, dent: Dent, of: np.ndarray) -> np.ndarray:
-        """Return the displacements (3m,) [m] of a ``dent`` at coordinates ``of`` (3m,), those of whole nodes."""
-        return (picked(self.own, of, dent.of, dent.forces).reshape(-1, 3) @ dent.turn.T).ravel()
+    def field(self, dent: Dent, nodes: np.ndarray) -> np.ndarray:
+        """Return the displacements (m, 3) [m] of a ``dent`` at ``nodes`` (m,)."""
+        return pushed(self.own, nodes, dent.nodes, dent.forces) @ dent.turn.T
 
     def of_corners(self, dent: Dent) -> np.ndarray:
         """Return the displacements (c, 3) [m] of all corners."""
-        return (dent.forces.astype(np.float32) @ self.corners[dent.of]).reshape(-1, 3) @ dent.turn.T
+        pushes = dent.forces.astype(np.float32).ravel()
+        return (pushes @ self.corners[coordinates_of(dent.nodes)]).reshape(-1, 3) @ dent.turn.T
 
-    def stiffness(self, of: np.ndarray) -> np.ndarray:
-        """Return the inverse (3m, 3m) [N/m] of the compliance of whole nodes at rest; NotConverged if it has none."""
-        if not len(of):
+    def stiffness(self, nodes: np.ndarray) -> np.ndarray:
+        """Return the inverse (3m, 3m) [N/m] of the compliance of ``nodes`` (m,); NotConverged if it has none."""
+        if not len(nodes):
             return np.zeros((0, 0))
-        square = self.own[np.ix_(of, of)].astype(float)
-        square[np.diag_indices(len(of))] *= 1.0 + RIDGE
+        square = self.own[nodes[:, None], nodes].transpose(0, 2, 1, 3).reshape(3 * len(nodes), -1).astype(float)
+        square[np.diag_indices(len(square))] *= 1.0 + RIDGE
         lower, failed = dpotrf(square, lower=1)
         if failed:
             raise NotConverged("the answers of a surface to forces at its nodes are not positive", [])
@@ -78,11 +80,24 @@ class LocalAnswers:
         return np.tril(inverse) + np.tril(inverse, -1).T
 
 
-def turned(matrix: np.ndarray, turn: np.ndarray) -> np.ndarray:
+@numba.njit(cache=True, error_model="numpy")
+def turned(matrix, turn):
     """Return a symmetric ``matrix`` (3m, 3m) of nodes that are turned by ``turn`` (3, 3)."""
-    for _ in range(2):  # the columns of its blocks, and of what is then transposed their rows
-        matrix = (matrix.reshape(-1, 3) @ turn.T).reshape(matrix.shape).T
-    return np.ascontiguousarray(matrix)
+    found, part = np.empty_like(matrix), np.empty((3, 3))
+    for a in range(0, len(matrix), 3):
+        for b in range(0, a + 3, 3):
+            for i in range(3):
+                for j in range(3):
+                    part[i, j] = 0.0
+                    for k in range(3):
+                        part[i, j] += turn[i, k] * matrix[a + k, b + j]
+            for i in range(3):
+                for j in range(3):
+                    value = 0.0
+                    for k in range(3):
+                        value += part[i, k] * turn[j, k]
+                    found[a + i, b + j] = found[b + j, a + i] = value
+    return found
 
 
 def local_answers(elements: ElementsAtRest, modes: np.ndarray, points: ContactPoints, corners: int) -> LocalAnswers:
@@ -105,7 +120,8 @@ def local_answers(elements: ElementsAtRest, modes: np.ndarray, points: ContactPo
         number = numbers[inside.indices[begin:end]]
         weights[q, : end - begin] = np.where(number < 0, 0.0, inside.data[begin:end])
         places[q, : end - begin] = np.maximum(number, 0)
-    return LocalAnswers(free, elements.rest[free], flat[of], 0.5 * (own + own.T), far, weights, places)
+    by_node = np.ascontiguousarray((0.5 * (own + own.T)).reshape(len(free), 3, -1, 3).transpose(0, 2, 1, 3))
+    return LocalAnswers(free, elements.rest[free], flat[of], by_node, far, weights, places)
 
 
 def coordinates_of(nodes: np.ndarray) -> np.ndarray:
@@ -121,10 +137,22 @@ def turn_of(rest: np.ndarray, moved: np.ndarray) -> np.ndarray:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def picked(matrix, rows, columns, values):
-    """Return the product (m,) of the ``rows`` (m,) and ``columns`` (k,) of a matrix with ``values`` (k,)."""
-    found = np.zeros(len(rows))
-    for i in range(len(rows)):
-        for j in range(len(columns)):
-            found[i] += matrix[rows[i], columns[j]] * values[j]
+def pushed(blocks, nodes, at, forces):
+    """Return the displacements (m, 3) of ``nodes`` (m,) under ``forces`` (c, 3) ``at`` others (c,), by their blocks."""
+    found = np.zeros((len(nodes), 3))
+    for a in range(len(nodes)):
+        for b in range(len(at)):
+            block = blocks[nodes[a], at[b]]
+            for i in range(3):
+                for j in range(3):
+                    found[a, i] += block[i, j] * forces[b, j]
     return found
+
+
+def numbered(nodes: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return which of ``count`` nodes are among ``nodes``, (m,), and the number of each of all among them, or −1."""
+    numbers = np.full(count, -1)
+    numbers[nodes.ravel()] = 0
+    some = np.flatnonzero(numbers == 0)
+    numbers[some] = np.arange(len(some))
+    return some, numbers

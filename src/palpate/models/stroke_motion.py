@@ -18,7 +18,7 @@ from palpate.effects.effect import FixedNodes, Instrumented, Proportional, offer
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
 from palpate.models import strokes
-from palpate.models.local_answers import FLAT, RESIDUAL, SOFTER, Dent, coordinates_of, turn_of, turned
+from palpate.models.local_answers import FLAT, RESIDUAL, SOFTER, Dent, numbered, turn_of, turned
 from palpate.models.reduced_body import check_same
 from palpate.models.stroke_modes import StrokeModes, learn
 from palpate.models.touched_search import TOGETHER, in_blocks, minimise, placed, rubbing_of, touched_by
@@ -175,7 +175,9 @@ class TouchingMotion:
         self._hessian, self._scaled = np.empty((0, 0)), (still, 0.0)
         self._forces, self._near = np.zeros((0, 3)), np.zeros(0, dtype=int)
         self._dents = [FLAT, FLAT, FLAT]
-        self._kept, self._of, self._turn = FLAT.of, FLAT.of, FLAT.turn  # nodes whose dents a step looks for
+        # nodes whose dents a step looks for, and the number of each node in reach among them
+        self._kept, self._turn = FLAT.nodes, FLAT.turn
+        self._number = np.full(0 if body.local is None else len(body.local.nodes), -1)
         self._still = self._local = np.zeros((0, 0))
         self._compile()
 
@@ -183,7 +185,7 @@ class TouchingMotion:
         """Call what a step calls, without a step, as the first call of each takes seconds."""
         one = np.ones(self.body.count)
         touch = self._touch(self._tools, 0.0 * one)
-        none = np.zeros(len(one) + len(self._of))
+        none = np.zeros(len(one) + len(self._local))
         self._places = placed(none, touch)
         self._speeds = np.zeros_like(self._places)
         rubbing = self._rubbing(touch, none, self._tools, none, self._tools, 1.0)
@@ -248,7 +250,7 @@ class TouchingMotion:
         self._speeds = (self._places - begun) / h
         q, bent = z[: len(q)], self._local @ z[len(q) :]
         forces = bent.reshape(-1, 3) @ self._turn
-        self._dents = [Dent(self._of, forces.ravel(), self._turn), *self._dents[:2]]
+        self._dents = [Dent(self._kept, forces, self._turn), *self._dents[:2]]
         self._tools, self._tools_before = tools, seen
         self._floor, self._energy = max(self._floor, LEAST_ENERGY * energy), energy + 0.5 * float(bent @ z[len(q) :])
         self._last = now.q, earlier.q, base.w, reach, share
@@ -296,16 +298,16 @@ class TouchingMotion:
             bent = local.rest + (local.modes @ q).reshape(-1, 3)
             near = gaps_of(bent, tools)[0].min(axis=0) < FAR_M
             self._near = np.flatnonzero(near[local.places].any(axis=1))
-            some, places = np.unique(local.places[self._near], return_inverse=True)
-            off = bent[some] - local.rest[some] + local.field(self._dents[0], coordinates_of(some)).reshape(-1, 3)
-            at = self._rest[self._near] + np.matmul(local.weights[self._near][:, None], off[places])[:, 0]
-            self._near = self._near[gaps_of(at, tools)[0].min(axis=0) < CLOSE_M]
-            weights = local.weights[self._near]
-            some = np.unique(local.places[self._near])
-            if not (len(self._kept) <= SPARE * len(some) and np.isin(some, self._kept).all()):
-                self._kept, self._of = some, coordinates_of(some)
-                self._still = local.stiffness(self._of)
-            nodes = np.searchsorted(self._kept, local.places[self._near])
+            some, numbers = numbered(local.places[self._near], len(bent))
+            off = bent[some] - local.rest[some] + local.field(self._dents[0], some)
+            moved = np.matmul(local.weights[self._near][:, None], off[numbers[local.places[self._near]]])[:, 0]
+            self._near = self._near[gaps_of(self._rest[self._near] + moved, tools)[0].min(axis=0) < CLOSE_M]
+            weights, places = local.weights[self._near], local.places[self._near]
+            some, numbers = numbered(places, len(bent))
+            if len(self._kept) > SPARE * len(some) or (self._number[some] < 0).any():
+                self._kept, self._number = some, numbers
+                self._still = local.stiffness(some)
+            nodes = self._number[places]
             if len(some):
                 self._turn = turn_of(local.rest[some], bent[some])
             self._local = turned(self._still, self._turn)
@@ -315,7 +317,7 @@ class TouchingMotion:
 
     def _dented(self, dent: Dent) -> np.ndarray:
         """Return the displacements (3m,) [m] of a ``dent`` at the nodes of a step."""
-        return self._of * 0.0 if self.body.local is None else self.body.local.field(dent, self._of)
+        return np.zeros(0) if self.body.local is None else self.body.local.field(dent, self._kept).ravel()
 
     def _rubbing(self, touch: tuple, z: np.ndarray, at: Tools, base: np.ndarray, start: Tools, reach: float) -> Rubbing:
         """Return friction with normals and pressures at ``z`` (r + 3m,), of instruments ``at`` then, in ``reach`` [s].
@@ -383,9 +385,8 @@ class TouchingMotion:
         if body.local is None:
             return moved
         loads = np.zeros((*body.elements.rest.shape, 3))
-        of = coordinates_of(body.local.nodes)
         for number, dent in enumerate(self._dents):
-            loads.reshape(-1, 3)[of[dent.of], number] = SOFTER * dent.forces
+            loads[body.local.nodes[dent.nodes], :, number] = SOFTER * dent.forces
         flat = body.modes.reshape(-1, body.count)
         lacked = body.elements.solve(loads, RESIDUAL) - (flat @ (flat.T @ loads.reshape(-1, 3))).reshape(loads.shape)
         return moved + np.array([lacked[..., k] @ dent.turn.T for k, dent in enumerate(self._dents)])

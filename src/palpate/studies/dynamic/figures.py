@@ -108,7 +108,7 @@ def draw_dynamic_force(dynamic_accuracy, dynamic_force) -> Figure:
         axis.set_ylim(bottom=0.0)
     handles = [Line2D([], [], color=style.FAINT, lw=6, label="the truth or the standard")]
     handles += [Line2D([], [], color=its.colour, label=its.label) for its in drawn.values()]
-    figure.legend(handles=handles, loc="outside upper center", ncols=min(4, 2 * len(axes)))
+    figure.legend(handles=handles, loc="outside upper center", ncols=min(4, len(axes) + 1))
     return figure
 
 

@@ -18,6 +18,8 @@ RIVALS = {
 FLOORS = ("repeat", "neighbour")
 SHOWN = 9
 """Presses that are drawn, spread over the strength of their forces."""
+DECADES = 5.0
+"""Largest over least force from which on their colours are those of a logarithm."""
 
 
 @style.figure("presses", tables=("press_curves", "press_predictions"))
@@ -67,6 +69,9 @@ def _places(figure: Figure, axis: Axes, curves: pd.DataFrame) -> None:
         return
     last = found[-1][0]
     x, y, force = np.array([row[1:] for row in found if row[0] == last], dtype=float).T
-    drawn = axis.scatter(x, y, c=np.maximum(force, 1e-3 * force.max()), cmap=style.DISPLACEMENT, norm="log", s=18)
+    force = np.maximum(force, 1e-3 * force.max())
+    looks = {"cmap": style.DISPLACEMENT, "norm": "log" if force.max() > DECADES * force.min() else "linear"}
+    drawn = axis.scatter(x, y, c=force, s=30, edgecolors=style.FAINT, linewidths=0.5, **looks)
+    axis.margins(0.1)
     figure.colorbar(drawn, ax=axis, label=f"force at {1e3 * depth:.2g} mm [N]")
     axis.set(xlabel="[mm]", ylabel="[mm]", title=f"places{f' of {last}' if last != 'all' else ''}", aspect="equal")

@@ -14,7 +14,7 @@ from numba.core.caching import IndexDataCacheFile
 
 def init() -> None:
     """Have numba store what it compiles with ``save``."""
-    IndexDataCacheFile.save = save
+    IndexDataCacheFile.save = save  # type: ignore[method-assign]
 
 
 def save(self: Any, key: tuple, data: Any) -> None:

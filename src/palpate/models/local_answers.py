@@ -149,6 +149,22 @@ def pushed(blocks, nodes, at, forces):
     return found
 
 
+@numba.njit(cache=True, error_model="numpy")
+def carried(rest, weights, places, points, moved, numbers):
+    """Return where ``points`` (c,) of all, at ``rest`` (q, 3), are if nodes have ``moved`` (m, 3).
+
+    weights, places : (q, 6) as of ``LocalAnswers``; numbers : (k,) of each node among those that have moved
+    """
+    found = np.empty((len(points), 3))
+    for c in range(len(points)):
+        q = points[c]
+        found[c] = rest[q]
+        for a in range(weights.shape[1]):
+            for i in range(3):
+                found[c, i] += weights[q, a] * moved[numbers[places[q, a]], i]
+    return found
+
+
 def numbered(nodes: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return which of ``count`` nodes are among ``nodes``, (m,), and the number of each of all among them, or −1."""
     numbers = np.full(count, -1)

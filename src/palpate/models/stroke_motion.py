@@ -18,7 +18,7 @@ from palpate.effects.effect import FixedNodes, Instrumented, Proportional, offer
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
 from palpate.models import strokes
-from palpate.models.local_answers import FLAT, RESIDUAL, SOFTER, Dent, numbered, turn_of, turned
+from palpate.models.local_answers import FLAT, RESIDUAL, SOFTER, Dent, carried, numbered, turn_of, turned
 from palpate.models.reduced_body import check_same
 from palpate.models.stroke_modes import StrokeModes, learn
 from palpate.models.touched_search import TOGETHER, in_blocks, minimise, placed, rubbing_of, touched_by
@@ -300,8 +300,8 @@ class TouchingMotion:
             self._near = np.flatnonzero(near[local.places].any(axis=1))
             some, numbers = numbered(local.places[self._near], len(bent))
             off = bent[some] - local.rest[some] + local.field(self._dents[0], some)
-            moved = np.matmul(local.weights[self._near][:, None], off[numbers[local.places[self._near]]])[:, 0]
-            self._near = self._near[gaps_of(self._rest[self._near] + moved, tools)[0].min(axis=0) < CLOSE_M]
+            moved = carried(self._rest, local.weights, local.places, self._near, off, numbers)
+            self._near = self._near[gaps_of(moved, tools)[0].min(axis=0) < CLOSE_M]
             weights, places = local.weights[self._near], local.places[self._near]
             some, numbers = numbered(places, len(bent))
             if len(self._kept) > SPARE * len(some) or (self._number[some] < 0).any():

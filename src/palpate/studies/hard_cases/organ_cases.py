@@ -114,6 +114,7 @@ def _over(height_m: float) -> Block:
     return {"friction": 0.3, "instruments": [ball | way]}
 
 
+@cache
 def _liver(material: Material = SOFT) -> Particles:
     """Make the coarse mesh of the shipped liver, held at its back."""
     mesh = liver(0.2)

@@ -17,7 +17,6 @@ os.environ |= {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", 
 import numpy as np
 import pandas as pd
 import pytest
-from fixtures import kernel_lock
 
 from palpate.benchmark.ranking import COLUMNS as ERRORS_OF_SAMPLES
 from palpate.bodies.body import Body, nest
@@ -28,7 +27,6 @@ from palpate.run.settings import defaults
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.studies.tradeoff.jobs import ACCURACY_VS_TIME
 
-kernel_lock.one_at_a_time()
 LETTERS = locale.setlocale(locale.LC_CTYPE)
 
 

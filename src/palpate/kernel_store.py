@@ -6,7 +6,9 @@ the other's arguments: an error, or wrong numbers without one. Numba calls ``ini
 pyproject.toml names it among ``numba_extensions``.
 """
 
+import fcntl
 import hashlib
+from contextlib import suppress
 from typing import Any
 
 from numba.core.caching import IndexDataCacheFile
@@ -20,10 +22,11 @@ def init() -> None:
 def save(self: Any, key: tuple, data: Any) -> None:
     """Store ``data`` under a digest of its ``key``, in the place of ``IndexDataCacheFile.save``.
 
-    Of two processes that do so at a time one may be forgotten, and is then compiled once more.
+    On a file system without locks one of two that are stored at a time may be forgotten, and is compiled once more.
     """
     name = self._data_name(int(hashlib.sha256(repr(key).encode()).hexdigest()[:12], 16))
     self._save_data(name, data)
-    known = self._load_index()
-    known[key] = name
-    self._save_index(known)
+    with open(f"{self._index_path}.lock", "w") as file:
+        with suppress(OSError):
+            fcntl.flock(file, fcntl.LOCK_EX)
+        self._save_index(self._load_index() | {key: name})

@@ -1,7 +1,8 @@
 """Start jobs without importing libraries anew: a process that has them in memory forks one process for each job.
 
-Imports are most of what a short job costs. The server imports nothing of palpate's, so that a job still pays only for
-what it calls for. workflow/start_job.py sends the requests; without a server it runs the script itself.
+Imports are most of what a short job costs. The server imports nothing of palpate's but how numba stores what it
+compiles, so that a job still pays only for what it calls for. workflow/start_job.py sends the requests; without a
+server it runs the script itself.
 """
 
 import json

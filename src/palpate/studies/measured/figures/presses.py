@@ -18,7 +18,7 @@ RIVALS = {
 FLOORS = ("repeat", "neighbour")
 SHOWN = 9
 """Presses that are drawn, spread over the strength of their forces."""
-DECADES = 5.0
+FAR_APART = 5.0
 """Largest over least force from which on their colours are those of a logarithm."""
 
 
@@ -70,7 +70,7 @@ def _places(figure: Figure, axis: Axes, curves: pd.DataFrame) -> None:
     last = found[-1][0]
     x, y, force = np.array([row[1:] for row in found if row[0] == last], dtype=float).T
     force = np.maximum(force, 1e-3 * force.max())
-    norm = "log" if force.max() > DECADES * force.min() else "linear"
+    norm = "log" if force.max() > FAR_APART * force.min() else "linear"
     drawn = axis.scatter(x, y, c=force, cmap=style.DISPLACEMENT, norm=norm, s=30, edgecolors=style.FAINT, lw=0.5)
     axis.margins(0.1)
     figure.colorbar(drawn, ax=axis, label=f"force at {1e3 * depth:.2g} mm [N]")

@@ -27,7 +27,7 @@ MOTION_PLACES = Table(
     "The error of a motion at each other place of the push, or of each stroke held out, and what it says of it itself.",
     """
     scene body contact model setting: a scene, its body, the node that is pushed or the number of the stroke, and what
-        answers; without a model where elements find no motion that is resolved
+        answers; without a model where elements find no motion, or turn inside out in it
     failures: 1 where there is no answer, or one that knows that it is wrong
     rmse_of_peak estimate_of_peak estimate_s: error, what the model says of it itself, and the time that takes [s]
     force_rms_of_peak real_time_factor: error of an instrument's force, RMS over frames of its peak, and seconds for a
@@ -90,7 +90,8 @@ def measure_strokes(
 
     grid : as for ``modes_of_strokes``; seed : of the strokes that were shown
     The reference is the limit in time of quadratic elements on the same mesh. A stroke that is not found, or on which
-    an instrument goes where nothing was prepared, is a failure; one that elements do not find has no model.
+    an instrument goes where nothing was prepared, is a failure; one that elements do not find, or on which they turn
+    inside out, has no model.
     """
     fitted = modes_of_strokes(compared, shown, grid, seed)
     square = grid["half_width_m"], count, seed + HELD_OUT
@@ -112,7 +113,8 @@ def stroked(compared: ComparedScene, contact: dict) -> ComparedScene:
 class StrokeLimit:
     """The limit in time of quadratic elements on a stroke: displacement (f, n_surface, 3) [m], force (f, k, 3) [N].
 
-    change : by the last halving of steps, RMSE over peak; there are no frames of a stroke that is not found
+    change : by the last halving of steps, RMSE over peak; there are no frames of a stroke that is not found, or on which
+        elements turn inside out
     """
 
     displacement: np.ndarray
@@ -144,11 +146,18 @@ def measure_stroke(
 
 
 def _of_elements(each: ComparedScene, per_frame: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return displacements (f, n_surface, 3) [m] of quadratic elements at frames' ends, mean forces (f, k, 3) [N]."""
+    """Return displacements (f, n_surface, 3) [m] of quadratic elements at frames' ends, mean forces (f, k, 3) [N].
+
+    NotConverged where they turn inside out, too: such a motion is balanced, and none of tissue.
+    """
     contact, surface = each.loads["contact"], each.body.fine.surface
     motion = strokes.elements_under(each.body, contact, each.rayleigh, strokes.points_of(each.body, [contact]))
     count = each.frames * per_frame
-    reached = list(motion.touched_steps(each.duration_s / count, count, TOLERANCE))
+    reached = []
+    for end in motion.touched_steps(each.duration_s / count, count, TOLERANCE):
+        if (det := motion.least_det(end.x)) <= 0.0:
+            raise NotConverged(f"an element is turned inside out (det F {det:.2g}) after {len(reached) + 1} steps", [])
+        reached.append(end)
     moved = np.array([(end.x - motion.rest)[surface] for end in reached[per_frame - 1 :: per_frame]])
     forces = np.array([end.forces for end in reached])
     return moved, forces.reshape(each.frames, per_frame, -1, 3).mean(axis=1)

@@ -31,6 +31,7 @@ GRID |= {"half_width_m": 0.022, "strokes": 4}
 
 def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatch):
     monkeypatch.setattr(strokes, "LENGTH_M", 0.01)
+    monkeypatch.setattr(strokes, "DEPTHS_M", (0.004, 0.012))
     mesh = box([0.06, 0.06, 0.03], [4, 4, 2])
     body = nest("pad", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(5000.0, 0.3, 1000.0))
     save(body, tmp_path / "body.h5")
@@ -50,6 +51,11 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
     bounds = motion_bounds([table])
     assert set(bounds["estimate"]) == {"constant", "own"} and (bounds["places"] == 3).all()
     assert bounds["bound_of_peak"].isna().all()  # of fewer than nine strokes there is none
+
+    monkeypatch.setattr(strokes, "DEPTHS_M", (0.022, 0.024))
+    flat = touching.stroked(made, strokes.roaming(made.particles(-1), ENTRY["contact"], 0.022, 1, 1)[0])
+    [row] = touching.measure_stroke(flat, touching.limit_of(flat), None, 0, [2])
+    assert "model" not in row  # its elements are turned inside out, so that nothing says how wrong a model is
 
 
 @pytest.mark.parametrize(

@@ -113,7 +113,7 @@ def stroked(compared: ComparedScene, contact: dict) -> ComparedScene:
 class StrokeLimit:
     """The limit in time of quadratic elements on a stroke: displacement (f, n_surface, 3) [m], force (f, k, 3) [N].
 
-    change : by the last halving of steps, RMSE over peak; there are no frames of a stroke that is not found, or on which
+    change : by the last halving of steps, RMSE over peak; no frames of a stroke that is not found, or on which
         elements turn inside out
     """
 

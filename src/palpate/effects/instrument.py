@@ -202,17 +202,24 @@ def first_touch(pose: Pose, mesh: Mesh, direction: np.ndarray) -> Pose:
 
 def _least_gap(pose: Pose, corners: np.ndarray, way: np.ndarray) -> tuple[float, float]:
     """Return the least gap [m] to triangles (m, 3, 3) [m], and by how much it falls with each metre along ``way``."""
+    middles = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - middles[:, None], axis=2).max(axis=1)
+    gaps, _ = pose.gaps(middles)
+    near = np.flatnonzero(gaps - reach <= gaps.min())  # no distance falls faster than one moves
+    corners, reach = corners[near], reach[near]
     points = np.einsum("ga,mai->mgi", _GRID, corners)
     gaps = pose.gaps(points.reshape(-1, 3))[0].reshape(len(corners), -1)
-    spread = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1) / 3.0
-    near = np.flatnonzero(gaps.min(axis=1) - spread <= gaps.min())
-    center, scale, within = _GRID[gaps[near].argmin(axis=1)], 1.0, corners[near]
+    near = np.flatnonzero(gaps.min(axis=1) - reach / 3.0 <= gaps.min())
+    center, scale, within, reach = _GRID[gaps[near].argmin(axis=1)], 1.0, corners[near], reach[near]
     for _ in range(ZOOMS):
         scale *= ZOOM
         around = np.clip(center[:, None] + scale * (_GRID - 1.0 / 3.0), 0.0, None)
         around = np.concatenate([center[:, None], around / around.sum(axis=2, keepdims=True)], axis=1)
         points = np.einsum("mga,mai->mgi", around, within).reshape(-1, 3)
         gaps, normals = pose.gaps(points)
-        center = around[np.arange(len(within)), gaps.reshape(len(within), -1).argmin(axis=1)]
+        found = gaps.reshape(len(within), -1)
+        # as far as this grid and all after it reach
+        near = np.flatnonzero(found.min(axis=1) - scale / (1.0 - ZOOM) * reach <= gaps.min())
+        center, within, reach = around[near, found[near].argmin(axis=1)], within[near], reach[near]
     least = int(gaps.argmin())
     return float(gaps[least]), float(normals[least] @ way)

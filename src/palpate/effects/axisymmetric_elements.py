@@ -107,6 +107,85 @@ def _decompose(f, u, v):
 
 
 @numba.njit(cache=True, error_model="numpy")
+def _rank(s, place, ranked):
+    """Write the place of each stretch of ``s`` (3,) in descending order, as laws get them, and the stretches so."""
+    for i in range(3):
+        rank = 0
+        for j in range(3):
+            rank += s[j] > s[i] or (s[j] == s[i] and j < i)
+        place[i] = rank
+        ranked[rank] = s[i]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _write_rows(slopes, hoop, u, v, b):
+    """Write what nodes' motions add to the stretches and both shears of a point in principal axes, (5, 18) [1/m]."""
+    for a in range(NODES):
+        along = slopes[a, 0] * v[0, 0] + slopes[a, 1] * v[1, 0]
+        across = slopes[a, 0] * v[0, 1] + slopes[a, 1] * v[1, 1]
+        for k in range(2):
+            c = 2 * a + k
+            b[0, c], b[1, c] = u[k, 0] * along, u[k, 1] * across
+            b[2, c] = hoop[a] if k == 0 else 0.0
+            b[3, c], b[4, c] = u[k, 0] * across, u[k, 1] * along
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _write_moduli(s, gradient, second, definite, d):
+    """Write second derivatives (5, 5) [Pa] by stretches and shears, from those by the stretches ``s`` (3,).
+
+    gradient : (3,) [Pa]; second : (3, 3) [Pa], which ``definite`` replaces by the nearest without negative eigenvalues
+    """
+    apart, both = s[0] - s[1], s[0] + s[1]
+    near, mean = EQUAL_STRETCHES * (abs(s[0]) + abs(s[1])), 0.5 * (second[0, 0] + second[1, 1])
+    flip = (gradient[0] - gradient[1]) / apart if apart > near else mean - second[0, 1]
+    twist = (gradient[0] + gradient[1]) / both if both > near else mean + second[0, 1]
+    if definite:
+        values, vectors = np.linalg.eigh(second)
+        second[:] = (vectors * np.maximum(values, 0.0)) @ vectors.T
+        flip, twist = max(flip, 0.0), max(twist, 0.0)
+    d[:] = 0.0
+    d[:3, :3] = second
+    d[3, 3] = d[4, 4] = 0.5 * (flip + twist)
+    d[3, 4] = d[4, 3] = 0.5 * (flip - twist)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _add_point(weight, b, d, weighted, matrix):
+    """Add weight · bᵀ d b of a point to the lower half of ``matrix`` (18, 18) [N/m]."""
+    for c in range(2 * NODES):
+        for i in range(3):
+            weighted[i, c] = weight * (d[i, 0] * b[0, c] + d[i, 1] * b[1, c] + d[i, 2] * b[2, c])
+        weighted[3, c] = weight * (d[3, 3] * b[3, c] + d[3, 4] * b[4, c])
+        weighted[4, c] = weight * (d[4, 3] * b[3, c] + d[4, 4] * b[4, c])
+    for c in range(2 * NODES):
+        for k in range(c + 1):
+            part = weighted[0, c] * b[0, k] + weighted[1, c] * b[1, k] + weighted[2, c] * b[2, k]
+            matrix[c, k] += part + weighted[3, c] * b[3, k] + weighted[4, c] * b[4, k]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _add_pressures(volumes, curve, projection, changes, mixed, matrix):
+    """Add what θ's projection couples to the lower half of ``matrix`` (18, 18) [N/m], and copy that to the upper.
+
+    curve : U″ (9,) [Pa] at the points; changes : (9, 18) [1/m] of θ there
+    """
+    for p in range(POINTS):
+        for k in range(p + 1):
+            part = 0.0
+            for q in range(POINTS):
+                part += volumes[q] * curve[q] * projection[q, p] * projection[q, k]
+            mixed[p, k] = mixed[k, p] = part
+    spread = mixed @ changes
+    for c in range(2 * NODES):
+        for k in range(c + 1):
+            part = matrix[c, k]
+            for q in range(POINTS):
+                part += changes[q, c] * spread[q, k]
+            matrix[c, k] = matrix[k, c] = part
+
+
+@numba.njit(cache=True, error_model="numpy")
 def energy_force_stiffness(
     x, quads, slopes, hoop, volumes, projections, mu, lam, shape, measure, volume, definite, force, matrices
 ):
@@ -116,32 +195,26 @@ def energy_force_stiffness(
     force : the gradient of the energy; matrices : of no length if only the others are asked for
     """
     us, vs, s = np.empty((POINTS, 2, 2)), np.empty((POINTS, 2, 2)), np.empty((POINTS, 3))
-    place = np.empty((POINTS, 3), dtype=np.int64)
     gradient, rates = np.empty((POINTS, 3)), np.empty((POINTS, 3))
     second, bends = np.empty((POINTS, 3, 3)), np.empty((POINTS, 3, 3))
-    theta, slope, curve, pressure = np.empty(POINTS), np.empty(POINTS), np.empty(POINTS), np.empty(POINTS)
-    f, derivatives, sorted_ = np.empty((2, 2)), np.empty(2), np.empty(3)
+    theta, slope, curve = np.empty(POINTS), np.empty(POINTS), np.empty(POINTS)
+    f, derivatives, ranked, place = np.empty((2, 2)), np.empty(2), np.empty(3), np.empty(3, dtype=np.int64)
     first, rate, hessian, bend = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3))
-    pulls, b, d, changes = np.empty(2 * NODES), np.empty((5, 2 * NODES)), np.empty((5, 5)), np.empty((POINTS, 18))
+    b, d, changes = np.empty((5, 2 * NODES)), np.empty((5, 5)), np.empty((POINTS, 2 * NODES))
     weighted, mixed = np.empty((5, 2 * NODES)), np.empty((POINTS, POINTS))
     total, wanted = 0.0, len(matrices) > 0
     for e in range(len(quads)):
         for q in range(POINTS):
             s[q, 2] = _stretch(x, quads, slopes, hoop, e, q, f)
             s[q, 0], s[q, 1] = _decompose(f, us[q], vs[q])
-            for i in range(3):  # laws get stretches in descending order
-                rank = 0
-                for j in range(3):
-                    rank += s[q, j] > s[q, i] or (s[q, j] == s[q, i] and j < i)
-                place[q, i] = rank
-                sorted_[rank] = s[q, i]
-            total += volumes[e, q] * shape(sorted_, mu, first, hessian)
-            theta[q] = measure(sorted_, rate, bend)
+            _rank(s[q], place, ranked)
+            total += volumes[e, q] * shape(ranked, mu, first, hessian)
+            theta[q] = measure(ranked, rate, bend)
             for i in range(3):
-                gradient[q, i], rates[q, i] = first[place[q, i]], rate[place[q, i]]
+                gradient[q, i], rates[q, i] = first[place[i]], rate[place[i]]
                 for j in range(3):
-                    second[q, i, j] = hessian[place[q, i], place[q, j]]
-                    bends[q, i, j] = bend[place[q, i], place[q, j]]
+                    second[q, i, j] = hessian[place[i], place[j]]
+                    bends[q, i, j] = bend[place[i], place[j]]
         for q in range(POINTS):
             mean = 0.0
             for p in range(POINTS):
@@ -149,70 +222,26 @@ def energy_force_stiffness(
             total += volumes[e, q] * volume(mean, mu, lam, derivatives)
             slope[q] = derivatives[0]
             curve[q] = max(derivatives[1], 0.0) if definite else derivatives[1]
-        for q in range(POINTS):
-            pressure[q] = 0.0
-            for p in range(POINTS):
-                pressure[q] += projections[e, q, p] * slope[p]
         if wanted:
             matrices[e] = 0.0
         for q in range(POINTS):
-            weight, u, v = volumes[e, q], us[q], vs[q]
+            pressure = 0.0
+            for p in range(POINTS):
+                pressure += projections[e, q, p] * slope[p]
             for i in range(3):
-                gradient[q, i] += pressure[q] * rates[q, i]
+                gradient[q, i] += pressure * rates[q, i]
                 for j in range(3):
-                    second[q, i, j] += pressure[q] * bends[q, i, j]
-            for a in range(NODES):
-                along = slopes[e, q, a, 0] * v[0, 0] + slopes[e, q, a, 1] * v[1, 0]
-                across = slopes[e, q, a, 0] * v[0, 1] + slopes[e, q, a, 1] * v[1, 1]
-                for k in range(2):
-                    c = 2 * a + k
-                    b[0, c], b[1, c] = u[k, 0] * along, u[k, 1] * across
-                    b[2, c] = hoop[e, q, a] if k == 0 else 0.0
-                    b[3, c], b[4, c] = u[k, 0] * across, u[k, 1] * along
+                    second[q, i, j] += pressure * bends[q, i, j]
+            _write_rows(slopes[e, q], hoop[e, q], us[q], vs[q], b)
             for c in range(2 * NODES):
-                pulls[c] = b[0, c] * gradient[q, 0] + b[1, c] * gradient[q, 1] + b[2, c] * gradient[q, 2]
+                pull = b[0, c] * gradient[q, 0] + b[1, c] * gradient[q, 1] + b[2, c] * gradient[q, 2]
+                force[quads[e, c // 2], c % 2] += volumes[e, q] * pull
                 changes[q, c] = b[0, c] * rates[q, 0] + b[1, c] * rates[q, 1] + b[2, c] * rates[q, 2]
-            for a in range(NODES):
-                force[quads[e, a], 0] += weight * pulls[2 * a]
-                force[quads[e, a], 1] += weight * pulls[2 * a + 1]
-            if not wanted:
-                continue
-            apart, both = s[q, 0] - s[q, 1], s[q, 0] + s[q, 1]
-            near, mean = EQUAL_STRETCHES * (abs(s[q, 0]) + abs(s[q, 1])), 0.5 * (second[q, 0, 0] + second[q, 1, 1])
-            flip = (gradient[q, 0] - gradient[q, 1]) / apart if apart > near else mean - second[q, 0, 1]
-            twist = (gradient[q, 0] + gradient[q, 1]) / both if both > near else mean + second[q, 0, 1]
-            if definite:
-                values, vectors = np.linalg.eigh(second[q])
-                second[q] = (vectors * np.maximum(values, 0.0)) @ vectors.T
-                flip, twist = max(flip, 0.0), max(twist, 0.0)
-            d[:] = 0.0
-            d[:3, :3] = second[q]
-            d[3, 3] = d[4, 4] = 0.5 * (flip + twist)
-            d[3, 4] = d[4, 3] = 0.5 * (flip - twist)
-            for c in range(2 * NODES):
-                for i in range(3):
-                    weighted[i, c] = weight * (d[i, 0] * b[0, c] + d[i, 1] * b[1, c] + d[i, 2] * b[2, c])
-                weighted[3, c] = weight * (d[3, 3] * b[3, c] + d[3, 4] * b[4, c])
-                weighted[4, c] = weight * (d[4, 3] * b[3, c] + d[4, 4] * b[4, c])
-            for c in range(2 * NODES):
-                for k in range(c + 1):
-                    part = weighted[0, c] * b[0, k] + weighted[1, c] * b[1, k] + weighted[2, c] * b[2, k]
-                    matrices[e, c, k] += part + weighted[3, c] * b[3, k] + weighted[4, c] * b[4, k]
-        if not wanted:
-            continue
-        for p in range(POINTS):
-            for k in range(p + 1):
-                part = 0.0
-                for q in range(POINTS):
-                    part += volumes[e, q] * curve[q] * projections[e, q, p] * projections[e, q, k]
-                mixed[p, k] = mixed[k, p] = part
-        spread = mixed @ changes
-        for c in range(2 * NODES):
-            for k in range(c + 1):
-                part = matrices[e, c, k]
-                for q in range(POINTS):
-                    part += changes[q, c] * spread[q, k]
-                matrices[e, c, k] = matrices[e, k, c] = part
+            if wanted:
+                _write_moduli(s[q], gradient[q], second[q], definite, d)
+                _add_point(volumes[e, q], b, d, weighted, matrices[e])
+        if wanted:
+            _add_pressures(volumes[e], curve, projections[e], changes, mixed, matrices[e])
     return total
 
 

@@ -17,6 +17,7 @@ from palpate.models import stroke_motion, strokes
 from palpate.run.job import steps
 from palpate.scenes.run_scene import Run, compose
 from palpate.scenes.scene import Scene
+from palpate.solvers.quadratic_motion import Reached
 from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.fitted import Fitted
 from palpate.studies.dynamic.strokes import Strokes, learnt_from
@@ -153,7 +154,7 @@ def _of_elements(each: ComparedScene, per_frame: int) -> tuple[np.ndarray, np.nd
     contact, surface = each.loads["contact"], each.body.fine.surface
     motion = strokes.elements_under(each.body, contact, each.rayleigh, strokes.points_of(each.body, [contact]))
     count = each.frames * per_frame
-    reached = []
+    reached: list[Reached] = []
     for end in motion.touched_steps(each.duration_s / count, count, TOLERANCE):
         if (det := motion.least_det(end.x)) <= 0.0:
             raise NotConverged(f"an element is turned inside out (det F {det:.2g}) after {len(reached) + 1} steps", [])

@@ -201,6 +201,12 @@ def test_forces_and_stiffness_of_contact_are_derivatives(pad, kind):
     assert alone == pytest.approx(stiff[inside, None, None] * normals[0, inside, :, None] * normals[0, inside, None, :])
 
 
+def test_a_body_that_hardly_changes_its_volume_is_refused_before_it_is_learnt(pad):
+    soft = replace(pad, material=replace(pad.material, poisson=0.47))
+    with pytest.raises(InputError, match=r"scenes\.pad\.integrator is touching: Poisson's ratio of pad is 0\.47"):
+        run(scene(), soft)
+
+
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
@@ -241,6 +247,15 @@ def test_a_finger_that_goes_through_the_body_is_raised_and_one_nearly_through_do
         with pytest.raises(NotConverged, match="driven into held nodes"):
             pressed(depth_m)
     assert np.isinf(pressed(0.0299).doubts_m[-1])
+
+
+def test_a_ball_that_was_inside_between_frames_is_doubted_at_the_next(pad, shown):
+    """Led through the pad from side to side, which no modes of presses follow, it is outside again where it ends."""
+    through = {"times_s": [0.0, 0.24], "shifts_m": [[0, 0, 0], [0.085, 0, 0]]}
+    contact = CONTACT | {"instruments": [BALL | through | {"center_m": [-0.0125, 0.03, 0.022]}]}
+    asked = scene(contact, step_s=0.005, **few(pad, shown, contact))
+    for frames in (1, 12):
+        assert np.isinf(run(replace(asked, frames=frames), pad).doubts_m.max())
 
 
 def test_energies_are_those_of_the_integrator_and_balance(pad, shown):

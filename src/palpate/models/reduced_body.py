@@ -35,9 +35,7 @@ def vibrations(solve: Solve, masses: np.ndarray, free: np.ndarray, count: int) -
     They are the largest eigenvectors of M^½ K⁻¹ M^½, so that no matrix is needed. InputError if there are not so many.
     """
     if count >= 3 * free.sum():
-        raise InputError(
-            f"reduced.vibrations is {count}, and the body has {3 * free.sum()} free coordinates; ask less."
-        )
+        raise InputError(f"vibrations is {count}, and the body has {3 * free.sum()} free coordinates; ask less.")
     if not count:
         return np.empty((0, len(masses), 3)), np.empty(0)
     root = np.sqrt(masses * free)[:, None]

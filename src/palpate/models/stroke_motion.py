@@ -15,6 +15,7 @@ import pandas as pd
 from palpate.bodies.body import Body
 from palpate.collision.contact.instrument_contact import InstrumentContact, Rubbing, Tools, gaps_of
 from palpate.effects.effect import FixedNodes, Instrumented, Proportional, offers
+from palpate.effects.elements import PLAIN_POISSON, largest_poisson
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
 from palpate.models import strokes
@@ -77,7 +78,8 @@ def prepare(
     passing : blocks contact; points are in reach that their instruments or the scene's pass, and have answers of their
         own, as the strokes need not be like these
     until_s : how long neighbours are followed [s], as a body goes on to move where an instrument has stopped
-    InputError for an effect that it does not know, a body that nothing holds, and contact of bodies.
+    InputError for an effect that it does not know, a body that nothing holds or that hardly changes its volume, and
+    contact of bodies.
     """
     contact, body = _touched(system)
     own = contact.settings
@@ -106,6 +108,11 @@ def _touched(system: System) -> tuple[Instrumented, Body]:
                 f"it has modes for instruments, anchors and damping in proportion to mass and stiffness alone, and the "
                 f"scene has {name}; leave that out, or choose backward_euler."
             )
+    if (poisson := largest_poisson(system.particles.tissue)) > PLAIN_POISSON:
+        raise InputError(
+            f"Poisson's ratio of {body.name} is {poisson:g}, and its modes are those of elements that lock above "
+            f"{PLAIN_POISSON}; choose backward_euler, or a smaller ratio."
+        )
     if system.free.all():
         raise InputError("it needs a body that is held, as one that is not drifts out of all modes; hold it.")
     found = [effect for _, effect in system.offering(Instrumented)]
@@ -174,7 +181,7 @@ class TouchingMotion:
         self._last: tuple[np.ndarray, np.ndarray, np.ndarray, float, float] | None = None
         self._hessian, self._scaled = np.empty((0, 0)), (still, 0.0)
         self._forces, self._near = np.zeros((0, 3)), np.zeros(0, dtype=int)
-        self._dents = [FLAT, FLAT, FLAT]
+        self._dents, self._strayed = [FLAT, FLAT, FLAT], False
         # nodes whose dents a step looks for, and the number of each node in reach among them
         self._kept, self._turn = FLAT.nodes, FLAT.turn
         self._number = np.full(0 if body.local is None else len(body.local.nodes), -1)
@@ -248,6 +255,7 @@ class TouchingMotion:
         begun = placed(np.append(now.q, dent), touch)
         self._places = placed(z, touch)
         self._speeds = (self._places - begun) / h
+        self._strayed |= strays(self._places, tools)
         q, bent = z[: len(q)], self._local @ z[len(q) :]
         forces = bent.reshape(-1, 3) @ self._turn
         self._dents = [Dent(self._kept, forces, self._turn), *self._dents[:2]]
@@ -395,16 +403,17 @@ class TouchingMotion:
         """Return what the modes lack [m], RMS over the surface: what all elements leave of the last step's balance.
 
         That is answered by (1 + β/a) K at rest, a being a stage's length. Infinite where an instrument is inside of the
-        body beyond what it may touch, or the corners of an element are inside out. It grows with the error, and is not
-        its size.
+        body beyond what it may touch, or has been since this was asked, or the corners of an element are inside out. It
+        grows with the error, and is not its size.
         """
         body, elements = self.body, self.body.elements
         assert self._last is not None  # it has stepped
         moved, moved_before, at_first = self._whole()
-        gaps, _ = gaps_of((elements.rest + moved)[body.body.fine.surface], self._tools)
-        corners = (elements.rest + moved)[body.body.fine.tetrahedra]
+        places = elements.rest + moved
+        strayed, self._strayed = self._strayed or strays(places[body.body.fine.surface], self._tools), False
+        corners = places[body.body.fine.tetrahedra]
         turned_over = (np.linalg.det(corners[:, 1:] - corners[:, :1]) <= 0.0).any()
-        if turned_over or (gaps.min(axis=1) < -STRAY * self._tools.radii).any():
+        if turned_over or strayed:
             return math.inf
         _, _, rate, reach, share = self._last
         here, there, before = (elements.force(each) for each in (moved, moved_before, at_first))
@@ -414,3 +423,8 @@ class TouchingMotion:
         left += body.points.interpolation[self._near].T @ self._forces
         off = elements.solve(left[:, :, None] / (1.0 + lag), MISSED_RESIDUAL)[body.body.fine.surface]
         return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+
+
+def strays(places: np.ndarray, tools: Tools) -> bool:
+    """Return whether one of ``places`` (n, 3) [m] is inside of an instrument by more than STRAY."""
+    return bool((gaps_of(places, tools)[0].min(axis=1, initial=np.inf) < -STRAY * tools.radii).any())

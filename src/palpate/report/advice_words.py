@@ -7,6 +7,7 @@ import pandas as pd
 
 from palpate.benchmark.advice import NONE, name
 from palpate.benchmark.advice_other_loads import doubts
+from palpate.benchmark.comparable import STROKED
 from palpate.benchmark.conformal import FEWEST
 from palpate.benchmark.ranking import EQUAL, KINDS, TIED_TIMES, UNKNOWN
 from palpate.report.model_looks import label
@@ -35,10 +36,13 @@ def lines(advice: pd.Series, rows: pd.DataFrame | None = None) -> str:
     if rows is not None:
         row = rows[(rows["model"] == advice["model"]) & (rows["setting"] == advice["setting"])].iloc[0]
         before = _prepared(row["offline_s"])
-        told = row["estimate_of_peak"]
+        doubted, told = advice["model"] in STROKED, row["estimate_of_peak"]
+        meaning = "grows with its error and is not its size" if doubted else "the model finds without the standard"
         found = {
             "error": moved_error(advice, row),
-            "estimate": f"{percent(told)}, which the model finds without the standard" if np.isfinite(told) else "",
+            "doubt" if doubted else "estimate": f"{percent(told)} of the displacement, which {meaning}"
+            if np.isfinite(told)
+            else "",
             "bound": bounded(advice),
             "speed": f"{pace(advice['times_life'])}, {seconds(1e-3 * row['ms_per_step'])} a step, {p95}, {here}",
         }

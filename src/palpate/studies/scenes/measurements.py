@@ -80,9 +80,9 @@ def warn_of_doubt(scene: Scene, moved: Motion) -> None:
     if "doubt_m" not in moved.energy:
         return
     doubts, peak = moved.energy["doubt_m"], np.linalg.norm(moved.positions - moved.rest, axis=2).max()
-    if doubts.max() > DOUBTED * peak:
+    if peak and doubts.max() > DOUBTED * peak:
         worst = moved.energy["time_s"][doubts.idxmax()]
-        size = f"{doubts.max() / peak:.1%} of the peak" if np.isfinite(doubts.max()) else "without a limit"
+        size = f"a doubt of {doubts.max() / peak:.1%} of the peak" if np.isfinite(doubts.max()) else "without a limit"
         warnings.warn(
             f"{scene.place}: at {worst:.3g} s its modes lack what moves there, {size} by what all elements say "
             f"(doubt_m in energy.csv; up to {DOUBTED:.0%} is usual); choose backward_euler, or a path that is pressed "

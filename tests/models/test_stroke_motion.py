@@ -290,7 +290,9 @@ def test_what_overlaps_or_is_missed_where_it_begins_is_refused(pad, shown):
     ):
         with pytest.raises(InputError, match=r"scenes\.pad\.integrator is touching: .* where the scene begins"):
             run(scene(tool, **asked), pad)
-    with pytest.raises(InputError, match="no instrument comes within 12 mm of pad; lead its path there"):
+    with pytest.raises(
+        InputError, match=r"no instrument comes within 1\.2 times its radius of pad; lead its path there"
+    ):
         run(scene(moved(CONTACT, [0.0, 0.0, 0.1])), pad)
 
 

@@ -154,7 +154,7 @@ ACTING |= {"velocity_damping": {"velocity_damping": {}}, "contact": {"contact": 
 @pytest.mark.parametrize("integrator", [name for name in INTEGRATORS if name != "goal_position"])
 @pytest.mark.parametrize("effect", ACTING)
 def test_an_effect_is_refused_when_planned_if_its_integrator_refuses_it(integrator, effect, monkeypatch):
-    monkeypatch.setattr(strokes, "BESIDE_M", strokes.BESIDE_M[:1])
+    monkeypatch.setattr(strokes, "BESIDE", ((0.0, 0.0, 0.0),))
     monkeypatch.setattr(strokes, "LEAST_STEPS", 4)
     entry = SCENE | {"duration_s": 0.02, "integrator": integrator} | ACTING[effect]
     entry |= {"contact": STROKE["contact"]} if integrator == "touching" else {}

@@ -23,13 +23,13 @@ STEP_S, LEAST_STEPS, TOLERANCE = 0.01, 30, 1e-2
 """Steps of the strokes that modes are learnt from, how many at least, and the tolerance of each; what they move like is
 enough, and not exactly when. For the same reason contact is no stiffer than at rest, and friction that of the stage
 before: that moves a stroke by 0.05 % of its peak."""
-MARGIN_M, PLACES = 0.012, 60
-"""Distance of an instrument's skin on its path from points at rest, within which it may touch them, and at how many
-places of the path that is seen."""
+MARGIN, PLACES = 1.2, 60
+"""Distance of an instrument's skin on its path from points at rest, over its radius, within which it may touch them,
+and at how many places of the path that is seen."""
 LEAST_SHARE = 0.5
 """Of the strokes, which finite elements have to find; others lead into what is held."""
-BESIDE_M = ((0.0, 0.006, 0.003), (0.0, -0.006, 0.003), (0.006, 0.0, -0.002), (-0.006, 0.0, 0.004), (0.0, 0.0, 0.008))
-"""How far a path's neighbours are from it: along two directions across the way down, and up."""
+BESIDE = ((0.0, 0.6, 0.3), (0.0, -0.6, 0.3), (0.6, 0.0, -0.2), (-0.6, 0.0, 0.4), (0.0, 0.0, 0.8))
+"""How far a path's neighbours are from it, over an instrument's radius: two ways across the way down, and up."""
 TIMES_S = (0.0, 0.22, 0.27, 0.45, 0.58)
 """Of a random stroke: it begins, is pressed in, starts to slide, ends to, and is lifted off."""
 LENGTH_M, DEPTHS_M = 0.035, (0.008, 0.02)
@@ -53,14 +53,15 @@ def frame_of(contact: Mapping) -> np.ndarray:
 
 
 def neighbours(contact: Mapping) -> list[dict]:
-    """Return blocks ``contact`` in which the whole path is BESIDE_M where that of ``contact`` is."""
+    """Return blocks ``contact`` in which the whole path is BESIDE that of ``contact``."""
     frame = frame_of(contact)
     found = []
-    for beside in BESIDE_M:
+    for beside in BESIDE:
         moved = copy.deepcopy(dict(contact))
         for tool in moved["instruments"]:
             if len(tool.get("shifts_m", [])):
-                tool["shifts_m"] = (np.array(tool["shifts_m"], dtype=float) + np.array(beside) @ frame).tolist()
+                away = tool.get("radius_m", 0.0) * np.array(beside) @ frame
+                tool["shifts_m"] = (np.array(tool["shifts_m"], dtype=float) + away).tolist()
         found.append(moved)
     return found
 
@@ -138,7 +139,7 @@ def whole_of(body: Body) -> Body:
 
 
 def points_of(body: Body, contacts: Sequence[Mapping]) -> ContactPoints:
-    """Return the points of the surface of quadratic elements that instruments pass within MARGIN_M.
+    """Return the points of the surface of quadratic elements that instruments pass within MARGIN of their radius.
 
     InputError where there are none.
     """
@@ -148,14 +149,15 @@ def points_of(body: Body, contacts: Sequence[Mapping]) -> ContactPoints:
         for contact in contacts:
             tools = of_contact(body, contact)
             for t in np.linspace(0.0, duration_of(contact), PLACES):
-                found |= (gaps_of(places, tools.at(t))[0] < MARGIN_M).any(axis=0)
+                at = tools.at(t)
+                found |= (gaps_of(places, at)[0] < MARGIN * at.radii[:, None]).any(axis=0)
         return found
 
     try:
         return contact_points(body.fine, 2, body.material.young_pa, near)
     except NotConverged as error:
         raise InputError(
-            f"no instrument comes within {1e3 * MARGIN_M:g} mm of {body.name}; lead its path there."
+            f"no instrument comes within {MARGIN:g} times its radius of {body.name}; lead its path there."
         ) from error
 
 

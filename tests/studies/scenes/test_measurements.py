@@ -112,7 +112,7 @@ def test_a_run_warns_of_energy_that_an_integrator_without_proof_made():
 def test_a_motion_in_modes_warns_of_a_doubt_that_is_large_beside_its_peak(motion):
     scene, rest = Scene("a", [], "touching", 0.1, 1.0), motion.rest
     moved = replace(motion, positions=np.array([rest, rest + np.array([0.0, 0.0, 0.01])]))
-    for doubt, said in ((1.5 * DOUBTED * 0.01, "1.5% of the peak"), (np.inf, "without a limit")):
+    for doubt, said in ((1.5 * DOUBTED * 0.01, "a doubt of 1.5% of the peak"), (np.inf, "without a limit")):
         energy = pd.DataFrame({"time_s": [0.0, 0.5, 1.0], "doubt_m": [0.0, doubt, 1e-9]})
         with pytest.warns(UserWarning, match=rf"^scenes\.a: at 0\.5 s its modes lack what moves there, {said}"):
             measurements.warn_of_doubt(scene, replace(moved, energy=energy))

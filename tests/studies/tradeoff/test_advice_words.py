@@ -150,7 +150,7 @@ def test_a_motion_has_error_bound_and_speed(motions, bounds, presses):
     assert "5 × real time" in text and "2 ms" in text
     assert "beware    pushed elsewhere, its error may be larger than asked, up to 7 %" in text
     assert (
-        "\n  estimate  3 %, which the model finds without the standard\n" in text
+        "\n  estimate  3 % of the displacement, which the model finds without the standard\n" in text
         and "\n  before    500 ms of preparation\n" in text
     )
 

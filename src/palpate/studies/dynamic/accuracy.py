@@ -349,16 +349,18 @@ def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted |
         moved, run = compared.move(scene, level, fitted.young_pa)
     except NotConverged:
         return row | {"failures": 1, "offline_s": fitted.offline_s}
-    seconds = run.seconds
+    taken = [run.seconds, run.step_p95_s, run.step_max_s]
     if fitted.finish:
         begin = perf_counter()
         moved = fitted.finish(run.motion)
-        seconds += perf_counter() - begin
+        spent = perf_counter() - begin
+        late = spent / compared.frames  # of the steps that end a frame
+        taken = [a + b for a, b in zip(taken, (spent, late, late), strict=True)]
     told = estimated(compared, fitted, steps, run.motion, moved)
     if run.doubts_m.size:
         told = MotionEstimate(doubted(run, moved), run.doubt_s)
     forces = run.motion.instrument_forces()
-    measured = _measured(moved, forces, truth, (seconds, run.step_p95_s, run.step_max_s), steps, compared.duration_s)
+    measured = _measured(moved, forces, truth, taken, steps, compared.duration_s)
     return row | measured | told._asdict() | {"offline_s": fitted.offline_s}
 
 

@@ -29,7 +29,10 @@ FRAMES = 20
 FINER, QUADRATIC = (8, 16), (1, 2)
 """Steps in a frame of BDF2, and of quadratic elements, which modes are compared with: from their motions
 the limit of short steps is extrapolated."""
-MEASURE = "L2 distance from the limit of short steps over frames and nodes / that of the limit from rest"
+MEASURE = (
+    "L2 distance from the limit of short steps over frames and nodes / that of the limit from rest; of modes, from "
+    "elements with contact as soft as theirs"
+)
 FINGER = {"kind": "capsule", "name": "finger", "from_m": [0.04, -0.03, 0.08], "to_m": [0.04, 0.0, 0.08]}
 """As in the scene liver_palpation, above the thin lobe."""
 TIMES_S = 0.0, 0.3, 0.4, 0.5, 0.7

@@ -349,17 +349,17 @@ def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted |
         moved, run = compared.move(scene, level, fitted.young_pa)
     except NotConverged:
         return row | {"failures": 1, "offline_s": fitted.offline_s}
-    taken = [run.seconds, run.step_p95_s, run.step_max_s]
+    spent = 0.0
     if fitted.finish:
         begin = perf_counter()
         moved = fitted.finish(run.motion)
         spent = perf_counter() - begin
-        late = spent / compared.frames  # of the steps that end a frame
-        taken = [a + b for a, b in zip(taken, (spent, late, late), strict=True)]
     told = estimated(compared, fitted, steps, run.motion, moved)
     if run.doubts_m.size:
         told = MotionEstimate(doubted(run, moved), run.doubt_s)
     forces = run.motion.instrument_forces()
+    late = spent / compared.frames  # of the steps that end a frame
+    taken = run.seconds + spent, run.step_p95_s + late, run.step_max_s + late
     measured = _measured(moved, forces, truth, taken, steps, compared.duration_s)
     return row | measured | told._asdict() | {"offline_s": fitted.offline_s}
 

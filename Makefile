@@ -42,7 +42,7 @@ STUDIES := $(shell sed -n 's/^    "\([a-z_]*\)",$$/\1/p' src/palpate/run/setting
 SCHEMA := $(VENV)/settings.schema.json
 
 .DEFAULT_GOAL := all
-.PHONY: all plan $(STUDIES) env test smoke full slurm-test example check bench snapshot lock tidy clean distclean help
+.PHONY: all plan $(STUDIES) env test smoke full deep slurm-test example check bench snapshot lock tidy clean distclean help
 
 all: $(STAMP) $(SCHEMA)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
@@ -54,8 +54,9 @@ endif
 plan: $(STAMP)  ## say what make would do: jobs, minutes and memory
 	@$(SNAKEMAKE) --dry-run --quiet rules progress > /dev/null
 
-$(STUDIES): $(STAMP)  # one study
+$(STUDIES): $(STAMP)  # one study, and a page about it
 	@$(SNAKEMAKE) $@
+	@echo "The page: $(RESULTS)/report_$@.html"
 
 figures/%: $(STAMP)  ## compute one figure and what it needs, such as figures/sigma_sweep
 	@$(SNAKEMAKE) results/$@.png
@@ -77,9 +78,13 @@ smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, in a few 
 	@$(RUN) snakemake $(SMOKE)
 	@echo "The report: .smoke/results/report.html"
 
-full: $(STAMP)  ## run what takes hours, too, in .full: more bodies, all splits, fingers of other radii
+full: $(STAMP)  ## run all studies, all scenes and finer grids, in .full
 	@$(RUN) snakemake $(FLAGS) --configfile config.yaml config.full.yaml --directory .full
 	@echo "The report: .full/results/report.html"
+
+deep: $(STAMP)  ## run what takes hours, too, in .deep: more bodies, all splits, fingers of other radii
+	@$(RUN) snakemake $(FLAGS) --configfile config.yaml config.full.yaml config.deep.yaml --directory .deep
+	@echo "The report: .deep/results/report.html"
 
 slurm-test: $(TOOLS)  ## run the smoke workflow on a SLURM cluster that loses a node; needs root and apt
 	@$(BIN)/python tests/slurm/run.py
@@ -106,8 +111,8 @@ bench: $(STAMP)  ## time element kernels; scenes against loops by hand; Hertz; a
 	@$(BIN)/python tests/benchmarks/hertz.py
 	@$(BIN)/python tests/benchmarks/exact_pairs.py
 
-snapshot: $(STAMP)  ## write docs/results.md from the results of make, or of make full with RESULTS=.full/results
-	@$(BIN)/python -m palpate.report.snapshot $(RESULTS) docs
+snapshot: $(STAMP)  ## write docs/results.md from the results of make full
+	@$(BIN)/python -m palpate.report.snapshot .full/results docs
 
 lock:  ## write environment.lock and tests/environment.lock anew for the dependencies in pyproject.toml
 	@tools=$$(mktemp -d) && trap 'rm -rf "$$tools"' EXIT && \
@@ -121,14 +126,14 @@ tidy: $(STAMP)  ## list and remove results of bodies, scenes and studies that co
 	@$(RUN) tidy $(FLAGS)
 
 clean:  ## delete the results, and keep the environment
-	cd "$(FOLDER)" && rm -rf $(addprefix results/,data figures logs motion tables ct report.html report.md) \
-	.smoke .full .slurm .example .snakemake
+	cd "$(FOLDER)" && rm -rf $(addprefix results/,data figures logs motion tables ct report*.html report*.md) \
+	.smoke .full .deep .slurm .example .snakemake
 
 distclean: clean  ## delete the environment, too
 	rm -rf $(VENV)
 
 help:  ## list what can be made
-	@echo "make STUDY  compute one study: $(STUDIES)"
+	@echo "make STUDY  compute one study and write a page about it: $(STUDIES)"
 	@echo "make CONFIG=mine/config.yaml ...  the same for your own config, in its folder; palpate init writes one"
 	@sed -n 's/^\([a-z/%-]*\):.*  ## /\1  /p' Makefile | awk '{ printf "make %-11s", $$1; $$1 = ""; print }'
 

@@ -7,7 +7,7 @@ include: "workflow/rules/bodies.smk"
 include: "workflow/rules/samples.smk"
 
 
-# a study that nobody asks for adds no rule
+# a study without a block in the settings adds no rule
 for study in ASKED:
 
     include: f"workflow/rules/{study}.smk"
@@ -24,6 +24,7 @@ rule all:
         "results/report.html",
 
 
+# a study by itself has a page of its own
 for study in ASKED:
 
     rule:
@@ -31,6 +32,7 @@ for study in ASKED:
             study
         input:
             TARGETS[study],
+            f"results/report_{study}.html",
 
 
 offer(ASKED, STUDIES, files_to_ask_for())

@@ -7,13 +7,11 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import numpy as np
-import pandas as pd
 import pytest
 import yaml
 
 from palpate.effects.effect import HOOKS, members
 from palpate.effects.patch_load import nodal_load
-from palpate.report import snapshot
 from palpate.solvers.equilibrium import Equilibrium
 
 ROOT = Path(__file__).parents[1]
@@ -51,18 +49,6 @@ def test_the_python_of_readme_runs_and_its_numbers_are_right(capsys):
     assert np.linalg.norm(halved, axis=1).max() < peak  # a finer mesh is more compliant
     left = np.sqrt(((halved - found["finer"]) ** 2).sum(axis=1).mean()) / peak
     assert 2.0 < error / left < 4.0  # linear elements converge with an order between 1 and 2
-
-
-def test_each_number_of_readme_is_traced_to_the_row_of_a_table():
-    page = text(ROOT / "README.md")
-    assert snapshot.untraced(page, ROOT / "docs") == []
-    shipped = pd.read_csv(ROOT / "docs" / snapshot.FOUND, dtype={"written": str})
-    assert snapshot.wrong(shipped) == []
-    flat = " ".join(page.split())
-    entries = yaml.safe_load(text(ROOT / "docs" / snapshot.QUERIES))
-    assert [entry["says"] for kind in entries.values() for entry in kind if entry["says"] not in flat] == []
-    links = {(entry["says"], *(entry.get(name, "") for name in snapshot.LINK)) for entry in entries["traced"]}
-    assert set(shipped[["says", *snapshot.LINK]].fillna("").itertuples(index=False, name=None)) == links
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

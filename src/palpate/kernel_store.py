@@ -1,22 +1,46 @@
-"""Store each compiled function under a name of its own, so that jobs that compile at a time do not mix theirs up.
+"""Store compiled functions so that an edit compiles again what it concerns, and jobs do not mix up each other's code.
 
-Numba numbers the versions of a function, one for each kind of arguments, as it stores them, without a lock (its issue
-4807). Two processes that compile two versions at a time may take one number, and a third gets one version's code for
-the other's arguments: an error, or wrong numbers without one. Numba calls ``init`` before it compiles anything, as
-pyproject.toml names it among ``numba_extensions``.
+Two faults of numba's own store are mended. It looks at the file of a function alone, and would go on using code whose
+callee in another file has changed. And it numbers the versions of a function, one for each kind of arguments, as it
+stores them, without a lock (its issue 4807): two processes that compile two versions at a time may take one number, and
+a third gets one version's code for the other's arguments, an error, or wrong numbers without one. Numba calls ``init``
+before it compiles anything, as pyproject.toml names it among ``numba_extensions``.
 """
 
 import fcntl
 import hashlib
 from contextlib import suppress
+from functools import cache
+from pathlib import Path
 from typing import Any
 
-from numba.core.caching import IndexDataCacheFile
+from numba.core.caching import Cache, IndexDataCacheFile
+
+from palpate.run.dependencies import PACKAGE, kernels
+
+_load_overload = Cache.load_overload
 
 
 def init() -> None:
-    """Have numba store what it compiles with ``save``."""
+    """Have numba look for compiled code with ``load_overload`` and store it with ``save``."""
+    Cache.load_overload = load_overload  # type: ignore[method-assign]
     IndexDataCacheFile.save = save  # type: ignore[method-assign]
+
+
+def load_overload(self: Any, sig: Any, context: Any) -> Any:
+    """Load a function's code if none that it was compiled from has changed, in the place of ``Cache.load_overload``."""
+    self._cache_file._source_stamp = stamp(Path(self._impl.locator._py_file))
+    return _load_overload(self, sig, context)
+
+
+@cache
+def stamp(file: Path) -> tuple[str, str]:
+    """Return what changes when code that functions of ``file`` may be compiled from does, there or where it imports.
+
+    Of a file outside of palpate, such as a user's law, every edit counts.
+    """
+    own = "" if file.is_relative_to(PACKAGE) else hashlib.sha256(file.read_bytes()).hexdigest()
+    return own, kernels(file)
 
 
 def save(self: Any, key: tuple, data: Any) -> None:

@@ -21,11 +21,12 @@ os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())
 import numpy as np
 from explicit_by_hand import clay_shapes, cube_poke
 from implicit_by_hand import bar_sag, clay_dent, liver_press, sheet_drape
+from snakemake.utils import update_config
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import Particles, particles_of
-from palpate.files import read_yaml
 from palpate.run.settings import complete
+from palpate.run.settings_yaml import read_settings
 from palpate.scenes import effect_registry
 from palpate.scenes.run_scene import compose, loop
 from palpate.scenes.scene import Scene, scene_of
@@ -92,8 +93,9 @@ def compare(scene: Scene, particles: Particles, by_hand: Callable) -> tuple[floa
 
 
 def main() -> None:
-    file = ROOT / "config.yaml"
-    config = complete(read_yaml(file), file)
+    config = read_settings(ROOT / "config.yaml")
+    update_config(config, read_settings(ROOT / "config.full.yaml"))
+    config = complete(config, ROOT / "config.yaml")
     print("scene,composed_ms_per_step,hand_written_ms_per_step,ratio")
     worst = 0.0
     for name, (by_hand, steps) in SCENES.items():

@@ -2,7 +2,7 @@
 
     python tests/benchmarks/incompressible.py [FINEST] [NU ...]
 
-The bedded liver of config.full.yaml is pressed by a disc of 12 mm, 2 % of its length deep. The limit is Richardson's,
+The bedded liver of config.deep.yaml is pressed by a disc of 12 mm, 2 % of its length deep. The limit is Richardson's,
 from levels 1 to FINEST (default 3, which takes 5 GB and minutes a ratio) of mean dilatation. Errors are RMSE over the
 surface nodes of level 1 as a share of the limit's peak; ``missing`` is the part of the limit's work that the load does
 not do; ``volume`` is the RMS over elements of mean det F − 1, and ``products`` are the steps of conjugate gradients to

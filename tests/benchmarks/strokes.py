@@ -1,6 +1,6 @@
 """Try modes of strokes of a region on random strokes that they were not shown, one after another, and sum them up.
 
-    python tests/benchmarks/strokes.py config.yaml config.full.yaml --scene liver_palpation --count 24
+    python tests/benchmarks/strokes.py config.yaml config.full.yaml config.deep.yaml --scene liver_palpation --count 24
 
 Errors are from the limit in time of quadratic elements on the same mesh. Strokes that the table has are not tried
 again, so that it may be stopped at any time; strokes that modes are learnt from, and limits of those that are tried,

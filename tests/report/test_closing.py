@@ -5,7 +5,7 @@ import pytest
 from fixtures.material import Unfolded, material
 
 from palpate.models.model_registry import ENGINES, MODELS
-from palpate.report import closing, declared
+from palpate.report import closing
 from palpate.report.claims import CONFIRMED, REFUTED, Claim
 from palpate.report.model_looks import look
 
@@ -37,19 +37,6 @@ def test_a_part_shows_the_claims_of_its_own_study():
     ((key, _, text),) = closing.own_claims(report, "collision")
     assert key == "collision_claims" and text.count("<tr>") == 4
     assert closing.own_claims(report, "springs") == []
-
-
-def test_claims_are_shown_with_the_rows_that_they_rest_on():
-    link = ["paper 1", "it is fast", "a", "times", "body in ['liver']", 4, "1 s", CONFIRMED]
-    both = declared.CLAIM_LINKS.frame([link, [*link[:3], "sizes", "", 2, *link[6:]], ["README", *link[1:]]])
-    report = material("collision", {"claims": rows(), "claim_links": both})
-    report.studies = {}
-    first, second = closing.graph(report)
-    assert (first["kind"], second["kind"]) == ("paper 1", "README")
-    assert [row["table"] for row in first["claims"][0]["rows"]] == ["times", "sizes"]
-    text = closing.parts(report, Unfolded)["verdicts"].introduction.replace("\u00a0", " ")
-    assert "- times, 4 rows: body in" in text and "- sizes, 2 rows\n" in text
-    assert closing.graph(material("collision", {})) == []
 
 
 class Failing:

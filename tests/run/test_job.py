@@ -1,6 +1,5 @@
 """How a job ends, and what it says; warnings are kept, each once, for the end of a run and for the report."""
 
-import shutil
 import warnings
 
 import pytest
@@ -97,26 +96,30 @@ def test_steps_hands_on_everything_and_says_the_first_and_last():
     assert said == ["sample 1 of 3", "sample 3 of 3"]
 
 
-def test_an_edit_of_a_kernel_changes_the_cache(tmp_path, monkeypatch):
+def test_an_edit_of_a_kernel_compiles_again_what_calls_it_and_nothing_else(tmp_path, monkeypatch):
     package = tmp_path / "palpate"
-    (package / "run").mkdir(parents=True)
-    for name in ("linalg/polar.py", "errors.py"):
-        (package / name).parent.mkdir(exist_ok=True)
-        shutil.copy(dependencies.PACKAGE / name, package / name)
+    package.mkdir()
+    for name, text in {
+        "called": "import numba\n",
+        "caller": "import numba\nfrom palpate import between\n",
+        "between": "from palpate.called import x\n",
+        "other": "import numba\n",
+    }.items():
+        (package / f"{name}.py").write_text(text)
     monkeypatch.setattr(dependencies, "PACKAGE", package)
     monkeypatch.setattr(dependencies, "KEPT", tmp_path / "digests.json")
 
-    def digest() -> str:
+    def stamps() -> list[str]:
         dependencies._facts.cache_clear()
-        return dependencies.kernels()
+        dependencies.imported.cache_clear()
+        return [dependencies.kernels(package / f"{name}.py") for name in ("called", "caller", "other")]
 
-    before = digest()
-    (package / "errors.py").write_text("NONE = 0\n")
-    svd = package / "linalg/polar.py"
-    svd.write_text(f"# a comment\n{svd.read_text()}")
-    assert digest() == before
-    svd.write_text(f"{svd.read_text()}\nONE = 1\n")
-    assert digest() != before
+    before = stamps()
+    (package / "between.py").write_text("from palpate.called import x\nNONE = 0\n")
+    (package / "called.py").write_text("# a comment\nimport numba\n")
+    assert stamps() == before
+    (package / "called.py").write_text("import numba\nONE = 1\n")
+    assert [new == old for new, old in zip(stamps(), before, strict=True)] == [False, False, True]
 
 
 def test_what_palpate_warns_of_stands_in_the_log(tmp_path, monkeypatch):

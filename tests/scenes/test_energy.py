@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fixtures.shipped import completed
 
 from palpate.bodies.body import nest
 from palpate.bodies.make_body import make_body
@@ -12,8 +13,6 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
 from palpate.bodies.simple_shapes import box
 from palpate.errors import NotConverged
-from palpate.files import read_yaml
-from palpate.run.settings import complete
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import Scene, bodies_in, particles_in, scene_of
 from palpate.solvers import backward_euler
@@ -55,7 +54,7 @@ SEWN = {
 POKED = Scene("poked", EFFECTS, "backward_euler", step_s=0.01, duration_s=0.3, settings=SETTINGS)
 
 
-CONFIG = complete(read_yaml(ROOT / "config.yaml"), ROOT / "config.yaml")
+CONFIG = completed()
 
 
 @pytest.fixture(scope="module")

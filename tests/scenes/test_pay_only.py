@@ -6,14 +6,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from fixtures.shipped import completed
 
-from palpate.files import read_yaml
-from palpate.run.settings import complete
 from palpate.scenes.effect_registry import EFFECTS, INTEGRATORS
 from palpate.scenes.scene import bodies_in
 
 ROOT = Path(__file__).parents[2]
-CONFIG = complete(read_yaml(ROOT / "config.yaml"), ROOT / "config.yaml")
+CONFIG = completed()
 NOT_OF_THE_BODY = {"magnitudes", "train", "test", "paper_surface"}
 RUN = """
 import gc, json, sys

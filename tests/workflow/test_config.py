@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 import yaml
 from fixtures import small_scene
+from fixtures.shipped import completed, settings_of_full
 from jsonschema import Draft202012Validator
 
 from palpate.errors import InputError
-from palpate.files import read_yaml
 from palpate.run.settings import STUDIES, Shared, complete, defaults, json_schema
 
 ROOT = Path(__file__).parents[2]
@@ -41,7 +41,7 @@ def both(given: dict, default: dict, place: str = "") -> Iterator[tuple[str, obj
 
 
 def test_defaults_are_those_of_the_shipped_settings():
-    given = yaml.safe_load((ROOT / "config.yaml").read_text())
+    given = settings_of_full()
     default = Shared.model_validate({}) | {
         name: defaults(name) for name in STUDIES if name not in ("measured", "scenes")
     }
@@ -49,6 +49,7 @@ def test_defaults_are_those_of_the_shipped_settings():
     found = list(both({name: block for name, block in given.items() if name not in ("bodies", "seed")}, default))
     # of which bodies and scenes are shipped
     naming = {f"tradeoff.{name}" for name in ("bodies", "limit_points", "any_load", "beyond_design")}
+    naming |= {"solver.samples_per_job"}
     naming |= {
         "press.bodies",
         "press.instruments",
@@ -173,7 +174,7 @@ def test_what_a_study_needs_is_said(smoke):
 
 
 def test_scenes_are_completed_down_to_their_loads():
-    full = complete(read_yaml(ROOT / "config.yaml"), ROOT / "config.yaml")
+    full = completed()
     scene = full["scenes"]["clay_dent"]
     assert scene["held"] is True and scene["start"] == "rest" and scene["level"] == 0
     del full["scenes"]["clay_dent"]["push"]["loads"][0]["hold_s"]
@@ -199,7 +200,7 @@ BALL = {"kind": "sphere", "center_m": [0, 0, 1], "radius_m": 0.1}
     ],
 )
 def test_what_is_wrong_with_instruments_is_said(tools, said):
-    given = read_yaml(ROOT / "config.yaml")
+    given = settings_of_full()
     given["scenes"]["bar_sag"]["contact"] = {"instruments": tools}
     assert refusal(given).startswith(f"scenes.bar_sag.contact.instruments{said}")
 
@@ -218,7 +219,7 @@ def test_what_is_wrong_with_instruments_is_said(tools, said):
     ],
 )
 def test_what_is_wrong_with_a_scene_is_said(key, value, said):
-    given = read_yaml(ROOT / "config.yaml")
+    given = settings_of_full()
     given["scenes"]["bar_sag"][key] = value
     assert refusal(given, ROOT / "config.yaml").startswith(f"scenes.bar_sag{said}")
 

@@ -17,8 +17,8 @@ def settings():
 def test_an_own_scene_gets_advice_without_being_named(plan, write_config, tmp_path, settings):
     jobs = plan(tmp_path, write_config(settings), "dynamic")
     assert jobs == {
-        "make_body": 1, "simulate_dynamic_reference": 1, "measure_dynamic": 1, "merge_dynamic_accuracy": 1,
-        "tabulate_advice": 1, "draw_dynamic_accuracy": 1, "dynamic": 1,
+        "make_body": 1, "simulate_dynamic_reference": 1, "measure_dynamic": 1, "merge_dynamic": 1,
+        "tabulate_advice": 1, "draw_dynamic": 1, "dynamic": 1,
     }  # fmt: skip
 
 
@@ -48,7 +48,7 @@ def test_a_scene_with_one_push_is_asked_at_other_places(plan, write_config, tmp_
     settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "elsewhere": {"places": 10}}}
     jobs = plan(tmp_path, write_config(settings), "dynamic")
     assert jobs["measure_elsewhere"] == jobs["tabulate_motion_bounds"] == 1
-    assert plan(tmp_path, write_config(settings), "results/tables/motion_places.csv")["merge_dynamic_accuracy"] == 1
+    assert plan(tmp_path, write_config(settings), "results/tables/motion_places.csv")["merge_dynamic"] == 1
 
 
 def test_a_truth_is_found_of_the_scenes_that_ask_for_one(plan, write_config, tmp_path, settings):
@@ -68,6 +68,6 @@ def test_models_wait_for_what_says_how_well_a_motion_is_known(plan, write_config
 
 
 def test_what_takes_hours_can_be_planned(plan, tmp_path):
-    both = [ROOT / "config.yaml", ROOT / "config.full.yaml"]
-    jobs = plan(tmp_path, both[0], "--configfile", *map(str, both))
+    files = [ROOT / f"config{size}.yaml" for size in ("", ".full", ".deep")]
+    jobs = plan(tmp_path, files[0], "--configfile", *map(str, files))
     assert jobs["measure_held_out"] == 2 and jobs["simulate_strokes"] == 4 and jobs["measure_touch_models"] > 80

@@ -2,17 +2,16 @@
 
 import pytest
 
-SCENES = {"simulate_scene", "measure_effects", "tabulate_scenes", "draw_motion"}
+SCENES = {"simulate_scene", "tabulate_scenes", "draw_motion"}
 SHAPE_MATCHING = {"measure_experiments", "time_shape_matching", "check_claims"}
-SPRINGS = {"simulate_spring_reference", "fit_springs", "merge_spring_fit"}
-SPRINGS |= {"tabulate_spring_floor", "merge_spring_floor"}
+SPRINGS = {"simulate_spring_reference", "fit_springs", "merge_springs", "tabulate_spring_floor"}
 COLLISION = {"measure_collision", "measure_collision_scaling", "measure_collision_precision", "check_claims"}
-CT = {"tabulate_node_mass", "draw_ct", "measure_imaging", "check_claims", "make_body", "tabulate_meshes"}
+CT = {"tabulate_node_mass", "draw_scan", "measure_imaging", "check_claims", "make_body", "tabulate_meshes"}
 ALONE = {
-    "shape_matching": SHAPE_MATCHING | {"draw_integrator_stability", "draw_shape_matching_timing"},
-    "springs": SPRINGS | {"check_claims", "draw_spring_fit", "draw_spring_floor"},
+    "shape_matching": SHAPE_MATCHING | {"draw_shape_matching"},
+    "springs": SPRINGS | {"check_claims", "draw_springs"},
     "collision": COLLISION | {"draw_collision"},
-    "ct": CT | {"draw_node_mass"},
+    "ct": CT | {"draw_ct"},
     "law": {"make_body", "compare_laws", "merge_law", "draw_law"},
 }
 """The rules of studies that need no body, or whose bodies need nothing else."""
@@ -43,7 +42,7 @@ def test_a_study_alone_makes_no_body_and_no_scene_but_its_own(planned, study):
 
 def test_a_scene_alone_makes_its_own_body(planned, whole):
     jobs = planned(scenes={"sag": whole["scenes"]["sag"]})
-    assert set(jobs) == SCENES | REPORT | {"make_body", "draw_energy"} and set(jobs.values()) == {1}
+    assert set(jobs) == SCENES | REPORT | {"make_body", "draw_scenes"} and set(jobs.values()) == {1}
 
 
 def test_the_example_ct_is_fetched_by_name_only(plan, smoke, write_config, tmp_path):

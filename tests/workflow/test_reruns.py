@@ -20,7 +20,7 @@ from palpate.run.settings import STUDIES
 
 FEM = {"compute_compliance", "choose_loads", "choose_presses", "simulate_fine"}
 UP_TO_DATABASE = FEM | {"make_body", "assemble_database"}
-AFTER_SWEEP = dict.fromkeys(("merge_sigma_sweep", "check_claims", "draw_sigma_sweep", "write_report"), 1)
+AFTER_SWEEP = dict.fromkeys(("merge_enrichment", "check_claims", "draw_enrichment", "write_report"), 1)
 MODELS = {"measure_models", "simulate_truth", "measure_dynamic"}
 REPORT = {"write_report": 1, "all": 1}
 
@@ -147,7 +147,7 @@ def test_an_edit_of_all_figures_only_draws(edited):
 def test_an_edit_of_figures_draws_them_alone(after):
     jobs = after(files=[f"src/palpate/studies/{name}.py" for name in ("scaling/figures", "springs/figures")])
     drawn = {rule for rule in jobs if rule.startswith("draw_")}
-    assert {"draw_scaling", "draw_spring_fit"} <= drawn and jobs == dict.fromkeys(drawn, 1) | REPORT
+    assert {"draw_scaling", "draw_springs"} <= drawn and jobs == dict.fromkeys(drawn, 1) | REPORT
 
 
 def test_an_edit_of_a_caption_reruns_the_report_alone(after):

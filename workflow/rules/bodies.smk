@@ -18,6 +18,7 @@ rule make_body:
         warned="results/data/{body}/warned.txt",
     log:
         "results/logs/{body}/make_body.log",
+    priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.common_jobs:make_body"),
         entry=lambda wildcards: body_entry(wildcards.body),
@@ -32,6 +33,7 @@ rule compute_compliance:
         "results/data/{body}/compliance_{radius}m.h5",
     log:
         "results/logs/{body}/compute_compliance_{radius}m.log",
+    priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.common_jobs:compute_compliance"),
         # of a finger's presses; paper 1's forces may act on any node

@@ -47,22 +47,24 @@ except InputError as error:
     typed = relpath(CONFIG_FILE, os.getenv("PWD")) if os.getenv("PALPATE_COMMAND") else CONFIG_FILE
     sys.exit(f"{FAILED}{error}".replace(f"{FAILED}{CONFIG_FILE}: ", f"{FAILED}{typed}: "))
 
-# the studies whose block is in the settings, in the order of the report
+# the studies whose block is in the settings, in the order of the report: each can be asked for by its name
 ASKED = asked_for(config)
+# those of a run that asks for none
+RUN = [study for study in ASKED if study in (config["studies"] or ASKED)]
 # what each study makes, by its name; its rules file says so
 TARGETS = {}
-# the warnings of jobs that the studies need; the report lists them
-WARNED = []
-# tables that the report reads, and that not every run of their studies makes
-OPTIONAL = []
-# tables that several jobs fill, and their parts; figures that only read tables; by the first of those that a job makes
+# the warnings of jobs that each study needs; the report lists them
+WARNED = {study: [] for study in ASKED}
+# tables that the report reads, and that not every run of a study makes
+OPTIONAL = {study: [] for study in ASKED}
+# by study: tables that several jobs fill, and their parts; figures that only read tables
 MERGED, FIGURES = {}, {}
 # jobs that make tables of settings alone, by the names of their rules
 SETTLED = {}
 
 # bodies that are pressed under a finger, and how hard
 PRESSED = pressed_bodies(config)
-REGIMES = list(config.get("regimes", {})) if PRESSED else []
+REGIMES = (config["tradeoff"]["regimes"] or list(config["regimes"])) if PRESSED else []
 # fingers of other radii, as regimes of their own: they are in no diagram
 FINGERS = finger_regimes(config) if PRESSED else {}
 config["regimes"] = config.get("regimes", {}) | FINGERS
@@ -124,29 +126,30 @@ def drawn(*names):
 
 
 def figures(study, *names, scenes=(None,), **options):
-    """The files of figures that one job draws from tables alone, one a module; with ``scenes`` one for each of these.
+    """The files of figures that one job of a study draws from tables alone; with ``scenes`` one for each of these.
 
     published=True : they show what the paper published, too
     """
-    shown = FIGURES[names[0]] = {}
+    shown = {}
     for name in names:
         _, place, tables = declared.figures(study)[name]
         shared = {"place": place, "tables": tables}
         shared["published"] = published_of(study) if options.get("published") else None
         shown |= {f"{name}_{scene}" if scene else name: shared | {"scene": scene} for scene in scenes}
+    FIGURES[study] = FIGURES.get(study, {}) | shown
     return drawn(*shown)
 
 
 def claims_of(study):
     """What of a study judges claims of the papers, by its tables, as far as this run makes all of these."""
-    made = {file for files in TARGETS.values() for file in files}
+    made = {file for asked in RUN for file in TARGETS[asked]}
     judges = declared.claims(study).items()
     return {place: tables for place, tables in judges if made.issuperset(tabulated(*tables))}
 
 
-def merged(**tables):
-    """The files of tables that one job merges from the parts of each."""
-    MERGED[next(iter(tables))] = tables
+def merged(study, **tables):
+    """The files of tables that one job of a study merges from the parts of each."""
+    MERGED[study] = MERGED.get(study, {}) | tables
     return tabulated(*tables)
 
 
@@ -227,7 +230,6 @@ def files_to_ask_for():
         "regime": REGIMES + POINTS,
         "scene": list(config.get("scenes", {})),
     }
-    known |= {"figure": list(FIGURES), "table": list(MERGED)}
     found = []
     for output in (output for made in workflow.rules for output in made.output):
         names = get_wildcard_names(output)

@@ -9,8 +9,8 @@ TARGETS["ct"] = (
     + (tabulated("node_mass") + figures("ct", "node_mass") if WEIGHED else [])
     + drawn(*(f"{figure}_{body}" for figure in ("ct_slices", "ct_volume") for body in CTS), "ct_imaging")
 )
-OPTIONAL += ["node_mass"] if "ct" in ASKED and WEIGHED else []
-WARNED += warned_of(CTS)
+OPTIONAL["ct"] += ["node_mass"] if "ct" in ASKED and WEIGHED else []
+WARNED["ct"] += warned_of(CTS)
 
 
 rule tabulate_node_mass:
@@ -28,7 +28,7 @@ rule tabulate_node_mass:
         "../job.py"
 
 
-rule draw_ct:
+rule draw_scan:
     input:
         body=BODY,
         files=lambda wildcards: body_files(wildcards.body),
@@ -36,7 +36,7 @@ rule draw_ct:
         slices=drawn("ct_slices_{body}"),
         volume=drawn("ct_volume_{body}"),
     log:
-        "results/logs/{body}/draw_ct.log",
+        "results/logs/{body}/draw_scan.log",
     params:
         **calls("palpate.studies.ct.figures:draw_ct"),
         entry=lambda wildcards: body_entry(wildcards.body),

@@ -6,8 +6,8 @@ CUT_TABLES = {
     table: [f"results/data/{cut['body']}/cut/{scene}/{table}.csv" for scene, cut in CUTS.items()]
     for table in ("cut_truth", "cut", "cut_opening")
 }
-TARGETS["cut"] = merged(**CUT_TABLES) + figures("cut", "cut_precision", "cut_opening", scenes=list(CUTS))
-WARNED += warned_of({cut["body"] for cut in CUTS.values()})
+TARGETS["cut"] = merged("cut", **CUT_TABLES) + figures("cut", "cut_precision", "cut_opening", scenes=list(CUTS))
+WARNED["cut"] += warned_of({cut["body"] for cut in CUTS.values()})
 
 
 rule find_cut_truth:

@@ -17,20 +17,21 @@ FOLLOWED = {name: OF_ALL | {"duration_s": followed(config["scenes"][name])} | ow
 
 # scenes of which it is found how well their motion is known
 TRUE = [scene for scene, own in FOLLOWED.items() if "truth" in own]
-OPTIONAL += ["motion_truth"] if TRUE else []
+OPTIONAL["dynamic"] += ["motion_truth"] if TRUE else []
 # scenes in which something touches, so that it feels a force
 TOUCHED = [scene for scene in FOLLOWED if has_contact(config["scenes"][scene])]
-OPTIONAL += ["dynamic_force"] if TOUCHED else []
+OPTIONAL["dynamic"] += ["dynamic_force"] if TOUCHED else []
 # scenes whose push is moved to other places, which bounds are made of
 ELSEWHERE = [scene for scene, own in FOLLOWED.items() if "elsewhere" in own]
 # scenes whose models are tried on strokes that they were not shown, which bounds are made of, too
 HELD_OUT = [scene for scene, own in FOLLOWED.items() if "held_out" in own]
 TRIAL = "results/data/dynamic/{scene}"
 MOVED = expand(f"{TRIAL}/elsewhere.csv", scene=ELSEWHERE) + expand(f"{TRIAL}/held_out.csv", scene=HELD_OUT)
-OPTIONAL += ["motion_bounds", "motion_places"] if MOVED else []
+OPTIONAL["dynamic"] += ["motion_bounds", "motion_places"] if MOVED else []
 
 TARGETS["dynamic"] = (
     merged(
+        "dynamic",
         dynamic_accuracy=expand(f"{TRIAL}/accuracy.csv", scene=FOLLOWED),
         dynamic_reference=expand(f"{TRIAL}/reference.csv", scene=FOLLOWED),
         **({"motion_truth": expand(f"{TRIAL}/truth.csv", scene=TRUE)} if TRUE else {}),
@@ -40,10 +41,10 @@ TARGETS["dynamic"] = (
     + tabulated("advice", *(["motion_bounds"] if MOVED else []))
     + figures("dynamic", "dynamic_accuracy", "dynamic_reference", *(["dynamic_force"] if TOUCHED else []))
 )
-WARNED += warned_of({config["scenes"][scene]["body"] for scene in FOLLOWED})
-WARNED += expand(f"{TRIAL}/warned.txt", scene=FOLLOWED)
-WARNED += expand(f"{TRIAL}/truth_warned.txt", scene=TRUE)
-WARNED += ["results/data/dynamic/left_out.txt"] if LEFT_OUT else []
+WARNED["dynamic"] += warned_of({config["scenes"][scene]["body"] for scene in FOLLOWED})
+WARNED["dynamic"] += expand(f"{TRIAL}/warned.txt", scene=FOLLOWED)
+WARNED["dynamic"] += expand(f"{TRIAL}/truth_warned.txt", scene=TRUE)
+WARNED["dynamic"] += ["results/data/dynamic/left_out.txt"] if LEFT_OUT else []
 
 
 rule leave_out_scenes:

@@ -13,8 +13,10 @@ PREMISE_BODIES = list(dict.fromkeys([*BODIES, *(case["body"] for case in CASES.v
 PREMISE_TABLES = ("premises", "premise_bodies", "feature_vectors", "database_memory")
 
 TARGETS["enrichment"] = (
-    merged(sigma_sweep=points("sigma_sweep.csv"), enrichment_accuracy=points("enrichment_accuracy.csv"))
-    + merged(
+    merged(
+        "enrichment",
+        sigma_sweep=points("sigma_sweep.csv"),
+        enrichment_accuracy=points("enrichment_accuracy.csv"),
         enrichment_timing=expand("results/data/{body}/enrichment_timing.csv", body=BODIES),
         online_cost=expand("results/data/{body}/online_cost.csv", body=BODIES),
     )
@@ -22,19 +24,18 @@ TARGETS["enrichment"] = (
     + settled(
         "palpate.studies.enrichment.jobs:time_complexity",
         "complexity",
-        threads=workflow.cores,  # its times grow with a power, so that it runs alone
+        threads=HALF,
         samples=config["enrichment"]["complexity_samples"],
         seed=config["seed"],
     )
-    + figures("enrichment", "premises", "feature_vectors")
     + figures("enrichment", "sigma_sweep", published=True)
-    + figures("enrichment", "complexity")
+    + figures("enrichment", "premises", "feature_vectors", "complexity")
     + figures("enrichment", "timing_bars", "accuracy_vs_online_cost", "fem_cost")
     + drawn("mesh_levels", *expand("deformed_{body}_{regime}", body=BODIES, regime=POINTS))
     + drawn(*expand("error_over_body_{body}_{regime}", body=BODIES, regime=POINTS))
     + expand("results/figures/error_over_body_{body}_{regime}.json", body=BODIES, regime=POINTS)
 )
-WARNED += warned_of(BODIES) + points("loads_warned.txt") + ["results/data/premises_warned.txt"]
+WARNED["enrichment"] += warned_of(BODIES) + points("loads_warned.txt") + ["results/data/premises_warned.txt"]
 
 
 rule evaluate_methods:

@@ -1,7 +1,7 @@
 # Situations in which numerics may fail, each with what was expected of it beforehand.
 
 HARD = "results/data/hard_cases/{family}.csv"
-TARGETS["hard_cases"] = merged(hard_cases=expand(HARD, family=config["hard_cases"]["families"]))
+TARGETS["hard_cases"] = merged("hard_cases", hard_cases=expand(HARD, family=config["hard_cases"]["families"]))
 TARGETS["hard_cases"] += figures("hard_cases", "hard_cases")
 
 
@@ -17,5 +17,6 @@ rule try_hard_cases:
             "palpate.studies.hard_cases.declared:try_hard_cases",
             ["palpate.effects", "palpate.solvers", "palpate.collision"],
         ),
+        long=config["hard_cases"]["long"],
     script:
         "../job.py"

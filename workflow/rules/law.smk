@@ -7,8 +7,8 @@ from palpate.studies.law.settings import changes_of, compared_bodies
 COMPARED_BODIES = compared_bodies(config)
 # of palpate's own by name, of the user's by file
 COMPARED_LAWS = {name: name if kind_of(name) else normpath(CONFIG_FILE.parent / name) for name in config["law"]["laws"]}
-TARGETS["law"] = merged(law=expand("results/data/{body}/law.csv", body=COMPARED_BODIES)) + figures("law", "law")
-WARNED += warned_of(COMPARED_BODIES) + expand("results/data/{body}/law_warned.txt", body=COMPARED_BODIES)
+TARGETS["law"] = merged("law", law=expand("results/data/{body}/law.csv", body=COMPARED_BODIES)) + figures("law", "law")
+WARNED["law"] += warned_of(COMPARED_BODIES) + expand("results/data/{body}/law_warned.txt", body=COMPARED_BODIES)
 
 
 rule compare_laws:

@@ -17,21 +17,21 @@ ABOUT_RELAXATION = [f"relaxation{part}" for part in ("", "_curves", "_errors", "
 
 TARGETS["measured"] = []
 if EXPERIMENTS:
-    TARGETS["measured"] += merged(measured=expand(f"{OF_EXPERIMENT}.csv", experiment=EXPERIMENTS))
+    TARGETS["measured"] += merged("measured", measured=expand(f"{OF_EXPERIMENT}.csv", experiment=EXPERIMENTS))
     TARGETS["measured"] += figures("measured", "measured", scenes=EXPERIMENTS)
-    OPTIONAL += ["measured"]
+    OPTIONAL["measured"] += ["measured"]
 if PRESSED_TISSUE:
     # tables of what no entry asks for would be empty
     names = [*(ABOUT_PRESSES if asking("elastic") else []), *(ABOUT_RELAXATION if asking("relaxation") else [])]
     parts = {name: expand(f"{OF_PRESSES}/{name}.csv", presses=PRESSED_TISSUE) for name in names}
-    TARGETS["measured"] += merged(**parts)
-    OPTIONAL += list(parts)
+    TARGETS["measured"] += merged("measured", **parts)
+    OPTIONAL["measured"] += list(parts)
     for name, what in {"presses": "elastic", "relaxation": "relaxation"}.items():
         if asking(what):
             TARGETS["measured"] += figures("measured", name, scenes=asking(what))
-    WARNED += expand(f"{OF_PRESSES}/warned.txt", presses=PRESSED_TISSUE)
-WARNED += warned_of(dict.fromkeys(entry["body"] for entry in config["measured"]["experiments"].values()))
-WARNED += expand(f"{OF_EXPERIMENT}_warned.txt", experiment=EXPERIMENTS)
+    WARNED["measured"] += expand(f"{OF_PRESSES}/warned.txt", presses=PRESSED_TISSUE)
+WARNED["measured"] += warned_of(dict.fromkeys(entry["body"] for entry in config["measured"]["experiments"].values()))
+WARNED["measured"] += expand(f"{OF_EXPERIMENT}_warned.txt", experiment=EXPERIMENTS)
 
 
 rule measure_experiment:
@@ -66,8 +66,8 @@ rule identify_presses:
         "results/logs/measured/presses/{presses}.log",
     wildcard_constraints:
         presses="|".join(PRESSED_TISSUE) or "nothing",
-    # curves of a law are computed on all cores
-    threads: workflow.cores
+    # curves of a law that stiffens are computed on all cores
+    threads: lambda wildcards: HALF if presses_entry(wildcards)["laws"] == ["neo_hookean"] else workflow.cores
     params:
         **calls("palpate.studies.measured.pressed:identify_presses", ["palpate.effects"]),
         entry=presses_entry,

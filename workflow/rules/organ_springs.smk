@@ -6,9 +6,9 @@ ORGAN_TABLES = {
 }
 
 TARGETS["organ_springs"] = merged(
-    **{table: expand(file, body=ORGANS) for table, file in ORGAN_TABLES.items()}
+    "organ_springs", **{table: expand(file, body=ORGANS) for table, file in ORGAN_TABLES.items()}
 ) + figures("organ_springs", "organ_springs")
-WARNED += warned_of(ORGANS)
+WARNED["organ_springs"] += warned_of(ORGANS)
 
 
 rule fit_organ_springs:

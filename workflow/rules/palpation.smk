@@ -3,14 +3,14 @@
 PALPATED = config["palpation"]["bodies"] or [name for name, body in config["bodies"].items() if body.get("regions")]
 IN_SLAB = ("slab", "ball_radius_m", "covers_m", "contrasts", "radius_m", "pressure_of_young", "felt")
 
-TARGETS["palpation"] = merged(palpation=expand("results/data/{body}/palpation.csv", body=PALPATED))
+TARGETS["palpation"] = merged("palpation", palpation=expand("results/data/{body}/palpation.csv", body=PALPATED))
 TARGETS["palpation"] += settled(
     "palpate.studies.palpation.palpation:measure_palpation_limits",
     "palpation_limits",
     settings=some("palpation", *IN_SLAB),
 )
 TARGETS["palpation"] += figures("palpation", "palpation", "palpation_limits")
-WARNED += warned_of(PALPATED)
+WARNED["palpation"] += warned_of(PALPATED)
 
 
 rule measure_palpation:

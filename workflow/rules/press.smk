@@ -7,10 +7,10 @@ include: "functions/press.smk"
 PRESSED_HERE = pressed_bodies(config, "press")
 EXPORTED = "results/data/{body}/press"
 
-TARGETS["press"] = merged(press=expand(f"{EXPORTED}/press.csv", body=PRESSED_HERE)) + expand(
+TARGETS["press"] = merged("press", press=expand(f"{EXPORTED}/press.csv", body=PRESSED_HERE)) + expand(
     ["results/figures/press_{body}.html", "results/figures/press_{body}.section"], body=PRESSED_HERE
 )
-WARNED += warned_of(PRESSED_HERE)
+WARNED["press"] += warned_of(PRESSED_HERE)
 
 
 rule export_model:

@@ -35,6 +35,7 @@ rule choose_presses:
         "results/logs/{body}/{regime}/choose_presses.log",
     wildcard_constraints:
         regime="|".join([*REGIMES, *FINGERS]) or "nothing",
+    priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.common_jobs:choose_presses"),
         contacts=config.get("tradeoff", {}).get("contacts"),
@@ -54,6 +55,7 @@ rule simulate_fine:
         f"{PRESS}/fine_{{batch}}.h5",
     log:
         "results/logs/{body}/{regime}/simulate_fine_{batch}.log",
+    priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.common_jobs:simulate_fine"),
         samples_per_job=config["solver"]["samples_per_job"],
@@ -73,6 +75,7 @@ rule assemble_database:
         samples=f"{PRESS}/samples.csv",
     log:
         "results/logs/{body}/{regime}/assemble_database.log",
+    priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.common_jobs:assemble_database"),
         tolerance=config["solver"]["tolerance"],

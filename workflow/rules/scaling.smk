@@ -2,7 +2,7 @@
 
 GROWING = ["fem", "fine_nodes", "samples", "triangles", "particles", "cores"]
 GROWN = "results/data/scaling/{component}.csv"
-TARGETS["scaling"] = merged(scaling=expand(GROWN, component=GROWING)) + figures("scaling", "scaling")
+TARGETS["scaling"] = merged("scaling", scaling=expand(GROWN, component=GROWING)) + figures("scaling", "scaling")
 
 
 rule measure_scaling:

@@ -22,8 +22,8 @@ TARGETS["scenes"] = (
     + (tabulated("contacts", "contact_force") if TOUCHING else [])
     + (figures("scenes", "contact_force", scenes=DRIVEN) if DRIVEN else [])
 )
-WARNED += warned_of({body for scene in config["scenes"].values() for body in bodies_in(scene)})
-WARNED += expand(f"{OF_SCENE}/warned.txt", scene=SCENES)
+WARNED["scenes"] += warned_of({body for scene in config["scenes"].values() for body in bodies_in(scene)})
+WARNED["scenes"] += expand(f"{OF_SCENE}/warned.txt", scene=SCENES)
 
 
 rule simulate_scene:
@@ -34,30 +34,14 @@ rule simulate_scene:
     output:
         motion=f"{OF_SCENE}/motion.h5",
         decisions=f"{OF_SCENE}/decisions.csv",
+        cost=f"{OF_SCENE}/cost.csv",
+        left_out=f"{OF_SCENE}/left_out.csv",
         warned=f"{OF_SCENE}/warned.txt",
     log:
         "results/logs/scenes/{scene}/simulate_scene.log",
-    params:
-        **calls("palpate.studies.scenes.measurements:simulate_scene", called_by),
-        scene=scene,
-    script:
-        "../job.py"
-
-
-rule measure_effects:
-    input:
-        bodies=bodies_of,
-        own=lambda wildcards: own_effects(wildcards).values(),
-        tools=tool_files,
-        motion=f"{OF_SCENE}/motion.h5",
-    output:
-        cost=f"{OF_SCENE}/cost.csv",
-        left_out=f"{OF_SCENE}/left_out.csv",
-    log:
-        "results/logs/scenes/{scene}/measure_effects.log",
     threads: HALF
     params:
-        **calls("palpate.studies.scenes.measurements:measure_effects", called_by),
+        **calls("palpate.studies.scenes.measurements:simulate_scene", called_by),
         scene=scene,
     script:
         "../job.py"

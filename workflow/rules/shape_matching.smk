@@ -5,7 +5,7 @@ from palpate.scenes.scene import bodies_in
 
 MEASURED_HERE = ["integrator_stability", "deformation_modes", "clusters", "cluster_goals", "body_springs"]
 CREEP = (config["shape_matching"]["creep"] or {}).get("scene")
-OPTIONAL += ["maxwell_creep"] if CREEP else []
+OPTIONAL["shape_matching"] += ["maxwell_creep"] if CREEP else []
 TARGETS["shape_matching"] = settled(
     "palpate.studies.shape_matching.clusters:measure_experiments",
     *MEASURED_HERE,
@@ -14,14 +14,11 @@ TARGETS["shape_matching"] = settled(
 ) + settled(
     "palpate.studies.shape_matching.shape_matching_timing:time_shape_matching",
     "shape_matching_timing",
-    threads=workflow.cores,  # alone
+    threads=HALF,
     settings=config["shape_matching"]["shape_matching_timing"],
 )
-TARGETS["shape_matching"] += (
-    (tabulated("maxwell_creep") if CREEP else [])
-    + figures("shape_matching", *MEASURED_HERE)
-    + figures("shape_matching", "shape_matching_timing")
-    + (figures("shape_matching", "maxwell_creep") if CREEP else [])
+TARGETS["shape_matching"] += (tabulated("maxwell_creep") if CREEP else []) + figures(
+    "shape_matching", *MEASURED_HERE, "shape_matching_timing", *(["maxwell_creep"] if CREEP else [])
 )
 
 

@@ -9,19 +9,18 @@ METHODS = ["uniform", "van_gelder", "lloyd", "genetic", "cma_es", "gradient", "g
 
 TARGETS["springs"] = (
     merged(
+        "springs",
         **{
             table: expand(f"{SPRINGS}/{{force}}/{{method}}/{table}.csv", force=FORCES, method=METHODS)
             for table in SPRING_TABLES
-        }
+        },
     )
-    + merged(spring_floor=expand(f"{SPRINGS}/floor_{{poisson}}.csv", poisson=config["springs"]["floor"]["poissons"]))
-    + figures("springs", "spring_fit", "spring_errors")
-    + figures("springs", "spring_floor")
+    + tabulated("spring_floor")
+    + figures("springs", "spring_fit", "spring_errors", "spring_floor")
 )
 
 
 wildcard_constraints:
-    poisson="[0-9.e-]+",
     method="[a-z_]+",
 
 
@@ -58,13 +57,12 @@ rule fit_springs:
 
 rule tabulate_spring_floor:
     output:
-        reference=f"{SPRINGS}/reference_{{poisson}}.npz",
-        floor=f"{SPRINGS}/floor_{{poisson}}.csv",
+        "results/tables/spring_floor.csv",
     log:
-        "results/logs/springs/tabulate_spring_floor_{poisson}.log",
+        "results/logs/springs/tabulate_spring_floor.log",
     params:
         **calls("palpate.studies.springs.jobs:tabulate_spring_floor"),
+        **config["springs"]["floor"],
         calibration=CUBE_PRESSED,
-        evaluations=config["springs"]["floor"]["evaluations"],
     script:
         "../job.py"

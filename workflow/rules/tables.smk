@@ -1,14 +1,7 @@
 # Tables that are made of settings alone, or that several jobs or studies fill, and figures that only read tables.
 
-# what judges the papers' claims, by the tables of the studies that are asked for
-JUDGES = {place: tables for study in ASKED for place, tables in claims_of(study).items()}
-# the report reads this table beside those of the studies
-CLAIMS = tabulated("claims", "claim_links") if JUDGES else []
-OPTIONAL += ["claims", "claim_links"] if JUDGES else []
-# the tables of this run that numbers of README come from
-README_QUERIES = relpath(ROOT / "docs/readme.yaml")
-TRACED = tabulated(*sorted({entry["table"] for entry in read_yaml(README_QUERIES)["traced"]}))
-
+# what judges the papers' claims, by the tables of a run that asks for no study
+JUDGES = {place: tables for study in RUN for place, tables in claims_of(study).items()}
 
 for settled_rule, (tables, threads, given) in SETTLED.items():
 
@@ -27,17 +20,17 @@ for settled_rule, (tables, threads, given) in SETTLED.items():
 
 
 # light enough for a cluster's head node
-for first, parts in MERGED.items():
+for study, parts in MERGED.items():
 
     rule:
         name:
-            f"merge_{first}"
+            f"merge_{study}"
         input:
             **parts,
         output:
             tabulated(*parts),
         log:
-            f"results/logs/merge_{first}.log",
+            f"results/logs/merge_{study}.log",
         localrule: True
         params:
             **calls("palpate.studies.common_jobs:merge"),
@@ -45,18 +38,18 @@ for first, parts in MERGED.items():
             "../job.py"
 
 
-for first, shown in FIGURES.items():
+for study, shown in FIGURES.items():
 
     rule:
         name:
-            f"draw_{first}"
+            f"draw_{study}"
         input:
             tables=sorted({file for figure in shown.values() for file in tabulated(*figure["tables"])}),
             published=sorted({figure["published"] for figure in shown.values() if figure["published"]}),
         output:
             drawn(*shown),
         log:
-            f"results/logs/draw_{first}.log",
+            f"results/logs/draw_{study}.log",
         localrule: True
         params:
             **calls(
@@ -72,12 +65,9 @@ if JUDGES:
 
     rule check_claims:
         input:
-            judged=sorted({file for tables in JUDGES.values() for file in tabulated(*tables)}),
-            traced=[file for file in TRACED if any(file in TARGETS[study] for study in ASKED)],
-            readme=README_QUERIES,
+            sorted({file for tables in JUDGES.values() for file in tabulated(*tables)}),
         output:
-            claims=CLAIMS[0],
-            claim_links=CLAIMS[1],
+            "results/tables/claims.csv",
         log:
             "results/logs/check_claims.log",
         params:
@@ -87,21 +77,23 @@ if JUDGES:
             "../job.py"
 
 
-if {"tradeoff", "dynamic"} & set(ASKED):
+# what is advised between: models of presses, of motions, or of both
+ADVISED = {"tradeoff", "dynamic"} & set(RUN) or {"tradeoff", "dynamic"} & set(ASKED)
+if ADVISED:
 
     rule tabulate_advice:
         input:
-            table=tabulated("accuracy_vs_time") if "tradeoff" in ASKED else [],
-            errors=family_files("samples") if "tradeoff" in ASKED else [],
-            motions=tabulated("dynamic_accuracy") if "dynamic" in ASKED else [],
-            bounds=tabulated("motion_bounds") if "motion_bounds" in OPTIONAL else [],
+            table=tabulated("accuracy_vs_time") if "tradeoff" in ADVISED else [],
+            errors=family_files("samples") if "tradeoff" in ADVISED else [],
+            motions=tabulated("dynamic_accuracy") if "dynamic" in ADVISED else [],
+            bounds=tabulated("motion_bounds") if "dynamic" in ADVISED and MOVED else [],
         output:
             "results/tables/advice.csv",
         log:
             "results/logs/tabulate_advice.log",
         params:
             **calls("palpate.studies.tradeoff.jobs:tabulate_advice"),
-            limits=(config if "tradeoff" in ASKED else {"tradeoff": defaults("tradeoff")})["tradeoff"]["advice"],
-            moving=some("dynamic", "budgets_ms", "speeds") if "dynamic" in ASKED else {},
+            limits=(config if "tradeoff" in ADVISED else {"tradeoff": defaults("tradeoff")})["tradeoff"]["advice"],
+            moving=some("dynamic", "budgets_ms", "speeds") if "dynamic" in ADVISED else {},
         script:
             "../job.py"

@@ -19,7 +19,7 @@ include: "functions/touch.smk"
 TARGETS["touch"] = tabulated("touch_truth", "touch_forces", "touch") + figures(
     "touch", "touch_precision", scenes=[f"{body}_{tool}" for body, tool in TOUCHES]
 )
-WARNED += warned_of(TOUCHED) + touching("touches_warned.txt") + touching("truth_warned.txt")
+WARNED["touch"] += warned_of(TOUCHED) + touching("touches_warned.txt") + touching("truth_warned.txt")
 
 
 wildcard_constraints:

@@ -23,31 +23,30 @@ include: "functions/tradeoff.smk"
 
 TARGETS["tradeoff"] = (
     tabulated("accuracy_vs_time", "advice", "truth", "error_bounds")
-    + figures("tradeoff", "advice", "break_even")
-    + figures("tradeoff", "truth", "error_bounds")
+    + figures("tradeoff", "advice", "break_even", "truth", "error_bounds")
     + figures("tradeoff", "work_precision", "best_models", scenes=STATIC)
 )
-WARNED += warned_of(PRESSED) + presses("loads_warned.txt") + presses("truth_warned.txt")
+WARNED["tradeoff"] += warned_of(PRESSED) + presses("loads_warned.txt") + presses("truth_warned.txt")
 if TRADEOFF["limit_points"]:
-    OPTIONAL += ["limit_points"]
+    OPTIONAL["tradeoff"] += ["limit_points"]
     TARGETS["tradeoff"] += figures("tradeoff", "limit_points")
 for name, asked in BEYOND.items():
-    OPTIONAL += [name]
-    merged(**{name: [f"results/data/{body}/{regime}/{name}.csv" for body, regime in asked_scenes(asked)]})
+    OPTIONAL["tradeoff"] += [name]
+    merged("tradeoff", **{name: [f"results/data/{body}/{regime}/{name}.csv" for body, regime in asked_scenes(asked)]})
 if "any_load" in BEYOND:
     TARGETS["tradeoff"] += figures("tradeoff", "any_load")
 if FINGERS:
-    OPTIONAL += ["advice_by_radius"]
+    OPTIONAL["tradeoff"] += ["advice_by_radius"]
     TARGETS["tradeoff"] += figures("tradeoff", "advice_flips")
 # what engines have answered elsewhere
 ANSWERED = {
     scene: [normpath(CONFIG_FILE.parent / path) for path in paths] for scene, paths in TRADEOFF["answers"].items()
 }
 if ANSWERED:
-    OPTIONAL += ["answers"]
+    OPTIONAL["tradeoff"] += ["answers"]
     TARGETS["tradeoff"] += figures("tradeoff", "answers", scenes=list(ANSWERED))
-    WARNED += ["results/data/answers_warned.txt"]
-TARGETS["tradeoff"] += tabulated(*OPTIONAL)
+    WARNED["tradeoff"] += ["results/data/answers_warned.txt"]
+TARGETS["tradeoff"] += tabulated(*OPTIONAL["tradeoff"])
 
 # what every model is judged by, and with what
 JUDGED = {
@@ -77,6 +76,7 @@ rule simulate_truth:
         warned=f"{PRESS}/truth_warned.txt",
     log:
         "results/logs/{body}/{regime}/simulate_truth.log",
+    priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.tradeoff.jobs:simulate_truth"),
         radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
@@ -100,6 +100,7 @@ rule measure_models:
     wildcard_constraints:
         family="|".join(FAMILIES),
         split=r"\d",
+    priority: 1  # most of a run waits for it
     threads: HALF
     params:
         **JUDGED_WITH,

@@ -68,11 +68,15 @@ TOUCH_MODELS: dict[str, tuple[str, dict]] = {
 """Models of touches: modules with ``settings(case)`` and ``online(case, setting)``, as ``TouchSolver`` says. Those of
 an engine have its name in ENGINES."""
 
-BESIDE = {"cascade": "contact_modes"} | dict.fromkeys(
-    ("linear_residual", "warped_compliance", "detail_correction"), "linear_fem"
+BESIDE = (
+    {"cascade": "contact_modes"}
+    | dict.fromkeys(("linear_residual", "warped_compliance", "detail_correction"), "linear_fem")
+    | dict.fromkeys(
+        ("ridge_upsampling", "kernel_ridge_detail", "pod_rbf", "pod_gaussian", "pod_network"), "interpolation"
+    )
 )
-"""Models that are measured by the job of another's family, if that is measured: it has prepared their contacts, or read
-their compliance."""
+"""Models that are measured by the job of another's family, if that is measured: it has prepared their contacts, read
+their compliance, or takes as few seconds as they do."""
 
 SAVED_AGAINST = "fem_p2"
 """The model of whoever prepares nothing, at its last setting: the finest level, converged from rest."""

@@ -37,6 +37,9 @@ def limits(report: Report) -> dict[str, Any]:
         "failed": failed,
         "counts": [f"{count} in “{name}”" for name, count in counts.items()],
         "papers": any(report.published.values()),
+        "left_out": [name for name in declared.names() if name not in report.studies]
+        if len(report.studies) > 1
+        else [],
         "engines": [look(name).label for name in ENGINES],
     }
 
@@ -53,18 +56,7 @@ def verdicts(report: Report) -> dict[str, Any]:
         "verdicts": joined(counted(claims["verdict"])),
         "counts": counts[list(counted(claims["verdict"]).index)].reset_index(),
         "united": united(claims),
-        "graph": graph(report),
     }
-
-
-def graph(report: Report) -> list[dict[str, Any]]:
-    """Return what each claim rests on: by whose it is, the claims, and of each its value, verdict and rows."""
-    table = report.tables.get("claim_links", declared.CLAIM_LINKS.frame([])).fillna("")
-    found: dict[str, list[dict[str, Any]]] = {}
-    for (kind, *about), rows in table.groupby(["kind", "claim", "premise", "value", "verdict"], sort=False):
-        claim = dict(zip(("claim", "premise", "value", "verdict"), about, strict=True))
-        found.setdefault(kind, []).append(claim | {"rows": rows[["table", "where", "rows"]].to_dict("records")})
-    return [{"kind": kind, "claims": claims} for kind, claims in found.items()]
 
 
 def claims_of(report: Report, study: str = "") -> pd.DataFrame:

@@ -21,18 +21,7 @@ CLAIMS = Table(
     paper section claim premise published ours verdict study: a claim, where it stands, and what became of it
     """,
 )
-CLAIM_LINKS = Table(
-    "claim_links",
-    "The rows that each claim of the papers and each number of palpate's README rests on: those of which a change "
-    "changes the claim, or that the number is taken from.",
-    """
-    kind claim premise: whose claim it is, "paper 1" or "README", what it says, and what it was tested in
-    table where rows: the table, the query that selects the rows, empty for all, and their number; no table for what
-        follows from a formula or cannot be tested
-    value verdict: what this run has, and what became of the claim
-    """,
-)
-"""The tables that no single study makes."""
+"""The table that no single study makes."""
 STUDIES = "palpate.studies"
 """The package of the studies, which import this one."""
 _BENCHMARK = Path(benchmark.__path__[0])
@@ -84,9 +73,8 @@ def tables(study: str) -> dict[str, Table]:
 
 def table(name: str) -> Table:
     """Return the table of that name of whatever study; KeyError if no study declares it."""
-    for shared in (CLAIMS, CLAIM_LINKS):
-        if name == shared.name:
-            return shared
+    if name == CLAIMS.name:
+        return CLAIMS
     for study in names():
         if name in tables(study):
             return tables(study)[name]

@@ -156,14 +156,14 @@ def _digest_of(tree: ast.Module) -> str:
     return sha256(ast.dump(tree).encode()).hexdigest()
 
 
-def kernels() -> str:
-    """Return a digest of every statement of the modules that numba compiles functions of, wherever it stands.
+def kernels(path: Path) -> str:
+    """Return a digest of every statement of ``path`` and of all that it imports, where numba compiles functions.
 
-    Layout and docstrings do not count, nor where in which module a statement stands.
+    Layout and comments do not count, nor where in which module a statement stands.
     """
-    found = sorted({each for path in files_of("palpate") for each in _facts(path)["kernels"]})
+    found = sorted({each for module in closure([path]) for each in _facts(module)["kernels"]})
     _keep()
-    return sha256("".join(found).encode()).hexdigest()[:12]
+    return sha256("".join(found).encode()).hexdigest()
 
 
 def _kernels(tree: ast.Module) -> list[str]:

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
-from palpate.run.dependencies import kernels
 from palpate.run.system_faults import of_error
 
 if TYPE_CHECKING:
@@ -182,16 +181,10 @@ def use_threads(count: int) -> None:
 
 
 def kernel_cache() -> Path:
-    """Return the folder of compiled functions, another one after every edit of code in a module that has some.
-
-    It is beside the modules, or in .snakemake where these cannot be written to.
-
-    Trap: numba's own cache looks at the file of a function only, and would go on using one whose callee in another
-    file has changed.
-    """
+    """Return the folder of compiled functions, beside the modules or, if these are read-only, in .snakemake."""
     package = Path(__file__).parents[1]
     place = package / "__pycache__" if os.access(package, os.W_OK) else Path(".snakemake").absolute()
-    return place / f"kernels-{kernels()}"
+    return place / "kernels"
 
 
 def write_table(table: "pd.DataFrame", path: str) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError, create_model
 
@@ -16,7 +16,7 @@ from palpate.benchmark.settings import Regime
 from palpate.bodies.material import NAMED, PATTERN_EXPONENTIAL
 from palpate.bodies.settings import Body, check_body
 from palpate.errors import InputError, suggest
-from palpate.setting_types import NAME, Block, Count, Name, Positive, Whole, key, optional
+from palpate.setting_types import NAME, Block, Count, Name, Positive, Some, Whole, key, optional
 
 STUDIES = (
     "tradeoff",
@@ -59,6 +59,9 @@ class Shared(Block):
 
     model_config = ConfigDict(title="palpate configuration")
     seed: Whole = key("Seed of every random choice (contacts, splits, folds)", 1, ge=0, le=2147483647)
+    studies: Some[Literal[STUDIES]] | None = key(  # type: ignore[valid-type]
+        "Studies that are computed unless one is asked for by name; null: all whose block is there", None
+    )
     bodies: dict[Name, Body] = key("The bodies, by name", {})
     regimes: dict[Name, Regime] = optional("How hard bodies are pressed in the trade-off, by name", min_length=1)
     solver: Solver = key("Newton's method for static equilibrium", {})
@@ -70,7 +73,7 @@ def complete(config: dict, file: Path, needs_study: bool = True) -> dict:
 
     needs_study : whether bodies alone are refused
     """
-    config = {name: {} if value is None else value for name, value in config.items()}
+    config = {name: {} if value is None and name != "studies" else value for name, value in config.items()}
     asked = asked_for(config)
     for place, value in _leaves(config):
         if isinstance(value, float) and not math.isfinite(value):
@@ -83,6 +86,10 @@ def complete(config: dict, file: Path, needs_study: bool = True) -> dict:
         check_body(f"{file}: bodies.{name}", body, file.parent)
     if needs_study and not asked:
         raise InputError(f"{file}: nothing is asked for; add the block of a study: {', '.join(STUDIES)}.")
+    if lacking := [name for name in config["studies"] or [] if name not in asked]:
+        raise InputError(
+            f"{file}: studies names {lacking[0]}, which has no block; add {lacking[0]}:, or remove the name."
+        )
     for study in asked:
         if check := getattr(_module(study), "check", None):
             check(config, file)

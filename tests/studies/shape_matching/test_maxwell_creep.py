@@ -5,13 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fixtures.shipped import completed
 from scipy.integrate import solve_ivp
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of
 from palpate.errors import InputError
-from palpate.files import read_yaml
-from palpate.run.settings import complete
 from palpate.scenes.run_scene import run
 from palpate.scenes.scene import scene_of
 from palpate.studies.shape_matching.maxwell_creep import closeness, creep, measure
@@ -22,7 +21,7 @@ ROOT = Path(__file__).parents[3]
 
 @pytest.fixture(scope="module")
 def shipped():
-    config = complete(read_yaml(ROOT / "config.yaml"), ROOT / "config.yaml")
+    config = completed()
     name = config["shape_matching"]["creep"]["scene"]
     scene = scene_of(name, config["scenes"][name])
     body = make_body(config["scenes"][name]["body"], config["bodies"][config["scenes"][name]["body"]])

@@ -39,11 +39,23 @@ FAMILIES = {
     "organ": [tissue_cases.organs],
     "cuts": [cut_cases.cases],
 }
+LONG = {
+    *("bound_incompressible", "bound_slivers"),
+    *("each_law_crushed", "thousandfold_inverting_force", "nearly_incompressible"),
+    *("modes_slivers", "modes_load_times_3", "modes_load_times_50", "twisting_10_turns"),
+    *("finger_through", "finger_without_friction", "finger_friction_of_2", "finger_in_steps_of_40_ms"),
+    *("finger_over_held_rim", "finger_into_held_rim"),
+    *("stack_1_to_100", "sheet_folded_on_itself"),
+    *("cut_two_that_cross", "cut_organ", "cut_pulled_far", "cut_near_faces", "cut_parallel_to_skin", "cut_near_nodes"),
+    *("cut_incompressible", "cut_stops_midway"),
+}
+"""Cases that take more than some seconds; shorter ones of their family try the same models."""
 
 
-def declared(families: list[str]) -> list[Case]:
-    """Return the cases of some of FAMILIES, in order."""
-    return [case for family in families for cases in FAMILIES[family] for case in cases()]
+def declared(families: list[str], long: bool = True) -> list[Case]:
+    """Return the cases of some of FAMILIES, in order; without those that take ``long`` if they are not wanted."""
+    cases = [case for family in families for make in FAMILIES[family] for case in make()]
+    return [case for case in cases if long or case.name not in LONG]
 
 
 HARD_CASES = Table(
@@ -63,18 +75,18 @@ HARD_CASES = Table(
 )
 
 
-def measure(family: str, progress: Callable = iter) -> pd.DataFrame:
-    """Compute the rows of hard_cases.csv: each case of a family with each of its models, by ``judge``.
+def measure(family: str, progress: Callable = iter, long: bool = True) -> pd.DataFrame:
+    """Compute the rows of hard_cases.csv: each case of ``declared`` with each of its models, by ``judge``.
 
     ``progress`` wraps the list of cases, as ``tqdm`` does. Every case is run, and no failure stops the others.
     """
-    cases = progress(declared([family]))
+    cases = progress(declared([family], long))
     return pd.DataFrame([{"family": family} | judge(case, model) for case in cases for model in case.models])
 
 
-def try_hard_cases(wildcards, say):
+def try_hard_cases(wildcards, params, say):
     """Try a family, for the rule of that name; a warning for each outcome that is not as declared."""
-    table = measure(wildcards.family, steps(say, f"hard cases of {wildcards.family}:"))
+    table = measure(wildcards.family, steps(say, f"hard cases of {wildcards.family}:"), params.long)
     for row in table[~table["passed"]].itertuples():
         said = f"{row.case} with {row.model} is {row.outcome}, declared {row.declared}"
         say(f"warning: {said}: {row.value} {row.message}")

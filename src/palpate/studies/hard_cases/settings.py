@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from palpate.setting_types import Block, Some, key
+from palpate.setting_types import Block, Some, Switch, key
 
 
 class Settings(Block):
@@ -11,3 +11,4 @@ class Settings(Block):
     families: Some[Literal["enrichment", "fem", "dynamics", "contact", "organ", "cuts"]] = key(
         "Which of them", ["enrichment", "fem", "dynamics", "contact", "organ", "cuts"]
     )
+    long: Switch = key("Whether cases that take long are tried, too", True)

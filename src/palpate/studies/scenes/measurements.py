@@ -13,7 +13,7 @@ from palpate.run.job import steps
 from palpate.scenes import motion
 from palpate.scenes.effect_registry import ELASTIC
 from palpate.scenes.motion import Motion
-from palpate.scenes.run_scene import decisions, effect_names, run
+from palpate.scenes.run_scene import Run, decisions, effect_names, run
 from palpate.scenes.scene import RELAXED, Scene, load_particles, scene_of
 from palpate.table_declaration import Table
 
@@ -113,14 +113,13 @@ EFFECTS = Table(
 )
 
 
-def cost(scene: Scene, particles: Particles, repeats: int) -> pd.DataFrame:
+def cost(scene: Scene, particles: Particles, first: Run, repeats: int) -> pd.DataFrame:
     """Measure the cost of each effect and of the integrator, one row each, as EFFECTS has it.
 
-    It is that of the run with the median time of ``repeats`` runs, or of as many as take ENOUGH_S; a short run before
-    them compiles the code.
+    It is that of the run with the median time of the ``first`` run and others, ``repeats`` in all, or as many as take
+    ENOUGH_S.
     """
-    run(replace(scene, duration_s=2 * scene.step_s), particles)
-    runs = [run(scene, particles)]
+    runs = [first]
     while len(runs) < repeats and sum(r.seconds for r in runs) < ENOUGH_S:
         runs.append(run(scene, particles))
     runs.sort(key=lambda r: r.seconds)
@@ -160,27 +159,21 @@ def left_out(scene: Scene, particles: Particles, whole: Motion, progress: Callab
 
 
 def simulate_scene(input, output, params, wildcards, say):
-    """Simulate a scene and write its motion, for the rule of that name."""
+    """Simulate a scene, write its motion and measure its effects, for the rule of that name."""
     scene = scene_of(wildcards.scene, **params.scene)
     particles = load_particles(scene, input.bodies)
     table = decisions(scene, particles)
     for row in table.itertuples():
         say(f"{scene.name}: {row.effect} {'yes' if row.called else 'no'}; {row.reason}")
-    moved = run(scene, particles, steps(say, f"{scene.name}: step")).motion
-    warn_of_gain(scene, moved.energy)
-    warn_of_doubt(scene, moved)
-    motion.save(moved, output.motion)
-    return {"decisions": table}
-
-
-def measure_effects(input, params, wildcards, say):
-    """Measure the effects of a scene, for the rule of that name."""
-    scene = scene_of(wildcards.scene, **params.scene)
-    particles = load_particles(scene, input.bodies)
-    costs = cost(scene, particles, repeats=3)
+    run(replace(scene, duration_s=2 * scene.step_s), particles)  # compiles the code, so that the next run is timed
+    first = run(scene, load_particles(scene, input.bodies), steps(say, f"{scene.name}: step"))
+    warn_of_gain(scene, first.motion.energy)
+    warn_of_doubt(scene, first.motion)
+    motion.save(first.motion, output.motion)
+    costs = cost(scene, particles, first, repeats=3)
     progress = steps(say, f"{scene.name}: without effect")
-    errors = left_out(scene, load_particles(scene, input.bodies), motion.load(input.motion), progress)
-    return {"cost": costs, "left_out": errors}
+    errors = left_out(scene, load_particles(scene, input.bodies), motion.load(output.motion), progress)
+    return {"decisions": table, "cost": costs, "left_out": errors}
 
 
 def tabulate_scenes(input, output, params):

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from palpate.run.job import rarely, use_threads, write_table
+from palpate.run.job import rarely, steps, use_threads, write_table
 
 
 def simulate_spring_reference(output, params):
@@ -31,14 +31,20 @@ def fit_springs(input, output, params, wildcards, threads, say):
             write_table(found[Path(path).stem], path)
 
 
-def tabulate_spring_floor(output, params, wildcards):
+def tabulate_spring_floor(params, say):
+    from tempfile import TemporaryDirectory
+
+    import pandas as pd
+
     from palpate.models.springs.cube_experiment import experiment, load_references, save_references, simulate_references
     from palpate.studies.springs.spring_fit import INCOMPRESSIBLE, measure
 
-    poisson = float(wildcards.poisson)
-    references = simulate_references(experiment(params.calibration, poisson), params.calibration["substeps"])
-    save_references(references, output.reference)
-    stiffest = experiment(params.calibration, INCOMPRESSIBLE).volume_n_m()
-    # read back as fit_springs does: arrays that lie otherwise in memory sum to other last digits
-    found, read = experiment(params.calibration, poisson), load_references(output.reference)
-    return {"floor": measure(found, read, stiffest, params.evaluations)}
+    stiffest, floors = experiment(params.calibration, INCOMPRESSIBLE).volume_n_m(), []
+    for poisson in steps(say, "springs' floor: Poisson's ratio")(params.poissons):
+        found = experiment(params.calibration, poisson)
+        # read back as fit_springs does: arrays that lie otherwise in memory sum to other last digits
+        with TemporaryDirectory() as folder:
+            save_references(simulate_references(found, params.calibration["substeps"]), Path(folder, "reference.npz"))
+            references = load_references(Path(folder, "reference.npz"))
+        floors.append(measure(found, references, stiffest, params.evaluations))
+    return pd.concat(floors)

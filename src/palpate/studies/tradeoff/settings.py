@@ -393,6 +393,7 @@ class Settings(Block):
     """What accuracy costs in time, for every model on every body that is pressed."""
 
     bodies: Some[str] | None = key("Bodies that are pressed, by name; null takes all that are refined", None)
+    regimes: Some[str] | None = key("Regimes that bodies are pressed in, by name; null takes all", None)
     contacts: Whole = key(
         "Contacts of each body: half spread evenly over what of its surface can be pressed, half drawn by area",
         24,
@@ -515,6 +516,8 @@ def _check_bodies(file: Path, config: dict) -> None:
     """Raise InputError for bodies that cannot be pressed, or that nothing presses."""
     if not config.get("regimes"):
         raise InputError(f"{file}: tradeoff is there and there are no regimes; add one that says how hard to press.")
+    if wrong := describe_unknown(config["tradeoff"]["regimes"] or [], list(config["regimes"])):
+        raise InputError(f"{file}: tradeoff.regimes names {wrong}")
     pressed = config["tradeoff"]["limit_points"] or {}
     named = [*(config["tradeoff"]["bodies"] or []), *filter(None, [pressed.get("body")])]
     check_refined(f"{file}: tradeoff", named, config)

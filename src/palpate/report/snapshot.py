@@ -16,7 +16,7 @@ from palpate.files import require_file, write_whole
 HEAD = """# Results of one run
 
 `make snapshot` wrote this page from {source} on {cores} cores ({processor}, Python {python}). Times are those of this
-machine; errors do not depend on it. `results/report.html` has all tables and figures, and says how to read them.
+machine; errors do not depend on it. `.full/results/report.html` has all tables and figures, and says how to read them.
 """
 
 
@@ -37,7 +37,9 @@ def write(results: str | Path, docs: str | Path) -> None:
     (docs / "results").mkdir()
     for picture in pictures:
         shutil.copyfile(picture, docs / "results" / picture.name)
-    source = f"the tables of a run of commit {', '.join(commits)}" if len(commits) else "the tables of a run"
+    source = (
+        f"the tables of `make full` of commit {', '.join(commits)}" if len(commits) else "the tables of `make full`"
+    )
     machine = {"cores": os.cpu_count(), "processor": _processor(), "python": platform.python_version()}
     with write_whole(docs / "results.md") as part:
         head = HEAD.format(source=source, **machine)

@@ -1,5 +1,0 @@
-"""Every hard case of the family contact ends as it was declared to, and its bound fails wrong answers."""
-
-from fixtures.hard_cases import cases_of
-
-test_hard_case = cases_of("contact")

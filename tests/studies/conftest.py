@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from fixtures.cut_tables import *  # noqa: F403
 from fixtures.results import *  # noqa: F403
 from fixtures.studies import *  # noqa: F403
+from fixtures.touch_tables import *  # noqa: F403
 from fixtures.trade_off import *  # noqa: F403
 from scipy.sparse import csr_array
 

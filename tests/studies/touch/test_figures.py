@@ -5,7 +5,7 @@ from fixtures.drawn import texts
 from matplotlib.colors import same_color
 
 from palpate.report.model_looks import look
-from palpate.studies.touch.figures import FELT_COLOUR, OWN_COLOUR, curve_of, draw_touch_precision
+from palpate.studies.touch.figures import OWN_COLOUR, draw_touch_precision
 
 SCENE = "liver_sphere_8mm"
 
@@ -35,11 +35,6 @@ def test_each_kind_of_error_has_a_panel_with_the_truths_own(figure):
     assert texts(figure).count("grey: below the error of the truth itself, 0.4\u00a0%") == 1
 
 
-def test_what_a_hand_tells_apart_is_a_band_of_the_force_only(figure):
-    felt = [[band[1:] for band in bands(axis) if same_color(band[0], FELT_COLOUR)] for axis in figure.axes[:3]]
-    assert felt[:2] == [[], []] and felt[2] == [pytest.approx((7.0, 10.0))]
-
-
 def test_a_curve_joins_the_settings_of_a_model_and_failures_are_hollow(figure):
     surface, _, force, _ = figure.axes
     refined = [line for line in surface.lines if same_color(line.get_color(), look("fem_local").colour)]
@@ -54,11 +49,6 @@ def test_a_curve_joins_the_settings_of_a_model_and_failures_are_hollow(figure):
     words = " ".join(texts(figure))
     assert "no force is told by: XPBD" in words and "shape matching (clusters=one) on 4 of 4" in words
     assert {"1 ms", "16.7 ms", "100 ms", "liver under a sphere of 8 mm"} <= set(texts(figure))
-
-
-def test_elements_have_the_looks_of_their_order_or_mesh():
-    assert curve_of("fem", "order=2, level=1") == "fem_p2" and curve_of("fem", "held=0, level=3") == "fem_local"
-    assert curve_of("xpbd", "level=1") == "xpbd"
 
 
 def test_a_scene_without_a_truth_is_drawn(touch):

@@ -5,18 +5,6 @@ from fixtures.material import material, numbers, page
 from palpate.studies.touch import report as part
 
 
-def test_the_finding_says_what_tells_the_force(touch, touch_truth):
-    tables = {"touch": touch, "touch_truth": touch_truth}
-    text = page("touch", tables)
-    liver = next(line for line in text.splitlines() if line.startswith("**Liver under a sphere of 8 mm: "))
-    assert "3 of 8 settings tell the force within 10 % of the truth's" in liver
-    assert "linear responses with contact (places=all) in 400 µs (force 9 % off, surface 5 %, dent 15 %)" in liver
-    assert "; the truth's force is known to 0.42 %, its surface to 0.1 %." in liver
-    for name in ("liver_sphere_8mm", "cylinder_punch_8mm"):
-        assert f"[figure touch_precision_{name}]" in text
-    assert "[table touch] [table touch_truth]" in text and "Pang, Tan and Durlach" in text
-
-
 def test_what_to_take_within_each_time(touch, touch_truth):
     one = numbers("touch", {"touch": touch, "touch_truth": touch_truth})["scenes"][0]
     taken = one["taken"].set_index("within")

@@ -43,14 +43,6 @@ def test_a_budget_gets_a_model_with_its_error_time_and_reason(capsys, trade_off_
     assert re.search(r"because +least bound of nine answers in ten \(12 contacts, 36 presses\) of 5 settings", text)
 
 
-def test_the_error_at_the_patch_can_be_asked_for(capsys, trade_off_folder):
-    code, text = said(capsys, trade_off_folder, "--budget-ms", "16.7", "--error", "patch")
-    assert code == 0
-    assert text.startswith("liver_small, within 16.7 ms: pod_rbf modes=8\n")
-    assert re.search(r"error +0\.62 % of the peak displacement at the patch on average \(", text)
-    assert "; over the whole surface 0.41 %" in text
-
-
 def test_advice_is_tried_on_other_days_and_at_other_contacts(capsys, trade_off_folder):
     """The limits of the run's advice are those that are tried: an error of 1 % is met by all presses held out."""
     advised(trade_off_folder, budgets_ms=[16.7], max_errors=[0.1])

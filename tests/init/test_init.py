@@ -1,7 +1,6 @@
 """``palpate init``: a first configuration that runs as it stands, and says what it assumes."""
 
 import re
-import time
 from pathlib import Path
 
 import meshio
@@ -24,7 +23,7 @@ from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.init import choose
 from palpate.init.choose import FINE_TETRAHEDRA, Likeness, _bed, _regimes
-from palpate.init.command import _schema, init, init_each, ticking
+from palpate.init.command import init, init_each
 from palpate.init.recognise import body_name, recognise
 from palpate.run.settings import complete
 
@@ -251,26 +250,6 @@ def test_a_body_that_is_not_the_organ_is_refused_and_nothing_is_written(capsys, 
     assert not (tmp_path / "flat").exists()
 
 
-def test_what_is_assumed_is_said_before_the_body_is_made(capsys, monkeypatch, data, tmp_path):
-    def failing(*_: object) -> None:
-        raise InputError("no body")
-
-    monkeypatch.setattr("palpate.init.command.choose", failing)
-    assert main(["init", str(data / "scan.nii.gz"), "-o", str(tmp_path)]) == 1
-    assert "the organ is the largest piece between 30 and 120 HU" in capsys.readouterr().out
-
-
-def test_a_step_that_takes_long_is_told_while_it_does(capsys):
-    with ticking("the data", every_s=0.02) as say:
-        say("a mesh of 140 surface nodes")
-        time.sleep(0.6)
-        say("a mesh of 280 surface nodes")
-        time.sleep(0.1)
-    first, *_, last = capsys.readouterr().out.splitlines()
-    assert "a mesh of 140 surface nodes, 0 s so far in all" in first
-    assert "a mesh of 280 surface nodes, 1 s so far in all" in last
-
-
 def test_it_is_written_beside_the_data_and_never_over_another(capsys, data):
     assert main(["init", str(data / "bar.vtk")]) == 0
     file = data / "bar/config.yaml"
@@ -311,11 +290,6 @@ def test_what_may_not_be_read_gets_one_sentence(capsys, monkeypatch, data):
     assert main(["init", str(data / "bar.vtk")]) == 1
     said = f"error: {data / 'bar.vtk'}: Permission denied; mend that, or give another place.\n"
     assert capsys.readouterr().err == said
-
-
-def test_editors_get_the_schema_only_inside_palpates_folder(tmp_path):
-    assert _schema(ROOT / "mine/config.yaml") == Path("../.venv/settings.schema.json")
-    assert _schema(tmp_path / "config.yaml") is None
 
 
 @pytest.mark.parametrize(

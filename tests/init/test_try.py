@@ -19,7 +19,6 @@ from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.init import try_command
 from palpate.init.choose import _bed, _too_few_nodes
-from palpate.init.command import program
 from palpate.init.recognise import HOLDS, sides_of
 from palpate.init.try_command import MODELS, is_unchanged
 from palpate.report.tables import read
@@ -77,28 +76,6 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     assert "within 16.7 ms" in printed and f"The report: {folder}/results/report.html" in printed
     assert re.search(r"make CONFIG=\S*organ/config\.yaml\n", printed)
     assert printed.rstrip().endswith(f"palpate press --config {folder}/config.yaml")
-
-
-def test_commands_are_said_as_they_can_be_typed_here(monkeypatch, tmp_path):
-    (tmp_path / "bin").mkdir()
-    (tmp_path / "bin/palpate").write_text("")
-    monkeypatch.setattr("sys.executable", str(tmp_path / "bin/python"))
-    monkeypatch.setenv("PATH", "")
-    monkeypatch.chdir(tmp_path)
-    assert program() == "bin/palpate"
-    (tmp_path / "other").mkdir()
-    monkeypatch.chdir(tmp_path / "other")
-    assert program() == str(tmp_path / "bin/palpate")
-    (tmp_path / "bin/palpate").chmod(0o755)
-    monkeypatch.setenv("PATH", str(tmp_path / "bin"))
-    assert program() == "palpate"
-
-
-@pytest.mark.parametrize("few", [False, True])
-def test_try_says_on_how_many_presses_its_advice_rests(tmp_path, trade_off_folder, few):
-    write_tables(trade_off_folder, tmp_path, samples=1 if few else 4)
-    said = try_command._advice(tmp_path)[-1]
-    assert f"means over {1 if few else 4} press" in said and ("too few to rely on" in said) == few
 
 
 def test_try_goes_on_in_its_own_folder_and_leaves_any_other_alone(capsys, data, tmp_path, ran):

@@ -27,11 +27,6 @@ def test_claims_are_counted_and_united():
     assert closing.verdicts(material("collision", {})) == {}
 
 
-def test_models_of_claims_are_named_in_words():
-    shown = closing.shown(rows())
-    assert "ordered_nonnegative_a" not in shown["this run"].iloc[0] and "study" not in shown
-
-
 def test_a_part_shows_the_claims_of_its_own_study():
     report = material("collision", {"claims": rows(study="collision")})
     ((key, _, text),) = closing.own_claims(report, "collision")

@@ -9,7 +9,6 @@ import pytest
 from PIL import Image
 
 from palpate.report import markup
-from palpate.table_declaration import Table
 
 
 @pytest.mark.parametrize(
@@ -28,24 +27,6 @@ def test_columns_of_quantities_are_aligned_as_numbers(values, number):
     assert ('<th scope="col" class=number>' in markup.table(pd.DataFrame({"a": values}), "")) == number
 
 
-def test_long_cells_break_into_lines_and_short_ones_do_not():
-    text = markup.table(pd.DataFrame({"a": ["short", "x" * 30, "x" * 50, "x" * 130]}), "")
-    assert [f'<td class="{width}">' in text for width in ("mid", "long", "text")] == [True] * 3
-    assert "<td>short</td>" in text
-
-
-def test_an_outcome_gets_its_mark():
-    text = markup.table(pd.DataFrame({"verdict": ["confirmed", "refuted", "not testable: tied"]}), "")
-    assert '<td class="good">' in text and '<td class="bad">' in text and '<td class="open' in text
-
-
-def test_what_is_folded_says_what_it_holds():
-    text = markup.folded(pd.DataFrame({"a_m": [1.0]}), Table("lengths", "The length of <things>.", "a_m: of each"))
-    assert "<summary><b>Table lengths</b>, 1 rows. The length of &lt;things&gt;.</summary>" in text
-    assert "results/tables/lengths.csv" in text and "<th" in text
-    assert "data-packed" in markup.folded(pd.DataFrame({"a": range(100)}), Table("lengths", "", "a:"))
-
-
 SVG = '<svg xmlns:xlink="x"\n width="360.0pt" height="216pt" viewBox="0 0 360 216" version="1.1"></svg>'
 
 
@@ -60,11 +41,6 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_a_small_drawing_stays_one(folder):
-    text = markup.image(folder / "plain", "a & b")
-    assert 'alt="a &amp; b" width="480" height="288" src="data:image/svg+xml;base64,' in text
-
-
 def test_a_large_drawing_becomes_a_picture_of_the_same_size(folder):
     text = markup.image(folder / "rich", "")
     assert 'width="192" height="96" src="data:image/webp;base64,' in text
@@ -76,9 +52,3 @@ def test_a_drawing_of_few_colours_loses_nothing(folder):
     Image.fromarray(pixels).save(folder / "rich.png")
     packed = markup.image(folder / "rich", "").partition("base64,")[2].rstrip('">')
     assert (np.asarray(Image.open(BytesIO(base64.b64decode(packed)))) == pixels).all()
-
-
-def test_a_narrow_screen_gets_a_picture_of_its_own(folder):
-    text = markup.figure(folder, "rich", "<p>caption</p>", small="plain")
-    assert '<picture><source media="(max-width: 44rem)" srcset="data:image/svg+xml' in text
-    assert "<picture>" not in markup.figure(folder, "rich", "")

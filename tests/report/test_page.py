@@ -85,43 +85,6 @@ def test_the_order_is_that_of_the_studies_with_claims_and_failures_last(results_
     assert page.index(report.QUESTION) < page.index("The <strong>error</strong>") < page.index('id="findings"')
 
 
-def test_warnings_come_first_and_only_if_there_are_any(page, results_folder):
-    warned = ["bodies.liver: the organ is <cut>.", "bodies.spleen: 2 pieces are dropped."]
-    opening = written(results_folder, warned=warned).split("<nav")[0]
-    assert re.findall(r"<li>(bodies.*)</li>", opening) == [warned[0].replace("<cut>", "&lt;cut&gt;"), warned[1]]
-    assert 'id="warnings"' not in page
-
-
-def test_a_heavy_report_warns_in_the_log_and_on_the_page(results_folder, monkeypatch):
-    assert "its largest sections" not in written(results_folder)
-    monkeypatch.setattr(report, "MOST_MB", 0.01)
-    with pytest.warns(UserWarning, match="its largest sections are"):
-        page = written(results_folder)
-    assert "more than 0 MB; its largest sections are" in page.split("<nav")[0]
-
-
-def test_what_failed_is_listed(page):
-    failed = page[page.index('<section id="limits">') :]
-    assert failed.count("<td>POD + RBF</td>") == 8  # see conftest: on one body, in 2 regimes, 2 protocols, 2 splits
-    assert "7 crossing pairs missed, 3 reported wrongly" in failed
-    assert "8 in “Paper 1: enriching a coarse simulation”, 1 in “Paper 3: collision”" in page.split("<nav")[0]
-
-
-def test_claims_stand_in_the_part_of_their_study_and_in_the_table_of_all(page):
-    assert page.count("building w costs O(r k)") == 3  # and in the table of tests
-    part = page[page.index('id="enrichment_claims"') : page.index('id="springs"')]
-    assert "<details><summary>13 tests of 9 claims: " in part and "building w costs O(r k)" in part
-    assert "explicit integration" not in part
-
-
-def test_scenes_give_each_decision_and_cost(page):
-    text = page.replace("\u00a0", " ")
-    press = text[text.index("Press: moments") : text.index("Sag: moments")]
-    assert '<td>springs</td><td>yes</td><td class="mid">the scene describes it</td>' in press
-    assert re.search(r"<tr class=paper>\s*<td>gravity</td><td>no</td>", press)
-    assert "750 µs" in press and "75 %" in press and "9.81" not in press
-
-
 def test_masses_from_ct_are_given(page):
     text = " ".join(re.sub("<[^>]+>", " ", page.replace("\u00a0", " ")).split())
     assert re.search(r"masses within 2 % of the voxels", text) and re.search(r"0.1 % from 6,?000 elements on", text)
@@ -139,23 +102,6 @@ def test_masses_from_ct_are_given(page):
 def test_a_scene_or_a_body_from_ct_without_rows_is_named(results_folder, asked, said):
     with pytest.raises(InputError, match=said):
         written(results_folder, **asked)
-
-
-def test_shows_the_papers_numbers_beside_those_of_the_run(page):
-    text = page.replace("\u00a0", " ")
-    for title in ("table 4 of the paper", "Table 3 of the paper", "Samples to train"):
-        assert title in text
-    assert "49.3 s" in text and "500 ms" in text  # fine FEM, the paper's mean and this run's
-    assert "0.90 [0.80, 1.00]" in text
-
-
-def test_a_folded_table_says_what_it_holds(page):
-    for names in TABLES.values():
-        for name in names:
-            # two tables are shown in other words
-            if name not in ("splits", "enrichment_timing", "mesh_quality"):
-                assert f"<b>Table {name}</b>" in page and f"results/tables/{name}.csv" in page
-    assert "The test error of each blend at every width σ of its Gaussian kernel." in page
 
 
 def test_is_one_file(page):
@@ -208,11 +154,3 @@ def test_a_missing_figure_is_named(results_folder, name):
     (results_folder.path / "figures" / name).unlink()
     with pytest.raises(InputError, match=rf"{re.escape(name)} is missing"):
         written(results_folder)
-
-
-def test_the_largest_sections_are_named():
-    parts = {"a": [("one", "One", "x" * 12_000_000), ("two", "Two", "x" * 9_000_000)], "b": [("one", "One", "é")]}
-    page = "".join(content for sections in parts.values() for *_, content in sections)
-    said = report.too_heavy(page, parts)
-    assert "has 21 MB, more than 20 MB" in said and said.index("One (12.0 MB), Two (9.0 MB)")
-    assert report.too_heavy(page[:20_000_000], parts) is None

@@ -82,12 +82,6 @@ def test_errors_come_back_with_their_sample(database, predictions_file, tmp_path
     assert shades[8, at_peak] == shades[8].max() < shades[5].max()
 
 
-def test_the_same_surface_gives_the_same_bytes(sagging, tmp_path):
-    for name in "ab":
-        drawn_motion.write(sagging, tmp_path / name)
-    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
-
-
 def test_a_large_motion_loses_frames_and_not_its_ends(tmp_path):
     rng = np.random.default_rng(0)
     positions = rng.uniform(size=(60, 6000, 3))

@@ -5,12 +5,7 @@ import pytest
 
 from palpate.models.model_registry import FAMILY_OF, MODELS, RESERVED
 from palpate.report import words
-from palpate.report.model_looks import label, look, minor
-
-
-def test_own_models_have_a_look_too():
-    assert look("my_model") == look("my_model") and look("my_model").label == "my model"
-    assert label("my_model", "size=3") == "my model (size=3)" and label("my_model", "default") == "my model"
+from palpate.report.model_looks import look, minor
 
 
 def test_every_model_of_palpates_has_a_look_of_its_own():

@@ -1,9 +1,7 @@
 """The part about collision follows from its tables."""
 
 import pytest
-from fixtures.material import material, numbers, page
-
-from palpate.studies.collision import report as collision
+from fixtures.material import numbers, page
 
 PUBLISHED = {"source": "thesis"}
 
@@ -30,11 +28,3 @@ def test_verdicts_on_composite_trees_are_counted(collision_results, claims):
     found = numbers("collision", collision_results | {"claims": claims}, PUBLISHED)
     # composite 4/2 is between both, 8/4 is as fast as spheres and four times as loose as AABBs
     assert found["verdicts"] == {"query time": "1 confirmed, 1 not testable", "false pairs": "1 confirmed, 1 refuted"}
-
-
-def test_without_rivals_nothing_is_said_of_them_and_those_with_wrong_pairs_have_failed(collision_results):
-    table = collision_results["collision"]
-    text = page("collision", collision_results | {"collision": table[~table["rival"]]}, PUBLISHED)
-    assert "on one core with AABBs." in " ".join(text.split())
-    [failed] = collision.failures(material("collision", collision_results))
-    assert failed == ("coal, OBBs, rebuilt", "two livers", "7 crossing pairs missed, 3 reported wrongly")

@@ -5,9 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.bodies.body import nest
 from palpate.bodies.ct.image import Image
-from palpate.bodies.material import Material
 from palpate.report import render, style
 from palpate.studies.ct import figures
 from palpate.studies.ct.imaging import Pictures
@@ -96,13 +94,6 @@ def test_ray_casting_shows_the_organ_bone_and_gaps_and_repeats(scan):
     assert covered == pytest.approx(np.pi * 0.018**2 / 0.1**2, rel=0.3)
     assert np.ptp(bone) < np.ptp(middle) / 2  # grey-white, through muscle
     assert bare[50, 25].min() > bone.min()  # muscle and skin alone let more of the white ground through
-
-
-def test_surfaces_stand_beside_the_ray_casting(scan, box):
-    body = nest("ball", box([2, 2, 2], [0.03, 0.03, 0.03]), 1, np.arange(9), Material(3000.0, 0.3, 1000.0))
-    figure = figures.draw_ct_volume_rendering(*scan, body)
-    assert len([axis for axis in figure.axes if axis.images]) == 3
-    assert figure.axes[2].get_xlabel() == f"fine surface: {len(body.fine.surface)} nodes"
 
 
 def test_masses_are_drawn_with_and_without_the_rim(ct_results):

@@ -34,6 +34,7 @@ def test_the_synthetic_liver_has_its_true_mass():
     assert table["total_mass_kg"].to_numpy() == pytest.approx(truth["mass_kg"], rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_real_liver():
     if not SHARED.is_dir():
         pytest.skip("no shared CT beside the checkout")

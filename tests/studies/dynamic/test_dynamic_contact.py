@@ -68,6 +68,7 @@ def test_meshes_agree_on_a_fall_and_their_steps_differ_by_what_the_scheme_leaves
     assert found.peaks_m[:2] == pytest.approx(peak - 9.81 * 0.03**3 / 6, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_meshes_part_when_a_pile_topples_the_later_the_more_they_may_differ(block):
     pile = ENTRY | {"others": [{"body": "block", "shift_m": [0.022, 0.004, 0.045]}]}
     compared = ComparedScene.of("pile", pile, block, {"duration_s": 0.2, "frames": 10, "level": 1})

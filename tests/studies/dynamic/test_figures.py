@@ -27,13 +27,6 @@ def test_a_dotted_line_is_what_the_truth_or_the_standard_may_be_wrong_by(dynamic
     assert not any(line.get_linestyle() == ":" for axis in axes for line in axis.lines), "nobody knows it"
 
 
-def test_each_level_has_a_line_of_its_own(dynamic_table):
-    table = dynamic_table[dynamic_table["model"] == "fem_fine"]
-    two = pd.concat([table, table.assign(level=0, real_time_factor=3 * table["real_time_factor"])])
-    lines = figures.draw_dynamic_accuracy(two).axes[0].lines[:2]
-    assert [line.get_xdata().tolist() for line in lines] == [[60.0, 120.0], [20.0, 40.0]]
-
-
 def test_a_line_a_step_and_what_is_left_out_is_shaded():
     rows = [
         [f"scene_{number}", step, time, change, 0.01, number > 0 or time < 0.25]

@@ -71,6 +71,7 @@ def test_pushes_elsewhere_are_as_hard_and_inward(pressed):
         assert push == again[contact].loads["push"]["loads"][0]
 
 
+@pytest.mark.slow
 def test_models_are_measured_at_each_place_and_places_that_are_not_resolved_have_no_model(pressed):
     own = {"places": 2, "tilts_degrees": [0], "change_of_peak": 0.05, "max_halvings": 4, "steps_per_frame": [1]}
     grid = {"fem_coarse": {"tolerances": [0.1], "gaps": []}, "moving_modes": MODES, "fem_fine": FINE}

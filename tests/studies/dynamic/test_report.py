@@ -7,9 +7,7 @@ from fixtures.material import material, numbers, page
 
 from palpate.benchmark.advice import ADVICE as ADVICE_TABLE
 from palpate.benchmark.advice_other_loads import advise_motion
-from palpate.models.model_registry import INSTALL
 from palpate.studies.dynamic import report as dynamic
-from palpate.studies.dynamic.elsewhere import MOTION_BOUNDS
 from palpate.studies.dynamic.reference import MOTION_TRUTH
 
 ADVICE = ADVICE_TABLE.frame([])
@@ -41,13 +39,6 @@ def test_a_standard_whose_error_other_meshes_say_is_told(dynamic_table):
     advice = advise_motion(table[table["scene"] == "liver_press"], max_errors=[0.05, 0.09])
     # springs are 4 % from it
     assert advice["model"].tolist() == ["none", "springs"] and (advice["reference_error"] == 0.041).all()
-
-
-def test_an_engine_is_left_out_in_a_sentence_where_no_row_is_its(dynamic_table):
-    for model, install in (("springs", INSTALL), ("mujoco", "")):
-        tables = {"dynamic_accuracy": dynamic_table.assign(model=model), "advice": ADVICE}
-        assert numbers("dynamic", tables)["install"] == install
-        assert ("pip install" in page("dynamic", tables)) == bool(install)
 
 
 def test_the_error_of_the_standards_mesh_is_said_where_presses_show_it(dynamic_table):
@@ -85,31 +76,9 @@ def test_scenes_with_a_truth_are_told_from_those_with_a_standard(dynamic_table):
     assert "from the truth in" not in text and "Errors are from a standard" in text
 
 
-def test_scenes_that_are_not_resolved_are_named(dynamic_table):
-    tables = {"dynamic_accuracy": dynamic_table, "advice": ADVICE}
-    text = page("dynamic", tables)
-    assert "liver press 1, bar sag 1" in text and "(first" not in text
-    cut = page("dynamic", tables | {"dynamic_accuracy": dynamic_table.assign(resolved_s=0.25)})
-    assert "liver press (first 0.25 of 1 s): springs (error 4 %)" in cut.replace("\u00a0", " ")
-
-
 def test_a_motion_that_stopped_has_failed(dynamic_table):
     failed = list(dynamic.failures(material("dynamic", {"dynamic_accuracy": dynamic_table})))
     assert failed[0] == ("springs (step_s=0.0005)", "liver press", "did not reach the end") and len(failed) == 2
-
-
-def test_the_report_shows_motions_elsewhere(dynamic_table):
-    row = dict.fromkeys(MOTION_BOUNDS.columns, 1.0) | {"scene": "liver_press", "model": "springs", "places": 12}
-    row |= {"setting": "step_s=0.001", "estimate": "constant", "bound_of_peak": 0.07}
-    advice = [advise_motion(rows, [16.7], [0.1]) for _, rows in dynamic_table.groupby("scene", sort=False)]
-    tables = {
-        "dynamic_accuracy": dynamic_table,
-        "advice": pd.concat(advice, ignore_index=True),
-        "motion_bounds": pd.DataFrame([row]),
-    }
-    text = " ".join(page("dynamic", tables).split())
-    assert "is moved to 12 other places" in text and "the own motion alone was measured of bar sag." in text
-    assert "error of at most 10 %" in text and "[figure dynamic_accuracy]" in text
 
 
 def test_scenes_without_a_truth_say_until_when_meshes_agree(dynamic_table):

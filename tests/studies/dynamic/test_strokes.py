@@ -29,6 +29,7 @@ GRID = {"vibrations": 5, "modes": 30, "states": 20, "thinning": 0.05, "tolerance
 GRID |= {"half_width_m": 0.022, "strokes": 4}
 
 
+@pytest.mark.slow
 def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatch):
     monkeypatch.setattr(strokes, "LENGTH_M", 0.01)
     monkeypatch.setattr(strokes, "DEPTHS_M", (0.004, 0.012))

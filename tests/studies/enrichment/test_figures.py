@@ -9,16 +9,7 @@ from fixtures.drawn import texts
 from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.report import style
-from palpate.report.mesh_levels import draw_mesh_levels
 from palpate.studies.enrichment.figures import bodies, charts
-
-
-def test_failures_and_budgets_are_named(results):
-    tables = (results[n] for n in ("enrichment_accuracy", "online_cost", "fem_cost"))
-    figure = charts.draw_accuracy_vs_online_cost(*tables)
-    assert len(figure.axes) == 4 * 2
-    assert texts(figure).count("failed: POD + RBF") == 4
-    assert {"1 ms", "16.7 ms", "100 ms", "fine FEM", "Pareto front"} <= set(texts(figure))
 
 
 def test_deformed_bodies_shows_different_contacts_and_true_errors(body, database, predictions_file, tmp_path):
@@ -48,13 +39,6 @@ def test_times_are_drawn_over_peaks_in_millimetres(results):
     np.testing.assert_allclose(figure.axes[0].lines[0].get_xdata(), [4, 5, 6, 7])
 
 
-def test_mesh_levels_counts(body):
-    written = "\n".join(texts(draw_mesh_levels([body])))
-    for mesh in body.levels:
-        assert f"surface: {len(mesh.surface):,} nodes, {len(mesh.triangles):,} triangles" in written
-        assert f"volume: {len(mesh.nodes):,} nodes, {len(mesh.tetrahedra):,} tetrahedra" in written
-
-
 def test_a_missing_file_or_group_is_named(predictions_file, tmp_path):
     with pytest.raises(InputError, match=r"nothing\.h5 is missing"):
         bodies.read(tmp_path / "nothing.h5", "paper", "samples", ["detail_correction"])
@@ -73,22 +57,6 @@ def test_rows_go_from_local_to_global(results):
     assert [line.get_xdata()[0] for line in marks] == pytest.approx([0.2, 0.9, 1.0])
 
 
-def test_vectors_of_two_presses_are_drawn_where_least_and_most_moves(results):
-    figure = charts.draw_feature_vectors(results["feature_vectors"], results["premise_bodies"])
-    assert len(figure.axes) == 2 * 3 and all(len(axis.lines) == 2 for axis in figure.axes)
-    assert figure.axes[0].get_ylabel().startswith("own") and figure.axes[3].get_ylabel().startswith("pad")
-    assert figure.axes[1].get_title(loc="left") == "contact-ordered\n0.00 apart"
-    assert figure.axes[0].get_title(loc="left") != "unordered\n0.00 apart"
-
-
-def test_a_ratio_beyond_the_scale_is_marked_at_its_end(results):
-    rows = results["premises"].copy()
-    rows.loc[(rows["features"] == "framed") & (rows["weights"] == "linear"), ["ratio", "ratio_low", "ratio_high"]] = 1e5
-    right = charts.draw_premises(rows, results["premise_bodies"]).axes[1]
-    ends = [line for line in right.lines if line.get_marker() == ">"]
-    assert len(ends) == 3 and all(line.get_xdata()[0] < right.get_xlim()[1] for line in ends)
-
-
 def test_sigma_sweep_marks_the_chosen_and_the_papers_sigma(results):
     paper = read_yaml(Path(bodies.__file__).parents[1] / "published.yaml")
     figure = charts.draw_sigma_sweep(results["sigma_sweep"], results["enrichment_accuracy"], published=paper)
@@ -98,11 +66,6 @@ def test_sigma_sweep_marks_the_chosen_and_the_papers_sigma(results):
     assert marks["o"] == pytest.approx(1.0)  # conftest: 0.01 m at a median distance of 0.01 m
     assert marks["D"] == pytest.approx(paper["sigma"]["value"] * paper["sigma"]["unit_m"]["liver"] / 0.01)
     assert "D" not in {line.get_marker() for line in own.lines}
-
-
-def test_timing_bars_has_two_bars_only_where_the_paper_has_a_number(results):
-    liver, own = charts.draw_timing_bars(results["enrichment_timing"]).axes
-    assert (len(liver.patches), len(own.patches)) == (5 + 3, 5)
 
 
 def test_exponents_are_drawn_beside_those_of_the_papers_order(results):

@@ -13,7 +13,3 @@ def test_a_cell_for_each_run_in_its_outcomes_colour(hard_cases_table):
     assert drawn == [figures.LOOKS[outcome].colour for outcome in expected]
     assert [sum(line.get_marker() == "x" for line in axis.lines) for axis in figure.axes] == [0, 1, 1]
     assert [label.get_text() for label in figure.axes[0].get_yticklabels()] == ["locking", "no anchor"]
-
-
-def test_families_that_were_not_tried_leave_no_room(hard_cases_table):
-    assert len(figures.draw_hard_cases(hard_cases_table[hard_cases_table["family"] == "enrichment"]).axes) == 1

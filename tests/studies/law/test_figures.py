@@ -3,7 +3,7 @@
 import pytest
 from fixtures.drawn import texts
 
-from palpate.studies.law.figures import colour, draw_law, label
+from palpate.studies.law.figures import colour, draw_law
 
 
 def test_changes_and_meshes_stand_side_by_side(law_table):
@@ -25,18 +25,3 @@ def test_changes_and_meshes_stand_side_by_side(law_table):
     assert crossed[0].get_color() == colour("law", "st_venant_kirchhoff", 0)
     for name in ("neo-Hookean", "St. Venant–Kirchhoff", "ν = 0.49", "the body as it is described"):
         assert texts(figure).count(name) == 1
-
-
-def test_a_change_without_a_truth_is_hollow(law_table):
-    doubted = law_table.assign(believed=law_table["believed"] & law_table["poisson"].ne(0.49))
-    figure = draw_law(doubted)
-    lines = [line for line in figure.axes[1].lines if line.get_marker() == "o"]
-    assert [line.get_linestyle() for line in lines] == ["-", "-", ":"] and lines[2].get_markerfacecolor() == "white"
-    assert texts(figure).count("without a truth that is believed") == 1
-
-
-def test_a_law_of_ones_own_is_named_by_its_file():
-    assert label("law", "models/my_law.py", 0.3) == "my law" and colour("law", "models/my_law.py", 0) == "#8b0000"
-    assert label("law", "exponential(8)", 0.3) == "exponential, b = 8"
-    assert label("nothing", "neo_hookean", 0.49) == "neo-Hookean, ν = 0.49"
-    assert label("regions", "corotational", 0.3) == "without its regions"

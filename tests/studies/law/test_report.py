@@ -29,22 +29,8 @@ def test_what_has_no_truth_is_marked(law_table):
     assert numbers("law", {"law": law_table})["doubted"] == "none"
 
 
-def test_leaving_regions_out_is_shown(law_table):
-    liver = law_table[law_table["body"].eq("liver") & law_table["changed"].isin(["nothing", "poisson"])]
-    alone = liver.assign(changed=liver["changed"].replace("poisson", "regions"), poisson=0.3)
-    text = page("law", {"law": alone})
-    assert "leaving its regions out changes it by up to 2 %." in " ".join(text.split())
-    assert "up to 3 % at the patch" in text
-
-
 def test_presses_without_an_answer_are_listed(law_table):
     assert numbers("law", {"law": law_table})["lost"] == "1 of the cylinder under St. Venant–Kirchhoff"
     [(what, where, how)] = law.failures(material("law", {"law": law_table}))
     assert (what, where) == ("St. Venant–Kirchhoff", "cylinder")
     assert how.replace("\u00a0", " ") == "no answer at a depth of 10 %: no answer on level 1"
-
-
-def test_the_summary_has_a_row_for_each_body_and_change(law_table):
-    shown = law.summary(law_table)
-    assert len(shown) == 2 * 4 and "corotational, ν = 0.3 (as it is)" in set(shown["changed to"])
-    assert any("from 6.7\u00a0% on" in str(cell) for cell in shown.to_numpy().ravel())

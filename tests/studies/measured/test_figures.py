@@ -19,10 +19,3 @@ def test_a_panel_a_case_and_quantity(measured_table, tmp_path):
     assert "quadratic elements (P2), 1701 nodes" in texts(figure) and "not measured" in texts(figure)
     assert "repeats: 2\u00a0%" in texts(figure)
     style.save(figure, tmp_path / "measured_beam")
-
-
-def test_settings_have_names(measured_table):
-    rows = measured_table.assign(setting="level=0 poisson=0.45 step_s=0.002 damping=mass creep").itertuples()
-    assert figures.named(next(rows)) == (
-        "quadratic elements (P2), 1701 nodes, ν = 0.45, steps of 2 ms, mass damping, before creep"
-    )

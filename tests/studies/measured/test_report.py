@@ -1,6 +1,5 @@
 """The part about a measured body follows from its table."""
 
-import pandas as pd
 import pytest
 from fixtures.material import material, numbers, page
 
@@ -29,19 +28,6 @@ def test_errors_are_compared(measured_table):
     assert (finest["case"], round(finest["error"], 3)) == ("load", -0.05)
     assert [row["how"] for row in found["stepped"]] == ["steps of 2 ms"] and found["laws"] == []
     assert [found["stepped"][0][name] for name in ("found", "wanted")] == pytest.approx([0.04717, 0.053])
-
-
-def test_what_laws_share_is_found(measured_table):
-    more = measured_table[measured_table["calibrated"].eq("gravity") & measured_table["setting"].eq("level=0")]
-    more = more.assign(setting="level=0 law=neo_hookean", law="neo_hookean", error=more["error"] - 0.001)
-    both = text(pd.concat([measured_table, more]))
-    assert "under 2 laws and 1 Poisson's ratios sink from 5.1 % less to 5 % less in load" in both
-
-
-def test_the_finding_has_the_coarser_mesh_too(measured_table):
-    finer = measured_table[measured_table["setting"].eq("level=0")].assign(setting="level=1", nodes=11849)
-    both = pd.concat([measured_table, finer.assign(error=finer["error"] * 1.1)])
-    assert "the place of load within 5.5 % (the measurement: ± 8 %; 5 % on 1,701 nodes), the frequency" in text(both)
 
 
 def test_a_model_without_an_answer_has_failed(measured_table):

@@ -1,7 +1,7 @@
 """The part of the report to press a body has its page, its table and its numbers."""
 
 import pandas as pd
-from fixtures.material import material, page
+from fixtures.material import material
 
 from palpate.report.tables import columns
 from palpate.report.template import Html
@@ -11,17 +11,6 @@ def table(**changes):
     row = dict.fromkeys(columns("press"), 1.0) | {"body": "liver", "model": "contact_modes", "contacts": 12}
     row |= {"samples": 6, "rmse_of_peak": 0.004, "error_of_peak": 0.01, "online_median_s": 0.0021, "doubted": 1}
     return pd.DataFrame([row | changes, row | {"model": "coarse", "rmse_of_peak": 0.1} | changes])
-
-
-def test_the_text_says_what_answers():
-    text = page("press", {"press": table()})
-    assert "liver: 0.4 % of the peak wrong, 1 % by its own estimate, in 2.1 ms in Python" in text
-    assert "liver: 1 of 6" in text and "liver: 12" in text and "The error of an answer" in text
-
-
-def test_without_truths_no_error_is_said():
-    text = page("press", {"press": table(samples=0, rmse_of_peak=float("nan"))})
-    assert "liver: 2.1 ms in Python" in text and "liver: none known" in text
 
 
 def test_each_body_has_a_section(tmp_path):

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from PIL import Image
 
-from palpate.report import render, style, tables
+from palpate.report import style, tables
 from palpate.scenes.motion import Motion, Moved
 from palpate.studies.scenes import figures, motion_pictures
 
@@ -82,22 +82,6 @@ def test_balance_is_the_sum_minus_the_work_and_gravity_begins_at_zero(scene_resu
     assert figures.of_effects(sag) == ["kinetic_j", "gravity_j", "corotational_j"]
 
 
-def test_one_panel_a_scene_with_its_own_energies(scene_results, tmp_path):
-    figure = figures.draw_energy(scene_results["energy"])
-    press, sag = figure.axes
-    assert (press.get_title(loc="left"), sag.get_title(loc="left")) == ("press", "sag")
-    assert press.get_ylabel() == "energy [mJ]"
-    # zero, sum, balance, kinetic, springs, outer work; zero, sum, balance, kinetic, corotational, gravity
-    assert (len(press.lines), len(sag.lines)) == (6, 6)
-    np.testing.assert_allclose(press.lines[2].get_ydata()[-1], -0.5)
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert "springs, corotational" in labels and "gravity" in labels and "sum − external work" in labels
-    style.save(figure, tmp_path / "energy")
-    pushed = scene_results["energy"].query("scene == 'press'")
-    four = pd.concat([pushed.assign(scene=f"scene{i}") for i in range(4)])
-    assert len(figures.draw_energy(four).axes) == 4
-
-
 def test_a_sum_without_the_elastic_energy_is_not_shown(scene_results):
     press = scene_results["energy"].query("scene == 'press'").drop(columns="springs_j")
     assert not figures.whole(figures.counted(press))
@@ -125,16 +109,6 @@ def test_stills_begin_and_end_the_motion_do_not_miss_its_peak_and_bend_down(sagg
     assert size > 5000
     assert lowest > rest + 20
     assert back == pytest.approx(rest, abs=0.5)
-
-
-def test_a_short_press_and_a_long_fall_are_shown(sagging):
-    """The peak is one of the stills however short it lasts, and a body that falls far still has a picture."""
-    positions = sagging.positions[:1].repeat(31, axis=0)
-    positions[7, :, 2] -= 3.0
-    figure = motion_pictures.stills(replace(sagging, positions=positions), 4)
-    assert f"{sagging.times[7]:.3g} s" in [axis.get_xlabel() for axis in figure.axes]
-    width, height = figure.axes[0].get_window_extent().size
-    assert width > 100 and height < 400
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -173,17 +147,6 @@ def test_a_floor_is_seen_from_above_though_the_body_moved_most_below_and_sideway
     assert view.axes[2, 2] > 0.3 and view.axes[1, 2] > 0.9
     colours = motion_pictures.stills(sliding, 3).axes[0].images[0].get_array()
     assert (colours == [211, 216, 221]).all(axis=2).sum() > 3000  # the floor's own, which is not the page's white
-
-
-def test_both_sides_of_a_sheet_are_lit():
-    nodes = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    triangles, greys = np.array([[0, 1, 2], [0, 2, 3]]), []
-    with render.Stage(60, 60) as stage:
-        for axes in (np.eye(3), np.diag([-1.0, 1, -1])):
-            view = render.View(axes, nodes.mean(axis=0), 1.5, 1.5)
-            picture = stage.picture(view, [lambda s: s.surface(nodes, triangles, None, None, None)])
-            greys.append(picture[30, 30].mean())
-    assert greys[0] == pytest.approx(greys[1], rel=0.02) and greys[0] > 150
 
 
 def test_the_animation_loops_in_the_scenes_order_and_repeats_byte_for_byte(sagging, tmp_path):

@@ -33,8 +33,3 @@ def test_the_force_of_a_truth_stands_beside_that_of_the_scenes_mesh(scene_result
     more = scene_results | {"dynamic_force": table}
     press, sag = numbers("scenes", more, scenes=["press", "sag"])["scenes"]
     assert (press["true_n"], sag["true_n"]) == (pytest.approx(0.5), 0.0)
-
-
-def test_a_scene_of_which_nothing_can_be_left_out(scene_results):
-    effects = scene_results["effects"].query("scene == 'press'").iloc[:1]
-    assert "nothing can be left out" in page("scenes", scene_results | {"effects": effects}, scenes=["press"])

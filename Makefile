@@ -42,7 +42,7 @@ STUDIES := $(shell sed -n 's/^    "\([a-z_]*\)",$$/\1/p' src/palpate/run/setting
 SCHEMA := $(VENV)/settings.schema.json
 
 .DEFAULT_GOAL := all
-.PHONY: all plan $(STUDIES) env test smoke full deep slurm-test example check bench snapshot lock tidy clean distclean help
+.PHONY: all plan $(STUDIES) env test test-all smoke full deep slurm-test example check bench snapshot lock tidy clean distclean help
 
 all: $(STAMP) $(SCHEMA)  ## compute whatever is not up to date, and write results/report.html
 	@$(SNAKEMAKE)
@@ -71,8 +71,11 @@ tables/%: $(STAMP)  ## compute one table and what it needs, such as tables/sigma
 
 env: $(STAMP)  ## build the environment only, in .venv
 
-test: $(TOOLS)  ## run the tests
-	@$(BIN)/python -m pytest -n 2 --dist loadfile
+test: $(TOOLS)  ## run the tests but for those marked slow, in four minutes
+	@$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow"
+
+test-all: $(TOOLS)  ## run all tests
+	@$(BIN)/python -m pytest -n 2 --dist worksteal
 
 smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, in a few minutes
 	@$(RUN) snakemake $(SMOKE)

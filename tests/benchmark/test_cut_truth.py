@@ -107,6 +107,7 @@ def test_a_penny_opens_with_the_root_of_the_distance_from_its_front(opening):
     assert slope == pytest.approx(0.5, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_penny_releases_the_energy_that_is_known_in_two_ways(pennies):
     """G = 4 (1 − ν²) p² a / (π E): by the difference of two cuts, and by extending the cut within one mesh."""
     exact, step, larger = 4.0 * PRESSURE**2 * RADIUS / (np.pi * STIFF), 1e-4 * RADIUS, 1.1 * RADIUS
@@ -121,6 +122,7 @@ def test_a_penny_releases_the_energy_that_is_known_in_two_ways(pennies):
     assert by_two == pytest.approx(exact, rel=0.03)
 
 
+@pytest.mark.slow
 def test_an_edge_crack_opens_as_tada_says():
     """A strip in tension in plane strain, cut to its middle: δ = 4 σ a V₁(a/W) / E′ (Tada, Paris, Irwin), by skfem."""
     width, height, thick, pull = 0.04, 0.08, 0.01, 1.0

@@ -32,6 +32,7 @@ def rms(moved: np.ndarray, truth: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.sum((moved - truth) ** 2, axis=2))) / np.linalg.norm(truth, axis=2).max())
 
 
+@pytest.mark.slow
 def test_a_better_truth_is_as_near_as_the_own_error_says(scene, truth):
     """With one more level and steps of half the length, own errors of both added."""
     better = found(scene, 16, 4)
@@ -98,6 +99,7 @@ def touched(box):
     return poked(box, **TOUCHED)
 
 
+@pytest.mark.slow
 def test_what_a_ball_does_to_a_bar_and_feels_is_known_as_well_as_the_own_error_says(touched):
     rough, better = found(touched, 8), found(touched, 16)
     peak = np.linalg.norm(better.force, axis=2).max()

@@ -190,6 +190,7 @@ def check(body, points, triangles):
     assert distances(sample(fine.nodes, fine.triangles, size / 100)[0], points, triangles).max() < 0.01 * size
 
 
+@pytest.mark.slow
 def test_a_torn_organ_of_blender_in_millimetres(tmp_path):
     truth = organ("femur", 8000)
     points, triangles = torn(*truth)

@@ -20,6 +20,7 @@ def test_the_sparse_grid_reproduces_what_its_polynomials_can():
         assert curves._basis(at, degrees) @ found == pytest.approx(curves._basis(at, degrees) @ weights)
 
 
+@pytest.mark.slow
 def test_a_family_meets_curves_between_its_nodes_and_is_kept(tmp_path, monkeypatch):
     ranges = Ranges(0.5, (0.35, 0.49))
     family = family_of("neo_hookean", ranges, tmp_path, 1)
@@ -34,6 +35,7 @@ def test_a_family_meets_curves_between_its_nodes_and_is_kept(tmp_path, monkeypat
     assert family_of("neo_hookean", ranges, tmp_path, 1).forces(depth, 0.41) == pytest.approx(forces, rel=1e-14)
 
 
+@pytest.mark.slow
 def test_without_stiffening_a_family_has_the_error_of_neo_hookean_curves_alone(monkeypatch):
     """On a grid of three by three alone, where stiff laws are met within some per cent."""
     monkeypatch.setattr(curves, "GRIDS", ((1, 2),))

@@ -1,7 +1,5 @@
 """``palpate identify``: presses in a file, and out sentences, tables and a picture; or a sentence on what is wrong."""
 
-import subprocess
-import sys
 from dataclasses import replace
 
 import meshio
@@ -103,11 +101,7 @@ def test_a_model_without_a_force_is_said_in_a_sentence(layer, tmp_path, capsys, 
     assert "no positive force" in said and said.count("\n") == 1
 
 
-def test_the_module_is_the_command():
-    asked = [sys.executable, "-m", "palpate.cli", "identify", "--help"]
-    assert "--instrument" in subprocess.run(asked, check=True, capture_output=True, text=True).stdout
-
-
+@pytest.mark.slow
 def test_a_mesh_file_that_lies_on_a_bed_gives_back_the_modulus(tmp_path, capsys):
     """Presses by elements that are a third as long as those of the fit, on the body that the mesh file becomes."""
     block, ball = box([60.0, 60.0, 40.0], [3, 3, 2]), Instrument("sphere", 0.012)

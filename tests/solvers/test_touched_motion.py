@@ -45,6 +45,7 @@ def ends(motion: TouchedMotion, duration_s: float, count: int, tolerance: float 
     return list(motion.touched_steps(duration_s / count, count, tolerance))
 
 
+@pytest.mark.slow
 def test_what_is_pressed_and_left_alone_comes_to_the_static_equilibrium(slab):
     """There multipliers end the overlap, which here remains, a part of what elements cannot follow."""
     off = []
@@ -81,6 +82,7 @@ def test_steps_that_touch_nothing_are_those_of_another_rule_to_their_order(slab)
     assert off[1] < 0.02 and off[0] > 3.2 * off[1]
 
 
+@pytest.mark.slow
 def test_the_work_of_the_instrument_is_kept_damped_or_rubbed_away(slab):
     """To −0.5 % in 20 steps and to 0.05 % in 80; not evenly between, as single points come to touch."""
     for count, most in ((20, 7e-3), (80, 1e-3)):

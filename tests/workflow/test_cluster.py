@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 PROFILE = ROOT / "profiles/slurm"
 SMOKE = ROOT / "tests/smoke/config.yaml"

@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 from fixtures.small_scene import BAR, SCENE
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}, "effects": "auto"}
 

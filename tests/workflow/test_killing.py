@@ -15,6 +15,8 @@ import pytest
 import yaml
 from fixtures.command_line import start_snakemake
 
+pytestmark = pytest.mark.slow
+
 SOURCES = Path(__file__).parents[2] / "src"
 BODY, TARGET = "results/data/liver/body.h5", "results/data/liver/point_small/fine_0.h5"
 

@@ -94,6 +94,7 @@ def test_nearest_names(monkeypatch):
     assert nearest_target("nonsense").startswith("nothing makes nonsense; ask for one of scenes, or for a file")
 
 
+@pytest.mark.slow
 def test_a_damaged_result_is_named_and_made_again(last, run, tmp_path, sagging):
     assert run(tmp_path, sagging, "--", BODY).returncode == 0
     (tmp_path / BODY).write_bytes((tmp_path / BODY).read_bytes()[:3000])

@@ -3,7 +3,10 @@
 import re
 from pathlib import Path
 
+import pytest
 from fixtures.command_line import start_snakemake
+
+pytestmark = pytest.mark.slow
 
 ALLOWED = {"Specify a conda environment or container for each rule."}
 

@@ -2,6 +2,8 @@
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 SCENES = {"simulate_scene", "tabulate_scenes", "draw_motion"}
 SHAPE_MATCHING = {"measure_experiments", "time_shape_matching", "check_claims"}
 SPRINGS = {"simulate_spring_reference", "fit_springs", "merge_springs", "tabulate_spring_floor"}

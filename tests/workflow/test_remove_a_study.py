@@ -58,6 +58,7 @@ def test_nothing_else_names_the_study(copy):
         assert f"studies.{STUDY}" not in text and f'TARGETS["{STUDY}"]' not in text and f"{STUDY}.smk" not in text, path
 
 
+@pytest.mark.slow
 def test_the_rest_is_planned(copy):
     command = [sys.executable, "-c", PLAN.format(study=STUDY)]
     places = {"PYTHONPATH": str(copy / "src"), "HOME": str(copy)}

@@ -18,6 +18,8 @@ import pytest
 from palpate.run import dependencies
 from palpate.run.settings import STUDIES
 
+pytestmark = pytest.mark.slow
+
 FEM = {"compute_compliance", "choose_loads", "choose_presses", "simulate_fine"}
 UP_TO_DATABASE = FEM | {"make_body", "assemble_database"}
 AFTER_SWEEP = dict.fromkeys(("merge_enrichment", "check_claims", "draw_enrichment", "write_report"), 1)

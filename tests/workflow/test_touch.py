@@ -1,6 +1,10 @@
 """Every instrument touches every body, and each model has a job of its own there."""
 
+import pytest
+
 from palpate.models.model_registry import TOUCH_MODELS, absent
+
+pytestmark = pytest.mark.slow
 
 
 def test_instruments_and_bodies_have_jobs_of_their_own(whole, write_config, plan, tmp_path):

@@ -1,5 +1,9 @@
 """The trade-off is planned a family of models at a time."""
 
+import pytest
+
+pytestmark = pytest.mark.slow
+
 
 def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, trading):
     jobs = plan(tmp_path, write_config(trading), "tradeoff")

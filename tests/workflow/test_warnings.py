@@ -3,6 +3,8 @@
 import pytest
 from fixtures.small_scene import BAR, SCENE
 
+pytestmark = pytest.mark.slow
+
 STIFF = {"sphere": {"center_m": [0.1, 0.025, 0.025], "radius_m": 0.03}, "young_pa": 3e9}  # too much for solvers
 
 

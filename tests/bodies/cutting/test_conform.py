@@ -148,6 +148,7 @@ def test_a_cut_without_an_area_severs_nothing():
         assert np.array_equal(found.coarse.tetrahedra, body.coarse.tetrahedra)
 
 
+@pytest.mark.slow
 def test_random_cuts_of_the_liver_leave_good_elements():
     """Anywhere on the skin, also through what is held, straight and bent, 4 to 30 mm deep."""
     body, rng = make_body("liver", LIVER), np.random.default_rng(5)

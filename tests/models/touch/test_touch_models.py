@@ -91,6 +91,7 @@ def test_beyond_what_was_prepared_modes_doubt(touch_case, touches):
         solver.respond(replace(touches[0], direction=way, poses={}))
 
 
+@pytest.mark.slow
 def test_modes_take_other_laws(touch_case, touches):
     soft = Material(3000.0, 0.3, 1000.0, "stable_neo_hookean")
     case = TouchCase(replace(touch_case.body, material=soft), touch_case.instrument, DEEPEST, 1, touch_case.grid)

@@ -34,6 +34,7 @@ def test_at_a_contact_the_file_answers_as_the_model_that_it_holds(pressed, expor
         assert apart < 0.005 and found.doubt == ""
 
 
+@pytest.mark.slow
 def test_between_contacts_nine_answers_in_ten_keep_their_bound(pressed, exported):
     case, newtons = pressed
     rng, kept = np.random.default_rng(4), []
@@ -50,6 +51,7 @@ def test_between_contacts_nine_answers_in_ten_keep_their_bound(pressed, exported
     assert "RMSE over peak" in exported.info["error"]
 
 
+@pytest.mark.slow
 def test_a_file_holds_places_to_touch_with_errors_against_elements(pressed, tmp_path):
     case = pressed[0]
     touches = Touches([Instrument("sphere", 0.02)], 1, 0.2, 1)

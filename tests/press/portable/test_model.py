@@ -108,6 +108,7 @@ def test_what_is_no_press_is_refused_in_words(model):
             model.respond([press | wrong])
 
 
+@pytest.mark.slow
 def test_an_answer_that_starts_from_an_earlier_one_is_the_same(cold, warm):
     """As close as runtimes are to each other."""
     compared = 0

@@ -165,6 +165,7 @@ def test_javascript_says_how_deep_a_place_can_be_pressed(node, made_up, model, t
     np.testing.assert_allclose(said, expected, rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["data", "touched"])
 def test_thousands_of_changed_files_are_refused_or_answer_finite_numbers(compiled, made_up, name, tmp_path):
     """5000 of each kind take 720 of the runtime's 782 branches; twice as many took 725."""

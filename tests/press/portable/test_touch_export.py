@@ -21,6 +21,7 @@ def prepared(pad):
     return prepare_places(pad, Touches([BALL], 1, 0.3, 2), 1)
 
 
+@pytest.mark.slow
 def test_a_place_answers_as_its_elements_between_the_pushes_it_is_made_of(prepared, pad):
     (place,), trials = prepared
     for trial in trials:

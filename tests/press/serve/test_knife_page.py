@@ -15,7 +15,7 @@ from palpate.press.serve.live_models import LiveModels
 from palpate.press.serve.pressed_model import Asked
 from palpate.press.serve.server import PressServer
 
-pytestmark = pytest.mark.skipif(chromium.PROGRAM is None, reason=chromium.NEEDS)
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(chromium.PROGRAM is None, reason=chromium.NEEDS)]
 CUT = f"{STAGE}.cuts.length === 1 && !{STAGE}.severing"
 WHOLE = f"{STAGE}.cuts.length === 0 && !{STAGE}.severing"
 NOTE = ".knife .advice"

@@ -67,10 +67,19 @@ def extended(body, step):
 
 
 @pytest.fixture(scope="module")
-def pennies():
-    """Cut, body, displacement and energy on two meshes whose elements at the front are halved."""
+def coarse_penny():
+    """Cut, body, displacement and energy."""
     cut = penny(RADIUS)
-    return [(cut, body := halved(cut, front), *blown_up(cut, body)) for front in (0, 1)]
+    body = halved(cut, 0)
+    return cut, body, *blown_up(cut, body)
+
+
+@pytest.fixture(scope="module")
+def pennies(coarse_penny):
+    """The same on two meshes whose elements at the front are halved."""
+    cut = coarse_penny[0]
+    body = halved(cut, 1)
+    return [coarse_penny, (cut, body, *blown_up(cut, body))]
 
 
 def limit(first, second):
@@ -78,16 +87,29 @@ def limit(first, second):
     return 2.0 * second - first
 
 
-@pytest.fixture(scope="module")
-def opening(pennies):
+def opening_of(*pennies):
     """Distances from the middle and openings, over the radius and over Sneddon's largest, at the nodes of the lips."""
     cut = pennies[0][0]
     first, second = cut.lip_pairs.T
     radius = np.linalg.norm(cut.coarse.nodes[first, :2] - HALF, axis=1) / RADIUS
-    wide = limit(*(moved[first, 2] - moved[second, 2] for _, _, moved, _ in pennies))
+    found = [moved[first, 2] - moved[second, 2] for _, _, moved, _ in pennies]
+    wide = limit(*found) if len(found) == 2 else found[0]
     return radius, wide / (8.0 * PRESSURE * RADIUS / (np.pi * STIFF))
 
 
+@pytest.fixture(scope="module")
+def opening(pennies):
+    return opening_of(*pennies)
+
+
+def test_a_penny_opens_on_a_coarse_mesh_a_little_less_than_sneddon_says(coarse_penny):
+    """By 2 to 6 % of the largest opening; the limit of two meshes is within 1 %."""
+    radius, wide = opening_of(coarse_penny)
+    less = np.sqrt(1.0 - radius**2) - wide
+    assert len(radius) > 40 and less.min() > 0.01 and less.max() < 0.07
+
+
+@pytest.mark.slow
 def test_a_penny_opens_as_sneddon_says(opening):
     """w(r) = 8 (1 − ν²) p a / (π E) √(1 − r²/a²) (Sneddon 1946), in a block of four radii on each side."""
     radius, wide = opening
@@ -97,6 +119,7 @@ def test_a_penny_opens_as_sneddon_says(opening):
     assert np.allclose(wide, exact, rtol=0.0, atol=0.01)
 
 
+@pytest.mark.slow
 def test_a_penny_opens_with_the_root_of_the_distance_from_its_front(opening):
     radius, wide = opening
     away, near = 1.0 - radius, radius > 0.5
@@ -213,6 +236,7 @@ def test_lips_open_alike_on_both_sides_of_a_symmetric_cut():
     assert pull_errors(wrong, answer) == pytest.approx((0.0, 0.1, 0.5))
 
 
+@pytest.mark.slow
 def test_lips_that_end_beside_an_edge_of_the_skin_open_there_too():
     """A cut runs along a ridge, which nodes keep to: places of the mouth lie on one lip or the other."""
     mesh = box([0.1, 0.1, 0.04], [4, 4, 2])

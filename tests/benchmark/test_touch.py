@@ -33,6 +33,7 @@ def test_the_truth_is_known_to_less_than_coarse_elements_are_wrong(touch_case, t
     assert found.force_error > 0.1 and found.rmse_of_peak > 0.01
 
 
+@pytest.mark.slow
 def test_a_finer_mesh_than_the_truths_is_within_its_own_error(touch_case, touches, touch_truth):
     """Twice the elements along the contact's radius, at the place only."""
     meshes = TouchedMeshes(touch_case.body)

@@ -130,6 +130,7 @@ def test_a_run_that_fails_is_said_to_have_and_how_to_go_on(monkeypatch, tmp_path
     assert f"--directory {tmp_path}" in asked
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="elsewhere its number is said only")
 def test_a_try_that_is_killed_takes_its_run_with_it(tmp_path):
     """Not even a signal that cannot be caught leaves a run behind that computes on."""

@@ -74,6 +74,7 @@ def force_of(done) -> np.ndarray:
     return -done.motion.observed[[f"finger_mean_force_{axis}_n" for axis in "xyz"]].to_numpy()
 
 
+@pytest.mark.slow
 def test_few_modes_and_cells_tend_to_the_motion_of_quadratic_elements(pad, shown):
     """With more modes and shorter steps they come nearer, and to less than what linear elements on the mesh miss."""
     truth, forces = elements_of(pad, CONTACT, 48)

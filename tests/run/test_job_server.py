@@ -12,6 +12,8 @@ import pytest
 
 from palpate.run.job_server import start
 
+pytestmark = pytest.mark.slow
+
 CLIENT = Path(__file__).parents[2] / "workflow/start_job.py"
 LOOK = """
 import os, pathlib, sys

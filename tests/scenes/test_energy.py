@@ -64,7 +64,10 @@ def cube():
     return particles_of(nest("cube", mesh, 0, held, Material(5000.0, 0.3, 100.0)), 0, surface=False)
 
 
-@pytest.mark.parametrize("name", CONFIG["scenes"])
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow) if name == "liver_incision" else name for name in CONFIG["scenes"]],
+)
 def test_no_step_of_a_shipped_scene_gains_more_than_a_millionth_of_the_work(name):
     entry = CONFIG["scenes"][name]
     scene = scene_of(name, entry | SHORTER[name])

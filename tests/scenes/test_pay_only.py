@@ -45,7 +45,13 @@ print(json.dumps({
 """
 
 
-@pytest.fixture(scope="module", params=CONFIG["scenes"])
+QUICK = ("bar_sag", "cube_pile")
+
+
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in CONFIG["scenes"]],
+)
 def seen(request) -> dict:
     """What a process holds that has made two steps of a scene."""
     entry = CONFIG["scenes"][request.param]

@@ -45,20 +45,18 @@ def ends(motion: TouchedMotion, duration_s: float, count: int, tolerance: float 
     return list(motion.touched_steps(duration_s / count, count, tolerance))
 
 
-@pytest.mark.slow
-def test_what_is_pressed_and_left_alone_comes_to_the_static_equilibrium(slab):
+@pytest.mark.parametrize(("level", "most"), [(0, 0.02), pytest.param(1, 0.01, marks=pytest.mark.slow)])
+def test_what_is_pressed_and_left_alone_comes_to_the_static_equilibrium(slab, level, most):
     """There multipliers end the overlap, which here remains, a part of what elements cannot follow."""
-    off = []
-    for body, level in ((slab, 0), (finer(slab, 1), 1)):
-        points = contact_points(body.levels[level], 2, body.material.young_pa, near)
-        touch = Touch(points, lambda t: [sliding(t, 0.0)], 0.0, 1e-3)
-        *_, last = ends(TouchedMotion(body, level, {}, DAMPED, touch), 0.3, 12, 1e-4)
-        (rest,) = Indentation(body, level, 2, points, [sliding(0.0, 0.0)]).push(DOWN, [DEPTH], 1e-5)
-        off.append(np.linalg.norm(last.forces[0] - rest.force) / np.linalg.norm(rest.force))
-        surface = body.levels[level].surface
-        moved = (rest.x - body.levels[level + 1].nodes)[surface]
-        assert np.sqrt(np.mean((last.x - rest.x)[surface] ** 2)) < 0.01 * np.abs(moved).max()
-    assert off[0] < 0.02 and off[1] < 0.01
+    body = finer(slab, 1) if level else slab
+    points = contact_points(body.levels[level], 2, body.material.young_pa, near)
+    touch = Touch(points, lambda t: [sliding(t, 0.0)], 0.0, 1e-3)
+    *_, last = ends(TouchedMotion(body, level, {}, DAMPED, touch), 0.3, 12, 1e-4)
+    (rest,) = Indentation(body, level, 2, points, [sliding(0.0, 0.0)]).push(DOWN, [DEPTH], 1e-5)
+    assert np.linalg.norm(last.forces[0] - rest.force) < most * np.linalg.norm(rest.force)
+    surface = body.levels[level].surface
+    moved = (rest.x - body.levels[level + 1].nodes)[surface]
+    assert np.sqrt(np.mean((last.x - rest.x)[surface] ** 2)) < 0.01 * np.abs(moved).max()
 
 
 def test_the_anchors_bear_what_the_instrument_presses(slab):
@@ -82,15 +80,14 @@ def test_steps_that_touch_nothing_are_those_of_another_rule_to_their_order(slab)
     assert off[1] < 0.02 and off[0] > 3.2 * off[1]
 
 
-@pytest.mark.slow
-def test_the_work_of_the_instrument_is_kept_damped_or_rubbed_away(slab):
+@pytest.mark.parametrize(("count", "most"), [(20, 7e-3), pytest.param(80, 1e-3, marks=pytest.mark.slow)])
+def test_the_work_of_the_instrument_is_kept_damped_or_rubbed_away(slab, count, most):
     """To −0.5 % in 20 steps and to 0.05 % in 80; not evenly between, as single points come to touch."""
-    for count, most in ((20, 7e-3), (80, 1e-3)):
-        motion = pressed(slab, 0.4, 0.1)
-        reached = ends(motion, 0.1, count)
-        work, lost = (sum(getattr(each, name) for each in reached) for name in ("work_j", "lost_j"))
-        kept = motion.total_energy(reached[-1].x, reached[-1].v)
-        assert work - lost - kept == pytest.approx(0.0, abs=most * work) and 0.2 * work < lost < work
+    motion = pressed(slab, 0.4, 0.1)
+    reached = ends(motion, 0.1, count)
+    work, lost = (sum(getattr(each, name) for each in reached) for name in ("work_j", "lost_j"))
+    kept = motion.total_energy(reached[-1].x, reached[-1].v)
+    assert work - lost - kept == pytest.approx(0.0, abs=most * work) and 0.2 * work < lost < work
 
 
 def test_what_slides_is_dragged_by_the_coefficient_of_friction(slab):

@@ -34,6 +34,7 @@ def test_unknown_key(refused):
     assert "error: config.yaml: bodies.liver has an unknown key poison; did you mean poisson?\n" in refused(poison=0.3)
 
 
+@pytest.mark.slow
 def test_surface_with_a_hole(refused, tmp_path):
     corners, three_of_four = np.vstack([np.zeros(3), np.eye(3)]), [[0, 1, 2], [0, 3, 1], [0, 2, 3]]
     write_ascii_stl(tmp_path / "hole.stl", corners, three_of_four)
@@ -43,11 +44,13 @@ def test_surface_with_a_hole(refused, tmp_path):
     assert "results/logs/liver/make_body.log" in printed
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not SHARED.is_dir(), reason="no shared meshes")
 def test_infinite_coordinate(refused):
     broken = SHARED / "meshes/broken/liver_for_test_broken.vtk"
     assert broken.name in refused(path=str(broken))
 
 
+@pytest.mark.slow
 def test_anchor_that_does_not_exist(refused):
     assert "error: body liver: anchors.nodes names 9999" in refused(anchors={"nodes": [1, 2, 9999]})

@@ -35,6 +35,7 @@ def last(run, tmp_path, sagging):
     return line
 
 
+@pytest.mark.slow
 def test_a_run_names_its_jobs_and_counts_them(run, tmp_path, sagging):
     _, cost, *jobs = run(tmp_path, sagging, "--", BODY).stdout.splitlines()
     assert cost.startswith("1 job to do: about a minute on 2 cores of this machine, up to 0.3 GB")
@@ -44,6 +45,7 @@ def test_a_run_names_its_jobs_and_counts_them(run, tmp_path, sagging):
     assert "nothing to do: everything that was asked for is up to date" in again.stdout.splitlines()
 
 
+@pytest.mark.slow
 def test_a_dry_run_says_what_the_run_would_cost(run, smoke, write_config, tmp_path):
     done = run(tmp_path, write_config(smoke), "--dry-run")
     assert done.returncode == 0, done.stdout
@@ -54,6 +56,7 @@ def test_a_dry_run_says_what_the_run_would_cost(run, smoke, write_config, tmp_pa
     assert int(line.split()[0]) == steps - 1  # the last one only asks for the others
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("more", "said"), [("\tseed: 2\n", ", column 1 has a tab; indent"), ("seed: 2\n", " has the key seed again, which")]
 )
@@ -62,16 +65,19 @@ def test_a_fault_of_yaml_has_its_line_also_where_snakemake_sees_none(last, saggi
     assert f"config.yaml: line {len(sagging.read_text().splitlines())}{said}" in last("-n")
 
 
+@pytest.mark.slow
 def test_missing_settings_are_named(run, tmp_path):
     done = run(tmp_path, tmp_path / "none.yaml", "-n")
     assert done.stdout.splitlines()[-1].startswith(f"error: {tmp_path}/none.yaml is missing; check its path")
 
 
+@pytest.mark.slow
 def test_a_target_that_nothing_makes_gets_the_nearest_name(last):
     wrong, near = (f"results/data/{name}/body.h5" for name in ("baar", "bar"))
     assert last("-n", "--", wrong) == f"error: nothing makes {wrong}; did you mean {near}?"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (ROOT / ".venv/.whole").is_file(), reason="the environment is not the one that make builds")
 def test_a_failed_make_says_the_fault_and_exits_with_makes_own_status():
     """The environment counts as up to date, whatever the dates of its files are."""
@@ -106,6 +112,7 @@ def test_a_damaged_result_is_named_and_made_again(last, run, tmp_path, sagging):
         assert len(file["positions"]) == 5
 
 
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_written_to_is_named(last, tmp_path):
     (tmp_path / "results").mkdir()
     if os.getuid():

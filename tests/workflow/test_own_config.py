@@ -75,6 +75,7 @@ def test_a_config_that_is_not_there_gets_one_sentence():
     )
 
 
+@pytest.mark.slow
 def test_what_init_writes_can_be_planned(mine, plan):
     jobs = plan(mine.parent, mine)
     assert jobs["make_body"] == 1 and jobs["write_report"] == 1

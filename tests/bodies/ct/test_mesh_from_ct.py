@@ -71,6 +71,7 @@ def test_a_real_liver_from_its_mask():
     assert quality(mesh)["min_dihedral_deg"] >= 5
 
 
+@pytest.mark.slow
 @real
 def test_a_real_liver_snapped(entry):
     body = make_body("liver", entry | ABDOMEN | BACK | REAL | {"snap": True, "refinements": 2})
@@ -81,6 +82,7 @@ def test_a_real_liver_snapped(entry):
     assert quality(body.fine)["min_dihedral_deg"] >= 5
 
 
+@pytest.mark.slow
 @real
 def test_a_real_liver_from_its_grey_values():
     image, mask = mesh_from_ct.segment_entry(ABDOMEN | {"image": REAL["image"]})
@@ -93,6 +95,7 @@ def test_a_real_liver_from_its_grey_values():
     assert quality(mesh)["min_dihedral_deg"] >= 5
 
 
+@pytest.mark.slow
 def test_is_the_same_every_time(files):
     first, second = (mesh_of(ABDOMEN | files[0]) for _ in range(2))
     assert np.array_equal(first.nodes, second.nodes)
@@ -156,6 +159,7 @@ def test_crops_that_leave_nothing_are_reported(files, crop_m, message):
         mesh_from_ct.segment_entry(ABDOMEN | files[0] | {"crop_m": crop_m})
 
 
+@pytest.mark.slow
 def test_slices_ten_times_as_thick_as_pixels_give_the_same_body(tmp_path):
     image, truth = abdomen(spacing_m=(0.0012, 0.0012, 0.012))
     mesh = mesh_of(ABDOMEN | {"image": write_scan(tmp_path / "thick.nii.gz", image.hu, image)})
@@ -247,6 +251,7 @@ def test_its_grey_values_are_kept_and_need_not_be_negative(files_mri):
         read(files_mri[0]["image"])
 
 
+@pytest.mark.slow
 def test_uneven_brightness_hides_the_liver_until_it_is_evened_out():
     raw, truth = mri_abdomen()
     even = scan_of({"modality": "mri", "image": None, "even_brightness": True})

@@ -93,6 +93,7 @@ def pressed(finished: Path, folder: Path, before: str = "") -> Iterator[tuple[su
         run.kill()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_it_serves_until_it_is_stopped_writes_nothing_and_ends_well(finished, tmp_path, number):
     before = files(finished)
@@ -105,6 +106,7 @@ def test_it_serves_until_it_is_stopped_writes_nothing_and_ends_well(finished, tm
     assert files(finished) == before and list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_it_ends_in_the_middle_of_an_answer(finished, live, tmp_path):
     body = posted(live)
     with pressed(finished, tmp_path, FOR_EVER) as (run, address):

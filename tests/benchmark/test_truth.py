@@ -50,6 +50,7 @@ def corner(block):
     return pd.DataFrame([(0, contact, 0.0, 0.0, -0.4, 0.06)], columns=LOAD_COLUMNS)
 
 
+@pytest.mark.slow
 def test_levels_are_solved_to_less_than_can_be_seen(slab, loads, slab_truth):
     """Started from the level before, or from rest to a far smaller residual, answers agree to 0.002 % of the peak."""
     whole = finer(slab, 2)

@@ -209,6 +209,7 @@ def test_a_torn_organ_of_blender_in_millimetres(tmp_path):
     assert "anchors is not given" in text
 
 
+@pytest.mark.slow
 def test_a_hollow_organ_keeps_its_hollow(tmp_path):
     truth = organ("hollow", 3000)
     write_binary_ply(tmp_path / "hollow.ply", *truth)

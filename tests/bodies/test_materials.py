@@ -214,6 +214,7 @@ def test_geometrical_tags_of_a_real_mesh(shared_meshes, tagged):
     assert (tagged(path, part={"tag": tag}).tissue(0).region == 1).all()
 
 
+@pytest.mark.slow
 def test_a_label_of_the_synthetic_abdomen_is_a_lesion(entry):
     anchors = {"sphere": {"center_m": [-0.1, -0.015, 0.04], "radius_m": 0.04}}
     body = make_body(

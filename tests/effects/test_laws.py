@@ -237,6 +237,7 @@ def test_a_law_of_ones_own_is_one_file(box, rotation, differences):
     assert elasticity.energy(rest.nodes * s) == pytest.approx(1e-3 * np.linalg.det(SKEW) * expected, rel=1e-11)
 
 
+@pytest.mark.slow
 def test_a_law_of_ones_own_works_in_a_second_process(tmp_path):
     path = Path(__file__).parents[2] / "examples/hencky.py"
     run = f"from palpate.effects.law import law_of; law_of({str(path)!r})"
@@ -276,6 +277,7 @@ def test_an_unknown_law_is_refused():
         law_of("neo_hokean")
 
 
+@pytest.mark.slow
 def test_a_second_process_compiles_nothing(tmp_path):
     """All laws and kinds of elements from the kernels that the first process has kept."""
     code = (

@@ -135,6 +135,7 @@ def test_another_law_is_said_and_judged_by_its_own_truth_where_there_is_one(ques
         score_presses(path, questions, questions.truth, {}.get)
 
 
+@pytest.mark.slow
 def test_a_law_of_a_file_has_a_truth_where_it_is_palpate_s_own(pressed, questions):
     """Newton's law, a file of palpate's, is stiffer than the corotational one in large presses; others are refused."""
     few = replace(questions, truth=None)

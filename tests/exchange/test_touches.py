@@ -61,6 +61,7 @@ def scored(asked, answers, path):
     return score_touches(path, asked, asked.truth)
 
 
+@pytest.mark.slow
 def test_a_file_is_scored_as_the_same_model_inside(touch_case, touches, touch_truth, asked, inside, tmp_path):
     """Errors of surface, dent, force, stiffness and area, and overlap, agree to rounding."""
     model = load_model("palpate.models.touch.fem", {})

@@ -26,6 +26,7 @@ def fit_of(layer, values, seed=0, **more):
     return model, *best_fit(model)
 
 
+@pytest.mark.slow
 def test_poisson_is_unknown_and_the_modulus_that_it_acts_through_is_not():
     model, best, least = fit_of(Layer(0.004), {"poisson": 0.45}, place_scatter=0.05)
     profiler = Profiler.of(model, best, least, 0.9)

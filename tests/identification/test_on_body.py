@@ -76,7 +76,7 @@ def test_a_deep_block_gives_way_like_a_half_space():
     assert abs(rest(body, 0, [patch])[0]) < 0.1 * half
 
 
-@pytest.mark.parametrize("poisson", [0.3, 0.45])
+@pytest.mark.parametrize("poisson", [0.3, pytest.param(0.45, marks=pytest.mark.slow)])
 def test_it_has_the_force_of_finer_elements(organ, poisson):
     found = organ.forces(0, np.array([DEEP_M]), {"poisson": poisson})[0]
     assert found == pytest.approx(by_elements(poisson, (0.07, 0.05, 0.04)), rel=0.03)
@@ -105,6 +105,7 @@ def test_forces_grow_with_depth_from_none_and_are_smooth(organ):
     assert np.abs(np.diff(across, 3)).max() < 1e-4 * np.mean(across)
 
 
+@pytest.mark.slow
 def test_the_modulus_of_the_body_does_not_matter(organ, plate):
     stiff = replace(plate, material=replace(plate.material, young_pa=1e5))
     other = OrganForward(stiff, BALL, [press()], Hertz())

@@ -55,6 +55,7 @@ def test_presses_become_sentences_tables_and_a_picture(layer, tmp_path, capsys):
     assert (tmp_path / "out/identified.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_sessions_that_contradict_are_said_and_fitted_alone(layer, tmp_path, capsys):
     drawings = [drawn(layer, session="early"), drawn(layer, session="late", young_pa=5400.0)]
     file = write(tmp_path / "presses.csv", *drawings)

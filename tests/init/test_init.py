@@ -59,7 +59,7 @@ def paths_of(file: Path, entry: dict) -> dict[str, str]:
     return {key: str(file.parent / entry[key]) for key in ("path", "image", "mask") if entry.get(key)}
 
 
-@pytest.fixture(scope="module", params=["stl", "tetrahedra", "mask"])
+@pytest.fixture(scope="module", params=["stl", "tetrahedra", pytest.param("mask", marks=pytest.mark.slow)])
 def made(request, data) -> tuple[str, Path, str]:
     """Which data, the configuration that is written for them, and what is printed."""
     files = {"stl": ["Übung 2.stl"], "tetrahedra": ["bar.vtk"], "mask": ["scan.nii.gz", "organs.seg.nrrd"]}
@@ -142,6 +142,7 @@ def test_a_ct_without_a_mask_is_segmented_by_its_numbers(data):
     assert given.entry["threshold_hu"] == [40, 90] and given.assumed == []
 
 
+@pytest.mark.slow
 def test_each_label_becomes_a_body_of_its_own_and_one_that_makes_none_does_not_stop_the_others(capsys, data, tmp_path):
     files = [data / name for name in ("scan.nii.gz", "organs.seg.nrrd")]
     (tmp_path / "label_7").mkdir()
@@ -164,6 +165,7 @@ def test_a_body_has_the_name_of_its_label_where_the_mask_knows_one(data, label, 
     assert (found.name, found.entry["label"]) == (name, label)
 
 
+@pytest.mark.slow
 def test_labels_become_regions_of_the_largest(data, tmp_path):
     image, truth = abdomen(spacing_m=(0.008, 0.008, 0.008))
     write_scan(tmp_path / "lesion.nii.gz", truth["labels"].astype(np.uint8), image)
@@ -197,6 +199,7 @@ def test_a_body_lies_on_its_broadest_side_in_tissue_as_stiff_as_itself():
     assert 0.2 < pressure / (1e-3 * found["stiffness_n_m3"]) < 0.6
 
 
+@pytest.mark.slow
 def test_a_surface_gets_as_many_nodes_as_its_shape_needs(monkeypatch, tmp_path):
     """Measured on the mesh that the body gets; where no number has it, the fewest that are hardly worse."""
     dense = nest("dense", box([2.0, 2.0, 2.0], [2, 2, 2]), 3, np.arange(2), Material(3000, 0.3, 1000)).fine
@@ -217,6 +220,7 @@ def test_a_surface_gets_as_many_nodes_as_its_shape_needs(monkeypatch, tmp_path):
     assert choose._resolved(read.entry, str)[0]["surface_nodes"] == 280
 
 
+@pytest.mark.slow
 def test_a_coarse_surface_that_cannot_be_filled_well_is_made_anew_unless_its_own_number_is_asked_for(
     monkeypatch, tmp_path
 ):
@@ -239,6 +243,7 @@ def test_a_coarse_surface_that_cannot_be_filled_well_is_made_anew_unless_its_own
     assert len(build(entry | {"surface_nodes": 26})[0].surface) == 26
 
 
+@pytest.mark.slow
 def test_a_body_that_is_not_the_organ_is_refused_and_nothing_is_written(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr(choose, "SURFACE_NODES", (140,))
     points, triangles = organ("kidney", 2000)

@@ -78,6 +78,7 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     assert printed.rstrip().endswith(f"palpate press --config {folder}/config.yaml")
 
 
+@pytest.mark.slow
 def test_try_goes_on_in_its_own_folder_and_leaves_any_other_alone(capsys, data, tmp_path, ran):
     words = ["try", str(data / "block.vtk"), "--scale", "0.1", "-o"]
     own, empty, other = tmp_path / "own", tmp_path / "empty", tmp_path / "other"

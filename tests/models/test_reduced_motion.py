@@ -181,8 +181,8 @@ def test_modes_of_another_place_are_doubted(pressed, truth, reduced):
     assert error > 2.0 * wrong(own.moved, truth) and told > 0.3 * error and told > 2.0 * told_own
 
 
-@pytest.mark.parametrize("missed", [0.5, 0.1, 0.02])
-@pytest.mark.parametrize("weak", [1e-5, 1e-12])
+@pytest.mark.parametrize("missed", [0.5, pytest.param(0.1, marks=pytest.mark.slow), 0.02])
+@pytest.mark.parametrize("weak", [1e-5, pytest.param(1e-12, marks=pytest.mark.slow)])
 def test_loose_cells_and_weak_modes_are_told_or_right(missed, weak, pressed, truth, rest, monkeypatch):
     monkeypatch.setattr(reduced_body, "DEPENDENT", weak)
     try:
@@ -206,6 +206,7 @@ def test_what_is_damped_and_kept_is_the_work_of_the_loads(pressed, reduced):
     assert np.ptp(gone) < 0.01 * np.mean(gone)
 
 
+@pytest.mark.slow
 def test_weight_has_modes_of_its_own(pressed):
     heavy = replace(pressed, loads={"gravity": {"acceleration_m_s2": [0.0, 0.0, -3.0]}})
     truth = motion_truth(heavy.body, heavy.loads, heavy.rayleigh, heavy.duration_s, heavy.frames, 4 * heavy.frames)

@@ -95,6 +95,7 @@ def test_few_modes_and_cells_tend_to_the_motion_of_quadratic_elements(pad, shown
     assert off(linear, truth[3::4], pad.nodes) > 5.0 * errors[1]
 
 
+@pytest.mark.slow
 def test_the_doubt_is_large_where_the_error_is(pad, shown):
     """On the path, beside it, and on the other side of the pad, which no stroke has shown."""
     asked = few(pad, shown, modes=40)

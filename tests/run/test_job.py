@@ -32,7 +32,10 @@ def test_linear_elements_near_incompressibility_warn_and_quadratic_ones_do_not(a
         Equilibrium(make_body("organ", BAR | {"poisson": 0.49, "refinements": 1}), 0, order=2)
 
 
-@pytest.mark.parametrize(("poisson", "per_cent"), [(0.3, 6), (0.45, 11), (0.49, 22)])
+@pytest.mark.parametrize(
+    ("poisson", "per_cent"),
+    [pytest.param(0.3, 6, marks=pytest.mark.slow), (0.45, 11), pytest.param(0.49, 22, marks=pytest.mark.slow)],
+)
 def test_a_bar_of_linear_elements_bends_less_the_nearer_it_is_to_incompressible(poisson, per_cent, monkeypatch):
     monkeypatch.setattr(fem_cases, "POISSON", poisson)
     monkeypatch.setattr(fem_cases, "reference", fem_cases.reference.__wrapped__)

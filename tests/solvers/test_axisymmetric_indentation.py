@@ -37,7 +37,14 @@ def test_the_energy_is_the_work_of_the_force():
     assert energy == pytest.approx(np.trapezoid(curve.at(depth), depth), rel=2e-3)
 
 
-@pytest.mark.parametrize("law", ["neo_hookean", "stable_neo_hookean", "exponential(4)"])
+@pytest.mark.parametrize(
+    "law",
+    [
+        "neo_hookean",
+        pytest.param("stable_neo_hookean", marks=pytest.mark.slow),
+        pytest.param("exponential(4)", marks=pytest.mark.slow),
+    ],
+)
 @pytest.mark.parametrize("sticks", [False, True])
 def test_a_finer_mesh_has_the_same_force(law, sticks):
     """To 0.75 radii into a slab of 2.5."""

@@ -65,7 +65,9 @@ def after(system, module, duration_s, steps, tolerance=1e-10) -> tuple[np.ndarra
     return x, v
 
 
-@pytest.mark.parametrize("start", ["inverted", "random", "plane", "line", "point"])
+@pytest.mark.parametrize(
+    "start", ["inverted", "random", "plane", "line", pytest.param("point", marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("anchored", [True, False])
 def test_no_step_makes_energy_from_any_start(body, start, anchored):
     moved = system(body, (1.0, 0.0, -2.0), anchored)

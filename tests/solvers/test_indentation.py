@@ -144,6 +144,7 @@ def test_what_sticks_lets_go_and_never_pulls():
     assert not found[4].force.any() and found[4].area_m2 == 0.0
 
 
+@pytest.mark.slow
 def test_a_stuck_press_needs_no_small_steps():
     """One depth, 27° off the normal, asked for alone or after seven others: 0.03 % apart."""
     alone, after = (

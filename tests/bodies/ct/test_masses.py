@@ -118,6 +118,7 @@ def body():
     return make_body("abdomen", ENTRY)
 
 
+@pytest.mark.slow
 def test_particles_weigh_what_the_voxels_do(body):
     for level in (0, 1):
         masses = particles_of(body, level, surface=False).masses
@@ -136,6 +137,7 @@ def test_uniform_masses_and_those_of_an_mri_are_of_the_given_density(body):
     assert particles_of(uniform, 0, surface=False).masses.sum() == pytest.approx(900 * volume)
 
 
+@pytest.mark.slow
 def test_a_region_with_a_density_of_its_own_needs_uniform_masses():
     regions = {"lesion": {"label": 2, "young_pa": 30000, "density_kg_m3": 1100}}
     with pytest.raises(InputError, match=r"regions\.lesion has a density_kg_m3, .*or give masses: uniform\.$"):

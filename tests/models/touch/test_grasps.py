@@ -52,6 +52,7 @@ def test_linear_responses_are_those_of_small_motions(case, pull):
     assert found.force_n == pytest.approx(right.force_n, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_truth_of_a_grasp_judges_linear_elements(case, pull):
     truth = truth_of_touches(case.body, [pull], asked=Asked(0.8, 2, most_force_error=0.05))
     assert truth.believed.all() and truth.own[0, 0] < 0.01

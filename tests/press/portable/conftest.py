@@ -144,9 +144,9 @@ def exported(pressed, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def loads(model):
-    """90 loads, a list of presses each: one or two presses, by force or to a depth, gentle and too hard."""
+    """36 loads, a list of presses each: one or two presses, by force or to a depth, gentle and too hard."""
     rng, found = np.random.default_rng(5), []
-    for k in range(90):
+    for k in range(36):
         presses = []
         for _ in range(1 + (k % 5 == 0)):
             press = {"triangle": int(rng.integers(len(model.triangles))), "weights": rng.dirichlet([1, 1, 1]).tolist()}

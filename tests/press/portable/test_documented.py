@@ -31,6 +31,7 @@ def in_python(folder, made_up, compiled) -> list[str]:
     return [sys.executable, "-W", "error", str(folder / "press.py")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [in_c, in_python])
 def test_the_example_runs_as_it_stands(command, tmp_path, made_up, compiled, model):
     (tmp_path / "block.palpate").write_bytes(made_up.data)

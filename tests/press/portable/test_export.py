@@ -74,6 +74,7 @@ def test_what_a_file_cannot_hold_is_refused(pressed, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_an_export_tells_how_far_it_has_come_all_the_time(pressed, tmp_path):
     told = []
 

@@ -124,12 +124,12 @@ def runtime(request):
 
 def test_other_runtimes_answer_as_python(runtime, model, loads, cold, pairs):
     near = [model.respond(presses) for presses in pairs]
-    for some, expected, least in ((loads, cold, 75), (pairs, near, len(pairs))):
+    for some, expected, least in ((loads, cold, 30), (pairs, near, len(pairs))):
         compare(expected, runtime([([], presses) for presses in some]), least)
 
 
 def test_other_runtimes_start_from_an_earlier_answer_as_python(runtime, drags, warm):
-    compare(warm, runtime(drags), 75)
+    compare(warm, runtime(drags), 30)
 
 
 @pytest.mark.parametrize("given", ["force", "moved"])

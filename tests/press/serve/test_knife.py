@@ -121,6 +121,7 @@ def test_a_cut_that_opens_nothing_is_refused_and_leaves_the_body_as_it_is(live, 
     assert model.follow(CUT).surface is before
 
 
+@pytest.mark.slow
 def test_random_drags_are_answered_or_refused(live):
     """Kinked, crossing, grazing: what is drawn encloses the body, and what is answered is finite."""
     rng, model, answered = np.random.default_rng(2), live.knife("cut_linear"), 0

@@ -43,6 +43,7 @@ def test_a_budget_gets_a_model_with_its_error_time_and_reason(capsys, trade_off_
     assert re.search(r"because +least bound of nine answers in ten \(12 contacts, 36 presses\) of 5 settings", text)
 
 
+@pytest.mark.slow
 def test_advice_is_tried_on_other_days_and_at_other_contacts(capsys, trade_off_folder):
     """The limits of the run's advice are those that are tried: an error of 1 % is met by all presses held out."""
     advised(trade_off_folder, budgets_ms=[16.7], max_errors=[0.1])

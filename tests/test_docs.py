@@ -38,6 +38,7 @@ def test_readme_is_short():
     assert len(text(ROOT / "README.md").split()) <= 1000
 
 
+@pytest.mark.slow
 def test_the_python_of_readme_runs_and_its_numbers_are_right(capsys):
     (code,) = re.findall(r"^```python\n(.*?)^```$", text(ROOT / "README.md"), flags=re.MULTILINE | re.DOTALL)
     found = {}

@@ -26,43 +26,51 @@ def example(monkeypatch, tmp_path):
     return run
 
 
+@pytest.mark.slow
 def test_a_press_moves_the_surface_and_stores_half_of_force_times_way(example):
     peak_m, stored = example("press_a_liver")
     assert peak_m == pytest.approx(0.0148, abs=0.0005)
     assert stored == pytest.approx(0.5, abs=0.01)  # Clapeyron's theorem
 
 
+@pytest.mark.slow
 def test_a_cube_falls_for_a_tenth_of_a_second_and_rests_with_its_weight(example):
     landed_s, carried = example("drop_a_cube")
     assert landed_s == pytest.approx((2 * 0.05 / 9.81) ** 0.5, abs=0.005)  # one step
     assert carried == pytest.approx(1.0, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_a_beam_creeps_and_returns_as_the_standard_linear_solid(example):
     assert example("creeping_beam") < 0.01
 
 
+@pytest.mark.slow
 def test_two_spheres_cross_in_a_circle(example):
     pairs, length = example("crossing_pairs")
     assert 100 < pairs < 200
     assert 0.985 < length < 1.0  # the polyhedra lie inside the spheres
 
 
+@pytest.mark.slow
 def test_springs_follow_finite_elements_after_the_fit(example):
     before, after = example("fit_springs")
     assert before > 0.2 and after < 0.06
 
 
+@pytest.mark.slow
 def test_a_body_from_a_ct_has_the_volume_of_the_organ(example):
     volume, overlap = example("body_from_ct")
     assert volume == pytest.approx(1.0, abs=0.01)
     assert overlap > 0.99
 
 
+@pytest.mark.slow
 def test_a_banner_hangs_along_weight_and_wind(example):
     assert example("banner_in_wind") == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_models_are_compared_at_contacts_that_they_have_not_seen(example):
     errors = example("compare_models")
     assert list(errors.values()) == sorted(errors.values(), reverse=True)

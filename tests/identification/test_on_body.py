@@ -76,23 +76,27 @@ def test_a_deep_block_gives_way_like_a_half_space():
     assert abs(rest(body, 0, [patch])[0]) < 0.1 * half
 
 
-@pytest.mark.parametrize("poisson", [0.3, pytest.param(0.45, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("poisson", [0.3, 0.45])
 def test_it_has_the_force_of_finer_elements(organ, poisson):
     found = organ.forces(0, np.array([DEEP_M]), {"poisson": poisson})[0]
     assert found == pytest.approx(by_elements(poisson, (0.07, 0.05, 0.04)), rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_plate_that_bends_is_softer_where_it_is_farther_from_its_clamp(organ):
     depth, values = np.array([DEEP_M]), {"poisson": 0.3}
     assert organ.forces(0, depth, values) < 0.9 * organ.forces(1, depth, values)
     assert organ.forces(1, depth, values) < Hertz().forces(0, depth, values)
 
 
+@pytest.mark.slow
 def test_presses_at_one_place_are_one_curve(organ):
     depth = np.linspace(0.0, DEEP_M, 9)
     assert np.array_equal(organ.forces(0, depth, {"poisson": 0.4}), organ.forces(2, depth, {"poisson": 0.4}))
 
 
+@pytest.mark.slow
 def test_forces_grow_with_depth_from_none_and_are_smooth(organ):
     depth = np.linspace(-1e-3, organ.deepest_m, 400)
     force = organ.forces(0, depth, {"poisson": 0.37})
@@ -132,6 +136,7 @@ def test_presses_that_are_none_of_this_body_are_refused(plate, wrong, ball, said
         OrganForward(plate, ball, [press(**wrong)], local)
 
 
+@pytest.mark.slow
 def test_deeper_than_the_curves_is_refused(organ):
     with pytest.raises(InputError, match="depth"):
         organ.forces(0, np.array([0.019]), {"poisson": 0.4})

@@ -25,6 +25,7 @@ def check(table):
     assert (np.diff(table["raw_deviation"]) > 0).all()  # the paper's masses rise with resolution
 
 
+@pytest.mark.slow
 def test_the_synthetic_liver_has_its_true_mass():
     from palpate.bodies.ct.synthetic_abdomen import abdomen
 

@@ -67,6 +67,7 @@ def test_a_reference_is_kept(truth, tmp_path):
     assert (again.of_frames, again.training_s) == (5, truth.training_s)
 
 
+@pytest.mark.slow
 def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(pressed, truth):
     grid = defaults("dynamic")["settings"]
     del grid["mujoco"]  # an engine

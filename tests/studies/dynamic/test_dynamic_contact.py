@@ -81,6 +81,7 @@ def test_meshes_part_when_a_pile_topples_the_later_the_more_they_may_differ(bloc
     assert row["rejected"] == strict.said and row["elements"] == "linear" and row["until_s"] == strict.until_s
 
 
+@pytest.mark.slow
 def test_models_are_judged_until_meshes_part_beside_what_these_say_of_the_standard(block, tmp_path):
     """Which falls a little short on the coarser mesh: by how far that is from the finer one, and what that errs by."""
     pile = ENTRY | {"others": [{"body": "block", "shift_m": [0.022, 0.004, 0.045]}]}

@@ -23,6 +23,7 @@ def liver():
     return make_body("liver", LIVER)
 
 
+@pytest.mark.slow
 def test_one_place_of_the_liver_snaps_and_another_does_not(liver):
     table = limit_points(liver, 0.012, [SNAPS, STANDS], [0.1, 0.2, 0.25, 0.27, 0.29, 0.31, 0.33])
     assert list(table.columns) == LIMIT_POINTS.columns and table["converged"].all()

@@ -25,7 +25,11 @@ QUICK = {
     ),
     "cuts": "cut_along_held cut_through_held cut_free_piece cut_free_piece_weighs cut_outside cut_near_edges",
     "organ": "ct_thick_slices ct_noise ct_of_one_value",
-    "dynamics": "",
+    "dynamics": (
+        "step_of_1e-5_s step_of_5e-4_s step_of_2_s goals_step_of_2_s mass_ratio twisted_10_turns stiff stiff_refused "
+        "stiff_unstable flat_rest_point flat_rest_line flat_rest_plane one_particle modes_of_another_body "
+        "modes_incompressible maxwell_times plastic_flow body_springs_from_point"
+    ),
 }
 """The cases of each family that take less than a second together with all their models."""
 

@@ -45,6 +45,7 @@ def test_a_better_truth_is_as_near_as_the_own_error_says(scene, truth):
     assert rms(linear, better.displacement) > 10.0 * truth.own_error
 
 
+@pytest.mark.slow
 def test_two_levels_find_what_three_do_by_the_ratio_of_another_motion(box, scene, truth):
     pushed = poked(box, {"at_m": [0.08, 0.02, 0.04], "force_n": [0.03, 0.05, -0.15]})
     whole, quick = found(pushed, 8), found(pushed, 8, like=truth)

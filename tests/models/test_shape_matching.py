@@ -35,7 +35,14 @@ def test_at_rest_goals_and_load_balance(slab_case, shapes):
     assert np.array_equal(x[shapes.particles.held], shapes.particles.nodes[shapes.particles.held])
 
 
-@pytest.mark.parametrize("softness", [SOFT, Softness(1e-4, 0.3, 0.5), Softness(1e-4, 0.6, 1.0)])
+@pytest.mark.parametrize(
+    "softness",
+    [
+        pytest.param(SOFT, marks=pytest.mark.slow),
+        Softness(1e-4, 0.3, 0.5),
+        pytest.param(Softness(1e-4, 0.6, 1.0), marks=pytest.mark.slow),
+    ],
+)
 def test_a_fit_finds_the_softness_that_made_the_samples(slab_case, shapes, softness):
     """Its α too, as after 60 steps the swing is not over."""
     training, steps = slab_case[0].database, 60

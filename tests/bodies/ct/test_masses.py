@@ -128,6 +128,7 @@ def test_particles_weigh_what_the_voxels_do(body):
         assert np.ptp(densities) > 1.0
 
 
+@pytest.mark.slow
 def test_uniform_masses_and_those_of_an_mri_are_of_the_given_density(body):
     volume = body.coarse.volumes.sum()
     for more in ({"masses": "uniform"}, {"masses": "ct", "modality": "mri"}):

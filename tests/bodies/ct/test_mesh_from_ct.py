@@ -60,6 +60,7 @@ def test_the_synthetic_abdomen_is_the_default(entry):
         assert quality(mesh)["min_dihedral_deg"] >= 5
 
 
+@pytest.mark.slow
 @real
 def test_a_real_liver_from_its_mask():
     with warnings.catch_warnings():

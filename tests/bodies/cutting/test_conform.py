@@ -64,7 +64,9 @@ PATHS = {
 }
 
 
-@pytest.mark.parametrize("name", PATHS)
+@pytest.mark.parametrize(
+    "name", ["oblique", *(pytest.param(name, marks=pytest.mark.slow) for name in PATHS if name != "oblique")]
+)
 def test_a_blade_leaves_half_an_ellipse_of_faces(name):
     body, path = slab(), np.array(PATHS[name])
     cut = blade(body.coarse, path, DOWN, 0.012)
@@ -94,6 +96,7 @@ def test_a_bent_path_has_faces_on_both_planes_and_edges_at_its_kink():
     assert area_of(found) == pytest.approx(np.pi / 4.0 * 0.012 * cut.length_m, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_blade_that_leaves_the_body_and_one_that_stops_midway():
     body = slab()
     cut = blade(body.coarse, np.array([[0.0, 0.0523, 0.04], [0.1, 0.047, 0.04]]), DOWN, 0.012)
@@ -104,6 +107,7 @@ def test_a_blade_that_leaves_the_body_and_one_that_stops_midway():
     assert area_of(midway) == pytest.approx(0.012 * 0.06, rel=0.03)  # a face in the corner stays joined
 
 
+@pytest.mark.slow
 def test_a_penny_inside_a_body_is_closed():
     body = slab()
     found = cut_body(body, Disc(np.array([0.05, 0.05, 0.02]), unit(np.array([0.2, 0.1, 1.0])), 0.012), 0.006, 0.003)

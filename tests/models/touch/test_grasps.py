@@ -43,6 +43,7 @@ def test_methods_of_games_end_at_the_equilibrium_of_elements(case, pull, method)
     assert found.reaction_n == pytest.approx(found.force_n, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_linear_responses_are_those_of_small_motions(case, pull):
     small = replace(pull, depth_m=1e-5)
     solver = linear.online(case, LINEAR)

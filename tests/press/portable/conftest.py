@@ -6,6 +6,7 @@ import struct
 import subprocess
 import zlib
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -215,6 +216,7 @@ def compiled(tmp_path_factory):
         pytest.skip("there is no C compiler")
     folder = tmp_path_factory.mktemp("c")
 
+    @cache
     def build(name, checks=True):
         source = HERE / f"{name}.c" if isinstance(name, str) else name
         program = folder / f"{source.stem}{checks}"

@@ -25,6 +25,7 @@ def asked(case, model, node, newtons):
     return found, apart / np.linalg.norm(right, axis=1).max()
 
 
+@pytest.mark.slow
 def test_at_a_contact_the_file_answers_as_the_model_that_it_holds(pressed, exported):
     case, newtons = pressed
     surface = case.body.fine.surface

@@ -123,6 +123,7 @@ def test_an_answer_that_starts_from_an_earlier_one_is_the_same(cold, warm):
     assert compared >= 50
 
 
+@pytest.mark.slow
 def test_a_drag_ends_where_it_would_have_begun(exported):
     """Forty answers, each from the one before, away from a contact and ever deeper; none is doubted."""
     contact, answer = exported.contacts[0], None
@@ -156,6 +157,7 @@ def reached(model, presses, answer):
     return np.array([place.disc @ (linear + sum(each.more for each in bent)) for place in places])
 
 
+@pytest.mark.slow
 def test_two_discs_at_one_place_share_the_force_of_one(exported, top):
     press = press_near(exported, *top)
     one, two = exported.respond([press]), exported.respond([press, press])
@@ -166,6 +168,7 @@ def test_two_discs_at_one_place_share_the_force_of_one(exported, top):
     assert reached(exported, [press, press], two) == pytest.approx(np.array([press["moved"]] * 2), abs=1e-5 * top[1])
 
 
+@pytest.mark.slow
 def test_two_discs_at_one_place_do_not_move_differently(exported, top):
     """They are moved by the mean, which is neither, and the answer says by how much they miss it."""
     point, depth = top
@@ -176,6 +179,7 @@ def test_two_discs_at_one_place_do_not_move_differently(exported, top):
     assert reached(exported, presses, answer) == pytest.approx(np.array([mean, mean]), abs=1e-5 * depth)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radii", [0.25, 0.5, 1.0, 2.0])
 def test_discs_that_are_near_are_moved_as_far_as_they_are_pushed(exported, top, radii):
     point, depth = top

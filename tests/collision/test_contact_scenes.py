@@ -40,11 +40,15 @@ THIN = {
 MU = 0.3
 
 
+def slow_where_explicit(ways):
+    return [pytest.param(way, marks=pytest.mark.slow) if "explicit" in way else way for way in ways]
+
+
 def instrument(kind, **more):
     return {"kind": kind, "radius_m": 0.01} | more
 
 
-@pytest.mark.parametrize("way", SOLID)
+@pytest.mark.parametrize("way", slow_where_explicit(SOLID))
 def test_two_cubes_and_an_instrument_never_overlap(play, cube, trespass, way):
     """They fall on a floor beside each other, and a ball is driven into one of them and dragged along."""
     effects, name, step = SOLID[way]
@@ -101,6 +105,7 @@ def test_forces_on_obstacles_are_the_sums_of_the_contacts(play, cube):
         assert forces == pytest.approx(total, rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_pile_comes_to_rest_and_bears_its_weight(play, cube, trespass):
     parts, shifts = [cube(1)] * 3, [[0.0, 0.0, 0.02], [0.006, 0.008, 0.15], [-0.003, 0.004, 0.28]]
     contact = {"instruments": [FLOOR], "friction": 0.5}

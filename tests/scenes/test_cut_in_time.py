@@ -108,6 +108,7 @@ def test_a_cut_at_once_at_the_start_is_a_body_that_was_severed_before(bar, integ
     assert np.abs(found.positions[-1] - found.positions[-1][particles.ties.leaders()]).max() > 1e-3
 
 
+@pytest.mark.slow
 def test_what_is_cut_slowly_settles_where_what_was_severed_does(bar):
     damped = {"rayleigh": {"mass_1_s": 9.0, "stiffness_s": 0.005}}
     scene = replace(sagging(cut=SLOWLY, settings=damped, duration_s=6.0), step_s=0.02)
@@ -231,7 +232,10 @@ def pressed(integrator: str, way: str) -> tuple[Scene, Scene, Body]:
     return scene, whole, nest("bar", mesh, 0, ends, MATERIAL)
 
 
-@pytest.mark.parametrize("integrator", NEWTON)
+@pytest.mark.parametrize(
+    "integrator",
+    [pytest.param(name, marks=pytest.mark.slow) if name == "symplectic_euler" else name for name in NEWTON],
+)
 def test_before_the_blade_an_instrument_feels_a_body_that_is_whole(integrator):
     scene, whole, body = pressed(integrator, "split_faces")
     found, other = run(scene, particles_in(scene, [body])).motion, run(whole, particles_of(body, 0, False)).motion

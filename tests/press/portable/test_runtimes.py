@@ -128,6 +128,7 @@ def test_other_runtimes_answer_as_python(runtime, model, loads, cold, pairs):
         compare(expected, runtime([([], presses) for presses in some]), least)
 
 
+@pytest.mark.slow
 def test_other_runtimes_start_from_an_earlier_answer_as_python(runtime, drags, warm):
     compare(warm, runtime(drags), 30)
 

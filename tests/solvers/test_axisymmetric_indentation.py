@@ -45,7 +45,7 @@ def test_the_energy_is_the_work_of_the_force():
         pytest.param("exponential(4)", marks=pytest.mark.slow),
     ],
 )
-@pytest.mark.parametrize("sticks", [False, True])
+@pytest.mark.parametrize("sticks", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_finer_mesh_has_the_same_force(law, sticks):
     """To 0.75 radii into a slab of 2.5."""
     depth = np.array([0.1, 0.3, 0.5, 0.75])

@@ -117,7 +117,7 @@ def test_the_mirror_image_of_a_press_is_the_answer_of_the_mirror_image():
         assert abs(found.force[axis]) < 1e-4 * abs(found.force[2])
 
 
-@pytest.mark.parametrize("sticks", [False, True])
+@pytest.mark.parametrize("sticks", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_turned_press_has_the_turned_answer(rotation, sticks):
     turn = rotation(0.7)
     (plain,), (turned,) = (

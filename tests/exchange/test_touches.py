@@ -7,6 +7,7 @@ import pytest
 from fixtures.touched_pad import *  # noqa: F403
 
 from palpate.benchmark.touch_measure import load_model, measure_touches
+from palpate.benchmark.touch_truth import Asked, TouchTruth, truth_of_touches
 from palpate.effects.instrument import Instrument, Pose
 from palpate.errors import InputError
 from palpate.exchange import touches as asking
@@ -16,6 +17,12 @@ from palpate.exchange.readme import readme
 from palpate.exchange.score_touches import score_touches
 
 RUNS = [{"order": 1, "level": 0}, {"order": 1, "level": 1}, {"order": 2, "level": 0}]
+
+
+@pytest.fixture(scope="module")
+def touch_truth(pad, touches) -> TouchTruth:
+    """A truth of few elements: here it only has to be the same inside and outside."""
+    return truth_of_touches(pad, touches, asked=Asked(1.0, 1, most_force_error=0.5, most_error=0.2))
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +68,6 @@ def scored(asked, answers, path):
     return score_touches(path, asked, asked.truth)
 
 
-@pytest.mark.slow
 def test_a_file_is_scored_as_the_same_model_inside(touch_case, touches, touch_truth, asked, inside, tmp_path):
     """Errors of surface, dent, force, stiffness and area, and overlap, agree to rounding."""
     model = load_model("palpate.models.touch.fem", {})

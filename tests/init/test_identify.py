@@ -41,6 +41,7 @@ def drawn(layer, **more):
     return draw_presses(layer, {"poisson": 0.45}, np.random.default_rng(0), places=8, **more)
 
 
+@pytest.mark.slow
 def test_presses_become_sentences_tables_and_a_picture(layer, tmp_path, capsys):
     file = write(tmp_path / "presses.csv", drawn(layer))
     assert main(["identify", file, "--instrument", "sphere:0.004", "-o", str(tmp_path / "out")]) == 0

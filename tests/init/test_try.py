@@ -102,6 +102,7 @@ def test_try_goes_on_in_its_own_folder_and_leaves_any_other_alone(capsys, data, 
     assert len(ran) == 3
 
 
+@pytest.mark.slow
 def test_try_goes_on_where_it_was_killed_and_never_over_results_of_all_settings(capsys, data, tmp_path, ran):
     words = ["try", str(data / "block.vtk"), "--scale", "0.1", "-o", str(tmp_path / "own")]
     (tmp_path / "own").mkdir()

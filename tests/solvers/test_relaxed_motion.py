@@ -81,6 +81,7 @@ def test_with_many_iterations_a_step_is_backward_eulers(bar, method, damping):
     assert apart(run(scene(method, 20, damping=damping), bar).motion, expected) < 1e-9
 
 
+@pytest.mark.slow
 def test_xpbd_ends_beside_backward_eulers_step_by_what_vanishes_with_the_step(bar):
     """Corrections along constraints' directions that turn between iterations do not add up to the last direction's."""
     off = []
@@ -129,7 +130,9 @@ def test_energy_that_steps_of_one_iteration_gain_vanishes_with_the_step(bar, met
 
 
 @methods
-@pytest.mark.parametrize("start", ["inverted", pytest.param("random", marks=pytest.mark.slow), "point"])
+@pytest.mark.parametrize(
+    "start", ["inverted", *(pytest.param(name, marks=pytest.mark.slow) for name in ("random", "point"))]
+)
 def test_a_bar_comes_back_from_any_start_and_stays_finite_at_steps_of_40_ms(bar, method, start):
     """To its equilibrium; XPBD's single iterations bear less weight, so that it hangs lower."""
     long = run(scene(method, 40, damping=(1.0, 0.01), duration_s=1.6, own=FEW[method], start=start), bar).motion
@@ -163,6 +166,7 @@ def test_a_sheet_moves_as_by_backward_euler(cloth, method, most):
     assert apart(run(scene(method, 20, effects=effects, **own), cloth).motion, expected) < most
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "steps", "most"),
     [("xpbd", (100, 400), 0.02), ("projective_dynamics", (25, 100), 0.01), ("vertex_block_descent", (25, 100), 0.01)],

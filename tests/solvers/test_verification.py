@@ -97,7 +97,9 @@ def test_uniaxial_traction(box, poisson, pull):
     assert np.abs(x - mesh.nodes * (1.0 + strain)).max() < 1e-9 * mesh.size
 
 
-@pytest.mark.parametrize(("order", "cells", "chosen"), [(1, 3, (1, 2, 3)), (2, 2, (0, 1, 2))])
+@pytest.mark.parametrize(
+    ("order", "cells", "chosen"), [pytest.param(1, 3, (1, 2, 3), marks=pytest.mark.slow), (2, 2, (0, 1, 2))]
+)
 def test_manufactured_solution_converges_as_theory_says(box, soft, order, cells, chosen):
     """Error in L2 like h² and in H1 like h with linear elements, like h³ and h² with quadratic ones."""
     cubes = refined(box([cells] * 3, [1, 1, 1]))
@@ -169,7 +171,7 @@ def bent_bar(box, slender, across, level, load):
     return np.array([-moved[0], moved[2]])
 
 
-@pytest.mark.parametrize("load", [2.0, 4.0])
+@pytest.mark.parametrize("load", [2.0, pytest.param(4.0, marks=pytest.mark.slow)])
 def test_large_deflection_converges_to_the_elastica(box, load):
     """The error of linear elements falls like h²; what is left is the stretch and shear that the elastica lacks."""
     slender = 20

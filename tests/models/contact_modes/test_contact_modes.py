@@ -212,7 +212,9 @@ def test_a_press_beyond_what_is_known_to_be_borne_is_doubted_and_its_answer_kept
     assert np.array_equal(solver.respond(load).displacement, expected.displacement)
 
 
-@pytest.mark.parametrize("law", NAMED[1:])
+@pytest.mark.parametrize(
+    "law", [law if law == "neo_hookean" else pytest.param(law, marks=pytest.mark.slow) for law in NAMED[1:]]
+)
 def test_a_law_is_answered_by_its_own_elements(slab_case, law):
     case, test, _ = slab_case
     body, contact = case.body, int(test.contact[0])

@@ -23,7 +23,9 @@ def test_springs_pull_before_the_cut_as_quadratic_elements_do(opening):
     assert springs.pull().force.sum() == pytest.approx(before_cut(opening, 0)[1].sum(), rel=0.02)
 
 
-@pytest.mark.parametrize("way", [DELETED, SPLIT_FACES, VIRTUAL_NODES])
+@pytest.mark.parametrize(
+    "way", [SPLIT_FACES, *(pytest.param(way, marks=pytest.mark.slow) for way in (DELETED, VIRTUAL_NODES))]
+)
 def test_springs_open_along_the_cut(opening, way):
     found = answer(CutSprings(opening, {"level": 1, "way": way, "iterations": 100}))
     wide = found.opening @ [0.0, 1.0, 0.0]

@@ -146,6 +146,7 @@ def apart_table():
     return found
 
 
+@pytest.mark.slow
 def test_placed_bodies_have_the_gap():
     for bodies in two_bodies(0).values():
         for gap, points in stopped_precision._place(bodies, GAPS, np.random.default_rng(2)):

@@ -142,6 +142,7 @@ def test_forces_are_compared_with_those_of_the_standard(falling):
     assert table["reference_force_error"].isna().all()
 
 
+@pytest.mark.slow
 def test_what_is_not_resolved_is_left_out_with_a_warning(falling):
     with pytest.warns(UserWarning, match=r"scenes\.drop: models are compared in its first 0\.0\d s of 0\.06 s, as"):
         found = reference(*falling, 0.002, 3)

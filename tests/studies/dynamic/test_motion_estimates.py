@@ -27,6 +27,7 @@ def truth(pressed):
     return reference(pressed, None, 0.01, 5)
 
 
+@pytest.mark.slow
 def test_estimates_of_elements_and_modes_are_near_their_errors(pressed, truth):
     grid = {"fem_coarse": {"steps_per_frame": [2], "tolerances": [], "gaps": []}}
     grid |= {"moving_modes": MODES | {"steps_per_frame": [2]}, "fem_fine": FINE}

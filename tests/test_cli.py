@@ -53,6 +53,7 @@ def test_advice_is_tried_on_other_days_and_at_other_contacts(capsys, trade_off_f
     assert "; of 10 limits of error tried at contacts held out, mean errors broke 0; of 72 " in text.split("\n")[0]
 
 
+@pytest.mark.slow
 def test_what_cannot_be_tried_is_said(capsys, trade_off_folder):
     advised(trade_off_folder, budgets_ms=[16.7], max_errors=[1e-6])
     table = pd.read_csv(trade_off_folder / "tables/advice.csv")

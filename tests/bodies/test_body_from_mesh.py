@@ -230,6 +230,7 @@ def test_without_snapping_every_level_has_the_files_volume(tmp_path):
     assert len(said) == 1  # anchors: what was asked for is no assumption
 
 
+@pytest.mark.slow
 def test_a_shape_that_few_nodes_cannot_show_is_said(tmp_path):
     write_binary_stl(tmp_path / "lobed.stl", *organ("lobed", 3000))
     body, said = made(tmp_path / "lobed.stl", scale_m=1, surface_nodes=60, refinements=1)

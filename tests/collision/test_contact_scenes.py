@@ -145,7 +145,7 @@ def test_coulombs_cone(play, cube, degrees):
 
 
 @pytest.mark.parametrize("way", SOLID)
-@pytest.mark.parametrize("speed", [1.0, 10.0])
+@pytest.mark.parametrize("speed", [1.0, pytest.param(10.0, marks=pytest.mark.slow)])
 def test_bodies_that_collide_keep_momentum_and_gain_no_energy(cube, way, speed):
     effects, name, step = SOLID[way]
     settings = {n: block for n, block in effects.items() if block and n in ("shape_matching", "kelvin")}
@@ -257,6 +257,7 @@ def test_runs_repeat_to_the_bit(play, cube):
 HERTZ = runpy.run_path(str(Path(__file__).parents[1] / "benchmarks/hertz.py"))
 
 
+@pytest.mark.slow
 def test_the_error_halves_with_the_mesh():
     coarse, fine = (HERTZ["pressed"](cells, 40.0, 2.0, 0.01)[-1] - 1.0 for cells in (1, 2))
     assert 0.0 < fine < 0.55 * coarse < 0.3

@@ -136,6 +136,7 @@ def test_a_press_pulled_back_without_friction_is_as_if_it_had_not_been_deeper():
     assert not back[3].force.any() and np.array_equal(back[3].x, small().mesh.nodes)
 
 
+@pytest.mark.slow
 def test_what_sticks_lets_go_and_never_pulls():
     """Pulled back aside, too: the force along the outward normal is a push until there is none."""
     found = list(small(OBLIQUE, None, True).push(OBLIQUE, [0.004, 0.003, 0.002, 0.001, 0.0], 1e-6))
@@ -154,6 +155,7 @@ def test_a_stuck_press_needs_no_small_steps():
     assert np.linalg.norm(alone) == pytest.approx(np.linalg.norm(after), rel=0.005)
 
 
+@pytest.mark.slow
 def test_contact_follows_a_body_that_stiffens(monkeypatch):
     """The force does not depend on the stiffness from which contact begins; without more of it, it is 39 % less."""
     found = {}

@@ -98,6 +98,7 @@ def test_what_slides_is_dragged_by_the_coefficient_of_friction(slab):
     assert abs(rough[1]) < 0.02 * rough[0]
 
 
+@pytest.mark.slow
 def test_what_is_pressed_and_left_alone_sticks_below_the_limit(slab):
     """Surfaces that would slide out from under the ball are held back, so that it is felt harder."""
     free, rough = (ends(pressed(slab, mu), 0.15, 20)[-1] for mu in (0.0, 0.9))

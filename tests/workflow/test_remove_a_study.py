@@ -46,6 +46,7 @@ def copy(tmp_path_factory):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_nothing_else_names_the_study(copy):
     """No import and no rule names its modules, its rules file or its target."""
     for path in (copy / "src").rglob("*.py"):

@@ -142,6 +142,7 @@ def test_what_is_no_touch_is_refused_in_words(touched, model, made_up, tmp_path)
         assert len(said) == 3 and "place 2" in said[0] and "depth" in said[1] and "length" in said[2]
 
 
+@pytest.mark.slow
 def test_files_of_version_1_are_read_and_places_cost_others_nothing(made_up, touched, model, compiled, tmp_path):
     """A file without places differs from an old one by its version alone; presses are answered as before."""
     old = repaired(made_up.data[:8] + struct.pack("<I", 1) + made_up.data[12:])

@@ -41,6 +41,7 @@ def test_a_place_answers_as_its_elements_between_the_pushes_it_is_made_of(prepar
         assert place.surface @ other == pytest.approx(place.surface @ q, abs=1e-6 * np.abs(place.surface @ q).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("off", "kept"), [(1.05, 1), (1.5, 0)])
 def test_a_place_that_is_answered_wrongly_is_left(prepared, off, kept):
     places, trials = prepared

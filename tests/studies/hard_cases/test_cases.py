@@ -9,7 +9,7 @@ QUICK = {
     "enrichment": (
         "duplicate_samples one_sample one_sample_fitted zero_width infinite_width far_query collinear_features "
         "tiny_features huge_features tiny_query huge_query more_samples_than_features near_singular body_at_rest "
-        "bound_three_times_the_load bound_pulled bound_tangential"
+        "bound_pulled"
     ),
     "fem": (
         "stiffness_contrast slivers half_turn unanchored_static unanchored_thrown single_tetrahedron "

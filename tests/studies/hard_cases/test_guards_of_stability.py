@@ -26,6 +26,7 @@ from palpate.studies.hard_cases.stage import bar_body, end_face, judge
 CASES = {case.name: case for case in stability()}
 
 
+@pytest.mark.slow
 def test_contact_modes_without_guards_answer_with_the_straight_column(monkeypatch):
     """Each guard is enough: the tangent in the contact's modes, and the body's own shapes, which these may lack."""
     case, off = CASES["column_at_1.4_asked"], {"LEAST_STIFFNESS": -1e9, "LARGEST_SHARE": np.inf}
@@ -132,6 +133,7 @@ def test_a_truth_of_a_column_that_buckles_on_finer_elements_only_is_rejected():
     assert "level 1: the equilibrium is not stable" in found.rejected[0]
 
 
+@pytest.mark.slow
 def test_a_truth_without_guards_is_the_straight_column(monkeypatch):
     """Each guard is enough: the softest direction, and the Hessian that had to be clamped."""
     body, press = body_of("column"), pressed_column(1.06)

@@ -140,6 +140,7 @@ def test_what_is_hardly_meant_is_warned_of(bar, files):
     assert 0.006 < misfit["weight"] < 0.0065 and np.isnan(misfit["load"])
 
 
+@pytest.mark.slow
 def test_how_uncertain_a_prediction_is_follows_from_how_the_body_was_held(bar, files):
     """Against predictions of the modulus that fits a way which is longer by the uncertainty."""
     experiment, u = experiment_of("made_up", with_files(files, calibrate_on="weight")), 2e-4

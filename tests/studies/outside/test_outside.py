@@ -35,11 +35,13 @@ def table():
     return compare.compare(4, published, hanging_bar.read_displacements(FOLDER / "hanging_bar.csv")).set_index("case")
 
 
+@pytest.mark.slow
 def test_every_published_value_has_a_row(table):
     assert list(table.index) == list(read_yaml(FOLDER / "published.yaml")) and len(table) == 12
     assert table["own_error"].between(0.0, 0.003).all()
 
 
+@pytest.mark.slow
 def test_fenicsx_is_met_node_for_node(table):
     """Displacements are stored to 1e-12 m; the equilibrium to 1e-9 of the load."""
     assert table.loc["bar_nodes", "difference"] < 1e-10
@@ -55,12 +57,14 @@ def test_the_bars_grid_fills_its_block():
     assert len(mesh.triangles) == 4 * (6 * 6 + 2 * 6 * 16)  # neighbours share their faces: the rest are two a square
 
 
+@pytest.mark.slow
 def test_the_bars_limit_is_above_the_published_meshes(table):
     """The published hexahedra rise from 40.05 to 43.68 mm: by 0.28 mm at last, to two thirds of the length."""
     assert 43.7 < table.loc["bar_limit", "ours"] < 44.3
     assert table.loc["bar_energy", "ours"] > table.loc["bar_energy", "published"]
 
 
+@pytest.mark.slow
 def test_limits_are_near_published_ones(table):
     near = ["torsion", "in_plane", "in_plane_pair", "cook_free"]
     assert (table.loc[near, "difference"].abs() < table.loc[near, "own_error"] + 4e-4).all()
@@ -92,6 +96,7 @@ def taylor_hood(cells):
     return (moves.probes(np.array([[48.0], [52.0]])) @ found)[1]
 
 
+@pytest.mark.slow
 def test_cooks_nearly_incompressible_membrane_is_that_of_taylor_hood_elements(table):
     """The published 16.4326 mm is 0.1 % below both."""
     limit, off = number_limits(np.array([[taylor_hood(cells)] for cells in (8, 16, 32)]))
@@ -100,6 +105,7 @@ def test_cooks_nearly_incompressible_membrane_is_that_of_taylor_hood_elements(ta
     assert row["ours"] > row["published"]
 
 
+@pytest.mark.slow
 def test_cooks_published_tip_is_that_of_free_faces(table):
     assert abs(table.loc["cook_free", "difference"]) < 6e-4
     assert table.loc["cook_plane_strain", "difference"] == pytest.approx(-0.039, abs=0.001)

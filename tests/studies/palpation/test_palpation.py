@@ -75,6 +75,7 @@ def test_a_region_of_the_same_stiffness_is_not_felt_and_none_is_refused(lump):
         palpate(replace(lump, regions=None), 0.015, 2, [0.1], 0.1)
 
 
+@pytest.mark.slow
 def test_deeper_balls_are_felt_less_and_stiffer_ones_more():
     table = palpation_limits(SLAB, 0.01, [0.006, 0.014], [1.0, 10.0, 1e4], 0.012, 0.1, 0.15)
     assert list(table.columns) == palpation.PALPATION_LIMITS.columns

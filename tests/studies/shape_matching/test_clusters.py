@@ -46,6 +46,7 @@ def test_added_pulls_are_unstable_from_four_over_the_eigenvalue_on(goals_table):
     assert np.isinf(averaged[["alpha_limit", "alpha_limit_measured"]]).all(axis=None)
 
 
+@pytest.mark.slow
 def test_there_is_a_cluster_for_each_tetrahedron_and_momentum_is_kept(goals_table):
     assert goals_table.loc["each_tetrahedron"]["clusters"].unique().tolist() == [len(column().tetrahedra)]
     assert (goals_table.loc["tetrahedra"]["clusters"] < len(column().tetrahedra) / 3).all()

@@ -299,7 +299,8 @@ def test_where_some_presses_have_no_truth_the_largest_own_error_stands_for_their
     assert np.array_equal(held.own[known], before.own[known]) and before.own[~known] == pytest.approx(0.5 * 0.0015)
 
 
-@pytest.mark.parametrize("scene", ["liver_small", pytest.param("own_large", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", ["liver_small", "own_large"])
 def test_another_run_gives_advice_that_is_as_good(trade_off, scene):
     """Times are measured anew ten times, each setting's by 0.7 to 1.4 times as long."""
     settings, samples = trade_off

@@ -36,6 +36,7 @@ def test_one_place_of_the_liver_snaps_and_another_does_not(liver):
     assert table["least_det"][table["contact"] == STANDS].min() > 0.7
 
 
+@pytest.mark.slow
 def test_rows_are_equilibria_under_the_pressure(beam):
     """By another way: from rest, under a force that makes that pressure."""
     table = limit_points(beam, 0.01, 2, [0.05, 0.1])

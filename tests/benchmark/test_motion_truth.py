@@ -73,6 +73,7 @@ def test_a_motion_that_inverts_an_element_is_not_believed(scene, monkeypatch):
     assert INVERTED in found(scene, 8).rejected
 
 
+@pytest.mark.slow
 def test_levels_that_do_not_approach_each_other_are_not_believed(scene, truth, monkeypatch):
     monkeypatch.setattr(module, "ratio", lambda levels: 1.1)
     monkeypatch.setattr(module, "estimate", lambda levels: (levels[-1], (0.1 * levels[-1],)))

@@ -276,6 +276,7 @@ def test_a_region_that_reaches_the_surface_by_its_elements_alone_is_told(block):
         assert len(said) == told and all("tetrahedra of lump have 5 nodes" in text for text in said)
 
 
+@pytest.mark.slow
 def test_tags_of_what_has_none_or_is_remeshed_are_refused(entry, tagged, two_cubes, tmp_path):
     mesh = box([1.0, 1.0, 1.0], [2, 2, 2])
     cells, whole = [("tetra", mesh.tetrahedra)], np.arange(len(mesh.tetrahedra))

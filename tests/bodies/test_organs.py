@@ -48,7 +48,10 @@ ORGANS = {
 }
 
 
-@pytest.fixture(scope="module", params=ORGANS)
+@pytest.fixture(
+    scope="module",
+    params=["kidney", *(pytest.param(name, marks=pytest.mark.slow) for name in ORGANS if name != "kidney")],
+)
 def organ(request):
     """Its name, coarse mesh, shape and length."""
     shape, length = ORGANS[request.param]
@@ -203,6 +206,7 @@ def test_new_surface_nodes_of_an_organ_satisfy_its_formula(kind):
         assert np.linalg.norm(found.fun) < 1e-6  # a nanometre; facets are millimetres away
 
 
+@pytest.mark.slow
 def test_finer_levels_are_on_the_surface_too_and_a_file_keeps_it(tmp_path):
     body = bar(True, 1)
     save(body, tmp_path / "body.h5")

@@ -63,7 +63,7 @@ def test_two_cubes_and_an_instrument_never_overlap(play, cube, trespass, way):
     assert ran.motion.observed["ball_force_z_n"].max() > 0.1
 
 
-@pytest.mark.parametrize("way", THIN)
+@pytest.mark.parametrize("way", slow_where_explicit(THIN))
 def test_a_fast_ball_never_gets_through_a_thin_sheet(play, cloth, trespass, way):
     """10 m/s, so that in 10 ms it goes ten times its radius."""
     effects, name, step = THIN[way]

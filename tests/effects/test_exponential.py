@@ -44,6 +44,7 @@ def test_at_rest_it_has_the_moduli_whatever_the_stiffening(b):
     assert fault(law_of(exponential(b))) == ""
 
 
+@pytest.mark.slow
 def test_two_stiffenings_compiled_at_a_time_are_not_taken_for_each_other(monkeypatch, tmp_path):
     """What two processes compile of two stiffenings has one symbol, so that neither is stored for a third."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))

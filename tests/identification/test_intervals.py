@@ -78,6 +78,7 @@ def test_presses_that_no_law_describes_have_no_modulus():
         identify(replace(records, presses=torn), {"linear": Layer(0.004)}, QUICK)
 
 
+@pytest.mark.slow
 def test_a_layer_of_another_thickness_is_not_followed():
     thin = {"poisson": 0.45, "thickness_m": 0.006}
     known = Layer(0.004, known={"thickness_m": 0.04})
@@ -89,6 +90,7 @@ def test_a_layer_of_another_thickness_is_not_followed():
     assert free.laws[0].follows
 
 
+@pytest.mark.slow
 def test_the_law_that_stiffens_is_found_and_its_stiffening():
     values = {"poisson": 0.45, "stiffening": 1.0}
     laws = {"linear": Layer(0.004), "stiffens": Layer(0.004, (NU, STIFFENING))}

@@ -217,6 +217,7 @@ def test_a_size_that_no_unit_explains_asks_for_the_scale(capsys, tmp_path, size)
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("longest", "unit", "length", "twice", "others"),
     [

@@ -171,6 +171,7 @@ def test_few_modes_are_near_the_truth_and_say_so(pressed, truth, reduced):
     assert 3.0 * error < wrong(coarse.moved, truth) < 3.0 * rough, "steps of 40 ms"
 
 
+@pytest.mark.slow
 def test_modes_of_another_place_are_doubted(pressed, truth, reduced):
     loads = pressed.placed_loads()
     other = {"push": {"loads": [loads["push"]["loads"][0] | OTHER | {"normal": [0.0, 1.0, 0.0]}]}}
@@ -181,7 +182,7 @@ def test_modes_of_another_place_are_doubted(pressed, truth, reduced):
     assert error > 2.0 * wrong(own.moved, truth) and told > 0.3 * error and told > 2.0 * told_own
 
 
-@pytest.mark.parametrize("missed", [0.5, pytest.param(0.1, marks=pytest.mark.slow), 0.02])
+@pytest.mark.parametrize("missed", [*(pytest.param(share, marks=pytest.mark.slow) for share in (0.5, 0.1)), 0.02])
 @pytest.mark.parametrize("weak", [1e-5, pytest.param(1e-12, marks=pytest.mark.slow)])
 def test_loose_cells_and_weak_modes_are_told_or_right(missed, weak, pressed, truth, rest, monkeypatch):
     monkeypatch.setattr(reduced_body, "DEPENDENT", weak)

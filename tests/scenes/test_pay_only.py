@@ -45,7 +45,7 @@ print(json.dumps({
 """
 
 
-QUICK = ("bar_sag", "cube_pile")
+QUICK = ("cube_pile",)
 
 
 @pytest.fixture(

@@ -132,6 +132,7 @@ def liver():
     return problem, weights, -body.fine.normals[SNAPS]
 
 
+@pytest.mark.slow
 def test_a_disc_goes_on_where_a_force_would_make_the_body_snap(liver):
     """The force rises, falls and rises again with the depth; forces from rest reach the first branch only."""
     problem, weights, inward = liver

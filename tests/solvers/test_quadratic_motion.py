@@ -108,7 +108,7 @@ def test_what_the_loads_do_is_kept_or_damped_to_the_second_order_of_the_step(box
     assert off[0] < 0.003 and off[0] > 3.0 * off[1]
 
 
-@pytest.mark.parametrize("level", [0, 1])
+@pytest.mark.parametrize("level", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_damped_body_comes_to_rest_in_equilibrium(box, level):
     body = bar(box, level=level)
     loads = {"push": {"loads": placed(body.levels[0], body.anchors[0], "bar", {"loads": [PUSH]})}}
@@ -154,6 +154,7 @@ class _Pushed:
         force += self._load
 
 
+@pytest.mark.slow
 def test_the_bdf2_of_scenes_finds_the_same_large_damped_motion(box):
     """Another integrator, Newton's method and assembled matrices, on the same elements with the masses lumped."""
     body, duration_s = bar(box), 0.3

@@ -68,7 +68,6 @@ def test_a_figure_is_drawn_of_its_tables(every, name):
     module, _, function = FIGURES[name].place.partition(":")
     draw = getattr(import_module(module), function)
     figure = draw(*(every[table] for table in FIGURES[name].tables), **OPTIONS.get(name, {}))
-    figure.draw_without_rendering()
     drawn = [axis for axis in figure.axes if axis.has_data()]
     assert drawn and all(np.isfinite([*axis.get_xlim(), *axis.get_ylim()]).all() for axis in drawn)
     assert not [text for text in texts(figure) if "nan" in text.lower().split()]

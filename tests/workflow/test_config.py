@@ -63,6 +63,7 @@ def test_defaults_are_those_of_the_shipped_settings():
     assert len(found) > 50
 
 
+@pytest.mark.slow
 def test_the_shipped_settings_name_their_schema_for_editors(tmp_path):
     first = (ROOT / "config.yaml").read_text().splitlines()[0]
     place = first.removeprefix("# yaml-language-server: $schema=")

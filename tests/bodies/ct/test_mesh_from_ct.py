@@ -50,6 +50,7 @@ def files(tmp_path_factory):
     return {"image": write_scan(folder / "scan.nii.gz", image.hu, image), "mask": mask}, truth
 
 
+@pytest.mark.slow
 def test_the_synthetic_abdomen_is_the_default(entry):
     body = make_body("liver", entry | ABDOMEN | BACK)
     truth = abdomen()[1]

@@ -34,7 +34,7 @@ def test_is_the_same_every_time():
     assert np.array_equal(first, second)
 
 
-@pytest.mark.parametrize("spacing", [SPACING_M, (0.0015, 0.0015, 0.005)])
+@pytest.mark.parametrize("spacing", [SPACING_M, pytest.param((0.0015, 0.0015, 0.005), marks=pytest.mark.slow)])
 def test_the_default_pipeline_finds_the_liver(spacing):
     image, truth = abdomen(spacing_m=spacing)
     mask = segment(image, {"threshold_hu": [30, 120]})

@@ -86,6 +86,7 @@ def test_a_blade_leaves_half_an_ellipse_of_faces(name):
     assert np.allclose(mouth[:, 2], 0.04) and len(mouth) >= 8
 
 
+@pytest.mark.slow
 def test_a_bent_path_has_faces_on_both_planes_and_edges_at_its_kink():
     body = slab()
     cut = blade(body.coarse, np.array([[0.03, 0.05, 0.04], [0.05, 0.047, 0.04], [0.067, 0.0616, 0.04]]), DOWN, 0.012)

@@ -35,7 +35,9 @@ def same_nodes(first: np.ndarray, second: np.ndarray) -> bool:
     return len(both) == len(np.unique(first)) == len(np.unique(second))
 
 
-@pytest.mark.parametrize("more", [[], [ACROSS]], ids=["one cut", "two that cross"])
+@pytest.mark.parametrize(
+    "more", [[], pytest.param([ACROSS], marks=pytest.mark.slow)], ids=["one cut", "two that cross"]
+)
 def test_at_any_time_what_is_one_is_what_a_blade_that_stands_still_there_has_left(liver, more):
     particles = cut_particles("scene", liver, 1, ALONG | {"way": SPLIT_FACES, "more": more})
     blades = [make_cut("cut", entry, liver.fine) for entry in (ALONG, *more)]

@@ -153,6 +153,7 @@ def test_words_that_no_setting_has_are_refused(pressed, wrong):
         contact_modes.offline(pressed[0]).online(SNAPSHOTS | wrong)
 
 
+@pytest.mark.slow
 def test_discs_that_overlap_press_together(pressed, modes_of):
     """Two presses that one disc alone would bear are doubted where their sum is not borne, and answered far apart."""
     case, contact, _ = pressed

@@ -33,6 +33,10 @@ from palpate.models.contact_modes.snapshots import (
 from palpate.models.contact_modes.workshop import fitted
 
 RADIUS, NEWTONS = 0.03, 1.0
+few_laws = pytest.mark.parametrize(
+    "law",
+    [law if law in ("corotational", "neo_hookean") else pytest.param(law, marks=pytest.mark.slow) for law in NAMED],
+)
 ROUNDING = 1e-5
 """Columns that are nearly dependent, to 1e-9 of their energy, leave as much of it."""
 
@@ -65,7 +69,7 @@ def answers_snapshots(model, shown, modes):
         assert np.linalg.norm(moved - shown.answers[:, :, k]) < 0.02 * np.linalg.norm(moved)
 
 
-@pytest.mark.parametrize("law", NAMED)
+@few_laws
 def test_all_points_as_cells_are_full_galerkin(pressed, law):
     shown = pressed(law)
     elements, modes = shown.elements, basis_of([shown])
@@ -176,7 +180,7 @@ def gradient(model, q):
     return stress.ravel() @ flat + model.rest @ q
 
 
-@pytest.mark.parametrize("law", NAMED)
+@few_laws
 def test_the_tangent_is_the_derivative_of_the_gradient(pressed, law):
     """At a pressed state, of points and of the few cells that are chosen, the change of geometry included."""
     shown = pressed(law)

@@ -39,7 +39,9 @@ def right(small):
 
 
 @pytest.mark.parametrize("order", ORDERS)
-@pytest.mark.parametrize("at", [0.05, 0.05 + 1e-9, 0.0537])
+@pytest.mark.parametrize(
+    "at", [pytest.param(0.05, marks=pytest.mark.slow), 0.05 + 1e-9, pytest.param(0.0537, marks=pytest.mark.slow)]
+)
 def test_a_bar_that_is_severed_follows_its_hook_without_a_force(severed, at, order):
     """Up to how ψ varies where the front is far away: the patch is a disc."""
     case = severed(at)

@@ -30,7 +30,10 @@ def slope(value, at, step):
     return (8 * near - far) / (12 * step)
 
 
-@pytest.mark.parametrize(("volume_n_m", "every"), [pytest.param(0.0, 1, marks=pytest.mark.slow), (0.2, 1), (0.0, 5)])
+@pytest.mark.parametrize(
+    ("volume_n_m", "every"),
+    [pytest.param(0.0, 1, marks=pytest.mark.slow), (0.2, 1), pytest.param(0.0, 5, marks=pytest.mark.slow)],
+)
 def test_the_gradient_agrees_with_differences(cube, moduli, volume_n_m, every):
     settings = replace(cube.settings, volume_n_m=volume_n_m, every=every)
     fitness = Fitness(cube.model, cube.press, settings, *(found[every - 1 :: every] for found in cube.motion))

@@ -55,7 +55,9 @@ def test_a_fit_finds_what_made_the_samples(network, own_samples):
     assert np.corrcoef(np.log(each.young_pa), np.log(young))[0, 1] > 0.5
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name.startswith("springs_nodal") else name for name in KINDS]
+)
 def test_fitted_springs_answer_contacts_they_never_saw(slab_case, name):
     """In most samples better than its coarse elements, which are wrong by 19 % on this crude mesh: they are not fitted.
 

@@ -51,7 +51,7 @@ def in_javascript(file, asked, n, compiled, folder):
     return [(np.reshape(each["displacement"], (-1, 3)), *(each[key] for key in keys)) for each in answers]
 
 
-@pytest.mark.parametrize("runtime", [in_c, in_javascript])
+@pytest.mark.parametrize("runtime", [pytest.param(in_c, marks=pytest.mark.slow), in_javascript])
 def test_runtimes_answer_touches_as_python(runtime, made_up, touched, asked, compiled, tmp_path):
     (tmp_path / "model").write_bytes(made_up.touched)
     expected = [touched.touch(*each) for each in asked]

@@ -12,6 +12,7 @@ from palpate.report import style
 from palpate.studies.enrichment.figures import bodies, charts
 
 
+@pytest.mark.slow
 def test_deformed_bodies_shows_different_contacts_and_true_errors(body, database, predictions_file, tmp_path):
     found = bodies.read(predictions_file, "paper", "samples", bodies.DEFORMED_BY)
     figure = bodies.draw_deformed_bodies(body, database, found)

@@ -149,6 +149,7 @@ def test_a_floor_is_seen_from_above_though_the_body_moved_most_below_and_sideway
     assert (colours == [211, 216, 221]).all(axis=2).sum() > 3000  # the floor's own, which is not the page's white
 
 
+@pytest.mark.slow
 def test_the_animation_loops_in_the_scenes_order_and_repeats_byte_for_byte(sagging, tmp_path):
     sagging = replace(sagging, times=sagging.times[::5], positions=sagging.positions[::5])
     for name in "ab":
@@ -168,6 +169,7 @@ def test_the_animation_loops_in_the_scenes_order_and_repeats_byte_for_byte(saggi
     assert lows[2] == pytest.approx(lows[0], abs=0.5)
 
 
+@pytest.mark.slow
 def test_what_never_moves_and_nothing_held_can_be_drawn(sagging, tmp_path):
     positions = sagging.positions[:1].repeat(4, axis=0)
     still = replace(sagging, positions=positions, times=sagging.times[:4], held=np.array([]))

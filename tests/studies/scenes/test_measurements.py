@@ -55,7 +55,8 @@ def test_what_has_no_error_says_why(particles):
 
 
 def test_shares_make_a_whole_step_and_memory_is_what_an_effect_holds_itself(particles):
-    table = cost(replace(SAG, duration_s=0.1), particles, repeats=3).set_index("effect")
+    scene = replace(SAG, duration_s=0.1)
+    table = cost(scene, particles, run(scene, particles), repeats=3).set_index("effect")
     assert list(table.index) == [*EFFECTS, REST]
     assert table["share_of_step"].sum() == pytest.approx(1.0, rel=1e-12)
     assert (table["ms_per_step"] >= 0.0).all()

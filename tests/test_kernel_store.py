@@ -1,5 +1,6 @@
 """Compiled functions are stored so that processes that compile at a time never get each other's code."""
 
+import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -46,3 +47,15 @@ def test_numba_stores_so_before_it_compiles_anything():
     )
     told = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert told.stdout.split() == ["palpate.kernel_store"]
+
+
+def test_what_was_edited_since_the_process_began_is_neither_loaded_nor_stored(tmp_path):
+    law = tmp_path / "law.py"
+    law.write_text("import numba\n")
+    os.utime(law, (0, kernel_store.STARTED_S - 1))
+    assert kernel_store.stamp(law)
+    kernel_store.stamp.cache_clear()
+    os.utime(law, (0, kernel_store.STARTED_S + 1))
+    assert kernel_store.stamp(law) is None
+    Store(str(tmp_path), "kernel-1", None).save(("float64",), "perhaps old")
+    assert [path.name for path in tmp_path.iterdir()] == ["law.py"]

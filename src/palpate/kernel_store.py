@@ -9,6 +9,7 @@ before it compiles anything, as pyproject.toml names it among ``numba_extensions
 
 import fcntl
 import hashlib
+import time
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -16,8 +17,10 @@ from typing import Any
 
 from numba.core.caching import Cache, IndexDataCacheFile
 
-from palpate.run.dependencies import PACKAGE, kernels
+from palpate.run.dependencies import PACKAGE, closure, kernels
 
+STARTED_S = time.time()
+"""When this process began, or that which it is a copy of."""
 _load_overload = Cache.load_overload
 
 
@@ -30,24 +33,29 @@ def init() -> None:
 def load_overload(self: Any, sig: Any, context: Any) -> Any:
     """Load a function's code if none that it was compiled from has changed, in the place of ``Cache.load_overload``."""
     self._cache_file._source_stamp = stamp(Path(self._impl.locator._py_file))
-    return _load_overload(self, sig, context)
+    return _load_overload(self, sig, context) if self._cache_file._source_stamp else None
 
 
 @cache
-def stamp(file: Path) -> tuple[str, str]:
+def stamp(file: Path) -> tuple[str, str] | None:
     """Return what changes when code that functions of ``file`` may be compiled from does, there or where it imports.
 
-    Of a file outside of palpate, such as a user's law, every edit counts.
+    Of a file outside of palpate, such as a user's law, every edit counts. None if one was edited since this process
+    began, which may have imported it before: then nothing is loaded, and nothing stored.
     """
+    if any(path.stat().st_mtime > STARTED_S for path in closure([file])):
+        return None
     own = "" if file.is_relative_to(PACKAGE) else hashlib.sha256(file.read_bytes()).hexdigest()
     return own, kernels(file)
 
 
 def save(self: Any, key: tuple, data: Any) -> None:
-    """Store ``data`` under a digest of its ``key``, in the place of ``IndexDataCacheFile.save``.
+    """Store ``data`` under a digest of its ``key``, in the place of ``IndexDataCacheFile.save``, unless it may be old.
 
     On a file system without locks one of two that are stored at a time may be forgotten, and is compiled once more.
     """
+    if not self._source_stamp:
+        return
     name = self._data_name(int(hashlib.sha256(repr(key).encode()).hexdigest()[:12], 16))
     self._save_data(name, data)
     with open(f"{self._index_path}.lock", "w") as file:

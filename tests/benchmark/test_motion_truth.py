@@ -64,6 +64,10 @@ def test_the_motions_it_is_made_of_are_told(scene, truth):
     assert 2.0 < truth.ratio < 8.0 and truth.least_det > 0.2 and truth.balance < 0.01
     space, time, mixed, whole = truth.own[:, 1]
     assert whole == pytest.approx(np.sqrt(space**2 + time**2 + mixed**2)) and whole == truth.own_error
+    told = dict(zip(zip(truth.tried_level, truth.tried_steps, strict=True), truth.tried, strict=True))
+    in_space = (told[2, 8] - told[1, 8]) / (truth.ratio - 1.0)
+    in_time = 4.0 / 3.0 * (told[1, 16] - told[1, 8])  # of second order
+    assert truth.displacement == pytest.approx(told[2, 8] + in_space + in_time, abs=1e-12)
     again = found(scene, 8)
     assert np.array_equal(again.displacement, truth.displacement), "bit for bit"
 

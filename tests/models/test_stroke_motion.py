@@ -74,6 +74,13 @@ def force_of(done) -> np.ndarray:
     return -done.motion.observed[[f"finger_mean_force_{axis}_n" for axis in "xyz"]].to_numpy()
 
 
+def test_modes_of_strokes_move_as_quadratic_elements_in_steps_of_the_same_length(pad, shown):
+    truth, forces = elements_of(pad, CONTACT, 12)
+    done = run(scene(step_s=DURATION_S / 12, **few(pad, shown, modes=20, thinning=0.02)), pad)
+    wrong = np.sqrt(np.mean(np.sum((force_of(done) - forces) ** 2, axis=1)))
+    assert off(done.motion.positions[1:], truth, pad.nodes) < 0.01 and wrong < 0.05 * np.abs(forces).max()
+
+
 @pytest.mark.slow
 def test_few_modes_and_cells_tend_to_the_motion_of_quadratic_elements(pad, shown):
     """With more modes and shorter steps they come nearer, and to less than what linear elements on the mesh miss."""

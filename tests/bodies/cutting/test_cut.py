@@ -14,7 +14,7 @@ STRAIGHT = np.array([[0.02, 0.05, 0.04], [0.06, 0.05, 0.04]])
 BENT = np.array([[0.02, 0.05, 0.04], [0.05, 0.05, 0.04], [0.06, 0.08, 0.04]])
 
 
-def segments(count=1000, seed=3):
+def segments(count=2000, seed=3):
     ends = np.random.default_rng(seed).uniform([0.0, 0.0, 0.0], [0.1, 0.1, 0.05], (2, count, 3))
     return ends[0], ends[0] + 0.3 * (ends[1] - ends[0])
 

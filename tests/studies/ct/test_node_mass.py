@@ -25,6 +25,16 @@ def check(table):
     assert (np.diff(table["raw_deviation"]) > 0).all()  # the paper's masses rise with resolution
 
 
+def test_a_coarse_scan_on_a_coarse_mesh_is_weighed_with_and_without_the_rim():
+    from palpate.bodies.ct.synthetic_abdomen import abdomen
+
+    image, truth = abdomen(spacing_m=(0.006, 0.006, 0.006))
+    [row] = node_mass.measure("abdomen", image, truth["liver"], [140]).itertuples()
+    assert row.total_mass_kg == pytest.approx(truth["mass_kg"], rel=0.02)
+    assert row.deviation_from_voxels == pytest.approx(row.total_mass_kg / row.voxel_mass_kg - 1.0)
+    assert row.raw_deviation < -0.02 and abs(row.deviation_from_voxels) < 0.02  # fat beside the organ is lighter
+
+
 @pytest.mark.slow
 def test_the_synthetic_liver_has_its_true_mass():
     from palpate.bodies.ct.synthetic_abdomen import abdomen

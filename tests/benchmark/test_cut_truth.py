@@ -201,7 +201,6 @@ def hook(body, at, shift):
     return Hook(patch_around(body.fine, int(node), 0.01), np.array(shift))
 
 
-@pytest.mark.slow
 def test_a_cut_without_an_area_changes_nothing():
     body, path = slab(), np.array([[0.03, 0.05, 0.04], [0.07, 0.05, 0.04]])
     pull = hook(body, [0.05, 0.025, 0.04], [0.0, -0.003, 0.001])

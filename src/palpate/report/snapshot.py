@@ -29,7 +29,7 @@ def write(results: str | Path, docs: str | Path) -> None:
     results, docs = Path(results), Path(docs)
     text = require_file(results / "report.md").read_text(encoding="utf-8")
     timed = results / "tables/accuracy_vs_time.csv"
-    commits = pd.read_csv(timed)["commit"].astype(str).unique() if timed.is_file() else []
+    commits = pd.read_csv(timed, dtype={"commit": str})["commit"].unique() if timed.is_file() else []
     for commit in commits:
         _check_commit(commit, docs)
     pictures = [require_file(results / "figures" / name) for name in re.findall(r"\]\(figures/(.+?)\)", text)]

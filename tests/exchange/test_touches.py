@@ -16,6 +16,8 @@ from palpate.exchange.folder import read, write
 from palpate.exchange.readme import readme
 from palpate.exchange.score_touches import score_touches
 
+pytestmark = pytest.mark.slow
+
 RUNS = [{"order": 1, "level": 0}, {"order": 1, "level": 1}, {"order": 2, "level": 0}]
 
 

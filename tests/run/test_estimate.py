@@ -25,7 +25,9 @@ def new_machine(tmp_path, monkeypatch):
 
 
 def test_a_model_has_seconds_of_its_own_and_a_finer_body_takes_longer():
-    fem, other = (recorded(job("measure_models", body="liver", family=name), BODIES)[0] for name in ("fem", "interpolation"))
+    fem, other = (
+        recorded(job("measure_models", body="liver", family=name), BODIES)[0] for name in ("fem", "interpolation")
+    )
     assert fem > 10 * other
     coarse, fine = (recorded(job("simulate_truth", body=body), BODIES) for body in BODIES)
     assert 4 < fine[0] / coarse[0] <= 8 and fine[1] > 7 * coarse[1]

@@ -7,6 +7,8 @@ from palpate.bodies.ct.synthetic_abdomen import abdomen, hu_of_shapes, liver_sid
 from palpate.report.tables import columns
 from palpate.studies.ct import claims, imaging, ray_casting
 
+pytestmark = pytest.mark.slow
+
 VOXEL_M = 0.004
 
 

@@ -17,6 +17,8 @@ from palpate.report.tables import where
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.law.compare_laws import LAW_TABLE, compare_laws, crossing, from_depths, growing_presses, variants
 
+pytestmark = pytest.mark.slow
+
 LAWS = ["stable_neo_hookean", "neo_hookean", "st_venant_kirchhoff"]
 RADIUS_M = 0.06
 
@@ -92,7 +94,6 @@ def test_the_numbers_are_those_of_both_answers(block, loads, table):
     assert [row["depth_of_size"], row["peak_of_size"]] == pytest.approx(peaks)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("law", ["stable_neo_hookean", "neo_hookean"])
 def test_what_is_nearly_incompressible_keeps_its_volume(block, loads, law):
     """The change of volume falls in proportion to 1 − 2 ν, and so to one over the bulk modulus.

@@ -9,6 +9,8 @@ import pytest
 from palpate.studies.scaling import measure_scaling
 from palpate.studies.scaling.measure_scaling import COMPONENTS, FITTED_SIZES, Meter, doubling, exponents, measure
 
+pytestmark = pytest.mark.slow
+
 SIZES = {
     "fem": [1, 2],
     "fine_nodes": [200, 400],

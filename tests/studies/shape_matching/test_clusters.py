@@ -6,6 +6,8 @@ import pytest
 from palpate.studies.shape_matching import clusters
 from palpate.studies.shape_matching.clusters import column
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def table():
@@ -25,7 +27,6 @@ def test_more_clusters_bend_farther_and_finer(table):
     assert np.all(np.diff(curved) > 0)
 
 
-@pytest.mark.slow
 def test_what_is_held_stays_the_rest_is_symmetric_and_comes_out_again(table):
     foot = table[table["rest_z_m"] == 0]
     assert np.array_equal(foot[["x_m", "y_m", "z_m"]], foot[["rest_x_m", "rest_y_m", "rest_z_m"]])
@@ -39,7 +40,6 @@ def goals_table():
     return clusters.cluster_goals(0.15, 0.5, 0.8).set_index(["kind", "goals"])
 
 
-@pytest.mark.slow
 def test_added_pulls_are_unstable_from_four_over_the_eigenvalue_on(goals_table):
     letter = goals_table.loc[("each_tetrahedron", "sum")]
     assert letter["alpha_limit_measured"] == pytest.approx(letter["alpha_limit"], rel=0.01)
@@ -48,7 +48,6 @@ def test_added_pulls_are_unstable_from_four_over_the_eigenvalue_on(goals_table):
     assert np.isinf(averaged[["alpha_limit", "alpha_limit_measured"]]).all(axis=None)
 
 
-@pytest.mark.slow
 def test_there_is_a_cluster_for_each_tetrahedron_and_momentum_is_kept(goals_table):
     assert goals_table.loc["each_tetrahedron"]["clusters"].unique().tolist() == [len(column().tetrahedra)]
     assert (goals_table.loc["tetrahedra"]["clusters"] < len(column().tetrahedra) / 3).all()

@@ -6,6 +6,8 @@ import pytest
 from palpate.studies.shape_matching import integrator_stability
 from palpate.studies.shape_matching.integrator_stability import explicit_radius, goal_radius, implicit_radius
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def table():

@@ -40,6 +40,7 @@ def test_the_script_imports_nothing_of_palpate():
     assert {name.split(".")[0] for name in names} == {"json", "sys", "time", "pathlib", "numpy", "scipy"}
 
 
+@pytest.mark.slow
 def test_linear_elements_from_elsewhere_are_scored_as_those_inside(pressed, folder, questions, tmp_path):
     """The script knows the folder alone; both solve to 1e-10, and errors agree to eight digits."""
     subprocess.run([sys.executable, "-I", SCRIPT, folder, tmp_path / "answers.npz"], check=True)

@@ -68,6 +68,7 @@ def medium(instrument=BALL, sticks=False, direction=DOWN, poisson=0.3):
     return pressing(body, 4, top, instrument, 1.2 * A, direction, sticks)
 
 
+@pytest.mark.slow
 def test_a_punch_that_sticks_is_harder_to_push_by_the_share_of_theory():
     """(1 − ν) ln(3 − 4ν) / (1 − 2ν) at ν = 0.3 (Mossakovskii 1954; Spence 1968): 1.029; measured 1.025."""
     forces = [

@@ -117,7 +117,7 @@ def in_javascript(node, made_up, tmp_path_factory):
     return ask
 
 
-@pytest.fixture(params=["in_c", "in_javascript"])
+@pytest.fixture(params=[pytest.param("in_c", marks=pytest.mark.slow), "in_javascript"])
 def runtime(request):
     return request.getfixturevalue(request.param)
 

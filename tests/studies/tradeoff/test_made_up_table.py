@@ -132,6 +132,7 @@ def test_settings_that_failed_are_listed(found):
     assert len(failed) == 30 and failed[0][1:] == ("cylinder, small loads", "2 of 15 test samples: no way down")
 
 
+@pytest.mark.slow
 def test_the_page_has_every_figure_and_only_those_of_the_run(found, trade_off_tables, tmp_path):
     row = dict.fromkeys(ANSWERS.columns, 0.1) | {"engine": "Elsewhere", "scene": "cylinder_large", "model": "Elsewhere"}
     elsewhere = ANSWERS.frame([row | {"setting": "fine", "version": "1", "hardware": "a card", "law": "corotational"}])

@@ -1,4 +1,4 @@
-# `make` builds .venv from environment.lock and reproduces everything; `make help` lists the rest.
+# `make` builds .venv from environment.lock and computes the argument; `make help` lists the rest.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -44,7 +44,7 @@ SCHEMA := $(VENV)/settings.schema.json
 .DEFAULT_GOAL := all
 .PHONY: all plan $(STUDIES) env test test-all smoke full deep slurm-test example check bench snapshot lock tidy clean distclean help
 
-all: $(STAMP) $(SCHEMA)  ## compute whatever is not up to date, and write results/report.html
+all: $(STAMP) $(SCHEMA)  ## compute the studies that config.yaml lists, and write results/report.html
 	@$(SNAKEMAKE)
 ifeq ($(origin CONFIG),command line)
 	@if test -f "$(RESULTS)/tables/advice.csv"; then $(BIN)/palpate advise --results "$(RESULTS)"; fi
@@ -81,11 +81,15 @@ smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, in a few 
 	@$(RUN) snakemake $(SMOKE)
 	@echo "The report: .smoke/results/report.html"
 
+SHIPPED = $(if $(filter command,$(origin CONFIG)),echo "error: make $@ is a size of config.yaml; leave CONFIG out." >&2; exit 1,true)
+
 full: $(STAMP)  ## run all studies, all scenes and finer grids, in .full
+	@$(SHIPPED)
 	@$(RUN) snakemake $(FLAGS) --configfile config.yaml config.full.yaml --directory .full
 	@echo "The report: .full/results/report.html"
 
 deep: $(STAMP)  ## run what takes hours, too, in .deep: more bodies, all splits, fingers of other radii
+	@$(SHIPPED)
 	@$(RUN) snakemake $(FLAGS) --configfile config.yaml config.full.yaml config.deep.yaml --directory .deep
 	@echo "The report: .deep/results/report.html"
 

@@ -24,6 +24,14 @@ rule all:
         "results/report.html",
 
 
+# what make tidy keeps
+rule everything:
+    input:
+        "results/report.html",
+        [TARGETS[study] for study in ASKED],
+        expand("results/report_{study}.html", study=ASKED),
+
+
 # a study by itself has a page of its own
 for study in ASKED:
 
@@ -53,7 +61,6 @@ onstart:
 
 
 onsuccess:
-    mention_stale()
     conclude()
 
 

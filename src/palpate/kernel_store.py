@@ -17,10 +17,8 @@ from typing import Any
 
 from numba.core.caching import Cache, IndexDataCacheFile
 
-from palpate.run.dependencies import PACKAGE, closure, kernels
-
 STARTED_S = time.time()
-"""When this process began, or that which it is a copy of."""
+"""When this module was imported, by this process or by that which it is a copy of."""
 _load_overload = Cache.load_overload
 
 
@@ -43,6 +41,8 @@ def stamp(file: Path) -> tuple[str, str] | None:
     Of a file outside of palpate, such as a user's law, every edit counts. None if one was edited since this process
     began, which may have imported it before: then nothing is loaded, and nothing stored.
     """
+    from palpate.run.dependencies import PACKAGE, closure, kernels  # here, as the server of jobs imports this module
+
     if any(path.stat().st_mtime > STARTED_S for path in closure([file])):
         return None
     own = "" if file.is_relative_to(PACKAGE) else hashlib.sha256(file.read_bytes()).hexdigest()

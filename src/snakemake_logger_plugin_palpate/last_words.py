@@ -170,9 +170,11 @@ def goals() -> list[str]:
 def nearest_target(target: str) -> str:
     """Return one sentence about a target that nothing makes, with the nearest name."""
     if target in _studies:
-        return f"{target} is not asked for in the settings; add its block, {target}:, to them."
+        return f"{target} has no block in the settings; add {target}: to them."
     names = {short(file): file for file in _files}
     wanted = short(target)
+    if study := get_close_matches(wanted.lower(), _asked, n=1, cutoff=0.7):
+        return f"nothing makes {wanted}; did you mean {study[0]}?"
     stem = wanted.rpartition("/")[2]
     near = [name for name in names if name.rpartition("/")[2] == stem]
     stems = {name.rpartition("/")[2]: name for name in names}

@@ -20,7 +20,7 @@ def test_an_own_scene_gets_advice_without_being_named(plan, write_config, tmp_pa
     jobs = plan(tmp_path, write_config(settings), "dynamic")
     assert jobs == {
         "make_body": 1, "simulate_dynamic_reference": 1, "measure_dynamic": 1, "merge_dynamic": 1,
-        "tabulate_advice": 1, "draw_dynamic": 1, "dynamic": 1,
+        "tabulate_advice": 1, "draw_dynamic": 1, "write_page": 1, "dynamic": 1,
     }  # fmt: skip
 
 

@@ -96,7 +96,7 @@ def test_nearest_names(monkeypatch):
     last_words.offer(["scenes"], ["scenes", "ct"], ["results/figures/effects.png", "results/tables/effects.csv"])
     assert nearest_target("effects") == "nothing makes effects; did you mean figures/effects or tables/effects?"
     assert nearest_target("scnes") == "nothing makes scnes; did you mean scenes?"
-    assert nearest_target("ct") == "ct is not asked for in the settings; add its block, ct:, to them."
+    assert nearest_target("ct") == "ct has no block in the settings; add ct: to them."
     assert nearest_target("nonsense").startswith("nothing makes nonsense; ask for one of scenes, or for a file")
 
 

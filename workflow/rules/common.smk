@@ -15,7 +15,6 @@ from palpate.run.dependencies import digest
 from palpate.run.estimate import Estimate, jobs_of, sizes
 from palpate.run.job import FAILED, kernel_cache, warnings_in_logs
 from palpate.run.job_server import start as start_job_server
-from palpate.run.leftovers import stale_results
 from palpate.run.settings import STUDIES, asked_for, complete, defaults
 from palpate.run.settings_yaml import read_settings
 from palpate.run.system_faults import check_environment
@@ -210,17 +209,6 @@ def conclude():
     """Print what jobs warned of where it does not scroll by: also those done before this run."""
     if lines := warnings_in_logs(sorted({log for job in workflow.dag.jobs for log in job.log})):
         print("warnings about these results:", *(f"warning: {line}" for line in lines), sep="\n", file=sys.stderr)
-
-
-def mention_stale():
-    """Mention results of earlier settings, after a run of everything."""
-    jobs = list(workflow.dag.jobs)
-    if any(job.rule.name == "write_report" for job in jobs):
-        if stale := stale_results({str(file) for job in jobs for file in (*job.output, *job.log)}):
-            print(
-                f"{len(stale)} files in results/ are of nothing in {CONFIG_FILE}; make tidy removes them",
-                file=sys.stderr,
-            )
 
 
 def files_to_ask_for():

@@ -1,5 +1,6 @@
 """The parts that belong to no study: the claims of all papers, and limits and failures; and each study's own claims."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +17,15 @@ HEADS = {"premise": "tested on", "published": "the paper", "ours": "this run"}
 """The headings of columns whose names are no words for a page."""
 
 
-def parts(report: Report, show: type[Html] = Html) -> dict[str, Part]:
-    """Return the last parts of the page: claims, if a study reproduces a paper, and limits and failures."""
+def parts(report: Report, show: type[Html] = Html, left_out: Sequence[str] = ()) -> dict[str, Part]:
+    """Return the last parts of the page: claims, if a study reproduces a paper, and limits and failures.
+
+    left_out : studies that the settings describe and this run does not compute
+    """
     found = {}
     for name, title, values in (
         ("verdicts", "The papers' claims, checked", verdicts(report)),
-        ("limits", "Limits and failures", limits(report)),
+        ("limits", "Limits and failures", limits(report) | {"left_out": left_out}),
     ):
         if values:
             html = show(report.figures, report.tables, declared.table)
@@ -37,9 +41,6 @@ def limits(report: Report) -> dict[str, Any]:
         "failed": failed,
         "counts": [f"{count} in “{name}”" for name, count in counts.items()],
         "papers": any(report.published.values()),
-        "left_out": [name for name in declared.names() if name not in report.studies]
-        if len(report.studies) > 1
-        else [],
         "engines": [look(name).label for name in ENGINES],
     }
 

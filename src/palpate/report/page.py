@@ -25,12 +25,14 @@ def write(
     driven: Collection[str] = (),
     warned: Sequence[str] = (),
     more: Sequence[str] = (),
+    left_out: Sequence[str] | None = (),
 ) -> None:
     """Write ``out`` about ``studies``, in that order, from ``results``/tables/*.csv and ``results``/figures/*.
 
     A study's part is palpate.studies.<study>.report (TITLE, numbers(report), and where it has some failures(report))
     and the template report.md beside it. The rows of claims.csv that the study judges follow.
     scenes, cts, driven, more : as ``Report`` takes them; warned : what jobs warned of, which comes first
+    left_out : studies that the settings describe and this run does not compute; None on a page about one study alone
     The findings and short tables are also written as Markdown, under the name of ``out`` with .md.
     Raises InputError naming the first part, table, figure, template or number that is missing.
     """
@@ -42,11 +44,12 @@ def write(
             parts[study] = part._replace(sections=sections)
         elif part.introduction:
             parts[study] = part
-    parts |= closing.parts(report) if studies else {}
-    page = _page(parts, warned)
+    alone = left_out is None
+    parts |= closing.parts(report, left_out=left_out or ()) if studies else {}
+    page = _page(parts, warned, alone)
     if heavy := too_heavy(page, {name: part.sections for name, part in parts.items()}):
         warnings.warn(heavy, stacklevel=2)
-        page = _page(parts, [*warned, heavy])
+        page = _page(parts, [*warned, heavy], alone)
     for file, text in ((out, page), (Path(out).with_suffix(".md"), _markdown(report))):
         with write_whole(file) as temporary:
             temporary.write_text(text, encoding="utf-8")
@@ -64,25 +67,31 @@ def _markdown(report: Report) -> str:
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 
-def _page(parts: Mapping[str, Part], warned: Sequence[str]) -> str:
+def _page(parts: Mapping[str, Part], warned: Sequence[str], alone: bool) -> str:
     """Return the whole page."""
     body = (
-        f'{_opening(parts)}{_warnings(warned)}\n<div class="page">\n{_navigation(parts)}\n<main>\n'
+        f'{_opening(parts, alone)}{_warnings(warned)}\n<div class="page">\n{_navigation(parts)}\n<main>\n'
         f"{''.join(_part(name, part) for name, part in parts.items())}</main>\n</div>\n"
         f"<script>{page_assets.script()}</script>\n"
     )
     return page_assets.document("what accuracy costs", page_assets.style(), body)
 
 
-def _opening(parts: Mapping[str, Part]) -> str:
-    """Show the question, the answer with its picture if a part has one, and each part's findings."""
+def _opening(parts: Mapping[str, Part], alone: bool) -> str:
+    """Show the question, the answer with its picture if a part has one, and each part's findings.
+
+    A page about one study alone has its name in the place of the question.
+    """
+    name, first = next(iter(parts.items()), ("", None))
+    question = escape(first.title) if alone and first else QUESTION
+    answer = f"<p>One study, by <code>make {name}</code>.</p>" if alone else _answer(parts)
     findings = "\n".join(
         f'<li><a href="#{name}">{escape(part.title)}</a> <span class="finding">{" ".join(part.findings)}</span></li>'
         for name, part in parts.items()
         if part.findings
     )
     return (
-        f"<header>\n<p class='name'>palpate</p>\n<h1>{QUESTION}</h1>\n{_answer(parts)}\n</header>\n"
+        f"<header>\n<p class='name'>palpate</p>\n<h1>{question}</h1>\n{answer}\n</header>\n"
         f'<section class="findings" id="findings">\n<h2>In short</h2>\n<ul>\n{findings}\n</ul>\n</section>'
     )
 

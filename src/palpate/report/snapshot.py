@@ -27,6 +27,8 @@ def write(results: str | Path, docs: str | Path) -> None:
     repository around ``docs`` lacks.
     """
     results, docs = Path(results), Path(docs)
+    if not (results / "report.md").is_file():
+        raise InputError(f"{results} has no report.md; type make full, and then make snapshot.")
     text = require_file(results / "report.md").read_text(encoding="utf-8")
     timed = results / "tables/accuracy_vs_time.csv"
     commits = pd.read_csv(timed, dtype={"commit": str})["commit"].unique() if timed.is_file() else []
@@ -58,7 +60,7 @@ def _check_commit(commit: str, folder: Path) -> None:
     if not there:
         raise InputError(
             f"The tables come from the code of {commit}, which this repository does not have; "
-            "commit the code, run make, and then make snapshot."
+            "commit the code, run make full, and then make snapshot."
         )
 
 
@@ -73,4 +75,7 @@ def _processor() -> str:
 
 
 if __name__ == "__main__":
-    write(*sys.argv[1:])
+    try:
+        write(*sys.argv[1:])
+    except InputError as error:
+        sys.exit(f"error: {error}")

@@ -72,7 +72,7 @@ def remove_stale(paths: list[Path]) -> None:
 
 def main(arguments: list[str]) -> int:
     """Print and remove what is stale; ``arguments`` are snakemake's. Returns the exit code, snakemake's if it fails."""
-    command = [sys.executable, "-m", "snakemake", *arguments, "--quiet", "all", "--summary"]
+    command = [sys.executable, "-m", "snakemake", *arguments, "--quiet", "all", "--summary", "everything"]
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
     if done.returncode:
         return done.returncode

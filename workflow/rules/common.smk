@@ -50,6 +50,8 @@ except InputError as error:
 ASKED = asked_for(config)
 # those of a run that asks for none
 RUN = [study for study in ASKED if study in (config["studies"] or ASKED)]
+# what is advised between: models of presses, of motions, or of both
+ADVISED = {"tradeoff", "dynamic"} & set(RUN) or {"tradeoff", "dynamic"} & set(ASKED)
 # what each study makes, by its name; its rules file says so
 TARGETS = {}
 # the warnings of jobs that each study needs; the report lists them

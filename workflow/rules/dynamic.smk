@@ -28,6 +28,8 @@ HELD_OUT = [scene for scene, own in FOLLOWED.items() if "held_out" in own]
 TRIAL = "results/data/dynamic/{scene}"
 MOVED = expand(f"{TRIAL}/elsewhere.csv", scene=ELSEWHERE) + expand(f"{TRIAL}/held_out.csv", scene=HELD_OUT)
 OPTIONAL["dynamic"] += ["motion_bounds", "motion_places"] if MOVED else []
+# advice between presses, too, is the trade-off's table, for which motions alone do not wait
+OPTIONAL["dynamic"] += ["advice"] if "tradeoff" not in ADVISED else []
 
 TARGETS["dynamic"] = (
     merged(
@@ -38,7 +40,7 @@ TARGETS["dynamic"] = (
         **({"dynamic_force": expand(f"{TRIAL}/force.csv", scene=TOUCHED)} if TOUCHED else {}),
         **({"motion_places": MOVED} if MOVED else {}),
     )
-    + tabulated("advice", *(["motion_bounds"] if MOVED else []))
+    + tabulated(*OPTIONAL["dynamic"])
     + figures("dynamic", "dynamic_accuracy", "dynamic_reference", *(["dynamic_force"] if TOUCHED else []))
 )
 WARNED["dynamic"] += warned_of({config["scenes"][scene]["body"] for scene in FOLLOWED})

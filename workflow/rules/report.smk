@@ -5,7 +5,7 @@ include: "functions/report.smk"
 
 
 REPORT, TOLD = page_of(*RUN, tables=["claims"] if JUDGES else [])
-TOLD["left_out"] = [study for study in ASKED if study not in RUN]
+TOLD |= {"left_out": [study for study in ASKED if study not in RUN], "alone": False}
 PAGES = {study: page_of(study) for study in ASKED}
 
 

@@ -77,8 +77,6 @@ if JUDGES:
             "../job.py"
 
 
-# what is advised between: models of presses, of motions, or of both
-ADVISED = {"tradeoff", "dynamic"} & set(RUN) or {"tradeoff", "dynamic"} & set(ASKED)
 if ADVISED:
 
     rule tabulate_advice:

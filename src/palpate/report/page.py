@@ -25,14 +25,16 @@ def write(
     driven: Collection[str] = (),
     warned: Sequence[str] = (),
     more: Sequence[str] = (),
-    left_out: Sequence[str] | None = (),
+    left_out: Sequence[str] = (),
+    alone: bool = False,
 ) -> None:
     """Write ``out`` about ``studies``, in that order, from ``results``/tables/*.csv and ``results``/figures/*.
 
     A study's part is palpate.studies.<study>.report (TITLE, numbers(report), and where it has some failures(report))
     and the template report.md beside it. The rows of claims.csv that the study judges follow.
     scenes, cts, driven, more : as ``Report`` takes them; warned : what jobs warned of, which comes first
-    left_out : studies that the settings describe and this run does not compute; None on a page about one study alone
+    left_out : studies that the settings describe and this run does not compute
+    alone : whether the page is about one study, whose name is then its heading
     The findings and short tables are also written as Markdown, under the name of ``out`` with .md.
     Raises InputError naming the first part, table, figure, template or number that is missing.
     """
@@ -44,8 +46,7 @@ def write(
             parts[study] = part._replace(sections=sections)
         elif part.introduction:
             parts[study] = part
-    alone = left_out is None
-    parts |= closing.parts(report, left_out=left_out or ()) if studies else {}
+    parts |= closing.parts(report, left_out=left_out) if studies else {}
     page = _page(parts, warned, alone)
     if heavy := too_heavy(page, {name: part.sections for name, part in parts.items()}):
         warnings.warn(heavy, stacklevel=2)

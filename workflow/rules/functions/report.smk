@@ -14,7 +14,8 @@ def page_of(*studies, tables=()):
         "scenes": SCENES if "scenes" in studies else [],
         "cts": CTS if "ct" in studies else [],
         "driven": DRIVEN if "scenes" in studies else [],
-        "left_out": None,
+        "left_out": [],
+        "alone": True,
         "more": [table for study in studies for table in OPTIONAL[study]] + list(tables),
     }
     return files, told

@@ -15,13 +15,11 @@ from palpate.report.report import Report
 from palpate.report.words import percent, spaced
 
 TITLE = "Models in motion"
-READS = ("advice",)
-"""Tables of benchmark/ that the template shows."""
 
 
 def numbers(report: Report) -> dict[str, Any]:
     """Return what the template names."""
-    table, advice = report.tables["dynamic_accuracy"], report.tables["advice"]
+    table, advice = report.tables["dynamic_accuracy"], report.tables.get("advice")
     names = {str(row["scene"]): _judged(row) for _, row in table.drop_duplicates("scene").iterrows()}
     bounds = report.tables.get("motion_bounds")
     moved = [] if bounds is None else tables.scenes(bounds)
@@ -44,7 +42,7 @@ def numbers(report: Report) -> dict[str, Any]:
         "levels": [f"{spaced(row.scene)} {row.reference_level:g}" for row in first[~true].itertuples()],
         "meshes": known,
         "unknown_meshes": unknown,
-        "taken": _taken(advice[advice["scene"].isin(names)], names),
+        "taken": pd.DataFrame() if advice is None else _taken(advice[advice["scene"].isin(names)], names),
         "touched": "dynamic_force" in report.tables,
         "install": "" if "mujoco" in set(table["model"]) else INSTALL,
         "places": 0 if bounds is None else int(bounds["places"].max()),

@@ -104,6 +104,12 @@ def test_a_slack_thread_changes_no_bit(particles, integrator, stiffness_s):
     assert not motion.observed.filter(like="thread_").any(axis=None)
 
 
+def test_a_slack_thread_pushes_nothing_in_xpbd(particles):
+    threads, x = pulling(particles, thread(tighten_s=0.0, tightened_to=1.5)), particles.nodes.copy()
+    threads.correct(x, 1.0 / particles.masses, 0.01, True)
+    assert np.array_equal(x, particles.nodes)
+
+
 def compliance(particles, ends):
     """What the ends of a thread yield to a unit tension [m/N], by a linear solve of the elements' stiffness."""
     system = compose(scene([thread(ends_m=ends)], effects=["corotational", "held"]), particles)

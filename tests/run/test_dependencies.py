@@ -47,6 +47,8 @@ def test_what_is_done_counts(script, edited):
 def test_the_rest_of_the_module_does_not_count_and_what_the_function_names_does(script):
     more = "from palpate.bodies.organs import liver\n" + PLAIN + "\n\ndef other():\n    return liver\n"
     assert script(more) == script(PLAIN)
+    counted = "SIDE = 1\n" + PLAIN.replace("return box", "return box(SIDE)")
+    assert script(counted) != script(counted.replace("SIDE = 1", "SIDE = 2"))
     helped = PLAIN.replace("return box", "return helper()") + "\n\ndef helper():\n    return 1\n"
     assert script(helped) != script(helped.replace("return 1", "return 2"))
     assert script(helped) != script(helped.replace("return 1", "return box"))

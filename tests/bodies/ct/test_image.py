@@ -295,8 +295,8 @@ def test_a_damaged_table_of_names_leaves_the_numbers(tmp_path, image, values):
 
 @pytest.mark.parametrize("shift_mm", [0.0, 4.0])
 def test_a_segmentation_cropped_by_slicer_is_put_in_its_place(tmp_path, image, values, shift_mm):
-    origin, offset = [20.0 + shift_mm, 10.0, 20.0], {"Segmentation_ReferenceImageExtentOffset": "2 1 2"}
-    path = write(tmp_path / "cropped.seg.nrrd", values[2:10, 1:, 2:], EVEN, origin, keys=offset)
+    origin, offset = [20.0 + shift_mm, 10.0, 30.0], {"Segmentation_ReferenceImageExtentOffset": "2 1 3"}
+    path = write(tmp_path / "cropped.seg.nrrd", values[3:10, 1:, 2:], EVEN, origin, keys=offset)
     if shift_mm:
         with pytest.raises(InputError, match="is on another grid than scan"):
             read_mask(path, image, 5)

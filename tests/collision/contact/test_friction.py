@@ -49,6 +49,17 @@ def test_force_and_blocks_are_derivatives(contacts, amount):
             assert np.abs(hessian[i] - slope).max() < 1e-5 * np.abs(hessian).max()
 
 
+def test_the_energy_is_the_work_of_the_force_until_all_contacts_slide(contacts):
+    state, x = lagged(contacts), contacts[1]
+    way, energies, forces = np.random.default_rng(3).normal(size=x.shape), [], []
+    for amount in (along := np.linspace(0.0, 30.0 * SLIP, 4001)):
+        force = np.zeros_like(x)
+        state.add_force(x + amount * way, force)
+        energies.append(state.energy(x + amount * way))
+        forces.append(-np.sum(force * way))
+    assert energies[-1] == pytest.approx(np.trapezoid(forces, along), rel=1e-5)
+
+
 def test_definite_blocks_are_of_a_parabola_that_is_nowhere_below_the_energy(contacts):
     state, x, rng = lagged(contacts), contacts[1], np.random.default_rng(5)
     for amount, reach in ((0.1, 5.0), (1.0, 1.0), (30.0, 30.0), (30.0, 1.0)):

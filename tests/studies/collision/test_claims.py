@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from palpate.report.claims import CONFIRMED, NOT_TESTABLE, REFUTED, REFUTED_OUTSIDE
-from palpate.studies.collision.claims import bounding_volumes, composite_trees
+from palpate.studies.collision.claims import bounding_volumes, composite_trees, means
 
 
 @pytest.fixture
@@ -34,6 +34,10 @@ def found(table, claim, depths=""):
 
 
 TIME, PAIRS = "the composite tree's query takes a time", "the composite tree's false pairs are"
+
+
+def test_the_share_of_tested_pairs_is_of_all_pairs_of_two_bodies(table):
+    assert means(table)["tested"]["aabb", ""] == pytest.approx((99 + 50) / 500**2)  # 500 triangles each
 
 
 def test_each_depth_is_judged(table):

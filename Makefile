@@ -1,5 +1,11 @@
 # `make` builds .venv from environment.lock and computes the argument; `make help` lists the rest.
-PYTHON ?= python3
+# what is given on the command line, with every $ that is in it, and not as make would read that
+GIVEN := $(strip $(foreach name,$(.VARIABLES),$(if $(filter command,$(origin $(name))),$(name))))
+$(foreach name,$(GIVEN),$(eval override $(name) := $$(value $(name))))
+# a shell gets a path from the environment, "$$CONFIG", or in these quotes: it may have any character
+quoted = '$(subst ','\'',$1)'
+override PYTHON := $(or $(value PYTHON),python3)
+export CONFIG FOLDER PYTHON RESULTS $(GIVEN)
 VENV := .venv
 BIN := $(VENV)/bin
 # written last, so that an environment whose building was stopped halfway is built again
@@ -12,27 +18,25 @@ INSTALL := $(BIN)/python -m pip --disable-pip-version-check install -qq --no-dep
 unexport PYTHONDONTWRITEBYTECODE
 # where jobs run: profiles/default is this machine, profiles/slurm a cluster
 PROFILE ?= default
-FLAGS := --workflow-profile profiles/$(PROFILE)
+FLAGS := --workflow-profile $(call quoted,profiles/$(PROFILE))
 # settings, and the folder that they run in
 SMOKE := $(FLAGS) --directory .smoke --configfile tests/smoke/config.yaml
-# `make CONFIG=mine/config.yaml` runs that config in its folder, or in FOLDER; quotes, as paths may have spaces
-ifeq ($(origin CONFIG),command line)
-ifneq ($(origin FOLDER),command line)
-FOLDER := $(shell dirname "$(CONFIG)")
-endif
-$(if $(shell test -f "$(CONFIG)" || echo missing),$(error CONFIG is $(CONFIG), and there is no such file; \
+# `make CONFIG=mine/config.yaml` runs that config in its folder, or in FOLDER
+ifneq (,$(filter CONFIG,$(GIVEN)))
+$(if $(shell test -f $(call quoted,$(CONFIG)) || echo missing),$(error CONFIG is $(CONFIG), and there is no such file; \
 palpate init writes one for a mesh or a CT))
+FOLDER := $(shell dirname -- $(call quoted,$(CONFIG)))
 # targets follow, which --configfile would take for more of its files
-FLAGS += --configfile "$(CONFIG)" --directory "$(FOLDER)"
+FLAGS += --configfile "$$CONFIG" --directory "$$FOLDER"
 RESULTS := $(FOLDER)/results
 else
 FOLDER := .
 RESULTS := results
 endif
-AGAIN = $(strip make $(MAKECMDGOALS) $(MAKEOVERRIDES))
 BROKEN := echo "error: the environment in $(VENV) is broken; type make distclean, and then make." >&2
 # in the place of the shell, so that make's signals reach it
-RUN = test -x $(BIN)/python || { $(BROKEN); exit 1; }; exec env PALPATE_COMMAND='$(AGAIN)' $(BIN)/python workflow/run.py
+RUN = test -x $(BIN)/python || { $(BROKEN); exit 1; }; \
+exec env PALPATE_MAKE=$(call quoted,$(MAKECMDGOALS)) PALPATE_GIVEN=$(call quoted,$(GIVEN)) $(BIN)/python workflow/run.py
 SNAKEMAKE = $(RUN) snakemake $(FLAGS)
 PATHS := src tests examples workflow/*.py
 # what can be asked for by itself, if its block is in the settings
@@ -46,28 +50,28 @@ SCHEMA := $(VENV)/settings.schema.json
 
 all: $(STAMP) $(SCHEMA)  ## compute the studies that config.yaml lists, and write results/report.html
 	@$(SNAKEMAKE)
-ifeq ($(origin CONFIG),command line)
-	@if test -f "$(RESULTS)/tables/advice.csv"; then $(BIN)/palpate advise --results "$(RESULTS)"; fi
+ifneq (,$(filter CONFIG,$(GIVEN)))
+	@if test -f "$$RESULTS/tables/advice.csv"; then $(BIN)/palpate advise --results "$$RESULTS"; fi
 endif
-	@echo "The report: $(RESULTS)/report.html"
+	@printf '%s\n' "The report: $$RESULTS/report.html"
 
 plan: $(STAMP)  ## say what make would do: jobs, minutes and memory
 	@$(SNAKEMAKE) --dry-run --quiet rules progress > /dev/null
 
 $(STUDIES): $(STAMP)  # one study, and a page about it
 	@$(SNAKEMAKE) $@
-	@echo "The page: $(RESULTS)/report_$@.html"
+	@printf '%s\n' "The page: $$RESULTS/report_$@.html"
 
 figures/%: $(STAMP)  ## compute one figure and what it needs, such as figures/sigma_sweep
-	@$(SNAKEMAKE) results/$@.png
+	@$(SNAKEMAKE) $(call quoted,results/$@.png)
 
 tables/%: $(STAMP)  ## compute one table and what it needs, such as tables/sigma_sweep
-	@$(SNAKEMAKE) results/$@.csv
+	@$(SNAKEMAKE) $(call quoted,results/$@.csv)
 
 # whatever else is asked for: snakemake knows its name, or the nearest one
 .DEFAULT:
 	@$(MAKE) --silent $(STAMP)
-	@$(SNAKEMAKE) $@
+	@$(SNAKEMAKE) $(call quoted,$@)
 
 env: $(STAMP)  ## build the environment only, in .venv
 
@@ -81,7 +85,7 @@ smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, in a few 
 	@$(RUN) snakemake $(SMOKE)
 	@echo "The report: .smoke/results/report.html"
 
-SHIPPED = $(if $(filter command,$(origin CONFIG)),echo "error: make $@ is a size of config.yaml; leave CONFIG out." >&2; exit 1,true)
+SHIPPED = $(if $(filter CONFIG,$(GIVEN)),echo "error: make $@ is a size of config.yaml; leave CONFIG out." >&2; exit 1,true)
 
 full: $(STAMP)  ## run all studies, all scenes and finer grids, in .full
 	@$(SHIPPED)
@@ -123,7 +127,7 @@ snapshot: $(STAMP)  ## write docs/results.md from the results of make full
 
 lock:  ## write environment.lock and tests/environment.lock anew for the dependencies in pyproject.toml
 	@tools=$$(mktemp -d) && trap 'rm -rf "$$tools"' EXIT && \
-	$(PYTHON) -m venv "$$tools" && "$$tools/bin/pip" install --quiet pip-tools && \
+	"$$PYTHON" -m venv "$$tools" && "$$tools/bin/pip" install --quiet pip-tools && \
 	compile() { CUSTOM_COMPILE_COMMAND="make lock" "$$tools/bin/pip-compile" --quiet --generate-hashes --allow-unsafe \
 	--strip-extras --extra cluster --no-emit-index-url --no-emit-trusted-host --no-emit-find-links "$$@" pyproject.toml; } && \
 	compile --extra bench --all-build-deps --output-file environment.lock && \
@@ -133,7 +137,7 @@ tidy: $(STAMP)  ## list and remove results of bodies, scenes and studies that co
 	@$(RUN) tidy $(FLAGS)
 
 clean:  ## delete the results, and keep the environment
-	cd "$(FOLDER)" && rm -rf $(addprefix results/,data figures logs motion tables ct report*.html report*.md) \
+	cd -- "$$FOLDER" && rm -rf $(addprefix results/,data figures logs motion tables ct report*.html report*.md) \
 	.smoke .full .deep .slurm .example .snakemake
 
 distclean: clean  ## delete the environment, too
@@ -146,17 +150,19 @@ help:  ## list what can be made
 
 # pip and setuptools come first: one package has no wheel and is built with them
 $(STAMP): environment.lock pyproject.toml
-	@command -v $(PYTHON) > /dev/null || { echo "palpate needs Python 3.11 or newer, and there is no $(PYTHON):" \
+	@command -v "$$PYTHON" > /dev/null || { echo "palpate needs Python 3.11 or newer, and there is no $$PYTHON:" \
 	"on Debian: apt-get install python3-venv $$(sed -n 's/^ *"lib.*": "\(.*\)",$$/\1/p' workflow/prerequisites.py | xargs)"; exit 1; }
-	@$(PYTHON) workflow/prerequisites.py
+	@"$$PYTHON" workflow/prerequisites.py
 	@echo "Building the environment in $(VENV), which takes a minute or two and 1.7 GB ..."
 	@rm -rf $(VENV)
-	@$(PYTHON) -m venv $(VENV)
+	@"$$PYTHON" -m venv $(VENV)
 	@sed -n '/considered to be unsafe/,$$p' environment.lock > $(VENV)/first.lock
 	@$(INSTALL) --require-hashes -r $(VENV)/first.lock
 	@$(INSTALL) --require-hashes --no-build-isolation -r environment.lock
 	@$(INSTALL) --no-build-isolation -e .
 	@rm -rf $(VENV)/lib/python*/site-packages/cmeel.prefix/include  # 190 MB of C++ headers
+	@printf '%s\n' '#!/bin/sh' '# the one that pip wrote starts in no folder with a space and a $$ in its name' \
+	'exec "$$(dirname "$$(readlink -f "$$0")")/python" -P -m palpate.cli "$$@"' > $(BIN)/palpate
 	@touch $@
 
 $(SCHEMA): $(STAMP) $(wildcard src/palpate/*/settings.py src/palpate/studies/*/settings.py)

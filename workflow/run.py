@@ -1,10 +1,16 @@
 """Run snakemake for make: stop at Ctrl-C from the first moment on."""
 
 import os
+import shlex
 import signal
 import sys
 from importlib.util import find_spec
 from typing import Any, NoReturn
+
+if "PALPATE_MAKE" in os.environ:  # what was typed, as a shell reads it
+    goals, names = (os.environ.pop(f"PALPATE_{name}").split() for name in ("MAKE", "GIVEN"))
+    given = [f"{name}={os.environ[name]}" for name in names]
+    os.environ["PALPATE_COMMAND"] = shlex.join(["make", *goals, *given])
 
 
 def stop(*_: Any) -> NoReturn:

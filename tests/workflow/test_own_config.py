@@ -1,7 +1,9 @@
 """``make CONFIG=mine/config.yaml`` runs a config in its folder, and ``palpate init`` writes one that can be run."""
 
+import json
 import shlex
 import subprocess
+import sys
 from pathlib import Path
 
 import meshio
@@ -9,71 +11,116 @@ import pytest
 from snakemake.cli import get_argument_parser
 
 from palpate.bodies.simple_shapes import box
-from palpate.init.command import init
+from palpate.init.command import init, run_of
 from palpate.init.recognise import recognise
 
 ROOT = Path(__file__).parents[2]
+NAMES = ["my block", "it's $HOME `touch evil` $(touch evil)", 'a"b;touch evil&(c) \\n# ü']
+"""Of folders, with what a shell or make would read."""
+STUB = """
+import json, os, runpy, sys
+from types import SimpleNamespace
+
+def say(words):
+    print(json.dumps([words, os.environ.get("PALPATE_COMMAND")]))
+    return 0
+
+name, *sys.argv = sys.argv[1:]
+if sys.argv[0] == "workflow/run.py":
+    sys.modules |= dict.fromkeys(("snakemake.cli", "palpate.run.leftovers"), SimpleNamespace(main=say))
+    runpy.run_path(sys.argv[0])
+else:
+    say(sys.argv)
+"""
+"""In the place of the environment's commands: says what reaches them, and what a user types to go on."""
 
 
-def make(*words: str) -> subprocess.CompletedProcess:
-    """Run make without doing anything, as if the environment were there: it prints its commands."""
-    there = ("--old-file=.venv/.whole", "--old-file=.venv/settings.schema.json")
-    command = ["make", "--dry-run", "--no-print-directory", *there, *words]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+@pytest.fixture(scope="module", params=NAMES)
+def clone(request, tmp_path_factory) -> Path:
+    """The Makefile in a folder of that name, with commands that only say what they are given."""
+    folder = tmp_path_factory.mktemp("clone") / request.param
+    (folder / ".venv/bin").mkdir(parents=True)
+    for name in ("Makefile", "workflow", "src", "environment.lock", "pyproject.toml"):
+        (folder / name).symlink_to(ROOT / name)
+    (folder / "stub.py").write_text(STUB)
+    for name in ("python", "palpate"):
+        command = folder / ".venv/bin" / name
+        command.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} stub.py "$0" "$@"\n')
+        command.chmod(0o755)
+    for name in (".whole", "settings.schema.json"):  # newer than all else, so make builds nothing
+        (folder / ".venv" / name).touch()
+    return folder
+
+
+def make(clone: Path, *words: str, typed: str = "") -> subprocess.CompletedProcess:
+    """Run make, or what is ``typed`` in a shell."""
+    command = typed or shlex.join(["make", *words])
+    return subprocess.run(command, shell=True, cwd=clone, capture_output=True, text=True)
+
+
+def heard(line: str) -> tuple[list[str], list[str] | None]:
+    """Return what a command was given, and the words of what is typed to go on."""
+    words, again = json.loads(line)
+    return words, again and shlex.split(again)
 
 
 @pytest.fixture(scope="module")
-def mine(tmp_path_factory) -> Path:
-    """A config in a folder with a space in its name, as init writes it for a box."""
-    tmp_path = tmp_path_factory.mktemp("own")
+def mine(clone) -> Path:
+    """A config in a folder of such a name, as init writes it for a box."""
+    beside = clone.parent / "own"
+    beside.mkdir()
     block = box([0.1, 0.05, 0.05], [6, 3, 3])
-    meshio.write_points_cells(tmp_path / "block.vtk", 1e3 * block.nodes, [("tetra", block.tetrahedra)])
-    init(recognise([tmp_path / "block.vtk"]), tmp_path / "my block")
-    return tmp_path / "my block/config.yaml"
+    meshio.write_points_cells(beside / "block.vtk", 1e3 * block.nodes, [("tetra", block.tetrahedra)])
+    init(recognise([beside / "block.vtk"]), beside / clone.name)
+    return beside / clone.name / "config.yaml"
 
 
-def test_it_runs_in_the_folder_of_the_config_and_ends_with_advice_and_report(mine):
-    lines = make(f"CONFIG={mine}").stdout.splitlines()
-    place = f'--configfile "{mine}" --directory "{mine.parent}"'
-    assert lines[0].endswith(f"profiles/default {place}")
-    assert f'palpate advise --results "{mine.parent}/results"' in lines[1]
-    assert lines[-1] == f'echo "The report: {mine.parent}/results/report.html"'
-    for target, asked in (("tradeoff", "tradeoff"), ("figures/advice", "results/figures/advice.png")):
-        line, *page = make(f"CONFIG={mine}", target).stdout.splitlines()
-        assert page == ([f'echo "The page: {mine.parent}/results/report_tradeoff.html"'] if target == asked else [])
-        assert line.endswith(f"{place} {asked}")
-        words = shlex.split(line.partition("workflow/run.py snakemake ")[2])
+def test_it_runs_in_the_folder_of_the_config_and_ends_with_advice_and_report(clone, mine):
+    advice = mine.parent / "results/tables/advice.csv"
+    advice.parent.mkdir(parents=True)
+    advice.touch()
+    place = ["--workflow-profile", "profiles/default", "--configfile", str(mine), "--directory", str(mine.parent)]
+    snakemake, advise, report = make(clone, typed=run_of(mine)).stdout.splitlines()
+    assert heard(snakemake) == (place, ["make", f"CONFIG={mine}"])
+    assert heard(advise) == (["advise", "--results", f"{mine.parent}/results"], None)
+    assert report == f"The report: {mine.parent}/results/report.html"
+    for target, asked in (("tradeoff", "tradeoff"), ("figures/advice", "results/figures/advice.png"), ("a'b", "a'b")):
+        line, *page = make(clone, f"CONFIG={mine}", target).stdout.splitlines()
+        assert page == [f"The page: {mine.parent}/results/report_tradeoff.html"] * (target == "tradeoff")
+        words, again = heard(line)
+        assert words == [*place, asked] and again == ["make", target, f"CONFIG={mine}"]
         given = get_argument_parser().parse_args(words)
-        assert list(given.targets) == [asked]
-        assert list(map(Path, given.configfile)) == [mine] and Path(given.directory) == mine.parent
+        assert list(given.targets) == [asked] and list(map(Path, given.configfile)) == [mine]
+    assert not list(clone.parent.rglob("evil"))
 
 
-def test_what_is_deleted_is_in_the_folder_of_the_config(mine):
-    (line,) = make(f"CONFIG={mine}", "clean").stdout.replace("\\\n", "").splitlines()
-    assert line.startswith(f'cd "{mine.parent}" && rm -rf results/data ')
-    assert make("clean").stdout.startswith('cd "." && rm -rf results/data ')
-    (line,) = make(f"CONFIG={mine}", "tidy").stdout.splitlines()
-    assert line.endswith(
-        f'run.py tidy --workflow-profile profiles/default --configfile "{mine}" --directory "{mine.parent}"'
-    )
+def test_what_is_deleted_is_in_the_folder_of_the_config(clone, mine):
+    kept, gone = mine.parent / "results/mine", mine.parent / "results/data"
+    for folder in (kept, gone, clone / "results/data"):
+        folder.mkdir(parents=True)
+    words, _ = heard(make(clone, f"CONFIG={mine}", "tidy").stdout)
+    assert words[-2:] == ["--directory", str(mine.parent)]
+    assert not make(clone, f"CONFIG={mine}", "clean").returncode
+    assert kept.is_dir() and mine.is_file() and not gone.exists() and (clone / "results/data").is_dir()
+    assert not make(clone, "clean").returncode and not (clone / "results/data").exists()
 
 
-def test_without_a_config_the_shipped_one_runs_here():
-    lines = make().stdout.splitlines()
-    assert lines[0].endswith("--workflow-profile profiles/default") and len(lines) == 2
-    assert lines[1] == 'echo "The report: results/report.html"'
+def test_without_a_config_the_shipped_one_runs_here(clone):
+    line, report = make(clone).stdout.splitlines()
+    assert heard(line) == (["--workflow-profile", "profiles/default"], ["make"])
+    assert report == "The report: results/report.html"
 
 
-def test_the_smoke_run_has_a_folder_of_its_own():
-    assert make("smoke").stdout.splitlines()[0].endswith("--directory .smoke --configfile tests/smoke/config.yaml")
+def test_the_smoke_run_has_a_folder_of_its_own(clone):
+    words, _ = heard(make(clone, "smoke").stdout.splitlines()[0])
+    assert words[-4:] == ["--directory", ".smoke", "--configfile", "tests/smoke/config.yaml"]
 
 
-def test_a_config_that_is_not_there_gets_one_sentence():
-    done = make("CONFIG=nowhere.yaml")
+def test_a_config_that_is_not_there_gets_one_sentence(clone):
+    done = make(clone, f"CONFIG=nowhere {clone.name}.yaml")
     assert done.returncode == 2 and done.stderr.count("\n") == 1
-    assert (
-        "CONFIG is nowhere.yaml, and there is no such file; palpate init writes one for a mesh or a CT" in done.stderr
-    )
+    said = f"CONFIG is nowhere {clone.name}.yaml, and there is no such file; palpate init writes one for a mesh or a CT"
+    assert said in done.stderr
 
 
 @pytest.mark.slow

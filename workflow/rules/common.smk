@@ -88,7 +88,9 @@ JOBS = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", 
 JOBS |= {"PALPATE_RUN": str(os.getpid()), "PALPATE_JOBS": f".snakemake/jobs-{os.getpid()}"}
 JOBS |= {"NUMBA_CACHE_DIR": str(kernel_cache())}
 # and Ctrl-C ends them by way of the run
-shell.prefix(f"trap '' INT; export {' '.join(f'{name}={quote(value)}' for name, value in JOBS.items())}; ")
+EXPORTS = " ".join(f"{name}={quote(value)}" for name, value in JOBS.items())
+# snakemake formats this text, and a folder's name may have braces
+shell.prefix(f"trap '' INT; export {EXPORTS.replace('{', '{{').replace('}', '}}')}; ")
 
 # what is timed for long has half of the machine: on one of two cores, beside another single-threaded job, medians of
 # 1 ms and more are within 8 % of those of a job that runs alone; shorter ones may be up to half longer

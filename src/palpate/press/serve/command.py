@@ -1,5 +1,6 @@
 """Carry out ``palpate press``: open a finished run's body in a browser, until Ctrl-C."""
 
+import shlex
 import signal
 import sys
 import threading
@@ -91,7 +92,8 @@ def find_run(config: Path | None, results: Path | None) -> FinishedRun:
         raise InputError(f"{config}: there is no such file; give the settings of the run.")
     run = FinishedRun(config, results or config.parent / "results")
     if not (run.results / "tables/accuracy_vs_time.csv").is_file():
-        raise InputError(f"{run.results} holds no finished run with the study tradeoff; type make CONFIG={config}.")
+        make = f"make CONFIG={shlex.quote(str(config))}"
+        raise InputError(f"{run.results} holds no finished run with the study tradeoff; type {make}.")
     return run
 
 

@@ -44,6 +44,21 @@ def test_a_finer_mesh_than_the_truths_is_within_its_own_error(touch_case, touche
     assert abs(found.force_error) < 2.0 * own.force_error + 0.002
 
 
+@pytest.mark.parametrize(("held", "level"), [(2, 3), (3, 2)])
+def test_the_size_of_a_mesh_is_known_before_it_is_made(pad, touches, held, level):
+    meshes = TouchedMeshes(pad)
+    made, (nodes, tetrahedra) = meshes.around(touches[0], held, level).body, meshes.size(touches[0], held, level)
+    assert tetrahedra == pytest.approx(len(made.levels[-2].tetrahedra), rel=0.15)
+    assert nodes == pytest.approx(len(made.fine.nodes), rel=0.1)
+
+
+def test_a_truth_says_its_size_first_and_is_refused_where_memory_lacks(pad, touches):
+    said = []
+    with pytest.raises(InputError, match=r"bodies\.pad, sphere 20 mm: .* takes 0\.\d GB of memory, of which 0\.2 GB"):
+        truth_of_touches(pad, touches, say=said.append, free_mb=200.0)
+    assert len(said) == 1 and " nodes in " in said[0]
+
+
 def test_what_is_written_is_read(touch_truth, tmp_path):
     save_touch_truth(touch_truth, tmp_path / "truth.h5")
     again = load_touch_truth(tmp_path / "truth.h5")

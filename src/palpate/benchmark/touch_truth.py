@@ -127,11 +127,34 @@ class Asked(NamedTuple):
 USUAL = Asked()
 
 
+FIRST_MB, NODE_MB = 250.0, 0.0115
+"""Memory [MB] that a truth takes whatever its meshes, and besides for each node of the largest one: 900 MB in all for
+the 57 thousand of the liver under a ball of 8 mm."""
+
+
 def truth_of_touches(
-    body: Body, touches: Sequence[Touch], progress: Callable = iter, asked: Asked = USUAL
+    body: Body,
+    touches: Sequence[Touch],
+    progress: Callable = iter,
+    asked: Asked = USUAL,
+    say: Callable[[str], None] | None = None,
+    free_mb: float = np.inf,
 ) -> TouchTruth:
-    """Find the truth of each touch; ``progress`` wraps their sequence, as ``tqdm`` does. Warns of those rejected."""
+    """Find the truth of each touch; ``progress`` wraps their sequence, as ``tqdm`` does. Warns of those rejected.
+
+    say : told of the size of the largest mesh, before any is made; InputError if that needs more than ``free_mb`` [MB]
+    """
     meshes, rows = TouchedMeshes(body), []
+    nodes, tetrahedra = max(_largest(meshes, touch, asked) for touch in touches)
+    needed_mb, place = FIRST_MB + NODE_MB * nodes, f"{body.name}, {touches[0].instrument.name}"
+    size = f"the largest mesh of the truth has about {nodes} nodes in {tetrahedra} tetrahedra and takes"
+    if say is not None:
+        say(f"{place}: {size} {needed_mb / 1e3:.1f} GB of memory")
+    if needed_mb > free_mb:
+        raise InputError(
+            f"bodies.{place}: {size} {needed_mb / 1e3:.1f} GB of memory, of which {free_mb / 1e3:.1f} GB are free; "
+            "give the body fewer refinements or surface_nodes, lower touch.truth.finest, or take a smaller instrument."
+        )
     for touch in progress(touches):
         begin = perf_counter()
         rows.append(_truth(body, meshes, touch, asked) | {"seconds": perf_counter() - begin})
@@ -163,9 +186,23 @@ class _Answer(NamedTuple):
         )
 
 
+def _levels(meshes: TouchedMeshes, touch: Touch, asked: Asked) -> tuple[list[int], list[int]]:
+    """Return the levels of three meshes at the rim of what is held, and where it is touched; NotConverged as there."""
+    level = max(meshes.level_for(touch, asked.along_radius), 2)
+    return [max(0, asked.finest - back) for back in (2, 1, 0)], [level - back for back in (2, 1, 0)]
+
+
+def _largest(meshes: TouchedMeshes, touch: Touch, asked: Asked) -> tuple[int, int]:
+    """Estimate the nodes and tetrahedra of the largest mesh of a truth; none where there can be no truth."""
+    try:
+        rims, where = _levels(meshes, touch, asked)
+    except NotConverged:
+        return 0, 0
+    return max(meshes.size(touch, rims[1], where[2]), meshes.size(touch, rims[2], where[1]))
+
+
 def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: Asked) -> dict[str, Any]:
     """Return a row of the truth, all but its sample and seconds."""
-    rims = [max(0, asked.finest - back) for back in (2, 1, 0)]
     found: dict[tuple[int, int], _Answer] = {}
 
     def solve(held: int, level: int) -> tuple[TouchedMesh, Touching]:
@@ -176,8 +213,7 @@ def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: Asked) -> dic
         return mesh, state
 
     try:
-        level = max(meshes.level_for(touch, asked.along_radius), 2)
-        where = [level - back for back in (2, 1, 0)]
+        rims, where = _levels(meshes, touch, asked)
         for held in rims[:2]:
             for level in where[:2]:
                 solve(held, level)

@@ -16,6 +16,7 @@ from palpate.exchange.answers import Wanted
 from palpate.exchange.asked_body import body_arrays, body_info, body_of, refuse_sheet, with_law
 from palpate.exchange.folder import Arrays, Questions
 from palpate.exchange.readme import read_page
+from palpate.run.estimate import free_mb
 
 KIND = "touch"
 OWN = TouchErrors._fields
@@ -68,7 +69,7 @@ def truth_arrays(truth: TouchTruth, rows: np.ndarray) -> Arrays:
 def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arrays:
     """Find the truth of every touch with the material's ``law``, one of palpate's, as ``make`` does."""
     body = with_law(body_of(questions), law)
-    found = truth_of_touches(body, touches_in(questions, body), progress)
+    found = truth_of_touches(body, touches_in(questions, body), progress, free_mb=free_mb())
     return truth_arrays(found, np.arange(questions.count))
 
 

@@ -2,6 +2,7 @@
 
 import pandas as pd
 
+from palpate.run.estimate import free_mb
 from palpate.run.job import steps
 
 
@@ -26,7 +27,8 @@ def simulate_touch_truth(input, output, params, wildcards, say):
 
     touches = touches_of(Instrument(**params.instrument), pd.read_csv(input.touches))
     progress = steps(say, f"{wildcards.body}, {wildcards.tool}: truth of touch")
-    save_touch_truth(truth_of_touches(load(input.body), touches, progress, Asked(**params.truth)), output.truth)
+    truth = truth_of_touches(load(input.body), touches, progress, Asked(**params.truth), say, free_mb())
+    save_touch_truth(truth, output.truth)
 
 
 def measure_touch_models(input, params, wildcards, say):

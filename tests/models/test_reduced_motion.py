@@ -14,7 +14,7 @@ from palpate.errors import InputError, NotConverged
 from palpate.models import reduced_body, reduced_motion
 from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of
 from palpate.models.reduced_body import BodyAtRest, Modes, ReducedBody, bending_loads, limit_modes, vibrations
-from palpate.models.reduced_motion import CellEnergy, ReducedMotion, move, prepare
+from palpate.models.reduced_motion import CellEnergy, ReducedMotion, misses, move, prepare
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.dynamic.accuracy import told_in_modes
 
@@ -160,6 +160,21 @@ def test_all_modes_move_as_the_elements_do(box):
     assert np.abs(moved - expected).max() < 1e-6 * np.abs(expected).max()
     assert sum(each.lost_j for each in few) == pytest.approx(sum(each.lost_j for each in all_of), rel=1e-6)
     assert few[-1].work_j == pytest.approx(all_of[-1].work_j, rel=1e-6)
+
+
+def test_a_load_that_modes_were_not_told_of_is_missed_as_it_moves_the_body(box, monkeypatch):
+    """Elements feel 5 % more of a push that grows all the time: what is missed is what that adds to the motion."""
+    monkeypatch.setattr(reduced_motion, "MISSED_RESIDUAL", 1e-8)
+    monkeypatch.setattr(reduced_motion, "TOLERANCE", 1e-8)
+    body, rayleigh = whole(BodyAtRest(cube(box), 3)), {"mass_1_s": 5.0, "stiffness_s": 0.02}
+    push = {"at_m": [0.05, 0.05, 0.1], "normal": [0.0, 0.0, 1.0], "radius_m": 0.04, "force_n": [0.3, 0.0, -0.5]}
+    push |= {"start_s": 0.0, "press_s": 0.4, "hold_s": 1.0, "release_s": 0.0}
+    more = push | {"force_n": [1.05 * newtons for newtons in push["force_n"]]}
+    motion, other = (ReducedMotion(body, {"push": {"loads": [each]}}, rayleigh) for each in (push, more))
+    found, expected = (move(each, 0.4, 8, 8) for each in (motion, other))
+    motion.nodal = other.nodal
+    added = np.sqrt(np.mean(np.sum((expected.moved - found.moved) ** 2, axis=2)))
+    assert misses(motion, found) == pytest.approx(added, rel=0.03)
 
 
 def test_few_modes_are_near_the_truth_and_say_so(pressed, truth, reduced):

@@ -1,11 +1,16 @@
 """What a model says of its own motion is about as much as it is wrong by, without a reference."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
 from fixtures.poked_bar import poked
+from scipy.linalg import eigh
 
 from palpate.benchmark.motion_truth import motion_truth
+from palpate.scenes.run_scene import compose
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.accuracy import estimated, mesh_residual
 from palpate.studies.dynamic.compared_scene import ComparedScene
@@ -48,6 +53,23 @@ def test_the_residual_of_a_slow_press_is_what_the_finer_mesh_adds(pressed):
     middle = int(np.linalg.norm(coarse[:-1], axis=2).max(axis=1).argmax())
     off = np.sqrt(np.mean(np.sum((coarse[middle] - fine[middle]) ** 2, axis=1)))
     assert mesh_residual(slow, 0, run.motion) == pytest.approx(off, rel=0.05)
+
+
+def test_the_residual_of_a_free_vibration_is_what_frames_lose_of_its_inertia(pressed):
+    """Frames h apart see of its acceleration −ω² u the share (2 − 2 cos ωh)/(ωh)², and K u = ω² M u lacks the rest."""
+    free = replace(pressed, loads={}, rayleigh={"mass_1_s": 0.0, "stiffness_s": 0.0})
+    particles = free.particles(1)
+    system = compose(free.fem(free.frames), particles)
+    unknowns = np.flatnonzero(np.repeat(system.free, 3))
+    matrix = system.stiffness(particles.nodes, definite=True).toarray()[np.ix_(unknowns, unknowns)]
+    (squared,), shape = eigh(matrix, np.diag(np.repeat(system.masses, 3)[unknowns]), subset_by_index=[0, 0])
+    moved = np.zeros((3, 3 * len(particles.nodes)))
+    moved[:, unknowns] = 1e-7 * np.outer(np.cos([-1.0, 0.0, 1.0]), shape[:, 0] / np.abs(shape).max())
+    moved = moved.reshape(3, -1, 3)
+    times = np.arange(3) / np.sqrt(squared)
+    motion = SimpleNamespace(positions=particles.nodes + moved, rest=particles.nodes, times=times)
+    surface = np.sqrt(np.mean(np.sum(moved[1, free.body.fine.surface] ** 2, axis=1)))
+    assert mesh_residual(free, 1, motion) == pytest.approx((2.0 * np.cos(1.0) - 1.0) * surface, rel=1e-3)
 
 
 def test_steps_of_half_the_length_are_said_to_be_better(pressed):

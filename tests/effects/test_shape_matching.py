@@ -4,8 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
+from palpate.bodies.body import nest
+from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
+from palpate.bodies.simple_shapes import box
 from palpate.effects import shape_matching
 from palpate.effects.shape_matching import make_clusters
 from palpate.errors import InputError
@@ -74,6 +78,24 @@ def test_added_goals_are_the_pulls_of_each_cluster_alone(particles, mode):
         parts[members] += 0.05 * (goals(matched(one, mode, beta=0.5), x[members]) - x[members])
     assert clusters.shared_by.max() > 1
     assert np.abs(whole.alpha * (goals(whole, x) - x) - parts).max() < 1e-12 * particles.size
+
+
+def test_clusters_of_a_symmetric_mesh_are_symmetric_in_any_order_of_its_elements():
+    mesh = box([0.1, 0.06, 0.12], [4, 2, 6])
+    block = particles_of(nest("block", mesh, 0, np.arange(0), Material(3000.0, 0.3, 1000.0)), 0, surface=False)
+    tree, found = cKDTree(mesh.nodes), around_tetrahedra(block)
+    shuffled = np.random.default_rng(0).permutation(mesh.tetrahedra)
+    assert around_tetrahedra(replace(block, tetrahedra=shuffled)) == found and len(found) < len(shuffled) / 2
+    for axis in range(3):
+        mirrored = mesh.nodes.copy()
+        mirrored[:, axis] = np.ptp(mesh.nodes[:, axis]) - mirrored[:, axis]
+        image = tree.query(mirrored)[1]
+        assert {frozenset(image[list(group)].tolist()) for group in found} == found
+
+
+def around_tetrahedra(particles) -> set[frozenset[int]]:
+    """The clusters around tetrahedra, as sets of nodes."""
+    return {frozenset(group.tolist()) for group in groups(make_clusters(particles, {"kind": "tetrahedra"}))}
 
 
 def test_added_goals_that_may_be_unstable_are_refused(particles):

@@ -6,6 +6,7 @@ fit c + H φ, with q = L φ and A_pq = M H Lᵀ, and terms that are dependent in
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numba
@@ -41,7 +42,8 @@ def make_clusters(particles: Particles, settings: dict) -> Clusters:
 
     one : the whole piece
     tetrahedra : one for each tetrahedron that is not yet in a cluster, with all tetrahedra that share a node with it,
-        so that each tetrahedron is inside a cluster and the clusters of a piece are connected
+        so that each tetrahedron is inside a cluster and the clusters of a piece are connected; from the piece's middle
+        outward, and all at once of those equally far, so that clusters of a symmetric mesh are symmetric
     each_tetrahedron : one for each tetrahedron, with all tetrahedra that share a node with it, as paper 3 says
     cubes : of side ``edge_m`` [m], at equal distances in the piece's box; neighbours share at least the fraction
         ``overlap``
@@ -58,7 +60,8 @@ def make_clusters(particles: Particles, settings: dict) -> Clusters:
     elif kind in ("tetrahedra", "each_tetrahedron"):
         if not len(particles.tetrahedra):
             raise InputError(f"shape_matching.clusters.kind is {kind}, and {particles.name} has none: use cubes")
-        groups = _neighbourhoods(particles.tetrahedra, count, each=kind == "each_tetrahedron")
+        shells = _shells(particles, pieces) if kind == "tetrahedra" else None
+        groups = _neighbourhoods(particles.tetrahedra, count, shells)
     else:
         groups = [piece[g] for piece in pieces for g in _cubes(particles.nodes[piece], settings)]
     clusters = Clusters(np.concatenate(groups), np.cumsum([0, *map(len, groups)]))
@@ -81,16 +84,31 @@ def _pieces(edges: np.ndarray, count: int) -> list[np.ndarray]:
     return np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
 
 
-def _neighbourhoods(tetrahedra: np.ndarray, count: int, each: bool) -> list[np.ndarray]:
+ALIKE = 1e-6
+"""Difference of distances, over the body's size, that rounding may make."""
+
+
+def _shells(particles: Particles, pieces: list[np.ndarray]) -> list[np.ndarray]:
+    """Split the tetrahedra into those equally far from the middle of their piece, the nearest first."""
+    centres = particles.nodes[particles.tetrahedra].mean(axis=1)
+    away = np.empty(len(centres))
+    for piece in pieces:
+        own = np.isin(particles.tetrahedra[:, 0], piece)
+        away[own] = np.linalg.norm(centres[own] - particles.nodes[piece].mean(axis=0), axis=1)
+    order = np.argsort(away, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(away[order]) > ALIKE * particles.size) + 1)
+
+
+def _neighbourhoods(tetrahedra: np.ndarray, count: int, shells: Iterable[np.ndarray] | None) -> list[np.ndarray]:
+    """Return the nodes of the tetrahedra around each one; with ``shells`` of those that none before them covers."""
     index = np.repeat(np.arange(len(tetrahedra)), 4)
     around = sparse.csr_array((np.ones(len(index), dtype=bool), (tetrahedra.ravel(), index)), (count, len(tetrahedra)))
     covered, groups = np.zeros(len(tetrahedra), dtype=bool), []
-    for seed in range(len(tetrahedra)):
-        if covered[seed] and not each:
-            continue
-        near = np.concatenate([around.indices[around.indptr[n] : around.indptr[n + 1]] for n in tetrahedra[seed]])
-        covered[near] = True
-        groups.append(np.unique(tetrahedra[near]))
+    for shell in [np.arange(len(tetrahedra))] if shells is None else shells:
+        for seed in shell[~covered[shell]]:
+            near = np.concatenate([around.indices[around.indptr[n] : around.indptr[n + 1]] for n in tetrahedra[seed]])
+            covered[near] = shells is not None
+            groups.append(np.unique(tetrahedra[near]))
     return groups
 
 

@@ -104,6 +104,22 @@ def test_a_force_has_the_answer_of_statics(bar, particles, integrator):
     assert on_hook(motion)[-1] == pytest.approx(-force, abs=1e-12)
 
 
+def test_between_nodes_it_grasps_the_facet_and_pulls_where_it_is(particles):
+    """In a facet of the top, and on the edge of two: without a radius these move, and a force has no moment there."""
+    for at, facets in (([0.041, 0.018, 0.03], 1), ([0.05, 0.0225, 0.03], 2)):
+        hooks = make(particles, [hook(at_m=at, shift_m=SHIFT, radius_m=0.0)], elements(particles))
+        assert len(hooks.hooks[0].triangles) == facets and len(hooks.hooks[0].nodes) == facets + 2
+        for radius in (0.0, 0.003):
+            pull = np.array([0.1, 0.2, 0.3])
+            hooks = make(particles, [hook(at_m=at, force_n=pull, radius_m=radius)], elements(particles))
+            hooks.at(5.0)
+            force = np.zeros_like(particles.nodes)
+            hooks.add_force(particles.nodes, force, force)
+            assert force.sum(axis=0) == pytest.approx(pull)
+            moment = np.cross(particles.nodes - at, force).sum(axis=0)
+            assert moment == pytest.approx(0.0, abs=1e-12)
+
+
 def test_what_is_let_go_comes_back_and_feels_nothing(particles):
     gone = hook(shift_m=SHIFT, hold_s=0.1)
     back = hook(shift_m=SHIFT, hold_s=0.1, release_s=0.2)
@@ -153,7 +169,7 @@ def test_on_its_side_of_a_cut_alone(particles):
             side = corners[..., 0] > 0.05 + 1e-12 if x > 0.05 else corners[..., 0] < 0.05 - 1e-12
             assert side.any(axis=1).all() and len(found.nodes) > 3
             assert (halves.nodes[found.nodes][:, 2] == 0.03).all()  # and of no lip
-    (whole,) = make(particles, [near | {"shift_m": [0, 0, 0.01]}], elements(particles)).hooks
+    (whole,) = make(particles, [near | {"shift_m": [0, 0, 0.01], "radius_m": 0.03}], elements(particles)).hooks
     assert particles.nodes[whole.nodes][:, 0].max() > 0.06  # without a cut it reaches beyond
 
 
@@ -181,7 +197,7 @@ def test_springs_shapes_and_sheets_are_hooked_too():
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        ({"at_m": [0.3, 0, 0]}, r"hooks\[0\]\.at_m is .* m from the nearest node"),
+        ({"at_m": [0.3, 0, 0]}, r"hooks\[0\]\.at_m is .* m from the nearest point"),
         ({"radius_m": 1.0}, r"hooks\[0\]\.radius_m is 1 m, and the whole body"),
         ({"at_m": [0.0, 0.015, 0.015]}, "which is held"),
         ({"at_m": [0.02, 0.015, 0.03]}, r"hooks\[0\] grasps nodes that are held"),

@@ -117,7 +117,7 @@ def test_loads_add_up_and_nothing_presses_before_its_time_is_told(particles):
 
 
 def test_a_load_far_away_or_on_the_anchors_is_refused(particles):
-    with pytest.raises(InputError, match=r"push\.loads\[1\]\.at_m is .* m from the nearest node of its"):
+    with pytest.raises(InputError, match=r"push\.loads\[1\]\.at_m is .* m from the nearest point of its"):
         make_push(particles, {"loads": [load(particles), load(particles, at_m=[200.0, 100.0, 80.0])]}, None)
     near = particles.nodes[particles.surface].max(axis=0) + 0.2 * particles.size
     with pytest.raises(InputError, match=r"give a point on the surface, in metres\.$"):

@@ -11,6 +11,7 @@ from palpate.bodies.simple_shapes import cylinder
 from palpate.bodies.surface_quadrature import enclosed_volume, triangle_shapes
 from palpate.effects.linear_elements import shape_gradients
 from palpate.effects.patch_load import Patch, nodal_load, patch_at, patch_shares
+from palpate.effects.push import disc, placed
 
 FORCE = np.array([0.3, -1.2, 0.5])
 
@@ -132,9 +133,28 @@ def test_the_back_of_a_thin_body_is_not_pressed(box, soft):
     assert body.coarse.nodes[nodes, 2].min() == 0.01
 
 
-def test_a_patch_far_from_the_body_loads_the_nearest_node(body):
+def test_a_patch_far_from_the_body_loads_the_nearest_point(body):
     nodes, shares = patch_shares(body.coarse, Patch(np.array([1.0, 0.0, 0.1]), np.array([1.0, 0.0, 0.0]), 0.01))
-    assert shares.tolist() == [1.0] and body.coarse.nodes[nodes[0], 0] == pytest.approx(0.03)
+    assert shares @ body.coarse.nodes[nodes] == pytest.approx([0.03, 0.0, 0.1])
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("radius", [0.0, 1e-5, 0.006])
+@pytest.mark.parametrize("at", [[0.031, 0.017, 0.1], [0.075, 0.05, 0.1], [0.1, 0.06, 0.028], [0.05, 0.05, 0.1]])
+def test_a_push_between_nodes_acts_where_it_is(box, order, radius, at):
+    """In a facet, on an edge, on a side, at a node of facets 50 mm wide: the force's moment about its place is 0."""
+    mesh = box([2, 2, 2], [0.1, 0.1, 0.1])
+    off = [0.0, 0.0, 1e-3] if at[2] == 0.1 else [1e-3, 0.0, 0.0]
+    for given in (at, np.add(at, off).tolist()):
+        (load,) = placed(mesh, np.arange(0), "box", {"loads": [{"at_m": given, "radius_m": radius}]})
+        assert load["at_m"] == pytest.approx(at, abs=1e-15)
+        assert load["normal"] == pytest.approx(np.array(off) / 1e-3, abs=1e-15)
+        nodes, shares = patch_shares(mesh, disc(load), order)
+        places = mesh.nodes if order == 1 else refine(mesh)[0].nodes
+        assert shares.sum() == pytest.approx(1.0, abs=1e-14)
+        assert shares @ places[nodes] == pytest.approx(at, abs=1e-14)
+        if radius == 0.0 and at == [0.05, 0.05, 0.1]:
+            assert shares.tolist() == [1.0] and load["at_m"] == mesh.nodes[nodes[0]].tolist()
 
 
 @pytest.fixture(scope="module")

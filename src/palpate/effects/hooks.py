@@ -11,7 +11,7 @@ from palpate.bodies.particles import Particles
 from palpate.bodies.surface_quadrature import near_ball
 from palpate.effects import effect
 from palpate.effects.effect import Effect, Shape, Stiffness, offers
-from palpate.effects.patch_load import Patch, course, nearest_on_surface, patch_shares, surface_node
+from palpate.effects.patch_load import Patch, course, have, load_point, patch_shares
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import shared_pattern
 
@@ -53,14 +53,14 @@ def _meet(particles: Particles, a: "Moved", b: "Moved", t: float) -> bool:
 def _hook(particles: Particles, number: int, entry: dict, stiffness: np.ndarray) -> "Moved | Pulled":
     place, radius = f"{particles.name}: hooks[{number}]", float(entry["radius_m"])
     times = Times(*(float(entry[f"{name}_s"]) for name in ("start", "pull", "hold", "release")))
-    surface_node(particles, particles.held, place, entry)  # refuses what is off the surface, too wide or held
-    node, skin, normal = _skin_at(particles, np.array(entry["at_m"], dtype=float))
-    corners, at_node = particles.nodes[skin], (skin == node).any(axis=1)
-    within = (np.linalg.norm(corners - particles.nodes[node], axis=2) <= radius).all(axis=1)
-    grasped = _joined(skin[within | at_node], node)
+    facet, weights = load_point(particles, particles.held, place, entry)
+    skin, at_point, normal = _skin_at(particles, facet, weights)
+    corners, disc = particles.nodes[skin], Patch(weights @ particles.nodes[facet], normal, radius)
+    within = (np.linalg.norm(corners - disc.center_m, axis=2) <= radius).all(axis=1)
+    node = int(facet[weights.argmax()])
+    grasped = _joined(skin[within | at_point], node)
     if "force_n" in entry:
-        disc = Patch(particles.nodes[node], normal, radius)
-        side = replace(particles, triangles=_joined(skin[near_ball(corners, disc.center_m, radius) | at_node], node))
+        side = replace(particles, triangles=_joined(skin[near_ball(corners, disc.center_m, radius) | at_point], node))
         return Pulled(times, grasped, *patch_shares(side, disc), np.array(entry["force_n"], dtype=float), particles)
     nodes = np.unique(grasped)
     if np.isin(nodes, particles.held).any():
@@ -70,18 +70,18 @@ def _hook(particles: Particles, number: int, entry: dict, stiffness: np.ndarray)
     return Moved(times, grasped, nodes, GRIP * stiffness[nodes], np.array(entry["shift_m"], dtype=float), particles)
 
 
-def _skin_at(particles: Particles, at: np.ndarray) -> tuple[int, np.ndarray, np.ndarray]:
-    """Return the nearest corner of the triangle nearest to ``at`` (3,) [m], triangles (t, 3) like it, the normal (3,).
+def _skin_at(particles: Particles, facet: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return triangles (t, 3) that look as a facet does, which of them have its point of ``weights``, the normal (3,).
 
-    So at a cut, whose nodes are double, it is a node of the right side, and the lips, which look another way, are out.
+    So at a cut, whose nodes are double, they are of the right side, and the lips, which look another way, are out.
     """
-    (nearest,), _, _ = nearest_on_surface(particles, at[None])
-    node = int(nearest[np.linalg.norm(particles.nodes[nearest] - at, axis=1).argmin()])
     normals = area_normals(particles.nodes, particles.triangles)
-    outward = np.cross(*(particles.nodes[nearest[1:]] - particles.nodes[nearest[0]]))
+    outward = np.cross(*(particles.nodes[facet[1:]] - particles.nodes[facet[0]]))
     alike = normals @ outward > ALIKE * np.linalg.norm(normals, axis=1) * np.linalg.norm(outward)
-    there = normals[alike & (particles.triangles == node).any(axis=1)].sum(axis=0)
-    return node, particles.triangles[alike], there / np.linalg.norm(there)
+    skin = particles.triangles[alike]
+    at_point = have(skin, facet, weights)
+    there = normals[alike][at_point].sum(axis=0)
+    return skin, at_point, there / np.linalg.norm(there)
 
 
 def _joined(triangles: np.ndarray, node: int) -> np.ndarray:

@@ -51,7 +51,7 @@ def patch_shares(mesh: Mesh, patch: Patch, order: int = 1) -> tuple[np.ndarray, 
     The pressure is proportional to 1 − (distance/radius)² on the triangles whose normal is within 90° of the patch's,
     and is integrated with the shape functions of ``mesh``: linear ones, or of order 2 the quadratic ones, whose nodes
     are the mesh's and then the midpoints of its ``edges``; shares of these may be negative. With a radius of 0, or
-    where no such triangle is near, the node nearest to the centre has all.
+    where no such triangle is near, the force is on the point of the surface nearest to the centre.
 
     Trap: area weights in place of the integral spoil quadratic elements: by up to 63 % of the peak at the patch.
     """
@@ -59,7 +59,10 @@ def patch_shares(mesh: Mesh, patch: Patch, order: int = 1) -> tuple[np.ndarray, 
     shapes = _integrals(mesh.nodes[corners], patch, order)
     if not shapes.sum() > 0.0:
         distance = np.linalg.norm(mesh.nodes[mesh.surface] - patch.center_m, axis=1)
-        return mesh.surface[[np.argmin(distance)]], np.ones(1)
+        if distance.min() <= AT_NODE * mesh.size:
+            return mesh.surface[[np.argmin(distance)]], np.ones(1)
+        nearest, weights, _ = surface_point(mesh, patch.center_m)
+        corners, shapes = nearest[None], triangle_shapes(weights[None], order)
     if order == 2:
         corners = np.hstack([corners, midpoints(mesh, corners)])
     nodes, places = np.unique(corners, return_inverse=True)
@@ -98,37 +101,48 @@ def ramp(since: float, lasts_s: float) -> float:
 
 
 OFF = 0.1
-"""Share of the body's size by which a load may lie off its surface, beyond what lies between two nodes."""
+"""Share of the body's size by which a load may lie off its surface."""
+AT_NODE = 1e-6
+"""Share of a facet's or the body's size within which a point is at an edge or a node: rounding decides no more."""
 
 
-def surface_node(mesh: Mesh, held: np.ndarray, place: str, load: dict) -> int:
-    """Return the surface node nearest to ``at_m`` (3,) [m] of a load of ``radius_m`` [m]; place : in messages.
+def load_point(mesh: Mesh, held: np.ndarray, place: str, load: dict) -> tuple[np.ndarray, np.ndarray]:
+    """Return the facet (3,) with the surface point nearest to ``at_m`` (3,) [m] of a load, and its weights (3,) there.
 
-    Raises InputError for a load off the surface, of a radius beyond the body's size, or on a held node.
+    held : nodes that do not move; place : in messages
+    Raises InputError for a load off the surface, of a radius beyond the body's size, or on what is held.
     """
     if load["radius_m"] > mesh.size:
         raise InputError(
             f"{place}.radius_m is {load['radius_m']:g} m, and the whole body is "
             f"{mesh.size:.3g} m long; give the radius of what presses or grasps it, in metres."
         )
-    distance = np.linalg.norm(mesh.nodes[mesh.surface] - np.array(load["at_m"], dtype=float), axis=1)
-    nearest = int(np.argmin(distance))
-    contact = int(mesh.surface[nearest])
-    if not distance[nearest] <= OFF * mesh.size + _between(mesh, contact):
+    corners, weights, away = surface_point(mesh, np.array(load["at_m"], dtype=float))
+    point = np.round(weights @ mesh.nodes[corners], 4).tolist()
+    if not away <= OFF * mesh.size:
         raise InputError(
-            f"{place}.at_m is {distance[nearest]:.3g} m from the nearest node of its "
-            f"surface, {np.round(mesh.nodes[contact], 4).tolist()}; give a point on the surface, in metres."
+            f"{place}.at_m is {away:.3g} m from the nearest point of its surface, {point}; "
+            "give a point on the surface, in metres."
         )
-    if contact in held:
-        raise InputError(f"{place}.at_m is nearest to node {contact}, which is held; go farther from the anchors.")
-    return contact
+    if np.isin(corners[weights > 0.0], held).all():
+        raise InputError(f"{place}.at_m is nearest to {point}, which is held; go farther from the anchors.")
+    return corners, weights
 
 
-def _between(mesh: Mesh, contact: int) -> float:
-    """Return the largest distance [m] of a point of the triangles at a node from the nearest of their corners."""
-    corners = mesh.nodes[mesh.triangles[(mesh.triangles == contact).any(axis=1)]]
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    return float(edges.max(initial=0.0)) / np.sqrt(3.0)
+def surface_point(mesh: Mesh, point: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return the facet (3,) with the surface point nearest to a point (3,) [m], its weights (3,), its distance [m].
+
+    At a node, or on an edge, the others have no weight at all.
+    """
+    (corners,), (weights,), (away,) = nearest_on_surface(mesh, point[None])
+    weights = np.where(weights > AT_NODE, weights, 0.0)
+    return corners, weights / weights.sum(), float(away)
+
+
+def have(triangles: np.ndarray, corners: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return which of ``triangles`` (t, 3) contain a point that ``surface_point`` found: at a node all around it."""
+    few = corners[weights > 0.0]
+    return np.isin(triangles, few).sum(axis=1) == len(few)
 
 
 def nearest_on_surface(mesh: Mesh, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

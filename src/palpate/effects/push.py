@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from palpate.bodies.mesh import Mesh
+from palpate.bodies.mesh import Mesh, area_normals
 from palpate.bodies.particles import Particles
 from palpate.effects.effect import Effect, Load, Time
-from palpate.effects.patch_load import Patch, course, patch_shares, surface_node
+from palpate.effects.patch_load import Patch, course, have, load_point, patch_shares
 
 
 def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Push":
@@ -17,15 +17,20 @@ def placed(mesh: Mesh, held: np.ndarray, name: str, settings: dict) -> list[dict
     """Return ``settings["loads"]``, each with its disc: ``at_m`` on the surface, and the outward ``normal`` there.
 
     held : nodes of ``mesh`` that do not move; name : the body's, for messages
-    The disc's middle is the surface node nearest to the given ``at_m`` (3,) [m] at rest. A load that has a ``normal``
-    has its disc already, so that one mesh places it for all levels of a body: the nearest node of each would be
-    another place. Raises InputError for a load off the surface, of a radius beyond the body's size, or on a held node.
+    The disc's middle is the point of the surface nearest to the given ``at_m`` (3,) [m] at rest. A load that has a
+    ``normal`` has its disc already, so that one mesh places it for all levels of a body: surfaces of levels differ.
+    Raises InputError for a load off the surface, of a radius beyond the body's size, or on what is held.
     """
     found = []
     for i, load in enumerate(settings["loads"]):
         if "normal" not in load:
-            contact = surface_node(mesh, held, f"{name}: push.loads[{i}]", load)
-            load = load | {"at_m": mesh.nodes[contact].tolist(), "normal": mesh.normals[contact].tolist()}
+            corners, weights = load_point(mesh, held, f"{name}: push.loads[{i}]", load)
+            if (weights == 1.0).any():
+                normal = mesh.normals[corners[weights.argmax()]]
+            else:
+                normal = area_normals(mesh.nodes, mesh.triangles[have(mesh.triangles, corners, weights)]).sum(axis=0)
+                normal /= np.linalg.norm(normal)
+            load = load | {"at_m": (weights @ mesh.nodes[corners]).tolist(), "normal": normal.tolist()}
         found.append(load)
     return found
 
@@ -46,8 +51,8 @@ def factor(load: dict, t: float) -> float:
 class Push(Load, Time):
     """Σ factor(t) · force: dead loads, of constant direction.
 
-    Each ``force_n`` (3,) [N] is a pressure over a disc of ``radius_m``, as ``patch_shares`` distributes it (0: one
-    node); its share on held nodes is lost to the anchors. All loads are zero until ``at`` is called.
+    Each ``force_n`` (3,) [N] is a pressure over a disc of ``radius_m``, as ``patch_shares`` distributes it (0: a
+    point); its share on held nodes is lost to the anchors. All loads are zero until ``at`` is called.
     """
 
     outer = True

@@ -26,9 +26,9 @@ Fraction = Annotated[NotNegative, Field(le=1)]
 
 
 class Load(Block):
-    at_m: Vector = key("Middle of the load on the body [m]")
+    at_m: Vector = key("Middle of the load [m]; the point of the surface nearest to it at rest")
     force_n: Vector = key("Force [N]")
-    radius_m: NotNegative = key("Radius of the disc that the force is spread over [m]; 0 is one node", 0)
+    radius_m: NotNegative = key("Radius of the disc that the force is spread over [m]; 0 is a point", 0)
     start_s: NotNegative = key("When it begins [s]", 0)
     press_s: NotNegative = key("How long it grows [s]", 0.1)
     hold_s: NotNegative = key("How long it stays [s]", 0.5)
@@ -81,8 +81,8 @@ class Push(Block):
 class Hook(Block):
     model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": ["shift_m"]}, {"required": ["force_n"]}]})
 
-    at_m: Vector = key("Point [m] whose nearest surface node is grasped at rest, with what is around it")
-    radius_m: NotNegative = key("Radius [m] of what is grasped; 0 for what is next to the node", 0)
+    at_m: Vector = key("Point [m] whose nearest surface point is grasped at rest, with what is around it")
+    radius_m: NotNegative = key("Radius [m] of what is grasped; 0 for the facet at the point", 0)
     shift_m: Vector = optional("How far it is moved from where it is at the start [m]")
     force_n: Vector = optional("Force [N] that pulls instead, spread over the patch as a load's")
     start_s: NotNegative = key("When it grasps [s]", 0)

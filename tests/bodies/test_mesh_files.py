@@ -1,12 +1,17 @@
-"""Surface files as exporters write them are read, cut ones are refused, and units are guessed from sizes."""
+"""Files as programs write them are read as they are meant, cut ones are refused, and units are guessed from sizes."""
 
 import struct
 
 import numpy as np
 import pytest
+import pyvista
+from fixtures.mesh_encodings import SOLIDS, SURFACES, dataset, halves, lopsided
 from fixtures.organs import volume
+from scipy.spatial import cKDTree
 
-from palpate.bodies.mesh_file import choose_scale, guess_scale, read
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_file import choose_scale, guess_scale, inspect, load_shape, load_tagged
+from palpate.bodies.mesh_readers import read
 from palpate.errors import InputError
 
 CORNERS = [[i & 1, i >> 1 & 1, i >> 2] for i in range(8)]
@@ -104,6 +109,7 @@ CUT = {
     "points.obj": V.encode(),
     "a.off": CUBES["a.off"][:-12],
     "a.vtu": b"<VTKFile><UnstructuredGrid>",
+    "points.vtk": b"# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\n",
 }
 
 
@@ -112,6 +118,88 @@ def test_a_cut_file_is_said_to_be_cut(tmp_path, name):
     (tmp_path / name).write_bytes(CUT[name])
     with pytest.raises(InputError, match=f"{name}: it is cut off: "):
         read(tmp_path / name)
+
+
+UNITS = {"millimetre": 1e-3, "centimetre": 1e-2, "metre": 1.0, "micrometre": 1e-6, "inch": 0.0254}
+AXES = {"": 1.0, "LPS": 1.0, "RAS": np.array([-1.0, -1.0, 1.0])}
+"""Coordinates in a frame over those in palpate's."""
+
+
+def apart(points, others):
+    """Greatest distance between two clouds of points, either way."""
+    return max(cKDTree(points).query(others)[0].max(), cKDTree(others).query(points)[0].max())
+
+
+@pytest.mark.filterwarnings("ignore:.*its header says SPACE=RAS")
+@pytest.mark.parametrize("name", [*SURFACES, *(f"solid_{name}" for name in SOLIDS)])
+def test_one_mesh_is_the_same_body_in_every_encoding_frame_and_unit(tmp_path, name):
+    """Points, volume, elements in their order with their tags; units are drawn."""
+    mesh, random = lopsided(), np.random.default_rng(len(name))
+    solid = name.startswith("solid_")
+    elements, writer = (mesh.tetrahedra, SOLIDS[name[6:]]) if solid else (mesh.triangles, SURFACES[name])
+    for frame, axes in AXES.items():
+        scale = UNITS[random.choice(list(UNITS))]
+        path = tmp_path / f"{frame}_{name}"
+        path.write_bytes(
+            writer(mesh.nodes * axes / scale, elements, f"3D Slicer output. SPACE={frame}" if frame else "")
+        )
+        points, triangles, tetrahedra = load_shape(path)
+        assert read(path).frame == (frame or None)
+        assert apart(scale * points, mesh.nodes if solid else mesh.nodes[mesh.surface]) < 2e-6
+        assert inspect(path).volume * scale**3 == pytest.approx(mesh.volumes.sum(), rel=1e-5)
+        if not solid:
+            assert len(triangles) == len(elements)
+            continue
+        middles = [each.nodes[each.tetrahedra].mean(axis=1) for each in (mesh, TetMesh(scale * points, tetrahedra))]
+        assert np.abs(middles[0] - middles[1]).max() < 2e-6
+        tags = halves(elements)
+        if name.endswith(".msh") and "none" not in name:
+            assert len(load_tagged(path, 7)) == len(elements)
+            assert "two" not in name or np.array_equal(load_tagged(path, 8), np.flatnonzero(tags == 8))
+        elif not name.endswith(".msh"):
+            assert np.array_equal(load_tagged(path, 8), np.flatnonzero(tags == 8))
+
+
+def test_ghost_cells_and_other_kinds_of_datasets_of_vtk(tmp_path):
+    """A piece repeats cells of its neighbours, marked as ghosts."""
+    mesh = lopsided()
+    grid = dataset(mesh.nodes, np.vstack([mesh.tetrahedra, mesh.tetrahedra[:9]]))
+    grid.cell_data["vtkGhostType"] = np.repeat([0, 1], [len(mesh.tetrahedra), 9]).astype(np.uint8)
+    grid.save(tmp_path / "ghosts.vtu")
+    assert len(load_shape(tmp_path / "ghosts.vtu")[2]) == len(mesh.tetrahedra)
+    pyvista.ImageData(dimensions=(3, 3, 3)).save(tmp_path / "image.vtk")
+    with pytest.raises(InputError, match=r"image\.vtk: it holds a STRUCTURED_POINTS dataset; write it as one"):
+        read(tmp_path / "image.vtk")
+
+
+@pytest.mark.parametrize(
+    "name", ["little_double.ply", "big_double.ply", "more.ply", "plain.obj", "plain.off", "ascii.stl"]
+)
+def test_far_from_the_origin_points_keep_double_precision(tmp_path, name):
+    mesh, far = lopsided(), np.array([1e8, -1e8, 1e8])
+    (tmp_path / name).write_bytes(SURFACES[name](1e3 * mesh.nodes + far, mesh.triangles, ""))
+    assert apart(load_shape(tmp_path / name)[0] - far, 1e3 * mesh.nodes[mesh.surface]) < 1e-6
+
+
+@pytest.mark.parametrize("name", ["binary.stl", "little.ply"])
+def test_single_precision_far_from_the_origin_is_refused(tmp_path, name):
+    mesh = lopsided()
+    (tmp_path / name).write_bytes(SURFACES[name](1e3 * mesh.nodes + 1e8, mesh.triangles, ""))
+    with pytest.raises(InputError, match=r"its coordinates are of single precision, 8 units apart .* length of 20\d"):
+        load_shape(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("head", "said"),
+    [
+        ("SPACE=scanner", "says SPACE=SCANNER; write LPS or RAS"),
+        ("SPACE=RAS SPACE=LPS", "says SPACE=LPS and RAS; write"),
+    ],
+)
+def test_a_frame_that_is_none_or_two_is_refused(tmp_path, head, said):
+    (tmp_path / "a.obj").write_bytes(SURFACES["plain.obj"](lopsided().nodes, lopsided().triangles, head))
+    with pytest.raises(InputError, match=said):
+        read(tmp_path / "a.obj")
 
 
 def box(size):

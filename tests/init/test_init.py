@@ -6,6 +6,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from fixtures.mesh_encodings import SOLIDS, lopsided
 from fixtures.organs import organ
 from fixtures.scans import write_scan
 
@@ -295,6 +296,27 @@ def test_what_may_not_be_read_gets_one_sentence(capsys, monkeypatch, data):
     assert main(["init", str(data / "bar.vtk")]) == 1
     said = f"error: {data / 'bar.vtk'}: Permission denied; mend that, or give another place.\n"
     assert capsys.readouterr().err == said
+
+
+@pytest.mark.parametrize(("frame", "hold", "facing"), [
+    ("LPS", None, [0, 1, 0]), ("RAS", None, [0, 1, 0]), ("RAS", "left", [1, 0, 0]), ("LPS", "right", [-1, 0, 0]),
+    ("", None, [0, 0, -1]), ("", "left", [-1, 0, 0]),
+])  # fmt: skip
+@pytest.mark.filterwarnings("ignore:.*its header says SPACE=RAS")
+def test_a_mesh_with_a_frame_is_a_patient_who_lies_on_the_back(frame, hold, facing, tmp_path):
+    """Without one it lies on its broadest side, and left is that of whoever looks at its front."""
+    mesh, axes = lopsided(), [-1, -1, 1] if frame == "RAS" else [1, 1, 1]
+    head = f"3D Slicer output. SPACE={frame}" if frame else ""
+    (tmp_path / "organ.vtk").write_bytes(SOLIDS["v42_ascii_title.vtk"](1e3 * mesh.nodes * axes, mesh.tetrahedra, head))
+    found = recognise([tmp_path / "organ.vtk"])
+    assert choose.choose("organ", found.entry, hold).entry["bed"]["facing"] == facing
+    said = {
+        "LPS": "LPS from its header, so that its sides are the patient's",
+        "RAS": "RAS from its header, turned to LPS, so that its sides are the patient's",
+        "": "no frame in its header, so that z points up, y to the back and x to the right",
+    }[frame]
+    inside = f"{1e6 * mesh.volumes.sum():.4g} mL, as its tetrahedra"
+    assert found.found[1] == f"{said}; a unit of 1 mm, guessed from the size; 1 piece; {inside}"
 
 
 @pytest.mark.parametrize(

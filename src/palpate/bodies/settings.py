@@ -143,7 +143,7 @@ class Stomach(_Round):
 
 class File(_Compared):
     kind: Literal["file"] = key("A tetrahedral mesh or a closed surface read from a file")
-    path: str = key("The mesh (.msh .vtk .vtu .mesh, or a surface .stl .obj .ply .off), relative to this configuration")
+    path: str = key("The mesh (.msh .vtk .vtu .vtp .mesh .stl .obj .ply .off), relative to this configuration")
     scale_m: Positive = optional("Length [m] of one unit of the file; if left out, guessed from the size, and reported")
     surface_nodes: Whole = optional(
         "Nodes that the coarse surface is remeshed to; a surface with as many is kept, and one with fewer if it can be "

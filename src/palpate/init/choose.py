@@ -22,7 +22,7 @@ from palpate.bodies.surfaces.coarse_solid import MOST_AWAY, MOST_VOLUME, apart
 from palpate.bodies.surfaces.mask_surface import dense_surface
 from palpate.bodies.surfaces.triangles import area_normals
 from palpate.errors import InputError
-from palpate.init.recognise import sides_of
+from palpate.init.recognise import lies_as, sides_of
 
 MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}  # of soft tissue, unless the user knows better
 # tetrahedra of the fine mesh up to which the truth, which needs eight times as many quadratic ones, takes 5 GB at most
@@ -134,7 +134,9 @@ def choose(name: str, entry: dict, hold: str | None = None, say: Callable[[str],
             f"{in_words(like.thick_m)}, so that it is not the organ; cut off or thicken what is thin, or give "
             "tetrahedra that another program made."
         )
-    bed = _bed(str(entry.get("path", name)), coarse, sides_of(entry["kind"], hold), _too_few_nodes(entry, hold))
+    kind = lies_as(entry)
+    fault = _too_few_nodes(entry | {"kind": kind}, hold)
+    bed = _bed(str(entry.get("path", name)), coarse, sides_of(kind, hold), fault)
     refinements = 2 if 64 * len(coarse.tetrahedra) <= FINE_TETRAHEDRA else 1
     chosen = entry | MATERIAL | {"refinements": refinements, "bed": bed}
     say(f"a mesh that is refined {refinements} times")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from palpate.bodies.ct.image import FORMATS, name_of_label, read_labels
-from palpate.bodies.mesh_file import ORGAN_M, UNITS, MeshFacts, in_words, inspect, other_units
+from palpate.bodies.mesh_file import ORGAN_M, UNITS, MeshFacts, frame_of, in_words, inspect, other_units
 from palpate.errors import InputError
 
 _OF_MESH = {
@@ -19,8 +19,8 @@ _OF_MESH = {
     "back": ("y", "max"),
 }
 """In a mesh z points up, and x to the right of whoever looks at its front."""
-# of a patient in an image: x points to the left hand, y to the back, z to the head
-_OF_IMAGE = _OF_MESH | {"left": ("x", "max"), "right": ("x", "min")}
+# of a patient, in an image or a mesh with a frame: x points to the left hand, y to the back, z to the head
+_OF_PATIENT = _OF_MESH | {"left": ("x", "max"), "right": ("x", "min")}
 _BY_AXIS = {f"{axis}-{side}": (axis, side) for axis in "xyz" for side in ("min", "max")}
 
 HOLDS = (*_OF_MESH, *_BY_AXIS)  # the words that name a side
@@ -29,11 +29,16 @@ HOLDS = (*_OF_MESH, *_BY_AXIS)  # the words that name a side
 def sides_of(kind: str, hold: str | None) -> list[tuple[str, str]]:
     """Return the sides, as axis and end, that may hold a body: the one that is named, or all that suit its kind.
 
-    kind : of the body's entry; "ct" is a patient, who lies on the back
+    kind : of the body's entry as ``lies_as`` has it; "ct" is a patient, who lies on the back
     """
     if hold is not None:
-        return [(_BY_AXIS | (_OF_IMAGE if kind == "ct" else _OF_MESH))[hold]]
-    return [_OF_IMAGE["back"]] if kind == "ct" else list(_BY_AXIS.values())
+        return [(_BY_AXIS | (_OF_PATIENT if kind == "ct" else _OF_MESH))[hold]]
+    return [_OF_PATIENT["back"]] if kind == "ct" else list(_BY_AXIS.values())
+
+
+def lies_as(entry: dict) -> str:
+    """Return the kind of a body's entry, or "ct" for a mesh whose header names the frame of a patient."""
+    return "ct" if entry["kind"] == "file" and frame_of(entry["path"]) else entry["kind"]
 
 
 # length [m] that a mesh gets whose unit cannot be guessed
@@ -123,7 +128,7 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
     }
     if facts.remeshed:
         entry |= {"surface_nodes": 140, "snap": False}
-    found = [f"{path}: {facts.kind}, {facts.triangles} triangles on the surface, {inside}"]
+    found = [f"{path}: {facts.kind}, {facts.triangles} triangles on the surface, {inside}", _taken(facts, scale, how)]
     data = Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, found, [])
     if scale_m is not None:
         return data
@@ -132,6 +137,19 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
         f"--scale {2 * scale:g} makes it twice as long"
     )
     return replace(data, assumed=[assumed], warned=_doubts(path, facts, scale))
+
+
+def _taken(facts: MeshFacts, scale: float, how: str) -> str:
+    """Say what is taken of a mesh file: its frame, unit, pieces and volume."""
+    frame = "no frame in its header, so that z points up, y to the back and x to the right"
+    if facts.frame is not None:
+        turned = ", turned to LPS" if facts.frame == "RAS" else ""
+        frame = f"{facts.frame} from its header{turned}, so that its sides are the patient's"
+    pieces = "1 piece" if facts.pieces == 1 else f"{facts.pieces} pieces"
+    inside = "no volume, as its triangles do not close"
+    if facts.volume is not None:
+        inside = f"{1e6 * scale**3 * facts.volume:.4g} mL, as its {'tetrahedra' if facts.tetrahedra else 'triangles'}"
+    return f"{frame}; a unit of {in_words(scale)}, {how}; {pieces}; {inside}"
 
 
 def _scale(path: Path, facts: MeshFacts, scale_m: float | None) -> tuple[float, str]:

@@ -1,0 +1,305 @@
+"""Reading of mesh files: points, elements and tags, turned from the frame that a header names to LPS."""
+
+import re
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from palpate.bodies.mesh_quality import check_coordinates
+from palpate.bodies.surface_files import CUT, SURFACES, check_content, read_surface, vtk_errors, without_mark
+from palpate.bodies.surfaces.tetrahedralize import gmsh_mesh, gmsh_session
+from palpate.errors import InputError, suggest
+
+KNOWN = ("gmsh:physical", "medit:ref", "cellentityids", "cell_tags", "region", "label")
+"""Names of cell data that hold tags, in lower case, in the order in which they are looked for; the second is medit's,
+the third that of gmsh's VTK files."""
+LISTED = 8
+"""Tags that a message lists, most elements first."""
+
+
+@dataclass
+class Tags:
+    """Groups of tetrahedra, which may overlap.
+
+    groups : tag → numbers (k,) of tetrahedra in the file's order; names : of tags, as far as the file has them
+    fault : why there are none, for a message
+    """
+
+    groups: dict[int, np.ndarray] = field(default_factory=dict)
+    names: dict[int, str] = field(default_factory=dict)
+    fault: str = "its tetrahedra have no tags"
+
+
+def gmsh_tags(gmsh: Any, kind: int, kept: np.ndarray) -> Tags:
+    """Collect the elements of a type by physical group, or if no volume is in one, by the geometrical tag.
+
+    kept : the number that each of gmsh's elements gets
+    """
+    numbers = gmsh.model.mesh.getElementsByType(kind)[0]
+    order = np.argsort(numbers)
+    physical: dict[int, list[np.ndarray]] = {}
+    geometrical: dict[int, list[np.ndarray]] = {}
+    for _, volume in gmsh.model.getEntities(3):
+        found = gmsh.model.mesh.getElementsByType(kind, volume)[0]
+        places = kept[order[np.searchsorted(numbers, found, sorter=order)]]
+        geometrical[int(volume)] = [places]
+        for tag in gmsh.model.getPhysicalGroupsForEntity(3, volume):
+            physical.setdefault(int(tag), []).append(places)
+    names = {tag: name for tag in physical if (name := gmsh.model.getPhysicalName(3, tag))}
+    groups = {tag: np.unique(np.concatenate(parts)) for tag, parts in (physical or geometrical).items()}
+    return Tags({tag: found for tag, found in groups.items() if len(found)}, names)
+
+
+def cell_tags(found: Mapping[str, np.ndarray]) -> Tags:
+    """Take tags from cell data: whole numbers, one for each tetrahedron.
+
+    found : name → values of the tetrahedra, of which those with another shape than (k,) or other values are passed over
+    """
+    whole = {name: values.astype(np.int64) for name, values in found.items() if values.ndim == 1 and _are_whole(values)}
+    known = {name.lower(): name for name in whole}
+    key = next((known[name] for name in KNOWN if name in known), next(iter(whole), ""))
+    if not key:
+        return Tags()
+    if len(whole) > 1 and key.lower() not in KNOWN:
+        return Tags(fault=f"its cell data {', '.join(sorted(whole))} could all be tags; name the right one region")
+    return Tags({int(tag): np.flatnonzero(whole[key] == tag) for tag in np.unique(whole[key])})
+
+
+def tagged(path: Path, tags: Tags | None, wanted: int | str) -> np.ndarray:
+    """Return the numbers (k,) of the tetrahedra with a tag, given by number or name; InputError if there are none."""
+    if tags is None:
+        raise InputError(f"{path}: it has no tetrahedra and so no tags; give the region by a sphere.")
+    if not tags.groups:
+        raise InputError(f"{path}: {tags.fault}, or give the region by a sphere.")
+    for tag, elements in tags.groups.items():
+        if wanted == (tags.names.get(tag) if isinstance(wanted, str) else tag):
+            return elements
+    guess = suggest(str(wanted), list(tags.names.values()), "") if isinstance(wanted, str) else ""
+    near = f" ({guess})" if guess.startswith("did") else ""
+    raise InputError(f"{path}: no tetrahedron has the tag {wanted}{near}; there are {_listed(tags)}.")
+
+
+def _listed(tags: Tags) -> str:
+    most = sorted(tags.groups, key=lambda tag: (-len(tags.groups[tag]), tag))
+    said = [
+        f"{tag} {tags.names.get(tag, '')}".strip() + f" ({len(tags.groups[tag])} tetrahedra)" for tag in most[:LISTED]
+    ]
+    more = f" and {len(most) - LISTED} more" if len(most) > LISTED else ""
+    return ", ".join(said) + more
+
+
+def _are_whole(values: np.ndarray) -> bool:
+    return values.dtype.kind in "iu" or (values.dtype.kind == "f" and bool((values == np.round(values)).all()))
+
+
+VTK = (".vtk", ".vtu", ".vtp")
+# a gmsh file starts with one of these; gmsh would run anything else as a script
+GMSH_HEADS = (b"$MeshFormat", b"$NOD", b"$Comments", b"$PhysicalNames")
+HEADER = 65536
+"""Bytes of a file among which the frame is looked for."""
+COARSE = 1e-3
+"""Steps of single precision, as a share of the size, beyond which a mesh is refused."""
+
+
+@dataclass
+class RawMesh:
+    """Content of a file: points (n, 3) in its own unit, and elements by meshio's name for their type.
+
+    solids, sheets : {type: (m, corners)}, three- and two-dimensional elements; points and lines are left out
+    tags : of the tetrahedra, in their order; None if there are none
+    frame : that its header names, from which it is turned to LPS; None if it names none
+    """
+
+    points: np.ndarray
+    solids: dict[str, np.ndarray] = field(default_factory=dict)
+    sheets: dict[str, np.ndarray] = field(default_factory=dict)
+    tags: Tags | None = None
+    frame: str | None = None
+
+
+def read(path: Path) -> RawMesh:
+    """Read a gmsh, VTK, medit, STL, OBJ, PLY or OFF file; raise InputError if that is impossible.
+
+    A mesh whose header says SPACE=RAS is turned to LPS, with a warning.
+    """
+    stat = path.stat() if path.is_file() else None
+    return _read(path, (stat.st_mtime_ns, stat.st_size) if stat else None)
+
+
+# its facts, its frame, its shape and its tags are asked for one after another
+@lru_cache(maxsize=1)
+def _read(path: Path, changed: tuple[int, int] | None) -> RawMesh:
+    suffix = path.suffix.lower()
+    if suffix not in (known := (".msh", ".mesh", *VTK, *SURFACES)):
+        raise InputError(f"{path}: its name does not show a mesh format; convert it to one of {' '.join(known)}.")
+    if changed is None:
+        raise InputError(f"{path}: this mesh file does not exist; correct the body's path.")
+    try:
+        data = without_mark(path.read_bytes())
+        check_content(suffix, data)
+        if suffix in SURFACES:
+            points, triangles = read_surface(suffix, data)
+            raw = RawMesh(points, sheets={"triangle": triangles} if len(triangles) else {})
+        elif suffix in VTK:
+            raw = _read_vtk(data)
+        else:
+            with TemporaryDirectory() as folder:
+                copy = Path(folder) / f"mesh{suffix}"
+                # of the first version, which is text as well, meshio reads points in single precision
+                copy.write_bytes(re.sub(rb"^(MeshVersionFormatted\s+)1\b", rb"\g<1>2", data))
+                raw = _read_gmsh(copy) if suffix == ".msh" else _read_medit(copy)
+        _turn(path, raw, data[:HEADER])
+    except InputError:
+        raise
+    # a damaged file can make a reader raise any exception, and meshio may even exit
+    except (Exception, SystemExit) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        if reason.startswith(("it is cut off", "it holds")):
+            raise InputError(f"{path}: {reason}.") from error
+        raise InputError(f"{path}: malformed {suffix} file ({reason}); write it again or convert it.") from error
+    check_coordinates(str(path), raw.points)
+    _check_steps(path, raw.points)
+    return raw
+
+
+def _turn(path: Path, raw: RawMesh, header: bytes) -> None:
+    """Turn a mesh to LPS from the frame that its header names as 3D Slicer writes it, SPACE=RAS."""
+    words = {word.decode() for word in re.findall(rb"\bSPACE\s*=\s*([a-z-]+)", header, re.I)}
+    frames = {str(word).upper() for word in (words | {raw.frame}) if word}
+    if len(frames) > 1 or not frames <= {"LPS", "RAS"}:
+        raise InputError(
+            f"{path}: its header says SPACE={' and '.join(sorted(frames))}; write LPS or RAS there, or leave it out."
+        )
+    raw.frame = next(iter(frames), None)
+    if raw.frame == "RAS":
+        raw.points = raw.points * [-1.0, -1.0, 1.0]
+        warnings.warn(
+            f"{path}: its header says SPACE=RAS, so that it is turned to LPS, in which points of the configuration are "
+            "(x to the patient's left, y to the back, z to the head); change the header if that is wrong.",
+            stacklevel=3,
+        )
+
+
+def _check_steps(path: Path, points: np.ndarray) -> None:
+    """Raise InputError if the points of a mesh are of single precision and too far from the origin for that."""
+    if not len(points) or (points != points.astype(np.float32)).any():
+        return
+    size, step = np.ptp(points, axis=0).max(), float(np.spacing(np.float32(np.abs(points).max())))
+    if step > COARSE * size > 0:
+        raise InputError(
+            f"{path}: its coordinates are of single precision, {step:.2g} units apart so far from the origin, for a "
+            f"length of {size:.4g}; move it to the origin before it is written, or write it in double precision."
+        )
+
+
+def _read_gmsh(path: Path) -> RawMesh:
+    """Read versions 1, 2 and 4, ASCII and binary; trap: nodes are numbered by increasing tag, not by position.
+
+    Version 2 repeats an element for each group that it is in; one of them is kept, which is in all groups.
+    """
+    data = path.read_bytes()
+    if not data[:64].lstrip().startswith(GMSH_HEADS):
+        raise ValueError("it does not start like a gmsh mesh")
+    if b"$end" not in data.rstrip()[-40:].lower():
+        raise ValueError(CUT.format("its last section has no end"))
+    with gmsh_session() as gmsh:
+        # unlike open, merge ignores an options file beside the mesh
+        try:
+            gmsh.merge(str(path))
+        except Exception as error:  # gmsh raises nothing narrower
+            raise ValueError("gmsh cannot load it") from error
+        points, elements = gmsh_mesh(gmsh)
+        raw = RawMesh(points)
+        for kind, corners in elements.items():
+            label, dimension, *_ = gmsh.model.mesh.getElementProperties(kind)
+            name = {"Tetrahedron 4": "tetra", "Triangle 3": "triangle", "Quadrilateral 4": "quad"}.get(label, label)
+            _, first, same = np.unique(np.sort(corners, axis=1), axis=0, return_index=True, return_inverse=True)
+            _add_elements(raw, name, dimension, corners[np.sort(first)])
+            if name == "tetra":
+                raw.tags = gmsh_tags(gmsh, kind, np.searchsorted(np.sort(first), first[same]))
+    return raw
+
+
+def _read_medit(path: Path) -> RawMesh:
+    """Read a medit file with meshio's module, since ``meshio.read`` exits on errors."""
+    import meshio.medit
+
+    mesh = meshio.medit.read(str(path))
+    raw = RawMesh(np.asarray(mesh.points, dtype=float).reshape(-1, 3))
+    for block in mesh.cells:
+        _add_elements(raw, block.type, block.dim, block.data)
+    if "tetra" in raw.solids:
+        blocks = zip(mesh.cells, mesh.cell_data["medit:ref"], strict=True)
+        raw.tags = cell_tags({"medit:ref": np.concatenate([refs for block, refs in blocks if block.type == "tetra"])})
+    return raw
+
+
+def _vtk_dataset(data: bytes) -> Any:
+    """Read the vtkUnstructuredGrid or vtkPolyData of a file's content by VTK, which knows all pieces and encodings."""
+    from vtkmodules import vtkIOLegacy, vtkIOXML
+    from vtkmodules.vtkIOCore import vtkMemoryResourceStream
+
+    xml = data.lstrip().startswith(b"<")
+    if xml and b"</VTKFile>" not in data[-200:]:
+        raise ValueError(CUT.format("its last line is not </VTKFile>"))
+    named = rb"<VTKFile[^>]*?\stype\s*=\s*[\"'](\w+)" if xml else rb"^\s*DATASET\s+(\w+)"
+    if (found := re.search(named, data[:4096], re.I | re.M)) is None:
+        raise ValueError("it has no dataset of VTK's")
+    known = {"polydata": "PolyData", "unstructuredgrid": "UnstructuredGrid"}
+    if (kind := known.get(found[1].decode().lower().replace("_", ""))) is None:
+        raise ValueError(f"it holds a {found[1].decode()} dataset; write it as one unstructured grid or polydata")
+    reader = getattr(vtkIOXML, f"vtkXML{kind}Reader")() if xml else getattr(vtkIOLegacy, f"vtk{kind}Reader")()
+    stream = vtkMemoryResourceStream()
+    stream.SetBuffer(data, len(data), True)
+    reader.SetStream(stream)
+    reader.ReadFromInputStreamOn()
+    if not xml:
+        reader.ReadAllScalarsOn()
+        reader.ReadAllFieldsOn()
+    with vtk_errors():
+        reader.Update()
+    dataset = reader.GetOutput()
+    dataset.RemoveGhostCells()  # which several pieces have in common
+    return dataset
+
+
+def _read_vtk(data: bytes) -> RawMesh:
+    import pyvista
+    from vtkmodules.vtkCommonDataModel import vtkCellTypeUtilities
+
+    found = pyvista.wrap(_vtk_dataset(data))
+    raw = RawMesh(np.asarray(found.points, dtype=float), frame=next(iter(found.field_data.get("SPACE", [])), None))
+    if isinstance(found, pyvista.PolyData):
+        faces = found.triangulate().regular_faces
+        # VTK reads corners that are missing at the end as 0
+        if not len(faces) or (faces == faces[:, :1]).all(axis=1).any():
+            raise ValueError(CUT.format("it has points and no polygons, or fewer than it announces"))
+        _add_elements(raw, "triangle", 2, faces)
+        return raw
+    counts = np.diff(found.cell_offsets)
+    for kind in np.unique(found.celltypes).tolist():
+        numbers, name = np.flatnonzero(found.celltypes == kind), pyvista.CellType(kind).name.lower()
+        # polygons, of which no body is made, have various numbers of corners
+        corners = found.cell_connectivity[found.cell_offsets[numbers, None] + np.arange(counts[numbers].min())]
+        if name == "vertex" and corners.shape[1] > 1:  # the last type is cut to its first digit
+            raise ValueError(CUT.format("its last cell is none"))
+        _add_elements(raw, name, vtkCellTypeUtilities.GetDimension(kind), corners)
+        if name == "tetra":
+            raw.tags = cell_tags(
+                {key: np.asarray(found.cell_data[key])[numbers] for key in found.cell_data if key[:3] != "vtk"}
+            )
+    return raw
+
+
+def _add_elements(raw: RawMesh, name: str, dimension: int, corners: np.ndarray) -> None:
+    if dimension < 2 or not len(corners):
+        return
+    blocks = raw.solids if dimension == 3 else raw.sheets
+    corners = np.asarray(corners, dtype=np.int64)
+    blocks[name] = np.vstack([blocks[name], corners]) if name in blocks else corners

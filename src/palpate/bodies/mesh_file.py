@@ -1,18 +1,16 @@
 """What a body is made of in a mesh file, its unit, and whether it is remeshed."""
 
 import warnings
-from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from palpate.bodies.mesh import TetMesh, components
-from palpate.bodies.mesh_quality import check_closed, check_indices
-from palpate.bodies.mesh_readers import RawMesh, read, tagged
+from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh_quality import check_indices
+from palpate.bodies.mesh_readers import RawMesh, Tags, read
 from palpate.bodies.settings import POSSIBLE_M
-from palpate.bodies.surfaces.triangles import drop_unused, signed_volumes, weld
-from palpate.errors import InputError
+from palpate.bodies.surfaces.triangles import drop_unused, weld
+from palpate.errors import InputError, suggest
 
 # an organ's longest side [m]: from a gland to a stomach or a pair of lungs
 ORGAN_M = (0.02, 0.6)
@@ -85,6 +83,8 @@ def in_words(length_m: float) -> str:
 FLAT = 1e-6
 # a surface with more nodes is remeshed unless the entry says otherwise
 KEPT_NODES = 400
+# tags that a message lists, most elements first
+LISTED = 8
 
 
 def load_shape(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
@@ -112,12 +112,31 @@ def load_shape(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     return *weld(points, _triangles(path, raw)), None
 
 
-def load_tagged(path: Path, tag: int | str) -> np.ndarray:
+def load_tagged(path: Path, wanted: int | str) -> np.ndarray:
     """Load the numbers (k,) of the tetrahedra of a file that have a tag, in the order of ``load_shape``.
 
-    tag : a number or a name; InputError if no tetrahedron has it
+    wanted : the tag's number or name; InputError if no tetrahedron has it
     """
-    return tagged(path, read(path).tags, tag)
+    tags = read(path).tags
+    if tags is None:
+        raise InputError(f"{path}: it has no tetrahedra and so no tags; give the region by a sphere.")
+    if not tags.groups:
+        raise InputError(f"{path}: {tags.fault}, or give the region by a sphere.")
+    for tag, elements in tags.groups.items():
+        if wanted == (tags.names.get(tag) if isinstance(wanted, str) else tag):
+            return elements
+    guess = suggest(str(wanted), list(tags.names.values()), "") if isinstance(wanted, str) else ""
+    near = f" ({guess})" if guess.startswith("did") else ""
+    raise InputError(f"{path}: no tetrahedron has the tag {wanted}{near}; there are {_listed(tags)}.")
+
+
+def _listed(tags: Tags) -> str:
+    most = sorted(tags.groups, key=lambda tag: (-len(tags.groups[tag]), tag))
+    said = [
+        f"{tag} {tags.names.get(tag, '')}".strip() + f" ({len(tags.groups[tag])} tetrahedra)" for tag in most[:LISTED]
+    ]
+    more = f" and {len(most) - LISTED} more" if len(most) > LISTED else ""
+    return ", ".join(said) + more
 
 
 def load_surface(path: str | Path, scale_m: float) -> tuple[np.ndarray, np.ndarray]:
@@ -147,64 +166,3 @@ def _triangles(path: Path, raw: RawMesh) -> np.ndarray:
     triangles = np.vstack([triangles, quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     check_indices(str(path), "triangles", triangles, len(raw.points))
     return triangles
-
-
-@dataclass(frozen=True)
-class MeshFacts:
-    """Content of a mesh file and what is assumed of it.
-
-    kind : ``surface`` or ``tetrahedra``
-    nodes, triangles, tetrahedra : counts; of a surface, the tetrahedra are 0; of tetrahedra, the triangles are those
-        of the boundary and the nodes include the inner ones
-    size : longest side of the bounding box [file's unit]
-    scale_m : guessed length of the file's unit [m]; None if no unit makes it an organ's size
-    remeshed : whether its surface is remeshed unless ``surface_nodes`` says otherwise
-    frame : that its header names, from which it is turned to LPS; None if it names none
-    pieces : connected parts, of a surface its shells
-    volume : of its tetrahedra, or inside its triangles [file's unit³]; None if they do not close
-    """
-
-    kind: str
-    nodes: int
-    triangles: int
-    tetrahedra: int
-    size: float
-    scale_m: float | None
-    remeshed: bool
-    frame: str | None
-    pieces: int
-    volume: float | None
-
-
-def inspect(path: str | Path) -> MeshFacts:
-    """Collect the facts of a mesh file; raise InputError if it cannot be read or holds no body."""
-    with warnings.catch_warnings(action="ignore"):  # whoever asks shows the frame
-        points, triangles, tetrahedra = load_shape(Path(path))
-        frame = frame_of(path)
-    size = float(np.ptp(points, axis=0).max())
-    guess = guess_scale(size)
-    inside = None
-    if tetrahedra is not None:
-        inside = float(np.abs(TetMesh(points, tetrahedra).volumes).sum())
-    else:
-        with suppress(InputError):
-            inside = float(signed_volumes(points, check_closed(str(path), points, triangles)).sum() / 6)
-    ends = (triangles if tetrahedra is None else tetrahedra)[:, :, None]
-    pairs = np.concatenate([ends[:, :-1], ends[:, 1:]], axis=2).reshape(-1, 2)
-    return MeshFacts(
-        "surface" if tetrahedra is None else "tetrahedra",
-        len(points),
-        len(triangles),
-        0 if tetrahedra is None else len(tetrahedra),
-        size,
-        guess[1] if guess else None,
-        tetrahedra is None and len(points) > KEPT_NODES,
-        frame,
-        len(np.unique(components(pairs, len(points)))),
-        inside,
-    )
-
-
-def frame_of(path: str | Path) -> str | None:
-    """Return the frame that a mesh file's header names, LPS or RAS, which is turned to LPS; None if it names none."""
-    return read(Path(path)).frame

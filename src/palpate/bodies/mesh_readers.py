@@ -14,13 +14,11 @@ import numpy as np
 from palpate.bodies.mesh_quality import check_coordinates
 from palpate.bodies.surface_files import CUT, SURFACES, check_content, read_surface, vtk_errors, without_mark
 from palpate.bodies.surfaces.tetrahedralize import gmsh_mesh, gmsh_session
-from palpate.errors import InputError, suggest
+from palpate.errors import InputError
 
 KNOWN = ("gmsh:physical", "medit:ref", "cellentityids", "cell_tags", "region", "label")
 """Names of cell data that hold tags, in lower case, in the order in which they are looked for; the second is medit's,
 the third that of gmsh's VTK files."""
-LISTED = 8
-"""Tags that a message lists, most elements first."""
 
 
 @dataclass
@@ -69,29 +67,6 @@ def cell_tags(found: Mapping[str, np.ndarray]) -> Tags:
     if len(whole) > 1 and key.lower() not in KNOWN:
         return Tags(fault=f"its cell data {', '.join(sorted(whole))} could all be tags; name the right one region")
     return Tags({int(tag): np.flatnonzero(whole[key] == tag) for tag in np.unique(whole[key])})
-
-
-def tagged(path: Path, tags: Tags | None, wanted: int | str) -> np.ndarray:
-    """Return the numbers (k,) of the tetrahedra with a tag, given by number or name; InputError if there are none."""
-    if tags is None:
-        raise InputError(f"{path}: it has no tetrahedra and so no tags; give the region by a sphere.")
-    if not tags.groups:
-        raise InputError(f"{path}: {tags.fault}, or give the region by a sphere.")
-    for tag, elements in tags.groups.items():
-        if wanted == (tags.names.get(tag) if isinstance(wanted, str) else tag):
-            return elements
-    guess = suggest(str(wanted), list(tags.names.values()), "") if isinstance(wanted, str) else ""
-    near = f" ({guess})" if guess.startswith("did") else ""
-    raise InputError(f"{path}: no tetrahedron has the tag {wanted}{near}; there are {_listed(tags)}.")
-
-
-def _listed(tags: Tags) -> str:
-    most = sorted(tags.groups, key=lambda tag: (-len(tags.groups[tag]), tag))
-    said = [
-        f"{tag} {tags.names.get(tag, '')}".strip() + f" ({len(tags.groups[tag])} tetrahedra)" for tag in most[:LISTED]
-    ]
-    more = f" and {len(most) - LISTED} more" if len(most) > LISTED else ""
-    return ", ".join(said) + more
 
 
 def _are_whole(values: np.ndarray) -> bool:
@@ -240,40 +215,38 @@ def _read_medit(path: Path) -> RawMesh:
     return raw
 
 
-def _vtk_dataset(data: bytes) -> Any:
-    """Read the vtkUnstructuredGrid or vtkPolyData of a file's content by VTK, which knows all pieces and encodings."""
-    from vtkmodules import vtkIOLegacy, vtkIOXML
+def _read_vtk(data: bytes) -> RawMesh:
+    """Read a legacy or an XML file by VTK, which knows all of their pieces, compressors and kinds of arrays."""
+    import pyvista
+    from vtkmodules.vtkCommonDataModel import vtkCellTypeUtilities
     from vtkmodules.vtkIOCore import vtkMemoryResourceStream
+    from vtkmodules.vtkIOLegacy import vtkGenericDataObjectReader
+    from vtkmodules.vtkIOXML import vtkXMLGenericDataObjectReader
 
-    xml = data.lstrip().startswith(b"<")
-    if xml and b"</VTKFile>" not in data[-200:]:
-        raise ValueError(CUT.format("its last line is not </VTKFile>"))
-    named = rb"<VTKFile[^>]*?\stype\s*=\s*[\"'](\w+)" if xml else rb"^\s*DATASET\s+(\w+)"
-    if (found := re.search(named, data[:4096], re.I | re.M)) is None:
-        raise ValueError("it has no dataset of VTK's")
-    known = {"polydata": "PolyData", "unstructuredgrid": "UnstructuredGrid"}
-    if (kind := known.get(found[1].decode().lower().replace("_", ""))) is None:
-        raise ValueError(f"it holds a {found[1].decode()} dataset; write it as one unstructured grid or polydata")
-    reader = getattr(vtkIOXML, f"vtkXML{kind}Reader")() if xml else getattr(vtkIOLegacy, f"vtk{kind}Reader")()
-    stream = vtkMemoryResourceStream()
-    stream.SetBuffer(data, len(data), True)
-    reader.SetStream(stream)
-    reader.ReadFromInputStreamOn()
-    if not xml:
+    if data.lstrip().startswith(b"<"):
+        if b"</VTKFile>" not in data[-200:]:
+            raise ValueError(CUT.format("its last line is not </VTKFile>"))
+        reader: Any = vtkXMLGenericDataObjectReader()
+        stream = vtkMemoryResourceStream()
+        stream.SetBuffer(data, len(data), True)
+        reader.SetStream(stream)
+        reader.ReadFromInputStreamOn()
+    else:
+        reader = vtkGenericDataObjectReader()
+        reader.SetBinaryInputString(data, len(data))
+        reader.ReadFromInputStringOn()
         reader.ReadAllScalarsOn()
         reader.ReadAllFieldsOn()
     with vtk_errors():
         reader.Update()
-    dataset = reader.GetOutput()
-    dataset.RemoveGhostCells()  # which several pieces have in common
-    return dataset
-
-
-def _read_vtk(data: bytes) -> RawMesh:
-    import pyvista
-    from vtkmodules.vtkCommonDataModel import vtkCellTypeUtilities
-
-    found = pyvista.wrap(_vtk_dataset(data))
+    found = pyvista.wrap(reader.GetOutput())
+    if isinstance(found, pyvista.MultiBlock):
+        found = found.combine()
+    if not isinstance(found, (pyvista.PolyData, pyvista.UnstructuredGrid)):
+        raise ValueError(
+            f"it holds a dataset of kind {type(found).__name__}; write it as unstructured grid or polydata"
+        )
+    found.RemoveGhostCells()  # which several pieces have in common
     raw = RawMesh(np.asarray(found.points, dtype=float), frame=next(iter(found.field_data.get("SPACE", [])), None))
     if isinstance(found, pyvista.PolyData):
         faces = found.triangulate().regular_faces

@@ -61,7 +61,7 @@ def vtk_errors() -> Iterator[None]:
     finally:
         vtkLogger.SetStderrVerbosity(level)
     if caught.error_events:
-        raise ValueError(caught.error_events[0].alert.strip(" .:"))
+        raise ValueError(caught.error_events[0].alert.partition(" for file")[0].strip(" .:"))
 
 
 def check_content(kind: str, data: bytes) -> None:

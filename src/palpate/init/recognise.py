@@ -2,12 +2,19 @@
 
 import re
 import unicodedata
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
 from palpate.bodies.ct.image import FORMATS, name_of_label, read_labels
-from palpate.bodies.mesh_file import ORGAN_M, UNITS, MeshFacts, frame_of, in_words, inspect, other_units
+from palpate.bodies.mesh import TetMesh, components
+from palpate.bodies.mesh_file import KEPT_NODES, ORGAN_M, UNITS, guess_scale, in_words, load_shape, other_units
+from palpate.bodies.mesh_quality import check_closed
+from palpate.bodies.mesh_readers import read
+from palpate.bodies.surfaces.triangles import volume
 from palpate.errors import InputError
 
 _OF_MESH = {
@@ -38,7 +45,7 @@ def sides_of(kind: str, hold: str | None) -> list[tuple[str, str]]:
 
 def lies_as(entry: dict) -> str:
     """Return the kind of a body's entry, or "ct" for a mesh whose header names the frame of a patient."""
-    return "ct" if entry["kind"] == "file" and frame_of(entry["path"]) else entry["kind"]
+    return "ct" if entry["kind"] == "file" and read(Path(entry["path"])).frame else entry["kind"]
 
 
 # length [m] that a mesh gets whose unit cannot be guessed
@@ -116,64 +123,75 @@ def labels_of(paths: Sequence[Path], label: Sequence[int | str]) -> list[int | s
 
 
 def _mesh(path: Path, scale_m: float | None) -> Data:
-    facts = inspect(path)
-    scale, how = _scale(path, facts, scale_m)
+    with warnings.catch_warnings(action="ignore"):  # the frame is said below
+        points, triangles, tetrahedra = load_shape(path)
+    size = float(np.ptp(points, axis=0).max())
+    scale, how = _scale(path, size, scale_m)
     entry = {"kind": "file", "path": path, "scale_m": scale}
-    inside = f"{facts.tetrahedra} tetrahedra, {facts.nodes} nodes" if facts.tetrahedra else f"{facts.nodes} nodes"
-    length = in_words(scale * facts.size)
+    inside = f"{len(points)} nodes" if tetrahedra is None else f"{len(tetrahedra)} tetrahedra, {len(points)} nodes"
+    length, kind = in_words(scale * size), "surface" if tetrahedra is None else "tetrahedra"
     comments = {
         "kind": "a mesh in a file",
-        "path": f"seen from this folder; {facts.kind}, {facts.triangles} triangles on the surface",
+        "path": f"seen from this folder; {kind}, {len(triangles)} triangles on the surface",
         "scale_m": f"length of the file's unit [m], {how}; the longest side is {length}",
     }
-    if facts.remeshed:
+    if tetrahedra is None and len(points) > KEPT_NODES:
         entry |= {"surface_nodes": 140, "snap": False}
-    found = [f"{path}: {facts.kind}, {facts.triangles} triangles on the surface, {inside}", _taken(facts, scale, how)]
+    taken = f"{_frame(path)}; a unit of {in_words(scale)}, {how}; {_content(scale * points, triangles, tetrahedra)}"
+    found = [f"{path}: {kind}, {len(triangles)} triangles on the surface, {inside}", taken]
     data = Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, found, [])
     if scale_m is not None:
         return data
     assumed = (
-        f"a unit of the file is {scale:g} m ({how}), so that its longest side of {facts.size:.4g} is {length}; "
+        f"a unit of the file is {scale:g} m ({how}), so that its longest side of {size:.4g} is {length}; "
         f"--scale {2 * scale:g} makes it twice as long"
     )
-    return replace(data, assumed=[assumed], warned=_doubts(path, facts, scale))
+    return replace(data, assumed=[assumed], warned=_doubts(path, size, scale))
 
 
-def _taken(facts: MeshFacts, scale: float, how: str) -> str:
-    """Say what is taken of a mesh file: its frame, unit, pieces and volume."""
-    frame = "no frame in its header, so that z points up, y to the back and x to the right"
-    if facts.frame is not None:
-        turned = ", turned to LPS" if facts.frame == "RAS" else ""
-        frame = f"{facts.frame} from its header{turned}, so that its sides are the patient's"
-    pieces = "1 piece" if facts.pieces == 1 else f"{facts.pieces} pieces"
-    inside = "no volume, as its triangles do not close"
-    if facts.volume is not None:
-        inside = f"{1e6 * scale**3 * facts.volume:.4g} mL, as its {'tetrahedra' if facts.tetrahedra else 'triangles'}"
-    return f"{frame}; a unit of {in_words(scale)}, {how}; {pieces}; {inside}"
+def _frame(path: Path) -> str:
+    frame = read(path).frame
+    if frame is None:
+        return "no frame in its header, so that z points up, y to the back and x to the right"
+    return f"{frame} from its header{', turned to LPS' * (frame == 'RAS')}, so that its sides are the patient's"
 
 
-def _scale(path: Path, facts: MeshFacts, scale_m: float | None) -> tuple[float, str]:
+def _content(points: np.ndarray, triangles: np.ndarray, tetrahedra: np.ndarray | None) -> str:
+    """Say how many connected pieces a mesh, (n, 3) [m], has, and which volume."""
+    ends = (triangles if tetrahedra is None else tetrahedra)[:, :, None]
+    pairs = np.concatenate([ends[:, :-1], ends[:, 1:]], axis=2).reshape(-1, 2)
+    count = len(np.unique(components(pairs, len(points))))
+    pieces = "1 piece" if count == 1 else f"{count} pieces"
+    if tetrahedra is not None:
+        return f"{pieces}; {1e6 * np.abs(TetMesh(points, tetrahedra).volumes).sum():.4g} mL, as its tetrahedra"
+    try:
+        closed = check_closed("", points, triangles)
+    except InputError:
+        return f"{pieces}; no volume, as its triangles do not close, or are wound both ways"
+    return f"{pieces}; {1e6 * volume(points, closed):.4g} mL, as its triangles"
+
+
+def _scale(path: Path, size: float, scale_m: float | None) -> tuple[float, str]:
     """Return the length of the file's unit [m], and how it is known."""
     if scale_m is not None:
         return scale_m, "given"
-    if facts.scale_m is not None:
-        return facts.scale_m, "guessed from the size"
-    if not POSSIBLE_UNITS[0] <= facts.size <= POSSIBLE_UNITS[1]:
+    if (guess := guess_scale(size)) is not None:
+        return guess[1], "guessed from the size"
+    if not POSSIBLE_UNITS[0] <= size <= POSSIBLE_UNITS[1]:
         raise InputError(
-            f"{path}: its longest side is {facts.size:.3g} units, an organ's in no unit from micrometres to metres; "
-            f"give --scale, the unit's length in metres ({ASSUMED_M / facts.size:.3g} makes it {in_words(ASSUMED_M)} "
-            "long)."
+            f"{path}: its longest side is {size:.3g} units, an organ's in no unit from micrometres to metres; "
+            f"give --scale, the unit's length in metres ({ASSUMED_M / size:.3g} makes it {in_words(ASSUMED_M)} long)."
         )
-    return float(f"{ASSUMED_M / facts.size:.3g}"), "not known"
+    return float(f"{ASSUMED_M / size:.3g}"), "not known"
 
 
-def _doubts(path: Path, facts: MeshFacts, scale: float) -> list[str]:
+def _doubts(path: Path, size: float, scale: float) -> list[str]:
     """Return a line if the file's unit may well be another than the assumed one."""
     others = [
-        f"the {name}, which makes it {in_words(other * facts.size)} long (--scale {other:g})"
-        for name, other in other_units(facts.size, scale).items()
+        f"the {name}, which makes it {in_words(other * size)} long (--scale {other:g})"
+        for name, other in other_units(size, scale).items()
     ]
-    if not others and facts.scale_m is not None:
+    if not others and guess_scale(size):
         return []
     unit = f"its unit may be {', or '.join([*others, 'one of its own'])}"
     return [f"{path}: {unit}; compare the length with the organ's, and give --scale"]

@@ -59,7 +59,8 @@ def cell_tags(found: Mapping[str, np.ndarray]) -> Tags:
 
     found : name → values of the tetrahedra, of which those with another shape than (k,) or other values are passed over
     """
-    whole = {name: values.astype(np.int64) for name, values in found.items() if values.ndim == 1 and _are_whole(values)}
+    numbers = {name: values for name, values in found.items() if values.ndim == 1 and values.dtype.kind in "iuf"}
+    whole = {name: values.astype(np.int64) for name, values in numbers.items() if (values == np.round(values)).all()}
     known = {name.lower(): name for name in whole}
     key = next((known[name] for name in KNOWN if name in known), next(iter(whole), ""))
     if not key:
@@ -67,10 +68,6 @@ def cell_tags(found: Mapping[str, np.ndarray]) -> Tags:
     if len(whole) > 1 and key.lower() not in KNOWN:
         return Tags(fault=f"its cell data {', '.join(sorted(whole))} could all be tags; name the right one region")
     return Tags({int(tag): np.flatnonzero(whole[key] == tag) for tag in np.unique(whole[key])})
-
-
-def _are_whole(values: np.ndarray) -> bool:
-    return values.dtype.kind in "iu" or (values.dtype.kind == "f" and bool((values == np.round(values)).all()))
 
 
 VTK = (".vtk", ".vtu", ".vtp")

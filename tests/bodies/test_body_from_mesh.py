@@ -132,7 +132,7 @@ def test_a_gmsh_script_is_not_run(tmp_path):
 
 
 def test_broken_file_from_the_wild(shared_meshes):
-    with pytest.raises(InputError, match=r"broken\.vtk: \d+ of 508 nodes have NaN, infinite or absurdly large"):
+    with pytest.raises(InputError, match=r"broken\.vtk: malformed \.vtk file \(VTK cannot read it\); write it again"):
         load_file(shared_meshes / "broken" / "liver_for_test_broken.vtk", 1.0)
 
 

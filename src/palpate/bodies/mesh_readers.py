@@ -143,7 +143,7 @@ def _read(path: Path, changed: tuple[int, int] | None) -> RawMesh:
 def _turn(path: Path, raw: RawMesh, header: bytes) -> None:
     """Turn a mesh to LPS from the frame that its header names as 3D Slicer writes it, SPACE=RAS."""
     words = {word.decode() for word in re.findall(rb"\bSPACE\s*=\s*([a-z-]+)", header, re.I)}
-    frames = {str(word).upper() for word in (words | {raw.frame}) if word}
+    frames = {word.upper() for word in (words | {raw.frame}) if word}
     if len(frames) > 1 or not frames <= {"LPS", "RAS"}:
         raise InputError(
             f"{path}: its header says SPACE={' and '.join(sorted(frames))}; write LPS or RAS there, or leave it out."
@@ -200,7 +200,7 @@ def _read_gmsh(path: Path) -> RawMesh:
 
 def _read_medit(path: Path) -> RawMesh:
     """Read a medit file with meshio's module, since ``meshio.read`` exits on errors."""
-    import meshio.medit
+    import meshio
 
     mesh = meshio.medit.read(str(path))
     raw = RawMesh(np.asarray(mesh.points, dtype=float).reshape(-1, 3))
@@ -244,7 +244,9 @@ def _read_vtk(data: bytes) -> RawMesh:
             f"it holds a dataset of kind {type(found).__name__}; write it as unstructured grid or polydata"
         )
     found.RemoveGhostCells()  # which several pieces have in common
-    raw = RawMesh(np.asarray(found.points, dtype=float), frame=next(iter(found.field_data.get("SPACE", [])), None))
+    raw = RawMesh(np.asarray(found.points, dtype=float))
+    if "SPACE" in found.field_data:
+        raw.frame = str(found.field_data["SPACE"][0])
     if isinstance(found, pyvista.PolyData):
         faces = found.triangulate().regular_faces
         # VTK reads corners that are missing at the end as 0

@@ -58,8 +58,6 @@ def choose_scale(source: str, points: np.ndarray, scale_m: float | None) -> floa
             stacklevel=2,
         )
         return scale
-    if not 0 < scale_m < np.inf:
-        raise InputError(f"{source}: scale_m is {scale_m}; give the length of the file's unit in metres.")
     likely = f"if its unit is the {guess[0]}, give scale_m: {guess[1]:g}" if guess else "check scale_m"
     if not POSSIBLE_M[0] <= size * scale_m <= POSSIBLE_M[1]:
         raise InputError(f"{source}: scale_m {scale_m:g} makes a body {in_words(size * scale_m)} long; {likely}.")

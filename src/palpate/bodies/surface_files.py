@@ -72,17 +72,11 @@ def check_content(kind: str, data: bytes) -> None:
             raise ValueError(f"it holds {what} and no mesh; give the file of the mesh, or unpack or export it")
     if data.startswith(b"version https://git-lfs"):
         raise ValueError("it holds a pointer of Git LFS in place of the mesh; get the mesh with git lfs pull")
-    if (other := _other_format(kind, data)) is not None:
-        raise ValueError(f"it holds what a {other} file holds; give it a name that ends in {other}")
     if not data.strip():
         raise ValueError("it is empty")
-
-
-def _other_format(kind: str, data: bytes) -> str | None:
-    """Return the suffix of the format that the content has, if it is another than ``kind``."""
-    word = data[:100].split(None, 1)[:1]
-    found = ".stl" if _is_whole_binary_stl(data) else FIRST_WORDS.get(word[0]) if word else None
-    return None if found in (None, kind) or (kind == ".stl" and b"\0" in data[:84]) else found
+    found = ".stl" if _is_whole_binary_stl(data) else FIRST_WORDS.get(data.lstrip()[:100].split(None, 1)[0], kind)
+    if found != kind and not (kind == ".stl" and b"\0" in data[:84]):
+        raise ValueError(f"it holds what a {found} file holds; give it a name that ends in {found}")
 
 
 def read_surface(kind: str, data: bytes) -> tuple[np.ndarray, np.ndarray]:

@@ -233,8 +233,6 @@ def test_a_label_of_the_synthetic_abdomen_is_a_lesion(entry):
 @pytest.mark.parametrize(
     ("rule", "message"),
     [
-        ({}, r"body block: regions\.part has none of them; give exactly one of tag, sphere and label\.$"),
-        ({"sphere": BALL, "tag": 1}, r"has tag and sphere; give exactly one of"),
         ({"tag": 1}, r"has a tag, and a body of kind box has none; give a sphere\.$"),
         ({"label": 1}, r"has a label, and a body of kind box has none; give a sphere\.$"),
         ({"sphere": BALL | {"center_m": [1, 1, 1]}}, "holds no tetrahedron by half"),

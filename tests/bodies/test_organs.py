@@ -1,5 +1,7 @@
 """Organs of smooth shape: counts, angles, and finer meshes against formulas of their surfaces."""
 
+import warnings
+
 import numpy as np
 import pytest
 from fixtures.organs import volume
@@ -89,7 +91,10 @@ def test_it_is_the_same_every_time_and_scales(organ):
     _, coarse, shape, length = organ
     again = coarse_body(shape, length)
     assert np.array_equal(again.nodes, coarse.nodes) and np.array_equal(again.tetrahedra, coarse.tetrahedra)
-    assert np.allclose(coarse_body(shape, 2 * length).nodes, 2 * coarse.nodes, rtol=0, atol=1e-12)
+    for scale in (2.0, 1.37, 1e-2 / 3):
+        other = coarse_body(shape, scale * length)
+        assert np.array_equal(other.tetrahedra, coarse.tetrahedra)
+        assert np.allclose(other.nodes, scale * coarse.nodes, rtol=0, atol=1e-12)
 
 
 def test_shapes_keep_their_outside_out(organ):
@@ -121,7 +126,7 @@ LENGTH, RADIUS = 0.2, 0.03
 def bar(smooth, refinements):
     anchors = {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}}
     entry = {"kind": "cylinder", "length_m": LENGTH, "radius_m": RADIUS, "anchors": anchors} | MATERIAL
-    return make_body("bar", entry | {"refinements": refinements, "smooth": smooth})
+    return make_body("bar", entry | {"refinements": refinements} | ({} if smooth is None else {"smooth": smooth}))
 
 
 @pytest.fixture(scope="module")
@@ -137,6 +142,16 @@ def test_volume_and_area_of_a_round_bar_converge_with_order_2_and_those_of_facet
         assert np.ptp(facets) < 1e-12 and facets[0] > 0.01
         assert np.allclose(np.log2(smooth[:-1] / smooth[1:]), 2.0, atol=0.02)
         assert smooth[0] == pytest.approx(facets[0]) and 0 < smooth[2] < 4e-3
+
+
+def test_a_bar_of_facets_says_how_much_smaller_its_section_is():
+    """A polygon of twelve sides has 3 r² of the circle's π r²."""
+    with pytest.warns(UserWarning, match=r"is 27 cm², 4\.5 % less than the circle's, .*; divide forces by that"):
+        assert bar(None, 1).fine.volumes.sum() / LENGTH == pytest.approx(3 * RADIUS**2)
+    with warnings.catch_warnings(action="error"):
+        bar(True, 2), bar(False, 1)
+    with pytest.warns(UserWarning, match=r"1\.1 % less than the circle's"):
+        bar(True, 1)
 
 
 def test_a_round_bar_has_round_sides_flat_ends_and_sound_elements(pair):

@@ -8,9 +8,12 @@ import pytest
 from palpate.bodies.body import nest
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.material import Material
+from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import merge_particles, particles_of
 from palpate.bodies.refinement import finer, refine
+from palpate.bodies.simple_shapes import box as simple_box
 from palpate.bodies.supports import Bed, inner_nodes, read_bed
+from palpate.bodies.surfaces.triangles import drop_unused
 from palpate.effects.bed import BedSprings, make
 from palpate.errors import InputError
 from palpate.scenes.run_scene import effect_names, run
@@ -132,7 +135,6 @@ def test_what_cannot_be_a_bed_is_refused(slab):
     rule = {"sphere": {"center_m": [0.1, 0.05, 0.0], "radius_m": 0.07}, "stiffness_n_m3": 3e4}
     assert read_bed("slab", rule, slab.coarse).radius_m == 0.07
     wrong = [
-        (rule | {"stiffness_n_m3": 0.0}, r"stiffness_n_m3 0; give a positive number"),
         (rule | {"sphere": {"center_m": [1.0, 1.0, 1.0], "radius_m": 0.07}}, "holds 0 nodes .* move or enlarge it"),
         (rule | {"sphere": {"center_m": [0.1, 0.05, 0.0], "radius_m": 9.0}}, "holds the whole surface, .* smaller"),
     ]
@@ -179,3 +181,26 @@ def test_a_bed_holds_only_the_side_that_faces_it(block):
         read_bed("block", rule, block.coarse)
     with pytest.raises(InputError, match=r"bed\.facing is \[0, 0, 0\]"):
         read_bed("block", rule | {"facing": [0, 0, 0]}, block.coarse)
+
+
+SIDE = [0.2, 0.2, 0.2]
+CUT_OUT = {
+    "hollow": lambda x, y, z: (np.abs([x - 0.1, y - 0.1, z - 0.1]) < 0.06).all(axis=0),
+    "slot": lambda x, y, z: (x > 0.06) & (np.abs(z - 0.1) < 0.03),
+    "hollows one above the other": lambda x, y, z: (np.abs(x - 0.1) < 0.06) & (np.abs(np.abs(z - 0.1) - 0.05) < 0.03),
+}
+
+
+@pytest.mark.parametrize("name", CUT_OUT)
+@pytest.mark.parametrize("facing", [[0, 0, -1], [0, 0, 1]])
+@pytest.mark.parametrize("refinements", [0, 1])
+def test_a_bed_holds_no_ceiling_over_another_part_of_the_body(name, facing, refinements):
+    mesh = simple_box(SIDE, [10, 10, 10])
+    left = TetMesh(
+        *drop_unused(mesh.nodes, mesh.tetrahedra[~CUT_OUT[name](*mesh.nodes[mesh.tetrahedra].mean(axis=1).T)])
+    )
+    body = nest("block", left, refinements, np.arange(2), Material(1e4, 0.3, 1000.0))
+    bed = Bed(np.array([0.1, 0.1, 0.1]), 1e3, 2e4, np.array(facing, dtype=float))
+    together = np.tile([1.0, 0.0, 0.0], len(body.fine.nodes))
+    assert together @ BedSprings(body.fine, bed).matrix @ together == pytest.approx(2e4 * 0.2 * 0.2, rel=1e-6)
+    assert (body.fine.nodes[inner_nodes(body.fine, bed), 2] == (0.0 if facing[2] < 0 else 0.2)).all()

@@ -3,7 +3,7 @@
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,7 @@ from palpate.bodies.mesh_quality import (
 from palpate.bodies.organs import SHAPES, coarse_body, surface_of
 from palpate.bodies.refinement import Snap
 from palpate.bodies.regions import balls_of, read_regions
+from palpate.bodies.seams import check_seams, weld_pieces
 from palpate.bodies.simple_shapes import box, cylinder, sheet
 from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
 from palpate.bodies.surfaces.coarse_solid import NODES, CoarseSolid, remesh_solid
@@ -32,6 +33,9 @@ from palpate.bodies.surfaces.mend import Mended, mend
 from palpate.bodies.surfaces.solid import Solid, solidify
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError, about
+
+SECTION = 0.01
+"""Share of a circle's area that a cylinder of facets may lack without a warning."""
 
 
 def make_body(name: str, entry: dict) -> Body:
@@ -52,8 +56,6 @@ def _make(name: str, entry: dict) -> Body:
         "ct": lambda e: (*mesh_from_ct.build(e), True),
         **dict.fromkeys(SHAPES, lambda e: coarse_body(SHAPES[e["kind"]], e["length_m"], balls_of(e))),
     }
-    if entry["kind"] not in kinds:
-        raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
     material = read_material(name, entry)
     made = kinds[entry["kind"]](entry)
     # a CT and a file show more of the surface than the coarse mesh has
@@ -80,6 +82,14 @@ def _make(name: str, entry: dict) -> Body:
         body = replace(body, densities=nodal_densities(entry, body.levels))
     if entry["kind"] in ("file", "ct"):
         check_quality(body.levels, _remedy(body, remeshed))
+    if entry["kind"] == "cylinder" and entry.get("smooth") is not False:
+        own_m2, round_m2 = body.fine.volumes.sum() / entry["length_m"], np.pi * entry["radius_m"] ** 2
+        if own_m2 < (1 - SECTION) * round_m2:
+            _warn(
+                f"the section of the finest mesh is {1e4 * own_m2:.4g} cm², {100 * (1 - own_m2 / round_m2):.2g} % less "
+                "than the circle's, as its sides are flat; divide forces by that for stresses, or give smooth: true "
+                "and more refinements, or smooth: false if that is meant."
+            )
     return body
 
 
@@ -122,7 +132,9 @@ def build(entry: dict) -> tuple[TetMesh, Snap | None, bool]:
 def own_mesh(entry: dict) -> tuple[TetMesh | None, float, int]:
     """Build the mesh of a file as it is, None if it is to be remeshed; also return its unit [m] and surface nodes."""
     path, nodes = Path(entry["path"]), entry.get("surface_nodes")
-    points, triangles, tetrahedra = _loaded(path, _changed(path))
+    points, triangles, tetrahedra, welded = _loaded(path, _changed(path))
+    if welded:
+        _warn(f"{path}: {welded}; give parts that are to stay apart a body each.")
     scale_m = choose_scale(str(path), points, entry.get("scale_m"))
     points = points * scale_m
     count = len(np.unique(triangles))
@@ -136,6 +148,7 @@ def own_mesh(entry: dict) -> tuple[TetMesh | None, float, int]:
 def _given_tetrahedra(path: Path, points: np.ndarray, tetrahedra: np.ndarray, count: int) -> TetMesh:
     mesh = TetMesh(points, check_tetrahedra(str(path), points, tetrahedra))
     check_boundary(str(path), mesh)
+    check_seams(str(path), mesh)
     if count > KEPT_NODES:
         _warn(
             f"{path}: its tetrahedra are kept as they are, with {count} surface nodes, and every refinement makes "
@@ -146,19 +159,15 @@ def _given_tetrahedra(path: Path, points: np.ndarray, tetrahedra: np.ndarray, co
 
 def _kept(path: Path, points: np.ndarray, triangles: np.ndarray, entry: dict, asked: bool) -> TetMesh | None:
     """Fill a surface as it is, mended if needed; None if that is impossible or makes bad elements."""
-    filled = partial(tetrahedralize, spacing_m=entry.get("spacing_m"), source=str(path), balls=balls_of(entry))
+    mended = mend(str(path), points, triangles)
     try:
-        mesh = filled(points, check_closed(str(path), points, triangles))
-    except InputError:
-        mended = mend(str(path), points, triangles)
-        try:
-            closed = check_closed(str(path), mended.points, mended.triangles)
-            mesh = filled(mended.points, closed)
-        except InputError as error:
-            if asked:
-                _warn(f"{error} It is remeshed instead of kept.".replace(". It is", ", or it is"))
-            return None
-        _report_mended(path, mended.notes)
+        closed = check_closed(str(path), mended.points, mended.triangles)
+        mesh = tetrahedralize(mended.points, closed, entry.get("spacing_m"), str(path), balls_of(entry))
+    except InputError as error:
+        if asked:
+            _warn(f"{error} It is remeshed instead of kept.".replace(". It is", ", or it is"))
+        return None
+    _report_mended(path, mended.notes)
     # where its nodes are asked for, a surface is kept, and its bad elements are reported with those of the levels
     return mesh if asked or dihedral_angles(mesh).min() >= LEAST_DEG else None
 
@@ -175,13 +184,17 @@ def _changed(path: Path) -> int:
 
 # meshes of several sizes, and the body itself, are made of the same file one after another
 @lru_cache(maxsize=1)
-def _loaded(path: Path, changed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    return load_shape(path)
+def _loaded(path: Path, changed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray | None, str]:
+    points, triangles, tetrahedra = load_shape(path)
+    if tetrahedra is None:
+        return points, triangles, None, ""
+    points, tetrahedra, said = weld_pieces(points, tetrahedra)
+    return points, TetMesh(points, tetrahedra).triangles, tetrahedra, said
 
 
 @lru_cache(maxsize=1)
 def _solid(path: Path, scale_m: float, changed: int) -> tuple[Mended, Solid]:
-    points, triangles, _ = _loaded(path, changed)
+    points, triangles, *_ = _loaded(path, changed)
     mended = mend(str(path), points * scale_m, triangles)
     return mended, solidify(str(path), mended)
 

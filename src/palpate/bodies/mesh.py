@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 """The four faces of a tetrahedron, each wound so that its normal points outward."""
@@ -25,6 +27,24 @@ def area_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Compute normals of triangles, (m, 3), whose length is twice the triangle's area."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     return np.cross(b - a, c - a)
+
+
+def within(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pair places (k, d) with the simplices (m, d + 1, d) near them: numbers of both (n,), and coordinates (n, d + 1).
+
+    Barycentric coordinates of the place, all positive where the simplex contains it; flat simplices are left out.
+    """
+    edges = corners[:, 1:] - corners[:, :1]
+    longest = np.linalg.norm(edges, axis=2).max(axis=1)
+    solid = np.flatnonzero(np.abs(np.linalg.det(edges)) > 1e-9 * longest ** edges.shape[2])
+    middles = corners[solid].mean(axis=1)
+    reach = np.linalg.norm(corners[solid] - middles[:, None], axis=2).max(axis=1)
+    near = cKDTree(places).query_ball_point(middles, reach) if len(places) and len(solid) else []
+    simplex = solid[np.repeat(np.arange(len(near)), [len(each) for each in near])]
+    place = np.fromiter(chain.from_iterable(near), dtype=np.int64)
+    steps = (places[place] - corners[simplex, 0])[:, :, None]
+    inner = np.linalg.solve(edges[simplex].transpose(0, 2, 1), steps)[:, :, 0]
+    return place, simplex, np.column_stack([1.0 - inner.sum(axis=1), inner])
 
 
 class Mesh:

@@ -31,8 +31,12 @@ def check_tetrahedra(source: str, nodes: np.ndarray, tetrahedra: np.ndarray) -> 
 
     Some programs number all elements the other way round: if every one is inverted, all are reversed.
     """
-    check_indices(source, "tetrahedra", tetrahedra, len(nodes))
-    _check_unique(source, "tetrahedra", tetrahedra)
+    _, first, count = np.unique(np.sort(tetrahedra, axis=1), axis=0, return_index=True, return_counts=True)
+    if count.max() > 1:
+        raise InputError(
+            f"{source}: {(count - 1).sum()} of {len(tetrahedra)} tetrahedra are duplicates "
+            f"(first: of element {first[count > 1].min()}); remove them."
+        )
     longest = np.ptp(nodes[tetrahedra], axis=1).max(axis=1)
     volumes = TetMesh(nodes, tetrahedra).volumes
     flat = np.flatnonzero(np.abs(volumes) <= FLAT * longest**3)
@@ -66,28 +70,20 @@ def check_boundary(source: str, mesh: TetMesh) -> None:
 
 def check_closed(source: str, points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Check that a surface is closed, manifold and consistently wound; return its triangles, (m, 3), outward."""
-    if len(triangles) < 4:
-        raise InputError(f"{source}: its surface has {len(triangles)} triangles; give a closed surface.")
-    check_indices(source, "triangles", triangles, len(points))
-    _check_unique(source, "triangles", triangles)
-    ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    edges, count = np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
-    opened = edges[count == 1]
-    if len(opened):
+    if not is_closed(triangles):
         raise InputError(
-            f"{source}: the surface has holes ({len(opened)} open edges, first: between points "
-            f"{opened[0, 0]} and {opened[0, 1]}); close them, for instance in MeshLab."
-        )
-    _check_manifold(source, triangles)
-    twice = len(ends) - len(np.unique(ends, axis=0))
-    if twice:
-        raise InputError(
-            f"{source}: neighbouring triangles are wound opposite ways at {twice} edges; "
+            f"{source}: the surface is not closed, or neighbouring triangles are wound opposite ways; close it and "
             "make the normals consistent, for instance in MeshLab."
         )
-    a, b, c = (points[triangles[:, i]] for i in range(3))
-    volume = np.einsum("ij,ij->", np.cross(a, b), c)
-    return triangles if volume > 0 else triangles[:, ::-1]
+    _check_manifold(source, triangles)
+    return triangles if np.linalg.det(points[triangles]).sum() > 0 else triangles[:, ::-1]
+
+
+def is_closed(triangles: np.ndarray) -> bool:
+    """Return whether triangles (m, 3) pass each edge as often in one sense as in the other, so that they enclose."""
+    ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    edge = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)[1].ravel()
+    return len(triangles) > 0 and not np.bincount(edge, np.sign(ends[:, 1] - ends[:, 0])).any()
 
 
 def check_indices(source: str, kind: str, elements: np.ndarray, count: int) -> None:
@@ -97,16 +93,6 @@ def check_indices(source: str, kind: str, elements: np.ndarray, count: int) -> N
         raise InputError(
             f"{source}: {len(bad)} {kind} refer to nodes that do not exist "
             f"(first: element {bad[0]}, of {count} nodes); write the file again."
-        )
-
-
-def _check_unique(source: str, kind: str, elements: np.ndarray) -> None:
-    _, first, count = np.unique(np.sort(elements, axis=1), axis=0, return_index=True, return_counts=True)
-    extra = int((count - 1).sum())
-    if extra:
-        raise InputError(
-            f"{source}: {extra} of {len(elements)} {kind} are duplicates "
-            f"(first: of element {first[count > 1].min()}); remove them."
         )
 
 
@@ -206,19 +192,16 @@ def mesh_sizes(body: Body, entry: dict) -> pd.DataFrame:
     ``entry["paper_surface"]``, optional, has (nodes, triangles) or None for each level.
     """
     papers = entry.get("paper_surface") or [None] * len(body.levels)
-    rows = []
-    for level, (mesh, paper) in enumerate(zip(body.levels, papers, strict=True)):
-        paper_nodes, paper_triangles = paper or (pd.NA, pd.NA)
-        rows.append(
-            {
-                "body": body.name,
-                "level": level,
-                "surface_nodes": len(mesh.surface),
-                "surface_triangles": len(mesh.triangles),
-                "nodes": len(mesh.nodes),
-                "tetrahedra": len(mesh.tetrahedra),
-                "paper_nodes": paper_nodes,
-                "paper_triangles": paper_triangles,
-            }
-        )
+    rows = [
+        {
+            "body": body.name,
+            "level": level,
+            "surface_nodes": len(mesh.surface),
+            "surface_triangles": len(mesh.triangles),
+            "nodes": len(mesh.nodes),
+            "tetrahedra": len(mesh.tetrahedra),
+            **dict(zip(("paper_nodes", "paper_triangles"), paper or (pd.NA, pd.NA), strict=True)),
+        }
+        for level, (mesh, paper) in enumerate(zip(body.levels, papers, strict=True))
+    ]
     return pd.DataFrame(rows).astype({"paper_nodes": "Int64", "paper_triangles": "Int64"})

@@ -32,12 +32,17 @@ def coarse_body(shape: Shape, length_m: float, balls: Sequence[Ball] = ()) -> Te
     """Build a coarse mesh of 140 nodes and 276 triangles on the surface of ``shape``, identical on every call.
 
     Its longest side is ``length_m``; the origin is the middle of the bounding box of the smooth shape. In ``balls``
-    elements are smaller.
+    elements are smaller. Trap: which elements are made, and their order, hang on rounding, so that all lengths get
+    those of one.
     """
-    points, triangles, sphere = _dense(shape, length_m)
+    made_m = MADE_M.get(shape, 0.2)
+    scale = length_m / made_m
+    points, triangles, sphere = _dense(shape, made_m)
     chosen, coarse = triangulate_evenly(points, triangles, sphere, SURFACE_NODES)
+    scaled = [(center / scale, radius / scale) for center, radius in balls]
     # a little finer than the surface (whose edges are 0.12 of the length), for better angles inside
-    return tetrahedralize(points[chosen], coarse, spacing_m=0.1 * length_m, balls=balls)
+    mesh = tetrahedralize(points[chosen], coarse, spacing_m=0.1 * made_m, balls=scaled)
+    return TetMesh(scale * mesh.nodes, mesh.tetrahedra)
 
 
 def onto_shape(shape: Shape, length_m: float) -> Onto:
@@ -178,6 +183,8 @@ def stomach_shape(sphere: np.ndarray) -> np.ndarray:
 
 SHAPES: dict[str, Shape] = {"liver": liver_shape, "kidney": kidney_shape, "stomach": stomach_shape}
 """Kinds of bodies whose surface is an image of the sphere, and the maps of it."""
+MADE_M = {liver_shape: 0.2, kidney_shape: 0.11, stomach_shape: 0.25}
+"""Length [m] at which the elements of each are made."""
 
 
 @dataclass(frozen=True)

@@ -33,8 +33,6 @@ CONTRAST = 1e4
 VOLUME_OFF, MISPLACED = 0.2, 0.3
 """Shares of a region's volume from which on there is a warning: of the difference to that of its elements, and of what
 lies in one of the two alone."""
-KINDS = ("tag", "sphere", "label")
-"""The rules of which a region has one."""
 AT_ONCE = 4096
 """Elements whose points are looked at together."""
 
@@ -48,8 +46,8 @@ def read_regions(body: str, entry: dict, mesh: TetMesh, own: Material, remeshed:
     own : material of what is in no region; remeshed : whether the elements are not those of the file
 
     A tetrahedron belongs to the first region that has half of its volume. Warns of regions that the mesh shows badly
-    or lets reach the surface, and of a contrast above CONTRAST; raises InputError for a region that is not given by
-    exactly one rule, has a wrong constant, or holds no tetrahedron.
+    or lets reach the surface, and of a contrast above CONTRAST; raises InputError for a wrong constant and a region that
+    holds no tetrahedron.
     """
     rules = entry.get("regions")
     if not rules:
@@ -80,15 +78,11 @@ def read_regions(body: str, entry: dict, mesh: TetMesh, own: Material, remeshed:
 
 def _inside(place: str, rule: dict, entry: dict) -> Inside | None:
     """Return the test of a sphere or a label; None for a tag, which is known by elements."""
-    kinds = [kind for kind in KINDS if kind in rule]
-    if len(kinds) != 1:
-        found = " and ".join(kinds) or "none of them"
-        raise InputError(f"body {place} has {found}; give exactly one of {', '.join(KINDS[:-1])} and {KINDS[-1]}.")
-    if kinds == ["label"]:
+    if "label" in rule:
         if entry["kind"] != "ct":
             raise InputError(f"body {place} has a label, and a body of kind {entry['kind']} has none; give a sphere.")
         return label_region(entry, rule["label"])
-    if kinds == ["tag"]:
+    if "tag" in rule:
         return None
     center, radius = np.array(rule["sphere"]["center_m"], dtype=float), float(rule["sphere"]["radius_m"])
     return lambda points: np.linalg.norm(points - center, axis=1) <= radius

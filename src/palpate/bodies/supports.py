@@ -1,18 +1,17 @@
 """What holds a body: held nodes (anchors), chosen by rules, and an elastic bed under a part of the surface."""
 
-import math
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from palpate.bodies.mesh import Mesh, Sheet, area_normals, components
+from palpate.bodies.mesh import Mesh, Sheet, area_normals, components, within
 from palpate.errors import InputError
 
 FACING = 0.5
 """Cosine of the largest angle, 60°, between ``facing`` and the normal of a triangle with springs."""
+TOUCHING = 1e-6
+"""Share of the body's height up to which faces that overlap by rounding touch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +20,8 @@ class Bed:
 
     center_m : (3,) [m]; radius_m : [m]
     stiffness_n_m3 : traction per displacement at the centre [N/m³], which fades to zero at the sphere
-    facing : (3,) unit vector; only triangles whose outward normal is within 60° of it have springs, None for all
+    facing : (3,) unit vector; only triangles whose outward normal is within 60° of it have springs, unless more of the
+        body is in that direction, as within a hollow or under a lobe; None for all
     """
 
     center_m: np.ndarray
@@ -34,17 +34,24 @@ class Bed:
         return replace(self, center_m=self.center_m + shift)
 
     def faces(self, nodes: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-        """Mark those of ``triangles`` (m, 3) on ``nodes`` (n, 3) [m] that face as the bed asks, (m,) bool."""
+        """Mark those of a body's ``triangles`` (m, 3) on ``nodes`` (n, 3) [m] that face as the bed asks, (m,) bool."""
         if self.facing is None:
             return np.ones(len(triangles), dtype=bool)
-        normals = area_normals(nodes, triangles)
-        return normals @ self.facing >= FACING * np.linalg.norm(normals, axis=1)
+        corners, normals = nodes[triangles], area_normals(nodes, triangles)
+        heights, flat = corners @ self.facing, corners @ np.linalg.svd(self.facing[None])[2][1:].T
+        faces = normals @ self.facing >= FACING * np.linalg.norm(normals, axis=1)
+        facing, back = np.flatnonzero(faces), np.flatnonzero(normals @ self.facing < 0)
+        place, above, weights = within(flat[facing].mean(axis=1), flat[back])
+        rise = (weights * heights[back[above]]).sum(axis=1) - heights[facing[place]].mean(axis=1)
+        hidden = (weights.min(axis=1) >= 0) & (rise > -TOUCHING * np.ptp(heights))
+        faces[facing[place[hidden]]] = False
+        return faces
 
 
 def read_bed(body: str, rule: dict, mesh: Mesh) -> Bed:
     """Read ``{sphere: {center_m, radius_m}, stiffness_n_m3}`` and perhaps ``facing: [x, y, z]``.
 
-    InputError unless it is positive, faces somewhere and meets the body.
+    InputError unless it faces somewhere and meets the body.
     """
     sphere, stiffness = rule["sphere"], float(rule["stiffness_n_m3"])
     facing = None if "facing" not in rule else np.array(rule["facing"], dtype=float)
@@ -53,9 +60,6 @@ def read_bed(body: str, rule: dict, mesh: Mesh) -> Bed:
             raise InputError(f"body {body}: bed.facing is [0, 0, 0]; give the direction that the bed's side faces.")
         facing = facing / np.linalg.norm(facing)
     bed = Bed(np.array(sphere["center_m"], dtype=float), float(sphere["radius_m"]), stiffness, facing)
-    for key, value in (("radius_m", bed.radius_m), ("stiffness_n_m3", stiffness)):
-        if not (value > 0 and math.isfinite(value)):
-            raise InputError(f"body {body}: bed has {key} {value:g}; give a positive number.")
     inside = inner_nodes(mesh, bed)
     if len(inside) < 3:
         raise InputError(
@@ -78,8 +82,6 @@ def inner_nodes(mesh: Mesh, bed: Bed) -> np.ndarray:
 
 # fraction of the longest side that is held where no rule is given
 HELD = 0.1
-
-Rule = Callable[[str, Any, Mesh], np.ndarray]
 
 
 def choose_anchors(body: str, rule: dict | None, mesh: Mesh, bed: Bed | None = None) -> np.ndarray:
@@ -125,41 +127,30 @@ def default_anchors(body: str, mesh: Mesh) -> dict:
 
 def _held(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
     """Return the nodes that one rule holds, increasing."""
-    rules: dict[str, Rule] = {"nodes": _by_number, "plane": _near_plane, "sphere": _in_sphere, "several": _by_any}
-    if len(rule) != 1 or not set(rule) <= set(rules):
+    if len(rule) != 1 or not set(rule) <= {"nodes", "plane", "sphere", "several"}:
         raise InputError(
             f"body {body}: anchors has {sorted(rule)}; give exactly one of nodes, plane, sphere and several."
         )
     ((kind, value),) = rule.items()
-    held = np.unique(rules[kind](body, value, mesh))
+    if kind == "several":
+        held = np.concatenate([np.empty(0, dtype=np.int64), *(_held(body, one, mesh) for one in value)])
+    elif kind == "plane":
+        along = mesh.nodes[:, "xyz".index(value["axis"])] * (1 if value["side"] == "min" else -1)
+        held = np.flatnonzero(along - along.min() <= value["depth_m"])
+    elif kind == "sphere":
+        away = np.linalg.norm(mesh.nodes - np.asarray(value["center_m"], dtype=float), axis=1)
+        held = np.flatnonzero(away <= value["radius_m"])
+    else:
+        missing = [n for n in value if not (isinstance(n, int) and 0 <= n < len(mesh.nodes))]
+        if missing:
+            raise InputError(
+                f"body {body}: anchors.nodes names {missing[0]}, which does not exist; "
+                f"its coarse nodes are counted from 0, and go up to {len(mesh.nodes) - 1}."
+            )
+        held = np.array(value, dtype=np.int64)
     if not len(held):
         raise InputError(f"body {body}: anchors.{kind} holds no node; move or enlarge it so that it meets the body.")
-    return held
-
-
-def _by_any(body: str, several: list[dict], mesh: Mesh) -> np.ndarray:
-    return np.concatenate([_held(body, rule, mesh) for rule in several] or [np.empty(0, dtype=np.int64)])
-
-
-def _by_number(body: str, numbers: list, mesh: Mesh) -> np.ndarray:
-    missing = [n for n in numbers if not (isinstance(n, int) and 0 <= n < len(mesh.nodes))]
-    if missing:
-        raise InputError(
-            f"body {body}: anchors.nodes names {missing[0]}, which does not exist; "
-            f"its coarse nodes are counted from 0, and go up to {len(mesh.nodes) - 1}."
-        )
-    return np.array(numbers, dtype=np.int64)
-
-
-def _near_plane(body: str, plane: dict, mesh: Mesh) -> np.ndarray:
-    along = mesh.nodes[:, "xyz".index(plane["axis"])]
-    distance = along - along.min() if plane["side"] == "min" else along.max() - along
-    return np.flatnonzero(distance <= plane["depth_m"])
-
-
-def _in_sphere(body: str, sphere: dict, mesh: Mesh) -> np.ndarray:
-    distance = np.linalg.norm(mesh.nodes - np.asarray(sphere["center_m"], dtype=float), axis=1)
-    return np.flatnonzero(distance <= sphere["radius_m"])
+    return np.unique(held)
 
 
 def _check_pieces(body: str, held: np.ndarray, mesh: Mesh, bed: Bed | None) -> None:

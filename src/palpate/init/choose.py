@@ -14,13 +14,12 @@ from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.ct import mesh_from_ct
 from palpate.bodies.make_body import make_body
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import TetMesh, area_normals, components
 from palpate.bodies.mesh_file import in_words
 from palpate.bodies.mesh_quality import check_quality
 from palpate.bodies.supports import Bed, inner_nodes
 from palpate.bodies.surfaces.coarse_solid import MOST_AWAY, MOST_VOLUME, apart
 from palpate.bodies.surfaces.mask_surface import dense_surface
-from palpate.bodies.surfaces.triangles import area_normals
 from palpate.errors import InputError
 from palpate.init.recognise import lies_as, sides_of
 
@@ -240,6 +239,7 @@ def _bed(name: str, mesh: TetMesh, sides: list[tuple[str, str]], fault: str) -> 
     beds = [_under(mesh, axis, side) for axis, side in sides]
     areas = np.array([area for _, area in beds])
     bed = beds[int(np.argmax(areas >= BROAD * areas.max()))][0]
+    _doubt_lofts(name, mesh, bed)
     points = mesh.nodes[inner_nodes(mesh, bed)]
     if len(points) < 3 or np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1] < 0.1 * mesh.size:
         raise InputError(f"{name}: {fault}.")
@@ -253,6 +253,22 @@ def _bed(name: str, mesh: TetMesh, sides: list[tuple[str, str]], fault: str) -> 
     assert bed.facing is not None
     facing = [int(x) for x in bed.facing]
     return {"sphere": sphere, "facing": facing, "stiffness_n_m3": bed.stiffness_n_m3}
+
+
+def _doubt_lofts(name: str, mesh: TetMesh, bed: Bed) -> None:
+    """Warn of parts of the side that a body lies on that are higher than the rest, as under an arch."""
+    turned = mesh.triangles[bed.faces(mesh.nodes, mesh.triangles)]
+    part = components(turned[:, [0, 1, 1, 2]].reshape(-1, 2), len(mesh.nodes))
+    reach = np.full(len(mesh.nodes), -np.inf)
+    np.maximum.at(reach, part[turned], (mesh.nodes @ bed.facing)[turned])
+    away = reach.max(initial=-np.inf) - reach[part[turned[:, 0]]]
+    if (lofts := away > BED_THICKNESS * mesh.size).any():
+        warnings.warn(
+            f"{name}: the springs that it lies on hold {lofts.sum()} of {len(turned)} triangles up to "
+            f"{in_words(away.max())} above the rest, as under an arch; if nothing is below them, give anchors, or a "
+            "smaller bed.sphere.",
+            stacklevel=2,
+        )
 
 
 def _under(mesh: TetMesh, axis: str, side: str) -> tuple[Bed, float]:

@@ -2,15 +2,18 @@
 
 import re
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from palpate.bodies.organs import liver_shape
+from palpate.bodies.simple_shapes import box
 from palpate.bodies.surfaces.mend import mend
 from palpate.bodies.surfaces.remesh import fibonacci_sphere, triangulate
 from palpate.bodies.surfaces.solid import solidify, winding_numbers
 from palpate.bodies.surfaces.tetrahedralize import gmsh_session, tetrahedralize
-from palpate.bodies.surfaces.triangles import volume, weld
+from palpate.bodies.surfaces.triangles import drop_unused, volume, weld
 from palpate.errors import InputError
 
 BALL = 0.1 * fibonacci_sphere(1500)
@@ -66,6 +69,56 @@ def test_a_speck_is_dropped_and_a_second_body_refused():
         solidify("ball", mend("ball", *other))
 
 
+def block(sizes, parts, low=(0.0, 0.0, 0.0)):
+    """Build the surface of a box [m] of finely divided sides: points, and triangles wound outward."""
+    mesh = box(sizes, parts)
+    points, triangles = drop_unused(mesh.nodes, mesh.triangles)
+    return points + low, triangles
+
+
+def solid_of(*shells):
+    starts = np.cumsum([0, *(len(points) for points, _ in shells)])
+    points = np.vstack([points for points, _ in shells])
+    triangles = np.vstack([each + start for (_, each), start in zip(shells, starts, strict=False)])
+    mended = mend("block", *weld(points, triangles))
+    solid = solidify("block", mended)
+    return replace(solid, notes=mended.notes + solid.notes)
+
+
+@pytest.mark.parametrize("sizes", [[0.15, 0.1, 0.0095], [0.2, 0.05, 0.0126], [0.06, 0.06, 0.01], [0.1, 0.1, 0.1]])
+def test_a_finely_divided_block_has_its_volume(sizes):
+    solid = solid_of(block(sizes, [round(side / 0.005) for side in sizes]))
+    assert solid.volume_m3 == pytest.approx(np.prod(sizes), rel=1e-12)
+    assert solid.mask.sum() * solid.voxel_m3 == pytest.approx(np.prod(sizes), rel=1e-9)
+
+
+@pytest.mark.parametrize("turn", [np.diag([-1, -1, 1]), np.diag([1, -1, -1]), np.eye(3)[[1, 2, 0]]])
+def test_a_turned_organ_is_the_same_solid(turn):
+    points = 0.1 * liver_shape(fibonacci_sphere(1500))
+    before, after = (solidify("liver", mend("liver", each, FACES)) for each in (points, points @ turn))
+    assert after.volume_m3 == pytest.approx(before.volume_m3, rel=1e-12)
+    assert abs(after.mask.sum() - before.mask.sum()) < 1e-4 * before.mask.sum()
+    assert before.volume_m3 == pytest.approx(volume(points, FACES), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("other", "note"),
+    [
+        (block([0.1, 0.1, 0.1], [8, 8, 8], (0.1, 0, 0)), "128 pairs of triangles removed that two parts share"),
+        (block([0.1, 0.1, 0.1], [5, 5, 5], (0.1, 0, 0)), "2 parts that touch, or lie less than 1.25 mm apart, joined"),
+        (block([0.1, 0.04, 0.03], [4, 2, 2], (0.1, 0.02, 0.05)), "2 parts that touch, or lie less than 1.25 mm apart"),
+        (block([0.1, 0.1, 0.1], [8, 8, 8], (0.10002, 0, 0)), "2 parts that touch, or lie less than 1.25 mm apart"),
+    ],
+    ids=["same triangles", "others", "smaller", "20 µm apart"],
+)
+def test_parts_that_share_a_wall_are_one_body_without_it(other, note):
+    solid = solid_of(block([0.1, 0.1, 0.1], [8, 8, 8]), other)
+    assert len(solid.notes) == 1 and solid.notes[0].startswith(note)
+    assert solid.volume_m3 == pytest.approx(1e-3 + volume(*other), rel=1e-6)
+    inside = (np.abs(solid.places - [0.1, 0.05, 0.065]) < [0.005, 0.01, 0.01]).all(axis=1)
+    assert not inside.any()
+
+
 def test_parts_that_overlap_count_once():
     shift = np.array([0.1, 0, 0])
     union = mend("balls", np.vstack([BALL, BALL + shift]), np.vstack([FACES, FACES + len(BALL)]))
@@ -82,6 +135,7 @@ def test_a_shell_wound_inward_is_a_hollow_and_one_wound_outward_a_part():
     part = solidify("ball", mend("ball", points, np.vstack([FACES, FACES + len(BALL)])))
     (found,) = hollow.hollows
     assert found.sum() * hollow.voxel_m3 == pytest.approx(TRUE / 8, rel=0.03)
+    assert hollow.volumes_m3 == pytest.approx([TRUE, TRUE / 8], rel=1e-12)
     assert part.hollows == []
 
 

@@ -120,7 +120,7 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
 
 def _remesh(solid: Solid, mended: Mended, nodes: int, settle: Settle | None) -> CoarseSolid:
     shells = [
-        _shell(solid, mask, count, settle, hollow=number > 0)
+        _shell(solid, number, mask, count, settle)
         for number, (mask, count) in enumerate(zip([solid.mask, *solid.hollows], _shares(solid, nodes), strict=True))
     ]
     starts = np.cumsum([0, *(len(points) for points, _ in shells)])
@@ -149,12 +149,12 @@ def _fill_well(points: np.ndarray, triangles: np.ndarray, solid: Solid, nodes: i
 
 
 def _shell(
-    solid: Solid, mask: np.ndarray, count: int, settle: Settle | None, hollow: bool
+    solid: Solid, number: int, mask: np.ndarray, count: int, settle: Settle | None
 ) -> tuple[np.ndarray, np.ndarray]:
     points, triangles = coarse_shell(mask, solid, count)
     if settle is None:
-        points = inflate(points, triangles, float(mask.sum()) * solid.voxel_m3)
-    if hollow:
+        points = inflate(points, triangles, solid.volumes_m3[number])
+    if number > 0:
         triangles = triangles[:, ::-1]
     return (points, triangles) if settle is None else settle(points, triangles)
 

@@ -1,11 +1,11 @@
 """Mending of a triangulated surface as it is found: repeated triangles, mixed winding, holes."""
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from palpate.bodies.mesh import area_normals, components
+from palpate.bodies.mesh import area_normals
 from palpate.bodies.mesh_file import in_words
 from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.bodies.surfaces.triangles import arrays, polydata, signed_volumes, weld
@@ -26,32 +26,22 @@ class Hole(NamedTuple):
 
 def find_holes(points: np.ndarray, triangles: np.ndarray) -> list[Hole]:
     """Find the holes of a surface, (n, 3) [m] and (m, 3)."""
-    ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    edges, count = np.unique(ends, axis=0, return_counts=True)
-    opened = edges[count == 1]
-    if not len(opened):
-        return []
-    label = components(opened, len(points))[opened[:, 0]]
+    opened = polydata(points, triangles).extract_feature_edges(
+        boundary_edges=True, non_manifold_edges=False, feature_edges=False, manifold_edges=False
+    )
     holes = []
-    for number in np.unique(label):
-        loop = opened[label == number]
-        corners = points[np.unique(loop)]
+    for loop in opened.split_bodies() if opened.n_cells else ():
+        corners = np.asarray(loop.points, dtype=float)
         width = float(np.ptp(corners, axis=0).max())
         centre = corners.mean(axis=0)
         thickness = np.linalg.svd(corners - centre, compute_uv=False)[-1] / np.sqrt(len(corners))
-        holes.append(Hole(len(loop), width, centre, bool(thickness <= FLAT_THICKNESS * width)))
+        holes.append(Hole(loop.n_cells, width, centre, bool(thickness <= FLAT_THICKNESS * width)))
     return holes
 
 
 def close_holes(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Close every hole with triangles between its corners, by VTK."""
-    from vtkmodules.vtkFiltersModeling import vtkFillHolesFilter
-
-    fill = vtkFillHolesFilter()
-    fill.SetInputData(polydata(points, triangles))
-    fill.SetHoleSize(float(np.linalg.norm(np.ptp(points, axis=0))))
-    fill.Update()
-    return arrays(fill.GetOutput())
+    return arrays(polydata(points, triangles).fill_holes(float(np.linalg.norm(np.ptp(points, axis=0)))))
 
 
 # points closer than this fraction of the size are merged where that closes gaps
@@ -80,16 +70,18 @@ def mend(source: str, points: np.ndarray, triangles: np.ndarray) -> Mended:
     Raises InputError if a large hole leaves its shape open.
     """
     notes = []
-    kept = _drop_repeated(points, triangles)
-    if len(kept) < len(triangles):
-        notes.append(f"{len(triangles) - len(kept)} repeated or flat triangles removed")
+    kept, walls = _drop_repeated(points, triangles)
+    if walls:
+        notes.append(f"{walls} pairs of triangles removed that two parts share, so that these are joined")
+    if (count := len(triangles) - len(kept) - 2 * walls) > 0:
+        notes.append(f"{count} repeated or flat triangles removed")
     size = float(np.ptp(points, axis=0).max())
     if find_holes(points, kept):
         joined = weld(points, kept, GAP)
         before, after = (sum(hole.edges for hole in find_holes(*mesh)) for mesh in ((points, kept), joined))
         if after < before:
             notes.append(f"points up to {in_words(GAP * size)} apart merged")
-            points, kept = joined[0], _drop_repeated(*joined)
+            points, kept = joined[0], _drop_repeated(*joined)[0]
     turned = orient(points, kept)
     count = int((turned != kept).any(axis=1).sum())
     if count == len(kept):
@@ -138,23 +130,30 @@ def orient(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return alike
 
 
-def _drop_repeated(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Drop triangles of no area and all but one of those with the same corners, in the given order."""
+def _drop_repeated(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, int]:
+    """Drop triangles of no area and all but one of those with the same corners, in the given order.
+
+    Also return how many of those left are dropped, too, since two parts share them: each is there in both senses, and
+    fewer edges are open without them.
+    """
     area = np.linalg.norm(area_normals(points, triangles), axis=1)
     longest = np.ptp(points[triangles], axis=1).max(axis=1)
     kept = triangles[area > 1e-10 * longest**2]
-    first = np.unique(np.sort(kept, axis=1), axis=0, return_index=True)[1]
-    return kept[np.sort(first)]
+    _, first, same = np.unique(np.sort(kept, axis=1), axis=0, return_index=True, return_inverse=True)
+    senses = np.linalg.det(np.eye(3)[np.argsort(kept, axis=1)])
+    shared = np.abs(np.bincount(same.ravel(), senses)) < 0.5
+    every, others = np.sort(first), np.sort(first[~shared])
+    odd = [
+        (np.unique(np.sort(ends.reshape(-1, 2), axis=1), axis=0, return_counts=True)[1] % 2).sum()
+        for ends in (kept[numbers][:, [[0, 1], [1, 2], [2, 0]]] for numbers in (every, others))
+    ]
+    return (kept[others], int(shared.sum())) if odd[1] < odd[0] else (kept[every], 0)
 
 
 def _wind_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Wind each triangle like its neighbours, (m, 3), by VTK."""
-    from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
-
-    normals: Any = vtkPolyDataNormals()
-    normals.ConsistencyOn()
-    normals.SplittingOff()
-    normals.NonManifoldTraversalOff()
-    normals.SetInputData(polydata(points, triangles))
-    normals.Update()
-    return arrays(normals.GetOutput())[1]
+    return arrays(
+        polydata(points, triangles).compute_normals(
+            split_vertices=False, consistent_normals=True, non_manifold_traversal=False
+        )
+    )[1]

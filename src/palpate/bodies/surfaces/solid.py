@@ -1,20 +1,28 @@
 """The solid inside a mended surface, on a grid: robust where triangles overlap, touch or leave cracks."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from scipy import ndimage
 
 from palpate.bodies.ct.image import Grid
-from palpate.bodies.mesh import area_normals
+from palpate.bodies.mesh import area_normals, components, within
+from palpate.bodies.mesh_file import in_words
+from palpate.bodies.mesh_quality import is_closed
 from palpate.bodies.surfaces.mend import Mended
 from palpate.bodies.surfaces.tetrahedralize import label_shells
-from palpate.bodies.surfaces.triangles import polydata
+from palpate.bodies.surfaces.triangles import polydata, volume
 from palpate.errors import InputError
 
 
 def winding_numbers(
-    points: np.ndarray, triangles: np.ndarray, origin: np.ndarray, spacing: float, shape: tuple[int, int, int]
+    points: np.ndarray,
+    triangles: np.ndarray,
+    origin: np.ndarray,
+    spacing: np.ndarray | float,
+    shape: tuple[int, int, int],
 ) -> np.ndarray:
     """Estimate how often the triangles wind around each place of a grid, (nz, ny, nx): 1 inside, 0 outside.
 
@@ -36,36 +44,17 @@ def winding_numbers(
 
 def _along(points: np.ndarray, triangles: np.ndarray, sizes: list[int]) -> np.ndarray:
     """Compute the mean count of the two rays along the last axis, for each place, (u, v, w)."""
-    a, b, c = (points[triangles[:, i]] for i in range(3))
-    # twice the area seen along the ray, positive where the triangle faces it
-    twice = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    corners = np.stack([a, b, c])
+    corners, rays = points[triangles], np.indices(sizes[:2]).reshape(2, -1).T
     # places are at whole numbers, moved a little so that no ray meets an edge or a corner
-    shift = np.array([0.000314159, 0.000271828])
-    low = np.clip(np.ceil(corners[:, :, :2].min(axis=0) - shift), 0, None).astype(np.int64)
-    high = np.minimum(np.floor(corners[:, :, :2].max(axis=0) - shift), np.array(sizes[:2]) - 1).astype(np.int64)
-    wide = np.clip(high - low + 1, 0, None)
-    wide[twice == 0] = 0
-    rays = wide.prod(axis=1)
-    which = np.repeat(np.arange(len(triangles)), rays)
-    number = np.arange(len(which)) - np.repeat(np.cumsum(rays) - rays, rays)
-    u = low[which, 0] + number // wide[which, 1]
-    v = low[which, 1] + number % wide[which, 1]
-    at = np.column_stack([u, v]) + shift
-    weights = np.stack([_twice_area(p[which], q[which], at) for p, q in ((b, c), (c, a), (a, b))]) / twice[which]
-    inside = (weights > 0).all(axis=0)
-    which, u, v, weights = which[inside], u[inside], v[inside], weights[:, inside]
-    height = (weights * corners[:, which, 2]).sum(axis=0)
-    crossings = np.zeros((sizes[0], sizes[1], sizes[2] + 1), dtype=np.float32)
+    ray, which, weights = within(rays + np.array([0.000314159, 0.000271828]), corners[:, :, :2])
+    inside = (weights > 0).all(axis=1)
+    ray, which = ray[inside], which[inside]
+    height = (weights[inside] * corners[which, :, 2]).sum(axis=1)
+    crossings = np.zeros((len(rays), sizes[2] + 1), dtype=np.float32)
     # a ray leaves through a triangle that faces along it
-    places = u, v, np.clip(np.ceil(height), 0, sizes[2]).astype(np.int64)
-    np.add.at(crossings, places, -np.sign(twice[which]).astype(np.float32))
-    return (np.cumsum(crossings, axis=2) - crossings.sum(axis=2, keepdims=True) / 2)[:, :, :-1]
-
-
-def _twice_area(p: np.ndarray, q: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Compute twice the signed area, seen along the ray, of the triangles of an edge and a place, (n,)."""
-    return (q[:, 0] - p[:, 0]) * (at[:, 1] - p[:, 1]) - (q[:, 1] - p[:, 1]) * (at[:, 0] - p[:, 0])
+    through = -np.sign(area_normals(points, triangles)[which, 2]).astype(np.float32)
+    np.add.at(crossings, (ray, np.clip(np.ceil(height), 0, sizes[2]).astype(np.int64)), through)
+    return (np.cumsum(crossings, axis=1) - crossings.sum(axis=1, keepdims=True) / 2)[:, :-1].reshape(sizes)
 
 
 def sample(points: np.ndarray, triangles: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
@@ -91,22 +80,16 @@ def sample(points: np.ndarray, triangles: np.ndarray, spacing: float) -> tuple[n
 
 def distances(places: np.ndarray, points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Compute the distance of places, (k, 3), from a surface, (k,)."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkFiltersGeneral import vtkDistancePolyDataFilter
+    import pyvista
 
-    measure = vtkDistancePolyDataFilter()
-    # VTK wants a cell; the distances are those of the points
-    measure.SetInputData(0, polydata(places, np.zeros((1, 3), dtype=np.int64)))
-    measure.SetInputData(1, polydata(points, triangles))
-    measure.SignedDistanceOff()
-    measure.ComputeSecondDistanceOff()
-    measure.ComputeCellCenterDistanceOff()
-    measure.Update()
-    return np.abs(vtk_to_numpy(measure.GetOutput().GetPointData().GetArray("Distance")))
+    measured = pyvista.PolyData(places).compute_implicit_distance(polydata(points, triangles))
+    return np.abs(measured["implicit_distance"])
 
 
 # voxels along the longest side, and a layer of empty ones around
 RESOLUTION, MARGIN = 160, 3
+# a voxel's least side over its largest, of a body thinner than a voxel
+THINNEST = 0.125
 # samples of the surface along the longest side
 SAMPLES = 150
 # other pieces larger than this fraction of the largest are not dropped but refused
@@ -120,6 +103,7 @@ class Solid(Grid):
     """A body's interior on a grid, and places on its surface.
 
     mask : (nz, ny, nx) bool, of one piece; its hollows are in ``hollows``, each a mask, and filled in ``mask``
+    volumes_m3 : within the triangles around ``mask`` and around each hollow [m³]; that of the mask where parts overlap
     places, normals : spread over the surface, (k, 3) [m] and (k, 3), outward
     notes : what was left out, each a few words with numbers
     """
@@ -130,6 +114,7 @@ class Solid(Grid):
     )
     mask: np.ndarray
     hollows: list[np.ndarray]
+    volumes_m3: list[float]
     origin_m: np.ndarray
     spacing_m: np.ndarray
     source: str
@@ -140,7 +125,7 @@ class Solid(Grid):
     @property
     def volume_m3(self) -> float:
         """The volume without the hollows."""
-        return float((self.mask.sum() - sum(hollow.sum() for hollow in self.hollows)) * self.voxel_m3)
+        return self.volumes_m3[0] - sum(self.volumes_m3[1:])
 
 
 def solidify(source: str, mended: Mended) -> Solid:
@@ -150,27 +135,48 @@ def solidify(source: str, mended: Mended) -> Solid:
     """
     points, triangles = mended.points, mended.triangles
     extent = np.ptp(points, axis=0)
-    spacing = float(extent.max()) / RESOLUTION
-    origin = points.min(axis=0) - MARGIN * spacing
-    nz, ny, nx = (np.ceil(extent / spacing).astype(int) + 2 * MARGIN + 1)[::-1].tolist()
+    size = float(extent.max())
+    # whole cells across the body, with places in their middles: none lies on its ends, and a turned body has the same
+    cells = np.maximum(np.ceil((1 - 1e-9) * RESOLUTION * extent / size), 1).astype(int)
+    spacing = np.maximum(extent / cells, THINNEST * size / RESOLUTION)
+    origin = points.min(axis=0) + extent / 2 - ((cells - 1) / 2 + MARGIN) * spacing
+    nz, ny, nx = (cells + 2 * MARGIN)[::-1].tolist()
     winding = winding_numbers(points, triangles, origin, spacing, (nz, ny, nx))
+    voxel_m3 = float(spacing.prod())
     inside = winding > 0.5
     pieces, count = ndimage.label(inside)
     if not count:
         raise InputError(f"{source}: its surface encloses no volume; give a closed surface.")
     sizes = np.bincount(pieces.ravel())[1:]
     mask = pieces == 1 + np.argmax(sizes)
-    notes = _check_pieces(source, sizes, spacing**3) or _specks(points, triangles, spacing)
+    notes = _check_pieces(source, sizes, voxel_m3) or _specks(points, triangles, size / RESOLUTION)
     if winding.max() > 1.4:
         notes.append("parts that overlap joined (the triangles of a hollow must face inward)")
     filled = ndimage.binary_fill_holes(mask)
-    hollows, note = _hollows(filled & ~mask, mask.sum(), spacing**3)
-    hollow = np.any(hollows, axis=0) if hollows else np.zeros_like(mask)
+    hollows, note = _hollows(filled & ~mask, mask.sum(), voxel_m3)
     # where nothing overlaps, every place is clearly inside once or outside
-    simple = bool(winding.max() < 1.4 and winding.min() > -0.4)
-    places, normals = _boundary_places(points, triangles, filled & ~hollow, origin, spacing, simple)
+    apart = bool(winding.max() < 1.4 and winding.min() > -0.4)
+    steps = [partial(_steps, mask=each, origin=origin, spacing=spacing) for each in (filled, *hollows)]
+    shells = _shells(points, triangles)
+    around = [_bounding(points, triangles, shells, each) for each in steps]
+    volumes = [
+        abs(volume(points, triangles[kept])) if apart and is_closed(triangles[kept]) else float(each.sum() * voxel_m3)
+        for kept, each in zip(around, (filled, *hollows), strict=True)
+    ]
+    kept = np.any(around, axis=0)
+    parts = len(np.unique(shells[around[0]]))
+    # a shell that bounds it does so as a whole: thin parts, which the grid may miss, are kept
+    whole = apart and parts <= 1
+    places, normals = sample(points, triangles[kept] if whole and kept.any() else triangles, size / SAMPLES)
+    if not whole:
+        if apart:
+            notes.append(f"{parts} parts that touch, or lie less than {in_words(size / RESOLUTION)} apart, joined")
+        # triangles between parts, and those inside where parts overlap, do not bound it
+        change = steps[0](places, normals) - sum(step(places, normals) for step in steps[1:])
+        bounds = np.abs(change) > 0.5
+        places, normals = places[bounds], (np.sign(change)[:, None] * normals)[bounds]
     notes += [note] if note else []
-    return Solid(filled, hollows, origin, np.full(3, spacing), source, places, normals, notes)
+    return Solid(filled, hollows, volumes, origin, spacing, source, places, normals, notes)
 
 
 def _check_pieces(source: str, sizes: np.ndarray, voxel_m3: float) -> list[str]:
@@ -189,12 +195,10 @@ def _check_pieces(source: str, sizes: np.ndarray, voxel_m3: float) -> list[str]:
 def _specks(points: np.ndarray, triangles: np.ndarray, spacing: float) -> list[str]:
     """Report how many shells are too small for the grid to see."""
     label = label_shells(triangles, len(points))
-    order = np.argsort(label, kind="stable")
-    firsts = np.unique(label[order], return_index=True)[1]
-    corners = points[triangles[order]]
-    low = np.minimum.reduceat(corners.min(axis=1), firsts)
-    high = np.maximum.reduceat(corners.max(axis=1), firsts)
-    count = int(((high - low).max(axis=1) < 3 * spacing).sum())
+    low, high = np.full((2, label.max() + 1, 3), np.inf)
+    np.minimum.at(low, label, points[triangles].min(axis=1))
+    np.minimum.at(high, label, -points[triangles].max(axis=1))
+    count = int(((-low - high).max(axis=1) < 3 * spacing).sum())
     what = "1 speck" if count == 1 else f"{count} specks"
     return [f"{what} dropped (less than {1e3 * 3 * spacing:.2g} mm across)"] if count else []
 
@@ -209,29 +213,31 @@ def _hollows(hollow: np.ndarray, volume: int, voxel_m3: float) -> tuple[list[np.
     return [label == 1 + number for number in large], note
 
 
-def _boundary_places(
-    points: np.ndarray, triangles: np.ndarray, mask: np.ndarray, origin: np.ndarray, spacing: float, simple: bool
-) -> tuple[np.ndarray, np.ndarray]:
-    """Spread places over the triangles that bound the mask, and orient their normals outward."""
-    field = mask.astype(np.float32)
+def _steps(
+    places: np.ndarray, normals: np.ndarray, mask: np.ndarray, origin: np.ndarray, spacing: np.ndarray
+) -> np.ndarray:
+    """Compute by how much less of the mask there is outward of each place than inward, -1 to 1."""
+    field, step = mask.astype(np.float32), 1.5 * spacing * normals
+    inner, outer = (((at - origin) / spacing).T[::-1] for at in (places - step, places + step))
+    return ndimage.map_coordinates(field, inner, order=1) - ndimage.map_coordinates(field, outer, order=1)
 
-    def steps(places: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Compute by how much less of the mask there is outward of each place than inward, -1 to 1."""
-        step = 1.5 * spacing * normals
-        inner, outer = (((at - origin) / spacing).T[::-1] for at in (places - step, places + step))
-        return ndimage.map_coordinates(field, inner, order=1) - ndimage.map_coordinates(field, outer, order=1)
 
-    if simple:
-        # whole shells bound it or do not: thin parts, which the grid may miss, are kept
-        label = label_shells(triangles, len(points))
-        normals = area_normals(points, triangles)
-        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-        bounds = np.abs(steps(points[triangles].mean(axis=1), normals / np.maximum(lengths, 1e-300))) > 0.5
-        shells = [number for number in np.unique(label) if bounds[label == number].mean() > 0.5]
-        kept = np.isin(label, shells) if shells else np.ones(len(label), dtype=bool)
-        return sample(points, triangles[kept], RESOLUTION * spacing / SAMPLES)
-    places, normals = sample(points, triangles, RESOLUTION * spacing / SAMPLES)
-    change = steps(places, normals)
-    # where parts overlap, triangles inside the solid do not bound it
-    bounds = np.abs(change) > 0.5
-    return places[bounds], (np.sign(change)[:, None] * normals)[bounds]
+def _shells(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Label each triangle with its piece of the surface, (m,): joined by edges that two triangles have, not more."""
+    ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    _, edge, count = np.unique(ends[:, 0] * len(points) + ends[:, 1], return_inverse=True, return_counts=True)
+    order = np.argsort(edge, kind="stable")
+    return components(order[count[edge[order]] == 2].reshape(-1, 2) // 3, len(triangles))
+
+
+def _bounding(
+    points: np.ndarray,
+    triangles: np.ndarray,
+    shells: np.ndarray,
+    steps: Callable[[np.ndarray, np.ndarray], np.ndarray],
+) -> np.ndarray:
+    """Mark the triangles (m,) of the shells most of whose triangles bound a mask."""
+    normals = area_normals(points, triangles)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    bounds = np.abs(steps(points[triangles].mean(axis=1), normals)) > 0.5
+    return (np.bincount(shells, bounds) > 0.5 * np.bincount(shells))[shells]

@@ -64,20 +64,10 @@ def signed_volumes(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def polydata(points: np.ndarray, triangles: np.ndarray) -> Any:
-    """Copy points (n, 3) and triangles (m, 3) into a vtkPolyData, in double precision."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
-    from vtkmodules.vtkCommonCore import vtkPoints
-    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+    """Put points (n, 3) and triangles (m, 3) into a pyvista.PolyData, in double precision."""
+    import pyvista
 
-    surface, cells, places = vtkPolyData(), vtkCellArray(), vtkPoints()
-    places.SetDataTypeToDouble()
-    places.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=float), deep=True))
-    offsets = np.arange(0, 3 * len(triangles) + 1, 3)
-    corners = np.ascontiguousarray(triangles, dtype=np.int64).ravel()
-    cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(corners, deep=True))
-    surface.SetPoints(places)
-    surface.SetPolys(cells)
-    return surface
+    return pyvista.PolyData.from_regular_faces(np.ascontiguousarray(points, dtype=float), triangles)
 
 
 def image_data(samples: np.ndarray, origin: np.ndarray, spacing: np.ndarray) -> Any:

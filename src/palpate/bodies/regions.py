@@ -46,7 +46,7 @@ def read_regions(body: str, entry: dict, mesh: TetMesh, own: Material, remeshed:
     own : material of what is in no region; remeshed : whether the elements are not those of the file
 
     A tetrahedron belongs to the first region that has half of its volume. Warns of regions that the mesh shows badly
-    or lets reach the surface, and of a contrast above CONTRAST; raises InputError for a wrong constant and a region that
+    or lets reach the surface, and of a contrast above CONTRAST; raises InputError for a wrong constant or a region that
     holds no tetrahedron.
     """
     rules = entry.get("regions")

@@ -79,7 +79,7 @@ def check_seams(source: str, mesh: TetMesh) -> None:
 
 
 def _coinciding(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return pairs of boundary faces (k,), (k,) that coincide with opposite normals, and a number of each place (n,)."""
+    """Return pairs of boundary faces, (k,) and (k,), that coincide facing each other, and the places of nodes (n,)."""
     triangles, surface = mesh.triangles, mesh.surface
     ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     shortest = np.full(len(mesh.nodes), np.inf)

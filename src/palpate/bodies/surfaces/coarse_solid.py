@@ -16,7 +16,7 @@ from palpate.bodies.surfaces.mend import Mended
 from palpate.bodies.surfaces.remesh import flip, flip_onto, project, smooth_tangentially, undo_folds
 from palpate.bodies.surfaces.snap import element_quality, relax, snapper
 from palpate.bodies.surfaces.solid import Solid, distances, sample
-from palpate.bodies.surfaces.triangles import inflate, vertex_normals
+from palpate.bodies.surfaces.triangles import inflate, mean_edge, vertex_normals
 from palpate.errors import InputError
 
 # the finest level on which elements are judged; those of still finer ones have the same shapes
@@ -75,6 +75,8 @@ WORTH_TRYING, HOPELESS = 2.5, 4.0
 SPACINGS = (1.0, 0.8, 1.25)
 # moves of the nodes onto the surface, between which edges are flipped
 SETTLES = 3
+# rounds in which nodes move to what their surface misses, from what distance over the mean edge on; share of places
+TIPS, TIP, SPARSE = 2, 0.15, 5
 # nodes of a hollow's surface at least
 LEAST_NODES = 40
 
@@ -153,10 +155,31 @@ def _shell(
 ) -> tuple[np.ndarray, np.ndarray]:
     points, triangles = coarse_shell(mask, solid, count)
     if settle is None:
+        tree = cKDTree(solid.places)
+        for _ in range(TIPS):
+            points = undo_folds(points, _onto_tips(points, triangles, solid, -1 if number else 1), triangles)
+            triangles = flip_onto(points, triangles, lambda places: tree.query(places)[0])
         points = inflate(points, triangles, solid.volumes_m3[number])
     if number > 0:
         triangles = triangles[:, ::-1]
     return (points, triangles) if settle is None else settle(points, triangles)
+
+
+def _onto_tips(points: np.ndarray, triangles: np.ndarray, solid: Solid, sense: int) -> np.ndarray:
+    """Move points to the places of the body that a coarse surface misses by most, as corners and ridges are.
+
+    sense : 1, or -1 for the surface of a hollow, seen from which the body's normals point inward
+    """
+    places, edge = solid.places[::SPARSE], mean_edge(points, triangles)
+    away, nearest = distances(places, points, triangles), cKDTree(points).query(places)[1]
+    facing = sense * (solid.normals[::SPARSE] * vertex_normals(points, triangles)[nearest]).sum(axis=1)
+    missed = np.flatnonzero((away > TIP * edge) & (away < edge) & (facing > 0))
+    free, moved = np.ones(len(points), dtype=bool), points.copy()
+    for place in missed[np.argsort(-away[missed], kind="stable")]:
+        if free[nearest[place]]:
+            moved[nearest[place]] = places[place]
+            free[triangles[(triangles == nearest[place]).any(axis=1)]] = False
+    return moved
 
 
 def _shares(solid: Solid, nodes: int) -> Iterable[int]:

@@ -25,18 +25,12 @@ def isosurface(
     interpolation along voxels' edges, normals by central differences that are interpolated likewise. Empty if nothing
     is above the level.
     """
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-    from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
-
-    edges = vtkFlyingEdges3D()
-    edges.SetInputData(image_data(samples, origin, spacing))
-    edges.SetValue(0, level)
-    edges.SetComputeNormals(normals)
-    edges.Update()
-    found = edges.GetOutput()
-    if not found.GetNumberOfPolys():
+    found = image_data(samples, origin, spacing).contour(
+        [level], method="flying_edges", compute_normals=normals, compute_scalars=False
+    )
+    if not found.n_cells:
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64), np.empty((0, 3))
-    slopes = vtk_to_numpy(found.GetPointData().GetNormals()).astype(float) if normals else np.empty((0, 3))
+    slopes = np.asarray(found.point_data["Normals"], dtype=float) if normals else np.empty((0, 3))
     return *arrays(found), slopes
 
 

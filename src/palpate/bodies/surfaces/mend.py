@@ -39,11 +39,6 @@ def find_holes(points: np.ndarray, triangles: np.ndarray) -> list[Hole]:
     return holes
 
 
-def close_holes(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Close every hole with triangles between its corners, by VTK."""
-    return arrays(polydata(points, triangles).fill_holes(float(np.linalg.norm(np.ptp(points, axis=0)))))
-
-
 # points closer than this fraction of the size are merged where that closes gaps
 GAP = 1e-4
 # a hole up to this fraction of the size across is closed; a flat one, where the body was cut, up to the second
@@ -99,7 +94,7 @@ def mend(source: str, points: np.ndarray, triangles: np.ndarray) -> Mended:
     if holes:
         largest = max(holes, key=lambda hole: hole.width_m)
         notes.append(f"{len(holes)} holes closed (the largest of {largest.edges} edges, {in_words(largest.width_m)})")
-        points, closed = close_holes(points, turned)
+        points, closed = arrays(polydata(points, turned).fill_holes(float(np.linalg.norm(np.ptp(points, axis=0)))))
         turned = orient(points, closed)
     return Mended(points, turned, notes)
 
@@ -109,24 +104,24 @@ def orient(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
     A shell inside the largest keeps its winding relative to that: opposite around a hollow, alike if it is a part.
     """
-    alike = _wind_alike(points, triangles)
+    wound = polydata(points, triangles).compute_normals(
+        split_vertices=False, consistent_normals=True, non_manifold_traversal=False
+    )
+    alike = arrays(wound)[1]
     label = label_shells(alike, len(points))
-    shells = [label == number for number in np.unique(label)]
-    for shell in shells:
-        # as most of its triangles are in the file
-        if (alike[shell] != triangles[shell]).any(axis=1).mean() > 0.5:
-            alike[shell] = alike[shell][:, ::-1]
-    volumes = []  # six times, signed
-    for shell in shells:
-        corners = points[alike[shell]].reshape(-1, 3)
-        volumes.append(float(signed_volumes(corners, np.arange(len(corners)).reshape(-1, 3)).sum()))
+    # as most of its triangles are in the file
+    turned = (np.bincount(label, (alike != triangles).any(axis=1)) > 0.5 * np.bincount(label))[label]
+    alike[turned] = alike[turned][:, ::-1]
+    shells = [points[alike[label == number]] for number in range(label.max() + 1)]
+    # six times, signed
+    volumes = [
+        signed_volumes(shell.reshape(-1, 3), np.arange(shell.size // 3).reshape(-1, 3)).sum() for shell in shells
+    ]
     outer = int(np.argmax(np.abs(volumes)))
-    corners = points[alike[shells[outer]]].reshape(-1, 3)
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    for shell, volume in zip(shells, volumes, strict=True):
-        nested = ((points[alike[shell]] > low) & (points[alike[shell]] < high)).all()
-        if (volumes[outer] if nested else volume) < 0:
-            alike[shell] = alike[shell][:, ::-1]
+    low, high = shells[outer].min(axis=(0, 1)), shells[outer].max(axis=(0, 1))
+    for number, (shell, volume) in enumerate(zip(shells, volumes, strict=True)):
+        if (volumes[outer] if ((shell > low) & (shell < high)).all() else volume) < 0:
+            alike[label == number] = alike[label == number][:, ::-1]
     return alike
 
 
@@ -148,12 +143,3 @@ def _drop_repeated(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarra
         for ends in (kept[numbers][:, [[0, 1], [1, 2], [2, 0]]] for numbers in (every, others))
     ]
     return (kept[others], int(shared.sum())) if odd[1] < odd[0] else (kept[every], 0)
-
-
-def _wind_alike(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Wind each triangle like its neighbours, (m, 3), by VTK."""
-    return arrays(
-        polydata(points, triangles).compute_normals(
-            split_vertices=False, consistent_normals=True, non_manifold_traversal=False
-        )
-    )[1]

@@ -71,15 +71,12 @@ def polydata(points: np.ndarray, triangles: np.ndarray) -> Any:
 
 
 def image_data(samples: np.ndarray, origin: np.ndarray, spacing: np.ndarray) -> Any:
-    """Copy samples (nz, ny, nx) on a grid, by its first place and its spacing (3,) [m], into a vtkImageData."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonDataModel import vtkImageData
+    """Put samples (nz, ny, nx) on a grid, by its first place and its spacing (3,) [m], into a pyvista.ImageData."""
+    import pyvista
 
-    grid = vtkImageData()
-    grid.SetDimensions(samples.shape[::-1])
-    grid.SetSpacing(*spacing.tolist())
-    grid.SetOrigin(*origin.tolist())
-    grid.GetPointData().SetScalars(numpy_to_vtk(samples.ravel(), deep=True))
+    grid = pyvista.ImageData(dimensions=samples.shape[::-1], spacing=spacing.tolist(), origin=origin.tolist())
+    grid.point_data.set_array(samples.ravel(), "samples")
+    grid.set_active_scalars("samples")
     return grid
 
 

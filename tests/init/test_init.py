@@ -1,6 +1,7 @@
 """``palpate init``: a first configuration that runs as it stands, and says what it assumes."""
 
 import re
+import warnings
 from pathlib import Path
 
 import meshio
@@ -14,10 +15,12 @@ from palpate.bodies.body import nest
 from palpate.bodies.ct.synthetic_abdomen import abdomen
 from palpate.bodies.make_body import build, make_body, solid_of
 from palpate.bodies.material import Material
+from palpate.bodies.mesh import TetMesh
 from palpate.bodies.organs import liver
 from palpate.bodies.simple_shapes import box
 from palpate.bodies.supports import inner_nodes, read_bed
 from palpate.bodies.surfaces.coarse_solid import apart
+from palpate.bodies.surfaces.triangles import drop_unused
 from palpate.cli import main
 from palpate.effects.bed import BedSprings
 from palpate.errors import InputError
@@ -198,6 +201,34 @@ def test_a_body_lies_on_its_broadest_side_in_tissue_as_stiff_as_itself():
     whole = np.tile([1e-3, 0.0, 0.0], len(mesh.nodes))
     pressure = (matrix @ whole).reshape(-1, 3)[:, 0].sum() / 0.2**2
     assert 0.2 < pressure / (1e-3 * found["stiffness_n_m3"]) < 0.6
+
+
+@pytest.mark.parametrize("open_below", [False, True])
+def test_a_hollow_body_lies_on_its_outside_and_springs_under_an_arch_are_doubted(open_below):
+    whole = box([0.2, 0.1, 0.1], [8, 4, 4])
+    x, y, z = whole.nodes[whole.tetrahedra].mean(axis=1).T
+    out = (np.abs(x - 0.1) < 0.05) & (
+        (z < 0.05) if open_below else (np.abs(y - 0.05) < 0.025) & (np.abs(z - 0.05) < 0.025)
+    )
+    mesh = TetMesh(*drop_unused(whole.nodes, whole.tetrahedra[~out]))
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        found = _bed("block", mesh, [("z", "min")], "")
+    heights = mesh.nodes[inner_nodes(mesh, read_bed("block", found, mesh)), 2]
+    if open_below:
+        assert "32 of 64 triangles up to 50 mm above the rest, as under an arch; if nothing" in str(said[0].message)
+    else:
+        assert not said and len(heights) == 45 and (heights == 0.0).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("sizes", "parts"), [([0.1, 0.1, 0.1], 16), ([0.15, 0.1, 0.0095], 60)])
+def test_a_finely_divided_block_is_a_body_of_its_volume(tmp_path, sizes, parts):
+    mesh = box(sizes, [max(round(parts * side / sizes[0]), 1) for side in sizes])
+    points, triangles = drop_unused(mesh.nodes, mesh.triangles)
+    meshio.write_points_cells(tmp_path / "block.stl", 1e3 * points, [("triangle", triangles)], binary=True)
+    printed = init(recognise([tmp_path / "block.stl"], scale_m=0.001), tmp_path / "made")
+    assert f"the organ of the data has {1e6 * np.prod(sizes):.4g} mL, and the body the same volume" in printed
 
 
 @pytest.mark.slow

@@ -32,6 +32,7 @@ from palpate.bodies.surfaces.coarse_solid import NODES, CoarseSolid, remesh_soli
 from palpate.bodies.surfaces.mend import Mended, mend
 from palpate.bodies.surfaces.solid import Solid, solidify
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
+from palpate.bodies.surfaces.triangles import weld
 from palpate.errors import InputError, about
 
 SECTION = 0.01
@@ -195,7 +196,8 @@ def _loaded(path: Path, changed: int) -> tuple[np.ndarray, np.ndarray, np.ndarra
 @lru_cache(maxsize=1)
 def _solid(path: Path, scale_m: float, changed: int) -> tuple[Mended, Solid]:
     points, triangles, *_ = _loaded(path, changed)
-    mended = mend(str(path), points * scale_m, triangles)
+    # faces of tetrahedra that coincide have nodes of their own
+    mended = mend(str(path), *weld(points * scale_m, triangles))
     return mended, solidify(str(path), mended)
 
 

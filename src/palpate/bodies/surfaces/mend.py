@@ -8,7 +8,7 @@ import numpy as np
 from palpate.bodies.mesh import area_normals
 from palpate.bodies.mesh_file import in_words
 from palpate.bodies.surfaces.tetrahedralize import label_shells
-from palpate.bodies.surfaces.triangles import arrays, polydata, signed_volumes, weld
+from palpate.bodies.surfaces.triangles import arrays, drop_unused, polydata, signed_volumes, weld
 from palpate.errors import InputError
 
 # a hole whose corners are this close to a plane, relative to its width, is flat
@@ -66,10 +66,11 @@ def mend(source: str, points: np.ndarray, triangles: np.ndarray) -> Mended:
     """
     notes = []
     kept, walls = _drop_repeated(points, triangles)
-    if walls:
-        notes.append(f"{walls} pairs of triangles removed that two parts share, so that these are joined")
     if (count := len(triangles) - len(kept) - 2 * walls) > 0:
         notes.append(f"{count} repeated or flat triangles removed")
+    if walls:
+        notes.append(f"{walls} pairs of triangles removed that two parts share, so that these are joined")
+        points, kept = drop_unused(points, kept)
     size = float(np.ptp(points, axis=0).max())
     if find_holes(points, kept):
         joined = weld(points, kept, GAP)

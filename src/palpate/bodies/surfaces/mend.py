@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from palpate.bodies.mesh import area_normals
+from palpate.bodies.mesh import area_normals, components
 from palpate.bodies.mesh_file import in_words
 from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.bodies.surfaces.triangles import arrays, drop_unused, polydata, signed_volumes, weld
@@ -26,16 +26,20 @@ class Hole(NamedTuple):
 
 def find_holes(points: np.ndarray, triangles: np.ndarray) -> list[Hole]:
     """Find the holes of a surface, (n, 3) [m] and (m, 3)."""
-    opened = polydata(points, triangles).extract_feature_edges(
-        boundary_edges=True, non_manifold_edges=False, feature_edges=False, manifold_edges=False
-    )
+    ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edges, count = np.unique(ends, axis=0, return_counts=True)
+    opened = edges[count == 1]
+    if not len(opened):
+        return []
+    label = components(opened, len(points))[opened[:, 0]]
     holes = []
-    for loop in opened.split_bodies() if opened.n_cells else ():
-        corners = np.asarray(loop.points, dtype=float)
+    for number in np.unique(label):
+        loop = opened[label == number]
+        corners = points[np.unique(loop)]
         width = float(np.ptp(corners, axis=0).max())
         centre = corners.mean(axis=0)
         thickness = np.linalg.svd(corners - centre, compute_uv=False)[-1] / np.sqrt(len(corners))
-        holes.append(Hole(loop.n_cells, width, centre, bool(thickness <= FLAT_THICKNESS * width)))
+        holes.append(Hole(len(loop), width, centre, bool(thickness <= FLAT_THICKNESS * width)))
     return holes
 
 

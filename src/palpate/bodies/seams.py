@@ -80,11 +80,10 @@ def check_seams(source: str, mesh: TetMesh) -> None:
 
 def _coinciding(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return pairs of boundary faces, (k,) and (k,), that coincide facing each other, and the places of nodes (n,)."""
-    triangles, surface = mesh.triangles, mesh.surface
-    ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    triangles, surface, edges = mesh.triangles, mesh.surface, mesh.edges
     shortest = np.full(len(mesh.nodes), np.inf)
-    for end in ends.T:
-        np.minimum.at(shortest, end, np.linalg.norm(mesh.nodes[ends[:, 0]] - mesh.nodes[ends[:, 1]], axis=1))
+    lengths = np.linalg.norm(mesh.nodes[edges[:, 0]] - mesh.nodes[edges[:, 1]], axis=1)
+    np.minimum.at(shortest, edges, lengths[:, None])
     reach = SAME * shortest[surface]
     pairs = cKDTree(mesh.nodes[surface]).query_pairs(reach.max(initial=0.0), output_type="ndarray")
     away = np.linalg.norm(np.diff(mesh.nodes[surface[pairs]], axis=1)[:, 0], axis=1)

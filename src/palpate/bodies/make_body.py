@@ -83,7 +83,7 @@ def _make(name: str, entry: dict) -> Body:
         body = replace(body, densities=nodal_densities(entry, body.levels))
     if entry["kind"] in ("file", "ct"):
         check_quality(body.levels, _remedy(body, remeshed))
-    if entry["kind"] == "cylinder" and entry.get("smooth") is not False:
+    if entry["kind"] == "cylinder" and entry.get("smooth") is not False and isinstance(body.fine, TetMesh):
         own_m2, round_m2 = body.fine.volumes.sum() / entry["length_m"], np.pi * entry["radius_m"] ** 2
         if own_m2 < (1 - SECTION) * round_m2:
             _warn(

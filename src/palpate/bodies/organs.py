@@ -183,7 +183,7 @@ def stomach_shape(sphere: np.ndarray) -> np.ndarray:
 
 SHAPES: dict[str, Shape] = {"liver": liver_shape, "kidney": kidney_shape, "stomach": stomach_shape}
 """Kinds of bodies whose surface is an image of the sphere, and the maps of it."""
-MADE_M = {liver_shape: 0.2, kidney_shape: 0.11, stomach_shape: 0.25}
+MADE_M: dict[Shape, float] = {liver_shape: 0.2, kidney_shape: 0.11, stomach_shape: 0.25}
 """Length [m] at which the elements of each are made."""
 
 

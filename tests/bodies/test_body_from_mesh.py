@@ -228,7 +228,7 @@ def twice(points, triangles):
     ("fault", "message"),
     [
         (open_end, r"its surface has a hole of \d+ edges, 79\.8 mm across, around \(.*\) m; close it"),
-        (twice, r"it has 2 separate pieces, the largest of 457 and 456 mL; give each body a file of its own"),
+        (twice, r"it has 2 separate pieces, the largest of 458 and 457 mL; give each body a file of its own"),
     ],
 )
 def test_what_cannot_become_a_body_is_refused_in_one_sentence(tmp_path, fault, message):

@@ -57,6 +57,8 @@ def _make(name: str, entry: dict) -> Body:
         "ct": lambda e: (*mesh_from_ct.build(e), True),
         **dict.fromkeys(SHAPES, lambda e: coarse_body(SHAPES[e["kind"]], e["length_m"], balls_of(e))),
     }
+    if entry["kind"] not in kinds:
+        raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
     material = read_material(name, entry)
     made = kinds[entry["kind"]](entry)
     # a CT and a file show more of the surface than the coarse mesh has

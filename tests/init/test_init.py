@@ -7,9 +7,9 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from fixtures.mesh_encodings import SOLIDS, lopsided
+import SimpleITK
 from fixtures.organs import organ
-from fixtures.scans import write_scan
+from fixtures.scans import write_scan, write_series
 
 from palpate.bodies.body import nest
 from palpate.bodies.ct.synthetic_abdomen import abdomen
@@ -28,7 +28,7 @@ from palpate.files import read_yaml
 from palpate.init import choose
 from palpate.init.choose import FINE_TETRAHEDRA, Likeness, _bed, _regimes
 from palpate.init.command import init, init_each
-from palpate.init.recognise import body_name, recognise
+from palpate.init.recognise import body_name, recognise, sides_of
 from palpate.run.settings import complete
 
 ROOT = Path(__file__).parents[2]
@@ -142,8 +142,35 @@ def test_a_mesh_of_too_few_nodes_and_a_folder_that_cannot_be_written_are_refused
 def test_a_ct_without_a_mask_is_segmented_by_its_numbers(data):
     default, given = (recognise([data / "scan.nii.gz"], [], numbers) for numbers in (None, [40, 90]))
     assert default.name == "scan" and default.entry["threshold_hu"] == [30, 120]
-    assert default.assumed == ["the organ is the largest piece between 30 and 120 HU; else give a mask or --threshold"]
-    assert given.entry["threshold_hu"] == [40, 90] and given.assumed == []
+    lay = "the patient lay on the back, as the header does not say how; else give --hold"
+    assert default.assumed == [
+        "the organ is the largest piece between 30 and 120 HU; else give a mask or --threshold",
+        lay,
+    ]
+    assert given.entry["threshold_hu"] == [40, 90] and given.assumed == [lay]
+    assert given.found == [f"{data / 'scan.nii.gz'}: 42×31×25 voxels of 8×8×8 mm, axes from the sform, upright"]
+
+
+@pytest.mark.parametrize(
+    ("position", "side", "axis"),
+    [
+        ("HFS", "back", ("y", "max")),
+        ("HFP", "front", ("y", "min")),
+        ("HFDR", "right", ("x", "min")),
+        ("HFDL", "left", ("x", "max")),
+        ("FFS", "back", ("y", "max")),
+        ("FFP", "front", ("y", "min")),
+        ("FFDR", "right", ("x", "min")),
+        ("FFDL", "left", ("x", "max")),
+        ("SITTING", "", ("y", "max")),
+    ],
+)
+def test_the_patient_lies_on_the_side_that_dicom_says(data, tmp_path, position, side, axis):
+    scan = SimpleITK.ReadImage(str(data / "scan.nii.gz"))
+    found = recognise([write_series(tmp_path / "series", scan, position=position)])
+    assert sides_of("ct", found.lies or None) == [axis]
+    assert any(f"the patient lay on the {side} ({position})" in line for line in found.found) == bool(side)
+    assert any("the patient lay on the back, as the header" in line for line in found.assumed) == (not side)
 
 
 @pytest.mark.slow

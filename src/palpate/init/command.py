@@ -66,7 +66,7 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
             print(word, line, flush=True)
     with warnings.catch_warnings(record=True) as caught, ticking("the data") as say:
         warnings.simplefilter("always")
-        choice = choose(data.name, data.entry, hold, say)
+        choice = choose(data.name, data.entry, hold or data.lies or None, say)
     said = dict.fromkeys(str(warning.message) for warning in caught if warning.category is UserWarning)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)

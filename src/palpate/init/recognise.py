@@ -7,14 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
-
-from palpate.bodies.ct.image import FORMATS, name_of_label, read_labels
-from palpate.bodies.mesh import TetMesh, components
-from palpate.bodies.mesh_file import KEPT_NODES, ORGAN_M, UNITS, guess_scale, in_words, load_shape, other_units
-from palpate.bodies.mesh_quality import check_closed
-from palpate.bodies.mesh_readers import read
-from palpate.bodies.surfaces.triangles import volume
+from palpate.bodies.ct.config_scan import taken
+from palpate.bodies.ct.image import FORMATS, label_names, read_labels
+from palpate.bodies.mesh_file import ORGAN_M, UNITS, MeshFacts, in_words, inspect, other_units
 from palpate.errors import InputError
 
 _OF_MESH = {
@@ -59,6 +54,7 @@ class Data:
     """Content of the files: the keys of a body's entry that follow, comments on some of them, and lines to print.
 
     found, assumed, warned : what is in the files, what is taken for granted of it, and where that may well be wrong
+    lies : the side of ``HOLDS`` below, if the files say another than what suits their kind
     """
 
     name: str
@@ -67,6 +63,7 @@ class Data:
     found: list[str]
     assumed: list[str]
     warned: list[str] = field(default_factory=list)
+    lies: str = ""
 
 
 def recognise(
@@ -108,7 +105,11 @@ def recognise(
         found = _with_regions(image, paths[1], labels)
     else:
         found = _ct(image, mask, list(label), threshold_hu)
-    return _of_mri(found) if mri else found
+    found = _of_mri(found) if mri else found
+    said, lay = taken(found.entry)
+    if not lay:
+        found.assumed.append("the patient lay on the back, as the header does not say how; else give --hold")
+    return replace(found, found=said, lies=lay if lay != "back" else "")
 
 
 def labels_of(paths: Sequence[Path], label: Sequence[int | str]) -> list[int | str]:
@@ -214,7 +215,7 @@ def _ct(image: Path, mask: Path | None, label: list[int | str], threshold_hu: Se
             assumed.append("the organ is the largest piece between 30 and 120 HU; else give a mask or --threshold")
     entry |= {"surface_nodes": 140, "snap": False}
     first = label[0] if label else ""
-    name = name_of_label(mask, first) if mask is not None and isinstance(first, int) else first
+    name = label_names(mask).get(first) if mask is not None and isinstance(first, int) else first
     source = name or (mask or image).name
     return Data(body_name(re.sub(r"(\.nii)?\.\w+$", "", str(source))), entry, comments, [], assumed)
 

@@ -60,7 +60,7 @@ def test_slices_are_ordered_by_position_and_spaced_by_it(write):
         ([0, 2, 2, 4], {}, ": 1.dcm and 2.dcm lie at the same place; keep one of them."),
         ([0, 2, 4], {"modality": "MR"}, "/0.dcm: its modality is MR;"),
         ([0], {}, ": it holds a single slice; give the whole series."),
-        ([0, 2, 4], {"shift": 0.5}, ": its slices are sheared"),
+        ([0, 2, 4], {"shift": 0.5}, ": its axes are sheared by 14°, as by a tilted gantry;"),
     ],
     ids=["missing", "twice", "no CT", "single", "tilted"],
 )

@@ -54,27 +54,6 @@ def test_formats_agree_in_metres(tmp_path, scan, suffix):
     assert np.allclose(image.to_index(brightest(image)), [3, 5, 7])
 
 
-@pytest.mark.parametrize(
-    "direction",
-    [np.diag([1, -1, 1]), np.diag([-1, -1, 1]), [[0, 1, 0], [1, 0, 0], [0, 0, -1]], [[0, 0, 1], [1, 0, 0], [0, 1, 0]]],
-    ids=["left-handed", "turned", "swapped", "coronal"],
-)
-def test_any_order_and_sign_of_axes_gives_one_right_handed_frame(tmp_path, scan, direction):
-    image = read(write(tmp_path / "scan.nii.gz", scan, direction=direction))
-    assert np.array_equal(image.axes, np.eye(3))
-    place = np.array([10, -20, 30]) + np.array(direction) @ (np.array([7, 5, 3]) * [1.0, 2.0, 3.0])
-    assert np.allclose(brightest(image), place / 1e3, atol=1e-8)
-
-
-def test_an_oblique_scan_keeps_its_own_axes(tmp_path, scan):
-    c, s = np.cos(0.2), np.sin(0.2)
-    direction = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    image = read(write(tmp_path / "scan.nii.gz", scan, direction=direction))
-    place = np.array([10, -20, 30]) + direction @ (np.array([7, 5, 3]) * [1.0, 2.0, 3.0])
-    assert np.allclose(image.axes @ brightest(image), place / 1e3, atol=1e-7)
-    assert np.linalg.det(image.axes) == pytest.approx(1)
-
-
 def test_padding_is_air(tmp_path, scan):
     scan[:, :3] = -3024
     assert read(write(tmp_path / "scan.nii.gz", scan)).hu.min() == AIR_HU
@@ -140,19 +119,19 @@ def test_a_mask_follows_its_image(tmp_path, scan):
 
 
 @pytest.mark.parametrize(
-    ("change", "part", "counts"),
+    ("change", "part", "what"),
     [
-        ({"spacing": (1.0, 2.0, 3.1)}, np.s_[:], "40×30×20"),
-        ({"origin": (10.0, -19.0, 30.0)}, np.s_[:], "40×30×20"),
-        ({"direction": np.diag([1, -1, 1])}, np.s_[:], "40×30×20"),
-        ({}, np.s_[1:], "40×30×19"),
+        ({"spacing": (1.0, 2.0, 3.1)}, np.s_[:], "voxels of 1×2×3.1 mm instead of 1×2×3"),
+        ({"origin": (10.0, -19.0, 30.0)}, np.s_[:], "begins 1 mm away"),
+        ({"direction": np.diag([1, -1, 1])}, np.s_[:], "begins 58 mm away"),
+        ({}, np.s_[1:], "40×30×19 voxels instead of 40×30×20"),
     ],
     ids=["spacing", "origin", "direction", "shape"],
 )
-def test_a_mask_on_another_grid_is_reported(tmp_path, scan, change, part, counts):
+def test_a_mask_on_another_grid_is_reported(tmp_path, scan, change, part, what):
     image = read(write(tmp_path / "scan.nii.gz", scan))
     path = write(tmp_path / "mask.nii.gz", (scan[part] > -500).astype(np.uint8), **change)
-    said = rf"mask\.nii\.gz: the mask \({counts} voxels of .* on another grid than .* resample it to .* grid\.$"
+    said = rf"mask\.nii\.gz: the mask is on another grid than .*: {what}; resample it to the image's grid\.$"
     with pytest.raises(InputError, match=said):
         read_mask(path, image)
 

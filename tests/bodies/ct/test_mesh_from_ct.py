@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import SimpleITK
 from fixtures.scans import write_scan
+from scipy.spatial.transform import Rotation
 
 from palpate.bodies.ct import mesh_from_ct
 from palpate.bodies.ct.config_scan import scan_of
@@ -120,6 +122,32 @@ def test_a_crop_keeps_places_and_warns_where_it_cuts(files):
         mesh = mesh_of(ABDOMEN | paths | half)
     check_whole(mesh)
     assert mesh.volumes.sum() == pytest.approx(truth["volume_m3"] / 2, rel=0.05)
+
+
+def test_a_body_from_an_oblique_scan_and_its_regions_and_crop_are_in_the_scanners_frame(files, tmp_path, entry):
+    """Coordinates along the axes of a scan that is turned by 4° would be 28 mm off at the height of an abdomen."""
+    turn, far = Rotation.from_euler("xyz", [3, -2, 2], degrees=True).as_matrix(), np.array([0.0, 0.0, 0.4])
+    turned = {}
+    for key, path in files[0].items():
+        scan = SimpleITK.ReadImage(path)
+        scan.SetOrigin((turn @ (1e3 * far + scan.GetOrigin())).tolist())
+        scan.SetDirection((turn @ np.reshape(scan.GetDirection(), (3, 3))).ravel().tolist())
+        SimpleITK.WriteImage(scan, turned.setdefault(key, str(tmp_path / f"{key}.nii.gz")))
+    ball = np.array([-0.1, -0.015, 0.03])
+    bodies = []
+    for paths, place in ((files[0], ball), (turned, turn @ (far + ball))):
+        ways = {"lump": {"sphere": {"center_m": place.tolist(), "radius_m": 0.03}, "young_pa": 9000}}
+        anchors = {"sphere": {"center_m": place.tolist(), "radius_m": 0.04}}
+        bodies.append(make_body("liver", entry | ABDOMEN | paths | {"anchors": anchors, "regions": ways}))
+    upright, oblique = bodies
+    assert oblique.coarse.volumes.sum() == pytest.approx(upright.coarse.volumes.sum(), rel=1e-6)
+    meshes = upright.coarse, oblique.coarse
+    middles = [np.average(mesh.nodes[mesh.tetrahedra].mean(axis=1), axis=0, weights=mesh.volumes) for mesh in meshes]
+    assert np.allclose(middles[1], turn @ (far + middles[0]), atol=3e-4)
+    assert np.allclose([d.mean() for d in oblique.densities], [d.mean() for d in upright.densities], rtol=5e-3)
+    around = turn @ (far + middles[0]) + np.array([[-0.12, -0.1, -0.1], [0.12, 0.1, 0.1]])
+    whole, cropped = (mesh_from_ct.segment_entry(ABDOMEN | turned | more)[1] for more in ({}, {"crop_m": around}))
+    assert whole.sum() == cropped.sum() and whole.size > 1.5 * cropped.size
 
 
 def test_pieces_of_a_mask_that_are_left_out_are_reported(files, tmp_path):

@@ -1,10 +1,13 @@
 """Read the scan, the mask and the labelled regions that an entry of the config of kind ct names."""
 
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from scipy import ndimage
 
+from palpate.bodies.ct.headers import angle_deg
 from palpate.bodies.ct.image import Image, choose, read, read_mask
 from palpate.bodies.ct.segmentation import even_brightness, fill_between, undrawn_across
 from palpate.bodies.ct.synthetic_abdomen import LABELS, abdomen, mri_abdomen
@@ -26,6 +29,27 @@ def scan_of(entry: dict) -> Image:
     if modality == "ct":
         raise InputError(f"{image.source}: even_brightness is for an MRI, as CT numbers are absolute; leave it out.")
     return even_brightness(image)
+
+
+_LAY = {"S": "back", "P": "front", "DR": "right", "DL": "left"}
+"""The patient's side below, by how a position ends in DICOM: supine, prone, or on a side; HF is head first."""
+
+
+def taken(entry: dict) -> tuple[list[str], str]:
+    """Say in lines what is taken from a config entry's scan and mask, and return the side that is below, or ""."""
+    with warnings.catch_warnings(action="ignore"):  # they come again when the body is made
+        image = scan_of(entry)
+        mask = mask_of(entry, image, entry.get("label")) if entry.get("mask") is not None else None
+    counts, steps = ("×".join(f"{n:.4g}" for n in each) for each in (image.hu.shape[::-1], 1e3 * image.spacing_m))
+    oblique = angle_deg(image.axes, np.eye(3))
+    turned = f"{oblique:.3g}° oblique" if oblique else "upright"
+    lay = _LAY.get(image.position[2:], "")
+    lines = [f"{image.source}: {counts} voxels of {steps} mm, axes from the {image.frame or 'voxels'}, {turned}"]
+    if lay:
+        lines.append(f"{image.source}: the patient lay on the {lay} ({image.position})")
+    if mask is not None:
+        lines.append(f"{entry['mask']}: what is taken of it has {1e6 * mask.sum() * image.voxel_m3:.4g} mL")
+    return lines, lay
 
 
 def mask_of(entry: dict, image: Image, label: int | str | Sequence[int | str] | None) -> np.ndarray:
@@ -53,15 +77,7 @@ def label_region(entry: dict, label: int | str | Sequence[int | str]) -> Callabl
     Raises InputError if the mask has no such label, or if there is no mask.
     """
     image, voxels = _voxels(entry, label)
-
-    def inside(points: np.ndarray) -> np.ndarray:
-        index = np.rint(image.to_index(points)).astype(int)
-        within = ((index >= 0) & (index < voxels.shape)).all(axis=1)
-        found = np.zeros(len(points), dtype=bool)
-        found[within] = voxels[tuple(index[within].T)]
-        return found
-
-    return inside
+    return lambda points: ndimage.map_coordinates(voxels, image.to_index(points).T, order=0, mode="grid-constant")
 
 
 def label_ball(entry: dict, label: int | str | Sequence[int | str]) -> tuple[np.ndarray, float]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from palpate.bodies.ct.headers import ROUNDED
 from palpate.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ _DAMAGED = "{}: it cannot be read as a DICOM image, and seems to be damaged; dow
 
 @dataclass(frozen=True)
 class Slice:
-    """Header of one file: position (3,) [mm], row and column direction (6,), and the grid, common to all slices."""
+    """Header of one file: position (3,) [mm], row and column direction (6,), the grid, and how the patient lies."""
 
     file: Path
     series: str
@@ -27,6 +28,7 @@ class Slice:
     position: np.ndarray
     orientation: np.ndarray
     grid: tuple
+    lies: str
 
 
 def read_folder(folder: Path, modality: str = "ct") -> "SimpleITK.Image":
@@ -48,9 +50,14 @@ def read_folder(folder: Path, modality: str = "ct") -> "SimpleITK.Image":
     step = _slice_distance(folder, slices, normal)
     image = SimpleITK.GetImageFromArray(np.stack([_rescaled_values(s.file) for s in slices]))
     column, row = first.grid[1:]
+    way = slices[-1].position - slices[0].position
+    tilted = np.abs(way - way @ normal * normal).max() > ROUNDED * min(column, row)
+    across = way / np.linalg.norm(way) if tilted else normal
     image.SetSpacing((row, column, step))
     image.SetOrigin(slices[0].position.tolist())
-    image.SetDirection(np.column_stack([first.orientation[:3], first.orientation[3:], normal]).ravel().tolist())
+    image.SetDirection(np.column_stack([first.orientation[:3], first.orientation[3:], across]).ravel().tolist())
+    image.SetMetaData("frame", "positions of its slices")
+    image.SetMetaData("0018|5100", " and ".join(sorted({s.lies for s in slices})))
     return image
 
 
@@ -70,21 +77,24 @@ def _read_header(file: Path) -> Slice | None:
     if not reader.HasMetaDataKey("0008|0060"):
         return None
 
+    def text(tag: str) -> str:
+        return reader.GetMetaData(tag).strip() if reader.HasMetaDataKey(tag) else ""
+
     def numbers(tag: str, count: int) -> np.ndarray:
-        words = reader.GetMetaData(tag).split("\\") if reader.HasMetaDataKey(tag) else []
         try:
-            found = np.array([float(word) for word in words])
+            found = np.array([float(word) for word in text(tag).split("\\")])
         except ValueError:
             found = np.empty(0)
         return found if len(found) == count else np.full(count, np.nan)
 
     return Slice(
         file,
-        reader.GetMetaData("0020|000e").strip() if reader.HasMetaDataKey("0020|000e") else "",
-        reader.GetMetaData("0008|0060").strip(),
+        text("0020|000e"),
+        text("0008|0060"),
         numbers("0020|0032", 3),
         numbers("0020|0037", 6),
         (reader.GetSize(), *numbers("0028|0030", 2).tolist()),
+        text("0018|5100"),
     )
 
 
@@ -137,20 +147,19 @@ def _check_series(folder: Path, slices: list[Slice], modality: str) -> None:
 
 
 def _slice_distance(folder: Path, slices: list[Slice], normal: np.ndarray) -> float:
-    """Compute the distance between neighbouring slices [mm], which must be uniform and along the normal."""
+    """Compute the distance between neighbouring slices [mm], which must be uniform."""
     moves = np.diff([s.position for s in slices], axis=0)
     along = moves @ normal
     step = float(np.median(along))
     at_one_place = along.min() < UNEVEN * step or step <= 0
-    where = int(np.argmin(along) if at_one_place else np.argmax(np.abs(along - step)))
+    off = np.abs(moves - np.median(moves, axis=0)).max(axis=1)
+    where = int(np.argmin(along) if at_one_place else np.argmax(off))
     pair = f"{slices[where].file.name} and {slices[where + 1].file.name}"
     if at_one_place:
         raise InputError(f"{folder}: {pair} lie at the same place; keep one of them.")
-    if abs(along[where] - step) > UNEVEN * step:
+    if off[where] > UNEVEN * step:
         raise InputError(
-            f"{folder}: a slice is missing or out of place, since {pair} are {along[where]:.3g} mm apart and most "
-            f"others {step:.3g} mm; give the whole series."
+            f"{folder}: a slice is missing or out of place, since {pair} are {np.linalg.norm(moves[where]):.3g} mm "
+            f"apart and most others {step:.3g} mm; give the whole series."
         )
-    if np.abs(moves - along[:, None] * normal).max() > UNEVEN * step:
-        raise InputError(f"{folder}: its slices are sheared (a tilted gantry); resample it to an upright grid first.")
     return step

@@ -1,8 +1,7 @@
 """CT and MRI images on a right-handed grid in metres, and masks of their voxels, from files and DICOM folders."""
 
-import gzip
 import re
-import zlib
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -11,61 +10,17 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from palpate.bodies.ct.headers import NIFTI, ROUNDED, SAME_GRID, angle_deg, apart, check_header, extensions, orthonormal
+from palpate.bodies.settings import POSSIBLE_M
 from palpate.errors import InputError, suggest
 
 if TYPE_CHECKING:
     import SimpleITK
 
-_GZIP = b"\x1f\x8b"
-# by the size of the header, which its first four bytes give: offset and type of the eight dimensions, of the voxels'
-# type, of the bits of each voxel and of the position of the first one
-_HEADERS = {
-    348: ((40, "i2"), (70, "i2"), (72, "i2"), (108, "f4")),  # NIfTI-1
-    540: ((16, "i8"), (12, "i2"), (14, "i2"), (168, "i8")),  # NIfTI-2
-}
-_FLOATS = {16: "f4", 64: "f8"}
-
-
-def _byte_order(data: bytes) -> tuple[str, int]:
-    """Return the byte order of a NIfTI file and the size of its header, 0 if it is none."""
-    sizes = [(order, int(np.frombuffer(data, f"{order}i4", 1)[0])) for order in "<>" if len(data) >= 4]
-    return next((found for found in sizes if found[1] in _HEADERS), ("", 0))
-
-
-def _check(path: Path) -> None:
-    """Raise InputError if a .nii or .nii.gz file is truncated, damaged, or holds NaN or infinity.
-
-    Trap: ITK reads missing voxels as 0 HU, and non-finite ones as well: both become water, without an error.
-    A file that is not NIfTI at all is left to the reader to refuse.
-    """
-    damaged = f"{path}: the file is cut off or damaged; write or download it again."
-    try:
-        data = path.read_bytes()
-        data = gzip.decompress(data) if data.startswith(_GZIP) else data  # which checks length and CRC
-    except (OSError, EOFError, zlib.error) as error:
-        raise InputError(damaged) from error
-    order, header = _byte_order(data)
-    if not header:
-        return
-    if len(data) < header:
-        raise InputError(damaged)
-    (dims, kind), *places = _HEADERS[header]
-    counts = np.frombuffer(data, f"{order}{kind}", 8, dims)
-    voxel_type, bits, first = (int(np.frombuffer(data, f"{order}{k}", 1, at)[0]) for at, k in places)
-    voxels = int(np.prod(np.maximum(counts[1 : 1 + max(int(counts[0]), 0)], 1), dtype=np.int64))
-    if len(data) < first + voxels * bits // 8:
-        raise InputError(damaged)
-    if voxel_type in _FLOATS and not np.isfinite(np.frombuffer(data, order + _FLOATS[voxel_type], voxels, first)).all():
-        raise InputError(
-            f"{path}: it has voxels that are not finite numbers; fill them with air, -1024 HU, or in a mask or an MRI "
-            "with 0."
-        )
-
-
 AIR_HU = -1024
-FORMATS = (".nii", ".nii.gz", ".nrrd", ".nhdr", ".mhd", ".mha")
-# difference, in voxels, up to which two grids count as the same: headers are rounded
-SAME_GRID = 1e-2
+FRAME, POSITION = "frame", "0018|5100"
+"""Keys of what in a header says where the axes point, and of how the patient lay, which is DICOM's."""
+FORMATS = (*NIFTI, ".nrrd", ".nhdr", ".mhd", ".mha")
 
 
 class Grid:
@@ -73,6 +28,7 @@ class Grid:
 
     origin_m : (3,) [m], x y z of the centre of voxel (0, 0, 0)
     spacing_m : (3,) [m] between voxel centres along x, y and z
+    axes : (3, 3), its axes as columns in the scanner's frame, where places are; the origin is along its own axes
     source : its name in messages; too_thin : what is wrong with a body that its voxels do not resolve, and the remedy
     """
 
@@ -83,29 +39,42 @@ class Grid:
     origin_m: np.ndarray
     spacing_m: np.ndarray
     source: str
+    axes: np.ndarray = np.eye(3)
 
     @property
     def voxel_m3(self) -> float:
         """Volume of a voxel [m³]."""
         return float(np.prod(self.spacing_m))
 
-    def to_world(self, index: np.ndarray) -> np.ndarray:
-        """Convert array indices, (n, 3) in z y x, possibly fractional, to coordinates, (n, 3) [m] in x y z."""
+    @property
+    def matrix(self) -> np.ndarray:
+        """The matrix (3, 4) from indices x y z to places [m]."""
+        return np.column_stack([self.axes * self.spacing_m, self.turned(self.origin_m)])
+
+    def along_axes(self, index: np.ndarray) -> np.ndarray:
+        """Convert array indices, (n, 3) in z y x, possibly fractional, to coordinates along the grid's axes [m]."""
         return self.origin_m + np.asarray(index)[..., ::-1] * self.spacing_m
+
+    def turned(self, points: np.ndarray) -> np.ndarray:
+        """Convert coordinates along the grid's axes, (n, 3) [m], to places in the scanner's frame."""
+        return points @ self.axes.T
+
+    def to_world(self, index: np.ndarray) -> np.ndarray:
+        """Convert array indices, (n, 3) in z y x, possibly fractional, to places, (n, 3) [m] in x y z."""
+        return self.turned(self.along_axes(index))
 
     def to_index(self, points: np.ndarray) -> np.ndarray:
         """Convert points, (n, 3) [m], to array indices, (n, 3) in z y x: the inverse of ``to_world``."""
-        return ((np.asarray(points) - self.origin_m) / self.spacing_m)[..., ::-1]
+        return ((np.asarray(points) @ self.axes - self.origin_m) / self.spacing_m)[..., ::-1]
 
 
 @dataclass(frozen=True, eq=False)
 class Image(Grid):
-    """A CT or an MRI on a regular grid: x to the patient's left, y to the back, z to the head.
+    """A CT or an MRI on a regular grid: x to the patient's left, y to the back, z to the head, or the nearest to these.
 
     hu : (nz, ny, nx), int16 or float32; of a CT [HU] and nowhere below air, of an MRI grey values without a unit
     modality : "ct" or "mri"; only the grey values of a CT say how dense tissue is
-    axes : (3, 3), the grid's axes as columns in the patient's frame. Trap: coordinates here are along the grid's
-        own axes, which in an oblique scan are rotated against the patient's; a body is not affected.
+    frame : what of the file says where the axes point; position : how the patient lay, as DICOM has it, "" if unknown
     """
 
     hu: np.ndarray
@@ -114,10 +83,12 @@ class Image(Grid):
     source: str = "image"
     axes: np.ndarray = field(default_factory=lambda: np.eye(3))
     modality: str = "ct"
+    frame: str = ""
+    position: str = ""
 
     def cropped(self, box: tuple[slice, ...]) -> "Image":
         """Return the part in ``box``, slices along z, y and x that have a start."""
-        return replace(self, hu=self.hu[box], origin_m=self.to_world(np.array([side.start for side in box])))
+        return replace(self, hu=self.hu[box], origin_m=self.along_axes(np.array([side.start for side in box])))
 
 
 def read(path: str | Path, modality: str = "ct") -> Image:
@@ -131,8 +102,9 @@ def read(path: str | Path, modality: str = "ct") -> Image:
     from palpate.bodies.ct.dicom import read_folder
 
     path = Path(path)
-    image = _oriented(read_folder(path, modality) if path.is_dir() else _read_file(path))
-    hu = _array(image)
+    file = read_folder(path, modality) if path.is_dir() else _read_file(path)
+    image = _placed(path, file)
+    hu = image.hu
     if not np.isfinite(hu).all():
         air = f"air, {AIR_HU} HU" if modality == "ct" else "0"
         raise InputError(f"{path}: it has voxels that are not finite numbers; fill them with {air}.")
@@ -149,7 +121,20 @@ def read(path: str | Path, modality: str = "ct") -> Image:
             f"{path}: no voxel is below 0 HU, so this is not a CT in Hounsfield units; "
             "give one, with its rescale slope and intercept applied, or say modality: mri."
         )
-    return Image(np.maximum(hu, AIR_HU) if modality == "ct" else hu, *_grid(image), str(path), _axes(image), modality)
+    longest = float((image.spacing_m * hu.shape[::-1]).max())
+    if not POSSIBLE_M[0] <= longest <= POSSIBLE_M[1]:
+        raise InputError(f"{path}: it is {longest:.3g} m long, if its header counts in mm; write the header in mm.")
+    frame, position = (file.GetMetaData(key) if file.HasMetaDataKey(key) else "" for key in (FRAME, POSITION))
+    if not frame:
+        warnings.warn(
+            f"{path}: its header does not say where its axes point; they are taken to point to the patient's left, "
+            "back and head, so look on which side the body lies.",
+            stacklevel=2,
+        )
+    if np.linalg.det(np.reshape(file.GetDirection(), (3, 3))) < 0:
+        frame += " (left-handed, and flipped)"
+    hu = np.maximum(hu, AIR_HU) if modality == "ct" else hu
+    return replace(image, hu=hu, modality=modality, frame=frame, position=position)
 
 
 LABELS, VOXELS_OF_LABEL = 150, 100
@@ -174,19 +159,16 @@ def read_mask(path: str | Path, image: Image, label: int | str | Sequence[int | 
     path = Path(path)
     file = _read_file(path)
     names = label_names(path, file)
-    found = _oriented(file)
-    mask, (origin, spacing) = _array(found), _grid(found)
+    found = _placed(path, file)
     if file.HasMetaDataKey("Segmentation_ReferenceImageExtentOffset"):
-        mask, origin = _uncropped(mask, origin, image)
-    apart = np.abs(origin - image.origin_m) / image.spacing_m
-    stretched = np.abs(spacing - image.spacing_m) * image.hu.shape[::-1] / image.spacing_m
-    turned = np.abs(_axes(found) - image.axes) * max(image.hu.shape)
-    if mask.shape != image.hu.shape or max(apart.max(), stretched.max(), turned.max()) > SAME_GRID:
-        raise InputError(
-            f"{path}: the mask ({_describe_grid(mask, origin, spacing)}) is on another grid than {image.source} "
-            f"({_describe_grid(image.hu, image.origin_m, image.spacing_m)}); resample it to the image's grid."
-        )
-    return choose(path, mask, names, label, image.voxel_m3)
+        found = _uncropped(found, image)
+    away = apart(image.matrix, found.matrix, image.hu.shape[::-1])
+    if found.hu.shape != image.hu.shape or away > ROUNDED:
+        what = f"{path}: the mask is on another grid than {image.source}: {_differences(found, image)}"
+        if found.hu.shape != image.hu.shape or away > SAME_GRID:
+            raise InputError(f"{what}; resample it to the image's grid.")
+        warnings.warn(f"{what}; these are {away:.1g} voxels, and the image's grid is taken.", stacklevel=3)
+    return choose(path, found.hu, names, label, image.voxel_m3)
 
 
 def read_labels(path: str | Path) -> dict[int | str, int]:
@@ -199,24 +181,31 @@ def read_labels(path: str | Path) -> dict[int | str, int]:
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
-def name_of_label(path: str | Path, number: int) -> str:
-    """Return the name that a mask's file has for a label, or "" if it has none."""
-    path = Path(path)
-    return label_names(path, _read_file(path)).get(number, "")
-
-
-def _uncropped(mask: np.ndarray, origin: np.ndarray, image: Image) -> tuple[np.ndarray, np.ndarray]:
-    """Enlarge a mask that 3D Slicer has cropped to its segments to ``image``'s grid; return it and its new origin.
+def _uncropped(mask: Image, image: Image) -> Image:
+    """Enlarge a mask that 3D Slicer has cropped to its segments to ``image``'s grid.
 
     One that is not made of voxels of the image stays as it is, to be refused.
     """
-    first = np.round((origin - image.origin_m) / image.spacing_m).astype(int)
-    box = tuple(slice(start, start + count) for start, count in zip(first[::-1], mask.shape, strict=True))
+    first = np.round(image.to_index(mask.to_world(np.zeros(3)))).astype(int)
+    box = tuple(slice(start, start + count) for start, count in zip(first, mask.hu.shape, strict=True))
     if first.min() < 0 or any(side.stop > count for side, count in zip(box, image.hu.shape, strict=True)):
-        return mask, origin
-    whole = np.zeros(image.hu.shape, dtype=mask.dtype)
-    whole[box] = mask
-    return whole, origin - first * image.spacing_m
+        return mask
+    whole = np.zeros(image.hu.shape, dtype=mask.hu.dtype)
+    whole[box] = mask.hu
+    return replace(mask, hu=whole, origin_m=mask.along_axes(-first))
+
+
+def _differences(mask: Image, image: Image) -> str:
+    """Say in what the grid of a mask differs from its image's."""
+    angle = angle_deg(mask.axes, image.axes)
+    away = 1e3 * float(np.linalg.norm(mask.matrix[:, 3] - image.matrix[:, 3]))
+    said = [f"turned by {angle:.2g}°"] if angle > 1e-4 else []
+    said += [f"begins {away:.3g} mm away"] if away > 1e-3 else []
+    sides = (mask.hu.shape[::-1], image.hu.shape[::-1]), (1e3 * mask.spacing_m, 1e3 * image.spacing_m)
+    for name, pair in zip(("{} voxels instead of {}", "voxels of {} mm instead of {}"), sides, strict=True):
+        first, second = ("×".join(f"{side:.6g}" for side in each) for each in pair)
+        said += [name.format(first, second)] if first != second else []
+    return ", ".join(said)
 
 
 def _read_file(path: Path) -> "SimpleITK.Image":
@@ -226,12 +215,12 @@ def _read_file(path: Path) -> "SimpleITK.Image":
         raise InputError(f"{path}: this file does not exist; give a CT or a mask as {', '.join(FORMATS)}.")
     if not path.name.lower().endswith(FORMATS):
         raise InputError(f"{path}: its name ends in none of {', '.join(FORMATS)}; for DICOM give the folder.")
-    if path.name.lower().endswith((".nii", ".nii.gz")):
-        _check(path)
+    frame = check_header(path)
     try:
         image = SimpleITK.ReadImage(str(path))
     except RuntimeError as error:
-        raise InputError(f"{path}: SimpleITK cannot read it; write or download it again.") from error
+        reason = " ".join(str(error).rpartition("ERROR: ")[2].split()).rstrip(".!")
+        raise InputError(f"{path}: SimpleITK cannot read it ({reason}); write or download it again.") from error
     layers = image.GetNumberOfComponentsPerPixel()
     if layers > 1 and image.HasMetaDataKey("Segment0_Name"):
         raise InputError(
@@ -240,13 +229,21 @@ def _read_file(path: Path) -> "SimpleITK.Image":
         )
     if image.GetDimension() != 3 or layers != 1:
         raise InputError(f"{path}: it is not a single volume of scalars; extract one 3-D volume from it.")
+    image.SetMetaData(FRAME, frame)
     return image
 
 
-def _oriented(image: "SimpleITK.Image") -> "SimpleITK.Image":
+def _placed(path: Path, file: "SimpleITK.Image") -> Image:
+    """Turn voxels to the patient's axes by quarter turns and flips; InputError if the file's axes are sheared."""
     import SimpleITK
 
-    return SimpleITK.DICOMOrient(image, "LPS")
+    found = SimpleITK.DICOMOrient(file, "LPS")
+    spacing, counts = np.array(found.GetSpacing()), np.array(found.GetSize())
+    axes = orthonormal(path, np.reshape(found.GetDirection(), (3, 3)), spacing, counts)
+    origin = axes.T @ np.array(found.GetOrigin())
+    if (np.abs((axes - np.eye(3)) * spacing) @ counts).max() < ROUNDED * spacing.min():
+        axes = np.eye(3)
+    return Image(_array(found), origin / 1e3, spacing / 1e3, str(path), axes)
 
 
 def _array(image: "SimpleITK.Image") -> np.ndarray:
@@ -258,28 +255,15 @@ def _array(image: "SimpleITK.Image") -> np.ndarray:
     return values.astype(np.int16 if whole else np.float32)
 
 
-def _grid(image: "SimpleITK.Image") -> tuple[np.ndarray, np.ndarray]:
-    """Return the origin in the frame of the grid's own axes and the spacing, both (3,) [m]."""
-    return _axes(image).T @ np.array(image.GetOrigin()) / 1e3, np.array(image.GetSpacing()) / 1e3
-
-
-def _axes(image: "SimpleITK.Image") -> np.ndarray:
-    return np.array(image.GetDirection()).reshape(3, 3)
-
-
-def _describe_grid(voxels: np.ndarray, origin: np.ndarray, spacing: np.ndarray) -> str:
-    numbers = [*voxels.shape[::-1], *(1e3 * spacing), *(1e3 * origin)]
-    return "{}×{}×{} voxels of {:.4g}×{:.4g}×{:.4g} mm from {:.4g}, {:.4g}, {:.4g} mm".format(*numbers)
-
-
-def label_names(path: Path, image: "SimpleITK.Image") -> dict[int, str]:
+def label_names(path: Path, image: "SimpleITK.Image | None" = None) -> dict[int, str]:
     """Return the names of labels that a mask's file has, by their numbers; empty if it has none.
 
     TotalSegmentator and Connectome Workbench write a table into the header of a NIfTI file (an XML extension), 3D
     Slicer the keys ``Segment<n>_Name`` and ``Segment<n>_LabelValue`` into that of an NRRD file.
     """
-    if path.name.lower().endswith((".nii", ".nii.gz")):
+    if path.name.lower().endswith(NIFTI):
         return _of_extensions(path)
+    image = image or _read_file(path)
     found = {}
     for key in image.GetMetaDataKeys():
         if (match := re.fullmatch(r"Segment(\d+)_LabelValue", key)) and image.GetMetaData(key).strip().isdigit():
@@ -290,26 +274,13 @@ def label_names(path: Path, image: "SimpleITK.Image") -> dict[int, str]:
 
 def _of_extensions(path: Path) -> dict[int, str]:
     """Read the label table in the extensions between a NIfTI file's header and its first voxel."""
-    with path.open("rb") as file:
-        packed = file.read(2) == _GZIP
-    with gzip.open(path) if packed else path.open("rb") as file:
-        data = file.read(max(_HEADERS))
-        order, header = _byte_order(data)
-        if not header:
-            return {}
-        place, kind = _HEADERS[header][-1]
-        first = int(np.frombuffer(data, f"{order}{kind}", 1, place)[0])
-        extensions = (data + file.read(max(first - len(data), 0)))[header:first]
-    table = re.search(rb"<LabelTable.*?</LabelTable>", extensions, re.DOTALL)
+    table = re.search(rb"<LabelTable.*?</LabelTable>", extensions(path), re.DOTALL)
     try:
         labels = list(ElementTree.fromstring(table[0])) if table else []
     except ElementTree.ParseError:
         return {}
-    return {
-        int(label.get("Key", "")): label.text.strip()
-        for label in labels
-        if label.get("Key", "").isdigit() and label.text and label.text.strip()
-    }
+    named = {label.get("Key", ""): (label.text or "").strip() for label in labels}
+    return {int(number): name for number, name in named.items() if number.isdigit() and name}
 
 
 LISTED = 8

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 
@@ -126,12 +127,14 @@ def _largest_piece(mask: np.ndarray, image: Image, source: str) -> np.ndarray:
 
 
 def _crop_box(image: Image, corners: np.ndarray) -> tuple[slice, ...]:
-    """Find the voxels between two corners, (2, 3) [m], clipped to the image."""
+    """Find the voxels of the grid's smallest box around two opposite corners, (2, 3) [m], clipped to the image."""
     shape = np.array(image.hu.shape)
-    low, high = np.sort(image.to_index(corners), axis=0)
+    ends = image.to_index(np.array(list(product(*corners.T))))
+    low, high = ends.min(axis=0), ends.max(axis=0)
     first, last = np.maximum(np.ceil(low), 0).astype(int), np.minimum(np.floor(high), shape - 1).astype(int)
     if (last < first).any():
-        ends = image.to_world(np.array([np.zeros(3), shape - 1]))
+        ends = image.to_world(np.array(list(np.ndindex(2, 2, 2))) * (shape - 1))
+        ends = ends.min(axis=0), ends.max(axis=0)
         extent = " to ".join("({:.3f}, {:.3f}, {:.3f})".format(*end) for end in ends)
         raise InputError(f"{image.source}: crop_m has no voxel inside; the image reaches from {extent} m.")
     return tuple(slice(a, b + 1) for a, b in zip(first, last, strict=True))

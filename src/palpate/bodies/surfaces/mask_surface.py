@@ -74,7 +74,8 @@ def coarse_surface(mask: np.ndarray, image: Grid, nodes: int) -> tuple[np.ndarra
             f"{image.source}: {nodes} surface nodes are too few for this organ, parts of which they cannot resolve; "
             "give more surface_nodes."
         )
-    return remesh(*start, *dense, nodes)
+    points, triangles = remesh(*start, *dense, nodes)
+    return image.turned(points), triangles
 
 
 def dense_surface(mask: np.ndarray, image: Grid) -> tuple[np.ndarray, np.ndarray]:
@@ -83,7 +84,7 @@ def dense_surface(mask: np.ndarray, image: Grid) -> tuple[np.ndarray, np.ndarray
     points, triangles = _find_level(*_blur(mask, image, 0.0), mask_volume)[1]
     if volume(points, triangles) < (1 - LOST_VOLUME) * mask_volume:
         raise InputError(f"{image.source}: {image.too_thin}.")
-    return points, triangles
+    return image.turned(points), triangles
 
 
 def _blur(mask: np.ndarray, image: Grid, blur_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -94,7 +95,7 @@ def _blur(mask: np.ndarray, image: Grid, blur_m: float) -> tuple[np.ndarray, np.
     box = box_around(mask, 0)
     low = np.array([side.start for side in box])
     blurred = gaussian_filter(np.pad(mask[box], margin[:, None]).astype(np.float32), blur)
-    return blurred, image.to_world(low - margin), image.spacing_m
+    return blurred, image.along_axes(low - margin), image.spacing_m
 
 
 def _find_level(

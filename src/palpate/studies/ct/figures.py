@@ -1,5 +1,7 @@
 """Figures of bodies from a scan: slices, ray casting, masses of nodes, and the steps between."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -294,6 +296,7 @@ def draw_ct(input, output, params, wildcards):
     """Draw slices and a volume rendering, for the rule of that name."""
     with about(f"bodies.{wildcards.body}"):
         image, mask = segment_entry(params.entry)
+    image = replace(image, axes=np.eye(3))  # pictures are along the grid's own axes
     style.save(draw_ct_slices(image, mask, wildcards.body), stem(output.slices))
     style.save(draw_ct_volume_rendering(image, mask, body_file.load(input.body)), stem(output.volume))
 

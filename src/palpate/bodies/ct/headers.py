@@ -1,0 +1,131 @@
+"""What headers of scans say: whether a file is whole, its unit, and where its axes point, which are at right angles."""
+
+import gzip
+import math
+import re
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.errors import InputError
+
+# how far, in voxels, corners of two grids may lie apart: by rounding; of an image and its mask, as a quaternion in
+# single precision moves those of 512 voxels by 0.2; and by a shear, from those of a grid at right angles
+ROUNDED, SAME_GRID, SHEARED = 1e-2, 0.3, 0.1
+_FLOATS = (16, 64)  # NIfTI's codes of voxels that are real numbers
+NIFTI = (".nii", ".nii.gz")
+_DAMAGED = "{}: the file is cut off or damaged; write or download it again."
+# what ITK knows of where the axes of NRRD and MetaImage files point, and units that it does not read
+_FRAMES = {
+    "space": r"^space: *(LPS|[LR]AS|left-posterior-superior|(left|right)-anterior-superior)\s",
+    "TransformMatrix": "^(TransformMatrix|Orientation|Rotation) *=",
+}
+_OTHER_UNIT = r"(?:units:|DistanceUnits *=)[ \"]*(?!mm|millimet|none)(\w+)"
+
+
+def check_header(path: Path) -> str:
+    """Return the name of what says where the axes of an image in a file point, "" if nothing does.
+
+    Raises InputError if a NIfTI file is not whole, or its axes are sheared or given twice, or for a unit in text.
+    Traps: ITK takes the qform where the sform is sheared, and does not read units in text.
+    """
+    if not path.name.lower().endswith(NIFTI):
+        with path.open("rb") as file:
+            text = file.read(1 << 14).decode("latin-1")
+        if unit := re.search(_OTHER_UNIT, text, re.IGNORECASE):
+            raise InputError(f"{path}: its header counts in {unit[1]}, and mm are read; write it in mm.")
+        return next((name for name, line in _FRAMES.items() if re.search(line, text, re.IGNORECASE | re.MULTILINE)), "")
+    reader = _whole(path)
+    header = reader.GetNIFTIHeader()
+    steps, counts = ([get(axis) for axis in (1, 2, 3)] for get in (header.GetPixDim, header.GetDim))
+    given = {"sform": reader.GetSFormMatrix(), "qform": reader.GetQFormMatrix()}
+    forms = {
+        name: np.reshape(form.GetData(), (4, 4))[:3] * [*steps, 1.0]
+        for name, form in given.items()
+        if form and form.Determinant()
+    }
+    for form in forms.values():
+        orthonormal(path, form[:, :3] / steps, np.array(steps), counts)
+    if len(forms) > 1 and (away := apart(*forms.values(), counts)) > SAME_GRID:
+        raise InputError(
+            f"{path}: its sform and its qform disagree, by up to {away:.3g} voxels; set the code of the wrong one to 0."
+        )
+    return next(iter(forms), "")
+
+
+def _whole(path: Path) -> Any:
+    """Open a NIfTI file; InputError if it is truncated, damaged, or holds NaN or infinity.
+
+    Trap: ITK reads missing voxels as 0 HU, and non-finite ones as well: both become water, without an error.
+    """
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    reader = _nifti(path)
+    header = reader.GetNIFTIHeader()
+    voxels = math.prod(max(header.GetDim(axis), 1) for axis in range(1, 1 + header.GetDim(0)))
+    if len(_content(path)) < header.GetVoxOffset() + voxels * header.GetBitPix() // 8:
+        raise InputError(_DAMAGED.format(path))
+    if header.GetDataType() in _FLOATS:
+        reader.Update()
+        if not np.isfinite(vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())).all():
+            raise InputError(
+                f"{path}: it has voxels that are not finite numbers; fill them with air, -1024 HU, or in a mask or an "
+                "MRI with 0."
+            )
+    return reader
+
+
+def _nifti(path: Path) -> Any:
+    """Open a NIfTI file with VTK, which reads its header only; InputError if it has none."""
+    from vtkmodules.vtkIOImage import vtkNIFTIImageReader
+
+    reader = vtkNIFTIImageReader()
+    if not reader.CanReadFile(str(path)):
+        raise InputError(_DAMAGED.format(path))
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    return reader
+
+
+def _content(path: Path) -> bytes:
+    """Return the bytes of a NIfTI file, unpacked."""
+    try:
+        data = path.read_bytes()
+        return gzip.decompress(data) if data.startswith(b"\x1f\x8b") else data  # which checks length and CRC
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(_DAMAGED.format(path)) from error
+
+
+def extensions(path: Path) -> bytes:
+    """Return what stands before a NIfTI file's first voxel."""
+    return _content(path)[: _nifti(path).GetNIFTIHeader().GetVoxOffset()]
+
+
+def apart(first: np.ndarray, second: np.ndarray, counts: Sequence[int]) -> float:
+    """Return how far a grid's corners lie apart at most [voxels], by two matrices (3, 4) from indices to places."""
+    corners = np.array(list(np.ndindex(2, 2, 2))) * (np.array(counts) - 1)
+    moved = (second - first) @ np.column_stack([corners, np.ones(8)]).T
+    return float(np.abs(np.linalg.solve(first[:, :3], moved)).max())
+
+
+def angle_deg(first: np.ndarray, second: np.ndarray) -> float:
+    """Return the angle [°] of the rotation between two frames, (3, 3) columns."""
+    return float(np.degrees(2.0 * np.arcsin(min(np.linalg.norm(second - first) / 8**0.5, 1.0))))
+
+
+def orthonormal(source: Path, axes: np.ndarray, steps: np.ndarray, counts: Sequence[int]) -> np.ndarray:
+    """Return the axes, (3, 3) columns, as a rotation or a reflection; InputError if they are not at right angles.
+
+    steps, counts : (3,) between voxels [mm], and of voxels along each of them
+    """
+    first, _, second = np.linalg.svd(axes)
+    nearest = first @ second
+    if (np.abs((axes - nearest) * steps) @ np.array(counts)).max() / 2 <= SHEARED * steps.min():
+        return axes if np.abs(axes - nearest).max() < 1e-6 else nearest
+    units = axes / np.linalg.norm(axes, axis=0)
+    angle = np.degrees(np.arcsin(np.abs(np.triu(units.T @ units, 1)).max()))
+    what = f"sheared by {angle:.3g}°, as by a tilted gantry" if angle > 1e-3 else "not as long as its spacing says"
+    raise InputError(f"{source}: its axes are {what}; resample it to an upright grid, or mend its header.")

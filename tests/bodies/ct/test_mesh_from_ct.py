@@ -146,7 +146,8 @@ def test_a_body_from_an_oblique_scan_and_its_regions_and_crop_are_in_the_scanner
     assert np.allclose(middles[1], turn @ (far + middles[0]), atol=3e-4)
     assert np.allclose([d.mean() for d in oblique.densities], [d.mean() for d in upright.densities], rtol=5e-3)
     around = turn @ (far + middles[0]) + np.array([[-0.12, -0.1, -0.1], [0.12, 0.1, 0.1]])
-    whole, cropped = (mesh_from_ct.segment_entry(ABDOMEN | turned | more)[1] for more in ({}, {"crop_m": around}))
+    crop = {"crop_m": around.tolist()}
+    whole, cropped = (mesh_from_ct.segment_entry(ABDOMEN | turned | more)[1] for more in ({}, crop))
     assert whole.sum() == cropped.sum() and whole.size > 1.5 * cropped.size
 
 

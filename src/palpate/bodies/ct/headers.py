@@ -4,11 +4,11 @@ import gzip
 import math
 import re
 import zlib
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from palpate.errors import InputError
 
@@ -49,7 +49,7 @@ def check_header(path: Path) -> str:
     }
     for form in forms.values():
         orthonormal(path, form[:, :3] / steps, np.array(steps), counts)
-    if len(forms) > 1 and (away := apart(*forms.values(), counts)) > SAME_GRID:
+    if len(forms) > 1 and (away := apart(forms["sform"], forms["qform"], counts)) > SAME_GRID:
         raise InputError(
             f"{path}: its sform and its qform disagree, by up to {away:.3g} voxels; set the code of the wrong one to 0."
         )
@@ -104,7 +104,7 @@ def extensions(path: Path) -> bytes:
     return _content(path)[: _nifti(path).GetNIFTIHeader().GetVoxOffset()]
 
 
-def apart(first: np.ndarray, second: np.ndarray, counts: Sequence[int]) -> float:
+def apart(first: np.ndarray, second: np.ndarray, counts: ArrayLike) -> float:
     """Return how far a grid's corners lie apart at most [voxels], by two matrices (3, 4) from indices to places."""
     corners = np.array(list(np.ndindex(2, 2, 2))) * (np.array(counts) - 1)
     moved = (second - first) @ np.column_stack([corners, np.ones(8)]).T
@@ -113,10 +113,10 @@ def apart(first: np.ndarray, second: np.ndarray, counts: Sequence[int]) -> float
 
 def angle_deg(first: np.ndarray, second: np.ndarray) -> float:
     """Return the angle [°] of the rotation between two frames, (3, 3) columns."""
-    return float(np.degrees(2.0 * np.arcsin(min(np.linalg.norm(second - first) / 8**0.5, 1.0))))
+    return math.degrees(2.0 * math.asin(min(float(np.linalg.norm(second - first)) / math.sqrt(8.0), 1.0)))
 
 
-def orthonormal(source: Path, axes: np.ndarray, steps: np.ndarray, counts: Sequence[int]) -> np.ndarray:
+def orthonormal(source: Path, axes: np.ndarray, steps: np.ndarray, counts: ArrayLike) -> np.ndarray:
     """Return the axes, (3, 3) columns, as a rotation or a reflection; InputError if they are not at right angles.
 
     steps, counts : (3,) between voxels [mm], and of voxels along each of them

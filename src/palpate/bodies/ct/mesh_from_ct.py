@@ -134,7 +134,6 @@ def _crop_box(image: Image, corners: np.ndarray) -> tuple[slice, ...]:
     first, last = np.maximum(np.ceil(low), 0).astype(int), np.minimum(np.floor(high), shape - 1).astype(int)
     if (last < first).any():
         ends = image.to_world(np.array(list(np.ndindex(2, 2, 2))) * (shape - 1))
-        ends = ends.min(axis=0), ends.max(axis=0)
-        extent = " to ".join("({:.3f}, {:.3f}, {:.3f})".format(*end) for end in ends)
+        extent = " to ".join("({:.3f}, {:.3f}, {:.3f})".format(*end(ends, axis=0)) for end in (np.min, np.max))
         raise InputError(f"{image.source}: crop_m has no voxel inside; the image reaches from {extent} m.")
     return tuple(slice(a, b + 1) for a, b in zip(first, last, strict=True))

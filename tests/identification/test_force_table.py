@@ -18,7 +18,7 @@ RANGES = (
 
 def test_forces_between_the_values_of_a_table_are_those_of_the_model():
     layer = Layer(0.004, RANGES)
-    table = tabulate(layer, 2, 0.003)
+    table = tabulate(layer, range(2), 0.003)
     rng = np.random.default_rng(1)
     assert table.error < TOLERANCE
     assert (table.table == 0).all()  # all presses are alike
@@ -36,7 +36,7 @@ def test_presses_with_forces_of_their_own_have_their_own_tables():
         def forces(self, press, depth_m, values):
             return (1 + (press % 2)) * super().forces(press, depth_m, values)
 
-    table = tabulate(Two(0.004), 5, 0.003)
+    table = tabulate(Two(0.004), range(5), 0.003)
     assert table.table.tolist() == [0, 1, 0, 1, 0]
     logs, _ = table.at(np.zeros(1))
     assert logs[1] - logs[0] == pytest.approx(np.log(2.0))
@@ -52,5 +52,5 @@ def test_a_range_is_divided_by_value_by_ratio_or_by_stiffness(parameter, middle)
 
 def test_a_parameter_without_a_range_has_its_value():
     known = Parameter("poisson", 0.4, 0.4, "1")
-    table = tabulate(replace(Layer(0.004), parameters=(known,)), 1, 0.003)
+    table = tabulate(replace(Layer(0.004), parameters=(known,)), [0], 0.003)
     assert table.values(np.zeros(0)) == {"poisson": 0.4}

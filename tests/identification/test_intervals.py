@@ -7,12 +7,14 @@ import pytest
 from fixtures.pressed_layer import Layer, draw_presses
 from scipy.stats import chi2
 
+from palpate.effects.instrument import Instrument
 from palpate.errors import InputError, NotConverged
+from palpate.identification import fit
 from palpate.identification.fit import POINTS, Data, MixedModel, Options, best_fit, fitted, loading, rounded
 from palpate.identification.forward import Parameter
-from palpate.identification.identify import identify
+from palpate.identification.identify import identify, line_of
 from palpate.identification.intervals import Profiler, bootstrap, threshold
-from palpate.identification.presses import Press
+from palpate.identification.presses import Press, PressRecords
 
 NU = Parameter("poisson", 0.3, 0.49, "1")
 THICKNESS = Parameter("thickness_m", 0.006, 0.04, "m")
@@ -168,6 +170,49 @@ def test_a_press_is_fitted_while_it_goes_deeper():
     deep, force = loading(press)
     assert len(deep) == POINTS and (np.diff(deep) > 0).all() and deep[-1] == 1e-3
     assert (force < 50).all()
+
+
+def touched(seed, zero=0.0, slope=0.0, pull=0.0, rows=31):
+    """Hertz presses of 4 kPa from depth 0 on, with noise at small forces [N], a zero, a slope [N/m] and a pull [N]."""
+    rng, depth, presses = np.random.default_rng(seed), np.linspace(0.0, 3e-3, rows), []
+    clean = 4.0 / 3.0 * 4000.0 / (1.0 - 0.45**2) * np.sqrt(0.004) * depth**1.5
+    for name in "abcdef":
+        force = np.exp(0.02 * rng.normal()) * clean - pull * (depth > 0.0) + zero + slope * depth
+        force += 2e-4 * rng.normal(size=rows)
+        presses.append(Press(name, name, "", "", None, None, None, depth, force))
+    return PressRecords(Instrument("sphere", 0.004), tuple(presses), "presses.csv")
+
+
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
+def test_a_noisy_row_at_first_touch_leaves_e_in_its_interval_and_no_start_finds_a_better_fit(seed):
+    found = identify(touched(seed), {"hertz": Layer(0.004, (), 0.003)}, QUICK)
+    assert found.young_pa.low < 4000.0 < found.young_pa.high < 1.1 * found.young_pa.low
+    model, best, rng = found.models["hertz"], found.best["hertz"], np.random.default_rng(seed)
+    for _ in range(3):
+        drawn = best | {"log_noise": np.log(rng.uniform(0.005, 0.3)), "offset": rng.uniform(-1.0, 1.0)}
+        drawn["log_floor"] = np.log(model.data.typical_n) - rng.uniform(0.0, 8.0)
+        assert fitted(model, drawn)[1] > model.minus2(best) - 1.0
+    assert line_of(found) is None
+
+
+@pytest.mark.parametrize(
+    "sensor", [{"zero": 0.015}, {"slope": 5.0}, {"slope": -5.0, "zero": 0.005}, {"pull": 0.004}, {"pull": 0.002}]
+)
+def test_a_line_of_the_sensor_or_a_pull_is_doubted_where_no_rows_are_before_contact(sensor):
+    found = identify(touched(1, **sensor), {"hertz": Layer(0.004, (), 0.003)}, QUICK)
+    line = line_of(found)
+    ends = abs(found.offset_m.best - found.models["hertz"].offset_at(-1.0)) < 2e-5
+    assert line is not None or ends or found.young_pa.low < 4000.0 < found.young_pa.high
+    if line is not None:
+        assert line.young_pa == pytest.approx(4000.0, rel=0.1)
+
+
+def test_searches_that_do_not_agree_are_no_fit(monkeypatch):
+    values = iter(range(100, 0, -2))
+    monkeypatch.setattr(fit, "fitted", lambda model, start, *more: (dict(start), float(next(values))))
+    model = MixedModel.of(Data.of(touched(1)), Layer(0.004, ()), QUICK)
+    with pytest.raises(NotConverged, match="has not converged"):
+        best_fit(model, sure=True)
 
 
 def test_presses_of_no_force_are_refused():

@@ -1,5 +1,7 @@
 """Files of presses: what is read, and what is refused in one sentence."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -48,6 +50,71 @@ def test_presses_at_one_place_are_repeats(tmp_path):
     assert places == ["a", "a", "c"]
 
 
+def written(rng, rows):
+    """Return bytes of the rows in an encoding that is drawn, and a part of the sentence if it has to be refused."""
+    separator, decimal, quote = rng.choice([",", ";", "\t"]), rng.choice([".", ","]), rng.choice(["", '"'])
+    names = {"depth_m": ["depth_m", "Depth (m)", "DEPTH_M", "depth[m]"], "press": ["press", "Press"]}
+    names |= {"force_n": ["force_n", "Force_N", "force / N"], "time_s": ["time_s", "Time_s", "time (s)"]}
+    names = {name: rng.choice(of) for name, of in names.items()}
+    wrong = rng.choice(["", "depth [mm]", "Force (mN)", "time_ms"]) if rng.random() < 0.3 else ""
+    names |= {name: wrong for name in names if wrong and wrong.lower().startswith(name[:4])}
+    header = [*rng.permutation(list(names)), "Prüfer µ"]
+    if twice := rng.random() < 0.1 and not wrong:
+        header.append("force_n")
+    lines = [[names.get(name, name) for name in header]]
+    lines += [[str(row.get(name, "Müller")).replace(".", decimal) for name in header] for _, row in rows.iterrows()]
+    ends = separator if rng.random() < 0.3 else ""
+    text = "\r\n".join(separator.join(quote + cell + quote for cell in line) + ends for line in lines)
+    raw = f"{text}\r\n{ends}".encode(rng.choice(["utf-8", "utf-8-sig", "latin-1", "utf-16"]))
+    if separator == decimal and not quote:
+        return raw, "where decimals have commas"
+    return raw, f"has {wrong} and lacks" if wrong else "two columns for force_n" * twice
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_presses_are_the_same_in_every_encoding_or_refused_in_a_sentence(seed, tmp_path):
+    rows = table(time_s=np.tile(np.arange(6.0), 2)).round(7)
+    raw, refused = written(np.random.default_rng(seed), rows)
+    (tmp_path / "presses.csv").write_bytes(raw)
+    if refused:
+        with pytest.raises(InputError, match=r"^.*presses\.csv.*[^\n]*$") as error:
+            read_presses(tmp_path / "presses.csv", BALL)
+        assert refused in str(error.value)
+        return
+    found = read_presses(tmp_path / "presses.csv", BALL).presses
+    for press, number in zip(found, (0, 6), strict=True):
+        for name in ("depth_m", "force_n", "time_s"):
+            assert (getattr(press, name) == rows[name][number : number + 6]).all()
+
+
+@pytest.mark.parametrize("column", ["thickness_mm", "x_mm", "Time (ms)", "Thickness", "Y [cm]", "z"])
+def test_columns_that_look_like_others_are_refused(column, tmp_path):
+    with pytest.raises(InputError, match=r"and lacks .*; convert it to"):
+        read(table().drop(columns=["x_m", "y_m", "z_m"]).assign(**{column: 1.0}), tmp_path)
+
+
+@pytest.mark.parametrize("radius", [4.0, 0.4, 40.0])
+def test_a_ball_in_another_unit_is_refused(radius, tmp_path):
+    with pytest.raises(InputError, match="the ball with its unit, such as sphere:4mm"):
+        read(table(), tmp_path, instrument=Instrument(SPHERE, radius))
+
+
+@pytest.mark.parametrize("zero", [0.0, 0.015, -0.02])
+@pytest.mark.parametrize("slope", [0.0, 5.0, -5.0])
+@pytest.mark.parametrize("pull", [0.0, 0.004])
+def test_the_line_before_contact_is_subtracted(zero, slope, pull, tmp_path):
+    """Of Hertz presses of 4 kPa, whose pull by adhesion of 5 % begins with contact."""
+    rng, depth = np.random.default_rng(0), np.linspace(-1e-3, 3e-3, 41)
+    clean = 16.0 / 9.0 * 4000.0 * np.sqrt(0.004) * np.clip(depth, 0.0, None) ** 1.5 - pull * (depth > 0.0)
+    rows = pd.concat([pd.DataFrame({"press": name, "depth_m": depth, "force_n": clean}) for name in "abcdef"])
+    rows["force_n"] += zero + slope * rows["depth_m"] + 2e-4 * rng.normal(size=len(rows))
+    records = read(rows, tmp_path)
+    found = np.mean([press.force_n for press in records.presses], axis=0)
+    assert found == pytest.approx(clean, abs=9e-4) and 0.0 < records.force_error < 0.02
+    told = re.search(r"(\S+) mN at depth 0 and (\S+) mN/mm", records.found[0])
+    assert [float(each) for each in told.groups()] == pytest.approx([1e3 * zero, slope], abs=0.3)
+
+
 def cell(column, row, value):
     def change(rows):
         rows[column] = rows[column].astype(object)
@@ -63,6 +130,7 @@ def cell(column, row, value):
         (lambda rows: rows.drop(columns="force_n"), r"presses\.csv lacks the column force_n"),
         (lambda rows: rows.rename(columns={"depth_m": "depth_mm"}), "has depth_mm and lacks depth_m; convert it"),
         (lambda rows: rows.drop(columns="z_m"), "has x_m and not all of x_m, y_m, z_m"),
+        (lambda rows: rows.assign(Force_N=1.0), "two columns for force_n, force_n and Force_N"),
         (cell("force_n", 3, None), "row 5: force_n is empty, which is no number"),
         (cell("force_n", 3, "0,1"), "row 5: force_n is 0,1, which is no number"),
         (cell("x_m", slice(6, 12), None), r"row 8: x_m is empty, and other rows have it; .* \(1 of 2 lack some\)"),
@@ -78,6 +146,7 @@ def cell(column, row, value):
         (lambda rows: rows.assign(force_n=-rows["force_n"]), "force_n falls with depth in most presses"),
         (cell("force_n", 0, -0.5), "the press a has a force_n of -0.5 N"),
         (lambda rows: rows.iloc[:0], "has no rows"),
+        (lambda rows: rows.assign(thickness_m=8.0), "a thickness_m of 8 m"),
     ],
 )
 def test_faults_are_named(change, message, tmp_path):
@@ -85,9 +154,8 @@ def test_faults_are_named(change, message, tmp_path):
         read(change(table()), tmp_path)
 
 
-def test_a_ball_is_smaller_than_what_it_presses(tmp_path):
-    with pytest.raises(InputError, match=r"the instrument is 0\.008 m wide, and what it presses 0\.005 m"):
-        read(table(), tmp_path, size_m=0.005)
+def test_a_ball_may_be_wider_than_a_slab_and_goes_no_deeper_than_it(tmp_path):
+    assert read(table(), tmp_path, size_m=0.005).presses
     with pytest.raises(InputError, match=r"a depth_m of 0\.002 m, and what it presses is 0\.001 m thick"):
         read(table(), tmp_path, instrument=Instrument(SPHERE, 0.0004), size_m=0.001)
 

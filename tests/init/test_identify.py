@@ -57,6 +57,25 @@ def test_presses_become_sentences_tables_and_a_picture(layer, tmp_path, capsys):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("least", [-0.6e-3, 0.0])
+def test_what_a_sensor_adds_is_subtracted_where_rows_are_before_contact_and_else_warned_of(
+    layer, tmp_path, capsys, least
+):
+    """Presses of 4 kPa on a sensor with a fifth of the largest force as its zero, written with decimal commas."""
+    rng, depth = np.random.default_rng(0), np.linspace(-0.6e-3, 2.4e-3, 41)
+    clean = 4000.0 * layer.forces(0, depth, {"poisson": 0.45})
+    rows = pd.concat([pd.DataFrame({"Press": name, "Depth (m)": depth, "Force (N)": clean}) for name in "abcdef"])
+    rows["Force (N)"] += 0.2 * clean[-1] + 3.0 * rows["Depth (m)"] + 1e-4 * rng.normal(size=len(rows))
+    rows[rows["Depth (m)"] >= least].to_csv(tmp_path / "presses.csv", index=False, sep=";", decimal=",")
+    assert main(["identify", str(tmp_path / "presses.csv"), "--instrument", "sphere:4mm"]) == 0
+    said = capsys.readouterr().out
+    modulus = pd.read_csv(tmp_path / "presses_identified/identified.csv").set_index("quantity").loc["modulus_pa"]
+    holds = modulus["low"] < 4000.0 / (1 - 0.45**2) < modulus["high"]
+    assert "separated by semicolons, decimals have commas" in said and "√(1 + 4 mm/R)" in said
+    assert holds and "6 of 6 presses have rows before contact" in said if least < 0.0 else "\nwarning: " in said
+
+
+@pytest.mark.slow
 def test_sessions_that_contradict_are_said_and_fitted_alone(layer, tmp_path, capsys):
     drawings = [drawn(layer, session="early"), drawn(layer, session="late", young_pa=5400.0)]
     file = write(tmp_path / "presses.csv", *drawings)
@@ -74,7 +93,11 @@ def test_sessions_that_contradict_are_said_and_fitted_alone(layer, tmp_path, cap
         ({}, ["--instrument", "sphere:0.004", "--thickness", "0.03:0.02"], "is no range"),
         ({}, ["--instrument", "sphere:0.004", "--hold", "below"], "give --body"),
         ({}, ["--instrument", "sphere:0.004", "--law", "hooke"], "--law hooke"),
-        ({}, ["--instrument", "sphere:0.03", "--thickness", "0.02"], "give its radius"),
+        ({}, ["--instrument", "sphere:4"], "give both in metres, or the ball with its unit"),
+        ({}, ["--instrument", "sphere:4in"], "such as sphere:8mm"),
+        ({}, ["--instrument", "sphere:4mm", "--thickness", "8"], "--thickness is 8 m"),
+        ({"thickness_m": 0.02}, ["--instrument", "sphere:4mm", "--thickness", "8mm:12mm"], "correct or leave out"),
+        ({}, ["--instrument", "sphere:4mm", "--offset", "0:1"], "--offset -0.2mm:0.1mm"),
         ({"depth_m": list(range(10, 0, -1)) * 8}, ["--instrument", "sphere:0.004"], "depth"),
     ],
 )

@@ -2,9 +2,12 @@
 
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+
+import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.material import EXPONENTIAL
@@ -61,6 +64,16 @@ class Asked:
     columns: Mapping[str, str] = field(default_factory=dict)
 
 
+def thickness_of(records: PressRecords, asked: Asked) -> tuple[Range | None, np.ndarray | None]:
+    """Return what is known of the slab's thickness [m], and that of each press (presses,) where the file has it."""
+    each = [press.thickness_m for press in records.presses]
+    if asked.body is not None:
+        return None, None
+    if asked.thickness_m is not None or None in each:
+        return asked.thickness_m, None
+    return (float(min(each)), float(max(each))), np.array(each)
+
+
 def forwards_for(
     records: PressRecords, asked: Asked, folder: Path | None = None, follow: Follow = unfollowed
 ) -> dict[str, Forward]:
@@ -72,6 +85,11 @@ def forwards_for(
     largest = max(float(press.depth_m.max()) for press in records.presses)
     deepest = largest - min((asked.offset_m or (OFFSETS[0] * largest, 0.0))[0], 0.0)
     found: dict[str, SlabForward] = {}
+    thickness, each = thickness_of(records, asked)
+    curves = partial(
+        SlabForward, asked.instrument.radius_m, deepest, thickness_m=thickness, poisson=asked.poisson,
+        sticking=asked.sticking, folder=folder, follow=follow, each_m=each,
+    )  # fmt: skip
     # the exponential law first: without stiffening its curves are the neo-Hookean ones
     for law in sorted(asked.laws, key=lambda law: law != EXPONENTIAL):
         stiff = found.get(EXPONENTIAL)
@@ -79,7 +97,7 @@ def forwards_for(
             found[law] = stiff.without_stiffening()
             continue
         try:
-            found[law] = _borne(asked, law, deepest, folder, follow)
+            found[law] = _borne(curves, law, asked.stiffening if law == EXPONENTIAL else (0.0, 0.0))
         except NotConverged as failure:
             if len(asked.laws) == 1:
                 raise
@@ -87,18 +105,21 @@ def forwards_for(
     if not found:
         raise NotConverged("no law that is asked for bears the deepest press", [float("nan")])
     kept = [(law, found[law]) for law in asked.laws if law in found]
-    return {law: local if asked.body is None else _on_body(asked, records, local, law) for law, local in kept}
+    if asked.body is None:
+        return dict(kept)
+    from palpate.identification.on_body import OrganForward
+
+    known, workers = (asked.body, asked.instrument, records.presses), os.cpu_count() or 1
+    return {law: OrganForward(*known, local, law, local.known, workers) for law, local in kept}
 
 
-def _borne(asked: Asked, law: str, deepest: float, folder: Path | None, follow: Follow) -> SlabForward:
-    """Return the curves of a law, up to the largest stiffening that bears ``deepest`` [m] and is met between them."""
-    thickness = None if asked.body is not None else asked.thickness_m
-    low, high = asked.stiffening if law == EXPONENTIAL else (0.0, 0.0)
-    known, ends = (asked.instrument.radius_m, deepest, law, thickness, asked.poisson), [high]
+def _borne(curves: Callable[..., SlabForward], law: str, stiffening: tuple[float, float]) -> SlabForward:
+    """Return the curves of a law, up to the largest stiffening that bears the presses and is met between them."""
+    low, ends = stiffening[0], [stiffening[1]]
     why = "steeper laws do not bear the presses"
     for _ in range(NARROWER):
         try:
-            found = SlabForward(*known, (low, ends[-1]), asked.sticking, folder, follow=follow)
+            found = curves(law=law, stiffening=(low, ends[-1]))
             if found.relative_error <= MOST_ERROR or ends[-1] == low:
                 break
             why = f"with more, forces between curves have an error of {found.relative_error:.0%}"
@@ -107,18 +128,10 @@ def _borne(asked: Asked, law: str, deepest: float, folder: Path | None, follow: 
                 raise
         ends.append(max(low, 0.5 * ends[-1]))
     else:
-        found = SlabForward(*known, (low, ends[-1]), asked.sticking, folder, follow=follow)
+        found = curves(law=law, stiffening=(low, ends[-1]))
     if len(ends) > 1:
         warnings.warn(f"stiffening is looked for up to {ends[-1]:g}; {why}.", stacklevel=3)
     return found
-
-
-def _on_body(asked: Asked, records: PressRecords, local: SlabForward, law: str) -> Forward:
-    from palpate.identification.on_body import OrganForward
-
-    assert asked.body is not None
-    workers = os.cpu_count() or 1
-    return OrganForward(asked.body, asked.instrument, records.presses, local, law, local.known, workers)
 
 
 def table_rows(found: Identified, part: str) -> list[tuple]:

@@ -18,7 +18,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from scipy.interpolate import PchipInterpolator
 from threadpoolctl import threadpool_limits
 
 from palpate.bodies import slab_section
@@ -43,6 +42,8 @@ MOST_ERROR = 3e-3
 """Relative error of force by interpolation at which the grid is fine enough."""
 CHECKS, SEED = 4, 34
 """Curves at random places between that the error is measured at."""
+THINNEST = 5.0
+"""Radius of the ball over the thickness of a slab, above which forces are not known."""
 BEYOND = 0.52
 """Curves change most near ν = 0.5; they are interpolated in the logarithm of this less ν."""
 STEEP = 8.0
@@ -67,7 +68,8 @@ class Ranges:
     sticking: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        limits = {"poisson": (0.0, 0.499), "thinness": (0.0, 5.0), "stiffening": (0.0, 100.0), "sticking": (0.0, 1.0)}
+        limits = {"poisson": (0.0, 0.499), "thinness": (0.0, THINNEST), "stiffening": (0.0, 100.0)}
+        limits["sticking"] = (0.0, 1.0)
         for name, (least, most) in limits.items():
             low, high = getattr(self, name)
             if not least <= low <= high <= most:
@@ -133,29 +135,6 @@ class CurveFamily:
         root = np.sqrt(np.maximum(depth, 0.0))
         share = np.exp(chebyshev.chebval(2.0 * root / np.sqrt(self.ranges.deepest) - 1.0, curve))
         return share * hertz(poisson) * root**3
-
-    def depths(
-        self, force: np.ndarray, poisson: float, thinness: float = 0.0, stiffening: float = 0.0, sticking: float = 0.0
-    ) -> np.ndarray:
-        """Return the depths (k,) over the radius at which ``forces`` are ``force`` (k,); 0 for forces below 0.
-
-        InputError for a force above that at the deepest.
-        """
-        force, values = np.asarray(force, dtype=float), (poisson, thinness, stiffening, sticking)
-        known = np.linspace(0.0, np.sqrt(self.ranges.deepest), 200) ** 2
-        found = self.forces(known, *values)
-        if force.size and not force.max() <= found[-1] * (1.0 + 1e-9):
-            raise InputError(f"a force is {force.max():.3g} E a², and the curves end at {found[-1]:.3g}; give less.")
-        root = np.cbrt(np.clip(force, 0.0, found[-1]))
-        depth = PchipInterpolator(np.cbrt(found), np.sqrt(known))(root) ** 2
-        least = 1e-12 * self.ranges.deepest
-        for _ in range(2):  # Newton's method in logarithms
-            depth = np.clip(depth, least, self.ranges.deepest)
-            less, more = depth * (1.0 - 2e-6), depth * (1.0 - 1e-6)
-            power = np.log(self.forces(more, *values) / self.forces(less, *values)) / 1e-6
-            off = 3.0 * np.log(np.maximum(root, 1e-30)) - np.log(self.forces(depth, *values))
-            depth = np.minimum(depth * np.exp(off / power), self.ranges.deepest)
-        return np.where(force > 0.0, depth, 0.0)
 
     def _curve(self, poisson: float, thinness: float, stiffening: float, sticking: float) -> np.ndarray:
         """Return the coefficients (ALONG,) of the logarithm of force over Hertz's."""
@@ -282,7 +261,11 @@ def _computed(law: str, ranges: Ranges, workers: int | None, follow: Follow) -> 
     free, ends = _free(ranges), _ends(ranges)
     curves: dict[tuple[tuple[float, ...], bool], np.ndarray] = {}
 
-    with _Runner(workers) as run:
+    workers = workers or os.cpu_count() or 1
+    with ProcessPoolExecutor(workers) as pool:  # which starts a process as it is needed
+
+        def run(asked: list) -> Iterator[np.ndarray | str]:
+            return map(_sampled, asked) if workers == 1 or len(asked) < 3 else pool.map(_sampled, asked)
 
         def compute(places: np.ndarray, sticks: bool) -> np.ndarray:
             """Return curves (m, ALONG) at ``places`` (m, d) of the grid."""
@@ -340,27 +323,6 @@ def _interpolated(
         if error <= MOST_ERROR:
             break
     return reached
-
-
-class _Runner:
-    """Runs ``_sampled`` on several in processes, or here where one is enough."""
-
-    def __init__(self, workers: int | None):
-        self._workers = workers or os.cpu_count() or 1
-        self._pool: ProcessPoolExecutor | None = None
-
-    def __enter__(self) -> Callable[[list], Iterator[np.ndarray | str]]:
-        return self._run
-
-    def _run(self, asked: list) -> Iterator[np.ndarray | str]:
-        if self._workers == 1 or len(asked) < 3:
-            return map(_sampled, asked)
-        self._pool = self._pool or ProcessPoolExecutor(self._workers)
-        return self._pool.map(_sampled, asked)
-
-    def __exit__(self, *_: object) -> None:
-        if self._pool is not None:
-            self._pool.shutdown()
 
 
 @cache

@@ -25,7 +25,8 @@ SHAPE_FLOOR = 0.1
 START = {"log_noise": np.log(0.05), "place": 0.2, "shape": 0.1, "offset_scatter": 0.2, "repeat": 0.05, "excess": 0.0}
 BOUNDS = {
     "log_noise": (np.log(1e-3), np.log(0.7)), "place": (0.0, 3.0), "shape": (0.0, 2.0), "offset_scatter": (0.0, 1.0),
-    "repeat": (0.0, 2.0), "excess": (-2.0, 2.0), "log_modulus": (-40.0, 40.0),
+    "repeat": (0.0, 2.0), "excess": (-2.0, 2.0), "log_modulus": (-40.0, 40.0), "zero": (-1.0, 1.0),
+    "slope": (-1.0, 1.0),
 }  # fmt: skip
 FLOORS = (1e-4, 30.0)
 """Bounds of the noise at small forces, over the median of the presses' largest."""
@@ -37,6 +38,11 @@ CURVED, FLATTEST = 1e-3, 1.0
 """Step of second differences, and the least curvature that coordinates are scaled by."""
 CONVERGED, RESTARTS = 1e-2, 8
 """Change of −2 log likelihood that ends restarts, small beside the threshold of an interval, and most of them."""
+SCATTERS = ((0.01, 1e-3), (0.01, 0.1), (0.2, 0.02))
+"""Noise that searches begin with beside START's: its share, and that at small forces over the typical force. A row near
+first touch with a noisy force makes the likelihood rough, so that some searches end far above the least value."""
+AGREED, LOOSENED = 1.0, (2.0, 0.5, 4.0, 0.25)
+"""How near the least −2 log likelihood of two searches has to be, and factors of the noise that more begin with."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +59,9 @@ class Options:
     seed: int = 0
 
 
-OFFSETS = (-0.25, 0.1)
-"""Range of the mean offset over the largest depth: a touch is noticed after it happened rather than before."""
+OFFSETS, FARTHEST = (-0.25, 0.1), 10.0
+"""Range of the mean offset over the largest depth: a touch is noticed after it happened rather than before; and how far
+before one that is given may be."""
 
 
 def loading(press: Press) -> tuple[np.ndarray, np.ndarray]:
@@ -74,13 +81,12 @@ def loading(press: Press) -> tuple[np.ndarray, np.ndarray]:
 class Data:
     """Presses as a fit takes them, in the order of their places.
 
-    order : (presses,) numbers of the records' presses; place_names : of the places
+    order : (presses,) numbers of the records' presses
     """
 
     records: PressRecords
     layout: Layout
     order: np.ndarray
-    place_names: tuple[str, ...]
     middle_m: float
     largest_m: float
     typical_n: float
@@ -110,7 +116,6 @@ class Data:
                 np.zeros(len(order), dtype=np.int64),
             ),
             order,
-            tuple(places[k][2] for k in range(len(places))),
             middle,
             float(depth.max()),
             float(np.median([np.abs(force).max() for _, force in curves])),
@@ -144,6 +149,8 @@ class MixedModel:
     E/(1 − ν²); offset, in −1 … 1 of its range; log_noise, log_floor, place, shape, offset_scatter, repeat, excess as in
     ``Spread``. The last is common to all presses and has the forward model's own error as its deviation.
     free_excess : whether it has none, so that the presses say what exponent the law lacks
+    lined : whether forces have a ``zero`` over the typical force and a ``slope`` over that and the largest depth, which
+        the tissue's do not
     shapes : whether places differ in the exponent of depth; weights : (places,) how often each counts, or None for once
     """
 
@@ -151,6 +158,7 @@ class MixedModel:
     table: ForceTable
     offset_m: tuple[float, float]
     free_excess: bool = False
+    lined: bool = False
     shapes: bool = True
     weights: np.ndarray | None = None
 
@@ -158,11 +166,13 @@ class MixedModel:
     def of(cls, data: Data, forward: Forward, options: Options) -> "MixedModel":
         """Return the model; ``forward`` is asked for all presses up to the depth that offsets may add."""
         low, high = options.offset_m or (OFFSETS[0] * data.largest_m, OFFSETS[1] * data.largest_m)
-        if not low <= high:
-            raise InputError(f"the offset of first touch is {low:g} to {high:g} m; give the smaller one first.")
+        if not -FARTHEST * data.largest_m <= low <= high < data.largest_m:
+            raise InputError(
+                f"the offset of first touch is {low:g} to {high:g} m, and presses are {data.largest_m:g} m deep; give "
+                "the smaller one first, in metres or with a unit (--offset -0.2mm:0.1mm)."
+            )
         deepest = min(forward.deepest_m, data.largest_m - 1.5 * min(low, 0.0))
-        place = _InOrder(forward, data.order)
-        table = tabulate(place, len(data.order), deepest)
+        table = tabulate(forward, data.order, deepest)
         return cls(Data(**{**vars(data), "layout": data.layout._replace(table=table.table)}), table, (low, high))
 
     @property
@@ -181,7 +191,7 @@ class MixedModel:
             names.append("repeat")
         if self.free_excess or self.table.forward.relative_error > 0.0:
             names.append("excess")
-        return names
+        return [*names, *["zero", "slope"] * self.lined]
 
     def bounds(self, name: str) -> tuple[float, float]:
         """Return the bounds of an unknown."""
@@ -222,8 +232,12 @@ class MixedModel:
             half * unknown.get("offset_scatter", 0.0), unknown.get("excess", 0.0),
         )  # fmt: skip
         logs, slopes = self.table.at(np.array([unknown[name] for name in self.parameters]))
+        layout = self.data.layout
+        if self.lined:
+            line = unknown["zero"] + unknown["slope"] * layout.depth_m / self.data.largest_m
+            layout = layout._replace(force_n=layout.force_n - self.data.typical_n * line)
         return modes(
-            self.data.layout, logs, slopes, self.table.start, self.table.step, float(np.log(values["young_pa"])),
+            layout, logs, slopes, self.table.start, self.table.step, float(np.log(values["young_pa"])),
             spread, effects,
         )  # fmt: skip
 
@@ -277,19 +291,6 @@ class MixedModel:
         }
         # noise that is large beside small forces makes the likelihood smooth
         return found | ({"log_floor": float(np.log(self.data.typical_n))} if "log_noise" in found else {})
-
-
-class _InOrder:
-    """A forward model whose presses are numbered in the order of the data."""
-
-    def __init__(self, forward: Forward, order: np.ndarray):
-        self.forward, self.order = forward, order
-        self.parameters, self.relative_error = forward.parameters, forward.relative_error
-        self.common_error, self.deepest_m = forward.common_error, forward.deepest_m
-
-    def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
-        """Return the forces of press number ``press`` in the order of the data."""
-        return self.forward.forces(int(self.order[press]), depth_m, values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -361,12 +362,15 @@ def fitted(
     low, high = free.limits
     effects = no_effects(model.data.layout)
     value, at = np.inf, np.clip([start[name] for name in free.names], low, high)
-    turned = around
+    turned, lowest = around, (np.inf, at)
 
     def minus2(x: np.ndarray) -> float:
+        nonlocal lowest
         found = model.minus2(free.whole(x), effects)
         if not np.isfinite(found):  # effects that are not finite would stay so
             effects[:] = 0.0
+        elif found < lowest[0]:
+            lowest = found, x.copy()
         return found
 
     for _ in range(RESTARTS):  # a quasi-Newton method may stop early in a narrow valley; a new one from there goes on
@@ -389,9 +393,12 @@ def fitted(
         if turned is not None and not np.isfinite([value, found.fun]).any():
             turned = None  # too far from where it was round
             continue
-        if not np.isfinite(found.fun) or found.fun > value:
+        end = float(found.fun)
+        if not end <= lowest[0] + CONVERGED:  # a line search may end above what it has seen
+            end, reached = lowest
+        if not np.isfinite(end) or end > value:
             break
-        gained, value, at = value - float(found.fun), float(found.fun), reached
+        gained, value, at = value - end, end, reached
         if gained < CONVERGED or (turned is not None and found.nit < SEARCH_ROUND["maxiter"]):
             break
         turned = free.round(free.whole(at), effects)
@@ -407,11 +414,38 @@ def rounded(model: MixedModel, unknown: Mapping[str, float], held: Sequence[str]
     return free.round(unknown, no_effects(model.data.layout))
 
 
-def best_fit(model: MixedModel, starts: Sequence[float] = (0.0, -0.7, 0.7)) -> tuple[dict[str, float], float]:
-    """Return the unknown of the greatest likelihood from several starts, and −2 log likelihood there."""
-    best, least = fitted(model, model.start(starts[0]))
-    for at in starts[1:] if model.parameters else ():
-        other, value = fitted(model, best | dict.fromkeys(model.parameters, at))
-        if value < least:
+def best_fit(
+    model: MixedModel, starts: Sequence[float] = (0.0, -0.7, 0.7), sure: bool = False
+) -> tuple[dict[str, float], float]:
+    """Return the unknown of the greatest likelihood from several starts, and −2 log likelihood there.
+
+    sure : whether to raise NotConverged where no two searches end within AGREED of the least value
+    """
+    first = model.start(starts[0])
+    best, least = fitted(model, first)
+    ends = [least]
+
+    def search(start: Mapping[str, float], better: float) -> None:
+        nonlocal best, least
+        try:
+            other, value = fitted(model, start)
+        except NotConverged:
+            return
+        ends.append(value)
+        if value < least - better:
             best, least = other, value
+
+    typical = max(model.data.typical_n, 1e-9)
+    for noise, floor in SCATTERS:
+        search(first | {"log_noise": float(np.log(noise)), "log_floor": float(np.log(floor * typical))}, CONVERGED)
+    for at in starts[1:] if model.parameters else ():
+        search(best | dict.fromkeys(model.parameters, at), 0.0)
+    for factor in LOOSENED:
+        if np.sum(np.array(ends) <= least + AGREED) > 1:
+            return best, least
+        more = float(np.log(factor))
+        search(best | {name: best[name] + more for name in ("log_noise", "log_floor")}, CONVERGED)
+    if sure and np.sum(np.array(ends) <= least + AGREED) < 2:
+        told = ", ".join(f"{end - least:.3g}" for end in sorted(ends)[1:4])
+        raise NotConverged(f"the fit has not converged: searches end {told} … above the best in −2 log likelihood", [])
     return best, least

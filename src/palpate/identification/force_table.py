@@ -4,7 +4,7 @@ A fit asks for forces some ten thousand times. log f is smooth in the parameters
 that a few hundred values a press hold it (Trefethen, Approximation Theory and Approximation Practice, 2013, ch. 5).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import product
@@ -30,11 +30,6 @@ SAME = 1e-9
 """Presses whose forces differ by less, as a share, share a table."""
 AXES = {"thickness_m": (np.log, np.exp), "stiffening": (np.log1p, np.expm1)}
 """What is taken of a parameter before its range is divided, and the inverse; of others nothing."""
-
-
-def is_free(parameter: "Parameter") -> bool:
-    """Return whether a parameter has a range."""
-    return parameter.high > parameter.low
 
 
 def natural(parameter: "Parameter", scaled: float) -> float:
@@ -67,7 +62,7 @@ class ForceTable:
     @cached_property
     def free(self) -> tuple["Parameter", ...]:
         """The parameters that have a range."""
-        return tuple(p for p in self.forward.parameters if is_free(p))
+        return tuple(p for p in self.forward.parameters if p.high > p.low)
 
     def values(self, place: np.ndarray) -> dict[str, float]:
         """Return all parameters by name at ``place`` (p,) in −1 … 1 of those that are free."""
@@ -91,18 +86,18 @@ class ForceTable:
         return logs, logs @ self.slopes_of
 
 
-def tabulate(forward: "Forward", presses: int, largest_m: float) -> ForceTable:
-    """Fill a table of a forward model's forces up to a depth ``largest_m`` [m].
+def tabulate(forward: "Forward", order: Sequence[int], largest_m: float) -> ForceTable:
+    """Fill a table of a forward model's forces up to a depth ``largest_m`` [m]; order : its numbers of the presses.
 
     Raises NotConverged if the model gives a force that is not positive.
     """
-    free = [p for p in forward.parameters if is_free(p)]
+    free = [p for p in forward.parameters if p.high > p.low]
     known = {p.name: p.low for p in forward.parameters}
     logs = np.linspace(np.log(LEAST_DEPTH * largest_m), np.log(largest_m), DEPTHS)
 
     def ask(press: int, place: tuple[float, ...]) -> np.ndarray:
         values = known | {p.name: natural(p, x) for p, x in zip(free, place, strict=True)}
-        forces = forward.forces(press, np.exp(logs), values)
+        forces = forward.forces(int(order[press]), np.exp(logs), values)
         if not (np.isfinite(forces) & (forces > 0.0)).all():
             told = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
             raise NotConverged(f"the model has no positive force at every depth with {told}", [float("nan")])
@@ -111,8 +106,8 @@ def tabulate(forward: "Forward", presses: int, largest_m: float) -> ForceTable:
     rng = np.random.default_rng(0)
     probes = [tuple(place) for place in rng.uniform(-1, 1, (CHECKS, len(free)))]
     seen: list[np.ndarray] = []
-    table, asked = np.empty(presses, dtype=np.int64), []
-    for press in range(presses):  # three values tell presses apart
+    table, asked = np.empty(len(order), dtype=np.int64), []
+    for press in range(len(order)):  # three values tell presses apart
         probe = np.concatenate([ask(press, place) for place in probes[:3]])
         same = [k for k, other in enumerate(seen) if np.abs(probe - other).max() < SAME]
         if not same:

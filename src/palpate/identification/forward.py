@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from palpate.errors import InputError
-from palpate.identification.curves import CurveFamily, Ranges, family_of
+from palpate.identification.curves import THINNEST, CurveFamily, Ranges, family_of
 from palpate.identification.progress import Follow, unfollowed
 
 MEASURED_ERROR = 0.003
@@ -61,10 +61,10 @@ class Forward(Protocol):
 
 
 class SlabForward:
-    """A ball on a slab that is bonded to a rigid base, or on a half-space; all presses are alike.
+    """A ball on a slab that is bonded to a rigid base, or on a half-space; presses are alike but for ``each_m``.
 
     radius_m : of the ball [m]; deepest_m : the greatest depth that is asked for [m]
-    thickness_m : known, a range, or None for a half-space
+    thickness_m : known, a range, or None for a half-space; each_m : (presses,) that of each press [m], within the range
     poisson, stiffening, sticking : known, or ranges, which make them ``parameters``; ``exponential`` has a stiffening
     folder : where the curves are kept, so that they are computed once; None keeps none
     workers : processes that compute them, None for one a core
@@ -83,22 +83,29 @@ class SlabForward:
         folder: Path | None = None,
         workers: int | None = None,
         follow: Follow = unfollowed,
+        each_m: np.ndarray | None = None,
     ):
         if not (np.isfinite(radius_m) and radius_m > 0.0):
             raise InputError(f"radius_m of the ball is {radius_m}; give a positive length [m].")
-        self._radius, self._thickness = radius_m, None if thickness_m is None else _ends(thickness_m)
+        self._radius, self._thickness = radius_m, None if thickness_m is None else ends(thickness_m)
+        self._each = each_m
         if self._thickness is not None and not 0.0 < self._thickness[0] <= self._thickness[1] < np.inf:
             raise InputError(f"thickness_m is {thickness_m}; give a positive length [m], a range, or none.")
         low, high = self._thickness or (np.inf, np.inf)
         thinness = (radius_m / high, radius_m / low)
-        self._ranges = {"poisson": _ends(poisson), "stiffening": _ends(stiffening), "sticking": _ends(sticking)}
+        if thinness[1] > THINNEST:
+            raise InputError(
+                f"the ball's radius of {radius_m:g} m is {thinness[1]:.3g} times the slab's thickness of {low:g} m; "
+                f"forces are known up to {THINNEST:g} times: give a smaller ball or a greater least thickness."
+            )
+        self._ranges = {"poisson": ends(poisson), "stiffening": ends(stiffening), "sticking": ends(sticking)}
         ranges = Ranges(deepest_m / radius_m, thinness=thinness, **self._ranges)
         self._family: CurveFamily = family_of(law, ranges, folder, workers, follow)
         self.deepest_m, self.relative_error = deepest_m, float(np.hypot(MEASURED_ERROR, self._family.error))
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        lengths = {} if self._thickness is None else {"thickness_m": self._thickness}
+        lengths = {} if self._thickness is None or self._each is not None else {"thickness_m": self._thickness}
         free = {name: ends for name, ends in (self._ranges | lengths).items() if ends[0] < ends[1]}
         return tuple(Parameter(name, *ends, UNITS.get(name, "")) for name, ends in free.items())
 
@@ -121,13 +128,10 @@ class SlabForward:
 
     def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """Return the forces (k,) [N] at ``depth_m`` (k,) [m] for young_pa = 1; see ``Forward``."""
-        return self._family.forces(np.asarray(depth_m) / self._radius, **self._given(values)) * self._radius**2
+        given = self._given(press, values)
+        return self._family.forces(np.asarray(depth_m) / self._radius, **given) * self._radius**2
 
-    def depths(self, press: int, force_n: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
-        """Return the depths (k,) [m] at which the forces are ``force_n`` (k,) [N] for young_pa = 1."""
-        return self._family.depths(np.asarray(force_n) / self._radius**2, **self._given(values)) * self._radius
-
-    def _given(self, values: Mapping[str, float]) -> dict[str, float]:
+    def _given(self, press: int, values: Mapping[str, float]) -> dict[str, float]:
         """Return the values that a family takes, known ones included; InputError for what lacks or is out of range."""
         found = {name: ends[0] for name, ends in self._ranges.items()}
         for name, low, high, unit in self.parameters:
@@ -136,14 +140,13 @@ class SlabForward:
             if name in found:
                 found[name] = values[name]
         if self._thickness is not None:
-            low, high = self._thickness
-            thickness = low if low == high else values["thickness_m"]
-            if not low * (1.0 - 1e-9) <= thickness <= high * (1.0 + 1e-9):
-                raise InputError(f"thickness_m is {thickness:.4g}, and the curves are for {low:.4g} to {high:.4g} m.")
+            low, _ = self._thickness
+            thickness = float(self._each[press]) if self._each is not None else values.get("thickness_m", low)
             found["thinness"] = self._radius / thickness
         return found
 
 
-def _ends(given: Range) -> tuple[float, float]:
+def ends(given: Range) -> tuple[float, float]:
+    """Return the least and the greatest of a range or a value."""
     low, high = given if isinstance(given, tuple) else (given, given)
     return float(low), float(high)

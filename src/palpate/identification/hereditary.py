@@ -6,7 +6,6 @@ evenly is Lee and Radok's (1960).
 """
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numba
 import numpy as np
@@ -19,16 +18,6 @@ EVEN = 1e-9
 """Relative differences of steps that are rounding."""
 
 
-class Kernel(Protocol):
-    """A relaxation function."""
-
-    def modulus(self, t: np.ndarray) -> np.ndarray:
-        """Return G(t) over that at the end or, where there is none, at the beginning, at times ``t`` (…) [s]."""
-
-    def respond(self, time_s: np.ndarray, loads: np.ndarray) -> np.ndarray:
-        """Return F (k, m) at ``time_s`` (k,) [s] of the instantaneous ``loads`` (k, m), which begin with a step."""
-
-
 @dataclass(frozen=True, eq=False)
 class Branches:
     """G(t) = 1 − Σ gᵢ (1 − exp(−t/τᵢ)): that of ``palpate.effects.prony``, over its instantaneous modulus."""
@@ -36,9 +25,11 @@ class Branches:
     series: Series
 
     def modulus(self, t: np.ndarray) -> np.ndarray:
+        """Return G over that at the beginning, at times ``t`` (…) [s]."""
         return (1.0 - sum(self.series.shares)) * self.series.modulus(t)
 
     def respond(self, time_s: np.ndarray, loads: np.ndarray) -> np.ndarray:
+        """Return F (k, m) at ``time_s`` (k,) [s] of the instantaneous ``loads`` (k, m), which begin with a step."""
         shares, steps = np.array(self.series.shares, dtype=float), np.diff(time_s)
         if np.ptp(steps) < EVEN * steps[0]:
             steps = steps[:1]
@@ -67,6 +58,10 @@ class Fading:
         passed = self.time_s / power * ((1.0 + since / self.time_s) ** power - 1.0)  # ∫ G
         whole = toeplitz(np.append(0.0, np.diff(passed)), np.zeros(len(steps))) if even else -np.diff(passed)
         return whole @ (np.diff(loads, axis=0) / steps[:, None]) + np.outer(self.modulus(time_s - time_s[0]), loads[0])
+
+
+Kernel = Branches | Fading
+"""A relaxation function."""
 
 
 @numba.njit(cache=True, error_model="numpy")

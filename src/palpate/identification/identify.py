@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,10 @@ from palpate.identification.presses import PressRecords
 from palpate.identification.progress import Follow, unfollowed
 
 YOUNG, MODULUS, OFFSET, EXCESS = "young_pa", "modulus_pa", "offset_m", "excess"
+NEAR, ZEROS = 0.05, (0.0, 0.1, -0.05)
+"""Share of the largest depth where first touch decides; zeros over the typical force that a search begins with."""
+BETTER = 9.21
+"""Gain in −2 log likelihood by two terms that one of a hundred presses without them has (χ²)."""
 UNFOLLOWED = BOUNDS["log_noise"][1] - 1e-3
 """Log of the noise, as a share of force, of presses that a law does not describe: a search ends there, or is lost."""
 
@@ -117,12 +121,16 @@ def identify(
     for law in follow("forces of laws", list(forwards)):
         models[law] = MixedModel.of(data, forwards[law], options)
     for law in follow("fit of laws", list(models)):
-        found[law] = best_fit(models[law])
-    for law in [law for law, (unknown, _) in found.items() if unknown["log_noise"] > UNFOLLOWED]:
-        if len(models) == 1:
-            raise NotConverged(f"{records.source}: {law} leaves as much of these presses as they have", [])
-        warnings.warn(f"{records.source}: {law} leaves as much of these presses as they have; left out.", stacklevel=2)
-        del models[law], found[law]
+        try:
+            found[law] = best_fit(models[law], sure=True)
+            if found[law][0]["log_noise"] > UNFOLLOWED:
+                raise NotConverged("it leaves as much of these presses as they have", [])
+        except NotConverged as failure:
+            if len(models) == 1:
+                raise NotConverged(f"{law}: {failure}", failure.history) from failure
+            warnings.warn(f"{records.source}: {law}: {failure}; left out.", stacklevel=2)
+            del models[law]
+            found.pop(law, None)
     judged = {law: found[law][1] + 2.0 * len(model.parameters) for law, model in models.items()}
     order = sorted(judged, key=lambda law: judged[law])
     model, (best, least) = models[order[0]], found[order[0]]
@@ -166,6 +174,38 @@ def identify(
         models,
         {law: fit[0] for law, fit in found.items()},
     )
+
+
+class Line(NamedTuple):
+    """A zero [N] and a slope [N/m] of the force that presses fit better with, and the modulus [Pa] that is left then.
+
+    better : −2 log likelihood below that without
+    """
+
+    zero_n: float
+    slope_n_m: float
+    young_pa: float
+    better: float
+
+
+def line_of(found: Identified) -> Line | None:
+    """Return what a zero and a slope of the sensor, or adhesion, may have changed; None if E stays in its interval.
+
+    Both are tried as terms of the forces beyond NEAR of the largest depth, the slope where rows before contact have not
+    told it: tissue that sticks pulls by a nearly even force (Derjaguin, Muller and Toporov 1975) from first touch on.
+    """
+    model = found.models[found.law]
+    deep = replace(model, data=model.data.masked(model.data.layout.depth_m > NEAR * model.data.largest_m))
+    _, before = fitted(deep, found.best[found.law])
+    lined = replace(deep, lined=True)
+    begins = [found.best[found.law] | {"zero": zero, "slope": 0.0} for zero in ZEROS]
+    known = {"slope": 0.0} if found.records.force_error > 0.0 else {}
+    unknown, after = min((fitted(lined, begin, known) for begin in begins), key=lambda end: end[1])
+    young, (low, _, high, *_) = lined.values(unknown)["young_pa"], found.young_pa
+    if before - after < BETTER or low <= young <= high:
+        return None
+    typical, deepest = model.data.typical_n, model.data.largest_m
+    return Line(typical * unknown["zero"], typical * unknown["slope"] / deepest, young, before - after)
 
 
 def _excess(model: MixedModel, best: dict[str, float], options: Options) -> Interval:

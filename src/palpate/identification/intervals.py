@@ -98,30 +98,34 @@ class Profiler:
         """Return the interval and profile of E, with the forward model's own error in the interval.
 
         A force that is wrong by a share at all places makes the modulus wrong by it, so that the squares of half widths
-        add; what is wrong at single places is part of how places differ.
+        add; what is wrong at single places is part of how places differ. So with the error of a sensor's slope.
         """
         at = float(np.log(self.model.values(self.best)["young_pa"]))
         around = rounded(self.model, self.best, young=True)
         rise: Rise = lambda value, start: self._fit({}, start, value, around)  # noqa: E731
         interval, profile = self._stepped(rise, at, self._half_width())
-        interval = self._with_error(interval, self.model.table.forward.common_error)
+        interval = self._with_error(interval, self._common_error())
         return interval.through(np.exp), replace(profile, values=np.exp(profile.values))
 
     def modulus_pa(self) -> tuple[Interval, Profile]:
         """Return the interval and profile of the modulus that is fitted, E/(1 − ν²) where ν is free."""
         interval, profile = self._stepped(self._holding("log_modulus"), self.best["log_modulus"], self._half_width())
-        interval = self._with_error(interval, self.model.table.forward.common_error)
+        interval = self._with_error(interval, self._common_error())
         return interval.through(np.exp), replace(profile, values=np.exp(profile.values))
 
     def excess(self) -> tuple[Interval, Profile]:
         """Return the interval and profile of the exponent that the presses have above the forward model's."""
         interval, profile = self._stepped(self._holding("excess"), self.best["excess"], 0.05)
-        return self._with_error(interval, self.model.table.forward.relative_error), profile
+        error = float(np.hypot(self.model.table.forward.relative_error, self.model.data.records.force_error))
+        return self._with_error(interval, error), profile
 
     def _with_error(self, interval: Interval, error: float) -> Interval:
         own = np.sqrt(self.rise) * error
         low, high = np.hypot(interval.best - interval.low, own), np.hypot(interval.high - interval.best, own)
         return interval._replace(low=float(interval.best - low), high=float(interval.best + high))
+
+    def _common_error(self) -> float:
+        return float(np.hypot(self.model.table.forward.common_error, self.model.data.records.force_error))
 
     def _half_width(self) -> float:
         places = len(self.model.data.layout.place_start) - 1

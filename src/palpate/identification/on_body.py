@@ -142,7 +142,8 @@ class OrganForward:
         if depth.size and depth.max() > self.deepest_m * (1.0 + 1e-9):
             raise InputError(f"a depth is {depth.max():.3g} m; curves go to {self.deepest_m:.3g} m.")
         number = self._of[press]
-        return self._in_series(self._places[number], depth, values) * self._scales[number](depth)
+        at, share = self._places[number].depth_m, self._scales[number]
+        return self._in_series(self._places[number], depth, values) * share(np.clip(depth, at[0], at[-1]))
 
     def _in_series(self, place: Place, depth: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """Return the forces (k,) [N] of a half-space's dent and the organ's rest in series."""
@@ -157,20 +158,9 @@ class OrganForward:
         curve = PchipInterpolator(whole, force ** (2.0 / 3.0))
         return place.steep * curve(np.clip(depth, 0.0, None) * place.steep) ** 1.5
 
-    def _scale(self, place: Place) -> "_Scale":
-        """Return elements over the model in series as a function of depth [m]."""
-        return _Scale(place.depth_m, place.force_n / self._in_series(place, place.depth_m, self._middle))
-
-
-class _Scale:
-    """A smooth function of depth through given points, constant beyond the first and the last."""
-
-    def __init__(self, depth: np.ndarray, value: np.ndarray):
-        self._ends, self._curve = (depth[0], depth[-1]), PchipInterpolator(depth, value) if len(depth) > 1 else None
-        self._value = value
-
-    def __call__(self, depth: np.ndarray) -> np.ndarray:
-        return np.full(len(depth), self._value[0]) if self._curve is None else self._curve(np.clip(depth, *self._ends))
+    def _scale(self, place: Place) -> PchipInterpolator:
+        """Return elements over the model in series as a function of the depths [m] that elements reach."""
+        return PchipInterpolator(place.depth_m, place.force_n / self._in_series(place, place.depth_m, self._middle))
 
 
 def _alike(ratios: Parameter) -> np.ndarray:

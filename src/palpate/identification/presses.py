@@ -11,6 +11,8 @@ A file has a row a point, and these columns; docs/add-a-measurement.md shows one
     normal_x normal_y normal_z        the outward normal of the surface, against which it moves
     thickness_m                       optional: of the tissue between the instrument and what it lies on [m]
     place session specimen            optional: names; presses at one place (x_m y_m z_m) are repeats there
+
+Rows before contact, of negative depths, give the sensor's zero and its slope over depth, which are subtracted.
 """
 
 import re
@@ -21,8 +23,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from palpate.effects.instrument import Instrument
-from palpate.errors import InputError, suggest
+from palpate.effects.instrument import SPHERE, Instrument
+from palpate.errors import InputError
+from palpate.identification.baseline import line_before
+from palpate.identification.press_table import AT, COLUMNS, NAMES, VECTORS, read_table
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,18 +53,22 @@ class Press:
 
 @dataclass(frozen=True, eq=False)
 class PressRecords:
-    """Presses by one instrument, None if it is not known, and the file ``source`` that they are from."""
+    """Presses by one instrument, None if it is not known, and the file ``source`` that they are from.
+
+    found : sentences on how the file was read; force_error : what all forces share of an error, as a share
+    """
 
     instrument: Instrument | None
     presses: tuple[Press, ...]
     source: str
+    found: tuple[str, ...] = ()
+    force_error: float = 0.0
 
+    @property
+    def ball_m(self) -> float | None:
+        """The radius of a ball [m], None for other instruments."""
+        return self.instrument.radius_m if self.instrument and self.instrument.kind == SPHERE else None
 
-NEEDED, NAMES = ("press", "depth_m", "force_n"), ("place", "session", "specimen")
-VECTORS = {name: tuple(f"{name}_{axis}" for axis in "xyz") for name in ("direction", "normal")}
-AT = ("x_m", "y_m", "z_m")
-COLUMNS = (*NEEDED, "time_s", "thickness_m", *AT, *VECTORS["direction"], *VECTORS["normal"], *NAMES)
-"""The columns that are read; others are ignored."""
 
 LEAST_POINTS = 5
 """Fewest points of a press: offsets of depth and force, a modulus and an exponent are fitted to them."""
@@ -68,6 +76,8 @@ UNEVEN = 0.02
 """Share of a press's largest depth by which depth may decrease from a row to the next without being a withdrawal."""
 DEEPEST_M, DEEPEST_RADII = 0.5, 10.0
 """Depths [m], and of a ball in radii, that no press of an organ reaches: they are in other units."""
+LARGEST_M, LEAST_RADII, FEW_RADII = 0.1, 1e-3, 0.03
+"""Radius of a ball [m] above which, and depths in radii below which, one of them is in another unit, or may be."""
 STIFFEST_PA, SOFTEST_PA = 3e7, 1.0
 """Moduli of no soft tissue: cartilage and skin have less than 30 MPa, a body of 1 Pa flows off the table."""
 USUAL_PA = (100.0, 1e5)
@@ -83,7 +93,6 @@ def read_presses(
     columns: Mapping[str, str | Sequence[str]] | None = None,
     names: str = "",
     leave_out: Sequence[str] = (),
-    least_points: int = LEAST_POINTS,
     size_m: float | None = None,
 ) -> PressRecords:
     """Read the presses of a CSV file, in the order of the file.
@@ -97,19 +106,39 @@ def read_presses(
     the column's name, or by depths that no organ has and moduli that no tissue has; forces without an instrument are
     known by neither, and their unit does not matter to relaxation.
     """
-    path, table = str(path), _table(path)
-    table = _renamed(table, columns or {}, path)
-    _check_columns(table, path)
-    table = table[~table["press"].isin(list(leave_out))].copy()
-    if table.empty:
-        raise InputError(f"{path} has no press that leave_out does not name; name fewer.")
-    _check_cells(table, path)
+    path = str(path)
+    table, separated = read_table(path, columns or {}, leave_out)
     if names:
         table = _named(table, names, path)
-    presses = tuple(_press(*run, least_points, path) for run in list(_runs(table, path)))
-    records = PressRecords(instrument, _places(presses), path)
+    presses = tuple(_press(*run, path) for run in list(_runs(table, path)))
+    found = () if separated == "commas" else (f"{path}: cells are separated by {separated}",)
+    records = _level(PressRecords(instrument, _places(presses), path, found))
     _check_units(records, size_m)
     return records
+
+
+def _level(records: PressRecords) -> PressRecords:
+    """Return records without zero and slope of the sensor, which rows before contact show."""
+    presses, lines, shares = list(records.presses), [], []
+    for i, press in enumerate(presses):
+        end = int(press.depth_m.argmax()) + 1
+        line = line_before(press.depth_m[:end], press.force_n[:end])
+        if line is not None:
+            zero, slope, error = line
+            presses[i] = replace(press, force_n=press.force_n - zero - slope * press.depth_m)
+            lines.append(line)
+            half = 0.5 * press.depth_m[end - 1]
+            there = np.interp(half, press.depth_m[:end], presses[i].force_n[:end])
+            shares.append(error * half / max(abs(there), 1e-300))
+    if not lines:
+        return records
+    zero, slope, error = np.median(lines, axis=0)
+    said = (
+        f"{records.source}: {len(lines)} of {len(presses)} presses have rows before contact; their line, in the median "
+        f"{1e3 * zero:.3g} mN at depth 0 and {slope:.3g} mN/mm (± {error:.2g}), is subtracted from all forces"
+    )
+    common = float(np.median(shares) / np.sqrt(len(shares)))
+    return replace(records, presses=tuple(presses), found=(*records.found, said), force_error=common)
 
 
 def join(records: Sequence[PressRecords]) -> PressRecords:
@@ -122,8 +151,11 @@ def join(records: Sequence[PressRecords]) -> PressRecords:
                     f"{part.source} and {owner[press.name]} both have a press {press.name}; rename one of them."
                 )
         owner |= dict.fromkeys((press.name for press in part.presses), part.source)
-    presses = tuple(press for part in records for press in part.presses)
-    return PressRecords(records[0].instrument, presses, ", ".join(part.source for part in records))
+    return PressRecords(
+        records[0].instrument, tuple(press for part in records for press in part.presses),
+        ", ".join(part.source for part in records), tuple(line for part in records for line in part.found),
+        max(part.force_error for part in records),
+    )  # fmt: skip
 
 
 def doubts(records: PressRecords) -> Iterator[str]:
@@ -135,94 +167,21 @@ def doubts(records: PressRecords) -> Iterator[str]:
             f"{records.source}: the force does not rise with depth in {len(weak)} of {len(records.presses)} presses "
             f"({named}); see whether they touch the tissue."
         )
-    if records.instrument is not None:
-        modulus = _hertz_modulus(records, records.instrument.radius_m)
-        if not USUAL_PA[0] < modulus < USUAL_PA[1]:
-            softer, usual = ("softer", USUAL_PA[0]) if modulus < USUAL_PA[0] else ("stiffer", USUAL_PA[1])
-            yield (
-                f"{records.source}: force_n over depth_m is that of a modulus of {modulus:.2g} Pa, {softer} than the "
-                f"{usual:g} Pa that organs reach; see whether forces are newtons (grams times 0.00981), depths and "
-                "radius metres."
-            )
-
-
-def _table(path: str | Path) -> pd.DataFrame:
-    """Read all cells as text, with the row of the file [1 is the header] as the index."""
-    try:
-        table = pd.read_csv(path, dtype=str, keep_default_na=False, skipinitialspace=True)
-    except (OSError, pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is no table ({' '.join(str(error).split())}); give a CSV file.") from error
-    table.columns = [str(name).strip() for name in table.columns]
-    table.index = pd.RangeIndex(2, len(table) + 2)
-    if table.empty:
-        raise InputError(f"{path} has no rows; give a row for each point of a press.")
-    return table
-
-
-def _renamed(table: pd.DataFrame, columns: Mapping[str, str | Sequence[str]], path: str) -> pd.DataFrame:
-    """Return the table with a column for each entry of ``columns``; InputError for one that is not there."""
-    found = table.copy()
-    for name, of in columns.items():
-        if name not in COLUMNS:
-            raise InputError(f"columns has {name}, which no press has; {suggest(name, list(COLUMNS), 'choose from')}")
-        sources = [of] if isinstance(of, str) else list(of)
-        for source in sources:
-            if source not in table:
-                near = suggest(source, list(table.columns), "it has")
-                raise InputError(f"{path} lacks the column {source}, which columns.{name} names; {near}")
-        found[name] = table[sources].agg(" ".join, axis=1) if len(sources) > 1 else table[sources[0]]
-    return found
-
-
-def _check_columns(table: pd.DataFrame, path: str) -> None:
-    for column in NEEDED:
-        if column not in table:
-            stem = column.partition("_")[0]
-            near = [name for name in table.columns if name.lower().startswith(stem)]
-            if near and "_" in column:
-                unit = "metres" if stem == "depth" else "newtons"
-                raise InputError(
-                    f"{path} has {near[0]} and lacks {column}; convert it to {unit} and call it {column}, or name it "
-                    "by columns (--column) if it is in them."
-                )
-            raise InputError(
-                f"{path} lacks the column {column}; give {', '.join(NEEDED)}, or name them by columns (--column)."
-            )
-    for group in (AT, *VECTORS.values()):
-        there = [name for name in group if name in table]
-        if there and len(there) < 3:
-            raise InputError(f"{path} has {there[0]} and not all of {', '.join(group)}; give all three or none.")
-    if all(name in table for name in (*VECTORS["direction"], *VECTORS["normal"])):
-        raise InputError(f"{path} has directions and normals; leave one of them out.")
-    for group in VECTORS.values():
-        if group[0] in table and AT[0] not in table:
-            raise InputError(f"{path} has {group[0]} and no places; give {', '.join(AT)}, or leave it out.")
-
-
-def _check_cells(table: pd.DataFrame, path: str) -> None:
-    """Turn what has to be numbers into such, in place; InputError for an empty or other cell."""
-    for column in COLUMNS:
-        if column not in table or column in ("press", *NAMES):
-            continue
-        texts = table[column].str.strip()
-        numbers = pd.to_numeric(texts, errors="coerce").astype(float)
-        wrong = numbers.index[~np.isfinite(numbers)]
-        optional = column not in NEEDED and column != "time_s"
-        if len(wrong) and optional and texts[wrong].eq("").all():
-            bare = dict.fromkeys(table.loc[wrong, "press"])
-            raise InputError(
-                f"{path}, row {wrong[0]}: {column} is empty, and other rows have it; give the places and directions of "
-                f"all presses, or of none ({len(bare)} of {table['press'].nunique()} lack some)."
-            )
-        if len(wrong):
-            cell = table.at[wrong[0], column]
-            raise InputError(
-                f"{path}, row {wrong[0]}: {column} is {cell if cell.strip() else 'empty'}, which is no number; "
-                "correct it or leave the row out."
-            )
-        table[column] = numbers
-    if (empty := table.index[table["press"].str.strip().eq("")]).size:
-        raise InputError(f"{path}, row {empty[0]}: press is empty; give the name of the press that the row belongs to.")
+    if (ball := records.ball_m) is None:
+        return
+    if (deepest := max(float(press.depth_m.max()) for press in records.presses)) < FEW_RADII * ball:
+        yield (
+            f"{records.source}: the deepest press reaches {deepest:g} m, {deepest / ball:.2g} radii of the ball "
+            f"({ball:g} m); see whether both are in metres, or give the ball's unit (sphere:4mm)."
+        )
+    modulus = _hertz_modulus(records, ball)
+    if not USUAL_PA[0] < modulus < USUAL_PA[1]:
+        softer, usual = ("softer", USUAL_PA[0]) if modulus < USUAL_PA[0] else ("stiffer", USUAL_PA[1])
+        yield (
+            f"{records.source}: force_n over depth_m is that of a modulus of {modulus:.2g} Pa, {softer} than the "
+            f"{usual:g} Pa that organs reach; see whether forces are newtons (grams times 0.00981), depths and "
+            "radius metres."
+        )
 
 
 def _named(table: pd.DataFrame, names: str, path: str) -> pd.DataFrame:
@@ -233,13 +192,12 @@ def _named(table: pd.DataFrame, names: str, path: str) -> pd.DataFrame:
         raise InputError(f"names is {names}, which is no regular expression ({error}); correct it.") from error
     if not pattern.groupindex or not set(pattern.groupindex) <= set(NAMES):
         raise InputError(f"names is {names}; give it named groups, (?P<session>…), out of {', '.join(NAMES)}.")
-    found = {}
-    for name in dict.fromkeys(table["press"]):
-        match = pattern.search(name)
-        if match is None:
-            raise InputError(f"{path}: the press {name} has a name without what names, {names}, looks for; correct it.")
-        found[name] = {key: word.upper() for key, word in match.groupdict(default="").items()}
-    return table.assign(**{key: [found[name][key] for name in table["press"]] for key in pattern.groupindex})
+    found = table["press"].map(pattern.search)
+    if (lost := table["press"][found.isna()]).size:
+        raise InputError(
+            f"{path}: the press {lost.iloc[0]} has a name without what names, {names}, looks for; correct it."
+        )
+    return table.assign(**{key: [match.groupdict("")[key].upper() for match in found] for key in pattern.groupindex})
 
 
 def _runs(table: pd.DataFrame, path: str) -> Iterator[tuple[str, pd.Index, dict[str, np.ndarray]]]:
@@ -258,10 +216,10 @@ def _runs(table: pd.DataFrame, path: str) -> Iterator[tuple[str, pd.Index, dict[
         yield name, rows, {column: values[begin:end] for column, values in cells.items()}
 
 
-def _press(name: str, rows: pd.Index, cells: Mapping[str, np.ndarray], least_points: int, path: str) -> Press:
+def _press(name: str, rows: pd.Index, cells: Mapping[str, np.ndarray], path: str) -> Press:
     place = f"{path}: the press {name}"
-    if len(rows) < least_points:
-        raise InputError(f"{place} has {len(rows)} points, fewer than {least_points}; measure more, or leave it out.")
+    if len(rows) < LEAST_POINTS:
+        raise InputError(f"{place} has {len(rows)} points, fewer than {LEAST_POINTS}; measure more, or leave it out.")
     for column in ("thickness_m", *AT, *VECTORS["direction"], *VECTORS["normal"], *NAMES):
         if column in cells and len(other := rows[cells[column] != cells[column][0]]):
             raise InputError(
@@ -329,25 +287,27 @@ def _rises(press: Press) -> bool:
 
 def _check_units(records: PressRecords, size_m: float | None) -> None:
     """Raise InputError for depths, forces and an instrument that fit no organ."""
-    path, presses, instrument = records.source, records.presses, records.instrument
+    path, presses, ball = records.source, records.presses, records.ball_m
     deepest = max(presses, key=lambda press: press.depth_m.max())
     depth = float(deepest.depth_m.max())
-    if instrument is not None and size_m is not None and 2.0 * instrument.radius_m > size_m:
-        raise InputError(
-            f"{path}: the instrument is {2.0 * instrument.radius_m:g} m wide, and what it presses {size_m:g} m; give "
-            "its radius in metres, and the body with its scale."
-        )
     limits = [(DEEPEST_M, "deeper than any organ")]
     limits += [(size_m, f"and what it presses is {size_m:g} m thick")] if size_m is not None else []
-    if instrument is not None:
-        most = DEEPEST_RADII * instrument.radius_m
-        limits.append((most, f"{depth / instrument.radius_m:.3g} radii of the instrument ({instrument.radius_m:g} m)"))
+    if ball is not None:
+        limits.append((DEEPEST_RADII * ball, f"{depth / ball:.3g} radii of the instrument ({ball:g} m)"))
+        if depth < LEAST_RADII * ball or ball > LARGEST_M:
+            raise InputError(
+                f"{path}: the ball has a radius of {ball:g} m, and the deepest press reaches {depth:g} m; give both in "
+                "metres, or the ball with its unit, such as sphere:4mm."
+            )
     for limit, words in limits:
         if depth > limit:
             raise InputError(
                 f"{path}: the press {deepest.name} reaches a depth_m of {depth:g} m, {words}; give metres (millimetres "
                 "times 0.001)."
             )
+    thick = max((press.thickness_m for press in presses if press.thickness_m is not None), default=depth)
+    if not 0.0 < thick <= DEEPEST_M:
+        raise InputError(f"{path}: a press has a thickness_m of {thick:g} m; give metres (millimetres times 0.001).")
     peak = float(np.median([press.force_n.max() for press in presses]))
     if np.median([_slope(press) for press in presses]) < 0.0:
         raise InputError(f"{path}: force_n falls with depth in most presses; give forces positive where one presses.")
@@ -357,8 +317,11 @@ def _check_units(records: PressRecords, size_m: float | None) -> None:
                 f"{path}: the press {press.name} has a force_n of {press.force_n.min():g} N, where the middle press "
                 f"reaches {peak:g} N; subtract the zero of the sensor, and leave out what pulls."
             )
-    if instrument is not None:
-        _check_modulus(records, instrument.radius_m)
+    if ball is not None and not SOFTEST_PA < (modulus := _hertz_modulus(records, ball)) < STIFFEST_PA:
+        raise InputError(
+            f"{path}: force_n over depth_m is that of a modulus of {modulus:.2g} Pa, of no soft tissue; give newtons "
+            "(grams times 0.00981, millinewtons times 0.001), metres, and the instrument's radius in metres."
+        )
 
 
 def _hertz_modulus(records: PressRecords, radius_m: float) -> float:
@@ -368,13 +331,3 @@ def _hertz_modulus(records: PressRecords, radius_m: float) -> float:
         last = int(press.depth_m.argmax())
         moduli.append(9.0 * press.force_n[last] / (16.0 * np.sqrt(radius_m) * press.depth_m[last] ** 1.5))
     return float(np.median(moduli))
-
-
-def _check_modulus(records: PressRecords, radius_m: float) -> None:
-    """Raise InputError for forces whose modulus no tissue has."""
-    modulus = _hertz_modulus(records, radius_m)
-    if not SOFTEST_PA < modulus < STIFFEST_PA:
-        raise InputError(
-            f"{records.source}: force_n over depth_m is that of a modulus of {modulus:.2g} Pa, of no soft tissue; give "
-            "newtons (grams times 0.00981, millinewtons times 0.001), metres, and the instrument's radius in metres."
-        )

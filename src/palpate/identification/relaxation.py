@@ -266,6 +266,34 @@ def information(hold: Hold, kernel: Branches) -> float:
     return noise.minus2 + unknowns * float(np.log(len(hold.held_s)))
 
 
+MOST_BRANCHES = 3
+"""Most branches that are tried for a press of one's own."""
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """Branches of the force that held presses need, and the time that their loading took [s]."""
+
+    kernel: Branches
+    loading_s: float
+    holds: int
+
+    @property
+    def faster(self) -> float:
+        """The modulus at the time that loading takes after a sudden press, over that after relaxation."""
+        return float(self.kernel.series.modulus(self.loading_s))
+
+
+def relaxation_of(records: PressRecords) -> Relaxation | None:
+    """Return the number of branches that Bayes' information criterion asks of held presses; None if none is held."""
+    holds, _ = holds_of(records)
+    if not holds:
+        return None
+    kernels = [fit_branches(holds, count) for count in range(1, MOST_BRANCHES + 1)]
+    best = min(kernels, key=lambda kernel: float(np.mean([information(hold, kernel) for hold in holds])))
+    return Relaxation(best, float(np.median([hold.loading_s for hold in holds])), len(holds))
+
+
 LEAST_GROUPS = 8
 """Specimens, or presses, from which on they are drawn anew; for fewer, errors are, with their correlation in time."""
 

@@ -1,16 +1,14 @@
 """Carry out ``palpate identify``: presses in, and out what they determine: sentences, tables, a picture, settings."""
 
-import dataclasses
 import json
 import os
 import re
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
@@ -20,28 +18,29 @@ from palpate.bodies.settings import paths_of_body
 from palpate.effects.instrument import SPHERE
 from palpate.errors import InputError, NotConverged, describe_unknown, suggest
 from palpate.files import write_whole
-from palpate.identification.asked import IDENTIFIED, Asked, forwards_for, table_rows
+from palpate.identification.asked import IDENTIFIED, Asked, forwards_for, table_rows, thickness_of
 from palpate.identification.fit import Options
-from palpate.identification.forward import Range
-from palpate.identification.hereditary import Branches, shear_series
-from palpate.identification.identify import Identified, identify
+from palpate.identification.forward import ends
+from palpate.identification.hereditary import shear_series
+from palpate.identification.identify import Identified, identify, line_of
 from palpate.identification.prediction import DEPTH, PLACE, PREDICTIONS, SESSION, SPECIMEN, predict, summary
-from palpate.identification.presses import PressRecords, doubts, read_presses
-from palpate.identification.relaxation import fit_branches, holds_of, information, without_time
+from palpate.identification.presses import DEEPEST_M, PressRecords, doubts, read_presses
+from palpate.identification.relaxation import Relaxation, relaxation_of, without_time
 from palpate.identification.sessions import compare_sessions, consistent_parts
 from palpate.init.choose import choose
 from palpate.init.command import ticking
 from palpate.init.recognise import HOLDS, recognise
 from palpate.report.identified_picture import draw_identified
-from palpate.report.identified_words import compared, sentences
-from palpate.report.words import listed, percent, seconds
+from palpate.report.identified_words import assumed, compared, relaxes, sentences, uncertain
+from palpate.report.words import listed, percent
 from palpate.run.job import steps
 from palpate.run.settings import complete
 from palpate.run.settings_yaml import read_settings
 
+DEEP = 40.0
+"""Thickness of a slab in radii of the ball, above which it acts as a half-space."""
 CURVES, ENGINES = "curves", "engines"
-MOST_BRANCHES = 3
-"""Folders of the results: forces of models, so that a second run has them, and settings; most branches tried."""
+"""Folders of the results: forces of models, so that a second run has them, and settings."""
 
 
 def body_of(given: str | None, config: Path | None, scale_m: float | None, hold: str | None) -> Body | None:
@@ -78,13 +77,19 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
     InputError for presses, a body or an instrument that do not fit each other; then nothing is written.
     """
     if asked.instrument.kind != SPHERE:
-        raise InputError(f"--instrument {asked.instrument.kind}: forces are known for a ball; give sphere:RADIUS_M.")
+        raise InputError(f"--instrument {asked.instrument.kind}: forces are known for a ball; give sphere:RADIUS.")
     if unknown := [law for law in asked.laws if law != EXPONENTIAL and not (kind_of(law) or Path(law).is_file())]:
         raise InputError(f"--law {describe_unknown(unknown, [*LAWS, EXPONENTIAL])}")
     folder = folder or presses.with_name(f"{presses.stem}_identified")
     _refuse(folder)
-    size = asked.body.coarse.size if asked.body is not None else _largest(asked.thickness_m)
+    size, ball = asked.body.coarse.size if asked.body is not None else None, asked.instrument.radius_m
+    if asked.thickness_m is not None and (size := ends(asked.thickness_m)[1]) > DEEPEST_M:
+        raise InputError(f"--thickness is {size:g} m, more than of any organ; give metres or a unit (--thickness 8mm).")
     records = read_presses(presses, asked.instrument, asked.columns or None, size_m=size)
+    for line in (*records.found, *_slab(records, asked)):
+        print("found   ", line, flush=True)
+    if asked.thickness_m is not None and (thin := ends(asked.thickness_m)[0]) > DEEP * ball:
+        print(f"warning: --thickness of {thin:g} m is {thin / ball:.3g} radii of the ball, as deep tissue", flush=True)
     for doubt in doubts(records):
         print("warning:", doubt, flush=True)
     relaxation = relaxation_of(records)
@@ -111,22 +116,23 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
                 name = _name(part, len(parts))
                 one = identify(part, forwards_for(part, asked, folder / CURVES, follow), options, pool.map, follow)
                 told = predict(one.models, one.best, options, (PLACE, DEPTH, SESSION), pool.map, follow)
-                answer += [*([f"{name}:"] if len(parts) > 1 else []), *sentences(one, told)]
+                answer += [f"{name}:"] if len(parts) > 1 else []
+                answer += [*uncertain(one, line_of(one)), *sentences(one, told)]
                 rows += table_rows(one, name)
                 predictions.append(told.assign(part=name))
                 found.append((name, one))
             specimens = {press.specimen for press in records.presses}
             if len(specimens) > 1:
                 forwards = forwards_for(records, asked, folder / CURVES, follow)
-                whole = identify(records, forwards, _quick(options), pool.map, follow)
+                whole = identify(records, forwards, replace(options, resamples=0), pool.map, follow)
                 told = predict(whole.models, whole.best, options, (SPECIMEN,), pool.map, follow)
                 predictions.append(told.assign(part="all"))
                 answer += [line for line in sentences(whole, told) if "specimen" in line]
         except NotConverged as failure:
             raise InputError(f"{presses}: {failure}; leave out presses that touch nothing.") from failure
-    answer += said(relaxation)
-    if asked.body is None and asked.thickness_m is None:
-        answer.append("No --thickness and no --body are given: the tissue is assumed deep; if not, E is less.")
+    answer += relaxes(relaxation)
+    if asked.body is None:
+        answer.append(assumed(ball, thickness_of(records, asked)[0] is None))
     if asked.body is not None and asked.body.bed is not None:
         answer.append(
             "What the organ lies on is assumed to be as stiff as the organ: tissue of its modulus, in proportion."
@@ -136,44 +142,6 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
         with ticking("the numbers for engines"):
             answer += _exported(found[0][1], asked, relaxation, folder / ENGINES)
     return "\n".join(["", *answer, "", f"wrote    {folder}: {', '.join(sorted(p.name for p in folder.iterdir()))}"])
-
-
-@dataclass(frozen=True)
-class Relaxation:
-    """Branches of the force that held presses need, and the time that their loading took [s]."""
-
-    kernel: Branches
-    loading_s: float
-    holds: int
-
-    @property
-    def faster(self) -> float:
-        """The modulus at the time that loading takes after a sudden press, over that after relaxation."""
-        return float(self.kernel.series.modulus(self.loading_s))
-
-
-def relaxation_of(records: PressRecords) -> Relaxation | None:
-    """Return the number of branches that Bayes' information criterion asks of held presses; None if none is held."""
-    holds, _ = holds_of(records)
-    if not holds:
-        return None
-    kernels = [fit_branches(holds, count) for count in range(1, MOST_BRANCHES + 1)]
-    best = min(kernels, key=lambda kernel: float(np.mean([information(hold, kernel) for hold in holds])))
-    return Relaxation(best, float(np.median([hold.loading_s for hold in holds])), len(holds))
-
-
-def said(relaxation: Relaxation | None) -> list[str]:
-    """Return what held presses say of relaxation, a sentence or none."""
-    if relaxation is None:
-        return ["No press is held, so that relaxation is not known; E is that of the rate of the presses."]
-    series = relaxation.kernel.series
-    shares = listed([f"{percent(s)} in {seconds(t)}" for s, t in zip(series.shares, series.times_s, strict=True)])
-    count = len(series.shares)
-    return [
-        f"Relaxation needs {count} branch{'es' * (count > 1)} (of the instant force {shares}), by {relaxation.holds} "
-        f"held presses; E is that after relaxation, and {relaxation.faster:.2f} times as large "
-        f"{seconds(relaxation.loading_s)} after a sudden press: in so much time they were loaded."
-    ]
 
 
 def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, folder: Path) -> list[str]:
@@ -231,10 +199,6 @@ def write_results(
             draw_identified(one).savefig(part)
 
 
-def _quick(options: Options) -> Options:
-    return dataclasses.replace(options, resamples=0)
-
-
 def _name(part: PressRecords, parts: int) -> str:
     """Return what tables call a part: its specimen and session, or all."""
     if parts == 1:
@@ -244,8 +208,18 @@ def _name(part: PressRecords, parts: int) -> str:
     return " ".join(word for word in (press.specimen, press.session if len(sessions) == 1 else "") if word) or "all"
 
 
-def _largest(thickness: Range | None) -> float | None:
-    return thickness[1] if isinstance(thickness, tuple) else thickness
+def _slab(records: PressRecords, asked: Asked) -> Iterator[str]:
+    """Yield a sentence on the thickness that a file has; InputError where another is asked for."""
+    each = [press.thickness_m for press in records.presses if press.thickness_m is not None]
+    if not each:
+        return
+    has = f"{records.source}: thickness_m is {min(each):g} to {max(each):g} m"
+    if asked.body is not None:
+        yield f"{has}; it is not used, as --body says how thick the tissue is"
+    elif asked.thickness_m is None:
+        yield f"{has}, of slabs that lie on something rigid; --thickness takes another"
+    elif not (least := ends(asked.thickness_m))[0] <= min(each) <= max(each) <= least[1]:
+        raise InputError(f"{has}, and --thickness {least[0]:g} to {least[1]:g} m; correct or leave out one of them.")
 
 
 def _refuse(folder: Path) -> None:

@@ -1,15 +1,16 @@
 """Put what presses determine, and what they leave open, into sentences: for the terminal and for the report."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 import pandas as pd
 
-from palpate.identification.identify import MODULUS, YOUNG, Identified
+from palpate.identification.identify import MODULUS, YOUNG, Identified, Line
 from palpate.identification.intervals import Interval
 from palpate.identification.prediction import LINE, NEIGHBOUR, OF_PLACE, POWER_LAW, REPEAT, summary
+from palpate.identification.relaxation import Relaxation
 from palpate.identification.sessions import Comparison
-from palpate.report.words import capital, listed, percent, spaced, two_digits
+from palpate.report.words import capital, listed, percent, seconds, spaced, two_digits
 
 WORDS = {"poisson": "ν", "stiffening": "the law's stiffening", "thickness_m": "the thickness", "sticking": "friction"}
 """What sentences call a parameter."""
@@ -25,12 +26,11 @@ LEFT_OUT = {
 }  # fmt: skip
 
 
-def pascals(value: float) -> str:
+def pascals(value: float, digits: int = 2) -> str:
     """Write a modulus with two digits: "2.1 kPa"."""
-    for unit, factor in (("MPa", 1e6), ("kPa", 1e3)):
-        if value >= 0.995 * factor:
-            return f"{two_digits(value / factor)} {unit}"
-    return f"{two_digits(value)} Pa"
+    units = (("MPa", 1e6), ("kPa", 1e3), ("Pa", 0.0))
+    unit, factor = next(one for one in units if value >= 0.995 * one[1])
+    return f"{float(f'{value / (factor or 1.0):.{digits}g}'):g} {unit}"
 
 
 def quantity(name: str, value: float) -> str:
@@ -69,13 +69,58 @@ def compared(comparisons: Sequence[Comparison]) -> Iterator[str]:
             yield f"Sessions{of} agree: forces of {one.second or 'the second'} are {times} {places}."
 
 
+def relaxes(relaxation: Relaxation | None) -> list[str]:
+    """Return what held presses say of relaxation, a sentence or none."""
+    if relaxation is None:
+        return ["No press is held, so that relaxation is not known; E is that of the rate of the presses."]
+    series = relaxation.kernel.series
+    shares = listed([f"{percent(s)} in {seconds(t)}" for s, t in zip(series.shares, series.times_s, strict=True)])
+    count = len(series.shares)
+    return [
+        f"Relaxation needs {count} branch{'es' * (count > 1)} (of the instant force {shares}), by {relaxation.holds} "
+        f"held presses; E is that after relaxation, and {relaxation.faster:.2f} times as large "
+        f"{seconds(relaxation.loading_s)} after a sudden press: in so much time they were loaded."
+    ]
+
+
+def uncertain(found: Identified, line: Line | None) -> Iterator[str]:
+    """Yield warnings of what the intervals leave out; line : what ``identify.line_of`` says."""
+    if found.offset_m is not None:
+        low, high = found.models[found.law].offset_m
+        end = 0.02 * (high - low)
+        if found.offset_m.known and not low + end < found.offset_m.best < high - end:
+            yield (
+                f"warning: first touch is at the end of its range, {two_digits(1e3 * found.offset_m.best)} mm: it may "
+                "be beyond, or forces have a zero that is not subtracted; give rows before contact, or --offset."
+            )
+    if line is not None:
+        zero, slope = two_digits(1e3 * line.zero_n), two_digits(line.slope_n_m)
+        yield (
+            f"warning: with {zero} mN and {slope} mN/mm subtracted, which a sensor that is not zeroed or tissue that "
+            f"sticks may add, forces are followed better (by {line.better:.0f} in −2 log likelihood) and E is "
+            f"{pascals(line.young_pa)}; the interval below does not hold it: give rows before contact, with negative "
+            "depth_m, or subtract the sensor's line."
+        )
+
+
+def assumed(ball_m: float, deep: bool) -> str:
+    """Say what E leaves out where no body is known; deep : whether no thickness is known either."""
+    radius = 3.0 * ball_m
+    on, off = np.sqrt(1.0 + ball_m / radius), np.sqrt(1.0 - ball_m / radius)
+    slab = "No --thickness and no --body are given: the tissue is assumed deep; on a slab E is less. " if deep else ""
+    return (
+        f"{slab}The surface is assumed flat, which these intervals leave out: where it is round with a radius R, E is "
+        f"√(1 + {1e3 * ball_m:g} mm/R) times as large ({on:.2f} at R = {1e3 * radius:g} mm; in a hollow {off:.2f})."
+    )
+
+
 def _modulus(found: Identified) -> Iterator[str]:
     young = found.young_pa
     where = f"in the median of {found.places} places" if found.places > 1 else "at the one place"
-    yield f"E is {_range(young, pascals)}, 90 % by profile likelihood, {where}."
+    yield f"E is {_range(young, _finer(young))}, 90 % by profile likelihood, {where}."
     modulus = found.modulus_pa
     if modulus is not None and modulus.high / modulus.low < young.high / young.low:
-        yield f"E/(1 − ν²), which these presses determine better, is {_range(modulus, pascals)}."
+        yield f"E/(1 − ν²), which these presses determine better, is {_range(modulus, _finer(modulus))}."
 
 
 def _parameters(found: Identified) -> Iterator[str]:
@@ -179,6 +224,15 @@ def _predictions(predictions: pd.DataFrame, law: str) -> Iterator[str]:
 def _first(words: str) -> str:
     """Begin a sentence; a symbol stays as it is."""
     return words if words == WORDS["poisson"] else capital(words)
+
+
+def _finer(interval: Interval) -> Callable[[float], str]:
+    """Return ``pascals`` with as many digits as tell the ends of an interval from its middle."""
+    for digits in (2, 3, 4):
+        written = [pascals(value, digits) for value in interval[:3]]
+        if len(set(written)) == 3:
+            break
+    return lambda value: pascals(value, digits)
 
 
 def _range(interval: Interval, write) -> str:

@@ -4,7 +4,7 @@ The ball is a mocap body named ``ball``, at first touch: move it along ``directi
 """
 
 from palpate.benchmark.touch import Touch
-from palpate.identification.export.engine_mesh import EngineMesh
+from palpate.identification.export.numbers import EngineMesh
 from palpate.models.mujoco_flex import LAW, mjcf
 from palpate.models.touch.mujoco_flex import HARD, geom_of, hard_contact
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from palpate.effects.laws import quadratic_neo_hookean
-from palpate.identification.export.engine_mesh import EngineMesh
+from palpate.identification.export.numbers import EngineMesh
 
 LAW = str(Path(quadratic_neo_hookean.__file__))
 """The law of Newton's bodies, as a file of palpate's."""

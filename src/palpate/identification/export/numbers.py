@@ -1,10 +1,12 @@
-"""What was identified and goes to an engine, and the damping that stands for relaxation where an engine has none."""
+"""What was identified and goes to an engine, on a level of a body whose modulus compensates for its elements."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from palpate.bodies.material import Series
+from palpate.bodies.body import Body
+from palpate.bodies.material import Material, Series
+from palpate.identification.export.pressed_mesh import Stiffer
 
 FREQUENCY_HZ = 1.0
 """At which a damping time stands for relaxation: that of a hand that palpates."""
@@ -52,3 +54,34 @@ class Numbers:
         if self.relaxation is None:
             return f"relaxation was not identified; {USUAL_DAMPING_S:g} s is palpate's usual damping"
         return f"loses what the identified relaxation loses at {FREQUENCY_HZ:g} Hz, and does not creep"
+
+
+@dataclass(frozen=True, eq=False)
+class EngineMesh:
+    """A level of ``body`` whose linear elements act ``stiffer`` under an engine's law."""
+
+    body: Body
+    level: int
+    numbers: Numbers
+    stiffer: Stiffer
+
+    @property
+    def young_pa(self) -> float:
+        """Young's modulus [Pa] with which the mesh acts as the organ does."""
+        return self.numbers.young_pa / self.stiffer.factor
+
+    @property
+    def comment(self) -> str:
+        """What is said in every exported file."""
+        poisson = self.numbers.poisson
+        said = f"Identified: E = {self.numbers.young_pa:.6g} Pa, nu = {poisson:.4g}, law {self.numbers.law}. "
+        said += f"E = {self.young_pa:.6g} Pa below: {self.stiffer.sentence}. "
+        if self.stiffer.poisson < poisson:
+            said += f"nu = {self.stiffer.poisson:g} below, as linear elements lock above. "
+        return said + f"Damping: {self.numbers.damping_said}. SI units: m, kg, s, Pa."
+
+    @property
+    def corrected(self) -> Body:
+        """The body with the constants that go to the engine."""
+        material = Material(self.young_pa, self.stiffer.poisson, self.numbers.density_kg_m3, self.stiffer.law)
+        return replace(self.body, material=material)

@@ -4,7 +4,7 @@ Components and data are those of SOFA 23.12 and later (sofa-framework.github.io/
 FixedProjectiveConstraint FixedConstraint. SOFA is no package of Python's, so that no test here runs the scene.
 """
 
-from palpate.identification.export.engine_mesh import EngineMesh
+from palpate.identification.export.numbers import EngineMesh
 
 LAW = "corotational"
 MASS_1_S = 0.1

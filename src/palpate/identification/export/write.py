@@ -13,8 +13,7 @@ from palpate.effects.instrument import Instrument
 from palpate.errors import NotConverged
 from palpate.files import write_whole
 from palpate.identification.export import mujoco, newton, palpate_config, sofa
-from palpate.identification.export.engine_mesh import EngineMesh
-from palpate.identification.export.numbers import Numbers
+from palpate.identification.export.numbers import EngineMesh, Numbers
 from palpate.identification.export.pressed_mesh import Stiffer, pressed
 from palpate.identification.forward import Forward
 from palpate.identification.on_body import touch_of

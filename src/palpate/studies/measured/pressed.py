@@ -77,7 +77,7 @@ def identify_presses(input, output, params, wildcards, say):
 
     name, entry = wildcards.presses, params.entry
     records = records_of(entry)
-    for doubt in doubts(records):
+    for doubt in (*records.found, *doubts(records)):
         warnings.warn(f"measured.presses.{name}: {doubt}", stacklevel=2)
     tables = {table.name: table.frame([]) for table in (PRESSES, PRESS_PREDICTIONS, PRESS_CURVES, *relaxed.TABLES)}
     if RELAXATION in entry["ask"]:

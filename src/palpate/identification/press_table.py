@@ -1,0 +1,135 @@
+"""The table of a CSV file of presses: its encoding, separator and decimals, and its columns by name."""
+
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+
+from palpate.errors import InputError, suggest
+from palpate.files import read_cells
+
+NEEDED, NAMES = ("press", "depth_m", "force_n"), ("place", "session", "specimen")
+VECTORS = {name: tuple(f"{name}_{axis}" for axis in "xyz") for name in ("direction", "normal")}
+AT = ("x_m", "y_m", "z_m")
+MEASURED = ("depth_m", "force_n", "time_s", "thickness_m", *AT)
+COLUMNS = ("press", *MEASURED, *VECTORS["direction"], *VECTORS["normal"], *NAMES)
+"""The columns that are read, in any case and with any signs between letters, "Force (N)"; others are ignored."""
+UNITS = {"m": "metres", "n": "newtons", "s": "seconds"}
+OTHER_UNITS = ("m", "mm", "cm", "um", "μm", "nm", "n", "mn", "un", "μn", "nn", "kn", "g", "gf", "kg", "kgf", "s", "ms",
+               "us", "μs")  # fmt: skip
+"""Units that end the name of a column, in small letters."""
+
+
+def read_table(
+    path: str, columns: Mapping[str, str | Sequence[str]], leave_out: Sequence[str] = ()
+) -> tuple[pd.DataFrame, str]:
+    """Return the columns of COLUMNS that a file has, with lines of the file as the index, and how it was read.
+
+    columns : names that the file has for COLUMNS; of several, the cells are joined by a space
+    leave_out : names of presses that are not read
+    Cells are separated by tabs, semicolons or commas, of which the header has most; decimals have commas if no number
+    of the file has a point. InputError for what is no table, lacks what is needed or has a column in another unit.
+    """
+    header, rows, lines, said = read_cells(path)
+    table = pd.DataFrame(_named(path, header, rows, columns), index=pd.Index(lines))
+    asked = [name for of in columns.values() for name in ([of] if isinstance(of, str) else of)]
+    _check_columns(table, [name for name in header if name not in asked], path)
+    table = table[~table["press"].isin(list(leave_out))].copy()
+    if table.empty:
+        raise InputError(f"{path} has no press that leave_out does not name; name fewer.")
+    numbers = [name for name in table if name not in ("press", *NAMES)]
+    commas = any(table[name].str.contains(",").any() for name in numbers)
+    if commas and not any(table[name].str.contains(".", regex=False).any() for name in numbers):
+        table[numbers] = table[numbers].apply(lambda texts: texts.str.replace(",", "."))
+        said += ", decimals have commas"
+    for name in numbers:
+        table[name] = _numbers(table, name, path)
+    if (empty := table.index[table["press"].eq("")]).size:
+        raise InputError(f"{path}, row {empty[0]}: press is empty; give the name of the press that the row belongs to.")
+    return table, said
+
+
+def _plain(name: str) -> str:
+    """Return the letters and digits of a name, small."""
+    return re.sub(r"[\W_]", "", name.casefold())
+
+
+PLAIN = {_plain(name): name for name in COLUMNS}
+
+
+def _named(
+    path: str, header: list[str], rows: list[list[str]], columns: Mapping[str, str | Sequence[str]]
+) -> dict[str, list[str]]:
+    """Return the cells of each of COLUMNS; InputError for one that is not there, stands twice, or is in other units."""
+    known: dict[str, list[int]] = {}
+    for number, name in enumerate(header):
+        known.setdefault(PLAIN.get(_plain(name), ""), []).append(number)
+    known.pop("", None)
+    for name, of in columns.items():
+        if name not in COLUMNS:
+            raise InputError(f"columns has {name}, which no press has; {suggest(name, list(COLUMNS), 'choose from')}")
+        known[name] = []
+        for source in [of] if isinstance(of, str) else of:
+            there = [number for number, other in enumerate(header) if other == source]
+            if not there:
+                raise InputError(
+                    f"{path} lacks the column {source}, which columns.{name} names; {suggest(source, header, 'it has')}"
+                )
+            unit, other = name.rpartition("_")[2], _plain(re.split(r"[\W_]+", source.strip(" ])"))[-1])
+            if name in MEASURED and other in OTHER_UNITS and other != unit:
+                raise InputError(
+                    f"{path}: columns.{name} names {source}, whose name ends in another unit; convert it to "
+                    f"{UNITS[unit]}, and call it {name}."
+                )
+            known[name] += there
+    for name, there in known.items():
+        names = [header[number] for number in there]
+        if len(there) > (1 if isinstance(columns.get(name, ""), str) else len(columns[name])):
+            raise InputError(f"{path} has two columns for {name}, {' and '.join(names)}; leave one of them out.")
+    return {name: [" ".join(row[number] for number in there) for row in rows] for name, there in known.items()}
+
+
+def _check_columns(table: pd.DataFrame, others: Sequence[str], path: str) -> None:
+    """Raise InputError for columns that lack; others : names of the file, of which some may be meant for them."""
+    for column in MEASURED:
+        stem, _, unit = column.rpartition("_")
+        alike = [name for name in others if _plain(name) in (stem, *(stem + other for other in OTHER_UNITS))]
+        if column in NEEDED:
+            alike += [name for name in others if name.casefold().startswith(stem)]
+        if column not in table and alike:
+            raise InputError(
+                f"{path} has {alike[0]} and lacks {column}; convert it to {UNITS[unit]} and call it {column}, or name "
+                f"it by columns (--column {column}=…) if it is in them."
+            )
+    if lacking := [name for name in NEEDED if name not in table]:
+        raise InputError(
+            f"{path} lacks the column {lacking[0]}; give {', '.join(NEEDED)}, or name them by columns (--column)."
+        )
+    for group in (AT, *VECTORS.values()):
+        there = [name for name in group if name in table]
+        if there and len(there) < 3:
+            raise InputError(f"{path} has {there[0]} and not all of {', '.join(group)}; give all three or none.")
+        if there and AT[0] not in table:
+            raise InputError(f"{path} has {there[0]} and no places; give {', '.join(AT)}, or leave it out.")
+    if all(group[0] in table for group in VECTORS.values()):
+        raise InputError(f"{path} has directions and normals; leave one of them out.")
+
+
+def _numbers(table: pd.DataFrame, column: str, path: str) -> pd.Series:
+    """Return a column's numbers; InputError for an empty or other cell."""
+    split = table[column].str.match(r"[-+]?0\d")  # what follows a decimal comma, as cells of a row that it divides
+    numbers = pd.to_numeric(table[column], errors="coerce").astype(float).mask(split)
+    wrong = numbers.index[~np.isfinite(numbers)]
+    if not len(wrong):
+        return numbers
+    if column not in (*NEEDED, "time_s") and table.loc[wrong, column].eq("").all():
+        bare = table.loc[wrong, "press"].nunique()
+        raise InputError(
+            f"{path}, row {wrong[0]}: {column} is empty, and other rows have it; give the places and directions of "
+            f"all presses, or of none ({bare} of {table['press'].nunique()} lack some)."
+        )
+    cell = table.at[wrong[0], column] or "empty"
+    raise InputError(
+        f"{path}, row {wrong[0]}: {column} is {cell}, which is no number; correct it or leave the row out."
+    )

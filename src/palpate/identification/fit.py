@@ -172,7 +172,7 @@ class MixedModel:
                 "the smaller one first, in metres or with a unit (--offset -0.2mm:0.1mm)."
             )
         deepest = min(forward.deepest_m, data.largest_m - 1.5 * min(low, 0.0))
-        table = tabulate(forward, data.order, deepest)
+        table = tabulate(forward, data.order.tolist(), deepest)
         return cls(Data(**{**vars(data), "layout": data.layout._replace(table=table.table)}), table, (low, high))
 
     @property

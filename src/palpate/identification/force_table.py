@@ -97,7 +97,7 @@ def tabulate(forward: "Forward", order: Sequence[int], largest_m: float) -> Forc
 
     def ask(press: int, place: tuple[float, ...]) -> np.ndarray:
         values = known | {p.name: natural(p, x) for p, x in zip(free, place, strict=True)}
-        forces = forward.forces(int(order[press]), np.exp(logs), values)
+        forces = forward.forces(order[press], np.exp(logs), values)
         if not (np.isfinite(forces) & (forces > 0.0)).all():
             told = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
             raise NotConverged(f"the model has no positive force at every depth with {told}", [float("nan")])

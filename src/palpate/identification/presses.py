@@ -1,18 +1,7 @@
 """Presses that were measured: force over depth, and over time, at places of a body; reading them from CSV.
 
-A file has a row a point, and these columns; docs/add-a-measurement.md shows one.
-
-    press                             name of the press that the row belongs to
-    depth_m force_n                   way of the instrument into the tissue since first touch [m], and force [N],
-                                      positive where it presses
-    time_s                            optional; without it the rows of a press are in the order of rising depth
-    x_m y_m z_m                       optional: place of first touch, the same in all rows of a press [m]
-    direction_x direction_y direction_z  optional: where the instrument moves, into the tissue; or, instead,
-    normal_x normal_y normal_z        the outward normal of the surface, against which it moves
-    thickness_m                       optional: of the tissue between the instrument and what it lies on [m]
-    place session specimen            optional: names; presses at one place (x_m y_m z_m) are repeats there
-
-Rows before contact, of negative depths, give the sensor's zero and its slope over depth, which are subtracted.
+docs/add-a-measurement.md has the columns. Rows before contact, of negative depths, give the sensor's zero and its slope
+over depth, which are subtracted.
 """
 
 import re

@@ -66,10 +66,10 @@ class Asked:
 
 def thickness_of(records: PressRecords, asked: Asked) -> tuple[Range | None, np.ndarray | None]:
     """Return what is known of the slab's thickness [m], and that of each press (presses,) where the file has it."""
-    each = [press.thickness_m for press in records.presses]
+    each = [press.thickness_m for press in records.presses if press.thickness_m is not None]
     if asked.body is not None:
         return None, None
-    if asked.thickness_m is not None or None in each:
+    if asked.thickness_m is not None or len(each) < len(records.presses):
         return asked.thickness_m, None
     return (float(min(each)), float(max(each))), np.array(each)
 

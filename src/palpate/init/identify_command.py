@@ -130,6 +130,10 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
                 answer += [line for line in sentences(whole, told) if "specimen" in line]
         except NotConverged as failure:
             raise InputError(f"{presses}: {failure}; leave out presses that touch nothing.") from failure
+    if records.force_error == 0.0:
+        answer.append(
+            "No rows are before contact: the sensor's zero and slope are assumed 0, which these intervals leave out."
+        )
     answer += relaxes(relaxation)
     if asked.body is None:
         answer.append(assumed(ball, thickness_of(records, asked)[0] is None))

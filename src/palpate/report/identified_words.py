@@ -93,6 +93,12 @@ def uncertain(found: Identified, line: Line | None) -> Iterator[str]:
                 f"warning: first touch is at the end of its range, {two_digits(1e3 * found.offset_m.best)} mm: it may "
                 "be beyond, or forces have a zero that is not subtracted; give rows before contact, or --offset."
             )
+    if not found.laws[0].follows:
+        way = "steeper" if found.laws[0].excess.best > 0.0 else "flatter"
+        yield (
+            f"warning: the curve is {way} than any law here, so that E may be farther off than its interval says: see "
+            "whether the sensor's zero and slope are subtracted, and whether the tissue is as deep and flat as assumed."
+        )
     if line is not None:
         zero, slope = two_digits(1e3 * line.zero_n), two_digits(line.slope_n_m)
         yield (
@@ -104,7 +110,7 @@ def uncertain(found: Identified, line: Line | None) -> Iterator[str]:
 
 
 def assumed(ball_m: float, deep: bool) -> str:
-    """Say what E leaves out where no body is known; deep : whether no thickness is known either."""
+    """Say what E leaves out where no body is known; ball_m : radius [m]; deep : whether no thickness is known."""
     radius = 3.0 * ball_m
     on, off = np.sqrt(1.0 + ball_m / radius), np.sqrt(1.0 - ball_m / radius)
     slab = "No --thickness and no --body are given: the tissue is assumed deep; on a slab E is less. " if deep else ""

@@ -129,7 +129,8 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
                 predictions.append(told.assign(part="all"))
                 answer += [line for line in sentences(whole, told) if "specimen" in line]
         except NotConverged as failure:
-            raise InputError(f"{presses}: {failure}; leave out presses that touch nothing.") from failure
+            small = " or, where the ball is small beside the body, --body" if asked.body is not None else ""
+            raise InputError(f"{presses}: {failure}; leave out presses that touch nothing{small}.") from failure
     if records.force_error == 0.0:
         answer.append(
             "No rows are before contact: the sensor's zero and slope are assumed 0, which these intervals leave out."

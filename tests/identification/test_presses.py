@@ -111,6 +111,7 @@ def test_the_line_before_contact_is_subtracted(zero, slope, pull, tmp_path):
     records = read(rows, tmp_path)
     found = np.mean([press.force_n for press in records.presses], axis=0)
     assert found == pytest.approx(clean, abs=9e-4) and 0.0 < records.force_error < 0.02
+    assert any("tissue that sticks" in doubt for doubt in doubts(records)) == (pull > 0.0)
     told = re.search(r"(\S+) mN at depth 0 and (\S+) mN/mm", records.found[0])
     assert [float(each) for each in told.groups()] == pytest.approx([1e3 * zero, slope], abs=0.3)
 

@@ -72,6 +72,8 @@ STIFFEST_PA, SOFTEST_PA = 3e7, 1.0
 USUAL_PA = (100.0, 1e5)
 """Moduli of organs: brain and fat have some hundred Pa, the stiffest livers that elastography knows 75 kPa. Beyond is
 cartilage, tendon and skin, or another unit: grams make 2 kPa 200 kPa."""
+FIRST, STICKS = 0.08, 0.005
+"""Share of the largest depth after first touch in which adhesion shows, and of the largest force that it has there."""
 PULLS = 0.5
 """Share of the largest force of the middle press by which a force may be negative, by noise or a drifting zero."""
 
@@ -155,6 +157,15 @@ def doubts(records: PressRecords) -> Iterator[str]:
         yield (
             f"{records.source}: the force does not rise with depth in {len(weak)} of {len(records.presses)} presses "
             f"({named}); see whether they touch the tissue."
+        )
+    begun = [
+        press.force_n[(at > 0.0) & (at <= FIRST * at.max())] for press in records.presses for at in [press.depth_m]
+    ]
+    pulled = [float(forces.mean()) for forces in begun if len(forces)]
+    if pulled and np.median(pulled) < -STICKS * np.median([press.force_n.max() for press in records.presses]):
+        yield (
+            f"{records.source}: after first touch forces are negative ({1e3 * np.median(pulled):.2g} mN in the middle "
+            "press): tissue that sticks pulls, which no law here does, or the zero is wrong; E may leave its interval."
         )
     if (ball := records.ball_m) is None:
         return

@@ -99,7 +99,7 @@ def test_presses_are_drawn_and_said():
         ({"body": "spleen"}, "body is spleen, which is not in bodies"),
         ({"files": ["nothing.csv"]}, r"nothing\.csv"),
         ({"columns": {"force_n": "load"}}, "lacks the column load"),
-        ({"instrument": {"kind": "sphere", "radius_m": 0.05}}, "the instrument is 0.1 m wide"),
+        ({"instrument": {"kind": "sphere", "radius_m": 0.5}}, "the ball has a radius of 0.5 m"),
     ],
 )
 def test_entries_that_do_not_fit_are_refused(change, message, tmp_path):

@@ -48,6 +48,8 @@ LONG = {
     *("stack_1_to_100", "sheet_folded_on_itself"),
     *("cut_two_that_cross", "cut_organ", "cut_pulled_far", "cut_near_faces", "cut_parallel_to_skin", "cut_near_nodes"),
     *("cut_incompressible", "cut_stops_midway"),
+    *("finger_at_speed", "finger_through_in_a_step", "modes_load_times_2", "learnt_at_0.49", "lobe_on_edge_asked"),
+    *("column_at_1.4_solved", "post_pushed_to_0.9_asked", "post_pushed_to_1.4_asked", "post_pushed_to_3_asked"),
 }
 """Cases that take more than some seconds; shorter ones of their family try the same models."""
 

@@ -33,11 +33,7 @@ else
 FOLDER := .
 RESULTS := results
 endif
-BROKEN := echo "error: the environment in $(VENV) is broken; type make distclean, and then make." >&2
-# in the place of the shell, so that make's signals reach it
-RUN = test -x $(BIN)/python || { $(BROKEN); exit 1; }; \
-exec env PALPATE_MAKE=$(call quoted,$(MAKECMDGOALS)) PALPATE_GIVEN=$(call quoted,$(GIVEN)) $(BIN)/python workflow/run.py
-SNAKEMAKE = $(RUN) snakemake $(FLAGS)
+SNAKEMAKE = $(BIN)/snakemake $(FLAGS)
 PATHS := src tests examples workflow/*.py
 # what can be asked for by itself, if its block is in the settings
 STUDIES := $(shell sed -n 's/^    "\([a-z_]*\)",$$/\1/p' src/palpate/run/settings.py)
@@ -46,7 +42,8 @@ STUDIES := $(shell sed -n 's/^    "\([a-z_]*\)",$$/\1/p' src/palpate/run/setting
 SCHEMA := $(VENV)/settings.schema.json
 
 .DEFAULT_GOAL := all
-.PHONY: all plan $(STUDIES) env test test-all smoke full deep slurm-test example check bench snapshot lock tidy clean distclean help
+.PHONY: all $(STUDIES) env test test-all smoke full deep slurm-test example check bench snapshot lock unlock clean \
+	distclean help
 
 all: $(STAMP) $(SCHEMA)  ## compute the studies that config.yaml lists, and write results/report.html
 	@$(SNAKEMAKE)
@@ -54,9 +51,6 @@ ifneq (,$(filter CONFIG,$(GIVEN)))
 	@if test -f "$$RESULTS/tables/advice.csv"; then $(BIN)/palpate advise --results "$$RESULTS"; fi
 endif
 	@printf '%s\n' "The report: $$RESULTS/report.html"
-
-plan: $(STAMP)  ## say what make would do: jobs, minutes and memory
-	@$(SNAKEMAKE) --dry-run --quiet rules progress > /dev/null
 
 $(STUDIES): $(STAMP)  # one study, and a page about it
 	@$(SNAKEMAKE) $@
@@ -68,11 +62,6 @@ figures/%: $(STAMP)  ## compute one figure and what it needs, such as figures/si
 tables/%: $(STAMP)  ## compute one table and what it needs, such as tables/sigma_sweep
 	@$(SNAKEMAKE) $(call quoted,results/$@.csv)
 
-# whatever else is asked for: snakemake knows its name, or the nearest one
-.DEFAULT:
-	@$(MAKE) --silent $(STAMP)
-	@$(SNAKEMAKE) $(call quoted,$@)
-
 env: $(STAMP)  ## build the environment only, in .venv
 
 test: $(TOOLS)  ## run the tests but for those marked slow, in four minutes
@@ -82,19 +71,19 @@ test-all: $(TOOLS)  ## run all tests
 	@$(BIN)/python -m pytest -n 2 --dist worksteal
 
 smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, in a few minutes
-	@$(RUN) snakemake $(SMOKE)
+	@$(BIN)/snakemake $(SMOKE)
 	@echo "The report: .smoke/results/report.html"
 
 SHIPPED = $(if $(filter CONFIG,$(GIVEN)),echo "error: make $@ is a size of config.yaml; leave CONFIG out." >&2; exit 1,true)
 
 full: $(STAMP)  ## run all studies, all scenes and finer grids, in .full
 	@$(SHIPPED)
-	@$(RUN) snakemake $(FLAGS) --configfile config.yaml config.full.yaml --directory .full
+	@$(BIN)/snakemake $(FLAGS) --configfile config.yaml config.full.yaml --directory .full
 	@echo "The report: .full/results/report.html"
 
 deep: $(STAMP)  ## run what takes hours, too, in .deep: more bodies, all splits, fingers of other radii
 	@$(SHIPPED)
-	@$(RUN) snakemake $(FLAGS) --configfile config.yaml config.full.yaml config.deep.yaml --directory .deep
+	@$(BIN)/snakemake $(FLAGS) --configfile config.yaml config.full.yaml config.deep.yaml --directory .deep
 	@echo "The report: .deep/results/report.html"
 
 slurm-test: $(TOOLS)  ## run the smoke workflow on a SLURM cluster that loses a node; needs root and apt
@@ -133,11 +122,11 @@ lock:  ## write environment.lock and tests/environment.lock anew for the depende
 	compile --extra bench --all-build-deps --output-file environment.lock && \
 	compile --extra dev --constraint environment.lock --output-file tests/environment.lock
 
-tidy: $(STAMP)  ## list and remove results of bodies, scenes and studies that config.yaml no longer names
-	@$(RUN) tidy $(FLAGS)
+unlock: $(STAMP)  ## after a run that was killed: let the next one work in its folder
+	@$(SNAKEMAKE) --unlock
 
 clean:  ## delete the results, and keep the environment
-	cd -- "$$FOLDER" && rm -rf $(addprefix results/,data figures logs motion tables ct report*.html report*.md) \
+	cd -- "$$FOLDER" && rm -rf $(addprefix results/,data figures logs benchmarks motion tables ct report*.html report*.md) \
 	.smoke .full .deep .slurm .example .snakemake
 
 distclean: clean  ## delete the environment, too
@@ -150,8 +139,6 @@ help:  ## list what can be made
 
 # pip and setuptools come first: one package has no wheel and is built with them
 $(STAMP): environment.lock pyproject.toml
-	@command -v "$$PYTHON" > /dev/null || { echo "palpate needs Python 3.11 or newer, and there is no $$PYTHON:" \
-	"on Debian: apt-get install python3-venv $$(sed -n 's/^ *"lib.*": "\(.*\)",$$/\1/p' workflow/prerequisites.py | xargs)"; exit 1; }
 	@"$$PYTHON" workflow/prerequisites.py
 	@echo "Building the environment in $(VENV), which takes a minute or two and 1.7 GB ..."
 	@rm -rf $(VENV)
@@ -161,8 +148,6 @@ $(STAMP): environment.lock pyproject.toml
 	@$(INSTALL) --require-hashes --no-build-isolation -r environment.lock
 	@$(INSTALL) --no-build-isolation -e .
 	@rm -rf $(VENV)/lib/python*/site-packages/cmeel.prefix/include  # 190 MB of C++ headers
-	@printf '%s\n' '#!/bin/sh' '# the one that pip wrote starts in no folder with a space and a $$ in its name' \
-	'exec "$$(dirname "$$(readlink -f "$$0")")/python" -P -m palpate.cli "$$@"' > $(BIN)/palpate
 	@touch $@
 
 $(SCHEMA): $(STAMP) $(wildcard src/palpate/*/settings.py src/palpate/studies/*/settings.py)

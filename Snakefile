@@ -2,6 +2,11 @@
 # `make` builds the environment and runs this file; so does `snakemake -c2` inside the environment.
 
 
+if not workflow.config_settings.configfiles:
+
+    configfile: "config.yaml"
+
+
 include: "workflow/rules/common.smk"
 include: "workflow/rules/bodies.smk"
 include: "workflow/rules/samples.smk"
@@ -22,47 +27,3 @@ rule all:
     default_target: True
     input:
         "results/report.html",
-
-
-# what make tidy keeps
-rule everything:
-    input:
-        "results/report.html",
-        [TARGETS[study] for study in ASKED],
-        expand("results/report_{study}.html", study=ASKED),
-
-
-# a study by itself has a page of its own
-for study in ASKED:
-
-    rule:
-        name:
-            study
-        input:
-            TARGETS[study],
-            f"results/report_{study}.html",
-
-
-offer(ASKED, STUDIES, files_to_ask_for())
-
-
-logger.addFilter(announce_once)
-
-
-onstart:
-    hold_folder()
-    interrupt.listen(has_jobs=workflow.local_exec)
-    interrupt.tidy_up()
-    # or snakemake looks for jobs to start once a second for each that has ever ended; no option turns that off
-    workflow.scheduler.job_rate_limiter = None
-    if workflow.local_exec:
-        start_job_server(PYTHON, JOBS["PALPATE_JOBS"], JOBS)
-    announce()
-
-
-onsuccess:
-    conclude()
-
-
-onerror:
-    conclude()

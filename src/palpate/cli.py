@@ -321,7 +321,7 @@ def _share(text: str) -> float:
 
 
 def _advise(asked: argparse.Namespace) -> str:
-    from palpate.run.advise import advise, advise_any_load, advise_force, check
+    from palpate.report.advise import advise, advise_any_load, advise_force, check
 
     results, scene = Path(asked.results), None if asked.scene == "all" else asked.scene
     if asked.check:

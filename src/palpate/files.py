@@ -63,7 +63,7 @@ def read_arrays(kind: type[Record], path: Path | str) -> Record:
 
 
 def read_yaml(path: Path | str) -> dict:
-    """Read a YAML file of palpate's own; a user's is read by ``run.settings_yaml.read_settings``, with its faults."""
+    """Read a YAML file of palpate's own; a user's is read by ``run.settings.read_settings``, with its faults."""
     import yaml
 
     return yaml.safe_load(Path(path).read_text(encoding="utf-8"))

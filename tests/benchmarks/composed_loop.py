@@ -25,8 +25,7 @@ from snakemake.utils import update_config
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import Particles, particles_of
-from palpate.run.settings import complete
-from palpate.run.settings_yaml import read_settings
+from palpate.run.settings import complete, read_settings
 from palpate.scenes import effect_registry
 from palpate.scenes.run_scene import compose, loop
 from palpate.scenes.scene import Scene, scene_of

@@ -40,8 +40,7 @@ from palpate.models.model_registry import ENGINES, absent, model
 from palpate.report.model_looks import look
 from palpate.report.style import plain_log
 from palpate.report.words import percent, seconds
-from palpate.run.settings import defaults
-from palpate.run.settings_yaml import read_settings
+from palpate.run.settings import defaults, read_settings
 from palpate.solvers.equilibrium import FastEquilibrium
 
 ROOT, PRESSES, FARTHEST = Path(__file__).parents[2], 4, 0.01

@@ -21,8 +21,7 @@ from palpate.bodies.make_body import make_body
 from palpate.errors import NotConverged
 from palpate.files import read_arrays, write_arrays
 from palpate.models import stroke_motion, strokes
-from palpate.run.settings import complete
-from palpate.run.settings_yaml import read_settings
+from palpate.run.settings import complete, read_settings
 from palpate.scenes.run_scene import compose
 from palpate.studies.dynamic import touching
 from palpate.studies.dynamic.compared_scene import ComparedScene

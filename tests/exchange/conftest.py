@@ -17,8 +17,7 @@ from palpate.bodies.make_body import make_body
 from palpate.exchange.ask import ask
 from palpate.exchange.folder import read
 from palpate.run.job import write_table
-from palpate.run.settings import complete
-from palpate.run.settings_yaml import read_settings
+from palpate.run.settings import complete, read_settings
 
 CONFIG = """
 seed: 1

@@ -74,7 +74,7 @@ def test_answers_to_other_questions_stop_the_run(asked, answers, tmp_path):
     ],
 )
 def test_scenes_and_files_that_are_not_there_are_named(pressed, given, said):
-    from palpate.run.settings_yaml import read_settings
+    from palpate.run.settings import read_settings
 
     settings = read_settings(pressed.config)
     settings["tradeoff"]["answers"] = given

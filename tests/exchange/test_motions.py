@@ -28,8 +28,7 @@ from palpate.exchange.score_command import _printed, score
 from palpate.exchange.score_motions import score_motions
 from palpate.exchange.suspects import over_time
 from palpate.files import write_arrays
-from palpate.run.settings import complete
-from palpate.run.settings_yaml import read_settings
+from palpate.run.settings import complete, read_settings
 from palpate.studies.dynamic.compared_scene import ComparedScene
 
 SCRIPT = Path(__file__).with_name("independent_motion.py")

@@ -8,6 +8,7 @@ import meshio
 import numpy as np
 import pytest
 import SimpleITK
+from fixtures.mesh_encodings import SOLIDS, lopsided
 from fixtures.organs import organ
 from fixtures.scans import write_scan, write_series
 

@@ -135,7 +135,7 @@ def test_the_shipped_scenes_pass():
         ({"hooks": [HOOKS["hooks"][0] | PULL]}, r".hooks\[0\] has shift_m and force_n; give one of them"),
         ({"hooks": [{"at_m": [3, 1, 1]}]}, r".hooks\[0\] lacks shift_m; add it"),
         ({"hooks": [HOOKS["hooks"][0] | LONG], "step_s": 0.7}, r".step_s is 0\.7, and hooks\[0\] lasts 0\.7 s, so"),
-        ({"threads": []}, r".threads is empty"),
+        ({"threads": []}, r".threads is \[\]: "),
         (SHAPES | {"body": "spotted"}, ": spotted has regions, and shape_matching has one stiffness; name corot"),
     ],
 )

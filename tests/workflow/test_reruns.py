@@ -198,8 +198,39 @@ def test_a_second_body_leaves_the_first(after):
 TOY = {
     "src/palpate/studies/toy/__init__.py": "",
     "workflow/rules/toy.smk": """
-TARGETS["toy"] = settled("palpate.studies.toy.jobs:measure_toy", "toy", throws=config["toy"]["throws"])
-TARGETS["toy"] += figures("toy", "toy")
+# A coin that is thrown.
+
+
+rule throw_coin:
+    output:
+        "results/tables/toy.csv",
+    log:
+        "results/logs/throw_coin.log",
+    params:
+        **calls("palpate.studies.toy.jobs:measure_toy"),
+        throws=config["toy"]["throws"],
+    script:
+        "../job.py"
+
+
+rule draw_toy:
+    input:
+        rules.throw_coin.output,
+    output:
+        figures("toy"),
+    log:
+        "results/logs/draw_toy.log",
+    params:
+        **draws(drawn("toy", "toy")),
+    script:
+        "../job.py"
+
+
+rule toy:
+    input:
+        rules.throw_coin.output,
+        rules.draw_toy.output,
+        page="results/report_toy.html",
 """,
     "src/palpate/studies/toy/jobs.py": '''
 """What the rules of the study call."""

@@ -4,8 +4,6 @@
 include: "functions/bodies.smk"
 
 
-# bodies made from a CT, which get pictures and masses of their own
-CTS = [name for name, body in config["bodies"].items() if body["kind"] == "ct"]
 # bodies whose meshes are tabulated
 MEASURED = list(dict.fromkeys(BODIES + (CTS if "ct" in ASKED else [])))
 
@@ -18,6 +16,8 @@ rule make_body:
         warned="results/data/{body}/warned.txt",
     log:
         "results/logs/{body}/make_body.log",
+    benchmark:
+        "results/benchmarks/{body}/make_body.tsv"
     priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.common_jobs:make_body"),
@@ -33,6 +33,8 @@ rule compute_compliance:
         "results/data/{body}/compliance_{radius}m.h5",
     log:
         "results/logs/{body}/compute_compliance_{radius}m.log",
+    benchmark:
+        "results/benchmarks/{body}/compute_compliance_{radius}m.tsv"
     priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.common_jobs:compute_compliance"),
@@ -48,8 +50,8 @@ rule tabulate_meshes:
     input:
         bodies=expand(BODY, body=MEASURED),
     output:
-        sizes="results/tables/mesh_sizes.csv",
-        quality="results/tables/mesh_quality.csv",
+        sizes=in_report("results/tables/mesh_sizes.csv"),
+        quality=in_report("results/tables/mesh_quality.csv"),
     log:
         "results/logs/tabulate_meshes.log",
     params:

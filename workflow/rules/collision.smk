@@ -1,25 +1,76 @@
 # Paper 3, chapter 4: bounding structures on deforming scenes, beside python-fcl and coal where they are installed.
 
-TARGETS["collision"] = settled(
-    "palpate.studies.collision.compare_trees:measure_collision",
-    "collision",
-    threads=HALF,
-    settings=some("collision", "frames", "refinements", "depths"),
-    seed=config["seed"],
-)
-TARGETS["collision"] += settled(
-    "palpate.studies.collision.compare_trees:measure_collision_scaling",
-    "collision_scaling",
-    threads=HALF,
-    triangles=config["collision"]["triangles"],
-    depths=config["collision"]["depths"][:1],
-)
-TARGETS["collision"] += settled(
-    "palpate.studies.collision.stopped_precision:measure_collision_precision",
-    "collision_precision",
-    "collision_apart",
-    threads=HALF,
-    seed=config["seed"],
-    **some("collision", "stopped", "apart", "depths", "refinements"),
-)
-TARGETS["collision"] += figures("collision", "collision", "collision_scaling", "collision_precision", "collision_apart")
+
+rule measure_collision:
+    output:
+        in_report("results/tables/collision.csv"),
+    log:
+        "results/logs/measure_collision.log",
+    benchmark:
+        "results/benchmarks/measure_collision.tsv"
+    threads: HALF
+    params:
+        **calls("palpate.studies.collision.compare_trees:measure_collision"),
+        settings=some("collision", "frames", "refinements", "depths"),
+        seed=config["seed"],
+    script:
+        "../job.py"
+
+
+rule measure_collision_scaling:
+    output:
+        in_report("results/tables/collision_scaling.csv"),
+    log:
+        "results/logs/measure_collision_scaling.log",
+    benchmark:
+        "results/benchmarks/measure_collision_scaling.tsv"
+    threads: HALF
+    params:
+        **calls("palpate.studies.collision.compare_trees:measure_collision_scaling"),
+        triangles=config["collision"]["triangles"],
+        depths=config["collision"]["depths"][:1],
+    script:
+        "../job.py"
+
+
+rule measure_collision_precision:
+    output:
+        collision_precision=in_report("results/tables/collision_precision.csv"),
+        collision_apart=in_report("results/tables/collision_apart.csv"),
+    log:
+        "results/logs/measure_collision_precision.log",
+    benchmark:
+        "results/benchmarks/measure_collision_precision.tsv"
+    threads: HALF
+    params:
+        **calls("palpate.studies.collision.stopped_precision:measure_collision_precision"),
+        **some("collision", "stopped", "apart", "depths", "refinements"),
+        seed=config["seed"],
+    script:
+        "../job.py"
+
+
+COLLISION_SHOWN = drawn("collision", "collision", "collision_scaling", "collision_precision", "collision_apart")
+
+
+rule draw_collision:
+    input:
+        read_by(COLLISION_SHOWN),
+    output:
+        figures(*COLLISION_SHOWN),
+    log:
+        "results/logs/draw_collision.log",
+    localrule: True
+    params:
+        **draws(COLLISION_SHOWN),
+    script:
+        "../job.py"
+
+
+rule collision:
+    input:
+        rules.measure_collision.output,
+        rules.measure_collision_scaling.output,
+        rules.measure_collision_precision.output,
+        rules.draw_collision.output,
+        page="results/report_collision.html",

@@ -2,22 +2,14 @@
 
 # an MRI does not show how dense tissue is
 WEIGHED = [body for body in CTS if config["bodies"][body]["modality"] == "ct"]
-IMAGING = ("mask_interpolation", "surface_normals", "tissue_classes", "segmented_scans", "compositing")
-
-TARGETS["ct"] = (
-    tabulated("mesh_quality", *IMAGING)
-    + (tabulated("node_mass") + figures("ct", "node_mass") if WEIGHED else [])
-    + drawn(*(f"{figure}_{body}" for figure in ("ct_slices", "ct_volume") for body in CTS), "ct_imaging")
-)
-OPTIONAL["ct"] += ["node_mass"] if "ct" in ASKED and WEIGHED else []
-WARNED["ct"] += warned_of(CTS)
+IMAGING = ["mask_interpolation", "surface_normals", "tissue_classes", "segmented_scans", "compositing"]
 
 
 rule tabulate_node_mass:
     input:
         files=[file for body in WEIGHED for file in body_files(body)],
     output:
-        "results/tables/node_mass.csv",
+        in_report("results/tables/node_mass.csv"),
     log:
         "results/logs/tabulate_node_mass.log",
     params:
@@ -33,8 +25,8 @@ rule draw_scan:
         body=BODY,
         files=lambda wildcards: body_files(wildcards.body),
     output:
-        slices=drawn("ct_slices_{body}"),
-        volume=drawn("ct_volume_{body}"),
+        slices=figures("ct_slices_{body}"),
+        volume=figures("ct_volume_{body}"),
     log:
         "results/logs/{body}/draw_scan.log",
     params:
@@ -48,10 +40,12 @@ rule measure_imaging:
     input:
         files=[file for body in CTS for file in body_files(body)],
     output:
-        **dict(zip(IMAGING, tabulated(*IMAGING))),
-        figure=drawn("ct_imaging"),
+        **dict(zip(IMAGING, map(in_report, tables(*IMAGING)))),
+        figure=figures("ct_imaging"),
     log:
         "results/logs/measure_imaging.log",
+    benchmark:
+        "results/benchmarks/measure_imaging.tsv"
     threads: HALF
     params:
         **calls("palpate.studies.ct.figures:measure_imaging"),
@@ -59,3 +53,27 @@ rule measure_imaging:
         settings=config["ct"]["imaging"],
     script:
         "../job.py"
+
+
+rule draw_ct:
+    input:
+        rules.tabulate_node_mass.output,
+    output:
+        figures("node_mass"),
+    log:
+        "results/logs/draw_ct.log",
+    localrule: True
+    params:
+        **draws(drawn("ct", "node_mass")),
+    script:
+        "../job.py"
+
+
+rule ct:
+    input:
+        tables("mesh_quality"),
+        rules.measure_imaging.output,
+        expand(rules.draw_scan.output, body=CTS),
+        [*rules.tabulate_node_mass.output, *rules.draw_ct.output] if WEIGHED else [],
+        warned_of(CTS),
+        page="results/report_ct.html",

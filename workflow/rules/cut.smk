@@ -2,12 +2,11 @@
 
 CUTS = config["cut"]["cuts"]
 CUTTING = "results/data/{body}/cut/{scene}"
+CUT_SHOWN = drawn("cut", "cut_precision", "cut_opening", scenes=list(CUTS))
 CUT_TABLES = {
     table: [f"results/data/{cut['body']}/cut/{scene}/{table}.csv" for scene, cut in CUTS.items()]
     for table in ("cut_truth", "cut", "cut_opening")
 }
-TARGETS["cut"] = merged("cut", **CUT_TABLES) + figures("cut", "cut_precision", "cut_opening", scenes=list(CUTS))
-WARNED["cut"] += warned_of({cut["body"] for cut in CUTS.values()})
 
 
 rule find_cut_truth:
@@ -18,6 +17,8 @@ rule find_cut_truth:
         table=f"{CUTTING}/cut_truth.csv",
     log:
         "results/logs/{body}/{scene}/find_cut_truth.log",
+    benchmark:
+        "results/benchmarks/{body}/{scene}/find_cut_truth.tsv"
     params:
         **calls("palpate.studies.cut.jobs:find_cut_truth"),
         entry=lambda wildcards: CUTS[wildcards.scene],
@@ -29,12 +30,14 @@ rule find_cut_truth:
 rule measure_cut:
     input:
         body=BODY,
-        truth=f"{CUTTING}/truth.h5",
+        truth=rules.find_cut_truth.output.truth,
     output:
         cut=f"{CUTTING}/cut.csv",
         opening=f"{CUTTING}/cut_opening.csv",
     log:
         "results/logs/{body}/{scene}/measure_cut.log",
+    benchmark:
+        "results/benchmarks/{body}/{scene}/measure_cut.tsv"
     threads: HALF
     params:
         **calls("palpate.studies.cut.jobs:measure_cut"),
@@ -43,3 +46,39 @@ rule measure_cut:
         repeats=config["timing"]["repeats"],
     script:
         "../job.py"
+
+
+rule merge_cut:
+    input:
+        **CUT_TABLES,
+    output:
+        *map(in_report, tables(*CUT_TABLES)),
+    log:
+        "results/logs/merge_cut.log",
+    localrule: True
+    params:
+        **calls("palpate.studies.common_jobs:merge"),
+    script:
+        "../job.py"
+
+
+rule draw_cut:
+    input:
+        read_by(CUT_SHOWN),
+    output:
+        figures(*CUT_SHOWN),
+    log:
+        "results/logs/draw_cut.log",
+    localrule: True
+    params:
+        **draws(CUT_SHOWN),
+    script:
+        "../job.py"
+
+
+rule cut:
+    input:
+        rules.merge_cut.output,
+        rules.draw_cut.output,
+        warned_of({cut["body"] for cut in CUTS.values()}),
+        page="results/report_cut.html",

@@ -17,36 +17,24 @@ FOLLOWED = {name: OF_ALL | {"duration_s": followed(config["scenes"][name])} | ow
 
 # scenes of which it is found how well their motion is known
 TRUE = [scene for scene, own in FOLLOWED.items() if "truth" in own]
-OPTIONAL["dynamic"] += ["motion_truth"] if TRUE else []
 # scenes in which something touches, so that it feels a force
-TOUCHED = [scene for scene in FOLLOWED if has_contact(config["scenes"][scene])]
-OPTIONAL["dynamic"] += ["dynamic_force"] if TOUCHED else []
+FELT = [scene for scene in FOLLOWED if has_contact(config["scenes"][scene])]
 # scenes whose push is moved to other places, which bounds are made of
 ELSEWHERE = [scene for scene, own in FOLLOWED.items() if "elsewhere" in own]
 # scenes whose models are tried on strokes that they were not shown, which bounds are made of, too
 HELD_OUT = [scene for scene, own in FOLLOWED.items() if "held_out" in own]
 TRIAL = "results/data/dynamic/{scene}"
 MOVED = expand(f"{TRIAL}/elsewhere.csv", scene=ELSEWHERE) + expand(f"{TRIAL}/held_out.csv", scene=HELD_OUT)
-OPTIONAL["dynamic"] += ["motion_bounds", "motion_places"] if MOVED else []
-# advice between presses, too, is the trade-off's table, for which motions alone do not wait
-OPTIONAL["dynamic"] += ["advice"] if "tradeoff" not in ADVISED else []
-
-TARGETS["dynamic"] = (
-    merged(
-        "dynamic",
-        dynamic_accuracy=expand(f"{TRIAL}/accuracy.csv", scene=FOLLOWED),
-        dynamic_reference=expand(f"{TRIAL}/reference.csv", scene=FOLLOWED),
-        **({"motion_truth": expand(f"{TRIAL}/truth.csv", scene=TRUE)} if TRUE else {}),
-        **({"dynamic_force": expand(f"{TRIAL}/force.csv", scene=TOUCHED)} if TOUCHED else {}),
-        **({"motion_places": MOVED} if MOVED else {}),
-    )
-    + tabulated(*OPTIONAL["dynamic"])
-    + figures("dynamic", "dynamic_accuracy", "dynamic_reference", *(["dynamic_force"] if TOUCHED else []))
-)
-WARNED["dynamic"] += warned_of({config["scenes"][scene]["body"] for scene in FOLLOWED})
-WARNED["dynamic"] += expand(f"{TRIAL}/warned.txt", scene=FOLLOWED)
-WARNED["dynamic"] += expand(f"{TRIAL}/truth_warned.txt", scene=TRUE)
-WARNED["dynamic"] += ["results/data/dynamic/left_out.txt"] if LEFT_OUT else []
+# the parts of each table that this run makes
+MOTIONS = {
+    "dynamic_accuracy": expand(f"{TRIAL}/accuracy.csv", scene=FOLLOWED),
+    "dynamic_reference": expand(f"{TRIAL}/reference.csv", scene=FOLLOWED),
+    "motion_truth": expand(f"{TRIAL}/truth.csv", scene=TRUE),
+    "dynamic_force": expand(f"{TRIAL}/force.csv", scene=FELT),
+    "motion_places": MOVED,
+}
+MOTIONS = {table: parts for table, parts in MOTIONS.items() if parts}
+DYNAMIC_SHOWN = drawn("dynamic", "dynamic_accuracy", "dynamic_reference", *(["dynamic_force"] if FELT else []))
 
 
 rule leave_out_scenes:
@@ -70,6 +58,8 @@ rule simulate_dynamic_reference:
         warned=f"{TRIAL}/warned.txt",
     log:
         "results/logs/dynamic/{scene}/simulate_dynamic_reference.log",
+    benchmark:
+        "results/benchmarks/dynamic/{scene}/simulate_dynamic_reference.tsv"
     params:
         **calls("palpate.studies.dynamic.reference:simulate_dynamic_reference", by_name),
         compared=compared_of,
@@ -77,23 +67,23 @@ rule simulate_dynamic_reference:
         "../job.py"
 
 
-if TRUE:
-
-    rule find_motion_truth:
-        input:
-            body=body_of_compared,
-        output:
-            truth=f"{TRIAL}/truth.npz",
-            table=f"{TRIAL}/truth.csv",
-            warned=f"{TRIAL}/truth_warned.txt",
-        log:
-            "results/logs/dynamic/{scene}/find_motion_truth.log",
-        params:
-            **calls("palpate.studies.dynamic.reference:find_motion_truth", by_name),
-            compared=compared_of,
-            truth=lambda wildcards: FOLLOWED[wildcards.scene]["truth"],
-        script:
-            "../job.py"
+rule find_motion_truth:
+    input:
+        body=body_of_compared,
+    output:
+        truth=f"{TRIAL}/truth.npz",
+        table=f"{TRIAL}/truth.csv",
+        warned=f"{TRIAL}/truth_warned.txt",
+    log:
+        "results/logs/dynamic/{scene}/find_motion_truth.log",
+    benchmark:
+        "results/benchmarks/dynamic/{scene}/find_motion_truth.tsv"
+    params:
+        **calls("palpate.studies.dynamic.reference:find_motion_truth", by_name),
+        compared=compared_of,
+        truth=lambda wildcards: FOLLOWED[wildcards.scene]["truth"],
+    script:
+        "../job.py"
 
 
 rule simulate_strokes:
@@ -103,10 +93,12 @@ rule simulate_strokes:
         strokes=f"{TRIAL}/{{model}}.npz",
     log:
         "results/logs/dynamic/{scene}/simulate_strokes_{model}.log",
+    benchmark:
+        "results/benchmarks/dynamic/{scene}/simulate_strokes_{model}.tsv"
     wildcard_constraints:
         model="path_modes|region_modes",
     params:
-        **calls("palpate.studies.dynamic.strokes:simulate_strokes", ["palpate.effects"]),
+        **calls("palpate.studies.dynamic.strokes:simulate_strokes", "palpate.effects"),
         compared=shown_of,
         region=region_of,
     script:
@@ -124,6 +116,8 @@ rule measure_dynamic:
         force=f"{TRIAL}/force.csv",
     log:
         "results/logs/dynamic/{scene}/measure_dynamic.log",
+    benchmark:
+        "results/benchmarks/dynamic/{scene}/measure_dynamic.tsv"
     threads: HALF
     params:
         **calls("palpate.studies.dynamic.accuracy:measure_dynamic", by_name),
@@ -135,56 +129,96 @@ rule measure_dynamic:
         "../job.py"
 
 
-if ELSEWHERE:
-
-    rule measure_elsewhere:
-        input:
-            body=body_of_compared,
-            truth=truth_of_compared,
-        output:
-            f"{TRIAL}/elsewhere.csv",
-        log:
-            "results/logs/dynamic/{scene}/measure_elsewhere.log",
-        params:
-            **calls("palpate.studies.dynamic.elsewhere:measure_elsewhere", by_name),
-            compared=compared_of,
-            settings=settings_of_compared,
-            own=lambda wildcards: FOLLOWED[wildcards.scene]["elsewhere"],
-            seed=config["seed"],
-        script:
-            "../job.py"
-
-
-if HELD_OUT:
-
-    rule measure_held_out:
-        input:
-            body=body_of_compared,
-            strokes=f"{TRIAL}/region_modes.npz",
-        output:
-            f"{TRIAL}/held_out.csv",
-        log:
-            "results/logs/dynamic/{scene}/measure_held_out.log",
-        params:
-            **calls("palpate.studies.dynamic.touching:measure_held_out", by_name),
-            compared=shown_of,
-            grid=lambda wildcards: settings_of_compared(wildcards)["region_modes"],
-            held_out=lambda wildcards: FOLLOWED[wildcards.scene]["held_out"],
-            seed=config["seed"],
-        script:
-            "../job.py"
+rule measure_elsewhere:
+    input:
+        body=body_of_compared,
+        truth=truth_of_compared,
+    output:
+        f"{TRIAL}/elsewhere.csv",
+    log:
+        "results/logs/dynamic/{scene}/measure_elsewhere.log",
+    benchmark:
+        "results/benchmarks/dynamic/{scene}/measure_elsewhere.tsv"
+    params:
+        **calls("palpate.studies.dynamic.elsewhere:measure_elsewhere", by_name),
+        compared=compared_of,
+        settings=settings_of_compared,
+        own=lambda wildcards: FOLLOWED[wildcards.scene]["elsewhere"],
+        seed=config["seed"],
+    script:
+        "../job.py"
 
 
-if MOVED:
+rule measure_held_out:
+    input:
+        body=body_of_compared,
+        strokes=f"{TRIAL}/region_modes.npz",
+    output:
+        f"{TRIAL}/held_out.csv",
+    log:
+        "results/logs/dynamic/{scene}/measure_held_out.log",
+    benchmark:
+        "results/benchmarks/dynamic/{scene}/measure_held_out.tsv"
+    params:
+        **calls("palpate.studies.dynamic.touching:measure_held_out", by_name),
+        compared=shown_of,
+        grid=lambda wildcards: settings_of_compared(wildcards)["region_modes"],
+        held_out=lambda wildcards: FOLLOWED[wildcards.scene]["held_out"],
+        seed=config["seed"],
+    script:
+        "../job.py"
 
-    rule tabulate_motion_bounds:
-        input:
-            MOVED,
-        output:
-            "results/tables/motion_bounds.csv",
-        log:
-            "results/logs/tabulate_motion_bounds.log",
-        params:
-            **calls("palpate.studies.dynamic.elsewhere:tabulate_motion_bounds"),
-        script:
-            "../job.py"
+
+rule tabulate_motion_bounds:
+    input:
+        MOVED,
+    output:
+        in_report("results/tables/motion_bounds.csv"),
+    log:
+        "results/logs/tabulate_motion_bounds.log",
+    params:
+        **calls("palpate.studies.dynamic.elsewhere:tabulate_motion_bounds"),
+    script:
+        "../job.py"
+
+
+rule merge_dynamic:
+    input:
+        **MOTIONS,
+    output:
+        *map(in_report, tables(*MOTIONS)),
+    log:
+        "results/logs/merge_dynamic.log",
+    localrule: True
+    params:
+        **calls("palpate.studies.common_jobs:merge"),
+    script:
+        "../job.py"
+
+
+rule draw_dynamic:
+    input:
+        read_by(DYNAMIC_SHOWN),
+    output:
+        figures(*DYNAMIC_SHOWN),
+    log:
+        "results/logs/draw_dynamic.log",
+    localrule: True
+    params:
+        **draws(DYNAMIC_SHOWN),
+    script:
+        "../job.py"
+
+
+rule dynamic:
+    input:
+        rules.merge_dynamic.output,
+        rules.draw_dynamic.output,
+        tables("motion_bounds") if MOVED else [],
+        # between presses, too, it is the trade-off's, for which motions alone do not wait
+        tables("advice") if "tradeoff" not in ADVISED else [],
+        warned_of({config["scenes"][scene]["body"] for scene in FOLLOWED}),
+        expand(f"{TRIAL}/warned.txt", scene=FOLLOWED),
+        expand(f"{TRIAL}/truth_warned.txt", scene=TRUE),
+        "results/data/dynamic/left_out.txt" if LEFT_OUT else [],
+        page="results/report_dynamic.html",

@@ -12,30 +12,11 @@ CASES = PREMISES.pop("cases")
 PREMISE_BODIES = list(dict.fromkeys([*BODIES, *(case["body"] for case in CASES.values())]))
 PREMISE_TABLES = ("premises", "premise_bodies", "feature_vectors", "database_memory")
 
-TARGETS["enrichment"] = (
-    merged(
-        "enrichment",
-        sigma_sweep=points("sigma_sweep.csv"),
-        enrichment_accuracy=points("enrichment_accuracy.csv"),
-        enrichment_timing=expand("results/data/{body}/enrichment_timing.csv", body=BODIES),
-        online_cost=expand("results/data/{body}/online_cost.csv", body=BODIES),
-    )
-    + tabulated("mesh_sizes", "mesh_quality", "sample_peaks", "splits", "fem_cost", *PREMISE_TABLES)
-    + settled(
-        "palpate.studies.enrichment.jobs:time_complexity",
-        "complexity",
-        threads=HALF,
-        samples=config["enrichment"]["complexity_samples"],
-        seed=config["seed"],
-    )
-    + figures("enrichment", "sigma_sweep", published=True)
-    + figures("enrichment", "premises", "feature_vectors", "complexity")
-    + figures("enrichment", "timing_bars", "accuracy_vs_online_cost", "fem_cost")
-    + drawn("mesh_levels", *expand("deformed_{body}_{regime}", body=BODIES, regime=POINTS))
-    + drawn(*expand("error_over_body_{body}_{regime}", body=BODIES, regime=POINTS))
-    + expand("results/figures/error_over_body_{body}_{regime}.json", body=BODIES, regime=POINTS)
+ENRICHMENT_SHOWN = (
+    drawn("enrichment", "sigma_sweep", published=published_of("enrichment"))
+    | drawn("enrichment", "premises", "feature_vectors", "complexity")
+    | drawn("enrichment", "timing_bars", "accuracy_vs_online_cost", "fem_cost")
 )
-WARNED["enrichment"] += warned_of(BODIES) + points("loads_warned.txt") + ["results/data/premises_warned.txt"]
 
 
 rule evaluate_methods:
@@ -49,6 +30,8 @@ rule evaluate_methods:
         predictions=f"{PRESS}/predictions.h5",
     log:
         "results/logs/{body}/{regime}/evaluate_methods.log",
+    benchmark:
+        "results/benchmarks/{body}/{regime}/evaluate_methods.tsv"
     params:
         **calls("palpate.studies.enrichment.jobs:evaluate_methods"),
         regression=REGRESSION,
@@ -64,10 +47,12 @@ rule compare_premises:
         databases=expand(f"results/data/{{body}}/{POINTS[0]}/database.h5", body=BODIES),
         files=[file for body in PREMISE_BODIES for file in body_files(body)],
     output:
-        **dict(zip(PREMISE_TABLES, tabulated(*PREMISE_TABLES))),
+        **dict(zip(PREMISE_TABLES, map(in_report, tables(*PREMISE_TABLES)))),
         warned="results/data/premises_warned.txt",
     log:
         "results/logs/compare_premises.log",
+    benchmark:
+        "results/benchmarks/compare_premises.tsv"
     params:
         **calls("palpate.studies.enrichment.jobs:compare_premises"),
         sampled=BODIES,
@@ -92,6 +77,8 @@ rule time_methods:
         cost="results/data/{body}/online_cost.csv",
     log:
         "results/logs/{body}/time_methods.log",
+    benchmark:
+        "results/benchmarks/{body}/time_methods.tsv"
     threads: HALF
     params:
         **calls("palpate.studies.enrichment.jobs:time_methods"),
@@ -109,9 +96,9 @@ rule tabulate_samples:
         samples=points("samples.csv"),
         fine=[file for body in BODIES for regime in POINTS for file in fine_batches(body, regime)],
     output:
-        peaks="results/tables/sample_peaks.csv",
-        splits="results/tables/splits.csv",
-        cost="results/tables/fem_cost.csv",
+        peaks=in_report("results/tables/sample_peaks.csv"),
+        splits=in_report("results/tables/splits.csv"),
+        cost=in_report("results/tables/fem_cost.csv"),
     log:
         "results/logs/tabulate_samples.log",
     params:
@@ -120,11 +107,44 @@ rule tabulate_samples:
         "../job.py"
 
 
+rule time_complexity:
+    output:
+        in_report("results/tables/complexity.csv"),
+    log:
+        "results/logs/time_complexity.log",
+    benchmark:
+        "results/benchmarks/time_complexity.tsv"
+    threads: HALF
+    params:
+        **calls("palpate.studies.enrichment.jobs:time_complexity"),
+        samples=config["enrichment"]["complexity_samples"],
+        seed=config["seed"],
+    script:
+        "../job.py"
+
+
+rule merge_enrichment:
+    input:
+        sigma_sweep=points("sigma_sweep.csv"),
+        enrichment_accuracy=points("enrichment_accuracy.csv"),
+        enrichment_timing=expand(rules.time_methods.output.timing, body=BODIES),
+        online_cost=expand(rules.time_methods.output.cost, body=BODIES),
+    output:
+        *map(in_report, tables("sigma_sweep", "enrichment_accuracy", "enrichment_timing", "online_cost")),
+    log:
+        "results/logs/merge_enrichment.log",
+    localrule: True
+    params:
+        **calls("palpate.studies.common_jobs:merge"),
+    script:
+        "../job.py"
+
+
 rule draw_meshes:
     input:
         bodies=expand(BODY, body=BODIES),
     output:
-        drawn("mesh_levels"),
+        figures("mesh_levels"),
     log:
         "results/logs/draw_meshes.log",
     params:
@@ -139,8 +159,8 @@ rule draw_responses:
         database=f"{PRESS}/database.h5",
         predictions=f"{PRESS}/predictions.h5",
     output:
-        deformed=drawn("deformed_{body}_{regime}"),
-        errors=drawn("error_over_body_{body}_{regime}"),
+        deformed=figures("deformed_{body}_{regime}"),
+        errors=figures("error_over_body_{body}_{regime}"),
         turnable="results/figures/error_over_body_{body}_{regime}.json",
     log:
         "results/logs/{body}/{regime}/draw_responses.log",
@@ -148,3 +168,32 @@ rule draw_responses:
         **calls("palpate.studies.enrichment.jobs:draw_responses"),
     script:
         "../job.py"
+
+
+rule draw_enrichment:
+    input:
+        read_by(ENRICHMENT_SHOWN),
+    output:
+        figures(*ENRICHMENT_SHOWN),
+    log:
+        "results/logs/draw_enrichment.log",
+    localrule: True
+    params:
+        **draws(ENRICHMENT_SHOWN),
+    script:
+        "../job.py"
+
+
+rule enrichment:
+    input:
+        tables("mesh_sizes", "mesh_quality"),
+        rules.merge_enrichment.output,
+        rules.compare_premises.output,
+        rules.tabulate_samples.output,
+        rules.time_complexity.output,
+        rules.draw_enrichment.output,
+        rules.draw_meshes.output,
+        expand(rules.draw_responses.output, body=BODIES, regime=POINTS),
+        warned_of(BODIES),
+        points("loads_warned.txt"),
+        page="results/report_enrichment.html",

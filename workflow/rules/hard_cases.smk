@@ -1,22 +1,55 @@
 # Situations in which numerics may fail, each with what was expected of it beforehand.
 
-HARD = "results/data/hard_cases/{family}.csv"
-TARGETS["hard_cases"] = merged("hard_cases", hard_cases=expand(HARD, family=config["hard_cases"]["families"]))
-TARGETS["hard_cases"] += figures("hard_cases", "hard_cases")
-
 
 rule try_hard_cases:
     output:
-        HARD,
+        "results/data/hard_cases/{family}.csv",
     log:
         "results/logs/hard_cases/{family}.log",
+    benchmark:
+        "results/benchmarks/hard_cases/{family}.tsv"
     wildcard_constraints:
         family="|".join(config["hard_cases"]["families"]),
     params:
         **calls(
             "palpate.studies.hard_cases.declared:try_hard_cases",
-            ["palpate.effects", "palpate.solvers", "palpate.collision"],
+            *("palpate.effects", "palpate.solvers", "palpate.collision"),
         ),
         long=config["hard_cases"]["long"],
     script:
         "../job.py"
+
+
+rule merge_hard_cases:
+    input:
+        hard_cases=expand(rules.try_hard_cases.output, family=config["hard_cases"]["families"]),
+    output:
+        in_report("results/tables/hard_cases.csv"),
+    log:
+        "results/logs/merge_hard_cases.log",
+    localrule: True
+    params:
+        **calls("palpate.studies.common_jobs:merge"),
+    script:
+        "../job.py"
+
+
+rule draw_hard_cases:
+    input:
+        rules.merge_hard_cases.output,
+    output:
+        figures("hard_cases"),
+    log:
+        "results/logs/draw_hard_cases.log",
+    localrule: True
+    params:
+        **draws(drawn("hard_cases", "hard_cases")),
+    script:
+        "../job.py"
+
+
+rule hard_cases:
+    input:
+        rules.merge_hard_cases.output,
+        rules.draw_hard_cases.output,
+        page="results/report_hard_cases.html",

@@ -7,8 +7,6 @@ from palpate.studies.law.settings import changes_of, compared_bodies
 COMPARED_BODIES = compared_bodies(config)
 # of palpate's own by name, of the user's by file
 COMPARED_LAWS = {name: name if kind_of(name) else normpath(CONFIG_FILE.parent / name) for name in config["law"]["laws"]}
-TARGETS["law"] = merged("law", law=expand("results/data/{body}/law.csv", body=COMPARED_BODIES)) + figures("law", "law")
-WARNED["law"] += warned_of(COMPARED_BODIES) + expand("results/data/{body}/law_warned.txt", body=COMPARED_BODIES)
 
 
 rule compare_laws:
@@ -20,8 +18,10 @@ rule compare_laws:
         warned="results/data/{body}/law_warned.txt",
     log:
         "results/logs/{body}/compare_laws.log",
+    benchmark:
+        "results/benchmarks/{body}/compare_laws.tsv"
     params:
-        **calls("palpate.studies.law.compare_laws:press_under_laws", ["palpate.effects.laws"]),
+        **calls("palpate.studies.law.compare_laws:press_under_laws", "palpate.effects.laws"),
         laws=lambda wildcards: [COMPARED_LAWS[name] for name in changes_of(config, wildcards.body)["laws"]],
         poissons=lambda wildcards: changes_of(config, wildcards.body)["poissons"],
         contacts=lambda wildcards: changes_of(config, wildcards.body)["contacts"],
@@ -29,3 +29,40 @@ rule compare_laws:
         radius_m=lambda wildcards: config["law"]["radius_of_body_m"].get(wildcards.body, config["law"]["radius_m"]),
     script:
         "../job.py"
+
+
+rule merge_law:
+    input:
+        law=expand(rules.compare_laws.output.table, body=COMPARED_BODIES),
+    output:
+        in_report("results/tables/law.csv"),
+    log:
+        "results/logs/merge_law.log",
+    localrule: True
+    params:
+        **calls("palpate.studies.common_jobs:merge"),
+    script:
+        "../job.py"
+
+
+rule draw_law:
+    input:
+        rules.merge_law.output,
+    output:
+        figures("law"),
+    log:
+        "results/logs/draw_law.log",
+    localrule: True
+    params:
+        **draws(drawn("law", "law")),
+    script:
+        "../job.py"
+
+
+rule law:
+    input:
+        rules.merge_law.output,
+        rules.draw_law.output,
+        warned_of(COMPARED_BODIES),
+        expand(rules.compare_laws.output.warned, body=COMPARED_BODIES),
+        page="results/report_law.html",

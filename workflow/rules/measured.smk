@@ -15,23 +15,16 @@ OF_PRESSES = "results/data/measured/presses/{presses}"
 ABOUT_PRESSES = ["presses", "press_predictions", "press_curves"]
 ABOUT_RELAXATION = [f"relaxation{part}" for part in ("", "_curves", "_errors", "_presses", "_trends")]
 
-TARGETS["measured"] = []
+# the parts of each table that this run makes: tables of what no entry asks for would be empty
+ASKED_OF_PRESSES = [*(ABOUT_PRESSES if asking("elastic") else []), *(ABOUT_RELAXATION if asking("relaxation") else [])]
+MEASURED_PARTS = {name: expand(f"{OF_PRESSES}/{name}.csv", presses=PRESSED_TISSUE) for name in ASKED_OF_PRESSES}
 if EXPERIMENTS:
-    TARGETS["measured"] += merged("measured", measured=expand(f"{OF_EXPERIMENT}.csv", experiment=EXPERIMENTS))
-    TARGETS["measured"] += figures("measured", "measured", scenes=EXPERIMENTS)
-    OPTIONAL["measured"] += ["measured"]
-if PRESSED_TISSUE:
-    # tables of what no entry asks for would be empty
-    names = [*(ABOUT_PRESSES if asking("elastic") else []), *(ABOUT_RELAXATION if asking("relaxation") else [])]
-    parts = {name: expand(f"{OF_PRESSES}/{name}.csv", presses=PRESSED_TISSUE) for name in names}
-    TARGETS["measured"] += merged("measured", **parts)
-    OPTIONAL["measured"] += list(parts)
-    for name, what in {"presses": "elastic", "relaxation": "relaxation"}.items():
-        if asking(what):
-            TARGETS["measured"] += figures("measured", name, scenes=asking(what))
-    WARNED["measured"] += expand(f"{OF_PRESSES}/warned.txt", presses=PRESSED_TISSUE)
-WARNED["measured"] += warned_of(dict.fromkeys(entry["body"] for entry in config["measured"]["experiments"].values()))
-WARNED["measured"] += expand(f"{OF_EXPERIMENT}_warned.txt", experiment=EXPERIMENTS)
+    MEASURED_PARTS["measured"] = expand(f"{OF_EXPERIMENT}.csv", experiment=EXPERIMENTS)
+MEASURED_SHOWN = (
+    (drawn("measured", "measured", scenes=EXPERIMENTS) if EXPERIMENTS else {})
+    | (drawn("measured", "presses", scenes=asking("elastic")) if asking("elastic") else {})
+    | (drawn("measured", "relaxation", scenes=asking("relaxation")) if asking("relaxation") else {})
+)
 
 
 rule measure_experiment:
@@ -48,7 +41,7 @@ rule measure_experiment:
         experiment="|".join(EXPERIMENTS) or "nothing",
     # laws are imported by name, so every effect's code counts
     params:
-        **calls("palpate.studies.measured.measure:measure_experiment", ["palpate.effects"]),
+        **calls("palpate.studies.measured.measure:measure_experiment", "palpate.effects"),
         entry=experiment_entry,
         models=models_of_measured(),
     script:
@@ -69,8 +62,46 @@ rule identify_presses:
     # curves of a law that stiffens are computed on all cores
     threads: lambda wildcards: HALF if presses_entry(wildcards)["laws"] == ["neo_hookean"] else workflow.cores
     params:
-        **calls("palpate.studies.measured.pressed:identify_presses", ["palpate.effects"]),
+        **calls("palpate.studies.measured.pressed:identify_presses", "palpate.effects"),
         entry=presses_entry,
         seed=config["seed"],
     script:
         "../job.py"
+
+
+rule merge_measured:
+    input:
+        **MEASURED_PARTS,
+    output:
+        *map(in_report, tables(*MEASURED_PARTS)),
+    log:
+        "results/logs/merge_measured.log",
+    localrule: True
+    params:
+        **calls("palpate.studies.common_jobs:merge"),
+    script:
+        "../job.py"
+
+
+rule draw_measured:
+    input:
+        read_by(MEASURED_SHOWN),
+    output:
+        figures(*MEASURED_SHOWN),
+    log:
+        "results/logs/draw_measured.log",
+    localrule: True
+    params:
+        **draws(MEASURED_SHOWN),
+    script:
+        "../job.py"
+
+
+rule measured:
+    input:
+        rules.merge_measured.output,
+        rules.draw_measured.output,
+        warned_of(dict.fromkeys(entry["body"] for entry in config["measured"]["experiments"].values())),
+        expand(f"{OF_EXPERIMENT}_warned.txt", experiment=EXPERIMENTS),
+        expand(f"{OF_PRESSES}/warned.txt", presses=PRESSED_TISSUE),
+        page="results/report_measured.html",

@@ -5,11 +5,6 @@ ORGAN_TABLES = {
     table: f"results/data/{{body}}/{table}.csv" for table in ("organ_springs", "organ_history", "mass_motion")
 }
 
-TARGETS["organ_springs"] = merged(
-    "organ_springs", **{table: expand(file, body=ORGANS) for table, file in ORGAN_TABLES.items()}
-) + figures("organ_springs", "organ_springs")
-WARNED["organ_springs"] += warned_of(ORGANS)
-
 
 rule fit_organ_springs:
     input:
@@ -18,6 +13,8 @@ rule fit_organ_springs:
         **ORGAN_TABLES,
     log:
         "results/logs/{body}/fit_organ_springs.log",
+    benchmark:
+        "results/benchmarks/{body}/fit_organ_springs.tsv"
     # its times are reported
     threads: HALF
     params:
@@ -26,3 +23,39 @@ rule fit_organ_springs:
         seed=config["seed"],
     script:
         "../job.py"
+
+
+rule merge_organ_springs:
+    input:
+        **{table: expand(file, body=ORGANS) for table, file in ORGAN_TABLES.items()},
+    output:
+        *map(in_report, tables(*ORGAN_TABLES)),
+    log:
+        "results/logs/merge_organ_springs.log",
+    localrule: True
+    params:
+        **calls("palpate.studies.common_jobs:merge"),
+    script:
+        "../job.py"
+
+
+rule draw_organ_springs:
+    input:
+        tables("organ_springs"),
+    output:
+        figures("organ_springs"),
+    log:
+        "results/logs/draw_organ_springs.log",
+    localrule: True
+    params:
+        **draws(drawn("organ_springs", "organ_springs")),
+    script:
+        "../job.py"
+
+
+rule organ_springs:
+    input:
+        rules.merge_organ_springs.output,
+        rules.draw_organ_springs.output,
+        warned_of(ORGANS),
+        page="results/report_organ_springs.html",

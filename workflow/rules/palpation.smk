@@ -1,16 +1,7 @@
 # Whether a finger feels the regions of bodies, and how deep in a slab a ball may lie to be felt.
 
 PALPATED = config["palpation"]["bodies"] or [name for name, body in config["bodies"].items() if body.get("regions")]
-IN_SLAB = ("slab", "ball_radius_m", "covers_m", "contrasts", "radius_m", "pressure_of_young", "felt")
-
-TARGETS["palpation"] = merged("palpation", palpation=expand("results/data/{body}/palpation.csv", body=PALPATED))
-TARGETS["palpation"] += settled(
-    "palpate.studies.palpation.palpation:measure_palpation_limits",
-    "palpation_limits",
-    settings=some("palpation", *IN_SLAB),
-)
-TARGETS["palpation"] += figures("palpation", "palpation", "palpation_limits")
-WARNED["palpation"] += warned_of(PALPATED)
+PALPATION_SHOWN = drawn("palpation", "palpation", "palpation_limits")
 
 
 rule measure_palpation:
@@ -20,8 +11,63 @@ rule measure_palpation:
         "results/data/{body}/palpation.csv",
     log:
         "results/logs/{body}/measure_palpation.log",
+    benchmark:
+        "results/benchmarks/{body}/measure_palpation.tsv"
     params:
         **calls("palpate.studies.palpation.palpation:measure_palpation"),
         settings=some("palpation", "radius_m", "places", "pressures_of_young", "felt"),
     script:
         "../job.py"
+
+
+rule measure_palpation_limits:
+    output:
+        in_report("results/tables/palpation_limits.csv"),
+    log:
+        "results/logs/measure_palpation_limits.log",
+    benchmark:
+        "results/benchmarks/measure_palpation_limits.tsv"
+    params:
+        **calls("palpate.studies.palpation.palpation:measure_palpation_limits"),
+        settings=some(
+            "palpation", "slab", "ball_radius_m", "covers_m", "contrasts", "radius_m", "pressure_of_young", "felt"
+        ),
+    script:
+        "../job.py"
+
+
+rule merge_palpation:
+    input:
+        palpation=expand(rules.measure_palpation.output, body=PALPATED),
+    output:
+        in_report("results/tables/palpation.csv"),
+    log:
+        "results/logs/merge_palpation.log",
+    localrule: True
+    params:
+        **calls("palpate.studies.common_jobs:merge"),
+    script:
+        "../job.py"
+
+
+rule draw_palpation:
+    input:
+        read_by(PALPATION_SHOWN),
+    output:
+        figures(*PALPATION_SHOWN),
+    log:
+        "results/logs/draw_palpation.log",
+    localrule: True
+    params:
+        **draws(PALPATION_SHOWN),
+    script:
+        "../job.py"
+
+
+rule palpation:
+    input:
+        rules.merge_palpation.output,
+        rules.measure_palpation_limits.output,
+        rules.draw_palpation.output,
+        warned_of(PALPATED),
+        page="results/report_palpation.html",

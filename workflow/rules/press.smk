@@ -7,11 +7,6 @@ include: "functions/press.smk"
 PRESSED_HERE = pressed_bodies(config, "press")
 EXPORTED = "results/data/{body}/press"
 
-TARGETS["press"] = merged("press", press=expand(f"{EXPORTED}/press.csv", body=PRESSED_HERE)) + expand(
-    ["results/figures/press_{body}.html", "results/figures/press_{body}.section"], body=PRESSED_HERE
-)
-WARNED["press"] += warned_of(PRESSED_HERE)
-
 
 rule export_model:
     input:
@@ -21,8 +16,10 @@ rule export_model:
         coarse=f"{EXPORTED}/coarse.bin",
     log:
         "results/logs/{body}/export_model.log",
+    benchmark:
+        "results/benchmarks/{body}/export_model.tsv"
     params:
-        **calls("palpate.studies.press.jobs:export_model", ["palpate.models.contact_modes.contact_modes"]),
+        **calls("palpate.studies.press.jobs:export_model", "palpate.models.contact_modes.contact_modes"),
         settings=some("press", "contacts", "modes", "thinned", "instruments", "places"),
         grid={"contact_modes": defaults("tradeoff")["settings"]["contact_modes"]},
         radius_m=lambda wildcards: radius_of(config["press"], wildcards.body),
@@ -53,8 +50,32 @@ rule write_press:
         page="results/figures/press_{body}.html",
     log:
         "results/logs/{body}/write_press.log",
+    benchmark:
+        "results/benchmarks/{body}/write_press.tsv"
     params:
         **some("press", "contacts", "samples"),
         **calls("palpate.studies.press.jobs:write_press"),
     script:
         "../job.py"
+
+
+rule merge_press:
+    input:
+        press=expand(rules.write_press.output.table, body=PRESSED_HERE),
+    output:
+        in_report("results/tables/press.csv"),
+    log:
+        "results/logs/merge_press.log",
+    localrule: True
+    params:
+        **calls("palpate.studies.common_jobs:merge"),
+    script:
+        "../job.py"
+
+
+rule press:
+    input:
+        rules.merge_press.output,
+        expand([rules.write_press.output.page, rules.write_press.output.section], body=PRESSED_HERE),
+        warned_of(PRESSED_HERE),
+        page="results/report_press.html",

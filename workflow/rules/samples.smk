@@ -33,6 +33,8 @@ rule choose_presses:
         warned=f"{PRESS}/loads_warned.txt",
     log:
         "results/logs/{body}/{regime}/choose_presses.log",
+    benchmark:
+        "results/benchmarks/{body}/{regime}/choose_presses.tsv"
     wildcard_constraints:
         regime="|".join([*REGIMES, *FINGERS]) or "nothing",
     priority: 1  # most of a run waits for it
@@ -55,6 +57,8 @@ rule simulate_fine:
         f"{PRESS}/fine_{{batch}}.h5",
     log:
         "results/logs/{body}/{regime}/simulate_fine_{batch}.log",
+    benchmark:
+        "results/benchmarks/{body}/{regime}/simulate_fine_{batch}.tsv"
     priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.common_jobs:simulate_fine"),
@@ -75,6 +79,8 @@ rule assemble_database:
         samples=f"{PRESS}/samples.csv",
     log:
         "results/logs/{body}/{regime}/assemble_database.log",
+    benchmark:
+        "results/benchmarks/{body}/{regime}/assemble_database.tsv"
     priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.common_jobs:assemble_database"),

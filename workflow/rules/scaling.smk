@@ -2,7 +2,6 @@
 
 GROWING = ["fem", "fine_nodes", "samples", "triangles", "particles", "cores"]
 GROWN = "results/data/scaling/{component}.csv"
-TARGETS["scaling"] = merged("scaling", scaling=expand(GROWN, component=GROWING)) + figures("scaling", "scaling")
 
 
 rule measure_scaling:
@@ -17,7 +16,42 @@ rule measure_scaling:
     resources:
         mem_mb=8000,
     params:
-        **calls("palpate.studies.scaling.measure_scaling:measure_scaling", ["palpate.effects", "palpate.solvers"]),
+        **calls("palpate.studies.scaling.measure_scaling:measure_scaling", "palpate.effects", "palpate.solvers"),
         sizes=lambda wildcards: config["scaling"].get(wildcards.component),
     script:
         "../job.py"
+
+
+rule merge_scaling:
+    input:
+        scaling=expand(rules.measure_scaling.output, component=GROWING),
+    output:
+        in_report("results/tables/scaling.csv"),
+    log:
+        "results/logs/merge_scaling.log",
+    localrule: True
+    params:
+        **calls("palpate.studies.common_jobs:merge"),
+    script:
+        "../job.py"
+
+
+rule draw_scaling:
+    input:
+        rules.merge_scaling.output,
+    output:
+        figures("scaling"),
+    log:
+        "results/logs/draw_scaling.log",
+    localrule: True
+    params:
+        **draws(drawn("scaling", "scaling")),
+    script:
+        "../job.py"
+
+
+rule scaling:
+    input:
+        rules.merge_scaling.output,
+        rules.draw_scaling.output,
+        page="results/report_scaling.html",

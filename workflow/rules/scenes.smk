@@ -7,23 +7,12 @@ include: "functions/scenes.smk"
 from palpate.scenes import acting_effects
 from palpate.scenes.scene import bodies_in
 
-SCENES = list(config["scenes"])
 # scenes in which forces are felt, and those of them in which an instrument, a hook or a thread is moved
 TOUCHING = [name for name, scene in config["scenes"].items() if acting_effects.has_forces(scene)]
 DRIVEN = [name for name, scene in config["scenes"].items() if acting_effects.has_driven(scene)]
 OF_SCENE = "results/data/scenes/{scene}"
 
-TARGETS["scenes"] = (
-    tabulated("scene_effects", "effects", "energy", "energy_balance")
-    + figures("scenes", "energy", "effects")
-    + drawn(*(f"motion_{scene}" for scene in SCENES))
-    + expand("results/figures/motion_{scene}.{suffix}", scene=SCENES, suffix=["gif", "json"])
-    + expand("results/motion/{scene}", scene=SCENES)
-    + (tabulated("contacts", "contact_force") if TOUCHING else [])
-    + (figures("scenes", "contact_force", scenes=DRIVEN) if DRIVEN else [])
-)
-WARNED["scenes"] += warned_of({body for scene in config["scenes"].values() for body in bodies_in(scene)})
-WARNED["scenes"] += expand(f"{OF_SCENE}/warned.txt", scene=SCENES)
+SCENES_SHOWN = drawn("scenes", "energy", "effects") | drawn("scenes", "contact_force", scenes=DRIVEN)
 
 
 rule simulate_scene:
@@ -39,6 +28,8 @@ rule simulate_scene:
         warned=f"{OF_SCENE}/warned.txt",
     log:
         "results/logs/scenes/{scene}/simulate_scene.log",
+    benchmark:
+        "results/benchmarks/scenes/{scene}/simulate_scene.tsv"
     threads: HALF
     params:
         **calls("palpate.studies.scenes.measurements:simulate_scene", called_by),
@@ -54,10 +45,10 @@ rule tabulate_scenes:
         costs=expand(f"{OF_SCENE}/cost.csv", scene=SCENES),
         errors=expand(f"{OF_SCENE}/left_out.csv", scene=SCENES),
     output:
-        decisions="results/tables/scene_effects.csv",
-        effects="results/tables/effects.csv",
-        energy="results/tables/energy.csv",
-        balance="results/tables/energy_balance.csv",
+        decisions=in_report("results/tables/scene_effects.csv"),
+        effects=in_report("results/tables/effects.csv"),
+        energy=in_report("results/tables/energy.csv"),
+        balance=in_report("results/tables/energy_balance.csv"),
     log:
         "results/logs/tabulate_scenes.log",
     params:
@@ -71,8 +62,8 @@ rule tabulate_contacts:
     input:
         motions=expand(f"{OF_SCENE}/motion.h5", scene=TOUCHING),
     output:
-        contacts="results/tables/contacts.csv",
-        force="results/tables/contact_force.csv",
+        contacts=in_report("results/tables/contacts.csv"),
+        force=in_report("results/tables/contact_force.csv"),
     log:
         "results/logs/tabulate_contacts.log",
     params:
@@ -85,7 +76,7 @@ rule draw_motion:
     input:
         motion=f"{OF_SCENE}/motion.h5",
     output:
-        stills=drawn("motion_{scene}"),
+        stills=figures("motion_{scene}"),
         animation="results/figures/motion_{scene}.gif",
         turnable="results/figures/motion_{scene}.json",
         series=directory("results/motion/{scene}"),
@@ -95,3 +86,28 @@ rule draw_motion:
         **calls("palpate.studies.scenes.motion_pictures:draw_motion"),
     script:
         "../job.py"
+
+
+rule draw_scenes:
+    input:
+        read_by(SCENES_SHOWN),
+    output:
+        figures(*SCENES_SHOWN),
+    log:
+        "results/logs/draw_scenes.log",
+    localrule: True
+    params:
+        **draws(SCENES_SHOWN),
+    script:
+        "../job.py"
+
+
+rule scenes:
+    input:
+        rules.tabulate_scenes.output,
+        rules.tabulate_contacts.output if TOUCHING else [],
+        rules.draw_scenes.output,
+        expand(rules.draw_motion.output, scene=SCENES),
+        warned_of({body for scene in config["scenes"].values() for body in bodies_in(scene)}),
+        expand(rules.simulate_scene.output.warned, scene=SCENES),
+        page="results/report_scenes.html",

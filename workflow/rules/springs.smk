@@ -7,17 +7,7 @@ SPRING_TABLES = ["spring_fit", "spring_history", "spring_errors"]
 FORCES = ["springs", "volume"]
 METHODS = ["uniform", "van_gelder", "lloyd", "genetic", "cma_es", "gradient", "gradient_smooth", "gradient_all"]
 
-TARGETS["springs"] = (
-    merged(
-        "springs",
-        **{
-            table: expand(f"{SPRINGS}/{{force}}/{{method}}/{table}.csv", force=FORCES, method=METHODS)
-            for table in SPRING_TABLES
-        },
-    )
-    + tabulated("spring_floor")
-    + figures("springs", "spring_fit", "spring_errors", "spring_floor")
-)
+SPRINGS_SHOWN = drawn("springs", "spring_fit", "spring_errors", "spring_floor")
 
 
 wildcard_constraints:
@@ -29,6 +19,8 @@ rule simulate_spring_reference:
         f"{SPRINGS}/reference.npz",
     log:
         "results/logs/springs/simulate_spring_reference.log",
+    benchmark:
+        "results/benchmarks/springs/simulate_spring_reference.tsv"
     params:
         **calls("palpate.studies.springs.jobs:simulate_spring_reference"),
         calibration=CUBE_PRESSED,
@@ -44,6 +36,8 @@ rule fit_springs:
         **{force: [f"{SPRINGS}/{force}/{{method}}/{table}.csv" for table in SPRING_TABLES] for force in FORCES},
     log:
         "results/logs/springs/fit_springs_{method}.log",
+    benchmark:
+        "results/benchmarks/springs/fit_springs_{method}.tsv"
     # individuals are advanced together in the lanes of one core; half of the machine, as their times are reported
     threads: HALF
     params:
@@ -57,12 +51,53 @@ rule fit_springs:
 
 rule tabulate_spring_floor:
     output:
-        "results/tables/spring_floor.csv",
+        in_report("results/tables/spring_floor.csv"),
     log:
         "results/logs/springs/tabulate_spring_floor.log",
+    benchmark:
+        "results/benchmarks/springs/tabulate_spring_floor.tsv"
     params:
         **calls("palpate.studies.springs.jobs:tabulate_spring_floor"),
         **config["springs"]["floor"],
         calibration=CUBE_PRESSED,
     script:
         "../job.py"
+
+
+rule merge_springs:
+    input:
+        **{
+            table: expand(f"{SPRINGS}/{{force}}/{{method}}/{table}.csv", force=FORCES, method=METHODS)
+            for table in SPRING_TABLES
+        },
+    output:
+        *map(in_report, tables(*SPRING_TABLES)),
+    log:
+        "results/logs/merge_springs.log",
+    localrule: True
+    params:
+        **calls("palpate.studies.common_jobs:merge"),
+    script:
+        "../job.py"
+
+
+rule draw_springs:
+    input:
+        read_by(SPRINGS_SHOWN),
+    output:
+        figures(*SPRINGS_SHOWN),
+    log:
+        "results/logs/draw_springs.log",
+    localrule: True
+    params:
+        **draws(SPRINGS_SHOWN),
+    script:
+        "../job.py"
+
+
+rule springs:
+    input:
+        rules.merge_springs.output,
+        rules.tabulate_spring_floor.output,
+        rules.draw_springs.output,
+        page="results/report_springs.html",

@@ -16,10 +16,7 @@ TOUCHING = "results/data/{body}/touch/{tool}"
 include: "functions/touch.smk"
 
 
-TARGETS["touch"] = tabulated("touch_truth", "touch_forces", "touch") + figures(
-    "touch", "touch_precision", scenes=[f"{body}_{tool}" for body, tool in TOUCHES]
-)
-WARNED["touch"] += warned_of(TOUCHED) + touching("touches_warned.txt") + touching("truth_warned.txt")
+TOUCH_SHOWN = drawn("touch", "touch_precision", scenes=[f"{body}_{tool}" for body, tool in TOUCHES])
 
 
 wildcard_constraints:
@@ -34,6 +31,8 @@ rule choose_touches:
         warned=f"{TOUCHING}/touches_warned.txt",
     log:
         "results/logs/{body}/{tool}/choose_touches.log",
+    benchmark:
+        "results/benchmarks/{body}/{tool}/choose_touches.tsv"
     params:
         **calls("palpate.studies.touch.jobs:choose_touches"),
         **some("touch", "samples", "depth_of_radius"),
@@ -54,6 +53,8 @@ rule simulate_touch_truth:
         warned=f"{TOUCHING}/truth_warned.txt",
     log:
         "results/logs/{body}/{tool}/simulate_touch_truth.log",
+    benchmark:
+        "results/benchmarks/{body}/{tool}/simulate_touch_truth.tsv"
     params:
         **calls("palpate.studies.touch.jobs:simulate_touch_truth"),
         **some("touch", "truth"),
@@ -72,6 +73,8 @@ rule measure_touch_models:
         settings=f"{TOUCHING}/{{model}}_settings.csv",
     log:
         "results/logs/{body}/{tool}/measure_touch_models_{model}.log",
+    benchmark:
+        "results/benchmarks/{body}/{tool}/measure_touch_models_{model}.tsv"
     wildcard_constraints:
         model="|".join(TOUCH_MODELS),
     threads: HALF
@@ -97,9 +100,9 @@ rule tabulate_touch:
         samples=touching("{model}_samples.csv", model=COMPARED_TOUCH),
         settings=touching("{model}_settings.csv", model=COMPARED_TOUCH),
     output:
-        truth="results/tables/touch_truth.csv",
-        forces="results/tables/touch_forces.csv",
-        touch="results/tables/touch.csv",
+        truth=in_report("results/tables/touch_truth.csv"),
+        forces=in_report("results/tables/touch_forces.csv"),
+        touch=in_report("results/tables/touch.csv"),
     log:
         "results/logs/tabulate_touch.log",
     params:
@@ -107,3 +110,27 @@ rule tabulate_touch:
         instruments=[TOOLS[tool] for _, tool in TOUCHES],
     script:
         "../job.py"
+
+
+rule draw_touch:
+    input:
+        read_by(TOUCH_SHOWN),
+    output:
+        figures(*TOUCH_SHOWN),
+    log:
+        "results/logs/draw_touch.log",
+    localrule: True
+    params:
+        **draws(TOUCH_SHOWN),
+    script:
+        "../job.py"
+
+
+rule touch:
+    input:
+        rules.tabulate_touch.output,
+        rules.draw_touch.output,
+        warned_of(TOUCHED),
+        touching("touches_warned.txt"),
+        touching("truth_warned.txt"),
+        page="results/report_touch.html",

@@ -14,39 +14,26 @@ SPLITS = TRADEOFF["splits"]
 # bodies that get all splits, and fingers of all radii
 IN_DEPTH = TRADEOFF["in_depth"] or PRESSED
 CHECKED = TRADEOFF["truth"]["check_samples"]
-# loads that models were not prepared for, and presses that they were not made for
-BEYOND = {name: TRADEOFF[name] for name in ("any_load", "beyond_design") if TRADEOFF[name]}
+# loads that models were not prepared for, and presses that they were not made for: what is asked, perhaps nothing
+ANY_LOAD, BEYOND_DESIGN = TRADEOFF["any_load"] or {}, TRADEOFF["beyond_design"] or {}
 
 
 include: "functions/tradeoff.smk"
 
 
-TARGETS["tradeoff"] = (
-    tabulated("accuracy_vs_time", "advice", "truth", "error_bounds")
-    + figures("tradeoff", "advice", "break_even", "truth", "error_bounds")
-    + figures("tradeoff", "work_precision", "best_models", scenes=STATIC)
-)
-WARNED["tradeoff"] += warned_of(PRESSED) + presses("loads_warned.txt") + presses("truth_warned.txt")
-if TRADEOFF["limit_points"]:
-    OPTIONAL["tradeoff"] += ["limit_points"]
-    TARGETS["tradeoff"] += figures("tradeoff", "limit_points")
-for name, asked in BEYOND.items():
-    OPTIONAL["tradeoff"] += [name]
-    merged("tradeoff", **{name: [f"results/data/{body}/{regime}/{name}.csv" for body, regime in asked_scenes(asked)]})
-if "any_load" in BEYOND:
-    TARGETS["tradeoff"] += figures("tradeoff", "any_load")
-if FINGERS:
-    OPTIONAL["tradeoff"] += ["advice_by_radius"]
-    TARGETS["tradeoff"] += figures("tradeoff", "advice_flips")
+BEYOND = {name: parts_beyond(name) for name in ("any_load", "beyond_design") if TRADEOFF[name]}
 # what engines have answered elsewhere
 ANSWERED = {
     scene: [normpath(CONFIG_FILE.parent / path) for path in paths] for scene, paths in TRADEOFF["answers"].items()
 }
-if ANSWERED:
-    OPTIONAL["tradeoff"] += ["answers"]
-    TARGETS["tradeoff"] += figures("tradeoff", "answers", scenes=list(ANSWERED))
-    WARNED["tradeoff"] += ["results/data/answers_warned.txt"]
-TARGETS["tradeoff"] += tabulated(*OPTIONAL["tradeoff"])
+TRADEOFF_SHOWN = (
+    drawn("tradeoff", "advice", "break_even", "truth", "error_bounds")
+    | drawn("tradeoff", "work_precision", "best_models", scenes=STATIC)
+    | (drawn("tradeoff", "limit_points") if TRADEOFF["limit_points"] else {})
+    | (drawn("tradeoff", "any_load") if TRADEOFF["any_load"] else {})
+    | (drawn("tradeoff", "advice_flips") if FINGERS else {})
+    | drawn("tradeoff", "answers", scenes=list(ANSWERED))
+)
 
 # what every model is judged by, and with what
 JUDGED = {
@@ -76,6 +63,8 @@ rule simulate_truth:
         warned=f"{PRESS}/truth_warned.txt",
     log:
         "results/logs/{body}/{regime}/simulate_truth.log",
+    benchmark:
+        "results/benchmarks/{body}/{regime}/simulate_truth.tsv"
     priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.tradeoff.jobs:simulate_truth"),
@@ -97,9 +86,10 @@ rule measure_models:
         settings=f"{PRESS}/tradeoff/{{split}}/{{family}}_settings.csv",
     log:
         "results/logs/{body}/{regime}/measure_models_{family}_{split}.log",
+    benchmark:
+        "results/benchmarks/{body}/{regime}/measure_models_{family}_{split}.tsv"
     wildcard_constraints:
         family="|".join(FAMILIES),
-        split=r"\d",
     priority: 1  # most of a run waits for it
     threads: HALF
     params:
@@ -122,8 +112,8 @@ rule measure_bounds:
         estimates=f"{PRESS}/tradeoff/{{split}}/estimates.csv",
     log:
         "results/logs/{body}/{regime}/measure_bounds_{split}.log",
-    wildcard_constraints:
-        split=r"\d",
+    benchmark:
+        "results/benchmarks/{body}/{regime}/measure_bounds_{split}.tsv"
     params:
         **JUDGED_WITH,
         **calls("palpate.studies.tradeoff.jobs:measure_bounds"),
@@ -142,6 +132,8 @@ rule measure_facets:
         geometry=f"{PRESS}/geometry.csv",
     log:
         "results/logs/{body}/{regime}/measure_facets.log",
+    benchmark:
+        "results/benchmarks/{body}/{regime}/measure_facets.tsv"
     params:
         **calls("palpate.studies.tradeoff.jobs:measure_facets"),
         samples=TRADEOFF["truth"]["geometry_samples"],
@@ -156,7 +148,7 @@ rule tabulate_truth:
         checks=presses("truth_check.csv") if CHECKED else [],
         geometry=[f"results/data/{body}/{regime}/geometry.csv" for body, regime in smooth_scenes()],
     output:
-        "results/tables/truth.csv",
+        in_report("results/tables/truth.csv"),
     log:
         "results/logs/tabulate_truth.log",
     params:
@@ -171,7 +163,7 @@ rule tabulate_tradeoff:
     input:
         settings=family_files("settings"),
     output:
-        "results/tables/accuracy_vs_time.csv",
+        in_report("results/tables/accuracy_vs_time.csv"),
     log:
         "results/logs/tabulate_tradeoff.log",
     params:
@@ -186,7 +178,7 @@ rule tabulate_error_bounds:
         errors=family_files("samples"),
         estimates=estimate_files(),
     output:
-        "results/tables/error_bounds.csv",
+        in_report("results/tables/error_bounds.csv"),
     log:
         "results/logs/tabulate_error_bounds.log",
     params:
@@ -200,7 +192,7 @@ rule tabulate_advice_by_radius:
         settings=finger_files("settings"),
         errors=finger_files("samples"),
     output:
-        "results/tables/advice_by_radius.csv",
+        in_report("results/tables/advice_by_radius.csv"),
     log:
         "results/logs/tabulate_advice_by_radius.log",
     params:
@@ -211,62 +203,124 @@ rule tabulate_advice_by_radius:
         "../job.py"
 
 
-for name, asked in BEYOND.items():
-
-    rule:
-        name:
-            f"measure_{name}"
-        input:
-            **JUDGED,
-            own=[file for model, file in OWN_MODELS.items() if model in asked["models"]],
-        output:
-            f"{PRESS}/{name}.csv",
-        log:
-            f"results/logs/{{body}}/{{regime}}/measure_{name}.log",
-        threads: HALF
-        params:
-            **JUDGED_WITH,
-            **(TIMED if name == "any_load" else {}),
-            **calls(f"palpate.studies.tradeoff.jobs:measure_{name}", asked_modules(asked)),
-            models=asked_models(asked),
-            samples=asked["samples"],
-            split=SPLITS[0],
-            grid=TRADEOFF["settings"],
-            reference=config["solver"]["reference_tolerance"],
-        script:
-            "../job.py"
+rule measure_any_load:
+    input:
+        **JUDGED,
+        own=[OWN_MODELS[model] for model in ANY_LOAD.get("models", {}) if model in OWN_MODELS],
+    output:
+        f"{PRESS}/any_load.csv",
+    log:
+        "results/logs/{body}/{regime}/measure_any_load.log",
+    benchmark:
+        "results/benchmarks/{body}/{regime}/measure_any_load.tsv"
+    threads: HALF
+    params:
+        **JUDGED_WITH,
+        **TIMED,
+        **calls("palpate.studies.tradeoff.jobs:measure_any_load", *asked_modules(ANY_LOAD)),
+        models=asked_models(ANY_LOAD),
+        samples=ANY_LOAD.get("samples"),
+        split=SPLITS[0],
+        grid=TRADEOFF["settings"],
+        reference=config["solver"]["reference_tolerance"],
+    script:
+        "../job.py"
 
 
-if ANSWERED:
+rule measure_beyond_design:
+    input:
+        **JUDGED,
+        own=[OWN_MODELS[model] for model in BEYOND_DESIGN.get("models", {}) if model in OWN_MODELS],
+    output:
+        f"{PRESS}/beyond_design.csv",
+    log:
+        "results/logs/{body}/{regime}/measure_beyond_design.log",
+    benchmark:
+        "results/benchmarks/{body}/{regime}/measure_beyond_design.tsv"
+    threads: HALF
+    params:
+        **JUDGED_WITH,
+        **calls("palpate.studies.tradeoff.jobs:measure_beyond_design", *asked_modules(BEYOND_DESIGN)),
+        models=asked_models(BEYOND_DESIGN),
+        samples=BEYOND_DESIGN.get("samples"),
+        split=SPLITS[0],
+        grid=TRADEOFF["settings"],
+        reference=config["solver"]["reference_tolerance"],
+    script:
+        "../job.py"
 
-    rule tabulate_answers:
-        input:
-            **answered_files(),
-            table="results/tables/accuracy_vs_time.csv",
-            answers=[path for paths in ANSWERED.values() for path in paths],
-        output:
-            table="results/tables/answers.csv",
-            warned="results/data/answers_warned.txt",
-        log:
-            "results/logs/tabulate_answers.log",
-        params:
-            **calls("palpate.studies.tradeoff.jobs:tabulate_answers"),
-            scenes={scene: (place[1], radius(*place), ANSWERED[scene]) for scene, place in answered_scenes().items()},
-            split=SPLITS[0],
-        script:
-            "../job.py"
+
+rule tabulate_answers:
+    input:
+        **answered_files(),
+        table="results/tables/accuracy_vs_time.csv",
+        answers=[path for paths in ANSWERED.values() for path in paths],
+    output:
+        table=in_report("results/tables/answers.csv"),
+        warned="results/data/answers_warned.txt",
+    log:
+        "results/logs/tabulate_answers.log",
+    params:
+        **calls("palpate.studies.tradeoff.jobs:tabulate_answers"),
+        scenes={scene: (place[1], radius(*place), ANSWERED[scene]) for scene, place in answered_scenes().items()},
+        split=SPLITS[0],
+    script:
+        "../job.py"
 
 
 rule tabulate_limit_points:
     input:
         body=lambda wildcards: f"results/data/{TRADEOFF['limit_points']['body']}/body.h5",
     output:
-        "results/tables/limit_points.csv",
+        in_report("results/tables/limit_points.csv"),
     log:
         "results/logs/tabulate_limit_points.log",
+    benchmark:
+        "results/benchmarks/tabulate_limit_points.tsv"
     params:
         **calls("palpate.studies.tradeoff.jobs:tabulate_limit_points"),
         radius_m=lambda wildcards: TRADEOFF["limit_points"]["radius_m"],
         contacts=lambda wildcards: TRADEOFF["limit_points"]["contacts"],
     script:
         "../job.py"
+
+
+rule merge_tradeoff:
+    input:
+        **BEYOND,
+    output:
+        *map(in_report, tables(*BEYOND)),
+    log:
+        "results/logs/merge_tradeoff.log",
+    localrule: True
+    params:
+        **calls("palpate.studies.common_jobs:merge"),
+    script:
+        "../job.py"
+
+
+rule draw_tradeoff:
+    input:
+        read_by(TRADEOFF_SHOWN),
+    output:
+        figures(*TRADEOFF_SHOWN),
+    log:
+        "results/logs/draw_tradeoff.log",
+    localrule: True
+    params:
+        **draws(TRADEOFF_SHOWN),
+    script:
+        "../job.py"
+
+
+rule tradeoff:
+    input:
+        tables("accuracy_vs_time", "advice", "truth", "error_bounds", *BEYOND),
+        rules.tabulate_limit_points.output if TRADEOFF["limit_points"] else [],
+        rules.tabulate_advice_by_radius.output if FINGERS else [],
+        rules.tabulate_answers.output if ANSWERED else [],
+        rules.draw_tradeoff.output,
+        warned_of(PRESSED),
+        presses("loads_warned.txt"),
+        presses("truth_warned.txt"),
+        page="results/report_tradeoff.html",

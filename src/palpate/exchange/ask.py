@@ -31,8 +31,7 @@ from palpate.exchange.folder import Questions, write
 from palpate.exchange.readme import readme
 from palpate.files import read_arrays, read_table
 from palpate.run.job import steps
-from palpate.run.settings import complete
-from palpate.run.settings_yaml import read_settings
+from palpate.run.settings import complete, read_settings
 
 
 def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: Path) -> str:

@@ -16,7 +16,7 @@ from palpate.exchange.answers import Wanted
 from palpate.exchange.asked_body import body_arrays, body_info, body_of, refuse_sheet, with_law
 from palpate.exchange.folder import Arrays, Questions
 from palpate.exchange.readme import read_page
-from palpate.run.estimate import free_mb
+from palpate.run.job import free_mb
 
 KIND = "touch"
 OWN = TouchErrors._fields

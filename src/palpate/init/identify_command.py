@@ -34,8 +34,7 @@ from palpate.report.identified_picture import draw_identified
 from palpate.report.identified_words import assumed, compared, relaxes, sentences, uncertain
 from palpate.report.words import listed, percent
 from palpate.run.job import steps
-from palpate.run.settings import complete
-from palpate.run.settings_yaml import read_settings
+from palpate.run.settings import complete, read_settings
 
 DEEP = 40.0
 """Thickness of a slab in radii of the ball, above which it acts as a half-space."""

@@ -7,9 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
+
 from palpate.bodies.ct.config_scan import taken
 from palpate.bodies.ct.image import FORMATS, label_names, read_labels
-from palpate.bodies.mesh_file import ORGAN_M, UNITS, MeshFacts, in_words, inspect, other_units
+from palpate.bodies.mesh import TetMesh, components
+from palpate.bodies.mesh_file import KEPT_NODES, ORGAN_M, UNITS, guess_scale, in_words, load_shape, other_units
+from palpate.bodies.mesh_quality import check_closed
+from palpate.bodies.mesh_readers import read
+from palpate.bodies.surfaces.triangles import volume
 from palpate.errors import InputError
 
 _OF_MESH = {

@@ -3,15 +3,10 @@
 They ask for one kind of press, few contacts, and the models that a first look needs.
 """
 
-import ctypes
-import os
 import re
 import shlex
-import signal
 import subprocess
 import sys
-from collections.abc import Callable
-from functools import partial
 from hashlib import sha256
 from pathlib import Path
 from time import perf_counter
@@ -86,7 +81,6 @@ def _digest(config: Path, text: str) -> str:
     return sha256(config.read_bytes() + text.encode()).hexdigest()[:16]
 
 
-RUN = ROOT / "workflow/run.py"  # runs snakemake, as make does
 FEW = 3
 """Presses that a mean error should have at least; twelve contacts leave six for it, some perhaps without a truth."""
 
@@ -97,7 +91,7 @@ def try_body(data: Data, folder: Path | None, hold: str | None, again: str) -> s
     folder, hold : as ``init`` has them; again : the command that was typed, which goes on after a stop
     Raises InputError if the data cannot be used, the folder holds anything else, or the run fails, which says why.
     """
-    if not RUN.is_file():
+    if not (ROOT / "Snakefile").is_file():
         raise InputError(f"{ROOT} has no workflow to run; use palpate in its own folder, where make was typed.")
     file = config_file(data, folder)
     refuse_others(file.parent)
@@ -136,43 +130,9 @@ def run_settings(file: Path, again: str) -> None:
     again : the command to type after a stop
     """
     where = ["--workflow-profile", str(ROOT / "profiles/default"), "--directory", str(file.parent.resolve())]
-    command = [sys.executable, str(RUN), "snakemake", *where, "--configfile", str(file.resolve())]
-    run = subprocess.Popen(command, cwd=ROOT, env=os.environ | {"PALPATE_COMMAND": again}, preexec_fn=_ends_with_us())
-    print(f"running  as process {run.pid}, which Ctrl-C here ends, or: kill {run.pid}", flush=True)
-
-    def stop(*_: object) -> None:
-        run.terminate()
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, stop)
-    try:
-        code = _waited(run)
-    finally:
-        signal.signal(signal.SIGTERM, before)
-    if code:
+    command = [sys.executable, "-m", "snakemake", *where, "--configfile", str(file.resolve())]
+    if subprocess.run(command, cwd=ROOT, check=False).returncode:
         raise InputError(f"the run of {file} did not finish; what it has is kept, and {again} goes on.")
-
-
-def _ends_with_us() -> Callable[[], object] | None:
-    """Return what has Linux end a process when the one that started it is killed; None elsewhere."""
-    if not sys.platform.startswith("linux"):
-        return None
-    pr_set_pdeathsig = 1  # of prctl: the signal that a process gets when its parent dies
-    return partial(ctypes.CDLL(None).prctl, pr_set_pdeathsig, int(signal.SIGTERM))
-
-
-def _waited(run: subprocess.Popen) -> int:
-    """Wait for a run, which ends by itself at Ctrl-C; KeyboardInterrupt after that."""
-    stopped = False
-    while True:
-        try:
-            code = run.wait()
-        except KeyboardInterrupt:
-            stopped = True
-        else:
-            if stopped:
-                raise KeyboardInterrupt
-            return code
 
 
 def _advice(folder: Path) -> list[str]:

@@ -14,8 +14,7 @@ from palpate.errors import InputError
 from palpate.files import read_table
 from palpate.models.load_model import load_model
 from palpate.models.model_registry import families
-from palpate.run.settings import complete
-from palpate.run.settings_yaml import read_settings
+from palpate.run.settings import complete, read_settings
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ class Report:
     """Hold the material of the studies that are asked for; nothing else in ``results`` is read.
 
     scenes, cts, driven : names of the scenes that move, of the bodies from a CT, and of the scenes with an instrument
-    more : names of the tables of this run that not every run of their studies makes
+    more : names of the tables of this run, of which those are read that a study describes
     It has ``tables`` by name, ``published`` with the numbers of each study's paper, and ``studies`` with the modules of
     their parts, in the order of the page.
     """
@@ -35,7 +35,8 @@ class Report:
         self.figures = Path(results) / "figures"
         self.studies = {study: part_of(study) for study in studies}
         always = {name for study in studies for name, table in declared.tables(study).items() if table.always}
-        self.tables = tables.read_all(Path(results) / "tables", {*always, *more})
+        described = {declared.CLAIMS.name}.union(*(declared.tables(study) for study in declared.names()))
+        self.tables = tables.read_all(Path(results) / "tables", always | described.intersection(more))
         papers = {study: declared.folder(study) / "published.yaml" for study in studies}
         self.published = {study: read_yaml(path) for study, path in papers.items() if path.is_file()}
 

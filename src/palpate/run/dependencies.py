@@ -16,8 +16,7 @@ from palpate.files import write_whole
 
 PACKAGE = Path(__file__).parents[1]
 WRAPPERS = frozenset(
-    PACKAGE / name
-    for name in ("run/job.py", "run/dependencies.py", "run/system_faults.py", "files.py", "errors.py", "__init__.py")
+    PACKAGE / name for name in ("run/job.py", "run/dependencies.py", "files.py", "errors.py", "__init__.py")
 )
 """Modules around the work; no result depends on them."""
 KEPT = PACKAGE / "__pycache__" / f"digests-{sha256(Path(__file__).read_bytes()).hexdigest()[:12]}.json"

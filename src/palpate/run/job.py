@@ -1,40 +1,23 @@
-"""The frame of every script: a log with its warnings, one sentence on failure, no process left after its run."""
+"""The frame of every script: a log with its warnings, one sentence on failure, tables that are written whole."""
 
 import math
 import os
 import sys
-import threading
 import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, TextIO
+from typing import TYPE_CHECKING, Any
 
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
-from palpate.run.system_faults import of_error
 
 if TYPE_CHECKING:
     import pandas as pd
-
-WARNED = "warning: "
-"""How a warning begins in a job's log."""
-
-
-def warnings_in_logs(logs: Iterable[str | Path]) -> list[str]:
-    """Return the warnings in the logs of jobs, each once; a log that is missing has none."""
-    lines = [
-        line.removeprefix(WARNED)
-        for log in map(Path, logs)
-        if log.is_file()
-        for line in log.read_text(encoding="utf-8", errors="replace").splitlines()
-        if line.startswith(WARNED)
-    ]
-    return list(dict.fromkeys(lines))
 
 
 def save_warnings(lines: Iterable[str], path: str | Path) -> None:
@@ -48,53 +31,38 @@ def load_warnings(paths: Iterable[str | Path]) -> list[str]:
     return list(dict.fromkeys(line for path in paths for line in Path(path).read_text(encoding="utf-8").splitlines()))
 
 
-FAILED = "error: "
-"""How the one sentence of a failed job begins in its log."""
-
-
 @contextmanager
-def job(log: str, warned: str | None = None) -> Iterator[Callable[[str], None]]:
+def job(log: str | Path, warned: str | None = None) -> Iterator[Callable[[str], None]]:
     """Run the body of a workflow script; yields ``say``, which writes a line to the terminal and to ``log``.
 
     warned : the output that gets the warnings, for the report
-    A failure ends the process with exit code 1 and one sentence; the traceback of an unforeseen one goes to
-    the log only.
+    A failure ends the process with exit code 1; one sentence is the last line of the log, which snakemake shows.
+    The traceback of what was not foreseen stands before it.
     """
-    start, run = time.perf_counter(), int(os.environ.get("PALPATE_RUN", "0"))
-    _end_with(run)
-    with _opened(log) as file:
+    start = time.perf_counter()
+    Path(log).parent.mkdir(parents=True, exist_ok=True)
+    with open(log, "w", buffering=1, encoding="utf-8") as file:
 
         def say(line: str) -> None:
             print(line, file=sys.stderr, flush=True)
-            _write(line, file)
+            print(line, file=file)
 
-        def fail(sentence: str) -> NoReturn:
-            # a run prints the sentence itself, when nothing can come after it any more
-            if not _write(f"{FAILED}{sentence}", file) or not run:
-                print(f"{FAILED}{sentence}", file=sys.stderr, flush=True)
-            if run:
-                os._exit(1)  # at its usual end HDF5 crashes over what it could not write
-            raise SystemExit(1) from None
-
-        if run:  # and before that it reports at length
-            sys.unraisablehook = lambda event: _write(f"ignored: {event.exc_value}", file) and None
-            sys.excepthook = lambda kind, error, _: _write(f"ignored: {kind.__name__}: {error}", file) and None
         try:
             with _warnings_to(say) as kept:
                 yield say
             if warned is not None:
                 save_warnings(kept, warned)
         except (InputError, NotConverged) as error:
-            fail(str(error))
+            print(f"error: {error}", file=file)
+            raise SystemExit(1) from None
         except (Exception, SystemExit) as error:  # a file of the user's may call sys.exit
             from palpate.own_file import own_fault
 
-            _write(traceback.format_exc(), file)
-            if sentence := of_error(error, Path(log).parent) or own_fault(error):
-                fail(sentence)
-            fail(f"{type(error).__name__}: {error} (a fault of palpate's; the traceback is in {log})")
+            print(traceback.format_exc(), file=file)
+            print(f"error: {own_fault(error) or f'{type(error).__name__}: {error}'}", file=file)
+            raise SystemExit(1) from None
         else:
-            _write(f"took {time.perf_counter() - start:.1f} s, {time.process_time():.1f} s of a core", file)
+            print(f"took {time.perf_counter() - start:.1f} s, {time.process_time():.1f} s of a core", file=file)
 
 
 def call(snakemake: Any) -> None:
@@ -114,27 +82,6 @@ def call(snakemake: Any) -> None:
 
 
 @contextmanager
-def _opened(log: str) -> Iterator[TextIO | None]:
-    """Open a log, or give None where a full or read-only disk has no room for it."""
-    with ExitStack() as stack:
-        file = None
-        with suppress(OSError):
-            Path(log).parent.mkdir(parents=True, exist_ok=True)
-            file = stack.enter_context(open(log, "w", buffering=1, encoding="utf-8"))
-        yield file
-
-
-def _write(text: str, file: TextIO | None) -> bool:
-    """Write a line to a log; False if that cannot be done."""
-    try:
-        if file:
-            print(text, file=file)
-    except (OSError, ValueError):  # ValueError: it is closed
-        return False
-    return file is not None
-
-
-@contextmanager
 def _warnings_to(say: Callable[[str], None]) -> Iterator[list[str]]:
     """Print warnings of palpate, which puts them into the log; those of other packages go where they went.
 
@@ -146,38 +93,12 @@ def _warnings_to(say: Callable[[str], None]) -> Iterator[list[str]]:
         def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
             if category is UserWarning:
                 kept.append(" ".join(str(message).split()))
-                say(f"{WARNED}{kept[-1]}")
+                say(f"warning: {kept[-1]}")
             else:
                 others(message, category, *where, **more)
 
         warnings.showwarning = show
         yield kept
-
-
-def _end_with(run: int) -> None:
-    """End this process soon after the process ``run`` has gone; 0 is nobody.
-
-    Trap: a killed snakemake leaves its jobs behind, on cores that the next run would share with them.
-    """
-    if not run:
-        return
-
-    def watch() -> None:
-        while os.path.exists(f"/proc/{run}") or not os.path.exists("/proc"):
-            time.sleep(1)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-
-
-def use_threads(count: int) -> None:
-    """Set numba to run on ``count`` threads; before anything is imported that needs it.
-
-    Numba reads their number when it is imported. In a process that has it already, the script begins anew.
-    """
-    known, os.environ["NUMBA_NUM_THREADS"] = os.environ.get("NUMBA_NUM_THREADS"), str(count)
-    if known != str(count) and "numba" in sys.modules:
-        os.execv(sys.executable, [sys.executable, *sys.argv])
 
 
 def kernel_cache() -> Path:
@@ -223,6 +144,17 @@ def rarely(say: Callable[[str], None], what: str) -> Callable[..., None]:
 def powers(exponents: Mapping[str, float]) -> str:
     """Return with which power of the size each quantity grows, for a line of progress; without those not known."""
     return ", ".join(f"{name} n^{power:.2f}" for name, power in exponents.items() if math.isfinite(power))
+
+
+def free_mb() -> float:
+    """Return how much memory [MB] is free, or that the group of processes which this one is limited with may use."""
+    import psutil
+
+    free, group = psutil.virtual_memory().available / 1e6, Path("/sys/fs/cgroup")
+    with suppress(OSError, ValueError):
+        most, used = (float((group / name).read_text()) for name in ("memory.max", "memory.current"))
+        free = min(free, (most - used) / 1e6)
+    return free
 
 
 def stem(outputs: Sequence[str]) -> Path:

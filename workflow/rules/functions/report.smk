@@ -1,21 +1,22 @@
-# What a page about some studies is made of.
+# What a page about some studies is made of, and what its writer is told.
 
 
-def page_of(*studies, tables=()):
-    """The files that a page about some studies shows, and what its writer is told; ``tables``: those that no study makes."""
-    files = {
-        "shown": [file for study in studies for file in TARGETS[study]] + tabulated(*tables),
-        "templates": templates(*studies),
-        "warned": sorted({file for study in studies for file in WARNED[study]}),
-        "assets": [relpath(path) for path in sorted((ROOT / "src/palpate/report/assets").iterdir())],
-    }
-    told = {
+def shown(*studies):
+    """The tables, figures and warnings that the page about some studies is made of: what each study asks for."""
+    asked = [getattr(rules, study).input for study in studies]
+    return [file for files in asked for file in files if file != files.page]
+
+
+def told(*studies):
+    """What the writer of a page about some studies is told."""
+    return {
         "studies": list(studies),
         "scenes": SCENES if "scenes" in studies else [],
         "cts": CTS if "ct" in studies else [],
         "driven": DRIVEN if "scenes" in studies else [],
-        "left_out": [],
-        "alone": True,
-        "more": [table for study in studies for table in OPTIONAL[study]] + list(tables),
     }
-    return files, told
+
+
+def code_of_page(*studies):
+    """The modules and templates that a page about some studies is written by."""
+    return calls("palpate.studies.common_jobs:write_report", *(f"palpate.studies.{study}.report" for study in studies))

@@ -50,18 +50,18 @@ def family_files(kind, bodies=PRESSED, regimes=REGIMES, splits=None):
     ]
 
 
-def asked_scenes(asked):
-    """The body and the regime of each scene in which models are asked what a block like any_load says."""
-    bodies, regimes = asked["bodies"] or PRESSED, asked["regimes"] or REGIMES
-    return [(body, regime) for body in bodies for regime in regimes]
+def parts_beyond(name):
+    """The parts of the table of a block like any_load: of each scene in which it is asked."""
+    bodies, regimes = TRADEOFF[name]["bodies"] or PRESSED, TRADEOFF[name]["regimes"] or REGIMES
+    return [f"results/data/{body}/{regime}/{name}.csv" for body in bodies for regime in regimes]
 
 
 def asked_models(block):
     """The recipe of each model that a block like any_load asks, and what its settings must have in their names."""
-    recipes = {}
-    for family in families(list(block["models"]), OWN_MODELS).values():
+    recipes, asked = {}, block.get("models", {})
+    for family in families(list(asked), OWN_MODELS).values():
         recipes |= family
-    return {name: (recipes[name], pattern) for name, pattern in block["models"].items()}
+    return {name: (recipes[name], pattern) for name, pattern in asked.items()}
 
 
 def asked_modules(block):

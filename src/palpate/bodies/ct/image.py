@@ -201,7 +201,7 @@ def _differences(mask: Image, image: Image) -> str:
     away = 1e3 * float(np.linalg.norm(mask.matrix[:, 3] - image.matrix[:, 3]))
     said = [f"turned by {angle:.2g}°"] if angle > 1e-4 else []
     said += [f"begins {away:.3g} mm away"] if away > 1e-3 else []
-    sides = (mask.hu.shape[::-1], image.hu.shape[::-1]), (1e3 * mask.spacing_m, 1e3 * image.spacing_m)
+    sides: tuple = (mask.hu.shape[::-1], image.hu.shape[::-1]), (1e3 * mask.spacing_m, 1e3 * image.spacing_m)
     for name, pair in zip(("{} voxels instead of {}", "voxels of {} mm instead of {}"), sides, strict=True):
         first, second = ("×".join(f"{side:.6g}" for side in each) for each in pair)
         said += [name.format(first, second)] if first != second else []

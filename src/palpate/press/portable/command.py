@@ -16,8 +16,7 @@ from palpate.press.portable.export import COLUMNS, export_model
 from palpate.press.portable.file import describe
 from palpate.press.portable.touches import Touches
 from palpate.run.job import steps
-from palpate.run.settings import complete
-from palpate.run.settings_yaml import read_settings
+from palpate.run.settings import complete, read_settings
 
 CAN = "contact_modes"
 """The model that a file can hold."""

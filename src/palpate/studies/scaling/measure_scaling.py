@@ -14,7 +14,7 @@ from scipy import sparse
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
-from palpate.run.job import powers, use_threads
+from palpate.run.job import powers
 from palpate.table_declaration import Table
 
 if TYPE_CHECKING:
@@ -290,8 +290,6 @@ def doubling(most: int) -> list[int]:
 
 def measure_scaling(params, wildcards, threads, say):
     """Measure one component, for the rule of that name."""
-    use_threads(threads)  # this job runs alone, and begins anew where numba has been told of others
-
     component = wildcards.component
     # the component "cores" uses all cores; the others run on one
     table = measure(component, params.sizes or doubling(threads), lambda size: say(f"{component}: {size} done"))

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from palpate.run.job import rarely, steps, use_threads, write_table
+from palpate.run.job import rarely, steps, write_table
 
 
 def simulate_spring_reference(output, params):
@@ -12,8 +12,7 @@ def simulate_spring_reference(output, params):
     save_references(simulate_references(found, params.calibration["substeps"]), output[0])
 
 
-def fit_springs(input, output, params, wildcards, threads, say):
-    use_threads(threads)  # before numba is imported
+def fit_springs(input, output, params, wildcards, say):
     from palpate.models.springs.cube_experiment import experiment, load_references
     from palpate.studies.springs.spring_fit import SEEDED, tables
 

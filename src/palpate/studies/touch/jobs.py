@@ -2,8 +2,7 @@
 
 import pandas as pd
 
-from palpate.run.estimate import free_mb
-from palpate.run.job import steps
+from palpate.run.job import free_mb, steps
 
 
 def choose_touches(input, params):

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from functools import partial
 
 import h5py
 import numpy as np
@@ -26,7 +27,9 @@ def words(command, whole, tmp_path):
 
 def end(words, line: str, number: int) -> int:
     """Start a run, and signal it and its jobs once it prints a line; return its exit status when all have gone."""
-    run = subprocess.Popen(words, start_new_session=True, stderr=subprocess.PIPE, text=True)
+    # whoever runs these tests in the background has them ignore Ctrl-C
+    heeding = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    run = subprocess.Popen(words, start_new_session=True, stderr=subprocess.PIPE, text=True, preexec_fn=heeding)
     assert any(line in printed for printed in run.stderr)
     jobs = psutil.Process(run.pid).children(recursive=True)
     os.killpg(run.pid, number)

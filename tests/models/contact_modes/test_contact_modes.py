@@ -154,13 +154,13 @@ def test_words_that_no_setting_has_are_refused(pressed, wrong):
         contact_modes.offline(pressed[0]).online(SNAPSHOTS | wrong)
 
 
-@pytest.mark.slow
 def test_presses_count_as_one_up_to_a_radius_apart_and_as_two_from_two_radii_on():
     nodes = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.015, 0.0, 0.0], [0.02, 0.0, 0.0]])
     case = SimpleNamespace(body=SimpleNamespace(fine=SimpleNamespace(nodes=nodes)), radius_m=0.01)
     assert contact_modes._together(case, range(4))[0] == pytest.approx([1.0, 1.0, 0.5, 0.0])
 
 
+@pytest.mark.slow
 def test_discs_that_overlap_press_together(pressed, modes_of):
     """Two presses that one disc alone would bear are doubted where their sum is not borne, and answered far apart."""
     case, contact, _ = pressed

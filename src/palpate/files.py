@@ -91,51 +91,6 @@ def read_table(path: str | Path, columns: Sequence[str]) -> "pd.DataFrame":
     return table
 
 
-def read_cells(path: Path | str) -> tuple[list[str], list[list[str]], list[int], str]:
-    """Read the header, the cells of each row and its line in a user's CSV file, and what separates them, in words.
-
-    The separator is that of tabs, semicolons and commas that the header has most of. Text is UTF-8, UTF-16 with its
-    mark, or Latin-1; rows may end in separators. InputError for what is no table.
-    """
-    import codecs
-    import csv
-    import io
-    import re
-
-    try:
-        raw = Path(path).read_bytes()
-    except OSError as error:
-        raise InputError(f"{path} is no table ({error.strerror}); give a CSV file.") from error
-    wide = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    try:
-        text = raw.decode("utf-16" if wide else "utf-8-sig")
-    except UnicodeDecodeError:
-        text = raw.decode("latin-1")
-    if "\0" in text:
-        raise InputError(f"{path} is no table of text; give a CSV file.")
-    text = re.sub(r"\Asep=.\r?\n", "\n", text)  # as spreadsheets write it
-    top = text.lstrip().partition("\n")[0]
-    separator, said = max({"\t": "tabs", ";": "semicolons", ",": "commas"}.items(), key=lambda one: top.count(one[0]))
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, skipinitialspace=True)
-    try:
-        filled = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
-    except csv.Error as error:
-        raise InputError(f"{path} is no table ({error}); give a CSV file.") from error
-    if len(filled) < 2:
-        raise InputError(f"{path} has no rows; give some below its header.")
-    (_, header), *rows = filled
-    while not header[-1]:
-        header.pop()
-    for line, row in rows:
-        if any(row[len(header) :]):
-            raise InputError(
-                f"{path}, row {line}: it has {len(row)} cells, and the header {len(header)}; where decimals have "
-                "commas, separate cells by semicolons or tabs."
-            )
-    cells = [[*row, *[""] * len(header)][: len(header)] for _, row in rows]
-    return header, cells, [line for line, _ in rows], said
-
-
 def check_file(place: str, path: str, there: bool) -> None:
     """Raise InputError, naming the key ``place`` of the settings, if a file that it names is not there."""
     if not there:

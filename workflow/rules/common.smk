@@ -13,7 +13,7 @@ from palpate.run.settings import asked_for, complete, defaults, read_settings
 from snakemake.utils import update_config
 
 ROOT = Path(workflow.basedir)
-CONFIG_FILES = [Path(relpath(file)) for file in workflow.config_settings.configfiles or [ROOT / "config.yaml"]]
+CONFIG_FILES = [Path(relpath(file)) for file in workflow.configfiles]
 CONFIG_FILE = CONFIG_FILES[0]
 
 try:

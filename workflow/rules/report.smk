@@ -16,7 +16,7 @@ rule write_report:
     benchmark:
         "results/benchmarks/write_report.tsv"
     params:
-        **code_of_page(*RUN),
+        **calls("palpate.studies.common_jobs:write_report", *(f"palpate.studies.{study}.report" for study in RUN)),
         told=told(*RUN) | {"left_out": [study for study in ASKED if study not in RUN]},
     script:
         "../job.py"

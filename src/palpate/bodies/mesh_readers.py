@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from palpate.bodies.mesh_quality import check_coordinates
-from palpate.bodies.surface_files import CUT, SURFACES, check_content, read_surface, vtk_errors, without_mark
+from palpate.bodies.surface_files import CUT, SURFACES, check_content, read_surface, vtk_errors
 from palpate.bodies.surfaces.tetrahedralize import gmsh_mesh, gmsh_session
 from palpate.errors import InputError
+from palpate.given_text import without_mark
 
 KNOWN = ("gmsh:physical", "medit:ref", "cellentityids", "cell_tags", "region", "label")
 """Names of cell data that hold tags, in lower case, in the order in which they are looked for; the second is medit's,

@@ -11,7 +11,7 @@ from palpate.errors import InputError
 
 SAME = 1e-4
 """Distance up to which nodes are the same, as a share of the shortest edge at both."""
-TOUCHING, NEAR = 1e-3, 0.05
+TOUCHING, NEAR_OF_WIDTH = 1e-3, 0.05
 """Distances, as shares of a face's width, up to which something before it touches it, and up to which it is near."""
 
 
@@ -60,13 +60,16 @@ def check_seams(source: str, mesh: TetMesh) -> None:
     normals = area_normals(mesh.nodes, single) / edges.max(axis=1)[:, None]
     middles = np.tensordot(MIDDLE, corners, (0, 1))
     inner = [middles, *(np.tensordot(np.roll(CORNER, i), corners, (0, 1)) for i in range(3))]
-    places = [*(each - TOUCHING * normals for each in inner), *(middles + s * normals for s in (TOUCHING, NEAR))]
+    places = [
+        *(each - TOUCHING * normals for each in inner),
+        *(middles + s * normals for s in (TOUCHING, NEAR_OF_WIDTH)),
+    ]
     place, _, weights = within(np.concatenate(places), mesh.nodes[mesh.tetrahedra])
     around = np.bincount(place[weights.min(axis=1) > 0.0], minlength=6 * len(single)).reshape(6, -1)
     found = {
         "overlap with other elements": around[:4].max(axis=0) > 1,
         "touch others and share no nodes with them": around[4] > 0,
-        f"are closer than {NEAR:g} of their width to others, through which they pass": around[5] > 0,
+        f"are closer than {NEAR_OF_WIDTH:g} of their width to others, through which they pass": around[5] > 0,
     }
     for what, of in found.items():
         if of.any():

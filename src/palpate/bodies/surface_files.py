@@ -4,7 +4,6 @@ VTK 9.7 keeps coordinates of these formats in single precision, which far from t
 meshio 5.3.5 refuses normal OBJ and half of STL and PLY, and trimesh 5.2 misreads relative numbers in OBJ.
 """
 
-import codecs
 import re
 import warnings
 from collections.abc import Iterator
@@ -38,13 +37,6 @@ NO_NORMAL = 1e6  # a component that no triangle's normal has; of random bytes, 4
 
 Polygons = tuple[np.ndarray, list | np.ndarray]
 """Points (n, 3), and the corners of each polygon."""
-
-
-def without_mark(data: bytes) -> bytes:
-    """Return the content of a file without a mark of its byte order (BOM), text in UTF-8."""
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        data = data.decode("utf-16").encode()
-    return data.removeprefix(codecs.BOM_UTF8)
 
 
 @contextmanager

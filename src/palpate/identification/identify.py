@@ -16,7 +16,7 @@ from palpate.identification.presses import PressRecords
 from palpate.identification.progress import Follow, unfollowed
 
 YOUNG, MODULUS, OFFSET, EXCESS = "young_pa", "modulus_pa", "offset_m", "excess"
-NEAR, ZEROS = 0.05, (0.0, 0.1, -0.05)
+TOUCH_OF_DEPTH, ZEROS = 0.05, (0.0, 0.1, -0.05)
 """Share of the largest depth where first touch decides; zeros over the typical force that a search begins with."""
 BETTER = 9.21
 """Gain in −2 log likelihood by two terms that one of a hundred presses without them has (χ²)."""
@@ -191,11 +191,12 @@ class Line(NamedTuple):
 def line_of(found: Identified) -> Line | None:
     """Return what a zero and a slope of the sensor, or adhesion, may have changed; None if E stays in its interval.
 
-    Both are tried as terms of the forces beyond NEAR of the largest depth, the slope where rows before contact have not
-    told it: tissue that sticks pulls by a nearly even force (Derjaguin, Muller and Toporov 1975) from first touch on.
+    Both are tried as terms of the forces beyond TOUCH_OF_DEPTH of the largest depth, the slope where rows before
+    contact have not told it: tissue that sticks pulls by a nearly even force (Derjaguin, Muller and Toporov 1975) from
+    first touch on.
     """
     model = found.models[found.law]
-    deep = replace(model, data=model.data.masked(model.data.layout.depth_m > NEAR * model.data.largest_m))
+    deep = replace(model, data=model.data.masked(model.data.layout.depth_m > TOUCH_OF_DEPTH * model.data.largest_m))
     _, before = fitted(deep, found.best[found.law])
     lined = replace(deep, lined=True)
     begins = [found.best[found.law] | {"zero": zero, "slope": 0.0} for zero in ZEROS]

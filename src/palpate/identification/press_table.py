@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.errors import InputError, suggest
-from palpate.files import read_cells
+from palpate.given_text import read_cells
 
 NEEDED, NAMES = ("press", "depth_m", "force_n"), ("place", "session", "specimen")
 VECTORS = {name: tuple(f"{name}_{axis}" for axis in "xyz") for name in ("direction", "normal")}

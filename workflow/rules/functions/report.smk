@@ -15,8 +15,3 @@ def told(*studies):
         "cts": CTS if "ct" in studies else [],
         "driven": DRIVEN if "scenes" in studies else [],
     }
-
-
-def code_of_page(*studies):
-    """The modules and templates that a page about some studies is written by."""
-    return calls("palpate.studies.common_jobs:write_report", *(f"palpate.studies.{study}.report" for study in studies))

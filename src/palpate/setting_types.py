@@ -1,6 +1,7 @@
-"""What settings are made of: blocks, which fill in defaults and stay plain dicts, and types of single values."""
+"""What settings are made of: blocks, which are frozen objects, and types of single values."""
 
-from typing import Annotated, Any, Literal, TypeVar
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, WrapValidator, model_validator
 from pydantic_core import PydanticCustomError
@@ -11,32 +12,64 @@ NAME = "^[a-z][a-z0-9_]*$"
 
 
 class Block(BaseModel):
-    """A block of settings with no other keys than its fields; validated, it is a dict and no object.
+    """A block of settings: a frozen object with no other keys than its fields, which are also had by ``block["name"]``.
 
-    The dict has the defaults in the order of the fields, changed by what was given, and then whatever else was given.
     What ``json_schema_extra`` says of the block as a whole is checked: minProperties, maxProperties, anyOf required.
     """
 
-    model_config = ConfigDict(extra="forbid", validate_default=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True)
 
-    @model_validator(mode="wrap")
-    @classmethod
-    def _plain(cls, value: Any, handler: Any) -> Any:
-        model = handler(value)
-        if isinstance(model, dict):  # Trap: pydantic wraps a block that holds blocks of its own kind twice
-            return model
-        own = model.__dict__
-        rules: Any = cls.model_config.get("json_schema_extra") or {}
-        if len(value) < rules.get("minProperties", 0):
+    @model_validator(mode="after")
+    def _check_entries(self) -> Self:
+        given = [name for name in self if self[name] is not None]
+        rules: Any = self.model_config.get("json_schema_extra") or {}
+        if len(given) < rules.get("minProperties", 0):
             raise PydanticCustomError("entries", "must have at least one entry")
-        if len(value) > rules.get("maxProperties", len(value)):
+        if len(given) > rules.get("maxProperties", len(given)):
             raise PydanticCustomError("entries", "must have only {most} entry", {"most": rules["maxProperties"]})
-        if (needed := [either["required"][0] for either in rules.get("anyOf", [])]) and not set(needed) & set(value):
+        if (needed := [either["required"][0] for either in rules.get("anyOf", [])]) and not set(needed) & set(given):
             raise PydanticCustomError("lacks", "lacks {name}", {"name": needed[0]})
-        filled = [name for name, field in cls.model_fields.items() if field.validate_default is not False]
-        return {name: own[name] for name in filled if not cls.model_fields[name].is_required()} | {
-            name: own[name] for name in value
-        }
+        return self
+
+    def __contains__(self, name: object) -> bool:
+        field = type(self).model_fields.get(str(name))
+        return field is not None and (getattr(self, str(name)) is not None or field.validate_default is not False)
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self:
+            raise KeyError(name)
+        return getattr(self, name)
+
+    def __iter__(self) -> Iterator[str]:  # type: ignore[override]
+        return (name for name in type(self).model_fields if name in self)
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def __or__(self, other: Mapping[str, Any]) -> dict[str, Any]:
+        return dict(self) | dict(other)
+
+    def __ror__(self, other: Mapping[str, Any]) -> dict[str, Any]:
+        return dict(other) | dict(self)
+
+    def keys(self) -> list[str]:
+        return list(self)
+
+    def values(self) -> list[Any]:
+        return [self[name] for name in self]
+
+    def items(self) -> list[tuple[str, Any]]:
+        return [(name, self[name]) for name in self]
+
+    def get(self, name: str, default: Any = None) -> Any:
+        return self[name] if name in self else default
+
+
+def plain(value: Any) -> Any:
+    """Return settings as the dicts, lists and single values that a file of them has, with all defaults."""
+    if isinstance(value, Mapping | Block):
+        return {name: plain(inner) for name, inner in value.items()}
+    return [plain(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
 def key(description: str, default: Any = ..., **limits: Any) -> Any:
@@ -45,7 +78,7 @@ def key(description: str, default: Any = ..., **limits: Any) -> Any:
 
 
 def optional(*description: str, **limits: Any) -> Any:
-    """Describe a setting that may be left out, and is then in no dict; its type may say what it means, too."""
+    """Describe a setting that may be left out, and is then None; its type may say what it means, too."""
     limits |= dict(zip(("description",), description, strict=False))
     return Field(default_factory=lambda: None, validate_default=False, **limits)
 

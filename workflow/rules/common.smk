@@ -10,6 +10,7 @@ from palpate.files import read_yaml
 from palpate.report import declared
 from palpate.run.dependencies import digest
 from palpate.run.settings import asked_for, complete, defaults, read_settings
+from palpate.setting_types import plain
 from snakemake.utils import update_config
 
 ROOT = Path(workflow.basedir)
@@ -22,10 +23,12 @@ try:
     for file in CONFIG_FILES:
         update_config(config, read_settings(file))
     update_config(config, dict(workflow.config_settings.config))
-    config = complete(config, CONFIG_FILE)
+    settings = complete(config, CONFIG_FILE)
 except InputError as error:
     sys.exit(f"error: {error}")
 
+# the same with all defaults, as rules read it and jobs get parts of it
+config = plain(settings)
 # the studies whose block is in the settings, in the order of the report: each can be asked for by its name
 ASKED = asked_for(config)
 # those of a run that asks for none

@@ -112,20 +112,20 @@ def read_settings(file: Path) -> dict:
     return settings
 
 
-def complete(config: dict, file: Path, needs_study: bool = True) -> dict:
-    """Return ``config`` with the defaults filled in; raise InputError naming ``file``, the key and the remedy.
+def complete(given: dict, file: Path, needs_study: bool = True) -> Any:
+    """Return the settings ``given`` in a file as one object; raise InputError naming ``file``, the key and the remedy.
 
     needs_study : whether bodies alone are refused
     """
-    config = {name: {} if value is None and name != "studies" else value for name, value in config.items()}
-    asked = asked_for(config)
-    for place, value in _leaves(config):
+    given = {name: {} if value is None and name != "studies" else value for name, value in given.items()}
+    asked = asked_for(given)
+    for place, value in _leaves(given):
         if isinstance(value, float) and not math.isfinite(value):
             raise InputError(f"{file}: {place} is {value}; give a finite number.")
     try:
-        config = _model(*asked).model_validate(config)  # type: ignore[assignment]
+        config: Any = _model(*asked).model_validate(given)
     except ValidationError as error:
-        raise InputError(f"{file}: {explain(error.errors(), config, json_schema())}") from None
+        raise InputError(f"{file}: {explain(error.errors(), given, json_schema())}") from None
     for name, body in config["bodies"].items():
         check_body(f"{file}: bodies.{name}", body, file.parent)
     if needs_study and not asked:
@@ -145,7 +145,7 @@ def asked_for(config: dict) -> list[str]:
     return [name for name in STUDIES if name in config]
 
 
-def defaults(study: str, **given: Any) -> dict:
+def defaults(study: str, **given: Any) -> Any:
     """Return the block of a study in which nothing else is given."""
     return TypeAdapter(_module(study).Settings).validate_python(given)
 

@@ -62,7 +62,7 @@ class Block(BaseModel):
         return [(name, self[name]) for name in self]
 
     def get(self, name: str, default: Any = None) -> Any:
-        return self[name] if name in self else default
+        return dict(self).get(name, default)
 
 
 def plain(value: Any) -> Any:

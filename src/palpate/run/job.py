@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_type_hints
 
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
@@ -66,19 +66,34 @@ def job(log: str | Path, warned: str | None = None) -> Iterator[Callable[[str], 
 
 
 def call(snakemake: Any) -> None:
-    """Run the function that a rule names, with those of snakemake's input, output, params, ... that it names.
+    """Run the function that a rule names, with those of snakemake's input, output, wildcards, ... that it names.
 
-    Its tables are written: one to the first output, several to those with their names.
+    Each other argument is the parameter of the rule with that name, which becomes what the function's annotation says,
+    such as an object of settings. Its tables are written: one to the first output, several to those with their names.
     """
     with job(snakemake.log[0], snakemake.output.get("warned")) as say:
         module, _, name = snakemake.params.call.partition(":")
         function = getattr(import_module(module), name)
         wanted = signature(function).parameters
-        found = function(**{key: say if key == "say" else getattr(snakemake, key) for key in wanted})
+        found = function(**{key: say if key == "say" else _given(snakemake, key, function) for key in wanted})
         if found is not None:
             tables = found if isinstance(found, dict) else {0: found}
             for key, table in tables.items():
                 write_table(table, snakemake.output[key])
+
+
+OF_SNAKEMAKE = ("input", "output", "params", "wildcards", "threads")
+"""Arguments that a function gets as snakemake has them."""
+
+
+def _given(snakemake: Any, key: str, function: Callable) -> Any:
+    """Return an argument of a job's function."""
+    if key in OF_SNAKEMAKE:
+        return getattr(snakemake, key)
+    from pydantic import TypeAdapter
+
+    wanted = get_type_hints(function, include_extras=True).get(key, Any)
+    return TypeAdapter(wanted).validate_python(snakemake.params[key])
 
 
 @contextmanager

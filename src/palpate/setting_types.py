@@ -31,6 +31,10 @@ class Block(BaseModel):
             raise PydanticCustomError("lacks", "lacks {name}", {"name": needed[0]})
         return self
 
+    def but(self, **changed: Any) -> Self:
+        """Return a copy with some fields changed, checked like any other."""
+        return type(self)(**(dict(self) | changed))
+
     def __contains__(self, name: object) -> bool:
         field = type(self).model_fields.get(str(name))
         return field is not None and (getattr(self, str(name)) is not None or field.validate_default is not False)

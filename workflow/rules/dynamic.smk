@@ -9,16 +9,16 @@ from palpate.benchmark.comparable import compared_scenes, followed
 # how each scene is followed, and why those are left out in which models cannot be compared
 FOLLOWED, LEFT_OUT = config["dynamic"].get("scenes"), {}
 if FOLLOWED is None:
-    DURATIONS, LEFT_OUT = compared_scenes(config["scenes"], config["bodies"])
+    DURATIONS, LEFT_OUT = compared_scenes(settings.scenes, settings.bodies)
     FOLLOWED = dict.fromkeys(DURATIONS, {})
 # what a scene does not say for itself
 OF_ALL = some("dynamic", "frames", "change_of_peak", "max_halvings")
-FOLLOWED = {name: OF_ALL | {"duration_s": followed(config["scenes"][name])} | own for name, own in FOLLOWED.items()}
+FOLLOWED = {name: OF_ALL | {"duration_s": followed(settings.scenes[name])} | own for name, own in FOLLOWED.items()}
 
 # scenes of which it is found how well their motion is known
 TRUE = [scene for scene, own in FOLLOWED.items() if "truth" in own]
 # scenes in which something touches, so that it feels a force
-FELT = [scene for scene in FOLLOWED if has_contact(config["scenes"][scene])]
+FELT = [scene for scene in FOLLOWED if settings.scenes[scene].contact]
 # scenes whose push is moved to other places, which bounds are made of
 ELSEWHERE = [scene for scene, own in FOLLOWED.items() if "elsewhere" in own]
 # scenes whose models are tried on strokes that they were not shown, which bounds are made of, too

@@ -5,11 +5,10 @@ include: "functions/scenes.smk"
 
 
 from palpate.scenes import acting_effects
-from palpate.scenes.scene import bodies_in
 
 # scenes in which forces are felt, and those of them in which an instrument, a hook or a thread is moved
-TOUCHING = [name for name, scene in config["scenes"].items() if acting_effects.has_forces(scene)]
-DRIVEN = [name for name, scene in config["scenes"].items() if acting_effects.has_driven(scene)]
+TOUCHING = [name for name, scene in settings.scenes.items() if acting_effects.has_forces(scene)]
+DRIVEN = [name for name, scene in settings.scenes.items() if acting_effects.has_driven(scene)]
 OF_SCENE = "results/data/scenes/{scene}"
 
 SCENES_SHOWN = drawn("scenes", "energy", "effects") | drawn("scenes", "contact_force", scenes=DRIVEN)
@@ -108,6 +107,6 @@ rule scenes:
         rules.tabulate_contacts.output if TOUCHING else [],
         rules.draw_scenes.output,
         expand(rules.draw_motion.output, scene=SCENES),
-        warned_of({body for scene in config["scenes"].values() for body in bodies_in(scene)}),
+        warned_of({body for scene in settings.scenes.values() for body in scene.bodies}),
         expand(rules.simulate_scene.output.warned, scene=SCENES),
         page="results/report_scenes.html",

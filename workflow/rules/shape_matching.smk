@@ -1,8 +1,6 @@
 # Paper 3's own experiments: integrators, modes, clusters, what shape matching costs, dampers, virtual body springs.
 
 
-from palpate.scenes.scene import bodies_in
-
 MEASURED_HERE = ["integrator_stability", "deformation_modes", "clusters", "cluster_goals", "body_springs"]
 CREEP = (config["shape_matching"]["creep"] or {}).get("scene")
 SHAPE_MATCHING_SHOWN = drawn(
@@ -39,7 +37,7 @@ rule time_shape_matching:
 
 rule tabulate_maxwell_creep:
     input:
-        bodies=lambda wildcards: [f"results/data/{body}/body.h5" for body in bodies_in(config["scenes"][CREEP])],
+        bodies=lambda wildcards: [f"results/data/{body}/body.h5" for body in settings.scenes[CREEP].bodies],
         motion=f"results/data/scenes/{CREEP}/motion.h5",
     output:
         in_report("results/tables/maxwell_creep.csv"),
@@ -47,8 +45,7 @@ rule tabulate_maxwell_creep:
         "results/logs/tabulate_maxwell_creep.log",
     params:
         **calls("palpate.studies.shape_matching.maxwell_creep:tabulate_maxwell_creep", "palpate.effects"),
-        name=CREEP,
-        entry=lambda wildcards: config["scenes"][CREEP],
+        scene=lambda wildcards: config["scenes"][CREEP] | {"name": CREEP},
     script:
         "../job.py"
 

@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 
+from palpate.bodies.settings import Body
 from palpate.errors import InputError
-from palpate.scenes.acting_effects import acting, assumed, has_contact
+from palpate.scenes.settings import Scene
 
 LOADS = ("gravity", "push")
 """Effects that a compared scene takes over from its scene, and that can be made larger or smaller."""
@@ -23,81 +24,79 @@ LONGEST_S = 1.0
 """Up to when a scene is followed whose duration is not given for the comparison, unless it is pressed later."""
 
 
-def unfit(entry: dict, kind: str = "", taught: bool = False) -> str:
+def unfit(scene: Scene, kind: str = "", taught: bool = False) -> str:
     """Return why models cannot be compared in a scene, such as "has contact"; empty if they can.
 
-    entry : the scene's, complete; kind : of its body; taught : whether models have a motion to be fitted to
+    kind : of its body; taught : whether models have a motion to be fitted to
     """
-    own = entry.get("own", {})
     unknown = UNKNOWN_TO_MODELS if taught else ("plasticity", *UNKNOWN_TO_MODELS)
-    other = [name for name in (*unknown, *own) if acts(name, entry, kind)]
+    other = [*(name for name in unknown if acts(name, scene)), *scene.own]
     driven = [*LOADS, "contact"] if taught else LOADS
     alone = not taught  # then models are fitted to a share of the loads, which does not suffice for all scenes
     reasons = [
-        ("has contact", alone and has_contact(entry)),
-        ("has several bodies", alone and bool(entry.get("others"))),
+        ("has contact", alone and acts("contact", scene)),
+        ("has several bodies", alone and bool(scene.others)),
         ("moves a sheet", alone and kind == "sheet"),
-        ("is not held", alone and not entry.get("held", True)),
-        (f"has none of {' and '.join(driven)}", not any(effect in entry for effect in driven)),
-        ("has bodies of several kinds", any(each["body"] != entry.get("body") for each in entry.get("others", []))),
-        ("does not start at rest", entry.get("start", "rest") != "rest"),
+        ("is not held", alone and not scene.held),
+        (f"has none of {' and '.join(driven)}", not any(acts(effect, scene) for effect in driven)),
+        ("has bodies of several kinds", any(each.body != scene.body for each in scene.others)),
+        ("does not start at rest", scene.start != "rest"),
         (f"has {' and '.join(other)}, which not all models have", bool(other)),
     ]
     return next((reason for reason, holds in reasons if holds), "")
 
 
-def acts(name: str, entry: dict, kind: str = "") -> bool:
-    """Return whether an effect acts in a scene; kind : of its body."""
-    return name in acting(entry, assumed(entry, {"kind": kind}))
+def acts(name: str, scene: Scene) -> bool:
+    """Return whether an effect that has a block acts in a scene."""
+    return getattr(scene, name) is not None
 
 
-def check_compared(place: str, name: str, entry: dict, kind: str = "", taught: bool = False) -> None:
+def check_compared(place: str, name: str, scene: Scene, kind: str = "", taught: bool = False) -> None:
     """Raise InputError, naming ``place``, for a scene ``name`` in which models cannot be compared."""
-    if reason := unfit(entry, kind, taught):
-        cure = "" if taught or unfit(entry, kind, True) else "describe a motion to fit models to as its training, or "
+    if reason := unfit(scene, kind, taught):
+        cure = "" if taught or unfit(scene, kind, True) else "describe a motion to fit models to as its training, or "
         raise InputError(f"{place} names {name}, which {reason}; {cure}choose another scene.")
 
 
-def unable(model: str, entry: dict, kind: str = "") -> str:
+def unable(model: str, scene: Scene, kind: str = "") -> str:
     """Return why a model cannot do a compared scene, such as "has plasticity"; empty if it can.
 
-    entry : the scene's, complete; kind : of its body
+    kind : of its body
     """
-    taken = {name for name in TAKEN_OVER if name in entry and acts(name, entry, kind)}
+    taken = {name for name in TAKEN_OVER if acts(name, scene)}
     corrected, stroked = model in CORRECTED, model in STROKED
     rounded = stroked or model in ROUND
     single = corrected or rounded
     known = {*LOADS, "contact"} if model in ROUND else set(LOADS) if corrected else {"contact"}
-    further, contact = sorted(taken - known), entry.get("contact", {}) if "contact" in taken else {}
-    moving = any(tool.get("times_s") for tool in contact.get("instruments", []))
-    others = sorted({tool["kind"] for tool in contact.get("instruments", [])} - {"sphere", "capsule"})
+    further, tools = sorted(taken - known), scene.contact.instruments if scene.contact else []
+    others = sorted({tool.kind for tool in tools} - {"sphere", "capsule"})
     reasons = [
         ("has plasticity", model in ("springs", "springs_volume") and "plasticity" in taken),
         ("moves a sheet", (single or model == "springs_volume") and kind == "sheet"),
         (f"has {' and '.join(further)}", single and bool(further)),
-        ("has several bodies", single and bool(entry.get("others"))),
-        ("is not held", single and not entry.get("held", True)),
-        ("has no instrument that moves", stroked and not moving),
-        ("has a body that touches itself", rounded and bool(contact.get("self_contact"))),
+        ("has several bodies", single and bool(scene.others)),
+        ("is not held", single and not scene.held),
+        ("has no instrument that moves", stroked and not any(tool.times_s for tool in tools)),
+        ("has a body that touches itself", rounded and bool(scene.contact and scene.contact.self_contact)),
         (f"is touched by a {' and a '.join(others)} and not by spheres and capsules", rounded and bool(others)),
     ]
     return next((reason for reason, holds in reasons if holds), "")
 
 
-def compared_scenes(scenes: dict, bodies: dict) -> tuple[dict[str, float], dict[str, str]]:
+def compared_scenes(scenes: Mapping[str, Scene], bodies: Mapping[str, Body]) -> tuple[dict[str, float], dict[str, str]]:
     """Return how long each scene is followed [s] in which models can be compared, and why the others are left out.
 
     A scene is followed to its end, but no longer than LONGEST_S or, if that is later, than until all is pressed.
     """
-    reasons = {name: unfit(entry, bodies[entry["body"]]["kind"]) for name, entry in scenes.items()}
-    durations = {name: followed(entry) for name, entry in scenes.items() if not reasons[name]}
+    reasons = {name: unfit(scene, bodies[scene.body].kind) for name, scene in scenes.items()}
+    durations = {name: followed(scene) for name, scene in scenes.items() if not reasons[name]}
     return durations, {name: reason for name, reason in reasons.items() if reason}
 
 
-def followed(entry: dict) -> float:
+def followed(scene: Scene) -> float:
     """Return how long a scene is followed [s] if nobody says so."""
-    loads = entry.get("push", {}).get("loads", [])
-    return min(entry["duration_s"], max([LONGEST_S, *(load["start_s"] + load["press_s"] for load in loads)]))
+    loads = scene.push.loads if scene.push else []
+    return min(scene.duration_s, max([LONGEST_S, *(load.start_s + load.press_s for load in loads)]))
 
 
 def fits(own: Mapping) -> bool:

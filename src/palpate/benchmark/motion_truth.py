@@ -22,6 +22,7 @@ from palpate.benchmark.richardson import RATIO_DOUBT, estimate, ratio
 from palpate.benchmark.truth import objection
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
+from palpate.effects.settings import Loads, Rayleigh
 from palpate.solvers.quadratic_motion import QuadraticMotion, Reached
 
 TOLERANCE = 2e-3
@@ -108,8 +109,8 @@ class _Run:
 
 def motion_truth(
     body: Body,
-    loads: dict[str, dict],
-    rayleigh: dict,
+    loads: Loads,
+    rayleigh: Rayleigh,
     duration_s: float,
     frames: int,
     steps: int,
@@ -129,7 +130,7 @@ def motion_truth(
     """
     meshes: _Levels | RefinedMotions = (
         RefinedMotions(body, loads, rayleigh, duration_s, steps)
-        if "contact" in loads
+        if loads.contact
         else _Levels(body, count if like is None else 2, loads, rayleigh)
     )
     first = meshes.first
@@ -162,7 +163,7 @@ class _Levels:
 
     nested = True
 
-    def __init__(self, body: Body, count: int, loads: dict[str, dict], rayleigh: dict):
+    def __init__(self, body: Body, count: int, loads: Loads, rayleigh: Rayleigh):
         self.first = 0 if body.smooth is not None else body.shape_level
         self._body, self._moved = body, (loads, rayleigh)
         self._whole, self.patch = with_midpoints(body, self.first + count - 1), pressed_nodes(body, loads)
@@ -299,12 +300,12 @@ def _shorter(longer: np.ndarray, shorter: np.ndarray) -> np.ndarray:
     return shorter + (shorter - longer) / 3.0
 
 
-def pressed_nodes(body: Body, loads: dict[str, dict]) -> np.ndarray:
+def pressed_nodes(body: Body, loads: Loads) -> np.ndarray:
     """Mark the surface nodes (n,) that a push presses; all of them where there is none."""
     fine, marked = body.fine, np.zeros(len(body.fine.surface), dtype=bool)
-    for push in loads.get("push", {}).get("loads", []):
-        near = np.linalg.norm(fine.nodes[fine.surface] - push["at_m"], axis=1).argmin()
-        marked |= patch_nodes(fine, int(fine.surface[near]), push["radius_m"])
+    for push in loads.pushes:
+        near = np.linalg.norm(fine.nodes[fine.surface] - push.at_m, axis=1).argmin()
+        marked |= patch_nodes(fine, int(fine.surface[near]), push.radius_m)
     return marked if marked.any() else ~marked
 
 

@@ -17,6 +17,7 @@ from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.refinement import with_midpoints
 from palpate.collision.contact.instrument_contact import Path
 from palpate.collision.contact.obstacles import make_obstacle
+from palpate.effects.settings import Loads, Rayleigh
 from palpate.errors import NotConverged
 from palpate.solvers.indentation import contact_points
 from palpate.solvers.quadratic_motion import QuadraticMotion, Reached
@@ -37,14 +38,15 @@ class RefinedMotions:
 
     first, nested = 0, False
 
-    def __init__(self, body: Body, loads: dict[str, dict], rayleigh: dict, duration_s: float, steps: int):
-        contact = loads["contact"]
+    def __init__(self, body: Body, loads: Loads, rayleigh: Rayleigh, duration_s: float, steps: int):
+        contact = loads.contact
+        assert contact is not None
         self._base = body.from_level(body.shape_level if body.smooth is None else len(body.levels) - 1)
         self._surface, self._rayleigh = FineSurfaceMap(self._base), rayleigh
-        self._loads = {name: block for name, block in loads.items() if name != "contact"}
-        self._friction, self._slip = contact.get("friction", 0.0), contact.get("slip_m_s", 1e-3)
+        self._loads = loads.but(contact=None)
+        self._friction, self._slip = contact.friction, contact.slip_m_s
         self._paths = [
-            Path(make_obstacle(each, body.name, "", body.fine.size, np.zeros(3))) for each in contact["instruments"]
+            Path(make_obstacle(each, body.name, "", body.fine.size, np.zeros(3))) for each in contact.instruments
         ]
         self._radius = max(path.instrument.radius_m for path in self._paths)
         corners = self._base.coarse.nodes[self._base.coarse.triangles]

@@ -5,6 +5,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -163,9 +164,9 @@ class Series:
         return np.exp(-spans), np.where(spans > 0.0, -np.expm1(-safe) / safe, 1.0)
 
 
-def prony_fault(settings: dict) -> str:
-    """Describe what is wrong with the block of a scene, beginning with the key; empty if nothing is."""
-    shares, times = settings["shares"], settings["times_s"]
+def prony_fault(series: "Series | Any") -> str:
+    """Describe what is wrong with a series or a block ``prony``, beginning with the key; empty if nothing is."""
+    shares, times = series.shares, series.times_s
     if len(shares) != len(times) or not len(shares):
         return f"shares has {len(shares)} numbers and times_s {len(times)}; give one time for each share"
     if wrong := [share for share in shares if not share > 0.0]:

@@ -14,7 +14,7 @@ from palpate.effects.effect import Effect, Energy, Stiffness
 from palpate.errors import InputError
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "BedSprings":
+def make(particles: Particles, settings: object, elastic: Effect | None = None) -> "BedSprings":
     """Make the beds of ``particles``; InputError if they have none."""
     if not particles.beds:
         raise InputError(

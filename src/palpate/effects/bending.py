@@ -12,7 +12,7 @@ FLAT = 1e-9
 """A rest state counts as flat if its distance from a plane is below this fraction of its size."""
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "Bending":
+def make(particles: Particles, settings: object, elastic: Effect | None = None) -> "Bending":
     """Make the bending of sheets; InputError for one that is not flat at rest."""
     labels = label_shells(particles.triangles, len(particles.nodes))
     if not all(_flat(particles.nodes[np.unique(particles.triangles[labels == label])]) for label in np.unique(labels)):

@@ -3,16 +3,17 @@
 import numpy as np
 
 from palpate.bodies.particles import Particles, default_stiffness
+from palpate.effects import settings
 from palpate.effects.effect import Damping, Effect, Energy, Stiffness
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None) -> "BodySprings":
+def make(particles: Particles, springs: settings.BodySprings, elastic: Effect | None) -> "BodySprings":
     """Make a spring and a damper for each node.
 
     settings : ``stiffness_n_m`` (default: ``default_stiffness``); ``damping_ratio``, relative to critical damping
     """
-    stiffness = settings["stiffness_n_m"] if "stiffness_n_m" in settings else default_stiffness(particles)
-    return BodySprings(particles, stiffness, settings["damping_ratio"])
+    stiffness = default_stiffness(particles) if springs.stiffness_n_m is None else springs.stiffness_n_m
+    return BodySprings(particles, stiffness, springs.damping_ratio)
 
 
 class BodySprings(Energy, Stiffness, Damping):

@@ -8,7 +8,7 @@ from palpate.effects.effect import Effect, Observation, Untying
 from palpate.errors import InputError
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None) -> "CutInTime":
+def make(particles: Particles, settings: object, elastic: Effect | None) -> "CutInTime":
     """Make the cut that ``particles`` were prepared for with the same ``settings``; InputError if they were not."""
     if particles.ties is None:
         raise InputError(f"{particles.name} was not prepared for a cut; make the particles by particles_in.")

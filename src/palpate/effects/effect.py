@@ -18,10 +18,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeGuard, TypeVar
 
 import numpy as np
 
+from palpate.bodies.particles import Particles
+from palpate.effects import settings
+
 if TYPE_CHECKING:
     import pandas as pd
-
-    from palpate.bodies.particles import Particles
 
 Hook = TypeVar("Hook")
 
@@ -175,7 +176,7 @@ class Instrumented(Protocol):
     settings : the block that it is made of
     """
 
-    settings: dict
+    settings: "settings.Contact"
 
     def instruments_on(self) -> Any:
         """Return the InstrumentContact; InputError if more can be touched than spheres and capsules.

@@ -3,12 +3,13 @@
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects import settings
 from palpate.effects.effect import Effect, Energy, Weight
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Gravity":
-    """Make the weight of ``particles`` under ``settings["acceleration_m_s2"]``, (3,) [m/s²]."""
-    return Gravity(particles, np.array(settings["acceleration_m_s2"], dtype=float))
+def make(particles: Particles, gravity: settings.Gravity, elastic: Effect | None) -> "Gravity":
+    """Make the weight of ``particles`` under ``gravity.acceleration_m_s2``, (3,) [m/s²]."""
+    return Gravity(particles, np.array(gravity.acceleration_m_s2, dtype=float))
 
 
 class Gravity(Energy, Weight):

@@ -7,7 +7,7 @@ from palpate.effects.effect import Effect, FixedNodes
 from palpate.errors import InputError
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Held":
+def make(particles: Particles, settings: object, elastic: Effect | None) -> "Held":
     """Hold the anchors of ``particles``; InputError if there are none."""
     if not len(particles.held):
         raise InputError(

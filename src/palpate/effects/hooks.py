@@ -9,7 +9,7 @@ import numpy as np
 from palpate.bodies.mesh import area_normals, components
 from palpate.bodies.particles import Particles
 from palpate.bodies.surface_quadrature import near_ball
-from palpate.effects import effect
+from palpate.effects import effect, settings
 from palpate.effects.effect import Effect, Shape, Stiffness, offers
 from palpate.effects.patch_load import Patch, course, have, load_point, patch_shares
 from palpate.errors import InputError
@@ -26,13 +26,13 @@ ABOVE = 0.004
 """Height of a hook over the surface in pictures, in sizes of the body."""
 
 
-def make(particles: Particles, settings: list[dict], elastic: Effect | None) -> "Hooks":
-    """Make a hook of each entry: ``at_m``, ``radius_m``, ``shift_m`` [m] or ``force_n`` [N], and its times.
+def make(particles: Particles, asked: list[settings.Hook], elastic: Effect | None) -> "Hooks":
+    """Make all hooks.
 
     Raises InputError for one off the surface, wider than the body, on what is held, or on what another one holds.
     """
     stiffness = _nodal_stiffness(particles, elastic)
-    hooks = [_hook(particles, i, entry, stiffness) for i, entry in enumerate(settings)]
+    hooks = [_hook(particles, i, entry, stiffness) for i, entry in enumerate(asked)]
     for (i, a), (j, b) in combinations(enumerate(hooks), 2):
         begin, end = max(a.times.start, b.times.start), min(a.times.end, b.times.end)
         if isinstance(a, Moved) and isinstance(b, Moved) and begin < end and _meet(particles, a, b, begin):
@@ -50,24 +50,24 @@ def _meet(particles: Particles, a: "Moved", b: "Moved", t: float) -> bool:
     return bool(np.isin(leaders[a.nodes], leaders[b.nodes]).any())
 
 
-def _hook(particles: Particles, number: int, entry: dict, stiffness: np.ndarray) -> "Moved | Pulled":
-    place, radius = f"{particles.name}: hooks[{number}]", float(entry["radius_m"])
-    times = Times(*(float(entry[f"{name}_s"]) for name in ("start", "pull", "hold", "release")))
-    facet, weights = load_point(particles, particles.held, place, entry)
+def _hook(particles: Particles, number: int, asked: settings.Hook, stiffness: np.ndarray) -> "Moved | Pulled":
+    place, radius = f"{particles.name}: hooks[{number}]", float(asked.radius_m)
+    times = Times(asked.start_s, asked.pull_s, asked.hold_s, asked.release_s)
+    facet, weights = load_point(particles, particles.held, place, asked)
     skin, at_point, normal = _skin_at(particles, facet, weights)
     corners, disc = particles.nodes[skin], Patch(weights @ particles.nodes[facet], normal, radius)
     within = (np.linalg.norm(corners - disc.center_m, axis=2) <= radius).all(axis=1)
     node = int(facet[weights.argmax()])
     grasped = _joined(skin[within | at_point], node)
-    if "force_n" in entry:
+    if asked.force_n is not None:
         side = replace(particles, triangles=_joined(skin[near_ball(corners, disc.center_m, radius) | at_point], node))
-        return Pulled(times, grasped, *patch_shares(side, disc), np.array(entry["force_n"], dtype=float), particles)
+        return Pulled(times, grasped, *patch_shares(side, disc), np.array(asked.force_n, dtype=float), particles)
     nodes = np.unique(grasped)
     if np.isin(nodes, particles.held).any():
         raise InputError(
             f"{place} grasps nodes that are held; move it away from the anchors, or give it less radius_m."
         )
-    return Moved(times, grasped, nodes, GRIP * stiffness[nodes], np.array(entry["shift_m"], dtype=float), particles)
+    return Moved(times, grasped, nodes, GRIP * stiffness[nodes], np.array(asked.shift_m, dtype=float), particles)
 
 
 def _skin_at(particles: Particles, facet: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

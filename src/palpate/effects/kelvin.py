@@ -4,13 +4,14 @@ import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects import settings
 from palpate.effects.effect import Damping, Force
 from palpate.effects.springs import Springs, add_pair, direction
 
 
-def make(particles: Particles, settings: dict, elastic: Springs) -> "Kelvin":
+def make(particles: Particles, kelvin: settings.Kelvin, elastic: Springs) -> "Kelvin":
     """Make dampers of ``ratio`` times critical damping beside springs."""
-    return Kelvin(elastic, particles.masses, settings["ratio"])
+    return Kelvin(elastic, particles.masses, kelvin.ratio)
 
 
 def dampings(pairs: np.ndarray, stiffness: np.ndarray, masses: np.ndarray, ratio: float) -> np.ndarray:

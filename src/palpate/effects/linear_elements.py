@@ -115,7 +115,7 @@ def _to_four(blocks, k, whole):
             whole[0, 0, i, j] = -(whole[0, 1, i, j] + whole[0, 2, i, j] + whole[0, 3, i, j])
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "LinearElements":
+def make(particles: Particles, settings: object, elastic: Effect | None = None) -> "LinearElements":
     """Make the elasticity of a solid; warns if it locks."""
     warn_of_locking(particles.name, largest_poisson(particles.tissue))
     return LinearElements(particles, particles.tissue)

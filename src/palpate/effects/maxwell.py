@@ -6,13 +6,14 @@ import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects import settings
 from palpate.effects.effect import Relaxation
 from palpate.effects.springs import Springs, direction
 
 
-def make(particles: Particles, settings: dict, elastic: Springs) -> "Maxwell":
+def make(particles: Particles, maxwell: settings.Maxwell, elastic: Springs) -> "Maxwell":
     """Make springs ``stiffness_ratio`` times as stiff as the elastic ones."""
-    return Maxwell(elastic, settings["stiffness_ratio"], settings["relaxation_s"])
+    return Maxwell(elastic, maxwell.stiffness_ratio, maxwell.relaxation_s)
 
 
 class Maxwell(Springs, Relaxation):

@@ -7,6 +7,7 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.surface_quadrature import ball_points, midpoints, near_ball, triangle_shapes
+from palpate.effects.settings import Hook, Load
 from palpate.errors import InputError
 
 FACING = 1e-6
@@ -106,18 +107,18 @@ AT_NODE = 1e-6
 """Share of a facet's or the body's size within which a point is at an edge or a node: rounding decides no more."""
 
 
-def load_point(mesh: Mesh, held: np.ndarray, place: str, load: dict) -> tuple[np.ndarray, np.ndarray]:
+def load_point(mesh: Mesh, held: np.ndarray, place: str, load: Load | Hook) -> tuple[np.ndarray, np.ndarray]:
     """Return the facet (3,) with the surface point nearest to ``at_m`` (3,) [m] of a load, and its weights (3,) there.
 
     held : nodes that do not move; place : in messages
     Raises InputError for a load off the surface, of a radius beyond the body's size, or on what is held.
     """
-    if load["radius_m"] > mesh.size:
+    if load.radius_m > mesh.size:
         raise InputError(
             f"{place}.radius_m is {load['radius_m']:g} m, and the whole body is "
             f"{mesh.size:.3g} m long; give the radius of what presses or grasps it, in metres."
         )
-    corners, weights, away = surface_point(mesh, np.array(load["at_m"], dtype=float))
+    corners, weights, away = surface_point(mesh, np.array(load.at_m, dtype=float))
     point = np.round(weights @ mesh.nodes[corners], 4).tolist()
     if not away <= OFF * mesh.size:
         raise InputError(

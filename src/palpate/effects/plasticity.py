@@ -3,20 +3,17 @@
 from typing import Any
 
 from palpate.bodies.particles import Particles
+from palpate.effects import settings
 from palpate.effects.effect import Effect, Goals, offers
 
 
-def make(particles: Particles, settings: dict, elastic: Any) -> Effect:
-    """Make the plastic flow of shape-matching clusters or of corotational finite elements.
-
-    settings : ``yield_strain`` (elastic strain above which the body flows), ``creep_1_s`` [1/s], ``max_strain`` (upper
-        bound of the plastic strain)
-    """
+def make(particles: Particles, plasticity: settings.Plasticity, elastic: Any) -> Effect:
+    """Make the plastic flow of shape-matching clusters or of corotational finite elements."""
     has_goals = offers(elastic, Goals)
     if has_goals:
         from palpate.effects.shape_plasticity import ShapePlasticity
 
-        return ShapePlasticity(settings, elastic)
+        return ShapePlasticity(plasticity, elastic)
     from palpate.effects.fem_plasticity import FemPlasticity
 
-    return FemPlasticity(elastic, settings["yield_strain"], settings["creep_1_s"], settings["max_strain"])
+    return FemPlasticity(elastic, plasticity.yield_strain, plasticity.creep_1_s, plasticity.max_strain)

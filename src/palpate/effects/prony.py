@@ -20,6 +20,7 @@ import numpy as np
 
 from palpate.bodies.material import Series, prony_fault
 from palpate.bodies.particles import Particles
+from palpate.effects import settings
 from palpate.effects.corotational import ARITHMETIC, BLOCK
 from palpate.effects.effect import Energy, Relaxation, StepBegin, StepEnd, Stiffness
 from palpate.effects.elements import OnePass
@@ -294,14 +295,11 @@ TWICE = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
 """How often each of a strain's six entries occurs in its matrix."""
 
 
-def make(particles: Particles, settings: dict, elastic: LinearElements) -> "Prony":
-    """Make the branches of a series beside finite elements; InputError for a wrong one, as a fit may find it.
-
-    settings : ``shares`` of the instantaneous shear modulus, and ``times_s`` [s] in which they relax
-    """
-    if wrong := prony_fault(settings):
+def make(particles: Particles, prony: settings.Prony, elastic: LinearElements) -> "Prony":
+    """Make the branches of a series beside finite elements; InputError for a wrong one, as a fit may find it."""
+    if wrong := prony_fault(prony):
         raise InputError(f"{particles.name}: prony.{wrong}.")
-    return Prony(elastic, Series(settings["shares"], settings["times_s"]))
+    return Prony(elastic, Series(prony.shares, prony.times_s))
 
 
 class Prony(OnePass, Energy, Stiffness, StepBegin, StepEnd, Relaxation):

@@ -1,20 +1,23 @@
 """Loads that increase, stay constant and decrease over time."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from palpate.bodies.mesh import Mesh, area_normals
 from palpate.bodies.particles import Particles
+from palpate.effects import settings
 from palpate.effects.effect import Effect, Load, Time
 from palpate.effects.patch_load import Patch, course, have, load_point, patch_shares
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Push":
-    """Make the loads of ``settings["loads"]`` on the discs of ``placed``; the same errors."""
-    return Push([_Load(particles, load) for load in placed(particles, particles.held, particles.name, settings)])
+def make(particles: Particles, push: settings.Push, elastic: Effect | None) -> "Push":
+    """Make the loads of ``push`` on the discs of ``placed``; the same errors."""
+    return Push([_Load(particles, load) for load in placed(particles, particles.held, particles.name, push.loads)])
 
 
-def placed(mesh: Mesh, held: np.ndarray, name: str, settings: dict) -> list[dict]:
-    """Return ``settings["loads"]``, each with its disc: ``at_m`` on the surface, and the outward ``normal`` there.
+def placed(mesh: Mesh, held: np.ndarray, name: str, loads: Sequence[settings.Load]) -> list[settings.Load]:
+    """Return ``loads``, each with its disc: ``at_m`` on the surface, and the outward ``normal`` there.
 
     held : nodes of ``mesh`` that do not move; name : the body's, for messages
     The disc's middle is the point of the surface nearest to the given ``at_m`` (3,) [m] at rest. A load that has a
@@ -22,30 +25,31 @@ def placed(mesh: Mesh, held: np.ndarray, name: str, settings: dict) -> list[dict
     Raises InputError for a load off the surface, of a radius beyond the body's size, or on what is held.
     """
     found = []
-    for i, load in enumerate(settings["loads"]):
-        if "normal" not in load:
+    for i, load in enumerate(loads):
+        if load.normal is None:
             corners, weights = load_point(mesh, held, f"{name}: push.loads[{i}]", load)
             if (weights == 1.0).any():
                 normal = mesh.normals[corners[weights.argmax()]]
             else:
                 normal = area_normals(mesh.nodes, mesh.triangles[have(mesh.triangles, corners, weights)]).sum(axis=0)
                 normal /= np.linalg.norm(normal)
-            load = load | {"at_m": (weights @ mesh.nodes[corners]).tolist(), "normal": normal.tolist()}
+            at_m = (weights @ mesh.nodes[corners]).tolist()
+            load = load.model_copy(update={"at_m": at_m, "normal": normal.tolist()})
         found.append(load)
     return found
 
 
-def disc(load: dict) -> Patch:
+def disc(load: settings.Load) -> Patch:
     """Return the disc of a load that is ``placed``."""
-    return Patch(np.array(load["at_m"], dtype=float), np.array(load["normal"], dtype=float), load["radius_m"])
+    return Patch(np.array(load.at_m, dtype=float), np.array(load.normal, dtype=float), load.radius_m)
 
 
-def factor(load: dict, t: float) -> float:
+def factor(load: settings.Load, t: float) -> float:
     """Return what ``force_n`` is multiplied by at ``t`` [s].
 
     From ``start_s`` it increases over ``press_s``, is 1 over ``hold_s`` and decreases over ``release_s``.
     """
-    return course(t - load["start_s"], load["press_s"], load["hold_s"], load["release_s"])
+    return course(t - load.start_s, load.press_s, load.hold_s, load.release_s)
 
 
 class Push(Load, Time):
@@ -73,9 +77,9 @@ class Push(Load, Time):
 class _Load:
     """One load that is ``placed``: ``forces`` (k, 3) [N] on ``nodes`` (k,) at the factor 1."""
 
-    def __init__(self, particles: Particles, load: dict):
+    def __init__(self, particles: Particles, load: settings.Load):
         self.nodes, shares = patch_shares(particles, disc(load))
-        self.forces = np.outer(shares, np.array(load["force_n"], dtype=float))
+        self.forces = np.outer(shares, np.array(load.force_n, dtype=float))
         self._load = load
 
     def factor(self, t: float) -> float:

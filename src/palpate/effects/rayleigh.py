@@ -6,14 +6,15 @@ import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects import settings
 from palpate.effects.effect import Effect, Force, Proportional, Stiffness, offers
 from palpate.linalg.block_pattern import scatter
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Rayleigh":
+def make(particles: Particles, rayleigh: settings.Rayleigh, elastic: Effect | None) -> "Rayleigh":
     """Make C from ``mass_1_s`` [1/s] and ``stiffness_s`` [s], which is 0 if the elastic effect has no stiffness."""
     stiff = elastic if offers(elastic, Stiffness) else None
-    return Rayleigh(particles.masses, settings["mass_1_s"], settings["stiffness_s"], stiff)
+    return Rayleigh(particles.masses, rayleigh.mass_1_s, rayleigh.stiffness_s, stiff)
 
 
 class Rayleigh(Force, Proportional):

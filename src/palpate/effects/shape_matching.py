@@ -15,6 +15,7 @@ from scipy import sparse
 
 from palpate.bodies.mesh import components
 from palpate.bodies.particles import Particles
+from palpate.effects import settings
 from palpate.effects.effect import Effect, Goals
 from palpate.errors import InputError
 from palpate.linalg.polar import nearest
@@ -37,7 +38,7 @@ class Clusters:
         return np.bincount(self.members)
 
 
-def make_clusters(particles: Particles, settings: dict) -> Clusters:
+def make_clusters(particles: Particles, asked: settings.Clusters) -> Clusters:
     """Make the clusters of a ``kind``, separately for each connected piece of the mesh.
 
     one : the whole piece
@@ -52,7 +53,7 @@ def make_clusters(particles: Particles, settings: dict) -> Clusters:
 
     Raises InputError for too many cubes, and if they share too few particles to hold a piece together.
     """
-    count, kind = len(particles.nodes), settings["kind"]
+    count, kind = len(particles.nodes), asked.kind
     edges = _edges(particles)
     pieces = _pieces(edges, count)
     if kind == "one":
@@ -63,7 +64,7 @@ def make_clusters(particles: Particles, settings: dict) -> Clusters:
         shells = _shells(particles, pieces) if kind == "tetrahedra" else None
         groups = _neighbourhoods(particles.tetrahedra, count, shells)
     else:
-        groups = [piece[g] for piece in pieces for g in _cubes(particles.nodes[piece], settings)]
+        groups = [piece[g] for piece in pieces for g in _cubes(particles.nodes[piece], asked)]
     clusters = Clusters(np.concatenate(groups), np.cumsum([0, *map(len, groups)]))
     if len(clusters.shared_by) < count or not clusters.shared_by.all():
         raise InputError(f"{particles.name} has particles that belong to no tetrahedron: use cubes or one cluster")
@@ -112,9 +113,11 @@ def _neighbourhoods(tetrahedra: np.ndarray, count: int, shells: Iterable[np.ndar
     return groups
 
 
-def _cubes(nodes: np.ndarray, settings: dict) -> list[np.ndarray]:
+def _cubes(nodes: np.ndarray, asked: settings.Clusters) -> list[np.ndarray]:
     """Return the members of each cube that is not empty, without repetition."""
-    edge, overlap = settings["edge_m"], settings["overlap"]
+    edge, overlap = asked.edge_m, asked.overlap
+    if edge is None:
+        raise InputError("shape_matching.clusters lacks edge_m; give the edge of the cubes in metres.")
     if not overlap < 1:
         raise InputError(f"shape_matching.clusters.overlap is {overlap}: give a fraction of a cube below 1")
     low, length = nodes.min(axis=0), np.ptp(nodes, axis=0)
@@ -251,27 +254,18 @@ HALF, DOUBLE = 0.5, 2.0
 """Range of volumes, relative to rest, in which the linear mode restores the volume completely."""
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "ShapeMatching":
+def make(particles: Particles, matching: settings.ShapeMatching, elastic: Effect | None = None) -> "ShapeMatching":
     """Make the shape matching of ``particles``.
 
-    settings : ``mode`` (rigid, linear or quadratic), ``alpha`` (fraction of the way to the goals in a step, 0 to 1),
-        ``beta`` (share of the deformation in the goals, 0 to 1; none in rigid), ``clusters`` (see ``make_clusters``),
-        ``goals`` of a particle in several clusters (mean, unless it is given, or sum)
-
-    Raises InputError for a setting out of range, clusters that do not hold the body together, a body of several
+    Raises InputError for clusters that do not hold the body together, a body of several
     stiffnesses, or goals whose sum may be unstable.
     """
     particles.refuse_regions("shape matching has")
-    for name in ("alpha", "beta"):
-        if not 0.0 <= settings[name] <= 1.0:
-            raise InputError(f"shape_matching.{name} is {settings[name]}: give a number from 0 to 1")
-    clusters = make_clusters(particles, settings["clusters"])
-    matched = ShapeMatching(
-        particles, clusters, settings["mode"], settings["alpha"], settings["beta"], settings.get("goals") == "sum"
-    )
+    clusters = make_clusters(particles, matching.clusters)
+    matched = ShapeMatching(particles, clusters, matching.mode, matching.alpha, matching.beta, matching.goals == "sum")
     if not matched.alpha < 4.0:
         raise InputError(
-            f"shape_matching.alpha is {settings['alpha']}, and with goals: sum a particle in {matched.most} clusters "
+            f"shape_matching.alpha is {matching.alpha}, and with goals: sum a particle in {matched.most} clusters "
             f"is sure to stay stable below {4.0 / matched.most:.3g} only; lower alpha, or choose goals: mean."
         )
     return matched

@@ -6,6 +6,7 @@ import numba
 import numpy as np
 
 from palpate.effects.effect import Relaxation
+from palpate.effects.settings import Plasticity
 from palpate.effects.shape_matching import ShapeMatching, determinant, fit
 from palpate.errors import InputError
 from palpate.linalg.polar import signed_svd
@@ -21,15 +22,14 @@ class ShapePlasticity(Relaxation):
     creep · h, cannot overshoot. Then ‖S_p − I‖ is limited to ``max_strain``, and the volume set to that at rest. No S_p
     changes the span of the terms φ, so only ``elastic.frames`` change, and nothing is inverted again.
 
-    settings : ``yield_strain``, ``creep_1_s`` [1/s], ``max_strain`` (below 1)
     elastic : the shape matching, whose frames change in place
 
     Raises InputError for a ``max_strain`` out of range. Trap: the thickness of a flat cluster is not known, so its area
     may change.
     """
 
-    def __init__(self, settings: dict, elastic: ShapeMatching):
-        self._yield, self._creep, self._most = (settings[k] for k in ("yield_strain", "creep_1_s", "max_strain"))
+    def __init__(self, settings: Plasticity, elastic: ShapeMatching):
+        self._yield, self._creep, self._most = settings.yield_strain, settings.creep_1_s, settings.max_strain
         # a scene of finite elements may allow more, and its models take its settings over
         if not 0.0 < self._most < 1.0:
             raise InputError(f"plasticity.max_strain is {self._most}: give a number between 0 and 1 for shape matching")

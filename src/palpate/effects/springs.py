@@ -6,6 +6,7 @@ from scipy import sparse
 
 from palpate.bodies.mesh import EDGES
 from palpate.bodies.particles import Particles
+from palpate.effects import settings
 from palpate.effects.effect import Effect, Energy, Stiffness
 
 
@@ -57,18 +58,16 @@ def rest_lengths(nodes: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     return np.linalg.norm(nodes[pairs[:, 1]] - nodes[pairs[:, 0]], axis=1)
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "Springs":
-    """Make the springs of a solid from its Young's modulus, of a surface or sheet from ``settings``.
-
-    These are structural_n_m, shear_n_m and bending_n_m [N/m]; 0 omits a kind.
-    """
+def make(particles: Particles, springs: settings.Springs | None, elastic: Effect | None = None) -> "Springs":
+    """Make the springs of a solid from its Young's modulus, of a surface or sheet from ``springs``; 0 omits a kind."""
     if len(particles.tetrahedra):
         pairs, stiffness = volume_springs(particles)
         return Springs(pairs, stiffness, rest_lengths(particles.nodes, pairs))
+    given = {kind: getattr(springs, f"{kind}_n_m") for kind in ("structural", "shear", "bending")}
     kinds = surface_springs(particles.triangles, len(particles.nodes))
-    kinds = {kind: pairs for kind, pairs in kinds.items() if settings[f"{kind}_n_m"] > 0.0}
+    kinds = {kind: pairs for kind, pairs in kinds.items() if given[kind] > 0.0}
     pairs = np.concatenate(list(kinds.values()))
-    stiffness = np.concatenate([np.full(len(p), float(settings[f"{kind}_n_m"])) for kind, p in kinds.items()])
+    stiffness = np.concatenate([np.full(len(p), float(given[kind])) for kind, p in kinds.items()])
     return Springs(pairs, stiffness, rest_lengths(particles.nodes, pairs))
 
 

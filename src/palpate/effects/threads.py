@@ -3,7 +3,7 @@
 import numpy as np
 
 from palpate.bodies.particles import Particles
-from palpate.effects import effect
+from palpate.effects import effect, settings
 from palpate.effects.effect import Effect, Shape
 from palpate.effects.patch_load import OFF, nearest_on_surface, ramp
 from palpate.errors import InputError
@@ -14,15 +14,15 @@ SAME_S = 1e-9
 """Times [s] that are less apart are the same."""
 
 
-def make(particles: Particles, settings: list[dict], elastic: Effect | None) -> "Threads":
-    """Make a thread of each entry: ``ends_m``, ``stiffness_n_m``, its times, and ``length_m`` or ``tightened_to``.
+def make(particles: Particles, asked: list[settings.Thread], elastic: Effect | None) -> "Threads":
+    """Make all threads.
 
     Its ends are the points of the surface at rest that are nearest to ``ends_m`` (2, 3) [m], with linear shape
     functions, so that meshes of one shape have the same. Raises InputError for ends off the surface or at one place.
     """
     found = []
-    for i, entry in enumerate(settings):
-        place, points = f"{particles.name}: threads[{i}].ends_m", np.array(entry["ends_m"], dtype=float)
+    for i, thread in enumerate(asked):
+        place, points = f"{particles.name}: threads[{i}].ends_m", np.array(thread.ends_m, dtype=float)
         corners, shares, away = nearest_on_surface(particles, points)
         if (off := away.max()) > OFF * particles.size:
             raise InputError(f"{place} has a point {off:.3g} m from the surface; give two points on it, in metres.")
@@ -30,9 +30,9 @@ def make(particles: Particles, settings: list[dict], elastic: Effect | None) -> 
         length = float(np.linalg.norm(rest[1] - rest[0]))
         if length <= 1e-9 * particles.size:
             raise InputError(f"{place} are both nearest to one point of the surface; give them farther apart.")
-        final = float(entry["length_m"] if "length_m" in entry else entry["tightened_to"] * length)
+        final = float(thread.tightened_to * length if thread.length_m is None else thread.length_m)
         found.append((corners.ravel(), (shares * [[-1.0], [1.0]]).ravel(), final))
-    columns = np.array([[e["stiffness_n_m"], e["start_s"], e["tighten_s"]] for e in settings], dtype=float)
+    columns = np.array([[each.stiffness_n_m, each.start_s, each.tighten_s] for each in asked], dtype=float)
     nodes, weights, finals = (np.array(each) for each in zip(*found, strict=True))
     return Threads(particles, nodes, weights, finals, columns)
 

@@ -11,7 +11,7 @@ FOLD = 0.05
 """Width over which the energy's peak at a collapsed triangle is smoothed, in the singular value (1 at rest)."""
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None = None) -> "Triangles":
+def make(particles: Particles, settings: object, elastic: Effect | None = None) -> "Triangles":
     """Make the membrane of a sheet."""
     return Triangles(particles)
 

@@ -5,12 +5,13 @@ import math
 import numpy as np
 
 from palpate.bodies.particles import Particles
+from palpate.effects import settings
 from palpate.effects.effect import Effect, Force, Projection, Proportional
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None) -> "VelocityDamping":
-    """Damp every node at ``settings["rate_1_s"]`` [1/s]."""
-    return VelocityDamping(particles.masses, settings["rate_1_s"])
+def make(particles: Particles, damping: settings.VelocityDamping, elastic: Effect | None) -> "VelocityDamping":
+    """Damp every node at ``damping.rate_1_s`` [1/s]."""
+    return VelocityDamping(particles.masses, damping.rate_1_s)
 
 
 class VelocityDamping(Force, Proportional, Projection):

@@ -6,12 +6,14 @@ import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles, default_stiffness
+from palpate.effects import settings
 from palpate.effects.effect import Effect, Energy, Stiffness
 
 
-def make(particles: Particles, settings: dict, elastic: Effect | None) -> "Volume":
+def make(particles: Particles, volume: settings.Volume, elastic: Effect | None) -> "Volume":
     """Make the force of a solid, of ``stiffness_n_m`` (default: ``default_stiffness``)."""
-    return Volume(particles, settings["stiffness_n_m"] if "stiffness_n_m" in settings else default_stiffness(particles))
+    given = volume.stiffness_n_m
+    return Volume(particles, default_stiffness(particles) if given is None else given)
 
 
 class Volume(Energy, Stiffness):

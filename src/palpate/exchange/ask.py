@@ -132,14 +132,14 @@ def _motion(
     followed_so = {"frames": block["frames"], "duration_s": followed(entry)} | own
     found_by = {each: by[each] for each in ("levels", "steps_per_frame")}
     if seed is not None:
-        scene = MovingScene.of(name, entry, _body(settings, entry["body"], config), followed_so)
+        scene = MovingScene.of(entry, _body(settings, entry["body"], config), followed_so)
         return scene.body, (asked := motions.questions_of([motions.drawn(scene, seed)], found_by)), motions.page(asked)
     body_file, truth_file = results / "data" / entry["body"] / "body.h5", results / "data/dynamic" / name / "truth.npz"
     if lacks := [path for path in (body_file, truth_file) if not path.is_file()]:
         raise InputError(
             f"{lacks[0]} is missing; type make dynamic first, or give --seed for questions without truths."
         )
-    scene, truth = MovingScene.of(name, entry, load(body_file), followed_so), read_arrays(MotionTruth, truth_file)
+    scene, truth = MovingScene.of(entry, load(body_file), followed_so), read_arrays(MotionTruth, truth_file)
     if truth.rejected:
         raise InputError(f"{truth_file} has no truth that is believed ({truth.rejected}); ask for another scene.")
     questions = replace(motions.questions_of([scene], found_by), truth=motions.truth_arrays([truth]))

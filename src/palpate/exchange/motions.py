@@ -19,6 +19,7 @@ from palpate.collision.contact.instrument_contact import Path
 from palpate.collision.contact.obstacles import make_obstacle
 from palpate.effects.patch_load import spread
 from palpate.effects.push import disc, factor
+from palpate.effects.settings import Gravity, Loads, Push, Rayleigh
 from palpate.errors import InputError
 from palpate.exchange.answers import Wanted
 from palpate.exchange.asked_body import body_arrays, body_info, body_of, refuse_sheet, with_law
@@ -47,11 +48,11 @@ def questions_of(scenes: Sequence[MovingScene], found_by: Mapping[str, int]) -> 
     instants = (scene.duration_s * np.arange(1, scene.frames + 1) / scene.frames).round(12)
     arrays = body_arrays(body)
     arrays["loads"] = {"in_dent": np.array([_pressed(body, each, scene.duration_s) for each in placed])}
-    pushes = [each.get("push", {}).get("loads", []) for each in placed]
+    pushes = [each.pushes for each in placed]
     for level, mesh in enumerate(body.levels):
         arrays["loads"][f"level_{level}/mass_kg"] = particles_of(body, level, surface=False).masses
         if pushes[0]:
-            forces = [[spread(mesh, disc(p), np.array(p["force_n"], dtype=float)) for p in each] for each in pushes]
+            forces = [[spread(mesh, disc(p), np.array(p.force_n, dtype=float)) for p in each] for each in pushes]
             arrays["loads"][f"level_{level}/nodal_force_n"] = np.array(forces)
     if pushes[0]:
         arrays["loads"]["factor"] = np.array([[[factor(p, t) for t in instants] for p in each] for each in pushes])
@@ -60,48 +61,46 @@ def questions_of(scenes: Sequence[MovingScene], found_by: Mapping[str, int]) -> 
     return Questions(info, arrays)
 
 
-def _told(blocks: Mapping[str, dict]) -> dict[str, Any]:
+def _told(acts: Loads) -> dict[str, Any]:
     """Return what questions.json says of what acts."""
     told: dict[str, Any] = {}
-    if "gravity" in blocks:
-        told["gravity_m_s2"] = blocks["gravity"]["acceleration_m_s2"]
-    if "push" in blocks:
+    if acts.gravity:
+        told["gravity_m_s2"] = acts.acceleration_m_s2
+    if acts.push:
         told["pushes"] = [
-            {"place_m": each["at_m"], "normal": each["normal"], **{name: each[name] for name in COURSE}}
-            for each in blocks["push"]["loads"]
+            {"place_m": each.at_m, "normal": each.normal, **{name: getattr(each, name) for name in COURSE}}
+            for each in acts.pushes
         ]
-    if "contact" in blocks:
-        contact = blocks["contact"]
-        tools = [{name: value for name, value in each.items() if name != "name"} for each in contact["instruments"]]
-        told |= {"instruments": tools, "friction": contact.get("friction", 0.0)}
-        told |= {"slip_m_s": contact.get("slip_m_s", 1e-3)}
+    if contact := acts.contact:
+        told["instruments"] = [
+            {name: value for name, value in each.items() if name != "name"} for each in contact.instruments
+        ]
+        told |= {"friction": contact.friction, "slip_m_s": contact.slip_m_s}
     return told
 
 
-def _blocks(told: Mapping[str, Any]) -> dict[str, dict]:
-    """Return what acts as a scene describes it, from what questions.json says."""
-    blocks: dict[str, dict] = {}
+def _loads(told: Mapping[str, Any]) -> Loads:
+    """Return what acts, from what questions.json says."""
+    blocks: dict[str, Any] = {}
     if "gravity_m_s2" in told:
         blocks["gravity"] = {"acceleration_m_s2": told["gravity_m_s2"]}
     if "pushes" in told:
-        blocks["push"] = {"loads": [{"at_m": each["place_m"], **each} for each in told["pushes"]]}
+        pushes = [{"at_m": each["place_m"], **each} for each in told["pushes"]]
+        blocks["push"] = {"loads": [{name: each[name] for name in each if name != "place_m"} for each in pushes]}
     if "instruments" in told:
         blocks["contact"] = {name: told[name] for name in ("instruments", "friction", "slip_m_s")}
-    return blocks
+    return Loads(**blocks)
 
 
-def _pressed(body: Body, blocks: Mapping[str, dict], duration_s: float) -> np.ndarray:
+def _pressed(body: Body, acts: Loads, duration_s: float) -> np.ndarray:
     """Mark the asked points (p,) that are pushed, or within a radius of what instruments sweep over at rest.
 
     All of them where there is neither.
     """
-    if "contact" not in blocks:
-        return pressed_nodes(body, dict(blocks))
+    if not acts.contact:
+        return pressed_nodes(body, acts)
     points, swept = body.fine.nodes[body.fine.surface], np.zeros(len(body.fine.surface), dtype=bool)
-    paths = [
-        Path(make_obstacle(each, body.name, "", body.fine.size, np.zeros(3)))
-        for each in blocks["contact"]["instruments"]
-    ]
+    paths = [Path(make_obstacle(each, body.name, "", body.fine.size, np.zeros(3))) for each in acts.instruments]
     for path in paths:
         corners = path.times_s if len(path.times_s) else np.zeros(1)
         for t in np.union1d(np.linspace(0.0, duration_s, 201), corners[corners <= duration_s]):
@@ -116,22 +115,21 @@ def drawn(scene: MovingScene, seed: int) -> MovingScene:
 
     InputError for instruments, whose paths are made for the places that they touch.
     """
-    if "contact" in scene.loads:
+    if scene.loads.contact:
         raise InputError(f"--seed moves pushes and turns weight, and {scene.name} is touched; leave --seed out.")
-    rng, loads, fine = np.random.default_rng(seed), dict(scene.loads), scene.body.fine
-    if "push" in loads:
-        pushes = loads["push"]["loads"]
+    rng, gravity, push, fine = np.random.default_rng(seed), scene.loads.gravity, scene.loads.push, scene.body.fine
+    if push:
         moved = []
-        for push, contact in zip(pushes, contacts_by_area(scene.body, len(pushes), seed), strict=True):
+        for each, contact in zip(push.loads, contacts_by_area(scene.body, len(push.loads), seed), strict=True):
             along = oblique(fine.normals[contact], rng.uniform(0.0, LARGEST_TILT), rng.uniform(0.0, 2.0 * np.pi))
-            force = np.linalg.norm(push["force_n"]) * along
-            moved.append(push | {"at_m": fine.nodes[contact].tolist(), "force_n": force.tolist()})
-        loads["push"] = {"loads": moved}
-    if "gravity" in loads:
+            force = np.linalg.norm(each.force_n) * along
+            moved.append(each.but(at_m=fine.nodes[contact].tolist(), force_n=force.tolist()))
+        push = Push(loads=moved)
+    if gravity:
         axis = rng.normal(size=3)
         turn = Rotation.from_rotvec(np.radians(rng.uniform(0.0, LARGEST_TURN)) * axis / np.linalg.norm(axis))
-        loads["gravity"] = {"acceleration_m_s2": turn.apply(loads["gravity"]["acceleration_m_s2"]).tolist()}
-    return replace(scene, loads=loads)
+        gravity = Gravity(acceleration_m_s2=turn.apply(gravity.acceleration_m_s2).tolist())
+    return replace(scene, loads=scene.loads.but(gravity=gravity, push=push))
 
 
 def truth_arrays(truths: Sequence[MotionTruth]) -> Arrays:
@@ -148,8 +146,15 @@ def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arr
     """Find the truth of every motion with the material's ``law``, one of palpate's, as ``make`` does."""
     info, body = questions.info, with_law(body_of(questions), law)
     frames, by = len(info["instants_s"]), info["found_by"]
-    how = info["damping"], info["duration_s"], frames, by["steps_per_frame"] * frames, by["levels"], progress
-    return truth_arrays([motion_truth(body, _blocks(each), *how) for each in info["loads"]])
+    how = (
+        Rayleigh(**info["damping"]),
+        info["duration_s"],
+        frames,
+        by["steps_per_frame"] * frames,
+        by["levels"],
+        progress,
+    )
+    return truth_arrays([motion_truth(body, _loads(each), *how) for each in info["loads"]])
 
 
 def wanted(questions: Questions) -> dict[str, Wanted]:

@@ -9,10 +9,9 @@ An instrument is a body on three slides that is put on its path before each step
 no velocity, so that its friction would be that of an instrument at rest.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from palpate.bodies.particles import particles_of
 from palpate.collision.contact.obstacles import Obstacle, make_obstacle
 from palpate.effects import push
 from palpate.effects.linear_elements import LinearElements
+from palpate.effects.settings import Loads, Rayleigh
 from palpate.models.mujoco_flex import THICKNESS_M, FlexBody
 
 ITERATIONS, TOLERANCE = 100, 1e-6
@@ -34,37 +34,34 @@ HEAVIER = 1e3
 class FlexMotion:
     """A level of a body that MuJoCo moves from rest, in steps of ``step_s`` [s].
 
-    loads, rayleigh : blocks ``gravity``, ``push`` and ``contact`` of a scene, of spheres and capsules, and ``rayleigh``
+    loads : weight, pushes and contact, of spheres and capsules
     Raises InputError and NotConverged as ``FlexBody``.
     """
 
-    def __init__(
-        self, case: OfBody, level: int, loads: Mapping[str, Any], rayleigh: Mapping[str, float], step_s: float
-    ):
-        particles, mesh, contact = particles_of(case.body, level, False), case.body.levels[level], loads.get("contact")
+    def __init__(self, case: OfBody, level: int, loads: Loads, rayleigh: Rayleigh, step_s: float):
+        particles, mesh, contact = particles_of(case.body, level, False), case.body.levels[level], loads.contact
         self._h, self._rest = step_s, mesh.nodes
-        pull = loads.get("gravity", {"acceleration_m_s2": np.zeros(3)})["acceleration_m_s2"]
-        self._weight = np.outer(particles.masses, np.array(pull, dtype=float))
-        self._pushed = push.make(particles, loads.get("push", {"loads": []}), None)
+        self._weight = np.outer(particles.masses, np.array(loads.acceleration_m_s2, dtype=float))
+        self._pushed = [push.make(particles, loads.push, None)] if loads.push else []
         self._tools = [
             make_obstacle(tool, case.body.name, str(number), mesh.size, np.zeros(3))
-            for number, tool in enumerate(contact["instruments"] if contact else [])
+            for number, tool in enumerate(loads.instruments)
         ]
         words, beside = 'contype="0" conaffinity="0"', ""
         if contact:
             stiffness = LinearElements(mesh, case.body.tissue(level)).resistance() / particles.masses
             free = np.setdiff1d(mesh.surface, case.body.anchors[level])
-            touch = _contact(PENALTY * float(np.median(stiffness[free])), step_s, contact.get("friction", 0.0))
+            touch = _contact(PENALTY * float(np.median(stiffness[free])), step_s, contact.friction)
             words = f'{touch} contype="2" conaffinity="1"'  # instruments do not touch each other
             beside = "".join(_on_slides(tool, touch, HEAVIER * particles.masses.sum()) for tool in self._tools)
-        asked = ITERATIONS, rayleigh["stiffness_s"], words, beside, 'refsafe="disable"'
+        asked = ITERATIONS, rayleigh.stiffness_s, words, beside, 'refsafe="disable"'
         self._flex = flex = FlexBody(case, level, step_s, *asked)
         model, self._free = flex.model, flex.bodies > 0  # held nodes belong to the world
         self._bodies, masses = flex.bodies[self._free], particles.masses[self._free]
         model.opt.tolerance, model.opt.cone = TOLERANCE, flex.engine.mjtCone.mjCONE_ELLIPTIC
         model.body_mass[self._bodies] = masses  # MuJoCo's own are all alike
         dampers = model.body_dofadr[self._bodies][:, None] + np.arange(3)
-        model.dof_damping[dampers] = rayleigh["mass_1_s"] * masses[:, None]
+        model.dof_damping[dampers] = rayleigh.mass_1_s * masses[:, None]
         flex.engine.mj_setConst(model, flex.data)
         first = model.geom_bodyid[: len(self._tools)]
         self._slides = model.body_dofadr[first][:, None] + np.arange(3)
@@ -77,8 +74,9 @@ class FlexMotion:
         """
         flex, begin, end = self._flex, number * self._h, (number + 1) * self._h
         pull = self._weight.copy()
-        self._pushed.at(end)
-        self._pushed.add_force(self._rest, self._rest, pull)  # dead loads, which no position or velocity changes
+        for pushed in self._pushed:  # dead loads, which no position or velocity changes
+            pushed.at(end)
+            pushed.add_force(self._rest, self._rest, pull)
         flex.data.xfrc_applied[self._bodies, :3] = pull[self._free]
         for tool, slides, places in zip(self._tools, self._slides, self._places, strict=True):
             here, there = (tool.at(t)[0] - tool.points[0] for t in (begin, end))

@@ -17,6 +17,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.effects.patch_load import Patch, spread
+from palpate.effects.settings import Loads, Rayleigh
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
@@ -51,7 +52,7 @@ def vibrations(solve: Solve, masses: np.ndarray, free: np.ndarray, count: int) -
     return np.array(modes), frequencies
 
 
-UNDAMPED = {"mass_1_s": 0.0, "stiffness_s": 0.0}
+UNDAMPED = Rayleigh(mass_1_s=0.0, stiffness_s=0.0)
 LEAST_RATIO = 1.5
 """Smallest ratio that is extrapolated by; below, levels hardly approach a limit."""
 SMALL = 1e-6
@@ -112,7 +113,7 @@ class BodyAtRest:
         self.coarse, self.elements = (ElementsAtRest(whole, first + more) for more in (0, 1))
         self.up, further = (quadratic_prolongation(*whole.levels[k : k + 2]) for k in (first, first + 1))
         self.mesh = whole.levels[first + 1]
-        below, self.motion, finest = (QuadraticMotion(whole, first + more, {}, UNDAMPED) for more in (0, 1, 2))
+        below, self.motion, finest = (QuadraticMotion(whole, first + more, Loads(), UNDAMPED) for more in (0, 1, 2))
         # the vibrations of linear elements on the same nodes, as their loads alone are wanted
         solve, free = Factor(below.linear_stiffness(below.rest)).solve, ~below.held
         slow, frequencies = vibrations(lambda f: solve(f * free[:, None]), below.lumped, free, max(count, 1))

@@ -1,9 +1,8 @@
 """Move a body in few modes: the elements' own implicit midpoint rule, in the coordinates of a reduced body."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import interp1d
@@ -12,6 +11,7 @@ from scipy.linalg import cho_factor, cho_solve
 from palpate.benchmark.richardson import RATIO_DOUBT
 from palpate.effects.elements import OnePass
 from palpate.effects.push import disc, factor
+from palpate.effects.settings import Gravity, Load, Loads, Push, Rayleigh
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.reduced_contact import (
     ReducedContact,
@@ -68,10 +68,10 @@ class ReducedMotion(Midpoint):
     Trap: a push at a place that the body has no modes for is answered by the others; ``misses`` tells.
     """
 
-    def __init__(self, body: ReducedBody, loads: Mapping[str, Any], rayleigh: Mapping[str, float]):
+    def __init__(self, body: ReducedBody, loads: Loads, rayleigh: Rayleigh):
         self.body, self.cells, r = body, CellEnergy(body.model), len(body.modes.masses)
         self.rest, self.held, self.masses = np.zeros((r, 1)), np.zeros(r, dtype=bool), np.diag(body.modes.masses)
-        self._alpha, self._beta = rayleigh["mass_1_s"], rayleigh["stiffness_s"]
+        self._alpha, self._beta = rayleigh.mass_1_s, rayleigh.stiffness_s
         self.rayleigh, self.nodal = rayleigh, _nodal(body.at_rest, loads)
         self._shares = [(body.project(force), push) for force, push in self.nodal]
         self.extra: Callable[[float], np.ndarray] | None = None
@@ -188,15 +188,14 @@ def misses(motion: ReducedMotion, found: MotionInModes) -> float:
     return float(np.sqrt(outside + sum(mean)))
 
 
-def _nodal(rest: BodyAtRest, loads: Mapping[str, Any]) -> list[tuple[np.ndarray, dict | None]]:
+def _nodal(rest: BodyAtRest, loads: Loads) -> list[tuple[np.ndarray, Load | None]]:
     """Return the forces (n, 3) [N] on the elements of weight and of each push at the factor 1, with the push."""
-    pulls = [np.array(loads[name]["acceleration_m_s2"], dtype=float) for name in loads if name == "gravity"]
-    pushes = loads.get("push", {}).get("loads", [])
-    pushed = [(rest.spread(disc(push)) @ np.array(push["force_n"], dtype=float), push) for push in pushes]
+    pulls = [np.array(loads.acceleration_m_s2, dtype=float)] if loads.gravity else []
+    pushed = [(rest.spread(disc(push)) @ np.array(push.force_n, dtype=float), push) for push in loads.pushes]
     return [*((rest.weigh() @ pull, None) for pull in pulls), *pushed]
 
 
-def _sum(loads: Sequence[tuple[np.ndarray, dict | None]], t: float) -> np.ndarray:
+def _sum(loads: Sequence[tuple[np.ndarray, Load | None]], t: float) -> np.ndarray:
     """Return the sum of ``loads`` at ``t`` [s]."""
     return np.sum([force if push is None else factor(push, t) * force for force, push in loads], axis=0)
 
@@ -205,9 +204,7 @@ STEPS_OF_PERIOD, FITTED = 24, (0, 1, 3, 5, 6, 8)
 """Steps of a motion that cells are fitted to, and in which of nine directions; in the others they are held out."""
 
 
-def prepare(
-    rest: BodyAtRest, loads: Mapping[str, Any], rayleigh: Mapping[str, float], bent: int, tolerance: float
-) -> ReducedBody:
+def prepare(rest: BodyAtRest, loads: Loads, rayleigh: Rayleigh, bent: int, tolerance: float) -> ReducedBody:
     """Reduce a body for the places of ``loads``, and for forces as large as theirs in other directions and courses.
 
     bent, tolerance : as ``limit_modes`` and ``few_cells`` have them; NotConverged as the latter
@@ -215,8 +212,8 @@ def prepare(
     slowest vibration sets, in a model of the means of eight elements each.
     """
     begin = perf_counter()
-    discs = [rest.spread(disc(push)) for push in loads.get("push", {}).get("loads", [])]
-    weights = [rest.weigh() for name in loads if name == "gravity"]
+    discs = [rest.spread(disc(push)) for push in loads.pushes]
+    weights = [rest.weigh()] if loads.gravity else []
     modes, elements = limit_modes(rest, [*discs, *weights], bent), rest.elements
     pressed = np.any([np.zeros_like(rest.weigh()), *discs], axis=(0, 2, 3))
     means = cells_of(elements, modes.slopes, np.zeros(len(elements.couples), dtype=bool), 8)
@@ -233,16 +230,16 @@ def prepare(
     return ReducedBody(rest, modes, model, missed, perf_counter() - begin)
 
 
-def _elsewhere(loads: Mapping[str, Any], period_s: float, number: int) -> dict[str, Any]:
+def _elsewhere(loads: Loads, period_s: float, number: int) -> Loads:
     """Return the loads in one of nine directions, pushes on a course of one period."""
-    found = {}
-    if "gravity" in loads:
-        pull = np.array(loads["gravity"]["acceleration_m_s2"], dtype=float)
+    gravity = push = None
+    if loads.gravity:
+        pull = np.array(loads.acceleration_m_s2, dtype=float)
         size = max(float(np.linalg.norm(pull)), np.finfo(float).tiny)
-        found["gravity"] = {"acceleration_m_s2": size * directions(-pull / size)[number]}
+        gravity = Gravity(acceleration_m_s2=(size * directions(-pull / size)[number]).tolist())
     course = {"start_s": 0.0, "press_s": 0.3 * period_s, "hold_s": 0.3 * period_s, "release_s": 0.15 * period_s}
-    pushes = loads.get("push", {}).get("loads", [])
-    turned = [np.linalg.norm(p["force_n"]) * directions(np.array(p["normal"]))[number] for p in pushes]
-    if pushes:
-        found["push"] = {"loads": [p | course | {"force_n": force} for p, force in zip(pushes, turned, strict=True)]}
-    return found
+    turned = [np.linalg.norm(p.force_n) * directions(np.array(p.normal))[number] for p in loads.pushes]
+    if loads.push:
+        pushes = [p.but(**course, force_n=force.tolist()) for p, force in zip(loads.pushes, turned, strict=True)]
+        push = Push(loads=pushes)
+    return Loads(gravity=gravity, push=push)

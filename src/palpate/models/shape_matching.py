@@ -14,6 +14,7 @@ from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import particles_of
 from palpate.effects import shape_matching
 from palpate.effects.bed import BedSprings
+from palpate.effects.settings import Clusters, ShapeMatching
 from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import ContactShares, to_surface
 
@@ -27,11 +28,11 @@ EDGE, SPAN, OVERLAP = 0.25, 2.5, 0.5
 which neighbours share too few particles to hold together; and what part neighbours share."""
 
 
-def cubes(mesh: Mesh) -> dict:
-    """Return clusters that suit a mesh, as ``make_clusters`` takes them."""
+def cubes(mesh: Mesh) -> Clusters:
+    """Return clusters that suit a mesh."""
     ends = mesh.nodes[mesh.edges]
     mean = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
-    return {"kind": "cubes", "edge_m": max(EDGE * mesh.size, SPAN * mean), "overlap": OVERLAP}
+    return Clusters(kind="cubes", edge_m=max(EDGE * mesh.size, SPAN * mean), overlap=OVERLAP)
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class Shapes:
     up : (n_surface, n), from particles to the fine surface
     """
 
-    def __init__(self, case: Case, mode: str, clusters: dict):
+    def __init__(self, case: Case, mode: str, clusters: Clusters):
         self.particles = particles_of(case.body, 0, surface=False)
         refuse_regions(case, "shapes")
         # springs of the bed, all at the nodes: the stiffness (n, 1) [N/m] of each over its mass
@@ -65,8 +66,9 @@ class Shapes:
     def soften(self, softness: Softness) -> None:
         """Make its shapes as soft as that."""
         self._scale, self._alpha = softness.scale_s2, softness.alpha
-        settings = {"mode": self._mode, "alpha": softness.alpha, "beta": softness.beta, "clusters": self._clusters}
-        self._matching = shape_matching.make(self.particles, settings)
+        soft = {"alpha": softness.alpha, "beta": softness.beta}
+        matching = ShapeMatching.model_validate({"mode": self._mode, "clusters": self._clusters} | soft)
+        self._matching = shape_matching.make(self.particles, matching)
 
     def settle(self, contact: int, force: np.ndarray, steps: int) -> np.ndarray:
         """Return displacements (n, 3) [m] after so many steps from rest under ``force`` (3,) [N].
@@ -157,7 +159,7 @@ def prepare(case: Case, setting: Setting) -> "ShapesAtRest":
 
     Raises InputError for a body that nothing holds, NotConverged if nothing fits.
     """
-    grid, clusters = case.grid["shape_matching"], cubes(case.body.coarse) | {"kind": setting["clusters"]}
+    grid, clusters = case.grid["shape_matching"], cubes(case.body.coarse).but(kind=setting["clusters"])
     shapes = Shapes(case, setting["mode"], clusters)
     shapes.soften(fit(shapes, case.use_training(), setting["steps"], grid["samples"], grid["evaluations"]))
     return ShapesAtRest(shapes, setting["steps"])

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from palpate.bodies.body import Body
+from palpate.effects.settings import Loads, Touching
 from palpate.errors import InputError
 from palpate.linalg.multigrid import Factor
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
@@ -57,19 +58,18 @@ class StrokeModes:
 
 
 def learn(
-    system: System, shown: np.ndarray, points: ContactPoints, settings: dict, anywhere: bool = False
+    system: System, shown: np.ndarray, points: ContactPoints, asked: Touching, anywhere: bool = False
 ) -> StrokeModes:
     """Find modes of displacements ``shown`` (s, n, 3) [m] of quadratic elements on a system's mesh, and few cells.
 
-    points : that may be touched; settings : ``vibrations`` and ``modes``, how many of each; ``states``, at how many of
-        the motions the cells pull as all elements do, to the relative ``thinning``
+    points : that may be touched
     anywhere : whether dents are not those of the strokes, so that they need answers of their own
     InputError for motions of a body with other nodes, or in which nothing moves.
     """
     body = system.particles.body
     assert body is not None  # as the integrator asks for
     whole, level = whole_of(body), len(body.levels) - 1
-    elements, motion = ElementsAtRest(whole, level), QuadraticMotion(whole, level, {}, UNDAMPED)
+    elements, motion = ElementsAtRest(whole, level), QuadraticMotion(whole, level, Loads(), UNDAMPED)
     if shown.shape[1:] != elements.rest.shape:
         raise InputError(
             f"modes are learnt from motions of {shown.shape[1]} nodes, quadratic elements of {body.name} have "
@@ -77,18 +77,18 @@ def learn(
         )
     seen = np.ascontiguousarray(shown.transpose(1, 2, 0), dtype=float)
     pulls = elements.multiply(seen)
-    strongest = seen @ strongest_of(_products(seen, pulls), settings["modes"])
-    columns = orthonormal(np.dstack([_swings(system, whole, elements, motion, settings), strongest]), elements)
+    strongest = seen @ strongest_of(_products(seen, pulls), asked.modes)
+    columns = orthonormal(np.dstack([_swings(system, whole, elements, motion, asked), strongest]), elements)
     masses, turns = np.linalg.eigh(_products(columns, (motion.masses @ columns.reshape(len(columns), -1))))
     modes = columns @ turns
     touched = np.zeros(len(elements.rest), dtype=bool)
     touched[points.interpolation.indices] = True
     cells = some_points(elements, modes, touched[elements.couples].any(axis=1), FEW, np.random.default_rng(0))
     flat = modes.reshape(-1, len(masses))
-    states = states_of(_products(pulls, modes), settings["states"])
+    states = states_of(_products(pulls, modes), asked.states)
     wanted = [-flat.T @ elements.force(modes @ q).ravel() - q for q in states]
     every = ReducedContact(cells, np.empty((len(masses), 0)), elements.law)
-    model = every.thinned(list(states), settings["thinning"], wanted)
+    model = every.thinned(list(states), asked.thinning, wanted)
     rows = (points.interpolation @ modes.reshape(len(modes), -1)).reshape(-1, 3, len(masses))
     if not anywhere:
         return StrokeModes(body, elements, motion, modes, masses, model, points, rows)
@@ -104,7 +104,7 @@ def _products(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def _swings(
-    system: System, whole: Body, elements: ElementsAtRest, motion: QuadraticMotion, settings: dict
+    system: System, whole: Body, elements: ElementsAtRest, motion: QuadraticMotion, asked: Touching
 ) -> np.ndarray:
     """Return answers (n, 3, k) to the inertia of the vibrations of linear elements on the same mesh."""
     particles, stiffness = system.particles, system.stiffness(system.particles.nodes, definite=True)
@@ -112,7 +112,7 @@ def _swings(
     system.hold(stiffness)
     factor, free = Factor(stiffness), system.free[:, None]
     slow, _ = vibrations(
-        lambda f: factor.solve(np.where(free, f, 0.0)), particles.masses, system.free, settings["vibrations"]
+        lambda f: factor.solve(np.where(free, f, 0.0)), particles.masses, system.free, asked.vibrations
     )
     up = whole.prolongations[len(whole.levels) - 2]
     inertia = motion.masses @ (up @ slow.transpose(1, 2, 0).reshape(len(free), -1))

@@ -5,9 +5,9 @@ second derivatives.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -17,12 +17,14 @@ from palpate.collision.contact.instrument_contact import InstrumentContact, Rubb
 from palpate.effects.effect import FixedNodes, Instrumented, Proportional, offers
 from palpate.effects.elements import PLAIN_POISSON, largest_poisson
 from palpate.effects.linear_elements import LinearElements
+from palpate.effects.settings import Contact, Rayleigh, Stepping, Touching
 from palpate.errors import InputError, NotConverged
 from palpate.models import strokes
 from palpate.models.local_answers import FLAT, RESIDUAL, SOFTER, Dent, carried, numbered, turn_of, turned
 from palpate.models.reduced_body import check_same
 from palpate.models.stroke_modes import StrokeModes, learn
 from palpate.models.touched_search import TOGETHER, in_blocks, minimise, placed, rubbing_of, touched_by
+from palpate.setting_types import key
 from palpate.solvers.system import System
 from palpate.solvers.touched_motion import STAGE
 
@@ -54,28 +56,35 @@ LATTICE = np.array([[i, j, 4 - i - j] for i in range(5) for j in range(5 - i)]) 
 """Places on a triangle, barycentric (15, 3)."""
 
 
-def make(system: System, settings: dict) -> "TouchingMotion":
-    """Make the integrator with the modes ``settings["touching"]["learnt"]``, or those that ``prepare`` finds.
+class Learnt(Touching):
+    """Modes that are known already."""
+
+    learnt: Any = key("What ``prepare`` has found")
+
+
+def make(system: System, stepping: Stepping) -> "TouchingMotion":
+    """Make the integrator with modes that are ``Learnt``, or those that ``prepare`` finds.
 
     InputError as ``prepare``, and for modes of another body.
     """
-    (contact, own), asked = _touched(system), settings["touching"]
-    body = asked.get("learnt") or prepare(system, asked, until_s=settings["duration_s"])
+    (contact, own), asked = _touched(system), stepping.touching or Touching()
+    found = asked.learnt if isinstance(asked, Learnt) else None
+    body: StrokeModes = found or prepare(system, asked, until_s=stepping.duration_s)
     check_same(body.body, own)
-    return TouchingMotion(system, body, contact.instruments_on(), asked["tolerance"])
+    return TouchingMotion(system, body, contact.instruments_on(), asked.tolerance)
 
 
 def prepare(
     system: System,
-    asked: dict,
+    asked: Touching,
     shown: np.ndarray | None = None,
-    passing: Sequence[Mapping] | None = None,
+    passing: Sequence[Contact] | None = None,
     until_s: float = 0.0,
 ) -> StrokeModes:
     """Find the modes that ``asked``, the block ``touching`` of a scene, describes (see ``learn``).
 
     shown : (s, n, 3) [m] motions of quadratic elements to learn from; those on the path's neighbours if there are none
-    passing : blocks contact; points are in reach that their instruments or the scene's pass, and have answers of their
+    passing : contacts; points are in reach that their instruments or the scene's pass, and have answers of their
         own, as the strokes need not be like these
     until_s : how long neighbours are followed [s], as a body goes on to move where an instrument has stopped
     InputError for an effect that it does not know, a body that nothing holds or that hardly changes its volume, and
@@ -89,10 +98,10 @@ def prepare(
     return learn(system, shown, strokes.points_of(body, [own, *near]), asked, anywhere=passing is not None)
 
 
-def rates(system: System) -> dict[str, float]:
-    """Return the rates of damping, as the block ``rayleigh`` names them."""
+def rates(system: System) -> Rayleigh:
+    """Return the rates of damping."""
     found = [effect.damping_rates for _, effect in system.offering(Proportional)]
-    return {name: sum(each[k] for each in found) for k, name in enumerate(("mass_1_s", "stiffness_s"))}
+    return Rayleigh(mass_1_s=sum(each[0] for each in found), stiffness_s=sum(each[1] for each in found))
 
 
 def _touched(system: System) -> tuple[Instrumented, Body]:

@@ -3,8 +3,7 @@
 In motions of its neighbours a body shows what it does on a path, and in random strokes what it does in a region.
 """
 
-import copy
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +14,7 @@ from palpate.bodies.particles import Particles
 from palpate.bodies.refinement import with_midpoints
 from palpate.collision.contact.instrument_contact import InstrumentContact, Path, gaps_of
 from palpate.collision.contact.obstacles import make_obstacle
+from palpate.effects.settings import Ball, Capsule, Contact, Instrument, Loads, Rayleigh
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.indentation import ContactPoints, contact_points
 from palpate.solvers.touched_motion import STIFFER, Touch, TouchedMotion
@@ -38,10 +38,10 @@ CLEAR_M, WITHIN_M = 0.003, 0.012
 """Above all that is below it an instrument begins; the surface is where its highest node so near is."""
 
 
-def frame_of(contact: Mapping) -> np.ndarray:
+def frame_of(contact: Contact) -> np.ndarray:
     """Return the directions (3, 3), as rows, across the way in which the first instrument that moves starts, and up."""
-    for tool in contact["instruments"]:
-        moves = np.diff(np.array(tool.get("shifts_m", []), dtype=float).reshape(-1, 3), axis=0)
+    for tool in contact.instruments:
+        moves = np.diff(np.array(tool.shifts_m or [], dtype=float).reshape(-1, 3), axis=0)
         moves = moves[np.linalg.norm(moves, axis=1) > 0.0]
         if len(moves):
             up = -moves[0] / np.linalg.norm(moves[0])
@@ -52,35 +52,34 @@ def frame_of(contact: Mapping) -> np.ndarray:
     raise InputError("no instrument moves, so there is no stroke to learn modes from; choose backward_euler.")
 
 
-def neighbours(contact: Mapping) -> list[dict]:
-    """Return blocks ``contact`` in which the whole path is BESIDE that of ``contact``."""
+def neighbours(contact: Contact) -> list[Contact]:
+    """Return contacts in which the whole path is BESIDE that of ``contact``."""
     frame = frame_of(contact)
-    found = []
-    for beside in BESIDE:
-        moved = copy.deepcopy(dict(contact))
-        for tool in moved["instruments"]:
-            if len(tool.get("shifts_m", [])):
-                away = tool.get("radius_m", 0.0) * np.array(beside) @ frame
-                tool["shifts_m"] = (np.array(tool["shifts_m"], dtype=float) + away).tolist()
-        found.append(moved)
-    return found
+
+    def moved(tool: Instrument, beside: tuple[float, ...]) -> Instrument:
+        if not tool.shifts_m:
+            return tool
+        away = getattr(tool, "radius_m", 0.0) * np.array(beside) @ frame
+        return tool.but(shifts_m=(np.array(tool.shifts_m, dtype=float) + away).tolist())
+
+    return [contact.but(instruments=[moved(tool, beside) for tool in contact.instruments]) for beside in BESIDE]
 
 
-def roaming(particles: Particles, contact: Mapping, half_width_m: float, count: int, seed: int) -> list[dict]:
-    """Return so many random strokes, as blocks ``contact``, of the one instrument that moves in ``contact``.
+def roaming(particles: Particles, contact: Contact, half_width_m: float, count: int, seed: int) -> list[Contact]:
+    """Return so many random strokes of the one instrument that moves in ``contact``.
 
     Each is pressed in, slides straight on, and is lifted, somewhere in the square of ``half_width_m`` [m] to each side
     around the middle of the path, turned by any angle. InputError if there is no surface below enough of the square.
     """
-    tools = [k for k, tool in enumerate(contact["instruments"]) if len(tool.get("shifts_m", []))]
     frame = frame_of(contact)
-    tool, rng = contact["instruments"][tools[0]], np.random.default_rng(seed)
-    points, radius = np.array(_places(tool), dtype=float), tool.get("radius_m", 0.0)
+    moving = next(k for k, tool in enumerate(contact.instruments) if tool.shifts_m)
+    tool, rng = contact.instruments[moving], np.random.default_rng(seed)
+    points, radius = np.array(_places(tool), dtype=float), getattr(tool, "radius_m", 0.0)
     shape = points - points.mean(axis=0)
-    middle = (points.mean(axis=0) + np.array(tool["shifts_m"], dtype=float).mean(axis=0)) @ frame.T
+    middle = (points.mean(axis=0) + np.array(tool.shifts_m, dtype=float).mean(axis=0)) @ frame.T
     size = max(WITHIN_M, float(np.linalg.norm(shape, axis=1).max()) + radius)
     surface = particles.nodes[np.unique(particles.triangles)] @ frame.T
-    found: list[dict] = []
+    found: list[Contact] = []
     for _ in range(100 * count):
         x, y = middle[:2] + rng.uniform(-half_width_m, half_width_m, 2)
         way, turn, depth = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.0, np.pi), rng.uniform(*DEPTHS_M)
@@ -92,26 +91,26 @@ def roaming(particles: Particles, contact: Mapping, half_width_m: float, count: 
         low, last = (height + radius - depth - above for height in heights)
         shifts = np.array([[0, 0, 0], [0, 0, low], [0, 0, low], [*go, last], [*go, 0]], dtype=float) @ frame
         start = np.array([x, y, above]) @ frame
-        stroke = copy.deepcopy(dict(contact))
-        stroke["instruments"][tools[0]] = tool | _placed(
-            tool, start + Rotation.from_rotvec(-turn * frame[2]).apply(shape)
-        )
-        stroke["instruments"][tools[0]] |= {"times_s": list(TIMES_S), "shifts_m": shifts.tolist()}
-        found.append(stroke)
+        placed = _placed(tool, start + Rotation.from_rotvec(-turn * frame[2]).apply(shape))
+        stroke = list(contact.instruments)
+        stroke[moving] = tool.but(**placed, times_s=list(TIMES_S), shifts_m=shifts.tolist())
+        found.append(contact.but(instruments=stroke))
         if len(found) == count:
             return found
     raise InputError(f"{particles.name} has no surface below most of the region; give another path or a smaller one.")
 
 
-def _places(tool: Mapping) -> list:
+def _places(tool: Instrument) -> list:
     """Return the points of a sphere or a capsule."""
-    if tool["kind"] not in ("sphere", "capsule"):
-        raise InputError(f"a region is learnt for spheres and capsules, and the scene has a {tool['kind']}.")
-    return [tool["center_m"]] if tool["kind"] == "sphere" else [tool["from_m"], tool["to_m"]]
+    if isinstance(tool, Ball):
+        return [tool.center_m]
+    if isinstance(tool, Capsule):
+        return [tool.from_m, tool.to_m]
+    raise InputError(f"a region is learnt for spheres and capsules, and the scene has a {tool.kind}.")
 
 
-def _placed(tool: Mapping, points: np.ndarray) -> dict:
-    names = ["center_m"] if tool["kind"] == "sphere" else ["from_m", "to_m"]
+def _placed(tool: Instrument, points: np.ndarray) -> dict[str, list[float]]:
+    names = ["center_m"] if isinstance(tool, Ball) else ["from_m", "to_m"]
     return dict(zip(names, points.tolist(), strict=True))
 
 
@@ -121,16 +120,16 @@ def _height(surface: np.ndarray, at: np.ndarray, within_m: float) -> float:
     return float(surface[near, 2].max()) if near.any() else -np.inf
 
 
-def duration_of(contact: Mapping) -> float:
-    """Return when the last instrument of a block ``contact`` stops [s]."""
-    return max((float(tool["times_s"][-1]) for tool in contact["instruments"] if tool.get("times_s")), default=0.0)
+def duration_of(contact: Contact) -> float:
+    """Return when the last instrument of a contact stops [s]."""
+    return max((float(tool.times_s[-1]) for tool in contact.instruments if tool.times_s), default=0.0)
 
 
-def of_contact(body: Body, contact: Mapping) -> InstrumentContact:
-    """Return the instruments of a block ``contact``; InputError for others than spheres and capsules."""
+def of_contact(body: Body, contact: Contact) -> InstrumentContact:
+    """Return the instruments of a contact; InputError for others than spheres and capsules."""
     middle = np.zeros(3)
-    made = [make_obstacle(each, body.name, each["kind"], body.fine.size, middle) for each in contact["instruments"]]
-    return InstrumentContact([Path(each) for each in made], contact.get("friction", 0.0), contact.get("slip_m_s", 1e-3))
+    made = [make_obstacle(each, body.name, each.kind, body.fine.size, middle) for each in contact.instruments]
+    return InstrumentContact([Path(each) for each in made], contact.friction, contact.slip_m_s)
 
 
 def whole_of(body: Body) -> Body:
@@ -138,7 +137,7 @@ def whole_of(body: Body) -> Body:
     return with_midpoints(replace(body, smooth=None), len(body.levels) - 1)
 
 
-def points_of(body: Body, contacts: Sequence[Mapping]) -> ContactPoints:
+def points_of(body: Body, contacts: Sequence[Contact]) -> ContactPoints:
     """Return the points of the surface of quadratic elements that instruments pass within MARGIN of their radius.
 
     InputError where there are none.
@@ -161,15 +160,15 @@ def points_of(body: Body, contacts: Sequence[Mapping]) -> ContactPoints:
         ) from error
 
 
-def elements_under(body: Body, contact: Mapping, rayleigh: Mapping, points: ContactPoints) -> TouchedMotion:
-    """Return quadratic elements on the finest level, which the instruments of a block ``contact`` touch at points."""
+def elements_under(body: Body, contact: Contact, rayleigh: Rayleigh, points: ContactPoints) -> TouchedMotion:
+    """Return quadratic elements on the finest level, which the instruments of a contact touch at points."""
     tools = of_contact(body, contact)
     touch = Touch(points, tools.poses, tools.friction, tools.slip_m_s)
-    return TouchedMotion(whole_of(body), len(body.levels) - 1, {}, dict(rayleigh), touch)
+    return TouchedMotion(whole_of(body), len(body.levels) - 1, Loads(), rayleigh, touch)
 
 
 def shown(
-    body: Body, contacts: Sequence[Mapping], rayleigh: Mapping, duration_s: float, progress: Callable = iter
+    body: Body, contacts: Sequence[Contact], rayleigh: Rayleigh, duration_s: float, progress: Callable = iter
 ) -> np.ndarray:
     """Return the displacements (s, n, 3) [m] of quadratic elements at the ends of all steps of strokes.
 

@@ -4,10 +4,8 @@ To add an effect to palpate, add its module and one line to EFFECTS.
 """
 
 import importlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Any
 
 from palpate.bodies.material import EXPONENTIAL, LAWS, kind_of
 
@@ -26,47 +24,40 @@ class Entry:
 
     module : import path of its ``make``
     role : "elastic" (holds a body together; a scene has exactly one), "damping" (takes energy out of it) or "other"
-    settings : of an effect that a scene names without a block; None if the block is required
-    damping : of an elastic effect, the damping that ``effects: auto`` chooses if the scene has no block of any
     forms : the forms of bodies that it suits; elastic : the elastic effects that it works with
     """
 
     module: str
     role: str = "other"
-    settings: Mapping[str, Any] | None = None
-    damping: str = ""
     forms: tuple[str, ...] = FORMS
     elastic: tuple[str, ...] = (*FINITE_ELEMENTS, "triangles", "springs", "shape_matching")
 
 
 EFFECTS = {
-    **{
-        law: Entry("palpate.effects.linear_elements", "elastic", {}, "rayleigh", forms=SOLID) for law in FINITE_ELEMENTS
-    },
-    "triangles": Entry("palpate.effects.triangles", "elastic", {}, "rayleigh", forms=SHEET),
-    "springs": Entry("palpate.effects.springs", "elastic", {}, "kelvin"),
-    "shape_matching": Entry("palpate.effects.shape_matching", "elastic", None, damping="velocity_damping"),
+    **{law: Entry("palpate.effects.linear_elements", "elastic", forms=SOLID) for law in FINITE_ELEMENTS},
+    "triangles": Entry("palpate.effects.triangles", "elastic", forms=SHEET),
+    "springs": Entry("palpate.effects.springs", "elastic"),
+    "shape_matching": Entry("palpate.effects.shape_matching", "elastic"),
     "gravity": Entry("palpate.effects.gravity"),
-    "held": Entry("palpate.effects.held", settings={}),
-    "bed": Entry("palpate.effects.bed", settings={}, forms=FORMS[:2]),
+    "held": Entry("palpate.effects.held"),
+    "bed": Entry("palpate.effects.bed", forms=FORMS[:2]),
     "push": Entry("palpate.effects.push"),
+    "cut": Entry("palpate.effects.cut", forms=SOLID, elastic=(*FINITE_ELEMENTS, "springs")),
     "hooks": Entry("palpate.effects.hooks"),
     "threads": Entry("palpate.effects.threads"),
-    "bending": Entry("palpate.effects.bending", settings={}, forms=SHEET),
-    "volume": Entry("palpate.effects.volume_preservation", settings={}, forms=SOLID),
-    "body_springs": Entry("palpate.effects.body_springs", settings={"damping_ratio": 0.5}),
-    "cut": Entry("palpate.effects.cut", forms=SOLID, elastic=(*FINITE_ELEMENTS, "springs")),
-    "contact": Entry("palpate.collision.contact.barrier_contact", settings={"instruments": []}),
+    "bending": Entry("palpate.effects.bending", forms=SHEET),
+    "volume": Entry("palpate.effects.volume_preservation", forms=SOLID),
+    "body_springs": Entry("palpate.effects.body_springs"),
+    "contact": Entry("palpate.collision.contact.barrier_contact"),
     "plasticity": Entry("palpate.effects.plasticity", elastic=("corotational", "shape_matching")),
     "prony": Entry("palpate.effects.prony", forms=SOLID, elastic=FINITE_ELEMENTS),
-    "rayleigh": Entry("palpate.effects.rayleigh", "damping", {"mass_1_s": 1.0, "stiffness_s": 0.01}),
-    "kelvin": Entry("palpate.effects.kelvin", "damping", {"ratio": 0.1}, elastic=("springs",)),
+    "rayleigh": Entry("palpate.effects.rayleigh", "damping"),
+    "kelvin": Entry("palpate.effects.kelvin", "damping", elastic=("springs",)),
     "maxwell": Entry("palpate.effects.maxwell", "damping", elastic=("springs",)),
-    "velocity_damping": Entry("palpate.effects.velocity_damping", "damping", {"rate_1_s": 1.0}),
+    "velocity_damping": Entry("palpate.effects.velocity_damping", "damping"),
 }
 """One line for each effect."""
 ELASTIC = tuple(name for name, entry in EFFECTS.items() if entry.role == "elastic")
-DAMPINGS = tuple(name for name, entry in EFFECTS.items() if entry.role == "damping")
 
 INTEGRATORS = {
     "symplectic_euler": "palpate.solvers.symplectic_euler",

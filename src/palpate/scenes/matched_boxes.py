@@ -2,14 +2,13 @@
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 import numpy as np
 
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
 from palpate.bodies.simple_shapes import box
-from palpate.effects import shape_matching
+from palpate.effects import settings, shape_matching
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
 
@@ -46,13 +45,12 @@ def stepper(
 ) -> tuple[Callable[[], None], shape_matching.ShapeMatching]:
     """Return a function without arguments that takes one step of perturbed ``objects``, and their shape matching."""
     bodies = _objects(particles, objects)
-    described: dict[str, Any] = {"kind": "one"}
+    described = settings.Clusters()
     if clusters > 1:
         edge = EDGES[clusters] * SPACING_M * max(DIVISIONS[particles])
-        described = {"kind": "cubes", "edge_m": edge, "overlap": 0.25}
-    settings = {"mode": mode, "alpha": 0.5, "beta": 0.5, "clusters": described}
-    matched = shape_matching.make(bodies, settings)
-    integrator = goal_position.make(System(bodies, {"shape_matching": matched}), {})
+        described = settings.Clusters(kind="cubes", edge_m=edge, overlap=0.25)
+    matched = shape_matching.make(bodies, settings.ShapeMatching.model_validate({"mode": mode, "clusters": described}))
+    integrator = goal_position.make(System(bodies, {"shape_matching": matched}))
     perturbation = 0.1 * SPACING_M * np.random.default_rng(0).normal(size=bodies.nodes.shape)
     x, v = bodies.nodes + perturbation, np.zeros_like(perturbation)
 

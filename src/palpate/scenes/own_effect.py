@@ -3,6 +3,7 @@
 Force and energy, and stiffness and force, are compared by central differences.
 """
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from palpate.effects.effect import Effect, Energy, Stiffness, offers
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import shared_pattern
 from palpate.own_file import EFFECT_FUNCTIONS, failure, import_file
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 
 MOVED, STEP = 1e-2, 1e-6
 """Displacement of each node, and the step of the differences, relative to the shortest edge of the surface."""
@@ -89,12 +90,12 @@ GUIDE = "see docs/add-an-effect.md"
 
 def make(name: str, scene: Scene, particles: Particles, elastic: Effect | None) -> Effect:
     """Make an effect of the scene's own and call it at rest and near it; InputError naming the file and the fault."""
-    path = scene.own[name]
+    path = Path(scene.own[name])
     module = import_file(path, f"{scene.place}.own.{name}")
     if not hasattr(module, "make"):
         raise InputError(f"{path}: has no function {EFFECT_FUNCTIONS[0]}; {GUIDE}.")
     try:
-        effect = module.make(particles, scene.settings.get(name, {}), elastic)
+        effect = module.make(particles, scene.own_settings.get(name, {}), elastic)
         fault = _fault(effect, particles) or disagreement(effect, particles)
     except InputError:
         raise

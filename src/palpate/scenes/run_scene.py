@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from copy import copy
 from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
@@ -18,34 +17,26 @@ from palpate.effects.effect import Effect
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import acting_effects, effect_registry, own_effect
 from palpate.scenes.motion import Motion, Moved
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 from palpate.solvers.system import System
 
 
 def moved(particles: Particles) -> acting_effects.Moved:
     """Return what decides on effects of ``particles``."""
     form = "sheet" if particles.thickness_m else "solid" if len(particles.tetrahedra) else "surface"
-    held, mass_kg, material = len(particles.held), float(particles.masses.sum()), particles.material
-    return acting_effects.Moved(
-        form, material.law, bool(particles.beds), held, mass_kg, material.poisson, particles.thickness_m
-    )
+    return acting_effects.Moved(form, particles.material.law, bool(particles.beds), len(particles.held))
 
 
 def effect_names(scene: Scene, particles: Particles) -> list[str]:
-    """Return the effects that the scene calls for, the elastic one first, and hooks before contact can stop them."""
-    names = acting_effects.acting(scene.entry, moved(particles), scene.place)
+    """Return the effects that act, the elastic one first, and hooks before contact can stop them."""
+    names = acting_effects.acting(scene, moved(particles))
     return sorted(names, key=lambda name: 0 if name in effect_registry.ELASTIC else 1 if name == "hooks" else 2)
 
 
 def decisions(scene: Scene, particles: Particles) -> pd.DataFrame:
-    """Tabulate one row for each effect there is: scene, effect, called, auto, reason.
-
-    auto : whether ``effects: auto`` would call it
-    """
-    chosen = effect_names(scene, particles)
-    found = acting_effects.decide(scene.entry, moved(particles), scene.place)
-    rows = [[scene.name, d.effect, d.effect in chosen, d.called, d.reason] for d in found]
-    return pd.DataFrame(rows, columns=["scene", "effect", "called", "auto", "reason"])
+    """Tabulate one row for each effect there is: scene, effect, called, reason."""
+    rows = [[scene.name, *decision] for decision in acting_effects.decide(scene, moved(particles))]
+    return pd.DataFrame(rows, columns=["scene", "effect", "called", "reason"])
 
 
 def compose(scene: Scene, particles: Particles, without: str | None = None) -> System:
@@ -61,8 +52,7 @@ def compose(scene: Scene, particles: Particles, without: str | None = None) -> S
         if name in scene.own:
             effects[name] = own_effect.make(name, scene, particles, elastic)
         else:
-            settings = scene.settings.get(name, effect_registry.EFFECTS[name].settings or {})
-            effects[name] = effect_registry.effect(name).make(particles, copy(settings), elastic)
+            effects[name] = effect_registry.effect(name).make(particles, getattr(scene, name, None), elastic)
     if particles.ties is None:
         system = System(particles, effects)
     else:
@@ -159,7 +149,7 @@ def run(scene: Scene, particles: Particles, progress: Callable = iter, without: 
     """
     system = compose(scene, particles, without)
     with _told(f"{scene.place}.integrator is {scene.integrator}"):
-        make = partial(effect_registry.integrator(scene.integrator).make, system, scene.integration)
+        make = partial(effect_registry.integrator(scene.integrator).make, system, scene)
         integrator = make()
     if particles.ties is not None:
         from palpate.solvers.tied_system import TiedSteps, TiedSystem

@@ -1,270 +1,63 @@
-"""Settings of scenes: what acts on which bodies, how time is stepped, and what they meet."""
+"""A scene: which bodies move, what acts on them, and how time is stepped. Its effects are its blocks."""
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import ConfigDict, Field
-
-from palpate.bodies.cutting.cut import CutSettings
-from palpate.setting_types import (
-    Axis,
-    Block,
-    Count,
-    Index,
-    Name,
-    NotNegative,
-    Number,
-    Pair,
-    Positive,
-    Some,
-    Switch,
-    Vector,
-    key,
-    optional,
+from palpate.bodies.cutting.settings import Cut
+from palpate.effects.settings import (
+    Bending,
+    BodySprings,
+    Hook,
+    Kelvin,
+    Loads,
+    Maxwell,
+    Other,
+    Prony,
+    Rayleigh,
+    ShapeMatching,
+    Springs,
+    Stepping,
+    Thread,
+    VelocityDamping,
+    Volume,
 )  # fmt: skip
+from palpate.setting_types import Index, Name, Switch, key, optional
 
-Fraction = Annotated[NotNegative, Field(le=1)]
 
+class Scene(Loads, Stepping):
+    """What moves and what acts on it: finite elements of the body's law, unless springs or shape matching are there."""
 
-class Load(Block):
-    at_m: Vector = key("Middle of the load [m]; the point of the surface nearest to it at rest")
-    force_n: Vector = key("Force [N]")
-    radius_m: NotNegative = key("Radius of the disc that the force is spread over [m]; 0 is a point", 0)
-    start_s: NotNegative = key("When it begins [s]", 0)
-    press_s: NotNegative = key("How long it grows [s]", 0.1)
-    hold_s: NotNegative = key("How long it stays [s]", 0.5)
-    release_s: NotNegative = key("How long it falls [s]", 0.1)
-
-
-class _Tool(Block):
-    name: Name = optional("What tables call it")
-    times_s: list[Number] = optional("When it is where [s], increasing", min_length=1)
-    shifts_m: list[Vector] = optional("How far it is then from its first place [m]", min_length=1)
-
-
-class Ball(_Tool):
-    kind: Literal["sphere"] = key("A ball")
-    center_m: Vector = key("Centre [m]")
-    radius_m: Positive = key("Radius [m]")
-
-
-class Capsule(_Tool):
-    kind: Literal["capsule"] = key("A rod with round ends")
-    from_m: Vector = key("Middle of one round end [m]")
-    to_m: Vector = key("Middle of the other round end [m]")
-    radius_m: Positive = key("Radius [m]")
-
-
-class Floor(_Tool):
-    kind: Literal["floor"] = key("All below a height")
-    axis: Axis = key("Which way is up", "z")
-    height_m: Number = key("Height [m]")
-
-
-class Triangles(_Tool):
-    kind: Literal["mesh"] = key("Triangles of a file")
-    file: str = key("STL, OBJ, PLY, VTK … relative to this configuration")
-    scale_m: Positive = key("Length of the file's unit [m]", 1)
-    radius_m: NotNegative = key("How thick its skin is [m]", 0)
-
-
-Instrument = Annotated[Ball | Capsule | Floor | Triangles, Field(discriminator="kind", description="What shape it has")]
-
-
-class Gravity(Block):
-    acceleration_m_s2: Vector = key("Acceleration [m/s²]")
-
-
-class Push(Block):
-    loads: list[Load] = key("One entry a load", min_length=1)
-
-
-class Hook(Block):
-    model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": ["shift_m"]}, {"required": ["force_n"]}]})
-
-    at_m: Vector = key("Point [m] whose nearest surface point is grasped at rest, with what is around it")
-    radius_m: NotNegative = key("Radius [m] of what is grasped; 0 for the facet at the point", 0)
-    shift_m: Vector = optional("How far it is moved from where it is at the start [m]")
-    force_n: Vector = optional("Force [N] that pulls instead, spread over the patch as a load's")
-    start_s: NotNegative = key("When it grasps [s]", 0)
-    pull_s: NotNegative = key("How long it moves, or the force grows [s]", 0.1)
-    hold_s: NotNegative = key("How long it stays [s]", 0.5)
-    release_s: NotNegative = key("How long it goes back before it lets go [s]; 0: it lets go where it is", 0.1)
-
-
-class Thread(Block):
-    ends_m: Pair[Vector] = key("Points [m] whose nearest surface points at rest it joins")
-    stiffness_n_m: Positive = key(
-        "Stiffness [N/m], by default that of 3 cm of polypropylene 3-0: 4.0 GPa (Nindhia et al. 2021), 0.22 mm thick",
-        5000,
-    )
-    start_s: NotNegative = key("When it is tied, as long as its ends are then apart [s]", 0)
-    tighten_s: NotNegative = key("How long it is tightened [s]", 0.5)
-    tightened_to: NotNegative = key("Length that it is tightened to, over the distance of its ends at rest", 1)
-    length_m: NotNegative = optional("The same length [m], instead")
-
-
-class Stroke(CutSettings):
-    """A cut of the body at rest that is made in time, by exactly one of path_m with depth_m, disc and plane."""
-
-    at_s: NotNegative = key("When the blade starts [s]", 0)
-    lasts_s: NotNegative = key("How long it takes along its path [s]; 0 cuts all at once", 0)
-
-
-class Cut(Stroke):
-    way: Literal["conform", "split_faces", "virtual_nodes"] = key(
-        "The mesh is made anew so that it conforms to the cut, or cut along its faces, or its elements are doubled",
-        "conform",
-    )
-    more: list[Stroke] = optional("Further cuts of the same body, which may cross", min_length=1)
-
-
-class Other(Block):
-    body: str = key("Which of the bodies")
-    shift_m: Vector = key("Where to, from where the body is defined [m]")
-
-
-class Contact(Block):
-    instruments: list[Instrument] = key("Rigid things, at rest or driven along a path", [])
-    gap_m: Positive = optional(
-        "Distance at which surfaces begin to repel [m]; by default a thousandth of the smallest body"
-    )
-    friction: NotNegative = key("Coulomb's coefficient", 0)
-    slip_m_s: Positive = key("Speed above which surfaces slip fully [m/s]; below they creep", 0.001)
-    self_contact: Switch = key("Whether a body can meet itself", False)
-    push_out: Switch = key("Whether what overlaps at the beginning is moved apart, instead of refused", False)
-
-
-class Springs(Block):
-    structural_n_m: NotNegative = optional("Stiffness of the edges' springs [N/m]")
-    shear_n_m: NotNegative = optional("Stiffness of the diagonals' springs [N/m]")
-    bending_n_m: NotNegative = optional("Stiffness of the springs across edges [N/m]")
-
-
-class Clusters(Block):
-    kind: Literal["one", "tetrahedra", "each_tetrahedron", "cubes"] = key(
-        "Which groups; each_tetrahedron makes many and is slow", "one"
-    )
-    edge_m: Positive = optional("Edge of the cubes [m]")
-    overlap: Fraction = key("Share of its edge by which a cube reaches into the next", 0.5)
-
-
-class ShapeMatching(Block):
-    mode: Literal["rigid", "linear", "quadratic"] = key("How a cluster may deform", "linear")
-    alpha: Fraction = key("Stiffness, from 0 to 1", 0.5)
-    beta: Fraction = key("Deformation, from 0 to 1", 0.5)
-    goals: Literal["mean", "sum"] = key(
-        "A particle of several clusters moves to the goals' mean, or by their sum (paper 3)", "mean"
-    )
-    clusters: Clusters = key("How particles are grouped", {})
-
-
-class Volume(Block):
-    stiffness_n_m: NotNegative = key("Stiffness [N/m]")
-
-
-class BodySprings(Block):
-    stiffness_n_m: NotNegative = key("Stiffness [N/m]")
-    damping_ratio: NotNegative = key("Share of critical damping", 0.5)
-
-
-class Plasticity(Block):
-    yield_strain: Positive = key("Elastic strain above which it flows")
-    creep_1_s: Positive = key("Rate of the flow [1/s]", 10)
-    max_strain: NotNegative = key("Largest lasting strain")
-
-
-class Prony(Block):
-    shares: list[Positive] = key(
-        "Shares of the instantaneous shear modulus that relax, 0.99 in all at most", min_length=1
-    )
-    times_s: list[Annotated[Number, Field(ge=1e-9)]] = key(
-        "Time in which each of them relaxes to 1/e [s]", min_length=1
-    )
-
-
-class Rayleigh(Block):
-    mass_1_s: NotNegative = key("Share of the mass [1/s]", 1)
-    stiffness_s: NotNegative = key("Share of the stiffness [s]", 0.01)
-
-
-class Xpbd(Block):
-    iterations: Count = key("Iterations of each step; 1 with small steps", 1)
-
-
-class ProjectiveDynamics(Block):
-    iterations: Count = key("Iterations of each step", 10)
-    memory: Index = key("Steps by which the matrix is improved (Liu, Bouaziz and Kavan, 2017); 0 for the original", 0)
-
-
-class VertexBlockDescent(Block):
-    sweeps: Count = key("Sweeps over all nodes in each step", 10)
-    radius: NotNegative = key(
-        "Spectral radius of a sweep that Chebyshev's semi-iterative method assumes; 0 for none", 0, lt=1
-    )
-
-
-class Touching(Block):
-    vibrations: Index = key("Vibration modes, slowest first", 10)
-    modes: Count = key("Modes of the motions that strokes beside the path show, strongest first", 75)
-    states: Count = key("At how many of these motions few points pull as all elements do", 40)
-    thinning: Fraction = key("How nearly they do, relative; 0 keeps all elements", 0.03)
-    tolerance: Positive = key("A step is found where another would gain less than its square of the energy", 6e-3)
-
-
-class Kelvin(Block):
-    ratio: NotNegative = key("Share of critical damping", 0.1)
-
-
-class Maxwell(Block):
-    stiffness_ratio: NotNegative = key("Their stiffness, relative to the springs")
-    relaxation_s: Positive = key("Time in which they relax [s]")
-
-
-class VelocityDamping(Block):
-    rate_1_s: NotNegative = key("Rate of decay [1/s]", 1)
-
-
-class Scene(Block):
     body: str = key("Which of the bodies")
     level: Index = key("Which of the body's nested meshes, 0 is the coarse one", 0)
     surface: Switch = key("Whether to move the surface only and not the inside", False)
-    held: Switch = key("Whether the body's anchors hold it", True)
-    others: list[Other] = optional("More bodies; with finite elements of any materials, else of the same stiffness")
+    held: Switch = key("Whether the body's anchors and its bed hold it", True)
+    others: list[Other] = key("More bodies; with finite elements of any materials, else of the same stiffness", [])
     start: Literal["rest", "inverted", "random", "plane", "line", "point"] = key("Where it begins", "rest")
-    effects: str | Some[str] = key("What acts, by name, or auto for what the scene calls for", "auto")
-    integrator: Literal[
-        "symplectic_euler", "backward_euler", "bdf2", "touching", "goal_position", "xpbd",
-        "projective_dynamics", "vertex_block_descent",
-    ] = key("How time is stepped")  # fmt: skip
-    step_s: Positive = key("Time step [s]")
-    substeps: Count | Literal["auto"] = key(
-        "Equal parts of each step; auto: as many as an explicit integrator needs", 1
-    )
-    duration_s: Positive = key("Simulated time [s]")
-    frames: Count = key("Pictures kept of the motion", 60)
-    tolerance: Positive = key("Relative residual at which an implicit step counts as found", 1e-8, le=1e-4)
-    allow_unstable: Switch = key("Whether to run a step that is known to be unstable, to see it fail", False)
-    own: dict[Name, str] = optional("Effects of your own: name and Python file, relative to this configuration")
-    own_settings: dict[str, dict[str, Any]] = optional("What your effects get as settings, by name")
-    gravity: Gravity = optional("Weight")
-    push: Push = optional("Loads that are pressed on, held, and released")
-    hooks: list[Hook] = optional("Patches that are grasped and moved or pulled, and let go", min_length=1)
-    threads: list[Thread] = optional("Sutures that are tied, tightened, and pull", min_length=1)
-    cut: Cut = optional("A blade that severs the scene's own body while it moves")
-    contact: Contact = optional("What the bodies can meet, each other included")
-    springs: Springs = optional("Stiffness of a surface's springs; a solid's follows from Young's modulus")
-    shape_matching: ShapeMatching = optional("Goal positions from the rest shape")
-    volume: Volume = optional("Volume preservation of springs")
-    body_springs: BodySprings = optional("Springs and dampers to the rest position")
-    plasticity: Plasticity = optional("Lasting deformation")
-    prony: Prony = optional(
+    hooks: list[Hook] | None = optional("Patches that are grasped and moved or pulled, and let go", min_length=1)
+    threads: list[Thread] | None = optional("Sutures that are tied, tightened, and pull", min_length=1)
+    cut: Cut | None = optional("A blade that severs the scene's own body while it moves")
+    springs: Springs | None = optional("Springs in place of finite elements")
+    shape_matching: ShapeMatching | None = optional("Goal positions from the rest shape, in place of finite elements")
+    bending: Bending | None = optional("A sheet's resistance to bending")
+    volume: Volume | None = optional("Volume preservation of springs, whose Poisson's ratio is 1/4 without it")
+    body_springs: BodySprings | None = optional("Springs and dampers to the rest position")
+    prony: Prony | None = optional(
         "Shear stress that relaxes, beside finite elements, whose Young's modulus is that at the end"
     )
-    rayleigh: Rayleigh = optional("Damping in proportion to mass and stiffness")
-    xpbd: Xpbd = optional("Steps of integrator xpbd")
-    projective_dynamics: ProjectiveDynamics = optional("Steps of integrator projective_dynamics")
-    vertex_block_descent: VertexBlockDescent = optional("Steps of integrator vertex_block_descent")
-    touching: Touching = optional("Modes that finite elements move in, of integrator touching")
-    kelvin: Kelvin = optional("Dampers beside the springs")
-    maxwell: Maxwell = optional("Springs that relax, beside the springs")
-    velocity_damping: VelocityDamping = optional("Damping in proportion to velocity")
+    rayleigh: Rayleigh | None = optional("Damping in proportion to mass and stiffness")
+    kelvin: Kelvin | None = optional("Dampers beside the springs")
+    maxwell: Maxwell | None = optional("Springs that relax, beside the springs")
+    velocity_damping: VelocityDamping | None = optional("Damping in proportion to velocity")
+    own: dict[Name, str] = key("Effects of your own: name and Python file, relative to this configuration", {})
+    own_settings: dict[str, dict[str, Any]] = key("What your effects get as settings, by name", {})
+    name: Name = key("What messages and tables call it; in a configuration its key", "scene")
+    seed: Index = key("Of the start random; in a configuration its seed", 1)
+
+    @property
+    def bodies(self) -> list[str]:
+        """The names of all bodies, its own first."""
+        return [self.body, *(other.body for other in self.others)]
+
+    @property
+    def place(self) -> str:
+        """The name in messages."""
+        return f"scenes.{self.name}"

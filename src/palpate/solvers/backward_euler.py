@@ -7,6 +7,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.effects.effect import Damping, Energy, Force, Stiffness, is_load, offers
+from palpate.effects.settings import Stepping
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor
 from palpate.solvers.newton import Product, minimise_by_newton
@@ -21,10 +22,10 @@ MAX_PRODUCTS = 30
 """Products with the matrix after which a new factor pays off as its preconditioner."""
 
 
-def make(system: System, settings: dict) -> "BackwardEuler":
+def make(system: System, stepping: Stepping) -> "BackwardEuler":
     """Make the integrator; InputError for an effect whose force it could not include in the minimisation."""
     check(system)
-    return BackwardEuler(system, settings["tolerance"])
+    return BackwardEuler(system, stepping.tolerance)
 
 
 def check(system: System) -> None:

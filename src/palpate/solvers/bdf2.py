@@ -2,16 +2,17 @@
 
 import numpy as np
 
+from palpate.effects.settings import Stepping
 from palpate.errors import NotConverged
 from palpate.solvers import backward_euler
 from palpate.solvers.backward_euler import BackwardEuler
 from palpate.solvers.system import System
 
 
-def make(system: System, settings: dict) -> "Bdf2":
+def make(system: System, stepping: Stepping) -> "Bdf2":
     """Make the integrator; InputError for an effect whose force it could not include in the minimisation."""
     backward_euler.check(system)
-    return Bdf2(system, settings["tolerance"])
+    return Bdf2(system, stepping.tolerance)
 
 
 class Bdf2(BackwardEuler):

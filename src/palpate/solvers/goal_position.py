@@ -6,11 +6,12 @@ import numba
 import numpy as np
 
 from palpate.effects.effect import Goals, offers
+from palpate.effects.settings import Stepping
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.system import System, stable_step
 
 
-def make(system: System, settings: dict) -> "GoalPosition":
+def make(system: System, stepping: Stepping | None = None) -> "GoalPosition":
     """Make the integrator, which has no settings; InputError if the elastic effect has no goals."""
     if not offers(system.elastic, Goals):
         raise InputError("it needs an elastic effect with goals; choose shape_matching, or another integrator.")

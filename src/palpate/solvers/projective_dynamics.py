@@ -18,9 +18,11 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from palpate.effects import settings
 from palpate.effects.bed import BedSprings
 from palpate.effects.instrument_penalty import NodeContact
 from palpate.effects.linear_elements import LinearElements
+from palpate.effects.settings import Stepping
 from palpate.solvers.lbfgs import minimise_by_lbfgs
 from palpate.solvers.pressed_descent import PressedDescent
 from palpate.solvers.relaxed_parts import FlatElements, RelaxedParts
@@ -92,10 +94,10 @@ class Prefactored:
         return step
 
 
-def make(system: System, settings: dict) -> "ProjectiveSteps":
-    """Make the integrator with ``settings["projective_dynamics"]``; InputError as ``RelaxedParts``."""
-    own = settings["projective_dynamics"]
-    return ProjectiveSteps(RelaxedParts(system, "projective_dynamics"), own["iterations"], own["memory"])
+def make(system: System, stepping: Stepping) -> "ProjectiveSteps":
+    """Make the integrator; InputError as ``RelaxedParts``."""
+    own = stepping.projective_dynamics or settings.ProjectiveDynamics()
+    return ProjectiveSteps(RelaxedParts(system, "projective_dynamics"), own.iterations, own.memory)
 
 
 class ProjectiveSteps:

@@ -5,7 +5,7 @@ The rule is of second order, neither damps nor drives what is linear, and needs 
 multigrid that is kept for as long as it serves.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from itertools import repeat
 from typing import Any, NamedTuple
 
@@ -21,6 +21,7 @@ from palpate.effects.linear_elements import LinearElements
 from palpate.effects.patch_load import spread
 from palpate.effects.push import disc, factor
 from palpate.effects.quadratic_elements import QuadraticElements
+from palpate.effects.settings import Load, Loads, Rayleigh
 from palpate.errors import NotConverged
 from palpate.linalg.block_pattern import hold, pattern_of
 from palpate.linalg.multigrid import linear_response
@@ -145,13 +146,13 @@ class Midpoint:
 class QuadraticMotion(Equilibrium, Midpoint):
     """A held body of quadratic elements on one level under weight and pushes; arguments and errors of ``Equilibrium``.
 
-    loads : blocks ``gravity`` and ``push`` of a scene, the pushes ``push.placed``
-    rayleigh : ``mass_1_s`` α and ``stiffness_s`` β of the damping C = α M + β K⁺(x), K⁺ being the Hessian, clamped to
+    loads : weight and pushes, which are ``push.placed``
+    rayleigh : α and β of the damping C = α M + β K⁺(x), K⁺ being the Hessian, clamped to
         positive semidefinite as ``effects.rayleigh`` has it
     masses : (n, n) [kg], consistent, so that the weight is that of the same elements
     """
 
-    def __init__(self, body: Body, level: int, loads: dict[str, dict], rayleigh: dict):
+    def __init__(self, body: Body, level: int, loads: Loads, rayleigh: Rayleigh):
         super().__init__(body, level, order=2)
         coarse, halved, elements = body.levels[level], self.mesh, self._elasticity
         assert isinstance(coarse, TetMesh) and isinstance(halved, TetMesh) and isinstance(elements, QuadraticElements)
@@ -161,7 +162,7 @@ class QuadraticMotion(Equilibrium, Midpoint):
             density = body.densities[level][coarse.tetrahedra].mean(axis=1)
         self.masses = mass_matrix(coarse, density * coarse.volumes)
         self.lumped = lump_masses(halved, np.repeat(density, 8) * halved.volumes)
-        self._alpha, self._beta = rayleigh["mass_1_s"], rayleigh["stiffness_s"]
+        self._alpha, self._beta = rayleigh.mass_1_s, rayleigh.stiffness_s
         self._weight, self._pushes = self._loads(coarse, loads)
         self.rest, self.held = self.mesh.nodes, self._held
         self.scale_n = float(np.linalg.norm(self._weight)) + sum(float(np.linalg.norm(f)) for f, _ in self._pushes)
@@ -191,13 +192,13 @@ class QuadraticMotion(Equilibrium, Midpoint):
     def _precondition_by(self, linear: sparse.bsr_array) -> None:
         """Leave it to the first step, whose length counts."""
 
-    def _loads(self, coarse: Mesh, loads: dict[str, dict]) -> tuple[np.ndarray, list[tuple[np.ndarray, dict]]]:
+    def _loads(self, coarse: Mesh, loads: Loads) -> tuple[np.ndarray, list[tuple[np.ndarray, Load]]]:
         """Return the weight (n, 3) [N], and the forces (n, 3) [N] of each push at the factor 1, all on free nodes."""
         free = ~self._held[:, None]
-        acceleration = np.array(loads.get("gravity", {}).get("acceleration_m_s2", [0.0, 0.0, 0.0]), dtype=float)
+        acceleration = np.array(loads.acceleration_m_s2, dtype=float)
         weight = np.outer(self.masses @ np.ones(len(free)), acceleration) * free
-        pushes = loads.get("push", {}).get("loads", [])
-        return weight, [(spread(coarse, disc(p), np.array(p["force_n"], dtype=float), 2) * free, p) for p in pushes]
+        spreads = ((spread(coarse, disc(p), np.array(p.force_n, dtype=float), 2) * free, p) for p in loads.pushes)
+        return weight, list(spreads)
 
     def load_at(self, t: float) -> np.ndarray:
         """Return the nodal forces (n, 3) [N] from outside at ``t`` [s]."""
@@ -214,13 +215,13 @@ class QuadraticMotion(Equilibrium, Midpoint):
         return multiply
 
     def lacking(
-        self, moved: np.ndarray, v: np.ndarray, a: np.ndarray, load: np.ndarray, rayleigh: Mapping, residual: float
+        self, moved: np.ndarray, v: np.ndarray, a: np.ndarray, load: np.ndarray, rayleigh: Rayleigh, residual: float
     ) -> np.ndarray:
         """Return how far (n, 3) [m] the body gives way to what of its forces does not balance.
 
         moved, v, a : (n, 3) its displacement [m], velocity [m/s] and acceleration [m/s²]; load : (n, 3) [N]
         """
-        x, alpha, beta = self.rest + moved, rayleigh["mass_1_s"], rayleigh["stiffness_s"]
+        x, alpha, beta = self.rest + moved, rayleigh.mass_1_s, rayleigh.stiffness_s
         self.load = load
         damped = beta * self._tangent(x, True)(v) if beta else 0.0
         return self.yielding(x, self.force(x) - self.masses @ (a + alpha * v) - damped, residual)

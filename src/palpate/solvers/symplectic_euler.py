@@ -5,11 +5,12 @@ from functools import cached_property
 import numpy as np
 
 from palpate.effects.effect import Force, offers
+from palpate.effects.settings import Stepping
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.system import System, stable_step
 
 
-def make(system: System, settings: dict) -> "SymplecticEuler":
+def make(system: System, stepping: Stepping | None = None) -> "SymplecticEuler":
     """Make the integrator, which has no settings; InputError if the elastic effect has no force."""
     if not offers(system.elastic, Force):
         raise InputError("it needs an elastic effect with a force; with shape_matching choose goal_position.")

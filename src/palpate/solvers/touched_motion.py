@@ -18,6 +18,7 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.effects.elements import OnePass
 from palpate.effects.instrument import Pose
+from palpate.effects.settings import Loads, Rayleigh
 from palpate.errors import NotConverged
 from palpate.linalg.block_pattern import hold
 from palpate.solvers.indentation import ContactPoints
@@ -52,7 +53,7 @@ class TouchedMotion(QuadraticMotion):
     overlap_j : the energy of contact there [J]
     """
 
-    def __init__(self, body: Body, level: int, loads: dict[str, dict], rayleigh: dict, touch: Touch):
+    def __init__(self, body: Body, level: int, loads: Loads, rayleigh: Rayleigh, touch: Touch):
         super().__init__(body, level, loads, rayleigh)
         points = replace(touch.points, penalty=STIFFER * touch.points.penalty)
         self.touch = replace(touch, points=points)

@@ -15,10 +15,12 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from palpate.effects import settings
 from palpate.effects.bed import BedSprings
 from palpate.effects.instrument import distances
 from palpate.effects.instrument_penalty import NodeContact
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
+from palpate.effects.settings import Stepping
 from palpate.linalg.polar import nearest
 from palpate.solvers.relaxed_parts import FlatElements, LinearSprings, RelaxedParts
 from palpate.solvers.system import System
@@ -97,10 +99,10 @@ class VertexBlockDescent:
         return x, before
 
 
-def make(system: System, settings: dict) -> "BlockDescentSteps":
-    """Make the integrator with ``settings["vertex_block_descent"]``; InputError as ``RelaxedParts``."""
-    own = settings["vertex_block_descent"]
-    return BlockDescentSteps(RelaxedParts(system, "vertex_block_descent"), own["sweeps"], own["radius"])
+def make(system: System, stepping: Stepping) -> "BlockDescentSteps":
+    """Make the integrator; InputError as ``RelaxedParts``."""
+    own = stepping.vertex_block_descent or settings.VertexBlockDescent()
+    return BlockDescentSteps(RelaxedParts(system, "vertex_block_descent"), own.sweeps, own.radius)
 
 
 class BlockDescentSteps:

@@ -14,9 +14,11 @@ import math
 import numba
 import numpy as np
 
+from palpate.effects import settings
 from palpate.effects.bed import BedSprings
 from palpate.effects.instrument import Pose
 from palpate.effects.linear_elements import LinearElements, deformation_gradient
+from palpate.effects.settings import Stepping
 from palpate.linalg.polar import nearest
 from palpate.solvers.relaxed_parts import FlatElements, LinearSprings, RelaxedParts
 from palpate.solvers.system import System
@@ -125,9 +127,9 @@ class Xpbd:
         return float(np.sum(self._masses[:, None] * moved**2))
 
 
-def make(system: System, settings: dict) -> "XpbdSteps":
-    """Make the integrator with ``settings["xpbd"]``; InputError as ``RelaxedParts``."""
-    return XpbdSteps(RelaxedParts(system, "xpbd"), settings["xpbd"]["iterations"])
+def make(system: System, stepping: Stepping) -> "XpbdSteps":
+    """Make the integrator; InputError as ``RelaxedParts``."""
+    return XpbdSteps(RelaxedParts(system, "xpbd"), (stepping.xpbd or settings.Xpbd()).iterations)
 
 
 class XpbdSteps:

@@ -1,7 +1,11 @@
 # Scenes to compare models by.
 
 from palpate.models.model_registry import absent
-from palpate.scenes.acting_effects import has_contact
+
+
+def scene_named(wildcards):
+    """A scene with its name."""
+    return config["scenes"][wildcards.scene] | {"name": wildcards.scene}
 
 
 def compared_of(wildcards):
@@ -11,12 +15,7 @@ def compared_of(wildcards):
         for key, value in FOLLOWED[wildcards.scene].items()
         if key not in ("settings", "elsewhere", "truth", "held_out")
     }
-    return {
-        "name": wildcards.scene,
-        "entry": config["scenes"][wildcards.scene],
-        "own": own,
-        "share": config["dynamic"]["training_share"],
-    }
+    return {"scene": scene_named(wildcards), "own": own, "share": config["dynamic"]["training_share"]}
 
 
 def body_of_compared(wildcards):
@@ -31,7 +30,7 @@ def settings_of_compared(wildcards):
 
 def by_name(wildcards):
     """The packages from which effects and integrators are imported by the names that a scene gives them."""
-    touching = has_contact(config["scenes"][wildcards.scene])
+    touching = settings.scenes[wildcards.scene].contact is not None
     return [
         "palpate.effects",
         "palpate.solvers",
@@ -59,7 +58,7 @@ def shown_of(wildcards):
     """A scene as strokes are simulated in it, apart from all that other models have."""
     own = FOLLOWED[wildcards.scene]
     kept = {key: own[key] for key in ("duration_s", "frames", "level") if key in own}
-    return {"name": wildcards.scene, "entry": config["scenes"][wildcards.scene], "own": kept}
+    return {"scene": scene_named(wildcards), "own": kept}
 
 
 def region_of(wildcards):

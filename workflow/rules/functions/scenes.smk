@@ -3,7 +3,7 @@
 
 def own_effects(wildcards):
     """The files of effects that a scene brings along, by name; given relative to the folder of the config file."""
-    own = config["scenes"][wildcards.scene].get("own", {})
+    own = config["scenes"][wildcards.scene]["own"]
     return {name: normpath(CONFIG_FILE.parent / path) for name, path in own.items()}
 
 
@@ -20,19 +20,20 @@ def tool_files(wildcards):
 
 def bodies_of(wildcards):
     """The files of all bodies of a scene, its own first."""
-    return [f"results/data/{body}/body.h5" for body in bodies_in(config["scenes"][wildcards.scene])]
+    return [f"results/data/{body}/body.h5" for body in settings.scenes[wildcards.scene].bodies]
 
 
 def scene(wildcards):
     """What a scene is made from."""
-    entry = config["scenes"][wildcards.scene] | {"own": own_effects(wildcards)}
+    named = {"name": wildcards.scene, "seed": config["seed"], "own": own_effects(wildcards)}
+    entry = config["scenes"][wildcards.scene] | named
     if "contact" in entry:
         tools = [own_file(tool) for tool in entry["contact"]["instruments"]]
         entry |= {"contact": entry["contact"] | {"instruments": tools}}
-    return {"entry": entry, "seed": config["seed"]}
+    return entry
 
 
 def called_by(wildcards):
     """The modules of the effects that act in a scene, and of its integrator."""
-    entry = config["scenes"][wildcards.scene]
-    return acting_effects.modules(entry, acting_effects.assumed(entry, config["bodies"][entry["body"]]))
+    asked = settings.scenes[wildcards.scene]
+    return acting_effects.modules(asked, acting_effects.assumed(asked, settings.bodies[asked.body]))

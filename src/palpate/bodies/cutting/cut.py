@@ -7,30 +7,9 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from palpate.bodies.cutting.settings import CutSettings, DiscSettings
 from palpate.bodies.mesh import Mesh, area_normals
 from palpate.errors import InputError
-from palpate.setting_types import Block, NotNegative, Positive, Some, Vector, key, optional
-
-
-class DiscSettings(Block):
-    center_m: Vector = key("Centre [m]")
-    normal: Vector = key("Direction of the normal")
-    radius_m: Positive = key("Radius [m]")
-
-
-class PlaneSettings(Block):
-    point_m: Vector = key("A point of the plane [m]")
-    normal: Vector = key("Direction of the normal")
-
-
-class CutSettings(Block):
-    """A cut of a body at rest, by exactly one of path_m with depth_m, disc and plane."""
-
-    path_m: Some[Vector] = optional("Points [m] on the skin that the blade is moved along, one after the other")
-    depth_m: NotNegative = optional("Greatest depth [m] of the blade below its path; 0 severs nothing")
-    direction: Vector = optional("Where the blade points; by default into the body")
-    disc: DiscSettings = optional("A flat round cut, inside the body or not")
-    plane: PlaneSettings = optional("A flat cut through the whole body")
 
 
 class Piece(NamedTuple):
@@ -356,13 +335,13 @@ def _crossings(
     return crosses, first + share[:, None] * (last - first)
 
 
-def make_cut(place: str, settings: dict, mesh: Mesh) -> Cut:
-    """Make the cut that ``settings``, as ``CutSettings`` has them, describe in a body at rest.
+def make_cut(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
+    """Make the cut of a body at rest that is asked for.
 
     place : where the settings stand, for messages; mesh : of the body
     Raises InputError for settings that describe no cut, and for a cut that misses the body.
     """
-    cut = _described(place, settings, mesh)
+    cut = _described(place, asked, mesh)
     if cut.pieces and not _meets(cut, mesh):
         raise InputError(f"{place} lies outside the body; move it to where it meets the body.")
     return cut
@@ -375,30 +354,29 @@ def _meets(cut: Cut, mesh: Mesh) -> bool:
     return bool(inside(mesh, cut.patch(max(0.25 * cut.narrow_m, 0.01 * mesh.size))).any())
 
 
-def _described(place: str, settings: dict, mesh: Mesh) -> Cut:
-    kinds = [kind for kind in ("path_m", "disc", "plane") if kind in settings]
+def _described(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
+    kinds = [kind for kind in ("path_m", "disc", "plane") if getattr(asked, kind) is not None]
     if len(kinds) != 1:
         raise InputError(f"{place} has {' and '.join(kinds) or 'none'} of path_m, disc and plane; give exactly one.")
-    if (kind := kinds[0]) != "path_m":
-        given = settings[kind]
-        if not any(given["normal"]):
-            raise InputError(f"{place}.{kind}.normal is [0, 0, 0]; give the direction of the normal.")
-        normal = unit(given["normal"])
-        if kind == "disc":
-            return Disc(np.array(given["center_m"], dtype=float), normal, float(given["radius_m"]))
-        point, middle = np.array(given["point_m"], dtype=float), 0.5 * (mesh.nodes.min(axis=0) + mesh.nodes.max(axis=0))
+    if flat := asked.disc or asked.plane:
+        if not any(flat.normal):
+            raise InputError(f"{place}.{kinds[0]}.normal is [0, 0, 0]; give the direction of the normal.")
+        normal = unit(np.array(flat.normal, dtype=float))
+        if isinstance(flat, DiscSettings):
+            return Disc(np.array(flat.center_m, dtype=float), normal, float(flat.radius_m))
+        point, middle = np.array(flat.point_m, dtype=float), 0.5 * (mesh.nodes.min(axis=0) + mesh.nodes.max(axis=0))
         # the disc is around the body, so that its rim is outside
         return Disc(middle - ((middle - point) @ normal) * normal, normal, 2.0 * mesh.size)
-    path = np.array(settings["path_m"], dtype=float)
+    path = np.array(asked.path_m, dtype=float)
     if len(path) < 2:
         raise InputError(f"{place}.path_m has one point; give two or more that the blade is moved along.")
-    if "depth_m" not in settings:
+    if asked.depth_m is None:
         raise InputError(f"{place} has a path_m and no depth_m; give the depth of the blade.")
-    if "direction" not in settings:
+    if asked.direction is None:
         direction = _into(mesh, path)
-    elif not any(direction := np.array(settings["direction"], dtype=float)):
+    elif not any(direction := np.array(asked.direction, dtype=float)):
         raise InputError(f"{place}.direction is [0, 0, 0]; give where the blade points, or leave it out.")
-    return blade(mesh, path, unit(direction), float(settings["depth_m"]))
+    return blade(mesh, path, unit(direction), float(asked.depth_m))
 
 
 def blade(mesh: Mesh, path_m: np.ndarray, direction: np.ndarray, depth_m: float) -> Blade:

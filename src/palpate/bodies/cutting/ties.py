@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.bodies.body import Body
+from palpate.bodies.cutting import settings
 from palpate.bodies.cutting.conform import cut_body
 from palpate.bodies.cutting.cut import Blade, Cut, Cuts, make_cut
 from palpate.bodies.cutting.ways import SPLIT_FACES, Parted, part
@@ -71,22 +72,22 @@ class Ties:
         return replace(self, triangles=np.vstack([self.triangles, triangles]), first=first)
 
 
-def cut_particles(place: str, body: Body, level: int, settings: dict) -> Particles:
-    """Make the particles of one level of ``body`` with the ties of the cuts that ``settings`` describe.
+def cut_particles(place: str, body: Body, level: int, asked: settings.Cut) -> Particles:
+    """Make the particles of one level of ``body`` with the ties of the cuts that are asked for.
 
-    settings : ``CutSettings`` with ``at_s`` and ``lasts_s`` [s], ``way``, and ``more`` cuts; place : of the scene
+    place : of the scene
     The surface of the particles is the skin. Raises InputError for cuts that are none, and for one that severs nothing.
     """
     if body.bed is not None:
         raise InputError(f"{place}.cut: {body.name} lies on a bed, which lips would rest on; give it anchors.")
     strokes = []
-    for number, entry in enumerate([settings, *settings.get("more", [])]):
+    for number, entry in enumerate([asked, *(asked.more or [])]):
         own = f"{place}.cut" if number == 0 else f"{place}.cut.more[{number - 1}]"
-        stroke = Stroke(make_cut(own, entry, body.fine), entry["at_s"], entry["lasts_s"])
+        stroke = Stroke(make_cut(own, entry, body.fine), entry.at_s, entry.lasts_s)
         if stroke.lasts_s > 0.0 and not isinstance(stroke.cut, Blade):
             raise InputError(f"{own}.lasts_s is {stroke.lasts_s:g} s, and only a blade has a path; set it to 0.")
         strokes.append(stroke)
-    way = settings["way"]
+    way = asked.way
     doubled = _conforming(body, level, strokes) if way == CONFORM else _parted(body, level, strokes, way)
     found = particles_of(doubled.body, 0, surface=False)
     if len(found.nodes) == len(doubled.whole.nodes):

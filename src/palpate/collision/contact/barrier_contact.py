@@ -21,7 +21,7 @@ from palpate.collision.contact.obstacles import (
 )
 from palpate.collision.contact.proximity import NearStencils, Proximity
 from palpate.collision.contact.push_apart import Movable, start_outside
-from palpate.effects import effect
+from palpate.effects import effect, settings
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import gather, hold
 from palpate.linalg.multigrid import Factor
@@ -90,20 +90,16 @@ MAX_TRAVEL = 0.25
 """Longest motion of one search step, in sizes of the largest piece: what is farther away is found later."""
 
 
-def make(particles: Particles, settings: dict, elastic: effect.Effect | None) -> "Contact":
-    """Make the contact of the particles' pieces with each other and with the entries of ``settings["instruments"]``.
-
-    settings : also ``gap_m`` [m], ``friction`` (Coulomb's coefficient), ``slip_m_s`` [m/s], the speed at which friction
-        reaches its limit, ``self_contact`` (whether a piece can touch itself), ``push_out`` (whether what overlaps at
-        the start is moved apart, instead of refused); all are optional
+def make(particles: Particles, contact: settings.Contact, elastic: effect.Effect | None) -> "Contact":
+    """Make the contact of the particles' pieces with each other and with the instruments.
 
     Raises InputError for what ``make_obstacle`` and ``Contact`` refuse.
     """
     middle, obstacles = particles.nodes.mean(axis=0), []
-    for number, entry in enumerate(settings.get("instruments", [])):
+    for number, tool in enumerate(contact.instruments):
         place = f"{particles.name}: contact.instruments[{number}]"
-        obstacles.append(make_obstacle(entry, place, f"{entry['kind']}_{number}", particles.size, middle))
-    return Contact(particles, obstacles, settings)
+        obstacles.append(make_obstacle(tool, place, f"{tool.kind}_{number}", particles.size, middle))
+    return Contact(particles, obstacles, contact)
 
 
 class Contact(
@@ -128,11 +124,11 @@ class Contact(
     Raises InputError for a gap that does not suit the smallest piece.
     """
 
-    def __init__(self, particles: Particles, obstacles: list[Obstacle], settings: dict):
+    def __init__(self, particles: Particles, obstacles: list[Obstacle], asked: settings.Contact):
         self.obstacles: list[Obstacle] = obstacles
         bodies = pieces_of(particles)
         sizes = [float(np.ptp(particles.nodes[piece.ravel()], axis=0).max()) for piece in bodies]
-        size, gap = min(sizes), settings.get("gap_m")
+        size, gap = min(sizes), asked.gap_m
         least, largest = (fraction * size for fraction in GAPS)
         if gap is not None and not least <= gap <= largest:
             raise InputError(
@@ -140,12 +136,12 @@ class Contact(
                 f"give from {least:.2g} to {largest:.2g}, or leave it out."
             )
         self.gap_m = gap or GAP * size
-        self._friction, self._slip = settings.get("friction", 0.0), settings.get("slip_m_s", 1e-3)
+        self._friction, self._slip = asked.friction, asked.slip_m_s
         self._n, self._max_travel = len(particles.nodes), MAX_TRAVEL * max(sizes)
         self._time, self._checked, self.work_j = 0.0, False, 0.0
-        self._together = nodes_of_pieces(particles) if settings.get("push_out", False) else []
+        self._together = nodes_of_pieces(particles) if asked.push_out else []
         self._lagged: LaggedFriction | None = None
-        self.settings, self._of_body = settings, particles
+        self.settings, self._of_body = asked, particles
         self._lent: InstrumentContact | None = None
         self._last_forces = np.zeros((self._n, 3))
         self._free = np.ones(self._n, dtype=bool)
@@ -156,7 +152,7 @@ class Contact(
         self.names = [f"{particles.name}_{i}" for i in range(len(bodies))] if len(bodies) > 1 else [particles.name]
         self.names += [o.name for o in obstacles]
         is_body = np.arange(len(self.names)) < len(bodies)
-        self._can_touch = (is_body[:, None] | is_body) & ~np.diag(is_body & (not settings.get("self_contact", False)))
+        self._can_touch = (is_body[:, None] | is_body) & ~np.diag(is_body & (not asked.self_contact))
         self._is_floor = np.array([False] * len(bodies) + [o.kind == "floor" for o in obstacles])
         self._radii = np.array([0.0] * len(bodies) + [o.radius_m for o in obstacles])
         self._began, self._lasts = self._points.copy(), np.inf

@@ -11,6 +11,7 @@ from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.collision.contact.proximity import NearStencils, Proximity, limits
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import crossing_pairs
+from palpate.effects.settings import Ball, Capsule, Instrument, Triangles
 from palpate.errors import InputError, NotConverged
 
 FLOOR_HALF_WIDTH = 50.0
@@ -53,38 +54,35 @@ class Obstacle:
         return self.radius_m / fastest if self.radius_m and fastest else math.inf
 
 
-def make_obstacle(settings: dict, place: str, name: str, size: float, middle: np.ndarray) -> Obstacle:
-    """Make the obstacle of one entry of ``contact.instruments``, called ``name`` unless the entry has a name.
+def make_obstacle(tool: Instrument, place: str, name: str, size: float, middle: np.ndarray) -> Obstacle:
+    """Make the obstacle of one of a contact's instruments, called ``name`` unless it has one of its own.
 
-    kind : sphere (``center_m``, ``radius_m``), capsule (``from_m``, ``to_m``, ``radius_m``), floor (``axis``,
-        ``height_m``) or mesh (``file`` with its triangles, ``scale_m``, ``radius_m``)
-    times_s, shifts_m : the path, if it moves
     size [m] and middle (3,) [m] are the body's.
 
     Raises InputError, naming ``place``, for lengths that are too large.
     """
-    times = np.array(settings.get("times_s", []), dtype=float)
-    shifts = np.array(settings.get("shifts_m", []), dtype=float).reshape(-1, 3)
-    points, triangles = _shape(settings, size, middle)
-    name, radius = settings.get("name", name), settings.get("radius_m", 0.0)
+    times = np.array(tool.times_s or [], dtype=float)
+    shifts = np.array(tool.shifts_m or [], dtype=float).reshape(-1, 3)
+    points, triangles = _shape(tool, size, middle)
+    radius = getattr(tool, "radius_m", 0.0)
     if not all((np.abs(lengths) <= LARGEST).all() for lengths in (points, shifts, np.array(radius))):
         raise InputError(f"{place} has a length of more than {LARGEST:g} m; give all lengths in metres.")
-    return Obstacle(name, settings["kind"], points, triangles, radius, times, shifts)
+    return Obstacle(tool.name or name, tool.kind, points, triangles, radius, times, shifts)
 
 
-def _shape(settings: dict, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points and triangles of an entry; a floor is one triangle, wide enough."""
-    if settings["kind"] == "sphere":
-        return np.array([settings["center_m"]], dtype=float), np.array([[0, 0, 0]])
-    if settings["kind"] == "capsule":
-        return np.array([settings["from_m"], settings["to_m"]], dtype=float), np.array([[0, 1, 1]])
-    if settings["kind"] == "mesh":
+def _shape(tool: Instrument, size: float, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points and triangles of an instrument; a floor is one triangle, wide enough."""
+    if isinstance(tool, Ball):
+        return np.array([tool.center_m], dtype=float), np.array([[0, 0, 0]])
+    if isinstance(tool, Capsule):
+        return np.array([tool.from_m, tool.to_m], dtype=float), np.array([[0, 1, 1]])
+    if isinstance(tool, Triangles):
         from palpate.bodies.mesh_file import load_surface
 
-        return load_surface(settings["file"], settings.get("scale_m", 1.0))
-    up = "xyz".index(settings.get("axis", "z"))
+        return load_surface(tool.file, tool.scale_m)
+    up = "xyz".index(tool.axis)
     corners = np.array([[-1.0, -1.0], [3.0, -1.0], [-1.0, 3.0]]) * FLOOR_HALF_WIDTH * size
-    points = np.insert(corners + np.delete(middle, up), up, settings["height_m"], axis=1)
+    points = np.insert(corners + np.delete(middle, up), up, tool.height_m, axis=1)
     return points, np.array([[0, 1, 2]]) if up != 1 else np.array([[0, 2, 1]])
 
 

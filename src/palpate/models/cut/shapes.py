@@ -33,7 +33,7 @@ class CutShapes:
             raise Refused(f"shape matching has one stiffness, and {case.body.name} several")
         self._skin, before = skin_of(case, self._level), whole(case.body, self._level, 0)
         self._clusters = make_clusters(
-            particles_of(before.body, 0, surface=False), cubes(before.mesh) | {"kind": setting["clusters"]}
+            particles_of(before.body, 0, surface=False), cubes(before.mesh).but(kind=setting["clusters"])
         )
         right, forces = before_cut(case, self._level)
         uncut, tried = Opened(case, self._level, self._skin, before, ()), []

@@ -12,6 +12,7 @@ from palpate.benchmark.touch import TouchCase, Touched
 from palpate.bodies.particles import particles_of
 from palpate.effects import shape_matching
 from palpate.effects.instrument import Pose
+from palpate.effects.settings import ShapeMatching
 from palpate.errors import InputError, NotConverged
 from palpate.models.shape_matching import ALPHAS, LEFT, cubes
 from palpate.models.touch.pushing import NodeTouch, Relaxing, calibration, force_scale
@@ -43,12 +44,12 @@ class ShapesTouch(NodeTouch):
         if not len(particles.held):
             raise InputError(f"{case.body.name}: nothing is held, so shapes do not come to rest; give it anchors.")
         self._masses, self._step_s = particles.masses, 1.0
-        clusters = cubes(self.mesh) | {"kind": setting["clusters"]}
+        clusters = cubes(self.mesh).but(kind=setting["clusters"])
         touches, right = zip(*calibration(case), strict=True)
         tried = []
         for alpha in ALPHAS:
             for beta in BETAS:
-                words = {"mode": setting["mode"], "alpha": alpha, "beta": beta, "clusters": clusters}
+                words = ShapeMatching(mode=setting["mode"], alpha=alpha, beta=beta, clusters=clusters)
                 self._matching = shape_matching.make(particles, words)
                 found = [self.respond(touch) for touch in touches]
                 off = [_rmse(one, other) for one, other in zip(found, right, strict=True)]

@@ -17,6 +17,7 @@ from palpate.benchmark.model import Case
 from palpate.bodies.body import Body
 from palpate.bodies.cutting.cut import Cut, make_cut
 from palpate.bodies.cutting.drawn import Drawn, drawn
+from palpate.bodies.cutting.settings import CutSettings
 from palpate.bodies.cutting.ways import VIRTUAL_NODES, Parted, part, whole
 from palpate.bodies.mesh import Sheet, components
 from palpate.bodies.surface_quadrature import near_ball
@@ -37,7 +38,7 @@ TOLERANCE = 1e-3
 """Relative residual of an answer, far below what a level of so few nodes differs from the truth by."""
 
 
-def read_cuts(body: bytes) -> list[dict]:
+def read_cuts(body: bytes) -> list[CutSettings]:
     """Read ``{"cuts": [{"path_m": …, "depth_m": …}, …]}`` beside whatever else was sent; InputError if it is none."""
     try:
         sent = json.loads(body)
@@ -52,13 +53,13 @@ def read_cuts(body: bytes) -> list[dict]:
     return found
 
 
-def _read(sent: Any) -> dict:
+def _read(sent: Any) -> CutSettings:
     path, depth = np.array(sent["path_m"], dtype=float), float(sent["depth_m"])
     if set(sent) != {"path_m", "depth_m"} or path.ndim != 2 or path.shape[1] != 3 or len(path) > MOST_POINTS:
         raise TypeError
     if not (np.abs(path).max() < 1e3 and 0.0 <= depth < 1e3):  # comparisons that NaN fails
         raise ValueError
-    return {"path_m": path.tolist(), "depth_m": depth}
+    return CutSettings(path_m=path.tolist(), depth_m=depth)
 
 
 def cut_level(body: Body) -> tuple[int, float]:
@@ -95,10 +96,10 @@ class KnifeModel:
         self._mesh = case.body.levels[self._level]
         self._skin, self._triangles = case.database.nodes_fine_surface, case.database.triangles
         self._rows = to_surface(case.body, self._level)
-        self._cuts: list[dict] | None = None
+        self._cuts: list[CutSettings] | None = None
         self.follow([])
 
-    def follow(self, cuts: list[dict]) -> Followed:
+    def follow(self, cuts: list[CutSettings]) -> Followed:
         """Have these cuts of the body at rest, and no others; nothing is done if it has them already.
 
         cuts : of ``read_cuts``

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Literal
 
 from palpate.benchmark.settings import check_refined
-from palpate.bodies.cutting.cut import CutSettings
+from palpate.bodies.cutting.settings import CutSettings
 from palpate.errors import InputError
 from palpate.setting_types import Block, Count, Distinct, Index, Name, NotNegative, Positive, Switch, Vector, key, rows
 

@@ -25,8 +25,9 @@ from palpate.models.reduced_motion import MotionInModes, ReducedMotion, misses, 
 from palpate.run.job import steps
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import compose
-from palpate.scenes.scene import RELAXED, Scene
-from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
+from palpate.scenes.scene_check import RELAXED
+from palpate.scenes.settings import Scene
+from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, compared_and_training
 from palpate.studies.dynamic.fitted import (
     Fitted,
     InFlex,
@@ -257,7 +258,7 @@ def _models(
     if not lesson:
         return found
     learnt = lesson, truth.training
-    if "plasticity" not in compared.loads:
+    if not compared.loads.plasticity:
         found["springs"] = partial(_springs, compared, *learnt, False, grid["springs"])
         if not compared.thickness_m:
             found["springs_volume"] = partial(_springs, compared, *learnt, True, grid["springs"])
@@ -275,7 +276,7 @@ def _coarse(compared: ComparedScene, grid: Grid) -> Tried:
         yield middle, replace(elements, scene=partial(ComparedScene.fem, order=1)), "order=1"
     for loose in grid["tolerances"]:
         yield middle, replace(elements, scene=partial(_looser, loose)), f"tolerance={loose:g}"
-    for factor in grid["gaps"] if "contact" in compared.loads else []:
+    for factor in grid["gaps"] if compared.loads.contact else []:
         yield middle, replace(elements, scene=partial(_wider, factor)), f"gap={factor:g}×"
 
 
@@ -459,15 +460,15 @@ def _measured(
     return found | {"real_time_factor": seconds / whole_s}
 
 
-def measure_dynamic(input, params, say):
+def measure_dynamic(input: Any, params: Any, compared: Compared, say: Callable) -> Any:
     """Compare the models in a scene, for the rule of that name."""
-    moving = compared_and_training(body=body_file.load(input.body), **params.compared)
-    more = params.compared["own"].get("models", ()), steps(say, f"{moving[0].name}: model")
+    moving = compared_and_training(body=body_file.load(input.body), **dict(compared))
+    more = compared.own.get("models", ()), steps(say, f"{moving[0].name}: model")
     limit = read_truth(input.truth) if input.truth else None
     shown = {name: read_arrays(Strokes, path) for name, path in zip(params.stroked, input.strokes, strict=True)}
     reference = read_arrays(Reference, input.reference)
     table, force = measure(*moving, reference, params.settings, *more, limit, shown, params.seed)
-    return {"table": table.assign(duration_s=params.compared["entry"]["duration_s"]), "force": force}
+    return {"table": table.assign(duration_s=compared.scene.duration_s), "force": force}
 
 
 def leave_out_scenes(params):

@@ -1,7 +1,9 @@
 """A moving scene with all that is composed of it, a scene for each way to simulate it."""
 
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -11,11 +13,23 @@ from palpate.benchmark.moving_scene import MovingScene
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Sheet
 from palpate.bodies.particles import Particles, merge_particles, particles_of
+from palpate.effects.settings import (
+    Bending,
+    Gravity,
+    Kelvin,
+    Push,
+    ShapeMatching,
+    Springs,
+    Touching,
+    VelocityDamping,
+    Volume,
+)
 from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import to_surface
 from palpate.scenes import effect_registry
 from palpate.scenes.run_scene import Run, compose, run
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
+from palpate.setting_types import Block, key
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,64 +44,62 @@ class ComparedScene(MovingScene):
     @property
     def order(self) -> int:
         """The order of the steps of finite elements: 2, but 1 where something is touched or yields."""
-        return 1 if {"contact", "plasticity"} & set(self.loads) else 2
+        return 1 if self.loads.contact or self.loads.plasticity else 2
 
     def scale_loads(self, factor: float) -> "ComparedScene":
         """Multiply gravity and pushes by ``factor``."""
 
-        def scaled(vector: list) -> list[float]:
+        def scaled(vector: Sequence[float]) -> list[float]:
             return (factor * np.array(vector, dtype=float)).tolist()
 
-        loads = dict(self.loads)
-        if "gravity" in loads:
-            loads["gravity"] = {"acceleration_m_s2": scaled(loads["gravity"]["acceleration_m_s2"])}
-        if "push" in loads:
-            pushes = loads["push"]["loads"]
-            loads["push"] = {"loads": [push | {"force_n": scaled(push["force_n"])} for push in pushes]}
-        return replace(self, loads=loads)
+        gravity, push = self.loads.gravity, self.loads.push
+        if gravity:
+            gravity = Gravity(acceleration_m_s2=scaled(gravity.acceleration_m_s2))
+        if push:
+            push = Push(loads=[each.but(force_n=scaled(each.force_n)) for each in push.loads])
+        return replace(self, loads=self.loads.but(gravity=gravity, push=push))
 
     def widen(self, factor: float) -> "ComparedScene":
         """Multiply the gap at which contact begins to repel by ``factor``."""
         composed = compose(self.fem(self.frames), self.particles(0))
-        gap = factor * vars(composed.effects["contact"])["gap_m"]
-        return replace(self, loads=self.loads | {"contact": self.loads["contact"] | {"gap_m": gap}})
+        assert self.loads.contact is not None
+        contact = self.loads.contact.but(gap_m=factor * vars(composed.effects["contact"])["gap_m"])
+        return replace(self, loads=self.loads.but(contact=contact))
 
     def fem(self, steps: int, order: int | None = None) -> Scene:
         """Compose finite elements, stepped implicitly, by an integrator of ``order``, by default the scene's own."""
-        integrator = "bdf2" if (order or self.order) == 2 else "backward_euler"
-        return self._scene(self._elements(), integrator, steps, {"rayleigh": self.rayleigh})
+        return self._elements("bdf2" if (order or self.order) == 2 else "backward_euler", steps)
 
-    def relaxed(self, steps: int, method: str, setting: dict) -> Scene:
+    def relaxed(self, steps: int, method: str, setting: Mapping) -> Scene:
         """Compose the same elements, relaxed one by one: ``setting`` is the block ``method`` of a scene."""
-        return self._scene(self._elements(), method, steps, {"rayleigh": self.rayleigh, method: setting})
+        return self._elements(method, steps, **{method: dict(setting)})
 
-    def touching(self, steps: int, modes: dict) -> Scene:
-        """Compose finite elements that move in modes of strokes, the block ``touching`` of a scene."""
-        return self._scene(self._elements(), "touching", steps, {"rayleigh": self.rayleigh, "touching": modes})
+    def touching(self, steps: int, modes: Touching) -> Scene:
+        """Compose finite elements that move in modes of strokes."""
+        return self._elements("touching", steps, touching=modes)
 
-    def _elements(self) -> list[str]:
-        elastic = ["triangles", "bending"] if self.thickness_m else [effect_registry.of_law(self.body.material.law)]
-        return [*elastic, "rayleigh"]
+    def _elements(self, integrator: str, steps: int, **more: Any) -> Scene:
+        bending = Bending() if self.thickness_m else None
+        return self._scene(integrator, steps, bending=bending, rayleigh=self.rayleigh, **more)
 
-    def springs(self, steps: int, stiffness: dict, ratio: float, volume_n_m: float = 0.0) -> Scene:
+    def springs(self, steps: int, stiffness: Springs, ratio: float, volume_n_m: float = 0.0) -> Scene:
         """Compose springs with dampers of ``ratio`` times critical damping, stepped explicitly.
 
-        stiffness : the block of a sheet's springs, empty for a solid, whose springs follow from its modulus
+        stiffness : a sheet's, empty for a solid, whose springs follow from its modulus
         """
-        settings = {"kelvin": {"ratio": ratio}, "velocity_damping": {"rate_1_s": self.rayleigh["mass_1_s"]}}
-        if volume_n_m > 0.0:
-            settings["volume"] = {"stiffness_n_m": volume_n_m}
-        return self._scene(["springs", *settings], "symplectic_euler", steps, settings | {"springs": stiffness})
+        volume = Volume(stiffness_n_m=volume_n_m) if volume_n_m > 0.0 else None
+        damped = {"kelvin": Kelvin(ratio=ratio), "velocity_damping": VelocityDamping(rate_1_s=self.rayleigh.mass_1_s)}
+        return self._scene("symplectic_euler", steps, springs=stiffness, volume=volume, **damped)
 
-    def shapes(self, steps: int, matching: dict, rate_1_s: float) -> Scene:
-        """Compose shape matching with the settings ``matching``; velocities decay at ``rate_1_s``."""
-        settings = {"shape_matching": matching, "velocity_damping": {"rate_1_s": rate_1_s}}
-        return self._scene([*settings], "goal_position", steps, settings)
+    def shapes(self, steps: int, matching: ShapeMatching, rate_1_s: float) -> Scene:
+        """Compose shape matching; velocities decay at ``rate_1_s``."""
+        decay = VelocityDamping(rate_1_s=rate_1_s)
+        return self._scene("goal_position", steps, shape_matching=matching, velocity_damping=decay)
 
     def limit_s(self, scene: Scene, young_pa: float) -> float:
         """Return the longest step at which its integrator is stable on the coarse level."""
         system = compose(scene, self.particles(0, young_pa))
-        return effect_registry.integrator(scene.integrator).make(system, {}).limit_s
+        return effect_registry.integrator(scene.integrator).make(system, scene).limit_s
 
     def move(self, scene: Scene, level: int, young_pa: float | None = None) -> tuple[np.ndarray, Run]:
         """Run a scene; return displacements (frames, n_surface, 3) [m] of the reference's surfaces, and the run.
@@ -102,7 +114,7 @@ class ComparedScene(MovingScene):
     def begin(self, scene: Scene, level: int, young_pa: float | None = None) -> None:
         """Make the first step of a scene, so that what it compiles or loads is no part of the time of ``move``."""
         with suppress(NotConverged):
-            run(replace(scene, duration_s=scene.step_s, frames=1), self.particles(level, young_pa))
+            run(scene.but(duration_s=scene.step_s, frames=1), self.particles(level, young_pa))
 
     def nodes(self, level: int) -> int:
         """Return the number of nodes of all bodies."""
@@ -122,30 +134,31 @@ class ComparedScene(MovingScene):
             return particles
         return replace(particles, material=replace(particles.material, young_pa=young_pa))
 
-    def _scene(self, effects: list[str], integrator: str, steps: int, settings: dict) -> Scene:
+    def _scene(self, integrator: str, steps: int, **blocks: Any) -> Scene:
         if steps % self.frames:
             raise InputError(f"{self.name}: {steps} steps are no multiple of {self.frames} frames; change one of them.")
-        return Scene(
-            self.name,
-            [*effects, *(["held"] if self.held else []), *self.loads],
-            integrator,
-            step_s=self.duration_s / steps,
-            duration_s=self.duration_s,
-            frames=self.frames,
-            held=self.held,
-            settings=settings | self.placed_loads(),
-        )
+        named = {"name": self.name, "body": self.body.name, "held": self.held, "integrator": integrator}
+        times = {"step_s": self.duration_s / steps, "duration_s": self.duration_s, "frames": self.frames}
+        return Scene.model_validate(named | times | blocks | dict(self.placed_loads()))
+
+
+class Compared(Block):
+    """What a rule says of a scene that models are compared in."""
+
+    scene: Scene = key("The scene")
+    own: dict[str, Any] = key("How it is followed, and by which models")
+    share: float = key("Of the loads, that models are fitted to without a training", 1.0)
 
 
 def compared_and_training(
-    name: str, entry: dict, body: Body, own: dict, share: float
+    scene: Scene, body: Body, own: Mapping, share: float
 ) -> tuple[ComparedScene, ComparedScene | None]:
     """Make what ``ComparedScene.of`` makes, and the motion that models are fitted to, if any is."""
-    made = ComparedScene.of(name, entry, body, own)
+    made = ComparedScene.of(scene, body, own)
     return made, training_of(made, own.get("training", {}), share) if fits(own) else None
 
 
-def training_of(compared: ComparedScene, training: dict, share: float) -> ComparedScene:
+def training_of(compared: ComparedScene, training: Mapping, share: float) -> ComparedScene:
     """Return the motion that models are fitted to: as ``training`` describes it, or under a share of the loads.
 
     training : blocks that replace or complete those of the scene, ``others`` and ``duration_s``; empty for the share
@@ -153,7 +166,8 @@ def training_of(compared: ComparedScene, training: dict, share: float) -> Compar
     """
     if not training:
         return compared.scale_loads(share)
-    loads = {name: block | training.get(name, {}) for name, block in compared.loads.items()}
+    given = {name: getattr(compared.loads, name) for name in compared.loads}
+    loads = compared.loads.but(**{name: block.but(**training.get(name, {})) for name, block in given.items()})
     shifts = [other["shift_m"] for other in training["others"]] if "others" in training else compared.shifts_m
     frame = compared.duration_s / compared.frames
     frames = max(1, round(training.get("duration_s", compared.duration_s) / frame))

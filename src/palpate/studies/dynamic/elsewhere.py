@@ -15,10 +15,11 @@ from palpate.benchmark.presses import oblique
 from palpate.benchmark.ranking import EXACT
 from palpate.bodies import body_file
 from palpate.bodies.contacts import kept_contacts
+from palpate.effects.settings import Push
 from palpate.errors import NotConverged
 from palpate.run.job import steps
 from palpate.studies.dynamic.accuracy import STEP, measure
-from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
+from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, compared_and_training
 from palpate.studies.dynamic.fitted import MadeModes
 from palpate.studies.dynamic.reference import read_truth, reference
 from palpate.studies.dynamic.touching import MOTION_PLACES
@@ -88,15 +89,15 @@ def moved_pushes(
     Places are ``count`` contacts spread over the surface; forces are as large as the scene's and follow the same
     course, inward, tilted by one of ``tilts_degrees`` after the other towards a seeded random side.
     """
-    contacts, push = kept_contacts(compared.body, count), compared.loads["push"]["loads"][0]
-    newtons = float(np.linalg.norm(push["force_n"]))
+    contacts, push = kept_contacts(compared.body, count), compared.loads.pushes[0]
+    newtons = float(np.linalg.norm(push.force_n))
     sides = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(contacts))
     found = {}
     fine = compared.body.fine
     for number, (contact, side) in enumerate(zip(contacts, sides, strict=True)):
         along = oblique(fine.normals[contact], tilts_degrees[number % len(tilts_degrees)], side)
-        there = {"at_m": fine.nodes[contact].tolist(), "force_n": (newtons * along).tolist()}
-        found[int(contact)] = replace(compared, loads=compared.loads | {"push": {"loads": [push | there]}})
+        there = push.but(at_m=fine.nodes[contact].tolist(), force_n=(newtons * along).tolist())
+        found[int(contact)] = replace(compared, loads=compared.loads.but(push=Push(loads=[there])))
     return found
 
 
@@ -148,9 +149,9 @@ def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
     return found
 
 
-def measure_elsewhere(input, params, say):
+def measure_elsewhere(input: Any, params: Any, compared: Compared, say: Callable) -> Any:
     """Measure the models at other places, for the rule of that name."""
-    scene, _ = compared_and_training(body=body_file.load(input.body), **params.compared)
+    scene, _ = compared_and_training(body=body_file.load(input.body), **dict(compared))
     found = read_truth(input.truth) if input.truth else None
     like = found if isinstance(found, MotionTruth) and not found.rejected else None
     progress = steps(say, f"{scene.name}: place")

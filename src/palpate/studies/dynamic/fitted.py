@@ -12,6 +12,7 @@ from scipy.optimize import minimize
 from palpate.benchmark.comparable import LOADS
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
+from palpate.effects.settings import Loads, Push, ShapeMatching, Springs
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor
 from palpate.models.enrichment.detail_correction import NodalRotations
@@ -23,7 +24,7 @@ from palpate.models.springs.fitness import volume_stiffness
 from palpate.models.springs.spring_motion import spring_model
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import compose
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 from palpate.studies.dynamic.compared_scene import ComparedScene
 
 
@@ -58,10 +59,10 @@ def fit_springs(lesson: ComparedScene, wanted: np.ndarray, volume: bool, step_sh
         return float(given.young_pa * np.exp(q[0]))
 
     def scene(compared: ComparedScene, steps: int, q: np.ndarray) -> Scene:
-        stiffness = {}
+        stiffness = Springs()
         if compared.thickness_m:  # the modulus times the thickness [N/m], and a share of that against bending
             along = compared.thickness_m * young_pa(q)
-            stiffness = {"structural_n_m": along, "shear_n_m": along, "bending_n_m": float(np.exp(q[2])) * along}
+            stiffness = Springs(structural_n_m=along, shear_n_m=along, bending_n_m=float(np.exp(q[2])) * along)
         return compared.springs(steps, stiffness, float(np.exp(q[1])), bulk * young_pa(q) / given.young_pa)
 
     def misfit(q: np.ndarray) -> float:
@@ -82,10 +83,10 @@ def fit_shapes(lesson: ComparedScene, wanted: np.ndarray, per_frame: int, evalua
     """
     begin, young, steps = perf_counter(), lesson.body.material.young_pa, per_frame * lesson.frames
     clusters = cubes(lesson.body.coarse)
-    scaled = lesson.held and "contact" not in lesson.loads
+    scaled = lesson.held and not lesson.loads.contact
 
     def scene(compared: ComparedScene, steps: int, q: np.ndarray) -> Scene:
-        matching = {"mode": "linear", "alpha": float(q[0]), "beta": float(q[1]), "clusters": clusters}
+        matching = ShapeMatching(mode="linear", alpha=float(q[0]), beta=float(q[1]), clusters=clusters)
         loaded = compared.scale_loads(float(np.exp(q[3]))) if scaled else compared
         return loaded.shapes(steps, matching, float(np.exp(q[2])))
 
@@ -122,7 +123,7 @@ def _simplex(misfit: Callable, start: np.ndarray, sides: list, bounds: list, eva
 
 def corrects(compared: ComparedScene) -> bool:
     """Return whether all that acts has a linear response: a held solid under gravity and pushes."""
-    return _held_solid(compared) and set(compared.loads) <= set(LOADS) and len(compared.body.levels) > 1
+    return _held_solid(compared) and set(compared.loads.keys()) <= set(LOADS) and len(compared.body.levels) > 1
 
 
 def _held_solid(compared: ComparedScene) -> bool:
@@ -131,10 +132,10 @@ def _held_solid(compared: ComparedScene) -> bool:
 
 def flexes(compared: ComparedScene) -> bool:
     """Return whether MuJoCo knows all that acts: a held solid that spheres and capsules alone touch."""
-    contact = compared.loads.get("contact", {})
-    kinds = {tool["kind"] for tool in contact.get("instruments", [])}
-    touched = kinds <= {"sphere", "capsule"} and not contact.get("self_contact")
-    return _held_solid(compared) and touched and "plasticity" not in compared.loads
+    loads = compared.loads
+    kinds = {tool.kind for tool in loads.instruments}
+    touched = kinds <= {"sphere", "capsule"} and not (loads.contact and loads.contact.self_contact)
+    return _held_solid(compared) and touched and not loads.plasticity
 
 
 class CorrectedMotion:
@@ -181,12 +182,12 @@ def fit_correction(compared: ComparedScene) -> Fitted:
 def _responses(compared: ComparedScene, level: int) -> tuple[np.ndarray, np.ndarray]:
     """Return linear responses (k, n, 3) [m] of a level to each load at its height, and the loads (k, n, 3) [N]."""
     particles, loads = compared.particles(level), []
-    singles = [{"gravity": compared.loads["gravity"]}] if "gravity" in compared.loads else []
-    singles += [{"push": {"loads": [push]}} for push in _pushes(compared)]
+    singles = [Loads(gravity=compared.loads.gravity)] if compared.loads.gravity else []
+    singles += [Loads(push=Push(loads=[push])) for push in compared.loads.pushes]
     for single in (replace(compared, loads=each) for each in singles):
         system = compose(single.fem(single.frames), particles)
-        for push in _pushes(single):
-            system.at(push["start_s"] + push["press_s"])
+        for push in single.loads.pushes:
+            system.at(push.start_s + push.press_s)
         still = np.zeros_like(particles.nodes)
         loads.append(system.outer_force(particles.nodes, still) + system.potential_force(particles.nodes))
     matrix = system.stiffness(particles.nodes, definite=True)
@@ -194,10 +195,6 @@ def _responses(compared: ComparedScene, level: int) -> tuple[np.ndarray, np.ndar
     system.hold(matrix)
     factor = Factor(matrix)
     return np.array([factor.solve(load) for load in loads]), np.array(loads)
-
-
-def _pushes(compared: ComparedScene) -> list[dict]:
-    return compared.loads.get("push", {}).get("loads", [])
 
 
 @dataclass(frozen=True)
@@ -275,4 +272,4 @@ def moving_modes(
 
 def _places(compared: ComparedScene) -> list[dict]:
     """List the discs that are pushed."""
-    return [{key: push[key] for key in ("at_m", "radius_m")} for push in _pushes(compared)]
+    return [{"at_m": push.at_m, "radius_m": push.radius_m} for push in compared.loads.pushes]

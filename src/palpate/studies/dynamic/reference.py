@@ -1,8 +1,10 @@
 """Find what models in motion are judged by: the truth of a scene, or linear elements at steps that change nothing."""
 
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,7 +15,7 @@ from palpate.bodies import body_file
 from palpate.errors import NotConverged
 from palpate.files import read_arrays, write_arrays
 from palpate.run.job import steps
-from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
+from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, compared_and_training
 from palpate.studies.dynamic.linear_limit import LinearLimit, linear_limit, resolved_frames
 from palpate.table_declaration import Table
 
@@ -209,12 +211,12 @@ def read_truth(path: str) -> MotionTruth | LinearLimit:
     return read_arrays(LinearLimit, path) if linear else read_arrays(MotionTruth, path)
 
 
-def find_motion_truth(input, output, params, say):
+def find_motion_truth(input: Any, output: Any, params: Any, compared: Compared, say: Callable) -> Any:
     """Find the truth of a scene's motion, or until when linear meshes agree on it, for the rule of that name."""
-    compared, asked = params.compared, params.truth
+    asked = params.truth
     if asked["elements"] == "linear":
-        compared = compared | {"own": compared["own"] | {"level": asked["levels"] - 1}}
-    scene, _ = compared_and_training(body=body_file.load(input.body), **compared)
+        compared = compared.but(own=compared.own | {"level": asked["levels"] - 1})
+    scene, _ = compared_and_training(body=body_file.load(input.body), **dict(compared))
     count, progress = asked["steps_per_frame"], steps(say, f"{scene.name}: motion")
     if asked["elements"] == "linear":
         limit = linear_limit(scene, count, asked["part"], progress)
@@ -234,10 +236,10 @@ def find_motion_truth(input, output, params, say):
     return {"table": tabulate_truth(scene, found)}
 
 
-def simulate_dynamic_reference(input, output, params, say):
+def simulate_dynamic_reference(input: Any, output: Any, compared: Compared, say: Callable) -> Any:
     """Find the reference of a scene, for the rule of that name."""
-    scene, lesson = compared_and_training(body=body_file.load(input.body), **params.compared)
-    own = params.compared["own"]
+    scene, lesson = compared_and_training(body=body_file.load(input.body), **dict(compared))
+    own = compared.own
     found = reference(scene, lesson, own["change_of_peak"], own["max_halvings"])
     say(f"{scene.name}: a step of {found.step_s:.2g} s; halving it last changed {found.change:.2%} of the peak")
     write_arrays(found, output.reference)

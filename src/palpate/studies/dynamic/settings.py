@@ -5,10 +5,8 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
-from palpate.benchmark.comparable import acts, check_compared, compared_scenes, taught, unable
-from palpate.errors import InputError
-from palpate.scenes.scene_check import check_instruments, check_loads
-from palpate.scenes.settings import (
+from palpate.benchmark.comparable import check_compared, compared_scenes, taught, unable
+from palpate.effects.settings import (
     Gravity,
     Instrument,
     Other,
@@ -18,6 +16,9 @@ from palpate.scenes.settings import (
     VertexBlockDescent,
     Xpbd,
 )
+from palpate.errors import InputError
+from palpate.scenes.scene_check import check_instruments, check_loads
+from palpate.scenes.settings import Scene
 from palpate.setting_types import (
     KEPT,
     Block,
@@ -196,10 +197,10 @@ class Contact(Block):
 class Training(Block):
     model_config = ConfigDict(json_schema_extra={"minProperties": 1})
     duration_s: Positive = optional("How long it is followed [s]")
-    others: list[Other] = optional("Further bodies of the scene's kind")
-    gravity: Gravity = optional("Weight")
-    push: Push = optional("Loads that push")
-    contact: Contact = optional("What the body meets")
+    others: list[Other] | None = optional("Further bodies of the scene's kind")
+    gravity: Gravity | None = optional("Weight")
+    push: Push | None = optional("Loads that push")
+    contact: Contact | None = optional("What the body meets")
 
 
 class Followed(Block):
@@ -232,7 +233,7 @@ class Followed(Block):
         "one more to try it",
         ge=10,
     )
-    training: Training = optional(
+    training: Training | None = optional(
         "The motion that models are fitted to, at another place and on another course: what differs from the scene; "
         "if left out, a share of the loads at the same place"
     )
@@ -279,7 +280,8 @@ def check(config: dict, file: Path) -> None:
                 raise InputError(
                     f"{place}.{name}.models names {model}, which cannot do it, as {name} {reason}; leave it out."
                 )
-        _check_training(f"{place}.{name}.training", entry, own.get("training", {}))
+        if own.training is not None:
+            _check_training(f"{place}.{name}.training", entry, own.training)
         if own.get("truth", {}).get("elements") == "quadratic":
             if own["truth"]["levels"] < 3:
                 raise InputError(f"{place}.{name}.truth.levels is 2, and quadratic elements need 3; give that.")
@@ -294,21 +296,23 @@ def check(config: dict, file: Path) -> None:
             _check_elsewhere(f"{place}.{name}.elsewhere", entry, bodies.get(entry["body"], {}).get("kind", ""))
 
 
-def _check_training(place: str, entry: dict, training: dict) -> None:
+def _check_training(place: str, scene: Scene, training: Training) -> None:
     """Raise InputError, naming ``place``, for a motion that models cannot be fitted to."""
     for name in training:
-        if name not in ("duration_s", "others") and name not in entry:
+        if name not in ("duration_s", "others") and getattr(scene, name) is None:
             raise InputError(f"{place} describes {name}, which the scene has not; leave it out.")
-    if any(other["body"] != entry["body"] for other in training.get("others", [])):
-        raise InputError(f"{place}.others names another body than {entry['body']}; name that one.")
-    check_instruments(place, entry | {"contact": training.get("contact", {})})
-    check_loads(place, entry | {"push": training.get("push", {})})
+    if any(other.body != scene.body for other in training.others or []):
+        raise InputError(f"{place}.others names another body than {scene.body}; name that one.")
+    if scene.contact and training.contact:
+        check_instruments(place, scene.but(contact=scene.contact.but(**training.contact)))
+    if training.push:
+        check_loads(place, scene.but(push=training.push, hooks=None))
 
 
-def _check_elsewhere(place: str, entry: dict, kind: str) -> None:
+def _check_elsewhere(place: str, scene: Scene, kind: str) -> None:
     """Raise InputError, naming ``place``, for a scene without one push, or one that models cannot be asked in."""
-    pushes = len(entry.get("push", {}).get("loads", [])) if acts("push", entry, kind) else 0
-    reason = unable("moving_modes", entry, kind) or ("" if pushes == 1 else f"has {pushes} pushes")
+    pushes = len(scene.pushes)
+    reason = unable("moving_modes", scene, kind) or ("" if pushes == 1 else f"has {pushes} pushes")
     if reason:
         raise InputError(
             f"{place} moves the one push of a held body to other places, and the scene {reason}; leave it out."

@@ -1,15 +1,18 @@
 """Simulate the strokes that modes of touch are learnt from, once for a body and a path: beside it, or in its region."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from time import process_time
+from typing import Any
 
 import numpy as np
 
 from palpate.bodies import body_file
+from palpate.effects.settings import Contact
 from palpate.files import write_arrays
 from palpate.models import strokes
 from palpate.run.job import steps
-from palpate.studies.dynamic.compared_scene import ComparedScene
+from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,13 +23,19 @@ class Strokes:
     seconds: float
 
 
-def learnt_from(compared: ComparedScene, region: dict | None) -> list[dict]:
-    """Return the strokes, as blocks contact: the path's neighbours, or random ones of a ``region``.
+def contact_of(compared: ComparedScene) -> Contact:
+    """Return the contact of a scene that is touched."""
+    assert compared.loads.contact is not None
+    return compared.loads.contact
+
+
+def learnt_from(compared: ComparedScene, region: dict | None) -> list[Contact]:
+    """Return the strokes: the path's neighbours, or random ones of a ``region``.
 
     region : ``half_width_m`` [m], how many ``strokes``, and the ``seed``
     Strokes fill a square that is WIDER than the region, so that those at its edge have some on both sides.
     """
-    contact = compared.loads["contact"]
+    contact = contact_of(compared)
     if region is None:
         return strokes.neighbours(contact)
     square = WIDER * region["half_width_m"], region["strokes"], region["seed"]
@@ -37,9 +46,9 @@ WIDER = 1.3
 """Half width of the square that strokes are shown in, over that of the region."""
 
 
-def simulate_strokes(input, output, params, say):
+def simulate_strokes(input: Any, output: Any, params: Any, compared: Compared, say: Callable) -> Any:
     """Simulate the strokes of a scene with finite elements, for the rule of that name."""
-    scene = ComparedScene.of(body=body_file.load(input.body), **params.compared)
+    scene = ComparedScene.of(compared.scene, body_file.load(input.body), compared.own)
     contacts, begin = learnt_from(scene, params.region), process_time()
     duration_s = scene.duration_s if params.region is None else strokes.DURATION_S
     shown = strokes.shown(scene.body, contacts, scene.rayleigh, duration_s, steps(say, f"{scene.name}: stroke"))

@@ -11,16 +11,17 @@ import pandas as pd
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.motion_truth import force_errors
 from palpate.bodies import body_file
+from palpate.effects.settings import Contact, Touching
 from palpate.errors import NotConverged
 from palpate.files import read_arrays
 from palpate.models import stroke_motion, strokes
 from palpate.run.job import steps
 from palpate.scenes.run_scene import Run, compose
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 from palpate.solvers.quadratic_motion import Reached
-from palpate.studies.dynamic.compared_scene import ComparedScene
+from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 from palpate.studies.dynamic.fitted import Fitted
-from palpate.studies.dynamic.strokes import Strokes, learnt_from
+from palpate.studies.dynamic.strokes import Strokes, contact_of, learnt_from
 from palpate.table_declaration import Table
 
 MOTION_PLACES = Table(
@@ -38,8 +39,6 @@ MOTION_PLACES = Table(
     """,
     always=False,
 )
-ASKED = ("vibrations", "modes", "states", "thinning", "tolerance")
-"""What of a model's settings is the block ``touching`` of a scene."""
 
 
 def modes_of_strokes(compared: ComparedScene, shown: Strokes, grid: Mapping[str, Any], seed: int) -> Fitted:
@@ -48,7 +47,7 @@ def modes_of_strokes(compared: ComparedScene, shown: Strokes, grid: Mapping[str,
     grid : the settings of the model; nodes are in reach that the path or a stroke of its kind passes, more of them
         than were shown
     """
-    asked, begin = {key: grid[key] for key in ASKED}, perf_counter()
+    asked, begin = Touching(**{key: grid[key] for key in Touching.model_fields}), perf_counter()
     passing = None
     if "half_width_m" in grid:
         passing = learnt_from(compared, dict(grid) | {"strokes": MORE * grid["strokes"], "seed": seed})
@@ -56,7 +55,7 @@ def modes_of_strokes(compared: ComparedScene, shown: Strokes, grid: Mapping[str,
     body = stroke_motion.prepare(system, asked, shown.shown, passing)
 
     def in_modes(compared: ComparedScene, steps: int) -> Scene:
-        return compared.touching(steps, asked | {"learnt": body})
+        return compared.touching(steps, stroke_motion.Learnt(**dict(asked), learnt=body))
 
     spent = shown.seconds + perf_counter() - begin
     return Fitted(in_modes, compared.body.material.young_pa, spent, level=-1)
@@ -96,7 +95,7 @@ def measure_strokes(
     """
     fitted = modes_of_strokes(compared, shown, grid, seed)
     square = grid["half_width_m"], count, seed + HELD_OUT
-    contacts = strokes.roaming(compared.particles(-1), compared.loads["contact"], *square)
+    contacts = strokes.roaming(compared.particles(-1), contact_of(compared), *square)
     rows: list[dict] = []
     for number, contact in enumerate(progress(contacts)):
         each = stroked(compared, contact)
@@ -104,10 +103,10 @@ def measure_strokes(
     return MOTION_PLACES.frame(rows)
 
 
-def stroked(compared: ComparedScene, contact: dict) -> ComparedScene:
-    """Return the scene with another stroke, the block ``contact``, in frames as long, so that steps are those there."""
+def stroked(compared: ComparedScene, contact: Contact) -> ComparedScene:
+    """Return the scene with another stroke, in frames as long, so that steps are those there."""
     frames = max(1, round(strokes.DURATION_S * compared.frames / compared.duration_s))
-    return replace(compared, duration_s=strokes.DURATION_S, frames=frames, loads=compared.loads | {"contact": contact})
+    return replace(compared, duration_s=strokes.DURATION_S, frames=frames, loads=compared.loads.but(contact=contact))
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +150,7 @@ def _of_elements(each: ComparedScene, per_frame: int) -> tuple[np.ndarray, np.nd
 
     NotConverged where they turn inside out, too: such a motion is balanced, and none of tissue.
     """
-    contact, surface = each.loads["contact"], each.body.fine.surface
+    contact, surface = contact_of(each), each.body.fine.surface
     motion = strokes.elements_under(each.body, contact, each.rayleigh, strokes.points_of(each.body, [contact]))
     count = each.frames * per_frame
     reached: list[Reached] = []
@@ -172,7 +171,7 @@ def _held_out(each: ComparedScene, fitted: Fitted, per_frame: int, limit: Stroke
     """Follow one stroke; return errors and doubt."""
     scene = fitted.scene(each, per_frame * each.frames)
     row = {"setting": f"step_s={scene.step_s:.3g}", "failures": 1}
-    if scene.step_s > strokes.of_contact(each.body, each.loads["contact"]).crossing_s:  # it is too fast for such steps
+    if scene.step_s > strokes.of_contact(each.body, contact_of(each)).crossing_s:  # it is too fast for such steps
         return row
     try:
         moved, run = each.move(scene, fitted.level % len(each.body.levels))
@@ -187,9 +186,9 @@ def _held_out(each: ComparedScene, fitted: Fitted, per_frame: int, limit: Stroke
     return row | {"failures": 0, "rmse_of_peak": found, "estimate_of_peak": doubt, "estimate_s": run.doubt_s}
 
 
-def measure_held_out(input, params, say):
+def measure_held_out(input: Any, params: Any, compared: Compared, say: Callable) -> Any:
     """Measure strokes that region_modes were not shown, for the rule of that name."""
-    scene = ComparedScene.of(body=body_file.load(input.body), **params.compared)
+    scene = ComparedScene.of(compared.scene, body_file.load(input.body), compared.own)
     progress = steps(say, f"{scene.name}: stroke held out")
     asked = params.grid, params.held_out, params.seed
     return measure_strokes(scene, read_arrays(Strokes, input.strokes), *asked, progress)

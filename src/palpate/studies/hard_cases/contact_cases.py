@@ -145,7 +145,7 @@ def _outward(nodes: np.ndarray, tetrahedra: np.ndarray) -> TetMesh:
 def _meet(model: str, meshes: list[TetMesh], shift: list[float], duration_s: float) -> Answer:
     """Drop the second body on the first, which is held."""
     particles = merge_particles([solid(meshes[0], True), solid(meshes[1], False)], [[0.0] * 3, shift], "hard_case")
-    found = played(model, particles, duration_s, {"held": None})
+    found = played(model, particles, duration_s, {"held": True})
     return Answer(found, found[0], meets(pairs_of(particles, [(0, 1)])))
 
 
@@ -190,7 +190,7 @@ def _crack(model: str, mesh: TetMesh) -> Answer:
     wall = solid(box([0.1, 0.2, 0.1], [1, 2, 1]), True)
     shifts = [[-0.12, -0.1, 0.0], [0.02, -0.1, 0.0], [0.001, 0.002, 0.155 - 0.04]]
     particles = merge_particles([wall, wall, solid(mesh, False)], shifts, "hard_case")
-    found = played(model, particles, 0.2, {"held": None})
+    found = played(model, particles, 0.2, {"held": True})
     return Answer(found, found[0], meets(pairs_of(particles, [(0, 2), (1, 2)])))
 
 
@@ -205,7 +205,7 @@ def _fold(model: str) -> Answer:
     """Simulate a sheet that hangs by its middle line, so that both halves swing down and collide."""
     mesh = sheet([0.2, 0.1], [8, 4], 0.002)
     particles = _cloth(mesh, np.isclose(mesh.nodes[:, 0], 0.1))
-    found = played(model, particles, 0.4, {"held": None}, instruments=[], self_contact=True)
+    found = played(model, particles, 0.4, {"held": True}, instruments=[], self_contact=True)
     x, triangles = mesh.nodes[mesh.triangles][:, :, 0], particles.triangles
     halves = triangles[(x < 0.09).all(axis=1)], triangles[(x > 0.11).all(axis=1)]
     return Answer(found, found[0], meets([halves], 2.0 * SIZE_M))
@@ -218,7 +218,7 @@ def _pierce(model: str) -> Answer:
     particles = _cloth(mesh, (x == 0.0) | (x == x.max()) | (y == 0.0) | (y == y.max()))
     tool = {"kind": "capsule", "from_m": [0.09, 0.05, 0.01], "to_m": [0.11, 0.05, 0.01], "radius_m": 0.005}
     tool |= {"times_s": [0.0, 0.01], "shifts_m": [[0.0, 0.0, 0.0], [0.0, 0.0, -0.03]]}
-    found = played(model, particles, 0.5, {"held": None}, 0.01, instruments=[tool])
+    found = played(model, particles, 0.5, {"held": True}, 0.01, instruments=[tool])
     middle = int(np.argmin(np.linalg.norm(mesh.nodes - [0.1, 0.05, 0.0], axis=1)))
     axis = np.array([tool["from_m"], tool["to_m"]]) - [0.0, 0.0, 0.03]
     flat = np.broadcast_to(axis[[0, 1, 1]], (len(particles.triangles), 3, 3))  # the axis as triangles of no area
@@ -295,7 +295,7 @@ def _dented(model: str) -> Answer:
     particles = solid_particles(mesh, np.flatnonzero(mesh.nodes[:, 2] == 0.0), FIRM, "body")
     center = np.array([0.05, 0.05, 0.115])
     ball = {"kind": "sphere", "center_m": center.tolist(), "radius_m": 0.02}
-    found = played(model, particles, 0.1, {"held": None}, instruments=[ball], push_out=True)
+    found = played(model, particles, 0.1, {"held": True}, instruments=[ball], push_out=True)
     top = mesh.nodes[:, 2] == 0.1
 
     def error(a: np.ndarray) -> float:

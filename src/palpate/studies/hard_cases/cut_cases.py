@@ -16,6 +16,7 @@ from palpate.benchmark.cut_truth import Hook
 from palpate.benchmark.model import Setting
 from palpate.bodies.body import Body, nest
 from palpate.bodies.cutting.cut import Blade, Cut, Disc, blade, make_cut, unit
+from palpate.bodies.cutting.settings import CutSettings
 from palpate.bodies.cutting.ways import REMOVAL, SPLIT_FACES, VIRTUAL_NODES, part
 from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import Mesh, TetMesh
@@ -377,7 +378,7 @@ def _far(model: str, shift_m: float = 0.05) -> Answer:
 
 def _outside(model: str) -> Answer:
     path = [[0.0, 0.2, 0.04], [0.1, 0.2, 0.04]]
-    make_cut("cut", {"path_m": path, "depth_m": 0.01, "direction": DOWN.tolist()}, _slab().coarse)
+    make_cut("cut", CutSettings(path_m=path, depth_m=0.01, direction=DOWN.tolist()), _slab().coarse)
     raise AssertionError("not refused")
 
 

@@ -13,7 +13,7 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, solid_particles
 from palpate.bodies.refinement import with_midpoints
 from palpate.bodies.simple_shapes import box
-from palpate.effects import shape_matching
+from palpate.effects import settings, shape_matching
 from palpate.effects.effect import Force
 from palpate.effects.push import placed
 from palpate.models.reduced_body import BodyAtRest
@@ -80,7 +80,7 @@ def motions() -> list[Case]:
 def _begins_to_sag(h: float, model: str) -> Answer:
     """Compare 100 steps from rest with the exact motion of the system linearised at rest."""
     particles = stage.bar(material=FIRM)
-    stepper, rest = stage.Stepper(model, particles, {"held": None} | GRAVITY), particles.nodes
+    stepper, rest = stage.Stepper(model, particles, {"held": True} | GRAVITY), particles.nodes
     found, _ = stepper.go(rest, np.zeros_like(rest), h, 100)
     expected = linear_motion(stepper.system, 100 * h)
     peak = float(np.linalg.norm(expected, axis=1).max())
@@ -102,7 +102,7 @@ def linear_motion(system: System, time_s: float) -> np.ndarray:
 
 
 def _sag(model: str, h: float, material: Material, **rest: Any) -> Answer:
-    more = {"held": None} | GRAVITY | (SLOW if model in EXPLICIT else {})
+    more = {"held": True} | GRAVITY | (SLOW if model in EXPLICIT else {})
     described = stage.scene(model, h, 100 * h, more, **({"substeps": "auto"} | rest))
     particles = stage.bar(material=material)
     found = run(described, particles).motion.positions[-1]
@@ -153,7 +153,7 @@ def _wind(model: str) -> Answer:
     mesh = box([0.2, 0.05, 0.05], [8, 2, 2])
     ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], (0.0, 0.2)))
     particles = solid_particles(mesh, ends, stage.SOFT, "rod")
-    stepper, x, v = stage.Stepper(model, particles, {"held": None}), mesh.nodes.copy(), np.zeros_like(mesh.nodes)
+    stepper, x, v = stage.Stepper(model, particles, {"held": True}), mesh.nodes.copy(), np.zeros_like(mesh.nodes)
     way = np.where(mesh.nodes[ends, 0] > 0.1, 1.0, -1.0) * np.pi / 20.0
     for _ in range(205):
         x = x.copy()
@@ -180,7 +180,7 @@ def _released(model: str) -> Answer:
     particles, motions = stage.bar(), []
     start = particles.nodes * [2.0, 1.0, 1.0]
     for h in (1e-5, 2.0):
-        more = {"held": None, "velocity_damping": {"rate_1_s": 0.05 / h}}  # 5 % damping per step for every step size
+        more = {"held": True, "velocity_damping": {"rate_1_s": 0.05 / h}}  # 5 % damping per step for every step size
         stepper, x, v, places = stage.Stepper(model, particles, more), start, np.zeros_like(start), []
         for steps in (2, 3, 5, 990):
             x, v = stepper.go(x, v, h, steps)
@@ -203,8 +203,8 @@ def _degenerate(axes: list[int], model: str) -> Answer:
 
 def _alone(model: str) -> Answer:
     particles = stage.points("dot", np.zeros((1, 3)))
-    settings = stage.one_cluster(model)["shape_matching"]
-    integrator = goal_position.make(System(particles, {"shape_matching": shape_matching.make(particles, settings)}), {})
+    matching = settings.ShapeMatching(**stage.one_cluster(model)["shape_matching"])
+    integrator = goal_position.make(System(particles, {"shape_matching": shape_matching.make(particles, matching)}))
     x, v = np.zeros((1, 3)), np.array([[1.0, 2.0, 3.0]])
     for _ in range(100):
         x, v = integrator.step(x, v, 0.01)
@@ -216,7 +216,7 @@ NEWTONS = 0.01
 """A push on the tip that moves it by a tenth of the bar's length."""
 MEASURE = "RMSE over frames and nodes / the largest displacement"
 DURATION_S, FRAMES = 0.5, 25
-RAYLEIGH = {"mass_1_s": 0.0, "stiffness_s": 0.05}
+RAYLEIGH = settings.Rayleigh(mass_1_s=0.0, stiffness_s=0.05)
 
 
 def modes() -> list[Case]:
@@ -239,10 +239,11 @@ def modes() -> list[Case]:
     ]  # fmt: skip
 
 
-def _more(body: Body, times: float) -> dict[str, Any]:
-    load = {"at_m": [0.2, 0.025, 0.05], "force_n": [0.0, 0.2 * times * NEWTONS, -times * NEWTONS], "radius_m": 0.02}
-    load |= {"start_s": 0.0, "press_s": 0.15, "hold_s": 0.1, "release_s": 0.05}
-    return {"push": {"loads": placed(body.fine, body.anchors[-1], body.name, {"loads": [load]})}}
+def _more(body: Body, times: float) -> settings.Loads:
+    force_n = [0.0, 0.2 * times * NEWTONS, -times * NEWTONS]
+    at_m = [0.2, 0.025, 0.05]
+    load = settings.Load(at_m=at_m, force_n=force_n, radius_m=0.02, press_s=0.15, hold_s=0.1, release_s=0.05)
+    return settings.Loads(push=settings.Push(loads=placed(body.fine, body.anchors[-1], body.name, [load])))
 
 
 def _pushed(body: Body, times: float) -> Answer:

@@ -220,7 +220,7 @@ def _stretched(model: str) -> Answer:
     ends = np.flatnonzero(np.isin(mesh.nodes[:, 0], mesh.nodes[[0, -1], 0]))
     particles = solid_particles(mesh, ends, Material(3000.0, 0.488, 1000.0), "cube")
     start, elements = mesh.nodes * [3.0, 1.0, 1.0], LinearElements(mesh, particles.material)
-    found, _ = stage.Stepper(model, particles, {"held": None}).go(start, np.zeros_like(start), 0.05, 200)
+    found, _ = stage.Stepper(model, particles, {"held": True}).go(start, np.zeros_like(start), 0.05, 200)
     zero = mesh.nodes.copy()
     zero[ends] = start[ends]
     on_end = np.linalg.norm(elements.force(found)[mesh.nodes[:, 0] == 0.0].sum(axis=0))

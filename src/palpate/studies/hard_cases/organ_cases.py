@@ -11,14 +11,15 @@ from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.organs import liver
 from palpate.bodies.particles import Particles, particles_of
+from palpate.effects.settings import Ball, Capsule, Contact, Rayleigh, Touching
 from palpate.models import stroke_motion
 from palpate.models.strokes import elements_under, points_of, whole_of
 from palpate.scenes.run_scene import compose, run
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 from palpate.solvers.touched_motion import STIFFER
 from palpate.studies.hard_cases.stage import FIRM, SOFT, Answer, Case
 
-RAYLEIGH = {"mass_1_s": 1.0, "stiffness_s": 0.01}
+RAYLEIGH = Rayleigh()
 TOLERANCE = 1e-3
 """Of the steps of quadratic elements."""
 STEPPED = {"fem_implicit": ("backward_euler", 16), "fem_bdf2": ("bdf2", 6), "path_modes": ("touching", 4)}
@@ -33,7 +34,7 @@ MEASURE = (
     "L2 distance from the limit of short steps over frames and nodes / that of the limit from rest; of modes, from "
     "elements with contact as soft as theirs"
 )
-FINGER = {"kind": "capsule", "name": "finger", "from_m": [0.04, -0.03, 0.08], "to_m": [0.04, 0.0, 0.08]}
+FINGER = Capsule(kind="capsule", name="finger", from_m=[0.04, -0.03, 0.08], to_m=[0.04, 0.0, 0.08], radius_m=0.01)
 """As in the scene liver_palpation, above the thin lobe."""
 TIMES_S = 0.0, 0.3, 0.4, 0.5, 0.7
 SHIFTS_M = [0, 0, 0], [0, 0, -0.032], [0, 0, -0.032], [-0.04, 0, -0.024], [-0.04, 0, 0.01]
@@ -43,14 +44,12 @@ DOWN_M = 0.12
 OVER_RIM, INTO_HELD = 0.0755, 0.072
 """Heights [m] of a ball that strokes from the soft side over held nodes: just above these, and 2 mm in them."""
 
-Block = Mapping[str, Any]
-
 
 def strokes() -> list[Case]:
     def case(
         name: str,
         scene: str,
-        contact: Block,
+        contact: Contact,
         bound: float,
         duration_s: float = DURATION_S,
         steps: Mapping[str, int] | None = None,
@@ -103,18 +102,18 @@ def strokes() -> list[Case]:
 
 def _path(
     times_s: Sequence[float] = TIMES_S, shifts_m: Sequence[Sequence[float]] = SHIFTS_M, friction: float = 0.3
-) -> Block:
-    way = {"radius_m": 0.01, "times_s": list(times_s), "shifts_m": [list(each) for each in shifts_m]}
-    return {"friction": friction, "instruments": [FINGER | way]}
+) -> Contact:
+    finger = FINGER.but(times_s=list(times_s), shifts_m=[list(each) for each in shifts_m])
+    return Contact(friction=friction, instruments=[finger])
 
 
-def _over(height_m: float) -> Block:
+def _over(height_m: float) -> Contact:
     """Press a ball into the soft side, and stroke over the held part at that height of its centre."""
     places = np.array([[-0.018, 0.005, 0.085], *[[-0.018, 0.01, 0.071]] * 2, [-0.028, 0.065, height_m]])
     places = np.vstack([places, [-0.028, 0.065, 0.09]])
-    ball = {"kind": "sphere", "name": "finger", "center_m": places[0].tolist(), "radius_m": 0.01}
     way = {"times_s": [0.0, 0.2, 0.3, 0.6, 0.7], "shifts_m": (places - places[0]).tolist()}
-    return {"friction": 0.3, "instruments": [ball | way]}
+    ball = Ball(kind="sphere", name="finger", center_m=places[0].tolist(), radius_m=0.01, **way)
+    return Contact(friction=0.3, instruments=[ball])
 
 
 @cache
@@ -125,24 +124,24 @@ def _liver(material: Material = SOFT) -> Particles:
     return particles_of(nest("liver", mesh, 0, held, material), 0, surface=False)
 
 
-def _scene(contact: Block, duration_s: float, integrator: str, per_frame: int) -> Scene:
-    effects, step_s = ["corotational", "held", "contact", "rayleigh"], duration_s / (FRAMES * per_frame)
-    settings = {"contact": dict(contact), "rayleigh": RAYLEIGH}
-    return Scene("hard_case", effects, integrator, step_s, duration_s, frames=FRAMES, settings=settings)
+def _scene(contact: Contact, duration_s: float, integrator: str, per_frame: int) -> Scene:
+    stepping = {"integrator": integrator, "step_s": duration_s / (FRAMES * per_frame), "duration_s": duration_s}
+    acts = {"contact": contact, "rayleigh": RAYLEIGH}
+    return Scene.model_validate({"name": "hard_case", "body": "liver", "frames": FRAMES} | stepping | acts)
 
 
-def _moved(contact: Block, duration_s: float, integrator: str, per_frame: int) -> np.ndarray:
+def _moved(contact: Contact, duration_s: float, integrator: str, per_frame: int) -> np.ndarray:
     """Return the displacements (f, n, 3) [m] at the ends of frames."""
     motion = run(_scene(contact, duration_s, integrator, per_frame), _liver()).motion
     return motion.positions[1:] - motion.rest
 
 
-def _limit(contact: Block, duration_s: float) -> np.ndarray:
+def _limit(contact: Contact, duration_s: float) -> np.ndarray:
     longer, shorter = (_moved(contact, duration_s, "bdf2", count) for count in FINER)
     return shorter + (shorter - longer) / 3.0
 
 
-def _limit_of_quadratic(contact: Block, duration_s: float) -> np.ndarray:
+def _limit_of_quadratic(contact: Contact, duration_s: float) -> np.ndarray:
     body = _liver().body
     assert body is not None
     points = points_of(body, [contact])
@@ -160,10 +159,9 @@ def _limit_of_quadratic(contact: Block, duration_s: float) -> np.ndarray:
 
 def _of_another() -> Answer:
     scene = _scene(_path(), DURATION_S, "touching", 4)
-    asked = scene.integration["touching"]
     own = _liver()
     assert own.body is not None
     shown = np.random.default_rng(1).normal(0.0, 1e-3, (4, len(whole_of(own.body).levels[-1].nodes), 3))
-    learnt = stroke_motion.prepare(compose(scene, own), asked, shown)
-    run(replace(scene, settings=scene.settings | {"touching": asked | {"learnt": learnt}}), _liver(FIRM))
+    learnt = stroke_motion.prepare(compose(scene, own), Touching(), shown)
+    run(scene.but(touching=stroke_motion.Learnt(learnt=learnt)), _liver(FIRM))
     raise AssertionError("not refused")

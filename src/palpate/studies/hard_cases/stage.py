@@ -17,7 +17,7 @@ from palpate.effects.elements import Elements
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import effect_registry
 from palpate.scenes.run_scene import compose
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 from palpate.solvers.system import System
 
 OUTCOMES = ("stable", "refused", "not_converged", "wrong", "nan")
@@ -155,29 +155,29 @@ SLOW = {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.0}}
 """Damping of bodies that come to rest in explicit steps."""
 
 Described = tuple[str, dict[str, Any]]
-"""Name of an integrator; effects with their settings, None for effects without settings."""
+"""Name of an integrator, and the blocks of a scene."""
 
 
 def _shapes(mode: str) -> Described:
     clusters = {"kind": "cubes", "edge_m": 0.06, "overlap": 0.5}
-    settings = {"mode": mode, "alpha": 0.5, "beta": 0.5, "clusters": clusters}
-    return "goal_position", {"shape_matching": settings, "velocity_damping": {"rate_1_s": 5.0}}
+    matching = {"mode": mode, "clusters": clusters}
+    return "goal_position", {"shape_matching": matching, "velocity_damping": {"rate_1_s": 5.0}}
 
 
-_ELEMENTS = {"corotational": {}, "rayleigh": {"mass_1_s": 0.0, "stiffness_s": 0.05}}
-_SPRINGS = {"springs": {}, "volume": None, "kelvin": {"ratio": 0.1}}
-_SHEET = {"triangles": {}, "bending": {}, "rayleigh": {"mass_1_s": 2.0, "stiffness_s": 0.0}}
+_ELEMENTS = {"rayleigh": {"mass_1_s": 0.0, "stiffness_s": 0.05}}
+_SPRINGS = {"springs": {}, "volume": {}, "kelvin": {"ratio": 0.1}}
+_SHEET = {"bending": {}, "rayleigh": {"mass_1_s": 2.0, "stiffness_s": 0.0}}
 FEM: dict[str, Described] = {"fem_implicit": ("backward_euler", _ELEMENTS)}
 SECOND: dict[str, Described] = {"fem_bdf2": ("bdf2", _ELEMENTS)}
 SPRINGS: dict[str, Described] = {"springs_implicit": ("backward_euler", _SPRINGS)}
 EXPLICIT: dict[str, Described] = {
     "springs_explicit": ("symplectic_euler", _SPRINGS),
-    "fem_explicit": ("symplectic_euler", {"corotational": {}} | SLOW),
+    "fem_explicit": ("symplectic_euler", SLOW),
 }
 SHAPES = {f"shapes_{mode}": _shapes(mode) for mode in ("rigid", "linear", "quadratic")}
 SHEETS: dict[str, Described] = {"sheet_implicit": ("backward_euler", _SHEET)}
 MODELS = FEM | SECOND | SPRINGS | EXPLICIT | SHAPES | SHEETS
-"""Integrator and effects of each model."""
+"""Integrator and blocks of each model."""
 
 
 def bar_mesh(degrees: float = 0.0) -> TetMesh:
@@ -213,11 +213,11 @@ def points(name: str, nodes: np.ndarray, held: Sequence[int] = ()) -> Particles:
 
 
 def scene(model: str, step_s: float, duration_s: float, more: dict[str, Any] | None = None, **rest: Any) -> Scene:
-    """Make a scene of one of MODELS, with ``more`` effects and their settings."""
-    integrator, effects = MODELS[model]
-    effects = effects | (more or {})
-    settings = {name: value for name, value in effects.items() if value is not None}
-    return Scene("hard_case", list(effects), integrator, step_s, duration_s, settings=settings, **rest)
+    """Make a scene of one of MODELS, with ``more`` blocks; nothing holds the body unless these say so."""
+    integrator, blocks = MODELS[model]
+    stepping = {"integrator": integrator, "step_s": step_s, "duration_s": duration_s}
+    named = {"name": "hard_case", "body": "body", "held": False}
+    return Scene.model_validate(named | stepping | blocks | (more or {}) | rest)
 
 
 def one_cluster(model: str) -> dict[str, Any]:
@@ -231,7 +231,7 @@ class Stepper:
     def __init__(self, model: str, particles: Particles, more: dict[str, Any] | None = None, tolerance: float = 1e-8):
         self._scene = scene(model, 1.0, 1.0, more, tolerance=tolerance)
         self.system = compose(self._scene, particles)
-        self.integrator = effect_registry.integrator(self._scene.integrator).make(self.system, self._scene.integration)
+        self.integrator = effect_registry.integrator(self._scene.integrator).make(self.system, self._scene)
 
     def go(self, x: np.ndarray, v: np.ndarray, step_s: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
         """Compute positions (n, 3) [m] and velocities [m/s] after some steps.

@@ -12,6 +12,7 @@ from palpate.effects.effect import Effect, Energy
 from palpate.effects.elements import locking_is_measured
 from palpate.effects.gravity import Gravity
 from palpate.effects.held import Held
+from palpate.effects.settings import Prony, Stepping
 from palpate.errors import InputError, NotConverged
 from palpate.scenes.effect_registry import effect, of_law
 from palpate.solvers.backward_euler import make
@@ -39,7 +40,7 @@ class Release:
     softness: float
     step_s: float
     duration_s: float
-    prony: Mapping[str, Any] | None = None
+    prony: Prony | None = None
 
     def swing(self, weights: Sequence[Weight], gravity: np.ndarray) -> Oscillation:
         """Compute the release under ``gravity`` (3,) [m/s²] and ``weights``, and fit the mean way of the markers.
@@ -47,7 +48,7 @@ class Release:
         Raises NotConverged as ``BackwardEuler``, InputError if nothing swings.
         """
         system = self._system(weights, gravity)
-        integrator = make(system, {"tolerance": TOLERANCE})
+        integrator = make(system, Stepping(step_s=self.step_s, duration_s=self.duration_s, tolerance=TOLERANCE))
         x = self.bench.specimen.rest.copy()
         v, way = np.zeros_like(x), [self.bench.moves(x).mean(axis=0)]
         steps = int(np.ceil(self.duration_s / self.step_s))
@@ -72,14 +73,14 @@ class Release:
         particles = replace(particles, masses=self.softness * (particles.masses + hung))
         law = particles.material.law
         with locking_is_measured():
-            elastic = effect(of_law(law)).make(particles, {}, None)
+            elastic = effect(of_law(law)).make(particles, None, None)
         effects: dict[str, Effect] = {law: elastic}
         effects |= {"gravity": Gravity(particles, gravity), "held": Held(particles.held)}
         if forces := [weight for weight in weights if weight.force_n is not None]:
             load = nodal_loads(mesh, forces, gravity / size, order=1)
             effects["load"] = DeadLoad(particles.nodes, self.softness * load)
         if self.prony is not None:
-            effects["prony"] = effect("prony").make(particles, dict(self.prony), elastic)
+            effects["prony"] = effect("prony").make(particles, self.prony, elastic)
         return System(particles, effects)
 
 
@@ -145,7 +146,7 @@ def _rows(release: Release, experiment: Experiment, observed: Mapping[str, Obser
             yield about | {"case": case.name, "message": message, "fitted": fitted} | row
 
 
-def _series(seen: Observed, poisson: float) -> dict:
+def _series(seen: Observed, poisson: float) -> Prony:
     """Return the branch with which a beam creeps as far and in the time as it was seen to.
 
     In bending and in tension the modulus falls by the share c = 2 (1 + ν) g / 3, as the bulk modulus stays, and a held
@@ -153,4 +154,4 @@ def _series(seen: Observed, poisson: float) -> dict:
     """
     share = 3.0 * seen.creep_m / seen.sink_m / (2.0 * (1.0 + poisson))
     time = float(np.mean([swing.creep_s for swing in seen.swings]))
-    return {"shares": [share], "times_s": [time * (1.0 - share)]}
+    return Prony(shares=[share], times_s=[time * (1.0 - share)])

@@ -212,7 +212,7 @@ class SpringSpecimen(LoadedSprings):
         self.mesh: Mesh = body.levels[level]
         self.order = 1
         self.masses = sparse.diags_array(self.particles.masses).tocsr()
-        self.act(make_springs(self.particles, {}))
+        self.act(make_springs(self.particles, None))
         self._factor = Factor(self.stiffness(self.rest, definite=True))
 
     def settle(self, load: np.ndarray, start: np.ndarray | None) -> np.ndarray:

@@ -11,6 +11,7 @@ from scipy.optimize import minimize
 from palpate.bodies import body_file
 from palpate.effects import shape_matching
 from palpate.effects.held import Held
+from palpate.effects.settings import ShapeMatching
 from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import NotConverged
 from palpate.models.shape_matching import cubes
@@ -199,7 +200,7 @@ def _shape_motion(found: Organ, steps: int, unknowns: np.ndarray) -> Callable[[i
     factor, beta, rate = float(np.exp(unknowns[0])), float(unknowns[1]), float(np.exp(unknowns[2]))
     particles = replace(found.particles(0), regions=None)  # shapes have one stiffness
     clusters, settings = cubes(found.body.coarse), found.in_steps(steps)
-    shapes = shape_matching.make(particles, {"mode": "linear", "alpha": 1.0, "beta": beta, "clusters": clusters})
+    shapes = shape_matching.make(particles, ShapeMatching(alpha=1.0, beta=beta, clusters=clusters))
     damping, held = VelocityDamping(particles.masses, rate), Held(particles.held)
 
     def move(number: int) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,8 +13,10 @@ from palpate.run.job import steps
 from palpate.scenes import motion
 from palpate.scenes.effect_registry import ELASTIC
 from palpate.scenes.motion import Motion
+from palpate.scenes.moved_particles import load_particles
 from palpate.scenes.run_scene import Run, decisions, effect_names, run
-from palpate.scenes.scene import RELAXED, Scene, load_particles, scene_of
+from palpate.scenes.scene_check import RELAXED
+from palpate.scenes.settings import Scene
 from palpate.table_declaration import Table
 
 ALLOWED = 1e-6
@@ -158,14 +160,13 @@ def left_out(scene: Scene, particles: Particles, whole: Motion, progress: Callab
     return pd.DataFrame(rows, columns=["scene", "effect", "error_if_left_out", "note"])
 
 
-def simulate_scene(input, output, params, wildcards, say):
+def simulate_scene(input: Any, output: Any, scene: Scene, say: Callable) -> dict[str, pd.DataFrame]:
     """Simulate a scene, write its motion and measure its effects, for the rule of that name."""
-    scene = scene_of(wildcards.scene, **params.scene)
     particles = load_particles(scene, input.bodies)
     table = decisions(scene, particles)
     for row in table.itertuples():
         say(f"{scene.name}: {row.effect} {'yes' if row.called else 'no'}; {row.reason}")
-    run(replace(scene, duration_s=2 * scene.step_s), particles)  # compiles the code, so that the next run is timed
+    run(scene.but(duration_s=2 * scene.step_s), particles)  # compiles the code, so that the next run is timed
     first = run(scene, load_particles(scene, input.bodies), steps(say, f"{scene.name}: step"))
     warn_of_gain(scene, first.motion.energy)
     warn_of_doubt(scene, first.motion)

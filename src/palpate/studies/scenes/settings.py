@@ -1,14 +1,16 @@
 """Checks of the block ``scenes`` that its schema cannot make; a scene's fields are in palpate.scenes.settings."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field
 
+from palpate.bodies.settings import Body
+from palpate.effects.settings import Triangles
 from palpate.errors import InputError, suggest
 from palpate.files import check_file
 from palpate.own_file import EFFECT_FUNCTIONS, check_source
-from palpate.scenes.scene import bodies_in
 from palpate.scenes.scene_check import check_effects, check_instruments, check_loads
 from palpate.scenes.settings import Scene
 from palpate.setting_types import Name
@@ -27,29 +29,28 @@ def check(config: dict, file: Path) -> None:
         _check_files(place, scene, file.parent)
 
 
-def _check_bodies(place: str, scene: dict, bodies: dict) -> None:
-    for body in bodies_in(scene):
+def _check_bodies(place: str, scene: Scene, bodies: Mapping[str, Body]) -> None:
+    for body in scene.bodies:
         if body not in bodies:
             remedy = suggest(body, list(bodies), "add it there, or name") if bodies else "add it there."
             raise InputError(f"{place} names the body {body}, which is not under bodies; {remedy}")
-        finest = bodies[body].get("refinements", 0)
-        if scene["level"] > finest:
-            raise InputError(f"{place}.level is {scene['level']}, and {body} has levels 0 to {finest}.")
+        finest = getattr(bodies[body], "refinements", 0)
+        if scene.level > finest:
+            raise InputError(f"{place}.level is {scene.level}, and {body} has levels 0 to {finest}.")
 
 
-def _check_effects(place: str, scene: dict, bodies: dict) -> None:
-    if isinstance(scene["effects"], str) and scene["effects"] != "auto":
-        raise InputError(f"{place}.effects is {scene['effects']!r}; write auto, or a list of names in brackets.")
-    for name in scene.get("own_settings", {}):
-        if name not in scene.get("own", {}):
+def _check_effects(place: str, scene: Scene, bodies: Mapping[str, Body]) -> None:
+    for name in scene.own_settings:
+        if name not in scene.own:
             raise InputError(f"{place}.own_settings names {name}, and own does not; add its file there, or remove it.")
     check_effects(place, scene, bodies)
 
 
-def _check_files(place: str, scene: dict, folder: Path) -> None:
-    tools = scene.get("contact", {}).get("instruments", [])
-    files = {f"own.{name}": path for name, path in scene.get("own", {}).items()}
-    files |= {f"contact.instruments[{i}].file": tool["file"] for i, tool in enumerate(tools) if "file" in tool}
+def _check_files(place: str, scene: Scene, folder: Path) -> None:
+    files = {f"own.{name}": path for name, path in scene.own.items()}
+    for i, tool in enumerate(scene.instruments):
+        if isinstance(tool, Triangles):
+            files[f"contact.instruments[{i}].file"] = tool.file
     for name, path in files.items():
         check_file(f"{place}.{name}", path, (folder / path).is_file())
         if name.startswith("own."):

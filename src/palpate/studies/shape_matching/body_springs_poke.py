@@ -1,5 +1,7 @@
 """Poke and release of a surface model, with and without virtual body springs (paper 3's figures 3.5 and 3.6)."""
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
@@ -7,14 +9,15 @@ from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.bodies.simple_shapes import cylinder
+from palpate.effects.settings import Kelvin, Load, Push, Springs
 from palpate.scenes.run_scene import run
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 from palpate.table_declaration import Table
 
 LENGTH_M, RADIUS_M, RING_M = 0.2, 0.03, 0.015
 PRESS_S, HOLD_S, RELEASE_S, DURATION_S = 0.1, 0.9, 0.05, 2.0
 MOVED = 0.1
-SPRINGS = {"structural_n_m": 60.0, "shear_n_m": 30.0, "bending_n_m": 15.0}
+STIFFNESS = Springs(structural_n_m=60.0, shear_n_m=30.0, bending_n_m=15.0)
 DAMPING_RATIO = 0.5
 DAMPED_LIKE = 10.0
 """Stiffness [N/m] of the body springs whose dampers are also tested alone, to separate springs from damping."""
@@ -36,7 +39,7 @@ def measure(force_n: float, stiffnesses_n_m: list[float]) -> pd.DataFrame:
     particles = tube()
     frequency = np.sqrt(DAMPED_LIKE / particles.masses.mean())
     damped = {"velocity_damping": {"rate_1_s": 2.0 * DAMPING_RATIO * float(frequency)}}
-    cases: list[tuple[str, float, dict]] = [("none", 0.0, {}), ("dampers_only", 0.0, damped)]
+    cases: list[tuple[str, float, dict[str, Any]]] = [("none", 0.0, {}), ("dampers_only", 0.0, damped)]
     for stiffness in stiffnesses_n_m:
         tied = {"body_springs": {"stiffness_n_m": stiffness, "damping_ratio": DAMPING_RATIO}}
         cases.append(("body_springs", stiffness, tied))
@@ -50,20 +53,22 @@ def tube() -> Particles:
     return particles_of(nest("tube", mesh, 0, ends, Material(3000.0, 0.3, 1000.0)), 0, surface=True)
 
 
-def poke(particles: Particles, force_n: float, case: str, stiffness_n_m: float, extra: dict[str, dict]) -> pd.DataFrame:
+def poke(particles: Particles, force_n: float, case: str, stiffness_n_m: float, extra: dict[str, Any]) -> pd.DataFrame:
     """Simulate the poke with ``extra`` effects; tabulate a row for each time and ring, of which 0 is the poked node."""
     at = np.array([RADIUS_M, 0.0, LENGTH_M / 2])
-    load = {"at_m": at, "force_n": [-force_n, 0.0, 0.0], "radius_m": 0.0, "start_s": 0.0}
-    load |= {"press_s": PRESS_S, "hold_s": HOLD_S, "release_s": RELEASE_S}
+    load = Load(at_m=at.tolist(), force_n=[-force_n, 0.0, 0.0], press_s=PRESS_S, hold_s=HOLD_S, release_s=RELEASE_S)
     scene = Scene(
-        "body_springs",
-        ["springs", "held", "push", "kelvin", *extra],
-        "symplectic_euler",
+        name="body_springs",
+        body=particles.name,
+        integrator="symplectic_euler",
         step_s=0.002,
         duration_s=DURATION_S,
         frames=100,
         surface=True,
-        settings={"springs": SPRINGS, "push": {"loads": [load]}, "kelvin": {"ratio": 0.1}, **extra},
+        springs=STIFFNESS,
+        push=Push(loads=[load]),
+        kelvin=Kelvin(ratio=0.1),
+        **extra,
     )
     motion = run(scene, particles).motion
     distance = np.linalg.norm(particles.nodes - at, axis=1)

@@ -9,7 +9,7 @@ import pandas as pd
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
 from palpate.bodies.simple_shapes import box
-from palpate.effects import shape_matching
+from palpate.effects import settings, shape_matching
 from palpate.effects.held import Held
 from palpate.effects.shape_matching import OVERLAPS, TERMS, ShapeMatching, make_clusters
 from palpate.effects.velocity_damping import VelocityDamping
@@ -69,9 +69,9 @@ def deformation_modes() -> pd.DataFrame:
         moved = displace(q)
         x = body.nodes + moved
         for mode in TERMS:
-            settings = {"mode": mode, "alpha": 1.0, "beta": 1.0, "clusters": {"kind": "one"}}
+            matching = settings.ShapeMatching.model_validate({"mode": mode, "alpha": 1.0, "beta": 1.0})
             goal = np.empty_like(x)
-            shape_matching.make(body, settings).goals(x, goal)
+            shape_matching.make(body, matching).goals(x, goal)
             table = pd.DataFrame({"deformation": deformation, "mode": mode, "particle": np.arange(len(x))})
             for name, places in (("rest_", body.nodes), ("", x), ("goal_", goal)):
                 table[[f"{name}{axis}_m" for axis in "xyz"]] = places
@@ -113,11 +113,11 @@ def clustered_column(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
     body = column()
     tables = []
     for count, edge in EDGES_M.items():
-        cubes = {"kind": "cubes", "edge_m": edge, "overlap": 0.5}
-        settings = {"mode": "quadratic", "alpha": alpha, "beta": beta, "clusters": cubes}
+        cubes = settings.Clusters(kind="cubes", edge_m=edge)
+        matching = settings.ShapeMatching(mode="quadratic", alpha=alpha, beta=beta, clusters=cubes)
         table = pd.DataFrame({"clusters": count, "force_n": force_n, "particle": np.arange(len(body.nodes))})
         table[["rest_x_m", "rest_y_m", "rest_z_m"]] = body.nodes
-        table[["x_m", "y_m", "z_m"]] = settle(body, shape_matching.make(body, settings), force_n)
+        table[["x_m", "y_m", "z_m"]] = settle(body, shape_matching.make(body, matching), force_n)
         tables.append(table)
     return pd.concat(tables, ignore_index=True)
 
@@ -151,7 +151,7 @@ def settle(
         "push": _Push(np.outer(top, [force_n / top.sum(), 0.0, 0.0])),
         "velocity_damping": VelocityDamping(body.masses, rate_1_s),
     }
-    integrator = goal_position.make(System(body, effects), {})
+    integrator = goal_position.make(System(body, effects))
     x, v, history = body.nodes, np.zeros_like(body.nodes), []
     for _ in range(MOST_STEPS):
         x, v = integrator.step(x, v, STEP_S)
@@ -217,7 +217,7 @@ def cluster_goals(force_n: float, alpha: float, beta: float) -> pd.DataFrame:
 
 def _matched(body: Particles, kind: str, overlap: str, alpha: float, beta: float) -> ShapeMatching:
     """Make the shape matching without the check of α, which is to be tried beyond."""
-    clusters = make_clusters(body, {"kind": kind})
+    clusters = make_clusters(body, settings.Clusters.model_validate({"kind": kind}))
     return ShapeMatching(body, clusters, "quadratic", alpha, beta, overlap == "sum")
 
 
@@ -259,7 +259,7 @@ def _measured(body: Particles, kind: str, overlap: str, beta: float, predicted: 
 def _grows(body: Particles, matched: ShapeMatching) -> bool:
     """Return whether a small disturbance of the held, undamped column becomes GROWN times as large."""
     effects: dict[str, Any] = {"shape_matching": matched, "held": Held(body.held)}
-    integrator = goal_position.make(System(body, effects), {})
+    integrator = goal_position.make(System(body, effects))
     disturbance = np.random.default_rng(0).normal(size=body.nodes.shape)
     disturbance[body.held] = 0.0
     x, v = body.nodes + START_M * disturbance, np.zeros_like(body.nodes)

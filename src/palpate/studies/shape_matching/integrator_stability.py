@@ -16,6 +16,7 @@ import pandas as pd
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
 from palpate.effects.held import Held
+from palpate.effects.settings import Stepping
 from palpate.effects.springs import Springs
 from palpate.scenes.run_scene import Integrator
 from palpate.solvers import backward_euler, goal_position, symplectic_euler
@@ -73,7 +74,9 @@ class Case:
         particles = Particles("spring", NODES, np.full(2, MASS_KG), np.array([0]), none, none, material)
         spring = Springs(np.array([[0, 1]]), np.array([STIFFNESS_N_M]), np.array([REST_M]))
         elastic = spring if math.isnan(self.alpha) else _Goal(self.alpha)
-        return self.make(System(particles, {"elastic": elastic, "held": Held(particles.held)}), {"tolerance": 1e-8})
+        return self.make(
+            System(particles, {"elastic": elastic, "held": Held(particles.held)}), Stepping(step_s=1.0, duration_s=1.0)
+        )
 
     def frequency(self, h: float) -> float:
         """Return the frequency [1/s]: sqrt(k/m), or sqrt(α)/h, since goals have the stiffness α m/h²."""

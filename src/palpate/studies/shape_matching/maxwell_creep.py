@@ -6,6 +6,8 @@ alone (Zener 1948). That holds for each node of a network, as all its springs ha
 are small and inertia is negligible. Loads that change are sums of such ones.
 """
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from scipy import sparse
@@ -15,8 +17,9 @@ from scipy.sparse.linalg import spsolve
 from palpate.bodies.particles import Particles
 from palpate.scenes import motion
 from palpate.scenes.motion import Motion
+from palpate.scenes.moved_particles import load_particles
 from palpate.scenes.run_scene import compose
-from palpate.scenes.scene import Scene, load_particles, scene_of
+from palpate.scenes.settings import Scene
 from palpate.solvers.system import System
 from palpate.table_declaration import Table
 
@@ -48,8 +51,8 @@ def measure(scene: Scene, particles: Particles, motion: Motion) -> pd.DataFrame:
     node = int(np.argmax(np.linalg.norm(static, axis=1)))
     most = float(np.linalg.norm(static[node]))
     along = static[node] / most
-    maxwell = scene.settings["maxwell"]
-    crept = creep(times, shares, maxwell["stiffness_ratio"], maxwell["relaxation_s"])
+    assert scene.maxwell is not None
+    crept = creep(times, shares, scene.maxwell.stiffness_ratio, scene.maxwell.relaxation_s)
     return pd.DataFrame(
         {
             "scene": scene.name,
@@ -95,7 +98,6 @@ def _static(system: System, load: np.ndarray) -> np.ndarray:
     return moved.reshape(load.shape)
 
 
-def tabulate_maxwell_creep(input, params):
+def tabulate_maxwell_creep(input: Any, scene: Scene) -> pd.DataFrame:
     """Compare a scene with its closed solution, for the rule of that name."""
-    scene = scene_of(params.name, params.entry)
     return measure(scene, load_particles(scene, input.bodies), motion.load(input.motion))

@@ -64,7 +64,9 @@ def _make(name: str, entry: dict) -> Body:
     # a CT and a file show more of the surface than the coarse mesh has
     mesh, snap, remeshed = made if isinstance(made, tuple) else (made, None, False)
     bed = read_bed(name, entry["bed"], mesh) if "bed" in entry else None
-    rule = entry.get("anchors") or (default_anchors(name, mesh) if bed is None else None)
+    rule = entry.get("anchors")
+    if rule is None and bed is None and entry["kind"] in ("file", "ct"):
+        rule = default_anchors(name, mesh)
     if remeshed and rule and "nodes" in rule:
         raise InputError(
             f"body {name}: anchors.nodes counts nodes of a mesh that is remeshed; hold nodes by plane or sphere, or "

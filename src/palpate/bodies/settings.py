@@ -2,9 +2,9 @@
 
 from os.path import isdir, isfile, normpath
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import BeforeValidator, ConfigDict, Field
 
 from palpate.bodies.material import LAWS, NAMED, PATTERN_EXPONENTIAL, kind_of
 from palpate.errors import InputError, describe_unknown
@@ -31,6 +31,9 @@ from palpate.setting_types import (
     optional,
 )  # fmt: skip
 
+if TYPE_CHECKING:
+    from palpate.bodies.body import Body as Nested
+
 Label = Count | Text
 Labels = Label | Some[Label]
 Law = Annotated[str, Field(pattern=rf"^({'|'.join(LAWS)}|{PATTERN_EXPONENTIAL}|.+\.py)$")]
@@ -46,15 +49,15 @@ class Sphere(Block):
 
 
 class Region(Block):
-    tag: Whole | Text = optional(
+    tag: Whole | Text | None = optional(
         "Of a body of kind file: number or name of the physical group of a gmsh file (without groups, the number of "
         "its volume), or the number in the cell data of another file"
     )
-    sphere: Sphere = optional("The inside of a sphere")
-    label: Labels = optional("Of a ct: number or name of a mask's label, or several; 2 is the synthetic lesion")
+    sphere: Sphere | None = optional("The inside of a sphere")
+    label: Labels | None = optional("Of a ct: number or name of a mask's label, or several; 2 is the synthetic lesion")
     young_pa: Positive = key("Young's modulus [Pa]")
-    poisson: Poisson = optional("Poisson's ratio; by default the body's")
-    density_kg_m3: Positive = optional("Density [kg/m³]; by default the body's")
+    poisson: Poisson | None = optional("Poisson's ratio; by default the body's")
+    density_kg_m3: Positive | None = optional("Density [kg/m³]; by default the body's")
 
 
 class Plane(Block):
@@ -65,48 +68,71 @@ class Plane(Block):
 
 class Anchors(Block):
     model_config = ConfigDict(json_schema_extra={"minProperties": 1, "maxProperties": 1})
-    nodes: list[Index] = optional("Numbers of coarse nodes, counted from 0; not of a remeshed surface", min_length=1)
-    plane: Plane = optional("The nodes within a depth of the body's extreme plane")
-    sphere: Sphere = optional("The nodes inside a sphere")
-    several: list["Anchors"] = optional("Several such rules; a node is held that any of them holds", min_length=2)
+    nodes: list[Index] | None = optional(
+        "Numbers of coarse nodes, counted from 0; not of a remeshed surface", min_length=1
+    )
+    plane: Plane | None = optional("The nodes within a depth of the body's extreme plane")
+    sphere: Sphere | None = optional("The nodes inside a sphere")
+    several: list["Anchors"] | None = optional(
+        "Several such rules; a node is held that any of them holds", min_length=2
+    )
 
 
 class Bed(Block):
     sphere: Sphere = key("Where the springs are; they fade smoothly to zero at its surface")
-    facing: Vector = optional(
+    facing: Vector | None = optional(
         "A direction; only what has an outward normal within 60° of it, and no other part of the body in it, lies on "
         "the bed"
     )
     stiffness_n_m3: Positive = key("Traction per displacement at the centre [N/m³], in each direction")
 
 
+def _as_anchors(value: Any) -> Any:
+    """Take a plane, a sphere or several of them for the rule that they are."""
+    if isinstance(value, Plane):
+        return Anchors(plane=value)
+    if isinstance(value, Sphere):
+        return Anchors(sphere=value)
+    return Anchors(several=[_as_anchors(each) for each in value]) if isinstance(value, list | tuple) else value
+
+
 class _Body(Block):
     young_pa: Positive = key("Young's modulus [Pa]")
     poisson: Poisson = key("Poisson's ratio")
-    density_kg_m3: Positive = key("Density [kg/m³]")
-    anchors: Anchors = optional(
+    density_kg_m3: Positive = key("Density [kg/m³]", 1000)
+    anchors: Annotated[Anchors, BeforeValidator(_as_anchors)] | None = optional(
         "Which coarse nodes are held, by exactly one rule; without it and without a bed, of a body from a file or a "
         "CT, those of the lowest tenth of its longest side"
     )
 
+    def make(self, name: str = "") -> "Nested":
+        """Make the body, called ``name`` in messages, or as its kind; InputError as ``bodies.make_body``."""
+        from palpate.bodies.make_body import make_body
+
+        return make_body(name or self["kind"], self)  # type: ignore[arg-type]
+
 
 class _Solid(_Body):
-    refinements: Refinements = key("How often each tetrahedron is split into eight, down to the fine mesh")
-    law: Law = optional(
+    refinements: Refinements = key("How often each tetrahedron is split into eight, down to the fine mesh", 0)
+    law: Law | None = optional(
         "Law between deformation and energy: corotational (small strain in a turned frame, the default), "
         "stable_neo_hookean, neo_hookean (no element becomes flat), st_venant_kirchhoff (softens under compression), "
         "exponential(8) with any stiffening from 0, or the path of a Python file of one's own"
     )
-    regions: dict[Name, Region] = optional(
+    regions: dict[Name, Region] | None = optional(
         "Regions with a material of their own, such as a tumour, by name, each by exactly one of tag, sphere and "
         "label. A coarse tetrahedron belongs to the first that has half of its volume, and so do all that it is split "
         "into; what is in none has the body's own constants",
         min_length=1,
     )
-    bed: Bed = optional("An elastic bed: springs under the surface in a sphere, beside anchors or instead of them")
-    magnitudes: Magnitudes = optional("Paper 1's forces at each contact, over the force that reaches the regime's peak")
-    train: Whole = optional("Paper 1's samples that are trained on", ge=2)
-    test: Count = optional("Paper 1's samples that are held out")
+    bed: Bed | None = optional(
+        "An elastic bed: springs under the surface in a sphere, beside anchors or instead of them"
+    )
+    magnitudes: Magnitudes | None = optional(
+        "Paper 1's forces at each contact, over the force that reaches the regime's peak"
+    )
+    train: Whole | None = optional("Paper 1's samples that are trained on", ge=2)
+    test: Count | None = optional("Paper 1's samples that are held out")
 
 
 class _Compared(_Solid):
@@ -116,39 +142,41 @@ class _Compared(_Solid):
 
 
 class _Shape(_Solid):
-    model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": ["anchors"]}, {"required": ["bed"]}]})
+    """A shape that is generated: without anchors and without a bed it is free, as scenes may move it."""
 
 
 class _Round(_Shape):
     length_m: Positive = key("Longest side [m]")
-    smooth: Switch = optional(
+    smooth: Switch | None = optional(
         "Whether every refinement moves its new surface nodes onto the smooth shape; otherwise, the default, every "
         "level has the flat facets of the coarse one, and a cylinder 4.5 % less section than the circle's"
     )
 
 
 class Cylinder(_Round, _Compared):
-    kind: Literal["cylinder"] = key("A round bar along z")
+    kind: Literal["cylinder"] = key("A round bar along z", "cylinder")
     radius_m: Positive = key("Radius [m]")
 
 
 class Liver(_Round, _Compared):
-    kind: Literal["liver"] = key("A liver with a thick right and a thin left lobe")
+    kind: Literal["liver"] = key("A liver with a thick right and a thin left lobe", "liver")
 
 
 class Kidney(_Round):
-    kind: Literal["kidney"] = key("A bean with a hollow in its middle side")
+    kind: Literal["kidney"] = key("A bean with a hollow in its middle side", "kidney")
 
 
 class Stomach(_Round):
-    kind: Literal["stomach"] = key("A filled stomach, bent like a J")
+    kind: Literal["stomach"] = key("A filled stomach, bent like a J", "stomach")
 
 
 class File(_Compared):
-    kind: Literal["file"] = key("A tetrahedral mesh or a closed surface read from a file")
+    kind: Literal["file"] = key("A tetrahedral mesh or a closed surface read from a file", "file")
     path: str = key("The mesh (.msh .vtk .vtu .vtp .mesh .stl .obj .ply .off), relative to this configuration")
-    scale_m: Positive = optional("Length [m] of one unit of the file; if left out, guessed from the size, and reported")
-    surface_nodes: Whole = optional(
+    scale_m: Positive | None = optional(
+        "Length [m] of one unit of the file; if left out, guessed from the size, and reported"
+    )
+    surface_nodes: Whole | None = optional(
         "Nodes that the coarse surface is remeshed to; a surface with as many is kept, and one with fewer if it can be "
         "filled well. Without it tetrahedra and surfaces of at most 400 nodes are kept, and others are remeshed to 140 "
         "to 360, as their shape needs",
@@ -159,17 +187,19 @@ class File(_Compared):
         "otherwise every level has the file's volume and the coarse facets",
         True,
     )
-    spacing_m: Positive = optional("Edge length [m] aimed at inside a surface that is kept and filled with tetrahedra")
+    spacing_m: Positive | None = optional(
+        "Edge length [m] aimed at inside a surface that is kept and filled with tetrahedra"
+    )
 
 
 class Box(_Shape):
-    kind: Literal["box"] = key("A box from the origin along x y and z")
+    kind: Literal["box"] = key("A box from the origin along x y and z", "box")
     sizes_m: Three[Positive] = key("Sides [m] along x, y and z")
     divisions: Three[Count] = key("Coarse cells along x, y and z, of six tetrahedra each; even numbers: symmetric")
 
 
 class Sheet(_Body):
-    kind: Literal["sheet"] = key("A flat sheet of triangles from the origin along x and y")
+    kind: Literal["sheet"] = key("A flat sheet of triangles from the origin along x and y", "sheet")
     sizes_m: Pair[Positive] = key("Sides [m] along x and y")
     divisions: Pair[Count] = key("Cells along x and y, of two triangles each; even numbers make the mesh symmetric")
     thickness_m: Positive = key("Thickness [m] of the material")
@@ -177,7 +207,7 @@ class Sheet(_Body):
 
 
 class Ct(_Compared):
-    kind: Literal["ct"] = key("An organ in a CT or an MRI")
+    kind: Literal["ct"] = key("An organ in a CT or an MRI", "ct")
     modality: Literal["ct", "mri"] = key("What the image is; grey values of an MRI have no unit, and no density", "ct")
     image: Text | None = key("DICOM folder, .nii, .nii.gz, .nrrd or .mhd; null for the synthetic abdomen", None)
     mask: Text | None = key("A file that marks the organ on the image's grid; null to segment by threshold_hu", None)
@@ -190,9 +220,11 @@ class Ct(_Compared):
     threshold_hu: Pair[Number] = key(
         "Lowest and highest CT number [HU] of the organ, without a mask; of a CT", [30, 120]
     )
-    threshold: Pair[Number] = optional("Lowest and highest grey value of the organ, without a mask; of an MRI")
+    threshold: Pair[Number] | None = optional("Lowest and highest grey value of the organ, without a mask; of an MRI")
     even_brightness: Switch = key("Whether slow changes of an MRI's brightness are evened out first (N4)", False)
-    crop_m: Pair[Vector] = optional("Two opposite corners [m] of the box that is looked at, in the image's frame")
+    crop_m: Pair[Vector] | None = optional(
+        "Two opposite corners [m] of the box that is looked at, in the image's frame"
+    )
     surface_nodes: Whole = key("Nodes of the coarse surface", 140, ge=12)
     snap: Switch = key("Whether the first refinement moves its new surface nodes to the CT's surface", False)
     masses: Literal["ct", "uniform"] = key(
@@ -243,6 +275,8 @@ def check_body(place: str, body: dict, folder: Path) -> None:
             f"{place}.{sides} makes a body {size:g} m long, and bodies are {least:g} to {most:g} m long here; give it "
             "in metres."
         )
+    if body["kind"] not in ("file", "ct") and "anchors" not in body and "bed" not in body:
+        raise InputError(f"{place} lacks anchors; say what holds it, or give it a bed.")
     keys = ("magnitudes", "train", "test")
     missing = [key for key in keys if key not in body]
     if 0 < len(missing) < len(keys):

@@ -85,7 +85,7 @@ HELD = 0.1
 
 
 def choose_anchors(body: str, rule: dict | None, mesh: Mesh, bed: Bed | None = None) -> np.ndarray:
-    """Choose the coarse nodes that a rule holds, in increasing order; without a rule, as on a bed, none.
+    """Choose the coarse nodes that a rule holds, in increasing order; without a rule, on a bed or free, none.
 
     rule : one of ``{nodes: [numbers from 0]}``, ``{plane: {axis: x|y|z, side: min|max, depth_m}}``,
         ``{sphere: {center_m: [x, y, z], radius_m}}``, or ``{several: [rules]}``, which holds what any of them holds
@@ -94,8 +94,10 @@ def choose_anchors(body: str, rule: dict | None, mesh: Mesh, bed: Bed | None = N
     usually hangs by an edge or a corner, and is used only in scenes, where bodies have mass.
     """
     if rule is None:
-        _check_pieces(body, np.empty(0, dtype=np.int64), mesh, bed)
-        return np.empty(0, dtype=np.int64)
+        free = np.empty(0, dtype=np.int64)
+        if bed is not None:
+            _check_pieces(body, free, mesh, bed)
+        return free
     held = _held(body, rule, mesh)
     kind = next(iter(rule))
     free = np.setdiff1d(mesh.surface, held)

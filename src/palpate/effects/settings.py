@@ -71,7 +71,7 @@ Instrument = Annotated[Ball | Capsule | Floor | Triangles, Field(discriminator="
 
 
 class Gravity(Block):
-    acceleration_m_s2: Vector = key("Acceleration [m/s²]")
+    acceleration_m_s2: Vector = key("Acceleration [m/s²]", [0, 0, -9.81])
 
 
 class Push(Block):

@@ -3,8 +3,9 @@
 Force and energy, and stiffness and force, are compared by central differences.
 """
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -88,21 +89,33 @@ ACTING = (
 GUIDE = "see docs/add-an-effect.md"
 
 
+class Maker(Protocol):
+    """An effect of the user's, as an object: what its settings are, and how it is made."""
+
+    def make(self, particles: Particles, elastic: Effect | None) -> Effect:
+        """Return the effect on ``particles``, which offers hooks of ``effects.effect``."""
+
+
 def make(name: str, scene: Scene, particles: Particles, elastic: Effect | None) -> Effect:
     """Make an effect of the scene's own and call it at rest and near it; InputError naming the file and the fault."""
     path = Path(scene.own[name])
     module = import_file(path, f"{scene.place}.own.{name}")
     if not hasattr(module, "make"):
         raise InputError(f"{path}: has no function {EFFECT_FUNCTIONS[0]}; {GUIDE}.")
+    return checked(str(path), lambda: module.make(particles, scene.own_settings.get(name, {}), elastic), particles)
+
+
+def checked(place: str, made: Callable[[], Effect], particles: Particles) -> Effect:
+    """Return the effect that ``made`` makes, called at rest and near it; InputError naming ``place`` and the fault."""
     try:
-        effect = module.make(particles, scene.own_settings.get(name, {}), elastic)
+        effect = made()
         fault = _fault(effect, particles) or disagreement(effect, particles)
     except InputError:
         raise
     except Exception as error:
-        raise InputError(f"{path}: does not work ({failure(error)}); correct it, {GUIDE}.") from error
+        raise InputError(f"{place}: does not work ({failure(error)}); correct it, {GUIDE}.") from error
     if fault:
-        raise InputError(f"{path}: {fault}; correct it, {GUIDE}.")
+        raise InputError(f"{place}: {fault}; correct it, {GUIDE}.")
     return effect
 
 

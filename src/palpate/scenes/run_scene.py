@@ -1,7 +1,7 @@
 """Run a scene: the system of exactly the effects that it names, its steps and records, and the cost of each effect."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -39,8 +39,10 @@ def decisions(scene: Scene, particles: Particles) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["scene", "effect", "called", "reason"])
 
 
-def compose(scene: Scene, particles: Particles, without: str | None = None) -> System:
-    """Import and make the effects of a scene, and no others; ``without`` names one to leave out.
+def compose(
+    scene: Scene, particles: Particles, without: str | None = None, own: Mapping[str, own_effect.Maker] | None = None
+) -> System:
+    """Import and make the effects of a scene, and no others; ``without`` names one to leave out, ``own`` more of them.
 
     Raises InputError for one that does not suit the particles, and for nodes without mass.
     """
@@ -53,6 +55,9 @@ def compose(scene: Scene, particles: Particles, without: str | None = None) -> S
             effects[name] = own_effect.make(name, scene, particles, elastic)
         else:
             effects[name] = effect_registry.effect(name).make(particles, getattr(scene, name, None), elastic)
+    for name, maker in (own or {}).items():
+        made = partial(maker.make, particles, next(iter(effects.values()), None))
+        effects[name] = own_effect.checked(name, made, particles)
     if particles.ties is None:
         system = System(particles, effects)
     else:
@@ -140,14 +145,20 @@ class Run:
     doubt_s: float
 
 
-def run(scene: Scene, particles: Particles, progress: Callable = iter, without: str | None = None) -> Run:
-    """Simulate a scene; ``without`` names an effect to leave out.
+def run(
+    scene: Scene,
+    particles: Particles,
+    progress: Callable = iter,
+    without: str | None = None,
+    own: Mapping[str, own_effect.Maker] | None = None,
+) -> Run:
+    """Simulate a scene; ``without`` names an effect to leave out, ``own`` are effects beside its blocks.
 
     ``progress`` wraps the sequence of steps, as ``tqdm`` does. Raises InputError for a step beyond the integrator's
     known limit and for objects that overlap at the start; NotConverged, naming the time, for a step that is not found
     or a position that is not finite.
     """
-    system = compose(scene, particles, without)
+    system = compose(scene, particles, without, own)
     with _told(f"{scene.place}.integrator is {scene.integrator}"):
         make = partial(effect_registry.integrator(scene.integrator).make, system, scene)
         integrator = make()

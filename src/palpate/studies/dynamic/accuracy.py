@@ -311,7 +311,7 @@ def _relaxed(compared: ComparedScene, method: str, tried: Sequence[dict]) -> Tri
 
 
 def _looser(tolerance: float, compared: ComparedScene, steps: int) -> Scene:
-    return replace(compared.fem(steps), tolerance=tolerance)
+    return compared.fem(steps).but(tolerance=tolerance)
 
 
 def _wider(factor: float, compared: ComparedScene, steps: int) -> Scene:

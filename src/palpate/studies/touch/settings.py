@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from palpate.benchmark.settings import (
+    LEVEL,
     Instrument,
     OnLevel,
     ProjectiveDynamics,
@@ -41,13 +42,18 @@ class Truth(Block):
     most_error: Share = key("Own error over the surface above which a touch judges no model, over the peak", 0.01)
 
 
-class LevelMesh(OnLevel):
+class LevelMesh(Block):
     order: Literal[1, 2] = key("Linear elements, 1, or quadratic ones, 2")
+    level: Index = key(LEVEL)
+
+
+HELD = "Level, from the first of the body's shape, that the rim of what is held is refined to"
+TOUCHED = "Level that it is refined to where it is touched"
 
 
 class LocalMesh(Block):
-    held: Index = key("Level, from the first of the body's shape, that the rim of what is held is refined to")
-    level: Index = key("Level that it is refined to where it is touched")
+    held: Index = key(HELD)
+    level: Index = key(TOUCHED)
 
 
 class Fem(Block):
@@ -60,9 +66,11 @@ class Fem(Block):
     )
 
 
-class LinearMesh(LocalMesh):
-    discs: Count = key("Discs of pressure that cover what may be touched")
+class LinearMesh(Block):
     warped: Switch = key("Whether the sum of their responses is turned by its own rotations", False)
+    discs: Count = key("Discs of pressure that cover what may be touched")
+    held: Index = key(HELD)
+    level: Index = key(TOUCHED)
 
 
 class Relaxed(Block):

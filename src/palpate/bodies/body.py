@@ -8,13 +8,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
-from palpate.bodies.material import Material, Tissue, uniform
+from palpate.bodies.material import LAWS, Material, Tissue, uniform
 from palpate.bodies.mesh import Sheet, TetMesh
 from palpate.bodies.refinement import Snap, finer
 from palpate.bodies.supports import Bed, inner_nodes
 
 if TYPE_CHECKING:  # it checks the quality of bodies
+    from pathlib import Path
+
+    from skfem import MeshTet
+
     from palpate.bodies.organs import SmoothSurface
+    from palpate.bodies.settings import Anchors, Plane, Sphere
+
+    Rule = Anchors | Plane | Sphere
 
 
 SHAPE_LEVEL = 1
@@ -54,6 +61,51 @@ class Body:
     @property
     def fine(self) -> TetMesh | Sheet:
         return self.levels[-1]
+
+    def to_skfem(self, level: int = -1) -> "MeshTet":
+        """Return the tetrahedra of a level as a mesh of scikit-fem, nodes in the same order."""
+        from skfem import MeshTet
+
+        mesh = self.levels[level]
+        return MeshTet(np.ascontiguousarray(mesh.nodes.T), np.ascontiguousarray(mesh.tetrahedra.T))
+
+    @staticmethod
+    def from_skfem(
+        mesh: "MeshTet",
+        *,
+        young_pa: float,
+        poisson: float,
+        density_kg_m3: float = 1000.0,
+        law: str = LAWS[0],
+        anchors: "np.ndarray | Rule | None" = None,
+        refinements: int = 0,
+        name: str = "body",
+    ) -> "Body":
+        """Return a body of a mesh of scikit-fem in metres, whose nodes stay in their order.
+
+        anchors : numbers of the nodes that are held, or a Plane or Sphere that holds them; None for a free body
+        Raises InputError for flat or doubled elements and as ``make_body``.
+        """
+        from palpate.bodies.mesh_quality import check_tetrahedra
+        from palpate.bodies.settings import as_anchors
+        from palpate.bodies.supports import choose_anchors
+
+        nodes, corners = np.ascontiguousarray(mesh.p.T), np.ascontiguousarray(mesh.t.T, dtype=np.int64)
+        inverted = TetMesh(nodes, corners).volumes < 0.0
+        corners[inverted] = corners[inverted][:, [0, 1, 3, 2]]  # scikit-fem sorts the nodes of its elements
+        coarse = TetMesh(nodes, check_tetrahedra(name, nodes, corners))
+        rule = {"nodes": anchors.tolist()} if isinstance(anchors, np.ndarray) else as_anchors(anchors)
+        held = choose_anchors(name, rule, coarse)
+        return nest(name, coarse, refinements, held, Material(young_pa, poisson, density_kg_m3, law))
+
+    def plot(self, path: "str | Path | None" = None) -> bytes:
+        """Draw the finest level; return the PNG, and write it to ``path`` if there is one."""
+        from palpate import pictures
+
+        return pictures.body(self, path)
+
+    def _repr_png_(self) -> bytes:
+        return self.plot()
 
     def tissue(self, level: int) -> Tissue:
         """Return the materials of the tetrahedra of a level."""

@@ -87,20 +87,20 @@ class Bed(Block):
     stiffness_n_m3: Positive = key("Traction per displacement at the centre [N/m³], in each direction")
 
 
-def _as_anchors(value: Any) -> Any:
+def as_anchors(value: Any) -> Any:
     """Take a plane, a sphere or several of them for the rule that they are."""
     if isinstance(value, Plane):
         return Anchors(plane=value)
     if isinstance(value, Sphere):
         return Anchors(sphere=value)
-    return Anchors(several=[_as_anchors(each) for each in value]) if isinstance(value, list | tuple) else value
+    return Anchors(several=[as_anchors(each) for each in value]) if isinstance(value, list | tuple) else value
 
 
 class _Body(Block):
     young_pa: Positive = key("Young's modulus [Pa]")
     poisson: Poisson = key("Poisson's ratio")
     density_kg_m3: Positive = key("Density [kg/m³]", 1000)
-    anchors: Annotated[Anchors, BeforeValidator(_as_anchors)] | None = optional(
+    anchors: Annotated[Anchors, BeforeValidator(as_anchors)] | None = optional(
         "Which coarse nodes are held, by exactly one rule; without it and without a bed, of a body from a file or a "
         "CT, those of the lowest tenth of its longest side"
     )

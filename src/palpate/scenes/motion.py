@@ -1,6 +1,6 @@
 """The result of a scene's run: positions, energies and contacts over time, kept as HDF5 or as a series for ParaView."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 import pandas as pd
 
+from palpate.errors import InputError, suggest
 from palpate.files import read_hdf5, write_whole
 
 ARRAYS = ("times", "positions", "rest", "triangles", "tetrahedra", "held")
@@ -58,6 +59,34 @@ class Motion:
     contacts: pd.DataFrame = field(default_factory=pd.DataFrame)
     up: int = 2
     drawn: tuple[Moved, ...] = ()
+
+    def force(self, name: str) -> np.ndarray:
+        """Return the force (s, 3) [N] of an instrument or a hook on the bodies at the end of each of s steps.
+
+        name : "floor_0", its own if it has one, or the kind alone if there is only one; times are in ``observed``
+        Raises InputError for a name that nothing has.
+        """
+        felt = [column.removesuffix("_force_x_n") for column in self.observed if column.endswith("_force_x_n")]
+        found = [each for each in felt if name in (each, each.rpartition("_")[0])]
+        if len(found) != 1:
+            raise InputError(f"no force is felt by {name}; {suggest(name, felt, 'there are')}")
+        return -self.observed[[f"{found[0]}_force_{axis}_n" for axis in "xyz"]].to_numpy()
+
+    def save(self, path: Path | str) -> None:
+        """Write the motion to a file: an animation (.gif), stills (.png), all of it (.h5), or a series (.pvd)."""
+        if (kind := Path(path).suffix.lower()) == ".h5":
+            save(self, path)
+        elif kind == ".pvd":
+            write_series(replace(self, scene=Path(path).stem), Path(path).parent)
+        else:
+            from palpate import pictures
+
+            pictures.motion(self, path)
+
+    def _repr_png_(self) -> bytes:
+        from palpate import pictures
+
+        return pictures.stills(self)
 
     def instrument_forces(self) -> np.ndarray:
         """Return the force of each of the k obstacles on the bodies between two frames, (f − 1, k, 3) [N].

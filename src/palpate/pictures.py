@@ -27,8 +27,8 @@ def surface(nodes: np.ndarray, triangles: np.ndarray, moved: np.ndarray | None =
     from vtkmodules.vtkCommonCore import vtkLogger
 
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)  # without a display VTK tries X first, and says so
-    plotter = pyvista.Plotter(off_screen=True, window_size=(WIDTH, HEIGHT))
-    plotter.set_background("white")
+    plotter = pyvista.Plotter(off_screen=True, window_size=[WIDTH, HEIGHT])
+    plotter.set_background("white")  # type: ignore[arg-type]
     plotter.enable_anti_aliasing("ssaa")
     mesh = pyvista.PolyData.from_regular_faces(np.asarray(nodes, dtype=float), triangles)
     look: dict[str, Any] = {
@@ -44,7 +44,8 @@ def surface(nodes: np.ndarray, triangles: np.ndarray, moved: np.ndarray | None =
     plotter.add_mesh(mesh, **look)
     plotter.camera_position = [(0.3, -1.5, 0.8), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
     plotter.reset_camera()  # type: ignore[call-arg]
-    plotter.camera.zoom(1.4)
+    plotter.enable_parallel_projection()  # type: ignore[call-arg]
+    plotter.camera.zoom(1.25)
     image = np.asarray(plotter.screenshot(return_img=True))
     plotter.close()
     return image

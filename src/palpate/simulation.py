@@ -67,7 +67,7 @@ def simulate(
         blocks["push"] = settings.Push(loads=blocks["push"])
     moved = [{"body": made.name, "shift_m": list(shift)} for made, (_, shift) in zip(bodies[1:], others, strict=True)]
     times = {"step_s": step_s, "duration_s": duration_s, "others": moved}
-    asked = Scene.model_validate({"body": bodies[0].name} | times | blocks | scene)
+    asked = Scene.model_validate({"body": bodies[0].name, "name": bodies[0].name} | times | blocks | scene)
     scene_check.check_instruments(asked.place, asked)
     scene_check.check_loads(asked.place, asked)
     return run(asked, particles_in(asked, bodies), own=own).motion

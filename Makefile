@@ -118,7 +118,7 @@ lock:  ## write environment.lock and tests/environment.lock anew for the depende
 	@tools=$$(mktemp -d) && trap 'rm -rf "$$tools"' EXIT && \
 	"$$PYTHON" -m venv "$$tools" && "$$tools/bin/pip" install --quiet pip-tools && \
 	compile() { CUSTOM_COMPILE_COMMAND="make lock" "$$tools/bin/pip-compile" --quiet --generate-hashes --allow-unsafe \
-	--strip-extras --extra cluster --no-emit-index-url --no-emit-trusted-host --no-emit-find-links "$$@" pyproject.toml; } && \
+	--strip-extras --extra workflow --extra cluster --no-emit-index-url --no-emit-trusted-host --no-emit-find-links "$$@" pyproject.toml; } && \
 	compile --extra bench --all-build-deps --output-file environment.lock && \
 	compile --extra dev --constraint environment.lock --output-file tests/environment.lock
 

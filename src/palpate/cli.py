@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from palpate.errors import InputError
+from palpate.errors import InputError, explained
 
 if TYPE_CHECKING:
     from palpate.effects.instrument import Instrument
@@ -27,7 +27,8 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command; 0, or 1 with one sentence on standard error if something given cannot be used."""
     try:
         asked = _parser().parse_args(arguments)
-        print(asked.act(asked), flush=True)
+        with explained():
+            print(asked.act(asked), flush=True)
     except BrokenPipeError:  # whoever reads has had enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt:

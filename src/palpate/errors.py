@@ -48,3 +48,30 @@ def about(place: str) -> Iterator[None]:
         for one in caught:
             text = f"{place}: {one.message}" if one.category is UserWarning else one.message
             warnings.warn_explicit(text, one.category, one.filename, one.lineno)
+
+
+EXTRAS = {
+    "SimpleITK": "ct",
+    "gmsh": "surfaces",
+    "pyvista": "view",
+    "vtkmodules": "view",
+    "matplotlib": "view",
+    "PIL": "view",
+    "snakemake": "workflow",
+    "jinja2": "workflow",
+    "markdown_it": "workflow",
+    "cma": "workflow",
+}
+"""The part of palpate that is installed with each package that not everybody needs."""
+
+
+@contextmanager
+def explained() -> Iterator[None]:
+    """Raise InputError, with the command that installs it, for a package of an extra that is not installed."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if package not in EXTRAS:
+            raise
+        raise InputError(f"this needs {package}; type pip install 'palpate[{EXTRAS[package]}]'.") from error

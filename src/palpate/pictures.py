@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.errors import InputError
+from palpate.errors import InputError, explained
 
 if TYPE_CHECKING:
     from palpate.bodies.body import Body
@@ -23,8 +23,9 @@ def surface(nodes: np.ndarray, triangles: np.ndarray, moved: np.ndarray | None =
 
     nodes : (n, 3) [m] where it is; triangles : (t, 3); moved : (n, 3) [m] from rest, by which it is coloured, or None
     """
-    import pyvista
-    from vtkmodules.vtkCommonCore import vtkLogger
+    with explained():
+        import pyvista
+        from vtkmodules.vtkCommonCore import vtkLogger
 
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)  # without a display VTK tries X first, and says so
     plotter = pyvista.Plotter(off_screen=True, window_size=[WIDTH, HEIGHT])
@@ -71,7 +72,8 @@ def motion(shown: "Motion", path: str | Path) -> None:
     """Write a motion as an animation that loops (.gif), or four moments of it in a row (.png)."""
     kind = Path(path).suffix.lower()
     if kind == ".gif":
-        from palpate.studies.scenes import motion_pictures
+        with explained():
+            from palpate.studies.scenes import motion_pictures
 
         motion_pictures.animate(shown, path)
     elif kind == ".png":
@@ -82,7 +84,8 @@ def motion(shown: "Motion", path: str | Path) -> None:
 
 def stills(shown: "Motion") -> bytes:
     """Return a PNG of four moments of a motion in a row."""
-    from palpate.studies.scenes import motion_pictures
+    with explained():
+        from palpate.studies.scenes import motion_pictures
 
     file = BytesIO()
     motion_pictures.stills(shown, 4).savefig(file, format="png")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BeforeValidator, ConfigDict, Field
 
 from palpate.bodies.material import LAWS, NAMED, PATTERN_EXPONENTIAL, kind_of
-from palpate.errors import InputError, describe_unknown
+from palpate.errors import InputError, describe_unknown, explained
 from palpate.files import check_file
 from palpate.own_file import LAW_FUNCTIONS, check_source
 from palpate.setting_types import (
@@ -109,7 +109,8 @@ class _Body(Block):
         """Make the body, called ``name`` in messages, or as its kind; InputError as ``bodies.make_body``."""
         from palpate.bodies.make_body import make_body
 
-        return make_body(name or self["kind"], self)  # type: ignore[arg-type]
+        with explained():
+            return make_body(name or self["kind"], self)  # type: ignore[arg-type]
 
 
 class _Solid(_Body):

@@ -1,7 +1,7 @@
 """What accuracy costs in soft-tissue simulation: published methods and their rivals on the same bodies.
 
-``import palpate as pp`` imports nothing else; each of ``dir(pp)`` is imported when it is used first. The classes are those
-that the blocks of config.yaml become, and their fields have the names of its keys.
+``import palpate as pp`` imports nothing else; each of ``dir(pp)`` is imported when it is used first. The classes are
+those that the blocks of config.yaml become, and their fields have the names of its keys.
 """
 
 import ast

@@ -311,7 +311,7 @@ def _relaxed(compared: ComparedScene, method: str, tried: Sequence[dict]) -> Tri
 
 
 def _looser(tolerance: float, compared: ComparedScene, steps: int) -> Scene:
-    return compared.fem(steps).but(tolerance=tolerance)
+    return compared.fem(steps).model_copy(update={"tolerance": tolerance})  # looser than a scene may be
 
 
 def _wider(factor: float, compared: ComparedScene, steps: int) -> Scene:

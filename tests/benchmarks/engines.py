@@ -31,7 +31,8 @@ import pandas as pd
 
 from palpate.benchmark.judge import Judge, read_judged
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, FitOptions, Setting, checked, setting_text
+from palpate.benchmark.model import Case, Setting, checked, setting_text
+from palpate.benchmark.settings import FitOptions, Widths
 from palpate.bodies.material import LAWS
 from palpate.effects.laws import quadratic_neo_hookean
 from palpate.errors import NotConverged
@@ -87,7 +88,9 @@ def asked(results: Path, scene: str) -> tuple[Case, Judge, list[int], list[Load]
     files |= {name: place / regime / f"{name}.h5" for name in ("database", "truth")}
     files["samples"] = place / regime / "samples.csv"
     radius_m = regimes[regime].get("radius_of_body_m", {}).get(body, regimes[regime]["radius_m"])
-    options = FitOptions(10, {"min": 0.1, "max": 10.0, "count": 5}, 3, "contacts", 1)
+    options = FitOptions(
+        neighbours=10, sigma_relative=Widths(min=0.1, max=10.0, count=5), folds=3, split="contacts", seed=1
+    )
     case, judge = read_judged(files, regime, 1, radius_m, options, 1e-8, grid())
     rows = np.linspace(0, len(judge.numbers) - 1, PRESSES).astype(int).tolist()
     db = judge.samples

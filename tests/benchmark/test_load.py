@@ -11,7 +11,7 @@ from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, spread
 from palpate.errors import InputError, NotConverged
 from palpate.models.depths import find_forces
-from palpate.models.fem_statics import ContactShares, Simulation
+from palpate.models.fem_statics import ContactShares, Simulation, to_surface
 from palpate.models.kinds import FEM, ContactModes, Interpolation, LinearFEM, LocalFEM, WarpedCompliance
 from palpate.models.model_registry import MODELS
 from palpate.solvers.compliance import compute_compliance
@@ -135,7 +135,7 @@ def test_without_a_disc_a_point_between_nodes_is_pushed(slab_case, places):
     for order in (1, 2):
         moved = Simulation(case, 0, 1e-9, order=order).nodal(Load.at(node, force))
         field = np.random.default_rng(0).normal(size=moved.shape)
-        up = fem.to_surface(body, 0, order)
+        up = to_surface(body, 0, order)
         work = force @ (up @ field)[np.searchsorted(body.fine.surface, node)]
         assert np.vdot(moved, field) == pytest.approx(work, rel=1e-12)
 
@@ -144,7 +144,7 @@ def test_without_a_disc_a_point_between_nodes_is_pushed(slab_case, places):
 def test_linear_responses_add_up_and_find_forces(case, places, order):
     one, other, _, force = places
     case = replace(case, response=compute_compliance(case.body, RADIUS_M, order=order))
-    linear = linear_fem.Linear(case, {})
+    linear = LinearFEM().prepare(case)
     presses = (Press(one, force), Press(other, -0.5 * force))
     both = linear.respond(Load(presses))
     assert np.allclose(both, sum(linear.respond(Load((press,))) for press in presses), rtol=1e-12, atol=0.0)

@@ -88,9 +88,7 @@ def test_what_learns_nothing_is_asked_at_training_contacts_too(slab_case, slab_j
             fresh.use_training()
         return Scaled(slab_judge, 0.9)
 
-    made = made_up(
-        lambda case: [{"learns": True, "size": 1}, {"learns": False, "size": 1}, {"size": 2, "learns": False}], prepare
-    )
+    made = made_up([{"learns": True, "size": 1}, {"learns": False, "size": 1}, {"size": 2, "learns": False}], prepare)
     samples, settings = measure(slab_case[0], "scaled", made, judge, 6, 1.0, more_of="size=1")
     asked = samples[samples["side"] == TRAINING]
     assert len(asked) == 6 and set(asked["setting"]) == {"learns=false, size=1"}
@@ -203,9 +201,12 @@ def test_it_is_said_what_a_model_is_told(slab_case, slab_judge):
     class Coarse(Made):
         coarse: str
 
+    def right(case, setting):
+        return Scaled(slab_judge, 1.0)
+
     def made(**about):
         kind = type("Told", (Coarse,), {"__module__": __name__, **about})
-        return [kind(setting={}, how=lambda *_: Scaled(slab_judge, 1.0), coarse=each) for each in ("linear", "loose")]
+        return [kind(setting={"coarse": each}, how=right, coarse=each) for each in ("linear", "loose")]
 
     settings = measure(slab_case[0], "mine", made(sees="deformation", law="linear"), slab_judge, 6, 0.0)[1]
     assert (settings["sees"] == "deformation").all() and settings["prepared"].tolist() == [True, False]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.load import Load
+from palpate.benchmark.load import Load, SurfacePress
 from palpate.bodies.body import nest
 from palpate.bodies.refinement import finer
 from palpate.bodies.simple_shapes import cylinder
@@ -15,7 +15,7 @@ from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.models.fem import BEFORE
 from palpate.models.fem_statics import to_surface
-from palpate.models.kinds import FEM, FastFEM
+from palpate.models.kinds import FEM, FastFEM, LinearFEM, Springs
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.tradeoff.settings import Families
 
@@ -164,3 +164,18 @@ def test_every_iteration_helps_and_so_does_a_near_start(disc):
     for n in (2, 4, 8):
         assert wrong["frame", n] < 0.3 * wrong["rest", n]
     assert wrong["linear", 2] < wrong["rest", 2]
+
+
+@pytest.mark.parametrize("model", [FEM(order=2), FastFEM(tolerance=1e-6), LinearFEM(), LinearFEM(target="limit")])
+def test_a_body_alone_is_asked(slab, model):
+    """A small press is linear, and goes inward if nothing else is said."""
+    node = int(slab.coarse.surface[-1])
+    inward = [float(each) for each in -slab.fine.normals[node]]
+    press = SurfacePress(node=node, force_n=1e-5, radius_m=0.02)
+    found, same = (model.answer(slab, each) for each in (press, press.model_copy(update={"direction": inward})))
+    assert found.error(same) < 1e-12 and found.doubt == ""
+    assert found.error(LinearFEM().answer(slab, press)) < (0.1 if model == LinearFEM(target="limit") else 1e-3)
+    with pytest.raises(InputError, match="no samples"):
+        Springs().answer(slab, press)
+    with pytest.raises(InputError, match="which has"):
+        model.answer(slab, SurfacePress(node=10**6, force_n=1.0))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import lru_cache, partial
 from importlib import import_module
 from time import perf_counter
 from types import FunctionType, MethodType, ModuleType
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, TypeVar
 
 import numpy as np
 
-from palpate.benchmark.load import Answer, Doubted, Load, displacement_of
+from palpate.benchmark.load import Answer, Doubted, Load, Response, SurfacePress, displacement_of
 from palpate.benchmark.settings import FitOptions
 from palpate.errors import InputError, NotConverged
 from palpate.setting_types import Block
@@ -69,10 +69,12 @@ class Case:
         return Case(body, regime, radius_m, database, None, FitOptions(seed=seed), tolerance)
 
     def use_training(self) -> Database:
-        """Return the k training samples, and charge what simulating them took.
+        """Return the k training samples, and charge what simulating them took; InputError if there are none.
 
         contact (k,), force (k, 3) [N], fine (k, n_surface, 3) [m], coarse_live …
         """
+        if not self.n_training:
+            raise InputError(f"{self.body.name}: this case has no samples; simulate some, or take what learns nothing.")
         self.charge("training", float(self.database.seconds.sum()))
         return self.database
 
@@ -212,6 +214,20 @@ class Model(Block):
         """
         return import_module(self.place).prepare(case, self)
 
+    def answer(self, body: Body, press: SurfacePress) -> Response:
+        """Return the answer to one press of a body; what was prepared last is kept, and serves further presses.
+
+        InputError for a model that learns from samples, which a body alone has not; NotConverged without an answer.
+
+        ``FEM(order=1).answer(liver, SurfacePress(node=100, force_n=0.5, radius_m=0.02)).displacement_m``
+        """
+        load = press.load_of(body)
+        case = _alone(body, press.radius_m, (press.node,) if self.needs_contacts else ())
+        solver = case.share(("solver", self), lambda: self.prepare(case))
+        solver.precede(load)
+        found, doubt = answered(solver, load, case.n_surface)
+        return Response(body, found.displacement, found.error, doubt)
+
     def law_of(self, case: Case) -> str:
         """Return the law of the material with which the model answers for the body of ``case``."""
         return case.body.material.law if self.law == BODYS else self.law
@@ -225,6 +241,17 @@ class Model(Block):
         """
         start = getattr(self, "coarse", None), getattr(self, "start", None)
         return self.prepared or "linear" in start or getattr(self, "target", None) == LIMIT
+
+
+@lru_cache(maxsize=2)
+def _alone(body: Body, radius_m: float, stored: tuple[int, ...]) -> Case:
+    """Return the case of a body without samples, with linear responses to unit forces at the nodes ``stored``."""
+    case = Case.untrained(body, "press", radius_m, 1, 1e-8)
+    if not stored:
+        return case
+    from palpate.solvers.compliance import compute_compliance
+
+    return replace(case, response=compute_compliance(body, radius_m, contacts=np.array(stored), order=2))
 
 
 LIMIT = "limit"

@@ -1,29 +1,33 @@
 """A model of your own: the response of the nearest training sample, scaled by the ratio of the forces."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from palpate.benchmark.model import held_mb
 
-REDUCES = "p2"  # its answers are made of training responses
-
-
-def settings(case):
-    """Return settings from cheap to expensive: how many of the training samples are kept."""
-    return [{"samples": max(1, case.n_training * part // 5)} for part in (1, 2, 3, 4, 5)]
-
-
-def prepare(case, setting):
-    """Prepare offline: this is timed, and what simulating the training samples took is added."""
-    return Nearest(case.first(setting["samples"]).use_training())
-
-
+@dataclass(frozen=True)
 class Nearest:
-    """Answer with the sample whose contact is nearest at rest, times the ratio of the forces."""
+    """Answer with the sample whose contact is nearest at rest; its fields are its setting, in tables too."""
+
+    samples: int = 18  # of the training samples
+    reduces = "p2"  # its answers are made of training responses
+
+    @classmethod
+    def tried(cls, case):
+        """Return what is tried, from cheap to expensive: shares of the training samples."""
+        return [cls(max(1, case.n_training * part // 5)) for part in (1, 2, 3, 4, 5)]
+
+    def prepare(self, case):
+        """Prepare offline: this is timed, and what simulating the training samples took is added."""
+        return NearestSample(case.first(self.samples).use_training())
+
+
+class NearestSample:
+    """What answers: ``memory_mb`` would say how much it holds if its arrays did not."""
 
     def __init__(self, training):
         self.places, self.contact = training.coarse_nodes, training.contact
         self.force, self.fine = training.force, training.fine
-        self.memory_mb = held_mb(self)
 
     def respond(self, load):
         """Return the displacement (n_surface, 3) [m] under ``load``; timed."""

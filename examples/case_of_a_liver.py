@@ -4,8 +4,9 @@ import numpy as np
 from press_a_liver import LIVER
 
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, FitOptions
+from palpate.benchmark.model import Case
 from palpate.benchmark.presses import choose_loads
+from palpate.benchmark.settings import FitOptions, Widths
 from palpate.benchmark.split import split
 from palpate.benchmark.static_responses import assemble, press
 from palpate.bodies.make_body import make_body
@@ -22,7 +23,9 @@ def make_case(train=18, test=6):
     fine, coarse = press(body, 1, loads, 1e-8), press(body, 0, loads, 1e-8)
     samples = assemble(body, loads, fine, coarse, "")
     known, asked = split(samples.contact, train, test, "contacts", seed=1)
-    options = FitOptions(10, {"min": 0.1, "max": 10.0, "count": 5}, 3, "contacts", seed=1)
+    options = FitOptions(
+        neighbours=10, sigma_relative=Widths(min=0.1, max=10.0, count=5), folds=3, split="contacts", seed=1
+    )
     return Case(body, "medium", RADIUS_M, samples.take(known), linear, options, 1e-8), samples.take(asked)
 
 

@@ -23,9 +23,9 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.simple_shapes import cylinder
-from palpate.run.settings import defaults
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.studies.tradeoff.jobs import ACCURACY_VS_TIME
+from palpate.studies.tradeoff.settings import Families
 
 LETTERS = locale.setlocale(locale.LC_CTYPE)
 
@@ -167,16 +167,17 @@ def trade_off_folder(trade_off, tmp_path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def grid() -> dict[str, dict]:
+def grid() -> Families:
     """The settings that models are tried with, by family, where the config says nothing."""
-    return defaults("tradeoff")["settings"]
+    return Families()
 
 
 @pytest.fixture(scope="session")
-def slab_case(slab, slab_compliance, grid) -> tuple:
+def slab_case(slab, slab_compliance) -> tuple:
     """A case of the slab with 12 training samples at 6 contacts, 6 test samples at 3 others, and their numbers."""
-    from palpate.benchmark.model import Case, FitOptions
+    from palpate.benchmark.model import Case
     from palpate.benchmark.presses import choose_loads
+    from palpate.benchmark.settings import FitOptions, Widths
     from palpate.benchmark.split import split
     from palpate.benchmark.static_responses import assemble, press
 
@@ -184,8 +185,10 @@ def slab_case(slab, slab_compliance, grid) -> tuple:
     fine, coarse = press(slab, 1, loads, 1e-10), press(slab, 0, loads, 1e-8)
     db = replace(assemble(slab, loads, fine, coarse, "abc"), seconds=np.full(18, 2.0))
     train, test = split(db.contact, 12, 6, "contacts", 1)
-    options = FitOptions(5, {"min": 0.1, "max": 10, "count": 4}, 3, "contacts", 1)
-    case = Case(slab, "large", 0.0, db.take(train), slab_compliance, options, 1e-8, grid)
+    options = FitOptions(
+        neighbours=5, sigma_relative=Widths(min=0.1, max=10, count=4), folds=3, split="contacts", seed=1
+    )
+    case = Case(slab, "large", 0.0, db.take(train), slab_compliance, options, 1e-8)
     return case, db.take(test), test
 
 

@@ -5,7 +5,15 @@ from pathlib import Path
 import pytest
 
 from palpate.errors import InputError
-from palpate.own_file import EFFECT_FUNCTIONS, LAW_FUNCTIONS, check_source, failure, import_file, own_fault
+from palpate.own_file import (
+    EFFECT_FUNCTIONS,
+    LAW_FUNCTIONS,
+    MODEL_FUNCTIONS,
+    check_source,
+    failure,
+    import_file,
+    own_fault,
+)
 from palpate.run.job import job
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -51,7 +59,7 @@ def test_one_that_does_not_is_refused_before_it_runs(tmp_path, text, said):
 
 
 def test_the_guides_examples_pass():
-    check_source("models.nearest", DOCS / "example_model.py", ("settings(case)", "prepare(case, setting)"), "")
+    check_source("models.nearest", DOCS / "example_model.py", MODEL_FUNCTIONS, "")
     check_source("own.wind", DOCS.parent / "examples/wind.py", EFFECT_FUNCTIONS, "")
 
 

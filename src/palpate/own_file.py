@@ -10,13 +10,13 @@ from types import ModuleType
 from palpate.errors import InputError
 
 EFFECT_FUNCTIONS = ("make(particles, settings, elastic)",)
-MODEL_FUNCTIONS = ("settings(case)", "prepare(case, setting)")
+MODEL_FUNCTIONS = (".prepare(case)",)
 LAW_FUNCTIONS = (
     "shape(s, mu, gradient, hessian)",
     "measure(s, gradient, hessian)",
     "volume(theta, mu, lam, derivatives)",
 )
-"""The functions that the file of an effect has, that of a model, and that of a law."""
+"""The functions that the file of an effect has, the method of a class in that of a model, and those of a law."""
 PREFIX = "palpate_own_"
 """How the names of modules that are the user's files begin."""
 
@@ -35,7 +35,8 @@ def check_source(key: str, path: Path, functions: Iterable[str], guide: str) -> 
     defined = set(_defined(tree.body))
     for function in functions:
         if function.partition("(")[0] not in defined and "*" not in defined:
-            raise InputError(f"{key}: {path} has no function {function}; {guide}.")
+            kind = "class with" if function.startswith(".") else "function"
+            raise InputError(f"{key}: {path} has no {kind} {function.removeprefix('.')}; {guide}.")
 
 
 def _defined(body: list[ast.stmt]) -> Iterable[str]:
@@ -43,6 +44,8 @@ def _defined(body: list[ast.stmt]) -> Iterable[str]:
     for line in body:
         if isinstance(line, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             yield line.name
+            methods = line.body if isinstance(line, ast.ClassDef) else []
+            yield from (f".{method.name}" for method in methods if isinstance(method, ast.FunctionDef))
             continue
         if isinstance(line, ast.Import | ast.ImportFrom):
             yield from (name.asname or name.name for name in line.names)

@@ -10,15 +10,15 @@ from palpate.bodies.contacts import surface_contacts
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, spread
 from palpate.errors import InputError, NotConverged
-from palpate.models import fem, fem_local, interpolation, linear_fem
 from palpate.models.depths import find_forces
-from palpate.models.fem_statics import ContactShares, Simulation
-from palpate.models.model_registry import model
+from palpate.models.fem_statics import ContactShares, Simulation, to_surface
+from palpate.models.kinds import FEM, ContactModes, Interpolation, LinearFEM, LocalFEM, WarpedCompliance
+from palpate.models.model_registry import MODELS
 from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
 
 RADIUS_M = 0.03
-REST = {"start": "rest", "tolerance": 1e-9}
+TOLERANCE = 1e-9
 
 
 @pytest.fixture(scope="module")
@@ -111,7 +111,7 @@ def test_a_capped_search_comes_to_the_converged_force(case, places):
     load = Load((Press(one, moved=way[0]),))
     errors = []
     for n in (1, 2, 3, 8):
-        answer = fem.Fem(case, {"level": 0, "start": "rest", "iterations": n}, 1).respond(load)
+        answer = FEM(order=1, level=0, iterations=n).prepare(case).respond(load)
         assert isinstance(answer, Answer)
         errors.append(np.linalg.norm(answer.forces[0] - force) / np.linalg.norm(force))
     assert errors[0] > 0.01 > 1e-6 > errors[-1] and errors[2] < errors[0]
@@ -121,7 +121,7 @@ def test_a_capped_search_comes_to_the_converged_force(case, places):
 def test_every_start_leads_to_the_same_depth(case, places, start):
     one, other, _, force = places
     load = Load((Press(one, moved=np.array([0.0, 0.002, -0.01])), Press(other, 0.3 * force)))
-    cold, warm = (fem.Fem(case, {"level": 0} | REST | {"start": each}, 1) for each in ("rest", start))
+    cold, warm = (FEM(order=1, level=0, start=each, tolerance=TOLERANCE).prepare(case) for each in ("rest", start))
     warm.precede(load)
     expected, found = cold.respond(load), warm.respond(load)
     assert np.abs(found.displacement - expected.displacement).max() < 1e-6 * np.abs(expected.displacement).max()
@@ -135,7 +135,7 @@ def test_without_a_disc_a_point_between_nodes_is_pushed(slab_case, places):
     for order in (1, 2):
         moved = Simulation(case, 0, 1e-9, order=order).nodal(Load.at(node, force))
         field = np.random.default_rng(0).normal(size=moved.shape)
-        up = fem.to_surface(body, 0, order)
+        up = to_surface(body, 0, order)
         work = force @ (up @ field)[np.searchsorted(body.fine.surface, node)]
         assert np.vdot(moved, field) == pytest.approx(work, rel=1e-12)
 
@@ -144,7 +144,7 @@ def test_without_a_disc_a_point_between_nodes_is_pushed(slab_case, places):
 def test_linear_responses_add_up_and_find_forces(case, places, order):
     one, other, _, force = places
     case = replace(case, response=compute_compliance(case.body, RADIUS_M, order=order))
-    linear = linear_fem.Linear(case, {})
+    linear = LinearFEM().prepare(case)
     presses = (Press(one, force), Press(other, -0.5 * force))
     both = linear.respond(Load(presses))
     assert np.allclose(both, sum(linear.respond(Load((press,))) for press in presses), rtol=1e-12, atol=0.0)
@@ -162,7 +162,7 @@ def test_linear_responses_add_up_and_find_forces(case, places, order):
 
 def test_stored_coarse_answers_add_up(case, places):
     one, other, _, force = places
-    coarse = interpolation.Interpolated(case, {"coarse": "linear"})
+    coarse = Interpolation(coarse="linear").prepare(case)
     both = Load((Press(one, force), Press(other, -0.5 * force)))
     parts = [coarse.respond(Load((press,))) for press in both.presses]
     assert np.allclose(coarse.respond(both), sum(parts), rtol=1e-12, atol=0.0) and np.abs(parts[1]).max() > 1e-3
@@ -171,7 +171,7 @@ def test_stored_coarse_answers_add_up(case, places):
 def test_two_warped_responses_are_one_warp_of_their_sum(case, places):
     """To the first order they are linear; under large forces they are nearer to the elements' answer."""
     one, other, _, force = places
-    warped, linear = model("warped_compliance", {}).offline(case).online({"samples": 0}), linear_fem.Linear(case, {})
+    warped, linear = WarpedCompliance().prepare(case), LinearFEM().prepare(case)
 
     def both(share):
         return Load((Press(one, share * force), Press(other, 0.3 * share * force)))
@@ -207,8 +207,7 @@ def test_a_search_for_forces_ends_or_says_that_it_does_not():
 
 def test_a_local_mesh_is_pushed_to_a_depth(case, places):
     one, *_, force = places
-    setting = {"depth": 1, "reach": 1.5, "order": 1} | REST
-    local = fem_local.offline(case).online(setting)
+    local = LocalFEM(order=1, tolerance=TOLERANCE).prepare(case)
     expected = local.respond(Load.at(one, force))
     simulation = local._meshes.of(one)[0]
     way = simulation.means(Load.at(one, force), simulation.displacement(Load.at(one, force)))[0]
@@ -230,10 +229,9 @@ def test_a_local_mesh_is_pushed_to_a_depth(case, places):
         "springs": {"depth": True, "two": True, "between": False},
     }.items(),
 )
-def test_a_model_answers_or_refuses_in_one_sentence(case, places, name, kinds):
+def test_a_model_answers_or_refuses_in_one_sentence(case, places, grid, name, kinds):
     one, other, node, force = places
-    made = model(name, {})
-    solver = made.offline(case).online(made.settings(case)[-1])
+    solver = MODELS[name].tried(case, grid)[-1].prepare(case)
     loads = {
         "depth": Load((Press(one, moved=np.array([0.0, 0.0, -0.005])),)),
         "two": Load((Press(one, 0.3 * force), Press(other, 0.3 * force))),
@@ -252,35 +250,32 @@ def test_a_model_answers_or_refuses_in_one_sentence(case, places, name, kinds):
 def test_what_cannot_be_pushed_is_refused_and_never_nan(case, places):
     one, _, node, _ = places
     held, inner = int(case.body.anchors[1][0]), int(np.setdiff1d(np.arange(90), case.body.fine.surface)[0])
-    solver, way = fem.Fem(case, {"level": 0} | REST, 1), np.array([0.0, 0.0, -0.005])
+    solver, way = FEM(order=1, level=0, tolerance=TOLERANCE).prepare(case), np.array([0.0, 0.0, -0.005])
     for bad in (held, inner, len(case.body.fine.nodes), -1):
         with pytest.raises(InputError, match="not a free surface node"):
             solver.respond(Load((Press(bad, moved=way),)))
     with pytest.raises(InputError, match="same place"):
         solver.respond(Load((Press(node, moved=way), Press(node, moved=2 * way))))
     with pytest.raises(Refused, match="same place"):
-        linear_fem.Linear(case, {}).respond(Load((Press(one, moved=way), Press(one, moved=way))))
+        LinearFEM().prepare(case).respond(Load((Press(one, moved=way), Press(one, moved=way))))
     nothing = solver.respond(Load((Press(one, moved=np.zeros(3)),)))
     assert not nothing.displacement.any() and not nothing.forces.any()
     with pytest.raises(Refused, match="depth"):
         Load((Press(one, moved=way),)).single()
 
 
-@pytest.mark.parametrize("name", ["warped_compliance", "contact_modes", "fem_p2"])
-def test_a_disc_that_is_held_beside_a_press_stays_where_it_is(case, places, name):
+@pytest.mark.parametrize(
+    "model", [WarpedCompliance(), ContactModes(modes="columns"), FEM(order=2, level=1, tolerance=TOLERANCE)]
+)
+def test_a_disc_that_is_held_beside_a_press_stays_where_it_is(case, places, model):
     """The force that holds it is that of the converged elements, to what the models differ by."""
     one, two, _, force = places
     load = Load((Press(one, 0.02 * force), Press(two, moved=np.zeros(3))))
-    exact = fem.Fem(case, REST | {"level": 1}, 2).respond(load)
-    setting = {
-        "warped_compliance": {"samples": 0},
-        "contact_modes": {"modes": "columns", "rings": 50, "thinned": 0.003, "target": "operator"},
-        "fem_p2": REST | {"level": 1},
-    }[name]
-    found = model(name, {}).offline(case).online(setting).respond(load)
+    exact = FEM(order=2, level=1, tolerance=TOLERANCE).prepare(case).respond(load)
+    found = model.prepare(case).respond(load)
     assert np.linalg.norm(exact.forces[1]) > 0
     # compliances are those of linear elements
-    near = 0.3 if name == "warped_compliance" else 0.01
+    near = 0.3 if model.name == "warped_compliance" else 0.01
     assert np.linalg.norm(found.forces[1] - exact.forces[1]) < near * np.linalg.norm(exact.forces[1])
 
 

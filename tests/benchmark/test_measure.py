@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from fixtures.stub import Stub, made_up
+from fixtures.stub import Made, Stub, made_up
 
 from palpate.benchmark.accuracy import truth_errors
 from palpate.benchmark.judge import TRAINING
@@ -63,7 +63,7 @@ def found(judge, miss, side):
 
 def measured(slab_case, judge, solver, **about):
     """Both tables of a model that has one setting."""
-    made = made_up(lambda case: [{}], lambda case, setting: solver, **about)
+    made = made_up([{}], lambda case, setting: solver, **about)
     return measure(slab_case[0], "made", made, judge, 6, 0.0)
 
 
@@ -88,9 +88,7 @@ def test_what_learns_nothing_is_asked_at_training_contacts_too(slab_case, slab_j
             fresh.use_training()
         return Scaled(slab_judge, 0.9)
 
-    made = made_up(
-        lambda case: [{"learns": True, "size": 1}, {"learns": False, "size": 1}, {"size": 2, "learns": False}], prepare
-    )
+    made = made_up([{"learns": True, "size": 1}, {"learns": False, "size": 1}, {"size": 2, "learns": False}], prepare)
     samples, settings = measure(slab_case[0], "scaled", made, judge, 6, 1.0, more_of="size=1")
     asked = samples[samples["side"] == TRAINING]
     assert len(asked) == 6 and set(asked["setting"]) == {"learns=false, size=1"}
@@ -126,7 +124,7 @@ def test_presses_without_a_truth_are_given_to_every_setting_and_are_no_part_of_m
 
         return Stub(respond=respond)
 
-    made = made_up(lambda case: [{"kind": kind} for kind in ("careful", "sure", "nan", "lost")], prepare)
+    made = made_up([{"kind": kind} for kind in ("careful", "sure", "nan", "lost")], prepare)
     judge = replace(slab_judge, rejected=lost)
     samples, settings = measure(slab_case[0], "made", made, judge, 6, 0.0)
     assert settings["rejected"].tolist() == [3] * 4
@@ -156,7 +154,7 @@ def test_a_known_error_is_what_is_measured(slab_case, slab_judge):
         fresh.use_training(), fresh.use_compliance()
         return Scaled(judge, 1.0 - setting["miss"])
 
-    made = made_up(lambda case: [{"miss": 0.5}, {"miss": 0.1}], prepare)
+    made = made_up([{"miss": 0.5}, {"miss": 0.1}], prepare)
     samples, settings = measure(case, "scaled", made, judge, 12, 1.0)
     assert samples.columns.tolist() == SAMPLE_COLUMNS and settings.columns.tolist() == SETTING_COLUMNS
     assert settings["setting"].tolist() == ["miss=0.5", "miss=0.1"] and (settings["split"] == 1).all()
@@ -200,11 +198,20 @@ def test_errors_are_against_the_truth_and_not_the_fine_mesh(slab_case, slab_judg
 
 
 def test_it_is_said_what_a_model_is_told(slab_case, slab_judge):
-    made = made_up(lambda case: [{"coarse": "linear"}, {"coarse": "loose"}], lambda *_: Scaled(slab_judge, 1.0))
-    settings = measure(slab_case[0], "mine", made._replace(sees="deformation", law="linear"), slab_judge, 6, 0.0)[1]
+    class Coarse(Made):
+        coarse: str
+
+    def right(case, setting):
+        return Scaled(slab_judge, 1.0)
+
+    def made(**about):
+        kind = type("Told", (Coarse,), {"__module__": __name__, **about})
+        return [kind(setting={"coarse": each}, how=right, coarse=each) for each in ("linear", "loose")]
+
+    settings = measure(slab_case[0], "mine", made(sees="deformation", law="linear"), slab_judge, 6, 0.0)[1]
     assert (settings["sees"] == "deformation").all() and settings["prepared"].tolist() == [True, False]
     assert (settings["law"] == "linear").all()
-    settings = measure(slab_case[0], "mine", made._replace(law=BODYS), slab_judge, 6, 0.0)[1]
+    settings = measure(slab_case[0], "mine", made(law=BODYS), slab_judge, 6, 0.0)[1]
     assert (settings["law"] == slab_case[0].body.material.law).all()
 
 
@@ -242,7 +249,7 @@ def test_failures_are_counted_and_told(slab_case, slab_judge):
 
 def test_a_body_that_a_model_does_not_know_leaves_it_out_and_is_no_failure(slab_case, slab_judge, tmp_path):
     case = replace(slab_case[0], body=replace(slab_case[0].body, bed=Bed(np.zeros(3), 0.05, 1e5)))
-    nailed = made_up(lambda case: [{}], lambda case, setting: refuse_bed(case, "such models"))
+    nailed = made_up([{}], lambda case, setting: refuse_bed(case, "such models"))
     with pytest.warns(UserWarning, match="nailed is left out: such models have no elastic bed, which slab lies on"):
         samples, settings = measure(case, "nailed", nailed, slab_judge, 0, 0.0)
     assert samples.empty and settings.empty
@@ -254,13 +261,13 @@ def test_what_cannot_be_prepared_has_failed_everywhere(slab_case, slab_judge):
     def prepare(case, setting):
         raise NotConverged("no fit", [1.0])
 
-    samples, settings = measure(slab_case[0], "never", made_up(lambda case: [{}], prepare), slab_judge, 2, 1.0)
+    samples, settings = measure(slab_case[0], "never", made_up([{}], prepare), slab_judge, 2, 1.0)
     assert (samples["failure"] == "no fit").all() and settings["failures"].item() == settings["samples"].item() == 4
     assert settings[["rmse_m", "online_p95_s", "validation_rmse_of_peak"]].isna().all(axis=None)
 
 
 def test_a_model_without_a_setting_for_a_body_leaves_headings_only(slab_case, slab_judge):
-    samples, settings = measure(slab_case[0], "none", made_up(lambda case: [], None), slab_judge, 2, 1.0)
+    samples, settings = measure(slab_case[0], "none", made_up([], None), slab_judge, 2, 1.0)
     assert samples.columns.tolist() == SAMPLE_COLUMNS and len(samples) == len(settings) == 0
 
 

@@ -8,8 +8,9 @@ import pytest
 from scipy.sparse import eye_array
 from scipy.sparse.linalg import splu
 
-from palpate.benchmark.model import checked, distinct, held_mb, setting_text, training_counts
+from palpate.benchmark.model import checked, distinct, held_mb, training_counts
 from palpate.errors import InputError, NotConverged
+from palpate.models.kinds import FEM, DetailCorrection, LinearFEM
 
 
 @pytest.fixture
@@ -47,9 +48,9 @@ def test_fewer_samples_cost_less_and_are_part_of_more(slab_case, case):
 
 
 def test_settings_as_text_and_shares_of_the_samples_as_whole_numbers(case):
-    told = {"iterations": 2, "tolerance": 1e-3, "turned": False}
-    assert (setting_text({}), setting_text(told)) == ("default", "iterations=2, tolerance=0.001, turned=false")
-    assert distinct([{"a": 1}, {"b": 2}, {"a": 1.0}]) == [{"a": 1}, {"b": 2}]
+    told = DetailCorrection(coarse="2 iterations", samples=0, turned=False)
+    assert (LinearFEM().text, told.text) == ("default", "coarse=2 iterations, samples=0, turned=false")
+    assert distinct([FEM(order=order, tolerance=1e-3) for order in (1, 2)]) == [FEM(order=1, tolerance=1e-3)]
     assert training_counts(case, [0.25, 0.4, 0.6, 0.8, 1.0]) == [4, 5, 7, 10, 12]
     assert training_counts(case, [1.0, 0]) == [0, 12]
 

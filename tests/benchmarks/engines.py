@@ -31,24 +31,27 @@ import pandas as pd
 
 from palpate.benchmark.judge import Judge, read_judged
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, FitOptions, Setting, checked, setting_text
+from palpate.benchmark.model import Case, Model, checked
+from palpate.benchmark.settings import FitOptions, Widths
 from palpate.bodies.material import LAWS
 from palpate.effects.laws import quadratic_neo_hookean
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.model_registry import ENGINES, absent, model
+from palpate.models.kinds import FEM, ContactModes
+from palpate.models.model_registry import ENGINES, MODELS, absent
 from palpate.report.model_looks import look
 from palpate.report.style import plain_log
 from palpate.report.words import percent, seconds
-from palpate.run.settings import defaults, read_settings
+from palpate.run.settings import read_settings
 from palpate.solvers.equilibrium import FastEquilibrium
+from palpate.studies.tradeoff.settings import Families
 
 ROOT, PRESSES, FARTHEST = Path(__file__).parents[2], 4, 0.01
 SCENES = [f"{body}_{regime}" for body in ("cylinder", "liver") for regime in ("small", "deep", "large")]
-OWN: dict[str, list[Setting]] = {
-    "fem_p1": [{"level": level, "start": "rest", "tolerance": 0.001} for level in (0, 1)],
-    "fem_p2": [{"level": 0, "start": "rest", "tolerance": 0.001}],
-    "contact_modes": [{"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}],
+OWN: dict[str, list[Model]] = {
+    "fem_p1": [FEM(order=1, level=level, tolerance=0.001) for level in (0, 1)],
+    "fem_p2": [FEM(order=2, level=0, tolerance=0.001)],
+    "contact_modes": [ContactModes()],
 }
 """What stands beside the engines."""
 ERRORS = ("error", "worst", "own_law", "own_mesh")
@@ -87,17 +90,13 @@ def asked(results: Path, scene: str) -> tuple[Case, Judge, list[int], list[Load]
     files |= {name: place / regime / f"{name}.h5" for name in ("database", "truth")}
     files["samples"] = place / regime / "samples.csv"
     radius_m = regimes[regime].get("radius_of_body_m", {}).get(body, regimes[regime]["radius_m"])
-    options = FitOptions(10, {"min": 0.1, "max": 10.0, "count": 5}, 3, "contacts", 1)
-    case, judge = read_judged(files, regime, 1, radius_m, options, 1e-8, grid())
+    options = FitOptions(
+        neighbours=10, sigma_relative=Widths(min=0.1, max=10.0, count=5), folds=3, split="contacts", seed=1
+    )
+    case, judge = read_judged(files, regime, 1, radius_m, options, 1e-8)
     rows = np.linspace(0, len(judge.numbers) - 1, PRESSES).astype(int).tolist()
     db = judge.samples
     return case, judge, rows, [Load.at(int(db.contact[i]), db.force[i]) for i in rows]
-
-
-def grid() -> dict[str, dict]:
-    """Return the settings that models are tried with if a config says nothing else, by family."""
-    families = defaults("tradeoff")["settings"]
-    return {name: family for name, family in families.items() if isinstance(family, dict)}
 
 
 def measure(results: Path, scene: str) -> pd.DataFrame:
@@ -106,11 +105,10 @@ def measure(results: Path, scene: str) -> pd.DataFrame:
     references = {law: Reference(case, loads, law) for law in (*LAWS, quadratic_neo_hookean.__file__)}
     table = []
     for name in [*OWN, *(engine for engine in ENGINES if engine not in absent())]:
-        made = model(name, {})
-        law = made.law_of(case)
+        law = MODELS[name].law_of(case)
         reference = references[law if law in LAWS else quadratic_neo_hookean.__file__]
-        for setting in OWN.get(name) or made.settings(case):
-            solver = made.offline(case).online(setting)
+        for model in OWN.get(name) or MODELS[name].tried(case, Families()):
+            solver = model.prepare(case)
             for load in loads if name not in ENGINES else loads[:1]:  # what the first call compiles or prepares
                 answered(solver, load, case.n_surface)
             answers, took = zip(*(answered(solver, load, case.n_surface) for load in loads), strict=True)
@@ -118,9 +116,9 @@ def measure(results: Path, scene: str) -> pd.DataFrame:
             errors = [judge.errors(i, each).rmse_of_peak for i, each in zip(rows, found, strict=True)]
             own = {} if law == case.body.material.law else {"own_law": reference(len(case.body.levels) - 2, 2)}
             if name != "contact_modes":
-                own["own_mesh"] = reference(setting["level"], 2 if name == "fem_p2" else 1)
+                own["own_mesh"] = reference(model.level, 2 if name == "fem_p2" else 1)
             table.append(
-                {"scene": scene, "model": name, "setting": setting_text(setting), "law": law}
+                {"scene": scene, "model": name, "setting": model.text, "law": law}
                 | {"ms": 1e3 * float(np.median(took)), "failures": int(np.isnan(errors).sum())}
                 | {"error": float(np.nanmedian(errors)), "worst": float(np.nanmax(errors))}
                 | {each: float(np.nanmedian(apart(found, other))) for each, other in own.items()}

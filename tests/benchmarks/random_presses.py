@@ -22,14 +22,14 @@ from palpate.benchmark.presses import PRESSURE, oblique
 from palpate.bodies.contacts import contacts_by_area
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.model_registry import model
+from palpate.models.kinds import Cascade, ContactModes
 from palpate.press.finished_run import FinishedRun
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.solvers.equilibrium import FastEquilibrium
 
 MODELS = {
-    "contact_modes": {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "limit"},
-    "cascade": {"asked": 0.02},
+    "contact_modes": ContactModes(target="limit"),
+    "cascade": Cascade(asked=0.02),
 }
 WRONG = 0.02
 """RMSE over peak above which an answer is wrong."""
@@ -84,7 +84,7 @@ def measure(scene: str, case: Case, contacts: np.ndarray, models: list[str], see
     # a press that is too hard is told in a second by the coarse level, and in minutes by the finest
     coarse, elements = (Simulation(case, level, TOLERANCE, order=2, solver=FastEquilibrium) for level in (0, last))
     up, rows = to_surface(case.body, last, 2), []
-    solvers = {name: model(name, {}).offline(case).online(MODELS[name]) for name in models}
+    solvers = {name: MODELS[name].prepare(case) for name in models}
     most = PRESSURE * case.body.material.young_pa * np.pi * case.radius_m**2 / 2.0
     for number, contact in enumerate(contacts):
         tilt = 0.0 if number % 3 == 0 else rng.uniform(0.0, STEEPEST)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from palpate.benchmark.judge import read_judged
-from palpate.benchmark.model import FitOptions
+from palpate.benchmark.settings import FitOptions
 from palpate.bodies.surface_quadrature import enclosed_volume
 from palpate.errors import InputError
 from palpate.exchange.answers import read_answers
@@ -54,7 +54,7 @@ def test_loads_are_those_of_the_test_samples_and_nodal_forces_are_consistent(pre
     place = pressed.results / "data/block/large"
     files = {name: place / f"{name}.h5" for name in ("database", "truth")}
     files |= {"body": place.parent / "body.h5", "samples": place / "samples.csv"}
-    options = FitOptions(1, {}, 2, "contacts", 1)
+    options = FitOptions(neighbours=1, folds=2, split="contacts", seed=1)
     _, judge = read_judged(files, "large", 1, 0.03, options, 1e-8, {})
     tests = judge.side == "test"
     loads = questions.arrays["loads"]

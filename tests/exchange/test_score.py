@@ -22,8 +22,7 @@ from palpate.exchange.folder import packed
 from palpate.exchange.own_mesh import OwnMesh
 from palpate.exchange.score import kept_truth, score_presses, truth_beside
 from palpate.exchange.score_command import score
-from palpate.models.load_model import load_model
-from palpate.models.model_registry import MODELS
+from palpate.models.kinds import FEM
 
 SCRIPT = Path(__file__).with_name("independent_p1.py")
 
@@ -46,12 +45,9 @@ def test_linear_elements_from_elsewhere_are_scored_as_those_inside(pressed, fold
     subprocess.run([sys.executable, "-I", SCRIPT, folder, tmp_path / "answers.npz"], check=True)
     found = score_presses(tmp_path / "answers.npz", questions, questions.truth)
     judge, _ = presses.judge_of(questions, questions.truth)
-    grid = dict(pressed.settings["tradeoff"]["settings"])
-    grid["fem"] = grid["fem"] | {"tolerances": [1e-10], "iterations": [1], "warm_iterations": [1]}
-    case = Case.untrained(pressed.body, "large", 0.03, 1, 1e-10, grid)
-    model = load_model("fem_p1", **MODEL)
-    chosen = [each for each in model.settings(case) if each["start"] == "rest"]
-    inside = measure(case, "fem_p1", model._replace(settings=lambda _: chosen), judge, 1, 0.0)[1].set_index("setting")
+    case = Case.untrained(pressed.body, "large", 0.03, 1, 1e-10)
+    models = [FEM(order=1, level=level, tolerance=1e-10) for level in (0, 1)]
+    inside = measure(case, "fem_p1", models, judge, 1, 0.0)[1].set_index("setting")
     for outside, name in (
         ("level 0", "level=0, start=rest, tolerance=1e-10"),
         ("level 1", "level=1, start=rest, tolerance=1e-10"),
@@ -61,9 +57,6 @@ def test_linear_elements_from_elsewhere_are_scored_as_those_inside(pressed, fold
             assert one[column] == pytest.approx(other[column], rel=1e-8), (outside, column)
     loose = found.settings.set_index("setting")["rmse_of_peak"]
     assert loose["level 0"] > 1.5 * loose["level 1"]
-
-
-MODEL = {"place": MODELS["fem_p1"][0], "keywords": MODELS["fem_p1"][1]}
 
 
 def test_errors_failures_and_times_are_those_that_were_made(questions, answers, tmp_path):

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, displacement_of
-from palpate.benchmark.model import setting_text
+from palpate.benchmark.model import LIMIT
 from palpate.benchmark.presses import choose_loads
 from palpate.benchmark.static_responses import assemble, press
 from palpate.bodies.contacts import contacts_of
@@ -18,7 +18,16 @@ from palpate.models.coarse_answers import Enriched, coarse_solver
 from palpate.models.enrichment.features import FEATURES
 from palpate.models.enrichment.paper_enrichment import WEIGHTS
 from palpate.models.fem_statics import ContactShares, Simulation, to_surface
-from palpate.models.model_registry import model
+from palpate.models.kinds import (
+    FEM,
+    PODRBF,
+    DetailCorrection,
+    Interpolation,
+    LinearFEM,
+    LinearResidual,
+    WarpedCompliance,
+)
+from palpate.models.model_registry import MODELS
 from palpate.models.shape_matching import Shapes, Softness
 from palpate.models.springs.mass_spring import Network
 from palpate.solvers.compliance import Compliance, compute_compliance
@@ -40,14 +49,18 @@ def patched(slab_case):
 
 @pytest.fixture(scope="module")
 def answer(slab_case):
-    """Mean rmse_of_peak of a model's setting over the test samples."""
+    """Mean rmse_of_peak of a model over the test samples."""
     case, test, _ = slab_case
 
-    def ask(name, setting):
-        solver = model(name, {}).offline(case).online(setting)
-        return mean_error(solver, test)
+    def ask(model):
+        return mean_error(model.prepare(case), test)
 
     return ask
+
+
+def untargeted(tried):
+    """The last model that is not brought to the limit."""
+    return [each for each in tried if getattr(each, "target", None) != LIMIT][-1]
 
 
 def mean_error(solver, samples):
@@ -56,13 +69,13 @@ def mean_error(solver, samples):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_settings_are_many_and_told_apart_and_a_bad_contact_is_refused(slab_case, name):
-    case, made = slab_case[0], model(name, {})
-    settings = made.settings(case)
+def test_settings_are_many_and_told_apart_and_a_bad_contact_is_refused(slab_case, grid, name):
+    case = slab_case[0]
+    tried = MODELS[name].tried(case, grid)
     few = {"linear_fem": 2, "linear_residual": 3, "warped_compliance": 4, "interpolation": 4}
-    assert len(settings) >= few.get(name, 5)
-    assert len({setting_text(setting) for setting in settings}) == len(settings)
-    solver = made.offline(case).online(settings[-1])
+    assert len(tried) >= few.get(name, 5)
+    assert len({each.text for each in tried}) == len(tried)
+    solver = tried[-1].prepare(case)
     for contact in (int(case.body.anchors[0][0]), len(case.body.fine.nodes)):
         with pytest.raises(InputError, match="not a free surface node"):
             solver.respond(Load.at(contact, np.ones(3)))
@@ -70,16 +83,15 @@ def test_settings_are_many_and_told_apart_and_a_bad_contact_is_refused(slab_case
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_contacts_that_are_not_prepared_change_no_other_answer(slab_case, name):
+def test_contacts_that_are_not_prepared_change_no_other_answer(slab_case, grid, name):
     """Where contacts are limited, models that store responses refuse the others, and simulations answer them."""
     case, test, _ = slab_case
     all_of = case.response
     kept = np.union1d(case.database.contact, test.contact)
     rows = [all_of.row(contact) for contact in kept]
     few = Compliance(kept, all_of.fine[rows], all_of.restricted[rows], all_of.coarse[rows])
-    made = model(name, {})
-    setting = made.settings(case)[-1]
-    whole, limited = (made.offline(replace(case, response=response)).online(setting) for response in (all_of, few))
+    made = MODELS[name].tried(case, grid)[-1]
+    whole, limited = (made.prepare(replace(case, response=response)) for response in (all_of, few))
     asked = int(test.contact[0]), test.force[0]
     assert np.array_equal(limited.respond(Load.at(*asked)), whole.respond(Load.at(*asked)))
     missing = int(np.setdiff1d(all_of.contacts, kept)[0])
@@ -91,10 +103,10 @@ def test_contacts_that_are_not_prepared_change_no_other_answer(slab_case, name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_patches_are_answered(patched, name):
+def test_patches_are_answered(patched, grid, name):
     """Under a small force on a disc, whoever knows the load is as near the linear response as its mesh is good."""
-    made, contact = model(name, {}), int(patched.database.contact[0])
-    solver = made.offline(patched).online([each for each in made.settings(patched) if "target" not in each][-1])
+    made, contact = untargeted(MODELS[name].tried(patched, grid)), int(patched.database.contact[0])
+    solver = made.prepare(patched)
     force = 1e-3 * patched.database.force[0]
     found = solver.respond(Load.at(contact, force))
     assert found.shape == (patched.n_surface, 3) and np.isfinite(found).all()
@@ -136,15 +148,15 @@ def test_what_is_not_held_has_no_equilibrium_and_on_a_bed_the_bed_bears_the_whol
 
 def test_converged_fine_elements_are_the_samples(answer):
     """The slab's samples are of linear elements on level 1, and those of quadratic ones elsewhere."""
-    assert answer("fem_p1", {"level": 1, "start": "rest", "tolerance": 1e-8}) < 1e-6
-    assert answer("fem_p2", {"level": 1, "start": "rest", "tolerance": 1e-8}) > 0.01
+    assert answer(FEM(order=1, level=1, tolerance=1e-8)) < 1e-6
+    assert answer(FEM(order=2, level=1, tolerance=1e-8)) > 0.01
 
 
 def test_more_iterations_are_never_much_worse_and_end_at_convergence(answer):
-    for name, level in (("fem_p1", 0), ("fem_p1", 1), ("fem_p2", 0)):
-        start = {"level": level, "start": "rest"}
-        wrong = [answer(name, start | {"iterations": n}) for n in (1, 2, 3, 5, 8)]
-        end = answer(name, start | {"tolerance": 1e-8})
+    for order, level in ((1, 0), (1, 1), (2, 0)):
+        start = FEM(order=order, level=level)
+        wrong = [answer(start.having(iterations=n)) for n in (1, 2, 3, 5, 8)]
+        end = answer(start.having(tolerance=1e-8))
         assert abs(wrong[0] - end) > 0.02 * end
         assert wrong[-1] == pytest.approx(end, rel=1e-3, abs=1e-7)
 
@@ -184,60 +196,58 @@ def test_interpolation_is_the_coarse_mesh(answer):
     same = {"converged": {"tolerance": 1e-8}, "loose": {"tolerance": 1e-3}, "2 iterations": {"iterations": 2}}
     for kind, end in same.items():
         expected = answer("fem_p1", {"level": 0, "start": "rest"} | end)
-        assert answer("interpolation", {"coarse": kind}) == pytest.approx(expected, rel=1e-12)
+        assert answer(Interpolation(coarse=kind)) == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_linear_detail_on_a_linear_coarse_answer_is_linear_fem(slab_case):
     case, test, _ = slab_case
-    setting = {"coarse": "linear", "samples": 0, "turned": False}
-    unturned = model("detail_correction", {}).offline(case).online(setting)
-    linear = model("linear_fem", {}).offline(case).online({})
+    unturned = DetailCorrection(coarse="linear", turned=False).prepare(case)
+    linear = LinearFEM().prepare(case)
     for contact, force in zip(test.contact, test.force, strict=True):
         expected = linear.respond(Load.at(contact, force))
         assert np.abs(unturned.respond(Load.at(contact, force)) - expected).max() < 1e-9 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("name", ["kernel_ridge_detail", "pod_rbf", "unordered_nonnegative_b", "detail_correction"])
-def test_a_model_learns_from_such_coarse_answers_as_it_gets(slab_case, name):
+def test_a_model_learns_from_such_coarse_answers_as_it_gets(slab_case, grid, name):
     """One that has learnt from converged answers, but gets linear ones, is far from its samples and does worse."""
     case = slab_case[0]
-    cheap, *_, best = model(name, {}).settings(case)
-    assert (cheap["coarse"], best["coarse"]) == ("linear", "converged")
-    consistent, other = (model(name, {}).offline(case).online(setting) for setting in (cheap, best))
-    worse = mean_error(Enriched(other._method, coarse_solver(case, cheap)), case.database)
+    cheap, *_, best = MODELS[name].tried(case, grid)
+    assert (cheap.coarse, best.coarse) == ("linear", "converged")
+    consistent, other = (each.prepare(case) for each in (cheap, best))
+    worse = mean_error(Enriched(other._method, coarse_solver(case, "linear")), case.database)
     assert mean_error(consistent, case.database) < 0.8 * worse
 
 
 def test_parts_of_detail_correction_are_each_worth_something(answer):
     parts = [{"samples": 0, "turned": False}, {"samples": 0}, {"samples": 12}]
     unturned, untaught, whole = (answer("detail_correction", {"coarse": "converged"} | part) for part in parts)
-    assert untaught < unturned < answer("interpolation", {"coarse": "converged"})
-    assert whole < unturned and min(whole, untaught) < answer("linear_fem", {})
+    assert untaught < unturned < answer(Interpolation(coarse="converged"))
+    assert whole < unturned and min(whole, untaught) < answer(LinearFEM())
 
 
 def test_warping_improves_linear_fem_and_learning_both(answer):
-    linear, warped = answer("linear_fem", {}), answer("warped_compliance", {"samples": 0})
+    linear, warped = answer(LinearFEM()), answer(WarpedCompliance(samples=0))
     assert warped < 0.8 * linear
-    assert answer("warped_compliance", {"samples": 12}) < 1.1 * warped
-    assert answer("linear_residual", {"samples": 12}) < linear
+    assert answer(WarpedCompliance(samples=12)) < 1.1 * warped
+    assert answer(LinearResidual(samples=12)) < linear
 
 
-def test_a_learnt_model_pays_for_its_samples_and_no_other_does(slab_case):
+def test_a_learnt_model_pays_for_its_samples_and_no_other_does(slab_case, grid):
     case = slab_case[0]
     used = {"linear_fem": {"compliance"}, "warped_compliance": {"compliance"}, "fem_p1": set()}
     used |= {"linear_residual": {"compliance", "training"}, "pod_rbf": {"compliance", "training"}}
     for name, expected in used.items():
         fresh = replace(case, used={})
-        made = model(name, {})
-        first = {"level": 0, "start": "rest", "iterations": 1} if name == "fem_p1" else made.settings(fresh)[0]
-        made.offline(fresh).online(first)
+        made = FEM(order=1, level=0, iterations=1) if name == "fem_p1" else MODELS[name].tried(fresh, grid)[0]
+        made.prepare(fresh)
         assert set(fresh.used) - {"coarse answers", "buckling"} == expected, name
 
 
 def test_pod_keeps_as_many_modes_as_asked(slab_case):
     """Answers with m modes lie in the mean plus m dimensions."""
     case, test, _ = slab_case
-    solver = model("pod_rbf", {}).offline(case).online({"coarse": "loose", "modes": 2})
+    solver = PODRBF(coarse="loose", modes=2).prepare(case)
     given = [
         solver.respond(Load.at(c, s * f)).ravel()
         for c, f in zip(test.contact, test.force, strict=True)
@@ -249,15 +259,13 @@ def test_pod_keeps_as_many_modes_as_asked(slab_case):
 
 
 @pytest.mark.parametrize("name", ["linear_fem", "warped_compliance", "contact_modes", "fast_fem", "fem_p2"])
-def test_a_bed_bears_what_models_press(bedded, name):
+def test_a_bed_bears_what_models_press(bedded, grid, name):
     """Against quadratic elements on a level of the same size, under a press so small that all are linear."""
     contact, force = int(bedded.response.contacts[0]), np.array([0.0, 0.0, -2e-4])
     finer = Equilibrium(bedded.body, 0, order=2)
     load = nodal_load(bedded.body, 0, contact, force, RADIUS_M, order=2)
     moved = (finer.solve(load, 1e-9).x - finer.mesh.nodes)[bedded.body.fine.surface]
-    made = model(name, {})
-    setting = [each for each in made.settings(bedded) if each.get("target") != "limit"][-1]
-    found = made.offline(bedded).online(setting).respond(Load.at(contact, force))
+    found = untargeted(MODELS[name].tried(bedded, grid)).prepare(bedded).respond(Load.at(contact, force))
     assert errors(displacement_of(found), moved).rmse_of_peak < 0.05
 
 
@@ -271,9 +279,8 @@ def sampled(bedded):
 
 
 @pytest.mark.parametrize("name, within", [("pod_galerkin", 5e-3), ("pod_gaussian", 0.1)])
-def test_reduced_models_repeat_their_samples_on_a_bed(sampled, name, within):
-    made, db = model(name, {}), sampled.database
-    solver = made.offline(sampled).online(made.settings(sampled)[-1])
+def test_reduced_models_repeat_their_samples_on_a_bed(sampled, grid, name, within):
+    solver, db = MODELS[name].tried(sampled, grid)[-1].prepare(sampled), sampled.database
     for contact, force, fine in zip(db.contact[:3], db.force, db.fine, strict=False):
         found = solver.respond(Load.at(int(contact), force))
         assert errors(displacement_of(found), fine).rmse_of_peak < within

@@ -15,10 +15,10 @@ from palpate.errors import InputError, NotConverged
 from palpate.models import cascade
 from palpate.models.cascade import Limits, Turning, prepared_stage
 from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.linear_fem import Linear
+from palpate.models.kinds import FEM, Cascade, LinearFEM, WarpedCompliance
 from palpate.models.warped_response import WarpedResponse
 
-STAGES = [{"model": "linear_fem"}, {"model": "warped_compliance", "setting": {"samples": 0}}]
+CASCADE = Cascade(stages=(LinearFEM(), WarpedCompliance()))
 
 
 @pytest.fixture
@@ -30,8 +30,7 @@ def case(slab_case):
     rows = np.resize(np.arange(len(db.contact)), count)
     linear = np.einsum("ci,cink->cnk", db.force[rows], given.response.fine[:count])
     fine = linear * (1.0 + 0.02 * np.arange(1, count + 1))[:, None, None]
-    grid = {"asked_errors": [0.1, 0.5], "budgets_ms": [], "stages": STAGES}
-    return replace(given, database=replace(db.take(rows), contact=contacts, fine=fine), grid={"cascade": grid})
+    return replace(given, database=replace(db.take(rows), contact=contacts, fine=fine))
 
 
 @pytest.fixture
@@ -45,7 +44,7 @@ class Known(Solver):
     memory_mb = 0.0
 
     def __init__(self, case, miss=0.0, own=None, fails=False):
-        self.linear, self.miss, self.own, self.fails, self.asked = Linear(case, {}), miss, own, fails, 0
+        self.linear, self.miss, self.own, self.fails, self.asked = LinearFEM().prepare(case), miss, own, fails, 0
 
     def respond(self, load):
         self.asked += 1
@@ -60,12 +59,12 @@ def test_the_bound_is_found_on_the_training_contacts(case, load):
     limits, scores = Limits(case), []
     turning = Turning(case, limits.beyond)
     for each, fine in zip(limits.loads, limits.fine, strict=True):
-        missed = Linear(case, {}).respond(each) - fine
+        missed = LinearFEM().prepare(case).respond(each) - fine
         rms = np.sqrt(np.mean(np.sum(missed**2, axis=1))) / np.linalg.norm(fine, axis=1).max()
         scores.append(rms / turning.of(each))
     bound = bound_factor(np.array(scores), limits.contact) * turning.of(load) + limits.unknown
-    answer = cascade.offline(case).online({"asked": 1.01 * bound}).respond(load)
-    np.testing.assert_allclose(answer.displacement, Linear(case, {}).respond(load))
+    answer = CASCADE.having(asked=1.01 * bound).prepare(case).respond(load)
+    np.testing.assert_allclose(answer.displacement, LinearFEM().prepare(case).respond(load))
     assert answer.error == pytest.approx(bound)
     assert {"training", "compliance"} <= set(case.used)
 
@@ -112,25 +111,24 @@ def test_two_levels_are_extrapolated_as_if_ratios_were_between_two_and_four(slab
     assert Limits(replace(given, database=db.take(np.arange(5)))).unknown == np.inf
 
 
-def test_a_contact_without_an_answer_is_no_part_of_a_bound(case, monkeypatch):
+def test_a_contact_without_an_answer_is_no_part_of_a_bound(case):
     """What a stage refuses at one of twelve training contacts is passed over at run time, and says nothing there."""
-    whole = Linear(case, {})
+    whole = LinearFEM().prepare(case)
 
     def refuse(load):
         if load.single()[0] == case.database.contact[0]:
             raise NotConverged("not here", [1.0])
         return whole.respond(load)
 
-    refusing = made_up(lambda case: [{}], lambda *_: Stub(respond=refuse))
-    monkeypatch.setattr("palpate.models.model_registry.model", lambda *_: refusing)
-    stage = prepared_stage(case, Turning(case), Limits(case), {"model": "refuses"})
+    [refusing] = made_up([{}], lambda *_: Stub(respond=refuse))
+    stage = prepared_stage(case, Turning(case), Limits(case), refusing)
     assert np.isfinite(stage.factor)
 
 
 def of(case, asked, *stages, mesh=0.0):
     """A cascade of stages whose factors and solvers are given."""
     prepared = cascade.Prepared(Turning(case), mesh, [cascade.CascadeStage(*each) for each in stages], case)
-    return cascade.Cascade(case, prepared, asked)
+    return cascade.CascadeSolver(case, prepared, asked)
 
 
 def test_a_bound_that_is_too_large_is_passed_over_without_asking(case, load):
@@ -157,7 +155,7 @@ def test_a_stage_that_does_not_fit_the_budget_is_left_out_and_that_is_told(case,
             cascade.CascadeStage(Known(case, own=second), 1.0, True, 7e-4),
             cascade.CascadeStage(Known(case), 1e-3 / turned, False, 0.2),
         ]
-        whole = cascade.Cascade(case, cascade.Prepared(Turning(case), 0.0, stages, case), 0.05, budget_ms)
+        whole = cascade.CascadeSolver(case, cascade.Prepared(Turning(case), 0.0, stages, case), 0.05, budget_ms)
         return whole, [stage.solver for stage in stages]
 
     whole, solvers = asked(300.0, 0.3)
@@ -213,27 +211,22 @@ def test_a_stage_without_an_answer_is_passed_over_while_another_has_one(case, lo
         of(case, 0.5, (fails, 0.0, False), (fails, np.inf, False)).respond(load)
 
 
-def test_stages_are_prepared_once_and_their_time_is_charged_again(case, monkeypatch):
+def test_stages_are_prepared_once_and_their_time_is_charged_again(case):
     prepared = []
-    found = made_up(lambda case: [{}], lambda case, setting: prepared.append(1) or Known(case))
-    monkeypatch.setattr("palpate.models.model_registry.model", lambda name, own: found)
+    stages = made_up([{"n": 1}, {"n": 2}], lambda case, setting: prepared.append(1) or Known(case))
     fresh = replace(case, database=case.database.take(np.arange(12)))
-    stage = cascade.offline(fresh)
-    stage.online({"asked": 0.1})
+    asked = Cascade(stages=tuple(stages))
+    asked.having(asked=0.1).prepare(fresh)
     fresh.used.clear()
-    stage.online({"asked": 0.5})
+    asked.having(asked=0.5).prepare(fresh)
     assert len(prepared) == 2 and fresh.used["stages"] > 0 and "compliance" in fresh.used
 
 
 @pytest.mark.parametrize(
-    ("entry", "words"),
-    [
-        ({"model": "warped_compliance", "setting": {"samples": 8}}, "learns from the samples"),
-        ({"model": "warped_compliance", "setting": {}}, "lacks the setting 'samples'"),
-        ({"model": "fem_p1", "setting": {"level": 7}}, "the body has the levels"),
-    ],
+    ("model", "words"),
+    [(WarpedCompliance(samples=8), "learns from the samples"), (FEM(order=1, level=7), "the body has the levels")],
 )
-def test_a_stage_learns_nothing_and_has_the_settings_of_its_model(case, entry, words):
+def test_a_stage_learns_nothing_and_has_the_settings_of_its_model(case, model, words):
     limits = Limits(case)
     with pytest.raises(InputError, match=words):
-        prepared_stage(case, Turning(case), limits, entry)
+        prepared_stage(case, Turning(case), limits, model)

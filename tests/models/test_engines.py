@@ -11,14 +11,13 @@ from palpate.bodies.material import LAWS, Tissue
 from palpate.effects.law import fault, law_of
 from palpate.effects.laws import quadratic_neo_hookean
 from palpate.errors import InputError, NotConverged
-from palpate.models import fem, model_registry
+from palpate.models import model_registry
+from palpate.models.kinds import FEM, MuJoCo, NewtonVBD
 from palpate.studies.hard_cases import model_cases
+from palpate.studies.tradeoff.settings import Families
 
-RUNS = {
-    "mujoco": {"level": 0, "steps": 30, "iterations": 200},
-    "newton_vbd": {"level": 0, "steps": 300, "sweeps": 20, "step": 2.0},
-}
-SHORT = {"mujoco": {"steps": 1, "iterations": 5}, "newton_vbd": {"steps": 3, "sweeps": 2}}
+RUNS = {"mujoco": MuJoCo(steps=30, iterations=200), "newton_vbd": NewtonVBD(steps=300, sweeps=20, step=2.0)}
+SHORT = {"mujoco": MuJoCo(steps=1, iterations=5), "newton_vbd": NewtonVBD(steps=3, sweeps=2, step=2.0)}
 FAMILIES = {"mujoco": "mujoco_flex", "newton_vbd": "newton_vbd"}
 
 
@@ -53,27 +52,27 @@ def converged(case, engine, load):
     if regions is not None:
         materials = tuple(replace(each, law=law) for each in regions.materials)
         body = replace(body, regions=replace(regions, materials=materials))
-    return fem.Fem(replace(case, body=body), {"level": 0, "start": "rest", "tolerance": 1e-9}, 1).respond(load)
+    return FEM(order=1, level=0, tolerance=1e-9).prepare(replace(case, body=body)).respond(load)
 
 
 @pytest.mark.parametrize("name", RUNS)
 def test_it_ends_at_the_equilibrium_of_its_law(name, slab_case):
     pytest.importorskip(model_registry.ENGINES[name])
-    engine = model_registry.model(name, {})
+    engine = RUNS[name]
     case, test, _ = slab_case
     case = replace(case, radius_m=0.03)
     load = Load.at(test.contact[0], test.force[0])
     own = converged(case, engine, load)
-    solver = engine.offline(case).online(RUNS[name])
+    solver = engine.prepare(case)
     answer = solver.respond(load)
     assert errors(answer, own).rmse_of_peak < 1e-4
     assert np.array_equal(solver.respond(load), answer)
-    few = engine.offline(case).online(RUNS[name] | SHORT[name])
+    few = SHORT[name].prepare(case)
     assert errors(few.respond(load), own).rmse_of_peak > 1e-3
     with pytest.raises(InputError, match="not a free surface node"):
         solver.respond(Load.at(case.body.anchors[0][0], np.ones(3)))
-    case = replace(case, grid={FAMILIES[name]: {"runs": [RUNS[name], RUNS[name] | {"level": 5}]}})
-    assert engine.settings(case) == [RUNS[name]]
+    grid = Families(**{FAMILIES[name]: {"runs": [engine, engine.having(level=5)]}})
+    assert engine.tried(case, grid) == [engine]
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -81,7 +80,7 @@ def test_it_refuses_a_bed(name, slab_case):
     pytest.importorskip(model_registry.ENGINES[name])
     case = replace(slab_case[0], body=replace(slab_case[0].body, bed=object()))
     with pytest.raises(NotConverged, match="have no elastic bed"):
-        model_registry.model(name, {}).offline(case).online(RUNS[name])
+        RUNS[name].prepare(case)
 
 
 def test_newton_has_regions_of_several_stiffnesses(slab_case):
@@ -91,7 +90,7 @@ def test_newton_has_regions_of_several_stiffnesses(slab_case):
     hard = mesh.nodes[mesh.tetrahedra].mean(axis=1)[:, 0] < np.median(mesh.nodes[:, 0])
     tissue = Tissue((soft, replace(soft, young_pa=5.0 * soft.young_pa)), hard.astype(np.int64))
     several = replace(case, radius_m=0.03, body=replace(case.body, regions=tissue))
-    engine, load = model_registry.model("newton_vbd", {}), Load.at(test.contact[0], test.force[0])
-    answer = engine.offline(several).online(RUNS["newton_vbd"]).respond(load)
+    engine, load = RUNS["newton_vbd"], Load.at(test.contact[0], test.force[0])
+    answer = engine.prepare(several).respond(load)
     assert errors(answer, converged(several, engine, load)).rmse_of_peak < 1e-3
     assert errors(answer, converged(replace(case, radius_m=0.03), engine, load)).rmse_of_peak > 0.1

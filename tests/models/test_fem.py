@@ -7,33 +7,33 @@ import numpy as np
 import pytest
 
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.load import Load
+from palpate.benchmark.load import Load, SurfacePress
 from palpate.bodies.body import nest
 from palpate.bodies.refinement import finer
 from palpate.bodies.simple_shapes import cylinder
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
-from palpate.models import fem
 from palpate.models.fem import BEFORE
 from palpate.models.fem_statics import to_surface
-from palpate.models.model_registry import model
-from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
+from palpate.models.kinds import FEM, FastFEM, LinearFEM, Springs
+from palpate.solvers.equilibrium import Equilibrium
+from palpate.studies.tradeoff.settings import Families
 
 STARTS = ("rest", "linear", "frame")
 
 
-def ask(pressed, order, setting, solver=Equilibrium):
+def ask(pressed, model):
     case, contact, force = pressed
-    made = fem.Fem(case, setting, order, solver)
+    made = model.prepare(case)
     made.precede(Load.at(contact, force))
     return made.respond(Load.at(contact, force))
 
 
-def wrong_after(pressed, order, counts, solver=Equilibrium):
+def wrong_after(pressed, model, counts):
     """RMSE over peak by start and number of iterations on the coarse level."""
-    end, found = ask(pressed, order, {"level": 0, "start": "rest", "tolerance": 1e-9}, solver), {}
+    end, found = ask(pressed, model.having(level=0, tolerance=1e-9)), {}
     for start, n in product(STARTS, counts):
-        answer = ask(pressed, order, {"level": 0, "start": start, "iterations": n}, solver)
+        answer = ask(pressed, model.having(level=0, start=start, iterations=n))
         found[start, n] = errors(answer, end).rmse_of_peak
     return found
 
@@ -41,7 +41,7 @@ def wrong_after(pressed, order, counts, solver=Equilibrium):
 @pytest.mark.parametrize(("order", "level"), [(1, 0), (1, 1), (2, 0), (2, 1)])
 def test_a_converged_answer_does_not_depend_on_the_start(pressed, order, level):
     starts = STARTS if (order, level) != (2, 1) else ("rest", "frame")
-    cold, *warm = (ask(pressed, order, {"level": level, "start": s, "tolerance": 1e-9}) for s in starts)
+    cold, *warm = (ask(pressed, FEM(order=order, level=level, start=s, tolerance=1e-9)) for s in starts)
     assert np.linalg.norm(cold, axis=1).max() > 0.01
     for answer in warm:
         assert np.abs(answer - cold).max() < 1e-6 * np.abs(cold).max()
@@ -49,7 +49,7 @@ def test_a_converged_answer_does_not_depend_on_the_start(pressed, order, level):
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_one_iteration_from_the_frame_before_is_worth_several_from_rest(pressed, order):
-    wrong = wrong_after(pressed, order, (1, 2))
+    wrong = wrong_after(pressed, FEM(order=order), (1, 2))
     assert wrong["frame", 1] < 0.1 * wrong["rest", 2]
     assert wrong["linear", 2] != wrong["rest", 2]  # from rest the first iteration only is along the linear answer
 
@@ -57,7 +57,7 @@ def test_one_iteration_from_the_frame_before_is_worth_several_from_rest(pressed,
 def test_the_frame_before_is_that_of_nearly_the_same_load_and_no_other(pressed):
     """One iteration from it is one iteration from the answer to 97 % of the force; without ``precede``, from rest."""
     case, contact, force = pressed
-    solver = fem.Fem(case, {"level": 0, "start": "frame", "iterations": 1}, 1)
+    solver = FEM(order=1, level=0, start="frame", iterations=1).prepare(case)
     equilibrium, load = Equilibrium(case.body, 0), nodal_load(case.body, 0, contact, force, case.radius_m)
     up, rest = to_surface(case.body, 0), case.body.coarse.nodes
     cold = up @ (equilibrium.approach(load, 1e-8, 1).x - rest)
@@ -67,43 +67,42 @@ def test_the_frame_before_is_that_of_nearly_the_same_load_and_no_other(pressed):
     for _ in range(2):  # asked again, the same
         assert np.abs(solver.respond(Load.at(contact, force)) - warm).max() < 1e-9 * np.abs(warm).max()
     assert np.abs(warm - cold).max() > 0.01 * np.abs(cold).max()
-    other = fem.Fem(case, {"level": 0, "start": "rest", "iterations": 1}, 1).respond(Load.at(contact, 0.9 * force))
+    other = FEM(order=1, level=0, iterations=1).prepare(case).respond(Load.at(contact, 0.9 * force))
     assert np.array_equal(solver.respond(Load.at(contact, 0.9 * force)), other)  # not asked for: from rest
 
 
 def test_a_linear_start_is_the_linear_response_and_needs_prepared_contacts(pressed):
     case, contact, force = pressed
-    setting = {"level": 0, "start": "linear", "iterations": 1}
+    model = FEM(order=2, level=0, start="linear", iterations=1)
     fresh = replace(case, database=replace(case.database), used={})
-    solver = fem.Fem(fresh, setting, 2)
+    solver = model.prepare(fresh)
     start = solver._start.at(Load.at(contact, force))
     equilibrium = Equilibrium(case.body, 0, 2)
     load = nodal_load(case.body, 0, contact, force, case.radius_m, 2)
     assert np.abs(start - equilibrium.linear_solver()(load)).max() < 1e-8 * np.abs(start).max()
     assert "columns" not in fresh.used
-    fem.Fem(fresh, setting, 2)
+    model.prepare(fresh)
     assert fresh.used["columns"] > 0.0  # solved before, and charged
     known = replace(case.response, contacts=np.setdiff1d(case.response.contacts, [contact]))
-    lacking = fem.Fem(replace(fresh, database=replace(case.database), response=known), setting, 2)
+    lacking = model.prepare(replace(fresh, database=replace(case.database), response=known))
     with pytest.raises(InputError, match="not one of the contacts that are prepared"):
         lacking.respond(Load.at(contact, force))
-    assert model("fem_p2", {}).needs_contacts(setting) and not model("fem_p2", {}).needs_contacts({"start": "rest"})
+    assert model.needs_contacts and not FEM(order=2).needs_contacts
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_settings_end_with_the_finest_level_solved_from_rest(slab_case, order):
-    case = slab_case[0]
-    settings = fem.settings(case, order)
-    tight = replace(case, grid={"fem": case.grid["fem"] | {"tolerances": [1e-3, 1e-8]}})
-    for given, end in ((case, 1e-3), (tight, 1e-8 if order == 1 else 1e-3)):
-        assert fem.settings(given, order)[-1] == {"level": 1, "start": "rest", "tolerance": end}
-    assert {(s["level"], s["start"]) for s in settings} >= {(0, s) for s in STARTS}
-    assert all(s["start"] != "linear" for s in fem.settings(replace(case, response=None), order))
+def test_settings_end_with_the_finest_level_solved_from_rest(slab_case, grid, order):
+    case, model = slab_case[0], FEM(order=order)
+    tried, tight = model.tried(case, grid), Families(fem={"tolerances": [1e-3, 1e-8]})
+    for given, end in ((grid, 1e-3), (tight, 1e-8 if order == 1 else 1e-3)):
+        assert model.tried(case, given)[-1] == model.having(level=1, tolerance=end)
+    assert {(each.level, each.start) for each in tried} >= {(0, start) for start in STARTS}
+    assert all(each.start != "linear" for each in model.tried(replace(case, response=None), grid))
 
 
 def test_frames_are_not_held_but_the_last(pressed):
     case, contact, force = pressed
-    solver = fem.Fem(case, {"level": 1, "start": "frame", "iterations": 1}, 1)
+    solver = FEM(order=1, level=1, start="frame", iterations=1).prepare(case)
     solver.precede(Load.at(contact, 0.5 * force))
     one = solver.memory_mb
     for factor in (0.6, 0.7, 0.8):
@@ -135,9 +134,9 @@ def test_quadratic_elements_on_coarse_nodes_are_worth_more_than_linear_ones_on_t
     case = replace(slab_case[0], body=body, radius_m=0.012, response=None)
     near = np.linalg.norm(body.coarse.nodes[body.coarse.surface] - [0.03, 0.0, 0.12], axis=1)
     contact = int(body.coarse.surface[near.argmin()])
-    force, cold = -0.02 * body.coarse.normals[contact], {"start": "rest", "tolerance": 1e-6}
+    force = -0.02 * body.coarse.normals[contact]
     good, p2, p1 = (
-        fem.Fem(case, cold | {"level": level}, order).respond(Load.at(contact, force))
+        FEM(order=order, level=level, tolerance=1e-6).prepare(case).respond(Load.at(contact, force))
         for order, level in ((2, 1), (2, 0), (1, 1))
     )
     assert errors(p2, good).rmse_of_peak < 0.005
@@ -152,17 +151,31 @@ def disc(pressed):
 
 @pytest.mark.parametrize("level", [0, 1])
 def test_it_converges_to_the_answer_of_newtons_method(disc, level):
-    setting = {"level": level, "start": "rest", "tolerance": 1e-8}
-    found, expected = (ask(disc, 2, setting, solver) for solver in (FastEquilibrium, Equilibrium))
+    found, expected = (ask(disc, model(level=level, tolerance=1e-8)) for model in (FastFEM, FEM))
     assert np.linalg.norm(expected, axis=1).max() > 0.03 * np.ptp(disc[0].body.fine.nodes, axis=0).max()
     assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
 
 
 def test_every_iteration_helps_and_so_does_a_near_start(disc):
-    wrong = wrong_after(disc, 2, (2, 4, 8, 12), FastEquilibrium)
+    wrong = wrong_after(disc, FastFEM(), (2, 4, 8, 12))
     for start in STARTS:
         assert wrong[start, 12] < 0.3 * wrong[start, 4] < wrong[start, 2]
     assert wrong["rest", 12] < 1e-3
     for n in (2, 4, 8):
         assert wrong["frame", n] < 0.3 * wrong["rest", n]
     assert wrong["linear", 2] < wrong["rest", 2]
+
+
+@pytest.mark.parametrize("model", [FEM(order=2), FastFEM(tolerance=1e-6), LinearFEM(), LinearFEM(target="limit")])
+def test_a_body_alone_is_asked(slab, model):
+    """A small press is linear, and goes inward if nothing else is said."""
+    node = int(slab.coarse.surface[-1])
+    inward = [float(each) for each in -slab.fine.normals[node]]
+    press = SurfacePress(node=node, force_n=1e-5, radius_m=0.02)
+    found, same = (model.answer(slab, each) for each in (press, press.model_copy(update={"direction": inward})))
+    assert found.error(same) < 1e-12 and found.doubt == ""
+    assert found.error(LinearFEM().answer(slab, press)) < (0.1 if model == LinearFEM(target="limit") else 1e-3)
+    with pytest.raises(InputError, match="no samples"):
+        Springs().answer(slab, press)
+    with pytest.raises(InputError, match="which has"):
+        model.answer(slab, SurfacePress(node=10**6, force_n=1.0))

@@ -14,27 +14,27 @@ from palpate.bodies.refinement import finer
 from palpate.bodies.simple_shapes import box
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError
-from palpate.models import fem, fem_local
+from palpate.models.kinds import FEM, LocalFEM
 
 FAR = 100.0
 
 
-def ask(pressed, setting):
+def ask(pressed, model):
     case, contact, force = pressed
-    solver = fem_local.offline(case).online(setting)
+    solver = model.prepare(case)
     solver.precede(Load.at(contact, force))
     return solver.respond(Load.at(contact, force))
 
 
-def setting(reach, order=1, start="rest", **end):
-    return {"depth": 1, "reach": reach, "order": order, "start": start} | (end or {"tolerance": 1e-9})
+def local(reach, order=1, **more):
+    return LocalFEM(depth=1, reach=reach, order=order, **more or {"tolerance": 1e-9})
 
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_refined_everywhere_it_answers_as_the_fine_level(pressed, order):
     case, contact, force = pressed
-    fine = fem.Fem(case, {"level": 1, "start": "rest", "tolerance": 1e-9}, order).respond(Load.at(contact, force))
-    found = ask(pressed, setting(FAR, order))
+    fine = FEM(order=order, level=1, tolerance=1e-9).prepare(case).respond(Load.at(contact, force))
+    found = ask(pressed, local(FAR, order))
     assert np.abs(found - fine).max() < 1e-7 * np.abs(fine).max()
 
 
@@ -44,27 +44,26 @@ def test_the_more_is_refined_the_softer_it_is(pressed):
     small = 1e-3 * force
     nodes, shares = patch_shares(case.body.fine, patch_at(case.body, contact, case.radius_m))
     rows = np.searchsorted(case.body.fine.surface, nodes)
-    levels = [fem.Fem(case, {"level": level, "start": "rest", "tolerance": 1e-9}, 1) for level in (0, 1)]
-    local = [fem_local.offline(case).online(setting(reach)) for reach in (0.0, 2.0)]
-    answers = [solver.respond(Load.at(contact, small)) for solver in (levels[0], *local, levels[1])]
+    levels = [FEM(order=1, level=level, tolerance=1e-9).prepare(case) for level in (0, 1)]
+    refined = [local(reach).prepare(case) for reach in (0.0, 2.0)]
+    answers = [solver.respond(Load.at(contact, small)) for solver in (levels[0], *refined, levels[1])]
     work = [float(shares @ answer[rows] @ small) for answer in answers]
     assert np.all(np.diff(work) > 1e-3 * work[-1])
 
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_an_early_stop_begins_at_the_frame_before(pressed, order):
-    end = ask(pressed, setting(1.0, order))
-    cold, warm = (ask(pressed, setting(1.0, order, start, iterations=1)) for start in ("rest", "frame"))
+    end = ask(pressed, local(1.0, order))
+    cold, warm = (ask(pressed, local(1.0, order, start=start, iterations=1)) for start in ("rest", "frame"))
     assert np.linalg.norm(warm - end) < 0.1 * np.linalg.norm(cold - end)
 
 
 def test_settings_share_meshes_and_each_is_charged_for_them(pressed):
     case, _, force = pressed
     fresh = replace(case, body=replace(case.body), used={})
-    stage = fem_local.offline(fresh)
-    first = stage.online(setting(1.0))
+    first = local(1.0).prepare(fresh)
     fresh.used.clear()
-    second = stage.online(setting(1.0, start="frame", iterations=1))
+    second = local(1.0, start="frame", iterations=1).prepare(fresh)
     assert first._meshes is second._meshes and fresh.used["meshes"] > 0.0
     assert set(first._meshes._made) == set(case.prepared_contacts.tolist())
     unprepared = np.setdiff1d(first._meshes._contacts, case.prepared_contacts)

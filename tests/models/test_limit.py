@@ -8,29 +8,29 @@ from fixtures.stub import Stub
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Answer, Doubted, Load, Press, Refused, displacement_of
-from palpate.benchmark.model import Case
+from palpate.benchmark.model import LIMIT, Case
 from palpate.benchmark.richardson import limit
 from palpate.bodies.body import nest
 from palpate.bodies.refinement import finer
 from palpate.errors import InputError
 from palpate.models.fem_statics import Simulation
-from palpate.models.limit import TO_LIMIT, ToLimit, limit_columns
-from palpate.models.model_registry import model
+from palpate.models.kinds import FEM, FastFEM, LinearFEM, WarpedCompliance
+from palpate.models.limit import ToLimit, limit_columns
 from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import FastEquilibrium
 
 RADIUS_M = 0.04
-FAST = {"level": 1, "start": "rest", "iterations": 30}
-COARSER = {"level": 0, "start": "rest", "tolerance": 1e-6}
+FAST = FastFEM(level=1, iterations=30)
+COARSER = [FEM(order=order, level=0, tolerance=1e-6) for order in (1, 2)]
 
 
 @pytest.fixture(scope="module")
-def case(box, soft, grid):
+def case(box, soft):
     """A box of 24 coarse elements, refined once and held at one end, with two contacts on its top."""
     mesh = box([2, 2, 1], [0.2, 0.1, 0.1])
     body = nest("box", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), soft)
     top = np.flatnonzero((mesh.nodes[:, 2] == 0.1) & (mesh.nodes[:, 0] > 0.0) & (mesh.nodes[:, 1] == 0.05))
-    plain = Case.untrained(body, "large", RADIUS_M, 1, 1e-8, grid)
+    plain = Case.untrained(body, "large", RADIUS_M, 1, 1e-8)
     return replace(plain, response=compute_compliance(body, RADIUS_M, contacts=top, order=2))
 
 
@@ -40,8 +40,8 @@ def load(case):
     return Load.at(case.prepared_contacts[0], np.array([0.02, 0.04, -0.12]))
 
 
-def answered(case, name, setting, load):
-    return displacement_of(model(name, {}).offline(case).online(setting).respond(load))
+def answered(case, model, load):
+    return displacement_of(model.prepare(case).respond(load))
 
 
 def surface(case, level, load):
@@ -57,20 +57,18 @@ def truth(case, load):
     return limit(np.array([surface(case, level, load) for level in (1, 2, 3)]))
 
 
-@pytest.mark.parametrize(("name", "setting"), [("fast_fem", FAST), ("fem_p1", COARSER), ("fem_p2", COARSER)])
-def test_answers_of_elements_come_three_times_as_near_to_the_limit(case, load, truth, name, setting):
-    found = (answered(case, name, setting | more, load) for more in ({}, TO_LIMIT))
+@pytest.mark.parametrize("model", [FAST, *COARSER])
+def test_answers_of_elements_come_three_times_as_near_to_the_limit(case, load, truth, model):
+    found = (answered(case, each, load) for each in (model, model.having(target=LIMIT)))
     own, brought = (errors(answer, truth).rmse_of_peak for answer in found)
     assert brought < own / 3.0
 
 
-@pytest.mark.parametrize(
-    ("name", "setting"), [("fast_fem", FAST), ("linear_fem", {}), ("warped_compliance", {"samples": 0})]
-)
-def test_to_the_first_order_all_have_the_same_limit(case, load, name, setting):
+@pytest.mark.parametrize("model", [FAST, LinearFEM(), WarpedCompliance()])
+def test_to_the_first_order_all_have_the_same_limit(case, load, model):
     contact, force = load.single()
     expected = np.tensordot(force, limit_columns(case)[case.response.row(contact)], 1)
-    found = 1e6 * answered(case, name, setting | TO_LIMIT, load.times(1e-6))
+    found = 1e6 * answered(case, model.having(target=LIMIT), load.times(1e-6))
     assert np.abs(found - expected).max() < 1e-4 * np.abs(expected).max()
 
 
@@ -101,14 +99,14 @@ def test_doubts_and_forces_are_kept(case, load):
 
 
 def test_what_it_cannot_bring_there_it_refuses(case, load):
-    solver = model("fast_fem", {}).offline(case).online(FAST | TO_LIMIT)
+    solver = FAST.having(target=LIMIT).prepare(case)
     node, force = load.single()
     with pytest.raises(Refused, match="not a depth"):
         solver.respond(Load((Press(node, moved=np.array([0.0, 0.0, -0.01])),)))
     other = np.setdiff1d(case.body.coarse.surface, [*case.prepared_contacts, *case.body.anchors[0]])[0]
     with pytest.raises(InputError, match="not one of the contacts that are prepared"):
         solver.respond(Load.at(int(other), force))
-    assert model("fast_fem", {}).needs_contacts(FAST | TO_LIMIT) and not model("fast_fem", {}).needs_contacts(FAST)
+    assert FAST.having(target=LIMIT).needs_contacts and not FAST.needs_contacts
     single = replace(case.body, levels=case.body.levels[:1])
     with pytest.raises(Refused, match="one level"):
         limit_columns(replace(case, body=single))

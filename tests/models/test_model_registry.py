@@ -7,12 +7,12 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.models import model_registry
-from palpate.models.coarse_answers import COARSE_ANSWERS
+from palpate.models.load_model import load_model
 
 MEASURE = """
 import palpate.benchmark.judge, palpate.benchmark.measure
 from palpate.models.load_model import load_model
-load_model('fem_p1', 'palpate.models.fem', {'order': 1})
+load_model('fem_p1', 'palpate.models.kinds:FEM', {'order': 1})
 """
 
 
@@ -38,13 +38,11 @@ def test_an_unknown_name_is_told():
 
 def test_a_family_is_what_one_module_makes_and_all_that_a_job_needs():
     found = model_registry.families(["fem_p2", "pod_rbf", "fem_p1", "mine"], {"mine": "mine.py"})
+    fem = "palpate.models.kinds:FEM"
     assert found == {
-        "fem": {
-            "fem_p2": {"place": "palpate.models.fem", "keywords": {"order": 2}},
-            "fem_p1": {"place": "palpate.models.fem", "keywords": {"order": 1}},
-        },
-        "pod_rbf": {"pod_rbf": {"place": "palpate.models.enrichment.pod_rbf", "keywords": {}}},
-        "mine": {"mine": {"place": "mine.py", "keywords": {}}},
+        "fem": {"fem_p2": {"place": fem, "fields": {"order": 2}}, "fem_p1": {"place": fem, "fields": {"order": 1}}},
+        "pod_rbf": {"pod_rbf": {"place": "palpate.models.kinds:PODRBF", "fields": {}}},
+        "mine": {"mine": {"place": "mine.py", "fields": {}}},
     }
     beside = model_registry.families(["contact_modes", "cascade"], {})
     assert list(beside["contact_modes"]) == ["contact_modes", "cascade"]  # whose contacts serve it
@@ -52,16 +50,19 @@ def test_a_family_is_what_one_module_makes_and_all_that_a_job_needs():
 
 
 def test_every_family_that_has_settings_stands_in_the_config(grid):
-    families = model_registry.families(list(model_registry.MODELS), {})
-    modules = {recipe["place"].rpartition(".")[2] for models in families.values() for recipe in models.values()}
-    assert set(grid) - {"coarse_answers"} == modules - {"linear_fem", "interpolation"}
-    assert list(COARSE_ANSWERS) == grid["coarse_answers"]
+    families = set(map(model_registry.family_of, model_registry.MODELS))
+    assert set(type(grid).model_fields) - {"coarse_answers"} == families - {"linear_fem", "interpolation"}
+
+
+def test_a_recipe_makes_the_model_again():
+    for recipes in model_registry.families(list(model_registry.MODELS), {}).values():
+        for name, recipe in recipes.items():
+            assert load_model(name, **recipe) == model_registry.MODELS[name] and load_model(name, **recipe).name == name
 
 
 def test_what_a_model_is_told_stands_with_it():
     """Models on top of a coarse deformation know no load; those that hold responses of contacts say so."""
-    made = {name: model_registry.model(name, {}) for name in model_registry.MODELS}
-    assert all(callable(model.settings) and callable(model.offline) for model in made.values())
+    made = model_registry.MODELS
     unaware = {name for name, model in made.items() if model.sees == "deformation"}
     assert unaware == {"interpolation", "ridge_upsampling", "kernel_ridge_detail", "pod_rbf"} | {
         name for name, family in model_registry.FAMILY_OF.items() if family == "paper_enrichment"
@@ -75,4 +76,4 @@ def test_what_a_model_is_told_stands_with_it():
         "xpbd", "vertex_block_descent", "projective_dynamics", "mujoco", "newton_vbd",
     }  # fmt: skip
     assert all(model.law for model in made.values())
-    assert made["pod_rbf"].needs_contacts({"coarse": "linear"}) and not made["pod_rbf"].needs_contacts({})
+    assert made["pod_rbf"].having(coarse="linear").needs_contacts and not made["pod_rbf"].needs_contacts

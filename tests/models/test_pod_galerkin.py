@@ -10,29 +10,29 @@ from scipy.optimize import minimize
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused, loads_of
 from palpate.errors import InputError, NotConverged
-from palpate.models import fem, pod_galerkin
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.workshop import Workshop
+from palpate.models.kinds import FEM, PODGalerkin
 from palpate.models.pod_galerkin import energy_pod
+from palpate.studies.tradeoff.settings import Families
 
 RADIUS_M = 0.03
-GRID = {"pod_galerkin": {"nodes": 12000, "modes": [4, 100], "tolerances": [0.1, 0.01]}}
-SETTING = {"modes": 100, "thinned": 0.01}
+MODEL = PODGalerkin(modes=100, thinned=0.01)
 
 
 @pytest.fixture(scope="module")
 def case(slab_case):
     """The slab with presses of a disc as samples, by quadratic elements on its last level but one."""
-    plain = replace(slab_case[0], radius_m=RADIUS_M, grid={**slab_case[0].grid, **GRID})
+    plain = replace(slab_case[0], radius_m=RADIUS_M)
     db = plain.database.take(np.arange(12))
-    elements = fem.Fem(plain, {"level": 0, "start": "rest", "tolerance": 1e-9}, 2)
+    elements = FEM(order=2, level=0, tolerance=1e-9).prepare(plain)
     fine = np.array([elements.respond(load) for load in loads_of(db.contact, 0.5 * db.force)])
     return replace(plain, database=replace(db, force=0.5 * db.force, fine=fine))
 
 
 @pytest.fixture(scope="module")
 def solver(case):
-    return pod_galerkin.offline(case).online(SETTING)
+    return MODEL.prepare(case)
 
 
 def load_of(case, row=0):
@@ -46,8 +46,7 @@ def test_its_samples_are_its_answers(case, solver):
 
 def test_all_points_are_full_galerkin(case):
     """The elements' own energy, minimised over the same modes by another search, has the same minimum."""
-    low = replace(case, grid={"pod_galerkin": GRID["pod_galerkin"] | {"nodes": 1}})
-    solver = pod_galerkin.offline(low).online({"modes": 5, "thinned": 0.0})
+    solver = PODGalerkin(modes=5, thinned=0.0, nodes=1).prepare(case)
     elements, load = Workshop(case.body, RADIUS_M, 0).elements(0), load_of(case, 3)
     modes, pull = solver._modes, load.presses[0].force @ solver._pull(load.presses[0].node)
     assert modes.shape[2] == 5
@@ -64,7 +63,7 @@ def test_all_points_are_full_galerkin(case):
 
 
 def test_few_cells_answer_as_all_do_with_weights_that_are_not_negative(case, solver):
-    whole = pod_galerkin.offline(case).online(SETTING | {"thinned": 0.0})
+    whole = MODEL.having(thinned=0.0).prepare(case)
     assert (solver._reduced.cells.volumes > 0.0).all()
     assert len(solver._reduced.cells.volumes) < 0.05 * len(whole._reduced.cells.volumes)
     for row in (0, 5):
@@ -95,11 +94,10 @@ def test_what_it_cannot_do_it_refuses(case, solver):
 
 
 def test_settings_have_at_most_as_many_modes_as_samples_and_charge_them(case):
-    assert pod_galerkin.settings(case) == [
-        {"modes": 4, "thinned": 0.01}, {"modes": 12, "thinned": 0.1}, {"modes": 12, "thinned": 0.01}
-    ]  # fmt: skip
+    tried = MODEL.tried(case, Families(pod_galerkin={"modes": [4, 100], "tolerances": [0.1, 0.01]}))
+    assert [(each.modes, each.thinned) for each in tried] == [(4, 0.01), (12, 0.1), (12, 0.01)]
     fresh = replace(case, used={})
-    pod_galerkin.offline(fresh).online(SETTING)
+    MODEL.prepare(fresh)
     assert set(fresh.used) - {"buckling"} == {"training", "volumes"}  # whoever makes that one has waited for it
     assert 0.0 < fresh.used["volumes"] < perf_counter()  # a duration, and not a time of that clock
 

@@ -9,18 +9,19 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused
 from palpate.errors import InputError
 from palpate.models import pod_of_loads
+from palpate.models.kinds import PODOfLoads
+from palpate.studies.tradeoff.settings import Families
 
-GRID = {"modes": [2, 12], "hidden": [8]}
-SETTINGS = {"gaussian": {"modes": 12}, "network": {"modes": 12, "hidden": 8}}
+LEARNERS = {learner: PODOfLoads(modes=12, learner=learner) for learner in ("gaussian", "network")}
+GRID = Families(pod_of_loads={"modes": [2, 12], "hidden": [8]})
 
 
 @pytest.fixture(scope="module")
 def learnt(slab_case):
-    case = replace(slab_case[0], grid={**slab_case[0].grid, "pod_of_loads": GRID})
-    return case, {name: pod_of_loads.Learnt(case, setting, name) for name, setting in SETTINGS.items()}
+    return slab_case[0], {name: model.prepare(slab_case[0]) for name, model in LEARNERS.items()}
 
 
-@pytest.mark.parametrize("learner", SETTINGS)
+@pytest.mark.parametrize("learner", LEARNERS)
 def test_no_force_moves_nothing_and_others_are_refused(learnt, learner):
     case, solvers = learnt
     contact = int(case.database.contact[0])
@@ -44,7 +45,7 @@ def test_it_has_learnt_its_samples(learnt, learner, most):
 def test_modes_are_those_of_the_samples(learnt):
     """With fewer modes the answer lies in fewer dimensions, those in which the samples vary most."""
     case, _ = learnt
-    solver = pod_of_loads.Learnt(case, {"modes": 2}, "gaussian")
+    solver = PODOfLoads(modes=2).prepare(case)
     db = case.database
     found = np.array([solver.respond(Load.at(c, f)).ravel() for c, f in zip(db.contact, db.force, strict=True)])
     assert np.linalg.matrix_rank(found, tol=1e-9 * np.linalg.norm(found)) == 2
@@ -54,10 +55,10 @@ def test_modes_are_those_of_the_samples(learnt):
 
 def test_settings_have_at_most_as_many_modes_as_samples(learnt):
     case, _ = learnt
-    assert pod_of_loads.settings(case, "gaussian") == [{"modes": 2}, {"modes": 12}]
     few = replace(case, database=case.database.take(np.arange(5)))
-    assert pod_of_loads.settings(few, "gaussian") == [{"modes": 2}, {"modes": 5}]
-    assert pod_of_loads.settings(case, "network") == [{"modes": 12, "hidden": 8}]
+    gaussian, network = LEARNERS.values()
+    assert [[each.modes for each in gaussian.tried(given, GRID)] for given in (case, few)] == [[2, 12], [2, 5]]
+    assert [each.text for each in network.tried(case, GRID)] == ["modes=12, hidden=8"]
 
 
 def test_slopes_of_the_network_are_its_differences():

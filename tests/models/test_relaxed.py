@@ -11,22 +11,24 @@ from palpate.benchmark.load import Load, Press, Refused
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
-from palpate.models import fem, relaxed
+from palpate.models import relaxed
+from palpate.models.fem_statics import Simulation
+from palpate.models.kinds import FEM
 from palpate.solvers.projective_dynamics import ProjectiveDynamics
 from palpate.solvers.vertex_block_descent import VertexBlockDescent
 
 
 @pytest.fixture(scope="module")
 def pressed(slab_case):
-    """The slab under a disc, what fits in the settings, and a load that moves it by a tenth of its size."""
+    """The slab under a disc, and a load that moves it by a tenth of its size."""
     case, test, _ = slab_case
-    case = replace(case, radius_m=0.03, grid={**case.grid, "relaxed": {name: [each] for name, each in LONG.items()}})
+    case = replace(case, radius_m=0.03)
     return case, Load.at(test.contact[0], 1.5 * test.force[0])
 
 
 def ask(pressed, method, **changed):
     case, load = pressed
-    return relaxed.Relaxed(case, LONG[method] | changed, method).respond(load)
+    return LONG[method].having(**changed).prepare(case).respond(load)
 
 
 def coarse(case):
@@ -38,7 +40,7 @@ def coarse(case):
 @pytest.fixture(scope="module")
 def equilibrium(pressed):
     case, load = pressed
-    return fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-10}, 1).respond(load)
+    return FEM(order=1, level=0, tolerance=1e-10).prepare(case).respond(load)
 
 
 @pytest.mark.parametrize("method", LONG)
@@ -72,7 +74,7 @@ def test_what_accelerates_helps_on_the_way_and_does_not_change_the_end(
 def test_the_equilibrium_is_where_nothing_moves(pressed, solver):
     """Started at the converged answer, a sweep stays: what it solves is the law's own force, not one like it."""
     case, load = pressed
-    simulation = fem.Simulation(case, 0, 1e-12)
+    simulation = Simulation(case, 0, 1e-12)
     moved = simulation.displacement(load)
     there = case.body.coarse.nodes + moved
     step = solver(*coarse(case)).relax(there, simulation.nodal(load), 1, 0)[0]
@@ -91,8 +93,8 @@ def test_a_frame_before_helps_as_far_as_the_method_has_come_by_itself(pressed, e
     """Nearer than from rest with as many steps, and not nearer than the frames' own steps let it: they are its own."""
     case, load = pressed
     fewest = {"xpbd": "steps", "vertex_block_descent": "sweeps", "projective_dynamics": "iterations"}[method]
-    frame = LONG[method] | FEW[method] | {"start": "frame"}
-    following, lagging, none = (relaxed.Relaxed(case, s, method) for s in (frame, frame | {fewest: 1}, frame))
+    frame = LONG[method].having(**FEW[method], start="frame")
+    following, lagging, none = (each.prepare(case) for each in (frame, frame.having(**{fewest: 1}), frame))
     for solver in (following, lagging):
         solver.precede(load)
     found, behind = (errors(solver.respond(load), equilibrium).rmse_of_peak for solver in (following, lagging))
@@ -105,8 +107,8 @@ def test_a_motion_goes_on_where_it_was_left(pressed):
     """Ten steps at once are five and five."""
     case, load = pressed
     (elements, held), rest = coarse(case), case.body.coarse.nodes
-    nodal, masses = fem.Simulation(case, 0, 1e-8).nodal(load), particles_of(case.body, 0, surface=False).masses
-    relax = relaxed.relaxes("xpbd", elements, masses, held, LONG["xpbd"] | {"steps": 5})
+    nodal, masses = Simulation(case, 0, 1e-8).nodal(load), particles_of(case.body, 0, surface=False).masses
+    relax = relaxed.relaxes("xpbd", elements, masses, held, LONG["xpbd"].having(steps=5))
     whole, (middle, before) = relax(rest, nodal, steps=10)[0], relax(rest, nodal)
     assert np.abs(relax(middle, nodal, before=before)[0] - whole).max() < 1e-9 * np.abs(whole).max()
 
@@ -120,14 +122,14 @@ def test_a_radius_that_is_too_large_does_no_harm(pressed, equilibrium):
 @pytest.mark.parametrize("method", LONG)
 def test_what_they_cannot_do_they_refuse(pressed, method):
     case, load = pressed
-    solver = relaxed.Relaxed(case, LONG[method], method)
+    solver = LONG[method].prepare(case)
     with pytest.raises(InputError, match="not a free surface node"):
         solver.respond(Load.at(case.body.anchors[0][0], np.ones(3)))
     with pytest.raises(Refused):
         solver.respond(Load((Press(load.presses[0].node, moved=np.ones(3)),)))
     other = replace(case.body.material, law="neo_hookean")
     with pytest.raises(NotConverged, match="corotational law"):
-        relaxed.Relaxed(replace(case, body=replace(case.body, material=other)), LONG[method], method)
+        LONG[method].prepare(replace(case, body=replace(case.body, material=other)))
 
 
 @pytest.mark.parametrize("method", LONG)
@@ -137,7 +139,7 @@ def test_two_presses_are_more_than_one(pressed, method):
     node, force = load.single()
     other = int(np.setdiff1d(case.database.contact, [node])[0])
     loads = [Load((Press(node, 1e-4 * force),)), Load((Press(other, 1e-4 * force),))]
-    solver = relaxed.Relaxed(case, LONG[method], method)
+    solver = LONG[method].prepare(case)
     one, two, both = (solver.respond(each) for each in (*loads, Load(loads[0].presses + loads[1].presses)))
     assert np.abs(one + two - both).max() < 0.05 * np.abs(both).max()
 
@@ -148,7 +150,7 @@ def test_a_soft_material_needs_as_many_sweeps_as_a_stiff_one(pressed, equilibriu
     stiff = replace(case.body.material, young_pa=1e3 * case.body.material.young_pa)
     body = replace(case.body, material=stiff)
     for method in LONG:
-        scaled = relaxed.Relaxed(replace(case, body=body), LONG[method], method).respond(load.times(1e3))
+        scaled = LONG[method].prepare(replace(case, body=body)).respond(load.times(1e3))
         assert np.abs(scaled - ask(pressed, method)).max() < 1e-6 * np.abs(scaled).max()
 
 
@@ -164,10 +166,10 @@ LONGER = {
 def distance(bedded):
     """How far from the elements' equilibrium a method ends, under a press of 7 mm on the slab of 0.2 m."""
     load = Load.at(int(bedded.response.contacts[0]), np.array([0.5, 0.0, -1.5]))
-    equilibrium = fem.Fem(bedded, {"level": 0, "start": "rest", "tolerance": 1e-10}, 1).respond(load)
+    equilibrium = FEM(order=1, level=0, tolerance=1e-10).prepare(bedded).respond(load)
 
     def measure(method, **changed):
-        found = relaxed.Relaxed(bedded, LONG[method] | LONGER[method] | changed, method).respond(load)
+        found = LONG[method].having(**LONGER[method] | changed).prepare(bedded).respond(load)
         return errors(found, equilibrium).rmse_of_peak
 
     return measure

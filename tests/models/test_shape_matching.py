@@ -8,7 +8,7 @@ import pytest
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load
 from palpate.errors import InputError
-from palpate.models import shape_matching
+from palpate.models.kinds import ShapeMatching
 from palpate.models.shape_matching import LEFT, Shapes, Softness, cubes, fit
 
 SOFT = Softness(2e-4, 0.3)
@@ -59,12 +59,12 @@ def test_a_fit_finds_the_softness_that_made_the_samples(slab_case, shapes, softn
     shapes.soften(SOFT)
 
 
-def test_fitted_shapes_answer_contacts_they_never_saw(slab_case):
+def test_fitted_shapes_answer_contacts_they_never_saw(slab_case, grid):
     """A quarter as wrong as the answer that nothing moves, and far better than twice or half as soft."""
     case, test, _ = slab_case
-    settings = shape_matching.settings(case)
-    assert len(settings) >= 5
-    solver = shape_matching.prepare(case, settings[2])
+    tried = ShapeMatching().tried(case, grid)
+    assert len(tried) >= 5
+    solver = tried[2].prepare(case)
     asked = list(zip(test.contact.tolist(), test.force, test.fine, strict=True))
 
     def wrong(answer):

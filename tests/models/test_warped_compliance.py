@@ -9,8 +9,8 @@ from fixtures.known_deformations import *  # noqa: F403
 from scipy.spatial.transform import Rotation
 
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.model import FitOptions
 from palpate.benchmark.presses import LOAD_COLUMNS
+from palpate.benchmark.settings import FitOptions, Widths
 from palpate.benchmark.static_responses import press
 from palpate.bodies.mesh import TetMesh
 from palpate.errors import InputError
@@ -121,7 +121,7 @@ def test_the_linear_rival_is_the_fine_response_to_a_small_force(slab, slab_compl
     assert wrong[0] < 1e-2 and wrong[0] / wrong[1] == pytest.approx(10, rel=0.1)
 
 
-OPTIONS = FitOptions(10, {"min": 0.1, "max": 100, "count": 7}, 3, "samples", 1)
+OPTIONS = FitOptions(neighbours=10, sigma_relative=Widths(min=0.1, max=100, count=7), folds=3, split="samples", seed=1)
 
 
 @pytest.fixture(scope="module")

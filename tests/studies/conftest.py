@@ -10,7 +10,7 @@ from fixtures.trade_off import *  # noqa: F403
 from scipy.sparse import csr_array
 
 from palpate.benchmark.database import Database
-from palpate.benchmark.model import FitOptions
+from palpate.benchmark.settings import FitOptions, Widths
 from palpate.bodies.material import Material
 
 
@@ -43,4 +43,4 @@ def db() -> Database:
 
 @pytest.fixture(scope="session")
 def settings() -> FitOptions:
-    return FitOptions(5, {"min": 0.1, "max": 10, "count": 4}, 3, "samples", 1)
+    return FitOptions(neighbours=5, sigma_relative=Widths(min=0.1, max=10, count=4), folds=3, split="samples", seed=1)

@@ -1,7 +1,7 @@
 # What accuracy costs in time: every model over its settings, on samples whose contacts it never saw.
 
 
-from palpate.models.model_registry import MODELS, absent, families
+from palpate.models.model_registry import MODELS, absent, families, family_of
 
 TRADEOFF = config["tradeoff"]
 # models by family, one job each, and the user's own
@@ -44,8 +44,7 @@ JUDGED = {
     "truth": f"{PRESS}/truth.h5",
 }
 JUDGED_WITH = {
-    "regression": TRADEOFF["regression"],
-    "seed": config["seed"],
+    "options": TRADEOFF["regression"] | {"seed": config["seed"]},
     "tolerance": config["solver"]["tolerance"],
     "radius_m": lambda wildcards: radius(wildcards.body, wildcards.regime),
 }
@@ -95,9 +94,9 @@ rule measure_models:
     params:
         **JUDGED_WITH,
         **TIMED,
-        **calls("palpate.studies.tradeoff.jobs:measure_models", lambda wildcards: modules_of(wildcards.family)),
+        **calls("palpate.studies.tradeoff.jobs:measure_models", lambda wildcards: modules_of(FAMILIES[wildcards.family])),
         models=lambda wildcards: FAMILIES[wildcards.family],
-        settings=lambda wildcards: grid_of(wildcards.family),
+        grid=lambda wildcards: grid_of(wildcards.family),
         more_of=lambda wildcards: more_of(wildcards),
     script:
         "../job.py"
@@ -217,7 +216,7 @@ rule measure_any_load:
     params:
         **JUDGED_WITH,
         **TIMED,
-        **calls("palpate.studies.tradeoff.jobs:measure_any_load", *asked_modules(ANY_LOAD)),
+        **calls("palpate.studies.tradeoff.jobs:measure_any_load", *modules_of(ANY_LOAD.get("models", {}))),
         models=asked_models(ANY_LOAD),
         samples=ANY_LOAD.get("samples"),
         split=SPLITS[0],
@@ -240,7 +239,7 @@ rule measure_beyond_design:
     threads: HALF
     params:
         **JUDGED_WITH,
-        **calls("palpate.studies.tradeoff.jobs:measure_beyond_design", *asked_modules(BEYOND_DESIGN)),
+        **calls("palpate.studies.tradeoff.jobs:measure_beyond_design", *modules_of(BEYOND_DESIGN.get("models", {}))),
         models=asked_models(BEYOND_DESIGN),
         samples=BEYOND_DESIGN.get("samples"),
         split=SPLITS[0],

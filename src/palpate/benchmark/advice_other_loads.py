@@ -21,7 +21,7 @@ from palpate.benchmark.advice import (
 )
 from palpate.benchmark.conformal import FEWEST, finite
 from palpate.benchmark.error_bounds import CONSTANT
-from palpate.benchmark.ranking import EQUAL, KINDS, TIED_TIMES, by_error, by_time, own_error
+from palpate.benchmark.ranking import EQUAL, KINDS, TIED_TIMES, by_error, by_time, fields_of, own_error
 from palpate.errors import InputError
 
 BY_ERROR = {"rmse_of_peak": EQUAL, "real_time_factor": TIED_TIMES}
@@ -120,8 +120,8 @@ def mesh_error(pressed: pd.DataFrame | None, body: str, level: int) -> MeshError
     if pressed is None:
         return None
     rows = pressed[(pressed["model"] == ELEMENTS) & (pressed["body"] == body)]
-    rows = rows[rows["setting"].str.startswith(f"level={level}, ")]
-    exact = rows["setting"].str.extract(r"tolerance=([0-9.e+-]+)", expand=False).astype(float)
+    told = fields_of(rows, "level", "tolerance")
+    exact = told["tolerance"].where(told["level"] == level)
     rows = rows[exact == exact.min()]
     if rows.empty:
         return None
@@ -307,8 +307,9 @@ def operator_error(pressed: pd.DataFrame, column: str) -> float:
     there is none, or no truth.
     """
     rows = pressed[(pressed["model"] == OPERATOR) & (pressed["failures"] == 0)]
-    told = rows["setting"].str.extract(r"^level=(\d+), start=rest, tolerance=([0-9.e+-]+)$").astype(float)
-    told = told.dropna().sort_values([0, 1], ascending=[False, True])
+    told = fields_of(rows, "level", "start", "tolerance", "target")
+    told = told[(told["start"] == "rest") & told["target"].isna()][["level", "tolerance"]].dropna()
+    told = told.sort_values(["level", "tolerance"], ascending=[False, True])
     if told.empty:
         return np.nan
     finest = told.index[(told == told.iloc[0]).all(axis=1)]

@@ -9,7 +9,8 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.database import Database, read
-from palpate.benchmark.model import Case, FitOptions
+from palpate.benchmark.model import Case
+from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.split import fold_sides, read_folds, training_presses
 from palpate.benchmark.truth import Truth, load_truth, truth_levels
 from palpate.bodies.body import Body
@@ -126,7 +127,7 @@ def read_judged(
 ) -> tuple[Case, Judge]:
     """Read a case with the training samples of ``split``, and the judge of the others; as ``read_case``.
 
-    files : truth, too
+    files : truth, too; rest : radius_m, options, tolerance
     more : whether presses at training contacts are judged too
     """
     case, db, table = _read(files, regime, split, *rest)
@@ -137,15 +138,15 @@ def read_judged(
 def read_case(files: Mapping[str, Any], regime: str, split: int, *rest: Any) -> Case:
     """Read a case with the training samples of ``split``.
 
-    files : body, database, samples (folds), and perhaps compliance; rest : radius_m, options, tolerance, grid of a Case
+    files : body, database, samples (folds), and perhaps compliance; rest : radius_m, options, tolerance of a Case
     """
     return _read(files, regime, split, *rest)[0]
 
 
 def _read(
-    files: Mapping[str, Any], regime: str, split: int, radius_m: float, options: FitOptions, *rest: Any
+    files: Mapping[str, Any], regime: str, split: int, radius_m: float, options: FitOptions, tolerance: float
 ) -> tuple[Case, Database, pd.DataFrame]:
     body, db, table = load(files["body"]), read(files["database"]), read_folds(files["samples"])
     linear = load_compliance(files["compliance"]) if files.get("compliance") else None
     training = db.take(fold_sides(table, split)[0])
-    return Case(body, regime, radius_m, training, linear, options, *rest), db, table
+    return Case(body, regime, radius_m, training, linear, options, tolerance), db, table

@@ -2,11 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from palpate.errors import InputError, NotConverged
+from palpate.setting_types import Block, Index, NotNegative, Positive, Vector, key
+
+if TYPE_CHECKING:
+    from palpate.bodies.body import Body
 
 PREPARED, NEW, TWO, DEPTH = "prepared", "never prepared", "two contacts", "depth"
 LOADS = (PREPARED, NEW, TWO, DEPTH)
@@ -95,6 +99,44 @@ class Load:
         for press in self.presses:
             parts += [press.node, *(b"" if given is None else given.tobytes() for given in (press.force, press.moved))]
         return tuple(parts)
+
+
+class SurfacePress(Block):
+    """A force that is spread over a disc of a body's surface: what ``Model.answer`` is asked."""
+
+    node: Index = key("Number of the node of the fine surface in the middle of the disc")
+    force_n: Positive = key("Size of the force [N]")
+    radius_m: NotNegative = key("Radius of the disc [m]; 0 presses on the node alone", 0.0)
+    direction: Vector | None = key("Direction of the force, of any length; null: the inward normal", None)
+
+    def load_of(self, body: "Body") -> Load:
+        """Return the press as models are asked; InputError for a node that ``body`` has not, or no direction."""
+        if self.node >= len(body.fine.nodes):
+            raise InputError(f"node {self.node} is not of {body.name}, which has {len(body.fine.nodes)}; give another.")
+        way = -body.fine.normals[self.node] if self.direction is None else np.array(self.direction, dtype=float)
+        if not np.linalg.norm(way) > 0.0:
+            raise InputError(f"the press at node {self.node} has no direction; give one with a length.")
+        return Load.at(self.node, self.force_n * way / np.linalg.norm(way))
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """What a model answers about a ``body``.
+
+    displacement_m : (n_surface, 3) [m] of the fine surface nodes, ``body.fine.surface``
+    estimated_error : the model's own estimate of its error, as RMSE over peak; or None
+    doubt : why the model does not believe it, or ""
+    """
+
+    body: "Body"
+    displacement_m: np.ndarray
+    estimated_error: float | None = None
+    doubt: str = ""
+
+    def error(self, other: "Response") -> float:
+        """Return the RMSE against ``other``, over its peak."""
+        apart = np.sum((self.displacement_m - other.displacement_m) ** 2, axis=1)
+        return float(np.sqrt(np.mean(apart)) / np.linalg.norm(other.displacement_m, axis=1).max())
 
 
 class Answer(NamedTuple):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,13 +14,11 @@ import pandas as pd
 from palpate.benchmark.accuracy import TruthErrors
 from palpate.benchmark.judge import SIDES, Judge
 from palpate.benchmark.load import Answer, Doubted, Load, Refused, loads_of
-from palpate.benchmark.model import Case, LeftOut, Model, Setting, Solver, checked, setting_text
+from palpate.benchmark.model import Case, LeftOut, Model, Solver, checked
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH, ZERO
 from palpate.benchmark.timing import online, said, time_calls
 from palpate.errors import InputError, NotConverged
 
-Given = TypeVar("Given")
-Made = TypeVar("Made")
 ERRORS = list(TruthErrors._fields)
 SPREAD = ["rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak"]
 """The errors whose median and 95th percentile over the test samples are tabulated beside their means."""
@@ -139,14 +137,14 @@ def _setting_row(finding: Finding, judge: Judge) -> dict:
 def measure(
     case: Case,
     name: str,
-    model: Model,
+    models: Sequence[Model],
     judge: Judge,
     repeats: int,
     budget_s: float,
     progress: Callable = iter,
     more_of: str | None = None,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Measure all settings of ``model`` on the samples of ``judge``: rows of both tables.
+    """Measure ``models``, which are one with several settings, on the samples of ``judge``: rows of both tables.
 
     ``repeats`` and ``budget_s`` are those of ``ask``; ``progress`` wraps the sequence of settings, as ``tqdm`` does.
     more_of : a regular expression; a setting in whose name it is found is asked for ``judge.training`` too, unless it
@@ -159,12 +157,12 @@ def measure(
     """
     from threadpoolctl import threadpool_limits
 
-    findings, texts = [], [setting_text(setting) for setting in model.settings(case)]
+    findings, texts = [], [model.text for model in models]
     if twice := [text for text in texts if texts.count(text) > 1]:
-        raise InputError(f"{name}.settings gives {twice[0]} twice; give each setting once.")
-    kind, given = {"sees": model.sees, "law": model.law_of(case)}, (model.place, model.reduces != "")
+        raise InputError(f"{name} is tried with {twice[0]} twice; try each setting once.")
     with threadpool_limits(limits=1):
-        for one in prepared_settings(case, model, progress=progress):
+        for one in prepared_settings(case, models, progress=progress):
+            model, given = one.model, (one.model.place, one.model.reduces != "")
             more, memory = None, 0.0
             if isinstance(one.solver, LeftOut):
                 warnings.warn(f"{name} is left out: {one.solver}.", stacklevel=2)
@@ -175,11 +173,12 @@ def measure(
                 asked, memory = ask(one.solver, judge, repeats, budget_s, *given), float(one.solver.memory_mb)
                 offline = one.offline_s  # with the contacts that were prepared when they were asked for
                 learnt = "training" in one.used
-                if judge.training and not learnt and more_of is not None and re.search(more_of, one.text):
+                if judge.training and not learnt and more_of is not None and re.search(more_of, model.text):
                     more = ask(one.solver, judge.training, 0, 0.0, *given)
-            about = kind | {"prepared": model.needs_contacts(one.setting)}
+            about: dict[str, str | bool] = {"sees": model.sees, "prepared": model.needs_contacts}
+            about["law"] = model.law_of(case)
             answered = _answered(one.solver, judge, asked, model.place)
-            findings.append(Finding(labels_of(case, name, one.text), asked, offline, memory, about, more, answered))
+            findings.append(Finding(labels_of(case, name, model.text), asked, offline, memory, about, more, answered))
     return found_rows(findings, judge)
 
 
@@ -205,13 +204,12 @@ def _answered(solver: Solver | NotConverged, judge: Judge, asked: list[Asked], p
 
 
 class Prepared(NamedTuple):
-    """A model prepared with a setting, or why it cannot be; ``text`` is the setting as tables have it.
+    """What answers for a model, or why it cannot be prepared.
 
     seconds : what preparing has taken; used : what was used beside, with its cost [s], which grows with queries
     """
 
-    setting: Setting
-    text: str
+    model: Model
     solver: Solver | NotConverged
     seconds: float
     used: dict[str, float]
@@ -222,31 +220,22 @@ class Prepared(NamedTuple):
         return self.seconds + sum(self.used.values())
 
 
-def prepared_settings(case: Case, model: Model, pattern: str = "", progress: Callable = iter) -> Iterator[Prepared]:
-    """Prepare, one after another, the settings of ``model`` in whose text the regular expression ``pattern`` is found.
+def prepared_settings(
+    case: Case, models: Sequence[Model], pattern: str = "", progress: Callable = iter
+) -> Iterator[Prepared]:
+    """Prepare, one after another, those of ``models`` in whose text the regular expression ``pattern`` is found.
 
-    Each is charged the offline stage that all share. Trap: ``used`` is that of the setting until the next is prepared.
+    Trap: ``used`` is that of the model until the next is prepared.
     """
     charged = replace(case, used={})
-    chosen = [setting for setting in model.settings(case) if re.search(pattern, setting_text(setting))]
-    if not chosen:
-        return
-    begin = perf_counter()
-    stage = _or_failure(model.offline, charged)
-    shared_s, shared = perf_counter() - begin, dict(charged.used)
-    for setting in progress(chosen):
+    for model in progress([model for model in models if re.search(pattern, model.text)]):
         charged.used.clear()
-        charged.used.update(shared)
         begin = perf_counter()
-        solver = stage if isinstance(stage, NotConverged) else _or_failure(stage.online, setting)
-        yield Prepared(setting, setting_text(setting), solver, shared_s + perf_counter() - begin, charged.used)
-
-
-def _or_failure(prepare: Callable[[Given], Made], given: Given) -> Made | NotConverged:
-    try:
-        return prepare(given)
-    except NotConverged as failure:
-        return failure
+        try:
+            solver: Solver | NotConverged = model.prepare(charged)
+        except NotConverged as failure:
+            solver = failure
+        yield Prepared(model, solver, perf_counter() - begin, charged.used)
 
 
 def ask(

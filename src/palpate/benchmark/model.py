@@ -1,23 +1,31 @@
-"""Define a model, by its settings and its two stages, offline and online, and the case that it may see."""
+"""Define a model, an object whose fields are its setting, what it prepares to answer with, and what it may see."""
 
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import lru_cache, partial
+from importlib import import_module
 from time import perf_counter
 from types import FunctionType, MethodType, ModuleType
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, TypeVar
 
 import numpy as np
 
-from palpate.benchmark.database import Database, database_of
-from palpate.benchmark.load import Answer, Doubted, Load, displacement_of
-from palpate.bodies.body import Body
-from palpate.effects.patch_load import Patch
+from palpate.benchmark.load import Answer, Doubted, Load, Response, SurfacePress, displacement_of
+from palpate.benchmark.settings import FitOptions
 from palpate.errors import InputError, NotConverged
-from palpate.solvers.compliance import Compliance
+from palpate.setting_types import Block
+
+if TYPE_CHECKING:
+    from palpate.benchmark.database import Database
+    from palpate.bodies.body import Body
+    from palpate.effects.patch_load import Patch
+    from palpate.solvers.compliance import Compliance
+    from palpate.studies.tradeoff.settings import Families
 
 Setting = dict[str, Any]
-"""A model's setting: name → int, float, str or bool."""
+"""What tables call a setting: name → int, float, str or bool."""
 Made = TypeVar("Made")
 _PLAIN = (str, bytes, int, float, bool, complex, type(None), type)
 _FOREIGN = ("numba", "llvmlite", "ctypes", "_ctypes")
@@ -26,24 +34,6 @@ _FOREIGN = ("numba", "llvmlite", "ctypes", "_ctypes")
 
 class Kept(dict[Hashable, tuple[Any, float]]):
     """What models and settings of one case share, by name, with what making it took [s]; no solver's own memory."""
-
-
-@dataclass(frozen=True)
-class FitOptions:
-    """The options that methods of enrichment are fitted with.
-
-    neighbours : nodes of the contact-ordered feature, l
-    sigma_relative : min, max and count of the σ tried, relative to the median distance of training features
-    folds : parts of the cross-validation
-    split : "samples" or "contacts"; folds hold out what the split holds out
-    seed : of the folds
-    """
-
-    neighbours: int
-    sigma_relative: Mapping[str, float]
-    folds: int
-    split: str
-    seed: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +45,6 @@ class Case:
         what they use is added to their preparation
     options : how regressions are fitted; ``options.seed`` is for every random choice
     tolerance : relative residual at which run-time solves stop
-    grid : by family, the values to try of its settings: ``tradeoff.settings`` of the config; and ``coarse_answers``
     used : what was used, with its cost [s]; the evaluation adds it to the offline time
     kept : what ``share`` has made
     """
@@ -67,23 +56,25 @@ class Case:
     response: Compliance | None
     options: FitOptions
     tolerance: float
-    grid: Mapping[str, Any] = field(default_factory=dict)
     used: dict[str, float] = field(default_factory=dict)
     kept: Kept = field(default_factory=Kept)
 
     @staticmethod
-    def untrained(body: Body, regime: str, radius_m: float, seed: int, tolerance: float, grid: Mapping) -> "Case":
+    def untrained(body: Body, regime: str, radius_m: float, seed: int, tolerance: float) -> Case:
         """Return the case of a body alone, without any sample or response, for models that need none."""
+        from palpate.benchmark.database import database_of
+
         coarse, fine = (np.empty((0, len(mesh.nodes), 3)) for mesh in (body.coarse, body.fine))
         database = database_of(body, np.empty(0, dtype=int), np.empty((0, 3)), coarse, fine)
-        options = FitOptions(1, {}, 2, "contacts", seed)
-        return Case(body, regime, radius_m, database, None, options, tolerance, grid)
+        return Case(body, regime, radius_m, database, None, FitOptions(seed=seed), tolerance)
 
     def use_training(self) -> Database:
-        """Return the k training samples, and charge what simulating them took.
+        """Return the k training samples, and charge what simulating them took; InputError if there are none.
 
         contact (k,), force (k, 3) [N], fine (k, n_surface, 3) [m], coarse_live …
         """
+        if not self.n_training:
+            raise InputError(f"{self.body.name}: this case has no samples; simulate some, or take what learns nothing.")
         self.charge("training", float(self.database.seconds.sum()))
         return self.database
 
@@ -132,14 +123,14 @@ class Case:
         """The number of training samples; asking costs nothing."""
         return len(self.database.contact)
 
-    def first(self, count: int) -> "Case":
-        """Keep ``count`` training samples of a seeded order: smaller choices are part of larger ones."""
+    def first(self, count: int | None) -> Case:
+        """Keep ``count`` training samples of a seeded order, None all: smaller choices are part of larger ones."""
         order = np.random.default_rng(self.options.seed).permutation(self.n_training)
         return replace(self, database=self.database.take(np.sort(order[:count])))
 
 
 class Solver:
-    """A prepared model with one setting: what answers. Those of a user's file need no base class.
+    """A prepared model: what answers. Those of a user's file need no base class.
 
     presses_anywhere : whether ``place`` presses discs anywhere on the surface, and not at its nodes alone
     """
@@ -172,92 +163,102 @@ class Solver:
         raise NotImplementedError
 
 
-class Stage:
-    """The offline stage of a model: what it prepares for one case, kept by whoever holds this object.
+class Model(Block):
+    """A way of answering presses, whose fields are its setting; ``palpate.models.kinds`` has palpate's.
 
-    What only some settings need is made when the first of them asks, by ``case.share``, and charged to all that use it.
-    """
-
-    def __init__(self, case: Case):
-        self.case = case
-
-    def online(self, setting: Setting) -> Solver:
-        """Return what answers with a setting; InputError or NotConverged if it cannot be prepared."""
-        raise NotImplementedError
-
-
-class _Trivial(Stage):
-    def __init__(self, case: Case, prepare: Callable[[Case, Setting], Solver]):
-        super().__init__(case)
-        self._prepare = prepare
-
-    def online(self, setting: Setting) -> Solver:
-        return self._prepare(self.case, setting)
-
-
-def one_stage(prepare: Callable[..., Solver]) -> Callable[..., Stage]:
-    """Return the offline stage of a model whose settings share nothing, each by ``prepare(case, setting, ...)``."""
-    return lambda case, **keywords: _Trivial(case, partial(prepare, **keywords))
-
-
-class Model(NamedTuple):
-    """A way of simulating.
-
-    settings(case) : from cheap to expensive, at least five where the model has a setting, else [{}]
-    offline(case) : what settings share, and ``online(setting)`` of it what answers; both timed; InputError or
-        NotConverged if it cannot be done
-    place : the module or file that it comes from, for messages
+    law : of the material, as a table has it; BODYS where it is the body's own, "" if it is not known
     sees : "load", if it is given the force, or "deformation", if it sees what a force does to the coarse mesh only
     prepared : whether it uses what was computed for each contact before, responses or meshes; see ``needs_contacts``
     reduces : "p2", if its answers come from responses of the fine quadratic elements, stored or learnt from; else ""
-    law : of the material, as a table has it; BODYS where it is the body's own, "" if it is not known
+    place : the module whose ``prepare(case, model)`` makes what answers; of a user's own model its file
+    called : its name in tables, where no field is a part of that
+    unsaid : the fields that are no part of what tables call its setting
     """
 
-    settings: Callable[[Case], list[Setting]]
-    offline: Callable[[Case], Stage]
-    place: str = "a model"
-    sees: str = "load"
-    prepared: bool = False
-    reduces: str = ""
-    law: str = ""
+    law: ClassVar[str] = ""
+    sees: ClassVar[str] = "load"
+    prepared: ClassVar[bool] = False
+    reduces: ClassVar[str] = ""
+    place: ClassVar[str] = "a model"
+    called: ClassVar[str] = ""
+    unsaid: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def name(self) -> str:
+        """What tables call it."""
+        return self.called
+
+    @property
+    def said(self) -> Setting:
+        """The fields that tables call its setting: those that are given, and switches only where they are off."""
+        fields = ((name, getattr(self, name)) for name in type(self).model_fields if name not in self.unsaid)
+        return {name: value for name, value in fields if value is not None and value is not True}
+
+    @property
+    def text(self) -> str:
+        """Its setting as tables have it, such as "level=0, start=rest"."""
+        return setting_text(self.said)
+
+    def having(self, **changes: Any) -> Self:
+        """Return the same model with other values of some fields, which are not checked."""
+        return self.model_copy(update=changes)
+
+    def tried(self, case: Case, grid: Families) -> Sequence[Model]:
+        """Return what the trade-off tries, from cheap to expensive; ``grid`` has the values of settings."""
+        return [self]
+
+    def prepare(self, case: Case) -> Solver:
+        """Return what answers, timed; what other settings need too is made by ``case.share``.
+
+        InputError or NotConverged if it cannot be prepared.
+        """
+        return import_module(self.place).prepare(case, self)
+
+    def answer(self, body: Body, press: SurfacePress) -> Response:
+        """Return the answer to one press of a body; what was prepared last is kept, and serves further presses.
+
+        InputError for a model that learns from samples, which a body alone has not; NotConverged without an answer.
+
+        ``FEM(order=1).answer(liver, SurfacePress(node=100, force_n=0.5, radius_m=0.02)).displacement_m``
+        """
+        load = press.load_of(body)
+        case = _alone(body, press.radius_m, (press.node,) if self.needs_contacts else ())
+        solver = case.share(("solver", self), lambda: self.prepare(case))
+        solver.precede(load)
+        found, doubt = answered(solver, load, case.n_surface)
+        return Response(body, found.displacement, found.error, doubt)
 
     def law_of(self, case: Case) -> str:
         """Return the law of the material with which the model answers for the body of ``case``."""
         return case.body.material.law if self.law == BODYS else self.law
 
-    def needs_contacts(self, setting: Setting) -> bool:
-        """Return whether the model with this setting answers prepared contacts only.
+    @property
+    def needs_contacts(self) -> bool:
+        """Whether it answers prepared contacts only.
 
         A coarse answer or a start that is the stored linear response makes any model one that does, and so does a
         limit that stored responses are extrapolated to.
         """
-        return self.prepared or "linear" in (setting.get("coarse"), setting.get("start")) or aims_at_limit(setting)
+        start = getattr(self, "coarse", None), getattr(self, "start", None)
+        return self.prepared or "linear" in start or getattr(self, "target", None) == LIMIT
+
+
+@lru_cache(maxsize=2)
+def _alone(body: Body, radius_m: float, stored: tuple[int, ...]) -> Case:
+    """Return the case of a body without samples, with linear responses to unit forces at the nodes ``stored``."""
+    case = Case.untrained(body, "press", radius_m, 1, 1e-8)
+    if not stored:
+        return case
+    from palpate.solvers.compliance import compute_compliance
+
+    return replace(case, response=compute_compliance(body, radius_m, contacts=np.array(stored), order=2))
 
 
 LIMIT = "limit"
 """The target of settings that answer for ever finer levels, and not for the finest one, which is the operator."""
-
-
-def aims_at_limit(setting: Setting) -> bool:
-    """Return whether a setting answers for the limit of ever finer levels."""
-    return setting.get("target") == LIMIT
-
-
+Kind = TypeVar("Kind", bound=Model)
 BODYS = "the body's"
 """The law of models that take that of the body."""
-DECLARED: dict[str, tuple] = {"sees": ("load", "deformation"), "prepared": (False, True), "reduces": ("", "p2")}
-"""What a model's file may say of it, in capitals, such as SEES = "load": the values that each may have, the first of
-which it has if the file says nothing."""
-
-
-def declared(module: object, place: str) -> dict[str, Any]:
-    """Return the fields of ``Model`` that a module or file gives in capitals; InputError naming ``place`` if wrong."""
-    fields = {name: getattr(module, name.upper(), values[0]) for name, values in DECLARED.items()}
-    for name, value in fields.items():
-        if not any(value is each or (isinstance(each, str) and value == each) for each in DECLARED[name]):
-            allowed = " or ".join(map(repr, DECLARED[name]))
-            raise InputError(f"{place}: {name.upper()} is {value!r}; give {allowed}.")
-    return fields | {"law": str(getattr(module, "LAW", ""))}
 
 
 class LeftOut(NotConverged):
@@ -293,11 +294,11 @@ def training_counts(case: Case, shares: Iterable[float]) -> list[int]:
     return sorted({max(4, round(share * case.n_training)) if share else 0 for share in shares})
 
 
-def distinct(settings: Iterable[Setting]) -> list[Setting]:
-    """Return ``settings`` without those that equal one before them."""
-    first: dict[str, Setting] = {}
-    for setting in settings:
-        first.setdefault(setting_text(setting), setting)
+def distinct(models: Iterable[Kind]) -> list[Kind]:
+    """Return ``models`` without those whose setting equals that of one before them."""
+    first: dict[str, Kind] = {}
+    for model in models:
+        first.setdefault(model.text, model)
     return list(first.values())
 
 

@@ -1,5 +1,6 @@
 """Compare settings: how sure a mean error is, which count as equal in another run, and which no other beats."""
 
+import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -160,6 +161,23 @@ def averaged(settings: pd.DataFrame) -> pd.DataFrame:
     rows["splits"] = groups["split"].nunique()
     added = [*(f"{name}_{end}" for name in KINDS.values() for end in ("low", "high")), "splits"]
     return rows.reset_index()[[*settings.columns, *added]]
+
+
+def fields_of(rows: pd.DataFrame, *names: str) -> pd.DataFrame:
+    """Return these fields of each row's setting, a column each, NaN where it has none: the inverse of ``setting_text``.
+
+    The one place that reads a setting's text back.
+    """
+    parts = [dict(part.split("=", 1) for part in text.split(", ") if "=" in part) for text in rows["setting"]]
+    found = [{name: _value(part[name]) for name in names if name in part} for part in parts]
+    return pd.DataFrame(found, index=rows.index, columns=list(names))
+
+
+def _value(text: str) -> int | float | bool | str:
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text
 
 
 COLUMNS = ["model", "setting", "split", "side", "sample", "contact", *KINDS.values()]

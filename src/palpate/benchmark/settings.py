@@ -6,7 +6,7 @@ from typing import Literal
 
 from palpate.bodies.settings import longest_m
 from palpate.errors import InputError, describe_unknown
-from palpate.setting_types import Block, Count, Index, NotNegative, Positive, Share, Switch, key, optional
+from palpate.setting_types import Block, Count, Index, NotNegative, Positive, Share, Switch, Whole, key, optional
 
 FINGER = "finger_{:.0f}_um"
 """The name of the regime of a finger, by its radius in micrometres."""
@@ -38,32 +38,49 @@ class Instrument(Block):
     sticks: Switch = key("Whether what it touches keeps its place on it, or slides without friction", False)
 
 
+class Widths(Block):
+    min: Positive = key("Smallest width", 0.01)
+    max: Positive = key("Largest width", 100)
+    count: Whole = key("Number of widths", 25, ge=2)
+
+
+class Regression(Block):
+    neighbours: Count = key("Coarse nodes in a contact-ordered feature (the paper's l)", 10)
+    sigma_relative: Widths = key("Kernel widths tried, over the median distance of training features", {})
+    folds: Whole = key("Parts of the cross-validation that chooses widths and ridges", 5, ge=2)
+
+
+class FitOptions(Regression):
+    split: Literal["samples", "contacts"] = key("Folds hold out what the split holds out", "contacts")
+    seed: Whole = key("Seed of the folds, and of every other random choice of a model", 1)
+
+
 LEVEL = "Level of the body; those that a body has not are left out"
 """What a setting that is tried says of its level."""
 
 
 class OnLevel(Block):
-    level: Index = key(LEVEL)
+    level: Index = key(LEVEL, 0)
 
 
 class Xpbd(OnLevel):
-    steps: Count = key("Steps; of a body under an instrument, at each of its five stops")
-    iterations: Count = key("Iterations of each step")
+    steps: Count = key("Steps; of a body under an instrument, at each of its five stops", 5)
+    iterations: Count = key("Iterations of each step", 1)
     step: Positive = key(
-        "Length of a step over √(mass / stiffness) of a node alone; longer ones settle beside the truth"
+        "Length of a step over √(mass / stiffness) of a node alone; longer ones settle beside the truth", 3.0
     )
 
 
 class VertexBlockDescent(OnLevel):
-    sweeps: Count = key("Sweeps over all nodes; of a body under an instrument, at each of its five stops")
+    sweeps: Count = key("Sweeps over all nodes; of a body under an instrument, at each of its five stops", 10)
     radius: NotNegative = key(
-        "Spectral radius of a sweep that Chebyshev's semi-iterative method assumes; 0 for none", lt=1
+        "Spectral radius of a sweep that Chebyshev's semi-iterative method assumes; 0 for none", 0.9995, lt=1
     )
 
 
 class ProjectiveDynamics(OnLevel):
-    iterations: Count = key("Iterations; of a body under an instrument, at each of its five stops")
-    memory: Index = key("Steps by which the matrix is improved (Liu, Bouaziz and Kavan, 2017); 0 for the original")
+    iterations: Count = key("Iterations; of a body under an instrument, at each of its five stops", 5)
+    memory: Index = key("Steps by which the matrix is improved (Liu, Bouaziz and Kavan, 2017); 0 for the original", 5)
 
 
 def instrument_name(kind: str, radius_m: float) -> str:

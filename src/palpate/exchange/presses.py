@@ -10,7 +10,7 @@ import pandas as pd
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes
 from palpate.benchmark.database import database_of
 from palpate.benchmark.judge import Judge, read_judged
-from palpate.benchmark.model import FitOptions
+from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.truth import truth_of
 from palpate.bodies.body import Body
 from palpate.effects.patch_load import nodal_load, patch_at
@@ -61,8 +61,7 @@ def of_run(files: Mapping[str, Any], regime: str, split: int, radius_m: float) -
 
     files : body, database, samples and truth
     """
-    nothing_learns = FitOptions(1, {}, 2, "contacts", 0)
-    case, judge = read_judged(files, regime, split, radius_m, nothing_learns, 1e-8, {})
+    case, judge = read_judged(files, regime, split, radius_m, FitOptions(), 1e-8)  # nothing learns
     rows = np.flatnonzero(judge.side == "test")
     asked = judge.numbers[rows], judge.samples.contact[rows], judge.samples.force[rows]
     questions = questions_of(case.body, regime, radius_m, *asked)

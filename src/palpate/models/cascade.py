@@ -7,18 +7,18 @@ are those against the limit of nested levels, extrapolated from the fine answers
 what is not known of that limit is added.
 """
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import replace
 from math import sqrt
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
 
 from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.load import Answer, Doubted, Load, displacement_of, loads_of
-from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb
+from palpate.benchmark.model import Case, Model, Solver, held_mb
 from palpate.benchmark.richardson import RATIOS, doubt, limit, ratio
 from palpate.bodies.contacts import row_of
 from palpate.errors import InputError, NotConverged
@@ -26,7 +26,9 @@ from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.warped_response import WarpedResponse
 from palpate.solvers.equilibrium import FastEquilibrium
 
-PREPARED, REDUCES, LAW = True, "p2", "the body's"
+if TYPE_CHECKING:
+    from palpate.models import kinds
+
 _SHARE = (1 / 3, 1 / 1.2)
 """Of the last halving's change, what all further ones add: ratios of convergence of 4 and of 2.2, where two levels
 show none."""
@@ -83,8 +85,6 @@ _LEAST = 1e-6
 """Estimates [of the peak] below this count as so much."""
 _SMALL = 1e-4
 """Displacement over the body's size at which the second order of turning is found."""
-LAST = "last"
-"""The level of a stage's setting that is the body's finest."""
 
 
 class CascadeStage(NamedTuple):
@@ -147,9 +147,9 @@ def _second_order(answer: Any, small: float) -> np.ndarray:
     return derivatives / small**2
 
 
-def prepared_stage(case: Case, turning: Turning, limits: Limits, entry: Mapping[str, Any]) -> CascadeStage:
-    """Prepare the model of an ``entry`` of the grid, and find its factor; what it does not answer is no part of it."""
-    solver = _prepared(case, entry["model"], entry.get("setting", {}))
+def prepared_stage(case: Case, turning: Turning, limits: Limits, model: Model) -> CascadeStage:
+    """Prepare the ``model`` of a stage, and find its factor; what it does not answer is no part of it."""
+    solver = _prepared(case, model)
     contact, errors, turned, own, longest = [], [], [], [], 0.0
     for at, load, fine in zip(limits.contact, limits.loads, limits.fine, strict=True):
         solver.precede(load)
@@ -177,24 +177,18 @@ def _timed(solver: Solver, load: Load) -> tuple[np.ndarray | Answer | None, floa
     return answer, perf_counter() - begin
 
 
-def _prepared(case: Case, name: str, options: Mapping[str, Any]) -> Solver:
-    """Prepare the model of a stage; InputError for a setting that it does not have, and for one that learns.
+def _prepared(case: Case, model: Model) -> Solver:
+    """Prepare the model of a stage; InputError for one that learns.
 
     Bounds are found on the training contacts, which a stage that learns from them has seen.
     """
-    from palpate.models.model_registry import model
-
-    stage, last, place = model(name, {}), len(case.body.levels) - 1, f"tradeoff.settings.cascade.stages: {name}"
-    setting = {key: last if (key, value) == ("level", LAST) else value for key, value in options.items()}
-    if setting.get("level", 0) not in range(last + 1):
-        raise InputError(f"{place}.level is {setting['level']}; the body has the levels 0 to {last}, or {LAST}.")
     limits = case.used.pop("training", None)
-    try:
-        solver = stage.offline(case).online(setting)
-    except KeyError as missing:
-        raise InputError(f"{place} lacks the setting {missing} or does not know it; see docs/glossary.md.") from missing
+    solver = model.prepare(case)
     if "training" in case.used:
-        raise InputError(f"{place} learns from the samples that bounds are found on; take a model that learns nothing.")
+        raise InputError(
+            f"tradeoff.settings.cascade.stages: {model.name} learns from the samples that bounds are found on; take a "
+            "model that learns nothing."
+        )
     if limits is not None:
         case.charge("training", limits)
     return solver
@@ -218,32 +212,7 @@ class Prepared(NamedTuple):
     case: Case
 
 
-def settings(case: Case) -> list[Setting]:
-    """List the errors that are asked for, the largest first, and then the last one within each budget."""
-    grid = case.grid["cascade"]
-    limits = [{"asked": error} for error in sorted(grid["asked_errors"], reverse=True)]
-    return limits + [limits[-1] | {"budget_ms": budget} for budget in sorted(grid["budgets_ms"])]
-
-
-class Offline(Stage):
-    """The stages with the factors of their bounds, which all settings share."""
-
-    _prepared: Prepared | None = None
-
-    def online(self, setting: Setting) -> "Cascade":
-        """Prepare every stage, and find its factor on the training samples."""
-        if self._prepared is None:
-            case = replace(self.case, used={})
-            begin = perf_counter()
-            limits = Limits(case)
-            turning = Turning(case, limits.beyond)
-            stages = [prepared_stage(case, turning, limits, entry) for entry in case.grid["cascade"]["stages"]]
-            case.charge("stages", perf_counter() - begin)
-            self._prepared = Prepared(turning, limits.unknown, stages, case)
-        return Cascade(self.case, self._prepared, setting["asked"], setting.get("budget_ms", np.inf))
-
-
-class Cascade(Solver):
+class CascadeSolver(Solver):
     """Try one stage after another; where none is sure enough the surest answers, and says how sure it is.
 
     A stage is left out that has taken longer, for any training sample, than is left of the budget. What stages before
@@ -331,4 +300,18 @@ class Cascade(Solver):
             self._case.charge(what, seconds)
 
 
-offline = Offline
+def prepare(case: Case, model: "kinds.Cascade") -> CascadeSolver:
+    """Prepare every stage, and find its factor on the training samples, once for all that is asked for."""
+    name = "cascade", case.database, case.response, *(f"{stage.name} {stage.text}" for stage in model.stages)
+    prepared = case.share(name, lambda: _prepare_all(case, model.stages))
+    return CascadeSolver(case, prepared, model.asked, model.budget_ms or np.inf)
+
+
+def _prepare_all(case: Case, models: Sequence[Model]) -> Prepared:
+    case = replace(case, used={})
+    begin = perf_counter()
+    limits = Limits(case)
+    turning = Turning(case, limits.beyond)
+    stages = [prepared_stage(case, turning, limits, model) for model in models]
+    case.charge("stages", perf_counter() - begin)
+    return Prepared(turning, limits.unknown, stages, case)

@@ -3,40 +3,23 @@
 Methods are trained on the same kind of coarse answer that queries will receive.
 """
 
-from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from palpate.benchmark.accuracy import Method
 from palpate.benchmark.load import Load, Refused, loads_of
-from palpate.benchmark.model import Case, Setting, Solver, distinct
+from palpate.benchmark.model import Case, Solver
 from palpate.models.enrichment.training_samples import Fitting
 from palpate.models.fem_statics import LinearCoarse, Simulation
 
 LINEAR, LOOSE, CONVERGED = "linear", "loose", "converged"
 LOOSE_TOLERANCE = 1e-3
 """Relative residual at which the coarse simulation stops that is called loose."""
-COARSE_ANSWERS = (LINEAR, "2 iterations", LOOSE, CONVERGED)
-"""The coarse answers that methods are tried with where the grid says nothing; iterations are Newton's, from rest."""
 
 
-def coarse_answers(case: Case) -> list[str]:
-    """Return the kinds of coarse answer, cheapest first; stored ones only if the case has linear responses."""
-    kinds = case.grid.get("coarse_answers", COARSE_ANSWERS)
-    return [kind for kind in kinds if kind != LINEAR or case.response is not None]
-
-
-def coarse_settings(case: Case, full: Setting, fewer: Iterable[Setting] = ()) -> list[Setting]:
-    """List each coarse answer with the setting ``full``, and the settings ``fewer`` with the last, best one alone."""
-    *cheap, best = coarse_answers(case)
-    last = [{"coarse": best} | setting for setting in fewer if setting != full]
-    return distinct([*({"coarse": kind} | full for kind in cheap), *last, {"coarse": best} | full])
-
-
-def coarse_solver(case: Case, setting: Setting) -> Simulation | LinearCoarse:
-    """Prepare the coarse answers that ``setting`` names."""
-    kind = setting["coarse"]
+def coarse_solver(case: Case, kind: str) -> Simulation | LinearCoarse:
+    """Prepare coarse answers of a ``kind``, as ``kinds.CoarseAnswer`` names them; iterations are from rest."""
     if kind == LINEAR:
         return LinearCoarse(case)
     if kind in (LOOSE, CONVERGED):
@@ -44,12 +27,11 @@ def coarse_solver(case: Case, setting: Setting) -> Simulation | LinearCoarse:
     return Simulation(case, 0, case.tolerance, int(kind.split()[0]))
 
 
-def seen_with(case: Case, setting: Setting, coarse: Simulation | LinearCoarse) -> Case:
+def seen_with(case: Case, kind: str, coarse: Simulation | LinearCoarse) -> Case:
     """Return the case with coarse answers to its training samples as queries will get them from ``coarse``.
 
     Converged ones are those of the database. NotConverged if a sample has none.
     """
-    kind = setting["coarse"]
     if kind == CONVERGED:
         return case
     db = case.database

@@ -1,21 +1,23 @@
 """Answer with finite elements on a level of the body, stopped early or converged, from rest, linear or warm."""
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Kept, Setting, Solver, distinct
+from palpate.benchmark.model import Case, Kept, Solver
 from palpate.bodies.contacts import row_of
 from palpate.effects.patch_load import Patch
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.limit import TO_LIMIT, with_limit
+from palpate.models.limit import ToLimit
 from palpate.models.near_buckling import NearBuckling
 from palpate.solvers.equilibrium import Equilibrium
 
-LAW = "the body's"
+if TYPE_CHECKING:
+    from palpate.models import kinds
+
 BEFORE = 0.97
 """Share of the load under which the frame before stood: a finger that presses within half a second at 60 frames a
 second adds so much a frame."""
@@ -102,32 +104,6 @@ STARTS: dict[str, Callable[[Case, Simulation, tuple[int, int]], Rest]] = {
 """The starts by the names that settings have."""
 
 
-def settings(case: Case, order: int) -> list[Setting]:
-    """List for each level, from coarse to fine, the starts, and for each of them how far the mesh is solved.
-
-    Quadratic elements on the finest level, which have many more nodes than all others and take seconds, are solved from
-    rest to the loosest tolerance, which is far below their own error; ``finest_warm_iterations`` adds caps from the
-    frame before. What most iterations from that frame answer is brought to the limit of the levels, too.
-    """
-    grid, last = case.grid["fem"], len(case.body.levels) - 1
-    runs: list[Setting] = []
-    for level in range(last + 1):
-        if order == 2 and level == last:
-            warm, cold = _stops(grid["finest_warm_iterations"], []), _stops([], grid["tolerances"][:1])
-            parts = [("frame", warm), ("rest", cold)]
-        else:
-            warm = _stops(grid["warm_iterations"], grid["warm_tolerances"])
-            linear = [("linear", warm)] if len(case.prepared_contacts) else []
-            limit = [{"iterations": grid["warm_iterations"][-1]} | TO_LIMIT] if linear else []
-            parts = [*linear, ("frame", warm + limit), ("rest", _stops(grid["iterations"], grid["tolerances"]))]
-        runs += [{"level": level, "start": start} | far for start, fars in parts for far in fars]
-    return distinct(runs)
-
-
-def _stops(iterations: list[int], tolerances: list[float]) -> list[Setting]:
-    return [{"iterations": n} for n in iterations] + [{"tolerance": tolerance} for tolerance in tolerances]
-
-
 class Fem(Solver):
     """Finite elements of ``order``, brought to the fine surface with their own shape functions.
 
@@ -138,14 +114,14 @@ class Fem(Solver):
 
     presses_anywhere = True
 
-    def __init__(self, case: Case, setting: Setting, order: int, solver: type[Equilibrium] = Equilibrium):
-        level, tolerance = setting["level"], setting.get("tolerance", case.tolerance)
-        self._simulation = Simulation(case, level, tolerance, setting.get("iterations"), order, solver)
+    def __init__(self, case: Case, model: "kinds.Elements", order: int, solver: type[Equilibrium] = Equilibrium):
+        level, tolerance = model.level_of(case), model.tolerance or case.tolerance
+        self._simulation = Simulation(case, level, tolerance, model.iterations, order, solver)
         self._elements = level, order
-        self._start = STARTS[setting["start"]](case, self._simulation, self._elements)
+        self._start = STARTS[model.start](case, self._simulation, self._elements)
         self._up = to_surface(case.body, level, order)
         # stopped early it is no equilibrium whose stability could be looked at
-        self._buckling = NearBuckling(case) if "iterations" in setting else None
+        self._buckling = NearBuckling(case) if model.iterations else None
 
     def precede(self, load: Load) -> None:
         self._start.precede(load)
@@ -169,4 +145,6 @@ class Fem(Solver):
         return np.array([[self._up @ column for column in contact] for contact in columns])
 
 
-offline = with_limit(Fem, Fem.surface_columns)
+def prepare(case: Case, model: "kinds.FEM") -> Solver:
+    solver = Fem(case, model, model.order)
+    return ToLimit(case, solver, solver.surface_columns(case)) if model.target else solver

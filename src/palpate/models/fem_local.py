@@ -6,52 +6,33 @@ of its own, made in advance for the prepared ones, and at the first query for ot
 
 from dataclasses import replace
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
 
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Setting, Solver, Stage
+from palpate.benchmark.model import Case, Solver
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.bodies.fine_surface_map import FineSurfaceMap
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.models.fem import FrameBefore, Rest
 from palpate.models.fem_statics import Simulation
 
-PREPARED, LAW = True, "the body's"
-
-
-def settings(case: Case) -> list[Setting]:
-    """List the meshes from small to large; each is stopped early from the frame before, and solved from rest."""
-    grid, finest = case.grid["fem_local"], len(case.body.levels) - 1
-    ends: list[Setting] = [{"start": "frame", "iterations": n} for n in grid["warm_iterations"]]
-    ends += [{"start": "rest", "tolerance": tolerance} for tolerance in grid["tolerances"]]
-    return [mesh | end for mesh in grid["meshes"] if mesh["depth"] <= finest for end in ends]
-
-
-class Offline(Stage):
-    """Meshes of contacts, by depth, reach and order: one serves all settings that have them."""
-
-    def __init__(self, case: Case):
-        super().__init__(case)
-        self._meshes: dict[tuple, _Meshes] = {}
-
-    def online(self, setting: Setting) -> "LocalFem":
-        """Make the mesh of each prepared contact, and matrix patterns and the preconditioner on it."""
-        mesh = setting["depth"], setting["reach"], setting["order"]
-        if mesh not in self._meshes:
-            self._meshes[mesh] = _Meshes(self.case, *mesh)
-        self._meshes[mesh].prepare(self.case)
-        return LocalFem(self.case, setting, self._meshes[mesh], mesh)
+if TYPE_CHECKING:
+    from palpate.models import kinds
 
 
 class LocalFem(Solver):
     """Finite elements on a mesh for each contact, brought to the fine surface with their own shape functions."""
 
-    def __init__(self, case: Case, setting: Setting, meshes: "_Meshes", mesh: tuple[float, ...]):
-        self._meshes = meshes
-        self._stop = setting.get("tolerance", case.tolerance), setting.get("iterations")
-        start = FrameBefore if setting["start"] == "frame" else Rest
+    def __init__(self, case: Case, model: "kinds.LocalFEM"):
+        mesh = model.depth, model.reach, model.order
+        name = "meshes of contacts", case.body, case.radius_m, case.tolerance, *mesh
+        self._meshes = case.share(name, lambda: _Meshes(case, *mesh))
+        self._meshes.prepare(case)
+        self._stop = model.tolerance or case.tolerance, model.iterations
+        start = FrameBefore if model.start == "frame" else Rest
         self._start = start(case, self._meshes, mesh)
 
     def precede(self, load: Load) -> None:
@@ -107,4 +88,4 @@ class _Meshes:
         return self.of(load.alone().node)[0].settled(load)
 
 
-offline = Offline
+prepare = LocalFem

@@ -1,12 +1,17 @@
 """Interpolate the coarse answer linearly: the rival that any user has before learning anything."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Setting, Solver, one_stage
-from palpate.models.coarse_answers import coarse_settings, coarse_solver
+from palpate.benchmark.model import Case, Solver
+from palpate.models.coarse_answers import coarse_solver
 from palpate.models.enrichment.training_samples import Fitting
+
+if TYPE_CHECKING:
+    from palpate.models import kinds
 
 
 class Interpolation:
@@ -27,19 +32,11 @@ def fit(fitting: Fitting) -> Interpolation:
     return Interpolation(fitting.db)
 
 
-SEES, LAW = "deformation", "the body's"
-
-
-def settings(case: Case) -> list[Setting]:
-    """List the coarse answers; simulated ones are those of fem_p1 on level 0."""
-    return coarse_settings(case, {})
-
-
 class Interpolated(Solver):
     """The coarse answer to whatever load it has one for, brought to the fine surface by one sparse product."""
 
-    def __init__(self, case: Case, setting: Setting):
-        self._coarse, self._prolongation = coarse_solver(case, setting), case.meshes.prolongation
+    def __init__(self, case: Case, model: "kinds.Interpolation"):
+        self._coarse, self._prolongation = coarse_solver(case, model.coarse), case.meshes.prolongation
 
     def respond(self, load: Load) -> np.ndarray | Answer:
         moved, forces = self._coarse.answer(load)
@@ -47,4 +44,4 @@ class Interpolated(Solver):
         return found if forces is None else Answer(found, forces)
 
 
-offline = one_stage(Interpolated)
+prepare = Interpolated

@@ -5,19 +5,14 @@ that of the elements is stored for each prepared contact, and is added to an ans
 linear response. What is beyond the linear part keeps the error of the elements.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Doubted, Load, Refused, displacement_of
-from palpate.benchmark.model import LIMIT, Case, Setting, Solver, Stage, aims_at_limit, held_mb, one_stage
+from palpate.benchmark.model import LIMIT, Case, Solver, held_mb
 from palpate.models.contact_modes.workshop import Workshop, target_columns
 from palpate.models.warped_response import WarpedResponse
-
-TO_LIMIT: Setting = {"target": LIMIT}
-"""What a setting has whose answers are meant for the limit; others are meant for the elements' own mesh."""
 
 
 def limit_columns(case: Case) -> np.ndarray:
@@ -75,19 +70,3 @@ class ToLimit(Solver):
 def _moved(answer: np.ndarray | Answer, beyond: np.ndarray) -> np.ndarray | Answer:
     moved = displacement_of(answer) + beyond
     return answer._replace(displacement=moved) if isinstance(answer, Answer) else moved
-
-
-def with_limit(
-    prepare: Callable[..., Any],
-    own: Callable[[Any, Case], np.ndarray] = lambda solver, case: case.use_compliance().fine,
-) -> Callable[..., Stage]:
-    """Return the offline stage of a model whose settings may have TO_LIMIT, as ``one_stage`` does of others.
-
-    own : finds the linear responses of what ``prepare`` returns; if nothing is said, those of the finest level
-    """
-
-    def made(case: Case, setting: Setting, **keywords: Any) -> Solver:
-        solver = prepare(case, setting, **keywords)
-        return ToLimit(case, solver, own(solver, case)) if aims_at_limit(setting) else solver
-
-    return one_stage(made)

@@ -3,16 +3,21 @@
 Linear responses superpose; for prescribed disc displacements the forces follow from a 3k × 3k solve.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Setting, Solver, aims_at_limit, held_mb, one_stage
+from palpate.benchmark.model import Case, Solver, held_mb
 from palpate.bodies.contacts import row_of
 from palpate.models.depths import Discs
 from palpate.models.enrichment.training_samples import Fitting
-from palpate.models.limit import TO_LIMIT, at_limit
+from palpate.models.limit import at_limit
 from palpate.models.near_buckling import NearBuckling
 from palpate.solvers.compliance import Compliance
+
+if TYPE_CHECKING:
+    from palpate.models import kinds
 
 
 class LinearFem:
@@ -42,19 +47,11 @@ def fit(fitting: Fitting) -> LinearFem:
     return LinearFem(fitting.linear())
 
 
-PREPARED, REDUCES, LAW = True, "p2", "linear"
-
-
-def settings(case: Case) -> list[Setting]:
-    """List the responses of the fine mesh, and their limit."""
-    return [{}, TO_LIMIT]
-
-
 class Linear(Solver):
     """Three stored columns for each contact."""
 
-    def __init__(self, case: Case, setting: Setting):
-        case = at_limit(case) if aims_at_limit(setting) else case
+    def __init__(self, case: Case, model: "kinds.LinearFEM"):
+        case = at_limit(case) if model.target else case
         self._linear, self._discs, self._buckling = LinearFem(case.use_compliance()), Discs(case), NearBuckling(case)
 
     @property
@@ -71,4 +68,4 @@ class Linear(Solver):
         return self._buckling.checked(load, Answer(self._linear.superpose(presses), forces))
 
 
-offline = one_stage(Linear)
+prepare = Linear

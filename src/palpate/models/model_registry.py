@@ -1,57 +1,54 @@
-"""Register where each model lives. Names only: a module is imported when its model is loaded."""
-
-from __future__ import annotations
+"""Register the models by the names that tables give them; no solver is imported before one is prepared."""
 
 from collections.abc import Mapping
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any, get_args
 
+from palpate.benchmark.model import Model
 from palpate.errors import InputError, describe_unknown
-from palpate.models.enrichment.methods import METHODS
-
-if TYPE_CHECKING:
-    from palpate.benchmark.model import Model
-
-_VARIANTS = ("palpate.models.enrichment.paper_enrichment", "palpate.models.springs.mass_spring")
-"""Modules whose models are variants of one method: twelve blends, four networks of springs."""
-
-
-def _enriched(*modules: str) -> dict[str, tuple[str, dict]]:
-    """Take methods of enrichment, by their names and keywords, as models."""
-    return {name: recipe for name, recipe in METHODS.items() if recipe[0].rpartition(".")[2] in modules}
-
+from palpate.models import kinds
 
 ENGINES = {"mujoco": "mujoco", "newton_vbd": "newton"}
 """Models that an engine answers which is not in the environment, and the package that must be installed for each."""
 INSTALL = 'type .venv/bin/pip install -e ".[engines]"'
-RELAXED = ("xpbd", "vertex_block_descent", "projective_dynamics")
-"""Methods that graphics and games relax bodies with."""
-
-# module, and what of it the model is: both functions get these as keywords
-MODELS: dict[str, tuple[str, dict]] = {
-    "fem_p1": ("palpate.models.fem", {"order": 1}),
-    "fem_p2": ("palpate.models.fem", {"order": 2}),
-    "fast_fem": ("palpate.models.fast_fem", {}),
-    "fem_local": ("palpate.models.fem_local", {}),
-    "contact_modes": ("palpate.models.contact_modes.contact_modes", {}),
-    "pod_galerkin": ("palpate.models.pod_galerkin", {}),
-    "linear_fem": ("palpate.models.linear_fem", {}),
-    "linear_residual": ("palpate.models.linear_residual", {}),
-    "warped_compliance": ("palpate.models.warped_compliance", {}),
-    "detail_correction": ("palpate.models.enrichment.detail_correction", {}),
-    **_enriched("interpolation", "ridge", "pod_rbf"),
-    **{f"pod_{name}": ("palpate.models.pod_of_loads", {"learner": name}) for name in ("gaussian", "network")},
-    "springs": ("palpate.models.springs.mass_spring", {"nodal": False, "volume": False}),
-    "springs_volume": ("palpate.models.springs.mass_spring", {"nodal": False, "volume": True}),
-    "springs_nodal": ("palpate.models.springs.mass_spring", {"nodal": True, "volume": False}),
-    "springs_nodal_volume": ("palpate.models.springs.mass_spring", {"nodal": True, "volume": True}),
-    "shape_matching": ("palpate.models.shape_matching", {}),
-    **{name: ("palpate.models.relaxed", {"method": name}) for name in RELAXED},
-    "mujoco": ("palpate.models.mujoco_flex", {}),
-    "newton_vbd": ("palpate.models.newton_vbd", {}),
-    **_enriched("paper_enrichment"),
-    "cascade": ("palpate.models.cascade", {}),
+VARIANTS = (kinds.PaperEnrichment, kinds.Springs)
+"""Classes whose models are variants of one method: twelve blends, four networks of springs."""
+MODELS: dict[str, Model] = {
+    model.name: model
+    for model in (
+        kinds.FEM(order=1),
+        kinds.FEM(order=2),
+        kinds.FastFEM(),
+        kinds.LocalFEM(),
+        kinds.ContactModes(),
+        kinds.PODGalerkin(),
+        kinds.LinearFEM(),
+        kinds.LinearResidual(),
+        kinds.WarpedCompliance(),
+        kinds.DetailCorrection(),
+        kinds.Interpolation(),
+        kinds.Ridge(kernel=False),
+        kinds.Ridge(kernel=True),
+        kinds.PODRBF(),
+        kinds.PODOfLoads(learner="gaussian"),
+        kinds.PODOfLoads(learner="network"),
+        *(kinds.Springs(nodal=nodal, volume=volume) for nodal in (False, True) for volume in (False, True)),
+        kinds.ShapeMatching(),
+        kinds.XPBD(),
+        kinds.VertexBlockDescent(),
+        kinds.ProjectiveDynamics(),
+        kinds.MuJoCo(),
+        kinds.NewtonVBD(),
+        *(
+            kinds.PaperEnrichment(features=features, weights=weights)
+            for features in get_args(kinds.FEATURES)
+            for weights in get_args(kinds.WEIGHTS)
+        ),
+        kinds.Cascade(),
+    )
 }
+"""The models by name, in the order of tables; what identifies one is set, and all else is its default."""
 
 TOUCH_MODELS: dict[str, tuple[str, dict]] = {
     "fem": ("palpate.models.touch.fem", {}),
@@ -80,20 +77,29 @@ their compliance, or takes as few seconds as they do."""
 
 SAVED_AGAINST = "fem_p2"
 """The model of whoever prepares nothing, at its last setting: the finest level, converged from rest."""
-FAMILY_OF = {name: where.rpartition(".")[2] for name, (where, _) in MODELS.items() if where in _VARIANTS}
+
+
+def family_of(name: str) -> str:
+    """Return the name of the module that prepares a model, by which its files are called."""
+    return MODELS[name].place.rpartition(".")[2]
+
+
+FAMILY_OF = {name: family_of(name) for name, model in MODELS.items() if isinstance(model, VARIANTS)}
 """The family of each model that is one of many variants: a diagram shows the family's best. Others stand alone."""
 RESERVED = ("truth", "zero")
 """Names that the table gives to the truth's own error and to the answer that nothing moves, so that models have
 others."""
 
 
-def model(name: str, own: Mapping[str, str]) -> Model:
-    """Load one of MODELS, or of the user's ``own`` by its file; InputError if ``name`` is neither."""
-    if name not in own and name not in MODELS:
-        raise InputError(f"there is no model {unknown([name], own)}")
-    from palpate.models.load_model import load_model
+def model(name: str, own: Mapping[str, str | Path]) -> Model:
+    """Return one of MODELS, or of the user's ``own`` by its file; InputError if ``name`` is neither."""
+    if name in own:
+        from palpate.models.load_model import load_own
 
-    return load_model(name, **_recipe(name, own))
+        return load_own(name, Path(own[name]))
+    if name not in MODELS:
+        raise InputError(f"there is no model {unknown([name], own)}")
+    return MODELS[name]
 
 
 def absent() -> list[str]:
@@ -104,20 +110,20 @@ def absent() -> list[str]:
 def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, dict[str, Any]]]:
     """Group ``names`` by the module they live in, or BESIDE, as what one of them has prepared may serve the others.
 
-    Each of the user's ``own`` is a family by itself. Within a family: by name, ``place`` and ``keywords`` of
+    Each of the user's ``own`` is a family by itself. Within a family: by name, ``place`` and ``fields`` of
     ``load_model``, which is all that a job needs to measure it.
     """
     groups: dict[str, dict[str, dict[str, Any]]] = {}
     for name in names:
         near = BESIDE[name] if BESIDE.get(name) in names else name
-        family = name if name in own else MODELS[near][0].rpartition(".")[2]
+        family = name if name in own else family_of(near)
         groups.setdefault(family, {})[name] = _recipe(name, own)
     return groups
 
 
 def unknown(names: list[str], own: Mapping[str, object]) -> str:
     """Describe what is wrong with the ``names`` of models, or nothing; ``own`` are those that the user brings along."""
-    modules = {place.rpartition(".")[2] for place, _ in MODELS.values()}
+    modules = set(map(family_of, MODELS))
     for name in own:
         if name in (*MODELS, *modules, *RESERVED):
             return f"{name}, which palpate uses itself; call your own model something else"
@@ -129,6 +135,7 @@ def unknown(names: list[str], own: Mapping[str, object]) -> str:
 
 def _recipe(name: str, own: Mapping[str, str]) -> dict[str, Any]:
     if name in own:
-        return {"place": str(own[name]), "keywords": {}}
-    place, what = MODELS[name]
-    return {"place": place, "keywords": what}
+        return {"place": str(own[name]), "fields": {}}
+    found = MODELS[name]
+    chosen = {key: getattr(found, key) for key in sorted(found.model_fields_set)}
+    return {"place": f"{kinds.__name__}:{type(found).__name__}", "fields": chosen}

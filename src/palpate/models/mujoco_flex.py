@@ -4,35 +4,25 @@ MuJoCo 4 steps them implicitly ("discrete"), here with steps of a second and wit
 them bring a body to rest. ``pip install "palpate[engines]"`` installs it.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import (
-    Case,
-    OfBody,
-    Setting,
-    Solver,
-    held_mb,
-    on_own_levels,
-    one_stage,
-    refuse_bed,
-    refuse_regions,
-)  # fmt: skip
+from palpate.benchmark.model import Case, OfBody, Solver, held_mb, refuse_bed, refuse_regions
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
 from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import ContactShares, to_surface
 
+if TYPE_CHECKING:
+    from palpate.models import kinds
+
 LAW = "st_venant_kirchhoff"
 STEP_S, TOLERANCE, STORE = 1.0, 1e-10, "2G"
 THICKNESS_M = 1e-6
 """By which MuJoCo makes a flex thicker where it is touched: its radius, which may not be 0."""
-
-
-def settings(case: Case) -> list[Setting]:
-    """List the grid's settings on levels that the body has."""
-    return on_own_levels(case, case.grid["mujoco_flex"]["runs"])
 
 
 class FlexBody:
@@ -87,9 +77,9 @@ class FlexBody:
 class Flex(Solver):
     """A flex body that makes so many ``steps`` from rest, each with so many iterations of conjugate gradients."""
 
-    def __init__(self, case: Case, setting: Setting):
-        level, self._steps = setting["level"], setting["steps"]
-        self._flex = FlexBody(case, level, STEP_S, setting["iterations"])
+    def __init__(self, case: Case, model: "kinds.MuJoCo"):
+        level, self._steps = model.level, model.steps
+        self._flex = FlexBody(case, level, STEP_S, model.iterations)
         self._shares, self._up = ContactShares(case, level), to_surface(case.body, level)
 
     @property
@@ -146,4 +136,4 @@ def gmsh(mesh: Mesh) -> bytes:
     return "\n".join([*lines, "$EndElements", ""]).encode()
 
 
-offline = one_stage(Flex)
+prepare = Flex

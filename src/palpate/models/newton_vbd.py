@@ -5,12 +5,12 @@ for the body's slowest vibration, it comes to rest. Too few sweeps for a long st
 ``pip install "palpate[engines]"`` installs it; its first use compiles it, which takes half a minute.
 """
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting, Solver, held_mb, on_own_levels, one_stage, refuse_bed
+from palpate.benchmark.model import Case, Solver, held_mb, refuse_bed
 from palpate.bodies.body import Body
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
@@ -19,14 +19,11 @@ from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.reduced_body import vibrations
 from palpate.solvers.equilibrium import Equilibrium
 
-LAW = "quadratic_neo_hookean"
+if TYPE_CHECKING:
+    from palpate.models import kinds
+
 DAMPING = 0.8
 """As a share of the critical damping of the slowest vibration."""
-
-
-def settings(case: Case) -> list[Setting]:
-    """List the grid's settings on levels that the body has."""
-    return on_own_levels(case, case.grid["newton_vbd"]["runs"])
 
 
 class Vbd(Solver):
@@ -35,7 +32,7 @@ class Vbd(Solver):
     step : its length, over the time in which a node would swing by a radian if all others stood still
     """
 
-    def __init__(self, case: Case, setting: Setting):
+    def __init__(self, case: Case, model: "kinds.NewtonVBD"):
         try:
             import warp
         except ModuleNotFoundError as missing:
@@ -45,15 +42,15 @@ class Vbd(Solver):
         import newton
 
         refuse_bed(case, "bodies of Newton")
-        level, body = setting["level"], case.body
+        level, body = model.level, case.body
         self._rest = body.levels[level].nodes
         self._model = _built(newton, warp, body, level)
-        self._solver = newton.solvers.SolverVBD(self._model, iterations=setting["sweeps"])
+        self._solver = newton.solvers.SolverVBD(self._model, iterations=model.sweeps)
         self._states = self._model.state(), self._model.state()
         self._control = self._model.control()
         resistance = LinearElements(body.levels[level], body.tissue(level)).resistance()
         swing_s = np.sqrt(particles_of(body, level, surface=False).masses / resistance)
-        self._steps, self._step_s = setting["steps"], setting["step"] * float(np.median(swing_s))
+        self._steps, self._step_s = model.steps, model.step * float(np.median(swing_s))
         self._kept = np.float32(np.exp(-2.0 * DAMPING * _slowest(body) * self._step_s))
         self._shares, self._up = ContactShares(case, level), to_surface(body, level)
 
@@ -108,4 +105,4 @@ def _built(newton: Any, warp: Any, body: Body, level: int) -> Any:
     return builder.finalize(device="cpu")
 
 
-offline = one_stage(Vbd)
+prepare = Vbd

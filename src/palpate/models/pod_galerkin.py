@@ -6,12 +6,12 @@ Chapman and Cortial 2014): the textbook's way, whose modes have to do at contact
 
 from collections.abc import Sequence
 from time import perf_counter
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Doubted, Load, loads_of
-from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb
+from palpate.benchmark.model import Case, Solver, held_mb
 from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of, is_positive, softness
@@ -20,6 +20,9 @@ from palpate.models.contact_modes.workshop import Workshop, reduced_level
 from palpate.models.fem_statics import ContactShares, Simulation
 from palpate.models.near_buckling import NearBuckling
 from palpate.solvers.equilibrium import FastEquilibrium
+
+if TYPE_CHECKING:
+    from palpate.models import kinds
 
 
 def energy_pod(elements: ElementsAtRest, answers: Sequence[np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -41,7 +44,6 @@ def energy_pod(elements: ElementsAtRest, answers: Sequence[np.ndarray], count: i
     return mixes, mixes.T @ products
 
 
-REDUCES, LAW = "p2", "the body's"
 RESIDUAL = 1e-3
 """Residual of an answer over its load, and of the volume that is found to a sample."""
 CHOOSING_SAMPLES, PARTS = 8, (1.0, 0.5)
@@ -64,40 +66,21 @@ class Volumes(NamedTuple):
     seconds: float
 
 
-def settings(case: Case) -> list[Setting]:
-    """List numbers of modes, at most one a training sample, with the last tolerance, and the most with the others."""
-    grid = case.grid["pod_galerkin"]
-    *fewer, most = sorted({min(count, case.n_training) for count in grid["modes"]})
-    *_, finest = grid["tolerances"]
-    return [{"modes": m, "thinned": finest} for m in fewer] + [
-        {"modes": most, "thinned": t} for t in grid["tolerances"]
-    ]
-
-
-class Offline(Stage):
-    """The elements that are reduced, and the training samples' volumes; InputError or NotConverged as of ``online``."""
-
-    def online(self, setting: Setting) -> "PodGalerkin":
-        """Find the samples' volumes, their modes, and the cells; NotConverged if no sample settles."""
-        case, level = self.case, reduced_level(self.case.body, self.case.grid["pod_galerkin"]["nodes"])
-        what = case.body, case.radius_m, level
-        case.use_training()
-        shop = case.share(("galerkin", *what), lambda: Workshop(*what))
-        name = "volumes", case.database, case.radius_m, level
-        return PodGalerkin(case, setting, shop, case.share(name, lambda: _volumes(case, shop.level)))
-
-
-class PodGalerkin(Solver):
+class Galerkin(Solver):
     """A Galerkin projection of quadratic elements; on the surface its modes are those of the samples themselves.
 
-    ``modes`` of a setting are at most so many; with ``thinned`` 0 all points of all elements are cells.
+    NotConverged if no sample settles.
     """
 
-    def __init__(self, case: Case, setting: Setting, shop: Workshop, volumes: Volumes):
-        database = case.database
+    def __init__(self, case: Case, model: "kinds.PODGalerkin"):
+        database = case.use_training()
+        what = case.body, case.radius_m, reduced_level(case.body, model.nodes)
+        shop = case.share(("galerkin", *what), lambda: Workshop(*what))
+        name = "volumes", case.database, case.radius_m, shop.level
+        volumes = case.share(name, lambda: _volumes(case, shop.level))
         case.charge("volumes", volumes.seconds)
         elements = shop.elements(shop.level)
-        mixes, coordinates = energy_pod(elements, volumes.answers, setting["modes"])
+        mixes, coordinates = energy_pod(elements, volumes.answers, model.modes)
         self._modes = np.stack(volumes.answers, axis=2) @ mixes
         self._surface = np.tensordot(database.fine[volumes.rows], mixes, (0, 0)).reshape(-1, mixes.shape[1])
         self._soft = softness(self._surface.reshape(-1, 3, mixes.shape[1]))
@@ -105,7 +88,7 @@ class PodGalerkin(Solver):
         self._pulls: dict[int, np.ndarray] = {}
         loads = zip(database.contact[volumes.rows], database.force[volumes.rows], strict=True)
         pulls = np.stack([force @ self._pull(int(contact)) for contact, force in loads], axis=1)
-        self._reduced = _reduced(elements, self._modes, coordinates, pulls, setting["thinned"])
+        self._reduced = _reduced(elements, self._modes, coordinates, pulls, model.thinned)
         self._reach = float(np.linalg.norm(coordinates, axis=0).max())
         for contact in case.prepared_contacts:
             self._pull(int(contact))
@@ -175,4 +158,4 @@ def _reduced(
     return model.thinned(ways, min(1.0, share) * tolerance)
 
 
-offline = Offline
+prepare = Galerkin

@@ -4,19 +4,24 @@ No mesh is simulated and no response stored. Both learners answer no force with 
 """
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import minimize
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, FitOptions, Setting, Solver, one_stage
+from palpate.benchmark.model import Case, Solver
+from palpate.benchmark.settings import FitOptions
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.errors import NotConverged
 from palpate.models.coarse_answers import fitting_to
 from palpate.models.enrichment.ridge import LAMBDAS, dual_weights
 from palpate.models.enrichment.training_samples import Training
 from palpate.models.near_buckling import NearBuckling
+
+if TYPE_CHECKING:
+    from palpate.models import kinds
 
 REACHES = np.geomspace(0.05, 3.0, 9)
 """Distances tried, over the body's size, at which two contacts know half of each other."""
@@ -184,28 +189,20 @@ def _slopes(
     return float(np.sum((predicted - targets) ** 2)) / len(places), slopes
 
 
-REDUCES, LAW = "p2", "the body's"
+HIDDEN = 8
+"""Units of each hidden layer of a network of which nothing else is said."""
 LARGEST_NORM = 1.5
 """Largest norm of an answer over that of the farthest sample; beyond it the model says that it does not know."""
-
-
-def settings(case: Case, learner: str) -> list[Setting]:
-    """List numbers of modes, of which there are at most as many as training samples, and of a network hidden units."""
-    grid = case.grid["pod_of_loads"]
-    modes = sorted({min(count, case.n_training) for count in grid["modes"]})
-    if learner == "gaussian":
-        return [{"modes": count} for count in modes]
-    return [{"modes": modes[len(modes) // 2], "hidden": count} for count in grid["hidden"]]
 
 
 class Learnt(Solver):
     """Modes, and what gives their coefficients."""
 
-    def __init__(self, case: Case, setting: Setting, learner: str):
+    def __init__(self, case: Case, model: "kinds.PODOfLoads"):
         fitting = fitting_to(case)
-        learn = network(setting["hidden"]) if learner == "network" else gaussian_process
+        learn = network(model.hidden or HIDDEN) if model.learner == "network" else gaussian_process
         self._contacts, self._buckling = contacts_of(case.body), NearBuckling(case)
-        self._pod = PodOfLoads(fitting.db, fitting.training, setting["modes"], learn, fitting.options)
+        self._pod = PodOfLoads(fitting.db, fitting.training, model.modes, learn, fitting.options)
         self._reach = float(np.linalg.norm(fitting.training.fine, axis=(1, 2)).max())
 
     def respond(self, load: Load) -> np.ndarray | Answer:
@@ -219,4 +216,4 @@ class Learnt(Solver):
         return self._buckling.checked(load, moved)
 
 
-offline = one_stage(Learnt)
+prepare = Learnt

@@ -3,14 +3,14 @@
 All three end at the equilibrium of corotational linear elements on a level of the body, if they are given the time.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from palpate.benchmark.load import Load, Refused
-from palpate.benchmark.model import Case, OfBody, Setting, Solver, held_mb, on_own_levels, one_stage
+from palpate.benchmark.model import Case, OfBody, Solver, held_mb
 from palpate.bodies.material import LAWS
 from palpate.bodies.particles import particles_of
 from palpate.effects.bed import BedSprings
@@ -21,6 +21,9 @@ from palpate.solvers.projective_dynamics import ProjectiveDynamics
 from palpate.solvers.vertex_block_descent import VertexBlockDescent
 from palpate.solvers.xpbd import Xpbd
 
+if TYPE_CHECKING:
+    from palpate.models import kinds
+
 LAW = LAWS[0]
 FRAMES = 33
 """Frames in which a press has grown to the share BEFORE of its force: half a second, at 60 frames a second."""
@@ -28,11 +31,6 @@ FRAMES = 33
 Relax = Callable[..., tuple[np.ndarray, np.ndarray]]
 """From positions (n, 3) [m] and nodal forces (n, 3) [N] to relaxed positions, and those a step before; ``before`` may
 be given, too, to go on with the motion."""
-
-
-def settings(case: Case, method: str) -> list[Setting]:
-    """List the grid's settings of ``method`` on levels that the body has."""
-    return on_own_levels(case, case.grid["relaxed"][method])
 
 
 def refuse_law(case: OfBody, method: str) -> None:
@@ -49,17 +47,17 @@ class Relaxed(Solver):
     are refused afterwards, as all models' are.
     """
 
-    def __init__(self, case: Case, setting: Setting, method: str):
-        body, level = case.body, setting["level"]
+    def __init__(self, case: Case, model: "kinds.XPBD | kinds.VertexBlockDescent | kinds.ProjectiveDynamics"):
+        body, level = case.body, model.level
         mesh, tissue = body.levels[level], body.tissue(level)
-        refuse_law(case, method)
+        refuse_law(case, model.name)
         self._rest = mesh.nodes
         held = np.isin(np.arange(len(self._rest)), body.anchors[level])
         bed = None if body.bed is None else BedSprings(mesh, body.bed)
         masses = particles_of(body, level, surface=False).masses
-        self._relax = relaxes(method, LinearElements(mesh, tissue), masses, held, setting, bed)
+        self._relax = relaxes(model.name, LinearElements(mesh, tissue), masses, held, model, bed)
         self._shares, self._up = ContactShares(case, level), to_surface(body, level)
-        self._follows = setting.get("start", "rest") == "frame"
+        self._follows = model.start == "frame"
         self._frames: dict[tuple[bytes | int, ...], tuple[np.ndarray, np.ndarray]] = {}
 
     @property
@@ -90,20 +88,23 @@ def relaxes(
     elements: LinearElements,
     masses: np.ndarray,
     held: np.ndarray,
-    setting: Mapping[str, Any],
+    setting: Any,
     bed: BedSprings | None = None,
 ) -> Relax:
-    """Return ``method`` with its ``setting``; masses (n,) [kg], held (n,) bool, ``bed`` what the body lies on."""
+    """Return ``method``; masses (n,) [kg], held (n,) bool, ``bed`` what the body lies on.
+
+    setting : an object with the numbers of the method, such as ``benchmark.settings.Xpbd``
+    """
     if method == "xpbd":
         # a step is measured by the time in which a node would swing if all others stood still
-        step_s = setting["step"] * float(np.median(np.sqrt(masses / elements.resistance())))
-        steps, iterations = setting["steps"], setting["iterations"]
+        step_s = setting.step * float(np.median(np.sqrt(masses / elements.resistance())))
+        steps, iterations = setting.steps, setting.iterations
         return partial(Xpbd(elements, masses, held, bed).relax, steps=steps, iterations=iterations, step_s=step_s)
     if method == "vertex_block_descent":
         descent = VertexBlockDescent(elements, held, bed)
-        return partial(descent.relax, sweeps=setting["sweeps"], radius=setting["radius"])
+        return partial(descent.relax, sweeps=setting.sweeps, radius=setting.radius)
     projective = ProjectiveDynamics(elements, held, bed)
-    return partial(projective.relax, iterations=setting["iterations"], memory=setting["memory"])
+    return partial(projective.relax, iterations=setting.iterations, memory=setting.memory)
 
 
-offline = one_stage(Relaxed)
+prepare = Relaxed

@@ -3,13 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import OptimizeResult, minimize
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting, Solver, distinct, held_mb, one_stage, refuse_regions
+from palpate.benchmark.model import Case, Solver, held_mb, refuse_regions
 from palpate.bodies.mesh import Mesh
 from palpate.bodies.particles import particles_of
 from palpate.effects import shape_matching
@@ -17,6 +18,9 @@ from palpate.effects.bed import BedSprings
 from palpate.effects.settings import Clusters, ShapeMatching
 from palpate.errors import InputError, NotConverged
 from palpate.models.fem_statics import ContactShares, to_surface
+
+if TYPE_CHECKING:
+    from palpate.models import kinds
 
 LEFT = 0.01
 """What damping leaves of a swing after all steps: as little damping as that, or slow modes would not arrive."""
@@ -144,25 +148,18 @@ def _off(shapes: Shapes, samples: Database, i: int, steps: int) -> float:
     return float(min(rmse / samples.peaks[i], 1.0)) if np.isfinite(rmse) else 1.0
 
 
-REDUCES, LAW = "p2", "shape matching"
-"""They are fitted to its responses."""
+SAMPLES, EVALUATIONS = 12, 40
+"""Training samples that a fit takes, spread evenly, and evaluations of the misfit in it."""
 
 
-def settings(case: Case) -> list[Setting]:
-    """List mode, clusters and steps, from cheap to expensive."""
-    combinations = case.grid["shape_matching"]["combinations"]
-    return distinct({key: each[key] for key in ("mode", "clusters", "steps")} for each in combinations)
-
-
-def prepare(case: Case, setting: Setting) -> "ShapesAtRest":
+def prepare(case: Case, model: "kinds.ShapeMatching") -> "ShapesAtRest":
     """Fit the scale of forces and β to training samples after as many steps as will be taken.
 
     Raises InputError for a body that nothing holds, NotConverged if nothing fits.
     """
-    grid, clusters = case.grid["shape_matching"], cubes(case.body.coarse).but(kind=setting["clusters"])
-    shapes = Shapes(case, setting["mode"], clusters)
-    shapes.soften(fit(shapes, case.use_training(), setting["steps"], grid["samples"], grid["evaluations"]))
-    return ShapesAtRest(shapes, setting["steps"])
+    shapes = Shapes(case, model.mode, cubes(case.body.coarse).but(kind=model.clusters))
+    shapes.soften(fit(shapes, case.use_training(), model.steps, SAMPLES, EVALUATIONS))
+    return ShapesAtRest(shapes, model.steps)
 
 
 class ShapesAtRest(Solver):
@@ -176,6 +173,3 @@ class ShapesAtRest(Solver):
 
     def respond(self, load: Load) -> np.ndarray:
         return self._shapes.up @ self._shapes.settle(*load.single(), self._steps)
-
-
-offline = one_stage(prepare)

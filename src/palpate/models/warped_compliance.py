@@ -3,30 +3,27 @@
 Without samples it is the published method: ``warped_response`` has it.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import (
-    Case,
-    FitOptions,
-    Setting,
-    Solver,
-    aims_at_limit,
-    held_mb,
-    one_stage,
-    training_counts,
-)
+from palpate.benchmark.model import Case, Solver, held_mb
+from palpate.benchmark.settings import FitOptions
 from palpate.bodies.contacts import row_of
 from palpate.models.depths import Discs
 from palpate.models.enrichment.features import Ordered
 from palpate.models.enrichment.ridge import KernelRidge
 from palpate.models.enrichment.training_samples import Training, convinces, gather
-from palpate.models.limit import TO_LIMIT, at_limit
+from palpate.models.limit import at_limit
 from palpate.models.linear_fem import LinearFem
 from palpate.models.near_buckling import NearBuckling
 from palpate.models.warped_response import WarpedResponse, turn
 from palpate.solvers.compliance import Compliance
+
+if TYPE_CHECKING:
+    from palpate.models import kinds
 
 KINDS = ("response", "force")
 """What describes a load: the linear response of the coarse surface nodes, which says where the force acts too; or the
@@ -90,14 +87,14 @@ class LoadResidual:
 
 
 class Stored(Solver):
-    """The answer of ``base``, and what was learnt beyond it if ``samples`` are learnt from."""
+    """The answer of ``base``, and what was learnt beyond it if ``samples`` are learnt from, None being all."""
 
-    def __init__(self, case: Case, base: Base, samples: int):
+    def __init__(self, case: Case, base: Base, samples: int | None):
         self._base, self._residual, self._discs, self._buckling = base, None, Discs(case), NearBuckling(case)
-        if samples:
+        if samples != 0:
             db = case.first(samples).use_training()
             residual = LoadResidual(case.meshes, case.use_compliance(), base)
-            self._residual = residual.learn(gather(db, np.arange(samples), "live", case.options), case.options)
+            self._residual = residual.learn(gather(db, np.arange(len(db.contact)), "live", case.options), case.options)
 
     @property
     def memory_mb(self) -> float:
@@ -116,24 +113,7 @@ class Stored(Solver):
         return self._buckling.checked(load, answer)
 
 
-def shares(case: Case, family: str) -> list[Setting]:
-    """List how many training samples are learnt from."""
-    return [{"samples": count} for count in training_counts(case, case.grid[family]["training_shares"])]
-
-
-PREPARED, REDUCES, LAW = True, "p2", "warped linear"
-
-
-def settings(case: Case) -> list[Setting]:
-    """List how many training samples are learnt from; with none, the method is the published one, and its limit."""
-    plain, *learnt = shares(case, "warped_compliance")
-    return [plain, {"samples": 0} | TO_LIMIT, *learnt]
-
-
-def prepare(case: Case, setting: Setting) -> Stored:
+def prepare(case: Case, model: "kinds.WarpedCompliance") -> Stored:
     """Find the rotations of every stored response, or of its limit, and fit the residual."""
-    case = at_limit(case) if aims_at_limit(setting) else case
-    return Stored(case, WarpedResponse(case.meshes, case.use_compliance()), setting["samples"])
-
-
-offline = one_stage(prepare)
+    case = at_limit(case) if model.target else case
+    return Stored(case, WarpedResponse(case.meshes, case.use_compliance()), model.samples)

@@ -1,5 +1,6 @@
 """Open a finished run, by its settings and its results, so that its models can be prepared again and asked anything."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -8,12 +9,11 @@ from typing import Any
 import pandas as pd
 
 from palpate.benchmark.judge import read_case
-from palpate.benchmark.model import Case, FitOptions, Model
-from palpate.benchmark.settings import radius_of
+from palpate.benchmark.model import Case, Model
+from palpate.benchmark.settings import FitOptions, radius_of
 from palpate.errors import InputError
 from palpate.files import read_table
-from palpate.models.load_model import load_model
-from palpate.models.model_registry import families
+from palpate.models.model_registry import model
 from palpate.run.settings import complete, read_settings
 
 
@@ -60,19 +60,18 @@ class FinishedRun:
             raise InputError(f"{self.config} asks for no {scene}; give the settings that {self.results} is made of.")
         radius_m = radius_of(regime, folder.parent.name)
         compliance = folder.parent / f"compliance_{radius_m}m.h5"
-        options = FitOptions(**asked["regression"], split="contacts", seed=self.settings["seed"])
+        options = FitOptions(**asked["regression"], seed=self.settings["seed"])
         files: dict[str, Path] = {"body": folder.parent / "body.h5"}
         files |= {"database": folder / "database.h5", "samples": folder / "samples.csv"}
         files |= {"compliance": compliance} if compliance.is_file() else {}
         split = int(self.rows(scene)["split"].iloc[0])
         tolerance = self.settings["solver"]["tolerance"]
-        return read_case(files, folder.name, split, radius_m, options, tolerance, asked["settings"])
+        return read_case(files, folder.name, split, radius_m, options, tolerance)
 
-    def model(self, name: str) -> Model:
-        """Load a model of palpate's, or one of the settings' own; InputError for any other."""
+    def models(self, name: str, case: Case) -> Sequence[Model]:
+        """Return what was tried of a model of palpate's, or of the settings' own; InputError for any other."""
         own = {key: str(self.config.parent / path) for key, path in self.settings["tradeoff"]["own_models"].items()}
         known = list(dict.fromkeys(self.table["model"]))
         if name not in known:
             raise InputError(f"--model {name} was not measured in {self.results}; choose from {', '.join(known)}.")
-        (recipes,) = families([name], own).values()
-        return load_model(name, **recipes[name])
+        return model(name, own).tried(case, self.settings["tradeoff"]["settings"])

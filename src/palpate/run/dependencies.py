@@ -17,8 +17,8 @@ from palpate.files import write_whole
 PACKAGE = Path(__file__).parents[1]
 WRAPPERS = frozenset(
     PACKAGE / name for name in ("run/job.py", "run/dependencies.py", "files.py", "errors.py", "__init__.py")
-)
-"""Modules around the work; no result depends on them."""
+) | frozenset(PACKAGE.glob("studies/*/settings.py"))
+"""Modules around the work; no result depends on them. The settings of studies are parameters of jobs."""
 KEPT = PACKAGE / "__pycache__" / f"digests-{sha256(Path(__file__).read_bytes()).hexdigest()[:12]}.json"
 """Facts of files by the digest of their text, as this version of this module finds them."""
 FACTS = 2000
@@ -32,15 +32,17 @@ def digest(call: str, *lazily: str) -> str:
     Comments, docstrings and layout do not count, nor do the dates of the files, nor the rest of the function's module.
 
     call : "palpate.studies.common_jobs:make_body"
-    lazily : modules ("palpate.effects.gravity") or packages ("palpate.effects") that are imported by name at run time
+    lazily : modules ("palpate.effects.gravity"), packages ("palpate.effects") or classes ("palpate.models.kinds:FEM")
+        that are imported by name at run time
     """
-    module, _, name = call.partition(":")
-    part = deepcopy(_part(files_of(module)[0], name))  # of a tree that is kept, and that a digest changes
-    named = {path for each in _names(part) if (path := _module(each))} - WRAPPERS
-    modules = closure([*named, *(path for each in lazily for path in files_of(each))])
+    parts, whole = [call, *(each for each in lazily if ":" in each)], [each for each in lazily if ":" not in each]
+    # deep copies of trees that are kept, as a digest changes them
+    trees = [deepcopy(_part(files_of(module)[0], name)) for module, _, name in (each.partition(":") for each in parts)]
+    named = {path for tree in trees for each in _names(tree) if (path := _module(each))} - WRAPPERS
+    modules = closure([*named, *(path for each in whole for path in files_of(each))])
     _keep()
     codes = (f"{path.name}{_facts(path)['code']}" for path in sorted(modules))
-    return sha256("".join([_digest_of(part), *codes]).encode()).hexdigest()[:16]
+    return sha256("".join([*map(_digest_of, trees), *codes]).encode()).hexdigest()[:16]
 
 
 def _part(path: Path, name: str) -> ast.Module:
@@ -135,8 +137,15 @@ def _kept() -> dict[str, dict]:
 
 
 def _names(tree: ast.Module, package: str = "palpate") -> Iterator[str]:
-    """Yield the dotted name of everything of a package that a module imports, and of what it imports from there."""
+    """Yield the dotted name of everything of a package that a module imports, and of what it imports from there.
+
+    What is imported for types alone is left out.
+    """
+    typed = [node for node in ast.walk(tree) if isinstance(node, ast.If) and _is_name(node.test, "TYPE_CHECKING")]
+    unread = {id(inner) for node in typed for inner in ast.walk(node)}
     for node in ast.walk(tree):
+        if id(node) in unread:
+            continue
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name.startswith(package))
         elif isinstance(node, ast.ImportFrom) and node.module and node.module.startswith(package):
@@ -150,7 +159,7 @@ def _digest_of(tree: ast.Module) -> str:
         body = getattr(node, "body", None)
         if isinstance(body, list) and body:
             body[:] = [line for line in body if not _is_text(line)] or [ast.Pass()]
-        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Table":
+        if isinstance(node, ast.Call) and _is_name(node.func, "Table"):
             node.args[1:] = [ast.Constant("\n".join(_columns(one))) for one in node.args[2:3]]
     return sha256(ast.dump(tree).encode()).hexdigest()
 
@@ -176,6 +185,10 @@ def _columns(about: ast.AST) -> list[str]:
     """Return the columns that a declared table names, without their meanings."""
     text = about.value if isinstance(about, ast.Constant) else ""
     return [line.partition(":")[0].strip() for line in str(text).splitlines() if line[:8].strip()]
+
+
+def _is_name(node: ast.AST, name: str) -> bool:
+    return isinstance(node, ast.Name) and node.id == name
 
 
 def _is_text(line: ast.AST) -> bool:

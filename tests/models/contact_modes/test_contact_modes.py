@@ -11,13 +11,13 @@ from palpate.benchmark.load import Doubted, Load, Press, Refused
 from palpate.bodies.material import NAMED
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import InputError, NotConverged
-from palpate.models import fem
 from palpate.models.contact_modes import contact_modes
 from palpate.models.contact_modes.workshop import SOUND, TRIAL_RESIDUAL, Workshop, bearing
+from palpate.models.kinds import FEM, ContactModes
 from palpate.solvers.compliance import compute_compliance
 
 RADIUS = 0.03
-SNAPSHOTS = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
+SNAPSHOTS = ContactModes()
 
 
 @pytest.fixture(scope="module")
@@ -29,12 +29,12 @@ def pressed(slab_case):
 
 @pytest.fixture(scope="module")
 def modes_of(pressed):
-    return contact_modes.offline(pressed[0]).online(SNAPSHOTS)
+    return SNAPSHOTS.prepare(pressed[0])
 
 
 @pytest.fixture(scope="module")
 def exact_at(pressed):
-    return fem.Fem(pressed[0], {"level": 1, "start": "rest", "tolerance": 1e-9}, 2)
+    return FEM(order=2, level=1, tolerance=1e-9).prepare(pressed[0])
 
 
 def disc(case, contact):
@@ -49,7 +49,7 @@ def distance_to(found, expected):
 
 def test_it_answers_as_the_quadratic_elements_that_it_reduces(pressed, modes_of, exact_at):
     case, contact, force = pressed
-    columns = contact_modes.offline(case).online(SNAPSHOTS | {"modes": "columns"})
+    columns = SNAPSHOTS.having(modes="columns").prepare(case)
     for share in (1.0, 0.4):
         load = Load.at(contact, share * force)
         expected = exact_at.respond(load)
@@ -61,11 +61,10 @@ def test_a_few_presses_on_the_next_level_bring_its_answer_to_the_disc(pressed, e
     """Of two levels the coarse one is reduced."""
     case, contact, force = pressed
     body = replace(case.body, name="of two levels")
-    grid = case.grid | {"contact_modes": case.grid["contact_modes"] | {"nodes": 1}}
     columns = compute_compliance(body, case.radius_m, contacts=np.array([contact]), order=2)
-    case = replace(case, body=body, grid=grid, response=columns)
+    case = replace(case, body=body, response=columns)
     rows, _ = disc(case, contact)
-    solvers = [contact_modes.offline(case).online(SNAPSHOTS | {"modes": modes}) for modes in ("snapshots", "finer")]
+    solvers = [SNAPSHOTS.having(modes=modes, nodes=1).prepare(case) for modes in ("snapshots", "finer")]
     for share in (1.0, 0.5):
         load = Load.at(contact, share * force)
         expected = exact_at.respond(load)
@@ -82,7 +81,7 @@ def test_a_place_that_was_never_prepared_is_prepared_when_it_is_asked_for(presse
     load = Load.at(node, -0.5 * np.linalg.norm(force) * body.fine.normals[node])
     found = modes_of.respond(load).displacement
     assert (node,) in modes_of.prepared
-    again = contact_modes.offline(case).online(SNAPSHOTS).respond(load).displacement
+    again = SNAPSHOTS.prepare(case).respond(load).displacement
     assert np.array_equal(found, again)
 
 
@@ -109,10 +108,10 @@ def test_two_presses_are_answered_with_the_modes_of_both(pressed, modes_of, exac
 def test_the_limit_is_extrapolated_over_levels(pressed, modes_of, exact_at):
     """The linear part of the limit is that of Richardson's ratio, and what is beyond it lies further on, too."""
     case, contact, force = pressed
-    limit = contact_modes.offline(case).online(SNAPSHOTS | {"target": "limit"})
+    limit = SNAPSHOTS.having(target="limit").prepare(case)
     small = 1e-6 * force
     fine, far = (each.prepare_contact(contact).columns @ small for each in (modes_of, limit))
-    coarser = fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-9}, 2)
+    coarser = FEM(order=2, level=0, tolerance=1e-9).prepare(case)
     coarse, middle = (each.respond(Load.at(contact, small)) for each in (coarser, exact_at))
     change = (middle - coarse).ravel()
     ratio = 1.0 + change @ change / ((far - fine) @ change)
@@ -139,19 +138,13 @@ def test_what_it_does_not_know_is_refused_or_told(pressed, modes_of):
         modes_of.respond(Load((Press(contact, moved=way), Press(contact, moved=2 * way))))
 
 
-def test_settings_come_from_the_config_and_contacts_are_charged(pressed):
+def test_settings_come_from_the_config_and_contacts_are_charged(pressed, grid):
     case = replace(pressed[0], used={})
-    settings = contact_modes.settings(case)
-    assert len(settings) >= 5 and SNAPSHOTS in settings
-    modes_of = contact_modes.offline(case).online(settings[0])
+    tried = SNAPSHOTS.tried(case, grid)
+    assert len(tried) >= 5 and SNAPSHOTS in tried
+    modes_of = tried[0].prepare(case)
     modes_of.precede(Load.at(pressed[1], pressed[2]))
     assert case.used["contacts"] > 0.0 and 0.0 < modes_of.memory_mb < 2.0
-
-
-@pytest.mark.parametrize("wrong", [{"modes": "colums"}, {"target": "limits"}])
-def test_words_that_no_setting_has_are_refused(pressed, wrong):
-    with pytest.raises(InputError, match=f"contact_modes: {next(iter(wrong))} is"):
-        contact_modes.offline(pressed[0]).online(SNAPSHOTS | wrong)
 
 
 def test_presses_count_as_one_up_to_a_radius_apart_and_as_two_from_two_radii_on():
@@ -208,7 +201,7 @@ def test_a_press_that_the_finer_level_bears_is_the_limit_and_one_that_it_does_no
 
 def test_a_press_beyond_what_is_known_to_be_borne_is_doubted_and_its_answer_kept(slab_case):
     case, contact, force = replace(slab_case[0], radius_m=RADIUS), int(slab_case[1].contact[0]), slab_case[1].force[0]
-    solver, load = contact_modes.offline(case).online(SNAPSHOTS), Load.at(contact, 0.5 * force)
+    solver, load = SNAPSHOTS.prepare(case), Load.at(contact, 0.5 * force)
     expected = solver.respond(load)
     kept = solver.prepared[contact,]
     most = 1.0 / float((kept.bearing @ load.single()[1]).max())
@@ -228,7 +221,7 @@ def test_a_law_is_answered_by_its_own_elements(slab_case, law):
     body, contact = case.body, int(test.contact[0])
     lawful = replace(case, radius_m=RADIUS, body=replace(body, material=replace(body.material, law=law)), used={})
     load = Load.at(contact, 0.6 * test.force[0])
-    converged = {"level": 1, "start": "rest", "tolerance": 1e-8}
-    own, other = (fem.Fem(each, converged, 2).respond(load) for each in (lawful, replace(case, radius_m=RADIUS)))
-    found = contact_modes.offline(lawful).online(SNAPSHOTS).respond(load).displacement
+    converged = FEM(order=2, level=1, tolerance=1e-8)
+    own, other = (converged.prepare(each).respond(load) for each in (lawful, replace(case, radius_m=RADIUS)))
+    found = SNAPSHOTS.prepare(lawful).respond(load).displacement
     assert distance_to(found, own) < min(0.002, 0.25 * distance_to(found, other))

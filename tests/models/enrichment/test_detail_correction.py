@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 from scipy.linalg import polar
 
-from palpate.benchmark.model import FitOptions
 from palpate.benchmark.presses import LOAD_COLUMNS
+from palpate.benchmark.settings import FitOptions, Widths
 from palpate.benchmark.static_responses import assemble, press
 from palpate.bodies.mesh import TetMesh
 from palpate.models.enrichment.detail_correction import DetailCorrection, NodalRotations, Scale, fit_scale
@@ -17,7 +17,9 @@ from palpate.models.interpolation import Interpolation
 
 PROTOCOLS = ("paper", "live")
 FORCE = np.array([0.1, 0.2, -0.4])
-OPTIONS = FitOptions(10, {"min": 0.01, "max": 100, "count": 3}, 4, "contacts", 0)
+OPTIONS = FitOptions(
+    neighbours=10, sigma_relative=Widths(min=0.01, max=100, count=3), folds=4, split="contacts", seed=0
+)
 
 
 def simulate(body, contacts, forces):
@@ -129,7 +131,7 @@ def test_the_rest_is_learnt_in_the_turned_frame(slab_compliance, db):
     world = replace(db, fine=np.array(fine), coarse_live=3 * db.coarse_live)
     test = np.arange(0, k, 5)
     train = np.setdiff1d(np.arange(k), test)
-    settings = replace(OPTIONS, split="samples", sigma_relative={"min": 0.1, "max": 100, "count": 7})
+    settings = replace(OPTIONS, split="samples", sigma_relative=Widths(min=0.1, max=100, count=7))
     learnt.learn(gather(world, train, "live", settings), settings)
     assert np.isnan(plain.sigma_m) and learnt.sigma_m > 0
     errors = [np.mean([error(m, world, "live", i) for i in test]) for m in (learnt, plain)]

@@ -1,7 +1,5 @@
 """Blend weights sum to 1, reproduce training samples and never break."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.optimize import nnls
@@ -172,7 +170,7 @@ def test_it_is_the_map_of_least_norm(db, fitting):
 
 
 def test_more_samples_than_numbers_are_fitted_by_least_squares(db, settings):
-    short = replace(settings, neighbours=2)  # six numbers for 18 samples
+    short = settings.model_copy(update={"neighbours": 2})  # six numbers for 18 samples
     fitting = Fitting.of(db, TRAIN, "paper", short)
     found = LinearRegressor(fitting, "framed").predict(db.coarse_paper[20], int(db.contact[20]), db.force[20])
     assert np.isfinite(found).all() and np.linalg.norm(found, axis=1).max() < 3 * db.peaks[20]

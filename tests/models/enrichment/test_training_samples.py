@@ -19,7 +19,7 @@ def test_folds_are_even_and_as_many_as_there_are_contacts(settings):
 
 
 def test_folds_hold_out_whole_contacts(db, settings):
-    fold = gather(db, np.arange(24), "paper", replace(settings, split="contacts")).fold
+    fold = gather(db, np.arange(24), "paper", settings.model_copy(update={"split": "contacts"})).fold
     for contact in np.unique(db.contact):
         assert len(set(fold[db.contact == contact])) == 1
     assert len(set(fold)) == 5

@@ -9,8 +9,8 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
 from palpate.errors import InputError, NotConverged
-from palpate.models.model_registry import model
-from palpate.models.springs import mass_spring
+from palpate.models.kinds import Springs
+from palpate.models.model_registry import MODELS
 from palpate.models.springs.mass_spring import Network, _Search, fit_moduli
 
 KINDS = ("springs", "springs_volume", "springs_nodal", "springs_nodal_volume")
@@ -58,15 +58,15 @@ def test_a_fit_finds_what_made_the_samples(network, own_samples):
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.slow) if name.startswith("springs_nodal") else name for name in KINDS]
 )
-def test_fitted_springs_answer_contacts_they_never_saw(slab_case, name):
+def test_fitted_springs_answer_contacts_they_never_saw(slab_case, grid, name):
     """In most samples better than its coarse elements, which are wrong by 19 % on this crude mesh: they are not fitted.
 
     Under single samples springs turn inside out at the contact; there they are far off, as they should be seen to be.
     """
     case, test, _ = slab_case
-    settings = model(name, {}).settings(case)
-    assert len(settings) >= 5
-    solver = model(name, {}).offline(case).online(settings[-1])
+    tried = MODELS[name].tried(case, grid)
+    assert len(tried) >= 5
+    solver = tried[-1].prepare(case)
     asked = zip(test.contact, test.force, test.fine, strict=True)
     assert np.median([errors(solver.respond(Load.at(c, f)), u).rmse_of_peak for c, f, u in asked]) < 0.18
     assert 0.0 < solver.memory_mb < 10.0
@@ -82,17 +82,15 @@ def test_small_loads_need_one_iteration(slab_case, network):
 
 def test_what_the_moduli_took_is_paid_by_each_setting(slab_case):
     case = replace(slab_case[0], database=replace(slab_case[0].database), used={})
-    first, later = mass_spring.settings(case, nodal=False, volume=False)[:2]
-    mass_spring.offline(case, nodal=False, volume=False).online(first)
+    Springs(iterations=1).prepare(case)
     assert "moduli" not in case.used
-    mass_spring.offline(case, nodal=False, volume=False).online(later)
+    Springs(iterations=2).prepare(case)
     assert case.used["moduli"] > 0.0
 
 
 def test_nothing_is_answered_unchecked(slab_case):
     case = slab_case[0]
-    made = model("springs", {})
-    solver = made.offline(case).online(made.settings(case)[0])
+    solver = Springs(iterations=1).prepare(case)
     load = Load.at(int(case.database.contact[0]), np.zeros(3))
     assert not solver.respond(load).any()
     load.presses[0].force[0] = np.nan  # loads are checked when they are made

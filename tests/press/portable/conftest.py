@@ -19,12 +19,13 @@ from palpate.effects.instrument import Instrument, upright
 from palpate.effects.law import PLAIN
 from palpate.models.contact_modes.contact_modes import Prepared
 from palpate.models.contact_modes.reduced_contact import Cells, ReducedContact, softness
+from palpate.models.kinds import ContactModes
 from palpate.press.portable.export import export_model
 from palpate.press.portable.file import read
 from palpate.press.portable.runtimes.palpate_model import HEAD, KINDS, SCALARS, PortableModel, TouchPlace
 from palpate.press.portable.write import PackedContact, model_bytes, surface_basis
 
-SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.01, "target": "operator"}
+MODEL = ContactModes(thinned=0.01)
 RUNTIMES = Path(palpate.press.portable.runtimes.__file__).parent
 HERE = Path(__file__).parent
 FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
@@ -139,7 +140,7 @@ def pressed(slab_case):
 def exported(pressed, tmp_path_factory):
     """The slab's contact modes, read from a file in folders that had to be made."""
     path = tmp_path_factory.mktemp("exported") / "to/here/slab.palpate"
-    export_model(pressed[0], SETTING, 4, path)
+    export_model(pressed[0], MODEL, 4, path)
     return read(path)
 
 

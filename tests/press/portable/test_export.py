@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from press.portable.conftest import SETTING
+from press.portable.conftest import MODEL
 
 from palpate.benchmark.load import Load
 from palpate.bodies.contacts import surface_contacts
 from palpate.effects.instrument import Instrument
 from palpate.errors import InputError, NotConverged
-from palpate.models.contact_modes import contact_modes
 from palpate.press.portable.export import export_model
 from palpate.press.portable.file import read
 from palpate.press.portable.touches import Touches
@@ -19,7 +18,7 @@ from palpate.press.portable.touches import Touches
 def asked(case, model, node, newtons):
     """What palpate and the file say of a straight press at a fine surface node, and the distance over the peak."""
     force = -newtons * case.body.fine.normals[node]
-    right = contact_modes.offline(case).online(SETTING).respond(Load.at(node, force)).displacement
+    right = MODEL.prepare(case).respond(Load.at(node, force)).displacement
     found = model.respond([model.press_at(int(np.searchsorted(case.body.fine.surface, node)), force)])
     apart = np.sqrt(np.mean(np.sum((found.displacement - right) ** 2, axis=1)))
     return found, apart / np.linalg.norm(right, axis=1).max()
@@ -56,7 +55,7 @@ def test_between_contacts_nine_answers_in_ten_keep_their_bound(pressed, exported
 def test_a_file_holds_places_to_touch_with_errors_against_elements(pressed, tmp_path):
     case = pressed[0]
     touches = Touches([Instrument("sphere", 0.02)], 1, 0.2, 1)
-    export_model(case, SETTING, 2, tmp_path / "touched.palpate", touches=touches)
+    export_model(case, MODEL, 2, tmp_path / "touched.palpate", touches=touches)
     model = read(tmp_path / "touched.palpate")
     (place,) = model.touches
     assert (
@@ -71,7 +70,7 @@ def test_what_a_file_cannot_hold_is_refused(pressed, tmp_path):
     soft = replace(case.body, material=replace(case.body.material, law="neo_hookean"))
     for wrong, said in ((replace(case, body=soft), "law"), (replace(case, radius_m=0.0), "radius")):
         with pytest.raises(InputError, match=said):
-            export_model(wrong, SETTING, 4, tmp_path / "none")
+            export_model(wrong, MODEL, 4, tmp_path / "none")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -86,6 +85,6 @@ def test_an_export_tells_how_far_it_has_come_all_the_time(pressed, tmp_path):
 
         return wrapped
 
-    export_model(pressed[0], SETTING, 2, tmp_path / "slab.palpate", progress)
+    export_model(pressed[0], MODEL, 2, tmp_path / "slab.palpate", progress)
     assert [what for what, _ in told] == ["contact", "linear responses, part", "error at place"]
     assert told[0][1] == 2 and told[1][1] > 1 and told[2][1] >= 9

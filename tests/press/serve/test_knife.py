@@ -9,7 +9,7 @@ import pytest
 
 from palpate.benchmark.load import Load
 from palpate.errors import InputError
-from palpate.models import fem
+from palpate.models.kinds import FEM
 from palpate.press.finished_run import FinishedRun
 from palpate.press.serve.command import _page
 from palpate.press.serve.knife import MOST_CUTS, KnifeModel, read_cuts
@@ -75,8 +75,7 @@ def test_uncut_it_answers_as_elements_of_the_level_do(live):
     contact, force = int(case.database.contact[0]), 0.2 * case.database.force[0]
     row = int(np.searchsorted(case.body.fine.surface, contact))
     triangle, corner = (int(each[0]) for each in np.nonzero(case.database.triangles == row))
-    setting = {"level": 1, "start": "rest", "tolerance": 1e-9}
-    expected = fem.Fem(case, setting, 1).respond(Load.at(contact, force))
+    expected = FEM(order=1, level=1, tolerance=1e-9).prepare(case).respond(Load.at(contact, force))
     found = KnifeModel(case, linear=False).respond([Asked(triangle, np.eye(3)[corner], force, None)])
     assert np.abs(found.displacement - expected).max() < 2e-3 * np.abs(expected).max()
     small = 1e-4 * force  # where strains are small, both models are one

@@ -22,7 +22,7 @@ import pytest
 from palpate.benchmark.load import Load
 from palpate.cli import main
 from palpate.errors import InputError, NotConverged
-from palpate.models import fem
+from palpate.models.kinds import FEM
 from palpate.press import coarse_rival
 from palpate.press.finished_run import FinishedRun
 from palpate.press.serve.command import _page, find_run
@@ -55,8 +55,7 @@ def test_it_answers_as_the_model_does_at_a_node(live):
     contact, force = int(case.database.contact[0]), case.database.force[0]
     said = json.loads(live.answer("fem_p1", posted(live)))
     found = np.frombuffer(base64.b64decode(said["displacement"]), "<f4").reshape(-1, 3)
-    setting = {"level": 1, "start": "rest", "tolerance": 1e-3}
-    expected = fem.Fem(case, setting, 1).respond(Load.at(contact, force))
+    expected = FEM(order=1, level=1, tolerance=1e-3).prepare(case).respond(Load.at(contact, force))
     assert np.abs(found - expected).max() < 1e-4 * np.abs(expected).max()
     assert said["forces"] == [force.tolist()] and said["error"] is None and said["doubt"] == "" and said["ms"] > 0
 

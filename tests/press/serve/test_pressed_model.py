@@ -10,7 +10,7 @@ from fixtures.stub import Stub
 from palpate.benchmark.load import Answer, Doubted, Load
 from palpate.benchmark.model import Solver
 from palpate.errors import InputError, NotConverged
-from palpate.models import fem
+from palpate.models.kinds import FEM
 from palpate.press.serve.pressed_model import MOST_PRESSES, Asked, Bounds, PressedModel, read_presses
 
 FORCE = np.array([0.0, 0.0, -1.0])
@@ -66,7 +66,7 @@ class Nodes(Solver):
 
 
 def test_elements_under_a_disc_at_a_node_answer_as_at_the_node(case):
-    solver = fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-9}, 1)
+    solver = FEM(order=1, level=0, tolerance=1e-9).prepare(case)
     contact = int(case.database.contact[0])
     row = int(np.searchsorted(case.body.fine.surface, contact))
     triangle, corner = (int(each[0]) for each in np.nonzero(case.database.triangles == row))
@@ -78,7 +78,7 @@ def test_elements_under_a_disc_at_a_node_answer_as_at_the_node(case):
 
 def test_elements_follow_a_finger_without_a_jump_and_find_the_force_of_a_depth(case, way):
     """Of 60 steps none changes the answer by much more than the middle one, and the work of the disc moves on."""
-    pressed = PressedModel(case, fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-9}, 1))
+    pressed = PressedModel(case, FEM(order=1, level=0, tolerance=1e-9).prepare(case))
     answers = np.array([pressed.respond([asked]).displacement for asked in way])
     steps = np.abs(np.diff(answers, axis=0)).max(axis=(1, 2))
     assert len({asked.triangle for asked in way}) > 1

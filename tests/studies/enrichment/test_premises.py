@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.model import FitOptions
+from palpate.benchmark.settings import FitOptions, Widths
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
@@ -19,7 +19,7 @@ from palpate.studies.enrichment import premise_samples as samples
 from palpate.studies.enrichment import premises
 from palpate.studies.enrichment.premise_samples import hinge_parts, membrane_parts, prepare, spring_parts, stiffness
 
-OPTIONS = FitOptions(10, {"min": 0.1, "max": 10, "count": 5}, 3, "contacts", 1)
+OPTIONS = FitOptions(neighbours=10, sigma_relative=Widths(min=0.1, max=10, count=5), folds=3, split="contacts", seed=1)
 PAD = {
     "kind": "box", "sizes_m": [0.12, 0.12, 0.03], "divisions": [6, 6, 2], "refinements": 1, "young_pa": 3000.0,
     "poisson": 0.3, "density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}},

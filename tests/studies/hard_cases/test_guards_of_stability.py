@@ -1,7 +1,6 @@
 """Without its guard each model is believed where the body is about to give way, and is wrong."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -13,15 +12,16 @@ from palpate.benchmark.database import database_of
 from palpate.benchmark.load import Doubted, Load, Press, displacement_of, loads_of
 from palpate.benchmark.model import Case
 from palpate.benchmark.truth import truth_of
-from palpate.models import fem, near_buckling, pod_galerkin
+from palpate.models import near_buckling, pod_galerkin
 from palpate.models.contact_modes import contact_modes
 from palpate.models.fem_statics import Simulation
-from palpate.run.settings import defaults
+from palpate.models.kinds import FEM, FastFEM, PODGalerkin
 from palpate.solvers import equilibrium, pushed_discs
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.studies.hard_cases.enrichment_cases import SETTINGS as FIT
-from palpate.studies.hard_cases.nonlinear_cases import EULER_N, NODES, RADIUS_M, body_of, press_of, stability
+from palpate.studies.hard_cases.nonlinear_cases import EULER_N, RADIUS_M, body_of, press_of, stability
 from palpate.studies.hard_cases.stage import bar_body, end_face, judge
+from palpate.studies.tradeoff.settings import Families
 
 CASES = {case.name: case for case in stability()}
 
@@ -52,15 +52,13 @@ def test_linear_responses_without_a_guard_miss_how_far_a_column_bends(monkeypatc
 def test_the_last_stage_of_the_cascade_answers_where_elements_that_stop_early_doubt():
     """At half of Euler's load, where the other stages doubt; its elements settle, and are looked at."""
     body, (node, force) = body_of("column"), press_of("column", 0.5)
-    case, load = Case.untrained(body, "hard", RADIUS_M, 0, 1e-8, {}), Load.at(node, force)
-    stage = defaults("tradeoff")["settings"]["cascade"]["stages"][-1]
-    setting = {key: value for key, value in stage["setting"].items() if key != "target"} | {"level": 0}
-    elements = partial(fem.Fem, case, order=2, solver=FastEquilibrium)
+    case, load = Case.untrained(body, "hard", RADIUS_M, 0, 1e-8), Load.at(node, force)
+    last = Families().stages[-1].having(level=0, target=None)
     with pytest.raises(Doubted):
-        elements({"level": 0, "start": "rest", "iterations": 8}).respond(load)
-    expected = displacement_of(fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2).respond(load))
-    found = displacement_of(elements(setting).respond(load))
-    assert stage["model"] == "fast_fem" and errors(found, expected).rmse_of_peak < 0.01
+        FastFEM(iterations=8).prepare(case).respond(load)
+    expected = displacement_of(FEM(order=2, tolerance=1e-8).prepare(case).respond(load))
+    found = displacement_of(last.prepare(case).respond(load))
+    assert last.name == "fast_fem" and errors(found, expected).rmse_of_peak < 0.01
 
 
 def unchecked(problem, at_rest, size, solution, settle):
@@ -84,7 +82,7 @@ def test_elements_without_a_guard_stay_straight(monkeypatch, solver):
 def test_a_post_that_is_pushed_stays_straight_without_a_guard(monkeypatch):
     """A little beyond the depth at which it buckles; farther on Newton's method leaves the straight post by itself."""
     body, (node, way) = body_of("post"), press_of("post", 1.05)
-    case = Case.untrained(body, "hard", RADIUS_M, 0, 1e-6, {})
+    case = Case.untrained(body, "hard", RADIUS_M, 0, 1e-6)
     simulation = Simulation(case, 0, 1e-6, order=2)
 
     def aside():
@@ -100,13 +98,13 @@ def test_galerkin_without_guards_answers_with_the_straight_column(monkeypatch):
     """Of samples of how it is pressed and bends a little. Each guard is enough: the tangent, and the body's shapes."""
     body, (node, force) = body_of("column"), press_of("column", 1.0)
     ways = np.array([[0.9, 0.0, 0.0], [0.3, 0.0, 0.0], [0.0, 0.005, 0.0], [0.0, 0.0, 0.005]]) * force[0]
-    nodes, grid = np.full(len(ways), node), {"pod_galerkin": {"nodes": NODES}}
+    nodes = np.full(len(ways), node)
     none = [np.zeros((len(ways), *mesh.nodes.shape)) for mesh in (body.coarse, body.fine)]
-    case = Case(body, "hard", RADIUS_M, database_of(body, nodes, ways, *none), None, FIT, 1e-8, grid)
-    elements = fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, 2)
+    case = Case(body, "hard", RADIUS_M, database_of(body, nodes, ways, *none), None, FIT, 1e-8)
+    elements = FEM(order=2, level=0, tolerance=1e-8).prepare(case)
     fine = np.array([displacement_of(elements.respond(load)) for load in loads_of(nodes, ways)])
     case = replace(case, database=replace(case.database, fine=fine))
-    solver = pod_galerkin.offline(case).online({"modes": 20, "thinned": 0.0})
+    solver = PODGalerkin(modes=20, thinned=0.0, nodes=1).prepare(case)
     load = Load.at(node, 1.4 * force)
     guards = [(pod_galerkin, "LEAST_STIFFNESS", -1e9), (solver._buckling, "_largest", np.inf)]
     for guard in guards:

@@ -11,8 +11,7 @@ from palpate.bodies.contacts import contacts_of, places_between
 from palpate.bodies.refinement import finer
 from palpate.effects.patch_load import patch_at, spread
 from palpate.errors import InputError, NotConverged
-from palpate.models import fem
-from palpate.models.model_registry import model
+from palpate.models.kinds import FEM
 from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.tradeoff import general_loads
@@ -90,13 +89,13 @@ def test_a_load_without_a_sound_answer_is_left_out(asked, slab_judge, monkeypatc
     assert [q.kind for q in questions(case, slab_judge, 2, 1e-6)] == [PREPARED] * 2
 
 
-def test_the_operator_itself_is_right_and_a_linear_one_is_told_what_it_lacks(asked):
+def test_the_operator_itself_is_right_and_a_linear_one_is_told_what_it_lacks(asked, grid):
     case, found = asked
-    table = measure_any(case, "fem_p2", model("fem_p2", {}), "level=1", found[2:], 5, 0.01)
+    table = measure_any(case, "fem_p2", FEM(order=2).tried(case, grid), "level=1", found[2:], 5, 0.01)
     assert list(table.columns) == ANY_LOAD.columns and list(table["kind"]) == [NEW, TWO, DEPTH]
     assert (table["rmse_of_peak"] < 1e-3).all() and (table[["refused", "failures"]] == 0).all(axis=None)
     assert table["force_error"].iloc[-1] < 1e-3 and table["force_error"].iloc[:-1].isna().all()
-    coarse = measure_any(case, "fem_p1", model("fem_p1", {}), "level=0, start=rest, tol", found[2:], 5, 0.01)
+    coarse = measure_any(case, "fem_p1", FEM(order=1).tried(case, grid), "level=0, start=rest, tol", found[2:], 5, 0.01)
     assert (coarse.groupby("kind")["rmse_of_peak"].min() > 0.01).all()
     assert (coarse["rmse_of_peak_most"] >= coarse["rmse_of_peak"]).all() and (coarse["online_median_s"] > 0).all()
     assert (coarse["online_max_s"] > 0).all()
@@ -111,7 +110,7 @@ def test_refusals_are_counted_apart_from_failures(asked):
             raise InputError(f"contact {node} is not prepared.")
         raise NotConverged("lost", [1.0])
 
-    made = made_up(lambda case: [{}], lambda case, setting: Stub(memory_mb=1.0, respond=respond))
+    made = made_up([{}], lambda case, setting: Stub(memory_mb=1.0, respond=respond))
     rows = measure_any(case, "mine", made, "", found, 5, 0.01).set_index("kind")
     assert rows["refused"].to_dict() == {PREPARED: 0, NEW: 2, TWO: 2, DEPTH: 2}
     assert rows["failures"].to_dict() == {PREPARED: 2, NEW: 0, TWO: 0, DEPTH: 0}
@@ -130,7 +129,7 @@ def test_a_model_that_says_that_it_does_not_know_has_not_failed(asked):
             raise Doubted("too far", [0.1], answer)
         return answer
 
-    made = made_up(lambda case: [{}], lambda case, setting: Stub(memory_mb=1.0, respond=respond))
+    made = made_up([{}], lambda case, setting: Stub(memory_mb=1.0, respond=respond))
     rows = measure_any(case, "mine", made, "", found, 5, 0.01).set_index("kind")
     assert rows["doubted"].to_dict() == {PREPARED: 0, NEW: 0, TWO: 1, DEPTH: 0} and (rows["failures"] == 0).all()
     assert rows.loc[TWO, "failure"] == "too far" and rows.loc[TWO, "contacts"] == rows.loc[NEW, "contacts"] - 1 == 1
@@ -153,7 +152,7 @@ def test_what_is_prepared_for_a_press_is_timed_apart_and_once(asked):
         return float(sum(together))
 
     solver = Stub(memory_mb=1.0, respond=respond, prepare_nodes=prepare_nodes)
-    made = made_up(lambda case: [{"n": 1}, {"n": 2}], lambda case, setting: solver)
+    made = made_up([{"n": 1}, {"n": 2}], lambda case, setting: solver)
     table = measure_any(case, "mine", made, "n=2", found, 6, 0.01)
     assert list(table["setting"]) == ["n=2"] * 4
     wanted = [tuple(press.node for press in question.load.presses) for question in found]
@@ -171,7 +170,7 @@ def test_a_setting_that_cannot_be_prepared_has_failed_on_all(asked):
     def prepare(case, setting):
         raise NotConverged("no way", [])
 
-    table = measure_any(case, "mine", made_up(lambda case: [{}], prepare), "", found, 5, 0.01)
+    table = measure_any(case, "mine", made_up([{}], prepare), "", found, 5, 0.01)
     assert (table["failures"] == table["samples"]).all() and set(table["failure"]) == {"no way"}
 
 
@@ -197,7 +196,7 @@ def test_the_hardest_press_of_each_contact_is_asked_in_six_ways(beyond, slab_jud
 
 def test_their_answers_are_the_converged_ones_or_none(beyond):
     case, presses = beyond
-    operator = fem.Fem(case, {"level": 1, "start": "rest", "tolerance": 1e-8}, 2)
+    operator = FEM(order=2, level=1, tolerance=1e-8).prepare(case)
     sound = [press for press in presses if press.truth is not None]
     assert len(sound) >= 8
     for press in sound[:2] + sound[-1:]:
@@ -223,7 +222,7 @@ def test_answers_are_right_wrong_or_doubted_with_or_without_need(beyond):
         return moved
 
     solver = Stub(respond=respond, memory_mb=0.0)
-    model_of_ways = made_up(lambda case: [{"kind": "made"}], lambda case, setting: solver, "made.py")
+    model_of_ways = made_up([{"kind": "made"}], lambda case, setting: solver, place="made.py")
     table = measure_beyond(case, "made", model_of_ways, "made", made)
     assert list(table) == BEYOND_DESIGN.columns
     found = table.set_index("kind")[["unsound", "right", "doubted", "needless", "wrong"]]

@@ -1,20 +1,22 @@
 # The families of models, and the files that they fill.
 
 
-def modules_of(family):
-    """The modules of palpate that the models of a family live in; a user's own model is an input instead."""
-    stages = grid_of(family)["cascade"]["stages"] if "cascade" in FAMILIES[family] else []
-    places = {recipe["place"] for recipe in FAMILIES[family].values()} | {MODELS[stage["model"]][0] for stage in stages}
-    return sorted(place for place in places if not place.endswith(".py"))
+def with_stages(names):
+    """Models of palpate's, and those that are stages of one of them."""
+    staged = [stage["model"] for stage in TRADEOFF["settings"]["cascade"]["stages"]] if "cascade" in names else []
+    return [name for name in [*names, *staged] if name in MODELS]
+
+
+def modules_of(names):
+    """The classes of models, and the modules that prepare them; a user's own model is an input instead."""
+    found = [MODELS[name] for name in with_stages(names)]
+    return sorted({f"{type(each).__module__}:{type(each).__name__}" for each in found} | {each.place for each in found})
 
 
 def grid_of(family):
     """What a family is tried with, and the coarse answers that several share."""
-    settings = TRADEOFF["settings"]
-    names = {family, *(recipe["place"].rpartition(".")[2] for recipe in FAMILIES[family].values())}
-    if "cascade" in names:
-        names |= {MODELS[stage["model"]][0].rpartition(".")[2] for stage in settings["cascade"]["stages"]}
-    return {"coarse_answers": settings["coarse_answers"]} | {name: settings.get(name, {}) for name in sorted(names)}
+    settings, names = TRADEOFF["settings"], {family, *map(family_of, with_stages(FAMILIES[family]))}
+    return {name: settings[name] for name in ["coarse_answers", *sorted(names)] if name in settings}
 
 
 def splits_of(body, regime):
@@ -62,12 +64,6 @@ def asked_models(block):
     for family in families(list(asked), OWN_MODELS).values():
         recipes |= family
     return {name: (recipes[name], pattern) for name, pattern in asked.items()}
-
-
-def asked_modules(block):
-    """The modules of palpate that these models live in."""
-    places = {recipe["place"] for recipe, _ in asked_models(block).values()}
-    return sorted(place for place in places if not place.endswith(".py"))
 
 
 def answered_scenes():

@@ -5,15 +5,15 @@ union of their contacts' shapes.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Doubted, Load
-from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb
+from palpate.benchmark.model import Case, Solver, held_mb
 from palpate.bodies.contacts import refuse
 from palpate.effects.patch_load import patch_at, patch_shares
-from palpate.errors import InputError, NotConverged
+from palpate.errors import NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import ReducedContact, is_positive, softness
 from palpate.models.contact_modes.snapshots import FALL, FALLS, ContactSnapshots, basis_of, coordinates, thinned_model
@@ -29,6 +29,9 @@ from palpate.models.contact_modes.workshop import (
 )
 from palpate.models.depths import forces_for
 from palpate.solvers.buckling import Buckling
+
+if TYPE_CHECKING:
+    from palpate.models import kinds
 
 RESIDUAL = 1e-3
 """Residual of an answer over its load."""
@@ -59,37 +62,44 @@ class Prepared(NamedTuple):
         return q - self.reduced.loads @ force
 
 
-def spent(shop: Workshop, setting: Setting, nodes: tuple[int, ...]) -> float:
+def spent(shop: Workshop, model: "kinds.ContactModes", nodes: tuple[int, ...]) -> float:
     """Return the time [s] that these contacts have taken, whichever setting has made them."""
-    kind = _shown(setting)
+    kind = _shown(model)
     parts = {"linear", "columns", kind, "columns before", f"from coarser {kind}", f"{kind} bear"}
-    parts |= {"to finer"} if setting["modes"] == "finer" else set()
-    names = [*_names(setting, nodes), *((part, node) for part in sorted(parts) for node in nodes)]
+    parts |= {"to finer"} if model.modes == "finer" else set()
+    names = [*_names(model, nodes), *((part, node) for part in sorted(parts) for node in nodes)]
     return sum(shop.seconds.get(name, 0.0) for name in names)
 
 
-def _shown(setting: Setting) -> str:
-    """Return what the modes of ``setting`` are made of: "finer" has those of snapshots."""
-    return "columns" if setting["modes"] == "columns" else "snapshots"
+def _shown(model: "kinds.ContactModes") -> str:
+    """Return what the modes of ``model`` are made of: "finer" has those of snapshots."""
+    return "columns" if model.modes == "columns" else "snapshots"
 
 
-def _names(setting: Setting, nodes: tuple[int, ...]) -> tuple[tuple, tuple]:
-    """Return what the reduced model of a setting is called, which several may share, and the whole."""
-    reduced = (_shown(setting), setting["rings"], setting["thinned"])
-    return ("reduced", nodes, reduced), ("target", nodes, reduced, setting["modes"], setting["target"])
+def _names(model: "kinds.ContactModes", nodes: tuple[int, ...]) -> tuple[tuple, tuple]:
+    """Return what the reduced model is called, which several settings may share, and the whole."""
+    reduced = (_shown(model), model.rings, model.thinned)
+    return ("reduced", nodes, reduced), ("target", nodes, reduced, model.modes, model.target)
 
 
-def _reduced(shop: Workshop, case: Case, setting: Setting, nodes: Sequence[int]) -> tuple[np.ndarray, ReducedContact]:
-    shown = [shop.shown(node, _shown(setting)) for node in nodes]
+def _reduced(
+    shop: Workshop, case: Case, model: "kinds.ContactModes", nodes: Sequence[int]
+) -> tuple[np.ndarray, ReducedContact]:
+    shown = [shop.shown(node, _shown(model)) for node in nodes]
     modes = basis_of(shown)
-    return modes, thinned_model(shown, modes, setting["rings"], setting["thinned"], case.options.seed)
+    return modes, thinned_model(shown, modes, model.rings, model.thinned, case.options.seed)
 
 
 def _brought(
-    shop: Workshop, case: Case, setting: Setting, nodes: Sequence[int], modes: np.ndarray, reduced: ReducedContact
+    shop: Workshop,
+    case: Case,
+    model: "kinds.ContactModes",
+    nodes: Sequence[int],
+    modes: np.ndarray,
+    reduced: ReducedContact,
 ) -> Prepared:
-    """Take a reduced model to the surface, as the target of ``setting`` has it."""
-    kind, target = _shown(setting), setting["target"]
+    """Take a reduced model to the surface, as the target of ``model`` has it."""
+    kind, target = _shown(model), model.target
     shown, surface = [shop.shown(node, kind) for node in nodes], shop.up(shop.level)
     rest, linear, bent = bring_to_surface(surface, modes), reduced.loads.T @ reduced.loads, reduced.loads.T
     fine, soft = case.body.fine, softness(rest)
@@ -99,7 +109,7 @@ def _brought(
     hard = [
         float(-(row @ each.normal) * np.linalg.norm(each.forces[0])) for row, each in zip(known, shown, strict=True)
     ]
-    changes = [target_change(shop, case, setting, node, 1.0 / h) for node, h in zip(nodes, hard, strict=True)]
+    changes = [target_change(shop, case, model, node, 1.0 / h) for node, h in zip(nodes, hard, strict=True)]
     seen = [
         (_beyond(each, k, shown[0].elements, modes, reduced), each.change) for k, each in enumerate(changes) if each
     ]
@@ -160,8 +170,6 @@ def _at_discs(weights: list[tuple[np.ndarray, np.ndarray]], moved: np.ndarray) -
     return np.concatenate([np.tensordot(share, moved[rows], 1) for rows, share in weights])
 
 
-PREPARED, REDUCES, LAW = True, "p2", "the body's"
-WORDS = {"modes": ("columns", "snapshots", "finer"), "target": ("operator", "limit")}
 LEAST_DET, LARGEST_NORM, LARGEST_PRESS = 0.68, 2.0, 1.05
 """Smallest det F of the cells of an answer, its largest energy norm over that of the farthest snapshot, and its
 hardest inward force over the one that finer elements are known to bear; beyond any, the model says that it does not
@@ -180,50 +188,17 @@ OWN_ERROR = 1e-3
 """RMSE over peak that an answer as far as the farthest snapshot says of itself; bounds find the factor to it."""
 
 
-def settings(case: Case) -> list[Setting]:
-    """List columns alone, snapshots with fewer rings, with all thinned more and less, and pressed finer, by target.
+class ContactSolver(Solver):
+    """Reduced models of contacts; a contact that is not prepared is, when it is asked for, and charged then.
 
-    These presses on the next level are only tried if the grid asks for them, as they take long to prepare, and if a
-    level above the one that is reduced is the body's own.
-    """
-    grid = case.grid["contact_modes"]
-    *fewer, rings = grid["rings"]
-    *_, finest = tolerances = grid["tolerances"]
-    kinds: list[Setting] = [{"modes": "columns", "rings": rings, "thinned": finest}]
-    kinds += [{"modes": "snapshots", "rings": r, "thinned": finest} for r in fewer]
-    kinds += [{"modes": "snapshots", "rings": rings, "thinned": t} for t in tolerances]
-    if grid["finer"] and reduced_level(case.body, grid["nodes"]) < len(case.body.levels) - 1:
-        kinds += [{"modes": "finer", "rings": rings, "thinned": finest}]
-    return [kind | {"target": target} for kind in kinds for target in grid["targets"]]
-
-
-class Offline(Stage):
-    """The workshop of the body, in which what one setting makes serves the others, and the cascade."""
-
-    def __init__(self, case: Case):
-        super().__init__(case)
-        what = case.body, case.radius_m, reduced_level(case.body, case.grid["contact_modes"]["nodes"])
-        self._shop = case.share(("workshop", *what), lambda: Workshop(*what))
-
-    def online(self, setting: Setting) -> "ContactModes":
-        """Set up the elements; each contact is prepared when it is asked for first, and charged then.
-
-        InputError for words that it does not know.
-        """
-        for name, known in WORDS.items():
-            if setting[name] not in known:
-                raise InputError(f"contact_modes: {name} is {setting[name]}; take one of {', '.join(known)}.")
-        return ContactModes(self.case, setting, self._shop)
-
-
-class ContactModes(Solver):
-    """Reduced models of contacts; a contact that is not prepared is, when it is asked for.
-
-    shop : the workshop of its contacts; prepared : what answers, by the nodes that are pressed at once
+    shop : the workshop of the body, in which what one setting makes serves the others, and the cascade
+    prepared : what answers, by the nodes that are pressed at once
     """
 
-    def __init__(self, case: Case, setting: Setting, shop: Workshop):
-        self.shop, self._case, self._setting = shop, case, setting
+    def __init__(self, case: Case, model: "kinds.ContactModes"):
+        what = case.body, case.radius_m, reduced_level(case.body, model.nodes)
+        self.shop = shop = case.share(("workshop", *what), lambda: Workshop(*what))
+        self._case, self._model = case, model
         self.prepared: dict[tuple[int, ...], Prepared] = {}
         self._seconds = 0.0
         shop.elements(shop.level), shop.up(shop.level)
@@ -248,17 +223,17 @@ class ContactModes(Solver):
             for node in nodes:
                 if node not in self.shop.pressable:
                     refuse(node)
-            shop, case, setting = self.shop, self._case, self._setting
-            reduced_name, target_name = _names(setting, nodes)
-            made = shop.make(reduced_name, lambda: _reduced(shop, case, setting, nodes))
-            self.prepared[nodes] = shop.make(target_name, lambda: _brought(shop, case, setting, nodes, *made))
-            self._seconds += spent(self.shop, self._setting, nodes)
+            shop, case, model = self.shop, self._case, self._model
+            reduced_name, target_name = _names(model, nodes)
+            made = shop.make(reduced_name, lambda: _reduced(shop, case, model, nodes))
+            self.prepared[nodes] = shop.make(target_name, lambda: _brought(shop, case, model, nodes, *made))
+            self._seconds += spent(self.shop, self._model, nodes)
             self._case.charge("contacts", self._seconds)
         return self.prepared[nodes]
 
     def prepare_nodes(self, nodes: tuple[int, ...]) -> float:
         self.prepare_contact(*nodes)
-        return spent(self.shop, self._setting, nodes)
+        return spent(self.shop, self._model, nodes)
 
     def respond(self, load: Load) -> Answer:
         """Answer with an estimate of its error, which grows with how far the answer goes; Doubted beyond the guard."""
@@ -316,4 +291,4 @@ def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float
     return q, why, residual
 
 
-offline = Offline
+prepare = ContactSolver

@@ -4,6 +4,7 @@ All end at the equilibrium of corotational linear elements on the level, in the 
 """
 
 from collections.abc import Sequence
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -33,7 +34,7 @@ class CutRelaxed:
         self._elements = LinearElements(body.coarse, body.tissue(0))
         masses = particles_of(body, 0, surface=False).masses
         still = self._opened.held | self._opened.moved
-        self._relax = relaxes(self._method, self._elements, masses, still, setting)
+        self._relax = relaxes(self._method, self._elements, masses, still, SimpleNamespace(**setting))
 
     def pull(self) -> Pulled:
         cut = self._opened

@@ -6,21 +6,25 @@ scale and a kernel ridge on top of both. Unlike ``warped_compliance``, which tur
 only what the coarse deformation lacks: a two-level correction.
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numba
 import numpy as np
 
 from palpate.benchmark.database import Database
-from palpate.benchmark.model import Case, FitOptions, Setting, training_counts
+from palpate.benchmark.model import Case, Solver
+from palpate.benchmark.settings import FitOptions
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.linear_elements import shape_gradients
 from palpate.linalg.polar import signed_svd
-from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, seen_with
+from palpate.models.coarse_answers import Enriched, coarse_solver, seen_with
 from palpate.models.enrichment.ridge import KernelRidge
 from palpate.models.enrichment.training_samples import Fitting, Training, convinces, gather
-from palpate.models.limit import TO_LIMIT, with_limit
+from palpate.models.limit import ToLimit
 from palpate.solvers.compliance import Compliance
+
+if TYPE_CHECKING:
+    from palpate.models import kinds
 
 
 class NodalRotations:
@@ -211,29 +215,12 @@ def fit(fitting: Fitting, turned: bool = True, learnt: bool = True) -> DetailCor
     return method.learn(fitting.training, fitting.options) if learnt else method
 
 
-PREPARED, REDUCES, LAW = True, "p2", "the body's"
-
-
-def settings(case: Case) -> list[Setting]:
-    """List the coarse answers, and with the best of them how many samples are learnt from.
-
-    Without samples neither scale nor residual is learnt; with ``turned`` false nothing is turned either. What is learnt
-    from all of them is brought to the limit of the levels, too.
-    """
-    counts = training_counts(case, case.grid["detail_correction"]["training_shares"])
-    fewer = [{"samples": 0, "turned": False}, {"samples": 0}, *({"samples": count} for count in counts)]
-    *others, whole = coarse_settings(case, {"samples": case.n_training}, fewer)
-    return [*others, whole | TO_LIMIT, whole]
-
-
-def prepare(case: Case, setting: Setting) -> Enriched:
+def prepare(case: Case, model: "kinds.DetailCorrection") -> Solver:
     """Compute the detail of every contact, and fit scale and residual to coarse answers such as queries will get."""
-    coarse = coarse_solver(case, setting)
-    method = DetailCorrection(case.meshes, case.use_compliance(), "live", setting.get("turned", True))
-    if setting["samples"]:
-        db = seen_with(case, setting, coarse).first(setting["samples"]).use_training()
+    coarse = coarse_solver(case, model.coarse)
+    method = DetailCorrection(case.meshes, case.use_compliance(), "live", model.turned)
+    if model.samples != 0:
+        db = seen_with(case, model.coarse, coarse).first(model.samples).use_training()
         method.learn(gather(db, np.arange(len(db.contact)), "live", case.options), case.options)
-    return Enriched(method, coarse)
-
-
-offline = with_limit(prepare)
+    solver = Enriched(method, coarse)
+    return ToLimit(case, solver, case.use_compliance().fine) if model.target else solver

@@ -1,4 +1,4 @@
-"""Register every way of enriching a coarse deformation, by names, and the settings that those which learn share.
+"""Register every way of enriching a coarse deformation, by names.
 
 No module is imported before its method is fitted.
 """
@@ -7,27 +7,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from palpate.setting_types import Block, Count, Positive, Whole, key
-
 if TYPE_CHECKING:
     import numpy as np
 
     from palpate.benchmark.accuracy import Method
     from palpate.benchmark.database import Database
-    from palpate.benchmark.model import FitOptions
+    from palpate.benchmark.settings import FitOptions
     from palpate.solvers.compliance import Compliance
-
-
-class Widths(Block):
-    min: Positive = key("Smallest width", 0.01)
-    max: Positive = key("Largest width", 100)
-    count: Whole = key("Number of widths", 25, ge=2)
-
-
-class Regression(Block):
-    neighbours: Count = key("Coarse nodes in a contact-ordered feature (the paper's l)", 10)
-    sigma_relative: Widths = key("Kernel widths tried, over the median distance of training features", {})
-    folds: Whole = key("Parts of the cross-validation that chooses widths and ridges", 5, ge=2)
 
 
 # module, and the keywords that its function ``fit`` gets beside a ``Fitting``
@@ -45,7 +31,7 @@ METHODS: dict[str, tuple[str, dict]] = {
     "detail_correction_untaught": ("palpate.models.enrichment.detail_correction", {"learnt": False}),
     "detail_correction": ("palpate.models.enrichment.detail_correction", {}),
 }
-"""The methods by the names, and in the order, of the tables; ``models.model_registry`` takes its own from here."""
+"""The methods by the names, and in the order, of the tables."""
 
 
 def build(

@@ -9,17 +9,22 @@ dividing by it would magnify errors a thousandfold, so the kernel values themsel
 where non-negative weights all vanish).
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import nnls
 from scipy.spatial.distance import cdist
 
-from palpate.benchmark.model import Case, FitOptions, Setting, one_stage, training_counts
-from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, fitting_to, seen_with
+from palpate.benchmark.model import Case
+from palpate.benchmark.settings import FitOptions
+from palpate.models.coarse_answers import Enriched, coarse_solver, fitting_to, seen_with
 from palpate.models.enrichment.features import Features, describe, in_slots, kinds
 from palpate.models.enrichment.training_samples import Fitting, Training
 
-SEES, REDUCES, LAW = "deformation", "p2", "the body's"
+if TYPE_CHECKING:
+    from palpate.models.kinds import PaperEnrichment
+
 WEIGHTS = ("signed", "nonnegative_a", "nonnegative_b", "clipped")  # kinds of weights, which ``BlendWeights`` explains
 LITERAL = "literal"
 """Equation (4) of the paper word for word: w sums to 1 and not A w, with A as in nonnegative_a. Only the study of the
@@ -133,8 +138,8 @@ class DescribedSamples:
         self.slots = in_slots(features, training.contact, training.fine)
         self.squared = squared_distances(self.described, self.described)
         self.scale = median_distance(self.squared)
-        grid = options.sigma_relative
-        self.sigmas = self.scale * np.geomspace(grid["min"], grid["max"], int(grid["count"]))
+        widths = options.sigma_relative
+        self.sigmas = self.scale * np.geomspace(widths.min, widths.max, widths.count)
 
     def choose_sigma(self, kind: str) -> float:
         """Return the σ [m] of the grid with the smallest cross-validated error for one kind of weights."""
@@ -203,25 +208,11 @@ class LinearRegressor:
         return view.from_slots((self._described @ view.feature(coarse)) @ self._dual)
 
 
-def settings(case: Case, features: str, weights: str) -> list[Setting]:
-    """List coarse answers; with the best, training samples k and the neighbours l of the contact-ordered feature."""
-    grid = case.grid["paper_enrichment"]
-    usual = {} if features == "unordered" else {"neighbours": case.options.neighbours}
-    fewer = [{"samples": count} | usual for count in training_counts(case, grid["training_shares"])]
-    if features == "ordered":
-        most = len(case.meshes.coarse_surface)
-        fewer += [{"samples": case.n_training, "neighbours": n} for n in grid["neighbours"] if n < most]
-    return coarse_settings(case, {"samples": case.n_training} | usual, fewer)
-
-
-def prepare(case: Case, setting: Setting, features: str, weights: str) -> Enriched:
+def prepare(case: Case, model: "PaperEnrichment") -> Enriched:
     """Choose σ by cross-validation on the training samples, and order the nodes around all contacts in advance."""
-    coarse = coarse_solver(case, setting)
-    fitting = fitting_to(seen_with(case, setting, coarse).first(setting["samples"]))
-    method = fit(fitting, features, weights, setting.get("neighbours"))
+    coarse = coarse_solver(case, model.coarse)
+    fitting = fitting_to(seen_with(case, model.coarse, coarse).first(model.samples))
+    method = fit(fitting, model.features, model.weights, model.neighbours)
     for contact in fitting.db.coarse_surface:
         method.features.view(int(contact))  # which keeps the order of its nodes, so that no query sorts
     return Enriched(method, coarse)
-
-
-offline = one_stage(prepare)

@@ -4,13 +4,19 @@ Both are solved in dual form, (K + λ I)⁻¹ of the k × k kernel matrix, becau
 than there are samples. All settings are chosen by cross-validation on the training samples.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from palpate.benchmark.database import Database
-from palpate.benchmark.model import Case, FitOptions, Setting, one_stage, training_counts
-from palpate.models.coarse_answers import Enriched, coarse_settings, coarse_solver, fitting_to, seen_with
+from palpate.benchmark.model import Case
+from palpate.benchmark.settings import FitOptions
+from palpate.models.coarse_answers import Enriched, coarse_solver, fitting_to, seen_with
 from palpate.models.enrichment.paper_enrichment import eigen, gaussian, median_distance, squared_distances
 from palpate.models.enrichment.training_samples import Fitting, Training
+
+if TYPE_CHECKING:
+    from palpate.models import kinds
 
 LAMBDAS = np.geomspace(1e-12, 1e2, 29)  # the λ tried, relative to the mean eigenvalue of the kernel matrix
 
@@ -85,8 +91,8 @@ class KernelRidge:
     ):
         self._described, self._power = described, power
         squared, products = squared_distances(described, described), (described @ described.T) ** power
-        grid = options.sigma_relative
-        sigmas = median_distance(squared) * np.geomspace(grid["min"], grid["max"], int(grid["count"]))
+        widths = options.sigma_relative
+        sigmas = median_distance(squared) * np.geomspace(widths.min, widths.max, widths.count)
         gram = targets @ targets.T
         candidates = [_choose(training, products * gaussian(squared, sigma), gram) for sigma in sigmas]
         best = min(range(len(candidates)), key=lambda i: float(candidates[i][0].mean()))
@@ -120,20 +126,8 @@ def fit(fitting: Fitting, kernel: bool) -> RidgeUpsampling | KernelRidgeDetail:
     return RidgeUpsampling(fitting.db, fitting.training)
 
 
-SEES, REDUCES, LAW = "deformation", "p2", "the body's"
-
-
-def settings(case: Case, kernel: bool) -> list[Setting]:
-    """List the coarse answers with all training samples, and with the best of them how many are used."""
-    counts = training_counts(case, case.grid["ridge"]["training_shares"])
-    return coarse_settings(case, {"samples": case.n_training}, ({"samples": count} for count in counts))
-
-
-def prepare(case: Case, setting: Setting, kernel: bool) -> Enriched:
+def prepare(case: Case, model: "kinds.Ridge") -> Enriched:
     """Choose widths and ridges by cross-validation on the training samples."""
-    coarse = coarse_solver(case, setting)
-    seen = seen_with(case, setting, coarse).first(setting["samples"])
-    return Enriched(fit(fitting_to(seen), kernel), coarse)
-
-
-offline = one_stage(prepare)
+    coarse = coarse_solver(case, model.coarse)
+    seen = seen_with(case, model.coarse, coarse).first(model.samples)
+    return Enriched(fit(fitting_to(seen), model.kernel), coarse)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.database import Database
-from palpate.benchmark.model import FitOptions
+from palpate.benchmark.settings import FitOptions
 from palpate.errors import InputError
 from palpate.solvers.compliance import Compliance
 

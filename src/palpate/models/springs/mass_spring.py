@@ -1,6 +1,7 @@
 """Answer with mass-spring networks whose moduli are fitted to pressed samples by the equilibrium's adjoint."""
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
@@ -8,7 +9,7 @@ from scipy.optimize import minimize
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Load
-from palpate.benchmark.model import Case, Setting, Solver, Stage, held_mb, refuse_regions
+from palpate.benchmark.model import Case, Solver, held_mb, refuse_regions
 from palpate.bodies.particles import Particles, particles_of
 from palpate.effects.bed import BedSprings
 from palpate.effects.effect import Effect
@@ -22,6 +23,9 @@ from palpate.models.springs.fitness import volume_stiffness
 from palpate.models.springs.spring_motion import spring_model, stiffnesses
 from palpate.solvers.lbfgs import minimise_by_lbfgs
 from palpate.solvers.system import System
+
+if TYPE_CHECKING:
+    from palpate.models import kinds
 
 TOLERANCE, REQUIRED_RESIDUAL, MAX_ITERATIONS = 1e-6, 1e-3, 300
 """Residuals relative to the load at which a search ends and which it must reach; and after how many iterations."""
@@ -239,42 +243,21 @@ def _slopes(network: Network, x: np.ndarray, adjoint: np.ndarray) -> tuple[np.nd
     return by_young, float(np.vdot(adjoint, unit))
 
 
-REDUCES, LAW = "p2", "springs"
-"""They are fitted to its responses."""
+EVALUATIONS = 8, 40
+"""Evaluations of the misfit and its gradient, when one modulus serves all nodes and when each has its own."""
 
 
-def settings(case: Case, nodal: bool, volume: bool) -> list[Setting]:
-    """List iterations on the coarse level; of plain springs also on the middle one, where fits take long."""
-    grid = case.grid["mass_spring"]
-    runs = [{"level": 0, "iterations": n} for n in grid["iterations"]]
-    if len(case.body.levels) > 2 and not (nodal or volume):
-        runs += [{"level": 1, "iterations": n} for n in grid["middle_iterations"]]
-    return runs
+def prepare(case: Case, model: "kinds.Springs") -> Solver:
+    """Fit moduli to the training samples, once for all iterations, and factorise the stiffness at rest.
 
-
-class Offline(Stage):
-    """Moduli by level, fitted once for all settings.
-
-    nodal : a modulus a node, not one for all; volume : with paper 2's volume force
+    Raises InputError for a body that nothing holds, NotConverged if no moduli fit.
     """
-
-    def __init__(self, case: Case, nodal: bool, volume: bool):
-        super().__init__(case)
-        self._kind = nodal, volume
-
-    def online(self, setting: Setting) -> "SpringsAtRest":
-        """Fit moduli to the training samples, and factorise the stiffness at rest.
-
-        Raises InputError for a body that nothing holds, NotConverged if no moduli fit.
-        """
-        case, level, grid = self.case, setting["level"], self.case.grid["mass_spring"]
-        network = Network(case, level)
-        samples = (case.first(grid["middle_samples"]) if level else case).use_training()
-        evaluations = grid["evaluations_uniform"], grid["evaluations_nodal"]
-        name = "moduli", case.database, level, *self._kind
-        moduli = case.share(name, lambda: fit_moduli(network, samples, *self._kind, evaluations), "moduli")
-        network.stiffen(moduli.young_pa, moduli.volume_n_m)
-        return SpringsAtRest(network, setting["iterations"])
+    network, kind = Network(case, model.level), (model.nodal, model.volume)
+    samples = (case if model.samples is None else case.first(model.samples)).use_training()
+    name = "moduli", case.database, model.level, model.samples, *kind
+    moduli = case.share(name, lambda: fit_moduli(network, samples, *kind, EVALUATIONS), "moduli")
+    network.stiffen(moduli.young_pa, moduli.volume_n_m)
+    return SpringsAtRest(network, model.iterations)
 
 
 class SpringsAtRest(Solver):
@@ -291,6 +274,3 @@ class SpringsAtRest(Solver):
         network = self._network
         network.press(*load.single())
         return network.up @ (network.approach(self._iterations) - network.rest)
-
-
-offline = Offline

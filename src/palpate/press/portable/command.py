@@ -47,7 +47,8 @@ def export(
     try:
         with threadpool_limits(limits=1):  # products are small, and threads wait for each other
             touches = Touches(instruments, places) if instruments else None
-            export_model(case, COLUMNS, contacts, out, lambda what: steps(_say, what), touches)
+            nodes = settings["tradeoff"]["settings"].contact_modes.nodes
+            export_model(case, COLUMNS.having(nodes=nodes), contacts, out, lambda what: steps(_say, what), touches)
     except NotConverged as failure:
         raise InputError(f"{scene} cannot be exported: {failure}; press less hard, or refine the body.") from failure
     except OSError as error:
@@ -74,8 +75,8 @@ def _case(settings: dict, config: Path, scene: str) -> Case:
     name, regime = known[scene]
     given = settings["bodies"][name]
     body = make_body(name, given | paths_of_body(given, config.parent))
-    grid, tolerance = settings["tradeoff"]["settings"], settings["solver"]["tolerance"]
-    return Case.untrained(body, regime, radius_of(regimes[regime], name), settings["seed"], tolerance, grid)
+    radius_m, tolerance = radius_of(regimes[regime], name), settings["solver"]["tolerance"]
+    return Case.untrained(body, regime, radius_m, settings["seed"], tolerance)
 
 
 def _say(line: str) -> None:

@@ -14,15 +14,15 @@ from scipy.optimize import nnls
 
 from palpate.benchmark.conformal import bound_factor
 from palpate.benchmark.load import Load, Press
-from palpate.benchmark.model import Case, Setting
+from palpate.benchmark.model import Case
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts, spread_out, spread_over
 from palpate.bodies.material import LAWS
 from palpate.errors import InputError, NotConverged
 from palpate.files import write_whole
-from palpate.models.contact_modes import contact_modes
-from palpate.models.contact_modes.contact_modes import LARGEST_NORM, LARGEST_PRESS, LEAST_DET, ContactModes, Prepared
+from palpate.models.contact_modes.contact_modes import LARGEST_NORM, LARGEST_PRESS, LEAST_DET, ContactSolver, Prepared
 from palpate.models.contact_modes.workshop import Workshop, bring_to_surface
+from palpate.models.kinds import ContactModes
 from palpate.press.portable.runtimes.palpate_model import APART, SCALARS, VERSION, PortableModel, TouchPlace
 from palpate.press.portable.touches import Touches, measured, prepare_places
 from palpate.press.portable.write import PackedContact, SurfaceBasis, fitted_compliance, model_bytes, surface_basis
@@ -85,8 +85,8 @@ class Calibration:
 def calibrate(
     model: PortableModel,
     surface: np.ndarray,
-    solver: ContactModes,
-    best: ContactModes,
+    solver: ContactSolver,
+    best: ContactSolver,
     nodes: Sequence[int],
     checked: Sequence[int],
     progress: Callable[[Sequence], Iterable] = iter,
@@ -136,8 +136,8 @@ def _fit(parts: np.ndarray, error: np.ndarray, place: np.ndarray) -> np.ndarray:
 def _pairs(
     model: PortableModel,
     surface: np.ndarray,
-    best: ContactModes,
-    solver: ContactModes,
+    best: ContactSolver,
+    solver: ContactSolver,
     checked: Sequence[int],
     weights: np.ndarray,
     floor: float,
@@ -153,14 +153,14 @@ def _pairs(
     return np.array(errors), float(np.max(more, initial=0.0))
 
 
-def _hardest(solver: ContactModes, node: int) -> np.ndarray:
+def _hardest(solver: ContactSolver, node: int) -> np.ndarray:
     """Return the hardest straight press (3,) [N] that a contact bears."""
     bearing = solver.prepare_contact(node).bearing[0]
     return bearing / float(bearing @ bearing)
 
 
 def _compared(
-    model: PortableModel, surface: np.ndarray, solver: ContactModes, presses: Sequence[tuple[int, np.ndarray]]
+    model: PortableModel, surface: np.ndarray, solver: ContactSolver, presses: Sequence[tuple[int, np.ndarray]]
 ) -> tuple[float, float, float, float, float, float] | None:
     """Return error, size and spread over the peak, the peak [m], and the size of all presses but the largest over it.
 
@@ -190,8 +190,8 @@ CHECKED = 9, 24
 """Fewest and most places between the contacts at which the error is measured: a quarter of their number."""
 FARTHEST = 1.5
 """Distance from the nearest contact, in radii of the disc, from which on answers are doubted."""
-COLUMNS = {"modes": "columns", "rings": 50, "thinned": 0.003, "target": "limit"}
-"""The setting that is exported if none is asked for: cheap, so that many contacts can be had."""
+COLUMNS = ContactModes(modes="columns", target="limit")
+"""The model that is exported if none is asked for: cheap, so that many contacts can be had."""
 
 Progress = Callable[[str], Callable[[Sequence], Iterable]]
 """Return, for what is counted, a function that wraps a sequence and tells how far it has come."""
@@ -199,13 +199,13 @@ Progress = Callable[[str], Callable[[Sequence], Iterable]]
 
 def export_model(
     case: Case,
-    setting: Setting,
+    model: ContactModes,
     contacts: int | Sequence[int],
     path: Path | str,
     progress: Progress = lambda _: iter,
     touches: Touches | None = None,
 ) -> None:
-    """Write contact modes of ``setting`` for any place of the body of ``case`` to the file ``path``.
+    """Write contact modes as ``model`` has them for any place of the body of ``case`` to the file ``path``.
 
     contacts : how many nodes of the fine surface, spread over it, or which
     touches : rigid instruments, and at how many places they are prepared
@@ -213,8 +213,7 @@ def export_model(
     """
     _refuse(case)
     nodes, checked = _places(case.body, contacts)
-    stage = contact_modes.offline(case)
-    solver, best = stage.online(setting), stage.online(setting | {"modes": "snapshots"})
+    solver, best = ContactSolver(case, model), ContactSolver(case, model.having(modes="snapshots"))
     shop, surface = solver.shop, case.body.fine.surface
     prepared = [solver.prepare_contact(node) for node in progress("contact")(nodes)]
     seen, sampled = _linear_responses(case.body, shop, prepared, nodes, progress("linear responses, part"))
@@ -225,7 +224,7 @@ def export_model(
     packed = [PackedContact(basis.nodes[i], basis.normals[i], each) for i, each in zip(at, prepared, strict=True)]
     scalars = _scalars(case, prepared)
     empty = np.zeros((basis.vectors.shape[1], basis.vectors.shape[1]))
-    unmeasured = _info(case, setting, basis, prepared, scalars) | {"error": "not measured"}
+    unmeasured = _info(case, model, basis, prepared, scalars) | {"error": "not measured"}
     bare = PortableModel(model_bytes(unmeasured, scalars, basis, empty, packed))
     # how far the nodes that can be pressed are from the nearest contact at most, as runtimes measure it
     able = np.searchsorted(surface, _able(case.body))
@@ -235,7 +234,7 @@ def export_model(
     first = PortableModel(model_bytes(unmeasured, scalars, basis, compliance, packed))
     found = calibrate(first, surface, solver, best, nodes, checked, progress("error at place"))
     scalars |= found.scalars()
-    info = _info(case, setting, basis, prepared, scalars) | found.told()
+    info = _info(case, model, basis, prepared, scalars) | found.told()
     places: list[TouchPlace] = []
     if touches is not None:
         places, trials = prepare_places(case.body, touches, case.options.seed, progress("place to touch"))
@@ -344,12 +343,12 @@ def _scalars(case: Case, prepared: Sequence[Prepared]) -> dict[str, float]:
 
 
 def _info(
-    case: Case, setting: Setting, basis: SurfaceBasis, prepared: Sequence[Prepared], scalars: dict[str, float]
+    case: Case, model: ContactModes, basis: SurfaceBasis, prepared: Sequence[Prepared], scalars: dict[str, float]
 ) -> dict:
     """Return the header."""
     sizes = {"n": len(basis.nodes), "t": len(basis.triangles), "contacts": len(prepared)}
     named = {"format": "palpate portable model", "version": VERSION, "palpate": version("palpate")}
-    body = {"body": case.body.name, "regime": case.regime, "model": "contact_modes", "setting": dict(setting)}
+    body = {"body": case.body.name, "regime": case.regime, "model": "contact_modes", "setting": dict(model.said)}
     of_body = {"size_m": float(case.body.fine.size), "young_pa": float(case.body.material.young_pa)}
     hard = {"radius_m": float(case.radius_m), "peak_m": scalars["peak_m"], "hardest_n": scalars["hardest_n"]}
     return named | body | of_body | hard | sizes | {"vectors": basis.vectors.shape[1]}

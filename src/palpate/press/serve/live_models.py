@@ -7,7 +7,7 @@ from contextlib import suppress
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.model import Case, Setting, setting_text
+from palpate.benchmark.model import Case, Model
 from palpate.errors import InputError, NotConverged
 from palpate.press.finished_run import FinishedRun
 from palpate.press.serve.knife import MOST_NODES, KnifeModel, read_cuts
@@ -65,8 +65,8 @@ class LiveModels:
     def prepare(self, name: str) -> PressedModel:
         """Return a model, prepared at its first use; InputError or NotConverged if that cannot be done."""
         if name not in self._made:
-            setting = self._settings(name)[self.rows[name]["setting"]]
-            self._made[name] = PressedModel(self.case, self._run.model(name).offline(self.case).online(setting))
+            model = self._settings(name)[self.rows[name]["setting"]]
+            self._made[name] = PressedModel(self.case, model.prepare(self.case))
         return self._made[name]
 
     def knife(self, name: str) -> KnifeModel:
@@ -118,17 +118,16 @@ class LiveModels:
         said |= {"held": base64_of(held.astype(np.uint8).tobytes()), "ms": ready, "drawn_ms": seen}
         return json.dumps(said, allow_nan=False).encode()
 
-    def _settings(self, name: str) -> dict[str, Setting]:
-        """Return the settings of a model that answer anywhere, by how tables write them; InputError if there is none.
+    def _settings(self, name: str) -> dict[str, Model]:
+        """Return the model with settings that answer anywhere, by how tables write these; InputError if there is none.
 
         One that starts from the frame before would have to find that first.
         """
-        model = self._run.model(name)
-        known = model.settings(self.case)
-        settings = [each for each in known if not (model.needs_contacts(each) or each.get("start") == "frame")]
-        if not settings:
+        tried = self._run.models(name, self.case)
+        known = [each for each in tried if not (each.needs_contacts or getattr(each, "start", "") == "frame")]
+        if not known:
             raise InputError(f"--model {name} answers at prepared contacts only; choose from {', '.join(OFFERED)}.")
-        return {setting_text(each): each for each in settings}
+        return {each.text: each for each in known}
 
 
 def best_row(rows: pd.DataFrame, known: Iterable[str]) -> pd.Series:

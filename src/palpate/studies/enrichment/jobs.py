@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.database import Database, read
-from palpate.benchmark.model import FitOptions
+from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.split import read_samples, sides
 from palpate.bodies.body_file import load
 from palpate.models.enrichment.features import describe, in_slots, kinds

@@ -1,7 +1,6 @@
 """Compare contact-ordered with unordered features in several premises: errors with intervals, vectors, memory."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,8 +8,8 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import Method, sample_errors
 from palpate.benchmark.database import Database
-from palpate.benchmark.model import FitOptions
 from palpate.benchmark.ranking import RANGE, resampled
+from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.split import SPLITS, split
 from palpate.models import interpolation
 from palpate.models.enrichment import paper_enrichment
@@ -45,7 +44,7 @@ def split_errors(db: Database, counts: tuple[int, int], number: int, options: Fi
     counts : samples to train on and to hold out; number : of the split, from 0 on, which its seed grows with
     """
     for kind in SPLITS:
-        asked = replace(options, split=kind, seed=options.seed + number)
+        asked = options.model_copy(update={"split": kind, "seed": options.seed + number})
         train, test = split(db.contact, *counts, kind, asked.seed)
         fitting = Fitting.of(db, train, "paper", asked)
         methods: dict[tuple[str, str], Method] = {
@@ -64,7 +63,7 @@ def growing_errors(
     db: Database, counts: tuple[int, int], number: int, options: FitOptions, shares: Sequence[float]
 ) -> Iterator[pd.DataFrame]:
     """Yield the errors of the paper's weights with smaller ``shares`` of the training contacts; contacts held out."""
-    asked = replace(options, split="contacts", seed=options.seed + number)
+    asked = options.model_copy(update={"split": "contacts", "seed": options.seed + number})
     train, test = split(db.contact, *counts, "contacts", asked.seed)
     known = np.random.default_rng(asked.seed).permutation(np.unique(db.contact[train]))
     # fewer than two cannot be divided into folds, and all are asked already

@@ -5,9 +5,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from palpate.benchmark.settings import Regression
 from palpate.bodies.settings import Anchors, Bed, Magnitudes, Refinements
 from palpate.errors import InputError, describe_unknown
-from palpate.models.enrichment.methods import Regression
 from palpate.setting_types import Block, Count, Distinct, Inside, Name, Positive, Vector, Whole, key, optional
 from palpate.studies.enrichment.premise_samples import sample_counts
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.database import Database, database_of
-from palpate.benchmark.model import FitOptions
+from palpate.benchmark.settings import FitOptions, Widths
 from palpate.bodies.body import Body, nest
 from palpate.bodies.simple_shapes import box
 from palpate.effects.patch_load import nodal_load
@@ -21,7 +21,9 @@ from palpate.studies.hard_cases.stage import SOFT, Answer, Case, finite
 
 PRESSED, TRAIN = 8, 12
 """Contacts of the samples of most cases, of which there are two each, and the samples that are learnt from."""
-SETTINGS = FitOptions(6, {"min": 0.01, "max": 100, "count": 7}, 3, "contacts", 1)
+SETTINGS = FitOptions(
+    neighbours=6, sigma_relative=Widths(min=0.01, max=100, count=7), folds=3, split="contacts", seed=1
+)
 BLENDS = tuple(f"{features}_{weights}" for features in FEATURES for weights in WEIGHTS)
 PHYSICAL = ("linear_fem", "detail_correction_unturned", "detail_correction_untaught")
 

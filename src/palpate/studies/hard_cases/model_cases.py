@@ -2,16 +2,15 @@
 
 from dataclasses import replace
 from functools import cache, partial
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.database import database_of
-from palpate.benchmark.load import Answer as Told
 from palpate.benchmark.load import Load, displacement_of, loads_of
 from palpate.benchmark.model import Case as ModelCase
-from palpate.benchmark.model import Solver
+from palpate.benchmark.model import Solver, answered
 from palpate.bodies.body import Body, nest
 from palpate.bodies.contacts import contacts_of
 from palpate.bodies.material import kind_of
@@ -19,15 +18,13 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.simple_shapes import box
 from palpate.effects.elements import locking_is_measured
 from palpate.effects.laws import quadratic_neo_hookean
-from palpate.models import cascade, fem, pod_galerkin, pod_of_loads
-from palpate.models.contact_modes import contact_modes
+from palpate.models import kinds
 from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.model_registry import ENGINES, absent, model
+from palpate.models.model_registry import ENGINES, absent
 from palpate.solvers.compliance import compute_compliance
 from palpate.studies.hard_cases.enrichment_cases import SETTINGS as FIT
 from palpate.studies.hard_cases.stage import SOFT, Answer, Case, bar_body, finite
 
-SETTING = {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "operator"}
 RADIUS_M = 0.02
 MEASURE = "RMSE / peak against quadratic elements"
 NEWTONS = 0.018
@@ -62,7 +59,7 @@ def bar(poisson: float = 0.3, degrees: float = 0.0) -> Body:
 def _pressed(direction: list[float], changed: dict[str, float], model: str) -> Answer:
     body = bar(**changed)
     load, case = pressing(body, direction), case_of(body)
-    found = displacement_of(contact_modes.offline(case).online(SETTING).respond(load))
+    found = displacement_of(kinds.ContactModes().prepare(case).respond(load))
     return _beside(found, displacement_of(_elements(case, 2).respond(load)))
 
 
@@ -78,12 +75,12 @@ def pressing(body: Body, direction: list[float]) -> Load:
 
 def case_of(body: Body) -> ModelCase:
     """Return what models of ``body`` see: no samples."""
-    return ModelCase.untrained(body, "hard", RADIUS_M, FIT.seed, 1e-8, {"contact_modes": {"nodes": 12000}})
+    return ModelCase.untrained(body, "hard", RADIUS_M, FIT.seed, 1e-8)
 
 
-def _elements(case: ModelCase, order: int) -> fem.Fem:
+def _elements(case: ModelCase, order: Literal[1, 2]) -> Solver:
     """Return the elements, solved by Newton's method, that answers are compared with."""
-    return fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-8}, order)
+    return kinds.FEM(order=order, level=0, tolerance=1e-8).prepare(case)
 
 
 MODELS = ("pod_galerkin", "pod_gaussian", "pod_network")
@@ -91,7 +88,11 @@ TOP = [[x, 0.025, 0.05] for x in (0.1, 0.125, 0.15, 0.175)]
 """Places of the samples; the last one is asked."""
 WAYS = [[0.0, 0.0, -1.0], [0.5, 0.0, -0.8], [0.0, 0.5, -0.8], [-0.3, -0.3, -0.6], [0.0, 0.0, -0.5]]
 """Forces of the samples of each place, over NEWTONS; the first one is asked, times a factor."""
-GRID = {"pod_galerkin": {"nodes": 12000}}
+LEARNING = {
+    "pod_galerkin": kinds.PODGalerkin(modes=20, thinned=0.01),
+    "pod_gaussian": kinds.PODOfLoads(modes=12),
+    "pod_network": kinds.PODOfLoads(modes=12, learner="network"),
+}
 
 
 def learnt() -> list[Case]:
@@ -116,17 +117,11 @@ def _asked(times: float, samples: dict[str, Any], model: str) -> Answer:
     case, elements = _learnable(**samples)
     load = Load.at(int(case.database.contact[-1]), times * NEWTONS * np.array(WAYS[0]))
     expected = displacement_of(elements.respond(load))
-    if model == "pod_galerkin":
-        solver: Solver = pod_galerkin.offline(case).online({"modes": 20, "thinned": 0.01})
-    else:
-        learner = model.removeprefix("pod_")
-        setting = {"modes": 12} | ({"hidden": 8} if learner == "network" else {})
-        solver = pod_of_loads.Learnt(case, setting, learner)
-    return _beside(displacement_of(solver.respond(load)), expected)
+    return _beside(displacement_of(LEARNING[model].prepare(case).respond(load)), expected)
 
 
 @cache
-def _learnable(poisson: float = 0.3, degrees: float = 0.0, alike: bool = False) -> tuple[ModelCase, fem.Fem]:
+def _learnable(poisson: float = 0.3, degrees: float = 0.0, alike: bool = False) -> tuple[ModelCase, Solver]:
     """Return a bar with its samples, all of which are the same if ``alike``, and the elements that simulate them."""
     body = bar(poisson, degrees)
     at = [int(np.argmin(np.linalg.norm(body.coarse.nodes - place, axis=1))) for place in TOP]
@@ -134,15 +129,15 @@ def _learnable(poisson: float = 0.3, degrees: float = 0.0, alike: bool = False) 
     if alike:
         contacts, forces = contacts[-2:], np.tile(NEWTONS * np.array(WAYS[0]), (2, 1))
     none = np.zeros((len(contacts), *body.coarse.nodes.shape))
-    case = ModelCase(body, "hard", RADIUS_M, database_of(body, contacts, forces, none, none), None, FIT, 1e-8, GRID)
+    case = ModelCase(body, "hard", RADIUS_M, database_of(body, contacts, forces, none, none), None, FIT, 1e-8)
     elements = _elements(case, 2)
     fine = np.array([displacement_of(elements.respond(load)) for load in loads_of(contacts, forces)])
     return replace(case, database=replace(case.database, fine=fine)), elements
 
 
-ENGINE_SETTINGS: dict[str, dict[str, float]] = {
-    "mujoco": {"level": 0, "steps": 60, "iterations": 200},
-    "newton_vbd": {"level": 0, "steps": 400, "sweeps": 20, "step": 3.0},
+RUNS: dict[str, kinds.MuJoCo | kinds.NewtonVBD] = {
+    "mujoco": kinds.MuJoCo(steps=60, iterations=200),
+    "newton_vbd": kinds.NewtonVBD(steps=400, sweeps=20, step=3.0),
 }
 """Long enough that what is left is what the engine itself does."""
 
@@ -167,12 +162,12 @@ def engines() -> list[Case]:
 
 def _engine_pressed(times: float, changed: dict[str, float], engine: str) -> Answer:
     """Press the bar as contact modes are, with another law, and compare with Newton's method."""
-    made, body = model(engine, {}), bar(**changed)
+    made, body = RUNS[engine], bar(**changed)
     law = made.law if kind_of(made.law) else quadratic_neo_hookean.__file__
     case = case_of(replace(body, material=replace(body.material, law=law)))
     load = pressing(body, [0.0, 0.0, -times])
     with locking_is_measured():
-        found = displacement_of(made.offline(case).online(ENGINE_SETTINGS[engine]).respond(load))
+        found = displacement_of(made.prepare(case).respond(load))
         expected = displacement_of(_elements(case, 1).respond(load))
     return _beside(found, expected)
 
@@ -181,17 +176,7 @@ CONTACTS, DISC_M, DEPTH = 14, 0.03, 0.04
 """Contacts, a third of which is asked for and not learnt from, radius of the disc, and largest linear peak / size."""
 _AXIS = np.array([0.6, 0.48, 0.64])
 """About it forces are turned by 90 degrees; it is along no normal."""
-CASCADE = {
-    "cascade": {
-        "asked_errors": [0.05],
-        "budgets_ms": [],
-        "stages": [
-            {"model": "linear_fem"},
-            {"model": "warped_compliance", "setting": {"samples": 0}},
-            {"model": "detail_correction", "setting": {"coarse": "converged", "samples": 0}},
-        ],
-    }
-}
+CASCADE = kinds.Cascade(asked=0.05, stages=(kinds.LinearFEM(), kinds.WarpedCompliance(), kinds.DetailCorrection()))
 
 
 def bounds() -> list[Case]:
@@ -228,7 +213,7 @@ def _learnt_and_asked(poisson: float = 0.3, degrees: float = 0.0) -> tuple[Model
     unit = -body.fine.normals[stored.contacts]
     peaks = np.linalg.norm(np.einsum("ci,cink->cnk", unit, stored.fine), axis=2).max(axis=1)
     force = DEPTH * body.fine.size / peaks.max() * unit
-    case = ModelCase.untrained(body, "pressed", DISC_M, FIT.seed, 1e-8, CASCADE)
+    case = ModelCase.untrained(body, "pressed", DISC_M, FIT.seed, 1e-8)
     case = replace(case, response=stored, options=FIT)
     loads = loads_of(stored.contacts, force)
     simulations = Simulation(case, 0, 1e-8), Simulation(case, 1, 1e-8, order=2)
@@ -246,11 +231,11 @@ def _bounded(times: float, along: bool, body: dict[str, float], model: str) -> A
     along : whether the forces are turned about _AXIS, away from the normal
     """
     learnt, held = _learnt_and_asked(**body)
-    solver, fine = cascade.offline(learnt).online({"asked": 0.05}), Simulation(learnt, 1, 1e-8, order=2)
+    solver, fine = CASCADE.prepare(learnt), Simulation(learnt, 1, 1e-8, order=2)
     up, db = to_surface(learnt.body, 1, 2), held.database
     forces = times * (np.cross(db.force, _AXIS) if along else db.force)
     loads = loads_of(db.contact, forces)
-    told: list[Told] = [solver.respond(load) for load in loads]
+    told = [answered(solver, load, learnt.n_surface)[0] for load in loads]
     found, bound = np.array([each.displacement for each in told]), np.array([each.error for each in told], float)
     finite(found, bound)
     truth = np.array([up @ fine.displacement(load) for load in loads])

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, displacement_of
 from palpate.benchmark.model import Case as ModelCase
-from palpate.benchmark.model import Solver
+from palpate.benchmark.model import Model
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import NAMED, stiffening_of
 from palpate.bodies.mesh import TetMesh
@@ -23,8 +23,7 @@ from palpate.bodies.simple_shapes import box
 from palpate.effects.elements import locking_is_measured
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.patch_load import nodal_load, patch_at, patch_shares
-from palpate.models import fem, linear_fem, warped_compliance
-from palpate.models.contact_modes import contact_modes
+from palpate.models import kinds
 from palpate.models.relaxed import relaxes
 from palpate.scenes.run_scene import initial_positions
 from palpate.solvers.compliance import compute_compliance
@@ -32,7 +31,7 @@ from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.pushed_discs import push
 from palpate.studies.hard_cases import fem_cases, stage
 from palpate.studies.hard_cases.fem_cases import SOLVERS
-from palpate.studies.hard_cases.model_cases import MEASURE, SETTING
+from palpate.studies.hard_cases.model_cases import MEASURE
 from palpate.studies.hard_cases.stage import (
     EXPLICIT,
     FEM,
@@ -157,10 +156,10 @@ def _settles(kind: str, model: str) -> Answer:
     return Answer(x, start, error, zero=particles.nodes)
 
 
-SETTINGS: dict[str, dict[str, float]] = {
-    "xpbd": {"steps": 3000, "iterations": 1, "step": 0.3},
-    "vertex_block_descent": {"sweeps": 1500, "radius": 0.9999},
-    "projective_dynamics": {"iterations": 400, "memory": 5},
+SETTINGS: dict[str, kinds.XPBD | kinds.VertexBlockDescent | kinds.ProjectiveDynamics] = {
+    "xpbd": kinds.XPBD(steps=3000, iterations=1, step=0.3),
+    "vertex_block_descent": kinds.VertexBlockDescent(sweeps=1500, radius=0.9999),
+    "projective_dynamics": kinds.ProjectiveDynamics(iterations=400, memory=5),
 }
 """Long enough that what is left is what the method itself does."""
 LOAD = 0.01
@@ -209,8 +208,13 @@ def _relaxed(
 
 
 REDUCED, STORED = ("contact_modes",), ("linear_fem", "warped_compliance")
-RADIUS_M, NODES = 0.02, 1
-"""Of the disc; and most nodes of the level that contact modes reduce, so that it is the coarse one."""
+RADIUS_M = 0.02
+ANSWERING: dict[str, Model] = {
+    "contact_modes": kinds.ContactModes(nodes=1),
+    "linear_fem": kinds.LinearFEM(),
+    "warped_compliance": kinds.WarpedCompliance(),
+}
+"""Contact modes reduce the coarse level, which alone has so few nodes."""
 EULER_N = np.pi**2 * SOFT.young_pa * 0.05**4 / 12.0 / (4.0 * 0.2**2)
 """Buckling load of the bar, held at one end and free at the other."""
 POST_M = 0.6
@@ -342,14 +346,8 @@ def _asked(name: str, times: float, tilt: float, model: str) -> Answer:
     body = body_of(name)
     node, force = press_of(name, times, tilt)
     case, load = _case(name), Load((Press(node, moved=force),)) if name == "post" else Load.at(node, force)
-    if model == "contact_modes":
-        solver: Solver = contact_modes.offline(case).online(SETTING)
-    elif model == "linear_fem":
-        solver = linear_fem.Linear(case, {})
-    else:
-        solver = warped_compliance.prepare(case, {"samples": 0})
-    found = displacement_of(solver.respond(load))
-    expected = displacement_of(fem.Fem(case, {"level": 0, "start": "rest", "tolerance": 1e-6}, 2).respond(load))
+    found = displacement_of(ANSWERING[model].prepare(case).respond(load))
+    expected = displacement_of(kinds.FEM(order=2, level=0, tolerance=1e-6).prepare(case).respond(load))
     surface = body.fine.surface
     opposite = body.fine.nodes[surface] * [1.0, -1.0, 1.0] + [0.0, np.ptp(body.fine.nodes[:, 1]), 0.0]
     distance = np.linalg.norm(body.fine.nodes[surface][None] - opposite[:, None], axis=2)
@@ -363,5 +361,5 @@ def _asked(name: str, times: float, tilt: float, model: str) -> Answer:
 
 def _case(name: str) -> ModelCase:
     body, (node, _) = body_of(name), press_of(name, 1.0)
-    case = ModelCase.untrained(body, "hard", RADIUS_M, 0, 1e-8, {"contact_modes": {"nodes": NODES}})
+    case = ModelCase.untrained(body, "hard", RADIUS_M, 0, 1e-8)
     return replace(case, response=compute_compliance(body, RADIUS_M, contacts=np.array([node]), order=2))

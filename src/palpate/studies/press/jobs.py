@@ -9,22 +9,22 @@ from palpate.run.job import steps
 def export_model(input, output, params, say):
     from palpate.benchmark.model import Case
     from palpate.effects.instrument import Instrument
+    from palpate.models.kinds import ContactModes
     from palpate.press.coarse_rival import coarse_answer, save
     from palpate.press.portable.export import export_model
     from palpate.press.portable.touches import Touches
 
     body, settings = load(input.body), params.settings
     save(coarse_answer(body, params.radius_m), output.coarse)
-    case = Case.untrained(body, "press", params.radius_m, params.seed, params.tolerance, params.grid)
-    setting = {"modes": settings["modes"], "rings": params.grid["contact_modes"]["rings"][-1]}
-    setting |= {"thinned": settings["thinned"], "target": "limit"}
+    case = Case.untrained(body, "press", params.radius_m, params.seed, params.tolerance)
+    model = ContactModes(modes=settings["modes"], thinned=settings["thinned"], target="limit")
     instruments = [Instrument(**each) for each in settings["instruments"]]
     touches = Touches(instruments, settings["places"]) if instruments else None
 
     def progress(what):
         return steps(say, f"{body.name}: {what}")
 
-    export_model(case, setting, settings["contacts"], output.model, progress, touches)
+    export_model(case, model, settings["contacts"], output.model, progress, touches)
 
 
 def write_press(input, output, params):

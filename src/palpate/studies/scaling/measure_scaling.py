@@ -19,7 +19,7 @@ from palpate.table_declaration import Table
 
 if TYPE_CHECKING:
     from palpate.benchmark.database import Database
-    from palpate.benchmark.model import FitOptions
+    from palpate.benchmark.settings import FitOptions
     from palpate.models.enrichment.training_samples import Training
 
 FITTED_SIZES = 4
@@ -228,7 +228,7 @@ def _database(fine: int, count: int) -> tuple["Database", "Training", "FitOption
     The cost of blending does not depend on the displacements.
     """
     from palpate.benchmark.database import Database
-    from palpate.benchmark.model import FitOptions
+    from palpate.benchmark.settings import FitOptions, Widths
     from palpate.bodies.surfaces.remesh import fibonacci_sphere
     from palpate.models.enrichment.training_samples import gather
 
@@ -242,7 +242,9 @@ def _database(fine: int, count: int) -> tuple["Database", "Training", "FitOption
         prolongation, mesh.normals[among], among[np.arange(count) % CONTACTS], random.normal(size=(count, 3)), moved,
         coarse, coarse, np.zeros(count), np.zeros(count), MATERIAL, "none",
     )  # fmt: skip
-    settings = FitOptions(10, {"min": 0.1, "max": 10.0, "count": 5}, 5, "samples", 0)
+    settings = FitOptions(
+        neighbours=10, sigma_relative=Widths(min=0.1, max=10.0, count=5), folds=5, split="samples", seed=0
+    )
     return db, gather(db, np.arange(count), "live", settings), settings
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import pandas as pd
 
+from palpate.benchmark.ranking import fields_of
 from palpate.report.claims import Claim, claims, percent, verdict
 from palpate.report.words import two_digits
 
@@ -15,25 +16,24 @@ def local(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     table = table[table["split"] == table["split"].min()]
     names = ["fem_local", "fem_p1", "fem_p2"]
     known = table[table["model"].isin(names)].reset_index(drop=True)
-    found = known.join(pd.DataFrame([_read(setting) for setting in known["setting"]], index=known.index))
-    if "depth" not in found:
+    found = known.join(fields_of(known, "level", "depth", "order", "start", "iterations", "target"))
+    if found["depth"].isna().all():
         return
     # all stop in the same way, one iteration from the frame before, and none is corrected to the limit
-    found = found[(found["start"] == "frame") & (found["iterations"] == "1")]
-    found = found[found["target"].isna()] if "target" in found else found
+    found = found[(found["start"] == "frame") & (found["iterations"] == 1) & found["target"].isna()]
     for order, rows in found[found["model"] == "fem_local"].groupby("order"):
-        whole = found[found["model"] == f"fem_p{order}"].set_index(["scene", "level"])
+        whole = found[found["model"] == f"fem_p{order:g}"].set_index(["scene", "level"])
         both = rows[rows["depth"].isin(whole.index.get_level_values("level"))]
         if len(both):
             deepest = both[both["depth"] == both["depth"].max()]
             yield _claim(order, deepest, whole[["patch_rms_of_peak", "online_median_s"]])
 
 
-def _claim(order: str, rows: pd.DataFrame, whole: pd.DataFrame) -> Claim:
+def _claim(order: float, rows: pd.DataFrame, whole: pd.DataFrame) -> Claim:
     """Compare local meshes (a row for each scene) with the coarse one, and with the whole one of the same depth."""
     names = ["patch_rms_of_peak", "online_median_s"]
     mine = rows.drop_duplicates("scene", keep="last").set_index("scene")
-    coarse, fine = whole.xs("0", level="level"), whole.xs(mine["depth"].iloc[0], level="level")
+    coarse, fine = whole.xs(0, level="level"), whole.xs(mine["depth"].iloc[0], level="level")
     scenes = mine.index.intersection(coarse.index).intersection(fine.index)
     each = [table.loc[scenes, names] for table in (coarse, mine, fine)]
     holds = bool((each[1].iloc[:, 0] < each[0].iloc[:, 0]).all() and (each[1].iloc[:, 1] < each[2].iloc[:, 1]).all())
@@ -44,10 +44,5 @@ def _claim(order: str, rows: pd.DataFrame, whole: pd.DataFrame) -> Claim:
     )
     claim = "a fine model only where force acts is more precise there than a coarse one, and faster than a fine one"
     depth = mine["depth"].iloc[0]
-    premise = f"elements of order {order}, level {depth} near the contact; errors at the patch: coarse, local, fine"
+    premise = f"elements of order {order:g}, level {depth:g} near the contact; errors at the patch: coarse, local, fine"
     return Claim(3, "1, of Bao and others", claim, premise, "no figure", ours or "not measured", verdict(holds))
-
-
-def _read(setting: str) -> dict[str, str]:
-    """Return the values of a setting such as "level=0, start=rest"."""
-    return dict(part.split("=") for part in setting.split(", ") if "=" in part)

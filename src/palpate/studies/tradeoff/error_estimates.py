@@ -16,9 +16,10 @@ import pandas as pd
 from palpate.benchmark.error_bounds import COARSER, EVERY, RESIDUAL
 from palpate.benchmark.judge import Judge
 from palpate.benchmark.load import Load, loads_of
-from palpate.benchmark.model import Case, setting_text
+from palpate.benchmark.model import Case
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation, to_fine, to_surface, with_unknowns
+from palpate.models.kinds import FEM
 from palpate.models.linear_fem import LinearFem
 from palpate.models.warped_response import WarpedResponse
 from palpate.solvers.equilibrium import FastEquilibrium
@@ -109,7 +110,7 @@ def _residuals(case: Case, judge: Judge, loads: list[Load], models: list[str]) -
             answers = fine.linear_responses(loads, _LOOSE)
         else:
             answers = _coarse(case, loads, int(model[-1]))
-            setting = setting_text({"level": 0, "start": "rest", "tolerance": case.tolerance})
+            setting = FEM(level=0, tolerance=case.tolerance).text
         for i, (load, moved) in enumerate(zip(loads, answers, strict=True)):
             begin = perf_counter()
             lengths = np.linalg.norm(fine.correction(load, moved)[surface], axis=1)

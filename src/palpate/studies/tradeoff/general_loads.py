@@ -138,14 +138,14 @@ ANY_LOAD = Table(
 def measure_any(
     case: Case,
     name: str,
-    model: Model,
+    models: Sequence[Model],
     pattern: str,
     asked: Sequence[Question],
     repeats: int,
     budget_s: float,
     progress: Callable = iter,
 ) -> pd.DataFrame:
-    """Measure those settings of ``model`` whose text ``pattern`` is found in: a row each kind of question.
+    """Measure those of ``models`` whose text ``pattern`` is found in: a row each kind of question.
 
     repeats, budget_s : of each kind, as ``time_calls`` takes them; progress : wraps the sequence of settings
     Errors are against the fine operator. On one BLAS thread.
@@ -154,8 +154,8 @@ def measure_any(
 
     rows: list[dict] = []
     with threadpool_limits(limits=1):
-        for one in prepared_settings(case, model, pattern, progress):
-            labels, offline = labels_of(case, name, one.text), one.offline_s
+        for one in prepared_settings(case, models, pattern, progress):
+            labels, offline = labels_of(case, name, one.model.text), one.offline_s
             ready: dict[tuple[int, ...], float] = {}
             for kind in dict.fromkeys(question.kind for question in asked):
                 questions = [question for question in asked if question.kind == kind]
@@ -164,7 +164,7 @@ def measure_any(
                     row |= {"refused": 0, "doubted": 0, "failures": len(questions), "contacts": 0}
                     rows.append(row | {"failure": said(one.solver)})
                 else:
-                    place = case.n_surface, model.place
+                    place = case.n_surface, one.model.place
                     rows.append(row | _asked(one.solver, questions, ready, repeats, budget_s, *place))
     return ANY_LOAD.frame(rows)
 
@@ -270,13 +270,15 @@ def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = it
     return found
 
 
-def measure_beyond(case: Case, name: str, model: Model, pattern: str, asked: Sequence[Pressed]) -> pd.DataFrame:
-    """Ask those settings of ``model`` whose text ``pattern`` is found in: a row each kind of press."""
+def measure_beyond(
+    case: Case, name: str, models: Sequence[Model], pattern: str, asked: Sequence[Pressed]
+) -> pd.DataFrame:
+    """Ask those of ``models`` whose text ``pattern`` is found in: a row each kind of press."""
     rows = []
-    for one in prepared_settings(case, model, pattern):
+    for one in prepared_settings(case, models, pattern):
         if isinstance(one.solver, NotConverged):
             raise one.solver
-        told = labels_of(case, name, one.text)
+        told = labels_of(case, name, one.model.text)
         for kind in dict.fromkeys(press.kind for press in asked):
             judged = [_judged(one.solver, press) for press in asked if press.kind == kind]
             counts = {what: sum(verdict == what for verdict, *_ in judged) for what in ("right", "needless", "wrong")}

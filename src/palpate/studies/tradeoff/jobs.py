@@ -8,20 +8,20 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.truth import load_truth
 from palpate.bodies.body_file import load
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.run.job import steps
+from palpate.studies.tradeoff.settings import Families
 from palpate.table_declaration import Table
 
 
-def _judged(input, params, wildcards, split, grid, more=False):
+def _judged(input, params, wildcards, split, options, more=False):
     """Return a case with its training samples, and the judge of the others."""
     from palpate.benchmark.judge import read_judged
-    from palpate.benchmark.model import FitOptions
 
-    options = FitOptions(**params.regression, split="contacts", seed=params.seed)
-    rest = params.radius_m, options, params.tolerance, grid
+    rest = params.radius_m, options, params.tolerance
     return read_judged(input, wildcards.regime, int(split), *rest, more=more)
 
 
@@ -44,26 +44,26 @@ def simulate_truth(input, output, params, wildcards, say):
     return {"check": check}
 
 
-def measure_models(input, params, wildcards, say):
+def measure_models(input, params, wildcards, say, options: FitOptions, grid: Families):
     from palpate.benchmark.measure import measure, warn_unanswered
     from palpate.models.load_model import load_model
 
-    case, judge = _judged(input, params, wildcards, wildcards.split, params.settings, bool(params.more_of))
+    case, judge = _judged(input, params, wildcards, wildcards.split, options, bool(params.more_of))
     tables = []
     for name, recipe in params.models.items():
         progress = steps(say, f"{wildcards.body}, {wildcards.regime}, {name}: setting")
         asked = judge, params.repeats, params.budget_s, progress, params.more_of.get(name)
-        tables.append(measure(case, name, load_model(name, **recipe), *asked))
+        tables.append(measure(case, name, load_model(name, **recipe).tried(case, grid), *asked))
         if input.get("own"):
             warn_unanswered(name, tables[-1][1])
     return dict(zip(("samples", "settings"), map(pd.concat, zip(*tables, strict=True)), strict=True))
 
 
-def measure_bounds(input, params, wildcards):
+def measure_bounds(input, params, wildcards, options: FitOptions):
     from palpate.benchmark.measure import bounds
     from palpate.studies.tradeoff.error_estimates import estimates
 
-    case, judge = _judged(input, params, wildcards, wildcards.split, {}, params.more)
+    case, judge = _judged(input, params, wildcards, wildcards.split, options, params.more)
     samples, settings = bounds(case, judge)
     return {"samples": samples, "settings": settings, "estimates": estimates(case, judge, tuple(params.models))}
 
@@ -162,34 +162,35 @@ def tabulate_advice_by_radius(input, params):
     return by_radius(pd.concat(_advice(table, input.errors, params.limits)), radii)
 
 
-def _asked(params):
-    """Yield the name, the model and the pattern of settings of each model that is asked."""
+def _asked(params, case, grid):
+    """Yield the name of each model that is asked, what is tried of it, and the pattern of what is asked of that."""
     from palpate.models.load_model import load_model
 
     for name, (recipe, pattern) in params.models.items():
-        yield name, load_model(name, **recipe), pattern
+        yield name, load_model(name, **recipe).tried(case, grid), pattern
 
 
-def measure_any_load(input, params, wildcards, say):
+def measure_any_load(input, params, wildcards, say, options: FitOptions, grid: Families):
     from palpate.studies.tradeoff.general_loads import measure_any, questions
 
     place, found = f"{wildcards.body}, {wildcards.regime}", []
-    case, judge = _judged(input, params, wildcards, params.split, params.grid)
+    case, judge = _judged(input, params, wildcards, params.split, options)
     progress = steps(say, f"{place}: answer of the fine operator")
     asked = questions(case, judge, params.samples, params.reference, progress)
-    for name, model, pattern in _asked(params):
+    for name, models, pattern in _asked(params, case, grid):
         rest = params.repeats, params.budget_s, steps(say, f"{place}, {name}: setting")
-        found.append(measure_any(case, name, model, pattern, asked, *rest))
+        found.append(measure_any(case, name, models, pattern, asked, *rest))
     return pd.concat(found)
 
 
-def measure_beyond_design(input, params, wildcards, say):
+def measure_beyond_design(input, params, wildcards, say, options: FitOptions, grid: Families):
     from palpate.studies.tradeoff.general_loads import measure_beyond, presses_beyond
 
-    case, judge = _judged(input, params, wildcards, params.split, params.grid)
+    case, judge = _judged(input, params, wildcards, params.split, options)
     progress = steps(say, f"{wildcards.body}, {wildcards.regime}: contact")
     asked = presses_beyond(case, judge, params.samples, progress)
-    return pd.concat([measure_beyond(case, name, model, pattern, asked) for name, model, pattern in _asked(params)])
+    found = _asked(params, case, grid)
+    return pd.concat([measure_beyond(case, name, models, pattern, asked) for name, models, pattern in found])
 
 
 def tabulate_limit_points(input, params, say):

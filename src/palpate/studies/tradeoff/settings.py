@@ -4,22 +4,13 @@ import re
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 
-from palpate.benchmark.settings import (
-    FINGER,
-    OnLevel,
-    ProjectiveDynamics,
-    VertexBlockDescent,
-    Xpbd,
-    check_radii,
-    check_refined,
-    pressed_bodies,
-)
+from palpate.benchmark.model import Model
+from palpate.benchmark.settings import FINGER, Regression, check_radii, check_refined, pressed_bodies
 from palpate.errors import InputError, describe_unknown
 from palpate.files import check_file
-from palpate.models import model_registry
-from palpate.models.enrichment.methods import Regression
+from palpate.models import kinds, model_registry
 from palpate.own_file import MODEL_FUNCTIONS, check_source
 from palpate.setting_types import (
     Block,
@@ -39,16 +30,10 @@ from palpate.setting_types import (
     rows,
 )  # fmt: skip
 
-CoarseAnswer = Annotated[str, Field(pattern="^(linear|1 iteration|([2-9]|[1-9][0-9]+) iterations|loose|converged)$")]
-NODES = "Nodes that the level which is reduced has at most, edges' midpoints included; it is the finest such level"
 RESIDUALS = "Relative residuals to stop at, from rest, after as many iterations as it takes"
 SHARES = "Shares of the training samples to learn from"
 EACH = "with the last coarse answer; all are tried with each"
 RUNS = "Runs from rest, from cheap to expensive"
-START = (
-    "Where an answer starts: at rest, or at the frame before, to which the method has come by itself in 33 frames of "
-    "the same steps"
-)
 MATCHED = (
     "Models by name, and for each a regular expression that is found in the names of the settings that are asked; an"
 )
@@ -126,14 +111,8 @@ class FastFem(Block):
     tolerances: Distinct[Inside] = key(RESIDUALS, [])
 
 
-class LocalMesh(Block):
-    depth: Count = key("Level that is reached near the contact, from 1; bodies with fewer levels leave it out")
-    reach: NotNegative = key("Radius of what is refined, over that of the patch; 0 refines the elements at the contact")
-    order: Literal[1, 2] = key("Linear elements, 1, or quadratic ones, 2")
-
-
 class FemLocal(Block):
-    meshes: Distinct[LocalMesh] = key(
+    meshes: Distinct[kinds.LocalMesh] = key(
         "Meshes and elements, from small to large: how many of the body's levels are refined, the radius of what is "
         "refined over that of the patch, and the order of the elements",
         rows("depth reach order", (1, 1.5, 2), (2, 1.5, 2)),
@@ -143,7 +122,7 @@ class FemLocal(Block):
 
 
 class ContactModes(Block):
-    nodes: Count = key(NODES, 12000)
+    nodes: Count = key(kinds.NODES, 12000)
     rings: Some[Index] = key("Rings of elements around the disc with cells of their own; 50 are all of a body", [1, 50])
     tolerances: Some[Inside] = key(
         "Error, relative to the whole, by which few cells may pull otherwise than all do, loosest first; columns "
@@ -190,20 +169,15 @@ class PodRbf(Block):
     )
 
 
-class FlexRun(OnLevel):
-    steps: Count = key("Steps of a second from rest")
-    iterations: Count = key("Iterations of conjugate gradients in each step")
-
-
 class MujocoFlex(Block):
-    runs: Distinct[FlexRun] = key(
+    runs: Distinct[kinds.MuJoCo] = key(
         RUNS,
         rows("level steps iterations", (0, 3, 30), (0, 5, 100), (0, 14, 100), (1, 5, 100), (1, 15, 100), (1, 60, 100)),
     )
 
 
 class PodGalerkin(Block):
-    nodes: Count = key(NODES, 12000)
+    nodes: Count = key(kinds.NODES, 12000)
     modes: Some[Count] = key("Modes kept, at most as many as there are training samples", [8, 24, 48])
     tolerances: Some[Inside] = key(
         "Error, relative to the whole, by which few cells may pull otherwise than all do, loosest first; fewer modes "
@@ -212,14 +186,8 @@ class PodGalerkin(Block):
     )
 
 
-class VbdRun(OnLevel):
-    steps: Count = key("Steps from rest")
-    sweeps: Count = key("Sweeps over the nodes in each step")
-    step: Positive = key("Length of a step, over the time in which a node alone would swing by a radian")
-
-
 class NewtonVbd(Block):
-    runs: Distinct[VbdRun] = key(
+    runs: Distinct[kinds.NewtonVBD] = key(
         RUNS,
         rows(
             "level steps sweeps step", (0, 30, 10, 3), (0, 120, 10, 3), (0, 300, 20, 3), (1, 60, 10, 3), (1, 240, 10, 3)
@@ -236,18 +204,10 @@ class MassSpring(Block):
     iterations: Some[Count] = key("Quasi-Newton iterations from rest on the coarse mesh", [1, 2, 3, 5, 8, 12, 20])
     middle_iterations: Distinct[Count] = key("The same on the middle mesh, of plain springs only; fits take long", [])
     middle_samples: Count = key("Training samples that a fit on the middle mesh takes", 20)
-    evaluations_uniform: Count = key("Evaluations of the misfit and its gradient when one modulus serves all nodes", 8)
-    evaluations_nodal: Count = key("Evaluations of the misfit and its gradient when each node has a modulus", 40)
-
-
-class Combination(Block):
-    mode: Literal["rigid", "linear", "quadratic"] = key("How a cluster may deform")
-    clusters: Literal["one", "tetrahedra", "cubes"] = key("How particles are grouped")
-    steps: Count = key("Steps from rest")
 
 
 class ShapeMatching(Block):
-    combinations: Some[Combination] = key(
+    combinations: Some[kinds.ShapeMatching] = key(
         "Mode, clusters and steps from rest, from cheap to expensive",
         rows(
             "mode clusters steps",
@@ -258,28 +218,10 @@ class ShapeMatching(Block):
             ("quadratic", "cubes", 300),
         ),
     )
-    samples: Count = key("Training samples that a fit takes, spread evenly", 12)
-    evaluations: Count = key("Evaluations of the misfit in each fit", 40)
-
-
-class _Started(Block):
-    start: Literal["rest", "frame"] = key(START, "rest")
-
-
-class XpbdTried(Xpbd, _Started):
-    pass
-
-
-class VertexBlockDescentTried(VertexBlockDescent, _Started):
-    pass
-
-
-class ProjectiveDynamicsTried(ProjectiveDynamics, _Started):
-    pass
 
 
 class Relaxed(Block):
-    xpbd: Distinct[XpbdTried] = key(
+    xpbd: Distinct[kinds.XPBD] = key(
         "Extended position-based dynamics with accumulated multipliers (xpbd), from cheap to expensive",
         rows(
             "level start steps iterations step",
@@ -289,11 +231,11 @@ class Relaxed(Block):
             (1, "frame", 5, 1, 3.0),
         ),
     )
-    vertex_block_descent: Distinct[VertexBlockDescentTried] = key(
+    vertex_block_descent: Distinct[kinds.VertexBlockDescent] = key(
         "Vertex block descent (vertex_block_descent), from cheap to expensive",
         rows("level start sweeps radius", (0, "frame", 5, 0.9995), (0, "frame", 10, 0.9995)),
     )
-    projective_dynamics: Distinct[ProjectiveDynamicsTried] = key(
+    projective_dynamics: Distinct[kinds.ProjectiveDynamics] = key(
         "Projective dynamics (projective_dynamics), from cheap to expensive",
         rows(
             "level start iterations memory",
@@ -320,6 +262,12 @@ class Stage(Block):
         "Its setting, as in accuracy_vs_time.csv; level last is the finest", {}
     )
 
+    def made(self, **usual: int) -> Model:
+        """Return the model; ``usual`` fields hold where none are given. ValidationError for a setting that is none."""
+        found = model_registry.MODELS[self.model]
+        given = {name: None if (name, value) == ("level", "last") else value for name, value in self.setting.items()}
+        return type(found)(**usual | {name: getattr(found, name) for name in found.model_fields_set} | given)
+
 
 class Cascade(Block):
     asked_errors: Some[Positive] = key("RMSE of nine answers in ten, of the peak", [0.1, 0.05, 0.02, 0.01, 0.005])
@@ -331,24 +279,13 @@ class Cascade(Block):
     stages: list[Stage] = key(
         "Models that learn nothing from samples, each with its setting, cheapest first; where no bound meets what is "
         "asked for, the model of the least one answers",
-        [
-            {"model": "linear_fem"},
-            {
-                "model": "contact_modes",
-                "setting": {"modes": "columns", "rings": 50, "thinned": 0.003, "target": "limit"},
-            },
-            {
-                "model": "contact_modes",
-                "setting": {"modes": "snapshots", "rings": 50, "thinned": 0.003, "target": "limit"},
-            },
-            {"model": "fast_fem", "setting": {"level": "last", "start": "rest", "tolerance": 1e-3, "target": "limit"}},
-        ],
+        [{"model": stage.name, "setting": stage.said} for stage in kinds.Cascade().stages],
         min_length=1,
     )
 
 
 class Families(Block):
-    coarse_answers: Some[CoarseAnswer] = key(
+    coarse_answers: Some[kinds.CoarseAnswer] = key(
         "The coarse answers that every method which makes a fine one of it is tried with, cheapest first: linear is "
         "stored, iterations are Newton's from rest, loose stops at 1e-3, converged at solver.tolerance; shares of the "
         "samples are tried with the last one alone",
@@ -380,6 +317,12 @@ class Families(Block):
     relaxed: Relaxed = key("Methods of graphics and games, to the equilibrium of linear elements on a level", {})
     paper_enrichment: PaperEnrichment = key("Paper 1's regressors, each kind of feature with each kind of weights", {})
     cascade: Cascade = key("The cheapest of several models whose bound of the error meets what is asked for", {})
+
+    @property
+    def stages(self) -> tuple[Model, ...]:
+        """The models of the cascade, contact modes on the level that these are tried on by themselves."""
+        usual = {"contact_modes": {"nodes": self.contact_modes.nodes}}
+        return tuple(stage.made(**usual.get(stage.model, {})) for stage in self.cascade.stages)
 
 
 class Advice(Block):
@@ -465,10 +408,7 @@ def check(config: dict, file: Path) -> None:
         raise InputError(
             f"{place}.models lacks {model_registry.SAVED_AGAINST}, which is what the others save time against; add it."
         )
-    staged = [name for name in model_registry.MODELS if name != "cascade"]
-    stages = [stage["model"] for stage in config["tradeoff"]["settings"]["cascade"]["stages"]]
-    if wrong := model_registry.unknown(stages, {}) or describe_unknown(stages, staged):
-        raise InputError(f"{place}.settings.cascade.stages names {wrong}")
+    _check_stages(f"{place}.settings.cascade.stages", config["tradeoff"]["settings"].cascade.stages)
     _check_models(f"{place}.training_contacts_of", config["tradeoff"]["training_contacts_of"], own)
     for name, path in own.items():
         check_file(f"{place}.own_models.{name}", path, (file.parent / path).is_file())
@@ -478,6 +418,20 @@ def check(config: dict, file: Path) -> None:
     check_radii(config, file)
     for block in ("any_load", "beyond_design"):
         _check_asked(file, config, block)
+
+
+def _check_stages(place: str, stages: list[Stage]) -> None:
+    """Raise InputError for models of stages that there are not, and for settings that these do not have."""
+    names = [stage.model for stage in stages]
+    staged = [name for name in model_registry.MODELS if name != "cascade"]
+    if wrong := model_registry.unknown(names, {}) or describe_unknown(names, staged):
+        raise InputError(f"{place} names {wrong}")
+    for i, stage in enumerate(stages):
+        try:
+            stage.made()
+        except ValidationError as error:
+            first = error.errors()[0]
+            raise InputError(f"{place}[{i}].setting.{first['loc'][0]}: {first['msg']}; see docs/glossary.md.") from None
 
 
 def _check_answers(place: str, config: dict, file: Path) -> None:

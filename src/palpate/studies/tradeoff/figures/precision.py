@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from palpate.benchmark.advice import NONE
 from palpate.benchmark.model import LIMIT
-from palpate.benchmark.ranking import EXACT, KINDS, UNKNOWN, ZERO, averaged, front, own_error
+from palpate.benchmark.ranking import EXACT, KINDS, UNKNOWN, ZERO, averaged, fields_of, front, own_error
 from palpate.report import style, tables
 from palpate.report.model_looks import label, look
 from palpate.report.words import percent, seconds
@@ -97,13 +97,13 @@ def _levels(axis, rows: pd.DataFrame, column: str) -> None:
     """Join the front of each level of a finite-element model, and write the level at its end."""
     t, error = milliseconds_and_percent(rows, column)
     colour = look(rows["model"].iloc[0]).colour
-    levels = rows["setting"].str.extract(r"level=(\d+)", expand=False).to_numpy()
+    levels = fields_of(rows, "level")["level"].to_numpy(dtype=float)
     for level in sorted(set(levels[~pd.isna(levels)])):
         own = np.flatnonzero(levels == level)
         own = own[front(t[own], np.round(np.log(error[own]), 2))]
         axis.plot(t[own], error[own], color=colour, lw=0.6, alpha=0.6, zorder=1)
         place = (t[own[-1]], error[own[-1]])
-        axis.annotate(f"L{level}", place, (2, 4), textcoords="offset points", fontsize=7, color=colour, zorder=4)
+        axis.annotate(f"L{level:g}", place, (2, 4), textcoords="offset points", fontsize=7, color=colour, zorder=4)
 
 
 def _front(axis, settings: pd.DataFrame, column: str) -> None:
@@ -266,6 +266,7 @@ def draw_best_models(accuracy_vs_time, advice, *, scene: str) -> Figure:
     settings, advice = (tables.where(table, scene=scene) for table in (accuracy_vs_time, advice))
     settings = averaged(settings)
     best, own = front_rows(settings), own_error(settings)
+    best = best.join(fields_of(best, "target"))
     nothing = settings.loc[settings["model"] == ZERO, "rmse_of_peak"].mean()
     settings = answers(settings[settings["failures"] == 0])
     below = 0.48 + _LINE * (len(best) + 2)
@@ -321,6 +322,6 @@ def _point(axis, number: int, row) -> None:
 
 def _line(number: int, row) -> str:
     """Name a model of the front, what it is meant for, its error and its time."""
-    target = ", limit" if f"target={LIMIT}" in row.setting else ""
+    target = ", limit" if row.target == LIMIT else ""
     name = f"{label(row.model, 'default')}{target}"
     return f"{number}  {name}: {percent(row.rmse_of_peak)} in {seconds(row.online_median_s)}"

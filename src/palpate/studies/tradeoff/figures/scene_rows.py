@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.model import LIMIT
-from palpate.benchmark.ranking import BOUNDS, EXACT, alone, lasting, own_error
+from palpate.benchmark.ranking import BOUNDS, EXACT, alone, fields_of, lasting, own_error
 from palpate.models.model_registry import FAMILY_OF
 
 KNOWN = 0.003
@@ -31,7 +31,7 @@ def curves(settings: pd.DataFrame) -> dict[str, pd.DataFrame]:
 
 def by_target(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
     """Divide a curve's rows into those meant for the finest mesh, "operator", and for ever finer ones, LIMIT."""
-    limit = rows["setting"].str.contains(f"target={LIMIT}")
+    limit = fields_of(rows, "target")["target"] == LIMIT
     return [(name, part) for name, part in (("operator", rows[~limit]), (LIMIT, rows[limit])) if len(part)]
 
 

@@ -1,0 +1,492 @@
+"""Palpate's ways of answering presses: a class for each, whose fields are its setting.
+
+What prepares one is imported by its name when it is asked to, so that the classes alone cost no solver's import.
+"""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeVar
+
+from pydantic import Field
+
+from palpate.benchmark.model import BODYS, LIMIT, Case, Model, distinct, training_counts
+from palpate.benchmark.settings import OnLevel, Xpbd
+from palpate.benchmark.settings import ProjectiveDynamics as Projective
+from palpate.benchmark.settings import VertexBlockDescent as Descent
+from palpate.errors import InputError
+from palpate.setting_types import Block, Count, Index, Inside, NotNegative, Positive, Switch, key
+
+if TYPE_CHECKING:
+    from palpate.studies.tradeoff.settings import Families
+
+CoarseAnswer = Annotated[str, Field(pattern="^(linear|1 iteration|([2-9]|[1-9][0-9]+) iterations|loose|converged)$")]
+FEATURES = Literal["unordered", "ordered", "framed"]
+WEIGHTS = Literal["signed", "nonnegative_a", "nonnegative_b", "clipped"]
+OnOwnLevel = TypeVar("OnOwnLevel", bound=OnLevel)
+ITERATIONS = "Iterations after which it stops; null: as many as the tolerance takes"
+TOLERANCE = "Relative residual to stop at; null: the tolerance of the case"
+TARGET = "limit: brought to the limit of ever finer levels, which stored responses are extrapolated to; null: as it is"
+SAMPLES = "Training samples that are learnt from; null: all"
+THINNED = "Error, relative to the whole, by which few cells may pull otherwise than all do"
+NODES = "Nodes that the level which is reduced has at most, edges' midpoints included; it is the finest such level"
+
+
+class Elements(Model):
+    law = BODYS
+    level: Index | None = key("Level of the body, from 0, the coarsest; null: the finest", None)
+    start: Literal["rest", "linear", "frame"] = key(
+        "Where iterations start: at rest, at the stored linear response, or at the answer to 97 % of the load", "rest"
+    )
+    iterations: Count | None = key(ITERATIONS, None)
+    tolerance: Positive | None = key(TOLERANCE, None)
+    target: Literal["limit"] | None = key(TARGET, None)
+
+    def level_of(self, case: Case) -> int:
+        """Return the level of the body of ``case``; InputError for one that it has not."""
+        last = len(case.body.levels) - 1
+        if self.level is not None and self.level > last:
+            raise InputError(f"{self.name}: level is {self.level}; the body has the levels 0 to {last}.")
+        return last if self.level is None else self.level
+
+    def stopped(self, iterations: Iterable[int], tolerances: Iterable[float] = ()) -> list[Self]:
+        """Return the same with each of these caps, and with each of these tolerances."""
+        capped = [self.having(iterations=count) for count in iterations]
+        return capped + [self.having(tolerance=tolerance) for tolerance in tolerances]
+
+
+class FEM(Elements):
+    """Finite elements on a level of the body by Newton's method, stopped early or converged."""
+
+    place, unsaid = "palpate.models.fem", ("order",)
+    order: Literal[1, 2] = key("Linear elements, 1, or quadratic ones, 2", 2)
+
+    @property
+    def name(self) -> str:
+        return f"fem_p{self.order}"
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return for each level, coarse first, the starts, and for each of them how far the mesh is solved.
+
+        Quadratic elements on the finest level, which have many more nodes than all others and take seconds, are solved
+        from rest to the loosest tolerance, which is far below their own error; ``finest_warm_iterations`` adds caps
+        from the frame before. What most iterations from that frame answer is brought to the limit of the levels, too.
+        """
+        asked, last, found = grid.fem, len(case.body.levels) - 1, []
+        for level in range(last + 1):
+            rest, linear, frame = (self.having(level=level, start=start) for start in ("rest", "linear", "frame"))
+            if self.order == 2 and level == last:
+                found += frame.stopped(asked.finest_warm_iterations) + rest.stopped([], asked.tolerances[:1])
+                continue
+            warm = asked.warm_iterations, asked.warm_tolerances
+            if len(case.prepared_contacts):
+                to_limit = frame.having(iterations=asked.warm_iterations[-1], target=LIMIT)
+                found += [*linear.stopped(*warm), *frame.stopped(*warm), to_limit]
+            else:
+                found += frame.stopped(*warm)
+            found += rest.stopped(asked.iterations, asked.tolerances)
+        return distinct(found)
+
+
+class FastFEM(Elements):
+    """Quadratic finite elements by L-BFGS: no matrix of the deformed body, one multigrid cycle an iteration."""
+
+    place, called, reduces = "palpate.models.fast_fem", "fast_fem", "p2"
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return for each of the finest levels, coarse first, each start with its caps on iterations, and tolerances.
+
+        What has most iterations, from rest and from the frame before, is also extrapolated to the limit of the levels.
+        """
+        asked, last, found = grid.fast_fem, len(case.body.levels) - 1, []
+        for level in range(max(0, last + 1 - asked.levels), last + 1):
+            rest, linear, frame = (self.having(level=level, start=start) for start in ("rest", "linear", "frame"))
+            frames = asked.finest_frame_iterations if level == last else asked.frame_iterations
+            warm, cold = frame.stopped(frames), rest.stopped(asked.iterations)
+            if len(case.prepared_contacts):
+                found += linear.stopped(asked.linear_iterations)
+                warm, cold = ([*each, *(one.having(target=LIMIT) for one in each[-1:])] for each in (warm, cold))
+            found += [*warm, *cold, *rest.stopped([], asked.tolerances)]
+        return distinct(found)
+
+
+class LocalMesh(Block):
+    depth: Count = key("Level that is reached near the contact, from 1; bodies with fewer levels leave it out", 1)
+    reach: NotNegative = key(
+        "Radius of what is refined, over that of the patch; 0 refines the elements at the contact", 1.5
+    )
+    order: Literal[1, 2] = key("Linear elements, 1, or quadratic ones, 2", 2)
+
+
+class LocalFEM(LocalMesh, Model):
+    """Finite elements on a mesh for each contact, fine around it and coarse elsewhere."""
+
+    place, called, law, prepared = "palpate.models.fem_local", "fem_local", BODYS, True
+    start: Literal["rest", "frame"] = key(
+        "Where iterations start: at rest, or at the answer to 97 % of the load", "rest"
+    )
+    iterations: Count | None = key(ITERATIONS, None)
+    tolerance: Positive | None = key(TOLERANCE, None)
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return the meshes from small to large; each is stopped early from the frame before, and solved from rest."""
+        asked, finest = grid.fem_local, len(case.body.levels) - 1
+        found = []
+        for mesh in asked.meshes:
+            if mesh.depth <= finest:
+                on = self.having(depth=mesh.depth, reach=mesh.reach, order=mesh.order)
+                found += [on.having(start="frame", iterations=count) for count in asked.warm_iterations]
+                found += [on.having(start="rest", tolerance=tolerance) for tolerance in asked.tolerances]
+        return found
+
+
+class ContactModes(Model):
+    """A reduced model for each contact, made of presses that it simulates itself."""
+
+    place, called, unsaid = "palpate.models.contact_modes.contact_modes", "contact_modes", ("nodes",)
+    law, prepared, reduces = BODYS, True, "p2"
+    modes: Literal["columns", "snapshots", "finer"] = key(
+        "Linear presses (columns), simulated ones (snapshots), or these pressed on the next level, too (finer)",
+        "snapshots",
+    )
+    rings: Index = key("Rings of elements around the disc with cells of their own; 50 are all of a body", 50)
+    thinned: Inside = key(THINNED, 0.003)
+    target: Literal["operator", "limit"] = key(
+        "operator: the answer of quadratic elements on the finest level; limit: that of ever finer levels", "operator"
+    )
+    nodes: Count = key(NODES, 12000)
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return columns alone, snapshots with fewer rings, with all thinned more and less, and pressed finer.
+
+        These presses on the next level are only tried if the grid asks for them, as they take long to prepare, and if a
+        level above the one that is reduced is the body's own.
+        """
+        from palpate.models.contact_modes.workshop import reduced_level
+
+        asked = grid.contact_modes
+        *fewer, rings = asked.rings
+        *_, finest = asked.tolerances
+        whole = self.having(nodes=asked.nodes, rings=rings, thinned=finest, modes="snapshots")
+        found = [whole.having(modes="columns"), *(whole.having(rings=count) for count in fewer)]
+        found += [whole.having(thinned=tolerance) for tolerance in asked.tolerances]
+        if asked.finer and reduced_level(case.body, asked.nodes) < len(case.body.levels) - 1:
+            found.append(whole.having(modes="finer"))
+        return [each.having(target=target) for each in found for target in asked.targets]
+
+
+class PODGalerkin(Model):
+    """Galerkin projection of quadratic elements on modes of the training samples, the same for all contacts."""
+
+    place, called, unsaid = "palpate.models.pod_galerkin", "pod_galerkin", ("nodes",)
+    law, reduces = BODYS, "p2"
+    modes: Count = key("Modes kept, at most", 24)
+    thinned: NotNegative = key(f"{THINNED}; 0: all are cells", 0.03, lt=1)
+    nodes: Count = key(NODES, 12000)
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return numbers of modes, at most one a sample, with the last tolerance, and the most with the others."""
+        asked = grid.pod_galerkin
+        *fewer, most = sorted({min(count, case.n_training) for count in asked.modes})
+        *_, finest = asked.tolerances
+        found = [(count, finest) for count in fewer] + [(most, tolerance) for tolerance in asked.tolerances]
+        return [self.having(nodes=asked.nodes, modes=count, thinned=tolerance) for count, tolerance in found]
+
+
+class LinearFEM(Model):
+    """Linear responses of the fine mesh, computed in advance: three columns for each contact."""
+
+    place, called, law, prepared, reduces = "palpate.models.linear_fem", "linear_fem", "linear", True, "p2"
+    target: Literal["limit"] | None = key(TARGET, None)
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return the responses of the fine mesh, and their limit."""
+        return [self, self.having(target=LIMIT)]
+
+
+class LinearResidual(Model):
+    """Stored linear responses, and kernel ridge regression of what they lack; nothing is simulated."""
+
+    place, called = "palpate.models.linear_residual", "linear_residual"
+    law, prepared, reduces = "linear", True, "p2"
+    samples: Index | None = key(SAMPLES, None)
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return how many training samples are learnt from."""
+        return [self.having(samples=count) for count in training_counts(case, grid.linear_residual.training_shares)]
+
+
+class WarpedCompliance(Model):
+    """Stored linear responses, turned with their own rotations, and kernel ridge regression of what they lack."""
+
+    place, called = "palpate.models.warped_compliance", "warped_compliance"
+    law, prepared, reduces = "warped linear", True, "p2"
+    samples: Index | None = key(f"{SAMPLES}; with 0 it is the published method", 0)
+    target: Literal["limit"] | None = key(TARGET, None)
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return how many training samples are learnt from; with none, the published method, and its limit."""
+        counts = training_counts(case, grid.warped_compliance.training_shares)
+        plain, *learnt = [self.having(samples=count) for count in counts]
+        return [plain, self.having(samples=0, target=LIMIT), *learnt]
+
+
+class OfCoarse(Model):
+    """What makes a fine answer of a coarse one."""
+
+    law = BODYS
+    coarse: CoarseAnswer = key(
+        "The coarse answer: linear is stored, iterations are Newton's from rest, loose stops at 1e-3, converged at the "
+        "tolerance of the case",
+        "converged",
+    )
+
+    def with_each(self, case: Case, grid: "Families", fewer: Iterable[Self] = ()) -> list[Self]:
+        """Return the same with each coarse answer, cheapest first, and ``fewer`` with the last, best one alone.
+
+        A stored answer is left out of a case that has none.
+        """
+        *cheap, best = [kind for kind in grid.coarse_answers if kind != "linear" or case.response is not None]
+        last = [each.having(coarse=best) for each in fewer if each.text != self.text]
+        return distinct([*(self.having(coarse=kind) for kind in cheap), *last, self.having(coarse=best)])
+
+
+class DetailCorrection(OfCoarse):
+    """A coarse answer, corrected by the linear detail that it lacks, turned with the body, and by what is learnt."""
+
+    place, called = "palpate.models.enrichment.detail_correction", "detail_correction"
+    prepared, reduces = True, "p2"
+    samples: Index | None = key(SAMPLES, 0)
+    turned: Switch = key("Whether detail turns with the body", True)
+    target: Literal["limit"] | None = key(TARGET, None)
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return the coarse answers, and with the best of them how many samples are learnt from.
+
+        Without samples neither scale nor residual is learnt; nothing may be turned either. What is learnt from all of
+        them is brought to the limit of the levels, too.
+        """
+        counts = training_counts(case, grid.detail_correction.training_shares)
+        fewer = [self.having(samples=0, turned=False), *(self.having(samples=count) for count in (0, *counts))]
+        *others, whole = self.having(samples=case.n_training).with_each(case, grid, fewer)
+        return [*others, whole.having(target=LIMIT), whole]
+
+
+class Interpolation(OfCoarse):
+    """The coarse answer, interpolated linearly."""
+
+    place, called, sees = "palpate.models.interpolation", "interpolation", "deformation"
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return the coarse answers; simulated ones are those of linear elements on level 0."""
+        return self.with_each(case, grid)
+
+
+class Ridge(OfCoarse):
+    """Ridge regression from coarse to fine displacements, linearly or of the detail by a kernel."""
+
+    place, unsaid, sees, reduces = "palpate.models.enrichment.ridge", ("kernel",), "deformation", "p2"
+    samples: Count | None = key(SAMPLES, None)
+    kernel: Switch = key("Whether it is a kernel's, of what linear interpolation lacks", True)
+
+    @property
+    def name(self) -> str:
+        return "kernel_ridge_detail" if self.kernel else "ridge_upsampling"
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return the coarse answers with all training samples, and with the best of them how many are used."""
+        fewer = [self.having(samples=count) for count in training_counts(case, grid.ridge.training_shares)]
+        return self.having(samples=case.n_training).with_each(case, grid, fewer)
+
+
+class PODRBF(OfCoarse):
+    """Proper orthogonal decomposition, whose coefficients radial basis functions interpolate."""
+
+    place, called, sees, reduces = "palpate.models.enrichment.pod_rbf", "pod_rbf", "deformation", "p2"
+    modes: Count | None = key("Modes kept; null: chosen by cross-validation", None)
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return the coarse answers with a mode for each sample but the mean, and with the best of them fewer modes."""
+        most = case.n_training - 1
+        fewer = [self.having(modes=count) for count in sorted({min(modes, most) for modes in grid.pod_rbf.modes})]
+        return self.having(modes=most).with_each(case, grid, fewer)
+
+
+class PaperEnrichment(OfCoarse):
+    """Paper 1's regression: fine deformations of training samples, blended by their likeness."""
+
+    place, unsaid = "palpate.models.enrichment.paper_enrichment", ("features", "weights")
+    sees, reduces = "deformation", "p2"
+    features: FEATURES = key("What is compared of two coarse deformations", "framed")
+    weights: WEIGHTS = key("Kind of weights", "signed")
+    samples: Count | None = key(SAMPLES, None)
+    neighbours: Count | None = key("Coarse nodes in a contact-ordered feature; null: those of the regression", None)
+
+    @property
+    def name(self) -> str:
+        return f"{self.features}_{self.weights}"
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return coarse answers; with the best, training samples and the neighbours of the contact-ordered feature."""
+        asked, usual = grid.paper_enrichment, self
+        if self.features != "unordered":
+            usual = self.having(neighbours=case.options.neighbours)
+        fewer = [usual.having(samples=count) for count in training_counts(case, asked.training_shares)]
+        whole = usual.having(samples=case.n_training)
+        if self.features == "ordered":
+            most = len(case.meshes.coarse_surface)
+            fewer += [whole.having(neighbours=count) for count in asked.neighbours if count < most]
+        return whole.with_each(case, grid, fewer)
+
+
+class PODOfLoads(Model):
+    """Proper orthogonal decomposition whose coefficients are learnt from place and force alone."""
+
+    place, unsaid, law, reduces = "palpate.models.pod_of_loads", ("learner",), BODYS, "p2"
+    modes: Count = key("Modes kept, at most", 12)
+    hidden: Count | None = key("Units of each of the network's two hidden layers; null: 8", None)
+    learner: Literal["gaussian", "network"] = key("A Gaussian process or a network", "gaussian")
+
+    @property
+    def name(self) -> str:
+        return f"pod_{self.learner}"
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return numbers of modes, at most as many as training samples, and of a network hidden units."""
+        asked = grid.pod_of_loads
+        modes = sorted({min(count, case.n_training) for count in asked.modes})
+        if self.learner == "gaussian":
+            return [self.having(modes=count) for count in modes]
+        return [self.having(modes=modes[len(modes) // 2], hidden=count) for count in asked.hidden]
+
+
+class Springs(Model):
+    """Mass-spring networks, whose moduli are fitted to training samples."""
+
+    place, unsaid = "palpate.models.springs.mass_spring", ("nodal", "volume", "samples")
+    law, reduces = "springs", "p2"
+    level: Index = key("Level of the body, from 0, the coarsest", 0)
+    iterations: Count = key("Quasi-Newton iterations from rest", 20)
+    nodal: Switch = key("Whether each node has a modulus, and not one serves all", False)
+    volume: Switch = key("Whether a force preserves volume, too (paper 2)", False)
+    samples: Count | None = key(SAMPLES, None)
+
+    @property
+    def name(self) -> str:
+        return f"springs{'_nodal' * self.nodal}{'_volume' * self.volume}"
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return iterations on the coarse level; of plain springs also on the middle one, where fits take long."""
+        asked = grid.mass_spring
+        found = [self.having(level=0, iterations=count) for count in asked.iterations]
+        if len(case.body.levels) > 2 and not (self.nodal or self.volume):
+            middle = self.having(level=1, samples=asked.middle_samples)
+            found += [middle.having(iterations=count) for count in asked.middle_iterations]
+        return found
+
+
+class ShapeMatching(Model):
+    """Shape matching on the coarse mesh, fitted to training samples."""
+
+    place, called, law, reduces = "palpate.models.shape_matching", "shape_matching", "shape matching", "p2"
+    mode: Literal["rigid", "linear", "quadratic"] = key("How a cluster may deform", "quadratic")
+    clusters: Literal["one", "tetrahedra", "cubes"] = key("How particles are grouped", "cubes")
+    steps: Count = key("Steps from rest", 300)
+
+    def tried(self, case: Case, grid: "Families") -> list["ShapeMatching"]:
+        """Return mode, clusters and steps, from cheap to expensive."""
+        return distinct(grid.shape_matching.combinations)
+
+
+def on_own_levels(case: Case, runs: Iterable[OnOwnLevel]) -> list[OnOwnLevel]:
+    """Return those of ``runs`` whose level the body has."""
+    return [each for each in runs if each.level < len(case.body.levels)]
+
+
+class Relaxing(Model):
+    """What games relax bodies with, to the equilibrium of corotational linear elements on a level."""
+
+    place, law = "palpate.models.relaxed", "corotational"
+    start: Literal["rest", "frame"] = key(
+        "Where an answer starts: at rest, or at the frame before, to which the method has come by itself in 33 frames "
+        "of the same steps",
+        "rest",
+    )
+
+
+class XPBD(Xpbd, Relaxing):
+    """Extended position-based dynamics with accumulated multipliers."""
+
+    called = "xpbd"
+
+    def tried(self, case: Case, grid: "Families") -> list["XPBD"]:
+        """Return those of the grid on levels that the body has."""
+        return on_own_levels(case, grid.relaxed.xpbd)
+
+
+class VertexBlockDescent(Descent, Relaxing):
+    """Vertex block descent."""
+
+    called = "vertex_block_descent"
+
+    def tried(self, case: Case, grid: "Families") -> list["VertexBlockDescent"]:
+        """Return those of the grid on levels that the body has."""
+        return on_own_levels(case, grid.relaxed.vertex_block_descent)
+
+
+class ProjectiveDynamics(Projective, Relaxing):
+    """Projective dynamics."""
+
+    called = "projective_dynamics"
+
+    def tried(self, case: Case, grid: "Families") -> list["ProjectiveDynamics"]:
+        """Return those of the grid on levels that the body has."""
+        return on_own_levels(case, grid.relaxed.projective_dynamics)
+
+
+class MuJoCo(OnLevel, Model):
+    """Flex bodies of MuJoCo, an optional engine."""
+
+    place, called, law = "palpate.models.mujoco_flex", "mujoco", "st_venant_kirchhoff"
+    steps: Count = key("Steps of a second from rest", 5)
+    iterations: Count = key("Iterations of conjugate gradients in each step", 100)
+
+    def tried(self, case: Case, grid: "Families") -> list["MuJoCo"]:
+        """Return those of the grid on levels that the body has."""
+        return on_own_levels(case, grid.mujoco_flex.runs)
+
+
+class NewtonVBD(OnLevel, Model):
+    """Vertex block descent of Newton, an optional engine."""
+
+    place, called, law = "palpate.models.newton_vbd", "newton_vbd", "quadratic_neo_hookean"
+    steps: Count = key("Steps from rest", 120)
+    sweeps: Count = key("Sweeps over the nodes in each step", 10)
+    step: Positive = key("Length of a step, over the time in which a node alone would swing by a radian", 3)
+
+    def tried(self, case: Case, grid: "Families") -> list["NewtonVBD"]:
+        """Return those of the grid on levels that the body has."""
+        return on_own_levels(case, grid.newton_vbd.runs)
+
+
+class Cascade(Model):
+    """The cheapest of several models whose bound of the error meets what is asked for."""
+
+    place, called, unsaid = "palpate.models.cascade", "cascade", ("stages",)
+    law, prepared, reduces = BODYS, True, "p2"
+    asked: Positive = key("RMSE of nine answers in ten, of the peak", 0.01)
+    budget_ms: Positive | None = key("Time [ms] that an answer has; null: any", None)
+    stages: tuple[Model, ...] = key(
+        "Models that learn nothing from samples, cheapest first",
+        (
+            LinearFEM(),
+            ContactModes(modes="columns", target="limit"),
+            ContactModes(target="limit"),
+            FastFEM(tolerance=1e-3, target="limit"),
+        ),
+    )
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return the errors that are asked for, the largest first, and then the last one within each budget."""
+        asked = grid.cascade
+        whole = self.having(stages=grid.stages)
+        found = [whole.having(asked=error) for error in sorted(asked.asked_errors, reverse=True)]
+        return found + [found[-1].having(budget_ms=budget) for budget in sorted(asked.budgets_ms)]

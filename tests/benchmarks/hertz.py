@@ -19,8 +19,9 @@ from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import Particles, particles_of
 from palpate.bodies.simple_shapes import box
+from palpate.effects.settings import Ball, Contact
 from palpate.scenes.run_scene import run
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 
 RADIUS, PATCH = 1.0, 0.05
 """Of the ball, and of what it touches at its deepest [m]: strains are small, and a ball as good as a parabola."""
@@ -55,17 +56,15 @@ def pressed(cells: float, far: float, growth: float, gap: float) -> np.ndarray:
     """The forces at DEPTHS in parts of Hertz's, F = 4/3 E* √R d^1.5, with a gap of ``gap`` of the deepest."""
     gap_m = gap * DEPTHS[-1]
     start = 1.5 * gap_m
-    ball = {
-        "name": "ball",
-        "kind": "sphere",
-        "center_m": [0.0, 0.0, RADIUS + start],
-        "radius_m": RADIUS,
-        "times_s": [REST * i for i in range(len(DEPTHS) + 1)],
-        "shifts_m": [[0.0, 0.0, 0.0], *([0.0, 0.0, -start - depth] for depth in DEPTHS)],
-    }
-    contact = {"gap_m": gap_m, "instruments": [ball]}
-    effects, steps = ["corotational", "held", "contact"], len(DEPTHS)
-    scene = Scene("hertz", effects, "backward_euler", REST, REST * steps, settings={"contact": contact})
+    ball = Ball(
+        name="ball",
+        center_m=[0.0, 0.0, RADIUS + start],
+        radius_m=RADIUS,
+        times_s=[REST * i for i in range(len(DEPTHS) + 1)],
+        shifts_m=[[0.0, 0.0, 0.0], *([0.0, 0.0, -start - depth] for depth in DEPTHS)],
+    )
+    contact = Contact(gap_m=gap_m, instruments=[ball])
+    scene = Scene(body="hertz", step_s=REST, duration_s=REST * len(DEPTHS), contact=contact)
     force = run(scene, cushion(cells, far, growth)).motion.observed["ball_force_z_n"].to_numpy()
     return force / (4.0 / 3.0 * RUBBER.young_pa / (1.0 - RUBBER.poisson**2) * np.sqrt(RADIUS) * DEPTHS**1.5)
 

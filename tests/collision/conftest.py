@@ -13,7 +13,7 @@ from palpate.bodies.particles import Particles, merge_particles, particles_of
 from palpate.bodies.simple_shapes import box, sheet
 from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import Run, run
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 
 RUBBER = Material(5000.0, 0.3, 1000.0)
 NOTHING = np.empty(0, dtype=np.int64)
@@ -41,12 +41,11 @@ def cloth() -> Callable[..., Particles]:
 
 @pytest.fixture(scope="session")
 def play() -> Callable[..., Run]:
-    """Run bodies, each moved by its shift, with effects by name and their settings; every step is a frame."""
+    """Run bodies, each moved by its shift, with the blocks of a scene; every step is a frame."""
 
-    def play(parts, shifts, effects: dict, integrator="backward_euler", step_s=0.01, steps=20, **more) -> Run:
-        settings = {name: block for name, block in effects.items() if block is not None}
-        scene = Scene("played", list(effects), integrator, step_s, steps * step_s, frames=steps, settings=settings)
-        scene = Scene(**(vars(scene) | {"held": "held" in effects} | more))
+    def play(parts, shifts=((0.0, 0.0, 0.0),), step_s=0.01, steps=20, held=False, **blocks) -> Run:
+        times = {"step_s": step_s, "duration_s": steps * step_s, "frames": steps}
+        scene = Scene(name="played", body="played", held=held, **times, **blocks)
         return run(scene, merge_particles(parts, shifts, "played"))
 
     return play

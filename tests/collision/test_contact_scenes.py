@@ -9,33 +9,34 @@ import pytest
 
 from palpate.bodies.particles import merge_particles
 from palpate.effects import linear_elements
+from palpate.effects import settings as blocks
 from palpate.errors import NotConverged
 from palpate.scenes.effect_registry import integrator
 from palpate.scenes.run_scene import compose
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 
-FLOOR = {"name": "ground", "kind": "floor", "height_m": 0.0}
-WEIGHT = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -9.81]}}
-LOSS = {"rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.02}}
-SHAPES = {"shape_matching": {"mode": "linear", "alpha": 0.6, "beta": 0.3, "clusters": {"kind": "one"}}}
-SPRINGS = {"springs": {"structural_n_m": 10.0, "shear_n_m": 5.0, "bending_n_m": 1.0}}
+FLOOR = blocks.Floor(name="ground", height_m=0.0)
+WEIGHT = blocks.Gravity(acceleration_m_s2=[0.0, 0.0, -9.81])
+LOSS = blocks.Rayleigh(mass_1_s=1.0, stiffness_s=0.02)
+SHAPES = blocks.ShapeMatching(mode="linear", alpha=0.6, beta=0.3, clusters=blocks.Clusters(kind="one"))
+SPRINGS = blocks.Springs(structural_n_m=10.0, shear_n_m=5.0, bending_n_m=1.0)
+IMPLICIT = {"integrator": "backward_euler", "step_s": 0.01}
+EXPLICIT = {"integrator": "symplectic_euler"}
+MATCHED = {"integrator": "goal_position", "step_s": 0.01, "shape_matching": SHAPES}
+DAMPED_SPRINGS = {"springs": blocks.Springs(), "kelvin": blocks.Kelvin(ratio=0.1)}
 SOLID = {
-    "corotational, implicit": ({"corotational": None} | LOSS, "backward_euler", 0.01),
-    "corotational, explicit": (
-        {"corotational": None, "rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.001}},
-        "symplectic_euler",
-        0.001,
-    ),
-    "springs, implicit": ({"springs": None, "kelvin": {"ratio": 0.1}}, "backward_euler", 0.01),
-    "springs, explicit": ({"springs": None, "kelvin": {"ratio": 0.1}}, "symplectic_euler", 0.001),
-    "shapes": (SHAPES | {"velocity_damping": {"rate_1_s": 3.0}}, "goal_position", 0.01),
+    "corotational, implicit": IMPLICIT | {"rayleigh": LOSS},
+    "corotational, explicit": EXPLICIT | {"step_s": 0.001, "rayleigh": LOSS.but(stiffness_s=0.001)},
+    "springs, implicit": IMPLICIT | DAMPED_SPRINGS,
+    "springs, explicit": EXPLICIT | {"step_s": 0.001} | DAMPED_SPRINGS,
+    "shapes": MATCHED | {"velocity_damping": blocks.VelocityDamping(rate_1_s=3.0)},
 }
 THIN = {
-    "triangles, implicit": ({"triangles": None}, "backward_euler", 0.01),
-    "triangles, explicit": ({"triangles": None}, "symplectic_euler", 0.0005),
-    "springs, implicit": (SPRINGS, "backward_euler", 0.01),
-    "springs, explicit": (SPRINGS, "symplectic_euler", 0.0005),
-    "shapes": (SHAPES, "goal_position", 0.01),
+    "triangles, implicit": IMPLICIT,
+    "triangles, explicit": EXPLICIT | {"step_s": 0.0005},
+    "springs, implicit": IMPLICIT | {"springs": SPRINGS},
+    "springs, explicit": EXPLICIT | {"step_s": 0.0005, "springs": SPRINGS},
+    "shapes": MATCHED,
 }
 MU = 0.3
 
@@ -44,19 +45,17 @@ def slow_where_explicit(ways):
     return [pytest.param(way, marks=pytest.mark.slow) if "explicit" in way else way for way in ways]
 
 
-def instrument(kind, **more):
-    return {"kind": kind, "radius_m": 0.01} | more
+def ball(center_m, times_s, shifts_m, radius_m=0.01):
+    return blocks.Ball(name="ball", center_m=center_m, radius_m=radius_m, times_s=times_s, shifts_m=shifts_m)
 
 
 @pytest.mark.parametrize("way", slow_where_explicit(SOLID))
 def test_two_cubes_and_an_instrument_never_overlap(play, cube, trespass, way):
     """They fall on a floor beside each other, and a ball is driven into one of them and dragged along."""
-    effects, name, step = SOLID[way]
-    path = {"times_s": [0.0, 0.1, 0.15, 0.25], "shifts_m": [[0, 0, 0], [0, 0, -0.12], [0.05, 0, -0.12], [0.05, 0, 0]]}
-    ball = {"name": "ball", "kind": "sphere", "center_m": [0.05, 0.05, 0.2], "radius_m": 0.03} | path
-    contact = {"instruments": [FLOOR, ball], "friction": MU}
-    shifts, effects = [[0.0, 0.0, 0.005], [0.13, 0.01, 0.005]], effects | WEIGHT | {"contact": contact}
-    ran = play([cube(2)] * 2, shifts, effects, name, step, round(0.25 / step))
+    path = [0.0, 0.1, 0.15, 0.25], [[0, 0, 0], [0, 0, -0.12], [0.05, 0, -0.12], [0.05, 0, 0]]
+    contact = blocks.Contact(instruments=[FLOOR, ball([0.05, 0.05, 0.2], *path, 0.03)], friction=MU)
+    shifts, steps = [[0.0, 0.0, 0.005], [0.13, 0.01, 0.005]], round(0.25 / SOLID[way]["step_s"])
+    ran = play([cube(2)] * 2, shifts, steps=steps, gravity=WEIGHT, contact=contact, **SOLID[way])
     assert np.isfinite(ran.motion.positions).all()
     room, faults = trespass(ran.motion)
     assert room > 0.0 and not faults
@@ -66,13 +65,11 @@ def test_two_cubes_and_an_instrument_never_overlap(play, cube, trespass, way):
 @pytest.mark.parametrize("way", slow_where_explicit(THIN))
 def test_a_fast_ball_never_gets_through_a_thin_sheet(play, cloth, trespass, way):
     """10 m/s, so that in 10 ms it goes ten times its radius."""
-    effects, name, step = THIN[way]
     sheet = cloth(4)
     rim = np.flatnonzero((np.isclose(sheet.nodes[:, :2], 0.0) | np.isclose(sheet.nodes[:, :2], 0.1)).any(axis=1))
-    path = {"times_s": [0.0, 0.02], "shifts_m": [[0, 0, 0], [0, 0, -0.2]]}
-    ball = instrument("sphere", name="ball", center_m=[0.052, 0.047, 0.06], **path)
-    effects = effects | {"held": None, "contact": {"instruments": [ball]}}
-    ran = play([replace(sheet, held=rim)], [[0, 0, 0]], effects, name, step, round(0.03 / step))
+    contact = blocks.Contact(instruments=[ball([0.052, 0.047, 0.06], [0.0, 0.02], [[0, 0, 0], [0, 0, -0.2]])])
+    steps = round(0.03 / THIN[way]["step_s"])
+    ran = play([replace(sheet, held=rim)], steps=steps, held=True, contact=contact, **THIN[way])
     room, faults = trespass(ran.motion, solid=False)
     assert room > 0.0 and not faults
     assert ran.motion.positions[-1][:, 2].min() < -0.15  # the ball's bottom is at -0.15
@@ -84,9 +81,9 @@ def test_a_capsule_dragged_over_a_body_stays_out_of_it(play, cube, trespass):
     block = replace(block, nodes=block.nodes * [2.0, 1.0, 0.5], held=np.flatnonzero(block.nodes[:, 2] == 0.0))
     down = [0.0, 0.0, -0.022]
     path = {"times_s": [0.0, 0.2, 0.4], "shifts_m": [[0, 0, 0], down, np.add(down, [0.1, 0, 0]).tolist()]}
-    rod = instrument("capsule", name="finger", from_m=[0.05, 0.02, 0.062], to_m=[0.05, 0.08, 0.064], **path)
-    effects = {"corotational": None, "held": None, "contact": {"instruments": [rod], "friction": MU}} | LOSS
-    ran = play([block], [[0, 0, 0]], effects, steps=40)
+    ends = {"from_m": [0.05, 0.02, 0.062], "to_m": [0.05, 0.08, 0.064]}
+    contact = blocks.Contact(instruments=[blocks.Capsule(name="finger", radius_m=0.01, **ends, **path)], friction=MU)
+    ran = play([block], steps=40, held=True, contact=contact, rayleigh=LOSS)
     room, faults = trespass(ran.motion)
     assert room > 0.0 and not faults  # no penetration at all, where 1e-4 of the body's size would be allowed
     seen = ran.motion.observed
@@ -94,8 +91,8 @@ def test_a_capsule_dragged_over_a_body_stays_out_of_it(play, cube, trespass):
 
 
 def test_forces_on_obstacles_are_the_sums_of_the_contacts(play, cube):
-    effects = {"corotational": None, "contact": {"instruments": [FLOOR]}} | WEIGHT | LOSS
-    ran = play([cube(1)], [[0.0, 0.0, 0.001]], effects, steps=30)
+    contact = blocks.Contact(instruments=[FLOOR])
+    ran = play([cube(1)], [[0.0, 0.0, 0.001]], steps=30, gravity=WEIGHT, contact=contact, rayleigh=LOSS)
     table, seen = ran.motion.contacts, ran.motion.observed.set_index("time_s")
     assert set(table["first"]) == {"cube"} and set(table["second"]) == {"ground"}
     assert (table["gap_m"] > 0.0).all()
@@ -108,9 +105,9 @@ def test_forces_on_obstacles_are_the_sums_of_the_contacts(play, cube):
 @pytest.mark.slow
 def test_a_pile_comes_to_rest_and_bears_its_weight(play, cube, trespass):
     parts, shifts = [cube(1)] * 3, [[0.0, 0.0, 0.02], [0.006, 0.008, 0.15], [-0.003, 0.004, 0.28]]
-    contact = {"instruments": [FLOOR], "friction": 0.5}
-    effects = {"corotational": None, "contact": contact, "rayleigh": {"mass_1_s": 3.0, "stiffness_s": 0.03}} | WEIGHT
-    ran = play(parts, shifts, effects, steps=700)
+    contact = blocks.Contact(instruments=[FLOOR], friction=0.5)
+    damping = blocks.Rayleigh(mass_1_s=3.0, stiffness_s=0.03)
+    ran = play(parts, shifts, steps=700, gravity=WEIGHT, contact=contact, rayleigh=damping)
     energy, weight = ran.motion.energy, 9.81 * 3.0
     drop = energy["gravity_j"].iloc[0] - energy["gravity_j"].iloc[-1]
     quiet = energy[energy["time_s"] > 5.0]
@@ -127,11 +124,11 @@ def test_a_pile_comes_to_rest_and_bears_its_weight(play, cube, trespass):
 def test_coulombs_cone(play, cube, degrees):
     """On a tilted plane a block of friction 0.5, whose angle is 26.57°, sticks below that angle and slides above."""
     mu, slip, tilt = 0.5, 1e-3, np.radians(degrees)
-    pull = {"gravity": {"acceleration_m_s2": [9.81 * np.sin(tilt), 0.0, -9.81 * np.cos(tilt)]}}
-    contact = {"friction": mu, "slip_m_s": slip, "instruments": [FLOOR]}
+    pull = blocks.Gravity(acceleration_m_s2=[9.81 * np.sin(tilt), 0.0, -9.81 * np.cos(tilt)])
+    contact = blocks.Contact(friction=mu, slip_m_s=slip, instruments=[FLOOR])
     block = replace(cube(1), material=replace(cube(1).material, young_pa=5e4))
-    loss = {"rayleigh": {"mass_1_s": 0.0, "stiffness_s": 0.02}}
-    ran = play([block], [[0.0, 0.0, 2e-4]], {"corotational": None, "contact": contact} | pull | loss, steps=100)
+    acting = {"gravity": pull, "contact": contact, "rayleigh": LOSS.but(mass_1_s=0.0)}
+    ran = play([block], [[0.0, 0.0, 2e-4]], steps=100, **acting)
     along = ran.motion.positions[:, :, 0] @ block.masses / block.masses.sum()
     speed = np.diff(along) / 0.01
     if np.tan(tilt) < mu:
@@ -147,13 +144,11 @@ def test_coulombs_cone(play, cube, degrees):
 @pytest.mark.parametrize("way", SOLID)
 @pytest.mark.parametrize("speed", [1.0, pytest.param(10.0, marks=pytest.mark.slow)])
 def test_bodies_that_collide_keep_momentum_and_gain_no_energy(cube, way, speed):
-    effects, name, step = SOLID[way]
-    settings = {n: block for n, block in effects.items() if block and n in ("shape_matching", "kelvin")}
-    names = [n for n in effects if n not in ("rayleigh", "velocity_damping")]
+    acting = {name: block for name, block in SOLID[way].items() if name not in ("rayleigh", "velocity_damping")}
     particles = merge_particles([cube(2)] * 2, [[0.0, 0.0, 0.0], [0.02, 0.03, 0.15]], "meeting")
-    scene = Scene("meeting", [*names, "contact"], name, step, 1.0, settings=settings | {"contact": {"friction": MU}})
-    system = compose(scene, particles)
-    stepper = integrator(name).make(system, {"tolerance": 1e-8})
+    scene = Scene(body="meeting", held=False, duration_s=1.0, contact=blocks.Contact(friction=MU), **acting)
+    system, step = compose(scene, particles), scene.step_s
+    stepper = integrator(scene.integrator).make(system, scene)
     x, masses = particles.nodes, particles.masses[:, None]
     v = np.zeros_like(x)
     v[:, 2] = np.where(np.arange(len(x)) < len(x) // 2, speed, -speed)
@@ -177,12 +172,12 @@ def test_a_sheet_that_folds_on_itself_stays_two_layers(play, cloth, trespass):
     along = np.minimum(x[:, 0], 0.035) + np.sin(bend * arc) / bend - past
     folded = np.stack([along, x[:, 1], (1.0 - np.cos(bend * arc)) / bend], axis=1)
     sheet = replace(sheet, nodes=folded, held=np.flatnonzero(x[:, 0] < 0.036))
-    effects = {"triangles": None, "held": None, "velocity_damping": {"rate_1_s": 5.0}} | WEIGHT
+    falling = {"held": True, "gravity": WEIGHT, "velocity_damping": blocks.VelocityDamping(rate_1_s=5.0)}
     layer = x[:, 0] > 0.08
 
     def lowest(self_contact):
-        contact = {"self_contact": self_contact, "gap_m": 1e-3}
-        ran = play([sheet], [[0, 0, 0]], effects | {"contact": contact}, steps=60)
+        contact = blocks.Contact(self_contact=self_contact, gap_m=1e-3)
+        ran = play([sheet], steps=60, contact=contact, **falling)
         return ran.motion.positions[:, layer, 2].min()
 
     assert lowest(True) > 0.0 > lowest(False)
@@ -197,15 +192,14 @@ def test_the_reaction_of_a_cone_agrees_with_that_of_a_solved_step(play, cube, tm
     block = cube(3)
     block = replace(block, held=np.flatnonzero(block.nodes[:, 2] == 0.0))
     path = {"times_s": [0.0, 0.08], "shifts_m": [[0.05, 0.05, 0.125], [0.05, 0.05, 0.105]]}
-    tool = {"name": "cone", "kind": "mesh", "file": str(tmp_path / "cone.stl"), **path}
-    effects = {"corotational": None, "held": None, "contact": {"instruments": [tool]}} | LOSS
-    ran = play([block], [[0, 0, 0]], effects, steps=40)
+    contact = blocks.Contact(instruments=[blocks.Triangles(name="cone", file=str(tmp_path / "cone.stl"), **path)])
+    ran = play([block], steps=40, held=True, contact=contact, rayleigh=LOSS)
     felt = ran.motion.observed["cone_force_z_n"].to_numpy()
     pressed, still = felt[3:8], felt[-5:]
     assert (np.diff(pressed) > 0.0).all() and pressed[0] > 0.1
     # at rest the elastic forces alone carry it
     forces = np.zeros_like(block.nodes)
-    linear_elements.make(block, {}).add_force(ran.motion.positions[-1], forces, forces)
+    linear_elements.make(block, None).add_force(ran.motion.positions[-1], forces, forces)
     assert still[-1] == pytest.approx(np.delete(forces, block.held, axis=0)[:, 2].sum(), rel=1e-2)
     assert np.ptp(still) < 1e-2 * still[-1]
 
@@ -214,21 +208,18 @@ def test_the_reaction_of_a_cone_agrees_with_that_of_a_solved_step(play, cube, tm
 def test_a_step_too_long_for_a_path_around_held_nodes_is_cut(play, cube, name):
     """From one side to the other over the top: the straight path would cross the block, of which one corner is free."""
     block = replace(cube(1), held=np.arange(7))
-    path = {"times_s": [0.0, 0.3, 0.7, 1.0], "shifts_m": [[0, 0, 0], [0, 0, 0.1], [0.2, 0, 0.1], [0.2, 0, 0]]}
-    ball = instrument("sphere", name="ball", center_m=[-0.05, 0.05, 0.06], **path)
-    effects = {"corotational": None, "held": None, "contact": {"instruments": [ball]}}
-    ran = play([block], [[0, 0, 0]], effects, name, step_s=1.0, steps=1, allow_unstable=True)
+    path = [0.0, 0.3, 0.7, 1.0], [[0, 0, 0], [0, 0, 0.1], [0.2, 0, 0.1], [0.2, 0, 0]]
+    acting = {"held": True, "contact": blocks.Contact(instruments=[ball([-0.05, 0.05, 0.06], *path)])}
+    ran = play([block], step_s=1.0, steps=1, integrator=name, allow_unstable=True, **acting)
     assert np.isfinite(ran.motion.positions).all()
     assert ran.motion.obstacles[0].positions[-1][0] == pytest.approx([0.15, 0.05, 0.06])
 
 
 def test_what_is_driven_into_held_nodes_ends_in_one_sentence(play, cube):
     block = replace(cube(1), held=np.arange(8))
-    path = {"times_s": [0.0, 0.1], "shifts_m": [[0, 0, 0], [0, 0, -0.1]]}
-    ball = instrument("sphere", center_m=[0.05, 0.05, 0.12], **path)
-    effects = {"corotational": None, "held": None, "contact": {"instruments": [ball]}}
+    driven = ball([0.05, 0.05, 0.12], [0.0, 0.1], [[0, 0, 0], [0, 0, -0.1]]).but(name=None)
     with pytest.raises(NotConverged, match=r"scenes.played, at 0 s: .*sphere_0 is driven into held nodes") as error:
-        play([block], [[0, 0, 0]], effects)
+        play([block], held=True, contact=blocks.Contact(instruments=[driven]))
     assert ". " not in str(error.value).replace("scenes.", "")
 
 
@@ -238,9 +229,9 @@ def test_a_rigid_mesh_presses_as_a_body_would(play, cube, trespass, tmp_path):
     plate = pyvista.Cube(center=(0.05, 0.05, 0.13), x_length=0.06, y_length=0.06, z_length=0.04)
     plate.triangulate().save(tmp_path / "plate.stl")
     path = {"times_s": [0.0, 0.1], "shifts_m": [[0, 0, 0], [0, 0, -0.03]]}
-    plate = {"name": "plate", "kind": "mesh", "file": str(tmp_path / "plate.stl"), **path}
-    effects = {"corotational": None, "contact": {"instruments": [FLOOR, plate]}} | LOSS
-    ran = play([cube(2)], [[0.0, 0.0, 0.001]], effects, steps=30)
+    plate = blocks.Triangles(name="plate", file=str(tmp_path / "plate.stl"), **path)
+    contact = blocks.Contact(instruments=[FLOOR, plate])
+    ran = play([cube(2)], [[0.0, 0.0, 0.001]], steps=30, contact=contact, rayleigh=LOSS)
     room, faults = trespass(ran.motion)
     seen = ran.motion.observed.iloc[-1]
     assert room > 0.0 and not faults
@@ -248,8 +239,8 @@ def test_a_rigid_mesh_presses_as_a_body_would(play, cube, trespass, tmp_path):
 
 
 def test_runs_repeat_to_the_bit(play, cube):
-    effects = {"corotational": None, "contact": {"instruments": [FLOOR], "friction": MU}} | WEIGHT | LOSS
-    first, second = (play([cube(1)] * 2, [[0, 0, 0.01], [0.01, 0, 0.12]], effects).motion for _ in range(2))
+    acting = {"gravity": WEIGHT, "contact": blocks.Contact(instruments=[FLOOR], friction=MU), "rayleigh": LOSS}
+    first, second = (play([cube(1)] * 2, [[0, 0, 0.01], [0.01, 0, 0.12]], **acting).motion for _ in range(2))
     assert np.array_equal(first.positions, second.positions)
     assert first.contacts.equals(second.contacts) and first.observed.equals(second.observed)
 

@@ -17,11 +17,12 @@ from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import crossing_pairs
 from palpate.collision.triangles.brute_force import crossing
 from palpate.effects.linear_elements import LinearElements
+from palpate.effects.settings import Ball, Contact, Gravity, Rayleigh
 
 TISSUE = Material(5000.0, 0.3, 1000.0)
 SIZES = [0.1, 0.1, 0.04]
 DEEP_M, OPEN_M = 0.02, 0.004
-LOSS = {"mass_1_s": 5.0, "stiffness_s": 0.02}
+LOSS = Rayleigh(mass_1_s=5.0, stiffness_s=0.02)
 
 
 @pytest.fixture(scope="module", params=["slab", "liver"])
@@ -79,19 +80,13 @@ def test_the_half_of_a_severed_block_falls_on_the_other_and_rests_there(play):
     upper = piece == piece[found.coarse.nodes[:, 2].argmax()]
     apart = TetMesh(found.coarse.nodes + np.outer(upper, [0.0, 0.0, 0.002]), found.coarse.tetrahedra)
     particles = particles_of(nest("block", apart, 0, found.anchors[0], TISSUE), 0, surface=False)
-    effects = {
-        "corotational": None,
-        "rayleigh": LOSS,
-        "gravity": {"acceleration_m_s2": [0.0, 0.0, -9.81]},
-        "held": None,
-    }
+    falling = {"held": True, "rayleigh": LOSS, "gravity": Gravity(acceleration_m_s2=[0.0, 0.0, -9.81])}
 
     def crossed(motion):
         return max(len(crossing([x], [motion.triangles])) for x in motion.positions)
 
-    assert crossed(play([particles], [[0, 0, 0]], effects, step_s=0.02, steps=6).motion) > 0
-    contact = {"friction": 0.5, "gap_m": 5e-4}
-    motion = play([particles], [[0, 0, 0]], effects | {"contact": contact}, step_s=0.02, steps=40).motion
+    assert crossed(play([particles], step_s=0.02, steps=6, **falling).motion) > 0
+    motion = play([particles], step_s=0.02, steps=40, contact=Contact(friction=0.5, gap_m=5e-4), **falling).motion
     assert not crossed(motion)
     # the lower half carries the upper one's weight to what is held
     force = LinearElements(apart, TISSUE).force(motion.positions[-1])[found.anchors[0]].sum(axis=0)
@@ -117,12 +112,11 @@ def test_a_lip_that_is_pressed_meets_the_other_and_moves_it(play):
         nest("block", TetMesh(nodes, found.coarse.tetrahedra), 0, found.anchors[0], TISSUE), 0, False
     )
     path = {"times_s": [0.0, 0.3], "shifts_m": [[0, 0, 0], [0, 0.014, 0]]}
-    ball = {"name": "ball", "kind": "sphere", "center_m": [0.03, -0.0205, 0.05], "radius_m": 0.02} | path
-    effects = {"corotational": None, "rayleigh": LOSS, "held": None}
+    ball = Ball(center_m=[0.03, -0.0205, 0.05], radius_m=0.02, **path)
 
     def pressed(self_contact):
-        contact = {"instruments": [ball], "self_contact": self_contact, "gap_m": 2e-4}
-        motion = play([particles], [[0, 0, 0]], effects | {"contact": contact}, step_s=0.02, steps=15).motion
+        contact = Contact(instruments=[ball], self_contact=self_contact, gap_m=2e-4)
+        motion = play([particles], step_s=0.02, steps=15, held=True, contact=contact, rayleigh=LOSS).motion
         x = motion.positions[-1]
         far = particles.nodes[:, 1] > 0.059
         return len(crossing([x], [motion.triangles])), float(

@@ -15,9 +15,10 @@ from palpate.bodies.simple_shapes import box as simple_box
 from palpate.bodies.supports import Bed, inner_nodes, read_bed
 from palpate.bodies.surfaces.triangles import drop_unused
 from palpate.effects.bed import BedSprings, make
+from palpate.effects.settings import Gravity, Rayleigh
 from palpate.errors import InputError
 from palpate.scenes.run_scene import effect_names, run
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 from palpate.solvers.equilibrium import Equilibrium
 
 BELOW = np.array([0.11, 0.09, 0.0])
@@ -94,7 +95,7 @@ def test_a_force_beside_the_middle_tilts_the_block(block):
 def test_force_and_stiffness_are_derivatives_of_the_energy(slab, force_of, stiffness_of, check_derivatives, surface):
     body = replace(slab, bed=Bed(np.array([0.1, 0.05, 0.0]), 0.07, 3e4))
     particles = particles_of(body, 0, surface)
-    springs = make(particles, {}, None)
+    springs = make(particles, None, None)
     x = particles.nodes + np.random.default_rng(1).normal(scale=0.01, size=particles.nodes.shape)
     check_derivatives(springs, x, 1e-4, force_error=1e-8, stiffness_error=1e-8)
     stiffness = stiffness_of(springs, x)
@@ -142,7 +143,7 @@ def test_what_cannot_be_a_bed_is_refused(slab):
         with pytest.raises(InputError, match=rf"^body slab: bed.*{message}.*\.$"):
             read_bed("slab", entry, slab.coarse)
     with pytest.raises(InputError, match="give the body one in bodies, or leave bed out"):
-        make(particles_of(slab, 0, False), {}, None)
+        make(particles_of(slab, 0, False), None, None)
 
 
 def test_what_lies_on_the_bed_is_not_pressed(slab):
@@ -156,8 +157,8 @@ def test_a_scene_finds_the_bed_by_itself_and_comes_to_rest_on_it(block):
     """Its weight is spread over the block and the bed is not under its middle, so that only the mean sinks by F / k."""
     heavy = replace(block, bed=replace(BED, center_m=np.array([0.1, 0.1, 0.0]), stiffness_n_m3=4e6))
     particles = particles_of(heavy, 0, False)
-    settings = {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}, "rayleigh": {"mass_1_s": 20.0, "stiffness_s": 0.0}}
-    scene = Scene("rest", "auto", "backward_euler", 0.02, 1.0, settings=settings)
+    blocks = {"gravity": Gravity(acceleration_m_s2=[0, 0, -9.81]), "rayleigh": Rayleigh(mass_1_s=20.0, stiffness_s=0.0)}
+    scene = Scene(body="block", step_s=0.02, duration_s=1.0, **blocks)
     assert set(effect_names(scene, particles)) == {"corotational", "gravity", "bed", "rayleigh"}
     moved = run(scene, particles).motion.positions[-1] - particles.nodes
     middle = np.linalg.norm(particles.nodes[:, :2] - 0.1, axis=1) < 0.05

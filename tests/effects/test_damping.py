@@ -9,6 +9,7 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.bodies.simple_shapes import sheet
 from palpate.effects import linear_elements, triangles
 from palpate.effects.rayleigh import make
+from palpate.effects.settings import Rayleigh, VelocityDamping
 from palpate.effects.velocity_damping import make as make_velocity_damping
 from palpate.linalg.block_pattern import shared_pattern
 
@@ -17,14 +18,14 @@ RATE = 3.0
 
 def solid(slab, soft):
     particles = particles_of(slab, 0, False)
-    return particles, linear_elements.make(particles, {}, None)
+    return particles, linear_elements.make(particles, None)
 
 
 def membrane(slab, soft):
     mesh = sheet([0.2, 0.1], [4, 2], 0.001)
     masses, none = 1.0 * mesh.areas, np.empty((0, 4), dtype=np.int64)
     particles = Particles("cloth", mesh.nodes, masses, np.empty(0, int), mesh.triangles, none, soft, 0.001)
-    return particles, triangles.make(particles, {}, None)
+    return particles, triangles.make(particles, None)
 
 
 @pytest.fixture(scope="module", params=[solid, membrane], ids=["solid", "membrane"])
@@ -50,9 +51,9 @@ def damping_of(damping, particles, x):
 def test_the_matrix_and_its_force(case, mass, stiffness):
     particles, elastic, x = case
     if mass == "velocity":
-        mass, damping = RATE, make_velocity_damping(particles, {"rate_1_s": RATE}, None)
+        mass, damping = RATE, make_velocity_damping(particles, VelocityDamping(rate_1_s=RATE), None)
     else:
-        damping = make(particles, {"mass_1_s": mass, "stiffness_s": stiffness}, elastic)
+        damping = make(particles, Rayleigh(mass_1_s=mass, stiffness_s=stiffness), elastic)
     found = damping_of(damping, particles, x)
     definite = matrix_of(lambda *into: elastic.add_stiffness(x, True, *into), elastic.couples, particles)
     expected = mass * np.diag(np.repeat(particles.masses, 3)) + stiffness * definite
@@ -73,16 +74,16 @@ def test_stiffness_leaves_flight_and_rotation_at_rest_alone_and_mass_does_not(ca
     flight = np.tile([1.0, -2.0, 0.5], (len(x), 1))
     for at, v in ((x, flight), (particles.nodes, np.cross([1.0, 2.0, 3.0], particles.nodes))):
         force = np.zeros_like(v)
-        make(particles, {"mass_1_s": 0.0, "stiffness_s": 1.0}, elastic).add_force(at, v, force)
+        make(particles, Rayleigh(mass_1_s=0.0, stiffness_s=1.0), elastic).add_force(at, v, force)
         assert np.abs(force).max() < 1e-11 * particles.material.young_pa * particles.size
     force[:] = 0.0
-    make(particles, {"mass_1_s": 2.0, "stiffness_s": 0.0}, elastic).add_force(x, flight, force)
+    make(particles, Rayleigh(mass_1_s=2.0, stiffness_s=0.0), elastic).add_force(x, flight, force)
     assert force.sum(axis=0) == pytest.approx(-2.0 * particles.masses.sum() * flight[0], rel=1e-9)
 
 
 def test_without_a_stiffness_mass_can_damp(case):
     particles, _, x = case
-    damping = make(particles, {"mass_1_s": 1.0, "stiffness_s": 0.0}, SimpleNamespace())
+    damping = make(particles, Rayleigh(mass_1_s=1.0, stiffness_s=0.0), SimpleNamespace())
     found = damping_of(damping, particles, x)
     assert np.abs(found - np.diag(np.repeat(particles.masses, 3))).max() < 1e-15
 
@@ -94,7 +95,7 @@ def particles(slab):
 
 @pytest.fixture(scope="module")
 def damping(particles):
-    return make_velocity_damping(particles, {"rate_1_s": RATE}, None)
+    return make_velocity_damping(particles, VelocityDamping(rate_1_s=RATE), None)
 
 
 @pytest.mark.parametrize("h", [1e-3, 1.0, 1e3])

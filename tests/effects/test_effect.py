@@ -9,38 +9,33 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from palpate.bodies.cutting.settings import Cut, PlaneSettings
 from palpate.bodies.cutting.ties import cut_particles
 from palpate.bodies.material import NAMED, Material, kind_of
 from palpate.bodies.particles import Particles, particles_of
 from palpate.bodies.supports import Bed
 from palpate.effects import effect as hooks
+from palpate.effects import settings as blocks
 from palpate.effects.effect import HOOKS, incomplete, is_load, members, offers
 from palpate.scenes import effect_registry
 
-LOAD = {"at_m": [0.2, 0.1, 0.08], "force_n": [0, 0, -1], "radius_m": 0.05}
-LOAD |= {"start_s": 0, "press_s": 0, "hold_s": 1, "release_s": 0}
+AT, SOON = [0.2, 0.1, 0.08], {"radius_m": 0.05, "hold_s": 1, "release_s": 0}
+HOOK = blocks.Hook(at_m=AT, pull_s=0, shift_m=[0, 0, 0.01], **SOON)
 SETTINGS = {
-    "gravity": {"acceleration_m_s2": [0, 0, -9.81]},
-    "push": {"loads": [LOAD]},
-    "hooks": [
-        {"at_m": [0.2, 0.1, 0.08], "radius_m": 0.05, "start_s": 0, "pull_s": 0, "hold_s": 1, "release_s": 0} | way
-        for way in ({"shift_m": [0, 0, 0.01]}, {"force_n": [0, 0, 1]})
-    ],
-    "threads": [
-        {
-            "ends_m": [[0.2, 0.1, 0.08], [0.1, 0.1, 0.08]],
-            "stiffness_n_m": 1,
-            "start_s": 0,
-            "tighten_s": 0,
-            "tightened_to": 1,
-        }
-    ],
-    "volume": {"stiffness_n_m": 30.0},
-    "body_springs": {"stiffness_n_m": 40.0, "damping_ratio": 0.1},
-    "maxwell": {"stiffness_ratio": 0.5, "relaxation_s": 0.1},
-    "plasticity": {"yield_strain": 0.05, "creep_1_s": 10.0, "max_strain": 0.5},
-    "prony": {"shares": [0.5], "times_s": [0.1]},
-    "shape_matching": {"mode": "linear", "alpha": 0.5, "beta": 0.5, "clusters": {"kind": "one"}},
+    "gravity": blocks.Gravity(acceleration_m_s2=[0, 0, -9.81]),
+    "push": blocks.Push(loads=[blocks.Load(at_m=AT, force_n=[0, 0, -1], press_s=0, **SOON)]),
+    "hooks": [HOOK, HOOK.but(shift_m=None, force_n=[0, 0, 1])],
+    "threads": [blocks.Thread(ends_m=[AT, [0.1, 0.1, 0.08]])],
+    "contact": blocks.Contact(),
+    "volume": blocks.Volume(stiffness_n_m=30.0),
+    "body_springs": blocks.BodySprings(stiffness_n_m=40.0),
+    "rayleigh": blocks.Rayleigh(),
+    "kelvin": blocks.Kelvin(),
+    "maxwell": blocks.Maxwell(stiffness_ratio=0.5, relaxation_s=0.1),
+    "velocity_damping": blocks.VelocityDamping(),
+    "plasticity": blocks.Plasticity(yield_strain=0.05, max_strain=0.5),
+    "prony": blocks.Prony(shares=[0.5], times_s=[0.1]),
+    "shape_matching": blocks.ShapeMatching(),
 }
 ELASTIC = {"kelvin": "springs", "maxwell": "springs", "bending": "triangles"}
 
@@ -54,17 +49,16 @@ def made(name: str, slab) -> object:
         triangles, none = np.array([[0, 1, 2], [0, 2, 3]]), np.empty((0, 4), dtype=int)
         particles = Particles("sheet", nodes, np.ones(4), np.array([0]), triangles, none, Material(1e3, 0.3, 1e3), 1e-3)
     if name == "cut":
-        plane = {"point_m": slab.coarse.nodes.mean(axis=0), "normal": [1, 0, 0]}
-        particles = cut_particles("scene", slab, 0, {"plane": plane, "at_s": 0.0, "lasts_s": 0.0, "way": "conform"})
-    entry, settings = effect_registry.EFFECTS[name], SETTINGS.get(name)
+        plane = PlaneSettings(point_m=slab.coarse.nodes.mean(axis=0), normal=[1, 0, 0])
+        particles = cut_particles("scene", slab, 0, Cut(plane=plane))
     if name in effect_registry.FINITE_ELEMENTS:
         own = str(Path(__file__).parents[2] / "examples/hencky.py")
         law = next((law for law in NAMED if kind_of(law) == name), own)
         particles = replace(particles, material=replace(particles.material, law=law))
     elastic = None
-    if entry.role != "elastic":
+    if effect_registry.EFFECTS[name].role != "elastic":
         elastic = made(ELASTIC.get(name, "corotational"), slab)
-    return effect_registry.effect(name).make(particles, settings or dict(entry.settings or {}), elastic)
+    return effect_registry.effect(name).make(particles, SETTINGS.get(name), elastic)
 
 
 @pytest.mark.parametrize("name", effect_registry.EFFECTS)

@@ -9,6 +9,7 @@ from palpate.effects.gravity import make
 from palpate.effects.held import make as make_held
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.push import make as make_push
+from palpate.effects.settings import Gravity, Load, Push
 from palpate.errors import InputError
 
 ACCELERATION = [1.0, -2.0, -9.81]
@@ -17,7 +18,7 @@ ACCELERATION = [1.0, -2.0, -9.81]
 @pytest.mark.parametrize("surface", [False, True])
 def test_the_whole_weight_and_its_work(slab, surface):
     particles = particles_of(slab, 0, surface)
-    gravity = make(particles, {"acceleration_m_s2": ACCELERATION}, None)
+    gravity = make(particles, Gravity(acceleration_m_s2=ACCELERATION), None)
     force = np.ones_like(particles.nodes)  # it adds
     gravity.add_force(particles.nodes, np.zeros_like(force), force)
     weight = 1000.0 * slab.coarse.volumes.sum() * np.array(ACCELERATION)
@@ -32,14 +33,14 @@ def test_the_whole_weight_and_its_work(slab, surface):
 @pytest.mark.parametrize("surface", [False, True])
 def test_anchors_are_fixed(slab, surface):
     particles = particles_of(slab, 0, surface)
-    assert (particles.nodes[make_held(particles, {}, None).fixed][:, 0] < 0.03).all()
-    assert len(make_held(particles, {}, None).fixed) == len(slab.anchors[0])
+    assert (particles.nodes[make_held(particles, None, None).fixed][:, 0] < 0.03).all()
+    assert len(make_held(particles, None, None).fixed) == len(slab.anchors[0])
 
 
 def test_a_body_without_anchors_is_told_so(slab, soft):
     free = nest("free", slab.coarse, 0, np.empty(0, dtype=int), soft)
     with pytest.raises(InputError, match="give the body anchors"):
-        make_held(particles_of(free, 0, False), {}, None)
+        make_held(particles_of(free, 0, False), None, None)
 
 
 FORCE = [0.3, -1.2, 0.5]
@@ -56,11 +57,12 @@ def far_corner(particles):
 
 
 def load(particles, **others):
-    return {"at_m": far_corner(particles), "force_n": FORCE, "radius_m": 0.03, **TIMES, **others}
+    given = {"at_m": far_corner(particles), "force_n": FORCE, "radius_m": 0.03} | TIMES | others
+    return Load(**given)
 
 
 def pushed(particles, loads, t):
-    push = make_push(particles, {"loads": loads}, None)
+    push = make_push(particles, Push(loads=loads), None)
     push.at(t)
     force = np.zeros_like(particles.nodes)
     push.add_force(particles.nodes, np.zeros_like(force), force)
@@ -88,7 +90,7 @@ def test_it_is_pressed_held_and_released(particles, t, share):
 
 def test_the_ramps_have_no_kink(particles):
     times = np.linspace(0.0, 2.5, 2001)
-    push = make_push(particles, {"loads": [load(particles)]}, None)
+    push = make_push(particles, Push(loads=[load(particles)]), None)
     shares = []
     for t in times:
         push.at(t)
@@ -111,18 +113,18 @@ def test_loads_add_up_and_nothing_presses_before_its_time_is_told(particles):
     together, one, other = (pushed(particles, loads, 1.0) for loads in (both, both[:1], both[1:]))
     assert np.abs(together - one - other).max() < 1e-15
     force = np.zeros_like(particles.nodes)
-    push = make_push(particles, {"loads": [load(particles, start_s=0.0, press_s=0.0)]}, None)
+    push = make_push(particles, Push(loads=[load(particles, start_s=0.0, press_s=0.0)]), None)
     push.add_force(particles.nodes, force, force)
     assert push.outer and not force.any()
 
 
 def test_a_load_far_away_or_on_the_anchors_is_refused(particles):
     with pytest.raises(InputError, match=r"push\.loads\[1\]\.at_m is .* m from the nearest point of its"):
-        make_push(particles, {"loads": [load(particles), load(particles, at_m=[200.0, 100.0, 80.0])]}, None)
+        make_push(particles, Push(loads=[load(particles), load(particles, at_m=[200.0, 100.0, 80.0])]), None)
     near = particles.nodes[particles.surface].max(axis=0) + 0.2 * particles.size
     with pytest.raises(InputError, match=r"give a point on the surface, in metres\.$"):
-        make_push(particles, {"loads": [load(particles, at_m=near)]}, None)
+        make_push(particles, Push(loads=[load(particles, at_m=near)]), None)
     with pytest.raises(InputError, match=r"push\.loads\[0\]\.radius_m is 12 m, and the whole body is"):
-        make_push(particles, {"loads": [load(particles, radius_m=12.0)]}, None)
+        make_push(particles, Push(loads=[load(particles, radius_m=12.0)]), None)
     with pytest.raises(InputError, match="which is held"):
-        make_push(particles, {"loads": [load(particles, at_m=particles.nodes[particles.held[0]])]}, None)
+        make_push(particles, Push(loads=[load(particles, at_m=particles.nodes[particles.held[0]])]), None)

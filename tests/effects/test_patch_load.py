@@ -12,6 +12,7 @@ from palpate.bodies.surface_quadrature import enclosed_volume, triangle_shapes
 from palpate.effects.linear_elements import shape_gradients
 from palpate.effects.patch_load import Patch, nodal_load, patch_at, patch_shares
 from palpate.effects.push import disc, placed
+from palpate.effects.settings import Load
 
 FORCE = np.array([0.3, -1.2, 0.5])
 
@@ -146,15 +147,15 @@ def test_a_push_between_nodes_acts_where_it_is(box, order, radius, at):
     mesh = box([2, 2, 2], [0.1, 0.1, 0.1])
     off = [0.0, 0.0, 1e-3] if at[2] == 0.1 else [1e-3, 0.0, 0.0]
     for given in (at, np.add(at, off).tolist()):
-        (load,) = placed(mesh, np.arange(0), "box", {"loads": [{"at_m": given, "radius_m": radius}]})
-        assert load["at_m"] == pytest.approx(at, abs=1e-15)
-        assert load["normal"] == pytest.approx(np.array(off) / 1e-3, abs=1e-15)
+        (load,) = placed(mesh, np.arange(0), "box", [Load(at_m=given, force_n=[0, 0, 1], radius_m=radius)])
+        assert load.at_m == pytest.approx(at, abs=1e-15)
+        assert load.normal == pytest.approx(np.array(off) / 1e-3, abs=1e-15)
         nodes, shares = patch_shares(mesh, disc(load), order)
         places = mesh.nodes if order == 1 else refine(mesh)[0].nodes
         assert shares.sum() == pytest.approx(1.0, abs=1e-14)
         assert shares @ places[nodes] == pytest.approx(at, abs=1e-14)
         if radius == 0.0 and at == [0.05, 0.05, 0.1]:
-            assert shares.tolist() == [1.0] and load["at_m"] == mesh.nodes[nodes[0]].tolist()
+            assert shares.tolist() == [1.0] and load.at_m == mesh.nodes[nodes[0]].tolist()
 
 
 @pytest.fixture(scope="module")

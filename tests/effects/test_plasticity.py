@@ -11,6 +11,7 @@ from palpate.bodies.particles import particles_of
 from palpate.effects import shape_matching
 from palpate.effects.fem_plasticity import FemPlasticity
 from palpate.effects.linear_elements import LinearElements, shape_gradients
+from palpate.effects.settings import Clusters, Plasticity, ShapeMatching
 from palpate.effects.shape_plasticity import ShapePlasticity
 from palpate.errors import InputError
 
@@ -150,18 +151,15 @@ def test_no_flow_where_it_would_cost_energy():
         plasticity.plastic[:], elastic.gradients[:] = np.eye(3), shape_gradients(TETRAHEDRON)[0]
 
 
-CLAY = {"yield_strain": 0.05, "creep_1_s": 5.0, "max_strain": 0.5}
-
-
 @pytest.fixture(scope="module")
 def particles(slab):
     return particles_of(slab, 0, surface=False)
 
 
-def clay(particles, clusters=None, **change):
-    settings = {"mode": "quadratic", "alpha": 0.5, "beta": 0.0, "clusters": clusters or {"kind": "one"}}
-    matched = shape_matching.make(particles, settings)
-    return matched, ShapePlasticity(CLAY | change, matched)
+def clay(particles, kind="one", max_strain=0.5):
+    matching = ShapeMatching(mode="quadratic", alpha=0.5, beta=0.0, clusters=Clusters(kind=kind))
+    matched = shape_matching.make(particles, matching)
+    return matched, ShapePlasticity(Plasticity(yield_strain=0.05, creep_1_s=5.0, max_strain=max_strain), matched)
 
 
 def shape_of(matched, x):
@@ -203,7 +201,7 @@ def test_the_rest_shape_reaches_a_shape_of_the_same_volume(particles):
         assert np.linalg.det(plasticity.plastic[0]) == pytest.approx(1.0, abs=1e-12)
 
 
-@pytest.mark.parametrize("kind", [{"kind": "one"}, {"kind": "tetrahedra"}])
+@pytest.mark.parametrize("kind", ["one", "tetrahedra"])
 def test_strain_and_volume_stay_within_their_bounds_whatever_happens(particles, kind):
     random = np.random.default_rng(0)
     matched, plasticity = clay(particles, kind)

@@ -12,11 +12,12 @@ from palpate.bodies.material import NAMED, Material, Tissue
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
 from palpate.effects import prony
+from palpate.effects import settings as blocks
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.prony import SLOPE, WIDTH
 from palpate.errors import InputError, NotConverged
 from palpate.scenes.run_scene import run
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 from palpate.solvers import backward_euler, symplectic_euler
 from palpate.solvers.system import System
 
@@ -26,8 +27,12 @@ LIGHT = Material(3000.0, 0.3, 0.01)
 """Without weight to speak of, so that a body is in equilibrium at every time."""
 
 
+def beside(elastic, mesh, shares=SHARES, times=TIMES):
+    return prony.make(mesh, blocks.Prony(shares=shares, times_s=times), elastic)
+
+
 def made(mesh, material=LIGHT, shares=SHARES, times=TIMES):
-    return prony.make(mesh, {"shares": shares, "times_s": times}, LinearElements(mesh, material))
+    return beside(LinearElements(mesh, material), mesh, shares, times)
 
 
 @pytest.fixture
@@ -75,7 +80,7 @@ def test_the_shear_stress_relaxes_as_the_series_says(shear, law, tetrahedron, fo
     """That of body and branches together is G(t) times the shear, to second order in it, whatever the law."""
     x = TETRAHEDRON.nodes @ np.array([[1.0, shear, 0], [0, 1, 0], [0, 0, 1]]).T
     elastic = LinearElements(TETRAHEDRON, replace(LIGHT, law=law))
-    effect = prony.make(tetrahedron, {"shares": SHARES, "times_s": TIMES}, elastic)
+    effect = beside(elastic, tetrahedron)
     for step in range(1, 8):
         effect.relax(x, 0.1)
         force = force_of(elastic, x) + force_of(effect, x)
@@ -88,7 +93,7 @@ def test_each_region_has_branches_of_its_own_modulus(heavy):
     """Under a stretch that keeps the volume both energies have μ alone as their factor."""
     materials = heavy.material, replace(heavy.material, young_pa=3e4)
     elastic = LinearElements(heavy, Tissue(materials, np.arange(len(heavy.tetrahedra)) % 2))
-    effect = prony.make(heavy, {"shares": [0.5], "times_s": [1.0]}, elastic)
+    effect = beside(elastic, heavy, [0.5], [1.0])
     x = heavy.nodes @ np.diag([1.02, 0.99, 0.99])
     assert effect.energy(x) == pytest.approx(elastic.energy(x), rel=1e-3)
     x = np.where(np.isin(np.arange(len(x)), heavy.tetrahedra[1])[:, None], x, heavy.nodes)
@@ -148,9 +153,9 @@ def crept(particles, shares, times, h, steps, stress=0.6, ramp=0.1):
     (edge,) = np.argwhere(np.abs(particles.nodes - [0.1, 0.0, 0.0]).max(axis=1) < 1e-9)
     elastic = LinearElements(particles, LIGHT)
     effects = {"corotational": elastic, "pull": Pull(particles, stress, ramp)}
-    effects["prony"] = prony.make(particles, {"shares": shares, "times_s": times}, elastic)
+    effects["prony"] = beside(elastic, particles, shares, times)
     system = System(particles, effects)
-    integrator = backward_euler.make(system, {"tolerance": 1e-8})
+    integrator = backward_euler.make(system, blocks.Stepping(step_s=h, duration_s=1.0))
     x, v, found = particles.nodes.copy(), np.zeros_like(particles.nodes), []
     for step in range(steps):
         system.at((step + 1) * h)
@@ -224,9 +229,9 @@ def test_branches_take_energy_from_every_step(h, heavy):
 @pytest.mark.parametrize("share", [0.5, 0.99])
 def test_the_energy_of_a_free_body_falls_in_every_step_of_backward_euler(tau, share, heavy):
     elastic = LinearElements(heavy, heavy.material)
-    effects = {"corotational": elastic, "prony": prony.make(heavy, {"shares": [share], "times_s": [tau]}, elastic)}
+    effects = {"corotational": elastic, "prony": beside(elastic, heavy, [share], [tau])}
     system, h = System(heavy, effects), 0.02
-    integrator = backward_euler.make(system, {"tolerance": 1e-8})
+    integrator = backward_euler.make(system, blocks.Stepping(step_s=h, duration_s=1.0))
     x = heavy.nodes @ np.diag([1.5, 0.8, 1.0]) + 0.005 * np.random.default_rng(2).normal(size=heavy.nodes.shape)
     v = np.cross([3.0, 2.0, 1.0], x)
     energies = []
@@ -242,10 +247,10 @@ def test_the_energy_of_a_free_body_falls_in_every_step_of_backward_euler(tau, sh
 def test_explicit_steps_are_damped_and_limited_by_the_instantaneous_modulus(heavy):
     free = System(heavy, {"corotational": LinearElements(heavy, heavy.material)})
     elastic = LinearElements(heavy, heavy.material)
-    effects = {"corotational": elastic, "prony": prony.make(heavy, {"shares": [0.75], "times_s": [0.02]}, elastic)}
+    effects = {"corotational": elastic, "prony": beside(elastic, heavy, [0.75], [0.02])}
     system = System(heavy, effects)
-    integrator = symplectic_euler.make(system, {})
-    assert 0.5 <= integrator.limit_s / symplectic_euler.make(free, {}).limit_s < 0.8
+    integrator = symplectic_euler.make(system)
+    assert 0.5 <= integrator.limit_s / symplectic_euler.make(free).limit_s < 0.8
     h, energies = 0.3 * integrator.limit_s, []
     x, v = heavy.nodes @ np.diag([1.1, 0.95, 1.0]), np.zeros_like(heavy.nodes)
     for _ in range(1500):
@@ -256,15 +261,13 @@ def test_explicit_steps_are_damped_and_limited_by_the_instantaneous_modulus(heav
     assert energies[-1] < 0.1 * energies[0]
 
 
-def pressed(heavy, **more):
+def pressed(heavy, shares=SHARES, times_s=TIMES, **more):
     held = np.flatnonzero(heavy.nodes[:, 2] < 1e-9)
-    load = {"at_m": [0.05, 0.05, 0.1], "force_n": [0.0, 0.0, -2.0], "radius_m": 0.06}
-    load |= {"start_s": 0.0, "press_s": 0.05, "hold_s": 1.0, "release_s": 0.1}
-    settings = {"push": {"loads": [load]}, "prony": {"shares": SHARES, "times_s": TIMES}} | more.pop("settings", {})
-    effects = ["corotational", "push", *more.pop("named", ["held", "prony"])]
-    scene = Scene("s", effects, "backward_euler", 0.02, 0.2, settings=settings)
+    load = blocks.Load(at_m=[0.05, 0.05, 0.1], force_n=[0.0, 0.0, -2.0], radius_m=0.06, press_s=0.05, hold_s=1.0)
+    branches = blocks.Prony(shares=shares, times_s=times_s)
+    given = {"step_s": 0.02, "duration_s": 0.2, "push": blocks.Push(loads=[load]), "prony": branches} | more
     body = nest("pressed", TetMesh(heavy.nodes, heavy.tetrahedra), 0, held, heavy.material)
-    return run(Scene(**(vars(scene) | more)), particles_of(body, 0, False)).motion
+    return run(Scene(body="pressed", **given), particles_of(body, 0, False)).motion
 
 
 def test_runs_of_a_scene_know_nothing_of_each_other(heavy):
@@ -280,21 +283,18 @@ def moved(motion):
 
 def test_branches_much_faster_than_the_step_are_not_felt_and_much_slower_ones_never_relax(heavy):
     """The latter are a body of more shear modulus, but for the width of the root's smoothing."""
-    without = moved(pressed(heavy, named=["held"]))
+    without = moved(pressed(heavy, prony=None))
     peak = np.abs(without).max()
-    fast = moved(pressed(heavy, settings={"prony": {"shares": [0.5], "times_s": [1e-9]}}))
+    fast = moved(pressed(heavy, [0.5], [1e-9]))
     assert np.abs(fast - without).max() < 1e-6 * peak
-    slow, slower = (
-        moved(pressed(heavy, settings={"prony": {"shares": [0.5], "times_s": [tau]}})) for tau in (1e6, 1e9)
-    )
+    slow, slower = (moved(pressed(heavy, [0.5], [tau])) for tau in (1e6, 1e9))
     assert np.abs(slow - slower).max() < 1e-6 * peak
     assert 0.4 * peak < np.abs(slow).max() < 0.8 * peak
 
 
 @pytest.mark.parametrize("start", ["inverted", "random", "plane"])
 def test_a_disordered_start_ends_without_a_gain_of_energy(start, heavy):
-    series = {"prony": {"shares": [0.5], "times_s": [0.05]}}
-    energy = pressed(heavy, start=start, duration_s=0.4, held=False, named=["prony"], settings=series).energy
+    energy = pressed(heavy, [0.5], [0.05], start=start, duration_s=0.4, held=False).energy
     assert np.isfinite(energy["total_j"]).all()
     assert energy["gain_j"].max() <= 1e-9 * energy["total_j"].iloc[0]
 

@@ -11,15 +11,14 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
 from palpate.bodies.simple_shapes import box
 from palpate.effects import shape_matching
+from palpate.effects.settings import Clusters, ShapeMatching
 from palpate.effects.shape_matching import make_clusters
 from palpate.errors import InputError
 
-CLUSTERS = {
-    "one": {"kind": "one"},
-    "tetrahedra": {"kind": "tetrahedra"},
-    "cubes": {"kind": "cubes", "edge_m": 0.09, "overlap": 0.5},
-}
+CLUSTERS = {kind: Clusters(kind=kind) for kind in ("one", "tetrahedra", "each_tetrahedron")}
+CLUSTERS["cubes"] = Clusters(kind="cubes", edge_m=0.09)
 NONE = np.empty((0, 3), dtype=np.int64)
+KINDS = ["one", "tetrahedra", "cubes"]
 MODES = ["rigid", "linear", "quadratic"]
 
 
@@ -29,8 +28,7 @@ def particles(slab):
 
 
 def matched(particles, mode, kind="one", beta=0.5, alpha=0.5):
-    settings = {"mode": mode, "alpha": alpha, "beta": beta, "clusters": CLUSTERS[kind]}
-    return shape_matching.make(particles, settings)
+    return shape_matching.make(particles, ShapeMatching(mode=mode, alpha=alpha, beta=beta, clusters=CLUSTERS[kind]))
 
 
 def goals(effect, x):
@@ -40,7 +38,7 @@ def goals(effect, x):
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("kind", CLUSTERS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_moved_and_turned_body_is_where_it_wants_to_be(particles, rotation, mode, kind):
     effect = matched(particles, mode, kind)
     for angle in (0.0, 1.0, np.pi):
@@ -50,7 +48,7 @@ def test_a_moved_and_turned_body_is_where_it_wants_to_be(particles, rotation, mo
 
 @pytest.mark.parametrize("add", [False, True])
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("kind", CLUSTERS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_goals_keep_momentum_and_angular_momentum(particles, mode, kind, add):
     """However a particle's clusters differ in number and mass."""
     random = np.random.default_rng(0)
@@ -95,15 +93,15 @@ def test_clusters_of_a_symmetric_mesh_are_symmetric_in_any_order_of_its_elements
 
 def around_tetrahedra(particles) -> set[frozenset[int]]:
     """The clusters around tetrahedra, as sets of nodes."""
-    return {frozenset(group.tolist()) for group in groups(make_clusters(particles, {"kind": "tetrahedra"}))}
+    return {frozenset(group.tolist()) for group in groups(make_clusters(particles, CLUSTERS["tetrahedra"]))}
 
 
 def test_added_goals_that_may_be_unstable_are_refused(particles):
-    settings = {"mode": "linear", "alpha": 0.5, "beta": 0.5, "goals": "sum", "clusters": {"kind": "each_tetrahedron"}}
-    most = make_clusters(particles, settings["clusters"]).shared_by.max()
+    asked = ShapeMatching(mode="linear", goals="sum", clusters=CLUSTERS["each_tetrahedron"])
+    most = make_clusters(particles, asked.clusters).shared_by.max()
     with pytest.raises(InputError, match=f"below {4 / most:.3g} only; lower alpha"):
-        shape_matching.make(particles, settings)
-    assert shape_matching.make(particles, settings | {"alpha": 3.9 / most}).alpha == pytest.approx(3.9)
+        shape_matching.make(particles, asked)
+    assert shape_matching.make(particles, asked.but(alpha=3.9 / most)).alpha == pytest.approx(3.9)
 
 
 def test_the_rigid_goal_is_the_best_fit(particles, rotation):
@@ -137,7 +135,7 @@ def test_the_linear_mode_restores_volume(particles):
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("kind", CLUSTERS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_no_position_puts_goals_off(particles, mode, kind):
     effect = matched(particles, mode, kind)
     size = particles.size
@@ -170,13 +168,6 @@ def test_the_answer_does_not_depend_on_the_one_before(particles):
         assert np.abs(goals(used, x) - goals(matched(particles, "quadratic", "cubes"), x)).max() < 1e-12
 
 
-@pytest.mark.parametrize("change", [{"alpha": 1.5}, {"alpha": np.nan}, {"beta": -0.1}])
-def test_settings_out_of_range_are_refused(particles, change):
-    settings = {"mode": "rigid", "alpha": 0.5, "beta": 0.5, "clusters": CLUSTERS["one"]} | change
-    with pytest.raises(InputError, match=next(iter(change))):
-        shape_matching.make(particles, settings)
-
-
 @pytest.fixture(scope="module")
 def volume(slab):
     return particles_of(slab, 1, surface=False)
@@ -204,13 +195,13 @@ def twice(particles):
 
 
 def test_one_takes_each_piece_of_a_body(surface):
-    found = groups(make_clusters(twice(surface), {"kind": "one"}))
+    found = groups(make_clusters(twice(surface), CLUSTERS["one"]))
     count = len(surface.nodes)
     assert [g.tolist() for g in found] == [list(range(count)), list(range(count, 2 * count))]
 
 
 def test_every_tetrahedron_lies_inside_a_cluster(volume):
-    clusters = make_clusters(volume, {"kind": "tetrahedra"})
+    clusters = make_clusters(volume, CLUSTERS["tetrahedra"])
     found = groups(clusters)
     assert 1 < len(found) < len(volume.tetrahedra) / 4
     inside = [np.isin(volume.tetrahedra, group).all(axis=1) for group in found]
@@ -219,47 +210,43 @@ def test_every_tetrahedron_lies_inside_a_cluster(volume):
 
 
 def test_to_the_letter_each_tetrahedron_has_a_cluster_of_all_around_it(volume):
-    clusters = make_clusters(volume, {"kind": "each_tetrahedron"})
+    clusters = make_clusters(volume, CLUSTERS["each_tetrahedron"])
     found = groups(clusters)
     assert len(found) == len(volume.tetrahedra)
     for own, group in zip(volume.tetrahedra, found, strict=True):
         around = volume.tetrahedra[np.isin(volume.tetrahedra, own).any(axis=1)]
         assert set(group) == set(around.ravel())
-    covered = {tuple(g) for g in groups(make_clusters(volume, {"kind": "tetrahedra"}))}
+    covered = {tuple(g) for g in groups(make_clusters(volume, CLUSTERS["tetrahedra"]))}
     assert covered < {tuple(g) for g in found}
 
 
 def test_cubes_are_as_small_and_overlap_as_much_as_asked(volume):
     for edge, overlap in ((0.08, 0.5), (0.06, 0.3), (0.5, 0.0)):
-        found = groups(make_clusters(volume, {"kind": "cubes", "edge_m": edge, "overlap": overlap}))
+        found = groups(make_clusters(volume, Clusters(kind="cubes", edge_m=edge, overlap=overlap)))
         assert all(np.ptp(volume.nodes[g], axis=0).max() <= edge * (1 + 1e-8) for g in found)
         assert np.array_equal(np.unique(np.concatenate(found)), np.arange(len(volume.nodes)))
         assert (len(found) == 1) == (edge == 0.5)
 
 
 def test_pieces_get_cubes_of_their_own(surface):
-    settings = {"kind": "cubes", "edge_m": 0.08, "overlap": 0.5}
-    alone, both = (groups(make_clusters(p, settings)) for p in (surface, twice(surface)))
+    cubes = Clusters(kind="cubes", edge_m=0.08)
+    alone, both = (groups(make_clusters(p, cubes)) for p in (surface, twice(surface)))
     assert len(both) == 2 * len(alone)
     assert all(np.array_equal(g + len(surface.nodes), h) for g, h in zip(alone, both[len(alone) :], strict=True))
 
 
 @pytest.mark.parametrize(
-    "settings, says",
-    [
-        ({"kind": "cubes", "edge_m": 0.1, "overlap": 1.0}, "overlap"),
-        ({"kind": "cubes", "edge_m": 1e-9, "overlap": 0.5}, "too many cubes"),
-        ({"kind": "cubes", "edge_m": 0.026, "overlap": 0.0}, "hold the body together"),
-    ],
+    ("edge_m", "overlap", "says"),
+    [(0.1, 1.0, "overlap"), (1e-9, 0.5, "too many cubes"), (0.026, 0.0, "hold the body together")],
 )
-def test_unusable_settings_are_refused(volume, settings, says):
+def test_cubes_that_are_unusable_are_refused(volume, edge_m, overlap, says):
     with pytest.raises(InputError, match=says):
-        make_clusters(volume, settings)
+        make_clusters(volume, Clusters(kind="cubes", edge_m=edge_m, overlap=overlap))
 
 
 def test_tetrahedra_need_tetrahedra_around_every_particle(volume, surface):
     with pytest.raises(InputError, match="use cubes"):
-        make_clusters(surface, {"kind": "tetrahedra"})
+        make_clusters(surface, CLUSTERS["tetrahedra"])
     spare = replace(volume, nodes=np.vstack([volume.nodes, [[9.0, 9.0, 9.0]]]))
     with pytest.raises(InputError, match="no tetrahedron"):
-        make_clusters(spare, {"kind": "tetrahedra"})
+        make_clusters(spare, CLUSTERS["tetrahedra"])

@@ -41,7 +41,7 @@ def particles(sizes, divisions, poisson=0.3, jitter=0.0):
 @pytest.fixture(params=[-0.5, 0.0, 0.3, 0.49])
 def cloth(request):
     found = particles([0.3, 0.2], [3, 2], request.param, jitter=0.25)
-    return found, make(found, {})
+    return found, make(found, None)
 
 
 @pytest.fixture
@@ -50,7 +50,7 @@ def triangle():
     mesh = sheet([0.11, 0.07], [1, 1], 0.002)
     mesh = Sheet(mesh.nodes[mesh.triangles[0]], np.array([[0, 1, 2]]), 0.002)
     found = particles_of(nest("patch", mesh, 0, np.array([0]), Material(1e4, 0.3, 1000.0)), 0, False)
-    return found, make(found, {})
+    return found, make(found, None)
 
 
 def crumpled(nodes, rotation, amount=0.01):
@@ -134,7 +134,7 @@ def test_patch(cloth, rotation, force_of):
 def test_a_hanging_strip_stretches_by_its_weight(poisson, tolerance, force_of, stiffness_of):
     """ρ g L² / (2 E): the law is linear in the stretch, so at any strain; the held end does not narrow."""
     strip = particles([1.0, 0.05], [40, 2], poisson)
-    effect = make(strip, {})
+    effect = make(strip, None)
     free = np.zeros(strip.nodes.shape, dtype=bool)
     free[strip.nodes[:, 0] > 0, :2] = True
     free = free.ravel()
@@ -169,16 +169,16 @@ def rolled(nodes, angle):
 def test_sheets_that_are_flat_each_by_itself():
     tilted = plate(nodes=lambda nodes: nodes @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0])
     pair = merge_particles([plate(), tilted], [[0, 0, 0], [0, 0, 0.5]], "pair")
-    effect, x = make_bending(pair, {}), pair.nodes.copy()
+    effect, x = make_bending(pair, None), pair.nodes.copy()
     n = len(plate().nodes)
     x[:n] = rolled(plate().nodes, 0.3)
-    assert effect.energy(x) == pytest.approx(make_bending(plate(), {}).energy(x[:n]), rel=1e-9)
+    assert effect.energy(x) == pytest.approx(make_bending(plate(), None).energy(x[:n]), rel=1e-9)
 
 
 @pytest.mark.parametrize(("angle", "along", "across"), [(0.0, 24, 16), (np.pi / 2, 16, 24)])
 def test_a_plate_rolled_along_a_side(angle, along, across):
     """½ D κ² A, less the two rims of half a cell that have no hinge, and (κ h)²/12 for the chords."""
-    effect, x = make_bending(plate((24, 16)), {}), rolled(plate((24, 16)).nodes, angle)
+    effect, x = make_bending(plate((24, 16)), None), rolled(plate((24, 16)).nodes, angle)
     step = CURVATURE * LENGTH / 24
     chords = 2 * (1 - np.cos(step)) / step**2
     assert effect.energy(x) == pytest.approx(PLATE * (1 - 1 / along) * chords**2, rel=1e-10)
@@ -190,7 +190,7 @@ def test_energy_converges_to_the_plates_in_every_direction(angle):
     found = []
     for cells in (6, 12, 24):
         particles = plate((3 * cells // 2, cells))
-        found.append(make_bending(particles, {}).energy(rolled(particles.nodes, angle)) / PLATE)
+        found.append(make_bending(particles, None).energy(rolled(particles.nodes, angle)) / PLATE)
     first, second = (2 * fine - coarse for coarse, fine in pairwise(found))
     assert 1.8 < (found[1] - 1) / (found[2] - 1) < 2.2
     assert abs(second - 1) < 0.003
@@ -203,19 +203,19 @@ def test_twist_costs_what_a_plate_pays():
     x = particles.nodes.copy()
     x[:, 2] = 0.1 * x[:, 0] * x[:, 1]
     expected = 0.5 * STIFFNESS * 2 * 0.1**2 * LENGTH * WIDTH
-    assert make_bending(particles, {}).energy(x) == pytest.approx(expected, rel=1e-10)
+    assert make_bending(particles, None).energy(x) == pytest.approx(expected, rel=1e-10)
 
 
 def test_momentum_is_kept(rotation, check_frame):
     particles = plate()
     x = rolled(particles.nodes, 0.4) @ rotation(1.0).T + 0.01 * np.random.default_rng(0).normal(size=(35, 3))
-    check_frame(make_bending(particles, {}), x, particles.size, error=1e-10)
+    check_frame(make_bending(particles, None), x, particles.size, error=1e-10)
 
 
 def test_force_and_stiffness_are_derivatives_of_bending(force_of, stiffness_of):
     """Exactly: the energy is ½ xᵀ Q x, and Q is positive semidefinite."""
     particles = plate((3, 2))
-    effect = make_bending(particles, {})
+    effect = make_bending(particles, None)
     assert effect.energy(particles.nodes + 1e3) < 1e-18 * PLATE  # no cancellation far from the origin
     x = rolled(particles.nodes, 0.4) + 0.01 * np.random.default_rng(0).normal(size=(12, 3))
     stiffness = stiffness_of(effect, x, definite=True)
@@ -243,4 +243,4 @@ def test_what_is_not_flat_is_refused():
     bent = plate(nodes=lambda nodes: rolled(nodes, 0.3))
     for sheets in (bent, merge_particles([plate(), bent], [[0, 0, 0], [0, 0, 0.5]], "plate")):
         with pytest.raises(InputError, match=r"^plate: effect bending needs a sheet that is flat at rest"):
-            make_bending(sheets, {})
+            make_bending(sheets, None)

@@ -7,11 +7,12 @@ from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
 from palpate.effects import body_springs, kelvin, maxwell, springs, volume_preservation
+from palpate.effects import settings as blocks
 from palpate.effects.springs import Springs, rest_lengths, surface_springs, volume_springs
 from palpate.solvers.symplectic_euler import SymplecticEuler
 from palpate.solvers.system import System
 
-SURFACE = {"structural_n_m": 20.0, "shear_n_m": 10.0, "bending_n_m": 5.0}
+SURFACE = blocks.Springs(structural_n_m=20.0, shear_n_m=10.0, bending_n_m=5.0)
 
 
 @pytest.fixture(scope="module")
@@ -23,15 +24,15 @@ def particles(slab):
 def effects(slab, particles):
     """The particles and the one effect that moves them, by name."""
     surface = particles_of(slab, 0, True)
-    elastic = springs.make(particles, {})
-    relaxed = maxwell.make(particles, {"stiffness_ratio": 0.5, "relaxation_s": 0.1}, elastic)
+    elastic = springs.make(particles, None)
+    relaxed = maxwell.make(particles, blocks.Maxwell(stiffness_ratio=0.5, relaxation_s=0.1), elastic)
     relaxed.relax(1.3 * particles.nodes, 0.05)
-    ties = body_springs.make(particles, {"stiffness_n_m": 3.0, "damping_ratio": 0.5}, elastic)
+    ties = body_springs.make(particles, blocks.BodySprings(stiffness_n_m=3.0, damping_ratio=0.5), elastic)
     return {
         "springs": (particles, elastic),
         "surface springs": (surface, springs.make(surface, SURFACE)),
         "maxwell": (particles, relaxed),
-        "volume": (particles, volume_preservation.make(particles, {"stiffness_n_m": 10.0}, elastic)),
+        "volume": (particles, volume_preservation.make(particles, blocks.Volume(stiffness_n_m=10.0), elastic)),
         "body springs": (particles, ties),
     }
 
@@ -86,7 +87,7 @@ def test_collapsed_bodies_stay_finite(effects, force_of, stiffness_of, name):
 
 def test_a_kind_of_no_stiffness_is_left_out(slab):
     surface = particles_of(slab, 0, True)
-    only = springs.make(surface, {"structural_n_m": 1.0, "shear_n_m": 0.0, "bending_n_m": 0.0})
+    only = springs.make(surface, SURFACE.but(shear_n_m=0.0, bending_n_m=0.0))
     assert 2 * len(only.pairs) == 3 * len(surface.triangles)
 
 
@@ -142,7 +143,7 @@ def test_no_pair_is_a_spring_twice_and_a_closed_tetrahedron_has_its_six_edges_on
 def test_a_node_returns_as_a_damped_oscillator(slab):
     """Against x'' = −ω² x − 2 ratio ω x', whatever the node's mass, over half a period."""
     particles, k, ratio = particles_of(slab, 0, False), 5.0, 0.3
-    tie = body_springs.make(particles, {"stiffness_n_m": k, "damping_ratio": ratio}, None)
+    tie = body_springs.make(particles, blocks.BodySprings(stiffness_n_m=k, damping_ratio=ratio), None)
     integrator = SymplecticEuler(System(particles, {"body_springs": tie}))
     start = 0.01 * np.random.default_rng(0).normal(size=particles.nodes.shape)
     x, v = particles.nodes + start, 0 * start
@@ -157,19 +158,19 @@ def test_a_node_returns_as_a_damped_oscillator(slab):
 
 def test_rest_is_where_nothing_pulls(slab, force_of):
     particles = particles_of(slab, 0, True)
-    tie = body_springs.make(particles, {"stiffness_n_m": 5.0, "damping_ratio": 0.5}, None)
+    tie = body_springs.make(particles, blocks.BodySprings(stiffness_n_m=5.0, damping_ratio=0.5), None)
     assert not force_of(tie, particles.nodes).any()
     assert tie.energy(particles.nodes) == 0.0
     moved = tie.energy(particles.nodes + np.array([0.01, 0, 0]))
     assert moved == pytest.approx(0.5 * 5.0 * 1e-4 * len(particles.nodes))
 
 
-@pytest.mark.parametrize("name", ["kelvin", "body_springs"])
-def test_force_is_minus_the_matrix_times_velocity(particles, rotation, name):
-    elastic = springs.make(particles, {})
-    module = {"kelvin": kelvin, "body_springs": body_springs}[name]
-    settings = {"ratio": 0.3, "stiffness_n_m": 3.0, "damping_ratio": 0.3}
-    system = System(particles, {name: module.make(particles, settings, elastic)})
+@pytest.mark.parametrize(
+    ("module", "asked"),
+    [(kelvin, blocks.Kelvin(ratio=0.3)), (body_springs, blocks.BodySprings(stiffness_n_m=3.0, damping_ratio=0.3))],
+)
+def test_force_is_minus_the_matrix_times_velocity(particles, rotation, module, asked):
+    system = System(particles, {"damping": module.make(particles, asked, springs.make(particles, None))})
     random = np.random.default_rng(1)
     x = particles.nodes @ rotation(1.0).T + 0.02 * random.normal(size=particles.nodes.shape)
     v, matrix = random.normal(size=x.shape), system.damping(x).toarray()
@@ -180,7 +181,8 @@ def test_force_is_minus_the_matrix_times_velocity(particles, rotation, name):
 
 
 def test_turning_and_coincident_ends_are_not_damped(particles):
-    system = System(particles, {"kelvin": kelvin.make(particles, {"ratio": 1.0}, springs.make(particles, {}))})
+    damper = kelvin.make(particles, blocks.Kelvin(ratio=1.0), springs.make(particles, None))
+    system = System(particles, {"kelvin": damper})
     v = np.cross([1.0, 2.0, -1.0], particles.nodes) + np.array([0.3, 0.1, 0.2])
     assert np.abs(system.force(particles.nodes, v)).max() < 1e-12
     nothing = np.zeros_like(particles.nodes)
@@ -198,8 +200,8 @@ def test_ratio_1_is_critical_damping():
 @pytest.fixture
 def element(slab):
     particles = particles_of(slab, 0, False)
-    elastic = springs.make(particles, {})
-    return particles, elastic, maxwell.make(particles, {"stiffness_ratio": 0.5, "relaxation_s": 0.2}, elastic)
+    elastic = springs.make(particles, None)
+    return particles, elastic, maxwell.make(particles, blocks.Maxwell(stiffness_ratio=0.5, relaxation_s=0.2), elastic)
 
 
 def test_stress_under_a_held_stretch_decays_as_exp(element):

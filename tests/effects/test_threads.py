@@ -10,20 +10,20 @@ from palpate.bodies.organs import liver
 from palpate.bodies.particles import merge_particles, particles_of
 from palpate.bodies.simple_shapes import box
 from palpate.effects.patch_load import nearest_on_surface
+from palpate.effects.settings import Gravity, ProjectiveDynamics, Rayleigh, Thread, Xpbd
 from palpate.effects.threads import make
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import gather
 from palpate.scenes.run_scene import compose, run
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 from palpate.solvers.system import stable_step
 
 MATERIAL = Material(5000.0, 0.3, 1000.0)
 ACROSS = [[0.03, 0.012, 0.03], [0.07, 0.018, 0.03]]
 
 
-def thread(**changed) -> dict:
-    given = {"ends_m": ACROSS, "stiffness_n_m": 5000.0, "start_s": 0.0, "tighten_s": 0.1, "tightened_to": 0.8}
-    return given | changed
+def thread(**changed) -> Thread:
+    return Thread(**({"ends_m": ACROSS, "tighten_s": 0.1, "tightened_to": 0.8} | changed))
 
 
 def bar(cells=(6, 2, 2), refinements=0, held=True):
@@ -50,13 +50,10 @@ def hessian(threads, x, definite=False):
     return gather([threads.touching(x, definite)], len(x)).toarray()
 
 
-def scene(
-    threads, integrator="backward_euler", effects=("corotational", "held", "threads", "rayleigh"), **more
-) -> Scene:
-    damping = {"mass_1_s": 20.0, "stiffness_s": more.pop("stiffness_s", 0.01)}
-    settings = {"threads": threads, "rayleigh": damping} | more.pop("settings", {})
-    timed = {"step_s": 0.01, "duration_s": 1.0} | more
-    return Scene("sewn", list(effects), integrator, settings=settings, **timed)
+def scene(threads, integrator="backward_euler", stiffness_s=0.01, duration_s=1.0, **more) -> Scene:
+    damping = Rayleigh(mass_1_s=20.0, stiffness_s=stiffness_s)
+    times = {"integrator": integrator, "step_s": 0.01, "duration_s": duration_s}
+    return Scene(body="sewn", **times, **({"threads": threads, "rayleigh": damping} | more))
 
 
 def test_force_and_stiffness_are_derivatives_and_no_direction_is_soft(particles, force_of, differences, check_frame):
@@ -94,11 +91,8 @@ def test_a_thread_of_no_length_draws_its_ends_together(particles, force_of):
 @pytest.mark.parametrize(("integrator", "stiffness_s"), [("backward_euler", 0.01), ("symplectic_euler", 1e-4)])
 def test_a_slack_thread_changes_no_bit(particles, integrator, stiffness_s):
     loose = thread(ends_m=[[0.03, 0.0, 0.0], [0.07, 0.0, 0.0]], tighten_s=0.0, tightened_to=1.5)
-    drop = {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}, "threads": [loose]}
-    fall = {"stiffness_s": stiffness_s, "settings": drop, "step_s": 0.01, "duration_s": 0.2}
-    fall |= {"substeps": 1 if integrator == "backward_euler" else 20}
-    names = ["corotational", "gravity", "held", "threads", "rayleigh"]
-    sewn = scene([loose], integrator, names, **fall)
+    drop, parts = Gravity(acceleration_m_s2=[0, 0, -9.81]), 1 if integrator == "backward_euler" else 20
+    sewn = scene([loose], integrator, stiffness_s, 0.2, gravity=drop, substeps=parts)
     motion, without = run(sewn, particles).motion, run(sewn, particles, without="threads").motion
     assert np.array_equal(motion.positions, without.positions)
     assert not motion.observed.filter(like="thread_").any(axis=None)
@@ -112,7 +106,7 @@ def test_a_slack_thread_pushes_nothing_in_xpbd(particles):
 
 def compliance(particles, ends):
     """What the ends of a thread yield to a unit tension [m/N], by a linear solve of the elements' stiffness."""
-    system = compose(scene([thread(ends_m=ends)], effects=["corotational", "held"]), particles)
+    system = compose(scene(None), particles)
     nodes, weights, _ = nearest_on_surface(particles, np.array(ends))
     way = np.subtract(*ends[::-1]) / np.linalg.norm(np.subtract(*ends))
     load = np.zeros_like(particles.nodes)
@@ -126,9 +120,9 @@ def compliance(particles, ends):
 METHODS = [
     ("backward_euler", {}, 0.01, 1e-3),
     ("bdf2", {}, 0.01, 1e-3),
-    ("symplectic_euler", {}, 1e-4, 1e-3),
-    ("xpbd", {"iterations": 10}, 0.0, 5e-3),
-    ("projective_dynamics", {"iterations": 20, "memory": 5}, 0.01, 1e-3),
+    ("symplectic_euler", {"substeps": "auto"}, 1e-4, 1e-3),
+    ("xpbd", {"xpbd": Xpbd(iterations=10), "substeps": 10}, 0.0, 5e-3),
+    ("projective_dynamics", {"projective_dynamics": ProjectiveDynamics(iterations=20, memory=5)}, 0.01, 1e-3),
 ]
 
 
@@ -141,9 +135,7 @@ def test_two_bars_are_stretched_as_springs_in_a_row(integrator, own, stiffness_s
     pair = merge_particles([left, right], [[0, 0, 0], [0.05, 0, 0]], "pair")
     ends, short, stiffness = [[0.04, 0.01, 0.01], [0.05, 0.01, 0.01]], 2e-4, 30.0
     sewn = thread(ends_m=ends, stiffness_n_m=stiffness, length_m=0.01 - short)
-    parts = {"substeps": "auto" if integrator == "symplectic_euler" else 10 if integrator == "xpbd" else 1}
-    settings = {integrator: own} if own else {}
-    found = run(scene([sewn], integrator, stiffness_s=stiffness_s, settings=settings, **parts), pair).motion
+    found = run(scene([sewn], integrator, stiffness_s, **own), pair).motion
     felt = found.observed["thread_0_force_x_n"].iloc[-1]
     assert felt == pytest.approx(short / (1.0 / stiffness + compliance(pair, ends)), rel=error)
 
@@ -152,8 +144,7 @@ def test_a_thread_between_free_bodies_keeps_their_momentum():
     block = particles_of(nest("block", box([0.02, 0.02, 0.02], [2, 2, 2]), 0, np.array([0]), MATERIAL), 0, False)
     pair = merge_particles([block, block], [[0, 0, 0], [0.04, 0.006, 0]], "pair")
     sewn = thread(ends_m=[[0.02, 0.004, 0.01], [0.04, 0.02, 0.013]], tightened_to=0.5)
-    scene_ = scene([sewn], effects=["corotational", "threads"], duration_s=0.3)
-    motion = run(scene_, pair).motion
+    motion = run(scene([sewn], duration_s=0.3, held=False, rayleigh=None), pair).motion
     middle = pair.masses @ motion.positions.reshape(len(motion.times), -1, 3).transpose(1, 0, 2).reshape(
         len(pair.masses), -1
     )
@@ -172,19 +163,18 @@ def test_an_explicit_step_is_short_enough_for_a_taut_thread(particles):
     nodes, weights, _ = nearest_on_surface(particles, np.array(ACROSS))
     alone = np.sqrt(1e5 * np.sum(weights**2 / particles.masses[nodes]))
     assert stable_step(system) == pytest.approx(2.0 / alone, rel=0.05)
-    found = run(scene([stiff], "symplectic_euler", stiffness_s=0.0, substeps="auto", duration_s=0.3), particles).motion
+    found = run(scene([stiff], "symplectic_euler", 0.0, 0.3, substeps="auto"), particles).motion
     assert found.observed["thread_0_force_x_n"].max() > 0.1
     assert np.abs(found.positions[-1] - particles.nodes).max() < 0.02
 
 
 def test_tying_takes_the_length_that_ends_have_then():
     body = particles_of(bar(), 0, surface=False)
-    weight = {"gravity": {"acceleration_m_s2": [30.0, 0, 0]}}
-    names = ["corotational", "gravity", "held", "threads", "rayleigh"]
-    stretched = scene([thread(start_s=0.8, tighten_s=0.0, length_m=0.01)], effects=names, settings=weight)
+    weight = Gravity(acceleration_m_s2=[30.0, 0, 0])
+    stretched = scene([thread(start_s=0.8, tighten_s=0.0, length_m=0.01)], gravity=weight)
     tensions = np.linalg.norm(run(stretched, body).motion.observed.filter(like="thread_"), axis=1)
     assert not tensions[:80].any() and tensions[80] > 1.0
-    kept = scene([thread(start_s=0.8, tighten_s=10.0)], effects=names, settings=weight)
+    kept = scene([thread(start_s=0.8, tighten_s=10.0)], gravity=weight)
     tensions = np.linalg.norm(run(kept, body).motion.observed.filter(like="thread_"), axis=1)
     assert (
         not tensions[:80].any() and 0.0 < tensions[80] < 1e-2
@@ -222,9 +212,8 @@ def test_an_end_belongs_to_its_side_of_a_cut_and_draws_the_sides_together():
     nodes, weights, _ = nearest_on_surface(halves, np.array(ends))
     first, second = (halves.nodes[halves.tetrahedra[np.isin(halves.tetrahedra, each).any(axis=1)]] for each in nodes)
     assert first[..., 0].max() <= 0.05 + 1e-12 and second[..., 0].min() >= 0.05 - 1e-12
-    weight = {"gravity": {"acceleration_m_s2": [0, 0, 5.0]}}  # which bends the sides apart on top
-    names = ["corotational", "gravity", "held", "threads", "rayleigh"]
-    sewn = scene([thread(ends_m=ends, start_s=0.4, tighten_s=0.3)], effects=names, settings=weight)
+    weight = Gravity(acceleration_m_s2=[0, 0, 5.0])  # which bends the sides apart on top
+    sewn = scene([thread(ends_m=ends, start_s=0.4, tighten_s=0.3)], gravity=weight)
     for motion, opens in ((run(sewn, halves).motion, False), (run(sewn, halves, without="threads").motion, True)):
         tips = [np.einsum("a,fai->fi", w, motion.positions[:, n]) for n, w in zip(nodes, weights, strict=True)]
         apart = np.linalg.norm(tips[1] - tips[0], axis=1)

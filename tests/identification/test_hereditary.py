@@ -10,6 +10,7 @@ from palpate.bodies.material import Material, Series
 from palpate.bodies.particles import particles_of
 from palpate.effects import prony
 from palpate.effects.linear_elements import LinearElements
+from palpate.effects.settings import Prony
 from palpate.identification.hereditary import Branches, Fading, shear_series
 
 SERIES = Series([0.5, 0.2], [0.4, 5.0])
@@ -51,7 +52,7 @@ def test_the_shear_series_of_the_effect_gives_the_force_of_a_press(poisson, box)
     shear, material, steps = shear_series(SERIES, poisson), Material(1.0, poisson, 1.0), 300
     block = particles_of(nest("block", box([1, 1, 1], [1.0, 1.0, 1.0]), 0, np.empty(0, int), material), 0, False)
     elastic = LinearElements(block, material)
-    branches = prony.make(block, {"shares": shear.shares, "times_s": shear.times_s}, elastic)
+    branches = prony.make(block, Prony(shares=shear.shares, times_s=shear.times_s), elastic)
     rest, strain, step, found = block.nodes, 1e-4, 0.01, []
 
     def forces(side: float) -> tuple[float, float]:

@@ -1,7 +1,6 @@
 """Backward Euler never makes energy; BDF2 is of second order, and begins with backward Euler's steps."""
 
 import math
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,10 +11,11 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.bodies.simple_shapes import box, cylinder
 from palpate.effects import gravity, held, linear_elements, rayleigh, velocity_damping
+from palpate.effects.settings import Ball, Contact, Gravity, Rayleigh, Stepping, VelocityDamping
 from palpate.effects.springs import Springs
 from palpate.errors import InputError, NotConverged
 from palpate.scenes.run_scene import initial_positions, run
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 from palpate.solvers import backward_euler, bdf2
 from palpate.solvers.bdf2 import Bdf2
 from palpate.solvers.equilibrium import Equilibrium
@@ -30,14 +30,14 @@ def body():
 
 def system(body, acceleration=(0.0, 0.0, 0.0), anchored=True, rate=0.0) -> System:
     particles = particles_of(body, 0, surface=False)
-    effects = {"corotational": linear_elements.make(particles, {})}
+    effects = {"corotational": linear_elements.make(particles, None)}
     elastic = effects["corotational"]
     if any(acceleration):
-        effects["gravity"] = gravity.make(particles, {"acceleration_m_s2": acceleration}, elastic)
+        effects["gravity"] = gravity.make(particles, Gravity(acceleration_m_s2=acceleration), elastic)
     if anchored:
-        effects["held"] = held.make(particles, {}, elastic)
+        effects["held"] = held.make(particles, None, elastic)
     if rate:
-        effects["velocity_damping"] = velocity_damping.make(particles, {"rate_1_s": rate}, elastic)
+        effects["velocity_damping"] = velocity_damping.make(particles, VelocityDamping(rate_1_s=rate), elastic)
     return System(particles, effects)
 
 
@@ -46,7 +46,7 @@ def on_a_spring(stiffness) -> System:
     none, nodes = np.empty((0, 3), dtype=int), np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     particles = Particles("spring", nodes, np.ones(2), np.array([0]), none, none, Material(1.0, 0.0, 1.0))
     spring = Springs(np.array([[0, 1]]), np.array([stiffness]), np.array([1.0]))
-    return System(particles, {"springs": spring, "held": held.make(particles, {}, spring)})
+    return System(particles, {"springs": spring, "held": held.make(particles, None, spring)})
 
 
 def total(system, x, v) -> float:
@@ -57,9 +57,13 @@ def at_rest(system) -> tuple[np.ndarray, np.ndarray]:
     return system.particles.nodes.copy(), np.zeros_like(system.particles.nodes)
 
 
+def stepping(tolerance) -> Stepping:
+    return Stepping(step_s=0.01, duration_s=1.0, tolerance=tolerance)
+
+
 def after(system, module, duration_s, steps, tolerance=1e-10) -> tuple[np.ndarray, np.ndarray]:
     """Positions and velocities after so many steps from rest."""
-    integrator, (x, v) = module.make(system, {"tolerance": tolerance}), at_rest(system)
+    integrator, (x, v) = module.make(system, stepping(tolerance)), at_rest(system)
     for _ in range(steps):
         x, v = integrator.step(x, v, duration_s / steps)
     return x, v
@@ -72,7 +76,7 @@ def after(system, module, duration_s, steps, tolerance=1e-10) -> tuple[np.ndarra
 @pytest.mark.parametrize("anchored", [True, False])
 def test_no_step_makes_energy_from_any_start(body, start, anchored):
     moved = system(body, (1.0, 0.0, -2.0), anchored)
-    integrator = backward_euler.make(moved, {"tolerance": 1e-8})
+    integrator = backward_euler.make(moved, stepping(1e-8))
     x = initial_positions(moved.particles, moved.free, start, seed=3)
     v, before = np.zeros_like(x), moved.energy(x)
     for _ in range(12):
@@ -86,7 +90,7 @@ def test_no_step_makes_energy_from_any_start(body, start, anchored):
 def test_energy_that_a_concave_potential_would_make_is_taken_back():
     """A mass that flies across a spring pressed to half its length: there the plain scheme speeds it up too much."""
     moved = on_a_spring(1.0)
-    integrator = backward_euler.make(moved, {"tolerance": 1e-10})
+    integrator = backward_euler.make(moved, stepping(1e-10))
     start, v = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0]]), np.array([[0.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
     before, h = total(moved, start, v), 0.05
     x, v = integrator.step(start, v, h)
@@ -99,7 +103,7 @@ def test_energy_that_a_concave_potential_would_make_is_taken_back():
 @pytest.mark.parametrize("h", [1e-4, 1.0, 100.0])
 def test_any_step_is_stable(body, h):
     moved = system(body, (1.0, 0.0, 0.0))
-    integrator, before = backward_euler.make(moved, {"tolerance": 1e-8}), 0.0
+    integrator, before = backward_euler.make(moved, stepping(1e-8)), 0.0
     assert integrator.limit_s == math.inf
     x, v = at_rest(moved)
     for _ in range(10):
@@ -134,12 +138,8 @@ def test_free_fall_is_exact_and_held_nodes_stay(body):
     np.testing.assert_allclose(v, np.tile([0.0, 0.0, -9.81], (len(v), 1)), atol=1e-6)
     np.testing.assert_allclose(x - moved.particles.nodes, np.tile([0, 0, -9.81 * 0.01 * 55], (len(v), 1)), atol=1e-6)
     pinned = system(body, (0.0, 0.0, -9.81))
-    x, _ = backward_euler.make(pinned, {"tolerance": 1e-8}).step(pinned.particles.nodes, np.ones_like(v), 0.1)
+    x, _ = backward_euler.make(pinned, stepping(1e-8)).step(pinned.particles.nodes, np.ones_like(v), 0.1)
     assert np.array_equal(x[~pinned.free], pinned.particles.nodes[~pinned.free])
-
-
-FINGER = {"kind": "sphere", "name": "finger", "center_m": [0.025, 0.025, 0.0615], "radius_m": 0.01}
-FINGER |= {"times_s": [0.0, 0.1, 0.2], "shifts_m": [[0, 0, 0], [0, 0, -0.008], [0, 0, 0.01]]}
 
 
 @pytest.fixture(scope="module")
@@ -151,10 +151,10 @@ def bar():
 
 def bending(particles, stiffness_s) -> System:
     """A bar that bends far under its weight."""
-    elastic = linear_elements.make(particles, {})
-    effects = {"corotational": elastic, "held": held.make(particles, {}, elastic)}
-    effects["gravity"] = gravity.make(particles, {"acceleration_m_s2": [0.0, 0.0, -0.8]}, elastic)
-    effects["rayleigh"] = rayleigh.make(particles, {"mass_1_s": 1.0, "stiffness_s": stiffness_s}, elastic)
+    elastic = linear_elements.make(particles, None)
+    effects = {"corotational": elastic, "held": held.make(particles, None, elastic)}
+    effects["gravity"] = gravity.make(particles, Gravity(acceleration_m_s2=[0.0, 0.0, -0.8]), elastic)
+    effects["rayleigh"] = rayleigh.make(particles, Rayleigh(mass_1_s=1.0, stiffness_s=stiffness_s), elastic)
     return System(particles, effects)
 
 
@@ -213,11 +213,12 @@ def test_a_step_that_is_not_found_is_one_of_first_order(bar, monkeypatch):
 def test_nothing_passes_through_anything(bar):
     mesh = box([0.05, 0.05, 0.05], [2, 2, 2])
     body = nest("cube", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] < 1e-9), Material(5000.0, 0.3, 100.0))
-    effects = ["corotational", "held", "contact", "rayleigh"]
-    settings = {"contact": {"instruments": [FINGER]}, "rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.02}}
-    scene = Scene("poked", effects, "bdf2", step_s=0.01, duration_s=0.1, settings=settings)
+    path = {"times_s": [0.0, 0.1, 0.2], "shifts_m": [[0, 0, 0], [0, 0, -0.008], [0, 0, 0.01]]}
+    contact = Contact(instruments=[Ball(center_m=[0.025, 0.025, 0.0615], radius_m=0.01, **path)])
+    damping = Rayleigh(mass_1_s=1.0, stiffness_s=0.02)
+    scene = Scene(body="cube", step_s=0.01, duration_s=0.1, contact=contact, rayleigh=damping)
     particles = particles_of(body, 0, surface=False)
-    touched, other = (run(replace(scene, integrator=name), particles).motion for name in ("bdf2", "backward_euler"))
+    touched, other = (run(scene.but(integrator=name), particles).motion for name in ("bdf2", "backward_euler"))
     assert len(touched.contacts) and (touched.contacts["gap_m"] > 0.0).all()
     assert np.abs(touched.positions - other.positions).max() < 1e-3
 
@@ -226,4 +227,4 @@ def test_nothing_passes_through_anything(bar):
 def test_needs_an_energy_to_minimise(bar, module):
     goals = type("Goals", (), {"goals": None, "alpha": 0.5})()
     with pytest.raises(InputError, match="goal_position"):
-        module.make(System(bar, {"shape_matching": goals}), {"tolerance": 1e-8})
+        module.make(System(bar, {"shape_matching": goals}), stepping(1e-8))

@@ -9,6 +9,7 @@ import pytest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.effects import kelvin, shape_matching, springs
+from palpate.effects import settings as blocks
 from palpate.effects.gravity import Gravity
 from palpate.effects.held import Held
 from palpate.effects.springs import Springs
@@ -31,7 +32,7 @@ def pair(held=False, ratio=0.0):
     )
     effects = {"springs": Springs(np.array([[0, 1]]), np.array([K]), np.array([REST]))}
     if ratio:
-        effects["kelvin"] = kelvin.make(particles, {"ratio": ratio}, effects["springs"])
+        effects["kelvin"] = kelvin.make(particles, blocks.Kelvin(ratio=ratio), effects["springs"])
     if held:
         effects["held"] = SimpleNamespace(fixed=np.array([0]))
     return System(particles, effects)
@@ -72,7 +73,7 @@ def fastest(integrator, x, v, h, steps):
 
 def test_energy_of_a_pair_does_not_drift_over_1e5_steps():
     system = pair()
-    integrator = symplectic_euler.make(system, {})
+    integrator = symplectic_euler.make(system)
     x, v = system.particles.nodes.copy(), np.array([[-0.05, 0.02, 0.0], [0.07, 0.0, -0.03]])  # it swings and turns
     h = 1e-3 * math.sqrt(REDUCED / K)
     first, worst = energy(system, x, v), 0.0
@@ -87,7 +88,7 @@ def test_energy_of_a_pair_does_not_drift_over_1e5_steps():
 def test_period_of_a_pair(held):
     """2π sqrt(m/k) with the reduced mass, or that of the one that moves; crossings of rest found by interpolation."""
     system = pair(held)
-    integrator = symplectic_euler.make(system, {})
+    integrator = symplectic_euler.make(system)
     expected = 2 * math.pi * math.sqrt((M2 if held else REDUCED) / K)
     x, v = system.particles.nodes.copy(), np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]])
     h, crossings, last = expected / 500, [], 0.0
@@ -104,12 +105,13 @@ def test_period_of_a_pair(held):
 
 def springy(particles, ratio) -> System:
     """Springs with Kelvin's damping."""
-    elastic = springs.make(particles, {})
-    return System(particles, {"springs": elastic, "kelvin": kelvin.make(particles, {"ratio": ratio}, elastic)})
+    elastic = springs.make(particles, None)
+    damper = kelvin.make(particles, blocks.Kelvin(ratio=ratio), elastic)
+    return System(particles, {"springs": elastic, "kelvin": damper})
 
 
 def test_momentum_and_angular_momentum_are_kept(particles, rotation):
-    integrator = symplectic_euler.make(springy(particles, 0.05), {})
+    integrator = symplectic_euler.make(springy(particles, 0.05))
     random = np.random.default_rng(4)
     x, v = particles.nodes @ rotation(1.0).T, np.cross([1.0, -2.0, 3.0], particles.nodes) + np.array([0.3, 0.2, 0.1])
     x, v = x + 0.002 * random.normal(size=x.shape), v + 0.1 * random.normal(size=x.shape)
@@ -124,7 +126,7 @@ def test_momentum_and_angular_momentum_are_kept(particles, rotation):
 def test_limit_of_a_pair_is_exact(ratio):
     """Just below it the motion stays, just above it grows without end."""
     system = pair(held=True, ratio=ratio)
-    integrator = symplectic_euler.make(system, {})
+    integrator = symplectic_euler.make(system)
     rate = 2 * ratio * math.sqrt(K * REDUCED) / M2
     assert integrator.limit_s**2 * K / M2 + 2 * integrator.limit_s * rate == pytest.approx(4.0, rel=1e-12)
     for part, grows in ((0.99, False), (1.01, True)):
@@ -133,8 +135,9 @@ def test_limit_of_a_pair_is_exact(ratio):
 
 
 def test_limit_of_a_body_is_where_it_blows_up(slab, particles):
-    system = System(particles, {"springs": springs.make(particles, {}), "held": SimpleNamespace(fixed=slab.anchors[0])})
-    integrator = symplectic_euler.make(system, {})
+    elastic = springs.make(particles, None)
+    system = System(particles, {"springs": elastic, "held": SimpleNamespace(fixed=slab.anchors[0])})
+    integrator = symplectic_euler.make(system)
     random = np.random.default_rng(5)
     for part, grows in ((0.98, False), (1.02, True)):
         v = 1e-9 * random.normal(size=particles.nodes.shape)
@@ -152,16 +155,16 @@ def test_limit_by_iteration_is_that_of_all_eigenvalues_and_without_stiffness_the
 
 def test_blowing_up_is_said_not_returned():
     system = pair()
-    integrator = symplectic_euler.make(system, {})
+    integrator = symplectic_euler.make(system)
     x, v = system.particles.nodes.copy(), np.array([[0.0, 0, 0], [1.0, 0, 0]])
     with pytest.raises(NotConverged, match="diverged"), np.errstate(over="ignore", invalid="ignore"):
         after(integrator, x, v, 10 * integrator.limit_s, 2000)
 
 
 CLUSTERS = {
-    "one": {"kind": "one"},
-    "tetrahedra": {"kind": "tetrahedra"},
-    "cubes": {"kind": "cubes", "edge_m": 0.09, "overlap": 0.5},
+    "one": blocks.Clusters(kind="one"),
+    "tetrahedra": blocks.Clusters(kind="tetrahedra"),
+    "cubes": blocks.Clusters(kind="cubes", edge_m=0.09),
 }
 MODES = ["rigid", "linear", "quadratic"]
 STARTS = ["point", "line", "plane", "inverted", "inside out", "random"]
@@ -176,9 +179,9 @@ def start(particles, kind):
 
 
 def integrator(particles, mode, kind="one", alpha=0.5, **others):
-    settings = {"mode": mode, "alpha": alpha, "beta": 0.5, "clusters": CLUSTERS[kind]}
-    effects = {"shape_matching": shape_matching.make(particles, settings)} | others
-    return goal_position.make(System(particles, effects), {})
+    matching = blocks.ShapeMatching(mode=mode, alpha=alpha, beta=0.5, clusters=CLUSTERS[kind])
+    effects = {"shape_matching": shape_matching.make(particles, matching)} | others
+    return goal_position.make(System(particles, effects))
 
 
 def misfit(particles, x):
@@ -290,4 +293,4 @@ def test_says_so_when_a_force_runs_away_or_there_are_no_goals(particles):
     with pytest.raises(NotConverged, match="grows"):
         after(stepper, particles.nodes, np.zeros_like(particles.nodes), 1.0, 10)
     with pytest.raises(InputError, match="shape_matching"):
-        goal_position.make(System(particles, {"gravity": Gravity(particles, np.zeros(3))}), {})
+        goal_position.make(System(particles, {"gravity": Gravity(particles, np.zeros(3))}))

@@ -16,6 +16,7 @@ from palpate.effects import rayleigh
 from palpate.effects.held import Held
 from palpate.effects.push import placed
 from palpate.effects.quadratic_elements import QuadraticElements
+from palpate.effects.settings import Gravity, Load, Loads, Push, Rayleigh, Stepping
 from palpate.errors import NotConverged
 from palpate.solvers import bdf2
 from palpate.solvers.equilibrium import Unbuckled
@@ -23,9 +24,8 @@ from palpate.solvers.quadratic_motion import QuadraticMotion, mass_matrix
 from palpate.solvers.system import System
 
 YOUNG, DENSITY, LENGTH = 20000.0, 1000.0, 0.2
-NONE = {"mass_1_s": 0.0, "stiffness_s": 0.0}
-PUSH = {"at_m": [0.2, 0.02, 0.04], "force_n": [0, 0, -0.3], "radius_m": 0.03, "start_s": 0.0, "press_s": 0.2}
-PUSH |= {"hold_s": 9.0, "release_s": 0.0}
+NONE, LIGHT = Rayleigh(mass_1_s=0.0, stiffness_s=0.0), Rayleigh(mass_1_s=1.0, stiffness_s=0.01)
+PUSH = Load(at_m=[0.2, 0.02, 0.04], force_n=[0, 0, -0.3], radius_m=0.03, press_s=0.2, hold_s=9.0, release_s=0.0)
 
 
 def bar(box, poisson=0.3, divisions=(5, 1, 1), level=0) -> Body:
@@ -34,8 +34,12 @@ def bar(box, poisson=0.3, divisions=(5, 1, 1), level=0) -> Body:
     return finer(body, level + 1)
 
 
-def weight(acceleration: float) -> dict:
-    return {"gravity": {"acceleration_m_s2": [acceleration, 0.0, 2.0 * acceleration]}}
+def weight(acceleration: float) -> Loads:
+    return Loads(gravity=Gravity(acceleration_m_s2=[acceleration, 0.0, 2.0 * acceleration]))
+
+
+def pushed(body: Body, load: Load) -> Loads:
+    return Loads(push=Push(loads=placed(body.levels[0], body.anchors[0], "bar", [load])))
 
 
 def moved(motion: QuadraticMotion, duration_s: float, count: int, tolerance=1e-8) -> np.ndarray:
@@ -77,13 +81,13 @@ def test_a_bar_swings_along_itself_at_the_frequency_of_its_wave(box):
     assert off[0] > 12.0 * off[1] > 144.0 * off[2] > 0.0 and off[2] < 1e-5
 
 
-@pytest.mark.parametrize("damping", [NONE, {"mass_1_s": 3.0, "stiffness_s": 0.01}])
+@pytest.mark.parametrize("damping", [NONE, Rayleigh(mass_1_s=3.0, stiffness_s=0.01)])
 def test_small_motions_are_the_sum_of_their_modes_to_the_second_order_of_the_step(box, damping):
     """Under a weight that acts from 0 on, each mode follows that of a damped oscillator in closed form."""
     motion = QuadraticMotion(bar(box, divisions=(3, 1, 1)), 0, weight(1e-3), damping)
     free, w, vectors = modes(motion)
     mass = np.kron(motion.masses.toarray(), np.eye(3))[np.ix_(free, free)]
-    decay = 0.5 * (damping["mass_1_s"] + damping["stiffness_s"] * w**2)
+    decay = 0.5 * (damping.mass_1_s + damping.stiffness_s * w**2)
     one, other = (-decay + side * np.sqrt((decay**2 - w**2).astype(complex)) for side in (1.0, -1.0))
     t = 0.25
     left = (one * np.exp(other * t) - other * np.exp(one * t)) / (one - other)
@@ -98,7 +102,7 @@ def test_small_motions_are_the_sum_of_their_modes_to_the_second_order_of_the_ste
 
 def test_what_the_loads_do_is_kept_or_damped_to_the_second_order_of_the_step(box):
     off = []
-    motion = QuadraticMotion(bar(box), 0, weight(5.0), {"mass_1_s": 1.0, "stiffness_s": 0.01})
+    motion = QuadraticMotion(bar(box), 0, weight(5.0), LIGHT)
     for count in (40, 80):
         done = list(motion.steps(0.4 / count, count, 1e-9))
         work, lost = sum(each.work_j for each in done), sum(each.lost_j for each in done)
@@ -111,8 +115,7 @@ def test_what_the_loads_do_is_kept_or_damped_to_the_second_order_of_the_step(box
 @pytest.mark.parametrize("level", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_damped_body_comes_to_rest_in_equilibrium(box, level):
     body = bar(box, level=level)
-    loads = {"push": {"loads": placed(body.levels[0], body.anchors[0], "bar", {"loads": [PUSH]})}}
-    motion = QuadraticMotion(body, level, loads, {"mass_1_s": 8.0, "stiffness_s": 0.05})
+    motion = QuadraticMotion(body, level, pushed(body, PUSH), Rayleigh(mass_1_s=8.0, stiffness_s=0.05))
     at_rest = moved(motion, 4.0, 80)[-1]
     still = Unbuckled(body, level, 2)
     expected = still.solve(motion.load_at(1.0), 1e-8).x - still.mesh.nodes
@@ -122,9 +125,7 @@ def test_a_damped_body_comes_to_rest_in_equilibrium(box, level):
 
 def test_a_coarser_motion_to_begin_with_changes_nothing(box):
     body = bar(box, level=1)
-    coarse, fine = (
-        QuadraticMotion(body, level, weight(3.0), {"mass_1_s": 1.0, "stiffness_s": 0.01}) for level in (0, 1)
-    )
+    coarse, fine = (QuadraticMotion(body, level, weight(3.0), LIGHT) for level in (0, 1))
     up = quadratic_prolongation(*body.levels[:2])
     begun = (up @ reached.middle for reached in coarse.steps(0.01, 30, 1e-6))
     alone, guided = list(fine.steps(0.01, 30, 1e-6)), list(fine.steps(0.01, 30, 1e-6, begun))
@@ -158,9 +159,8 @@ class _Pushed:
 def test_the_bdf2_of_scenes_finds_the_same_large_damped_motion(box):
     """Another integrator, Newton's method and assembled matrices, on the same elements with the masses lumped."""
     body, duration_s = bar(box), 0.3
-    push = {"loads": [PUSH | {"press_s": 0.1, "hold_s": 0.05, "release_s": 0.1}]}
-    loads = {"push": {"loads": placed(body.levels[0], body.anchors[0], "bar", push)}}
-    damping = {"mass_1_s": 2.0, "stiffness_s": 0.02}
+    loads = pushed(body, PUSH.but(press_s=0.1, hold_s=0.05, release_s=0.1))
+    damping = Rayleigh(mass_1_s=2.0, stiffness_s=0.02)
     motion, particles = QuadraticMotion(body, 0, loads, damping), particles_of(body, 1, surface=False)
     motion.masses = sparse.diags_array(particles.masses).tocsr()
     elastic = QuadraticElements(body.levels[0], body.material)
@@ -171,7 +171,8 @@ def test_the_bdf2_of_scenes_finds_the_same_large_damped_motion(box):
             particles,
             {"elastic": elastic, "rayleigh": damped, "held": Held(body.anchors[1]), "push": _Pushed(motion)},
         )
-        integrator, x, v = bdf2.make(system, {"tolerance": 1e-8}), particles.nodes, np.zeros_like(particles.nodes)
+        stepping = Stepping(step_s=duration_s / count, duration_s=duration_s)
+        integrator, x, v = bdf2.make(system, stepping), particles.nodes, np.zeros_like(particles.nodes)
         for step in range(count):
             system.at((step + 1) * duration_s / count)
             x, v = integrator.step(x, v, duration_s / count)

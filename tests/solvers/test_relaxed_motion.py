@@ -9,26 +9,33 @@ from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
 from palpate.bodies.simple_shapes import box, sheet
+from palpate.effects import settings as blocks
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import effect_registry
 from palpate.scenes.run_scene import compose, run
-from palpate.scenes.scene import Scene
+from palpate.scenes.settings import Scene
 
 MANY = {
-    "xpbd": {"iterations": 400},
-    "projective_dynamics": {"iterations": 60, "memory": 5},
-    "vertex_block_descent": {"sweeps": 200, "radius": 0.95},
+    "xpbd": blocks.Xpbd(iterations=400),
+    "projective_dynamics": blocks.ProjectiveDynamics(iterations=60, memory=5),
+    "vertex_block_descent": blocks.VertexBlockDescent(sweeps=200, radius=0.95),
 }
 """So many iterations that a step converges."""
-FEW = {
-    "xpbd": {"iterations": 1},
-    "projective_dynamics": {"iterations": 3, "memory": 0},
-    "vertex_block_descent": {"sweeps": 3, "radius": 0.0},
+SOME = MANY | {
+    "projective_dynamics": blocks.ProjectiveDynamics(iterations=20, memory=5),
+    "vertex_block_descent": blocks.VertexBlockDescent(sweeps=20, radius=0.95),
 }
-ONE = {name: {**own, **dict.fromkeys({"iterations", "sweeps"} & own.keys(), 1)} for name, own in FEW.items()}
-SOME = {name: {**own, **dict.fromkeys({"iterations", "sweeps"} & own.keys(), 20)} for name, own in MANY.items()}
+FEW = {
+    "xpbd": blocks.Xpbd(iterations=1),
+    "projective_dynamics": blocks.ProjectiveDynamics(iterations=3),
+    "vertex_block_descent": blocks.VertexBlockDescent(sweeps=3),
+}
+ONE = FEW | {
+    "projective_dynamics": blocks.ProjectiveDynamics(iterations=1),
+    "vertex_block_descent": blocks.VertexBlockDescent(sweeps=1),
+}
 methods = pytest.mark.parametrize("method", MANY)
-WEIGHT = {"acceleration_m_s2": [0, 0, -9.81]}
+WEIGHT = blocks.Gravity(acceleration_m_s2=[0, 0, -9.81])
 
 
 @pytest.fixture(scope="module")
@@ -46,26 +53,13 @@ def cloth():
     return particles_of(nest("cloth", mesh, 0, held, Material(50000.0, 0.3, 1000.0)), 0, surface=False)
 
 
-def scene(integrator, steps, weight=WEIGHT, damping=(0.0, 0.0), duration_s=0.1, **more) -> Scene:
-    """A bar that sags; ``damping`` is Rayleigh's."""
-    effects, settings = ["corotational", "gravity", "held"], {"gravity": weight}
-    if any(damping):
-        effects, settings = (
-            [*effects, "rayleigh"],
-            settings | {"rayleigh": dict(zip(("mass_1_s", "stiffness_s"), damping, strict=True))},
-        )
-    settings |= {integrator: more.pop("own", MANY.get(integrator, {}))} | more.pop("settings", {})
-    return Scene(
-        "bar",
-        more.pop("effects", effects),
-        integrator,
-        step_s=duration_s / steps,
-        duration_s=duration_s,
-        frames=5,
-        settings=settings,
-        tolerance=1e-10,
-        **more,
-    )
+def scene(integrator, steps, own=None, damping=(0.0, 0.0), duration_s=0.1, **more) -> Scene:
+    """A bar that sags; ``own`` : the integrator's settings; ``damping`` is Rayleigh's."""
+    rayleigh = blocks.Rayleigh(**dict(zip(("mass_1_s", "stiffness_s"), damping, strict=True))) if any(damping) else None
+    own = own or MANY.get(integrator)
+    given = {"gravity": WEIGHT, "rayleigh": rayleigh} | ({integrator: own} if own else {}) | more
+    times = {"step_s": duration_s / steps, "duration_s": duration_s, "frames": 5}
+    return Scene(name="bar", body="bar", integrator=integrator, tolerance=1e-10, **times, **given)
 
 
 def apart(one, other) -> float:
@@ -96,9 +90,12 @@ def test_damping_by_stiffness_is_rayleighs_for_small_strain(bar, method):
     """It takes off a fifth of the motion; XPBD's, along each element's strain alone, is off by a tenth of that."""
     off, taken = [], []
     for share in (1.0, 0.05):
-        weight = {"acceleration_m_s2": [0, 0, -9.81 * share]}
-        plain, damped = (run(scene("backward_euler", 20, weight, (0.0, beta)), bar).motion for beta in (0.0, 0.02))
-        off.append(apart(run(scene(method, 20, weight, (0.0, 0.02)), bar).motion, damped))
+        weight = blocks.Gravity(acceleration_m_s2=[0, 0, -9.81 * share])
+        plain, damped, found = (
+            run(scene(name, 20, damping=(0.0, beta), gravity=weight), bar).motion
+            for name, beta in (("backward_euler", 0.0), ("backward_euler", 0.02), (method, 0.02))
+        )
+        off.append(apart(found, damped))
         taken.append(apart(plain, damped))
     assert min(taken) > 0.2
     most = {"projective_dynamics": (1e-9, 1e-9), "vertex_block_descent": (0.06, 0.002), "xpbd": (0.1, 0.04)}[method]
@@ -146,8 +143,8 @@ def test_a_bar_comes_back_from_any_start_and_stays_finite_at_steps_of_40_ms(bar,
 
 @methods
 def test_what_is_not_finite_never_leaves(bar, method):
-    system = compose(scene(method, 10), bar)
-    stepper = effect_registry.integrator(method).make(system, scene(method, 10).integration)
+    stepped = scene(method, 10)
+    stepper = effect_registry.integrator(method).make(compose(stepped, bar), stepped)
     x, v = bar.nodes.copy(), np.zeros_like(bar.nodes)
     v[-1] = np.nan
     with pytest.raises(NotConverged, match=method):
@@ -159,11 +156,10 @@ def test_what_is_not_finite_never_leaves(bar, method):
 )
 def test_a_sheet_moves_as_by_backward_euler(cloth, method, most):
     """Stretched, bent and swinging down, by the law of its triangles."""
-    effects = ["triangles", "bending", "gravity", "held"]
-    own = {"own": {"sweeps": 2000, "radius": 0.99}} if method == "vertex_block_descent" else {}
-    expected = run(scene("backward_euler", 20, effects=effects), cloth).motion
+    own = blocks.VertexBlockDescent(sweeps=2000, radius=0.99) if method == "vertex_block_descent" else None
+    expected = run(scene("backward_euler", 20, bending=blocks.Bending()), cloth).motion
     assert np.abs(expected.positions - expected.rest).max() > 0.02
-    assert apart(run(scene(method, 20, effects=effects, **own), cloth).motion, expected) < most
+    assert apart(run(scene(method, 20, own, bending=blocks.Bending()), cloth).motion, expected) < most
 
 
 @pytest.mark.slow
@@ -173,10 +169,10 @@ def test_a_sheet_moves_as_by_backward_euler(cloth, method, most):
 )
 def test_errors_of_a_press_by_an_instrument_fall_with_the_step(bar, method, steps, most):
     """A ball pushed into the bar: contact is projected after each step, and its last force acts throughout the next."""
-    ball = {"kind": "sphere", "center_m": [0.08, 0.015, 0.0455], "radius_m": 0.015}
-    ball |= {"times_s": [0.0, 0.1], "shifts_m": [[0, 0, 0], [0, 0, -0.02]]}
-    more = {"effects": ["corotational", "held", "contact", "rayleigh"], "damping": (1.0, 0.005)}
-    more["settings"] = {"contact": {"instruments": [ball], "friction": 0.3, "gap_m": 5e-4}}
+    path = {"times_s": [0.0, 0.1], "shifts_m": [[0, 0, 0], [0, 0, -0.02]]}
+    ball = blocks.Ball(center_m=[0.08, 0.015, 0.0455], radius_m=0.015, **path)
+    contact = blocks.Contact(instruments=[ball], friction=0.3, gap_m=5e-4)
+    more = {"gravity": None, "contact": contact, "damping": (1.0, 0.005)}
     expected = run(scene("backward_euler", 400, **more), bar).motion
     own = ONE[method] if method == "xpbd" else SOME[method]
     off = [apart(run(scene(method, n, own=own, **more), bar).motion, expected) for n in steps]
@@ -186,14 +182,6 @@ def test_errors_of_a_press_by_an_instrument_fall_with_the_step(bar, method, step
 
 def test_what_they_have_no_part_for_is_refused(bar):
     with pytest.raises(InputError, match="springs"):
-        run(scene("xpbd", 10, effects=["springs", "gravity", "held"]), bar)
+        run(scene("xpbd", 10, springs=blocks.Springs()), bar)
     with pytest.raises(InputError, match="prony"):
-        run(
-            scene(
-                "vertex_block_descent",
-                10,
-                effects=["corotational", "prony", "held"],
-                settings={"prony": {"shares": [0.5], "times_s": [0.1]}},
-            ),
-            bar,
-        )
+        run(scene("vertex_block_descent", 10, prony=blocks.Prony(shares=[0.5], times_s=[0.1])), bar)

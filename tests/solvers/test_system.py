@@ -5,10 +5,10 @@ import pytest
 
 from palpate.bodies.particles import Particles, particles_of
 from palpate.effects import body_springs, gravity, held, kelvin, push, springs, velocity_damping, volume_preservation
+from palpate.effects.settings import BodySprings, Gravity, Kelvin, Load, Push, VelocityDamping, Volume
 from palpate.solvers.system import System
 
-LOAD = {"at_m": [0.2, 0.1, 0.08], "force_n": [0.3, 0, -1], "radius_m": 0.05, "start_s": 0, "press_s": 0}
-LOAD |= {"hold_s": 1, "release_s": 0}
+LOAD = Load(at_m=[0.2, 0.1, 0.08], force_n=[0.3, 0, -1], radius_m=0.05, press_s=0, hold_s=1, release_s=0)
 
 
 @pytest.fixture(scope="module")
@@ -19,15 +19,15 @@ def particles(slab) -> Particles:
 @pytest.fixture(scope="module")
 def effects(particles) -> dict[str, object]:
     """Springs, on couples of two, with what has couples of one, two and four, and with what has none."""
-    elastic = springs.make(particles, {})
+    elastic = springs.make(particles, None)
     made = {
         "springs": elastic,
-        "gravity": gravity.make(particles, {"acceleration_m_s2": [0, 0, -9.81]}, elastic),
-        "volume": volume_preservation.make(particles, {"stiffness_n_m": 30.0}, elastic),
-        "body_springs": body_springs.make(particles, {"stiffness_n_m": 40.0, "damping_ratio": 0.0}, elastic),
-        "push": push.make(particles, {"loads": [LOAD]}, elastic),
-        "kelvin": kelvin.make(particles, {"ratio": 0.2}, elastic),
-        "velocity_damping": velocity_damping.make(particles, {"rate_1_s": 3.0}, elastic),
+        "gravity": gravity.make(particles, Gravity(acceleration_m_s2=[0, 0, -9.81]), elastic),
+        "volume": volume_preservation.make(particles, Volume(stiffness_n_m=30.0), elastic),
+        "body_springs": body_springs.make(particles, BodySprings(stiffness_n_m=40.0, damping_ratio=0.0), elastic),
+        "push": push.make(particles, Push(loads=[LOAD]), elastic),
+        "kelvin": kelvin.make(particles, Kelvin(ratio=0.2), elastic),
+        "velocity_damping": velocity_damping.make(particles, VelocityDamping(rate_1_s=3.0), elastic),
     }
     made["push"].at(0.5)
     return made
@@ -51,7 +51,7 @@ def alone(particles, effects) -> dict[str, System]:
 
 @pytest.fixture
 def anchored(particles, effects) -> System:
-    return System(particles, effects | {"held": held.make(particles, {}, effects["springs"])})
+    return System(particles, effects | {"held": held.make(particles, None, effects["springs"])})
 
 
 def same(found: np.ndarray, parts: list[np.ndarray]) -> None:

@@ -7,6 +7,7 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.bodies.refinement import finer
 from palpate.effects.instrument import Instrument, Pose, upright
+from palpate.effects.settings import Gravity, Loads, Rayleigh
 from palpate.solvers.indentation import Indentation, contact_points
 from palpate.solvers.quadratic_motion import QuadraticMotion
 from palpate.solvers.touched_motion import Touch, TouchedMotion
@@ -15,7 +16,7 @@ BALL = Instrument("sphere", 0.02)
 TOP = np.array([0.04, 0.04, 0.03])
 DOWN = np.array([0.0, 0.0, -1.0])
 DEPTH, PRESS_S = 0.003, 0.05
-DAMPED = {"mass_1_s": 100.0, "stiffness_s": 0.003}
+DAMPED = Rayleigh(mass_1_s=100.0, stiffness_s=0.003)
 
 
 @pytest.fixture(scope="module")
@@ -34,11 +35,11 @@ def sliding(t: float, way: float, ball: Instrument = BALL) -> Pose:
     return upright(ball, TOP + np.array([along, 0.0, -down]), np.array([0.0, 0.0, 1.0]))
 
 
-def pressed(slab: Body, friction: float = 0.0, way: float = 0.0, rayleigh: dict = DAMPED, ball: Instrument = BALL):
+def pressed(slab: Body, friction: float = 0.0, way: float = 0.0, ball: Instrument = BALL):
     """Return the motion of the slab under the ball."""
     points = contact_points(slab.levels[0], 2, slab.material.young_pa, near)
     touch = Touch(points, lambda t: [sliding(t, way, ball)], friction, 1e-3)
-    return TouchedMotion(slab, 0, {}, rayleigh, touch)
+    return TouchedMotion(slab, 0, Loads(), DAMPED, touch)
 
 
 def ends(motion: TouchedMotion, duration_s: float, count: int, tolerance: float = 1e-5) -> list:
@@ -51,7 +52,7 @@ def test_what_is_pressed_and_left_alone_comes_to_the_static_equilibrium(slab, le
     body = finer(slab, 1) if level else slab
     points = contact_points(body.levels[level], 2, body.material.young_pa, near)
     touch = Touch(points, lambda t: [sliding(t, 0.0)], 0.0, 1e-3)
-    *_, last = ends(TouchedMotion(body, level, {}, DAMPED, touch), 0.3, 12, 1e-4)
+    *_, last = ends(TouchedMotion(body, level, Loads(), DAMPED, touch), 0.3, 12, 1e-4)
     (rest,) = Indentation(body, level, 2, points, [sliding(0.0, 0.0)]).push(DOWN, [DEPTH], 1e-5)
     assert np.linalg.norm(last.forces[0] - rest.force) < most * np.linalg.norm(rest.force)
     surface = body.levels[level].surface
@@ -69,8 +70,8 @@ def test_the_anchors_bear_what_the_instrument_presses(slab):
 
 def test_steps_that_touch_nothing_are_those_of_another_rule_to_their_order(slab):
     """SDIRK2 and the midpoint rule under weight come nearer to each other by four with each halving of the step."""
-    loads, off = {"gravity": {"acceleration_m_s2": [3.0, 0.0, -5.0]}}, []
-    light = {"mass_1_s": 2.0, "stiffness_s": 0.001}
+    loads, off = Loads(gravity=Gravity(acceleration_m_s2=[3.0, 0.0, -5.0])), []
+    light = Rayleigh(mass_1_s=2.0, stiffness_s=0.001)
     other, points = QuadraticMotion(slab, 0, loads, light), contact_points(slab.levels[0], 2, 1e4, near)
     mine = TouchedMotion(slab, 0, loads, light, Touch(points, lambda t: [sliding(-4.0, 0.0)], 0.3, 1e-3))
     for count in (16, 32):

@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from palpate.bodies.cutting.cut import Blade, CutSettings, Disc, make_cut
+from palpate.bodies.cutting.cut import Blade, Disc, make_cut
+from palpate.bodies.cutting.settings import CutSettings, DiscSettings, PlaneSettings
 from palpate.bodies.simple_shapes import box
 from palpate.errors import InputError
 
@@ -90,38 +91,43 @@ def test_across_tells_the_sides_of_a_bent_path_apart():
     assert np.sign(cut.across(points[above])[0]) != np.sign(cut.across(points[~above])).mean().round()
 
 
+def plane(point_m, normal):
+    return CutSettings(plane=PlaneSettings(point_m=point_m, normal=normal))
+
+
+def disc(x, y, z, radius_m=0.01):
+    return CutSettings(disc=DiscSettings(center_m=[x, y, z], normal=[0, 0, 1], radius_m=radius_m))
+
+
 def test_settings_become_a_cut_of_the_body():
     mesh = box([0.1, 0.1, 0.04], [4, 4, 2])
-    blade = make_cut("cut", {"path_m": STRAIGHT.tolist(), "depth_m": 0.01}, mesh)
+    blade = make_cut("cut", CutSettings(path_m=STRAIGHT.tolist(), depth_m=0.01), mesh)
     assert np.allclose(blade.direction, DOWN, atol=1e-12)
     assert blade.open_ends == (False, False)
-    through = make_cut("cut", {"path_m": [[0.0, 0.05, 0.04], [0.05, 0.05, 0.04]], "depth_m": 0.01}, mesh)
+    through = make_cut("cut", CutSettings(path_m=[[0.0, 0.05, 0.04], [0.05, 0.05, 0.04]], depth_m=0.01), mesh)
     assert through.open_ends == (True, False)
-    plane = make_cut("cut", {"plane": {"point_m": [0.05, 0.05, 0.0], "normal": [2.0, 0.0, 0.0]}}, mesh)
-    assert np.allclose(plane.across(mesh.nodes), mesh.nodes[:, 0] - 0.05)
-    assert (plane.within(mesh.nodes) > 0.0).all()
-    disc = make_cut("cut", {"disc": {"center_m": [0.05, 0.05, 0.02], "normal": [0, 0, 1], "radius_m": 0.01}}, mesh)
-    assert disc.within(np.array([[0.05, 0.05, 0.0]]))[0] == pytest.approx(0.01)
-    within_an_element = {"disc": {"center_m": [0.051, 0.043, 0.013], "normal": [0, 0, 1], "radius_m": 1e-5}}
-    assert make_cut("cut", within_an_element, mesh).pieces
+    whole = make_cut("cut", plane([0.05, 0.05, 0.0], [2.0, 0.0, 0.0]), mesh)
+    assert np.allclose(whole.across(mesh.nodes), mesh.nodes[:, 0] - 0.05)
+    assert (whole.within(mesh.nodes) > 0.0).all()
+    assert make_cut("cut", disc(0.05, 0.05, 0.02), mesh).within(np.array([[0.05, 0.05, 0.0]]))[0] == pytest.approx(0.01)
+    assert make_cut("cut", disc(0.051, 0.043, 0.013, 1e-5), mesh).pieces  # within an element
 
 
 @pytest.mark.parametrize(
-    "settings",
+    "asked",
     [
-        {},
-        {"path_m": STRAIGHT.tolist(), "depth_m": 0.01, "plane": {"point_m": [0, 0, 0], "normal": [0, 0, 1]}},
-        {"path_m": STRAIGHT.tolist()},
-        {"path_m": STRAIGHT[:1].tolist(), "depth_m": 0.01},
-        {"path_m": [[0.02, 0.05, 0.04], [0.02, 0.05, 0.0]], "depth_m": 0.01, "direction": [0, 0, 1]},
-        {"path_m": STRAIGHT.tolist(), "depth_m": 0.01, "direction": [0, 0, 0]},
-        {"plane": {"point_m": [0, 0, 0], "normal": [0, 0, 0]}},
-        {"plane": {"point_m": [0.11, 0, 0], "normal": [1, 0, 0]}},
-        {"disc": {"center_m": [0.05, 0.05, 0.06], "normal": [0, 0, 1], "radius_m": 0.01}},
-        {"path_m": [[0.02, 0.12, 0.04], [0.06, 0.12, 0.04]], "depth_m": 0.01, "direction": [0, 0, -1]},
+        CutSettings(),
+        plane([0, 0, 0], [0, 0, 1]).but(path_m=STRAIGHT.tolist(), depth_m=0.01),
+        CutSettings(path_m=STRAIGHT.tolist()),
+        CutSettings(path_m=STRAIGHT[:1].tolist(), depth_m=0.01),
+        CutSettings(path_m=[[0.02, 0.05, 0.04], [0.02, 0.05, 0.0]], depth_m=0.01, direction=[0, 0, 1]),
+        CutSettings(path_m=STRAIGHT.tolist(), depth_m=0.01, direction=[0, 0, 0]),
+        plane([0, 0, 0], [0, 0, 0]),
+        plane([0.11, 0, 0], [1, 0, 0]),
+        disc(0.05, 0.05, 0.06),
+        CutSettings(path_m=[[0.02, 0.12, 0.04], [0.06, 0.12, 0.04]], depth_m=0.01, direction=[0, 0, -1]),
     ],
 )
-def test_what_is_no_cut_is_refused(settings):
+def test_what_is_no_cut_is_refused(asked):
     with pytest.raises(InputError):
-        make_cut("cut", settings, box([0.1, 0.1, 0.04], [4, 4, 2]))
-    CutSettings.model_validate(settings)
+        make_cut("cut", asked, box([0.1, 0.1, 0.04], [4, 4, 2]))

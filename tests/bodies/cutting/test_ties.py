@@ -5,6 +5,7 @@ import pytest
 
 from palpate.bodies.body import nest
 from palpate.bodies.cutting.cut import make_cut
+from palpate.bodies.cutting.settings import Cut, Stroke
 from palpate.bodies.cutting.ties import cut_particles
 from palpate.bodies.cutting.ways import SPLIT_FACES, part
 from palpate.bodies.make_body import make_body
@@ -18,10 +19,13 @@ LIVER = {
     "kind": "liver", "length_m": 0.2, "refinements": 1, "young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000,
     "anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}},
 }  # fmt: skip
-ALONG = {"path_m": [[-0.02, -0.05, 0.06], [0.03, 0.0, 0.06], [0.03, 0.05, 0.06]], "depth_m": 0.04}
-ALONG |= {"direction": [0.0, 0.0, -1.0], "at_s": 0.2, "lasts_s": 0.5}
-ACROSS = {"path_m": [[-0.05, 0.02, 0.06], [0.06, 0.02, 0.06]], "depth_m": 0.04, "direction": [0.0, 0.0, -1.0]}
-ACROSS |= {"at_s": 0.6, "lasts_s": 0.0}
+DOWN = {"depth_m": 0.04, "direction": [0.0, 0.0, -1.0]}
+ALONG = Cut(path_m=[[-0.02, -0.05, 0.06], [0.03, 0.0, 0.06], [0.03, 0.05, 0.06]], at_s=0.2, lasts_s=0.5, **DOWN)
+ACROSS = Stroke(path_m=[[-0.05, 0.02, 0.06], [0.06, 0.02, 0.06]], at_s=0.6, **DOWN)
+
+
+def plane(x=0.0, **more):
+    return Cut(plane={"point_m": [x, 0.0, 0.0], "normal": [1, 0, 0]}, **more)
 
 
 @pytest.fixture(scope="module")
@@ -36,16 +40,16 @@ def same_nodes(first: np.ndarray, second: np.ndarray) -> bool:
 
 
 @pytest.mark.parametrize(
-    "more", [[], pytest.param([ACROSS], marks=pytest.mark.slow)], ids=["one cut", "two that cross"]
+    "more", [None, pytest.param([ACROSS], marks=pytest.mark.slow)], ids=["one cut", "two that cross"]
 )
 def test_at_any_time_what_is_one_is_what_a_blade_that_stands_still_there_has_left(liver, more):
-    particles = cut_particles("scene", liver, 1, ALONG | {"way": SPLIT_FACES, "more": more})
-    blades = [make_cut("cut", entry, liver.fine) for entry in (ALONG, *more)]
+    particles = cut_particles("scene", liver, 1, ALONG.but(way=SPLIT_FACES, more=more))
+    blades = [make_cut("cut", entry, liver.fine) for entry in (ALONG, *(more or []))]
     counts = []
     for t in (0.1, 0.2, 0.35, 0.5, 0.59, 0.65, 0.8):
-        share = np.clip((t - ALONG["at_s"]) / ALONG["lasts_s"], 0.0, 1.0)
+        share = np.clip((t - ALONG.at_s) / ALONG.lasts_s, 0.0, 1.0)
         reached = [blades[0].up_to(share * blades[0].length_m if share < 1.0 else np.inf)]
-        reached += [blade for blade, entry in zip(blades[1:], more, strict=True) if entry["at_s"] <= t]
+        reached += [blade for blade, entry in zip(blades[1:], more or [], strict=True) if entry.at_s <= t]
         leaders = particles.ties.leaders(t)
         stands = part(liver, 1, reached, SPLIT_FACES)
         assert same_nodes(leaders[particles.tetrahedra], stands.mesh.tetrahedra)
@@ -57,9 +61,9 @@ def test_at_any_time_what_is_one_is_what_a_blade_that_stands_still_there_has_lef
     assert len(set(counts)) >= 5
 
 
-@pytest.mark.parametrize("more", [[], [ACROSS]], ids=["one cut", "two that cross"])
+@pytest.mark.parametrize("more", [None, [ACROSS]], ids=["one cut", "two that cross"])
 def test_a_mesh_that_conforms_opens_along_the_blade_as_far_as_it_has_come(liver, more):
-    particles = cut_particles("scene", liver, 1, ALONG | {"way": "conform", "more": more})
+    particles = cut_particles("scene", liver, 1, ALONG.but(way="conform", more=more))
     assert np.isfinite(particles.ties.let_go_s).all()
     assert np.array_equal(particles.ties.leaders(0.7), np.arange(len(particles.nodes)))
     blade = make_cut("cut", ALONG, liver.fine)
@@ -78,9 +82,9 @@ def test_a_mesh_that_conforms_opens_along_the_blade_as_far_as_it_has_come(liver,
         )
 
 
-@pytest.mark.parametrize("more", [[], [ACROSS]], ids=["one cut", "two that cross"])
+@pytest.mark.parametrize("more", [None, [ACROSS]], ids=["one cut", "two that cross"])
 def test_virtual_nodes_are_one_before_the_blade_and_none_is_after(liver, more):
-    particles = cut_particles("scene", liver, 1, ALONG | {"way": "virtual_nodes", "more": more})
+    particles = cut_particles("scene", liver, 1, ALONG.but(way="virtual_nodes", more=more))
     whole = particles_of(liver, 1, surface=False)
     leaders = particles.ties.leaders()
     _, place = np.unique(particles.nodes, axis=0, return_inverse=True)
@@ -99,8 +103,7 @@ def test_nodes_that_a_cut_hits_within_rounding_are_parted(liver):
     body = nest("slab", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(3000.0, 0.3, 1000.0))
     for away in (0.0, 1e-9, -1e-9, 1e-12):
         for way in (SPLIT_FACES, "virtual_nodes"):
-            entry = {"plane": {"point_m": [0.05 + away, 0.0, 0.0], "normal": [1, 0, 0]}, "at_s": 0.0, "lasts_s": 0.0}
-            particles = cut_particles("scene", body, 0, entry | {"way": way})
+            particles = cut_particles("scene", body, 0, plane(0.05 + away, way=way))
             assert len(particles.nodes) == len(mesh.nodes) + 15
             assert len(np.unique(particles.ties.leaders())) == len(mesh.nodes)
             assert np.array_equal(particles.ties.leaders(0.0), np.arange(len(particles.nodes)))
@@ -109,12 +112,12 @@ def test_nodes_that_a_cut_hits_within_rounding_are_parted(liver):
 @pytest.mark.parametrize(
     ("entry", "told"),
     [
-        (ALONG | {"path_m": [[0.5, 0.5, 0.5], [0.6, 0.5, 0.5]]}, "cut lies outside the body"),
-        (ALONG | {"depth_m": 0.0}, "severs nothing of level 1 of liver"),
-        ({"plane": {"point_m": [0, 0, 0], "normal": [1, 0, 0]}, "at_s": 0.0, "lasts_s": 0.1}, "cut.lasts_s is 0.1 s"),
-        (ALONG | {"more": [{"at_s": 0.0, "lasts_s": 0.0}]}, "cut.more\\[0\\] has none of path_m"),
+        (ALONG.but(path_m=[[0.5, 0.5, 0.5], [0.6, 0.5, 0.5]]), "cut lies outside the body"),
+        (ALONG.but(depth_m=0.0), "severs nothing of level 1 of liver"),
+        (plane(lasts_s=0.1), "cut.lasts_s is 0.1 s"),
+        (ALONG.but(more=[Stroke()]), "cut.more\\[0\\] has none of path_m"),
     ],
 )
 def test_a_cut_that_is_none_is_refused_in_one_sentence(liver, entry, told):
     with pytest.raises(InputError, match=told):
-        cut_particles("scenes.liver", liver, 1, entry | {"way": SPLIT_FACES})
+        cut_particles("scenes.liver", liver, 1, entry.but(way=SPLIT_FACES))

@@ -9,11 +9,12 @@ from palpate.bodies.particles import merge_particles
 from palpate.collision.contact import push_apart
 from palpate.collision.contact.barrier import barrier
 from palpate.collision.contact.barrier_contact import make
+from palpate.effects.settings import Ball, Contact, Floor
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import gather
 
-BALL = {"name": "ball", "kind": "sphere", "center_m": [0.05, 0.04, 0.125], "radius_m": 0.02}
-FLOOR = {"name": "ground", "kind": "floor", "height_m": -0.005}
+BALL = Ball(name="ball", center_m=[0.05, 0.04, 0.125], radius_m=0.02)
+FLOOR = Floor(name="ground", height_m=-0.005)
 GAP = 0.01
 
 
@@ -24,8 +25,7 @@ def pair(cube):
 
 @pytest.fixture(scope="module")
 def contact(pair):
-    settings = {"instruments": [BALL, FLOOR], "gap_m": GAP, "friction": 0.4, "slip_m_s": 0.05}
-    found = make(pair, settings, None)
+    found = make(pair, Contact(instruments=[BALL, FLOOR], gap_m=GAP, friction=0.4, slip_m_s=0.05), None)
     found.hold(np.array([3, 7]))
     return found
 
@@ -78,7 +78,7 @@ def test_forces_among_all_points_add_up_to_nothing(contact, slid):
 
 def test_energy_is_infinite_where_anything_touches(pair, contact, slid):
     x = slid.copy()
-    x[0] = np.add(BALL["center_m"], [0.0, 0.0, -0.0199])
+    x[0] = np.add(BALL.center_m, [0.0, 0.0, -0.0199])
     assert contact.energy(x) == np.inf and np.isfinite(contact.energy(slid))
 
 
@@ -100,8 +100,7 @@ def test_one_contact_in_closed_form(cube):
     x = body.nodes @ np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
     lowest = int(np.argmin(x[:, 2]))
     x += np.array([0.3, 0.2, 0.006]) - x[lowest]
-    settings = {"instruments": [FLOOR | {"height_m": 0.0}], "gap_m": 0.009}
-    contact = make(body, settings, None)
+    contact = make(body, Contact(instruments=[FLOOR.but(height_m=0.0)], gap_m=0.009), None)
     contact.begin(x, 0.1)
     contact.relax(x, 0.1)
     (row,) = contact.contacts(x).to_dict("records")
@@ -121,8 +120,8 @@ def test_one_contact_in_closed_form(cube):
 def test_contacts_carry_the_relative_velocity_of_the_step(cube):
     """A cube that turns and moves under a ball that moves: the first's velocity at the contact less the other's."""
     body, h = cube(2), 1e-3
-    ball = BALL | {"center_m": [0.07, 0.06, 0.126], "times_s": [0.0, 1.0], "shifts_m": [[0, 0, 0], [0.3, 0, 0]]}
-    contact = make(body, {"instruments": [ball], "gap_m": 0.008}, None)
+    ball = BALL.but(center_m=[0.07, 0.06, 0.126], times_s=[0.0, 1.0], shifts_m=[[0, 0, 0], [0.3, 0, 0]])
+    contact = make(body, Contact(instruments=[ball], gap_m=0.008), None)
     columns = [f"velocity_{axis}_m_s" for axis in "xyz"]
     still = contact.contacts(body.nodes)
     assert len(still) and not still[columns].to_numpy().any()
@@ -141,8 +140,8 @@ def test_contacts_carry_the_relative_velocity_of_the_step(cube):
 
 def test_a_ball_beside_a_face_in_closed_form(cube):
     body = cube(2)
-    ball = BALL | {"center_m": [0.07, 0.06, 0.126], "radius_m": 0.02}
-    contact = make(body, {"instruments": [ball], "gap_m": 0.008}, None)
+    ball = BALL.but(center_m=[0.07, 0.06, 0.126])
+    contact = make(body, Contact(instruments=[ball], gap_m=0.008), None)
     contact.begin(body.nodes, 0.1)
     contact.relax(body.nodes, 0.1)
     table = contact.contacts(body.nodes)
@@ -156,29 +155,29 @@ def test_a_ball_beside_a_face_in_closed_form(cube):
 
 
 def test_which_pieces_can_touch(cube, pair):
-    contact = make(pair, {"instruments": [BALL, FLOOR]}, None)
+    contact = make(pair, Contact(instruments=[BALL, FLOOR]), None)
     assert contact.names == ["cube_0", "cube_1", "ball", "ground"]
     expected = np.ones((4, 4), dtype=bool)
     expected[[0, 1], [0, 1]] = False
     expected[2:, 2:] = False
     assert np.array_equal(contact._can_touch, expected)
-    assert make(pair, {"self_contact": True}, None)._can_touch.all()
-    assert make(cube(1), {}, None).names == ["cube"]
+    assert make(pair, Contact(self_contact=True), None)._can_touch.all()
+    assert make(cube(1), Contact(), None).names == ["cube"]
 
 
 @pytest.mark.parametrize("apart", [0.11, 100.0])
 def test_the_gap_follows_the_smallest_piece_wherever_it_is(cube, apart):
     pair = merge_particles([cube(2), cube(1, side=0.04)], [[0, 0, 0], [apart, 0, 0]], "pair")
-    assert make(pair, {}, None).gap_m == pytest.approx(4e-5)
-    assert make(pair, {"gap_m": 0.003}, None).gap_m == 0.003
+    assert make(pair, Contact(), None).gap_m == pytest.approx(4e-5)
+    assert make(pair, Contact(gap_m=0.003), None).gap_m == 0.003
     for gap in (0.0041, 3e-9):
         with pytest.raises(InputError, match=r"^cube: contact.gap_m is .* 0.04 m long; give from 4e-09 to 0.004, or"):
-            make(pair, {"gap_m": gap}, None)
+            make(pair, Contact(gap_m=gap), None)
 
 
 def test_nothing_near_nothing_done(cube):
     body = cube(1)
-    contact = make(body, {"instruments": [FLOOR | {"height_m": -1.0}]}, None)
+    contact = make(body, Contact(instruments=[FLOOR.but(height_m=-1.0)]), None)
     x, v = body.nodes - [0.0, 0.0, 1e-4], np.full_like(body.nodes, [0.0, 0.0, -0.1])
     ended, kept = x.copy(), v.copy()
     contact.at(1e-3)
@@ -190,27 +189,23 @@ def test_nothing_near_nothing_done(cube):
 def test_projecting_is_the_nearest_place(cube):
     """Pressed below the floor, with the masses' forces in balance with the barrier's."""
     body = cube(2)
-    contact = make(body, {"instruments": [FLOOR], "gap_m": 1e-3}, None)
+    contact = make(body, Contact(instruments=[FLOOR], gap_m=1e-3), None)
     h, down = 0.01, np.array([0.0, 0.0, -0.05])
     x, v = body.nodes + down, np.tile(down / h, (len(body.nodes), 1))
     contact.at(h)
     contact.project(body.nodes, x, v, h)
-    assert x[:, 2].min() > FLOOR["height_m"]
+    assert x[:, 2].min() > FLOOR.height_m
     unbalanced = force_of(contact, x) - (body.masses / h**2)[:, None] * (x - body.nodes - down)
     assert np.abs(unbalanced).max() < 1e-6 * np.abs(force_of(contact, x)).max()
     assert v == pytest.approx((x - body.nodes) / h, abs=1e-12)
 
 
-PUSH_APART_BALL = {"kind": "sphere", "name": "ball", "center_m": [0.05, 0.05, 0.11], "radius_m": 0.02}
-PUSH_APART_FLOOR = {"kind": "floor", "height_m": 0.02}
+PUSH_APART_BALL = BALL.but(center_m=[0.05, 0.05, 0.11])
 
 
-def placed(play, parts, shifts, **contact):
-    """Return the first and the last frame of three steps without weight, and the clearances of the last one."""
-    effects = {"corotational": None, "contact": {"push_out": True, **contact}}
-    if any(len(part.held) for part in parts):
-        effects["held"] = None
-    motion = play(parts, shifts, effects, steps=3).motion
+def placed(play, parts, shifts, push_out=True, **contact):
+    """Return the motion of three steps without weight, and its first and last frame."""
+    motion = play(parts, shifts, steps=3, held=True, contact=Contact(push_out=push_out, **contact)).motion
     return motion, motion.positions[0], motion.positions[-1]
 
 
@@ -234,7 +229,7 @@ def test_the_lighter_one_goes_and_a_held_one_stays(play, cube):
 
 
 def test_a_body_rises_from_a_floor_and_leaves_a_ball(play, cube, trespass):
-    motion, first, _ = placed(play, [cube(1)], [[0, 0, 0]], instruments=[PUSH_APART_FLOOR])
+    motion, first, _ = placed(play, [cube(1)], [[0, 0, 0]], instruments=[FLOOR.but(height_m=0.02)])
     assert first[:, 2].min() == pytest.approx(0.0201, rel=1e-2)
     np.testing.assert_array_equal(first[:, :2], cube(1).nodes[:, :2])
     motion, first, _ = placed(play, [cube(2)], [[0, 0, 0]], instruments=[PUSH_APART_BALL])
@@ -247,8 +242,8 @@ def test_an_instrument_dents_what_is_held(play, cube, trespass):
     block = replace(block, held=np.flatnonzero(block.nodes[:, 2] == 0.0))
     motion, _, last = placed(play, [block], [[0, 0, 0]], instruments=[PUSH_APART_BALL])
     np.testing.assert_array_equal(last[block.held], block.nodes[block.held])
-    touched = np.linalg.norm(block.nodes - PUSH_APART_BALL["center_m"], axis=1).argmin()
-    assert 0.0 < np.linalg.norm(last[touched] - PUSH_APART_BALL["center_m"]) - 0.02 < 1e-3
+    touched = np.linalg.norm(block.nodes - PUSH_APART_BALL.center_m, axis=1).argmin()
+    assert 0.0 < np.linalg.norm(last[touched] - PUSH_APART_BALL.center_m) - 0.02 < 1e-3
     assert trespass(motion)[0] > 0.0 and motion.observed["ball_force_z_n"].iloc[-1] > 0.0
 
 

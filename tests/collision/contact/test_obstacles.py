@@ -10,28 +10,29 @@ from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import particles_of
 from palpate.collision.contact.obstacles import displace_nodes, make_obstacle, winding_number
 from palpate.collision.contact.proximity import Proximity, limit
+from palpate.effects.settings import Ball, Capsule, Contact, Floor, Triangles, VelocityDamping
 from palpate.errors import InputError, NotConverged
 
 MIDDLE = np.array([0.3, 0.2, 0.1])
-BALL = {"kind": "sphere", "center_m": [1.0, 2.0, 3.0], "radius_m": 0.5}
+BALL = Ball(center_m=[1.0, 2.0, 3.0], radius_m=0.5)
 
 
-def made(settings, size=0.1):
-    return make_obstacle(settings, "there", "given", size, MIDDLE)
+def made(tool, size=0.1):
+    return make_obstacle(tool, "there", "given", size, MIDDLE)
 
 
 def test_shapes():
     ball = made(BALL)
     assert np.array_equal(ball.points, [[1.0, 2.0, 3.0]]) and np.array_equal(ball.triangles, [[0, 0, 0]])
-    assert (ball.radius_m, ball.name, made(BALL | {"name": "mine"}).name) == (0.5, "given", "mine")
-    rod = made({"kind": "capsule", "from_m": [0, 0, 0], "to_m": [1, 0, 0], "radius_m": 0.1})
+    assert (ball.radius_m, ball.name, made(BALL.but(name="mine")).name) == (0.5, "given", "mine")
+    rod = made(Capsule(from_m=[0, 0, 0], to_m=[1, 0, 0], radius_m=0.1))
     assert np.array_equal(rod.points, [[0, 0, 0], [1, 0, 0]]) and np.array_equal(rod.triangles, [[0, 1, 1]])
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 def test_a_floor_is_wide_and_faces_up(axis):
     up = "xyz".index(axis)
-    floor = made({"kind": "floor", "axis": axis, "height_m": 0.7})
+    floor = made(Floor(axis=axis, height_m=0.7))
     a, b, c = floor.points[floor.triangles[0]]
     assert (floor.points[:, up] == 0.7).all() and floor.radius_m == 0.0
     normal = np.cross(b - a, c - a)
@@ -47,14 +48,13 @@ def test_a_mesh_from_a_file(tmp_path):
     import pyvista
 
     pyvista.Cube().triangulate().save(tmp_path / "cube.stl")
-    thing = made({"kind": "mesh", "file": str(tmp_path / "cube.stl"), "scale_m": 0.01, "radius_m": 0.002})
+    thing = made(Triangles(file=str(tmp_path / "cube.stl"), scale_m=0.01, radius_m=0.002))
     assert len(thing.triangles) == 12 and np.ptp(thing.points, axis=0) == pytest.approx([0.01] * 3)
     assert thing.radius_m == 0.002
 
 
 def test_paths():
-    path = {"times_s": [1.0, 2.0, 4.0], "shifts_m": [[0, 0, 0], [1, 0, 0], [1, 2, -2]]}
-    ball = made(BALL | path)
+    ball = made(BALL.but(times_s=[1.0, 2.0, 4.0], shifts_m=[[0, 0, 0], [1, 0, 0], [1, 2, -2]]))
     for t, shift in ((0.0, [0, 0, 0]), (1.5, [0.5, 0, 0]), (3.0, [1, 1, -1]), (9.0, [1, 2, -2])):
         assert np.array_equal(ball.at(t), np.add(ball.points, shift))
     assert np.array_equal(made(BALL).at(5.0), made(BALL).points)
@@ -66,54 +66,56 @@ def test_paths():
 )
 def test_lengths_beyond_any_sense_are_refused(lengths):
     with pytest.raises(InputError, match=r"^there has a length of more than 1e\+09 m; give all lengths in metres\.$"):
-        made(BALL | lengths)
+        made(BALL.but(**lengths))
 
 
-FLOOR = {"kind": "floor", "height_m": 0.0}
-ROD = {"kind": "capsule", "from_m": [0.05, 0.05, -0.1], "to_m": [0.04, 0.04, 0.2], "radius_m": 0.001}
-ABOVE = {"kind": "sphere", "center_m": [0.05, 0.05, 0.2], "radius_m": 0.03}
+def meet(play, cube, tool):
+    return play([cube], steps=1, contact=Contact(instruments=[tool]))
 
 
-def begin(play, parts, shifts, contact, **more):
-    return play(parts, shifts, {"corotational": None, "contact": contact, **more}, steps=1)
+def above(z, radius_m=0.03):
+    return Ball(name="tool", center_m=[0.05, 0.05, z], radius_m=radius_m)
+
+
+def floor(height_m, axis="z"):
+    return Floor(name="tool", height_m=height_m, axis=axis)
 
 
 @pytest.mark.parametrize(
     ("instrument", "message"),
     [
-        (ABOVE | {"center_m": [0.05, 0.05, 0.05], "radius_m": 0.001}, "ball is inside cube"),
-        (ABOVE | {"center_m": [0.05, 0.05, 0.12]}, "cube and ball touch"),
-        (ABOVE | {"center_m": [0.05, 0.05, 0.13]}, "scenes.played: cube and ball touch"),
-        (ABOVE | {"center_m": [0.05, 0.05, 0.13 + 5e-13]}, "cube and ball touch"),
-        (ROD, "intersects"),
-        (FLOOR | {"height_m": 0.05}, "cube intersects ball"),
-        (FLOOR | {"height_m": 0.0}, "cube intersects ball"),
-        (FLOOR | {"height_m": 0.3}, "cube is inside ball"),
-        (FLOOR | {"height_m": 0.3, "axis": "x"}, "cube is inside ball"),
-        (FLOOR | {"height_m": 0.3, "axis": "y"}, "cube is inside ball"),
+        (above(0.05, 0.001), "tool is inside cube"),
+        (above(0.12), "cube and tool touch"),
+        (above(0.13), "scenes.played: cube and tool touch"),
+        (above(0.13 + 5e-13), "cube and tool touch"),
+        (Capsule(from_m=[0.05, 0.05, -0.1], to_m=[0.04, 0.04, 0.2], radius_m=0.001), "intersects"),
+        (floor(0.05), "cube intersects tool"),
+        (floor(0.0), "cube intersects tool"),
+        (floor(0.3), "cube is inside tool"),
+        (floor(0.3, "x"), "cube is inside tool"),
+        (floor(0.3, "y"), "cube is inside tool"),
     ],
 )
 def test_what_overlaps_at_first_is_refused(play, cube, instrument, message):
     with pytest.raises(InputError, match=message) as error:
-        begin(play, [cube()], [[0, 0, 0]], {"instruments": [{"name": "ball"} | instrument]})
+        meet(play, cube(), instrument)
     assert str(error.value).count(". ") == 0 and "move" in str(error.value)
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 def test_above_a_floor_all_is_well(play, cube, axis):
-    run = begin(play, [cube()], [[0, 0, 0]], {"instruments": [FLOOR | {"height_m": -1e-6, "axis": axis}]})
-    assert np.isfinite(run.motion.positions).all()
+    assert np.isfinite(meet(play, cube(), floor(-1e-6, axis)).motion.positions).all()
 
 
 @pytest.mark.parametrize(("shift", "message"), [(0.05, "cube_0 intersects cube_1"), (0.1, "intersects")])
 def test_bodies_that_overlap_or_share_a_face_are_refused(play, cube, shift, message):
     with pytest.raises(InputError, match=message):
-        begin(play, [cube()] * 2, [[0, 0, 0], [0, 0, shift]], {})
+        play([cube()] * 2, [[0, 0, 0], [0, 0, shift]], steps=1, contact=Contact())
 
 
 def test_a_body_inside_another_is_refused(play, cube):
     with pytest.raises(InputError, match="cube_1 is inside cube_0"):
-        begin(play, [cube(), cube(side=0.02)], [[0, 0, 0], [0.04, 0.04, 0.04]], {})
+        play([cube(), cube(side=0.02)], [[0, 0, 0], [0.04, 0.04, 0.04]], steps=1, contact=Contact())
 
 
 def test_a_hollow_body_is_one_piece(play, cube):
@@ -121,17 +123,17 @@ def test_a_hollow_body_is_one_piece(play, cube):
     hollow = ~np.isclose(whole.nodes[whole.tetrahedra].mean(axis=1), 0.05, atol=1.0 / 60.0).all(axis=1)
     body = nest("shell", TetMesh(whole.nodes, whole.tetrahedra[hollow]), 0, np.empty(0, dtype=int), whole.material)
     assert hollow.sum() == len(hollow) - 6
-    run = begin(play, [particles_of(body, 0, False)], [[0, 0, 0]], {"instruments": [FLOOR | {"height_m": -0.01}]})
+    run = meet(play, particles_of(body, 0, False), floor(-0.01))
     assert len(run.motion.obstacles) == 1
 
 
 def test_a_crossed_sheet_is_refused_only_where_it_can_touch_itself(play, cloth):
     flat = cloth(3)
     crossed = replace(flat, nodes=0.1 * np.random.default_rng(0).normal(size=flat.nodes.shape))
-    effects = {"triangles": None, "velocity_damping": {"rate_1_s": 1.0}}
+    damping = VelocityDamping(rate_1_s=1.0)
     with pytest.raises(InputError, match="cloth intersects itself"):
-        play([crossed], [[0, 0, 0]], effects | {"contact": {"self_contact": True}}, steps=1)
-    play([crossed], [[0, 0, 0]], effects | {"contact": {}}, steps=1)
+        play([crossed], steps=1, velocity_damping=damping, contact=Contact(self_contact=True))
+    play([crossed], steps=1, velocity_damping=damping, contact=Contact())
 
 
 def test_the_winding_number_counts_solid_angles(cube):

@@ -21,6 +21,7 @@ os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())
 import numpy as np
 from explicit_by_hand import clay_shapes, cube_poke
 from implicit_by_hand import bar_sag, clay_dent, liver_press, sheet_drape
+from palpate.scenes.scene import Scene, scene_of
 from snakemake.utils import update_config
 
 from palpate.bodies.make_body import make_body
@@ -28,7 +29,6 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.run.settings import complete, read_settings
 from palpate.scenes import effect_registry
 from palpate.scenes.run_scene import compose, loop
-from palpate.scenes.scene import Scene, scene_of
 
 ROOT = Path(__file__).parents[2]
 RATIO, BUDGET_S, LEAST = 1.1, 3.0, 5

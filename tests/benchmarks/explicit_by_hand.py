@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+from palpate.scenes.scene import Scene
 
 from palpate.bodies.particles import Particles
 from palpate.effects import (
@@ -15,7 +16,6 @@ from palpate.effects import (
     velocity_damping,
     volume_preservation,
 )
-from palpate.scenes.scene import Scene
 from palpate.solvers.goal_position import _advance
 
 

@@ -6,12 +6,12 @@ Newton's method and what it solves with are palpate's own; what calls an effect 
 from collections.abc import Callable
 
 import numpy as np
+from palpate.scenes.scene import Scene
 
 from palpate.bodies.particles import Particles
 from palpate.collision.contact import barrier_contact
 from palpate.effects import bending, gravity, held, linear_elements, plasticity, push, rayleigh, triangles
 from palpate.linalg.block_pattern import gather, hold, shared_pattern
-from palpate.scenes.scene import Scene
 from palpate.solvers.backward_euler import BackwardEuler
 
 

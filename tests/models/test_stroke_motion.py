@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from palpate.scenes.scene import Scene
 from scipy.spatial.transform import Rotation
 
 from palpate.bodies.body import nest
@@ -14,7 +15,6 @@ from palpate.collision.contact import instrument_contact
 from palpate.errors import InputError, NotConverged
 from palpate.models import local_answers, stroke_motion, strokes
 from palpate.scenes.run_scene import compose, run
-from palpate.scenes.scene import Scene
 from palpate.solvers.touched_motion import STIFFER, TouchedMotion
 
 DURATION_S, STEP_S = 0.24, 0.01

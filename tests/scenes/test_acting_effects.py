@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from palpate.scenes.scene import Scene
 
 from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles
@@ -11,7 +12,6 @@ from palpate.bodies.supports import Bed
 from palpate.scenes.acting_effects import Moved, acting, assumed, decide, has_contact, has_driven, has_forces, modules
 from palpate.scenes.effect_registry import EFFECTS, ELASTIC
 from palpate.scenes.run_scene import moved
-from palpate.scenes.scene import Scene
 
 NODES = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])

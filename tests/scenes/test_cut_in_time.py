@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from palpate.scenes.scene import Scene, particles_in
 
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
@@ -14,7 +15,6 @@ from palpate.bodies.simple_shapes import box
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_points
 from palpate.errors import InputError
 from palpate.scenes.run_scene import compose, run
-from palpate.scenes.scene import Scene, particles_in
 from palpate.scenes.scene_check import check_effects
 
 G = 9.81

@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+from palpate.scenes.scene import Scene
 
 from palpate.bodies.particles import particles_of
 from palpate.scenes import effect_registry
 from palpate.scenes.effect_registry import EFFECTS, INTEGRATORS, Entry
 from palpate.scenes.run_scene import compose, decisions, run
-from palpate.scenes.scene import Scene
 
 WIND = """
 class Wind:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fixtures.shipped import completed
+from palpate.scenes.scene import Scene, bodies_in, particles_in, scene_of
 
 from palpate.bodies.body import nest
 from palpate.bodies.make_body import make_body
@@ -14,7 +15,6 @@ from palpate.bodies.particles import particles_of
 from palpate.bodies.simple_shapes import box
 from palpate.errors import NotConverged
 from palpate.scenes.run_scene import run
-from palpate.scenes.scene import Scene, bodies_in, particles_in, scene_of
 from palpate.solvers import backward_euler
 from palpate.studies.scenes.measurements import HOLDS, UNKNOWN, energy_balance
 

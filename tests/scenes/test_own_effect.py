@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from palpate.scenes.scene import Scene
 
 from palpate.bodies.body import nest
 from palpate.bodies.particles import particles_of
@@ -10,7 +11,6 @@ from palpate.effects import bending, body_springs, gravity, linear_elements, spr
 from palpate.errors import InputError
 from palpate.scenes import own_effect
 from palpate.scenes.own_effect import disagreement
-from palpate.scenes.scene import Scene
 
 CLASS = "import numpy as np\nclass E:\n"
 MAKE = "\ndef make(particles, settings, elastic):\n    return E()\n"

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 from fixtures.shipped import completed
+from palpate.scenes.scene import bodies_in
 
 from palpate.scenes.effect_registry import EFFECTS, INTEGRATORS
-from palpate.scenes.scene import bodies_in
 
 ROOT = Path(__file__).parents[2]
 CONFIG = completed()

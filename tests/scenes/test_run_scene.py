@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from palpate.scenes.scene import Scene, scene_of
 
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
@@ -14,7 +15,6 @@ from palpate.bodies.simple_shapes import cylinder
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import motion
 from palpate.scenes.run_scene import compose, decisions, effect_names, initial_positions, run
-from palpate.scenes.scene import Scene, scene_of
 
 GUIDE = Path(__file__).parents[2] / "docs/add-an-effect.md"
 GRAVITY = {"gravity": {"acceleration_m_s2": [0.5, 0, 0]}, "rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.01}}

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from palpate.scenes.scene import scene_of
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of
@@ -15,7 +16,6 @@ from palpate.models import strokes
 from palpate.run.settings import complete
 from palpate.scenes.effect_registry import INTEGRATORS
 from palpate.scenes.run_scene import run
-from palpate.scenes.scene import scene_of
 
 ROOT = Path(__file__).parents[2]
 ROUND = {"young_pa": 1e4, "poisson": 0.3, "density_kg_m3": 1000, "anchors": {"nodes": [0, 1, 2]}}

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from palpate.scenes.scene import Scene
 
 from palpate.bodies.particles import Particles, particles_of
 from palpate.scenes.motion import Motion, Moved, load, save
 from palpate.scenes.run_scene import run
-from palpate.scenes.scene import Scene
 from palpate.studies.scenes import measurements
 from palpate.studies.scenes.contact_force import closed, contact_force, least_signed_distance
 from palpate.studies.scenes.measurements import DOUBTED, FAILS, HOLDS, REST, UNKNOWN, cost, energy_balance, left_out

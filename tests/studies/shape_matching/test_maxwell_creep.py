@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fixtures.shipped import completed
+from palpate.scenes.scene import scene_of
 from scipy.integrate import solve_ivp
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of
 from palpate.errors import InputError
 from palpate.scenes.run_scene import run
-from palpate.scenes.scene import scene_of
 from palpate.studies.shape_matching.maxwell_creep import closeness, creep, measure
 from palpate.studies.shape_matching.settings import check
 

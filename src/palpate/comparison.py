@@ -1,0 +1,139 @@
+"""Compare ways of answering presses on one body: ``make_case``, ``compare``, ``advise`` and ``plot_precision``."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.accuracy import TruthErrors, patch_nodes
+from palpate.benchmark.advice import advise as advice_of
+from palpate.benchmark.judge import Judge
+from palpate.benchmark.measure import bounds, measure
+from palpate.benchmark.model import Case, Model
+from palpate.benchmark.presses import choose_presses
+from palpate.benchmark.settings import FitOptions
+from palpate.benchmark.split import split
+from palpate.benchmark.static_responses import assemble, press
+from palpate.bodies.body import Body
+from palpate.errors import InputError, explained
+from palpate.models.load_model import as_model
+from palpate.solvers.compliance import compute_compliance
+
+TEST = 0.4
+"""Share of the contacts that models are asked at; the others may be learnt from."""
+LEAST = 10
+"""Fewest contacts of a case: bounds of errors need several on both sides."""
+STRAIGHT = {"magnitude": 1.0, "tilt_degrees": 0.0}
+"""A press along the inward normal."""
+TOLERANCE = 1e-6
+"""Relative residual of the reference and of what is learnt from."""
+
+
+@dataclass(frozen=True, eq=False)
+class ComparedCase:
+    """A body under presses: ``case`` is what models may see, ``judge`` has what they are asked and the right answers.
+
+    These are quadratic elements' on the body's finest level, whose own error is not known here; the study ``tradeoff``
+    finds it.
+    """
+
+    case: Case
+    judge: Judge
+
+
+def make_case(
+    body: Body,
+    *,
+    radius_m: float,
+    contacts: int = 25,
+    peak_of_size: float = 0.05,
+    seed: int = 1,
+    progress: Callable = iter,
+) -> ComparedCase:
+    """Press a body at contacts spread over its surface, most of which models may learn from.
+
+    radius_m : of the disc that is pressed [m]; peak_of_size : largest displacement, as a share of the longest side
+    contacts : how many, of which two fifths are held out; progress : wraps sequences, as ``tqdm`` does
+    Raises InputError for too few contacts or a body without a finer level, NotConverged for a press that has no answer.
+    """
+    if contacts < LEAST:
+        raise InputError(f"contacts is {contacts}; give at least {LEAST}, as bounds of errors need several.")
+    if len(body.levels) < 2:
+        raise InputError(f"{body.name} has one mesh; give it refinements of at least 1.")
+    regime = {"peak_of_size": peak_of_size}
+    loads = choose_presses(body, contacts, [STRAIGHT], regime, radius_m, seed, progress)
+    compliance = compute_compliance(body, radius_m, progress, np.sort(loads["contact"].to_numpy()), order=2)
+    fine = press(body, len(body.levels) - 1, loads, TOLERANCE, progress, order=2)
+    samples = assemble(body, loads, fine, press(body, 0, loads, TOLERANCE), "")
+    tests = round(TEST * contacts)
+    known, asked = split(samples.contact, contacts - tests, tests, "contacts", seed)
+    case = Case(body, "press", radius_m, samples.take(known), compliance, FitOptions(seed=seed), TOLERANCE)
+    judged = samples.take(asked)
+    patch = np.array([patch_nodes(body.fine, int(contact), radius_m) for contact in judged.contact])
+    own, sides = np.full((tests, len(TruthErrors._fields)), np.nan), np.full(tests, "test")
+    return ComparedCase(case, Judge(1, asked, sides, judged, judged.fine, own, judged.seconds, patch))
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """What models answered: a row a model in ``table``, a row an answer in ``answers``, as in docs/tables.md."""
+
+    table: pd.DataFrame
+    answers: pd.DataFrame
+
+    @property
+    def summary(self) -> pd.DataFrame:
+        """Model, setting, mean error over the surface and in the dent, time of an answer and of the preparation."""
+        rows = self.table[~self.table["model"].isin(["truth", "zero"])]
+        about = rows[["model", "setting", "failures"]].copy()
+        about["error [%]"] = 100 * rows["rmse_of_peak"]
+        about["error in the dent [%]"] = 100 * rows["patch_rms_of_peak"]
+        about["answer [ms]"] = 1e3 * rows["online_median_s"]
+        about["preparation [s]"] = rows["offline_s"]
+        return about.reset_index(drop=True)
+
+    def __str__(self) -> str:
+        return self.summary.to_string(index=False, float_format="{:.3g}".format)
+
+    def _repr_html_(self) -> str:
+        return self.summary.to_html(index=False, float_format="{:.3g}".format)
+
+
+def compare(asked: ComparedCase, models: Iterable[Any], repeats: int = 20, budget_s: float = 0.2) -> Comparison:
+    """Prepare each model, ask it the presses that are held out, time and judge its answers.
+
+    models : FEM(), ContactModes() ... and objects of your own with ``prepare(case)`` (docs/add-a-model.md)
+    repeats : calls that are timed, fewer if they take longer than ``budget_s`` [s]
+    Raises InputError for a model that is none; a model that fails has empty cells, and ``failure`` says why.
+    """
+    families: dict[str, list[Model]] = {}
+    for each in models:
+        made = each if isinstance(each, Model) else as_model(each)
+        families.setdefault(made.name, []).append(made)
+    found = [measure(asked.case, name, each, asked.judge, repeats, budget_s) for name, each in families.items()]
+    answers, table = zip(*found, bounds(asked.case, asked.judge), strict=True)
+    return Comparison(pd.concat(table, ignore_index=True), pd.concat(answers, ignore_index=True))
+
+
+def advise(found: Comparison, budget_ms: float | None = None, max_error: float | None = None) -> str:
+    """Say which of the compared models to take: within a time of an answer [ms], or below an error of the peak."""
+    if (budget_ms is None) == (max_error is None):
+        raise InputError("give either budget_ms or max_error.")
+    limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
+    row = advice_of(found.table, found.answers, kinds=["rms"], **limits).iloc[0]  # type: ignore[arg-type]
+    with explained():
+        from palpate.report.advice_words import lines
+
+    return lines(row, found.table)
+
+
+def plot_precision(found: Comparison, path: str | Path) -> None:
+    """Draw error against time of an answer for all models, as the study ``tradeoff`` does."""
+    with explained():
+        from palpate.studies.tradeoff.figures.precision import draw_work_precision
+
+    nothing = pd.DataFrame({"scene": [], "error": [], "budget_ms": [], "model": []})
+    draw_work_precision(found.table, nothing, scene=found.table["scene"].iloc[0]).savefig(path)

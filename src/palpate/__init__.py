@@ -9,19 +9,20 @@ from importlib import import_module
 from pathlib import Path
 
 _PLACES = {
-    alias.name: line.module
+    str(alias.asname): (line.module, alias.name)
     for line in ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
     if isinstance(line, ast.ImportFrom) and line.module
     for alias in line.names
 }
-"""The module of each public name, as the stub beside this file has them."""
+"""The module of each public name and its name there, as the stub beside this file has them."""
 __all__ = list(_PLACES)
 
 
 def __getattr__(name: str) -> object:
     if name not in _PLACES:
         raise AttributeError(f"palpate has no {name}; it has {', '.join(_PLACES)}")
-    globals()[name] = found = getattr(import_module(_PLACES[name]), name)
+    module, own_name = _PLACES[name]
+    globals()[name] = found = getattr(import_module(module), own_name)
     return found
 
 

@@ -1,3 +1,4 @@
+from palpate.benchmark.load import Response as Response
 from palpate.bodies.body import Body as Body
 from palpate.bodies.cutting.settings import Cut as Cut
 from palpate.bodies.settings import Bed as Bed
@@ -12,6 +13,10 @@ from palpate.bodies.settings import Region as Region
 from palpate.bodies.settings import Sheet as Sheet
 from palpate.bodies.settings import Sphere as Sphere
 from palpate.bodies.settings import Stomach as Stomach
+from palpate.comparison import advise as advise
+from palpate.comparison import compare as compare
+from palpate.comparison import make_case as make_case
+from palpate.comparison import plot_precision as plot_precision
 from palpate.effects.settings import Ball as Ball
 from palpate.effects.settings import Bending as Bending
 from palpate.effects.settings import BodySprings as BodySprings
@@ -35,5 +40,18 @@ from palpate.effects.settings import VelocityDamping as VelocityDamping
 from palpate.effects.settings import Volume as Volume
 from palpate.errors import InputError as InputError
 from palpate.errors import NotConverged as NotConverged
+from palpate.loading import load as load
+from palpate.models.kinds import FEM as FEM
+from palpate.models.kinds import XPBD as XPBD
+from palpate.models.kinds import ContactModes as ContactModes
+from palpate.models.kinds import DetailCorrection as DetailCorrection
+from palpate.models.kinds import FastFEM as FastFEM
+from palpate.models.kinds import LinearFEM as LinearFEM
+from palpate.models.kinds import LocalFEM as LocalFEM
+from palpate.models.kinds import PaperEnrichment as PaperEnrichment
+from palpate.models.kinds import PODGalerkin as PODGalerkin
+from palpate.models.kinds import ProjectiveDynamics as ProjectiveDynamics
+from palpate.models.kinds import VertexBlockDescent as VertexBlockDescent
+from palpate.models.kinds import WarpedCompliance as WarpedCompliance
 from palpate.scenes.motion import Motion as Motion
 from palpate.simulation import simulate as simulate

@@ -123,7 +123,7 @@ def advise(found: Comparison, budget_ms: float | None = None, max_error: float |
     if (budget_ms is None) == (max_error is None):
         raise InputError("give either budget_ms or max_error.")
     limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
-    row = advice_of(found.table, found.answers, kinds=["rms"], **limits).iloc[0]  # type: ignore[arg-type]
+    row = advice_of(found.table, found.answers, kinds=["rms"], **limits).iloc[0]
     with explained():
         from palpate.report.advice_words import lines
 

@@ -1,0 +1,46 @@
+"""Make a body of a mesh file or a scan as ``palpate init`` does: ``palpate.load``."""
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+from palpate.bodies.body import Body
+from palpate.bodies.material import Material
+from palpate.errors import explained
+
+
+def load(
+    path: str | Path,
+    *,
+    mask: str | Path | None = None,
+    label: int | str | Sequence[int | str] = (),
+    threshold_hu: Sequence[float] | None = None,
+    scale_m: float | None = None,
+    hold: Literal["below", "above", "left", "right", "front", "back"] | None = None,
+    young_pa: float = 3000.0,
+    poisson: float = 0.3,
+    density_kg_m3: float = 1050.0,
+) -> Body:
+    """Make the body of a mesh file (STL, OBJ, PLY, gmsh, VTK ...) or of an organ in a CT (DICOM, NIfTI, NRRD, MHD).
+
+    mask, label : a file that marks the organ on the grid of the CT, and its label or labels there; or threshold_hu,
+        its lowest and highest CT number
+    scale_m : length of a mesh file's unit [m]; guessed if it is not given
+    hold : the side that lies on a bed of its own tissue; chosen if it is not given
+    Warns of all that was found, guessed and changed; raises InputError, with the reason, for what makes no body.
+    """
+    with explained():
+        from palpate.init.choose import MATERIAL, choose
+        from palpate.init.recognise import recognise
+
+        paths = [Path(path)] if mask is None else [Path(path), Path(mask)]
+        labels = [label] if isinstance(label, int | str) else list(label)
+        data = recognise(paths, labels, threshold_hu, scale_m=scale_m)
+        for line in [*data.assumed, *data.warned]:
+            warnings.warn(f"{path}: {line}", stacklevel=2)
+        body = choose(data.name, data.entry, hold or data.lies or None).body
+    bed, softer = body.bed, young_pa / MATERIAL["young_pa"]
+    stiff = None if bed is None else replace(bed, stiffness_n_m3=softer * bed.stiffness_n_m3)
+    return replace(body, material=Material(young_pa, poisson, density_kg_m3), bed=stiff)

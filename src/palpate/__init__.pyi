@@ -1,4 +1,5 @@
 from palpate.benchmark.load import Response as Response
+from palpate.benchmark.load import SurfacePress as Press
 from palpate.bodies.body import Body as Body
 from palpate.bodies.cutting.settings import Cut as Cut
 from palpate.bodies.settings import Bed as Bed
@@ -51,6 +52,8 @@ from palpate.models.kinds import LocalFEM as LocalFEM
 from palpate.models.kinds import PaperEnrichment as PaperEnrichment
 from palpate.models.kinds import PODGalerkin as PODGalerkin
 from palpate.models.kinds import ProjectiveDynamics as ProjectiveDynamics
+from palpate.models.kinds import ShapeMatching as FittedShapeMatching
+from palpate.models.kinds import Springs as FittedSprings
 from palpate.models.kinds import VertexBlockDescent as VertexBlockDescent
 from palpate.models.kinds import WarpedCompliance as WarpedCompliance
 from palpate.scenes.motion import Motion as Motion

@@ -115,7 +115,9 @@ def compare(asked: ComparedCase, models: Iterable[Any], repeats: int = 20, budge
         families.setdefault(made.name, []).append(made)
     found = [measure(asked.case, name, each, asked.judge, repeats, budget_s) for name, each in families.items()]
     answers, table = zip(*found, bounds(asked.case, asked.judge), strict=True)
-    return Comparison(pd.concat(table, ignore_index=True), pd.concat(answers, ignore_index=True))
+    rows = pd.concat(table, ignore_index=True).assign(break_even_queries=np.nan)
+    rows[["rejected", "rejected_answered"]] = 0  # all are without a truth
+    return Comparison(rows, pd.concat(answers, ignore_index=True))
 
 
 def advise(found: Comparison, budget_ms: float | None = None, max_error: float | None = None) -> str:
@@ -127,7 +129,7 @@ def advise(found: Comparison, budget_ms: float | None = None, max_error: float |
     with explained():
         from palpate.report.advice_words import lines
 
-    return lines(row, found.table)
+    return lines(row)
 
 
 def plot_precision(found: Comparison, path: str | Path) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from palpate.errors import InputError, explained
 
 if TYPE_CHECKING:
+    from palpate.benchmark.load import Response
     from palpate.bodies.body import Body
     from palpate.scenes.motion import Motion
 
@@ -66,6 +67,13 @@ def png(image: np.ndarray, path: str | Path | None = None) -> bytes:
 def body(drawn: "Body", path: str | Path | None = None) -> bytes:
     """Draw the surface of a body's finest level; return the PNG, and write it to ``path`` if there is one."""
     return png(surface(drawn.fine.nodes, drawn.fine.triangles), path)
+
+
+def response(shown: "Response", path: str | Path | None = None) -> bytes:
+    """Draw the surface of a pressed body, coloured by displacement; return the PNG, and write it to ``path``."""
+    mesh, moved = shown.body.fine, np.zeros_like(shown.body.fine.nodes)
+    moved[mesh.surface] = shown.displacement_m
+    return png(surface(mesh.nodes + moved, mesh.triangles, moved), path)
 
 
 def motion(shown: "Motion", path: str | Path) -> None:

@@ -10,6 +10,8 @@ from palpate.errors import InputError, NotConverged
 from palpate.setting_types import Block, Index, NotNegative, Positive, Vector, key
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from palpate.bodies.body import Body
 
 PREPARED, NEW, TWO, DEPTH = "prepared", "never prepared", "two contacts", "depth"
@@ -133,10 +135,24 @@ class Response:
     estimated_error: float | None = None
     doubt: str = ""
 
+    @property
+    def peak_m(self) -> float:
+        """The largest displacement [m]."""
+        return float(np.linalg.norm(self.displacement_m, axis=1).max())
+
+    def plot(self, path: "str | Path | None" = None) -> bytes:
+        """Draw the surface as it is moved, coloured by how far; return the PNG, and write it to ``path``."""
+        from palpate import pictures
+
+        return pictures.response(self, path)
+
+    def _repr_png_(self) -> bytes:
+        return self.plot()
+
     def error(self, other: "Response") -> float:
         """Return the RMSE against ``other``, over its peak."""
         apart = np.sum((self.displacement_m - other.displacement_m) ** 2, axis=1)
-        return float(np.sqrt(np.mean(apart)) / np.linalg.norm(other.displacement_m, axis=1).max())
+        return float(np.sqrt(np.mean(apart)) / other.peak_m)
 
 
 class Answer(NamedTuple):

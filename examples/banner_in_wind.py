@@ -1,32 +1,26 @@
 """An effect of one's own in a scene: a banner, held by its upper edge, hangs askew in the wind of wind.py."""
 
 import sys
-from pathlib import Path
 
 import draw
+from wind import Wind
 
-from palpate.bodies.make_body import make_body
-from palpate.bodies.particles import particles_of
-from palpate.scenes.run_scene import run
-from palpate.scenes.scene import scene_of
+import palpate as pp
 
-CLOTH = {"kind": "sheet", "sizes_m": [0.3, 0.2], "divisions": [12, 8], "thickness_m": 0.001, "young_pa": 1e5}
-CLOTH |= {"poisson": 0.3, "density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "x", "side": "min", "depth_m": 0.001}}}
-SCENE = {"effects": "auto", "integrator": "backward_euler", "step_s": 0.05, "duration_s": 4.0}
-SCENE |= {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}, "rayleigh": {"mass_1_s": 3.0, "stiffness_s": 0.0}}
-SCENE |= {"own": {"wind": str(Path(__file__).with_name("wind.py"))}, "own_settings": {"wind": {"pressure_pa": 5.0}}}
+EDGE = pp.Plane(axis="x", side="min", depth_m=0.001)
+CLOTH = pp.Sheet(sizes_m=(0.3, 0.2), divisions=(12, 8), thickness_m=0.001, young_pa=1e5, poisson=0.3, anchors=EDGE)
+EFFECTS = [pp.Gravity(), pp.Bending(), pp.Rayleigh(mass_1_s=3, stiffness_s=0), Wind(pressure_pa=5.0)]
 
 
 def main(picture=None):
     """Return the tangent of the banner's angle to the vertical over pressure / (density × thickness × g)."""
-    cloth = particles_of(make_body("banner", CLOTH), level=0, surface=False)  # at rest it lies flat
-    motion = run(scene_of("banner", SCENE), cloth).motion
+    motion = pp.simulate(CLOTH, EFFECTS, step_s=0.05, duration_s=4.0)  # at rest it lies flat
     if picture:
         looks = {0: "#dcdcdc", 4: "#ecd9c3", 6: "#e8bd8e", -1: "#d9822b"}  # some of the frames
         shown = [(motion.positions[at], {"color": colour, "show_edges": at < 0}) for at, colour in looks.items()]
-        banners = [(nodes, cloth.triangles, look) for nodes, look in shown]
+        banners = [(nodes, motion.triangles, look) for nodes, look in shown]
         draw.surfaces(picture, banners, view=(0.5, -1.7, 0.5), zoom=1.1)
-    x, _, z = motion.positions[-1][cloth.nodes[:, 0] == 0.3].mean(axis=0)  # of the lower edge
+    x, _, z = motion.positions[-1][motion.rest[:, 0] == 0.3].mean(axis=0)  # of the lower edge
     return x / -z / (5.0 / (1000 * 0.001 * 9.81))
 
 

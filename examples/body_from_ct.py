@@ -6,18 +6,17 @@ import draw
 import matplotlib.pyplot as plt
 import pyvista
 
+import palpate as pp
 from palpate.bodies.ct.segmentation import segment
 from palpate.bodies.ct.synthetic_abdomen import abdomen
-from palpate.bodies.make_body import make_body
 
-LIVER = {"kind": "ct", "threshold_hu": [30, 120], "surface_nodes": 140, "refinements": 1}
-LIVER |= {"young_pa": 3000.0, "poisson": 0.3, "density_kg_m3": 1060.0}
-LIVER |= {"anchors": {"sphere": {"center_m": [-0.1, -0.015, 0.04], "radius_m": 0.04}}}
+BACK = pp.Sphere(center_m=(-0.1, -0.015, 0.04), radius_m=0.04)
+LIVER = pp.Ct(threshold_hu=(30, 120), surface_nodes=140, refinements=1, young_pa=3000, poisson=0.3, anchors=BACK)
 
 
 def main(picture=None):
     """Return the body's volume over the true one, and the Dice coefficient of its voxels with the true ones."""
-    body = make_body("liver", LIVER)  # of your own CT: LIVER["image"] = "scan.nii.gz"
+    body = LIVER.make()  # of your own CT: pp.Ct(image="scan.nii.gz", ...), or pp.load("scan.nii.gz")
     image, truth = abdomen()
     organ = segment(image, LIVER)
     if picture:

@@ -5,25 +5,18 @@ import sys
 import numpy as np
 import plot
 
-from palpate.bodies.make_body import make_body
-from palpate.bodies.particles import particles_of
-from palpate.scenes.run_scene import run
-from palpate.scenes.scene import scene_of
+import palpate as pp
 
-CUBE = {"kind": "box", "sizes_m": [0.1, 0.1, 0.1], "divisions": [2, 2, 2], "young_pa": 20000.0, "poisson": 0.3}
-CUBE |= {"density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}}}
-SCENE = {"effects": "auto", "integrator": "backward_euler", "step_s": 0.005, "duration_s": 0.6, "frames": 120}
-SCENE |= {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}, "held": False}  # nothing holds the cube
-SCENE |= {"contact": {"instruments": [{"kind": "floor", "height_m": -0.05}]}}
+CUBE = pp.Box(sizes_m=(0.1, 0.1, 0.1), divisions=(2, 2, 2), young_pa=20000, poisson=0.3)
+FLOOR = pp.Contact(instruments=[pp.Floor(height_m=-0.05)])
 
 
 def main(picture=None):
     """Return when the cube lands [s], and the force on the floor at the end over the cube's weight."""
-    cube = particles_of(make_body("cube", CUBE), level=0, surface=False)
-    motion = run(scene_of("drop", SCENE), cube).motion
+    effects = [pp.Gravity(), FLOOR, pp.Rayleigh()]
+    motion = pp.simulate(CUBE, effects, step_s=0.005, duration_s=0.6, frames=120)
     height = 1e3 * motion.positions[..., 2].min(axis=1) + 50
-    time, force = motion.observed["time_s"].values, -motion.observed["floor_0_force_z_n"].values
-    weight = 9.81 * cube.masses.sum()
+    time, force, weight = motion.observed["time_s"].values, motion.force("floor")[:, 2], 9.81 * 1000 * 0.1**3
     if picture:
         fall = np.maximum(50 - 4905 * motion.times**2, 0)
         heights = {"50 mm − ½ g t²": (motion.times, fall), "lowest node": (motion.times, height)}

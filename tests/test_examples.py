@@ -7,7 +7,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES, PICTURES = ROOT / "examples", ROOT / "docs/examples"
-HELPERS = {"draw", "plot", "case_of_a_liver", "wind", "hencky"}
+HELPERS = {"draw", "plot", "wind", "hencky"}
 """What the examples import, or name as a file of one's own."""
 
 
@@ -27,10 +27,10 @@ def example(monkeypatch, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_press_moves_the_surface_and_stores_half_of_force_times_way(example):
-    peak_m, stored = example("press_a_liver")
+def test_a_press_moves_the_surface_and_gentle_ones_in_proportion(example):
+    peak_m, stiffer = example("press_a_liver")
     assert peak_m == pytest.approx(0.0148, abs=0.0005)
-    assert stored == pytest.approx(0.5, abs=0.01)  # Clapeyron's theorem
+    assert stiffer == pytest.approx(1.27, abs=0.03)  # tissue of this law softens under compression
 
 
 @pytest.mark.slow

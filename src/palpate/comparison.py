@@ -115,7 +115,8 @@ def compare(asked: ComparedCase, models: Iterable[Any], repeats: int = 20, budge
         families.setdefault(made.name, []).append(made)
     found = [measure(asked.case, name, each, asked.judge, repeats, budget_s) for name, each in families.items()]
     answers, table = zip(*found, bounds(asked.case, asked.judge), strict=True)
-    rows = pd.concat(table, ignore_index=True).assign(break_even_queries=np.nan)
+    rows = pd.concat(table, ignore_index=True)
+    rows = rows[rows["model"] != "truth"].assign(break_even_queries=np.nan)
     rows[["rejected", "rejected_answered"]] = 0  # all are without a truth
     return Comparison(rows, pd.concat(answers, ignore_index=True))
 

@@ -98,6 +98,11 @@ class Body:
         held = choose_anchors(name, rule, coarse)
         return nest(name, coarse, refinements, held, Material(young_pa, poisson, density_kg_m3, law))
 
+    def node_at(self, point_m: Sequence[float]) -> int:
+        """Return the number of the node of the coarse surface nearest to a point (3,) [m]; all levels have it."""
+        surface = self.coarse.surface
+        return int(surface[np.linalg.norm(self.coarse.nodes[surface] - point_m, axis=1).argmin()])
+
     def plot(self, path: "str | Path | None" = None) -> bytes:
         """Draw the finest level; return the PNG, and write it to ``path`` if there is one."""
         from palpate import pictures

@@ -96,11 +96,14 @@ def as_anchors(value: Any) -> Any:
     return Anchors(several=[as_anchors(each) for each in value]) if isinstance(value, list | tuple) else value
 
 
+Rule = Annotated[Anchors, BeforeValidator(as_anchors)]
+
+
 class _Body(Block):
     young_pa: Positive = key("Young's modulus [Pa]")
     poisson: Poisson = key("Poisson's ratio")
     density_kg_m3: Positive = key("Density [kg/m³]", 1000)
-    anchors: Annotated[Anchors, BeforeValidator(as_anchors)] | None = optional(
+    anchors: Rule | None = optional(
         "Which coarse nodes are held, by exactly one rule; without it and without a bed, of a body from a file or a "
         "CT, those of the lowest tenth of its longest side"
     )
@@ -204,7 +207,7 @@ class Sheet(_Body):
     sizes_m: Pair[Positive] = key("Sides [m] along x and y")
     divisions: Pair[Count] = key("Cells along x and y, of two triangles each; even numbers make the mesh symmetric")
     thickness_m: Positive = key("Thickness [m] of the material")
-    anchors: Anchors = key("Which coarse nodes are held, by exactly one rule")
+    anchors: Rule = key("Which coarse nodes are held, by exactly one rule")
 
 
 class Ct(_Compared):

@@ -430,8 +430,9 @@ def _check_stages(place: str, stages: list[Stage]) -> None:
         try:
             stage.made()
         except ValidationError as error:
-            first = error.errors()[0]
-            raise InputError(f"{place}[{i}].setting.{first['loc'][0]}: {first['msg']}; see docs/glossary.md.") from None
+            first, known = error.errors()[0], type(model_registry.MODELS[stage.model]).model_fields
+            told = f"{place}[{i}].setting.{first['loc'][0]}: {first['msg'][:1].lower()}{first['msg'][1:]}"
+            raise InputError(f"{told}; {stage.model} has {', '.join(known)}.") from None
 
 
 def _check_answers(place: str, config: Any, file: Path) -> None:

@@ -223,7 +223,7 @@ class Model(Block):
         """
         load = press.load_of(body)
         case = _alone(body, press.radius_m, (press.node,) if self.needs_contacts else ())
-        solver = case.share(("solver", self), lambda: self.prepare(case))
+        solver = case.share(("solver", type(self), repr(self)), lambda: self.prepare(case))
         solver.precede(load)
         found, doubt = answered(solver, load, case.n_surface)
         return Response(body, found.displacement, found.error, doubt)

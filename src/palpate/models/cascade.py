@@ -300,7 +300,7 @@ class CascadeSolver(Solver):
 
 def prepare(case: Case, model: kinds.Cascade) -> CascadeSolver:
     """Prepare every stage, and find its factor on the training samples, once for all that is asked for."""
-    name = "cascade", case.database, case.response, *(f"{stage.name} {stage.text}" for stage in model.stages)
+    name = "cascade", case.database, case.response, repr(model.stages)
     prepared = case.share(name, lambda: _prepare_all(case, model.stages))
     return CascadeSolver(case, prepared, model.asked, model.budget_ms or np.inf)
 

@@ -31,6 +31,8 @@ NODES = "Nodes that the level which is reduced has at most, edges' midpoints inc
 
 
 class Elements(Model):
+    """Finite elements on a level of the body, stopped early or converged."""
+
     law = BODYS
     level: Index | None = key("Level of the body, from 0, the coarsest; null: the finest", None)
     start: Literal["rest", "linear", "frame"] = key(
@@ -54,7 +56,7 @@ class Elements(Model):
 
 
 class FEM(Elements):
-    """Finite elements on a level of the body by Newton's method, stopped early or converged."""
+    """Linear or quadratic finite elements by Newton's method."""
 
     place, unsaid = "palpate.models.fem", ("order",)
     order: Literal[1, 2] = key("Linear elements, 1, or quadratic ones, 2", 2)

@@ -32,7 +32,6 @@ from palpate.setting_types import (
 
 RESIDUALS = "Relative residuals to stop at, from rest, after as many iterations as it takes"
 SHARES = "Shares of the training samples to learn from"
-EACH = "with the last coarse answer; all are tried with each"
 RUNS = "Runs from rest, from cheap to expensive"
 MATCHED = (
     "Models by name, and for each a regular expression that is found in the names of the settings that are asked; an"
@@ -141,25 +140,14 @@ class ContactModes(Block):
     )
 
 
-class DetailCorrection(Block):
-    training_shares: Some[Share] = key(
-        f"{SHARES}, with the last coarse answer; without any sample, and without rotations too, it is always tried",
-        [0.25, 0.5, 1.0],
-    )
+class Learning(Block):
+    training_shares: Some[Share] = key(f"{SHARES}, where there are coarse answers with the last one", [0.25, 0.5, 1.0])
 
 
 class WarpedCompliance(Block):
     training_shares: Some[Annotated[NotNegative, Field(le=1)]] = key(
         "Shares of the training samples that the residual is learnt from", [0, 0.5, 1.0]
     )
-
-
-class LinearResidual(Block):
-    training_shares: Some[Share] = key(SHARES, [0.25, 0.5, 1.0])
-
-
-class Ridge(Block):
-    training_shares: Some[Share] = key(f"{SHARES}, {EACH}", [0.25, 0.5, 1.0])
 
 
 class PodRbf(Block):
@@ -248,7 +236,7 @@ class Relaxed(Block):
 
 
 class PaperEnrichment(Block):
-    training_shares: Some[Share] = key(f"{SHARES}, {EACH}", [0.25, 1.0])
+    training_shares: Some[Share] = key(f"{SHARES}, with the last coarse answer; all are tried with each", [0.25, 1.0])
     neighbours: Distinct[Count] = key(
         "Coarse nodes in a contact-ordered feature, tried with all training samples and the last coarse answer beside "
         "those of tradeoff.regression",
@@ -295,12 +283,12 @@ class Families(Block):
     fast_fem: FastFem = key("Quadratic finite elements by L-BFGS from the multigrid of the state at rest", {})
     fem_local: FemLocal = key("Corotational finite elements on a mesh for each contact, fine around it", {})
     contact_modes: ContactModes = key("A reduced model for each contact, made of presses that it simulates itself", {})
-    detail_correction: DetailCorrection = key(
-        "Every coarse answer, corrected by linear detail and by what is learnt", {}
-    )
+    detail_correction: Learning = key("Every coarse answer, corrected by linear detail and by what is learnt", {})
     warped_compliance: WarpedCompliance = key("Stored linear responses, turned with their own rotations", {})
-    linear_residual: LinearResidual = key("Stored linear responses, and kernel ridge regression of what they lack", {})
-    ridge: Ridge = key("Ridge regression from coarse to fine displacements (ridge_upsampling, kernel_ridge_detail)", {})
+    linear_residual: Learning = key("Stored linear responses, and kernel ridge regression of what they lack", {})
+    ridge: Learning = key(
+        "Ridge regression from coarse to fine displacements (ridge_upsampling, kernel_ridge_detail)", {}
+    )
     pod_rbf: PodRbf = key("Proper orthogonal decomposition with radial basis functions", {})
     mujoco_flex: MujocoFlex = key("Flex bodies of MuJoCo (mujoco), if that engine is installed", {})
     pod_galerkin: PodGalerkin = key("Galerkin projection on modes of training samples, the same for all contacts", {})

@@ -125,9 +125,12 @@ def test_only_what_depends_on_a_setting_runs_again(after, changes, again, kept):
     assert again.items() <= jobs.items() and not kept & set(jobs)
 
 
-def test_a_model_that_is_registered_reruns_no_other_but_the_cascade(edited):
-    """The cascade's stages are models by name."""
-    assert edited("models/model_registry.py")["measure_models"] == 1
+def test_a_class_of_models_reruns_its_own_family_alone(edited):
+    assert edited("models/model_registry.py", "models/kinds.py")["measure_models"] == 0
+    jobs = edited(
+        "models/kinds.py", edit=lambda text: text.replace("class FEM(Elements):", "class FEM(Elements):\n    a = 1")
+    )
+    assert jobs["measure_models"] == 1
 
 
 def test_no_module_of_enrichment_reruns_fem(edited):

@@ -94,7 +94,9 @@ rule measure_models:
     params:
         **JUDGED_WITH,
         **TIMED,
-        **calls("palpate.studies.tradeoff.jobs:measure_models", lambda wildcards: modules_of(FAMILIES[wildcards.family])),
+        **calls(
+            "palpate.studies.tradeoff.jobs:measure_models", lambda wildcards: modules_of(FAMILIES[wildcards.family])
+        ),
         models=lambda wildcards: FAMILIES[wildcards.family],
         grid=lambda wildcards: grid_of(wildcards.family),
         more_of=lambda wildcards: more_of(wildcards),

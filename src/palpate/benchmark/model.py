@@ -171,7 +171,7 @@ class Model(Block):
     prepared : whether it uses what was computed for each contact before, responses or meshes; see ``needs_contacts``
     reduces : "p2", if its answers come from responses of the fine quadratic elements, stored or learnt from; else ""
     place : the module whose ``prepare(case, model)`` makes what answers; of a user's own model its file
-    called : its name in tables, where no field is a part of that
+    called : its name in tables, where that is not the module's and no field is a part of it
     unsaid : the fields that are no part of what tables call its setting
     """
 
@@ -186,7 +186,7 @@ class Model(Block):
     @property
     def name(self) -> str:
         """What tables call it."""
-        return self.called
+        return self.called or self.place.rpartition(".")[2]
 
     @property
     def said(self) -> Setting:
@@ -223,7 +223,7 @@ class Model(Block):
         """
         load = press.load_of(body)
         case = _alone(body, press.radius_m, (press.node,) if self.needs_contacts else ())
-        solver = case.share(("solver", self), lambda: self.prepare(case))
+        solver = case.share(("solver", type(self), repr(self)), lambda: self.prepare(case))
         solver.precede(load)
         found, doubt = answered(solver, load, case.n_surface)
         return Response(body, found.displacement, found.error, doubt)

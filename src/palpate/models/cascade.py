@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import sqrt
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -22,12 +22,10 @@ from palpate.benchmark.model import Case, Model, Solver, held_mb
 from palpate.benchmark.richardson import RATIOS, doubt, limit, ratio
 from palpate.bodies.contacts import row_of
 from palpate.errors import InputError, NotConverged
+from palpate.models import kinds
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.warped_response import WarpedResponse
 from palpate.solvers.equilibrium import FastEquilibrium
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 _SHARE = (1 / 3, 1 / 1.2)
 """Of the last halving's change, what all further ones add: ratios of convergence of 4 and of 2.2, where two levels
@@ -300,9 +298,9 @@ class CascadeSolver(Solver):
             self._case.charge(what, seconds)
 
 
-def prepare(case: Case, model: "kinds.Cascade") -> CascadeSolver:
+def prepare(case: Case, model: kinds.Cascade) -> CascadeSolver:
     """Prepare every stage, and find its factor on the training samples, once for all that is asked for."""
-    name = "cascade", case.database, case.response, *(f"{stage.name} {stage.text}" for stage in model.stages)
+    name = "cascade", case.database, case.response, repr(model.stages)
     prepared = case.share(name, lambda: _prepare_all(case, model.stages))
     return CascadeSolver(case, prepared, model.asked, model.budget_ms or np.inf)
 

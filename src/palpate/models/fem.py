@@ -1,7 +1,7 @@
 """Answer with finite elements on a level of the body, stopped early or converged, from rest, linear or warm."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -10,13 +10,11 @@ from palpate.benchmark.model import Case, Kept, Solver
 from palpate.bodies.contacts import row_of
 from palpate.effects.patch_load import Patch
 from palpate.errors import NotConverged
+from palpate.models import kinds
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.limit import ToLimit
 from palpate.models.near_buckling import NearBuckling
 from palpate.solvers.equilibrium import Equilibrium
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 BEFORE = 0.97
 """Share of the load under which the frame before stood: a finger that presses within half a second at 60 frames a
@@ -114,7 +112,7 @@ class Fem(Solver):
 
     presses_anywhere = True
 
-    def __init__(self, case: Case, model: "kinds.Elements", order: int, solver: type[Equilibrium] = Equilibrium):
+    def __init__(self, case: Case, model: kinds.Elements, order: int, solver: type[Equilibrium] = Equilibrium):
         level, tolerance = model.level_of(case), model.tolerance or case.tolerance
         self._simulation = Simulation(case, level, tolerance, model.iterations, order, solver)
         self._elements = level, order
@@ -145,6 +143,6 @@ class Fem(Solver):
         return np.array([[self._up @ column for column in contact] for contact in columns])
 
 
-def prepare(case: Case, model: "kinds.FEM") -> Solver:
+def prepare(case: Case, model: kinds.FEM) -> Solver:
     solver = Fem(case, model, model.order)
     return ToLimit(case, solver, solver.surface_columns(case)) if model.target else solver

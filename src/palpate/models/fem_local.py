@@ -6,7 +6,6 @@ of its own, made in advance for the prepared ones, and at the first query for ot
 
 from dataclasses import replace
 from time import perf_counter
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
@@ -16,17 +15,15 @@ from palpate.benchmark.model import Case, Solver
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.bodies.fine_surface_map import FineSurfaceMap
 from palpate.bodies.local_refinement import LocalRefinement
+from palpate.models import kinds
 from palpate.models.fem import FrameBefore, Rest
 from palpate.models.fem_statics import Simulation
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 
 class LocalFem(Solver):
     """Finite elements on a mesh for each contact, brought to the fine surface with their own shape functions."""
 
-    def __init__(self, case: Case, model: "kinds.LocalFEM"):
+    def __init__(self, case: Case, model: kinds.LocalFEM):
         mesh = model.depth, model.reach, model.order
         name = "meshes of contacts", case.body, case.radius_m, case.tolerance, *mesh
         self._meshes = case.share(name, lambda: _Meshes(case, *mesh))

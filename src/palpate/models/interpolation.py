@@ -1,17 +1,13 @@
 """Interpolate the coarse answer linearly: the rival that any user has before learning anything."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.model import Case, Solver
+from palpate.models import kinds
 from palpate.models.coarse_answers import coarse_solver
 from palpate.models.enrichment.training_samples import Fitting
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 
 class Interpolation:
@@ -35,7 +31,7 @@ def fit(fitting: Fitting) -> Interpolation:
 class Interpolated(Solver):
     """The coarse answer to whatever load it has one for, brought to the fine surface by one sparse product."""
 
-    def __init__(self, case: Case, model: "kinds.Interpolation"):
+    def __init__(self, case: Case, model: kinds.Interpolation):
         self._coarse, self._prolongation = coarse_solver(case, model.coarse), case.meshes.prolongation
 
     def respond(self, load: Load) -> np.ndarray | Answer:

@@ -4,7 +4,8 @@ What prepares one is imported by its name when it is asked to, so that the class
 """
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeVar
+from operator import attrgetter
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 from pydantic import Field
 
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 CoarseAnswer = Annotated[str, Field(pattern="^(linear|1 iteration|([2-9]|[1-9][0-9]+) iterations|loose|converged)$")]
 FEATURES = Literal["unordered", "ordered", "framed"]
 WEIGHTS = Literal["signed", "nonnegative_a", "nonnegative_b", "clipped"]
-OnOwnLevel = TypeVar("OnOwnLevel", bound=OnLevel)
 ITERATIONS = "Iterations after which it stops; null: as many as the tolerance takes"
 TOLERANCE = "Relative residual to stop at; null: the tolerance of the case"
 TARGET = "limit: brought to the limit of ever finer levels, which stored responses are extrapolated to; null: as it is"
@@ -31,6 +31,8 @@ NODES = "Nodes that the level which is reduced has at most, edges' midpoints inc
 
 
 class Elements(Model):
+    """Finite elements on a level of the body, stopped early or converged."""
+
     law = BODYS
     level: Index | None = key("Level of the body, from 0, the coarsest; null: the finest", None)
     start: Literal["rest", "linear", "frame"] = key(
@@ -54,7 +56,7 @@ class Elements(Model):
 
 
 class FEM(Elements):
-    """Finite elements on a level of the body by Newton's method, stopped early or converged."""
+    """Linear or quadratic finite elements by Newton's method."""
 
     place, unsaid = "palpate.models.fem", ("order",)
     order: Literal[1, 2] = key("Linear elements, 1, or quadratic ones, 2", 2)
@@ -89,7 +91,7 @@ class FEM(Elements):
 class FastFEM(Elements):
     """Quadratic finite elements by L-BFGS: no matrix of the deformed body, one multigrid cycle an iteration."""
 
-    place, called, reduces = "palpate.models.fast_fem", "fast_fem", "p2"
+    place, reduces = "palpate.models.fast_fem", "p2"
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
         """Return for each of the finest levels, coarse first, each start with its caps on iterations, and tolerances.
@@ -119,7 +121,7 @@ class LocalMesh(Block):
 class LocalFEM(LocalMesh, Model):
     """Finite elements on a mesh for each contact, fine around it and coarse elsewhere."""
 
-    place, called, law, prepared = "palpate.models.fem_local", "fem_local", BODYS, True
+    place, law, prepared = "palpate.models.fem_local", BODYS, True
     start: Literal["rest", "frame"] = key(
         "Where iterations start: at rest, or at the answer to 97 % of the load", "rest"
     )
@@ -141,7 +143,7 @@ class LocalFEM(LocalMesh, Model):
 class ContactModes(Model):
     """A reduced model for each contact, made of presses that it simulates itself."""
 
-    place, called, unsaid = "palpate.models.contact_modes.contact_modes", "contact_modes", ("nodes",)
+    place, unsaid = "palpate.models.contact_modes.contact_modes", ("nodes",)
     law, prepared, reduces = BODYS, True, "p2"
     modes: Literal["columns", "snapshots", "finer"] = key(
         "Linear presses (columns), simulated ones (snapshots), or these pressed on the next level, too (finer)",
@@ -176,7 +178,7 @@ class ContactModes(Model):
 class PODGalerkin(Model):
     """Galerkin projection of quadratic elements on modes of the training samples, the same for all contacts."""
 
-    place, called, unsaid = "palpate.models.pod_galerkin", "pod_galerkin", ("nodes",)
+    place, unsaid = "palpate.models.pod_galerkin", ("nodes",)
     law, reduces = BODYS, "p2"
     modes: Count = key("Modes kept, at most", 24)
     thinned: NotNegative = key(f"{THINNED}; 0: all are cells", 0.03, lt=1)
@@ -194,7 +196,7 @@ class PODGalerkin(Model):
 class LinearFEM(Model):
     """Linear responses of the fine mesh, computed in advance: three columns for each contact."""
 
-    place, called, law, prepared, reduces = "palpate.models.linear_fem", "linear_fem", "linear", True, "p2"
+    place, law, prepared, reduces = "palpate.models.linear_fem", "linear", True, "p2"
     target: Literal["limit"] | None = key(TARGET, None)
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
@@ -205,7 +207,7 @@ class LinearFEM(Model):
 class LinearResidual(Model):
     """Stored linear responses, and kernel ridge regression of what they lack; nothing is simulated."""
 
-    place, called = "palpate.models.linear_residual", "linear_residual"
+    place = "palpate.models.linear_residual"
     law, prepared, reduces = "linear", True, "p2"
     samples: Index | None = key(SAMPLES, None)
 
@@ -217,7 +219,7 @@ class LinearResidual(Model):
 class WarpedCompliance(Model):
     """Stored linear responses, turned with their own rotations, and kernel ridge regression of what they lack."""
 
-    place, called = "palpate.models.warped_compliance", "warped_compliance"
+    place = "palpate.models.warped_compliance"
     law, prepared, reduces = "warped linear", True, "p2"
     samples: Index | None = key(f"{SAMPLES}; with 0 it is the published method", 0)
     target: Literal["limit"] | None = key(TARGET, None)
@@ -252,7 +254,7 @@ class OfCoarse(Model):
 class DetailCorrection(OfCoarse):
     """A coarse answer, corrected by the linear detail that it lacks, turned with the body, and by what is learnt."""
 
-    place, called = "palpate.models.enrichment.detail_correction", "detail_correction"
+    place = "palpate.models.enrichment.detail_correction"
     prepared, reduces = True, "p2"
     samples: Index | None = key(SAMPLES, 0)
     turned: Switch = key("Whether detail turns with the body", True)
@@ -273,7 +275,7 @@ class DetailCorrection(OfCoarse):
 class Interpolation(OfCoarse):
     """The coarse answer, interpolated linearly."""
 
-    place, called, sees = "palpate.models.interpolation", "interpolation", "deformation"
+    place, sees = "palpate.models.interpolation", "deformation"
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
         """Return the coarse answers; simulated ones are those of linear elements on level 0."""
@@ -300,7 +302,7 @@ class Ridge(OfCoarse):
 class PODRBF(OfCoarse):
     """Proper orthogonal decomposition, whose coefficients radial basis functions interpolate."""
 
-    place, called, sees, reduces = "palpate.models.enrichment.pod_rbf", "pod_rbf", "deformation", "p2"
+    place, sees, reduces = "palpate.models.enrichment.pod_rbf", "deformation", "p2"
     modes: Count | None = key("Modes kept; null: chosen by cross-validation", None)
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
@@ -383,25 +385,26 @@ class Springs(Model):
         return found
 
 
-class ShapeMatching(Model):
+class Listed(Model):
+    listed: ClassVar[str]
+
+    def tried(self, case: Case, grid: "Families") -> list[Model]:
+        """Return those that the grid lists, on levels that the body has."""
+        found = attrgetter(self.listed)(grid)
+        return [each for each in found if getattr(each, "level", 0) < len(case.body.levels)]
+
+
+class ShapeMatching(Listed):
     """Shape matching on the coarse mesh, fitted to training samples."""
 
-    place, called, law, reduces = "palpate.models.shape_matching", "shape_matching", "shape matching", "p2"
+    place, law, reduces = "palpate.models.shape_matching", "shape matching", "p2"
+    listed = "shape_matching.combinations"
     mode: Literal["rigid", "linear", "quadratic"] = key("How a cluster may deform", "quadratic")
     clusters: Literal["one", "tetrahedra", "cubes"] = key("How particles are grouped", "cubes")
     steps: Count = key("Steps from rest", 300)
 
-    def tried(self, case: Case, grid: "Families") -> list["ShapeMatching"]:
-        """Return mode, clusters and steps, from cheap to expensive."""
-        return distinct(grid.shape_matching.combinations)
 
-
-def on_own_levels(case: Case, runs: Iterable[OnOwnLevel]) -> list[OnOwnLevel]:
-    """Return those of ``runs`` whose level the body has."""
-    return [each for each in runs if each.level < len(case.body.levels)]
-
-
-class Relaxing(Model):
+class Relaxing(Listed):
     """What games relax bodies with, to the equilibrium of corotational linear elements on a level."""
 
     place, law = "palpate.models.relaxed", "corotational"
@@ -415,62 +418,43 @@ class Relaxing(Model):
 class XPBD(Xpbd, Relaxing):
     """Extended position-based dynamics with accumulated multipliers."""
 
-    called = "xpbd"
-
-    def tried(self, case: Case, grid: "Families") -> list["XPBD"]:
-        """Return those of the grid on levels that the body has."""
-        return on_own_levels(case, grid.relaxed.xpbd)
+    called, listed = "xpbd", "relaxed.xpbd"
 
 
 class VertexBlockDescent(Descent, Relaxing):
     """Vertex block descent."""
 
-    called = "vertex_block_descent"
-
-    def tried(self, case: Case, grid: "Families") -> list["VertexBlockDescent"]:
-        """Return those of the grid on levels that the body has."""
-        return on_own_levels(case, grid.relaxed.vertex_block_descent)
+    called, listed = "vertex_block_descent", "relaxed.vertex_block_descent"
 
 
 class ProjectiveDynamics(Projective, Relaxing):
     """Projective dynamics."""
 
-    called = "projective_dynamics"
-
-    def tried(self, case: Case, grid: "Families") -> list["ProjectiveDynamics"]:
-        """Return those of the grid on levels that the body has."""
-        return on_own_levels(case, grid.relaxed.projective_dynamics)
+    called, listed = "projective_dynamics", "relaxed.projective_dynamics"
 
 
-class MuJoCo(OnLevel, Model):
+class MuJoCo(OnLevel, Listed):
     """Flex bodies of MuJoCo, an optional engine."""
 
     place, called, law = "palpate.models.mujoco_flex", "mujoco", "st_venant_kirchhoff"
+    listed = "mujoco_flex.runs"
     steps: Count = key("Steps of a second from rest", 5)
     iterations: Count = key("Iterations of conjugate gradients in each step", 100)
 
-    def tried(self, case: Case, grid: "Families") -> list["MuJoCo"]:
-        """Return those of the grid on levels that the body has."""
-        return on_own_levels(case, grid.mujoco_flex.runs)
 
-
-class NewtonVBD(OnLevel, Model):
+class NewtonVBD(OnLevel, Listed):
     """Vertex block descent of Newton, an optional engine."""
 
-    place, called, law = "palpate.models.newton_vbd", "newton_vbd", "quadratic_neo_hookean"
+    place, law, listed = "palpate.models.newton_vbd", "quadratic_neo_hookean", "newton_vbd.runs"
     steps: Count = key("Steps from rest", 120)
     sweeps: Count = key("Sweeps over the nodes in each step", 10)
     step: Positive = key("Length of a step, over the time in which a node alone would swing by a radian", 3)
-
-    def tried(self, case: Case, grid: "Families") -> list["NewtonVBD"]:
-        """Return those of the grid on levels that the body has."""
-        return on_own_levels(case, grid.newton_vbd.runs)
 
 
 class Cascade(Model):
     """The cheapest of several models whose bound of the error meets what is asked for."""
 
-    place, called, unsaid = "palpate.models.cascade", "cascade", ("stages",)
+    place, unsaid = "palpate.models.cascade", ("stages",)
     law, prepared, reduces = BODYS, True, "p2"
     asked: Positive = key("RMSE of nine answers in ten, of the peak", 0.01)
     budget_ms: Positive | None = key("Time [ms] that an answer has; null: any", None)

@@ -3,21 +3,17 @@
 Linear responses superpose; for prescribed disc displacements the forces follow from a 3k × 3k solve.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.model import Case, Solver, held_mb
 from palpate.bodies.contacts import row_of
+from palpate.models import kinds
 from palpate.models.depths import Discs
 from palpate.models.enrichment.training_samples import Fitting
 from palpate.models.limit import at_limit
 from palpate.models.near_buckling import NearBuckling
 from palpate.solvers.compliance import Compliance
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 
 class LinearFem:
@@ -50,7 +46,7 @@ def fit(fitting: Fitting) -> LinearFem:
 class Linear(Solver):
     """Three stored columns for each contact."""
 
-    def __init__(self, case: Case, model: "kinds.LinearFEM"):
+    def __init__(self, case: Case, model: kinds.LinearFEM):
         case = at_limit(case) if model.target else case
         self._linear, self._discs, self._buckling = LinearFem(case.use_compliance()), Discs(case), NearBuckling(case)
 

@@ -48,7 +48,9 @@ class OwnModel(Model):
 
 
 def as_model(own: Any, place: str = "a model") -> Model:
-    """Return an object of the user's as a model; ``place`` is what errors name. InputError for what is none."""
+    """Return an object of the user's as a model; ``place`` is what errors name. InputError for a wrong word of it."""
+    if isinstance(own, Model) and not place.endswith(".py"):
+        return own
     declared = {name: getattr(own, name, values[0]) for name, values in DECLARED.items()}
     for name, value in declared.items():
         if not any(value is each or (isinstance(each, str) and value == each) for each in DECLARED[name]):

@@ -4,8 +4,6 @@ MuJoCo 4 steps them implicitly ("discrete"), here with steps of a second and wit
 them bring a body to rest. ``pip install "palpate[engines]"`` installs it.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from palpate.benchmark.load import Load
@@ -14,10 +12,8 @@ from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh
 from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import InputError, NotConverged
+from palpate.models import kinds
 from palpate.models.fem_statics import ContactShares, to_surface
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 LAW = "st_venant_kirchhoff"
 STEP_S, TOLERANCE, STORE = 1.0, 1e-10, "2G"
@@ -77,7 +73,7 @@ class FlexBody:
 class Flex(Solver):
     """A flex body that makes so many ``steps`` from rest, each with so many iterations of conjugate gradients."""
 
-    def __init__(self, case: Case, model: "kinds.MuJoCo"):
+    def __init__(self, case: Case, model: kinds.MuJoCo):
         level, self._steps = model.level, model.steps
         self._flex = FlexBody(case, level, STEP_S, model.iterations)
         self._shares, self._up = ContactShares(case, level), to_surface(case.body, level)

@@ -5,7 +5,7 @@ for the body's slowest vibration, it comes to rest. Too few sweeps for a long st
 ``pip install "palpate[engines]"`` installs it; its first use compiles it, which takes half a minute.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,12 +15,10 @@ from palpate.bodies.body import Body
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError
+from palpate.models import kinds
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.reduced_body import vibrations
 from palpate.solvers.equilibrium import Equilibrium
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 DAMPING = 0.8
 """As a share of the critical damping of the slowest vibration."""
@@ -32,7 +30,7 @@ class Vbd(Solver):
     step : its length, over the time in which a node would swing by a radian if all others stood still
     """
 
-    def __init__(self, case: Case, model: "kinds.NewtonVBD"):
+    def __init__(self, case: Case, model: kinds.NewtonVBD):
         try:
             import warp
         except ModuleNotFoundError as missing:

@@ -6,13 +6,14 @@ Chapman and Cortial 2014): the textbook's way, whose modes have to do at contact
 
 from collections.abc import Sequence
 from time import perf_counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Doubted, Load, loads_of
 from palpate.benchmark.model import Case, Solver, held_mb
 from palpate.errors import NotConverged
+from palpate.models import kinds
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of, is_positive, softness
 from palpate.models.contact_modes.snapshots import DEPENDENT
@@ -20,9 +21,6 @@ from palpate.models.contact_modes.workshop import Workshop, reduced_level
 from palpate.models.fem_statics import ContactShares, Simulation
 from palpate.models.near_buckling import NearBuckling
 from palpate.solvers.equilibrium import FastEquilibrium
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 
 def energy_pod(elements: ElementsAtRest, answers: Sequence[np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -72,7 +70,7 @@ class Galerkin(Solver):
     NotConverged if no sample settles.
     """
 
-    def __init__(self, case: Case, model: "kinds.PODGalerkin"):
+    def __init__(self, case: Case, model: kinds.PODGalerkin):
         database = case.use_training()
         what = case.body, case.radius_m, reduced_level(case.body, model.nodes)
         shop = case.share(("galerkin", *what), lambda: Workshop(*what))

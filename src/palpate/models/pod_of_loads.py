@@ -4,7 +4,6 @@ No mesh is simulated and no response stored. Both learners answer no force with 
 """
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import minimize
@@ -15,13 +14,11 @@ from palpate.benchmark.model import Case, Solver
 from palpate.benchmark.settings import FitOptions
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.errors import NotConverged
+from palpate.models import kinds
 from palpate.models.coarse_answers import fitting_to
 from palpate.models.enrichment.ridge import LAMBDAS, dual_weights
 from palpate.models.enrichment.training_samples import Training
 from palpate.models.near_buckling import NearBuckling
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 REACHES = np.geomspace(0.05, 3.0, 9)
 """Distances tried, over the body's size, at which two contacts know half of each other."""
@@ -198,7 +195,7 @@ LARGEST_NORM = 1.5
 class Learnt(Solver):
     """Modes, and what gives their coefficients."""
 
-    def __init__(self, case: Case, model: "kinds.PODOfLoads"):
+    def __init__(self, case: Case, model: kinds.PODOfLoads):
         fitting = fitting_to(case)
         learn = network(model.hidden or HIDDEN) if model.learner == "network" else gaussian_process
         self._contacts, self._buckling = contacts_of(case.body), NearBuckling(case)

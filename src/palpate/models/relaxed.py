@@ -5,7 +5,7 @@ All three end at the equilibrium of corotational linear elements on a level of t
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,14 +15,12 @@ from palpate.bodies.material import LAWS
 from palpate.bodies.particles import particles_of
 from palpate.effects.bed import BedSprings
 from palpate.effects.linear_elements import LinearElements
+from palpate.models import kinds
 from palpate.models.fem import BEFORE
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.solvers.projective_dynamics import ProjectiveDynamics
 from palpate.solvers.vertex_block_descent import VertexBlockDescent
 from palpate.solvers.xpbd import Xpbd
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 LAW = LAWS[0]
 FRAMES = 33
@@ -47,7 +45,7 @@ class Relaxed(Solver):
     are refused afterwards, as all models' are.
     """
 
-    def __init__(self, case: Case, model: "kinds.XPBD | kinds.VertexBlockDescent | kinds.ProjectiveDynamics"):
+    def __init__(self, case: Case, model: kinds.XPBD | kinds.VertexBlockDescent | kinds.ProjectiveDynamics):
         body, level = case.body, model.level
         mesh, tissue = body.levels[level], body.tissue(level)
         refuse_law(case, model.name)

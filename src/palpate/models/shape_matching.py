@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import OptimizeResult, minimize
@@ -17,10 +16,8 @@ from palpate.effects import shape_matching
 from palpate.effects.bed import BedSprings
 from palpate.effects.settings import Clusters, ShapeMatching
 from palpate.errors import InputError, NotConverged
+from palpate.models import kinds
 from palpate.models.fem_statics import ContactShares, to_surface
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 LEFT = 0.01
 """What damping leaves of a swing after all steps: as little damping as that, or slow modes would not arrive."""
@@ -152,7 +149,7 @@ SAMPLES, EVALUATIONS = 12, 40
 """Training samples that a fit takes, spread evenly, and evaluations of the misfit in it."""
 
 
-def prepare(case: Case, model: "kinds.ShapeMatching") -> "ShapesAtRest":
+def prepare(case: Case, model: kinds.ShapeMatching) -> "ShapesAtRest":
     """Fit the scale of forces and β to training samples after as many steps as will be taken.
 
     Raises InputError for a body that nothing holds, NotConverged if nothing fits.

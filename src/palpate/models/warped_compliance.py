@@ -3,8 +3,6 @@
 Without samples it is the published method: ``warped_response`` has it.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from palpate.benchmark.database import Database
@@ -12,6 +10,7 @@ from palpate.benchmark.load import Answer, Load
 from palpate.benchmark.model import Case, Solver, held_mb
 from palpate.benchmark.settings import FitOptions
 from palpate.bodies.contacts import row_of
+from palpate.models import kinds
 from palpate.models.depths import Discs
 from palpate.models.enrichment.features import Ordered
 from palpate.models.enrichment.ridge import KernelRidge
@@ -21,9 +20,6 @@ from palpate.models.linear_fem import LinearFem
 from palpate.models.near_buckling import NearBuckling
 from palpate.models.warped_response import WarpedResponse, turn
 from palpate.solvers.compliance import Compliance
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 KINDS = ("response", "force")
 """What describes a load: the linear response of the coarse surface nodes, which says where the force acts too; or the
@@ -113,7 +109,7 @@ class Stored(Solver):
         return self._buckling.checked(load, answer)
 
 
-def prepare(case: Case, model: "kinds.WarpedCompliance") -> Stored:
+def prepare(case: Case, model: kinds.WarpedCompliance) -> Stored:
     """Find the rotations of every stored response, or of its limit, and fit the residual."""
     case = at_limit(case) if model.target else case
     return Stored(case, WarpedResponse(case.meshes, case.use_compliance()), model.samples)

@@ -15,6 +15,7 @@ from palpate.errors import InputError
 from palpate.files import read_table
 from palpate.models.model_registry import model
 from palpate.run.settings import complete, read_settings
+from palpate.setting_types import plain
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class FinishedRun:
             raise InputError(f"{self.config} asks for no {scene}; give the settings that {self.results} is made of.")
         radius_m = radius_of(regime, folder.parent.name)
         compliance = folder.parent / f"compliance_{radius_m}m.h5"
-        options = FitOptions(**asked["regression"], seed=self.settings["seed"])
+        options = FitOptions(**plain(asked["regression"]), seed=self.settings["seed"])
         files: dict[str, Path] = {"body": folder.parent / "body.h5"}
         files |= {"database": folder / "database.h5", "samples": folder / "samples.csv"}
         files |= {"compliance": compliance} if compliance.is_file() else {}

@@ -94,8 +94,12 @@ def files_of(name: str) -> list[Path]:
 
 @cache
 def imported(path: Path) -> frozenset[Path]:
-    """Return the modules of palpate that a file imports anywhere in it."""
-    return frozenset(found for name in _facts(path)["imports"] if (found := _module(name)))
+    """Return the modules of palpate that a file imports anywhere in it.
+
+    What prepares a model imports its class as the type of an argument: a rule names the class, and no other counts.
+    """
+    found = frozenset(each for name in _facts(path)["imports"] if (each := _module(name)))
+    return found - {PACKAGE / "models/kinds.py"} if PACKAGE / "models" in path.parents else found
 
 
 def _module(name: str) -> Path | None:
@@ -137,15 +141,8 @@ def _kept() -> dict[str, dict]:
 
 
 def _names(tree: ast.Module, package: str = "palpate") -> Iterator[str]:
-    """Yield the dotted name of everything of a package that a module imports, and of what it imports from there.
-
-    What is imported for types alone is left out.
-    """
-    typed = [node for node in ast.walk(tree) if isinstance(node, ast.If) and _is_name(node.test, "TYPE_CHECKING")]
-    unread = {id(inner) for node in typed for inner in ast.walk(node)}
+    """Yield the dotted name of everything of a package that a module imports, and of what it imports from there."""
     for node in ast.walk(tree):
-        if id(node) in unread:
-            continue
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name.startswith(package))
         elif isinstance(node, ast.ImportFrom) and node.module and node.module.startswith(package):
@@ -159,7 +156,7 @@ def _digest_of(tree: ast.Module) -> str:
         body = getattr(node, "body", None)
         if isinstance(body, list) and body:
             body[:] = [line for line in body if not _is_text(line)] or [ast.Pass()]
-        if isinstance(node, ast.Call) and _is_name(node.func, "Table"):
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Table":
             node.args[1:] = [ast.Constant("\n".join(_columns(one))) for one in node.args[2:3]]
     return sha256(ast.dump(tree).encode()).hexdigest()
 
@@ -185,10 +182,6 @@ def _columns(about: ast.AST) -> list[str]:
     """Return the columns that a declared table names, without their meanings."""
     text = about.value if isinstance(about, ast.Constant) else ""
     return [line.partition(":")[0].strip() for line in str(text).splitlines() if line[:8].strip()]
-
-
-def _is_name(node: ast.AST, name: str) -> bool:
-    return isinstance(node, ast.Name) and node.id == name
 
 
 def _is_text(line: ast.AST) -> bool:

@@ -5,7 +5,7 @@ union of their contacts' shapes.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from palpate.benchmark.model import Case, Solver, held_mb
 from palpate.bodies.contacts import refuse
 from palpate.effects.patch_load import patch_at, patch_shares
 from palpate.errors import NotConverged
+from palpate.models import kinds
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import ReducedContact, is_positive, softness
 from palpate.models.contact_modes.snapshots import FALL, FALLS, ContactSnapshots, basis_of, coordinates, thinned_model
@@ -29,9 +30,6 @@ from palpate.models.contact_modes.workshop import (
 )
 from palpate.models.depths import forces_for
 from palpate.solvers.buckling import Buckling
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 RESIDUAL = 1e-3
 """Residual of an answer over its load."""
@@ -62,7 +60,7 @@ class Prepared(NamedTuple):
         return q - self.reduced.loads @ force
 
 
-def spent(shop: Workshop, model: "kinds.ContactModes", nodes: tuple[int, ...]) -> float:
+def spent(shop: Workshop, model: kinds.ContactModes, nodes: tuple[int, ...]) -> float:
     """Return the time [s] that these contacts have taken, whichever setting has made them."""
     kind = _shown(model)
     parts = {"linear", "columns", kind, "columns before", f"from coarser {kind}", f"{kind} bear"}
@@ -71,19 +69,19 @@ def spent(shop: Workshop, model: "kinds.ContactModes", nodes: tuple[int, ...]) -
     return sum(shop.seconds.get(name, 0.0) for name in names)
 
 
-def _shown(model: "kinds.ContactModes") -> str:
+def _shown(model: kinds.ContactModes) -> str:
     """Return what the modes of ``model`` are made of: "finer" has those of snapshots."""
     return "columns" if model.modes == "columns" else "snapshots"
 
 
-def _names(model: "kinds.ContactModes", nodes: tuple[int, ...]) -> tuple[tuple, tuple]:
+def _names(model: kinds.ContactModes, nodes: tuple[int, ...]) -> tuple[tuple, tuple]:
     """Return what the reduced model is called, which several settings may share, and the whole."""
     reduced = (_shown(model), model.rings, model.thinned)
     return ("reduced", nodes, reduced), ("target", nodes, reduced, model.modes, model.target)
 
 
 def _reduced(
-    shop: Workshop, case: Case, model: "kinds.ContactModes", nodes: Sequence[int]
+    shop: Workshop, case: Case, model: kinds.ContactModes, nodes: Sequence[int]
 ) -> tuple[np.ndarray, ReducedContact]:
     shown = [shop.shown(node, _shown(model)) for node in nodes]
     modes = basis_of(shown)
@@ -93,7 +91,7 @@ def _reduced(
 def _brought(
     shop: Workshop,
     case: Case,
-    model: "kinds.ContactModes",
+    model: kinds.ContactModes,
     nodes: Sequence[int],
     modes: np.ndarray,
     reduced: ReducedContact,
@@ -195,7 +193,7 @@ class ContactSolver(Solver):
     prepared : what answers, by the nodes that are pressed at once
     """
 
-    def __init__(self, case: Case, model: "kinds.ContactModes"):
+    def __init__(self, case: Case, model: kinds.ContactModes):
         what = case.body, case.radius_m, reduced_level(case.body, model.nodes)
         self.shop = shop = case.share(("workshop", *what), lambda: Workshop(*what))
         self._case, self._model = case, model

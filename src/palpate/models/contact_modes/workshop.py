@@ -9,7 +9,7 @@ than on coarse ones, which what is reduced from these does not see.
 
 from collections.abc import Callable, Sequence
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from scipy import sparse
@@ -19,6 +19,7 @@ from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts
 from palpate.bodies.refinement import finer, quadratic_prolongation
 from palpate.effects.patch_load import Patch, patch_at, patch_shares
+from palpate.models import kinds
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.snapshots import (
     CORNERS,
@@ -33,9 +34,6 @@ from palpate.models.contact_modes.snapshots import (
     press_contact,
 )
 from palpate.models.fem_statics import to_surface, with_unknowns
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 LEVEL_STEPS, COARSER_RESIDUAL = 20, 1e-3
 """Steps of L-BFGS on the coarser level, which is cheap, and the residual that ends them."""
@@ -296,7 +294,7 @@ def target_columns(shop: Workshop, case: Case, target: str, node: int) -> np.nda
     return fine + (fine - shop.columns_before(node)) / (target_ratio(shop, case, node) - 1.0)
 
 
-def target_change(shop: Workshop, case: Case, model: "kinds.ContactModes", node: int, borne: float) -> Change | None:
+def target_change(shop: Workshop, case: Case, model: kinds.ContactModes, node: int, borne: float) -> Change | None:
     """Return by how much answers beyond their linear part are to be changed for the target of ``model``; or None.
 
     With the modes "finer" it is what the next level changes, if there is one, else what has changed since the last one.

@@ -6,7 +6,7 @@ scale and a kernel ridge on top of both. Unlike ``warped_compliance``, which tur
 only what the coarse deformation lacks: a two-level correction.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -17,14 +17,12 @@ from palpate.benchmark.settings import FitOptions
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.linear_elements import shape_gradients
 from palpate.linalg.polar import signed_svd
+from palpate.models import kinds
 from palpate.models.coarse_answers import Enriched, coarse_solver, seen_with
 from palpate.models.enrichment.ridge import KernelRidge
 from palpate.models.enrichment.training_samples import Fitting, Training, convinces, gather
 from palpate.models.limit import ToLimit
 from palpate.solvers.compliance import Compliance
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 
 class NodalRotations:
@@ -215,7 +213,7 @@ def fit(fitting: Fitting, turned: bool = True, learnt: bool = True) -> DetailCor
     return method.learn(fitting.training, fitting.options) if learnt else method
 
 
-def prepare(case: Case, model: "kinds.DetailCorrection") -> Solver:
+def prepare(case: Case, model: kinds.DetailCorrection) -> Solver:
     """Compute the detail of every contact, and fit scale and residual to coarse answers such as queries will get."""
     coarse = coarse_solver(case, model.coarse)
     method = DetailCorrection(case.meshes, case.use_compliance(), "live", model.turned)

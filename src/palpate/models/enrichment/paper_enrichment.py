@@ -9,8 +9,6 @@ dividing by it would magnify errors a thousandfold, so the kernel values themsel
 where non-negative weights all vanish).
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import nnls
@@ -21,9 +19,7 @@ from palpate.benchmark.settings import FitOptions
 from palpate.models.coarse_answers import Enriched, coarse_solver, fitting_to, seen_with
 from palpate.models.enrichment.features import Features, describe, in_slots, kinds
 from palpate.models.enrichment.training_samples import Fitting, Training
-
-if TYPE_CHECKING:
-    from palpate.models.kinds import PaperEnrichment
+from palpate.models.kinds import PaperEnrichment
 
 WEIGHTS = ("signed", "nonnegative_a", "nonnegative_b", "clipped")  # kinds of weights, which ``BlendWeights`` explains
 LITERAL = "literal"
@@ -208,7 +204,7 @@ class LinearRegressor:
         return view.from_slots((self._described @ view.feature(coarse)) @ self._dual)
 
 
-def prepare(case: Case, model: "PaperEnrichment") -> Enriched:
+def prepare(case: Case, model: PaperEnrichment) -> Enriched:
     """Choose σ by cross-validation on the training samples, and order the nodes around all contacts in advance."""
     coarse = coarse_solver(case, model.coarse)
     fitting = fitting_to(seen_with(case, model.coarse, coarse).first(model.samples))

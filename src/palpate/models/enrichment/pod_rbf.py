@@ -4,19 +4,15 @@ This is what the EZyRB library does; it comes with a GPU build of torch of sever
 RBFInterpolator stands in for it.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from scipy.interpolate import RBFInterpolator
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.model import Case
+from palpate.models import kinds
 from palpate.models.coarse_answers import Enriched, coarse_solver, fitting_to, seen_with
 from palpate.models.enrichment.paper_enrichment import median_distance, squared_distances
 from palpate.models.enrichment.training_samples import Fitting, Training
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 KERNELS = [("linear", 1.0)] + [
     (name, shape) for name in ("multiquadric", "gaussian") for shape in np.geomspace(0.01, 10, 7).tolist()
@@ -80,7 +76,7 @@ def _interpolator(points: np.ndarray, values: np.ndarray, kernel: str, shape: fl
     return RBFInterpolator(points, values, kernel=kernel, epsilon=shape, degree=0, smoothing=1e-10)
 
 
-def prepare(case: Case, model: "kinds.PODRBF") -> Enriched:
+def prepare(case: Case, model: kinds.PODRBF) -> Enriched:
     """Choose kernel and width by cross-validation on the training samples."""
     coarse = coarse_solver(case, model.coarse)
     return Enriched(fit(fitting_to(seen_with(case, model.coarse, coarse)), model.modes), coarse)

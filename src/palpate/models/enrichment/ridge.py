@@ -4,19 +4,15 @@ Both are solved in dual form, (K + λ I)⁻¹ of the k × k kernel matrix, becau
 than there are samples. All settings are chosen by cross-validation on the training samples.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from palpate.benchmark.database import Database
 from palpate.benchmark.model import Case
 from palpate.benchmark.settings import FitOptions
+from palpate.models import kinds
 from palpate.models.coarse_answers import Enriched, coarse_solver, fitting_to, seen_with
 from palpate.models.enrichment.paper_enrichment import eigen, gaussian, median_distance, squared_distances
 from palpate.models.enrichment.training_samples import Fitting, Training
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 LAMBDAS = np.geomspace(1e-12, 1e2, 29)  # the λ tried, relative to the mean eigenvalue of the kernel matrix
 
@@ -126,7 +122,7 @@ def fit(fitting: Fitting, kernel: bool) -> RidgeUpsampling | KernelRidgeDetail:
     return RidgeUpsampling(fitting.db, fitting.training)
 
 
-def prepare(case: Case, model: "kinds.Ridge") -> Enriched:
+def prepare(case: Case, model: kinds.Ridge) -> Enriched:
     """Choose widths and ridges by cross-validation on the training samples."""
     coarse = coarse_solver(case, model.coarse)
     seen = seen_with(case, model.coarse, coarse).first(model.samples)

@@ -1,7 +1,6 @@
 """Answer with mass-spring networks whose moduli are fitted to pressed samples by the equilibrium's adjoint."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
@@ -18,14 +17,12 @@ from palpate.effects.springs import Springs
 from palpate.effects.volume_preservation import Volume
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor, conjugate_gradients
+from palpate.models import kinds
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.springs.fitness import volume_stiffness
 from palpate.models.springs.spring_motion import spring_model, stiffnesses
 from palpate.solvers.lbfgs import minimise_by_lbfgs
 from palpate.solvers.system import System
-
-if TYPE_CHECKING:
-    from palpate.models import kinds
 
 TOLERANCE, REQUIRED_RESIDUAL, MAX_ITERATIONS = 1e-6, 1e-3, 300
 """Residuals relative to the load at which a search ends and which it must reach; and after how many iterations."""
@@ -247,7 +244,7 @@ EVALUATIONS = 8, 40
 """Evaluations of the misfit and its gradient, when one modulus serves all nodes and when each has its own."""
 
 
-def prepare(case: Case, model: "kinds.Springs") -> Solver:
+def prepare(case: Case, model: kinds.Springs) -> Solver:
     """Fit moduli to the training samples, once for all iterations, and factorise the stiffness at rest.
 
     Raises InputError for a body that nothing holds, NotConverged if no moduli fit.

@@ -2,7 +2,7 @@
 
 import re
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError
 
@@ -32,7 +32,6 @@ from palpate.setting_types import (
 
 RESIDUALS = "Relative residuals to stop at, from rest, after as many iterations as it takes"
 SHARES = "Shares of the training samples to learn from"
-EACH = "with the last coarse answer; all are tried with each"
 RUNS = "Runs from rest, from cheap to expensive"
 MATCHED = (
     "Models by name, and for each a regular expression that is found in the names of the settings that are asked; an"
@@ -141,25 +140,14 @@ class ContactModes(Block):
     )
 
 
-class DetailCorrection(Block):
-    training_shares: Some[Share] = key(
-        f"{SHARES}, with the last coarse answer; without any sample, and without rotations too, it is always tried",
-        [0.25, 0.5, 1.0],
-    )
+class Learning(Block):
+    training_shares: Some[Share] = key(f"{SHARES}, where there are coarse answers with the last one", [0.25, 0.5, 1.0])
 
 
 class WarpedCompliance(Block):
     training_shares: Some[Annotated[NotNegative, Field(le=1)]] = key(
         "Shares of the training samples that the residual is learnt from", [0, 0.5, 1.0]
     )
-
-
-class LinearResidual(Block):
-    training_shares: Some[Share] = key(SHARES, [0.25, 0.5, 1.0])
-
-
-class Ridge(Block):
-    training_shares: Some[Share] = key(f"{SHARES}, {EACH}", [0.25, 0.5, 1.0])
 
 
 class PodRbf(Block):
@@ -248,7 +236,7 @@ class Relaxed(Block):
 
 
 class PaperEnrichment(Block):
-    training_shares: Some[Share] = key(f"{SHARES}, {EACH}", [0.25, 1.0])
+    training_shares: Some[Share] = key(f"{SHARES}, with the last coarse answer; all are tried with each", [0.25, 1.0])
     neighbours: Distinct[Count] = key(
         "Coarse nodes in a contact-ordered feature, tried with all training samples and the last coarse answer beside "
         "those of tradeoff.regression",
@@ -295,12 +283,12 @@ class Families(Block):
     fast_fem: FastFem = key("Quadratic finite elements by L-BFGS from the multigrid of the state at rest", {})
     fem_local: FemLocal = key("Corotational finite elements on a mesh for each contact, fine around it", {})
     contact_modes: ContactModes = key("A reduced model for each contact, made of presses that it simulates itself", {})
-    detail_correction: DetailCorrection = key(
-        "Every coarse answer, corrected by linear detail and by what is learnt", {}
-    )
+    detail_correction: Learning = key("Every coarse answer, corrected by linear detail and by what is learnt", {})
     warped_compliance: WarpedCompliance = key("Stored linear responses, turned with their own rotations", {})
-    linear_residual: LinearResidual = key("Stored linear responses, and kernel ridge regression of what they lack", {})
-    ridge: Ridge = key("Ridge regression from coarse to fine displacements (ridge_upsampling, kernel_ridge_detail)", {})
+    linear_residual: Learning = key("Stored linear responses, and kernel ridge regression of what they lack", {})
+    ridge: Learning = key(
+        "Ridge regression from coarse to fine displacements (ridge_upsampling, kernel_ridge_detail)", {}
+    )
     pod_rbf: PodRbf = key("Proper orthogonal decomposition with radial basis functions", {})
     mujoco_flex: MujocoFlex = key("Flex bodies of MuJoCo (mujoco), if that engine is installed", {})
     pod_galerkin: PodGalerkin = key("Galerkin projection on modes of training samples, the same for all contacts", {})
@@ -399,17 +387,17 @@ class Settings(Block):
     advice: Advice = key("What is asked of the models; the command palpate advise takes any other limit", {})
 
 
-def check(config: dict, file: Path) -> None:
+def check(config: Any, file: Path) -> None:
     """Raise InputError for unknown or missing models, or nothing to sample."""
-    place, names, own = f"{file}: tradeoff", config["tradeoff"]["models"], config["tradeoff"]["own_models"]
+    place, names, own = f"{file}: tradeoff", config.tradeoff.models, config.tradeoff.own_models
     if wrong := model_registry.unknown(names or [], own):
         raise InputError(f"{place} names {wrong}")
     if names is not None and model_registry.SAVED_AGAINST not in names:
         raise InputError(
             f"{place}.models lacks {model_registry.SAVED_AGAINST}, which is what the others save time against; add it."
         )
-    _check_stages(f"{place}.settings.cascade.stages", config["tradeoff"]["settings"].cascade.stages)
-    _check_models(f"{place}.training_contacts_of", config["tradeoff"]["training_contacts_of"], own)
+    _check_stages(f"{place}.settings.cascade.stages", config.tradeoff.settings.cascade.stages)
+    _check_models(f"{place}.training_contacts_of", config.tradeoff.training_contacts_of, own)
     for name, path in own.items():
         check_file(f"{place}.own_models.{name}", path, (file.parent / path).is_file())
         check_source(f"{place}.own_models.{name}", file.parent / path, MODEL_FUNCTIONS, "see docs/add-a-model.md")
@@ -430,28 +418,29 @@ def _check_stages(place: str, stages: list[Stage]) -> None:
         try:
             stage.made()
         except ValidationError as error:
-            first = error.errors()[0]
-            raise InputError(f"{place}[{i}].setting.{first['loc'][0]}: {first['msg']}; see docs/glossary.md.") from None
+            first, known = error.errors()[0], type(model_registry.MODELS[stage.model]).model_fields
+            told = f"{place}[{i}].setting.{first['loc'][0]}: {first['msg'][:1].lower()}{first['msg'][1:]}"
+            raise InputError(f"{told}; {stage.model} has {', '.join(known)}.") from None
 
 
-def _check_answers(place: str, config: dict, file: Path) -> None:
+def _check_answers(place: str, config: Any, file: Path) -> None:
     """Raise InputError for answers to scenes that are not measured, and for files that are not there."""
-    scenes = [f"{body}_{regime}" for body in pressed_bodies(config) for regime in config["regimes"]]
-    if wrong := describe_unknown(list(config["tradeoff"]["answers"]), scenes):
+    scenes = [f"{body}_{regime}" for body in pressed_bodies(config) for regime in config.regimes]
+    if wrong := describe_unknown(list(config.tradeoff.answers), scenes):
         raise InputError(f"{place}.answers names {wrong}")
-    for scene, paths in config["tradeoff"]["answers"].items():
+    for scene, paths in config.tradeoff.answers.items():
         for path in paths:
             check_file(f"{place}.answers.{scene}", path, (file.parent / path).is_file())
 
 
-def _check_asked(file: Path, config: dict, block: str) -> None:
+def _check_asked(file: Path, config: Any, block: str) -> None:
     """Raise InputError for models, bodies and regimes of a ``block`` that there are not, or no regular expression."""
-    asked, place = config["tradeoff"][block], f"{file}: tradeoff.{block}"
+    asked, place = getattr(config.tradeoff, block), f"{file}: tradeoff.{block}"
     if asked is None:
         return
-    _check_models(f"{place}.models", asked["models"], config["tradeoff"]["own_models"])
-    for part, known in (("bodies", pressed_bodies(config)), ("regimes", list(config["regimes"]))):
-        if wrong := describe_unknown(asked[part] or [], known):
+    _check_models(f"{place}.models", asked.models, config.tradeoff.own_models)
+    for part, known in (("bodies", pressed_bodies(config)), ("regimes", list(config.regimes))):
+        if wrong := describe_unknown(getattr(asked, part) or [], known):
             raise InputError(f"{place}.{part} names {wrong}")
 
 
@@ -466,22 +455,22 @@ def _check_models(place: str, patterns: dict[str, str], own: dict) -> None:
             raise InputError(f"{place}.{name}: {pattern} is no regular expression ({error}).") from error
 
 
-def _check_bodies(file: Path, config: dict) -> None:
+def _check_bodies(file: Path, config: Any) -> None:
     """Raise InputError for bodies that cannot be pressed, or that nothing presses."""
-    if not config.get("regimes"):
+    if not config.regimes:
         raise InputError(f"{file}: tradeoff is there and there are no regimes; add one that says how hard to press.")
-    if wrong := describe_unknown(config["tradeoff"]["regimes"] or [], list(config["regimes"])):
+    if wrong := describe_unknown(config.tradeoff.regimes or [], list(config.regimes)):
         raise InputError(f"{file}: tradeoff.regimes names {wrong}")
-    pressed = config["tradeoff"]["limit_points"] or {}
-    named = [*(config["tradeoff"]["bodies"] or []), *filter(None, [pressed.get("body")])]
+    grown = config.tradeoff.limit_points
+    named = [*(config.tradeoff.bodies or []), *([grown.body] if grown else [])]
     check_refined(f"{file}: tradeoff", named, config)
     if not pressed_bodies(config):
         raise InputError(f"{file}: tradeoff is there and no body is refined; give one refinements of at least 1.")
-    if wrong := describe_unknown(config["tradeoff"]["in_depth"] or [], pressed_bodies(config)):
+    if wrong := describe_unknown(config.tradeoff.in_depth or [], pressed_bodies(config)):
         raise InputError(f"{file}: tradeoff.in_depth names {wrong}")
-    fingers = {FINGER.format(1e6 * radius) for radius in config["tradeoff"]["finger_radii_m"]}
-    for name, regime in config["regimes"].items():
+    fingers = {FINGER.format(1e6 * radius) for radius in config.tradeoff.finger_radii_m}
+    for name, regime in config.regimes.items():
         if name in fingers:
             raise InputError(f"{file}: regimes.{name} has the name of a regime of finger_radii_m; give it another.")
-        if wrong := describe_unknown(list(regime["radius_of_body_m"]), list(config["bodies"])):
+        if wrong := describe_unknown(list(regime.radius_of_body_m), list(config.bodies)):
             raise InputError(f"{file}: regimes.{name}.radius_of_body_m names {wrong}")

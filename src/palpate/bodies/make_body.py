@@ -115,7 +115,7 @@ def build(entry: dict) -> tuple[TetMesh, Snap | None, bool]:
     """Build the coarse mesh of a config entry of kind file; also return its snapping, or None, and if it was remeshed.
 
     Tetrahedra are taken as they are. So is a closed surface of at most ``entry["surface_nodes"]`` nodes (by default
-    400), filled with an edge length of about ``entry["spacing_m"]``. Other surfaces are remeshed, and so are those that
+    400). Other surfaces are remeshed, and so are those that
     cannot be filled well, unless ``surface_nodes`` is just their number. Warns of all that was assumed and changed;
     raises InputError if no body can be made.
     """
@@ -165,7 +165,7 @@ def _kept(path: Path, points: np.ndarray, triangles: np.ndarray, entry: dict, as
     mended = mend(str(path), points, triangles)
     try:
         closed = check_closed(str(path), mended.points, mended.triangles)
-        mesh = tetrahedralize(mended.points, closed, entry.get("spacing_m"), str(path), balls_of(entry))
+        mesh = tetrahedralize(mended.points, closed, source=str(path), balls=balls_of(entry))
     except InputError as error:
         if asked:
             _warn(f"{error} It is remeshed instead of kept.".replace(". It is", ", or it is"))
@@ -213,11 +213,11 @@ def _remesh(path: Path, scale_m: float, nodes: int | None, snap: bool) -> Coarse
     mended, solid = solid_of(path, scale_m)
     _report_mended(path, mended.notes + solid.notes)
     made = _remeshed(path, scale_m, nodes, snap, _changed(path))
-    found = made.fidelity
+    found = made.likeness
     if snap and not found.close:
         _warn(
             f"{path}: with {made.nodes} surface nodes the refined body's surface is up to "
-            f"{in_words(found.away * found.size_m)} ({100 * found.away:.2g} % of the size) from the file's and its "
+            f"{in_words(found.away_m)} ({100 * found.away:.2g} % of the size) from the file's and its "
             f"volume differs by {100 * found.volume:+.2g} %, as thin or sharp parts are lost; give more surface_nodes."
         )
     return made

@@ -47,6 +47,18 @@ def within(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndar
     return place, simplex, np.column_stack([1.0 - inner.sum(axis=1), inner])
 
 
+class Around:
+    """The elements around each of ``n_nodes`` nodes, by the nodes (m, corners) of all elements."""
+
+    def __init__(self, elements: np.ndarray, n_nodes: int):
+        self._elements = np.argsort(elements.ravel(), kind="stable") // elements.shape[1]
+        self._ends = np.searchsorted(np.sort(elements.ravel()), np.arange(n_nodes + 1))
+
+    def of(self, node: int) -> np.ndarray:
+        """Return the numbers of the elements that have ``node``, increasing."""
+        return self._elements[self._ends[node] : self._ends[node + 1]]
+
+
 class Mesh:
     """Properties that tetrahedral meshes and sheets share: all that follows from ``nodes`` and ``triangles``."""
 

@@ -62,9 +62,7 @@ def body_of(given: str | None, config: Path | None, scale_m: float | None, hold:
     if hold not in (None, *HOLDS):
         raise InputError(f"--hold {hold} is no side; choose from {', '.join(HOLDS)}.")
     data = recognise([Path(given)], scale_m=scale_m)
-    for word, lines in (("found   ", data.found), ("assumed ", data.assumed), ("warning:", data.warned)):
-        for line in lines:
-            print(word, line, flush=True)
+    data.announce()
     with ticking("the body") as say:
         return choose(data.name, data.entry, hold, say).body
 

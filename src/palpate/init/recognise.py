@@ -71,6 +71,12 @@ class Data:
     warned: list[str] = field(default_factory=list)
     lies: str = ""
 
+    def announce(self) -> None:
+        """Print the lines, before what takes long."""
+        for word, lines in (("found   ", self.found), ("assumed ", self.assumed), ("warning:", self.warned)):
+            for line in lines:
+                print(word, line, flush=True)
+
 
 def recognise(
     paths: Sequence[Path],

@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from palpate.bodies.mesh import Mesh, area_normals
+from palpate.bodies.surfaces.triangles import signed_distances
 from palpate.errors import InputError
 from palpate.setting_types import Block, NotNegative, Positive, Some, Vector, key, optional
 
@@ -363,16 +364,12 @@ def make_cut(place: str, settings: dict, mesh: Mesh) -> Cut:
     Raises InputError for settings that describe no cut, and for a cut that misses the body.
     """
     cut = _described(place, settings, mesh)
-    if cut.pieces and not _meets(cut, mesh):
+    if not cut.pieces or cut.severs(*np.swapaxes(mesh.nodes[mesh.edges], 0, 1)).any():
+        return cut
+    # it may lie within one element
+    if not inside(mesh, cut.patch(max(0.25 * cut.narrow_m, 0.01 * mesh.size))).any():
         raise InputError(f"{place} lies outside the body; move it to where it meets the body.")
     return cut
-
-
-def _meets(cut: Cut, mesh: Mesh) -> bool:
-    if cut.severs(*np.swapaxes(mesh.nodes[mesh.edges], 0, 1)).any():
-        return True
-    # it may lie within one element
-    return bool(inside(mesh, cut.patch(max(0.25 * cut.narrow_m, 0.01 * mesh.size))).any())
 
 
 def _described(place: str, settings: dict, mesh: Mesh) -> Cut:
@@ -411,24 +408,16 @@ def blade(mesh: Mesh, path_m: np.ndarray, direction: np.ndarray, depth_m: float)
     return Blade(path_m, direction, depth_m, (first, last))
 
 
+ON_SKIN = 1e-9
+"""Distance over the size of the body within which a point lies on its surface."""
 PROBES = 33
 """Points of the blade at an end of its path, of which any in the body says that it does not leave it there, and points
 of a path whose normals are taken."""
 
 
 def inside(mesh: Mesh, points: np.ndarray) -> np.ndarray:
-    """Return which of ``points`` (n, 3) [m] are inside a closed surface, (n,) bool, by its winding number."""
-    corners = mesh.nodes[mesh.triangles]
-    found = np.empty(len(points), dtype=bool)
-    for number, point in enumerate(points):
-        a, b, c = np.swapaxes(corners - point, 0, 1)
-        la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
-        volume = np.einsum("ij,ij->i", a, np.cross(b, c))
-        flat = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
-        # half the solid angles (van Oosterom, Strackee 1983): 2π inside, and π on a flat side, which counts as outside
-        beside = np.abs(volume) > 1e-9 * la * lb * lc
-        found[number] = np.arctan2(volume, flat)[beside].sum() > np.pi * (1.0 + 1e-6)
-    return found
+    """Return which of ``points`` (n, 3) [m] are inside a closed surface, (n,) bool; those on it count as outside."""
+    return signed_distances(points, mesh.nodes, mesh.triangles) < -ON_SKIN * mesh.size
 
 
 def _into(mesh: Mesh, path: np.ndarray) -> np.ndarray:

@@ -4,10 +4,9 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from scipy import sparse
 from scipy.spatial import cKDTree
 
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import Around, TetMesh
 from palpate.bodies.mesh_quality import LEAST_DEG, dihedral_angles
 from palpate.bodies.refinement import Snap, refine
 from palpate.bodies.surfaces.remesh import project
@@ -39,17 +38,14 @@ def relax(
     nodes = nodes.copy()
     on_surface = np.zeros(len(nodes), dtype=bool)
     on_surface[surface] = True
-    entries = np.ones(elements.size, dtype=np.int8)
-    around = sparse.csr_array(
-        (entries, (elements.ravel(), np.repeat(np.arange(len(elements)), 4))), shape=(len(nodes), len(elements))
-    )
+    around = Around(elements, len(nodes))
     quality = element_quality(nodes, elements)
     for _ in range(ROUNDS):
         bad = np.flatnonzero(quality < WANTED_DEG)
         corners = np.unique(elements[bad])
         changed = False
         for node in corners[movable[corners]]:
-            patch = around.indices[around.indptr[node] : around.indptr[node + 1]]
+            patch = around.of(node)
             if quality[patch].min() >= WANTED_DEG:
                 continue
             tried = _trial_places(nodes, elements[patch], node)

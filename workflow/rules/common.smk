@@ -127,8 +127,8 @@ def read_by(shown):
 
 
 def warned_of(bodies):
-    """The warnings of jobs that make bodies."""
-    return expand("results/data/{body}/warned.txt", body=bodies)
+    """The warnings of jobs that make bodies, and what these took of files."""
+    return expand("results/data/{body}/{said}.txt", body=bodies, said=["taken", "warned"])
 
 
 def templates(*studies):

@@ -10,9 +10,10 @@ import numpy as np
 
 from palpate.bodies.body import Body, nest
 from palpate.bodies.ct import mesh_from_ct
+from palpate.bodies.ct.config_scan import described
 from palpate.bodies.ct.masses import nodal_densities
 from palpate.bodies.material import read_material
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import TetMesh, components
 from palpate.bodies.mesh_file import KEPT_NODES, choose_scale, in_words, load_shape
 from palpate.bodies.mesh_quality import (
     LEAST_DEG,
@@ -21,7 +22,9 @@ from palpate.bodies.mesh_quality import (
     check_quality,
     check_tetrahedra,
     dihedral_angles,
+    is_closed,
 )
+from palpate.bodies.mesh_readers import read
 from palpate.bodies.organs import SHAPES, coarse_body, surface_of
 from palpate.bodies.refinement import Snap
 from palpate.bodies.regions import balls_of, read_regions
@@ -29,10 +32,10 @@ from palpate.bodies.seams import check_seams, weld_pieces
 from palpate.bodies.simple_shapes import box, cylinder, sheet
 from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
 from palpate.bodies.surfaces.coarse_solid import NODES, CoarseSolid, remesh_solid
-from palpate.bodies.surfaces.mend import Mended, mend
+from palpate.bodies.surfaces.mend import Mended, find_holes, mend
 from palpate.bodies.surfaces.solid import Solid, solidify
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
-from palpate.bodies.surfaces.triangles import weld
+from palpate.bodies.surfaces.triangles import volume, weld
 from palpate.errors import InputError, about
 
 SECTION = 0.01
@@ -221,6 +224,38 @@ def _remesh(path: Path, scale_m: float, nodes: int | None, snap: bool) -> Coarse
             f"volume differs by {100 * found.volume:+.2g} %, as thin or sharp parts are lost; give more surface_nodes."
         )
     return made
+
+
+def taken(entry: dict, unit: str = "given") -> list[str]:
+    """Say in lines what is taken of the files of a config entry: frame, unit, pieces, holes and volume.
+
+    unit : how the length of the unit is known, if ``scale_m`` says it
+    """
+    if entry["kind"] == "ct":
+        return described(entry)[0] if entry.get("image") is not None else []
+    if entry["kind"] != "file":
+        return []
+    path = Path(entry["path"])
+    with warnings.catch_warnings(action="ignore"):  # of the frame, which is said here
+        points, triangles, tetrahedra, welded = _loaded(path, _changed(path))
+        frame = read(path).frame
+        scale_m = choose_scale(str(path), points, entry.get("scale_m"))
+    sides = f"{frame} from its header{', turned to LPS' * (frame == 'RAS')}, so that its sides are the patient's"
+    upright = "no frame in its header, so that z points up, y to the back and x to the right"
+    ends = (triangles if tetrahedra is None else tetrahedra)[:, :, None]
+    pairs = np.concatenate([ends[:, :-1], ends[:, 1:]], axis=2).reshape(-1, 2)
+    count = len(np.unique(components(pairs, len(points))))
+    pieces = welded or ("1 piece" if count == 1 else f"{count} pieces")
+    kind, has = "tetrahedra", f"{1e6 * scale_m**3 * abs(volume(points, triangles)):.4g} mL"
+    if tetrahedra is None:
+        kind, holes = "triangles", len(find_holes(points, triangles))
+        if holes or not is_closed(triangles):
+            has = f"{holes} hole{'s' * (holes != 1)}" if holes else "wound both ways"
+            has = f"no volume of its own ({has})"
+    unit = unit if entry.get("scale_m") else "guessed from the size"
+    return [
+        f"{path}: {sides if frame else upright}; a unit of {in_words(scale_m)}, {unit}; {pieces}; {has}, as its {kind}"
+    ]
 
 
 def _report_mended(path: Path, notes: list[str]) -> None:

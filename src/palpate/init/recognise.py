@@ -9,13 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.bodies.ct.config_scan import taken
+from palpate.bodies.ct.config_scan import described
 from palpate.bodies.ct.image import FORMATS, label_names, read_labels
-from palpate.bodies.mesh import TetMesh, components
+from palpate.bodies.make_body import taken
 from palpate.bodies.mesh_file import KEPT_NODES, ORGAN_M, UNITS, guess_scale, in_words, load_shape, other_units
-from palpate.bodies.mesh_quality import check_closed
 from palpate.bodies.mesh_readers import read
-from palpate.bodies.surfaces.triangles import volume
 from palpate.errors import InputError
 
 _OF_MESH = {
@@ -118,7 +116,7 @@ def recognise(
     else:
         found = _ct(image, mask, list(label), threshold_hu)
     found = _of_mri(found) if mri else found
-    said, lay = taken(found.entry)
+    said, lay = described(found.entry)
     if not lay:
         found.assumed.append("the patient lay on the back, as the header does not say how; else give --hold")
     return replace(found, found=said, lies=lay if lay != "back" else "")
@@ -150,8 +148,7 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
     }
     if tetrahedra is None and len(points) > KEPT_NODES:
         entry |= {"surface_nodes": 140, "snap": False}
-    taken = f"{_frame(path)}; a unit of {in_words(scale)}, {how}; {_content(scale * points, triangles, tetrahedra)}"
-    found = [f"{path}: {kind}, {len(triangles)} triangles on the surface, {inside}", taken]
+    found = [f"{path}: {kind}, {len(triangles)} triangles on the surface, {inside}", *taken(entry, how)]
     data = Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, found, [])
     if scale_m is not None:
         return data
@@ -160,28 +157,6 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
         f"--scale {2 * scale:g} makes it twice as long"
     )
     return replace(data, assumed=[assumed], warned=_doubts(path, size, scale))
-
-
-def _frame(path: Path) -> str:
-    frame = read(path).frame
-    if frame is None:
-        return "no frame in its header, so that z points up, y to the back and x to the right"
-    return f"{frame} from its header{', turned to LPS' * (frame == 'RAS')}, so that its sides are the patient's"
-
-
-def _content(points: np.ndarray, triangles: np.ndarray, tetrahedra: np.ndarray | None) -> str:
-    """Say how many connected pieces a mesh, (n, 3) [m], has, and which volume."""
-    ends = (triangles if tetrahedra is None else tetrahedra)[:, :, None]
-    pairs = np.concatenate([ends[:, :-1], ends[:, 1:]], axis=2).reshape(-1, 2)
-    count = len(np.unique(components(pairs, len(points))))
-    pieces = "1 piece" if count == 1 else f"{count} pieces"
-    if tetrahedra is not None:
-        return f"{pieces}; {1e6 * np.abs(TetMesh(points, tetrahedra).volumes).sum():.4g} mL, as its tetrahedra"
-    try:
-        closed = check_closed("", points, triangles)
-    except InputError:
-        return f"{pieces}; no volume, as its triangles do not close, or are wound both ways"
-    return f"{pieces}; {1e6 * volume(points, closed):.4g} mL, as its triangles"
 
 
 def _scale(path: Path, size: float, scale_m: float | None) -> tuple[float, str]:

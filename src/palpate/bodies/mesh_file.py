@@ -25,15 +25,11 @@ USUAL_M = (0.01, 1.0)
 
 def guess_scale(size: float) -> tuple[str, float] | None:
     """Guess the unit in which a longest side of ``size`` units is an organ's: name and length [m]; None if none is."""
-    return next(iter(_organ_sized(size, UNITS).items()), None)
+    return next(iter(organ_sized(size, UNITS).items()), None)
 
 
-def other_units(size: float, taken_m: float) -> dict[str, float]:
-    """Return the units but that of ``taken_m`` [m] in which a longest side of ``size`` is an organ's: lengths [m]."""
-    return {name: scale for name, scale in _organ_sized(size, UNITS | RARE_UNITS).items() if scale != taken_m}
-
-
-def _organ_sized(size: float, units: dict[str, float]) -> dict[str, float]:
+def organ_sized(size: float, units: dict[str, float]) -> dict[str, float]:
+    """Return those of ``units`` [m] in which a longest side of ``size`` is an organ's."""
     low, high = ORGAN_M
     return {name: scale for name, scale in units.items() if low <= size * scale <= high}
 

@@ -12,7 +12,16 @@ import numpy as np
 from palpate.bodies.ct.config_scan import described
 from palpate.bodies.ct.image import FORMATS, label_names, read_labels
 from palpate.bodies.make_body import taken
-from palpate.bodies.mesh_file import KEPT_NODES, ORGAN_M, UNITS, guess_scale, in_words, load_shape, other_units
+from palpate.bodies.mesh_file import (
+    KEPT_NODES,
+    ORGAN_M,
+    RARE_UNITS,
+    UNITS,
+    guess_scale,
+    in_words,
+    load_shape,
+    organ_sized,
+)
 from palpate.bodies.mesh_readers import read
 from palpate.errors import InputError
 
@@ -177,7 +186,8 @@ def _doubts(path: Path, size: float, scale: float) -> list[str]:
     """Return a line if the file's unit may well be another than the assumed one."""
     others = [
         f"the {name}, which makes it {in_words(other * size)} long (--scale {other:g})"
-        for name, other in other_units(size, scale).items()
+        for name, other in organ_sized(size, UNITS | RARE_UNITS).items()
+        if other != scale
     ]
     if not others and guess_scale(size):
         return []

@@ -7,11 +7,11 @@ import pytest
 
 from palpate.bodies.body import nest
 from palpate.bodies.cutting.conform import cut_body, qualities
-from palpate.bodies.cutting.cut import Cuts, Disc, blade, unit
+from palpate.bodies.cutting.cut import Cuts, Disc, blade
 from palpate.bodies.cutting.sever import inner_faces, sever
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material, Tissue
-from palpate.bodies.mesh import area_normals, components
+from palpate.bodies.mesh import area_normals, components, unit
 from palpate.bodies.mesh_quality import check_boundary, dihedral_angles
 from palpate.bodies.simple_shapes import box, cylinder, sheet
 from palpate.errors import InputError

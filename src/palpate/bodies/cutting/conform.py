@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.bodies.cutting.cut import Cut, Piece, unit
+from palpate.bodies.cutting.cut import Cut, Piece
 from palpate.bodies.cutting.sever import inner_faces, sever
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.material import Tissue
-from palpate.bodies.mesh import EDGES, Around, Mesh, Sheet, TetMesh, area_normals
+from palpate.bodies.mesh import EDGES, Around, Mesh, Sheet, TetMesh, area_normals, unit
 from palpate.errors import InputError
 
 ON_SURFACE = 1e-9

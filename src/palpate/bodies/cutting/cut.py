@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from palpate.bodies.mesh import Mesh, area_normals
+from palpate.bodies.mesh import Mesh, area_normals, unit
 from palpate.bodies.surfaces.triangles import signed_distances
 from palpate.errors import InputError
 from palpate.setting_types import Block, NotNegative, Positive, Some, Vector, key, optional
@@ -74,6 +74,13 @@ class Cut(Protocol):
         An end on the surface counts as lying on its positive side, so that of two segments which meet there one is
         severed at most.
         """
+        found = np.zeros(len(first), dtype=bool)
+        for piece in self.pieces:
+            side, other = piece.across(first), piece.across(last)
+            crosses = (side >= 0.0) != (other >= 0.0)
+            share = np.divide(side, side - other, out=np.zeros_like(side), where=crosses)
+            found |= crosses & (piece.within(first + share[:, None] * (last - first)) > 0.0)
+        return found
 
     @property
     def narrow_m(self) -> float:
@@ -86,12 +93,6 @@ class Cut(Protocol):
         """Return points (n, 3) [m] of the patch's front in the same way."""
 
 
-def unit(vector: np.ndarray) -> np.ndarray:
-    """Return ``vector`` (3,) or vectors (n, 3) at length 1."""
-    vector = np.asarray(vector, dtype=float)
-    return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
-
-
 def _sides(normal: np.ndarray) -> np.ndarray:
     """Return two unit vectors (2, 3) that make a right-handed frame with the unit vector ``normal`` (3,), third."""
     first = unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]))
@@ -99,7 +100,7 @@ def _sides(normal: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Disc:
+class Disc(Cut):
     """A flat round cut: of a penny inside a body, or of all of it where the radius is large.
 
     center_m : (3,) [m]; normal : (3,) unit vector, to the positive side; radius_m : [m], 0 severs nothing
@@ -120,10 +121,6 @@ class Disc:
         away = points - self.center_m
         return self.radius_m - np.linalg.norm(away - np.outer(away @ self.normal, self.normal), axis=1)
 
-    def severs(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        crosses, at = _crossings(first, last, self.across(first), self.across(last))
-        return crosses & (self.within(at) > 0.0)
-
     @property
     def narrow_m(self) -> float:
         return self.radius_m
@@ -142,7 +139,7 @@ class Disc:
 
 
 @dataclass(frozen=True, eq=False)
-class Blade:
+class Blade(Cut):
     """What a blade severs that is moved along a path: all within a depth below the path, and as far above it.
 
     path_m : (k, 2 or more points, 3) [m] of straight pieces; direction : (3,) unit vector, where the blade points
@@ -197,14 +194,6 @@ class Blade:
     def within(self, points: np.ndarray) -> np.ndarray:
         _, along, below = self._place(points)
         return self._inside(along, below)
-
-    def severs(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        found = np.zeros(len(first), dtype=bool)
-        for piece, normal in enumerate(self._normals):
-            sides = ((end - self.path_m[piece]) @ normal for end in (first, last))
-            crosses, at = _crossings(first, last, *sides)
-            found |= crosses & (self._within_piece(at, piece) > 0.0)
-        return found
 
     def _within_piece(self, points: np.ndarray, piece: int) -> np.ndarray:
         along, below = self._on_piece(points, piece)
@@ -306,14 +295,12 @@ class Blade:
             nearest[closer] = distance[closer]
             across[closer] = np.copysign(distance, side)[closer]
             along[closer] = self._starts[piece] + foot[closer]
-            length = self._starts[piece + 1] - self._starts[piece]
-            rise = (self.path_m[piece + 1] - self.path_m[piece]) @ self.direction
-            below[closer] = (away @ self.direction - rise * np.clip(foot / length, 0.0, 1.0))[closer]
+            below[closer] = self._on_piece(points, piece)[1][closer]
         return across, along, below
 
 
 @dataclass(frozen=True, eq=False)
-class Cuts:
+class Cuts(Cut):
     """Several cuts of one body, which may cross: ``across`` of the nearest surface, ``within`` of any."""
 
     cuts: tuple[Cut, ...]
@@ -333,9 +320,6 @@ class Cuts:
     def within(self, points: np.ndarray) -> np.ndarray:
         return np.max([cut.within(points) for cut in self.cuts], axis=0)
 
-    def severs(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        return np.any([cut.severs(first, last) for cut in self.cuts], axis=0)
-
     def patch(self, spacing_m: float) -> np.ndarray:
         return np.vstack([cut.patch(spacing_m) for cut in self.cuts])
 
@@ -346,15 +330,6 @@ class Cuts:
 def _count(length_m: float, spacing_m: float) -> int:
     """Return how many points are ``spacing_m`` apart at most on a line."""
     return 1 + int(np.ceil(length_m / spacing_m))
-
-
-def _crossings(
-    first: np.ndarray, last: np.ndarray, side: np.ndarray, other: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return which segments cross a plane, (n,) bool, and where (n, 3) [m]; side, other : (n,) [m] of their ends."""
-    crosses = (side >= 0.0) != (other >= 0.0)
-    share = np.divide(side, side - other, out=np.zeros_like(side), where=crosses)
-    return crosses, first + share[:, None] * (last - first)
 
 
 def make_cut(place: str, settings: dict, mesh: Mesh) -> Cut:

@@ -132,19 +132,15 @@ def snapper_onto(project_onto: Onto) -> Snap:
             if not len(bad):
                 break
             nodes[bad] = (nodes[bad] + mesh.nodes[bad]) / 2
-        return TetMesh(_undo_bad(mesh, nodes), mesh.tetrahedra)
+        # what is still bad moves back as a whole
+        while len(bad := _bad_nodes(nodes, mesh)):
+            bad = bad[(nodes[bad] != mesh.nodes[bad]).any(axis=1)]
+            if not len(bad):
+                break
+            nodes[bad] = mesh.nodes[bad]
+        return TetMesh(nodes, mesh.tetrahedra)
 
     return snap
-
-
-def _undo_bad(mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
-    """Move the nodes of bad elements back to where they are in ``mesh``, (n, 3) [m]."""
-    while True:
-        bad = _bad_nodes(nodes, mesh)
-        bad = bad[(nodes[bad] != mesh.nodes[bad]).any(axis=1)]
-        if not len(bad):
-            return nodes
-        nodes[bad] = mesh.nodes[bad]
 
 
 def _bad_nodes(nodes: np.ndarray, mesh: TetMesh) -> np.ndarray:

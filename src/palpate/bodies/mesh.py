@@ -54,7 +54,7 @@ def within(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def ranked_faces(faces: np.ndarray, n_nodes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the order (m,) of faces (m, 3) with increasing nodes, and which are then equal to the next one, (m - 1,)."""
+    """Return the order (m,) of faces (m, 3) by their increasing nodes, and which then equal the next one, (m - 1,)."""
     a, b, c = faces.T
     keys = a * n_nodes + b  # numbers sort many times as fast as rows
     order = np.lexsort((c, keys))
@@ -62,15 +62,18 @@ def ranked_faces(faces: np.ndarray, n_nodes: int) -> tuple[np.ndarray, np.ndarra
 
 
 class Around:
-    """The elements around each of ``n_nodes`` nodes, by the nodes (m, corners) of all elements."""
+    """The elements around each of ``n_nodes`` nodes, by the nodes (m, corners) of all elements.
+
+    elements : those of one node after the other; ends : (n_nodes + 1,) where those of each begin, and the end
+    """
 
     def __init__(self, elements: np.ndarray, n_nodes: int):
-        self._elements = np.argsort(elements.ravel(), kind="stable") // elements.shape[1]
-        self._ends = np.searchsorted(np.sort(elements.ravel()), np.arange(n_nodes + 1))
+        self.elements = np.argsort(elements.ravel(), kind="stable") // elements.shape[1]
+        self.ends = np.searchsorted(np.sort(elements.ravel()), np.arange(n_nodes + 1))
 
     def of(self, node: int) -> np.ndarray:
         """Return the numbers of the elements that have ``node``, increasing."""
-        return self._elements[self._ends[node] : self._ends[node + 1]]
+        return self.elements[self.ends[node] : self.ends[node + 1]]
 
 
 class Mesh:

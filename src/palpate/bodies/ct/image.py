@@ -262,7 +262,13 @@ def label_names(path: Path, image: "SimpleITK.Image | None" = None) -> dict[int,
     Slicer the keys ``Segment<n>_Name`` and ``Segment<n>_LabelValue`` into that of an NRRD file.
     """
     if path.name.lower().endswith(NIFTI):
-        return _of_extensions(path)
+        table = re.search(rb"<LabelTable.*?</LabelTable>", extensions(path), re.DOTALL)
+        try:
+            labels = list(ElementTree.fromstring(table[0])) if table else []
+        except ElementTree.ParseError:
+            return {}
+        named = {label.get("Key", ""): (label.text or "").strip() for label in labels}
+        return {int(number): name for number, name in named.items() if number.isdigit() and name}
     image = image or _read_file(path)
     found = {}
     for key in image.GetMetaDataKeys():
@@ -270,17 +276,6 @@ def label_names(path: Path, image: "SimpleITK.Image | None" = None) -> dict[int,
             name = f"Segment{match[1]}_Name"
             found[int(image.GetMetaData(key))] = image.GetMetaData(name).strip() if image.HasMetaDataKey(name) else ""
     return {number: name for number, name in found.items() if name}
-
-
-def _of_extensions(path: Path) -> dict[int, str]:
-    """Read the label table in the extensions between a NIfTI file's header and its first voxel."""
-    table = re.search(rb"<LabelTable.*?</LabelTable>", extensions(path), re.DOTALL)
-    try:
-        labels = list(ElementTree.fromstring(table[0])) if table else []
-    except ElementTree.ParseError:
-        return {}
-    named = {label.get("Key", ""): (label.text or "").strip() for label in labels}
-    return {int(number): name for number, name in named.items() if number.isdigit() and name}
 
 
 def _volume(ml: float) -> str:

@@ -13,7 +13,7 @@ from scipy import sparse
 
 from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.ways import NEAR_PLANE, Parted, divide
-from palpate.bodies.mesh import FACES, TetMesh, area_normals
+from palpate.bodies.mesh import FACES, Around, TetMesh, area_normals
 
 SAME = 1e-8
 """Distance over the size of the body within which two points are one."""
@@ -123,14 +123,10 @@ def _under(mesh: TetMesh, triangles: np.ndarray, rows: sparse.csr_array) -> np.n
     nodes = sparse.csr_array((np.ones(triangles.size), ends), shape=(len(triangles), rows.shape[0])) @ follows
     nodes.sort_indices()
     faces = np.sort(mesh.tetrahedra[:, FACES].reshape(-1, 3), axis=1)
-    keys, wanted = (_keys(each, len(mesh.nodes)) for each in (faces, nodes.indices.reshape(-1, 3).astype(np.int64)))
+    both, count = (faces, nodes.indices.reshape(-1, 3).astype(np.int64)), len(mesh.nodes)
+    keys, wanted = ((each[:, 0] * count + each[:, 1]) * count + each[:, 2] for each in both)
     order = np.argsort(keys)
     return order[np.searchsorted(keys[order], wanted)] // 4
-
-
-def _keys(faces: np.ndarray, count: int) -> np.ndarray:
-    """Return one number for each of ``faces`` (k, 3), increasing nodes below ``count``."""
-    return (faces[:, 0] * count + faces[:, 1]) * count + faces[:, 2]
 
 
 def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray, sparse.csr_array]:
@@ -178,8 +174,8 @@ def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray,
 
 def _copies(parted: Parted, element: np.ndarray, sides: np.ndarray) -> np.ndarray:
     """Return the copy of each ``element`` (k,) that is on ``sides`` (k, cuts), or if there is none, its first one."""
-    order = np.argsort(parted.parents, kind="stable")
-    starts = np.searchsorted(parted.parents[order], np.arange(len(parted.whole.tetrahedra) + 1))
+    parts = Around(parted.parents[:, None], len(parted.whole.tetrahedra))
+    order, starts = parts.elements, parts.ends
     found = order[starts[element]]
     counts = np.diff(starts)[element]
     for number in range(int(counts.max(initial=0)) - 1, -1, -1):

@@ -235,8 +235,8 @@ def _joints(mesh: TetMesh, cuts: Sequence[Cut], copies: _Copies, strict: bool) -
     is in the patch. Parts of one element have its four faces between them, severed.
     strict : the middle of the face tells that, and not the line between the middles of the elements
     """
-    order = np.argsort(copies.parents, kind="stable")
-    starts = np.searchsorted(copies.parents[order], np.arange(len(mesh.tetrahedra) + 1))
+    parts = Around(copies.parents[:, None], len(mesh.tetrahedra))
+    order, starts = parts.elements, parts.ends
     faces, elements = inner_faces(mesh)
     several = np.flatnonzero(np.diff(starts) > 1)
     own = np.sort(mesh.tetrahedra[several][:, FACES].reshape(-1, 3), axis=1)

@@ -8,7 +8,7 @@ import pytest
 import pyvista
 from fixtures.organs import organ, torn, volume, write_ascii_stl, write_binary_ply, write_binary_stl, write_blender_obj
 
-from palpate.bodies.make_body import build, make_body
+from palpate.bodies.make_body import build, make_body, taken
 from palpate.bodies.mesh_file import load_shape, load_surface
 from palpate.bodies.mesh_quality import quality
 from palpate.bodies.simple_shapes import box
@@ -69,6 +69,9 @@ def test_surface_is_filled_and_kept(octahedron, tmp_path):
     corners = {tuple(p) for p in found.nodes[found.surface].tolist()}
     assert corners == {tuple(p) for p in (0.5 * points).tolist()}
     assert (len(found.surface), len(found.triangles)) == (6, 8)
+    assert "1 piece; 1.667e+05 mL" in taken({"kind": "file", "path": tmp_path / "a.stl", "scale_m": 0.5})[0]
+    meshio.write(tmp_path / "open.stl", meshio.Mesh(points, [("triangle", triangles[1:])]), binary=True)
+    assert "no volume of its own (1 hole)" in taken({"kind": "file", "path": tmp_path / "open.stl", "scale_m": 0.5})[0]
     assert found.volumes.sum() == pytest.approx(4 / 3 / 8)
 
 

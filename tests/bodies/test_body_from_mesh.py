@@ -71,7 +71,10 @@ def test_surface_is_filled_and_kept(octahedron, tmp_path):
     assert (len(found.surface), len(found.triangles)) == (6, 8)
     assert "1 piece; 1.667e+05 mL" in taken({"kind": "file", "path": tmp_path / "a.stl", "scale_m": 0.5})[0]
     meshio.write(tmp_path / "open.stl", meshio.Mesh(points, [("triangle", triangles[1:])]), binary=True)
-    assert "no volume of its own (1 hole)" in taken({"kind": "file", "path": tmp_path / "open.stl", "scale_m": 0.5})[0]
+    assert (
+        "no volume of its own, as it has 1 hole"
+        in taken({"kind": "file", "path": tmp_path / "open.stl", "scale_m": 0.5})[0]
+    )
     assert found.volumes.sum() == pytest.approx(4 / 3 / 8)
 
 

@@ -246,16 +246,14 @@ def taken(entry: dict, unit: str = "given") -> list[str]:
     pairs = np.concatenate([ends[:, :-1], ends[:, 1:]], axis=2).reshape(-1, 2)
     count = len(np.unique(components(pairs, len(points))))
     pieces = welded or ("1 piece" if count == 1 else f"{count} pieces")
-    kind, has = "tetrahedra", f"{1e6 * scale_m**3 * abs(volume(points, triangles)):.4g} mL"
-    if tetrahedra is None:
-        kind, holes = "triangles", len(find_holes(points, triangles))
-        if holes or not is_closed(triangles):
-            has = f"{holes} hole{'s' * (holes != 1)}" if holes else "wound both ways"
-            has = f"no volume of its own ({has})"
+    kind = "triangles" if tetrahedra is None else "tetrahedra"
+    has = f"{1e6 * scale_m**3 * abs(volume(points, triangles)):.4g} mL, as its {kind}"
+    if holes := len(find_holes(points, triangles)):
+        has = f"no volume of its own, as it has {holes} hole{'s' * (holes > 1)}"
+    elif not is_closed(triangles):
+        has = "no volume of its own, as its triangles are wound both ways"
     unit = unit if entry.get("scale_m") else "guessed from the size"
-    return [
-        f"{path}: {sides if frame else upright}; a unit of {in_words(scale_m)}, {unit}; {pieces}; {has}, as its {kind}"
-    ]
+    return [f"{path}: {sides if frame else upright}; a unit of {in_words(scale_m)}, {unit}; {pieces}; {has}"]
 
 
 def _report_mended(path: Path, notes: list[str]) -> None:

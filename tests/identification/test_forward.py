@@ -66,7 +66,7 @@ def test_a_slab_scales_with_its_ball():
     with pytest.raises(InputError, match="depth"):
         small.forces(0, np.array([0.002]), {"sticking": 0.0})
     with pytest.raises(InputError, match="sticking"):
-        small.forces(0, depth, {})
+        small.forces(0, depth, {"sticking": 1.1})
 
 
 def test_ranges_that_are_none_are_refused():

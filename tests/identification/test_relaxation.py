@@ -41,11 +41,6 @@ def test_branches_follow_from_the_loading_and_the_hold():
     assert errors(found, holds).max() < 1e-3
 
 
-def test_a_given_curve_takes_the_place_of_the_spline():
-    hold = hold_of(pressed(), lambda depth: depth**1.5 * np.exp(depth / 0.002))
-    assert fit_branches([hold], 2).series.shares == pytest.approx(TRUE.series.shares, rel=0.003)
-
-
 def test_a_power_of_time_is_recovered():
     true = Fading(0.25, 0.05)
     found = fit_fading([hold_of(pressed(true))], 1.0)

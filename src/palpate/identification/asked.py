@@ -142,18 +142,13 @@ def table_rows(found: Identified, part: str) -> list[tuple]:
     named += [(name, found.units[name], interval) for name, interval in found.parameters.items()]
     if found.offset_m is not None:
         named.append(("offset_m", "m", found.offset_m))
-    scatter = {
-        "offset_scatter_m": ("m", found.offset_scatter_m), "place_scatter": ("1", found.place_scatter),
-        "shape_scatter": ("1", found.shape_scatter), "repeat_scatter": ("1", found.repeat_scatter),
-        "noise_share": ("1", found.noise_share), "noise_n": ("N", found.noise_n),
-        "relative_error": ("1", found.relative_error), "table_error": ("1", found.table_error),
-    }  # fmt: skip
-    rows = []
+    units, rows = {"offset_scatter_m": "m", "noise_n": "N"}, []
     for name, unit, interval in named:
         drawn = found.resampled.get(name)
         ends = (drawn.low, drawn.high) if drawn else (None, None)
         rows.append((part, found.law, True, name, unit, *interval[:3], interval.known, *interval[3:5], *ends))
-    rows += [(part, found.law, True, name, unit, None, value, *6 * [None]) for name, (unit, value) in scatter.items()]
+    for name, value in found.scatter.items():
+        rows.append((part, found.law, True, name, units.get(name, "1"), None, value, *6 * [None]))
     for score in found.laws:
         own = score.law == found.law
         rows.append((part, score.law, own, "exponent_excess", "1", *score.excess[:3], True, False, False, None, None))

@@ -7,7 +7,6 @@ determined when E and ν are not.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import Bounds, minimize
@@ -96,14 +95,13 @@ class Data:
         """Return the data of records; InputError without two places of two depths."""
         keys = [(press.specimen, press.session, press.place or press.name) for press in records.presses]
         places = list(dict.fromkeys(keys))
-        order = np.array(sorted(range(len(keys)), key=lambda k: places.index(keys[k])), dtype=np.int64)
+        number = np.array([places.index(key) for key in keys], dtype=np.int64)
+        order = np.argsort(number, kind="stable")
         curves = [loading(records.presses[k]) for k in order]
         if not curves or max(depth[-1] for depth, _ in curves) <= 0.0:
             raise InputError(f"{records.source} has no press deeper than 0; give depths [m] below first touch.")
         depth = np.concatenate([depth for depth, _ in curves])
         middle = float(np.exp(np.log(depth[depth > 0.0]).mean()))
-        counts = [keys[k] for k in order]
-        place_start = np.array([0, *(np.flatnonzero([a != b for a, b in pairwise(counts)]) + 1)])
         return cls(
             records,
             Layout(
@@ -112,7 +110,7 @@ class Data:
                 np.log(np.maximum(depth, SHAPE_FLOOR * middle) / middle),
                 np.ones(len(depth)),
                 np.cumsum([0, *(len(depth) for depth, _ in curves)]),
-                np.append(place_start, len(order)).astype(np.int64),
+                np.cumsum([0, *np.bincount(number)]),
                 np.zeros(len(order), dtype=np.int64),
             ),
             order,
@@ -122,14 +120,14 @@ class Data:
         )
 
     @property
-    def has_repeats(self) -> bool:
-        """Whether a place was pressed more than once."""
-        return bool((np.diff(self.layout.place_start) > 1).any())
+    def places(self) -> int:
+        """How many places were pressed."""
+        return len(self.layout.place_start) - 1
 
     @property
     def place_of_press(self) -> np.ndarray:
         """Number of the place (presses,) of each press in order."""
-        return np.repeat(np.arange(len(self.layout.place_start) - 1), np.diff(self.layout.place_start))
+        return np.repeat(np.arange(self.places), np.diff(self.layout.place_start))
 
     @property
     def press_of_point(self) -> np.ndarray:
@@ -187,7 +185,7 @@ class MixedModel:
         if self.offset_m[1] > self.offset_m[0]:
             names += ["offset", "offset_scatter"]
         names += ["log_noise", "log_floor", "place", *["shape"] * self.shapes]
-        if self.data.has_repeats:
+        if self.data.places < len(self.data.order):
             names.append("repeat")
         if self.free_excess or self.table.forward.relative_error > 0.0:
             names.append("excess")
@@ -241,6 +239,10 @@ class MixedModel:
             spread, effects,
         )  # fmt: skip
 
+    def forces(self, unknown: Mapping[str, float]) -> np.ndarray:
+        """Return the forces (n,) [N] with the effects of places and presses."""
+        return np.exp(np.minimum(self.modes(unknown).log_force, 600.0))
+
     def minus2(self, unknown: Mapping[str, float], effects: np.ndarray | None = None) -> float:
         """Return −2 log likelihood, with the deviation of the forward model's own exponent in it."""
         each = self.modes(unknown, effects).minus2
@@ -271,15 +273,12 @@ class MixedModel:
         beyond : (n,) log force above the model's, of which those ``used`` (n,) count
         Trap: where places differ by far more than a likelihood expects, it is too steep for a search to leave.
         """
-        layout = self.data.layout
-        of_press = np.repeat(np.arange(len(layout.place_start) - 1), np.diff(layout.place_start))
-        of_point = np.repeat(of_press, np.diff(layout.press_start))
-        points = [np.flatnonzero(used & (of_point == place)) for place in range(len(layout.place_start) - 1)]
+        level, of_point = self.data.layout.level, self.data.place_of_press[self.data.press_of_point]
+        points = [np.flatnonzero(used & (of_point == place)) for place in range(self.data.places)]
         lines, left = [], []
         for there in (each for each in points if len(each) > 2):
-            line = np.polyfit(layout.level[there], beyond[there], 1)
-            lines.append(line)
-            left.append(beyond[there] - np.polyval(line, layout.level[there]))
+            lines.append(np.polyfit(level[there], beyond[there], 1))
+            left.append(beyond[there] - np.polyval(lines[-1], level[there]))
         if len(lines) < 2:
             return {}
         shape, place = np.std(lines, axis=0)

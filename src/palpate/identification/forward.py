@@ -55,7 +55,7 @@ class Forward(Protocol):
         """Return the forces (k,) [N] of press number ``press`` at ``depth_m`` (k,) [m] for young_pa = 1.
 
         values : of each of ``parameters``. Smooth in depth and values, increasing with depth, 0 for depths below 0.
-        InputError for a depth above ``deepest_m`` or a value outside its range.
+        InputError for a depth above ``deepest_m`` or a value outside its range, KeyError for one that lacks.
         """
         ...
 
@@ -87,8 +87,8 @@ class SlabForward:
     ):
         if not (np.isfinite(radius_m) and radius_m > 0.0):
             raise InputError(f"radius_m of the ball is {radius_m}; give a positive length [m].")
-        self._radius, self._thickness = radius_m, None if thickness_m is None else ends(thickness_m)
-        self._each = each_m
+        self._radius, self._each = radius_m, each_m
+        self._thickness = None if thickness_m is None else ends(thickness_m)
         if self._thickness is not None and not 0.0 < self._thickness[0] <= self._thickness[1] < np.inf:
             raise InputError(f"thickness_m is {thickness_m}; give a positive length [m], a range, or none.")
         low, high = self._thickness or (np.inf, np.inf)
@@ -128,22 +128,12 @@ class SlabForward:
 
     def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """Return the forces (k,) [N] at ``depth_m`` (k,) [m] for young_pa = 1; see ``Forward``."""
-        given = self._given(press, values)
-        return self._family.forces(np.asarray(depth_m) / self._radius, **given) * self._radius**2
-
-    def _given(self, press: int, values: Mapping[str, float]) -> dict[str, float]:
-        """Return the values that a family takes, known ones included; InputError for what lacks or is out of range."""
-        found = {name: ends[0] for name, ends in self._ranges.items()}
-        for name, low, high, unit in self.parameters:
-            if name not in values:
-                raise InputError(f"{name} has no value; give one of {low:g} to {high:g} {unit}.")
-            if name in found:
-                found[name] = values[name]
+        given = {name: values[name] if low < high else low for name, (low, high) in self._ranges.items()}
         if self._thickness is not None:
             low, _ = self._thickness
             thickness = float(self._each[press]) if self._each is not None else values.get("thickness_m", low)
-            found["thinness"] = self._radius / thickness
-        return found
+            given["thinness"] = self._radius / thickness
+        return self._family.forces(np.asarray(depth_m) / self._radius, **given) * self._radius**2
 
 
 def ends(given: Range) -> tuple[float, float]:

@@ -88,8 +88,8 @@ class Hold:
         return found
 
 
-def hold_of(press: Press, curve: Callable[[np.ndarray], np.ndarray] | None = None) -> Hold:
-    """Return a press as a hold; ``curve`` : force over depths (k,) [m] up to a factor, None for a spline.
+def hold_of(press: Press) -> Hold:
+    """Return a press as a hold.
 
     Raises InputError if it has no times or is not held for LEAST_HELD_S at its last depth.
     """
@@ -108,7 +108,10 @@ def hold_of(press: Press, curve: Callable[[np.ndarray], np.ndarray] | None = Non
         )
     if not peak > 0.0:
         raise InputError(f"{place} has no positive force; leave it out.")
-    curves = _splines(depth, held) if curve is None else curve(np.maximum(depth, 0.0))[:, None]
+    # cubic B-splines on even knots from depth 0 to the largest
+    count, most = max(4, min(COEFFICIENTS, held // 2)), float(depth.max())
+    knots = np.concatenate([np.zeros(3), np.linspace(0.0, most, count - 2), np.full(3, most)])
+    curves = BSpline.design_matrix(np.clip(depth, 0.0, most), knots, 3).toarray()
     return Hold(press, press.time_s, curves, press.force_n / peak, held)
 
 
@@ -143,13 +146,6 @@ def relaxed(hold: Hold, kernel: Branches) -> Press:
 def without_time(records: PressRecords, kernel: Branches) -> PressRecords:
     """Return the presses with the forces that they have after a long time; those that were not held are left out."""
     return replace(records, presses=tuple(relaxed(hold, kernel) for hold in holds_of(records)[0]))
-
-
-def _splines(depth: np.ndarray, held: int) -> np.ndarray:
-    """Return cubic B-splines (k, m) on even knots from depth 0 to the largest."""
-    count, most = max(4, min(COEFFICIENTS, held // 2)), float(depth.max())
-    knots = np.concatenate([np.zeros(3), np.linspace(0.0, most, count - 2), np.full(3, most)])
-    return BSpline.design_matrix(np.clip(depth, 0.0, most), knots, 3).toarray()
 
 
 def errors(kernel: Kernel, holds: Sequence[Hold]) -> np.ndarray:
@@ -194,13 +190,7 @@ def fit_branches(
     low, high = np.log(SHORTEST * step), np.log(LONGEST * span)
     start = np.append(np.log(shares / (LARGEST_SUM - shares.sum())), np.log(times))
     bounds = np.repeat([-9.0, low], count), np.repeat([9.0, high], count)
-    start = np.clip(start, bounds[0] + 1e-3, bounds[1] - 1e-3)
-
-    def away(unknowns: np.ndarray) -> np.ndarray:
-        return np.concatenate([hold.left(_branches(unknowns), weight) for hold in holds])
-
-    found = least_squares(away, start, bounds=bounds, max_nfev=EVALUATIONS, xtol=TOLERANCE, ftol=TOLERANCE).x
-    return _branches(found)
+    return _branches(_least(_branches, np.clip(start, bounds[0] + 1e-3, bounds[1] - 1e-3), bounds, holds, weight))
 
 
 def _branches(unknowns: np.ndarray) -> Branches:
@@ -212,16 +202,23 @@ def _branches(unknowns: np.ndarray) -> Branches:
 def fit_fading(holds: Sequence[Hold], weight: float) -> Fading:
     """Fit a power of time to all presses, by least squares as ``fit_branches``."""
     step, span = _scales(holds)
+    bounds = np.array([0.01, np.log(1e-2 * step)]), np.array([0.99, np.log(span)])
+
+    def fading(unknowns: np.ndarray) -> Fading:
+        return Fading(float(unknowns[0]), float(np.exp(unknowns[1])))
+
+    return fading(_least(fading, np.array([0.2, np.log(step)]), bounds, holds, weight))
+
+
+def _least(
+    kernel_of: Callable[[np.ndarray], Kernel], start: np.ndarray, bounds: tuple, holds: Sequence[Hold], weight: float
+) -> np.ndarray:
+    """Return the unknowns (n,) of the kernel that leaves least, looked for from ``start`` (n,) within bounds."""
 
     def away(unknowns: np.ndarray) -> np.ndarray:
-        kernel = Fading(float(unknowns[0]), float(np.exp(unknowns[1])))
-        return np.concatenate([hold.left(kernel, weight) for hold in holds])
+        return np.concatenate([hold.left(kernel_of(unknowns), weight) for hold in holds])
 
-    bounds = [0.01, np.log(1e-2 * step)], [0.99, np.log(span)]
-    found = least_squares(
-        away, [0.2, np.log(step)], bounds=bounds, max_nfev=EVALUATIONS, xtol=TOLERANCE, ftol=TOLERANCE
-    ).x
-    return Fading(float(found[0]), float(np.exp(found[1])))
+    return least_squares(away, start, bounds=bounds, max_nfev=EVALUATIONS, xtol=TOLERANCE, ftol=TOLERANCE).x
 
 
 def _scales(holds: Sequence[Hold]) -> tuple[float, float]:

@@ -16,9 +16,12 @@ MEASURED = ("depth_m", "force_n", "time_s", "thickness_m", *AT)
 COLUMNS = ("press", *MEASURED, *VECTORS["direction"], *VECTORS["normal"], *NAMES)
 """The columns that are read, in any case and with any signs between letters, "Force (N)"; others are ignored."""
 UNITS = {"m": "metres", "n": "newtons", "s": "seconds"}
-OTHER_UNITS = ("m", "mm", "cm", "um", "μm", "nm", "n", "mn", "un", "μn", "nn", "kn", "g", "gf", "kg", "kgf", "s", "ms",
-               "us", "μs")  # fmt: skip
-"""Units that end the name of a column, in small letters."""
+OTHER_UNITS = {
+    "m": re.compile(r"[cmunμ]m|(centi|milli|micro|nano)met(re|er)s?|in|inch(es)?"),
+    "n": re.compile(r"[ckmunμ]n|(centi|milli|micro|kilo)newtons?|[mk]?g|k?gf|(kilo)?grams?|lbf?|m?v|[mk]?pa"),
+    "s": re.compile(r"[munμ]s|(milli|micro|nano)seconds?|min|minutes?"),
+}
+"""What stands in names of columns, in small letters, where they are not in UNITS."""
 
 
 def read_table(
@@ -76,10 +79,11 @@ def _named(
                 raise InputError(
                     f"{path} lacks the column {source}, which columns.{name} names; {suggest(source, header, 'it has')}"
                 )
-            unit, other = name.rpartition("_")[2], _plain(re.split(r"[\W_]+", source.strip(" ])"))[-1])
-            if name in MEASURED and other in OTHER_UNITS and other != unit:
+            unit = name.rpartition("_")[2]
+            told = re.findall(r"[\[(]\s*(\w+)\s*[])]|([^\W_]+)[\W_]*$", source.casefold())
+            if name in MEASURED and any(_other_unit("".join(word), unit) for word in told):
                 raise InputError(
-                    f"{path}: columns.{name} names {source}, whose name ends in another unit; convert it to "
+                    f"{path}: columns.{name} names {source}, whose name has another unit; convert it to "
                     f"{UNITS[unit]}, and call it {name}."
                 )
             known[name] += there
@@ -90,11 +94,17 @@ def _named(
     return {name: [" ".join(row[number] for number in there) for row in rows] for name, there in known.items()}
 
 
+def _other_unit(word: str, unit: str) -> bool:
+    """Whether a word in small letters is a unit, and not ``unit`` of UNITS."""
+    return word != unit and (word in UNITS or any(other.fullmatch(word) for other in OTHER_UNITS.values()))
+
+
 def _check_columns(table: pd.DataFrame, others: Sequence[str], path: str) -> None:
     """Raise InputError for columns that lack; others : names of the file, of which some may be meant for them."""
     for column in MEASURED:
         stem, _, unit = column.rpartition("_")
-        alike = [name for name in others if _plain(name) in (stem, *(stem + other for other in OTHER_UNITS))]
+        named = {name: _plain(name).removeprefix(stem) for name in others if _plain(name).startswith(stem)}
+        alike = [name for name, rest in named.items() if not rest or OTHER_UNITS[unit].fullmatch(rest)]
         if column in NEEDED:
             alike += [name for name in others if name.casefold().startswith(stem)]
         if column not in table and alike:

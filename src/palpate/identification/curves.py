@@ -9,7 +9,7 @@ import hashlib
 import inspect
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -85,18 +85,12 @@ FREE = ("poisson", "thinness", STIFFENING)
 """What the sparse grid is over, in this order, where it is free."""
 
 
-def _axis(name: str, value: float) -> float:
-    """Return what a parameter is interpolated in."""
-    if name == "poisson":
-        return float(-np.log(BEYOND - value))
-    return float(np.log1p(value / STEEP)) if name == STIFFENING else value
-
-
-def _value(name: str, axis: float) -> float:
-    """Return the parameter that has an ``axis``."""
-    if name == "poisson":
-        return float(BEYOND - np.exp(-axis))
-    return float(STEEP * np.expm1(axis)) if name == STIFFENING else axis
+AXES: Mapping[str, tuple[Callable, Callable]] = {
+    "poisson": (lambda value: -np.log(BEYOND - value), lambda axis: BEYOND - np.exp(-axis)),
+    "thinness": (float, float),
+    STIFFENING: (lambda value: np.log1p(value / STEEP), lambda axis: STEEP * np.expm1(axis)),
+}
+"""What a parameter is interpolated in, and the inverse."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,15 +149,15 @@ def _values(ranges: Ranges, place: tuple[float, ...]) -> tuple[float, ...]:
     """Return ν, thinness and stiffening at a ``place`` of the grid, from −1 to 1 along what is free."""
     found = {name: getattr(ranges, name)[0] for name in FREE}
     for name, at in zip(_free(ranges), place, strict=True):
-        low, high = (_axis(name, end) for end in getattr(ranges, name))
-        found[name] = _value(name, low + 0.5 * (at + 1.0) * (high - low))
+        low, high = map(AXES[name][0], getattr(ranges, name))
+        found[name] = float(AXES[name][1](low + 0.5 * (at + 1.0) * (high - low)))
     return tuple(found.values())
 
 
 def _place(ranges: Ranges, name: str, value: float) -> float:
     """Return where a value is in its range, from −1 to 1."""
-    low, high = (_axis(name, end) for end in getattr(ranges, name))
-    return float(np.clip(2.0 * (_axis(name, value) - low) / (high - low) - 1.0, -1.0, 1.0))
+    low, high, at = map(AXES[name][0], (*getattr(ranges, name), value))
+    return float(np.clip(2.0 * (at - low) / (high - low) - 1.0, -1.0, 1.0))
 
 
 def _basis(places: np.ndarray, degrees: np.ndarray) -> np.ndarray:

@@ -40,6 +40,8 @@ CONVERGED, RESTARTS = 1e-2, 8
 SCATTERS = ((0.01, 1e-3), (0.01, 0.1), (0.2, 0.02))
 """Noise that searches begin with beside START's: its share, and that at small forces over the typical force. A row near
 first touch with a noisy force makes the likelihood rough, so that some searches end far above the least value."""
+STARTS = (-0.7, 0.7)
+"""Places of parameters in their ranges that searches begin with beside the middle."""
 AGREED, LOOSENED = 1.0, (2.0, 0.5, 4.0, 0.25)
 """How near the least −2 log likelihood of two searches has to be, and factors of the noise that more begin with."""
 
@@ -49,11 +51,10 @@ class Options:
     """How a fit is made.
 
     offset_m : least and greatest mean offset of first touch [m]; None takes ``OFFSETS`` of the largest depth
-    level : of the intervals; resamples : of the bootstrap over places, 0 for none; seed : of its draws
+    resamples : of the bootstrap over places, 0 for none; seed : of its draws
     """
 
     offset_m: tuple[float, float] | None = None
-    level: float = 0.9
     resamples: int = 60
     seed: int = 0
 
@@ -92,14 +93,12 @@ class Data:
 
     @classmethod
     def of(cls, records: PressRecords) -> "Data":
-        """Return the data of records; InputError without two places of two depths."""
+        """Return the data of records, whose presses all go deeper than 0."""
         keys = [(press.specimen, press.session, press.place or press.name) for press in records.presses]
         places = list(dict.fromkeys(keys))
         number = np.array([places.index(key) for key in keys], dtype=np.int64)
         order = np.argsort(number, kind="stable")
         curves = [loading(records.presses[k]) for k in order]
-        if not curves or max(depth[-1] for depth, _ in curves) <= 0.0:
-            raise InputError(f"{records.source} has no press deeper than 0; give depths [m] below first touch.")
         depth = np.concatenate([depth for depth, _ in curves])
         middle = float(np.exp(np.log(depth[depth > 0.0]).mean()))
         return cls(
@@ -252,9 +251,9 @@ class MixedModel:
             total += (unknown.get("excess", 0.0) / error) ** 2
         return total
 
-    def start(self, parameter: float) -> dict[str, float]:
-        """Return where to begin: all parameters at ``parameter`` in −1 … 1, and the modulus that fits the medians."""
-        unknown = {name: parameter for name in self.parameters} | {"log_modulus": 0.0}
+    def start(self) -> dict[str, float]:
+        """Return where to begin: parameters in the middle of their ranges, the modulus that fits the medians."""
+        unknown = {name: 0.0 for name in self.parameters} | {"log_modulus": 0.0}
         unknown |= {name: START[name] for name in self.names if name in START}
         unknown |= {"offset": 0.0} if "offset" in self.names else {}
         unknown["log_floor"] = float(np.log(0.01 * max(self.data.typical_n, 1e-9)))
@@ -413,14 +412,12 @@ def rounded(model: MixedModel, unknown: Mapping[str, float], held: Sequence[str]
     return free.round(unknown, no_effects(model.data.layout))
 
 
-def best_fit(
-    model: MixedModel, starts: Sequence[float] = (0.0, -0.7, 0.7), sure: bool = False
-) -> tuple[dict[str, float], float]:
+def best_fit(model: MixedModel, sure: bool = False) -> tuple[dict[str, float], float]:
     """Return the unknown of the greatest likelihood from several starts, and −2 log likelihood there.
 
     sure : whether to raise NotConverged where no two searches end within AGREED of the least value
     """
-    first = model.start(starts[0])
+    first = model.start()
     best, least = fitted(model, first)
     ends = [least]
 
@@ -437,7 +434,7 @@ def best_fit(
     typical = max(model.data.typical_n, 1e-9)
     for noise, floor in SCATTERS:
         search(first | {"log_noise": float(np.log(noise)), "log_floor": float(np.log(floor * typical))}, CONVERGED)
-    for at in starts[1:] if model.parameters else ():
+    for at in STARTS if model.parameters else ():
         search(best | dict.fromkeys(model.parameters, at), 0.0)
     for factor in LOOSENED:
         if np.sum(np.array(ends) <= least + AGREED) > 1:

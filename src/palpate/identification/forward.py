@@ -17,18 +17,16 @@ from palpate.identification.progress import Follow, unfollowed
 MEASURED_ERROR = 0.003
 """Of the force off quadratic elements in three dimensions: 0.3, 0 and 0 % at depths of 0.25, 0.5 and 0.75 radii with
 elements of 0.18 radii, 0.1 to 0.2 % off their limit; tests/benchmarks/slab_curves.py measures it, on one slab."""
-UNITS = {"thickness_m": "m"}
 Range = float | tuple[float, float]
 """A value that is known, or the least and greatest that one may have."""
 
 
 class Parameter(NamedTuple):
-    """What a forward model does not know by itself: its name, the range that the model holds in, and its unit."""
+    """What a forward model does not know by itself: its name, which ends in a unit, and its range."""
 
     name: str
     low: float
     high: float
-    unit: str
 
 
 class Forward(Protocol):
@@ -85,8 +83,6 @@ class SlabForward:
         follow: Follow = unfollowed,
         each_m: np.ndarray | None = None,
     ):
-        if not (np.isfinite(radius_m) and radius_m > 0.0):
-            raise InputError(f"radius_m of the ball is {radius_m}; give a positive length [m].")
         self._radius, self._each = radius_m, each_m
         self._thickness = None if thickness_m is None else ends(thickness_m)
         if self._thickness is not None and not 0.0 < self._thickness[0] <= self._thickness[1] < np.inf:
@@ -107,7 +103,7 @@ class SlabForward:
     def parameters(self) -> tuple[Parameter, ...]:
         lengths = {} if self._thickness is None or self._each is not None else {"thickness_m": self._thickness}
         free = {name: ends for name, ends in (self._ranges | lengths).items() if ends[0] < ends[1]}
-        return tuple(Parameter(name, *ends, UNITS.get(name, "")) for name, ends in free.items())
+        return tuple(Parameter(name, *ends) for name, ends in free.items())
 
     @property
     def known(self) -> dict[str, float]:

@@ -24,17 +24,15 @@ UNFOLLOWED = BOUNDS["log_noise"][1] - 1e-3
 """Log of the noise, as a share of force, of presses that a law does not describe: a search ends there, or is lost."""
 
 
-@dataclass(frozen=True, eq=False)
-class LawScore:
+class LawScore(NamedTuple):
     """How well a law follows the presses.
 
-    above : −2 log likelihood above the best law's, with 2 for each of its ``parameters`` (Akaike 1974)
+    above : −2 log likelihood above the best law's, with 2 for each of its parameters (Akaike 1974)
     excess : exponent of depth that the presses have and the law lacks, at its best
     """
 
     law: str
     above: float
-    parameters: int
     excess: Interval
 
     @property
@@ -43,8 +41,7 @@ class LawScore:
         return self.excess.low <= 0.0 <= self.excess.high
 
 
-@dataclass(frozen=True, eq=False)
-class Curve:
+class Curve(NamedTuple):
     """A press as it was fitted: depth_m, force_n and predicted_n (k,), with the effects of its place and touch."""
 
     name: str
@@ -59,7 +56,7 @@ class Identified:
 
     law : the reported one, of the smallest ``LawScore.above``; laws : all, the best first
     young_pa : of the median place; modulus_pa : E/(1 − ν²) where ν is free, else None
-    parameters : of the law's forward model; units : theirs; profiles : also of young_pa and modulus_pa
+    parameters : of the law's forward model; profiles : also of young_pa and modulus_pa
     resampled : intervals by the bootstrap over places, without what the forward model does not know by itself
     offset_m : mean of first touch over the presses; None where it is known
     scatter : offset_scatter_m over presses; place_scatter, deviation of log force between places; shape_scatter, of the
@@ -75,7 +72,6 @@ class Identified:
     young_pa: Interval
     modulus_pa: Interval | None
     parameters: dict[str, Interval]
-    units: dict[str, str]
     profiles: dict[str, Profile]
     resampled: dict[str, Interval]
     offset_m: Interval | None
@@ -125,14 +121,14 @@ def identify(
     judged = {law: found[law][1] + 2.0 * len(model.parameters) for law, model in models.items()}
     order = sorted(judged, key=lambda law: judged[law])
     model, (best, least) = models[order[0]], found[order[0]]
-    profiler = Profiler.of(model, best, least, options.level)
+    profiler = Profiler(model, best, least)
     jobs: dict[str, Callable[[], Any]] = {name: partial(profiler.parameter, name) for name in model.parameters}
     jobs |= {YOUNG: profiler.young_pa}
     if "poisson" in model.parameters:
         jobs[MODULUS] = profiler.modulus_pa
     if "offset" in model.names:
         jobs[OFFSET] = profiler.offset_m
-    jobs |= {f"{EXCESS} {law}": partial(_excess, models[law], found[law][0], options) for law in order}
+    jobs |= {f"{EXCESS} {law}": partial(_excess, models[law], found[law][0]) for law in order}
     names = follow("what the presses leave open", list(jobs))
     done = dict(zip(names, spread_out(lambda job: job(), jobs.values()), strict=True))
     resampled = bootstrap(model, best, options, spread_out, follow) if data.places > 1 else {}
@@ -146,14 +142,10 @@ def identify(
     return Identified(
         records,
         order[0],
-        tuple(
-            LawScore(law, judged[law] - judged[order[0]], len(models[law].parameters), done[f"{EXCESS} {law}"])
-            for law in order
-        ),
+        tuple(LawScore(law, judged[law] - judged[order[0]], done[f"{EXCESS} {law}"]) for law in order),
         done[YOUNG][0],
         done[MODULUS][0] if MODULUS in done else None,
         {name: done[name][0] for name in model.parameters},
-        {p.name: p.unit for p in model.table.free},
         {name: answer[1] for name, answer in done.items() if not name.startswith(EXCESS)},
         resampled,
         done[OFFSET][0] if OFFSET in done else None,
@@ -199,11 +191,11 @@ def line_of(found: Identified) -> Line | None:
     return Line(typical * unknown["zero"], typical * unknown["slope"] / deepest, young, before - after)
 
 
-def _excess(model: MixedModel, best: dict[str, float], options: Options) -> Interval:
+def _excess(model: MixedModel, best: dict[str, float]) -> Interval:
     """Return the interval of the exponent that presses have above a law's, fitted with all else."""
     free = replace(model, free_excess=True)
     unknown, least = fitted(free, {"excess": 0.0} | best)
-    return Profiler.of(free, unknown, least, options.level).excess()
+    return Profiler(free, unknown, least).excess()
 
 
 def _curves(model: MixedModel, best: dict[str, float]) -> tuple[Curve, ...]:

@@ -16,6 +16,8 @@ from palpate.identification.fit import MixedModel, Options, fitted, rounded
 from palpate.identification.force_table import natural
 from palpate.identification.progress import Follow, unfollowed
 
+LEVEL = 0.9
+"""Of all intervals."""
 MOSTLY = 0.8
 """Share of a range that fits, at and above which a parameter is said to be unknown."""
 GRID, REFINED = 9, 3
@@ -47,8 +49,7 @@ class Interval(NamedTuple):
         return self._replace(low=float(of(self.low)), best=float(of(self.best)), high=float(of(self.high)))
 
 
-@dataclass(frozen=True, eq=False)
-class Profile:
+class Profile(NamedTuple):
     """Profile likelihood: values (k,) that rise, minus2 (k,) of −2 log likelihood above the best, young_pa (k,)."""
 
     values: np.ndarray
@@ -73,17 +74,16 @@ Rise = Callable[[float, Unknown], tuple[Unknown, float]]
 
 @dataclass(frozen=True, eq=False)
 class Profiler:
-    """Profiles of a fitted model: its best unknown, −2 log likelihood there, and the threshold."""
+    """Profiles of a fitted model: its best unknown, and −2 log likelihood there."""
 
     model: MixedModel
     best: Unknown
     least: float
-    rise: float
 
-    @classmethod
-    def of(cls, model: MixedModel, best: Unknown, least: float, level: float) -> "Profiler":
-        """Return the profiles of a model whose ``best_fit`` is given, for intervals of ``level``."""
-        return cls(model, best, least, threshold(level, model.data.places))
+    @property
+    def rise(self) -> float:
+        """The threshold."""
+        return threshold(LEVEL, self.model.data.places)
 
     def parameter(self, name: str) -> tuple[Interval, Profile]:
         """Return the interval and profile of a forward model's parameter in its own unit."""
@@ -117,7 +117,7 @@ class Profiler:
         half_width = float(max(0.01, 1.6 * self.best["place"] / np.sqrt(self.model.data.places)))
         interval, profile = self._stepped(rise, at, half_width)
         interval = self._with_error(interval, self.model.table.forward.common_error)
-        return interval.through(np.exp), replace(profile, values=np.exp(profile.values))
+        return interval.through(np.exp), profile._replace(values=np.exp(profile.values))
 
     def _with_error(self, interval: Interval, error: float) -> Interval:
         """Return an interval that an ``error`` of the forward model widens, and that of the sensor's slope."""
@@ -144,7 +144,7 @@ class Profiler:
         for side in (-1.0, 1.0):
             self._refine(rise, found, at, side)
         interval, profile = self._interval(found, at, (-1.0, 1.0))
-        return interval.through(own), replace(profile, values=np.array([own(float(v)) for v in profile.values]))
+        return interval.through(own), profile._replace(values=np.array([own(float(v)) for v in profile.values]))
 
     def _stepped(self, rise: Rise, at: float, first: float) -> tuple[Interval, Profile]:
         found = {at: (self.best, 0.0)}
@@ -220,7 +220,7 @@ def bootstrap(
 
     numbers = follow("places drawn with replacement", range(len(drawn)))
     samples = [sample for _, sample in zip(numbers, spread_out(refit, drawn), strict=True)]
-    ends = [0.5 - 0.5 * options.level, 0.5 + 0.5 * options.level]
+    ends = [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL]
     found = {}
     for name, at in named(best).items() if samples else ():
         low, high = np.quantile([sample[name] for sample in samples], ends)

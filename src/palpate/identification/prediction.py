@@ -48,12 +48,11 @@ class PowerLaw:
     deepest_m = np.inf
 
     def __init__(self, low: float, high: float, reference_m: float):
-        self.parameters: tuple[Parameter, ...] = (Parameter("exponent", low, high, "1"),) if high > low else ()
-        self.exponent, self.reference_m = low, reference_m
+        self.parameters, self.reference_m = (Parameter("exponent", low, high),), reference_m
 
     def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """Return (d/d₀)ⁿ; see ``Forward``."""
-        return (np.maximum(depth_m, 0.0) / self.reference_m) ** values.get("exponent", self.exponent)
+        return (np.maximum(depth_m, 0.0) / self.reference_m) ** values["exponent"]
 
 
 EXPONENTS = (0.5, 5.0)
@@ -76,19 +75,19 @@ def predict(
     starts = {name: best_fit(model)[0] for name, model in others.items()} | dict(best)
     everything = {**models, **others}
     around = {name: rounded(model, starts[name]) for name, model in everything.items()}
-    jobs = [(way, name, used) for way in ways for used in left_out(data, way, options.seed) for name in everything]
+    parts = [(way, used) for way in ways for used in left_out(data, way, options.seed)]
+    jobs = [(way, name, used) for way, used in parts for name in everything]
     rows = []
     for (way, name, used), force in zip(
         follow("predictions of presses left out", jobs),
         spread_out(lambda job: _refit(everything[job[1]], starts[job[1]], job[2], around[job[1]]), jobs), strict=True,
     ):  # fmt: skip
         rows += _rows(data, way, name, used, force)
-    for way in ways:
-        for used in left_out(data, way, options.seed):
-            rows += _floor_rows(data, way, used)
-            if way == DEPTH:
-                rows += _rows(data, way, LINE + OF_PLACE, used, _alone(data, used, 1.0))
-                rows += _rows(data, way, POWER_LAW + OF_PLACE, used, _alone(data, used, None))
+    for way, used in parts:
+        rows += _floor_rows(data, way, used)
+        if way == DEPTH:
+            rows += _rows(data, way, LINE + OF_PLACE, used, _alone(data, used, 1.0))
+            rows += _rows(data, way, POWER_LAW + OF_PLACE, used, _alone(data, used, None))
     return PREDICTIONS.frame(rows)
 
 
@@ -190,10 +189,8 @@ def _alone(data: Data, used: np.ndarray, exponent: float | None) -> np.ndarray:
     found = np.full(len(used), np.nan)
     for first, end in zip(layout.press_start[:-1], layout.press_start[1:], strict=True):
         depth, force, seen = layout.depth_m[first:end], layout.force_n[first:end], used[first:end]
-        if seen.sum() < LEAST_POINTS:
-            continue
-        deepest, strongest = depth.max(), np.abs(force[seen]).max()
-        if strongest == 0.0:
+        deepest, strongest = depth.max(), np.abs(force[seen]).max(initial=0.0)
+        if seen.sum() < LEAST_POINTS or strongest == 0.0:
             continue
 
         def curve(p: np.ndarray, depth: np.ndarray = depth, deepest: float = deepest) -> np.ndarray:

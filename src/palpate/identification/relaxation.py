@@ -10,6 +10,7 @@ which is an extrapolation by the fastest branch; ratios of G from a tenth of a s
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -58,12 +59,11 @@ class Hold:
         deep = self.press.depth_m > 0.05 * self.press.depth_m[-1]
         return float(self.time_s[self.held] - self.time_s[int(deep.argmax())])
 
-    def predict(self, kernel: Kernel) -> np.ndarray:
-        """Return the force (k,), as a share of the largest, that follows from the loading alone."""
-        return self.fit(kernel, 0.0)
+    def fit(self, kernel: Kernel, weight: float = 0.0) -> np.ndarray:
+        """Return the force (k,), as a share of the largest, that fits best.
 
-    def fit(self, kernel: Kernel, weight: float) -> np.ndarray:
-        """Return the force (k,), as a share of the largest, that fits best; weight : of samples at the held depth."""
+        weight : of samples at the held depth; with none the force follows from the loading alone
+        """
         basis = kernel.respond(self.time_s, self.curves)
         return basis @ self.coefficients(basis, weight)
 
@@ -79,7 +79,7 @@ class Hold:
 
     def error(self, kernel: Kernel) -> np.ndarray:
         """Return what is predicted too much of the force while the depth is held, as a share of the largest force."""
-        return self.predict(kernel)[self.held + 1 :] - self.held_force
+        return self.fit(kernel)[self.held + 1 :] - self.held_force
 
     def left(self, kernel: Kernel, weight: float) -> np.ndarray:
         """Return what ``fit`` leaves (k,), samples at the held depth times ``weight``."""
@@ -165,7 +165,7 @@ def weight_of(kernel: Kernel, holds: Sequence[Hold]) -> float:
 
     Forces at the held depth differ from those of one kernel by more than noise where tissue differs.
     """
-    loading = [(hold.predict(kernel) - hold.force)[: hold.held + 1] for hold in holds]
+    loading = [hold.left(kernel, 0.0)[: hold.held + 1] for hold in holds]
     free = sum(max(len(part) - hold.curves.shape[1], 1) for part, hold in zip(loading, holds, strict=True))
     held = np.concatenate([hold.left(kernel, 1.0)[hold.held + 1 :] for hold in holds])
     scatter = np.sqrt(sum(float(part @ part) for part in loading) / free)
@@ -227,8 +227,7 @@ def _scales(holds: Sequence[Hold]) -> tuple[float, float]:
     return float(np.median(steps)), max(float(hold.held_s[-1]) for hold in holds)
 
 
-@dataclass(frozen=True)
-class Noise:
+class Noise(NamedTuple):
     """Errors of a fit as an autoregressive process of first order in continuous time.
 
     scatter : standard deviation, as a share of the largest force; memory_s : time after which errors forget [s]
@@ -267,8 +266,7 @@ MOST_BRANCHES = 3
 """Most branches that are tried for a press of one's own."""
 
 
-@dataclass(frozen=True)
-class Relaxation:
+class Relaxation(NamedTuple):
     """Branches of the force that held presses need, and the time that their loading took [s]."""
 
     kernel: Branches
@@ -295,8 +293,7 @@ LEAST_GROUPS = 8
 """Specimens, or presses, from which on they are drawn anew; for fewer, errors are, with their correlation in time."""
 
 
-@dataclass(frozen=True, eq=False)
-class Draws:
+class Draws(NamedTuple):
     """Branches that were fitted to data drawn anew, and what was drawn: "specimens", "presses" or "errors"."""
 
     kernels: tuple[Branches, ...]

@@ -298,7 +298,7 @@ def _curves(
         if group.kind == SPECIMEN:
             kernels = [fits[chosen] if out else old for old, out in zip(kernels, group.out, strict=True)]
     for hold, kernel in zip(holds, kernels, strict=True):
-        predicted = hold.predict(kernel)[hold.held + 1 :]
+        predicted = hold.fit(kernel)[hold.held + 1 :]
         times = hold.held_s
         wanted = np.geomspace(times[0], times[-1], SHOWN)
         for k in np.unique(np.abs(times[:, None] - wanted).argmin(axis=0)):

@@ -92,11 +92,8 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
         print("warning:", doubt, flush=True)
     relaxation = relaxation_of(records)
     if relaxation is not None:
-        if relaxation.holds < len(records.presses):
-            print(
-                f"warning: {len(records.presses) - relaxation.holds} presses were not held, and are left out",
-                flush=True,
-            )
+        if lost := len(records.presses) - relaxation.holds:
+            print(f"warning: {lost} presses were not held, and are left out", flush=True)
         records = without_time(records, relaxation.kernel)
     comparisons = compare_sessions(records)
     answer = list(compared(comparisons))

@@ -101,11 +101,12 @@ def uncertain(found: Identified, line: Line | None) -> Iterator[str]:
         )
     if line is not None:
         zero, slope = two_digits(1e3 * line.zero_n), two_digits(line.slope_n_m)
+        remedy = ": give rows before contact, with negative depth_m, or subtract the sensor's line"
+        remedy = "" if found.records.force_error > 0.0 else remedy
         yield (
             f"warning: with {zero} mN and {slope} mN/mm subtracted, which a sensor that is not zeroed, tissue that "
             f"sticks or another law may add, forces fit better (by {line.better:.0f} in −2 log likelihood) and "
-            f"E is {pascals(line.young_pa)}; the interval below does not hold it: give rows before contact, with "
-            "negative depth_m, or subtract the sensor's line."
+            f"E is {pascals(line.young_pa)}; the interval below does not hold it{remedy}."
         )
 
 

@@ -126,11 +126,11 @@ def _level(records: PressRecords) -> PressRecords:
         there = np.interp(half, press.depth_m[:end], force[:end])
         shares += [] if line is None else [error * half / max(abs(there), 1e-300)]
         presses.append(replace(press, force_n=force))
-    zero, slope, error = middle
-    rest = ", from the others' this median" if len(own) < len(lines) else ""
+    rest = ", the median where a press has none of its own" if len(own) < len(lines) else ""
     said = (
         f"{records.source}: {len(own)} of {len(presses)} presses have rows before contact; their line, in the median "
-        f"{1e3 * zero:.3g} mN at depth 0 and {slope:.3g} mN/mm (± {error:.2g}), is subtracted from all forces{rest}"
+        f"{1e3 * middle[0]:.3g} mN at depth 0 and {middle[1]:.3g} mN/mm (± {middle[2]:.2g}), is subtracted from all "
+        f"forces{rest}"
     )
     common = float(np.median(shares) / np.sqrt(len(shares)))
     return replace(records, presses=tuple(presses), found=(*records.found, said), force_error=common)
@@ -155,8 +155,7 @@ def join(records: Sequence[PressRecords]) -> PressRecords:
 
 def doubts(records: PressRecords) -> Iterator[str]:
     """Yield a sentence for what can be read and is hardly meant: presses of nothing, moduli of no organ."""
-    weak = [press.name for press in records.presses if not _rises(press)]
-    if weak:
+    if weak := [press.name for press in records.presses if not _rises(press)]:
         yield (
             f"{records.source}: the force does not rise with depth in {len(weak)} of {len(records.presses)} presses "
             f"({_some(weak)}); see whether they touch the tissue."
@@ -179,12 +178,8 @@ def doubts(records: PressRecords) -> Iterator[str]:
         )
     moduli = _hertz_moduli(records, ball)
     modulus = float(np.median(moduli))
-    apart = [
-        press.name
-        for press, own in zip(records.presses, moduli, strict=True)
-        if own > 0.0 and _rises(press) and not 1.0 / UNLIKE < own / modulus < UNLIKE
-    ]
-    if apart:
+    unlike = (moduli >= UNLIKE * modulus) | (moduli <= modulus / UNLIKE)
+    if apart := [records.presses[i].name for i in np.flatnonzero(unlike) if _rises(records.presses[i])]:
         yield (
             f"{records.source}: {_some(apart)} of {len(records.presses)} presses are {UNLIKE:g} times as stiff or soft "
             "as the middle one, or more; see whether all are in newtons and metres."

@@ -16,7 +16,6 @@ from palpate.errors import NotConverged
 from palpate.identification.fit import OFFSETS
 from palpate.identification.forward import Forward, Range, SlabForward
 from palpate.identification.identify import Identified
-from palpate.identification.intervals import Interval
 from palpate.identification.presses import PressRecords
 from palpate.identification.progress import Follow, unfollowed
 from palpate.table_declaration import Table
@@ -132,14 +131,12 @@ def _borne(curves: Callable[..., SlabForward], law: str) -> SlabForward:
 
 def table_rows(found: Identified, part: str) -> list[tuple]:
     """Return the rows of IDENTIFIED of one part of the presses."""
-    named: list[tuple[str, str, Interval]] = [("young_pa", "Pa", found.young_pa)]
-    if found.modulus_pa is not None:
-        named.append(("modulus_pa", "Pa", found.modulus_pa))
-    named += [(name, "m" * name.endswith("_m"), interval) for name, interval in found.parameters.items()]
-    if found.offset_m is not None:
-        named.append(("offset_m", "m", found.offset_m))
-    units, rows = {"offset_scatter_m": "m", "noise_n": "N"}, []
-    for name, unit, interval in named:
+    named = {"young_pa": found.young_pa, "modulus_pa": found.modulus_pa, **found.parameters, "offset_m": found.offset_m}
+    units, rows = {"offset_scatter_m": "m", "noise_n": "N", "young_pa": "Pa", "modulus_pa": "Pa"}, []
+    for name, interval in named.items():
+        if interval is None:
+            continue
+        unit = units.get(name, "m" * name.endswith("_m"))
         drawn = found.resampled.get(name)
         ends = (drawn.low, drawn.high) if drawn else (None, None)
         rows.append((part, found.law, True, name, unit, *interval[:3], interval.known, *interval[3:5], *ends))

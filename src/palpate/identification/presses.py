@@ -139,13 +139,12 @@ def _level(records: PressRecords) -> PressRecords:
 def join(records: Sequence[PressRecords]) -> PressRecords:
     """Return the presses of several files by the same instrument; InputError for a name that two of them have."""
     owner: dict[str, str] = {}
-    for part in records:
-        for press in part.presses:
-            if press.name in owner:
-                raise InputError(
-                    f"{part.source} and {owner[press.name]} both have a press {press.name}; rename one of them."
-                )
-        owner |= dict.fromkeys((press.name for press in part.presses), part.source)
+    for part, press in [(each, press) for each in records for press in each.presses]:
+        if press.name in owner:
+            raise InputError(
+                f"{part.source} and {owner[press.name]} both have a press {press.name}; rename one of them."
+            )
+        owner[press.name] = part.source
     return PressRecords(
         records[0].instrument, tuple(press for part in records for press in part.presses),
         ", ".join(part.source for part in records), tuple(line for part in records for line in part.found),

@@ -148,11 +148,6 @@ def without_time(records: PressRecords, kernel: Branches) -> PressRecords:
     return replace(records, presses=tuple(relaxed(hold, kernel) for hold in holds_of(records)[0]))
 
 
-def errors(kernel: Kernel, holds: Sequence[Hold]) -> np.ndarray:
-    """Return the RMS of ``Hold.error`` of each press, (n,)."""
-    return np.array([np.sqrt(np.mean(hold.error(kernel) ** 2)) for hold in holds])
-
-
 LEAST_WEIGHT = 0.02
 SHORTEST, LONGEST = 0.3, 10.0
 """Times of branches: at least this part of the median step between samples, at most so many times the longest hold."""

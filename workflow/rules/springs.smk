@@ -56,6 +56,7 @@ rule tabulate_spring_floor:
         "results/logs/springs/tabulate_spring_floor.log",
     benchmark:
         "results/benchmarks/springs/tabulate_spring_floor.tsv"
+    priority: 2  # needs nothing, and fills a core while the first job of finite elements compiles what the next ones use
     params:
         **calls("palpate.studies.springs.jobs:tabulate_spring_floor"),
         **config["springs"]["floor"],

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.bodies.body_file import load
 from palpate.files import write_whole
 from palpate.run.job import steps
 
@@ -27,6 +26,7 @@ def make_body(output, params, wildcards):
 
 
 def compute_compliance(input, output, params, wildcards, say):
+    from palpate.bodies.body_file import load
     from palpate.bodies.contacts import sampled_contacts
     from palpate.solvers.compliance import compute_compliance, save_compliance
 
@@ -39,6 +39,7 @@ def compute_compliance(input, output, params, wildcards, say):
 
 
 def tabulate_meshes(input, params):
+    from palpate.bodies.body_file import load
     from palpate.bodies.mesh_quality import mesh_quality, mesh_sizes
 
     bodies = [load(path) for path in input.bodies]
@@ -48,6 +49,7 @@ def tabulate_meshes(input, params):
 
 def choose_loads(input, params):
     from palpate.benchmark.presses import choose_loads
+    from palpate.bodies.body_file import load
     from palpate.solvers.compliance import load_compliance
 
     asked = params.magnitudes, params.peak_of_size, 0.0, params.samples, params.seed
@@ -56,6 +58,7 @@ def choose_loads(input, params):
 
 def choose_presses(input, params, wildcards, say):
     from palpate.benchmark.presses import choose_presses
+    from palpate.bodies.body_file import load
 
     body = load(input.body)
     progress = steps(say, f"{body.name}, {wildcards.regime}: forces at contact")
@@ -65,6 +68,7 @@ def choose_presses(input, params, wildcards, say):
 
 def simulate_fine(input, output, params, wildcards, say):
     from palpate.benchmark.static_responses import press, save_responses
+    from palpate.bodies.body_file import load
 
     body, size, batch = load(input.body), params.samples_per_job, int(wildcards.batch)
     loads = pd.read_csv(input.loads).iloc[batch * size : (batch + 1) * size]
@@ -76,6 +80,7 @@ def assemble_database(input, output, params, wildcards, say):
     from palpate.benchmark.database import read, write
     from palpate.benchmark.split import fold_table, sample_table
     from palpate.benchmark.static_responses import assemble, digest, load_responses, press
+    from palpate.bodies.body_file import load
 
     body, loads, fine = load(input.body), pd.read_csv(input.loads), load_responses(input.fine)
     progress = steps(say, f"{body.name}, {wildcards.regime}: coarse sample")

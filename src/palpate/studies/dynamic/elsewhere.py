@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import spearmanr
 
 from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.error_bounds import CONSTANT, OWN
@@ -50,6 +49,8 @@ def motion_bounds(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
 
 
 def _of_scene(table: pd.DataFrame) -> list[dict]:
+    from scipy.stats import spearmanr  # it takes most of a second
+
     known = table.dropna(subset="model")
     unresolved = table["contact"].nunique() - known["contact"].nunique()
     found = []

@@ -73,7 +73,7 @@ def after(finished, plan, whole, write_config):
 def edited(finished, monkeypatch):
     """Find the rules whose jobs have other code once files were edited; what needs their files runs again, too."""
     package = finished / "src/palpate"
-    here = {"PACKAGE": package, "KEPT": finished / "facts.json"}
+    here = {"PACKAGE": package, "KEPT": finished / "digests"}
     here["WRAPPERS"] = frozenset(package / path.relative_to(dependencies.PACKAGE) for path in dependencies.WRAPPERS)
     for name, value in here.items():
         monkeypatch.setattr(dependencies, name, value)
@@ -82,7 +82,7 @@ def edited(finished, monkeypatch):
     def rules(*files: str, edit: Callable[[str], str] = with_code) -> Counter[str]:
         paths = [path for name in files for path in sorted(package.glob(name))]
         assert paths
-        for kept in (dependencies._facts, dependencies.imported, dependencies._tree):
+        for kept in (dependencies._facts, dependencies._parsed, dependencies._file):
             kept.cache_clear()
         digest = cache(lambda call, *lazily: dependencies.digest(call, *lazily))
         with changed(paths, edit):

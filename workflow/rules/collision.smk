@@ -22,8 +22,6 @@ rule measure_collision_scaling:
         in_report("results/tables/collision_scaling.csv"),
     log:
         "results/logs/measure_collision_scaling.log",
-    benchmark:
-        "results/benchmarks/measure_collision_scaling.tsv"
     threads: HALF
     params:
         **calls("palpate.studies.collision.compare_trees:measure_collision_scaling"),
@@ -62,7 +60,7 @@ rule draw_collision:
         "results/logs/draw_collision.log",
     localrule: True
     params:
-        **draws(COLLISION_SHOWN),
+        **calls("palpate.studies.common_jobs:merge", draws=COLLISION_SHOWN),
     script:
         "../job.py"
 

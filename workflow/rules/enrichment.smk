@@ -11,7 +11,8 @@ PREMISES = dict(config["enrichment"]["premises"])
 CASES = PREMISES.pop("cases")
 PREMISE_BODIES = list(dict.fromkeys([*BODIES, *(case["body"] for case in CASES.values())]))
 PREMISE_TABLES = ("premises", "premise_bodies", "feature_vectors", "database_memory")
-
+ENRICHMENT_TABLES = ["sigma_sweep", "enrichment_accuracy", "enrichment_timing", "online_cost"]
+SAMPLE_TABLES = ["sample_peaks", "splits", "fem_cost"]
 ENRICHMENT_SHOWN = (
     drawn("enrichment", "sigma_sweep", published=published_of("enrichment"))
     | drawn("enrichment", "premises", "feature_vectors", "complexity")
@@ -91,22 +92,6 @@ rule time_methods:
         "../job.py"
 
 
-rule tabulate_samples:
-    input:
-        samples=points("samples.csv"),
-        fine=[file for body in BODIES for regime in POINTS for file in fine_batches(body, regime)],
-    output:
-        peaks=in_report("results/tables/sample_peaks.csv"),
-        splits=in_report("results/tables/splits.csv"),
-        cost=in_report("results/tables/fem_cost.csv"),
-    log:
-        "results/logs/tabulate_samples.log",
-    params:
-        **calls("palpate.studies.enrichment.jobs:tabulate_samples"),
-    script:
-        "../job.py"
-
-
 rule time_complexity:
     output:
         in_report("results/tables/complexity.csv"),
@@ -123,19 +108,23 @@ rule time_complexity:
         "../job.py"
 
 
-rule merge_enrichment:
+rule tabulate_enrichment:
     input:
+        read_by(ENRICHMENT_SHOWN, *ENRICHMENT_TABLES, *SAMPLE_TABLES),
         sigma_sweep=points("sigma_sweep.csv"),
         enrichment_accuracy=points("enrichment_accuracy.csv"),
         enrichment_timing=expand(rules.time_methods.output.timing, body=BODIES),
         online_cost=expand(rules.time_methods.output.cost, body=BODIES),
+        samples=points("samples.csv"),
+        fine=[file for body in BODIES for regime in POINTS for file in fine_batches(body, regime)],
     output:
-        *map(in_report, tables("sigma_sweep", "enrichment_accuracy", "enrichment_timing", "online_cost")),
+        *map(in_report, tables(*ENRICHMENT_TABLES)),
+        figures(*ENRICHMENT_SHOWN),
+        **dict(zip(SAMPLE_TABLES, map(in_report, tables(*SAMPLE_TABLES)))),
     log:
-        "results/logs/merge_enrichment.log",
-    localrule: True
+        "results/logs/tabulate_enrichment.log",
     params:
-        **calls("palpate.studies.common_jobs:merge"),
+        **calls("palpate.studies.enrichment.jobs:tabulate_enrichment", draws=ENRICHMENT_SHOWN),
     script:
         "../job.py"
 
@@ -170,28 +159,12 @@ rule draw_responses:
         "../job.py"
 
 
-rule draw_enrichment:
-    input:
-        read_by(ENRICHMENT_SHOWN),
-    output:
-        figures(*ENRICHMENT_SHOWN),
-    log:
-        "results/logs/draw_enrichment.log",
-    localrule: True
-    params:
-        **draws(ENRICHMENT_SHOWN),
-    script:
-        "../job.py"
-
-
 rule enrichment:
     input:
         tables("mesh_sizes", "mesh_quality"),
-        rules.merge_enrichment.output,
+        rules.tabulate_enrichment.output,
         rules.compare_premises.output,
-        rules.tabulate_samples.output,
         rules.time_complexity.output,
-        rules.draw_enrichment.output,
         rules.draw_meshes.output,
         expand(rules.draw_responses.output, body=BODIES, regime=POINTS),
         warned_of(BODIES),

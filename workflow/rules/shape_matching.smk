@@ -37,32 +37,24 @@ rule time_shape_matching:
         "../job.py"
 
 
-rule tabulate_maxwell_creep:
+rule tabulate_shape_matching:
     input:
-        bodies=lambda wildcards: [f"results/data/{body}/body.h5" for body in bodies_in(config["scenes"][CREEP])],
-        motion=f"results/data/scenes/{CREEP}/motion.h5",
-    output:
-        in_report("results/tables/maxwell_creep.csv"),
-    log:
-        "results/logs/tabulate_maxwell_creep.log",
-    params:
-        **calls("palpate.studies.shape_matching.maxwell_creep:tabulate_maxwell_creep", "palpate.effects"),
-        name=CREEP,
-        entry=lambda wildcards: config["scenes"][CREEP],
-    script:
-        "../job.py"
-
-
-rule draw_shape_matching:
-    input:
-        read_by(SHAPE_MATCHING_SHOWN),
+        read_by(SHAPE_MATCHING_SHOWN, "maxwell_creep"),
+        bodies=[f"results/data/{body}/body.h5" for body in bodies_in(config["scenes"][CREEP])] if CREEP else [],
+        motion=f"results/data/scenes/{CREEP}/motion.h5" if CREEP else [],
     output:
         figures(*SHAPE_MATCHING_SHOWN),
+        **({"creep": in_report("results/tables/maxwell_creep.csv")} if CREEP else {}),
     log:
-        "results/logs/draw_shape_matching.log",
-    localrule: True
+        "results/logs/tabulate_shape_matching.log",
     params:
-        **draws(SHAPE_MATCHING_SHOWN),
+        **calls(
+            "palpate.studies.shape_matching.maxwell_creep:tabulate_shape_matching",
+            "palpate.effects",
+            draws=SHAPE_MATCHING_SHOWN,
+        ),
+        name=CREEP,
+        entry=config["scenes"][CREEP] if CREEP else None,
     script:
         "../job.py"
 
@@ -71,6 +63,5 @@ rule shape_matching:
     input:
         rules.measure_experiments.output,
         rules.time_shape_matching.output,
-        rules.tabulate_maxwell_creep.output if CREEP else [],
-        rules.draw_shape_matching.output,
+        rules.tabulate_shape_matching.output,
         page="results/report_shape_matching.html",

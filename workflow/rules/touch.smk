@@ -100,28 +100,15 @@ rule tabulate_touch:
         samples=touching("{model}_samples.csv", model=COMPARED_TOUCH),
         settings=touching("{model}_settings.csv", model=COMPARED_TOUCH),
     output:
+        figures(*TOUCH_SHOWN),
         truth=in_report("results/tables/touch_truth.csv"),
         forces=in_report("results/tables/touch_forces.csv"),
         touch=in_report("results/tables/touch.csv"),
     log:
         "results/logs/tabulate_touch.log",
     params:
-        **calls("palpate.studies.touch.jobs:tabulate_touch"),
+        **calls("palpate.studies.touch.jobs:tabulate_touch", draws=TOUCH_SHOWN),
         instruments=[TOOLS[tool] for _, tool in TOUCHES],
-    script:
-        "../job.py"
-
-
-rule draw_touch:
-    input:
-        read_by(TOUCH_SHOWN),
-    output:
-        figures(*TOUCH_SHOWN),
-    log:
-        "results/logs/draw_touch.log",
-    localrule: True
-    params:
-        **draws(TOUCH_SHOWN),
     script:
         "../job.py"
 
@@ -129,7 +116,6 @@ rule draw_touch:
 rule touch:
     input:
         rules.tabulate_touch.output,
-        rules.draw_touch.output,
         warned_of(TOUCHED),
         touching("touches_warned.txt"),
         touching("truth_warned.txt"),

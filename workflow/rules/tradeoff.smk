@@ -132,8 +132,6 @@ rule measure_facets:
         geometry=f"{PRESS}/geometry.csv",
     log:
         "results/logs/{body}/{regime}/measure_facets.log",
-    benchmark:
-        "results/benchmarks/{body}/{regime}/measure_facets.tsv"
     params:
         **calls("palpate.studies.tradeoff.jobs:measure_facets"),
         samples=TRADEOFF["truth"]["geometry_samples"],
@@ -142,47 +140,24 @@ rule measure_facets:
         "../job.py"
 
 
-rule tabulate_truth:
+rule tabulate_tradeoff:
     input:
+        settings=family_files("settings"),
+        errors=family_files("samples"),
+        estimates=estimate_files(),
         truths=presses("truth.h5"),
         checks=presses("truth_check.csv") if CHECKED else [],
         geometry=[f"results/data/{body}/{regime}/geometry.csv" for body, regime in smooth_scenes()],
     output:
-        in_report("results/tables/truth.csv"),
-    log:
-        "results/logs/tabulate_truth.log",
-    params:
-        **calls("palpate.studies.tradeoff.jobs:tabulate_truth"),
-        scenes=STATIC,
-        smooth=[f"{body}_{regime}" for body, regime in smooth_scenes()],
-    script:
-        "../job.py"
-
-
-rule tabulate_tradeoff:
-    input:
-        settings=family_files("settings"),
-    output:
-        in_report("results/tables/accuracy_vs_time.csv"),
+        table=in_report("results/tables/accuracy_vs_time.csv"),
+        bounds=in_report("results/tables/error_bounds.csv"),
+        truth=in_report("results/tables/truth.csv"),
     log:
         "results/logs/tabulate_tradeoff.log",
     params:
         **calls("palpate.studies.tradeoff.jobs:tabulate_tradeoff"),
-    script:
-        "../job.py"
-
-
-rule tabulate_error_bounds:
-    input:
-        table="results/tables/accuracy_vs_time.csv",
-        errors=family_files("samples"),
-        estimates=estimate_files(),
-    output:
-        in_report("results/tables/error_bounds.csv"),
-    log:
-        "results/logs/tabulate_error_bounds.log",
-    params:
-        **calls("palpate.studies.tradeoff.jobs:tabulate_error_bounds"),
+        scenes=STATIC,
+        smooth=[f"{body}_{regime}" for body, regime in smooth_scenes()],
     script:
         "../job.py"
 
@@ -285,37 +260,26 @@ rule tabulate_limit_points:
         "../job.py"
 
 
-rule merge_tradeoff:
+rule draw_tradeoff:
     input:
+        read_by(TRADEOFF_SHOWN, *BEYOND),
         **BEYOND,
     output:
         *map(in_report, tables(*BEYOND)),
-    log:
-        "results/logs/merge_tradeoff.log",
-    localrule: True
-    params:
-        **calls("palpate.studies.common_jobs:merge"),
-    script:
-        "../job.py"
-
-
-rule draw_tradeoff:
-    input:
-        read_by(TRADEOFF_SHOWN),
-    output:
         figures(*TRADEOFF_SHOWN),
     log:
         "results/logs/draw_tradeoff.log",
     localrule: True
     params:
-        **draws(TRADEOFF_SHOWN),
+        **calls("palpate.studies.common_jobs:merge", draws=TRADEOFF_SHOWN),
     script:
         "../job.py"
 
 
 rule tradeoff:
     input:
-        tables("accuracy_vs_time", "advice", "truth", "error_bounds", *BEYOND),
+        rules.tabulate_tradeoff.output,
+        tables("advice"),
         rules.tabulate_limit_points.output if TRADEOFF["limit_points"] else [],
         rules.tabulate_advice_by_radius.output if FINGERS else [],
         rules.tabulate_answers.output if ANSWERED else [],

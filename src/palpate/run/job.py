@@ -79,6 +79,10 @@ def call(snakemake: Any) -> None:
             tables = found if isinstance(found, dict) else {0: found}
             for key, table in tables.items():
                 write_table(table, snakemake.output[key])
+        if figures := snakemake.params.get("figures"):
+            from palpate.report.drawing import draw
+
+            draw(figures)
 
 
 @contextmanager

@@ -75,17 +75,19 @@ def time_complexity(params):
     return complexity_rows(complexity(params.samples, params.seed))
 
 
-def tabulate_samples(input):
+def tabulate_enrichment(input, output):
     from palpate.benchmark.split import sample_peaks, split_counts
     from palpate.benchmark.static_responses import load_responses
+    from palpate.studies.common_jobs import merge
 
+    merge(input, output)
     tables = {Path(path).parts[-3:-1]: read_samples(path) for path in input.samples}
     costs = []
     for path in map(Path, input.fine):
         body, regime = path.parts[-3:-1]
         costs.append(load_responses([path]).costs().assign(body=body, regime=regime))
     columns = ["body", "regime", "sample", "newton_iterations", "linear_solves", "residual", "seconds"]
-    return {"peaks": sample_peaks(tables), "splits": split_counts(tables), "cost": pd.concat(costs)[columns]}
+    return {"sample_peaks": sample_peaks(tables), "splits": split_counts(tables), "fem_cost": pd.concat(costs)[columns]}
 
 
 def draw_meshes(input, output):

@@ -78,19 +78,6 @@ def measure_facets(input, params, wildcards, say):
     return geometry_share(body, surface_of(params.entry), loads, truth, chosen, progress)
 
 
-def tabulate_truth(input, params):
-    from palpate.studies.tradeoff.truth_table import truth_table
-
-    truths = dict(zip(params.scenes, map(load_truth, input.truths), strict=True))
-    checks = dict(zip(params.scenes, map(pd.read_csv, input.checks), strict=True)) if input.get("checks") else None
-    shares = dict(zip(params.smooth, map(pd.read_csv, input.geometry), strict=True))
-    return truth_table(truths, checks, shares)
-
-
-def tabulate_tradeoff(input):
-    return accuracy_vs_time(pd.concat([pd.read_csv(path) for path in input.settings]), commit())
-
-
 def tabulate_answers(input, params):
     from palpate.benchmark.engine_scores import OWN, score_table
     from palpate.benchmark.ranking import BOUNDS
@@ -116,17 +103,21 @@ def _files_of(paths, body, regime):
     return [path for path in paths if Path(path).parts[-5:-3] == (body, regime)]
 
 
-def tabulate_error_bounds(input):
+def tabulate_tradeoff(input, params):
     from palpate.benchmark.error_bounds import SAMPLES, Scene, error_bounds
     from palpate.files import read_table
     from palpate.studies.tradeoff.error_estimates import read_estimates
+    from palpate.studies.tradeoff.truth_table import truth_table
 
-    scenes = []
-    for (body, regime), settings in pd.read_csv(input.table).groupby(["body", "regime"], sort=False):
+    table, scenes = accuracy_vs_time(pd.concat(map(pd.read_csv, input.settings)), commit()), []
+    for (body, regime), settings in table.groupby(["body", "regime"], sort=False):
         errors = pd.concat([read_table(path, SAMPLES)[SAMPLES] for path in _files_of(input.errors, body, regime)])
         estimates = pd.concat([read_estimates(path) for path in _files_of(input.estimates, body, regime)])
         scenes.append(Scene(settings, errors, estimates))
-    return error_bounds(scenes)
+    truths = dict(zip(params.scenes, map(load_truth, input.truths), strict=True))
+    checks = dict(zip(params.scenes, map(pd.read_csv, input.checks), strict=True)) if input.checks else None
+    shares = dict(zip(params.smooth, map(pd.read_csv, input.geometry), strict=True))
+    return {"table": table, "bounds": error_bounds(scenes), "truth": truth_table(truths, checks, shares)}
 
 
 def _advice(table, errors, limits):

@@ -115,29 +115,18 @@ rule tabulate_enrichment:
         enrichment_accuracy=points("enrichment_accuracy.csv"),
         enrichment_timing=expand(rules.time_methods.output.timing, body=BODIES),
         online_cost=expand(rules.time_methods.output.cost, body=BODIES),
+        bodies=expand(BODY, body=BODIES),
         samples=points("samples.csv"),
         fine=[file for body in BODIES for regime in POINTS for file in fine_batches(body, regime)],
     output:
         *map(in_report, tables(*ENRICHMENT_TABLES)),
         figures(*ENRICHMENT_SHOWN),
         **dict(zip(SAMPLE_TABLES, map(in_report, tables(*SAMPLE_TABLES)))),
+        meshes=figures("mesh_levels"),
     log:
         "results/logs/tabulate_enrichment.log",
     params:
         **calls("palpate.studies.enrichment.jobs:tabulate_enrichment", draws=ENRICHMENT_SHOWN),
-    script:
-        "../job.py"
-
-
-rule draw_meshes:
-    input:
-        bodies=expand(BODY, body=BODIES),
-    output:
-        figures("mesh_levels"),
-    log:
-        "results/logs/draw_meshes.log",
-    params:
-        **calls("palpate.studies.enrichment.jobs:draw_meshes"),
     script:
         "../job.py"
 
@@ -165,7 +154,6 @@ rule enrichment:
         rules.tabulate_enrichment.output,
         rules.compare_premises.output,
         rules.time_complexity.output,
-        rules.draw_meshes.output,
         expand(rules.draw_responses.output, body=BODIES, regime=POINTS),
         warned_of(BODIES),
         points("loads_warned.txt"),

@@ -3,11 +3,16 @@
 
 from palpate.scenes.scene import bodies_in
 
-MEASURED_HERE = ["integrator_stability", "deformation_modes", "clusters", "cluster_goals", "body_springs"]
+MEASURED_HERE = [
+    "integrator_stability",
+    "deformation_modes",
+    "clusters",
+    "cluster_goals",
+    "body_springs",
+    "shape_matching_timing",
+]
 CREEP = (config["shape_matching"]["creep"] or {}).get("scene")
-SHAPE_MATCHING_SHOWN = drawn(
-    "shape_matching", *MEASURED_HERE, "shape_matching_timing", *(["maxwell_creep"] if CREEP else [])
-)
+SHAPE_MATCHING_SHOWN = drawn("shape_matching", *MEASURED_HERE, *(["maxwell_creep"] if CREEP else []))
 
 
 rule measure_experiments:
@@ -17,22 +22,11 @@ rule measure_experiments:
         "results/logs/measure_experiments.log",
     benchmark:
         "results/benchmarks/measure_experiments.tsv"
-    params:
-        **calls("palpate.studies.shape_matching.clusters:measure_experiments", "palpate.effects", "palpate.solvers"),
-        **some("shape_matching", "integrator_stability", "clusters", "body_springs"),
-    script:
-        "../job.py"
-
-
-rule time_shape_matching:
-    output:
-        in_report("results/tables/shape_matching_timing.csv"),
-    log:
-        "results/logs/time_shape_matching.log",
+    # some are timed
     threads: HALF
     params:
-        **calls("palpate.studies.shape_matching.shape_matching_timing:time_shape_matching"),
-        settings=config["shape_matching"]["shape_matching_timing"],
+        **calls("palpate.studies.shape_matching.clusters:measure_experiments", "palpate.effects", "palpate.solvers"),
+        **some("shape_matching", "integrator_stability", "clusters", "body_springs", "shape_matching_timing"),
     script:
         "../job.py"
 
@@ -62,6 +56,5 @@ rule tabulate_shape_matching:
 rule shape_matching:
     input:
         rules.measure_experiments.output,
-        rules.time_shape_matching.output,
         rules.tabulate_shape_matching.output,
         page="results/report_shape_matching.html",

@@ -23,42 +23,23 @@ wildcard_constraints:
     tool="|".join(TOOLS).replace(".", "[.]"),
 
 
-rule choose_touches:
-    input:
-        body=BODY,
-    output:
-        touches=f"{TOUCHING}/touches.csv",
-        warned=f"{TOUCHING}/touches_warned.txt",
-    log:
-        "results/logs/{body}/{tool}/choose_touches.log",
-    benchmark:
-        "results/benchmarks/{body}/{tool}/choose_touches.tsv"
-    params:
-        **calls("palpate.studies.touch.jobs:choose_touches"),
-        **some("touch", "samples", "depth_of_radius"),
-        at=lambda wildcards: [given for given in TOUCH["at"] if given["body"] == wildcards.body],
-        instrument=lambda wildcards: TOOLS[wildcards.tool],
-        along_radius=TOUCH["truth"]["along_radius"],
-        seed=config["seed"],
-    script:
-        "../job.py"
-
-
 rule simulate_touch_truth:
     input:
         body=BODY,
-        touches=f"{TOUCHING}/touches.csv",
     output:
+        touches=f"{TOUCHING}/touches.csv",
         truth=f"{TOUCHING}/truth.h5",
-        warned=f"{TOUCHING}/truth_warned.txt",
+        warned=f"{TOUCHING}/warned.txt",
     log:
         "results/logs/{body}/{tool}/simulate_touch_truth.log",
     benchmark:
         "results/benchmarks/{body}/{tool}/simulate_touch_truth.tsv"
     params:
         **calls("palpate.studies.touch.jobs:simulate_touch_truth"),
-        **some("touch", "truth"),
+        **some("touch", "samples", "depth_of_radius", "truth"),
+        at=lambda wildcards: [given for given in TOUCH["at"] if given["body"] == wildcards.body],
         instrument=lambda wildcards: TOOLS[wildcards.tool],
+        seed=config["seed"],
     script:
         "../job.py"
 
@@ -117,6 +98,5 @@ rule touch:
     input:
         rules.tabulate_touch.output,
         warned_of(TOUCHED),
-        touching("touches_warned.txt"),
-        touching("truth_warned.txt"),
+        touching("warned.txt"),
         page="results/report_touch.html",

@@ -14,13 +14,12 @@ SPLITS = TRADEOFF["splits"]
 # bodies that get all splits, and fingers of all radii
 IN_DEPTH = TRADEOFF["in_depth"] or PRESSED
 CHECKED = TRADEOFF["truth"]["check_samples"]
-# loads that models were not prepared for, and presses that they were not made for: what is asked, perhaps nothing
-ANY_LOAD, BEYOND_DESIGN = TRADEOFF["any_load"] or {}, TRADEOFF["beyond_design"] or {}
 
 
 include: "functions/tradeoff.smk"
 
 
+# loads that models were not prepared for, and presses that they were not made for
 BEYOND = {name: parts_beyond(name) for name in ("any_load", "beyond_design") if TRADEOFF[name]}
 # what engines have answered elsewhere
 ANSWERED = {
@@ -80,7 +79,7 @@ rule simulate_truth:
 rule measure_models:
     input:
         **JUDGED,
-        own=lambda wildcards: [OWN_MODELS[wildcards.family]] if wildcards.family in OWN_MODELS else [],
+        own=lambda wildcards: own_of([wildcards.family]),
     output:
         samples=f"{PRESS}/tradeoff/{{split}}/{{family}}_samples.csv",
         settings=f"{PRESS}/tradeoff/{{split}}/{{family}}_settings.csv",
@@ -178,46 +177,25 @@ rule tabulate_advice_by_radius:
         "../job.py"
 
 
-rule measure_any_load:
+rule measure_other_loads:
     input:
         **JUDGED,
-        own=[OWN_MODELS[model] for model in ANY_LOAD.get("models", {}) if model in OWN_MODELS],
+        own=lambda wildcards: own_of(TRADEOFF[wildcards.kind]["models"]),
     output:
-        f"{PRESS}/any_load.csv",
+        f"{PRESS}/{{kind}}.csv",
     log:
-        "results/logs/{body}/{regime}/measure_any_load.log",
+        "results/logs/{body}/{regime}/measure_{kind}.log",
     benchmark:
-        "results/benchmarks/{body}/{regime}/measure_any_load.tsv"
+        "results/benchmarks/{body}/{regime}/measure_{kind}.tsv"
+    wildcard_constraints:
+        kind="any_load|beyond_design",
     threads: HALF
     params:
         **JUDGED_WITH,
         **TIMED,
-        **calls("palpate.studies.tradeoff.jobs:measure_any_load", *asked_modules(ANY_LOAD)),
-        models=asked_models(ANY_LOAD),
-        samples=ANY_LOAD.get("samples"),
-        split=SPLITS[0],
-        grid=TRADEOFF["settings"],
-        reference=config["solver"]["reference_tolerance"],
-    script:
-        "../job.py"
-
-
-rule measure_beyond_design:
-    input:
-        **JUDGED,
-        own=[OWN_MODELS[model] for model in BEYOND_DESIGN.get("models", {}) if model in OWN_MODELS],
-    output:
-        f"{PRESS}/beyond_design.csv",
-    log:
-        "results/logs/{body}/{regime}/measure_beyond_design.log",
-    benchmark:
-        "results/benchmarks/{body}/{regime}/measure_beyond_design.tsv"
-    threads: HALF
-    params:
-        **JUDGED_WITH,
-        **calls("palpate.studies.tradeoff.jobs:measure_beyond_design", *asked_modules(BEYOND_DESIGN)),
-        models=asked_models(BEYOND_DESIGN),
-        samples=BEYOND_DESIGN.get("samples"),
+        **calls("palpate.studies.tradeoff.jobs:measure_other_loads", lambda wildcards: asked_modules(wildcards.kind)),
+        models=lambda wildcards: asked_models(wildcards.kind),
+        samples=lambda wildcards: TRADEOFF[wildcards.kind]["samples"],
         split=SPLITS[0],
         grid=TRADEOFF["settings"],
         reference=config["solver"]["reference_tolerance"],

@@ -78,9 +78,11 @@ def time_complexity(params):
 def tabulate_enrichment(input, output):
     from palpate.benchmark.split import sample_peaks, split_counts
     from palpate.benchmark.static_responses import load_responses
+    from palpate.report import mesh_levels, style
     from palpate.studies.common_jobs import merge
 
     merge(input, output)
+    style.save(mesh_levels.draw_mesh_levels([load(path) for path in input.bodies]), stem(output.meshes))
     tables = {Path(path).parts[-3:-1]: read_samples(path) for path in input.samples}
     costs = []
     for path in map(Path, input.fine):
@@ -88,12 +90,6 @@ def tabulate_enrichment(input, output):
         costs.append(load_responses([path]).costs().assign(body=body, regime=regime))
     columns = ["body", "regime", "sample", "newton_iterations", "linear_solves", "residual", "seconds"]
     return {"sample_peaks": sample_peaks(tables), "splits": split_counts(tables), "fem_cost": pd.concat(costs)[columns]}
-
-
-def draw_meshes(input, output):
-    from palpate.report import mesh_levels, style
-
-    style.save(mesh_levels.draw_mesh_levels([load(path) for path in input.bodies]), stem(output))
 
 
 def draw_responses(input, output):

@@ -153,34 +153,23 @@ def tabulate_advice_by_radius(input, params):
     return by_radius(pd.concat(_advice(table, input.errors, params.limits)), radii)
 
 
-def _asked(params):
-    """Yield the name, the model and the pattern of settings of each model that is asked."""
+def measure_other_loads(input, params, wildcards, say):
     from palpate.models.load_model import load_model
+    from palpate.studies.tradeoff.general_loads import measure_any, measure_beyond, presses_beyond, questions
 
+    place, beyond = f"{wildcards.body}, {wildcards.regime}", wildcards.kind == "beyond_design"
+    case, judge = _judged(input, params, wildcards, params.split, params.grid)
+    if beyond:
+        asked = presses_beyond(case, judge, params.samples, steps(say, f"{place}: contact"))
+    else:
+        progress = steps(say, f"{place}: answer of the fine operator")
+        asked = questions(case, judge, params.samples, params.reference, progress)
+    found = []
     for name, (recipe, pattern) in params.models.items():
-        yield name, load_model(name, **recipe), pattern
-
-
-def measure_any_load(input, params, wildcards, say):
-    from palpate.studies.tradeoff.general_loads import measure_any, questions
-
-    place, found = f"{wildcards.body}, {wildcards.regime}", []
-    case, judge = _judged(input, params, wildcards, params.split, params.grid)
-    progress = steps(say, f"{place}: answer of the fine operator")
-    asked = questions(case, judge, params.samples, params.reference, progress)
-    for name, model, pattern in _asked(params):
+        of_model = case, name, load_model(name, **recipe), pattern, asked
         rest = params.repeats, params.budget_s, steps(say, f"{place}, {name}: setting")
-        found.append(measure_any(case, name, model, pattern, asked, *rest))
+        found.append(measure_beyond(*of_model) if beyond else measure_any(*of_model, *rest))
     return pd.concat(found)
-
-
-def measure_beyond_design(input, params, wildcards, say):
-    from palpate.studies.tradeoff.general_loads import measure_beyond, presses_beyond
-
-    case, judge = _judged(input, params, wildcards, params.split, params.grid)
-    progress = steps(say, f"{wildcards.body}, {wildcards.regime}: contact")
-    asked = presses_beyond(case, judge, params.samples, progress)
-    return pd.concat([measure_beyond(case, name, model, pattern, asked) for name, model, pattern in _asked(params)])
 
 
 def tabulate_limit_points(input, params, say):

@@ -74,13 +74,11 @@ def test_it_runs_in_the_folder_of_the_config_and_ends_with_advice_and_report(clo
     assert json.loads(snakemake) == place
     assert json.loads(advise) == ["advise", "--results", f"{mine.parent}/results"]
     assert report == f"The report: {mine.parent}/results/report.html"
-    for target, asked in ("tradeoff",):
-        line, *page = make(clone, f"CONFIG={mine}", target).stdout.splitlines()
-        assert page == [f"The page: {mine.parent}/results/report_tradeoff.html"] * (target == "tradeoff")
-        words = json.loads(line)
-        assert words == [*place, asked]
-        given = get_argument_parser().parse_args(words)
-        assert list(given.targets) == [asked] and list(map(Path, given.configfile)) == [mine]
+    line, page = make(clone, f"CONFIG={mine}", "tradeoff").stdout.splitlines()
+    assert page == f"The page: {mine.parent}/results/report_tradeoff.html"
+    assert json.loads(line) == [*place, "tradeoff"]
+    given = get_argument_parser().parse_args(json.loads(line))
+    assert list(given.targets) == ["tradeoff"] and list(map(Path, given.configfile)) == [mine]
     assert not list(clone.parent.rglob("evil"))
 
 

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.slow
 
 FEM = {"compute_compliance", "choose_loads", "choose_presses", "simulate_fine"}
 UP_TO_DATABASE = FEM | {"make_body", "assemble_database"}
-AFTER_SWEEP = dict.fromkeys(("merge_enrichment", "check_claims", "draw_enrichment", "write_report"), 1)
+AFTER_SWEEP = dict.fromkeys(("tabulate_enrichment", "check_claims", "write_report"), 1)
 MODELS = {"measure_models", "simulate_truth", "measure_dynamic"}
 REPORT = {"write_report": 1, "all": 1}
 
@@ -99,7 +99,7 @@ def edited(finished, monkeypatch):
                 lambda settings: settings["springs"]["floor"]["poissons"].append(1e-5),
                 lambda settings: settings["enrichment"]["sigma_relative"].update(count=4),
             ],
-            {"tabulate_spring_floor": 1, "evaluate_methods": 1} | AFTER_SWEEP, UP_TO_DATABASE | MODELS,
+            {"measure_spring_floor": 1, "evaluate_methods": 1} | AFTER_SWEEP, UP_TO_DATABASE | MODELS,
             id="a small Poisson's ratio, which has a floor of its own, and another grid of sigma",
         ),
         pytest.param(
@@ -142,14 +142,17 @@ def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(edited):
 
 
 def test_an_edit_of_all_figures_only_draws(edited):
-    jobs = {rule for rule in edited("report/style.py") if not rule.startswith("draw_")}
-    assert jobs == {"measure_imaging", "write_report"}  # the first draws the images that it has in memory
+    jobs = {rule for rule in edited("report/style.py") if not rule.startswith(("tabulate_", "draw_"))}
+    assert jobs == {
+        "compare_with_published",
+        "measure_imaging",
+        "write_report",
+    }  # the second draws the images that it has in memory
 
 
-def test_an_edit_of_figures_draws_them_alone(after):
+def test_an_edit_of_figures_tabulates_and_draws_what_they_show(after):
     jobs = after(files=[f"src/palpate/studies/{name}.py" for name in ("scaling/figures", "springs/figures")])
-    drawn = {rule for rule in jobs if rule.startswith("draw_")}
-    assert {"draw_scaling", "draw_springs"} <= drawn and jobs == dict.fromkeys(drawn, 1) | REPORT
+    assert jobs == {"tabulate_scaling": 1, "tabulate_springs": 1, "check_claims": 1} | REPORT
 
 
 def test_an_edit_of_a_caption_reruns_the_report_alone(after):
@@ -204,24 +207,12 @@ TOY = {
 rule throw_coin:
     output:
         "results/tables/toy.csv",
+        figures("toy"),
     log:
         "results/logs/throw_coin.log",
     params:
-        **calls("palpate.studies.toy.jobs:measure_toy"),
+        **calls("palpate.studies.toy.jobs:measure_toy", draws=drawn("toy", "toy")),
         throws=config["toy"]["throws"],
-    script:
-        "../job.py"
-
-
-rule draw_toy:
-    input:
-        rules.throw_coin.output,
-    output:
-        figures("toy"),
-    log:
-        "results/logs/draw_toy.log",
-    params:
-        **draws(drawn("toy", "toy")),
     script:
         "../job.py"
 
@@ -229,7 +220,6 @@ rule draw_toy:
 rule toy:
     input:
         rules.throw_coin.output,
-        rules.draw_toy.output,
         page="results/report_toy.html",
 """,
     "src/palpate/studies/toy/jobs.py": '''

@@ -75,11 +75,8 @@ def calls(function, *lazily, draws=None):
         [named] = lazily
         return {"call": function, "lazily": named, "code": lambda wildcards: digest(function, *named(wildcards))}
     if draws:
-        lazily = [
-            *lazily,
-            "palpate.report.drawing",
-            *sorted({figure["place"].split(":")[0] for figure in draws.values()}),
-        ]
+        places = {figure["place"].partition(":")[0] for figure in draws.values()}
+        lazily = [*lazily, "palpate.report.drawing", *sorted(places)]
     drawing = {"figures": draws} if draws else {}
     return {"call": function, "lazily": list(lazily), "code": digest(function, *lazily)} | drawing
 

@@ -63,7 +63,7 @@ def test_enrichment_alone_makes_no_scene_and_no_body_of_theirs(planned):
     jobs = planned("enrichment")
     assert not set(jobs) & ((SCENES | SHAPE_MATCHING | SPRINGS | COLLISION) - {"check_claims"})
     assert jobs["make_body"] == jobs["compute_compliance"] == 1
-    assert {"simulate_fine", "evaluate_methods", "check_claims"} <= set(jobs)
+    assert {"simulate_fine", "sweep_sigma", "check_claims"} <= set(jobs)
 
 
 @pytest.mark.parametrize("study", ["hard_cases", "scaling"])

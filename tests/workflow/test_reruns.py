@@ -99,7 +99,7 @@ def edited(finished, monkeypatch):
                 lambda settings: settings["springs"]["floor"]["poissons"].append(1e-5),
                 lambda settings: settings["enrichment"]["sigma_relative"].update(count=4),
             ],
-            {"measure_spring_floor": 1, "evaluate_methods": 1} | AFTER_SWEEP, UP_TO_DATABASE | MODELS,
+            {"measure_spring_floor": 1, "sweep_sigma": 1} | AFTER_SWEEP, UP_TO_DATABASE | MODELS,
             id="a small Poisson's ratio, which has a floor of its own, and another grid of sigma",
         ),
         pytest.param(
@@ -107,7 +107,7 @@ def edited(finished, monkeypatch):
                 lambda settings: settings["tradeoff"]["settings"].update(fem={"iterations": [2]}),
                 lambda settings: settings["tradeoff"]["models"].append("pod_rbf"),
             ],
-            {"measure_models": 2}, UP_TO_DATABASE | {"evaluate_methods", "simulate_truth"},
+            {"measure_models": 2}, UP_TO_DATABASE | {"sweep_sigma", "simulate_truth"},
             id="settings of a family, and another model",
         ),
         pytest.param(
@@ -116,7 +116,7 @@ def edited(finished, monkeypatch):
         ),
         pytest.param(
             [lambda settings: settings["bodies"]["liver"].update(train=10, test=4)],
-            {"evaluate_methods": 1}, FEM, id="another split of as many samples",
+            {"sweep_sigma": 1}, FEM, id="another split of as many samples",
         ),
     ],
 )  # fmt: skip
@@ -133,7 +133,7 @@ def test_a_model_that_is_registered_reruns_no_other_but_the_cascade(edited):
 def test_no_module_of_enrichment_reruns_fem(edited):
     for name in ("paper_enrichment", "*"):
         jobs = edited(f"models/enrichment/{name}.py")
-        assert "evaluate_methods" in jobs and not UP_TO_DATABASE & set(jobs)
+        assert "sweep_sigma" in jobs and not UP_TO_DATABASE & set(jobs)
 
 
 def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(edited):

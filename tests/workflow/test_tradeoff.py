@@ -10,7 +10,7 @@ def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, tr
     assert jobs["measure_models"] == 2 and jobs["simulate_truth"] == 1 and jobs["tabulate_tradeoff"] == 1
     assert jobs["make_body"] == 1 and jobs["choose_presses"] == 1
     assert jobs["measure_bounds"] == 1
-    assert not {"evaluate_methods", "time_methods", "simulate_scene"} & set(jobs)
+    assert not {"sweep_sigma", "time_methods", "simulate_scene"} & set(jobs)
 
 
 def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, trading):

@@ -22,7 +22,7 @@ ENRICHMENT_SHOWN = (
 )
 
 
-rule evaluate_methods:
+rule sweep_sigma:
     input:
         database=f"{PRESS}/database.h5",
         compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
@@ -32,11 +32,11 @@ rule evaluate_methods:
         accuracy=f"{PRESS}/enrichment_accuracy.csv",
         predictions=f"{PRESS}/predictions.h5",
     log:
-        "results/logs/{body}/{regime}/evaluate_methods.log",
+        "results/logs/{body}/{regime}/sweep_sigma.log",
     benchmark:
-        "results/benchmarks/{body}/{regime}/evaluate_methods.tsv"
+        "results/benchmarks/{body}/{regime}/sweep_sigma.tsv"
     params:
-        **calls("palpate.studies.enrichment.jobs:evaluate_methods"),
+        **calls("palpate.studies.enrichment.jobs:sweep_sigma"),
         regression=REGRESSION,
         cases=COMPARISONS,
         shown=SHOWN,

@@ -21,7 +21,7 @@ from palpate.run.job import stem, steps
 from palpate.table_declaration import Table
 
 
-def evaluate_methods(input, output, params, wildcards):
+def sweep_sigma(input, output, params, wildcards):
     import h5py
 
     from palpate.benchmark.accuracy import accuracy_rows, predict

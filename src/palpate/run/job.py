@@ -68,7 +68,7 @@ def job(log: str | Path, warned: str | None = None) -> Iterator[Callable[[str], 
 def call(snakemake: Any) -> None:
     """Run the function that a rule names, with those of snakemake's input, output, params, ... that it names.
 
-    Its tables are written: one to the first output, several to those with their names.
+    Its tables are written, one to the first output, several to those with their names, and the rule's figures drawn.
     """
     with job(snakemake.log[0], snakemake.output.get("warned")) as say:
         module, _, name = snakemake.params.call.partition(":")
@@ -79,6 +79,10 @@ def call(snakemake: Any) -> None:
             tables = found if isinstance(found, dict) else {0: found}
             for key, table in tables.items():
                 write_table(table, snakemake.output[key])
+        if figures := snakemake.params.get("figures"):
+            from palpate.report.drawing import draw
+
+            draw(figures)
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""The jobs that no single study owns, called by rules: make a body, choose loads, simulate, merge, draw, report.
+"""The jobs that no single study owns, called by rules: make a body, choose loads, simulate, merge, report.
 
 A function takes what it names of ``input``, ``output``, ``params``, ``wildcards`` and ``threads``, as snakemake has
 them, and ``say``; the table or tables that it returns are written. It imports what it needs, so that a job pays for
@@ -94,27 +94,12 @@ def assemble_database(input, output, params, wildcards, say):
 
 
 def merge(input, output):
+    """Put together each table whose parts an input names, in the order of their jobs."""
     for path in output:
-        parts = [Path(part).read_text().splitlines(keepends=True) for part in input[Path(path).stem]]
-        with write_whole(path) as temporary:
-            temporary.write_text("".join([parts[0][0], *(line for part in parts for line in part[1:])]))
-
-
-def draw(params):
-    from importlib import import_module
-
-    from palpate.files import read_yaml
-    from palpate.report import style, tables
-
-    for name, figure in params.figures.items():
-        scene = figure["scene"]
-        # of one scene there may be nothing to draw
-        read = [tables.read(f"results/tables/{table}.csv", rows=not scene) for table in figure["tables"]]
-        options = {"scene": scene} if scene else {}
-        if figure["published"]:
-            options["published"] = read_yaml(figure["published"])
-        module, _, function = figure["place"].partition(":")
-        style.save(getattr(import_module(module), function)(*read, **options), Path("results/figures") / name)
+        if path.endswith(".csv") and (given := input.get(Path(path).stem)):
+            parts = [Path(part).read_text().splitlines(keepends=True) for part in given]
+            with write_whole(path) as temporary:
+                temporary.write_text("".join([parts[0][0], *(line for part in parts for line in part[1:])]))
 
 
 def check_claims(input, params):

@@ -1,5 +1,6 @@
 """Push a body at other places than its scene does, and bound the errors there: conformal, with places as the unit."""
 
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -16,6 +17,7 @@ from palpate.bodies import body_file
 from palpate.bodies.contacts import kept_contacts
 from palpate.errors import NotConverged
 from palpate.run.job import steps
+from palpate.studies.common_jobs import merge
 from palpate.studies.dynamic.accuracy import STEP, measure
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training
 from palpate.studies.dynamic.fitted import MadeModes
@@ -158,6 +160,10 @@ def measure_elsewhere(input, params, say):
     return measure_places(scene, params.own, params.settings, params.seed, progress, like)
 
 
-def tabulate_motion_bounds(input):
-    """Tabulate the bounds of all scenes, for the rule of that name."""
-    return motion_bounds(pd.read_csv(path).reindex(columns=MOTION_PLACES.columns) for path in input)
+def tabulate_dynamic(input, output, params):
+    """Gather the tables of all scenes, bound their errors, and warn of those left out, for the rule of that name."""
+    for name, reason in params.left_out.items():
+        warnings.warn(f"scenes.{name}: models are not compared in it, as it {reason}.", stacklevel=1)
+    merge(input, output)
+    places = [pd.read_csv(path).reindex(columns=MOTION_PLACES.columns) for path in input.get("motion_places", [])]
+    return {"bounds": motion_bounds(places)} if places else {}

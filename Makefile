@@ -18,9 +18,7 @@ INSTALL := $(BIN)/python -m pip --disable-pip-version-check install -qq --no-dep
 unexport PYTHONDONTWRITEBYTECODE
 # where jobs run: profiles/default is this machine, profiles/slurm a cluster
 PROFILE ?= default
-FLAGS := --workflow-profile $(call quoted,profiles/$(PROFILE))
-# settings, and the folder that they run in
-SMOKE := $(FLAGS) --directory .smoke --configfile tests/smoke/config.yaml
+FLAGS := --profile profiles/default --workflow-profile $(call quoted,profiles/$(PROFILE))
 # `make CONFIG=mine/config.yaml` runs that config in its folder, or in FOLDER
 ifneq (,$(filter CONFIG,$(GIVEN)))
 $(if $(shell test -f $(call quoted,$(CONFIG)) || echo missing),$(error CONFIG is $(CONFIG), and there is no such file; \
@@ -33,17 +31,15 @@ else
 FOLDER := .
 RESULTS := results
 endif
-SNAKEMAKE = $(BIN)/snakemake $(FLAGS)
+SNAKEMAKE := $(BIN)/snakemake $(FLAGS)
 PATHS := src tests examples workflow/*.py
 # what can be asked for by itself, if its block is in the settings
 STUDIES := $(shell sed -n 's/^    "\([a-z_]*\)",$$/\1/p' src/palpate/run/settings.py)
-
 # what editors complete and explain keys of the settings with
 SCHEMA := $(VENV)/settings.schema.json
 
 .DEFAULT_GOAL := all
-.PHONY: all $(STUDIES) env test test-all smoke full deep slurm-test example check bench snapshot lock unlock clean \
-	distclean help
+.PHONY: all $(STUDIES) env test test-all smoke full deep slurm-test example check bench snapshot lock unlock clean help
 
 all: $(STAMP) $(SCHEMA)  ## compute the studies that config.yaml lists, and write results/report.html
 	@$(SNAKEMAKE)
@@ -56,12 +52,6 @@ $(STUDIES): $(STAMP)  # one study, and a page about it
 	@$(SNAKEMAKE) $@
 	@printf '%s\n' "The page: $$RESULTS/report_$@.html"
 
-figures/%: $(STAMP)  ## compute one figure and what it needs, such as figures/sigma_sweep
-	@$(SNAKEMAKE) $(call quoted,results/$@.png)
-
-tables/%: $(STAMP)  ## compute one table and what it needs, such as tables/sigma_sweep
-	@$(SNAKEMAKE) $(call quoted,results/$@.csv)
-
 env: $(STAMP)  ## build the environment only, in .venv
 
 test: $(TOOLS)  ## run the tests but for those marked slow, in four minutes
@@ -70,21 +60,14 @@ test: $(TOOLS)  ## run the tests but for those marked slow, in four minutes
 test-all: $(TOOLS)  ## run all tests
 	@$(BIN)/python -m pytest -n 2 --dist worksteal
 
-smoke: $(STAMP)  ## run the whole workflow on small meshes, in .smoke, in a few minutes
-	@$(BIN)/snakemake $(SMOKE)
-	@echo "The report: .smoke/results/report.html"
+smoke: SETTINGS = tests/smoke/config.yaml  ## run the whole workflow on small meshes, in .smoke, in a few minutes
+full: SETTINGS = config.yaml config.full.yaml  ## run all studies, all scenes and finer grids, in .full
+deep: SETTINGS = config.yaml config.full.yaml config.deep.yaml  ## run what takes hours, too, in .deep
 
-SHIPPED = $(if $(filter CONFIG,$(GIVEN)),echo "error: make $@ is a size of config.yaml; leave CONFIG out." >&2; exit 1,true)
-
-full: $(STAMP)  ## run all studies, all scenes and finer grids, in .full
-	@$(SHIPPED)
-	@$(BIN)/snakemake $(FLAGS) --configfile config.yaml config.full.yaml --directory .full
-	@echo "The report: .full/results/report.html"
-
-deep: $(STAMP)  ## run what takes hours, too, in .deep: more bodies, all splits, fingers of other radii
-	@$(SHIPPED)
-	@$(BIN)/snakemake $(FLAGS) --configfile config.yaml config.full.yaml config.deep.yaml --directory .deep
-	@echo "The report: .deep/results/report.html"
+smoke full deep: $(STAMP)
+	@$(if $(filter CONFIG,$(GIVEN)),echo "error: make $@ has settings of its own; leave CONFIG out." >&2; exit 1)
+	@$(SNAKEMAKE) --directory .$@ --configfile $(SETTINGS)
+	@echo "The report: .$@/results/report.html"
 
 slurm-test: $(TOOLS)  ## run the smoke workflow on a SLURM cluster that loses a node; needs root and apt
 	@$(BIN)/python tests/slurm/run.py
@@ -105,11 +88,8 @@ check: $(TOOLS)  ## check style, the workflow's lint, and that the workflow can 
 	@$(SNAKEMAKE) --dry-run > /dev/null
 
 bench: $(STAMP)  ## time element kernels; scenes against loops by hand; Hertz; a million pairs of triangles exactly
-	@$(BIN)/python tests/benchmarks/fused_kernel.py
-	@$(BIN)/python tests/benchmarks/quadratic_elements.py
-	@$(BIN)/python tests/benchmarks/composed_loop.py
-	@$(BIN)/python tests/benchmarks/hertz.py
-	@$(BIN)/python tests/benchmarks/exact_pairs.py
+	@set -e; for name in fused_kernel quadratic_elements composed_loop hertz exact_pairs; do \
+	$(BIN)/python tests/benchmarks/$$name.py; done
 
 snapshot: $(STAMP)  ## write docs/results.md from the results of make full
 	@$(BIN)/python -m palpate.report.snapshot .full/results docs
@@ -129,13 +109,10 @@ clean:  ## delete the results, and keep the environment
 	cd -- "$$FOLDER" && rm -rf $(addprefix results/,data figures logs benchmarks motion tables ct report*.html report*.md) \
 	.smoke .full .deep .slurm .example .snakemake
 
-distclean: clean  ## delete the environment, too
-	rm -rf $(VENV)
-
 help:  ## list what can be made
 	@echo "make STUDY  compute one study and write a page about it: $(STUDIES)"
 	@echo "make CONFIG=mine/config.yaml ...  the same for your own config, in its folder; palpate init writes one"
-	@sed -n 's/^\([a-z/%-]*\):.*  ## /\1  /p' Makefile | awk '{ printf "make %-11s", $$1; $$1 = ""; print }'
+	@sed -n 's/^\([a-z-]*\):.*  ## /\1  /p' Makefile | awk '{ printf "make %-11s", $$1; $$1 = ""; print }'
 
 # pip and setuptools come first: one package has no wheel and is built with them
 $(STAMP): environment.lock pyproject.toml

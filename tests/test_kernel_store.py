@@ -40,6 +40,24 @@ def test_what_is_stored_at_once_is_found_again(tmp_path):
     assert [kept.load(key) for key in keys] == [f"code of {key}" for key in keys]
 
 
+def test_of_two_processes_that_want_a_function_one_compiles_it(tmp_path):
+    kernel = tmp_path / "kernel.py"
+    kernel.write_text("import numba\n\n\n@numba.njit(cache=True)\ndef add(x, y):\n    x[:] = x + y\n")
+    os.utime(kernel, (0, 0))
+    script = (
+        "import kernel, numpy; x = numpy.ones(2); input(print('ready', flush=True) or ''); kernel.add(x, x); "
+        "print(sum(kernel.add.stats.cache_misses.values()))"
+    )
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "bufsize": 1}
+    env = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    both = [subprocess.Popen([sys.executable, "-c", script], cwd=tmp_path, env=env, **pipes) for _ in range(2)]
+    for process in both:
+        assert process.stdout.readline() == "ready\n"
+    for process in both:
+        process.stdin.write("\n")
+    assert sorted(process.communicate()[0] for process in both) == ["0\n", "1\n"]
+
+
 def test_numba_stores_so_before_it_compiles_anything():
     script = (
         "import numba; from numba.core.caching import IndexDataCacheFile as store; numba.njit(lambda x: x)(1.0); "

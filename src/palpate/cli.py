@@ -245,12 +245,11 @@ def _share_compiled() -> None:
     os.environ.setdefault("NUMBA_CACHE_DIR", str(kernel_cache()))
 
 
-def _press(asked: argparse.Namespace) -> NoReturn:
+def _press(asked: argparse.Namespace) -> str:
     _share_compiled()
     from palpate.press.serve.command import press
 
-    print(press(asked.config, asked.results, asked.scene, asked.model, asked.port, not asked.no_browser), flush=True)
-    os._exit(0)  # a thread that is in the middle of an answer does not survive Python's own end, nor Python it
+    return press(asked.config, asked.results, asked.scene, asked.model, asked.port, not asked.no_browser)
 
 
 def _port(text: str) -> int:

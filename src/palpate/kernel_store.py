@@ -1,31 +1,75 @@
 """Store compiled functions so that an edit compiles again what it concerns, and jobs do not mix up each other's code.
 
-Two faults of numba's own store are mended. It looks at the file of a function alone, and would go on using code whose
-callee in another file has changed. And it numbers the versions of a function, one for each kind of arguments, as it
-stores them, without a lock (its issue 4807): two processes that compile two versions at a time may take one number, and
-a third gets one version's code for the other's arguments, an error, or wrong numbers without one. Numba calls ``init``
-before it compiles anything, as pyproject.toml names it among ``numba_extensions``.
+Faults of numba's own store are mended. It looks at the file of a function alone, and would go on using code whose
+callee in another file has changed. Processes that want a function at a time each compile it. And it numbers the
+versions of a function, one for each kind of arguments, as it stores them, without a lock (its issue 4807): two
+processes that compile two versions at a time may take one number, and a third gets one version's code for the other's
+arguments, an error, or wrong numbers without one. Besides, wherever a part of an array is assigned another array numba
+compiles what formats both shapes for an error, 3 s in every process: here that error is raised without them. Numba
+calls ``init`` before it compiles anything, as pyproject.toml names it among ``numba_extensions``.
 """
 
 import fcntl
 import hashlib
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from numba.core.caching import Cache, IndexDataCacheFile
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.dispatcher import Dispatcher
+from numba.extending import overload
+from numba.np import arrayobj
 
 STARTED_S = time.time()
 """When this module was imported, by this process or by that which it is a copy of."""
-_load_overload = Cache.load_overload
+_load_overload, _compile = Cache.load_overload, Dispatcher.compile
+_COMPILING: set[str] = set()
+"""Functions that this process compiles."""
 
 
 def init() -> None:
-    """Have numba look for compiled code with ``load_overload`` and store it with ``save``."""
+    """Have numba compile, look for compiled code, and store it, with the functions below."""
+    Dispatcher.compile = compile_alone  # type: ignore[method-assign]
     Cache.load_overload = load_overload  # type: ignore[method-assign]
     IndexDataCacheFile.save = save  # type: ignore[method-assign]
+    overload(_differ)(arrayobj.ol_raise_with_shape_context_generic)
+    arrayobj.raise_with_shape_context = _differ
+
+
+def _differ(src_shapes: Any, index_shape: Any) -> None:
+    """Raise that one array does not fit into a part of another; compiled only."""
+    raise NotImplementedError
+
+
+def compile_alone(self: Any, sig: Any) -> Any:
+    """Load or compile a function while no other process does, in the place of ``Dispatcher.compile``.
+
+    The lock ends with its process. One that holds it may wait for a function that this one calls, never the other way.
+    """
+    index = getattr(getattr(self._cache, "_cache_file", None), "_index_path", None)
+    with global_compiler_lock:  # first: another thread may hold it, and wait for the same function
+        if index is None or index in _COMPILING:
+            return _compile(self, sig)
+        _COMPILING.add(index)
+        try:
+            with _locked(f"{index}.compiling"):
+                return _compile(self, sig)
+        finally:
+            _COMPILING.remove(index)
+
+
+@contextmanager
+def _locked(path: str) -> Iterator[None]:
+    """Wait until no other process has locked a file; do not where none can be written or locked."""
+    with ExitStack() as held:
+        with suppress(OSError):
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+            fcntl.flock(held.enter_context(open(path, "w")), fcntl.LOCK_EX)
+        yield
 
 
 def load_overload(self: Any, sig: Any, context: Any) -> Any:
@@ -58,7 +102,5 @@ def save(self: Any, key: tuple, data: Any) -> None:
         return
     name = self._data_name(int(hashlib.sha256(repr(key).encode()).hexdigest()[:12], 16))
     self._save_data(name, data)
-    with open(f"{self._index_path}.lock", "w") as file:
-        with suppress(OSError):
-            fcntl.flock(file, fcntl.LOCK_EX)
+    with _locked(f"{self._index_path}.lock"):
         self._save_index(self._load_index() | {key: name})

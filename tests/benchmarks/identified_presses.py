@@ -45,8 +45,8 @@ from palpate.identification.on_body import MARGIN, OrganForward
 from palpate.identification.presses import Press, PressRecords, read_presses
 from palpate.report.identified_words import uncertain
 
-NU = Parameter("poisson", 0.3, 0.49, "1")
-THICKNESS = Parameter("thickness_m", *THICKNESS_M, "m")
+NU = Parameter("poisson", 0.3, 0.49)
+THICKNESS = Parameter("thickness_m", *THICKNESS_M)
 RADII_M = (0.004, 0.008)
 YOUNG_PA = (1e3, 1e4)
 THICK_M, SLAB_ERROR = 0.015, 0.003
@@ -86,7 +86,7 @@ def intervals(records: PressRecords, forward: Forward, truths: Mapping[str, floa
     """
     model = MixedModel.of(Data.of(records), forward, Options())
     best, least = best_fit(model)
-    values, profiler = model.values(best), Profiler.of(model, best, least, 0.9)
+    values, profiler = model.values(best), Profiler(model, best, least)
     free = {p.name: p for p in model.table.free}
 
     def rise(held: Mapping[str, float], young: float | None = None) -> float:

@@ -8,7 +8,7 @@ import pytest
 import pyvista
 from fixtures.organs import organ, torn, volume, write_ascii_stl, write_binary_ply, write_binary_stl, write_blender_obj
 
-from palpate.bodies.make_body import build, make_body
+from palpate.bodies.make_body import build, make_body, taken
 from palpate.bodies.mesh_file import load_shape, load_surface
 from palpate.bodies.mesh_quality import quality
 from palpate.bodies.simple_shapes import box
@@ -24,8 +24,8 @@ OPEN = [[0, 2, 3], [0, 3, 1], [0, 1, 5], [0, 5, 4], [2, 6, 7], [2, 7, 3], [0, 4,
 FLAT_SQUARE = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\nf 1 3 2\nf 1 4 3\n"
 
 
-def load_file(path, scale_m, spacing_m=None):
-    return build({"path": path, "scale_m": scale_m, "spacing_m": spacing_m})[0]
+def load_file(path, scale_m):
+    return build({"path": path, "scale_m": scale_m})[0]
 
 
 def write_gmsh(path, mesh, version, binary):
@@ -65,11 +65,16 @@ def test_other_elements_and_loose_nodes_are_left_out(cube, tmp_path, name):
 def test_surface_is_filled_and_kept(octahedron, tmp_path):
     points, triangles = octahedron
     meshio.write(tmp_path / "a.stl", meshio.Mesh(points, [("triangle", triangles)]), binary=True)
-    found = load_file(tmp_path / "a.stl", 0.5, spacing_m=0.2)
+    found = load_file(tmp_path / "a.stl", 0.5)
     corners = {tuple(p) for p in found.nodes[found.surface].tolist()}
     assert corners == {tuple(p) for p in (0.5 * points).tolist()}
     assert (len(found.surface), len(found.triangles)) == (6, 8)
-    assert len(found.nodes) > 6
+    assert "1 piece; 1.667e+05 mL" in taken({"kind": "file", "path": tmp_path / "a.stl", "scale_m": 0.5})[0]
+    meshio.write(tmp_path / "open.stl", meshio.Mesh(points, [("triangle", triangles[1:])]), binary=True)
+    assert (
+        "no volume of its own, as it has 1 hole"
+        in taken({"kind": "file", "path": tmp_path / "open.stl", "scale_m": 0.5})[0]
+    )
     assert found.volumes.sum() == pytest.approx(4 / 3 / 8)
 
 

@@ -6,11 +6,11 @@ from fixtures.cut_cases import LIVER
 
 from palpate.bodies.body import nest
 from palpate.bodies.cutting.conform import cut_body
-from palpate.bodies.cutting.cut import Disc, blade, unit
+from palpate.bodies.cutting.cut import Disc, blade
 from palpate.bodies.cutting.ways import SPLIT_FACES, part
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
-from palpate.bodies.mesh import TetMesh, components
+from palpate.bodies.mesh import TetMesh, components, unit
 from palpate.bodies.particles import particles_of
 from palpate.bodies.simple_shapes import box
 from palpate.collision.trees.tree import Tree

@@ -10,9 +10,9 @@ from palpate.identification.force_table import TOLERANCE, natural, tabulate
 from palpate.identification.forward import Parameter
 
 RANGES = (
-    Parameter("poisson", 0.3, 0.49, "1"),
-    Parameter("thickness_m", 0.005, 0.04, "m"),
-    Parameter("stiffening", 0.0, 3.0, "1"),
+    Parameter("poisson", 0.3, 0.49),
+    Parameter("thickness_m", 0.005, 0.04),
+    Parameter("stiffening", 0.0, 3.0),
 )
 
 
@@ -51,6 +51,6 @@ def test_a_range_is_divided_by_value_by_ratio_or_by_stiffness(parameter, middle)
 
 
 def test_a_parameter_without_a_range_has_its_value():
-    known = Parameter("poisson", 0.4, 0.4, "1")
+    known = Parameter("poisson", 0.4, 0.4)
     table = tabulate(replace(Layer(0.004), parameters=(known,)), [0], 0.003)
     assert table.values(np.zeros(0)) == {"poisson": 0.4}

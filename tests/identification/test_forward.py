@@ -57,7 +57,7 @@ def test_without_stiffening_a_family_has_the_error_of_neo_hookean_curves_alone(m
 def test_a_slab_scales_with_its_ball():
     kept = {"law": "neo_hookean", "poisson": 0.45, "sticking": (0.0, 1.0), "workers": 1}
     small = SlabForward(0.004, 0.001, thickness_m=0.01, **kept)
-    assert small.parameters == (Parameter("sticking", 0.0, 1.0, ""),)
+    assert small.parameters == (Parameter("sticking", 0.0, 1.0),)
     depth = np.array([0.0002, 0.001])
     slips, between, sticks = (small.forces(0, depth, {"sticking": each}) for each in (0.0, 0.5, 1.0))
     assert between == pytest.approx(np.sqrt(slips * sticks)) and 1.0 < sticks[1] / slips[1] < 1.05
@@ -66,7 +66,7 @@ def test_a_slab_scales_with_its_ball():
     with pytest.raises(InputError, match="depth"):
         small.forces(0, np.array([0.002]), {"sticking": 0.0})
     with pytest.raises(InputError, match="sticking"):
-        small.forces(0, depth, {})
+        small.forces(0, depth, {"sticking": 1.1})
 
 
 def test_ranges_that_are_none_are_refused():

@@ -16,9 +16,9 @@ from palpate.identification.identify import identify, line_of
 from palpate.identification.intervals import Profiler, bootstrap, threshold
 from palpate.identification.presses import Press, PressRecords
 
-NU = Parameter("poisson", 0.3, 0.49, "1")
-THICKNESS = Parameter("thickness_m", 0.006, 0.04, "m")
-STIFFENING = Parameter("stiffening", 0.0, 3.0, "1")
+NU = Parameter("poisson", 0.3, 0.49)
+THICKNESS = Parameter("thickness_m", 0.006, 0.04)
+STIFFENING = Parameter("stiffening", 0.0, 3.0)
 QUICK = Options(resamples=0)
 
 
@@ -31,7 +31,7 @@ def fit_of(layer, values, seed=0, **more):
 @pytest.mark.slow
 def test_poisson_is_unknown_and_the_modulus_that_it_acts_through_is_not():
     model, best, least = fit_of(Layer(0.004), {"poisson": 0.45}, place_scatter=0.05)
-    profiler = Profiler.of(model, best, least, 0.9)
+    profiler = Profiler(model, best, least)
     nu, profile = profiler.parameter("poisson")
     assert not nu.known and nu.open_low and nu.open_high
     assert (nu.low, nu.high) == (0.3, 0.49)
@@ -47,7 +47,7 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
     inside = []
     for seed in range(8):
         model, best, least = fit_of(Layer(0.008), {"poisson": 0.4}, seed, places=12)
-        modulus, _ = Profiler.of(model, best, least, 0.9).modulus_pa()
+        modulus, _ = Profiler(model, best, least).modulus_pa()
         inside.append(modulus.low <= 2000.0 / (1 - 0.4**2) <= modulus.high)
     assert sum(inside) >= 6
 
@@ -64,7 +64,7 @@ def test_places_that_differ_by_a_hundred_times_are_fitted():
     model, best, least = fit_of(Layer(0.008), {"poisson": 0.4}, places=60, place_scatter=1.5, noise=0.005)
     assert best["place"] == pytest.approx(1.5, rel=0.3)
     assert np.exp(best["log_noise"]) == pytest.approx(0.005, rel=0.3)
-    start = model.start(0.0)
+    start = model.start()
     assert start["place"] == pytest.approx(1.5, rel=0.3)
     assert (
         least
@@ -113,7 +113,7 @@ def test_the_own_error_of_a_model_widens_the_interval_as_squares_add():
     for error in (0.0, 0.1):
         model = MixedModel.of(Data.of(records), Layer(0.004, relative_error=error), QUICK)
         best, least = best_fit(model)
-        found.append(Profiler.of(model, best, least, 0.9).modulus_pa()[0])
+        found.append(Profiler(model, best, least).modulus_pa()[0])
     assert np.log(found[1].high / found[1].best) > 0.1 * np.sqrt(threshold(0.9, 80))
     assert np.log(found[1].high / found[1].best) < 0.25
     assert np.log(found[0].high / found[0].best) < 0.05
@@ -123,7 +123,7 @@ def test_an_error_that_differs_from_place_to_place_averages_out_over_them():
     records = draw_presses(Layer(0.004), {"poisson": 0.45}, np.random.default_rng(0), places=80, place_scatter=0.0)
     model = MixedModel.of(Data.of(records), Layer(0.004, relative_error=0.1, local=True), QUICK)
     best, least = best_fit(model)
-    found = Profiler.of(model, best, least, 0.9).modulus_pa()[0]
+    found = Profiler(model, best, least).modulus_pa()[0]
     half = 0.1 * np.sqrt(threshold(0.9, 80) / 80)
     assert best["place"] == pytest.approx(0.1)  # more than noise says, which knows no more than these presses
     assert np.log(found.high / found.low) == pytest.approx(2.0 * half, rel=0.3)

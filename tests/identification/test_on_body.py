@@ -31,7 +31,7 @@ class Hertz:
     """The linear half-space; a stand-in for the curves of finite strain."""
 
     relative_error, deepest_m = 0.0, 0.02
-    parameters = (Parameter("poisson", 0.3, 0.49, ""),)
+    parameters = (Parameter("poisson", 0.3, 0.49),)
 
     def forces(self, press, depth_m, values):
         return 4.0 / 3.0 * np.sqrt(BALL.radius_m) * np.clip(depth_m, 0.0, None) ** 1.5 / (1.0 - values["poisson"] ** 2)

@@ -114,6 +114,8 @@ def test_the_line_before_contact_is_subtracted(zero, slope, pull, tmp_path):
     assert any("tissue that sticks" in doubt for doubt in doubts(records)) == (pull > 0.0)
     told = re.search(r"(\S+) mN at depth 0 and (\S+) mN/mm", records.found[0])
     assert [float(each) for each in told.groups()] == pytest.approx([1e3 * zero, slope], abs=0.3)
+    some = read(rows[rows["press"].isin(["a", "b"]) | (rows["depth_m"] >= 0.0)], tmp_path)  # the others have no rows
+    assert some.presses[5].force_n == pytest.approx(clean[depth >= 0.0], abs=9e-4)
 
 
 def cell(column, row, value):
@@ -169,6 +171,24 @@ def test_grams_are_refused_by_the_name_of_the_column_and_doubted_by_values(tmp_p
     assert "3.1e+05 Pa, stiffer than the 100000 Pa that organs reach" in doubt
     with pytest.raises(InputError, match="has force_g and lacks force_n; convert it to newtons"):
         read(grams.rename(columns={"force_n": "force_g"}), tmp_path)
+
+
+@pytest.mark.parametrize(
+    "name", ["Load_lbf", "Load (mN) raw", "Load [millinewton]", "stress_kPa", "Sensor (V)", "F / µN"]
+)
+def test_columns_that_are_named_by_hand_have_no_other_unit_in_their_names(name, tmp_path):
+    rows = table().rename(columns={"force_n": name})
+    with pytest.raises(InputError, match="whose name has another unit; convert it to newtons"):
+        read(rows, tmp_path, {"force_n": name})
+    for own in ("Load (N) raw", "F_z", "Newton"):
+        assert read(rows.rename(columns={name: own}), tmp_path, {"force_n": own}).presses
+
+
+def test_a_press_in_another_unit_than_the_others_is_doubted(tmp_path):
+    rows = table("abc")
+    rows.loc[:5, "force_n"] *= 102.0
+    (doubt,) = doubts(read(rows, tmp_path))
+    assert ": a of 3 presses are 90 times as stiff or soft" in doubt
 
 
 def test_files_are_joined_unless_names_repeat(tmp_path):

@@ -275,7 +275,7 @@ def test_a_surface_gets_as_many_nodes_as_its_shape_needs(monkeypatch, tmp_path):
 
     penalties = {140: 9.0, 280: 4.5, 560: 4.0, 1120: 3.9}
     monkeypatch.setattr(choose, "_coarse", lambda tried: mesh)
-    like_data = {count: Likeness(0, 0.01 * penalty, 1, 1, 1) for count, penalty in penalties.items()}
+    like_data = {count: Likeness(0.01 * penalty, 1, 1, 1, 1) for count, penalty in penalties.items()}
     monkeypatch.setattr(choose, "likeness", lambda found, tried: like_data[tried["surface_nodes"]])
     assert choose._resolved(read.entry, str)[0]["surface_nodes"] == 280
 

@@ -103,6 +103,15 @@ def test_a_frame_before_helps_as_far_as_the_method_has_come_by_itself(pressed, e
     assert np.array_equal(none.respond(load), cold)
 
 
+def test_a_press_grows_evenly_up_to_the_frame_before(pressed):
+    case, load = pressed
+    model, grown = relaxed.Relaxed(case, LONG["xpbd"] | {"start": "frame"}, "xpbd"), []
+    model._relax = lambda x, force, before=None: (x, grown.append(force))
+    model.precede(load)
+    shares = fem.BEFORE * np.arange(1, relaxed.FRAMES + 1) / relaxed.FRAMES
+    assert np.allclose(grown, shares[:, None, None] * model._nodal(load), rtol=1e-12, atol=0.0)
+
+
 def test_a_motion_goes_on_where_it_was_left(pressed):
     """Ten steps at once are five and five."""
     case, load = pressed

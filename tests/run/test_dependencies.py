@@ -17,8 +17,8 @@ def script(tmp_path, monkeypatch):
     monkeypatch.setattr(dependencies, "files_of", lambda name: [path] if name == "script" else usual(name))
 
     def digest(text: str, *lazily: str) -> str:
-        for kept in (dependencies._facts, dependencies.imported, dependencies._tree):
-            kept.cache_clear()
+        dependencies._facts.cache_clear()
+        dependencies._parsed.cache_clear()
         path.write_text(text)
         return dependencies.digest("script:sides", *lazily)
 
@@ -75,11 +75,10 @@ CALLS = [
 
 @pytest.mark.parametrize(("module", "name"), CALLS)
 def test_the_closure_holds_whatever_is_loaded(module, name):
-    part = dependencies._part(dependencies.files_of(module)[0], name)
+    part = dependencies.needed(dependencies._parsed(dependencies.files_of(module)[0]), name)
     imports = [node for node in ast.walk(part) if isinstance(node, ast.Import | ast.ImportFrom)]
-    named = {path for each in dependencies._names(part) if (path := dependencies._module(each))}
     ask = 'import sys; print(*(m.__file__ for n, m in sys.modules.items() if n.startswith("palpate.") and m.__file__))'
     code = "\n".join([*map(ast.unparse, imports), ask])
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = {path for path in map(Path, done.stdout.split()) if path.read_text()} - dependencies.WRAPPERS
-    assert loaded and loaded <= dependencies.closure(named - dependencies.WRAPPERS)
+    assert loaded and loaded <= dependencies.closure(dependencies.modules_of(dependencies.imports(part)))

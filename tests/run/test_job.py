@@ -95,11 +95,11 @@ def test_an_edit_of_a_kernel_compiles_again_what_calls_it_and_nothing_else(tmp_p
     }.items():
         (package / f"{name}.py").write_text(text)
     monkeypatch.setattr(dependencies, "PACKAGE", package)
-    monkeypatch.setattr(dependencies, "KEPT", tmp_path / "digests.json")
+    monkeypatch.setattr(dependencies, "KEPT", tmp_path / "digests")
 
     def stamps() -> list[str]:
-        dependencies._facts.cache_clear()
-        dependencies.imported.cache_clear()
+        for kept in (dependencies._facts, dependencies._parsed, dependencies._file):
+            kept.cache_clear()
         return [dependencies.kernels(package / f"{name}.py") for name in ("called", "caller", "other")]
 
     before = stamps()

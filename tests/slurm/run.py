@@ -24,7 +24,8 @@ def snakemake(folder: Path, profile: str, *more: str) -> list[str]:
     """The command for a smoke run with its results in ``folder``."""
     profile = str(ROOT / "profiles" / profile)
     places = ["--snakefile", str(ROOT / "Snakefile"), "--directory", str(folder), "--configfile", str(SMOKE)]
-    return [sys.executable, "-m", "snakemake", *places, "--workflow-profile", profile, *more]
+    profiles = ["--profile", str(ROOT / "profiles/default"), "--workflow-profile", profile]
+    return [sys.executable, "-m", "snakemake", *places, *profiles, *more]
 
 
 def main() -> int:

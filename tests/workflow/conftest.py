@@ -42,7 +42,7 @@ def command() -> Callable[..., list[str]]:
 
     def arguments(folder: Path, config: Path, *more: str, root: Path = ROOT) -> list[str]:
         places = ["--snakefile", root / "Snakefile", "--directory", folder, "--configfile", config]
-        profile = ["--workflow-profile", root / "profiles/default"]
+        profile = ["--profile", root / "profiles/default"]
         return [*map(str, [*places, *profile]), "--cores", "2", *more]
 
     return arguments

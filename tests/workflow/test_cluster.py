@@ -1,8 +1,6 @@
-"""Single results by name, and the profile for a cluster."""
+"""The profile for a cluster."""
 
 import re
-import shlex
-import subprocess
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -14,23 +12,6 @@ pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
 PROFILE = ROOT / "profiles/slurm"
 SMOKE = ROOT / "tests/smoke/config.yaml"
-
-
-@pytest.mark.parametrize(
-    ("asked", "made"),
-    [
-        (["figures/sigma_sweep"], ["default results/figures/sigma_sweep.png"]),
-        (["PROFILE=slurm", "tables/sigma_sweep"], ["slurm results/tables/sigma_sweep.csv"]),
-        (
-            ["figures/scaling", "tables/scaling"],
-            ["default results/figures/scaling.png", "default results/tables/scaling.csv"],
-        ),
-    ],
-)
-def test_single_results_can_be_asked_for(asked, made):
-    done = subprocess.run(["make", "-n", *asked], cwd=ROOT, capture_output=True, text=True, check=True)
-    commands = [line for line in done.stdout.splitlines() if "snakemake --workflow-profile" in line]
-    assert [" ".join(shlex.split(command)[-2:]).partition("profiles/")[2] for command in commands] == made
 
 
 def test_the_profile_groups_rules_that_exist():

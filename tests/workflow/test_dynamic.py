@@ -1,9 +1,12 @@
 """Every scene in which models can be compared takes part, without being named."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from fixtures.small_scene import BAR, SCENE
+
+from palpate.studies.dynamic.elsewhere import tabulate_dynamic
 
 pytestmark = pytest.mark.slow
 
@@ -19,8 +22,8 @@ def settings():
 def test_an_own_scene_gets_advice_without_being_named(plan, write_config, tmp_path, settings):
     jobs = plan(tmp_path, write_config(settings), "dynamic")
     assert jobs == {
-        "make_body": 1, "simulate_dynamic_reference": 1, "measure_dynamic": 1, "merge_dynamic": 1,
-        "tabulate_advice": 1, "draw_dynamic": 1, "write_page": 1, "dynamic": 1,
+        "make_body": 1, "simulate_dynamic_reference": 1, "measure_dynamic": 1, "tabulate_dynamic": 1,
+        "tabulate_advice": 1, "write_report": 1, "dynamic": 1,
     }  # fmt: skip
 
 
@@ -30,17 +33,15 @@ def test_only_scenes_that_are_named_take_part_if_any_are(plan, write_config, tmp
     settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1}}
     settings["dynamic"]["scenes"]["falls"] = {"duration_s": 0.1, "training": {"duration_s": 0.05}}
     jobs = plan(tmp_path, write_config(settings))
-    assert jobs["measure_dynamic"] == 2 and "leave_out_scenes" not in jobs
+    assert jobs["measure_dynamic"] == 2
 
 
-def test_what_cannot_be_compared_is_left_out_with_a_warning(plan, run, write_config, tmp_path, settings):
+def test_what_cannot_be_compared_is_left_out_with_a_warning(plan, write_config, tmp_path, settings):
     settings["scenes"]["falls"] = settings["scenes"]["mine"] | FLOOR
     jobs = plan(tmp_path, write_config(settings))
-    assert jobs["measure_dynamic"] == jobs["leave_out_scenes"] == 1 and jobs["simulate_scene"] == 2
-    done = run(tmp_path, write_config(settings), "results/data/dynamic/left_out.txt")
-    said = "scenes.falls: models are not compared in it, as it has contact."
-    assert (tmp_path / "results/data/dynamic/left_out.txt").read_text() == f"{said}\n"
-    assert f"warning: {said}" in done.stdout
+    assert jobs["measure_dynamic"] == 1 and jobs["simulate_scene"] == 2
+    with pytest.warns(UserWarning, match=r"scenes\.falls: models are not compared in it, as it has contact\."):
+        tabulate_dynamic({}, [], SimpleNamespace(left_out={"falls": "has contact"}))
 
 
 def test_a_scene_with_one_push_is_asked_at_other_places(plan, write_config, tmp_path, settings):
@@ -49,8 +50,8 @@ def test_a_scene_with_one_push_is_asked_at_other_places(plan, write_config, tmp_
     settings["scenes"]["mine"] |= {"effects": ["corotational", "held", "push"], "push": {"loads": [push]}}
     settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "elsewhere": {"places": 10}}}
     jobs = plan(tmp_path, write_config(settings), "dynamic")
-    assert jobs["measure_elsewhere"] == jobs["tabulate_motion_bounds"] == 1
-    assert plan(tmp_path, write_config(settings), "results/tables/motion_places.csv")["merge_dynamic"] == 1
+    assert jobs["measure_elsewhere"] == 1
+    assert plan(tmp_path, write_config(settings), "results/tables/motion_bounds.csv")["tabulate_dynamic"] == 1
 
 
 def test_a_truth_is_found_of_the_scenes_that_ask_for_one(plan, write_config, tmp_path, settings):

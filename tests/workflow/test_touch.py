@@ -14,6 +14,6 @@ def test_instruments_and_bodies_have_jobs_of_their_own(whole, write_config, plan
         {"kind": "punch", "radius_m": 0.0125, "edge_m": 0.002},
     ]
     jobs = plan(tmp_path, write_config(whole), "touch")
-    assert jobs["choose_touches"] == jobs["simulate_touch_truth"] == 4
+    assert jobs["simulate_touch_truth"] == 4
     assert jobs["measure_touch_models"] == 4 * len({*TOUCH_MODELS} - {*absent()})
-    assert jobs["make_body"] == 2 and jobs["tabulate_touch"] == jobs["draw_touch"] == 1
+    assert jobs["make_body"] == 2 and jobs["tabulate_touch"] == 1

@@ -9,8 +9,8 @@ def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, tr
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
     assert jobs["measure_models"] == 2 and jobs["simulate_truth"] == 1 and jobs["tabulate_tradeoff"] == 1
     assert jobs["make_body"] == 1 and jobs["choose_presses"] == 1
-    assert jobs["measure_bounds"] == 1 and jobs["tabulate_error_bounds"] == 1
-    assert not {"evaluate_methods", "time_methods", "simulate_scene"} & set(jobs)
+    assert jobs["measure_bounds"] == 1
+    assert not {"sweep_sigma", "time_methods", "simulate_scene"} & set(jobs)
 
 
 def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, trading):
@@ -41,10 +41,9 @@ def test_answers_from_elsewhere_are_a_table_and_a_figure_and_reach_no_advice(tmp
 
 
 def test_any_load_and_presses_beyond_the_design_are_a_job_for_each_scene(tmp_path, plan, write_config, trading):
-    assert not {"measure_any_load", "measure_beyond_design"} & set(plan(tmp_path, write_config(trading), "tradeoff"))
+    assert "measure_other_loads" not in plan(tmp_path, write_config(trading), "tradeoff")
     (tmp_path / "mine.py").write_text("class Mine:\n    def prepare(self, case):\n        pass\n")
     trading["tradeoff"] |= {"own_models": {"mine": "mine.py"}, "any_load": {"models": {"mine": "", "fem_p1": "rest"}}}
     trading["tradeoff"] |= {"beyond_design": {"models": {"fem_p1": "rest"}}}
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
-    assert jobs["measure_any_load"] == jobs["merge_tradeoff"] == 1
-    assert jobs["measure_beyond_design"] == 1
+    assert jobs["measure_other_loads"] == 2 and jobs["draw_tradeoff"] == 1

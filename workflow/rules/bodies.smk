@@ -14,6 +14,7 @@ rule make_body:
     output:
         body=BODY,
         warned="results/data/{body}/warned.txt",
+        taken="results/data/{body}/taken.txt",
     log:
         "results/logs/{body}/make_body.log",
     benchmark:

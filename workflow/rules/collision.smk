@@ -3,7 +3,8 @@
 
 rule measure_collision:
     output:
-        in_report("results/tables/collision.csv"),
+        collision=in_report("results/tables/collision.csv"),
+        scaling=in_report("results/tables/collision_scaling.csv"),
     log:
         "results/logs/measure_collision.log",
     benchmark:
@@ -12,23 +13,8 @@ rule measure_collision:
     params:
         **calls("palpate.studies.collision.compare_trees:measure_collision"),
         settings=some("collision", "frames", "refinements", "depths"),
-        seed=config["seed"],
-    script:
-        "../job.py"
-
-
-rule measure_collision_scaling:
-    output:
-        in_report("results/tables/collision_scaling.csv"),
-    log:
-        "results/logs/measure_collision_scaling.log",
-    benchmark:
-        "results/benchmarks/measure_collision_scaling.tsv"
-    threads: HALF
-    params:
-        **calls("palpate.studies.collision.compare_trees:measure_collision_scaling"),
         triangles=config["collision"]["triangles"],
-        depths=config["collision"]["depths"][:1],
+        seed=config["seed"],
     script:
         "../job.py"
 
@@ -62,7 +48,7 @@ rule draw_collision:
         "results/logs/draw_collision.log",
     localrule: True
     params:
-        **draws(COLLISION_SHOWN),
+        **calls("palpate.studies.common_jobs:merge", draws=COLLISION_SHOWN),
     script:
         "../job.py"
 
@@ -70,7 +56,6 @@ rule draw_collision:
 rule collision:
     input:
         rules.measure_collision.output,
-        rules.measure_collision_scaling.output,
         rules.measure_collision_precision.output,
         rules.draw_collision.output,
         page="results/report_collision.html",

@@ -68,15 +68,20 @@ PRESS = "results/data/{body}/{regime}"
 CAPTION = "../report.rst"
 
 
-def calls(function, *lazily):
+def calls(function, *lazily, draws=None):
     """The function of palpate that a job calls, and a digest of its code, as parameters: snakemake notices no edits of modules.
 
     lazily : modules or packages of palpate that are imported by name at run time, or one function of the wildcards
+    draws : the figures, of ``drawn``, that the job draws once the tables are written that its function returns
     """
     if lazily and callable(lazily[0]):
         [named] = lazily
         return {"call": function, "lazily": named, "code": lambda wildcards: digest(function, *named(wildcards))}
-    return {"call": function, "lazily": list(lazily), "code": digest(function, *lazily)}
+    if draws:
+        places = {figure["place"].partition(":")[0] for figure in draws.values()}
+        lazily = [*lazily, "palpate.report.drawing", *sorted(places)]
+    drawing = {"figures": draws} if draws else {}
+    return {"call": function, "lazily": list(lazily), "code": digest(function, *lazily)} | drawing
 
 
 def some(block, *keys):
@@ -118,20 +123,14 @@ def drawn(study, *names, scenes=(None,), published=None):
     return found
 
 
-def draws(shown):
-    """The parameters of a job that draws these figures."""
-    modules = sorted({figure["place"].split(":")[0] for figure in shown.values()})
-    return calls("palpate.studies.common_jobs:draw", *modules) | {"figures": shown}
-
-
-def read_by(shown):
-    """The tables that these figures are drawn from."""
-    return sorted({file for figure in shown.values() for file in tables(*figure["tables"])})
+def read_by(shown, *made):
+    """The tables that these figures are drawn from, without those that are made by the job that draws them."""
+    return sorted({file for figure in shown.values() for file in tables(*figure["tables"])} - set(tables(*made)))
 
 
 def warned_of(bodies):
-    """The warnings of jobs that make bodies."""
-    return expand("results/data/{body}/warned.txt", body=bodies)
+    """The warnings of jobs that make bodies, and what these took of files."""
+    return expand("results/data/{body}/{said}.txt", body=bodies, said=["taken", "warned"])
 
 
 def templates(*studies):

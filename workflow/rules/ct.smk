@@ -3,6 +3,7 @@
 # an MRI does not show how dense tissue is
 WEIGHED = [body for body in CTS if config["bodies"][body]["modality"] == "ct"]
 IMAGING = ["mask_interpolation", "surface_normals", "tissue_classes", "segmented_scans", "compositing"]
+MASS_SHOWN = drawn("ct", "node_mass")
 
 
 rule tabulate_node_mass:
@@ -10,10 +11,11 @@ rule tabulate_node_mass:
         files=[file for body in WEIGHED for file in body_files(body)],
     output:
         in_report("results/tables/node_mass.csv"),
+        figures(*MASS_SHOWN),
     log:
         "results/logs/tabulate_node_mass.log",
     params:
-        **calls("palpate.studies.ct.node_mass:tabulate_node_mass"),
+        **calls("palpate.studies.ct.node_mass:tabulate_node_mass", draws=MASS_SHOWN),
         entries={body: body_entry(body) for body in WEIGHED},
         sizes=config["ct"]["surface_nodes"],
     script:
@@ -55,25 +57,11 @@ rule measure_imaging:
         "../job.py"
 
 
-rule draw_ct:
-    input:
-        rules.tabulate_node_mass.output,
-    output:
-        figures("node_mass"),
-    log:
-        "results/logs/draw_ct.log",
-    localrule: True
-    params:
-        **draws(drawn("ct", "node_mass")),
-    script:
-        "../job.py"
-
-
 rule ct:
     input:
         tables("mesh_quality"),
         rules.measure_imaging.output,
         expand(rules.draw_scan.output, body=CTS),
-        [*rules.tabulate_node_mass.output, *rules.draw_ct.output] if WEIGHED else [],
+        rules.tabulate_node_mass.output if WEIGHED else [],
         warned_of(CTS),
         page="results/report_ct.html",

@@ -48,37 +48,23 @@ rule measure_cut:
         "../job.py"
 
 
-rule merge_cut:
+rule tabulate_cut:
     input:
         **CUT_TABLES,
     output:
         *map(in_report, tables(*CUT_TABLES)),
-    log:
-        "results/logs/merge_cut.log",
-    localrule: True
-    params:
-        **calls("palpate.studies.common_jobs:merge"),
-    script:
-        "../job.py"
-
-
-rule draw_cut:
-    input:
-        read_by(CUT_SHOWN),
-    output:
         figures(*CUT_SHOWN),
     log:
-        "results/logs/draw_cut.log",
+        "results/logs/tabulate_cut.log",
     localrule: True
     params:
-        **draws(CUT_SHOWN),
+        **calls("palpate.studies.common_jobs:merge", draws=CUT_SHOWN),
     script:
         "../job.py"
 
 
 rule cut:
     input:
-        rules.merge_cut.output,
-        rules.draw_cut.output,
+        rules.tabulate_cut.output,
         warned_of({cut["body"] for cut in CUTS.values()}),
         page="results/report_cut.html",

@@ -37,18 +37,6 @@ MOTIONS = {table: parts for table, parts in MOTIONS.items() if parts}
 DYNAMIC_SHOWN = drawn("dynamic", "dynamic_accuracy", "dynamic_reference", *(["dynamic_force"] if FELT else []))
 
 
-rule leave_out_scenes:
-    output:
-        warned="results/data/dynamic/left_out.txt",
-    log:
-        "results/logs/dynamic/leave_out_scenes.log",
-    params:
-        **calls("palpate.studies.dynamic.accuracy:leave_out_scenes"),
-        reasons=LEFT_OUT,
-    script:
-        "../job.py"
-
-
 rule simulate_dynamic_reference:
     input:
         body=body_of_compared,
@@ -169,56 +157,29 @@ rule measure_held_out:
         "../job.py"
 
 
-rule tabulate_motion_bounds:
-    input:
-        MOVED,
-    output:
-        in_report("results/tables/motion_bounds.csv"),
-    log:
-        "results/logs/tabulate_motion_bounds.log",
-    params:
-        **calls("palpate.studies.dynamic.elsewhere:tabulate_motion_bounds"),
-    script:
-        "../job.py"
-
-
-rule merge_dynamic:
+rule tabulate_dynamic:
     input:
         **MOTIONS,
     output:
         *map(in_report, tables(*MOTIONS)),
-    log:
-        "results/logs/merge_dynamic.log",
-    localrule: True
-    params:
-        **calls("palpate.studies.common_jobs:merge"),
-    script:
-        "../job.py"
-
-
-rule draw_dynamic:
-    input:
-        read_by(DYNAMIC_SHOWN),
-    output:
         figures(*DYNAMIC_SHOWN),
+        **({"bounds": in_report("results/tables/motion_bounds.csv")} if MOVED else {}),
+        warned="results/data/dynamic/left_out.txt",
     log:
-        "results/logs/draw_dynamic.log",
-    localrule: True
+        "results/logs/tabulate_dynamic.log",
     params:
-        **draws(DYNAMIC_SHOWN),
+        **calls("palpate.studies.dynamic.elsewhere:tabulate_dynamic", draws=DYNAMIC_SHOWN),
+        left_out=LEFT_OUT,
     script:
         "../job.py"
 
 
 rule dynamic:
     input:
-        rules.merge_dynamic.output,
-        rules.draw_dynamic.output,
-        tables("motion_bounds") if MOVED else [],
+        rules.tabulate_dynamic.output,
         # between presses, too, it is the trade-off's, for which motions alone do not wait
         tables("advice") if "tradeoff" not in ADVISED else [],
         warned_of({config["scenes"][scene]["body"] for scene in FOLLOWED}),
         expand(f"{TRIAL}/warned.txt", scene=FOLLOWED),
         expand(f"{TRIAL}/truth_warned.txt", scene=TRUE),
-        "results/data/dynamic/left_out.txt" if LEFT_OUT else [],
         page="results/report_dynamic.html",

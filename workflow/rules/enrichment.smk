@@ -1,4 +1,6 @@
 # Paper 1: the error of each way of enriching a coarse deformation, and what it costs online.
+# Before them come make_body, choose_loads, simulate_fine and assemble_database (bodies.smk, samples.smk): meshes, fine
+# responses, and with the coarse ones at the same loads a database, whose samples are split into training and test.
 
 # every method is fitted and tested in each of these: protocol and split
 COMPARISONS = [(protocol, split) for protocol in ("paper", "live") for split in ("samples", "contacts")]
@@ -11,7 +13,8 @@ PREMISES = dict(config["enrichment"]["premises"])
 CASES = PREMISES.pop("cases")
 PREMISE_BODIES = list(dict.fromkeys([*BODIES, *(case["body"] for case in CASES.values())]))
 PREMISE_TABLES = ("premises", "premise_bodies", "feature_vectors", "database_memory")
-
+ENRICHMENT_TABLES = ["sigma_sweep", "enrichment_accuracy", "enrichment_timing", "online_cost"]
+SAMPLE_TABLES = ["sample_peaks", "splits", "fem_cost"]
 ENRICHMENT_SHOWN = (
     drawn("enrichment", "sigma_sweep", published=published_of("enrichment"))
     | drawn("enrichment", "premises", "feature_vectors", "complexity")
@@ -19,7 +22,7 @@ ENRICHMENT_SHOWN = (
 )
 
 
-rule evaluate_methods:
+rule sweep_sigma:
     input:
         database=f"{PRESS}/database.h5",
         compliance=lambda wildcards: compliance_of(wildcards.body, wildcards.regime),
@@ -29,11 +32,11 @@ rule evaluate_methods:
         accuracy=f"{PRESS}/enrichment_accuracy.csv",
         predictions=f"{PRESS}/predictions.h5",
     log:
-        "results/logs/{body}/{regime}/evaluate_methods.log",
+        "results/logs/{body}/{regime}/sweep_sigma.log",
     benchmark:
-        "results/benchmarks/{body}/{regime}/evaluate_methods.tsv"
+        "results/benchmarks/{body}/{regime}/sweep_sigma.tsv"
     params:
-        **calls("palpate.studies.enrichment.jobs:evaluate_methods"),
+        **calls("palpate.studies.enrichment.jobs:sweep_sigma"),
         regression=REGRESSION,
         cases=COMPARISONS,
         shown=SHOWN,
@@ -91,22 +94,6 @@ rule time_methods:
         "../job.py"
 
 
-rule tabulate_samples:
-    input:
-        samples=points("samples.csv"),
-        fine=[file for body in BODIES for regime in POINTS for file in fine_batches(body, regime)],
-    output:
-        peaks=in_report("results/tables/sample_peaks.csv"),
-        splits=in_report("results/tables/splits.csv"),
-        cost=in_report("results/tables/fem_cost.csv"),
-    log:
-        "results/logs/tabulate_samples.log",
-    params:
-        **calls("palpate.studies.enrichment.jobs:tabulate_samples"),
-    script:
-        "../job.py"
-
-
 rule time_complexity:
     output:
         in_report("results/tables/complexity.csv"),
@@ -123,32 +110,25 @@ rule time_complexity:
         "../job.py"
 
 
-rule merge_enrichment:
+rule tabulate_enrichment:
     input:
+        read_by(ENRICHMENT_SHOWN, *ENRICHMENT_TABLES, *SAMPLE_TABLES),
         sigma_sweep=points("sigma_sweep.csv"),
         enrichment_accuracy=points("enrichment_accuracy.csv"),
         enrichment_timing=expand(rules.time_methods.output.timing, body=BODIES),
         online_cost=expand(rules.time_methods.output.cost, body=BODIES),
-    output:
-        *map(in_report, tables("sigma_sweep", "enrichment_accuracy", "enrichment_timing", "online_cost")),
-    log:
-        "results/logs/merge_enrichment.log",
-    localrule: True
-    params:
-        **calls("palpate.studies.common_jobs:merge"),
-    script:
-        "../job.py"
-
-
-rule draw_meshes:
-    input:
         bodies=expand(BODY, body=BODIES),
+        samples=points("samples.csv"),
+        fine=[file for body in BODIES for regime in POINTS for file in fine_batches(body, regime)],
     output:
-        figures("mesh_levels"),
+        *map(in_report, tables(*ENRICHMENT_TABLES)),
+        figures(*ENRICHMENT_SHOWN),
+        **dict(zip(SAMPLE_TABLES, map(in_report, tables(*SAMPLE_TABLES)))),
+        meshes=figures("mesh_levels"),
     log:
-        "results/logs/draw_meshes.log",
+        "results/logs/tabulate_enrichment.log",
     params:
-        **calls("palpate.studies.enrichment.jobs:draw_meshes"),
+        **calls("palpate.studies.enrichment.jobs:tabulate_enrichment", draws=ENRICHMENT_SHOWN),
     script:
         "../job.py"
 
@@ -170,29 +150,12 @@ rule draw_responses:
         "../job.py"
 
 
-rule draw_enrichment:
-    input:
-        read_by(ENRICHMENT_SHOWN),
-    output:
-        figures(*ENRICHMENT_SHOWN),
-    log:
-        "results/logs/draw_enrichment.log",
-    localrule: True
-    params:
-        **draws(ENRICHMENT_SHOWN),
-    script:
-        "../job.py"
-
-
 rule enrichment:
     input:
         tables("mesh_sizes", "mesh_quality"),
-        rules.merge_enrichment.output,
+        rules.tabulate_enrichment.output,
         rules.compare_premises.output,
-        rules.tabulate_samples.output,
         rules.time_complexity.output,
-        rules.draw_enrichment.output,
-        rules.draw_meshes.output,
         expand(rules.draw_responses.output, body=BODIES, regime=POINTS),
         warned_of(BODIES),
         points("loads_warned.txt"),

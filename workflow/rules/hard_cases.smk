@@ -1,5 +1,7 @@
 # Situations in which numerics may fail, each with what was expected of it beforehand.
 
+HARD_CASES_SHOWN = drawn("hard_cases", "hard_cases")
+
 
 rule try_hard_cases:
     output:
@@ -20,36 +22,22 @@ rule try_hard_cases:
         "../job.py"
 
 
-rule merge_hard_cases:
+rule tabulate_hard_cases:
     input:
         hard_cases=expand(rules.try_hard_cases.output, family=config["hard_cases"]["families"]),
     output:
         in_report("results/tables/hard_cases.csv"),
+        figures(*HARD_CASES_SHOWN),
     log:
-        "results/logs/merge_hard_cases.log",
+        "results/logs/tabulate_hard_cases.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge"),
-    script:
-        "../job.py"
-
-
-rule draw_hard_cases:
-    input:
-        rules.merge_hard_cases.output,
-    output:
-        figures("hard_cases"),
-    log:
-        "results/logs/draw_hard_cases.log",
-    localrule: True
-    params:
-        **draws(drawn("hard_cases", "hard_cases")),
+        **calls("palpate.studies.common_jobs:merge", draws=HARD_CASES_SHOWN),
     script:
         "../job.py"
 
 
 rule hard_cases:
     input:
-        rules.merge_hard_cases.output,
-        rules.draw_hard_cases.output,
+        rules.tabulate_hard_cases.output,
         page="results/report_hard_cases.html",

@@ -7,6 +7,7 @@ from palpate.studies.law.settings import changes_of, compared_bodies
 COMPARED_BODIES = compared_bodies(config)
 # of palpate's own by name, of the user's by file
 COMPARED_LAWS = {name: name if kind_of(name) else normpath(CONFIG_FILE.parent / name) for name in config["law"]["laws"]}
+LAW_SHOWN = drawn("law", "law")
 
 
 rule compare_laws:
@@ -31,38 +32,24 @@ rule compare_laws:
         "../job.py"
 
 
-rule merge_law:
+rule tabulate_law:
     input:
         law=expand(rules.compare_laws.output.table, body=COMPARED_BODIES),
     output:
         in_report("results/tables/law.csv"),
+        figures(*LAW_SHOWN),
     log:
-        "results/logs/merge_law.log",
+        "results/logs/tabulate_law.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge"),
-    script:
-        "../job.py"
-
-
-rule draw_law:
-    input:
-        rules.merge_law.output,
-    output:
-        figures("law"),
-    log:
-        "results/logs/draw_law.log",
-    localrule: True
-    params:
-        **draws(drawn("law", "law")),
+        **calls("palpate.studies.common_jobs:merge", draws=LAW_SHOWN),
     script:
         "../job.py"
 
 
 rule law:
     input:
-        rules.merge_law.output,
-        rules.draw_law.output,
+        rules.tabulate_law.output,
         warned_of(COMPARED_BODIES),
         expand(rules.compare_laws.output.warned, body=COMPARED_BODIES),
         page="results/report_law.html",

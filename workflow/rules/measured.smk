@@ -69,38 +69,24 @@ rule identify_presses:
         "../job.py"
 
 
-rule merge_measured:
+rule tabulate_measured:
     input:
         **MEASURED_PARTS,
     output:
         *map(in_report, tables(*MEASURED_PARTS)),
-    log:
-        "results/logs/merge_measured.log",
-    localrule: True
-    params:
-        **calls("palpate.studies.common_jobs:merge"),
-    script:
-        "../job.py"
-
-
-rule draw_measured:
-    input:
-        read_by(MEASURED_SHOWN),
-    output:
         figures(*MEASURED_SHOWN),
     log:
-        "results/logs/draw_measured.log",
+        "results/logs/tabulate_measured.log",
     localrule: True
     params:
-        **draws(MEASURED_SHOWN),
+        **calls("palpate.studies.common_jobs:merge", draws=MEASURED_SHOWN),
     script:
         "../job.py"
 
 
 rule measured:
     input:
-        rules.merge_measured.output,
-        rules.draw_measured.output,
+        rules.tabulate_measured.output,
         warned_of(dict.fromkeys(entry["body"] for entry in config["measured"]["experiments"].values())),
         expand(f"{OF_EXPERIMENT}_warned.txt", experiment=EXPERIMENTS),
         expand(f"{OF_PRESSES}/warned.txt", presses=PRESSED_TISSUE),

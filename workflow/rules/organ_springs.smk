@@ -4,6 +4,7 @@ ORGANS = config["organ_springs"]["bodies"] or CTS
 ORGAN_TABLES = {
     table: f"results/data/{{body}}/{table}.csv" for table in ("organ_springs", "organ_history", "mass_motion")
 }
+ORGAN_SPRINGS_SHOWN = drawn("organ_springs", "organ_springs")
 
 
 rule fit_organ_springs:
@@ -25,37 +26,23 @@ rule fit_organ_springs:
         "../job.py"
 
 
-rule merge_organ_springs:
+rule tabulate_organ_springs:
     input:
         **{table: expand(file, body=ORGANS) for table, file in ORGAN_TABLES.items()},
     output:
         *map(in_report, tables(*ORGAN_TABLES)),
+        figures(*ORGAN_SPRINGS_SHOWN),
     log:
-        "results/logs/merge_organ_springs.log",
+        "results/logs/tabulate_organ_springs.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge"),
-    script:
-        "../job.py"
-
-
-rule draw_organ_springs:
-    input:
-        tables("organ_springs"),
-    output:
-        figures("organ_springs"),
-    log:
-        "results/logs/draw_organ_springs.log",
-    localrule: True
-    params:
-        **draws(drawn("organ_springs", "organ_springs")),
+        **calls("palpate.studies.common_jobs:merge", draws=ORGAN_SPRINGS_SHOWN),
     script:
         "../job.py"
 
 
 rule organ_springs:
     input:
-        rules.merge_organ_springs.output,
-        rules.draw_organ_springs.output,
+        rules.tabulate_organ_springs.output,
         warned_of(ORGANS),
         page="results/report_organ_springs.html",

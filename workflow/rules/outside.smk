@@ -1,5 +1,7 @@
 # Values that others published beside those that palpate computes.
 
+OUTSIDE_SHOWN = drawn("outside", "outside")
+
 
 rule compare_with_published:
     input:
@@ -7,6 +9,7 @@ rule compare_with_published:
         displacements=relpath(ROOT / "src/palpate/studies/outside/hanging_bar.csv"),
     output:
         in_report("results/tables/outside.csv"),
+        figures(*OUTSIDE_SHOWN),
     log:
         "results/logs/compare_with_published.log",
     benchmark:
@@ -15,22 +18,9 @@ rule compare_with_published:
         **calls(
             "palpate.studies.outside.jobs:compare_with_published",
             *("palpate.effects.laws", "palpate.studies.outside.isochoric_neo_hookean"),
+            draws=OUTSIDE_SHOWN,
         ),
         cells=config["outside"]["cells"],
-    script:
-        "../job.py"
-
-
-rule draw_outside:
-    input:
-        rules.compare_with_published.output,
-    output:
-        figures("outside"),
-    log:
-        "results/logs/draw_outside.log",
-    localrule: True
-    params:
-        **draws(drawn("outside", "outside")),
     script:
         "../job.py"
 
@@ -38,5 +28,4 @@ rule draw_outside:
 rule outside:
     input:
         rules.compare_with_published.output,
-        rules.draw_outside.output,
         page="results/report_outside.html",

@@ -36,38 +36,25 @@ rule measure_palpation_limits:
         "../job.py"
 
 
-rule merge_palpation:
+rule tabulate_palpation:
     input:
+        rules.measure_palpation_limits.output,
         palpation=expand(rules.measure_palpation.output, body=PALPATED),
     output:
         in_report("results/tables/palpation.csv"),
-    log:
-        "results/logs/merge_palpation.log",
-    localrule: True
-    params:
-        **calls("palpate.studies.common_jobs:merge"),
-    script:
-        "../job.py"
-
-
-rule draw_palpation:
-    input:
-        read_by(PALPATION_SHOWN),
-    output:
         figures(*PALPATION_SHOWN),
     log:
-        "results/logs/draw_palpation.log",
+        "results/logs/tabulate_palpation.log",
     localrule: True
     params:
-        **draws(PALPATION_SHOWN),
+        **calls("palpate.studies.common_jobs:merge", draws=PALPATION_SHOWN),
     script:
         "../job.py"
 
 
 rule palpation:
     input:
-        rules.merge_palpation.output,
+        rules.tabulate_palpation.output,
         rules.measure_palpation_limits.output,
-        rules.draw_palpation.output,
         warned_of(PALPATED),
         page="results/report_palpation.html",

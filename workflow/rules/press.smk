@@ -58,13 +58,13 @@ rule write_press:
         "../job.py"
 
 
-rule merge_press:
+rule tabulate_press:
     input:
         press=expand(rules.write_press.output.table, body=PRESSED_HERE),
     output:
         in_report("results/tables/press.csv"),
     log:
-        "results/logs/merge_press.log",
+        "results/logs/tabulate_press.log",
     localrule: True
     params:
         **calls("palpate.studies.common_jobs:merge"),
@@ -74,7 +74,7 @@ rule merge_press:
 
 rule press:
     input:
-        rules.merge_press.output,
+        rules.tabulate_press.output,
         expand([rules.write_press.output.page, rules.write_press.output.section], body=PRESSED_HERE),
         warned_of(PRESSED_HERE),
         page="results/report_press.html",

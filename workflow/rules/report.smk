@@ -6,37 +6,23 @@ include: "functions/report.smk"
 
 rule write_report:
     input:
-        shown=shown(*RUN) + (tables("claims") if JUDGES else []),
-        templates=templates(*RUN),
+        shown=lambda wildcards: shown(*reported(wildcards)) + (tables("claims") if JUDGES and not wildcards.of else []),
+        templates=lambda wildcards: templates(*reported(wildcards)),
     output:
-        "results/report.html",
-        "results/report.md",
+        "results/report{of}.html",
+        "results/report{of}.md",
     log:
-        "results/logs/write_report.log",
+        "results/logs/write_report{of}.log",
     benchmark:
-        "results/benchmarks/write_report.tsv"
-    params:
-        **calls("palpate.studies.common_jobs:write_report", *(f"palpate.studies.{study}.report" for study in RUN)),
-        told=told(*RUN) | {"left_out": [study for study in ASKED if study not in RUN]},
-    script:
-        "../job.py"
-
-
-rule write_page:
-    input:
-        shown=lambda wildcards: shown(wildcards.study),
-        templates=lambda wildcards: templates(wildcards.study),
-    output:
-        "results/report_{study}.html",
-        "results/report_{study}.md",
-    log:
-        "results/logs/write_page_{study}.log",
+        "results/benchmarks/write_report{of}.tsv"
+    # of all studies that are run, or of one alone
     wildcard_constraints:
-        study="|".join(ASKED),
+        of="|".join(["", *(f"_{study}" for study in ASKED)]),
     params:
         **calls(
-            "palpate.studies.common_jobs:write_report", lambda wildcards: [f"palpate.studies.{wildcards.study}.report"]
+            "palpate.studies.common_jobs:write_report",
+            lambda wildcards: [f"palpate.studies.{study}.report" for study in reported(wildcards)],
         ),
-        told=lambda wildcards: told(wildcards.study) | {"alone": True},
+        told=told,
     script:
         "../job.py"

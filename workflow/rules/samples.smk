@@ -79,8 +79,6 @@ rule assemble_database:
         samples=f"{PRESS}/samples.csv",
     log:
         "results/logs/{body}/{regime}/assemble_database.log",
-    benchmark:
-        "results/benchmarks/{body}/{regime}/assemble_database.tsv"
     priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.common_jobs:assemble_database"),

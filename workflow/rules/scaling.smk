@@ -2,6 +2,7 @@
 
 GROWING = ["fem", "fine_nodes", "samples", "triangles", "particles", "cores"]
 GROWN = "results/data/scaling/{component}.csv"
+SCALING_SHOWN = drawn("scaling", "scaling")
 
 
 rule measure_scaling:
@@ -22,36 +23,22 @@ rule measure_scaling:
         "../job.py"
 
 
-rule merge_scaling:
+rule tabulate_scaling:
     input:
         scaling=expand(rules.measure_scaling.output, component=GROWING),
     output:
         in_report("results/tables/scaling.csv"),
+        figures(*SCALING_SHOWN),
     log:
-        "results/logs/merge_scaling.log",
+        "results/logs/tabulate_scaling.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge"),
-    script:
-        "../job.py"
-
-
-rule draw_scaling:
-    input:
-        rules.merge_scaling.output,
-    output:
-        figures("scaling"),
-    log:
-        "results/logs/draw_scaling.log",
-    localrule: True
-    params:
-        **draws(drawn("scaling", "scaling")),
+        **calls("palpate.studies.common_jobs:merge", draws=SCALING_SHOWN),
     script:
         "../job.py"
 
 
 rule scaling:
     input:
-        rules.merge_scaling.output,
-        rules.draw_scaling.output,
+        rules.tabulate_scaling.output,
         page="results/report_scaling.html",

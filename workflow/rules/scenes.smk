@@ -11,6 +11,13 @@ TOUCHING = [name for name, scene in settings.scenes.items() if acting_effects.ha
 DRIVEN = [name for name, scene in settings.scenes.items() if acting_effects.has_driven(scene)]
 OF_SCENE = "results/data/scenes/{scene}"
 
+SCENE_TABLES = [
+    "scene_effects",
+    "effects",
+    "energy",
+    "energy_balance",
+    *(["contacts", "contact_force"] if TOUCHING else []),
+]
 SCENES_SHOWN = drawn("scenes", "energy", "effects") | drawn("scenes", "contact_force", scenes=DRIVEN)
 
 
@@ -43,30 +50,15 @@ rule tabulate_scenes:
         decisions=expand(f"{OF_SCENE}/decisions.csv", scene=SCENES),
         costs=expand(f"{OF_SCENE}/cost.csv", scene=SCENES),
         errors=expand(f"{OF_SCENE}/left_out.csv", scene=SCENES),
+        touching=expand(f"{OF_SCENE}/motion.h5", scene=TOUCHING),
     output:
-        decisions=in_report("results/tables/scene_effects.csv"),
-        effects=in_report("results/tables/effects.csv"),
-        energy=in_report("results/tables/energy.csv"),
-        balance=in_report("results/tables/energy_balance.csv"),
+        figures(*SCENES_SHOWN),
+        **dict(zip(SCENE_TABLES, map(in_report, tables(*SCENE_TABLES)))),
     log:
         "results/logs/tabulate_scenes.log",
     params:
-        **calls("palpate.studies.scenes.measurements:tabulate_scenes"),
+        **calls("palpate.studies.scenes.measurements:tabulate_scenes", draws=SCENES_SHOWN),
         integrators={name: scene["integrator"] for name, scene in config["scenes"].items()},
-    script:
-        "../job.py"
-
-
-rule tabulate_contacts:
-    input:
-        motions=expand(f"{OF_SCENE}/motion.h5", scene=TOUCHING),
-    output:
-        contacts=in_report("results/tables/contacts.csv"),
-        force=in_report("results/tables/contact_force.csv"),
-    log:
-        "results/logs/tabulate_contacts.log",
-    params:
-        **calls("palpate.studies.scenes.contact_force:tabulate_contacts"),
     script:
         "../job.py"
 
@@ -87,25 +79,9 @@ rule draw_motion:
         "../job.py"
 
 
-rule draw_scenes:
-    input:
-        read_by(SCENES_SHOWN),
-    output:
-        figures(*SCENES_SHOWN),
-    log:
-        "results/logs/draw_scenes.log",
-    localrule: True
-    params:
-        **draws(SCENES_SHOWN),
-    script:
-        "../job.py"
-
-
 rule scenes:
     input:
         rules.tabulate_scenes.output,
-        rules.tabulate_contacts.output if TOUCHING else [],
-        rules.draw_scenes.output,
         expand(rules.draw_motion.output, scene=SCENES),
         warned_of({body for scene in settings.scenes.values() for body in scene.bodies}),
         expand(rules.simulate_scene.output.warned, scene=SCENES),

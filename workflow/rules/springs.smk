@@ -19,8 +19,6 @@ rule simulate_spring_reference:
         f"{SPRINGS}/reference.npz",
     log:
         "results/logs/springs/simulate_spring_reference.log",
-    benchmark:
-        "results/benchmarks/springs/simulate_spring_reference.tsv"
     params:
         **calls("palpate.studies.springs.jobs:simulate_spring_reference"),
         calibration=CUBE_PRESSED,
@@ -49,55 +47,43 @@ rule fit_springs:
         "../job.py"
 
 
-rule tabulate_spring_floor:
+rule measure_spring_floor:
     output:
         in_report("results/tables/spring_floor.csv"),
     log:
-        "results/logs/springs/tabulate_spring_floor.log",
+        "results/logs/springs/measure_spring_floor.log",
     benchmark:
-        "results/benchmarks/springs/tabulate_spring_floor.tsv"
+        "results/benchmarks/springs/measure_spring_floor.tsv"
+    priority: 2  # needs nothing, and fills a core while the first job of finite elements compiles what the next ones use
     params:
-        **calls("palpate.studies.springs.jobs:tabulate_spring_floor"),
+        **calls("palpate.studies.springs.jobs:measure_spring_floor"),
         **config["springs"]["floor"],
         calibration=CUBE_PRESSED,
     script:
         "../job.py"
 
 
-rule merge_springs:
+rule tabulate_springs:
     input:
+        rules.measure_spring_floor.output,
         **{
             table: expand(f"{SPRINGS}/{{force}}/{{method}}/{table}.csv", force=FORCES, method=METHODS)
             for table in SPRING_TABLES
         },
     output:
         *map(in_report, tables(*SPRING_TABLES)),
-    log:
-        "results/logs/merge_springs.log",
-    localrule: True
-    params:
-        **calls("palpate.studies.common_jobs:merge"),
-    script:
-        "../job.py"
-
-
-rule draw_springs:
-    input:
-        read_by(SPRINGS_SHOWN),
-    output:
         figures(*SPRINGS_SHOWN),
     log:
-        "results/logs/draw_springs.log",
+        "results/logs/tabulate_springs.log",
     localrule: True
     params:
-        **draws(SPRINGS_SHOWN),
+        **calls("palpate.studies.common_jobs:merge", draws=SPRINGS_SHOWN),
     script:
         "../job.py"
 
 
 rule springs:
     input:
-        rules.merge_springs.output,
-        rules.tabulate_spring_floor.output,
-        rules.draw_springs.output,
+        rules.tabulate_springs.output,
+        rules.measure_spring_floor.output,
         page="results/report_springs.html",

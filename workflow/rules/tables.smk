@@ -11,8 +11,6 @@ rule tabulate_advice:
         in_report("results/tables/advice.csv"),
     log:
         "results/logs/tabulate_advice.log",
-    benchmark:
-        "results/benchmarks/tabulate_advice.tsv"
     params:
         **calls("palpate.studies.tradeoff.jobs:tabulate_advice"),
         limits=(config if "tradeoff" in ADVISED else {"tradeoff": defaults("tradeoff")})["tradeoff"]["advice"],

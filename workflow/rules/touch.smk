@@ -23,42 +23,23 @@ wildcard_constraints:
     tool="|".join(TOOLS).replace(".", "[.]"),
 
 
-rule choose_touches:
-    input:
-        body=BODY,
-    output:
-        touches=f"{TOUCHING}/touches.csv",
-        warned=f"{TOUCHING}/touches_warned.txt",
-    log:
-        "results/logs/{body}/{tool}/choose_touches.log",
-    benchmark:
-        "results/benchmarks/{body}/{tool}/choose_touches.tsv"
-    params:
-        **calls("palpate.studies.touch.jobs:choose_touches"),
-        **some("touch", "samples", "depth_of_radius"),
-        at=lambda wildcards: [given for given in TOUCH["at"] if given["body"] == wildcards.body],
-        instrument=lambda wildcards: TOOLS[wildcards.tool],
-        along_radius=TOUCH["truth"]["along_radius"],
-        seed=config["seed"],
-    script:
-        "../job.py"
-
-
 rule simulate_touch_truth:
     input:
         body=BODY,
-        touches=f"{TOUCHING}/touches.csv",
     output:
+        touches=f"{TOUCHING}/touches.csv",
         truth=f"{TOUCHING}/truth.h5",
-        warned=f"{TOUCHING}/truth_warned.txt",
+        warned=f"{TOUCHING}/warned.txt",
     log:
         "results/logs/{body}/{tool}/simulate_touch_truth.log",
     benchmark:
         "results/benchmarks/{body}/{tool}/simulate_touch_truth.tsv"
     params:
         **calls("palpate.studies.touch.jobs:simulate_touch_truth"),
-        **some("touch", "truth"),
+        **some("touch", "samples", "depth_of_radius", "truth"),
+        at=lambda wildcards: [given for given in TOUCH["at"] if given["body"] == wildcards.body],
         instrument=lambda wildcards: TOOLS[wildcards.tool],
+        seed=config["seed"],
     script:
         "../job.py"
 
@@ -100,28 +81,15 @@ rule tabulate_touch:
         samples=touching("{model}_samples.csv", model=COMPARED_TOUCH),
         settings=touching("{model}_settings.csv", model=COMPARED_TOUCH),
     output:
+        figures(*TOUCH_SHOWN),
         truth=in_report("results/tables/touch_truth.csv"),
         forces=in_report("results/tables/touch_forces.csv"),
         touch=in_report("results/tables/touch.csv"),
     log:
         "results/logs/tabulate_touch.log",
     params:
-        **calls("palpate.studies.touch.jobs:tabulate_touch"),
+        **calls("palpate.studies.touch.jobs:tabulate_touch", draws=TOUCH_SHOWN),
         instruments=[TOOLS[tool] for _, tool in TOUCHES],
-    script:
-        "../job.py"
-
-
-rule draw_touch:
-    input:
-        read_by(TOUCH_SHOWN),
-    output:
-        figures(*TOUCH_SHOWN),
-    log:
-        "results/logs/draw_touch.log",
-    localrule: True
-    params:
-        **draws(TOUCH_SHOWN),
     script:
         "../job.py"
 
@@ -129,8 +97,6 @@ rule draw_touch:
 rule touch:
     input:
         rules.tabulate_touch.output,
-        rules.draw_touch.output,
         warned_of(TOUCHED),
-        touching("touches_warned.txt"),
-        touching("truth_warned.txt"),
+        touching("warned.txt"),
         page="results/report_touch.html",

@@ -14,13 +14,12 @@ SPLITS = TRADEOFF["splits"]
 # bodies that get all splits, and fingers of all radii
 IN_DEPTH = TRADEOFF["in_depth"] or PRESSED
 CHECKED = TRADEOFF["truth"]["check_samples"]
-# loads that models were not prepared for, and presses that they were not made for: what is asked, perhaps nothing
-ANY_LOAD, BEYOND_DESIGN = TRADEOFF["any_load"] or {}, TRADEOFF["beyond_design"] or {}
 
 
 include: "functions/tradeoff.smk"
 
 
+# loads that models were not prepared for, and presses that they were not made for
 BEYOND = {name: parts_beyond(name) for name in ("any_load", "beyond_design") if TRADEOFF[name]}
 # what engines have answered elsewhere
 ANSWERED = {
@@ -79,7 +78,7 @@ rule simulate_truth:
 rule measure_models:
     input:
         **JUDGED,
-        own=lambda wildcards: [OWN_MODELS[wildcards.family]] if wildcards.family in OWN_MODELS else [],
+        own=lambda wildcards: own_of([wildcards.family]),
     output:
         samples=f"{PRESS}/tradeoff/{{split}}/{{family}}_samples.csv",
         settings=f"{PRESS}/tradeoff/{{split}}/{{family}}_settings.csv",
@@ -133,8 +132,6 @@ rule measure_facets:
         geometry=f"{PRESS}/geometry.csv",
     log:
         "results/logs/{body}/{regime}/measure_facets.log",
-    benchmark:
-        "results/benchmarks/{body}/{regime}/measure_facets.tsv"
     params:
         **calls("palpate.studies.tradeoff.jobs:measure_facets"),
         samples=TRADEOFF["truth"]["geometry_samples"],
@@ -143,47 +140,24 @@ rule measure_facets:
         "../job.py"
 
 
-rule tabulate_truth:
+rule tabulate_tradeoff:
     input:
+        settings=family_files("settings"),
+        errors=family_files("samples"),
+        estimates=estimate_files(),
         truths=presses("truth.h5"),
         checks=presses("truth_check.csv") if CHECKED else [],
         geometry=[f"results/data/{body}/{regime}/geometry.csv" for body, regime in smooth_scenes()],
     output:
-        in_report("results/tables/truth.csv"),
-    log:
-        "results/logs/tabulate_truth.log",
-    params:
-        **calls("palpate.studies.tradeoff.jobs:tabulate_truth"),
-        scenes=STATIC,
-        smooth=[f"{body}_{regime}" for body, regime in smooth_scenes()],
-    script:
-        "../job.py"
-
-
-rule tabulate_tradeoff:
-    input:
-        settings=family_files("settings"),
-    output:
-        in_report("results/tables/accuracy_vs_time.csv"),
+        table=in_report("results/tables/accuracy_vs_time.csv"),
+        bounds=in_report("results/tables/error_bounds.csv"),
+        truth=in_report("results/tables/truth.csv"),
     log:
         "results/logs/tabulate_tradeoff.log",
     params:
         **calls("palpate.studies.tradeoff.jobs:tabulate_tradeoff"),
-    script:
-        "../job.py"
-
-
-rule tabulate_error_bounds:
-    input:
-        table="results/tables/accuracy_vs_time.csv",
-        errors=family_files("samples"),
-        estimates=estimate_files(),
-    output:
-        in_report("results/tables/error_bounds.csv"),
-    log:
-        "results/logs/tabulate_error_bounds.log",
-    params:
-        **calls("palpate.studies.tradeoff.jobs:tabulate_error_bounds"),
+        scenes=STATIC,
+        smooth=[f"{body}_{regime}" for body, regime in smooth_scenes()],
     script:
         "../job.py"
 
@@ -204,46 +178,28 @@ rule tabulate_advice_by_radius:
         "../job.py"
 
 
-rule measure_any_load:
+rule measure_other_loads:
     input:
         **JUDGED,
-        own=[OWN_MODELS[model] for model in ANY_LOAD.get("models", {}) if model in OWN_MODELS],
+        own=lambda wildcards: own_of(TRADEOFF[wildcards.kind]["models"]),
     output:
-        f"{PRESS}/any_load.csv",
+        f"{PRESS}/{{kind}}.csv",
     log:
-        "results/logs/{body}/{regime}/measure_any_load.log",
+        "results/logs/{body}/{regime}/measure_{kind}.log",
     benchmark:
-        "results/benchmarks/{body}/{regime}/measure_any_load.tsv"
+        "results/benchmarks/{body}/{regime}/measure_{kind}.tsv"
+    wildcard_constraints:
+        kind="any_load|beyond_design",
     threads: HALF
     params:
         **JUDGED_WITH,
         **TIMED,
-        **calls("palpate.studies.tradeoff.jobs:measure_any_load", *modules_of(ANY_LOAD.get("models", {}))),
-        models=asked_models(ANY_LOAD),
-        samples=ANY_LOAD.get("samples"),
-        split=SPLITS[0],
-        grid=TRADEOFF["settings"],
-        reference=config["solver"]["reference_tolerance"],
-    script:
-        "../job.py"
-
-
-rule measure_beyond_design:
-    input:
-        **JUDGED,
-        own=[OWN_MODELS[model] for model in BEYOND_DESIGN.get("models", {}) if model in OWN_MODELS],
-    output:
-        f"{PRESS}/beyond_design.csv",
-    log:
-        "results/logs/{body}/{regime}/measure_beyond_design.log",
-    benchmark:
-        "results/benchmarks/{body}/{regime}/measure_beyond_design.tsv"
-    threads: HALF
-    params:
-        **JUDGED_WITH,
-        **calls("palpate.studies.tradeoff.jobs:measure_beyond_design", *modules_of(BEYOND_DESIGN.get("models", {}))),
-        models=asked_models(BEYOND_DESIGN),
-        samples=BEYOND_DESIGN.get("samples"),
+        **calls(
+            "palpate.studies.tradeoff.jobs:measure_other_loads",
+            lambda wildcards: modules_of(TRADEOFF[wildcards.kind]["models"]),
+        ),
+        models=lambda wildcards: asked_models(wildcards.kind),
+        samples=lambda wildcards: TRADEOFF[wildcards.kind]["samples"],
         split=SPLITS[0],
         grid=TRADEOFF["settings"],
         reference=config["solver"]["reference_tolerance"],
@@ -286,37 +242,26 @@ rule tabulate_limit_points:
         "../job.py"
 
 
-rule merge_tradeoff:
+rule draw_tradeoff:
     input:
+        read_by(TRADEOFF_SHOWN, *BEYOND),
         **BEYOND,
     output:
         *map(in_report, tables(*BEYOND)),
-    log:
-        "results/logs/merge_tradeoff.log",
-    localrule: True
-    params:
-        **calls("palpate.studies.common_jobs:merge"),
-    script:
-        "../job.py"
-
-
-rule draw_tradeoff:
-    input:
-        read_by(TRADEOFF_SHOWN),
-    output:
         figures(*TRADEOFF_SHOWN),
     log:
         "results/logs/draw_tradeoff.log",
     localrule: True
     params:
-        **draws(TRADEOFF_SHOWN),
+        **calls("palpate.studies.common_jobs:merge", draws=TRADEOFF_SHOWN),
     script:
         "../job.py"
 
 
 rule tradeoff:
     input:
-        tables("accuracy_vs_time", "advice", "truth", "error_bounds", *BEYOND),
+        rules.tabulate_tradeoff.output,
+        tables("advice"),
         rules.tabulate_limit_points.output if TRADEOFF["limit_points"] else [],
         rules.tabulate_advice_by_radius.output if FINGERS else [],
         rules.tabulate_answers.output if ANSWERED else [],

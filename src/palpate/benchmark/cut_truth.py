@@ -18,9 +18,9 @@ from scipy.spatial import cKDTree
 from palpate.benchmark.richardson import estimate, number_limits, ratio
 from palpate.bodies.body import Body
 from palpate.bodies.cutting.conform import CutBody, cut_body
-from palpate.bodies.cutting.cut import Blade, Cut, unit
+from palpate.bodies.cutting.cut import Blade, Cut
 from palpate.bodies.local_refinement import LocalRefinement
-from palpate.bodies.mesh import Mesh, TetMesh, area_normals
+from palpate.bodies.mesh import Mesh, TetMesh, area_normals, unit
 from palpate.bodies.mesh_quality import dihedral_angles
 from palpate.bodies.refinement import coarse_triangles, with_midpoints
 from palpate.bodies.surface_quadrature import surface_interpolation

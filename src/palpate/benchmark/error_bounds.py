@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy.stats import spearmanr
 
 from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.judge import TRAINING
@@ -119,6 +118,8 @@ def error_bounds(scenes: Iterable[Scene]) -> pd.DataFrame:
 
 
 def _row(scored: _Scored, key: tuple[str, str], values: np.ndarray) -> dict:
+    from scipy.stats import spearmanr  # it takes most of a second
+
     errors, contact = scored.errors[key].to_numpy(), scored.contact(key)
     factor = finite(bound_factor(errors / values, contact))
     rank = spearmanr(errors, values).statistic if np.ptp(values) > 0 and np.ptp(errors) > 0 else np.nan

@@ -68,21 +68,28 @@ def _read(path: Path, file: "h5py.File") -> Body:
     held: list[np.ndarray] = []
     for i in range(attributes["levels"]):
         group = file[f"level_{i}"]
-        nodes = _get(path, group["nodes"], 3, "f")
+        nodes = group["nodes"][()]
         if "triangles" in group:
-            levels.append(Sheet(nodes, _get(path, group["triangles"], 3, "i"), float(group.attrs["thickness_m"])))
+            levels.append(Sheet(nodes, group["triangles"][()], float(group.attrs["thickness_m"])))
         else:
-            levels.append(TetMesh(nodes, _get(path, group["tetrahedra"], 4, "i")))
-        held.append(_get(path, group["anchors"], None, "i"))
+            levels.append(TetMesh(nodes, group["tetrahedra"][()]))
+        held.append(group["anchors"][()])
     prolongations = []
     for i, (coarse, fine) in enumerate(pairwise(levels)):
         group = file[f"prolongation_{i}"]
         parts = tuple(group[name][()] for name in ("data", "indices", "indptr"))
         prolongations.append(sparse.csr_array(parts, shape=(len(fine.nodes), len(coarse.nodes))))
     name, material = str(attributes["name"]), _material(attributes)
-    regions, densities = _regions(path, file, levels[0]), _densities(path, file, levels)
     bed: Bed | None = None
     smooth: SmoothSurface | None = None
+    regions: Tissue | None = None
+    densities: list[np.ndarray] | None = None
+    if "regions" in file:
+        found = file["regions"]
+        materials = tuple(_material(found[f"material_{i}"].attrs) for i in range(len(found) - 1))
+        regions = Tissue(materials, found["region"][()])
+    if "level_0/densities_kg_m3" in file:
+        densities = [file[f"level_{i}/densities_kg_m3"][()] for i in range(len(levels))]
     if "bed" in file:
         found = file["bed"].attrs
         radius_m, stiffness_n_m3 = float(found["radius_m"]), float(found["stiffness_n_m3"])
@@ -97,35 +104,5 @@ def _material(found: "h5py.AttributeManager") -> Material:
     return Material(young, poisson, density, str(found["law"]))
 
 
-def _regions(path: Path, file: "h5py.File", coarse: TetMesh | Sheet) -> Tissue | None:
-    if "regions" not in file:
-        return None
-    group = file["regions"]
-    region = _get(path, group["region"], None, "i")
-    materials = tuple(_material(group[f"material_{i}"].attrs) for i in range(len(group) - 1))
-    if len(region) != len(coarse.tetrahedra) or not np.isin(region, np.arange(len(materials))).all():
-        raise InputError(f"{path}: /regions/region does not fit the coarse mesh; delete the file and type make.")
-    return Tissue(materials, region)
-
-
-def _densities(path: Path, file: "h5py.File", levels: list[TetMesh | Sheet]) -> list[np.ndarray] | None:
-    if "level_0/densities_kg_m3" not in file:
-        return None
-    found = [_get(path, file[f"level_{i}/densities_kg_m3"], None, "f") for i in range(len(levels))]
-    if any(len(one) != len(mesh.nodes) for one, mesh in zip(found, levels, strict=True)):
-        raise InputError(f"{path}: densities_kg_m3 do not fit the nodes; delete the file and type make.")
-    return found
-
-
 def _put(file: "h5py.File", name: str, array: np.ndarray) -> None:
     file.create_dataset(name, data=array, compression="gzip", fletcher32=True)
-
-
-def _get(path: Path, dataset: "h5py.Dataset", columns: int | None, kind: str) -> np.ndarray:
-    array = dataset[()]
-    fits = array.ndim == 1 if columns is None else array.ndim == 2 and array.shape[1] == columns
-    if not fits or array.dtype.kind != kind or (kind == "f" and not np.isfinite(array).all()):
-        raise InputError(
-            f"{path}: {dataset.name} has another shape or type, or contains NaN; delete the file and type make."
-        )
-    return array

@@ -10,9 +10,10 @@ import numpy as np
 
 from palpate.bodies.body import Body, nest
 from palpate.bodies.ct import mesh_from_ct
+from palpate.bodies.ct.config_scan import described
 from palpate.bodies.ct.masses import nodal_densities
 from palpate.bodies.material import read_material
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import TetMesh, components
 from palpate.bodies.mesh_file import KEPT_NODES, choose_scale, in_words, load_shape
 from palpate.bodies.mesh_quality import (
     LEAST_DEG,
@@ -21,7 +22,9 @@ from palpate.bodies.mesh_quality import (
     check_quality,
     check_tetrahedra,
     dihedral_angles,
+    is_closed,
 )
+from palpate.bodies.mesh_readers import read
 from palpate.bodies.organs import SHAPES, coarse_body, surface_of
 from palpate.bodies.refinement import Snap
 from palpate.bodies.regions import balls_of, read_regions
@@ -29,10 +32,10 @@ from palpate.bodies.seams import check_seams, weld_pieces
 from palpate.bodies.simple_shapes import box, cylinder, sheet
 from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
 from palpate.bodies.surfaces.coarse_solid import NODES, CoarseSolid, remesh_solid
-from palpate.bodies.surfaces.mend import Mended, mend
+from palpate.bodies.surfaces.mend import Mended, find_holes, mend
 from palpate.bodies.surfaces.solid import Solid, solidify
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
-from palpate.bodies.surfaces.triangles import weld
+from palpate.bodies.surfaces.triangles import volume, weld
 from palpate.errors import InputError, about
 
 SECTION = 0.01
@@ -117,7 +120,7 @@ def build(entry: dict) -> tuple[TetMesh, Snap | None, bool]:
     """Build the coarse mesh of a config entry of kind file; also return its snapping, or None, and if it was remeshed.
 
     Tetrahedra are taken as they are. So is a closed surface of at most ``entry["surface_nodes"]`` nodes (by default
-    400), filled with an edge length of about ``entry["spacing_m"]``. Other surfaces are remeshed, and so are those that
+    400). Other surfaces are remeshed, and so are those that
     cannot be filled well, unless ``surface_nodes`` is just their number. Warns of all that was assumed and changed;
     raises InputError if no body can be made.
     """
@@ -167,7 +170,7 @@ def _kept(path: Path, points: np.ndarray, triangles: np.ndarray, entry: dict, as
     mended = mend(str(path), points, triangles)
     try:
         closed = check_closed(str(path), mended.points, mended.triangles)
-        mesh = tetrahedralize(mended.points, closed, entry.get("spacing_m"), str(path), balls_of(entry))
+        mesh = tetrahedralize(mended.points, closed, source=str(path), balls=balls_of(entry))
     except InputError as error:
         if asked:
             _warn(f"{error} It is remeshed instead of kept.".replace(". It is", ", or it is"))
@@ -215,14 +218,44 @@ def _remesh(path: Path, scale_m: float, nodes: int | None, snap: bool) -> Coarse
     mended, solid = solid_of(path, scale_m)
     _report_mended(path, mended.notes + solid.notes)
     made = _remeshed(path, scale_m, nodes, snap, _changed(path))
-    found = made.fidelity
+    found = made.likeness
     if snap and not found.close:
         _warn(
             f"{path}: with {made.nodes} surface nodes the refined body's surface is up to "
-            f"{in_words(found.away * found.size_m)} ({100 * found.away:.2g} % of the size) from the file's and its "
+            f"{in_words(found.away_m)} ({100 * found.away:.2g} % of the size) from the file's and its "
             f"volume differs by {100 * found.volume:+.2g} %, as thin or sharp parts are lost; give more surface_nodes."
         )
     return made
+
+
+def taken(entry: dict, unit: str = "given") -> list[str]:
+    """Say in lines what is taken of the files of a config entry: frame, unit, pieces, holes and volume.
+
+    unit : how the length of the unit is known, if ``scale_m`` says it
+    """
+    if entry["kind"] == "ct":
+        return described(entry)[0] if entry.get("image") is not None else []
+    if entry["kind"] != "file":
+        return []
+    path = Path(entry["path"])
+    with warnings.catch_warnings(action="ignore"):  # of the frame, which is said here
+        points, triangles, tetrahedra, welded = _loaded(path, _changed(path))
+        frame = read(path).frame
+        scale_m = choose_scale(str(path), points, entry.get("scale_m"))
+    sides = f"{frame} from its header{', turned to LPS' * (frame == 'RAS')}, so that its sides are the patient's"
+    upright = "no frame in its header, so that z points up, y to the back and x to the right"
+    ends = (triangles if tetrahedra is None else tetrahedra)[:, :, None]
+    pairs = np.concatenate([ends[:, :-1], ends[:, 1:]], axis=2).reshape(-1, 2)
+    count = len(np.unique(components(pairs, len(points))))
+    pieces = welded or ("1 piece" if count == 1 else f"{count} pieces")
+    kind = "triangles" if tetrahedra is None else "tetrahedra"
+    has = f"{1e6 * scale_m**3 * abs(volume(points, triangles)):.4g} mL, as its {kind}"
+    if holes := len(find_holes(points, triangles)):
+        has = f"no volume of its own, as it has {holes} hole{'s' * (holes > 1)}"
+    elif not is_closed(triangles):
+        has = "no volume of its own, as its triangles are wound both ways"
+    unit = unit if entry.get("scale_m") else "guessed from the size"
+    return [f"{path}: {sides if frame else upright}; a unit of {in_words(scale_m)}, {unit}; {pieces}; {has}"]
 
 
 def _report_mended(path: Path, notes: list[str]) -> None:

@@ -29,6 +29,12 @@ def area_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.cross(b - a, c - a)
 
 
+def unit(vector: np.ndarray) -> np.ndarray:
+    """Return ``vector`` (3,) or vectors (n, 3) at length 1."""
+    vector = np.asarray(vector, dtype=float)
+    return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
+
+
 def within(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pair places (k, d) with the simplices (m, d + 1, d) near them: numbers of both (n,), and coordinates (n, d + 1).
 
@@ -45,6 +51,29 @@ def within(places: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndar
     steps = (places[place] - corners[simplex, 0])[:, :, None]
     inner = np.linalg.solve(edges[simplex].transpose(0, 2, 1), steps)[:, :, 0]
     return place, simplex, np.column_stack([1.0 - inner.sum(axis=1), inner])
+
+
+def ranked_faces(faces: np.ndarray, n_nodes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the order (m,) of faces (m, 3) by their increasing nodes, and which then equal the next one, (m - 1,)."""
+    a, b, c = faces.T
+    keys = a * n_nodes + b  # numbers sort many times as fast as rows
+    order = np.lexsort((c, keys))
+    return order, (np.diff(keys[order]) == 0) & (np.diff(c[order]) == 0)
+
+
+class Around:
+    """The elements around each of ``n_nodes`` nodes, by the nodes (m, corners) of all elements.
+
+    elements : those of one node after the other; ends : (n_nodes + 1,) where those of each begin, and the end
+    """
+
+    def __init__(self, elements: np.ndarray, n_nodes: int):
+        self.elements = np.argsort(elements.ravel(), kind="stable") // elements.shape[1]
+        self.ends = np.searchsorted(np.sort(elements.ravel()), np.arange(n_nodes + 1))
+
+    def of(self, node: int) -> np.ndarray:
+        """Return the numbers of the elements that have ``node``, increasing."""
+        return self.elements[self.ends[node] : self.ends[node + 1]]
 
 
 class Mesh:
@@ -112,10 +141,7 @@ class TetMesh(Mesh):
     def triangles(self) -> np.ndarray:
         """Boundary triangles, (n_triangles, 3) node indices, wound outward."""
         faces = self.tetrahedra[:, FACES].reshape(-1, 3)
-        a, b, c = np.sort(faces, axis=1).T
-        keys = a * len(self.nodes) + b  # numbers sort many times as fast as rows
-        order = np.lexsort((c, keys))
-        same = (np.diff(keys[order]) == 0) & (np.diff(c[order]) == 0)
+        order, same = ranked_faces(np.sort(faces, axis=1), len(self.nodes))
         twice = np.append(same, False) | np.insert(same, 0, False)
         return faces[np.sort(order[~twice])]
 

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate.bodies.ct.image import numbers_of
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import check_indices
-from palpate.bodies.mesh_readers import RawMesh, Tags, read
+from palpate.bodies.mesh_readers import RawMesh, read
 from palpate.bodies.settings import POSSIBLE_M
 from palpate.bodies.surfaces.triangles import drop_unused, weld
-from palpate.errors import InputError, suggest
+from palpate.errors import InputError
 
 # an organ's longest side [m]: from a gland to a stomach or a pair of lungs
 ORGAN_M = (0.02, 0.6)
@@ -24,15 +25,11 @@ USUAL_M = (0.01, 1.0)
 
 def guess_scale(size: float) -> tuple[str, float] | None:
     """Guess the unit in which a longest side of ``size`` units is an organ's: name and length [m]; None if none is."""
-    return next(iter(_organ_sized(size, UNITS).items()), None)
+    return next(iter(organ_sized(size, UNITS).items()), None)
 
 
-def other_units(size: float, taken_m: float) -> dict[str, float]:
-    """Return the units but that of ``taken_m`` [m] in which a longest side of ``size`` is an organ's: lengths [m]."""
-    return {name: scale for name, scale in _organ_sized(size, UNITS | RARE_UNITS).items() if scale != taken_m}
-
-
-def _organ_sized(size: float, units: dict[str, float]) -> dict[str, float]:
+def organ_sized(size: float, units: dict[str, float]) -> dict[str, float]:
+    """Return those of ``units`` [m] in which a longest side of ``size`` is an organ's."""
     low, high = ORGAN_M
     return {name: scale for name, scale in units.items() if low <= size * scale <= high}
 
@@ -81,8 +78,6 @@ def in_words(length_m: float) -> str:
 FLAT = 1e-6
 # a surface with more nodes is remeshed unless the entry says otherwise
 KEPT_NODES = 400
-# tags that a message lists, most elements first
-LISTED = 8
 
 
 def load_shape(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
@@ -120,21 +115,9 @@ def load_tagged(path: Path, wanted: int | str) -> np.ndarray:
         raise InputError(f"{path}: it has no tetrahedra and so no tags; give the region by a sphere.")
     if not tags.groups:
         raise InputError(f"{path}: {tags.fault}, or give the region by a sphere.")
-    for tag, elements in tags.groups.items():
-        if wanted == (tags.names.get(tag) if isinstance(wanted, str) else tag):
-            return elements
-    guess = suggest(str(wanted), list(tags.names.values()), "") if isinstance(wanted, str) else ""
-    near = f" ({guess})" if guess.startswith("did") else ""
-    raise InputError(f"{path}: no tetrahedron has the tag {wanted}{near}; there are {_listed(tags)}.")
-
-
-def _listed(tags: Tags) -> str:
-    most = sorted(tags.groups, key=lambda tag: (-len(tags.groups[tag]), tag))
-    said = [
-        f"{tag} {tags.names.get(tag, '')}".strip() + f" ({len(tags.groups[tag])} tetrahedra)" for tag in most[:LISTED]
-    ]
-    more = f" and {len(most) - LISTED} more" if len(most) > LISTED else ""
-    return ", ".join(said) + more
+    sizes = {tag: len(elements) for tag, elements in tags.groups.items()}
+    first, *_ = numbers_of(f"{path}: no tetrahedron has the tag", wanted, sizes, tags.names, "{:g} tetrahedra".format)
+    return tags.groups[first]
 
 
 def load_surface(path: str | Path, scale_m: float) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ from functools import lru_cache, partial
 import numpy as np
 from scipy.spatial import cKDTree
 
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import TetMesh, unit
 from palpate.bodies.mesh_quality import REFUSED_DEG
 from palpate.bodies.refinement import Snap
 from palpate.bodies.simple_shapes import onto_cylinder
@@ -78,19 +78,14 @@ def onto_shape(shape: Shape, length_m: float) -> Onto:
 def _closer(places: Shape, s: np.ndarray, missing: np.ndarray) -> np.ndarray:
     """Return the places (n, 3) of the sphere after a step from ``s`` that is to make up for ``missing`` (n, 3) [m]."""
     other = np.where(np.abs(s[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
-    first = np.cross(s, other)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    first = unit(np.cross(s, other))
     axes = np.stack([first, np.cross(s, first)], axis=1)
-    ends = [_unit(s[:, None] + sign * DIFFERENCE * axes).reshape(-1, 3) for sign in (1, -1)]
+    ends = [unit(s[:, None] + sign * DIFFERENCE * axes).reshape(-1, 3) for sign in (1, -1)]
     slopes = ((places(ends[0]) - places(ends[1])) / (2 * DIFFERENCE)).reshape(-1, 2, 3)
     normal = slopes @ slopes.transpose(0, 2, 1)
     step = np.linalg.solve(normal, slopes @ missing[:, :, None])[:, :, 0]
     step *= np.minimum(1.0, LONGEST / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-300))
-    return _unit(s + np.einsum("nk,nki->ni", step, axes))
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return unit(s + np.einsum("nk,nki->ni", step, axes))
 
 
 def logistic(value: np.ndarray) -> np.ndarray:

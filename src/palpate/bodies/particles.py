@@ -119,6 +119,7 @@ def merge_particles(parts: list[Particles], shifts: Sequence[Sequence[float]], p
     for part in parts[1:]:
         _check_alike(first, part, place)
     starts = np.cumsum([0, *(len(part.nodes) for part in parts)])
+    tissue = joined([part.tissue for part in parts]) if all(len(part.tetrahedra) for part in parts) else None
 
     def shifted(field: str) -> np.ndarray:
         return np.concatenate([getattr(part, field) + start for part, start in zip(parts, starts, strict=False)])
@@ -137,7 +138,7 @@ def merge_particles(parts: list[Particles], shifts: Sequence[Sequence[float]], p
             for part, shift, start in zip(parts, shifts, starts, strict=False)
             for bed, triangles in part.beds
         ),
-        _joined_regions(parts),
+        tissue if tissue is not None and len(tissue.materials) > 1 else None,
         ties=None if ties is None else ties.beside(shifted("triangles")[len(first.triangles) :], int(starts[-1])),
     )
 
@@ -159,14 +160,6 @@ def _check_alike(first: Particles, part: Particles, place: str) -> None:
                 f"{place}: {first.name} has {name} {of_first:g} and {part.name} {of_part:g}; "
                 "sheets and surfaces of one scene must have the same stiffness and thickness: make them equal."
             )
-
-
-def _joined_regions(parts: list[Particles]) -> Tissue | None:
-    """Return the tissue of all bodies, None if it is of one material."""
-    if not all(len(part.tetrahedra) for part in parts):
-        return None
-    tissue = joined([part.tissue for part in parts])
-    return tissue if len(tissue.materials) > 1 else None
 
 
 def solid_particles(

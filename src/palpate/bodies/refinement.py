@@ -16,7 +16,11 @@ if TYPE_CHECKING:
 # 4–9 the midpoints of EDGES. All are positively oriented if the parent is.
 _CORNERS = [[0, 4, 5, 6], [4, 1, 7, 8], [5, 7, 2, 9], [6, 8, 9, 3]]
 _DIAGONALS = [(4, 9), (5, 8), (6, 7)]
-_AROUND = [[5, 7, 8, 6], [4, 6, 9, 7], [4, 5, 9, 8]]
+_AROUND = [
+    [[4, 9, 7, 5], [4, 9, 8, 7], [4, 9, 6, 8], [4, 9, 5, 6]],
+    [[5, 8, 6, 4], [5, 8, 9, 6], [5, 8, 7, 9], [5, 8, 4, 7]],
+    [[6, 7, 4, 5], [6, 7, 5, 9], [6, 7, 9, 8], [6, 7, 8, 4]],
+]
 
 
 Snap = Callable[[TetMesh, int], TetMesh]
@@ -36,8 +40,7 @@ def refine(mesh: Mesh) -> tuple[TetMesh, sparse.csr_array]:
     lengths = np.linalg.norm(nodes[ten[:, p]] - nodes[ten[:, q]], axis=2)
     # a relative margin keeps ties (regular meshes) from being decided by rounding
     choice = np.argmax(lengths <= lengths.min(axis=1, keepdims=True) * (1 + 1e-9), axis=1)
-    inner = np.array([_octahedron(d) for d in range(3)])
-    children = np.concatenate([np.broadcast_to(_CORNERS, (len(ten), 4, 4)), inner[choice]], axis=1)
+    children = np.concatenate([np.broadcast_to(_CORNERS, (len(ten), 4, 4)), np.array(_AROUND)[choice]], axis=1)
     tetrahedra = np.take_along_axis(ten, children.reshape(len(ten), -1), axis=1).reshape(-1, 4)
 
     return TetMesh(nodes, tetrahedra), halfway(len(mesh.nodes), ends)
@@ -100,20 +103,6 @@ def midpoints_between(nodes: np.ndarray, prolongation: sparse.csr_array) -> np.n
     indicator = np.zeros(prolongation.shape[1])
     indicator[nodes] = 1.0
     return np.flatnonzero(prolongation @ indicator == 1.0)
-
-
-def _octahedron(diagonal: int) -> list[list[int]]:
-    """List the four elements around one diagonal, oriented as the reference tetrahedron is."""
-    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
-    points = np.vstack([corners, corners[EDGES].mean(axis=1)])
-    p, q = _DIAGONALS[diagonal]
-    ring = _AROUND[diagonal]
-    elements = []
-    for a, b in zip(ring, ring[1:] + ring[:1], strict=True):
-        element = [p, q, a, b]
-        edges = points[element[1:]] - points[element[0]]
-        elements.append(element if np.linalg.det(edges) > 0 else [p, q, b, a])
-    return elements
 
 
 _NEAR, _FAR = 0.5854101966249685, 0.1381966011250105

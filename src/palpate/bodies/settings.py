@@ -191,9 +191,6 @@ class File(_Compared):
         "otherwise every level has the file's volume and the coarse facets",
         True,
     )
-    spacing_m: Positive | None = optional(
-        "Edge length [m] aimed at inside a surface that is kept and filled with tetrahedra"
-    )
 
 
 class Box(_Shape):

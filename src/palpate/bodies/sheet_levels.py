@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Sheet
-from palpate.bodies.refinement import midpoints_between
+from palpate.bodies.refinement import halfway, midpoints_between
 from palpate.bodies.simple_shapes import sheet
 
 
@@ -40,16 +40,12 @@ def refine_sheet(coarse: Sheet) -> tuple[Sheet, sparse.csr_array]:
 
     A finer lattice has its nodes where the coarse one has nodes and middles of edges, diagonals included.
     """
-    count, ends = len(coarse.nodes), coarse.edges
+    ends = coarse.edges
     nodes = np.vstack([coarse.nodes, coarse.nodes[ends].mean(axis=1)])
     divisions = [2 * number for number in _divisions(coarse)]
     lattice = sheet(list(np.ptp(coarse.nodes, axis=0)[:2]), divisions, coarse.thickness_m)
     triangles = cKDTree(nodes).query(lattice.nodes)[1][lattice.triangles]
-    rows = np.concatenate([np.arange(count), count + np.repeat(np.arange(len(ends)), 2)])
-    columns, values = np.concatenate([np.arange(count), ends.ravel()]), np.ones(len(rows))
-    values[count:] = 0.5
-    prolongation = sparse.csr_array((values, (rows, columns)), shape=(len(nodes), count))
-    return Sheet(nodes, np.ascontiguousarray(triangles), coarse.thickness_m), prolongation
+    return Sheet(nodes, np.ascontiguousarray(triangles), coarse.thickness_m), halfway(len(coarse.nodes), ends)
 
 
 def _divisions(lattice: Sheet) -> list[int]:

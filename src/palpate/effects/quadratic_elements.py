@@ -40,9 +40,9 @@ def energy_and_force(x, ten, slopes, gradients, volumes, mu, lam, group, shape, 
         gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares)
         deformation_gradients(places, slopes, g, pulls, f)
         if shape is None:
-            stresses(f, p, BLOCK, shares[1], shares[2], energies, accepted)
+            stresses(f, p, f.shape[1], shares[1], shares[2], energies, accepted)
         else:
-            principal.stresses(f, p, BLOCK, group, shares[1], shares[2], shape, measure, volume, energies)
+            principal.stresses(f, p, f.shape[1], group, shares[1], shares[2], shape, measure, volume, energies)
         forces(p, slopes, g, shares[0], pulls, places)
         for e in range(count):
             for q in range(N_POINTS):
@@ -95,10 +95,10 @@ def add_stiffness(x, ten, slopes, gradients, volumes, mu, lam, group, shape, mea
         gather(x, ten, gradients, volumes, mu, lam, begin, count, places, g, shares)
         deformation_gradients(places, slopes, g, stretched, f)
         if shape is None:
-            hessians(f, g, shares[0], BLOCK, shares[1], shares[2], definite, rotated, blocks)
+            hessians(f, g, shares[0], f.shape[1], shares[1], shares[2], definite, rotated, blocks)
         else:
             moduli, law = (shares[1], shares[2]), (shape, measure, volume)
-            principal.hessians(f, g, shares[0], BLOCK, group, *moduli, *law, definite, blocks, pulls, stiffnesses)
+            principal.hessians(f, g, shares[0], f.shape[1], group, *moduli, *law, definite, blocks, pulls, stiffnesses)
         if group > 1:
             forces(pulls, slopes, g, shares[0], stretched, places)
             for e in range(count):
@@ -129,10 +129,10 @@ def write_tangents(x, ten, slopes, gradients, volumes, mu, lam, group, shape, me
         deformation_gradients(places, slopes, g, stretched, f)
         blocks = tangents[number]
         if shape is None:
-            hessians(f, g, shares[0], BLOCK, shares[1], shares[2], definite, rotated, blocks)
+            hessians(f, g, shares[0], f.shape[1], shares[1], shares[2], definite, rotated, blocks)
         else:
             moduli, law = (shares[1], shares[2]), (shape, measure, volume)
-            principal.hessians(f, g, shares[0], BLOCK, group, *moduli, *law, definite, blocks, pulls, stiffnesses)
+            principal.hessians(f, g, shares[0], f.shape[1], group, *moduli, *law, definite, blocks, pulls, stiffnesses)
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -16,7 +16,6 @@ from palpate.errors import NotConverged
 from palpate.identification.fit import OFFSETS
 from palpate.identification.forward import Forward, Range, SlabForward
 from palpate.identification.identify import Identified
-from palpate.identification.intervals import Interval
 from palpate.identification.presses import PressRecords
 from palpate.identification.progress import Follow, unfollowed
 from palpate.table_declaration import Table
@@ -32,7 +31,7 @@ POISSON, STICKING = (0.3, 0.49), (0.0, 1.0)
 """Ranges of ν and of friction that are never fixed silently."""
 IDENTIFIED = Table(
     "identified",
-    "What presses determine, with intervals of 90 % unless asked otherwise.",
+    "What presses determine, with intervals of 90 %.",
     """
     part: the specimen and session that were fitted, or all
     law reported: the law, and whether it is the one that fits best
@@ -50,7 +49,7 @@ class Asked:
     """What the user has given besides presses; a range is (low, high).
 
     body : the organ, or None; thickness_m : of a slab, or None; without both the tissue is a half-space
-    poisson, sticking, stiffening : known or ranges; laws : that are compared; offset_m : of first touch
+    poisson, sticking : known or ranges; laws : that are compared; offset_m : of first touch
     """
 
     instrument: Instrument
@@ -58,7 +57,6 @@ class Asked:
     thickness_m: Range | None = None
     poisson: Range = POISSON
     sticking: Range = STICKING
-    stiffening: tuple[float, float] = STIFFENING
     laws: Sequence[str] = LAWS
     offset_m: tuple[float, float] | None = None
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -92,12 +90,11 @@ def forwards_for(
     )  # fmt: skip
     # the exponential law first: without stiffening its curves are the neo-Hookean ones
     for law in sorted(asked.laws, key=lambda law: law != EXPONENTIAL):
-        stiff = found.get(EXPONENTIAL)
-        if law == SOFTEST and stiff is not None and asked.stiffening[0] == 0.0:
-            found[law] = stiff.without_stiffening()
+        if law == SOFTEST and EXPONENTIAL in found:
+            found[law] = found[EXPONENTIAL].without_stiffening()
             continue
         try:
-            found[law] = _borne(curves, law, asked.stiffening if law == EXPONENTIAL else (0.0, 0.0))
+            found[law] = _borne(curves, law)
         except NotConverged as failure:
             if len(asked.laws) == 1:
                 raise
@@ -113,47 +110,38 @@ def forwards_for(
     return {law: OrganForward(*known, local, law, local.known, workers) for law, local in kept}
 
 
-def _borne(curves: Callable[..., SlabForward], law: str, stiffening: tuple[float, float]) -> SlabForward:
+def _borne(curves: Callable[..., SlabForward], law: str) -> SlabForward:
     """Return the curves of a law, up to the largest stiffening that bears the presses and is met between them."""
-    low, ends = stiffening[0], [stiffening[1]]
+    low, high = most = STIFFENING if law == EXPONENTIAL else (0.0, 0.0)
     why = "steeper laws do not bear the presses"
-    for _ in range(NARROWER):
+    for narrower in range(NARROWER, -1, -1):
         try:
-            found = curves(law=law, stiffening=(low, ends[-1]))
-            if found.relative_error <= MOST_ERROR or ends[-1] == low:
+            found = curves(law=law, stiffening=(low, high))
+            if found.relative_error <= MOST_ERROR or high == low or not narrower:
                 break
             why = f"with more, forces between curves have an error of {found.relative_error:.0%}"
         except NotConverged:
-            if ends[-1] == low:
+            if high == low or not narrower:
                 raise
-        ends.append(max(low, 0.5 * ends[-1]))
-    else:
-        found = curves(law=law, stiffening=(low, ends[-1]))
-    if len(ends) > 1:
-        warnings.warn(f"stiffening is looked for up to {ends[-1]:g}; {why}.", stacklevel=3)
+        high = max(low, 0.5 * high)
+    if high < most[1]:
+        warnings.warn(f"stiffening is looked for up to {high:g}; {why}.", stacklevel=3)
     return found
 
 
 def table_rows(found: Identified, part: str) -> list[tuple]:
     """Return the rows of IDENTIFIED of one part of the presses."""
-    named: list[tuple[str, str, Interval]] = [("young_pa", "Pa", found.young_pa)]
-    if found.modulus_pa is not None:
-        named.append(("modulus_pa", "Pa", found.modulus_pa))
-    named += [(name, found.units[name], interval) for name, interval in found.parameters.items()]
-    if found.offset_m is not None:
-        named.append(("offset_m", "m", found.offset_m))
-    scatter = {
-        "offset_scatter_m": ("m", found.offset_scatter_m), "place_scatter": ("1", found.place_scatter),
-        "shape_scatter": ("1", found.shape_scatter), "repeat_scatter": ("1", found.repeat_scatter),
-        "noise_share": ("1", found.noise_share), "noise_n": ("N", found.noise_n),
-        "relative_error": ("1", found.relative_error), "table_error": ("1", found.table_error),
-    }  # fmt: skip
-    rows = []
-    for name, unit, interval in named:
+    named = {"young_pa": found.young_pa, "modulus_pa": found.modulus_pa, **found.parameters, "offset_m": found.offset_m}
+    units, rows = {"offset_scatter_m": "m", "noise_n": "N", "young_pa": "Pa", "modulus_pa": "Pa"}, []
+    for name, interval in named.items():
+        if interval is None:
+            continue
+        unit = units.get(name, "m" * name.endswith("_m"))
         drawn = found.resampled.get(name)
         ends = (drawn.low, drawn.high) if drawn else (None, None)
         rows.append((part, found.law, True, name, unit, *interval[:3], interval.known, *interval[3:5], *ends))
-    rows += [(part, found.law, True, name, unit, None, value, *6 * [None]) for name, (unit, value) in scatter.items()]
+    for name, value in found.scatter.items():
+        rows.append((part, found.law, True, name, units.get(name, "1"), None, value, *6 * [None]))
     for score in found.laws:
         own = score.law == found.law
         rows.append((part, score.law, own, "exponent_excess", "1", *score.excess[:3], True, False, False, None, None))

@@ -9,7 +9,7 @@ import hashlib
 import inspect
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -21,7 +21,7 @@ from numpy.polynomial import chebyshev
 from threadpoolctl import threadpool_limits
 
 from palpate.bodies import slab_section
-from palpate.bodies.material import exponential
+from palpate.bodies.material import EXPONENTIAL, exponential
 from palpate.effects import axisymmetric_elements
 from palpate.effects import law as effects_law
 from palpate.errors import InputError, NotConverged
@@ -49,8 +49,6 @@ BEYOND = 0.52
 STEEP = 8.0
 """Stiffenings are interpolated in the logarithm of 1 plus their share of this: between 3 and 10, three points have an
 error of 1.4 to 3 % where with 1 they have 8 % (0.44 radii into a slab of 1.7, up to 20)."""
-STIFFENS = "exponential"
-"""The law that has a stiffening; all others have none, 0."""
 
 
 @dataclass(frozen=True)
@@ -68,12 +66,11 @@ class Ranges:
     sticking: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        limits = {"poisson": (0.0, 0.499), "thinness": (0.0, THINNEST), "stiffening": (0.0, 100.0)}
-        limits["sticking"] = (0.0, 1.0)
-        for name, (least, most) in limits.items():
+        limits = {"poisson": 0.499, "thinness": THINNEST, "stiffening": 100.0, "sticking": 1.0}
+        for name, most in limits.items():
             low, high = getattr(self, name)
-            if not least <= low <= high <= most:
-                raise InputError(f"{name} is {low:g} to {high:g}; give a range within {least:g} to {most:g}.")
+            if not 0.0 <= low <= high <= most:
+                raise InputError(f"{name} is {low:g} to {high:g}; give a range within 0 to {most:g}.")
         if not 0.0 < self.deepest < np.inf:
             raise InputError(f"the depth is {self.deepest:g} radii; give a positive number.")
         if self.deepest * self.thinness[1] >= 1.0:
@@ -88,35 +85,34 @@ FREE = ("poisson", "thinness", STIFFENING)
 """What the sparse grid is over, in this order, where it is free."""
 
 
-def _axis(name: str, value: float) -> float:
-    """Return what a parameter is interpolated in."""
-    if name == "poisson":
-        return float(-np.log(BEYOND - value))
-    return float(np.log1p(value / STEEP)) if name == STIFFENING else value
-
-
-def _value(name: str, axis: float) -> float:
-    """Return the parameter that has an ``axis``."""
-    if name == "poisson":
-        return float(BEYOND - np.exp(-axis))
-    return float(STEEP * np.expm1(axis)) if name == STIFFENING else axis
+AXES: Mapping[str, tuple[Callable, Callable]] = {
+    "poisson": (lambda value: -np.log(BEYOND - value), lambda axis: BEYOND - np.exp(-axis)),
+    "thinness": (float, float),
+    STIFFENING: (lambda value: np.log1p(value / STEEP), lambda axis: STEEP * np.expm1(axis)),
+}
+"""What a parameter is interpolated in, and the inverse."""
 
 
 @dataclass(frozen=True, eq=False)
-class CurveFamily:
-    """Curves of one law.
+class Curves:
+    """Curves of one law, as they are kept.
 
-    ranges : what it holds for; error : greatest relative error of force by interpolation at places between, measured
+    error : greatest relative error of force by interpolation at places between, measured
     least_error : the same with the least stiffening, where curves are less steep
     degrees : (n, free) of the basis; coefficients : (slips, sticks or both, n, ALONG)
     """
 
-    law: str
-    ranges: Ranges
     error: float
     least_error: float
     degrees: np.ndarray
     coefficients: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class CurveFamily(Curves):
+    """Curves for ``ranges``."""
+
+    ranges: Ranges
 
     def forces(
         self, depth: np.ndarray, poisson: float, thinness: float = 0.0, stiffening: float = 0.0, sticking: float = 0.0
@@ -131,13 +127,6 @@ class CurveFamily:
                 f"a depth is {depth.max():.3g} radii of the ball, and the curves end at {self.ranges.deepest:.3g}; "
                 "make them for the deepest press."
             )
-        curve = self._curve(poisson, thinness, stiffening, sticking)
-        root = np.sqrt(np.maximum(depth, 0.0))
-        share = np.exp(chebyshev.chebval(2.0 * root / np.sqrt(self.ranges.deepest) - 1.0, curve))
-        return share * hertz(poisson) * root**3
-
-    def _curve(self, poisson: float, thinness: float, stiffening: float, sticking: float) -> np.ndarray:
-        """Return the coefficients (ALONG,) of the logarithm of force over Hertz's."""
         given = {"poisson": poisson, "thinness": thinness, "stiffening": stiffening, "sticking": sticking}
         for name, value in given.items():
             low, high = getattr(self.ranges, name)
@@ -146,32 +135,29 @@ class CurveFamily:
                 raise InputError(f"{name} is {value:.4g}, and the curves are for {low:.4g} to {high:.4g}.")
         place = np.array([[_place(self.ranges, name, given[name]) for name in _free(self.ranges)]])
         curves = (_basis(place, self.degrees) @ self.coefficients)[:, 0]
-        return curves[0] if len(curves) == 1 else (1.0 - sticking) * curves[0] + sticking * curves[1]
+        curve = curves[0] if len(curves) == 1 else (1.0 - sticking) * curves[0] + sticking * curves[1]
+        root = np.sqrt(np.maximum(depth, 0.0))
+        share = np.exp(chebyshev.chebval(2.0 * root / np.sqrt(self.ranges.deepest) - 1.0, curve))
+        return share * hertz(poisson) * root**3
 
 
 def _free(ranges: Ranges) -> list[str]:
     return [name for name in FREE if getattr(ranges, name)[0] < getattr(ranges, name)[1]]
 
 
-def _ends(ranges: Ranges) -> list[bool]:
-    """Return which of slipping and sticking are needed."""
-    low, high = ranges.sticking
-    return [sticks for sticks, needed in ((False, low < 1.0), (True, high > 0.0)) if needed]
-
-
 def _values(ranges: Ranges, place: tuple[float, ...]) -> tuple[float, ...]:
     """Return ν, thinness and stiffening at a ``place`` of the grid, from −1 to 1 along what is free."""
     found = {name: getattr(ranges, name)[0] for name in FREE}
     for name, at in zip(_free(ranges), place, strict=True):
-        low, high = (_axis(name, end) for end in getattr(ranges, name))
-        found[name] = _value(name, low + 0.5 * (at + 1.0) * (high - low))
+        low, high = map(AXES[name][0], getattr(ranges, name))
+        found[name] = float(AXES[name][1](low + 0.5 * (at + 1.0) * (high - low)))
     return tuple(found.values())
 
 
 def _place(ranges: Ranges, name: str, value: float) -> float:
     """Return where a value is in its range, from −1 to 1."""
-    low, high = (_axis(name, end) for end in getattr(ranges, name))
-    return float(np.clip(2.0 * (_axis(name, value) - low) / (high - low) - 1.0, -1.0, 1.0))
+    low, high, at = map(AXES[name][0], (*getattr(ranges, name), value))
+    return float(np.clip(2.0 * (at - low) / (high - low) - 1.0, -1.0, 1.0))
 
 
 def _basis(places: np.ndarray, degrees: np.ndarray) -> np.ndarray:
@@ -199,10 +185,6 @@ def _sparse(dimensions: int, level: int, whole: int) -> tuple[np.ndarray, np.nda
     return np.array(places).reshape(shape), np.array(degrees, dtype=int).reshape(shape)
 
 
-def _law(law: str, stiffening: float) -> str:
-    return exponential(stiffening) if law == STIFFENS else law
-
-
 def _sampled(asked: tuple[str, float, float, float, float, bool]) -> np.ndarray | str:
     """Return log force over Hertz's at Chebyshev's points of the root of depth (ALONG,), or why there is none."""
     law, deepest, poisson, thinness, stiffening, sticks = asked
@@ -210,7 +192,8 @@ def _sampled(asked: tuple[str, float, float, float, float, bool]) -> np.ndarray 
     where = f"ν {poisson:.3g}, thickness {thickness:.3g} radii, stiffening {stiffening:.3g}"
     try:
         with threadpool_limits(1):
-            ball = BallOnSlab(_law(law, stiffening), poisson, thickness, sticks)
+            name = exponential(stiffening) if law == EXPONENTIAL else law
+            ball = BallOnSlab(name, poisson, thickness, sticks)
             curve = ball.curve(deepest)
     except NotConverged as failure:
         return f"{law} ({where}): {failure}"
@@ -233,32 +216,24 @@ def family_of(
     law : ``exponential`` has a stiffening; workers : processes, None for one a core
     Raises NotConverged where the law has no equilibrium to the depth that is asked for.
     """
-    if law != STIFFENS and ranges.stiffening != (0.0, 0.0):
-        raise InputError(f"law {law} has no stiffening; give 0, or take the law {STIFFENS}.")
+    if law != EXPONENTIAL and ranges.stiffening != (0.0, 0.0):
+        raise InputError(f"law {law} has no stiffening; give 0, or take the law {EXPONENTIAL}.")
     path = Path(folder) / f"curves-{_digest(law, ranges)}.npz" if folder is not None else None
     if path is not None and path.is_file():
-        kept = read_arrays(_Kept, path)
-        return CurveFamily(law, ranges, kept.error, kept.least_error, kept.degrees, kept.coefficients)
+        return CurveFamily(**vars(read_arrays(Curves, path)), ranges=ranges)
     found = _computed(law, ranges, workers, follow)
     if path is not None:
-        write_arrays(_Kept(found.error, found.least_error, found.degrees, found.coefficients), path)
-    return found
+        write_arrays(found, path)
+    return CurveFamily(**vars(found), ranges=ranges)
 
 
-@dataclass
-class _Kept:
-    error: float
-    least_error: float
-    degrees: np.ndarray
-    coefficients: np.ndarray
-
-
-def _computed(law: str, ranges: Ranges, workers: int | None, follow: Follow) -> CurveFamily:
+def _computed(law: str, ranges: Ranges, workers: int | None, follow: Follow) -> Curves:
     """Compute curves on finer grids until those between are met, or the last grid is reached.
 
     What sticking changes is a few per cent, except far into soft slabs, and is interpolated on a coarser grid.
     """
-    free, ends = _free(ranges), _ends(ranges)
+    free = _free(ranges)
+    ends = [False] * (ranges.sticking[0] < 1.0) + [True] * (ranges.sticking[1] > 0.0)  # which of them stick
     curves: dict[tuple[tuple[float, ...], bool], np.ndarray] = {}
 
     workers = workers or os.cpu_count() or 1
@@ -301,7 +276,7 @@ def _computed(law: str, ranges: Ranges, workers: int | None, follow: Follow) -> 
             beside = [_basis(between, found) @ by_end[k] - compute(between, end) for k, end in enumerate(ends)]
             least = float(np.abs(np.expm1(beside)).max())
     to_curve = np.linalg.inv(chebyshev.chebvander(chebyshev.chebpts1(ALONG), ALONG - 1)).T
-    return CurveFamily(law, ranges, error, least, found, by_end @ to_curve)
+    return Curves(error, least, found, by_end @ to_curve)
 
 
 def _interpolated(

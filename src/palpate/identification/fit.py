@@ -7,7 +7,6 @@ determined when E and ν are not.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import Bounds, minimize
@@ -41,6 +40,8 @@ CONVERGED, RESTARTS = 1e-2, 8
 SCATTERS = ((0.01, 1e-3), (0.01, 0.1), (0.2, 0.02))
 """Noise that searches begin with beside START's: its share, and that at small forces over the typical force. A row near
 first touch with a noisy force makes the likelihood rough, so that some searches end far above the least value."""
+STARTS = (-0.7, 0.7)
+"""Places of parameters in their ranges that searches begin with beside the middle."""
 AGREED, LOOSENED = 1.0, (2.0, 0.5, 4.0, 0.25)
 """How near the least −2 log likelihood of two searches has to be, and factors of the noise that more begin with."""
 
@@ -50,11 +51,10 @@ class Options:
     """How a fit is made.
 
     offset_m : least and greatest mean offset of first touch [m]; None takes ``OFFSETS`` of the largest depth
-    level : of the intervals; resamples : of the bootstrap over places, 0 for none; seed : of its draws
+    resamples : of the bootstrap over places, 0 for none; seed : of its draws
     """
 
     offset_m: tuple[float, float] | None = None
-    level: float = 0.9
     resamples: int = 60
     seed: int = 0
 
@@ -93,17 +93,14 @@ class Data:
 
     @classmethod
     def of(cls, records: PressRecords) -> "Data":
-        """Return the data of records; InputError without two places of two depths."""
+        """Return the data of records, whose presses all go deeper than 0."""
         keys = [(press.specimen, press.session, press.place or press.name) for press in records.presses]
         places = list(dict.fromkeys(keys))
-        order = np.array(sorted(range(len(keys)), key=lambda k: places.index(keys[k])), dtype=np.int64)
+        number = np.array([places.index(key) for key in keys], dtype=np.int64)
+        order = np.argsort(number, kind="stable")
         curves = [loading(records.presses[k]) for k in order]
-        if not curves or max(depth[-1] for depth, _ in curves) <= 0.0:
-            raise InputError(f"{records.source} has no press deeper than 0; give depths [m] below first touch.")
         depth = np.concatenate([depth for depth, _ in curves])
         middle = float(np.exp(np.log(depth[depth > 0.0]).mean()))
-        counts = [keys[k] for k in order]
-        place_start = np.array([0, *(np.flatnonzero([a != b for a, b in pairwise(counts)]) + 1)])
         return cls(
             records,
             Layout(
@@ -112,7 +109,7 @@ class Data:
                 np.log(np.maximum(depth, SHAPE_FLOOR * middle) / middle),
                 np.ones(len(depth)),
                 np.cumsum([0, *(len(depth) for depth, _ in curves)]),
-                np.append(place_start, len(order)).astype(np.int64),
+                np.cumsum([0, *np.bincount(number)]),
                 np.zeros(len(order), dtype=np.int64),
             ),
             order,
@@ -122,14 +119,14 @@ class Data:
         )
 
     @property
-    def has_repeats(self) -> bool:
-        """Whether a place was pressed more than once."""
-        return bool((np.diff(self.layout.place_start) > 1).any())
+    def places(self) -> int:
+        """How many places were pressed."""
+        return len(self.layout.place_start) - 1
 
     @property
     def place_of_press(self) -> np.ndarray:
         """Number of the place (presses,) of each press in order."""
-        return np.repeat(np.arange(len(self.layout.place_start) - 1), np.diff(self.layout.place_start))
+        return np.repeat(np.arange(self.places), np.diff(self.layout.place_start))
 
     @property
     def press_of_point(self) -> np.ndarray:
@@ -187,7 +184,7 @@ class MixedModel:
         if self.offset_m[1] > self.offset_m[0]:
             names += ["offset", "offset_scatter"]
         names += ["log_noise", "log_floor", "place", *["shape"] * self.shapes]
-        if self.data.has_repeats:
+        if self.data.places < len(self.data.order):
             names.append("repeat")
         if self.free_excess or self.table.forward.relative_error > 0.0:
             names.append("excess")
@@ -241,6 +238,10 @@ class MixedModel:
             spread, effects,
         )  # fmt: skip
 
+    def forces(self, unknown: Mapping[str, float]) -> np.ndarray:
+        """Return the forces (n,) [N] with the effects of places and presses."""
+        return np.exp(np.minimum(self.modes(unknown).log_force, 600.0))
+
     def minus2(self, unknown: Mapping[str, float], effects: np.ndarray | None = None) -> float:
         """Return −2 log likelihood, with the deviation of the forward model's own exponent in it."""
         each = self.modes(unknown, effects).minus2
@@ -250,9 +251,9 @@ class MixedModel:
             total += (unknown.get("excess", 0.0) / error) ** 2
         return total
 
-    def start(self, parameter: float) -> dict[str, float]:
-        """Return where to begin: all parameters at ``parameter`` in −1 … 1, and the modulus that fits the medians."""
-        unknown = {name: parameter for name in self.parameters} | {"log_modulus": 0.0}
+    def start(self) -> dict[str, float]:
+        """Return where to begin: parameters in the middle of their ranges, the modulus that fits the medians."""
+        unknown = {name: 0.0 for name in self.parameters} | {"log_modulus": 0.0}
         unknown |= {name: START[name] for name in self.names if name in START}
         unknown |= {"offset": 0.0} if "offset" in self.names else {}
         unknown["log_floor"] = float(np.log(0.01 * max(self.data.typical_n, 1e-9)))
@@ -271,15 +272,12 @@ class MixedModel:
         beyond : (n,) log force above the model's, of which those ``used`` (n,) count
         Trap: where places differ by far more than a likelihood expects, it is too steep for a search to leave.
         """
-        layout = self.data.layout
-        of_press = np.repeat(np.arange(len(layout.place_start) - 1), np.diff(layout.place_start))
-        of_point = np.repeat(of_press, np.diff(layout.press_start))
-        points = [np.flatnonzero(used & (of_point == place)) for place in range(len(layout.place_start) - 1)]
+        level, of_point = self.data.layout.level, self.data.place_of_press[self.data.press_of_point]
+        points = [np.flatnonzero(used & (of_point == place)) for place in range(self.data.places)]
         lines, left = [], []
         for there in (each for each in points if len(each) > 2):
-            line = np.polyfit(layout.level[there], beyond[there], 1)
-            lines.append(line)
-            left.append(beyond[there] - np.polyval(line, layout.level[there]))
+            lines.append(np.polyfit(level[there], beyond[there], 1))
+            left.append(beyond[there] - np.polyval(lines[-1], level[there]))
         if len(lines) < 2:
             return {}
         shape, place = np.std(lines, axis=0)
@@ -414,14 +412,12 @@ def rounded(model: MixedModel, unknown: Mapping[str, float], held: Sequence[str]
     return free.round(unknown, no_effects(model.data.layout))
 
 
-def best_fit(
-    model: MixedModel, starts: Sequence[float] = (0.0, -0.7, 0.7), sure: bool = False
-) -> tuple[dict[str, float], float]:
+def best_fit(model: MixedModel, sure: bool = False) -> tuple[dict[str, float], float]:
     """Return the unknown of the greatest likelihood from several starts, and −2 log likelihood there.
 
     sure : whether to raise NotConverged where no two searches end within AGREED of the least value
     """
-    first = model.start(starts[0])
+    first = model.start()
     best, least = fitted(model, first)
     ends = [least]
 
@@ -438,7 +434,7 @@ def best_fit(
     typical = max(model.data.typical_n, 1e-9)
     for noise, floor in SCATTERS:
         search(first | {"log_noise": float(np.log(noise)), "log_floor": float(np.log(floor * typical))}, CONVERGED)
-    for at in starts[1:] if model.parameters else ():
+    for at in STARTS if model.parameters else ():
         search(best | dict.fromkeys(model.parameters, at), 0.0)
     for factor in LOOSENED:
         if np.sum(np.array(ends) <= least + AGREED) > 1:

@@ -5,7 +5,7 @@ that a few hundred values a press hold it (Trefethen, Approximation Theory and A
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
@@ -62,12 +62,11 @@ class ForceTable:
     @cached_property
     def free(self) -> tuple["Parameter", ...]:
         """The parameters that have a range."""
-        return tuple(p for p in self.forward.parameters if p.high > p.low)
+        return _free(self.forward)
 
     def values(self, place: np.ndarray) -> dict[str, float]:
         """Return all parameters by name at ``place`` (p,) in −1 … 1 of those that are free."""
-        found = {p.name: p.low for p in self.forward.parameters}
-        return found | {p.name: natural(p, x) for p, x in zip(self.free, place, strict=True)}
+        return _values(self.forward, self.free, place)
 
     def at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return log f (tables, depths) and its slope over log depth at ``place`` (p,) in −1 … 1."""
@@ -91,20 +90,18 @@ def tabulate(forward: "Forward", order: Sequence[int], largest_m: float) -> Forc
 
     Raises NotConverged if the model gives a force that is not positive.
     """
-    free = [p for p in forward.parameters if p.high > p.low]
-    known = {p.name: p.low for p in forward.parameters}
+    free = _free(forward)
     logs = np.linspace(np.log(LEAST_DEPTH * largest_m), np.log(largest_m), DEPTHS)
 
     def ask(press: int, place: tuple[float, ...]) -> np.ndarray:
-        values = known | {p.name: natural(p, x) for p, x in zip(free, place, strict=True)}
+        values = _values(forward, free, place)
         forces = forward.forces(order[press], np.exp(logs), values)
         if not (np.isfinite(forces) & (forces > 0.0)).all():
             told = ", ".join(f"{name} {value:.3g}" for name, value in values.items())
             raise NotConverged(f"the model has no positive force at every depth with {told}", [float("nan")])
         return np.log(forces)
 
-    rng = np.random.default_rng(0)
-    probes = [tuple(place) for place in rng.uniform(-1, 1, (CHECKS, len(free)))]
+    probes = [tuple(place) for place in np.random.default_rng(0).uniform(-1, 1, (CHECKS, len(free)))]
     seen: list[np.ndarray] = []
     table, asked = np.empty(len(order), dtype=np.int64), []
     for press in range(len(order)):  # three values tell presses apart
@@ -114,9 +111,7 @@ def tabulate(forward: "Forward", order: Sequence[int], largest_m: float) -> Forc
             seen.append(probe)
             asked.append(press)
         table[press] = same[0] if same else len(seen) - 1
-    spline = CubicSpline(logs, np.eye(DEPTHS), axis=0)
-    slopes_of = spline(logs, 1).T
-    found = None
+    slopes_of = CubicSpline(logs, np.eye(DEPTHS), axis=0)(logs, 1).T
     for count in _counts(len(free)):
         nodes = np.cos(np.pi * np.arange(count) / max(count - 1, 1))
         places = list(product(nodes, repeat=len(free)))
@@ -126,11 +121,19 @@ def tabulate(forward: "Forward", order: Sequence[int], largest_m: float) -> Forc
         off = [
             np.abs(found.at(np.array(place))[0][k] - ask(asked[k], place)).max() for place in probes for k in checked
         ]
-        found = ForceTable(forward, nodes, values, table, logs[0], logs[1] - logs[0], slopes_of, float(max(off)))
+        found = replace(found, error=float(max(off)))
         if found.error <= TOLERANCE:
             break
-    assert found is not None
     return found
+
+
+def _free(forward: "Forward") -> tuple["Parameter", ...]:
+    return tuple(p for p in forward.parameters if p.high > p.low)
+
+
+def _values(forward: "Forward", free: Sequence["Parameter"], place: Sequence[float] | np.ndarray) -> dict[str, float]:
+    known = {p.name: p.low for p in forward.parameters}
+    return known | {p.name: natural(p, x) for p, x in zip(free, place, strict=True)}
 
 
 def _counts(free: int) -> list[int]:

@@ -17,18 +17,16 @@ from palpate.identification.progress import Follow, unfollowed
 MEASURED_ERROR = 0.003
 """Of the force off quadratic elements in three dimensions: 0.3, 0 and 0 % at depths of 0.25, 0.5 and 0.75 radii with
 elements of 0.18 radii, 0.1 to 0.2 % off their limit; tests/benchmarks/slab_curves.py measures it, on one slab."""
-UNITS = {"thickness_m": "m"}
 Range = float | tuple[float, float]
 """A value that is known, or the least and greatest that one may have."""
 
 
 class Parameter(NamedTuple):
-    """What a forward model does not know by itself: its name, the range that the model holds in, and its unit."""
+    """What a forward model does not know by itself: its name, which ends in a unit, and its range."""
 
     name: str
     low: float
     high: float
-    unit: str
 
 
 class Forward(Protocol):
@@ -55,7 +53,7 @@ class Forward(Protocol):
         """Return the forces (k,) [N] of press number ``press`` at ``depth_m`` (k,) [m] for young_pa = 1.
 
         values : of each of ``parameters``. Smooth in depth and values, increasing with depth, 0 for depths below 0.
-        InputError for a depth above ``deepest_m`` or a value outside its range.
+        InputError for a depth above ``deepest_m`` or a value outside its range, KeyError for one that lacks.
         """
         ...
 
@@ -85,10 +83,8 @@ class SlabForward:
         follow: Follow = unfollowed,
         each_m: np.ndarray | None = None,
     ):
-        if not (np.isfinite(radius_m) and radius_m > 0.0):
-            raise InputError(f"radius_m of the ball is {radius_m}; give a positive length [m].")
-        self._radius, self._thickness = radius_m, None if thickness_m is None else ends(thickness_m)
-        self._each = each_m
+        self._radius, self._each = radius_m, each_m
+        self._thickness = None if thickness_m is None else ends(thickness_m)
         if self._thickness is not None and not 0.0 < self._thickness[0] <= self._thickness[1] < np.inf:
             raise InputError(f"thickness_m is {thickness_m}; give a positive length [m], a range, or none.")
         low, high = self._thickness or (np.inf, np.inf)
@@ -107,7 +103,7 @@ class SlabForward:
     def parameters(self) -> tuple[Parameter, ...]:
         lengths = {} if self._thickness is None or self._each is not None else {"thickness_m": self._thickness}
         free = {name: ends for name, ends in (self._ranges | lengths).items() if ends[0] < ends[1]}
-        return tuple(Parameter(name, *ends, UNITS.get(name, "")) for name, ends in free.items())
+        return tuple(Parameter(name, *ends) for name, ends in free.items())
 
     @property
     def known(self) -> dict[str, float]:
@@ -128,22 +124,12 @@ class SlabForward:
 
     def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """Return the forces (k,) [N] at ``depth_m`` (k,) [m] for young_pa = 1; see ``Forward``."""
-        given = self._given(press, values)
-        return self._family.forces(np.asarray(depth_m) / self._radius, **given) * self._radius**2
-
-    def _given(self, press: int, values: Mapping[str, float]) -> dict[str, float]:
-        """Return the values that a family takes, known ones included; InputError for what lacks or is out of range."""
-        found = {name: ends[0] for name, ends in self._ranges.items()}
-        for name, low, high, unit in self.parameters:
-            if name not in values:
-                raise InputError(f"{name} has no value; give one of {low:g} to {high:g} {unit}.")
-            if name in found:
-                found[name] = values[name]
+        given = {name: values[name] if low < high else low for name, (low, high) in self._ranges.items()}
         if self._thickness is not None:
             low, _ = self._thickness
             thickness = float(self._each[press]) if self._each is not None else values.get("thickness_m", low)
-            found["thinness"] = self._radius / thickness
-        return found
+            given["thinness"] = self._radius / thickness
+        return self._family.forces(np.asarray(depth_m) / self._radius, **given) * self._radius**2
 
 
 def ends(given: Range) -> tuple[float, float]:

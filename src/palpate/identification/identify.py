@@ -11,7 +11,7 @@ import numpy as np
 from palpate.errors import NotConverged
 from palpate.identification.fit import BOUNDS, Data, MixedModel, Options, best_fit, fitted
 from palpate.identification.forward import Forward
-from palpate.identification.intervals import Interval, Profile, Profiler, bootstrap, threshold
+from palpate.identification.intervals import Interval, Profile, Profiler, bootstrap
 from palpate.identification.presses import PressRecords
 from palpate.identification.progress import Follow, unfollowed
 
@@ -24,17 +24,15 @@ UNFOLLOWED = BOUNDS["log_noise"][1] - 1e-3
 """Log of the noise, as a share of force, of presses that a law does not describe: a search ends there, or is lost."""
 
 
-@dataclass(frozen=True, eq=False)
-class LawScore:
+class LawScore(NamedTuple):
     """How well a law follows the presses.
 
-    above : −2 log likelihood above the best law's, with 2 for each of its ``parameters`` (Akaike 1974)
+    above : −2 log likelihood above the best law's, with 2 for each of its parameters (Akaike 1974)
     excess : exponent of depth that the presses have and the law lacks, at its best
     """
 
     law: str
     above: float
-    parameters: int
     excess: Interval
 
     @property
@@ -43,8 +41,7 @@ class LawScore:
         return self.excess.low <= 0.0 <= self.excess.high
 
 
-@dataclass(frozen=True, eq=False)
-class Curve:
+class Curve(NamedTuple):
     """A press as it was fitted: depth_m, force_n and predicted_n (k,), with the effects of its place and touch."""
 
     name: str
@@ -59,14 +56,14 @@ class Identified:
 
     law : the reported one, of the smallest ``LawScore.above``; laws : all, the best first
     young_pa : of the median place; modulus_pa : E/(1 − ν²) where ν is free, else None
-    parameters : of the law's forward model; units : theirs; profiles : also of young_pa and modulus_pa
+    parameters : of the law's forward model; profiles : also of young_pa and modulus_pa
     resampled : intervals by the bootstrap over places, without what the forward model does not know by itself
-    offset_m : mean of first touch over the presses, and its scatter; None where it is known
-    place_scatter : deviation of log force between places; shape_scatter : of the exponent of depth; repeat_scatter : of
-        log force between presses of a place, NaN without repeats
-    noise_share, noise_n : deviation of forces about the curves, at large forces and at small ones
+    offset_m : mean of first touch over the presses; None where it is known
+    scatter : offset_scatter_m over presses; place_scatter, deviation of log force between places; shape_scatter, of the
+        exponent of depth; repeat_scatter, of log force between presses of a place, NaN without repeats; noise_share and
+        noise_n, deviation of forces about the curves, at large forces and at small ones; relative_error, the forward
+        model's own; table_error, of its interpolation
     fitted : values of the greatest likelihood, for the forward model and young_pa, offset_m
-    relative_error : the forward model's own; table_error : of its interpolation
     """
 
     records: PressRecords
@@ -75,19 +72,11 @@ class Identified:
     young_pa: Interval
     modulus_pa: Interval | None
     parameters: dict[str, Interval]
-    units: dict[str, str]
     profiles: dict[str, Profile]
     resampled: dict[str, Interval]
     offset_m: Interval | None
-    offset_scatter_m: float
-    place_scatter: float
-    shape_scatter: float
-    repeat_scatter: float
-    noise_share: float
-    noise_n: float
+    scatter: dict[str, float]
     fitted: dict[str, float]
-    relative_error: float
-    table_error: float
     rise: float
     curves: tuple[Curve, ...]
     models: dict[str, MixedModel]
@@ -96,7 +85,7 @@ class Identified:
     @property
     def places(self) -> int:
         """How many places were pressed."""
-        return len(self.models[self.law].data.layout.place_start) - 1
+        return self.models[self.law].data.places
 
     @property
     def same_law(self) -> list[str]:
@@ -115,9 +104,7 @@ def identify(
     be fitted, NotConverged for a likelihood without a value, and where no law is left.
     """
     options = options or Options()
-    data = Data.of(records)
-    places = len(data.layout.place_start) - 1
-    models, found = {}, {}
+    data, models, found = Data.of(records), {}, {}
     for law in follow("forces of laws", list(forwards)):
         models[law] = MixedModel.of(data, forwards[law], options)
     for law in follow("fit of laws", list(models)):
@@ -134,42 +121,37 @@ def identify(
     judged = {law: found[law][1] + 2.0 * len(model.parameters) for law, model in models.items()}
     order = sorted(judged, key=lambda law: judged[law])
     model, (best, least) = models[order[0]], found[order[0]]
-    profiler = Profiler.of(model, best, least, options.level)
+    profiler = Profiler(model, best, least)
     jobs: dict[str, Callable[[], Any]] = {name: partial(profiler.parameter, name) for name in model.parameters}
     jobs |= {YOUNG: profiler.young_pa}
     if "poisson" in model.parameters:
         jobs[MODULUS] = profiler.modulus_pa
     if "offset" in model.names:
         jobs[OFFSET] = profiler.offset_m
-    jobs |= {f"{EXCESS} {law}": partial(_excess, models[law], found[law][0], options) for law in order}
+    jobs |= {f"{EXCESS} {law}": partial(_excess, models[law], found[law][0]) for law in order}
     names = follow("what the presses leave open", list(jobs))
     done = dict(zip(names, spread_out(lambda job: job(), jobs.values()), strict=True))
-    resampled = bootstrap(model, best, options, spread_out, follow) if places > 1 else {}
-    values = model.values(best)
+    resampled = bootstrap(model, best, options, spread_out, follow) if data.places > 1 else {}
+    scatter = {
+        "offset_scatter_m": 0.5 * (model.offset_m[1] - model.offset_m[0]) * best.get("offset_scatter", 0.0),
+        "place_scatter": best["place"], "shape_scatter": best["shape"], "repeat_scatter": best.get("repeat", np.nan),
+        "noise_share": float(np.exp(best["log_noise"])),
+        "noise_n": float(np.exp(best["log_noise"] + best["log_floor"])),
+        "relative_error": model.table.forward.relative_error, "table_error": model.table.error,
+    }  # fmt: skip
     return Identified(
         records,
         order[0],
-        tuple(
-            LawScore(law, judged[law] - judged[order[0]], len(models[law].parameters), done[f"{EXCESS} {law}"])
-            for law in order
-        ),
+        tuple(LawScore(law, judged[law] - judged[order[0]], done[f"{EXCESS} {law}"]) for law in order),
         done[YOUNG][0],
         done[MODULUS][0] if MODULUS in done else None,
         {name: done[name][0] for name in model.parameters},
-        {p.name: p.unit for p in model.table.free},
         {name: answer[1] for name, answer in done.items() if not name.startswith(EXCESS)},
         resampled,
         done[OFFSET][0] if OFFSET in done else None,
-        0.5 * (model.offset_m[1] - model.offset_m[0]) * best.get("offset_scatter", 0.0),
-        best["place"],
-        best.get("shape", 0.0),
-        best.get("repeat", np.nan),
-        float(np.exp(best["log_noise"])),
-        float(np.exp(best["log_noise"] + best["log_floor"])),
-        values,
-        model.table.forward.relative_error,
-        model.table.error,
-        threshold(options.level, places),
+        scatter,
+        model.values(best),
+        profiler.rise,
         _curves(model, best),
         models,
         {law: fit[0] for law, fit in found.items()},
@@ -209,20 +191,18 @@ def line_of(found: Identified) -> Line | None:
     return Line(typical * unknown["zero"], typical * unknown["slope"] / deepest, young, before - after)
 
 
-def _excess(model: MixedModel, best: dict[str, float], options: Options) -> Interval:
+def _excess(model: MixedModel, best: dict[str, float]) -> Interval:
     """Return the interval of the exponent that presses have above a law's, fitted with all else."""
     free = replace(model, free_excess=True)
     unknown, least = fitted(free, {"excess": 0.0} | best)
-    return Profiler.of(free, unknown, least, options.level).excess()[0]
+    return Profiler(free, unknown, least).excess()
 
 
 def _curves(model: MixedModel, best: dict[str, float]) -> tuple[Curve, ...]:
     """Return the curves in the order of the records."""
-    layout, data = model.data.layout, model.data
-    predicted = np.exp(np.minimum(model.modes(best).log_force, 600.0))
-    curves: list[Curve | None] = [None] * len(data.order)
-    for k, number in enumerate(data.order):
+    data, layout, predicted = model.data, model.data.layout, model.forces(best)
+    curves = []
+    for press, k in zip(data.records.presses, np.argsort(data.order), strict=True):
         points = slice(layout.press_start[k], layout.press_start[k + 1])
-        name = data.records.presses[number].name
-        curves[number] = Curve(name, layout.depth_m[points], layout.force_n[points], predicted[points])
-    return tuple(curve for curve in curves if curve is not None)
+        curves.append(Curve(press.name, layout.depth_m[points], layout.force_n[points], predicted[points]))
+    return tuple(curves)

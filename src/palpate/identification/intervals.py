@@ -12,10 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-from palpate.identification.fit import MixedModel, Options, Round, fitted, rounded
+from palpate.identification.fit import MixedModel, Options, fitted, rounded
 from palpate.identification.force_table import natural
 from palpate.identification.progress import Follow, unfollowed
 
+LEVEL = 0.9
+"""Of all intervals."""
 MOSTLY = 0.8
 """Share of a range that fits, at and above which a parameter is said to be unknown."""
 GRID, REFINED = 9, 3
@@ -47,8 +49,7 @@ class Interval(NamedTuple):
         return self._replace(low=float(of(self.low)), best=float(of(self.best)), high=float(of(self.high)))
 
 
-@dataclass(frozen=True, eq=False)
-class Profile:
+class Profile(NamedTuple):
     """Profile likelihood: values (k,) that rise, minus2 (k,) of −2 log likelihood above the best, young_pa (k,)."""
 
     values: np.ndarray
@@ -73,17 +74,16 @@ Rise = Callable[[float, Unknown], tuple[Unknown, float]]
 
 @dataclass(frozen=True, eq=False)
 class Profiler:
-    """Profiles of a fitted model: its best unknown, −2 log likelihood there, and the threshold."""
+    """Profiles of a fitted model: its best unknown, and −2 log likelihood there."""
 
     model: MixedModel
     best: Unknown
     least: float
-    rise: float
 
-    @classmethod
-    def of(cls, model: MixedModel, best: Unknown, least: float, level: float) -> "Profiler":
-        """Return the profiles of a model whose ``best_fit`` is given, for intervals of ``level``."""
-        return cls(model, best, least, threshold(level, len(model.data.layout.place_start) - 1))
+    @property
+    def rise(self) -> float:
+        """The threshold."""
+        return threshold(LEVEL, self.model.data.places)
 
     def parameter(self, name: str) -> tuple[Interval, Profile]:
         """Return the interval and profile of a forward model's parameter in its own unit."""
@@ -100,46 +100,37 @@ class Profiler:
         A force that is wrong by a share at all places makes the modulus wrong by it, so that the squares of half widths
         add; what is wrong at single places is part of how places differ. So with the error of a sensor's slope.
         """
-        at = float(np.log(self.model.values(self.best)["young_pa"]))
         around = rounded(self.model, self.best, young=True)
-        rise: Rise = lambda value, start: self._fit({}, start, value, around)  # noqa: E731
-        interval, profile = self._stepped(rise, at, self._half_width())
-        interval = self._with_error(interval, self._common_error())
-        return interval.through(np.exp), replace(profile, values=np.exp(profile.values))
+        at = float(np.log(self.model.values(self.best)["young_pa"]))
+        return self._modulus(lambda value, start: self._above(*fitted(self.model, start, {}, value, around)), at)
 
     def modulus_pa(self) -> tuple[Interval, Profile]:
         """Return the interval and profile of the modulus that is fitted, E/(1 − ν²) where ν is free."""
-        interval, profile = self._stepped(self._holding("log_modulus"), self.best["log_modulus"], self._half_width())
-        interval = self._with_error(interval, self._common_error())
-        return interval.through(np.exp), replace(profile, values=np.exp(profile.values))
+        return self._modulus(self._holding("log_modulus"), self.best["log_modulus"])
 
-    def excess(self) -> tuple[Interval, Profile]:
-        """Return the interval and profile of the exponent that the presses have above the forward model's."""
-        interval, profile = self._stepped(self._holding("excess"), self.best["excess"], 0.05)
-        error = float(np.hypot(self.model.table.forward.relative_error, self.model.data.records.force_error))
-        return self._with_error(interval, error), profile
+    def excess(self) -> Interval:
+        """Return the interval of the exponent that the presses have above the forward model's."""
+        interval, _ = self._stepped(self._holding("excess"), self.best["excess"], 0.05)
+        return self._with_error(interval, self.model.table.forward.relative_error)
+
+    def _modulus(self, rise: Rise, at: float) -> tuple[Interval, Profile]:
+        half_width = float(max(0.01, 1.6 * self.best["place"] / np.sqrt(self.model.data.places)))
+        interval, profile = self._stepped(rise, at, half_width)
+        interval = self._with_error(interval, self.model.table.forward.common_error)
+        return interval.through(np.exp), profile._replace(values=np.exp(profile.values))
 
     def _with_error(self, interval: Interval, error: float) -> Interval:
-        own = np.sqrt(self.rise) * error
+        """Return an interval that an ``error`` of the forward model widens, and that of the sensor's slope."""
+        own = np.sqrt(self.rise) * float(np.hypot(error, self.model.data.records.force_error))
         low, high = np.hypot(interval.best - interval.low, own), np.hypot(interval.high - interval.best, own)
         return interval._replace(low=float(interval.best - low), high=float(interval.best + high))
 
-    def _common_error(self) -> float:
-        return float(np.hypot(self.model.table.forward.common_error, self.model.data.records.force_error))
-
-    def _half_width(self) -> float:
-        places = len(self.model.data.layout.place_start) - 1
-        return float(max(0.01, 1.6 * self.best["place"] / np.sqrt(places)))
-
-    def _fit(
-        self, held: Unknown, start: Unknown, young: float | None = None, around: Round = None
-    ) -> tuple[Unknown, float]:
-        unknown, value = fitted(self.model, start, held, young, around)
+    def _above(self, unknown: Unknown, value: float) -> tuple[Unknown, float]:
         return unknown, max(value - self.least, 0.0)
 
     def _holding(self, name: str) -> Rise:
         around = rounded(self.model, self.best, (name,))
-        return lambda value, start: self._fit({name: value}, start, None, around)
+        return lambda value, start: self._above(*fitted(self.model, start, {name: value}, None, around))
 
     def _over_range(self, name: str, own: Callable[[float], float]) -> tuple[Interval, Profile]:
         at, rise = self.best[name], self._holding(name)
@@ -153,7 +144,7 @@ class Profiler:
         for side in (-1.0, 1.0):
             self._refine(rise, found, at, side)
         interval, profile = self._interval(found, at, (-1.0, 1.0))
-        return interval.through(own), replace(profile, values=np.array([own(float(v)) for v in profile.values]))
+        return interval.through(own), profile._replace(values=np.array([own(float(v)) for v in profile.values]))
 
     def _stepped(self, rise: Rise, at: float, first: float) -> tuple[Interval, Profile]:
         found = {at: (self.best, 0.0)}
@@ -215,13 +206,12 @@ def bootstrap(
 
     Without the forward model's own error, which is the same for all places. spread_out : map, or that of a pool
     """
-    rng = np.random.default_rng(options.seed)
-    places = len(model.data.layout.place_start) - 1
+    rng, places = np.random.default_rng(options.seed), model.data.places
     drawn = [np.bincount(rng.integers(places, size=places), minlength=places) for _ in range(options.resamples)]
 
     around = rounded(model, best)
 
-    def values(counts: np.ndarray) -> dict[str, float]:
+    def refit(counts: np.ndarray) -> dict[str, float]:
         return named(fitted(replace(model, weights=counts.astype(float)), best, around=around)[0])
 
     def named(unknown: Unknown) -> dict[str, float]:
@@ -229,8 +219,8 @@ def bootstrap(
         return {name: found[name] for name in ("young_pa", "modulus_pa", *model.parameters)}
 
     numbers = follow("places drawn with replacement", range(len(drawn)))
-    samples = [sample for _, sample in zip(numbers, spread_out(values, drawn), strict=True)]
-    ends = [0.5 - 0.5 * options.level, 0.5 + 0.5 * options.level]
+    samples = [sample for _, sample in zip(numbers, spread_out(refit, drawn), strict=True)]
+    ends = [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL]
     found = {}
     for name, at in named(best).items() if samples else ():
         low, high = np.quantile([sample[name] for sample in samples], ends)

@@ -9,7 +9,7 @@ one stiffening; the force is that curve, times what the model in series says tha
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -49,21 +49,18 @@ LOCAL = 48
 """Points of the half-space's curve between which the model in series is interpolated."""
 
 
-NOTHING: Mapping[str, float] = {}
-
-
 @dataclass(frozen=True, eq=False)
 class Place:
     """What elements say of one place, for Young's modulus 1 Pa: depths [m] and forces [N], (k,), one Poisson's ratio.
 
     steep : cosine between direction and normal
-    rest : coefficients of a polynomial in Poisson's ratio, of what the organ gives way beyond a half-space [m/N]
+    rest : of what the organ gives way beyond a half-space [m/N], coefficients (n,) of a polynomial in Poisson's ratio
     """
 
     depth_m: np.ndarray
     force_n: np.ndarray
     steep: float
-    rest: np.ndarray = field(default_factory=lambda: np.zeros(1))
+    rest: np.ndarray
 
 
 class OrganForward:
@@ -93,32 +90,23 @@ class OrganForward:
         presses: Sequence[Press],
         local: Forward,
         law: str = "neo_hookean",
-        known: Mapping[str, float] = NOTHING,
+        known: Mapping[str, float] | None = None,
         workers: int = 1,
     ):
         self._local, self.parameters = local, tuple(local.parameters)
         self.deepest_m = min(MARGIN * max(float(press.depth_m.max()) for press in presses), local.deepest_m)
         _check(body, instrument)
-        middle = {
-            "poisson": body.material.poisson,
-            "stiffening": 0.0,
-            **known,
-            **{each.name: _middle(each) for each in self.parameters},
-        }
+        middle = {"poisson": body.material.poisson, "stiffening": 0.0} | dict(known or {})
+        middle |= {each.name: _middle(each) for each in self.parameters}
         self._middle, ratios = middle, next((each for each in self.parameters if each.name == "poisson"), None)
         nu = middle["poisson"]
         across = np.array([nu]) if ratios is None else _alike(ratios)
         name = exponential(middle["stiffening"]) if law == EXPONENTIAL else law
         tissue = replace(body, material=replace(body.material, poisson=float(nu), law=name))
-        touches: list[Touch] = []
-        self._of: list[int] = []
-        seen: dict[tuple, int] = {}
-        for press in presses:
-            key = _where(press)
-            if key not in seen:
-                seen[key] = len(touches)
-                touches.append(touch_of(tissue, instrument, press, self.deepest_m))
-            self._of.append(seen[key])
+        where = [_where(press) for press in presses]
+        first = [where.index(key) for key in dict.fromkeys(where)]
+        touches = [touch_of(tissue, instrument, presses[i], self.deepest_m) for i in first]
+        self._of = [first.index(where.index(key)) for key in where]
         if workers > 1 and len(touches) > 1:
             with ProcessPoolExecutor(workers) as pool:
                 found = list(pool.map(partial(_place, tissue), touches))
@@ -126,10 +114,10 @@ class OrganForward:
             found = [_place(tissue, touch) for touch in touches]
         missed, by_poisson = _beyond(tissue, touches, across)
         self._places = []
-        for (place, gives), more, changes in zip(found, missed, by_poisson, strict=True):
+        for place, more, changes in zip(found, missed, by_poisson, strict=True):
             degree = len(across) - 1
             # what coarse elements lack at one ratio is in the dent, which goes with 1 - nu^2
-            lacks = (gives - np.polyval(np.polyfit(across, changes, degree), nu)) / (1.0 - nu**2)
+            lacks = (place.rest[0] - np.polyval(np.polyfit(across, changes, degree), nu)) / (1.0 - nu**2)
             fitted = np.polyfit(across, changes + lacks * (1.0 - across**2), degree)
             fitted[-1] += more
             # the far field is linear, so that what it gives way more adds to the depth
@@ -237,8 +225,8 @@ def touch_of(body: Body, instrument: Instrument, press: Press, deepest_m: float)
     return Touch(instrument, node, way, deepest_m, {body: pose})
 
 
-def _place(body: Body, touch: Touch) -> tuple[Place, float]:
-    """Press elements at a place; return what they say, and what the organ gives way beyond a half-space [m/N]."""
+def _place(body: Body, touch: Touch) -> Place:
+    """Press elements at a place; return what they say, with the rest at the body's Poisson's ratio."""
     touch = replace(touch, poses=dict(zip([body], touch.poses.values(), strict=True)))  # another process has its own
     meshes, young, depths, forces = TouchedMeshes(body), body.material.young_pa, [], []
     level = meshes.level_for(touch, ALONG)
@@ -254,7 +242,7 @@ def _place(body: Body, touch: Touch) -> tuple[Place, float]:
     size = np.array([contact_radius(touch.instrument, each) for each in depths])
     force = np.array(forces) / (1.0 + STIFFER * (edge / size) ** 2)
     patch = _patch(body, touch, contact_radius(touch.instrument, 0.5 * touch.depth_m))
-    return Place(depth, force, float(-touch.direction @ patch.normal)), rest(mesh.body, mesh.level, [patch])[0]
+    return Place(depth, force, float(-touch.direction @ patch.normal), rest(mesh.body, mesh.level, [patch]))
 
 
 def _patch(body: Body, touch: Touch, radius_m: float) -> Patch:
@@ -276,10 +264,6 @@ def rest(body: Body, level: int, patches: Sequence[Patch]) -> np.ndarray:
     return np.array(found)
 
 
-def _with_poisson(body: Body, poisson: float) -> Body:
-    return replace(body, material=replace(body.material, poisson=float(poisson)))
-
-
 def _beyond(body: Body, touches: Sequence[Touch], across: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return what coarse elements at the rim of what is held miss at each touch, (k,), and the rest by Poisson's ratio.
 
@@ -292,7 +276,6 @@ def _beyond(body: Body, touches: Sequence[Touch], across: np.ndarray) -> tuple[n
     first, last = rims[1] - rims[0], rims[2] - rims[1]
     rate = np.clip(np.divide(first, last, out=np.full(len(last), RATES[1]), where=last != 0.0), *RATES)
     held, level = meshes.at_rim(1)
-    by_poisson = (
-        np.array([rest(_with_poisson(held, nu), level, patches) for nu in across]) if len(across) > 1 else rims[:1]
-    )
+    alike = [replace(held, material=replace(held.material, poisson=float(nu))) for nu in across]
+    by_poisson = np.array([rest(each, level, patches) for each in alike]) if len(across) > 1 else rims[:1]
     return rims[2] + last / (rate - 1.0) - rims[0], by_poisson.T

@@ -48,12 +48,11 @@ class PowerLaw:
     deepest_m = np.inf
 
     def __init__(self, low: float, high: float, reference_m: float):
-        self.parameters: tuple[Parameter, ...] = (Parameter("exponent", low, high, "1"),) if high > low else ()
-        self.exponent, self.reference_m = low, reference_m
+        self.parameters, self.reference_m = (Parameter("exponent", low, high),), reference_m
 
     def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """Return (d/d₀)ⁿ; see ``Forward``."""
-        return (np.maximum(depth_m, 0.0) / self.reference_m) ** values.get("exponent", self.exponent)
+        return (np.maximum(depth_m, 0.0) / self.reference_m) ** values["exponent"]
 
 
 EXPONENTS = (0.5, 5.0)
@@ -76,19 +75,19 @@ def predict(
     starts = {name: best_fit(model)[0] for name, model in others.items()} | dict(best)
     everything = {**models, **others}
     around = {name: rounded(model, starts[name]) for name, model in everything.items()}
-    jobs = [(way, name, used) for way in ways for used in left_out(data, way, options.seed) for name in everything]
+    parts = [(way, used) for way in ways for used in left_out(data, way, options.seed)]
+    jobs = [(way, name, used) for way, used in parts for name in everything]
     rows = []
     for (way, name, used), force in zip(
         follow("predictions of presses left out", jobs),
         spread_out(lambda job: _refit(everything[job[1]], starts[job[1]], job[2], around[job[1]]), jobs), strict=True,
     ):  # fmt: skip
         rows += _rows(data, way, name, used, force)
-    for way in ways:
-        for used in left_out(data, way, options.seed):
-            rows += _floor_rows(data, way, used)
-            if way == DEPTH:
-                rows += _rows(data, way, LINE + OF_PLACE, used, _alone(data, used, 1.0))
-                rows += _rows(data, way, POWER_LAW + OF_PLACE, used, _alone(data, used, None))
+    for way, used in parts:
+        rows += _floor_rows(data, way, used)
+        if way == DEPTH:
+            rows += _rows(data, way, LINE + OF_PLACE, used, _alone(data, used, 1.0))
+            rows += _rows(data, way, POWER_LAW + OF_PLACE, used, _alone(data, used, None))
     return PREDICTIONS.frame(rows)
 
 
@@ -103,8 +102,8 @@ def left_out(data: Data, way: str, seed: int) -> list[np.ndarray]:
         enough = np.minimum(np.bincount(press, used), np.bincount(press, ~used)) >= LEAST_POINTS
         return [used] if enough.any() else []
     if way == PLACE:
-        places = len(layout.place_start) - 1
-        fold = np.random.default_rng(seed).permutation(np.arange(places) % min(FOLDS, places))[data.place_of_press]
+        folds = np.arange(data.places) % min(FOLDS, data.places)
+        fold = np.random.default_rng(seed).permutation(folds)[data.place_of_press]
     else:
         names = [getattr(data.records.presses[k], way) for k in data.order]
         fold = np.unique(names, return_inverse=True)[1]
@@ -127,7 +126,7 @@ def _refit(model: MixedModel, start: Mapping[str, float], used: np.ndarray, arou
         unknown, _ = fitted(part, start, around=around)
     except NotConverged:
         return np.full(len(used), np.nan)
-    return np.exp(np.minimum(part.modes(unknown).log_force, 600.0))
+    return part.forces(unknown)
 
 
 def _rows(data: Data, way: str, name: str, used: np.ndarray, force: np.ndarray) -> list[tuple]:
@@ -153,22 +152,23 @@ def _floor_rows(data: Data, way: str, used: np.ndarray) -> list[tuple]:
     """
     layout, rows = data.layout, []
     presses = [data.records.presses[k] for k in data.order]
-    places = data.place_of_press
-    fold_of_press = used[layout.press_start[:-1]]
-    for name in (REPEAT, NEIGHBOUR):
+    places, number = data.place_of_press, np.arange(len(presses))
+    seen_press = used[layout.press_start[:-1]]
+    for name in (REPEAT, NEIGHBOUR) if way in (PLACE, DEPTH) else (NEIGHBOUR,):
         force = np.full(len(used), np.nan)
-        for k in range(len(presses)):
-            if way != DEPTH and fold_of_press[k]:
+        for k in number if way == DEPTH else np.flatnonzero(~seen_press):
+            if name == REPEAT:
+                candidates = number[(places == places[k]) & (number != k)][:1]
+            elif presses[k].at_m is None:
                 continue
-            if way in (SESSION, SPECIMEN):
-                candidates = np.flatnonzero(fold_of_press)
-            elif name == REPEAT:
-                candidates = np.flatnonzero((places == places[k]) & (np.arange(len(places)) != k))
             else:
-                candidates = np.flatnonzero(places != places[k])
-            other = _nearest(presses, k, candidates, name == REPEAT and way in (PLACE, DEPTH))
-            if other is None or (name == REPEAT and way in (SESSION, SPECIMEN)):
+                candidates = number[places != places[k] if way in (PLACE, DEPTH) else seen_press]
+                placed = [c for c in candidates if presses[c].at_m is not None]
+                apart = [float(np.linalg.norm(presses[c].at_m - presses[k].at_m)) for c in placed]
+                candidates = [c for _, c in sorted(zip(apart, placed, strict=True))]
+            if not len(candidates):
                 continue
+            other = candidates[0]
             own, its = (slice(layout.press_start[p], layout.press_start[p + 1]) for p in (k, other))
             guess = np.interp(layout.depth_m[own], layout.depth_m[its], layout.force_n[its], right=np.nan)
             if way == DEPTH:
@@ -180,16 +180,6 @@ def _floor_rows(data: Data, way: str, used: np.ndarray) -> list[tuple]:
     return rows
 
 
-def _nearest(presses: Sequence, k: int, candidates: np.ndarray, any_place: bool) -> int | None:
-    """Return the candidate nearest to press ``k``; the first where places do not matter; None if there is none."""
-    if len(candidates) == 0 or any_place:
-        return int(candidates[0]) if len(candidates) else None
-    placed = [c for c in candidates if presses[c].at_m is not None]
-    if presses[k].at_m is None or not placed:
-        return None
-    return int(min(placed, key=lambda c: float(np.linalg.norm(presses[c].at_m - presses[k].at_m))))
-
-
 def _alone(data: Data, used: np.ndarray, exponent: float | None) -> np.ndarray:
     """Return forces (n,) [N] of k (d + s)ⁿ fitted to the points ``used`` of each press; n is 1 or is fitted too.
 
@@ -199,10 +189,8 @@ def _alone(data: Data, used: np.ndarray, exponent: float | None) -> np.ndarray:
     found = np.full(len(used), np.nan)
     for first, end in zip(layout.press_start[:-1], layout.press_start[1:], strict=True):
         depth, force, seen = layout.depth_m[first:end], layout.force_n[first:end], used[first:end]
-        if seen.sum() < LEAST_POINTS:
-            continue
-        deepest, strongest = depth.max(), np.abs(force[seen]).max()
-        if strongest == 0.0:
+        deepest, strongest = depth.max(), np.abs(force[seen]).max(initial=0.0)
+        if seen.sum() < LEAST_POINTS or strongest == 0.0:
             continue
 
         def curve(p: np.ndarray, depth: np.ndarray = depth, deepest: float = deepest) -> np.ndarray:

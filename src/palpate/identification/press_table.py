@@ -16,9 +16,13 @@ MEASURED = ("depth_m", "force_n", "time_s", "thickness_m", *AT)
 COLUMNS = ("press", *MEASURED, *VECTORS["direction"], *VECTORS["normal"], *NAMES)
 """The columns that are read, in any case and with any signs between letters, "Force (N)"; others are ignored."""
 UNITS = {"m": "metres", "n": "newtons", "s": "seconds"}
-OTHER_UNITS = ("m", "mm", "cm", "um", "μm", "nm", "n", "mn", "un", "μn", "nn", "kn", "g", "gf", "kg", "kgf", "s", "ms",
-               "us", "μs")  # fmt: skip
-"""Units that end the name of a column, in small letters."""
+OTHER_UNITS = {
+    "m": r"[cmunμ]m|(centi|milli|micro|nano)met(re|er)s?|in|inch(es)?",
+    "n": r"[ckmunμ]n|(centi|milli|micro|kilo)newtons?|[mk]?g|k?gf|(kilo)?grams?|lbf?|m?v|[mk]?pa",
+    "s": r"[munμ]s|(milli|micro|nano)seconds?|min|minutes?",
+}
+"""What names of columns have in place of these, in small letters."""
+ANY_UNIT = "|".join((*UNITS, *OTHER_UNITS.values()))
 
 
 def read_table(
@@ -32,8 +36,9 @@ def read_table(
     of the file has a point. InputError for what is no table, lacks what is needed or has a column in another unit.
     """
     header, rows, lines, said = read_cells(path)
-    table = pd.DataFrame(_named(path, header, rows, columns), index=pd.Index(lines))
-    asked = [name for of in columns.values() for name in ([of] if isinstance(of, str) else of)]
+    sources = {name: [of] if isinstance(of, str) else list(of) for name, of in columns.items()}
+    table = pd.DataFrame(_named(path, header, rows, sources), index=pd.Index(lines))
+    asked = [name for of in sources.values() for name in of]
     _check_columns(table, [name for name in header if name not in asked], path)
     table = table[~table["press"].isin(list(leave_out))].copy()
     if table.empty:
@@ -59,7 +64,7 @@ PLAIN = {_plain(name): name for name in COLUMNS}
 
 
 def _named(
-    path: str, header: list[str], rows: list[list[str]], columns: Mapping[str, str | Sequence[str]]
+    path: str, header: list[str], rows: list[list[str]], columns: Mapping[str, Sequence[str]]
 ) -> dict[str, list[str]]:
     """Return the cells of each of COLUMNS; InputError for one that is not there, stands twice, or is in other units."""
     known: dict[str, list[int]] = {}
@@ -70,22 +75,23 @@ def _named(
         if name not in COLUMNS:
             raise InputError(f"columns has {name}, which no press has; {suggest(name, list(COLUMNS), 'choose from')}")
         known[name] = []
-        for source in [of] if isinstance(of, str) else of:
+        for source in of:
             there = [number for number, other in enumerate(header) if other == source]
             if not there:
                 raise InputError(
                     f"{path} lacks the column {source}, which columns.{name} names; {suggest(source, header, 'it has')}"
                 )
-            unit, other = name.rpartition("_")[2], _plain(re.split(r"[\W_]+", source.strip(" ])"))[-1])
-            if name in MEASURED and other in OTHER_UNITS and other != unit:
+            unit = name.rpartition("_")[2]
+            words = map("".join, re.findall(r"[\[(]\s*(\w+)\s*[])]|([^\W_]+)[\W_]*$", source.casefold()))
+            if name in MEASURED and any(word != unit and re.fullmatch(ANY_UNIT, word) for word in words):
                 raise InputError(
-                    f"{path}: columns.{name} names {source}, whose name ends in another unit; convert it to "
+                    f"{path}: columns.{name} names {source}, whose name has another unit; convert it to "
                     f"{UNITS[unit]}, and call it {name}."
                 )
             known[name] += there
     for name, there in known.items():
         names = [header[number] for number in there]
-        if len(there) > (1 if isinstance(columns.get(name, ""), str) else len(columns[name])):
+        if len(there) > len(columns.get(name, [name])):
             raise InputError(f"{path} has two columns for {name}, {' and '.join(names)}; leave one of them out.")
     return {name: [" ".join(row[number] for number in there) for row in rows] for name, there in known.items()}
 
@@ -94,7 +100,7 @@ def _check_columns(table: pd.DataFrame, others: Sequence[str], path: str) -> Non
     """Raise InputError for columns that lack; others : names of the file, of which some may be meant for them."""
     for column in MEASURED:
         stem, _, unit = column.rpartition("_")
-        alike = [name for name in others if _plain(name) in (stem, *(stem + other for other in OTHER_UNITS))]
+        alike = [name for name in others if re.fullmatch(f"{stem}({OTHER_UNITS[unit]})?", _plain(name))]
         if column in NEEDED:
             alike += [name for name in others if name.casefold().startswith(stem)]
         if column not in table and alike:
@@ -104,7 +110,8 @@ def _check_columns(table: pd.DataFrame, others: Sequence[str], path: str) -> Non
             )
     if lacking := [name for name in NEEDED if name not in table]:
         raise InputError(
-            f"{path} lacks the column {lacking[0]}; give {', '.join(NEEDED)}, or name them by columns (--column)."
+            f"{path} lacks the column {lacking[0]} in its first row; give {', '.join(NEEDED)}, or name them by columns "
+            "(--column)."
         )
     for group in (AT, *VECTORS.values()):
         there = [name for name in group if name in table]

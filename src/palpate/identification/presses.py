@@ -74,6 +74,8 @@ USUAL_PA = (100.0, 1e5)
 cartilage, tendon and skin, or another unit: grams make 2 kPa 200 kPa."""
 FIRST, STICKS = 0.08, 0.005
 """Share of the largest depth after first touch in which adhesion shows, and of the largest force that it has there."""
+UNLIKE = 90.0
+"""Factor between moduli of presses that another unit makes, grams by 102, rather than tissue."""
 PULLS = 0.5
 """Share of the largest force of the middle press by which a force may be negative, by noise or a drifting zero."""
 
@@ -109,24 +111,26 @@ def read_presses(
 
 
 def _level(records: PressRecords) -> PressRecords:
-    """Return records without zero and slope of the sensor, which rows before contact show."""
-    presses, lines, shares = list(records.presses), [], []
-    for i, press in enumerate(presses):
-        end = int(press.depth_m.argmax()) + 1
-        line = line_before(press.depth_m[:end], press.force_n[:end])
-        if line is not None:
-            zero, slope, error = line
-            presses[i] = replace(press, force_n=press.force_n - zero - slope * press.depth_m)
-            lines.append(line)
-            half = 0.5 * press.depth_m[end - 1]
-            there = np.interp(half, press.depth_m[:end], presses[i].force_n[:end])
-            shares.append(error * half / max(abs(there), 1e-300))
-    if not lines:
+    """Return records without zero and slope of the sensor, which rows before contact show, be it of other presses."""
+    ends = [int(press.depth_m.argmax()) + 1 for press in records.presses]
+    lines = [
+        line_before(press.depth_m[:end], press.force_n[:end]) for press, end in zip(records.presses, ends, strict=True)
+    ]
+    own = [line for line in lines if line is not None]
+    if not own:
         return records
-    zero, slope, error = np.median(lines, axis=0)
+    middle, presses, shares = np.median(own, axis=0), [], []
+    for press, end, line in zip(records.presses, ends, lines, strict=True):
+        zero, slope, error = middle if line is None else line
+        force, half = press.force_n - zero - slope * press.depth_m, 0.5 * press.depth_m[end - 1]
+        there = np.interp(half, press.depth_m[:end], force[:end])
+        shares += [] if line is None else [error * half / max(abs(there), 1e-300)]
+        presses.append(replace(press, force_n=force))
+    rest = ", the median where a press has none of its own" if len(own) < len(lines) else ""
     said = (
-        f"{records.source}: {len(lines)} of {len(presses)} presses have rows before contact; their line, in the median "
-        f"{1e3 * zero:.3g} mN at depth 0 and {slope:.3g} mN/mm (± {error:.2g}), is subtracted from all forces"
+        f"{records.source}: {len(own)} of {len(presses)} presses have rows before contact; their line, in the median "
+        f"{1e3 * middle[0]:.3g} mN at depth 0 and {middle[1]:.3g} mN/mm (± {middle[2]:.2g}), is subtracted from all "
+        f"forces{rest}"
     )
     common = float(np.median(shares) / np.sqrt(len(shares)))
     return replace(records, presses=tuple(presses), found=(*records.found, said), force_error=common)
@@ -135,13 +139,12 @@ def _level(records: PressRecords) -> PressRecords:
 def join(records: Sequence[PressRecords]) -> PressRecords:
     """Return the presses of several files by the same instrument; InputError for a name that two of them have."""
     owner: dict[str, str] = {}
-    for part in records:
-        for press in part.presses:
-            if press.name in owner:
-                raise InputError(
-                    f"{part.source} and {owner[press.name]} both have a press {press.name}; rename one of them."
-                )
-        owner |= dict.fromkeys((press.name for press in part.presses), part.source)
+    for part, press in [(each, press) for each in records for press in each.presses]:
+        if press.name in owner:
+            raise InputError(
+                f"{part.source} and {owner[press.name]} both have a press {press.name}; rename one of them."
+            )
+        owner[press.name] = part.source
     return PressRecords(
         records[0].instrument, tuple(press for part in records for press in part.presses),
         ", ".join(part.source for part in records), tuple(line for part in records for line in part.found),
@@ -151,12 +154,10 @@ def join(records: Sequence[PressRecords]) -> PressRecords:
 
 def doubts(records: PressRecords) -> Iterator[str]:
     """Yield a sentence for what can be read and is hardly meant: presses of nothing, moduli of no organ."""
-    weak = [press.name for press in records.presses if not _rises(press)]
-    if weak:
-        named = ", ".join(weak[:3]) + (" …" if len(weak) > 3 else "")
+    if weak := [press.name for press in records.presses if not _rises(press)]:
         yield (
             f"{records.source}: the force does not rise with depth in {len(weak)} of {len(records.presses)} presses "
-            f"({named}); see whether they touch the tissue."
+            f"({_some(weak)}); see whether they touch the tissue."
         )
     begun = [
         press.force_n[(at > 0.0) & (at <= FIRST * at.max())] for press in records.presses for at in [press.depth_m]
@@ -174,7 +175,14 @@ def doubts(records: PressRecords) -> Iterator[str]:
             f"{records.source}: the deepest press reaches {deepest:g} m, {deepest / ball:.2g} radii of the ball "
             f"({ball:g} m); see whether both are in metres, or give the ball's unit (sphere:4mm)."
         )
-    modulus = _hertz_modulus(records, ball)
+    moduli = _hertz_moduli(records, ball)
+    modulus = float(np.median(moduli))
+    unlike = (moduli >= UNLIKE * modulus) | (moduli <= modulus / UNLIKE)
+    if apart := [records.presses[i].name for i in np.flatnonzero(unlike) if _rises(records.presses[i])]:
+        yield (
+            f"{records.source}: {_some(apart)} of {len(records.presses)} presses are {UNLIKE:g} times as stiff or soft "
+            "as the middle one, or more; see whether all are in newtons and metres."
+        )
     if not USUAL_PA[0] < modulus < USUAL_PA[1]:
         softer, usual = ("softer", USUAL_PA[0]) if modulus < USUAL_PA[0] else ("stiffer", USUAL_PA[1])
         yield (
@@ -317,17 +325,18 @@ def _check_units(records: PressRecords, size_m: float | None) -> None:
                 f"{path}: the press {press.name} has a force_n of {press.force_n.min():g} N, where the middle press "
                 f"reaches {peak:g} N; subtract the zero of the sensor, and leave out what pulls."
             )
-    if ball is not None and not SOFTEST_PA < (modulus := _hertz_modulus(records, ball)) < STIFFEST_PA:
+    if ball is not None and not SOFTEST_PA < (modulus := float(np.median(_hertz_moduli(records, ball)))) < STIFFEST_PA:
         raise InputError(
             f"{path}: force_n over depth_m is that of a modulus of {modulus:.2g} Pa, of no soft tissue; give newtons "
             "(grams times 0.00981, millinewtons times 0.001), metres, and the instrument's radius in metres."
         )
 
 
-def _hertz_modulus(records: PressRecords, radius_m: float) -> float:
-    """Return the median modulus [Pa] of presses by a ball, by Hertz at the largest depth and ν = 0.5."""
-    moduli = []
-    for press in records.presses:
-        last = int(press.depth_m.argmax())
-        moduli.append(9.0 * press.force_n[last] / (16.0 * np.sqrt(radius_m) * press.depth_m[last] ** 1.5))
-    return float(np.median(moduli))
+def _hertz_moduli(records: PressRecords, radius_m: float) -> np.ndarray:
+    """Return the moduli (presses,) [Pa] by a ball, by Hertz at the largest depth and ν = 0.5."""
+    deepest = [(press.depth_m.max(), press.force_n[press.depth_m.argmax()]) for press in records.presses]
+    return np.array([9.0 * force / (16.0 * np.sqrt(radius_m) * depth**1.5) for depth, force in deepest])
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:3]) + " …" * (len(names) > 3)

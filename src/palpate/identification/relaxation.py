@@ -10,6 +10,7 @@ which is an extrapolation by the fastest branch; ratios of G from a tenth of a s
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -58,12 +59,11 @@ class Hold:
         deep = self.press.depth_m > 0.05 * self.press.depth_m[-1]
         return float(self.time_s[self.held] - self.time_s[int(deep.argmax())])
 
-    def predict(self, kernel: Kernel) -> np.ndarray:
-        """Return the force (k,), as a share of the largest, that follows from the loading alone."""
-        return self.fit(kernel, 0.0)
+    def fit(self, kernel: Kernel, weight: float = 0.0) -> np.ndarray:
+        """Return the force (k,), as a share of the largest, that fits best.
 
-    def fit(self, kernel: Kernel, weight: float) -> np.ndarray:
-        """Return the force (k,), as a share of the largest, that fits best; weight : of samples at the held depth."""
+        weight : of samples at the held depth; with none the force follows from the loading alone
+        """
         basis = kernel.respond(self.time_s, self.curves)
         return basis @ self.coefficients(basis, weight)
 
@@ -79,7 +79,7 @@ class Hold:
 
     def error(self, kernel: Kernel) -> np.ndarray:
         """Return what is predicted too much of the force while the depth is held, as a share of the largest force."""
-        return self.predict(kernel)[self.held + 1 :] - self.held_force
+        return self.fit(kernel)[self.held + 1 :] - self.held_force
 
     def left(self, kernel: Kernel, weight: float) -> np.ndarray:
         """Return what ``fit`` leaves (k,), samples at the held depth times ``weight``."""
@@ -88,8 +88,8 @@ class Hold:
         return found
 
 
-def hold_of(press: Press, curve: Callable[[np.ndarray], np.ndarray] | None = None) -> Hold:
-    """Return a press as a hold; ``curve`` : force over depths (k,) [m] up to a factor, None for a spline.
+def hold_of(press: Press) -> Hold:
+    """Return a press as a hold.
 
     Raises InputError if it has no times or is not held for LEAST_HELD_S at its last depth.
     """
@@ -108,7 +108,10 @@ def hold_of(press: Press, curve: Callable[[np.ndarray], np.ndarray] | None = Non
         )
     if not peak > 0.0:
         raise InputError(f"{place} has no positive force; leave it out.")
-    curves = _splines(depth, held) if curve is None else curve(np.maximum(depth, 0.0))[:, None]
+    # cubic B-splines on even knots from depth 0 to the largest
+    count, most = max(4, min(COEFFICIENTS, held // 2)), float(depth.max())
+    knots = np.concatenate([np.zeros(3), np.linspace(0.0, most, count - 2), np.full(3, most)])
+    curves = BSpline.design_matrix(np.clip(depth, 0.0, most), knots, 3).toarray()
     return Hold(press, press.time_s, curves, press.force_n / peak, held)
 
 
@@ -145,18 +148,6 @@ def without_time(records: PressRecords, kernel: Branches) -> PressRecords:
     return replace(records, presses=tuple(relaxed(hold, kernel) for hold in holds_of(records)[0]))
 
 
-def _splines(depth: np.ndarray, held: int) -> np.ndarray:
-    """Return cubic B-splines (k, m) on even knots from depth 0 to the largest."""
-    count, most = max(4, min(COEFFICIENTS, held // 2)), float(depth.max())
-    knots = np.concatenate([np.zeros(3), np.linspace(0.0, most, count - 2), np.full(3, most)])
-    return BSpline.design_matrix(np.clip(depth, 0.0, most), knots, 3).toarray()
-
-
-def errors(kernel: Kernel, holds: Sequence[Hold]) -> np.ndarray:
-    """Return the RMS of ``Hold.error`` of each press, (n,)."""
-    return np.array([np.sqrt(np.mean(hold.error(kernel) ** 2)) for hold in holds])
-
-
 LEAST_WEIGHT = 0.02
 SHORTEST, LONGEST = 0.3, 10.0
 """Times of branches: at least this part of the median step between samples, at most so many times the longest hold."""
@@ -169,7 +160,7 @@ def weight_of(kernel: Kernel, holds: Sequence[Hold]) -> float:
 
     Forces at the held depth differ from those of one kernel by more than noise where tissue differs.
     """
-    loading = [(hold.predict(kernel) - hold.force)[: hold.held + 1] for hold in holds]
+    loading = [hold.left(kernel, 0.0)[: hold.held + 1] for hold in holds]
     free = sum(max(len(part) - hold.curves.shape[1], 1) for part, hold in zip(loading, holds, strict=True))
     held = np.concatenate([hold.left(kernel, 1.0)[hold.held + 1 :] for hold in holds])
     scatter = np.sqrt(sum(float(part @ part) for part in loading) / free)
@@ -194,13 +185,7 @@ def fit_branches(
     low, high = np.log(SHORTEST * step), np.log(LONGEST * span)
     start = np.append(np.log(shares / (LARGEST_SUM - shares.sum())), np.log(times))
     bounds = np.repeat([-9.0, low], count), np.repeat([9.0, high], count)
-    start = np.clip(start, bounds[0] + 1e-3, bounds[1] - 1e-3)
-
-    def away(unknowns: np.ndarray) -> np.ndarray:
-        return np.concatenate([hold.left(_branches(unknowns), weight) for hold in holds])
-
-    found = least_squares(away, start, bounds=bounds, max_nfev=EVALUATIONS, xtol=TOLERANCE, ftol=TOLERANCE).x
-    return _branches(found)
+    return _branches(_least(_branches, np.clip(start, bounds[0] + 1e-3, bounds[1] - 1e-3), bounds, holds, weight))
 
 
 def _branches(unknowns: np.ndarray) -> Branches:
@@ -212,16 +197,23 @@ def _branches(unknowns: np.ndarray) -> Branches:
 def fit_fading(holds: Sequence[Hold], weight: float) -> Fading:
     """Fit a power of time to all presses, by least squares as ``fit_branches``."""
     step, span = _scales(holds)
+    bounds = np.array([0.01, np.log(1e-2 * step)]), np.array([0.99, np.log(span)])
+
+    def fading(unknowns: np.ndarray) -> Fading:
+        return Fading(float(unknowns[0]), float(np.exp(unknowns[1])))
+
+    return fading(_least(fading, np.array([0.2, np.log(step)]), bounds, holds, weight))
+
+
+def _least(
+    kernel_of: Callable[[np.ndarray], Kernel], start: np.ndarray, bounds: tuple, holds: Sequence[Hold], weight: float
+) -> np.ndarray:
+    """Return the unknowns (n,) of the kernel that leaves least, looked for from ``start`` (n,) within bounds."""
 
     def away(unknowns: np.ndarray) -> np.ndarray:
-        kernel = Fading(float(unknowns[0]), float(np.exp(unknowns[1])))
-        return np.concatenate([hold.left(kernel, weight) for hold in holds])
+        return np.concatenate([hold.left(kernel_of(unknowns), weight) for hold in holds])
 
-    bounds = [0.01, np.log(1e-2 * step)], [0.99, np.log(span)]
-    found = least_squares(
-        away, [0.2, np.log(step)], bounds=bounds, max_nfev=EVALUATIONS, xtol=TOLERANCE, ftol=TOLERANCE
-    ).x
-    return Fading(float(found[0]), float(np.exp(found[1])))
+    return least_squares(away, start, bounds=bounds, max_nfev=EVALUATIONS, xtol=TOLERANCE, ftol=TOLERANCE).x
 
 
 def _scales(holds: Sequence[Hold]) -> tuple[float, float]:
@@ -230,8 +222,7 @@ def _scales(holds: Sequence[Hold]) -> tuple[float, float]:
     return float(np.median(steps)), max(float(hold.held_s[-1]) for hold in holds)
 
 
-@dataclass(frozen=True)
-class Noise:
+class Noise(NamedTuple):
     """Errors of a fit as an autoregressive process of first order in continuous time.
 
     scatter : standard deviation, as a share of the largest force; memory_s : time after which errors forget [s]
@@ -270,8 +261,7 @@ MOST_BRANCHES = 3
 """Most branches that are tried for a press of one's own."""
 
 
-@dataclass(frozen=True)
-class Relaxation:
+class Relaxation(NamedTuple):
     """Branches of the force that held presses need, and the time that their loading took [s]."""
 
     kernel: Branches
@@ -298,8 +288,7 @@ LEAST_GROUPS = 8
 """Specimens, or presses, from which on they are drawn anew; for fewer, errors are, with their correlation in time."""
 
 
-@dataclass(frozen=True, eq=False)
-class Draws:
+class Draws(NamedTuple):
     """Branches that were fitted to data drawn anew, and what was drawn: "specimens", "presses" or "errors"."""
 
     kernels: tuple[Branches, ...]

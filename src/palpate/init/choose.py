@@ -18,7 +18,7 @@ from palpate.bodies.mesh import TetMesh, area_normals, components
 from palpate.bodies.mesh_file import in_words
 from palpate.bodies.mesh_quality import check_quality
 from palpate.bodies.supports import Bed, inner_nodes
-from palpate.bodies.surfaces.coarse_solid import MOST_AWAY, MOST_VOLUME, apart
+from palpate.bodies.surfaces import coarse_solid
 from palpate.bodies.surfaces.mask_surface import dense_surface
 from palpate.errors import InputError
 from palpate.init.recognise import lies_as, sides_of
@@ -53,37 +53,23 @@ SMALL, DEEP = 0.3, 0.25
 
 
 @dataclass(frozen=True)
-class Likeness:
-    """Greatest distance [m] between two surfaces, either way; its share of the size; both volumes [m³]; thickness [m].
+class Likeness(coarse_solid.Likeness):
+    """How like a body is to the data, of which a thin one asks for more.
 
-    The thickness is that of a sheet with the volume and the surface of the data, which is the radius of a rod.
+    thick_m : thickness of a sheet with the volume and the surface of the data [m], which is the radius of a rod
     """
 
-    away_m: float
-    away: float
-    volume_m3: float
-    data_m3: float
     thick_m: float
-
-    @property
-    def volume(self) -> float:
-        """The mesh's volume over the data's, minus 1."""
-        return self.volume_m3 / self.data_m3 - 1.0
 
     @property
     def penalty(self) -> float:
         """The worst of all, 1 where just good enough."""
-        return max(self.away / MOST_AWAY, self.away_m / (THIN_AWAY * self.thick_m), abs(self.volume) / MOST_VOLUME)
+        return max(super().penalty, self.away_m / (THIN_AWAY * self.thick_m))
 
     @property
     def other(self) -> bool:
         """Whether the mesh is another body than that of the data."""
         return self.away > MOST_APART or self.away_m > THIN_APART * self.thick_m
-
-    @property
-    def close(self) -> bool:
-        """Whether the mesh has the shape of the data."""
-        return self.penalty <= 1.0
 
 
 def likeness(mesh: TetMesh, entry: dict) -> Likeness:
@@ -95,10 +81,9 @@ def likeness(mesh: TetMesh, entry: dict) -> Likeness:
         image, mask = mesh_from_ct.segment_entry(entry)
         points, triangles = dense_surface(mask, image)
         places, volume_m3 = points, float(mask.sum() * image.voxel_m3)
-    away_m = apart(mesh, places, points, triangles)
+    away_m, size_m = coarse_solid.apart(mesh, places, points, triangles), float(np.ptp(places, axis=0).max())
     thick_m = 4.0 * volume_m3 / float(np.linalg.norm(area_normals(points, triangles), axis=1).sum())
-    away = away_m / float(np.ptp(places, axis=0).max())
-    return Likeness(away_m, away, float(mesh.volumes.sum()), volume_m3, thick_m)
+    return Likeness(away_m, size_m, float(mesh.volumes.sum()), volume_m3, thick_m)
 
 
 class Choice(NamedTuple):

@@ -61,9 +61,7 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
 
     Raises InputError if there can be no such body, or nothing can be written.
     """
-    for word, lines in (("found   ", data.found), ("assumed ", data.assumed), ("warning:", data.warned)):
-        for line in lines:  # before what takes long
-            print(word, line, flush=True)
+    data.announce()
     with warnings.catch_warnings(record=True) as caught, ticking("the data") as say:
         warnings.simplefilter("always")
         choice = choose(data.name, data.entry, hold or data.lies or None, say)
@@ -73,7 +71,7 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
         with write_whole(file.with_name(PICTURE)) as part:
             draw_mesh_levels([choice.body]).savefig(part)
         with write_whole(file) as part:  # the last, as it is what tells that a folder is in use
-            part.write_text(config_text(data, choice, file, run_of(file), _schema(file)), encoding="utf-8")
+            part.write_text(config_text(data, choice, file), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{file} cannot be written ({error.strerror}); give another folder with --folder.") from error
     return _report(choice, list(said), file, hold)
@@ -125,12 +123,6 @@ def program() -> str:
     if shutil.which("palpate") or not beside.exists():
         return "palpate"
     return shlex.quote(relpath(beside) if beside.is_relative_to(Path.cwd()) else str(beside))
-
-
-def _schema(file: Path) -> Path | None:
-    """Return the relative path of the schema, for a file in palpate's folder, which may then move with it."""
-    inside = file.resolve().is_relative_to(ROOT)
-    return Path(relpath(ROOT / ".venv/settings.schema.json", file.resolve().parent)) if inside else None
 
 
 def _report(choice: Choice, said: list[str], file: Path, hold: str | None) -> list[str]:
@@ -240,19 +232,18 @@ _BED = {
 _OTHERS = "    # instead of a bed, to nail it: anchors: {plane: {axis: z, side: min, depth_m: 0.01}}\n"
 
 
-def config_text(data: Data, choice: Choice, file: Path, command: str, schema: Path | None) -> str:
-    """Return the configuration in YAML; its paths are relative to the folder of ``file``, where it will be.
-
-    schema : the file that editors complete keys with, if there is a relative path to it
-    """
+def config_text(data: Data, choice: Choice, file: Path) -> str:
+    """Return the configuration in YAML; its paths are relative to the folder of ``file``, where it will be."""
     coarse, folder, entry = choice.coarse, file.parent, choice.entry
     sides = " × ".join(f"{1e3 * side:.3g}" for side in np.ptp(coarse.nodes, axis=0))
     elements = len(choice.body.coarse.tetrahedra)
+    schema = Path(relpath(ROOT / ".venv/settings.schema.json", file.resolve().parent)).as_posix()
     splits = f"1:8 splits of the {elements} coarse tetrahedra; each makes a run about 10 times as long"
     comments = _COMMENTS | data.comments | {"refinements": splits}
     parts = [
-        f"# yaml-language-server: $schema={schema.as_posix()}\n" if schema else "",
-        _HEAD.format(name=data.name, command=command),
+        # for editors; a file in palpate's folder may move with it
+        f"# yaml-language-server: $schema={schema}\n" if file.resolve().is_relative_to(ROOT) else "",
+        _HEAD.format(name=data.name, command=run_of(file)),
         "bodies:  # lower-case letters, digits and underscores name a body\n",
         f"  {data.name}:  # {sides} mm, {1e6 * coarse.volumes.sum():.4g} mL\n",
         *(f"    {key}: {_yaml(value, folder)}  # {comments[key]}\n" for key, value in entry.items() if key != "bed"),

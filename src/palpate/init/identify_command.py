@@ -1,6 +1,5 @@
 """Carry out ``palpate identify``: presses in, and out what they determine: sentences, tables, a picture, settings."""
 
-import json
 import os
 import re
 import warnings
@@ -62,11 +61,9 @@ def body_of(given: str | None, config: Path | None, scale_m: float | None, hold:
     if hold not in (None, *HOLDS):
         raise InputError(f"--hold {hold} is no side; choose from {', '.join(HOLDS)}.")
     data = recognise([Path(given)], scale_m=scale_m)
-    for word, lines in (("found   ", data.found), ("assumed ", data.assumed), ("warning:", data.warned)):
-        for line in lines:
-            print(word, line, flush=True)
+    data.announce()
     with ticking("the body") as say:
-        return choose(data.name, data.entry, hold, say).body
+        return choose(data.name, data.entry, hold or data.lies or None, say).body
 
 
 def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> str:
@@ -93,16 +90,16 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
         print("warning:", doubt, flush=True)
     relaxation = relaxation_of(records)
     if relaxation is not None:
-        if relaxation.holds < len(records.presses):
-            print(
-                f"warning: {len(records.presses) - relaxation.holds} presses were not held, and are left out",
-                flush=True,
-            )
+        if lost := len(records.presses) - relaxation.holds:
+            print(f"warning: {lost} presses were not held, and are left out", flush=True)
         records = without_time(records, relaxation.kernel)
     comparisons = compare_sessions(records)
     answer = list(compared(comparisons))
-    parts = consistent_parts(records, comparisons)
-    options = Options(offset_m=asked.offset_m)
+    parts, options = consistent_parts(records, comparisons), Options(offset_m=asked.offset_m)
+    ways: Sequence[str] = (PLACE, DEPTH, SESSION)
+    fits = [(_name(part, len(parts)), part, options, ways) for part in parts]
+    if len({press.specimen for press in records.presses}) > 1:
+        fits.append(("all", records, replace(options, resamples=0), (SPECIMEN,)))
     rows, predictions, found = [], [], []
     with ThreadPoolExecutor(os.cpu_count()) as pool, ticking("the presses") as say, warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of scipy's line search, which tries what overflows
@@ -111,22 +108,17 @@ def identify_file(presses: Path, asked: Asked, folder: Path | None = None) -> st
             return steps(say, what)(sequence)
 
         try:
-            for part in parts:
-                name = _name(part, len(parts))
-                one = identify(part, forwards_for(part, asked, folder / CURVES, follow), options, pool.map, follow)
-                told = predict(one.models, one.best, options, (PLACE, DEPTH, SESSION), pool.map, follow)
+            for name, part, how, ways in fits:
+                one = identify(part, forwards_for(part, asked, folder / CURVES, follow), how, pool.map, follow)
+                told = predict(one.models, one.best, how, ways, pool.map, follow)
+                predictions.append(told.assign(part=name))
+                if ways == (SPECIMEN,):
+                    answer += [line for line in sentences(one, told) if "specimen" in line]
+                    continue
                 answer += [f"{name}:"] if len(parts) > 1 else []
                 answer += [*uncertain(one, line_of(one)), *sentences(one, told)]
                 rows += table_rows(one, name)
-                predictions.append(told.assign(part=name))
                 found.append((name, one))
-            specimens = {press.specimen for press in records.presses}
-            if len(specimens) > 1:
-                forwards = forwards_for(records, asked, folder / CURVES, follow)
-                whole = identify(records, forwards, replace(options, resamples=0), pool.map, follow)
-                told = predict(whole.models, whole.best, options, (SPECIMEN,), pool.map, follow)
-                predictions.append(told.assign(part="all"))
-                answer += [line for line in sentences(whole, told) if "specimen" in line]
         except NotConverged as failure:
             small = " or, where the ball is small beside the body, --body" if asked.body is not None else ""
             raise InputError(f"{presses}: {failure}; leave out presses that touch nothing{small}.") from failure
@@ -170,11 +162,11 @@ def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, fo
         with write_whole(file) as part:
             part.write_text(snippet(numbers, body.bed.stiffness_n_m3 / body.material.young_pa), encoding="utf-8")
         return [f"Engines have no bed, on which the organ lies here: only settings of palpate are written, to {file}."]
+    level, forward = engine_level(body), model.table.forward
     try:
-        export(numbers, body, engine_level(body), asked.instrument, presses, model.table.forward, values, folder)
+        exported = export(numbers, body, level, asked.instrument, presses, forward, values, folder)
     except NotConverged as failure:
         return [f"No settings for engines are written: {failure}."]
-    exported = json.loads((folder / "exported.json").read_text(encoding="utf-8"))
     acts = [
         f"{100 * fact['stiffer_by']:+.0f} % in {engine}, so {fact['young_pa']:.4g} Pa there"
         f" (single places ± {percent(fact['scatter_of_places'])})"
@@ -189,13 +181,11 @@ def write_results(
 ) -> None:
     """Write the tables and a picture of each part into ``folder``, each whole or not at all."""
     folder.mkdir(parents=True, exist_ok=True)
+    judged = pd.concat(summary(rows).assign(part=name) for name, rows in predictions.groupby("part", sort=False))
     tables = {"identified": identified, "predictions": predictions[["part", *PREDICTIONS.columns]]}
-    for name, table in tables.items():
+    for name, table in (tables | {"prediction_summary": judged}).items():
         with write_whole(folder / f"{name}.csv") as part:
             table.to_csv(part, index=False)
-    judged = pd.concat(summary(rows).assign(part=name) for name, rows in predictions.groupby("part", sort=False))
-    with write_whole(folder / "prediction_summary.csv") as part:
-        judged.to_csv(part, index=False)
     for name, one in found:
         plain = re.sub(r"[^\w-]+", "_", name)
         file = "identified.png" if len(found) == 1 else f"identified_{plain}.png"

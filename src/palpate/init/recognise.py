@@ -9,13 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.bodies.ct.config_scan import taken
+from palpate.bodies.ct.config_scan import described
 from palpate.bodies.ct.image import FORMATS, label_names, read_labels
-from palpate.bodies.mesh import TetMesh, components
-from palpate.bodies.mesh_file import KEPT_NODES, ORGAN_M, UNITS, guess_scale, in_words, load_shape, other_units
-from palpate.bodies.mesh_quality import check_closed
+from palpate.bodies.make_body import taken
+from palpate.bodies.mesh_file import (
+    KEPT_NODES,
+    ORGAN_M,
+    RARE_UNITS,
+    UNITS,
+    guess_scale,
+    in_words,
+    load_shape,
+    organ_sized,
+)
 from palpate.bodies.mesh_readers import read
-from palpate.bodies.surfaces.triangles import volume
 from palpate.errors import InputError
 
 _OF_MESH = {
@@ -71,6 +78,12 @@ class Data:
     warned: list[str] = field(default_factory=list)
     lies: str = ""
 
+    def announce(self) -> None:
+        """Print the lines, before what takes long."""
+        for word, lines in (("found   ", self.found), ("assumed ", self.assumed), ("warning:", self.warned)):
+            for line in lines:
+                print(word, line, flush=True)
+
 
 def recognise(
     paths: Sequence[Path],
@@ -112,7 +125,7 @@ def recognise(
     else:
         found = _ct(image, mask, list(label), threshold_hu)
     found = _of_mri(found) if mri else found
-    said, lay = taken(found.entry)
+    said, lay = described(found.entry)
     if not lay:
         found.assumed.append("the patient lay on the back, as the header does not say how; else give --hold")
     return replace(found, found=said, lies=lay if lay != "back" else "")
@@ -144,8 +157,7 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
     }
     if tetrahedra is None and len(points) > KEPT_NODES:
         entry |= {"surface_nodes": 140, "snap": False}
-    taken = f"{_frame(path)}; a unit of {in_words(scale)}, {how}; {_content(scale * points, triangles, tetrahedra)}"
-    found = [f"{path}: {kind}, {len(triangles)} triangles on the surface, {inside}", taken]
+    found = [f"{path}: {kind}, {len(triangles)} triangles on the surface, {inside}", *taken(entry, how)]
     data = Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, found, [])
     if scale_m is not None:
         return data
@@ -154,28 +166,6 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
         f"--scale {2 * scale:g} makes it twice as long"
     )
     return replace(data, assumed=[assumed], warned=_doubts(path, size, scale))
-
-
-def _frame(path: Path) -> str:
-    frame = read(path).frame
-    if frame is None:
-        return "no frame in its header, so that z points up, y to the back and x to the right"
-    return f"{frame} from its header{', turned to LPS' * (frame == 'RAS')}, so that its sides are the patient's"
-
-
-def _content(points: np.ndarray, triangles: np.ndarray, tetrahedra: np.ndarray | None) -> str:
-    """Say how many connected pieces a mesh, (n, 3) [m], has, and which volume."""
-    ends = (triangles if tetrahedra is None else tetrahedra)[:, :, None]
-    pairs = np.concatenate([ends[:, :-1], ends[:, 1:]], axis=2).reshape(-1, 2)
-    count = len(np.unique(components(pairs, len(points))))
-    pieces = "1 piece" if count == 1 else f"{count} pieces"
-    if tetrahedra is not None:
-        return f"{pieces}; {1e6 * np.abs(TetMesh(points, tetrahedra).volumes).sum():.4g} mL, as its tetrahedra"
-    try:
-        closed = check_closed("", points, triangles)
-    except InputError:
-        return f"{pieces}; no volume, as its triangles do not close, or are wound both ways"
-    return f"{pieces}; {1e6 * volume(points, closed):.4g} mL, as its triangles"
 
 
 def _scale(path: Path, size: float, scale_m: float | None) -> tuple[float, str]:
@@ -196,7 +186,8 @@ def _doubts(path: Path, size: float, scale: float) -> list[str]:
     """Return a line if the file's unit may well be another than the assumed one."""
     others = [
         f"the {name}, which makes it {in_words(other * size)} long (--scale {other:g})"
-        for name, other in other_units(size, scale).items()
+        for name, other in organ_sized(size, UNITS | RARE_UNITS).items()
+        if other != scale
     ]
     if not others and guess_scale(size):
         return []

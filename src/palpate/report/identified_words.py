@@ -101,11 +101,12 @@ def uncertain(found: Identified, line: Line | None) -> Iterator[str]:
         )
     if line is not None:
         zero, slope = two_digits(1e3 * line.zero_n), two_digits(line.slope_n_m)
+        remedy = ": give rows before contact, with negative depth_m, or subtract the sensor's line"
+        remedy = "" if found.records.force_error > 0.0 else remedy
         yield (
             f"warning: with {zero} mN and {slope} mN/mm subtracted, which a sensor that is not zeroed, tissue that "
             f"sticks or another law may add, forces fit better (by {line.better:.0f} in −2 log likelihood) and "
-            f"E is {pascals(line.young_pa)}; the interval below does not hold it: give rows before contact, with "
-            "negative depth_m, or subtract the sensor's line."
+            f"E is {pascals(line.young_pa)}; the interval below does not hold it{remedy}."
         )
 
 
@@ -181,18 +182,21 @@ def _law(found: Identified) -> Iterator[str]:
 
 
 def _scatter(found: Identified) -> Iterator[str]:
+    scatter = found.scatter
     if found.places > 1:
-        line = f"Places differ by {percent(found.place_scatter)} in force and {found.shape_scatter:.2f} in exponent"
-        if np.isfinite(found.repeat_scatter):
-            line += f", presses of one place by {percent(found.repeat_scatter)}"
-        yield f"{line}; noise is {percent(found.noise_share)} and {two_digits(1e3 * found.noise_n)} mN (deviations)."
+        exponent = f"{scatter['shape_scatter']:.2f} in exponent"
+        line = f"Places differ by {percent(scatter['place_scatter'])} in force and {exponent}"
+        if np.isfinite(scatter["repeat_scatter"]):
+            line += f", presses of one place by {percent(scatter['repeat_scatter'])}"
+        noise = f"{percent(scatter['noise_share'])} and {two_digits(1e3 * scatter['noise_n'])} mN"
+        yield f"{line}; noise is {noise} (deviations)."
     if found.offset_m is not None:
         low, best, high = (two_digits(1e3 * value) for value in found.offset_m[:3])
-        scatter = two_digits(1e3 * found.offset_scatter_m)
-        line = f"First touch is at {best} mm ({low} to {high}) of the stated depth, ± {scatter} mm between presses"
+        apart = two_digits(1e3 * scatter["offset_scatter_m"])
+        line = f"First touch is at {best} mm ({low} to {high}) of the stated depth, ± {apart} mm between presses"
         yield f"{line}{'; that cannot be told from these presses' if not found.offset_m.known else ''}."
-    if found.relative_error > 0.0:
-        yield f"The model's own error of {percent(found.relative_error)} in force is part of these intervals."
+    if scatter["relative_error"] > 0.0:
+        yield f"The model's own error of {percent(scatter['relative_error'])} in force is part of these intervals."
 
 
 def _resampled(found: Identified) -> Iterator[str]:

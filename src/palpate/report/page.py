@@ -24,6 +24,7 @@ def write(
     cts: Sequence[str] = (),
     driven: Collection[str] = (),
     warned: Sequence[str] = (),
+    taken: Sequence[str] = (),
     more: Sequence[str] = (),
     left_out: Sequence[str] = (),
     alone: bool = False,
@@ -33,6 +34,7 @@ def write(
     A study's part is palpate.studies.<study>.report (TITLE, numbers(report), and where it has some failures(report))
     and the template report.md beside it. The rows of claims.csv that the study judges follow.
     scenes, cts, driven, more : as ``Report`` takes them; warned : what jobs warned of, which comes first
+    taken : what bodies were made from, of files
     left_out : studies that the settings describe and this run does not compute
     alone : whether the page is about one study, whose name is then its heading
     The findings and short tables are also written as Markdown, under the name of ``out`` with .md.
@@ -47,10 +49,10 @@ def write(
         elif part.introduction:
             parts[study] = part
     parts |= closing.parts(report, left_out=left_out) if studies else {}
-    page = _page(parts, warned, alone)
+    page = _page(parts, warned, taken, alone)
     if heavy := too_heavy(page, {name: part.sections for name, part in parts.items()}):
         warnings.warn(heavy, stacklevel=2)
-        page = _page(parts, [*warned, heavy], alone)
+        page = _page(parts, [*warned, heavy], taken, alone)
     for file, text in ((out, page), (Path(out).with_suffix(".md"), _markdown(report))):
         with write_whole(file) as temporary:
             temporary.write_text(text, encoding="utf-8")
@@ -68,10 +70,11 @@ def _markdown(report: Report) -> str:
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
 
-def _page(parts: Mapping[str, Part], warned: Sequence[str], alone: bool) -> str:
+def _page(parts: Mapping[str, Part], warned: Sequence[str], taken: Sequence[str], alone: bool) -> str:
     """Return the whole page."""
+    before = _lines("warnings", "Warnings", warned) + _lines("taken", "Taken from files", taken)
     body = (
-        f'{_opening(parts, alone)}{_warnings(warned)}\n<div class="page">\n{_navigation(parts)}\n<main>\n'
+        f'{_opening(parts, alone)}{before}\n<div class="page">\n{_navigation(parts)}\n<main>\n'
         f"{''.join(_part(name, part) for name, part in parts.items())}</main>\n</div>\n"
         f"<script>{page_assets.script()}</script>\n"
     )
@@ -97,12 +100,12 @@ def _opening(parts: Mapping[str, Part], alone: bool) -> str:
     )
 
 
-def _warnings(warned: Sequence[str]) -> str:
-    """List what jobs warned of; nothing if that is nothing."""
-    if not warned:
+def _lines(name: str, title: str, said: Sequence[str]) -> str:
+    """List what jobs said; nothing if that is nothing."""
+    if not said:
         return ""
-    lines = "\n".join(f"<li>{escape(line)}</li>" for line in warned)
-    return f'\n<section class="findings" id="warnings">\n<h2>Warnings</h2>\n<ul>\n{lines}\n</ul>\n</section>'
+    lines = "\n".join(f"<li>{escape(line)}</li>" for line in said)
+    return f'\n<section class="findings" id="{name}">\n<h2>{title}</h2>\n<ul>\n{lines}\n</ul>\n</section>'
 
 
 def _answer(parts: Mapping[str, Part]) -> str:

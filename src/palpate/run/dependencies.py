@@ -1,29 +1,23 @@
-"""The modules that a job depends on, and a digest of what they do: jobs are repeated when it changes.
-
-Snakemake does not notice edits of imported modules.
-"""
+"""A digest of the code behind a job: a parameter of its rule, as snakemake notices no edits of imported modules."""
 
 import ast
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from contextlib import suppress
-from copy import deepcopy
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
 from palpate.files import write_whole
+from palpate.table_declaration import Table
 
 PACKAGE = Path(__file__).parents[1]
 WRAPPERS = frozenset(
     PACKAGE / name for name in ("run/job.py", "run/dependencies.py", "files.py", "errors.py", "__init__.py")
 ) | frozenset(PACKAGE.glob("studies/*/settings.py"))
 """Modules around the work; no result depends on them. The settings of studies are parameters of jobs."""
-KEPT = PACKAGE / "__pycache__" / f"digests-{sha256(Path(__file__).read_bytes()).hexdigest()[:12]}.json"
+KEPT = PACKAGE / "__pycache__" / f"digests-{sha256(Path(__file__).read_bytes()).hexdigest()[:12]}"
 """Facts of files by the digest of their text, as this version of this module finds them."""
-FACTS = 2000
-"""Files of which facts are kept: all modules several times over."""
-_FRESH: list[str] = []
 
 
 def digest(call: str, *lazily: str) -> str:
@@ -35,55 +29,36 @@ def digest(call: str, *lazily: str) -> str:
     lazily : modules ("palpate.effects.gravity"), packages ("palpate.effects") or classes ("palpate.models.kinds:FEM")
         that are imported by name at run time
     """
-    parts, whole = [call, *(each for each in lazily if ":" in each)], [each for each in lazily if ":" not in each]
-    # deep copies of trees that are kept, as a digest changes them
-    trees = [deepcopy(_part(files_of(module)[0], name)) for module, _, name in (each.partition(":") for each in parts)]
-    named = {path for tree in trees for each in _names(tree) if (path := _module(each))} - WRAPPERS
-    modules = closure([*named, *(path for each in whole for path in files_of(each))])
-    _keep()
-    codes = (f"{path.name}{_facts(path)['code']}" for path in sorted(modules))
-    return sha256("".join([*map(_digest_of, trees), *codes]).encode()).hexdigest()[:16]
-
-
-def _part(path: Path, name: str) -> ast.Module:
-    """Return a function, and of its module what it names: imports, constants and other functions."""
-    lines, found, waiting = _tree(path).body, set(), {name}
-    kept: dict[int, ast.stmt] = {}
-    while waiting:
-        found |= waiting
-        fresh = {i: part for i, line in enumerate(lines) if (part := _binding(line, found)) is not None}
-        kept |= fresh
-        used = {node.id for part in fresh.values() for node in ast.walk(part) if isinstance(node, ast.Name)}
-        waiting = used - found
-    return ast.Module([kept[i] for i in sorted(kept)], [])
-
-
-def _binding(line: ast.stmt, names: set[str]) -> ast.stmt | None:
-    """Return the part of a statement that binds one of ``names``, or None."""
-    if isinstance(line, ast.ImportFrom):
-        aliases = [alias for alias in line.names if (alias.asname or alias.name) in names]
-        return ast.ImportFrom(line.module, aliases, line.level) if aliases else None
-    if isinstance(line, ast.Import):
-        return line if any((alias.asname or alias.name.split(".")[0]) in names for alias in line.names) else None
-    if isinstance(line, ast.FunctionDef | ast.ClassDef):
-        return line if line.name in names else None
-    bound = {node.id for node in ast.walk(line) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-    return line if bound & names else None
-
-
-@cache
-def _tree(path: Path) -> ast.Module:
-    return ast.parse(path.read_bytes())
+    named = [each.partition(":") for each in (call, *lazily) if ":" in each]
+    parts = [needed(_parsed(files_of(module)[0]), name) for module, _, name in named]
+    whole = [path for each in lazily if ":" not in each for path in files_of(each)]
+    modules = closure([*modules_of({name for part in parts for name in imports(part)}), *whole])
+    codes = [f"{path.name}{_facts(path)['code']}" for path in sorted(modules)]
+    return sha256("".join([*map(ast.dump, parts), *codes]).encode()).hexdigest()[:16]
 
 
 def closure(paths: Iterable[Path]) -> set[Path]:
-    """Return ``paths`` and every module of palpate that they import, directly or not, wrappers apart."""
+    """Return ``paths`` and every module of palpate that they import anywhere, directly or not, wrappers apart.
+
+    What prepares a model imports its class as the type of an argument: a rule names the class, and no other counts.
+    """
     found: set[Path] = set()
     waiting = set(paths)
     while waiting:
         found |= waiting
-        waiting = {module for path in waiting for module in imported(path)} - found - WRAPPERS
+        of_models = {path for path in waiting if PACKAGE / "models" in path.parents}
+        imported = modules_of({name for path in waiting - of_models for name in _facts(path)["imports"]})
+        classes = {PACKAGE / "models/kinds.py"}
+        imported |= modules_of({name for path in of_models for name in _facts(path)["imports"]}) - classes
+        waiting = imported - found
     return found
+
+
+def kernels(path: Path) -> str:
+    """Return a digest of the code of ``path`` and of all that it imports, where numba compiles functions."""
+    facts = [_facts(module) for module in closure([path])]
+    compiled = sorted(each["code"] for each in facts if "numba" in each["imports"])
+    return sha256("".join(compiled).encode()).hexdigest()
 
 
 def files_of(name: str) -> list[Path]:
@@ -92,98 +67,74 @@ def files_of(name: str) -> list[Path]:
     return sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
 
 
+def modules_of(names: Iterable[str]) -> set[Path]:
+    """Return the files of those modules and packages of palpate among dotted names, wrappers apart."""
+    return {path for name in names if name.startswith("palpate.") and (path := _file(name))} - WRAPPERS
+
+
 @cache
-def imported(path: Path) -> frozenset[Path]:
-    """Return the modules of palpate that a file imports anywhere in it.
-
-    What prepares a model imports its class as the type of an argument: a rule names the class, and no other counts.
-    """
-    found = frozenset(each for name in _facts(path)["imports"] if (each := _module(name)))
-    return found - {PACKAGE / "models/kinds.py"} if PACKAGE / "models" in path.parents else found
-
-
-def _module(name: str) -> Path | None:
-    """Return the file of a module or package of palpate, or None for what is not one."""
-    if not name.startswith("palpate."):
-        return None
+def _file(name: str) -> Path | None:
     place = PACKAGE.parent / name.replace(".", "/")
     return next((path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file()), None)
 
 
+def imports(tree: ast.AST) -> set[str]:
+    """Return the dotted name of everything that is imported, and of what it is imported from."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            module = f"{node.module}." if isinstance(node, ast.ImportFrom) else ""
+            found |= {module.rstrip(".")} | {f"{module}{alias.name}" for alias in node.names}
+    return found
+
+
+def needed(tree: ast.Module, name: str) -> ast.Module:
+    """Return a function, and of its module what it names: imports, constants and other functions."""
+    kept: list[ast.stmt] = []
+    wanted = {name}
+    while fresh := [line for line in tree.body if line not in kept and _bound(line) & wanted]:
+        kept += fresh
+        wanted |= {node.id for line in fresh for node in ast.walk(line) if isinstance(node, ast.Name)}
+    return ast.Module([line for line in tree.body if line in kept], [])
+
+
+def _bound(line: ast.stmt) -> set[str]:
+    """Return the names that a statement gives a value."""
+    if isinstance(line, ast.Import | ast.ImportFrom):
+        return {alias.asname or alias.name.partition(".")[0] for alias in line.names}
+    if isinstance(line, ast.FunctionDef | ast.ClassDef):
+        return {line.name}
+    return {node.id for node in ast.walk(line) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+
+
 @cache
 def _facts(path: Path) -> dict:
-    """Return what a file imports, and a digest of its code; kept from run to run, as parsing all modules takes long."""
-    text = path.read_bytes()
-    known, key = _kept(), sha256(text).hexdigest()
-    if key not in known:
-        tree = ast.parse(text)
-        known[key] = {"imports": sorted(set(_names(tree))), "code": _digest_of(tree), "kernels": _kernels(tree)}
-        _FRESH.append(key)
-    return known[key]
-
-
-def _keep() -> None:
-    """Write the facts of files that are new; where nothing can be written they are worked out again."""
-    if _FRESH:
-        if len(_kept()) > FACTS:
-            _kept().clear()
-        with suppress(OSError), write_whole(KEPT) as temporary:
-            temporary.write_text(json.dumps(_kept()))
-        _FRESH.clear()
+    """Return what a file imports, and a digest of its code; kept, as each process of a run would parse all anew."""
+    kept = KEPT / f"{sha256(path.read_bytes()).hexdigest()}.json"
+    with suppress(OSError, ValueError):
+        return json.loads(kept.read_text())
+    tree = _parsed(path)
+    facts = {"imports": sorted(imports(tree)), "code": sha256(ast.dump(tree).encode()).hexdigest()}
+    with suppress(OSError), write_whole(kept) as temporary:
+        temporary.write_text(json.dumps(facts))
+    return facts
 
 
 @cache
-def _kept() -> dict[str, dict]:
-    """Return the facts of files that were met before, by the digest of their text."""
-    with suppress(OSError, ValueError):
-        return json.loads(KEPT.read_text())
-    return {}
+def _parsed(path: Path) -> ast.Module:
+    return _Plain().visit(ast.parse(path.read_bytes()))
 
 
-def _names(tree: ast.Module, package: str = "palpate") -> Iterator[str]:
-    """Yield the dotted name of everything of a package that a module imports, and of what it imports from there."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names if alias.name.startswith(package))
-        elif isinstance(node, ast.ImportFrom) and node.module and node.module.startswith(package):
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+class _Plain(ast.NodeTransformer):
+    """Leave out docstrings and the words of tables, and import each name by a statement of its own."""
 
+    def visit_Expr(self, node: ast.Expr) -> ast.AST | None:
+        return None if isinstance(node.value, ast.Constant) else self.generic_visit(node)
 
-def _digest_of(tree: ast.Module) -> str:
-    """Return a digest of a syntax tree, which loses its docstrings and the words of its tables."""
-    for node in ast.walk(tree):
-        body = getattr(node, "body", None)
-        if isinstance(body, list) and body:
-            body[:] = [line for line in body if not _is_text(line)] or [ast.Pass()]
-        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "Table":
-            node.args[1:] = [ast.Constant("\n".join(_columns(one))) for one in node.args[2:3]]
-    return sha256(ast.dump(tree).encode()).hexdigest()
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> list[ast.AST]:
+        return [ast.ImportFrom(node.module, [alias], node.level) for alias in node.names]
 
-
-def kernels(path: Path) -> str:
-    """Return a digest of every statement of ``path`` and of all that it imports, where numba compiles functions.
-
-    Layout and comments do not count, nor where in which module a statement stands.
-    """
-    found = sorted({each for module in closure([path]) for each in _facts(module)["kernels"]})
-    _keep()
-    return sha256("".join(found).encode()).hexdigest()
-
-
-def _kernels(tree: ast.Module) -> list[str]:
-    """Return a digest of each statement of a module that imports numba, and nothing of another one."""
-    if not any(_names(tree, "numba")):
-        return []
-    return [sha256(ast.dump(line).encode()).hexdigest()[:12] for line in tree.body]
-
-
-def _columns(about: ast.AST) -> list[str]:
-    """Return the columns that a declared table names, without their meanings."""
-    text = about.value if isinstance(about, ast.Constant) else ""
-    return [line.partition(":")[0].strip() for line in str(text).splitlines() if line[:8].strip()]
-
-
-def _is_text(line: ast.AST) -> bool:
-    """Return whether a statement is a string that stands alone: a docstring, or the description of a constant."""
-    return isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant) and isinstance(line.value.value, str)
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        if getattr(node.func, "id", "") == "Table" and len(node.args) > 2:
+            node.args[1:] = [ast.Constant(" ".join(Table(*map(ast.literal_eval, node.args)).columns))]
+        return self.generic_visit(node)

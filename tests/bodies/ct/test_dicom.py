@@ -31,6 +31,7 @@ def write(tmp_path):
                 "0020|0032": f"{shift * number}\\0\\{z}",
                 "0020|0037": "1\\0\\0\\0\\1\\0",
                 "0018|0050": "9",
+                "0018|1120": "20",  # of a gantry that was tilted, though slices may have been made upright since
                 "0020|0013": str(number),
                 "0028|1052": "-1024",
                 "0028|1053": "1",

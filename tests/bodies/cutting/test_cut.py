@@ -50,6 +50,12 @@ def test_segments_are_severed_where_they_cross_the_patch(cut):
     assert np.array_equal(severed, cut.severs(last, first))
 
 
+def test_of_two_segments_that_meet_on_a_cut_one_is_severed():
+    cut, on, step = Blade(STRAIGHT, DOWN, 0.02), np.array([[0.04, 0.05, 0.03]]), np.array([[0.0, 0.01, 0.0]])
+    for one, other in ((on + step, on - step), (on - step, on + step)):
+        assert cut.severs(one, on) != cut.severs(on, other)
+
+
 @pytest.mark.parametrize("open_ends", [(False, False), (True, False), (True, True)])
 def test_points_of_the_front_are_on_both_levels(open_ends):
     for path in (STRAIGHT, BENT):

@@ -6,10 +6,11 @@ from fixtures.cut_cases import LIVER, plane, random_cuts, smallest_pivot
 from scipy import sparse
 
 from palpate.bodies.body import nest
-from palpate.bodies.cutting.cut import blade, unit
+from palpate.bodies.cutting.cut import blade
 from palpate.bodies.cutting.ways import LEAST_SHARE, REMOVAL, SPLIT_FACES, VIRTUAL_NODES, WAYS, part
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
+from palpate.bodies.mesh import unit
 from palpate.bodies.simple_shapes import box
 from palpate.models.fem_statics import to_surface
 

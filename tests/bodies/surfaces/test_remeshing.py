@@ -9,7 +9,7 @@ from palpate.bodies.body import nest
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import check_closed, quality
 from palpate.bodies.refinement import refine
-from palpate.bodies.surfaces.coarse_solid import fidelity
+from palpate.bodies.surfaces.coarse_solid import refined_likeness
 from palpate.bodies.surfaces.remesh import collapse, fibonacci_sphere, flip, remesh, triangulate, triangulate_evenly
 from palpate.bodies.surfaces.snap import WANTED_DEG, element_quality, relax, snapper
 from palpate.bodies.surfaces.solid import sample
@@ -141,6 +141,6 @@ def test_a_body_is_as_far_from_its_surface_as_it_is_too_short_over_the_longest_s
     made, wanted = (box([4, 2, 1], [length, 0.1, 0.05]) for length in (0.2, 0.202))
     made, wanted = (TetMesh(np.add(mesh.nodes, [1.0, -2.0, 0.5]), mesh.tetrahedra) for mesh in (made, wanted))
     solid = SimpleNamespace(places=sample(wanted.nodes, wanted.triangles, 0.005)[0], volume_m3=1.01e-3)
-    found = fidelity(made, None, solid, SimpleNamespace(points=wanted.nodes, triangles=wanted.triangles))
+    _, found = refined_likeness(made, None, solid, SimpleNamespace(points=wanted.nodes, triangles=wanted.triangles))
     assert found.size_m == pytest.approx(0.202) and found.away == pytest.approx(0.002 / 0.202, rel=1e-3)
     assert found.volume == pytest.approx(1.0 / 1.01 - 1.0)

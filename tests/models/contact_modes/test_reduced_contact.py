@@ -27,6 +27,7 @@ from palpate.models.contact_modes.snapshots import (
     linear_columns,
     orthonormal,
     press_contact,
+    second_columns,
     thinned_model,
     whole_model,
 )
@@ -150,6 +151,9 @@ def test_second_columns_are_what_a_small_press_adds(pressed):
     columns = shown.second.reshape(len(beyond), -1)
     left = beyond - columns @ np.linalg.lstsq(columns, beyond, rcond=None)[0]
     assert np.linalg.norm(left) < 0.05 * np.linalg.norm(beyond)
+    joined = second_columns(elements, shown.linear, shown.linear)[:, :, [0, 1, 2, 4, 5, 8]]
+    own = second_columns(elements, shown.linear) * [2.0, 1.0, 1.0, 2.0, 1.0, 2.0]  # two of one are twice as far
+    assert np.linalg.norm(joined - own) < 0.01 * np.linalg.norm(own)
 
 
 def test_the_minimum_is_that_of_another_search(pressed):

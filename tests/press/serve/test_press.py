@@ -67,7 +67,6 @@ def files(folder: Path) -> dict[str, bytes]:
 COMMAND = "import sys; from palpate.cli import main; sys.exit(main(sys.argv[1:]))"
 # an answer that never comes, as its functions are compiled for ever
 FOR_EVER = """
-import atexit
 from numba import njit
 from palpate.press.serve.live_models import LiveModels
 def answer(self, name, body):
@@ -75,7 +74,6 @@ def answer(self, name, body):
     while True:
         njit(lambda x: x + 1)(1)
 LiveModels.answer = answer
-atexit.register(print, "Python takes down what the answer needs")
 """
 
 

@@ -7,10 +7,17 @@ def shown(*studies):
     return [file for files in asked for file in files if file != files.page]
 
 
-def told(*studies):
-    """What the writer of a page about some studies is told."""
-    return {
-        "studies": list(studies),
+def reported(wildcards):
+    """The studies that a page is about."""
+    return [wildcards.of.removeprefix("_")] if wildcards.of else RUN
+
+
+def told(wildcards):
+    """What the writer of a page is told."""
+    studies = reported(wildcards)
+    alone = {"alone": True} if wildcards.of else {"left_out": [study for study in ASKED if study not in RUN]}
+    return alone | {
+        "studies": studies,
         "scenes": SCENES if "scenes" in studies else [],
         "cts": CTS if "ct" in studies else [],
         "driven": DRIVEN if "scenes" in studies else [],

@@ -58,9 +58,14 @@ def parts_beyond(name):
     return [f"results/data/{body}/{regime}/{name}.csv" for body in bodies for regime in regimes]
 
 
-def asked_models(block):
+def own_of(models):
+    """The files of those of the models that are the user's own."""
+    return [OWN_MODELS[model] for model in models if model in OWN_MODELS]
+
+
+def asked_models(kind):
     """The recipe of each model that a block like any_load asks, and what its settings must have in their names."""
-    recipes, asked = {}, block.get("models", {})
+    recipes, asked = {}, TRADEOFF[kind]["models"]
     for family in families(list(asked), OWN_MODELS).values():
         recipes |= family
     return {name: (recipes[name], pattern) for name, pattern in asked.items()}

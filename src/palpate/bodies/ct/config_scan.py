@@ -35,7 +35,7 @@ _LAY = {"S": "back", "P": "front", "DR": "right", "DL": "left"}
 """The patient's side below, by how a position ends in DICOM: supine, prone, or on a side; HF is head first."""
 
 
-def taken(entry: dict) -> tuple[list[str], str]:
+def described(entry: dict) -> tuple[list[str], str]:
     """Say in lines what is taken from a config entry's scan and mask, and return the side that is below, or ""."""
     with warnings.catch_warnings(action="ignore"):  # they come again when the body is made
         image = scan_of(entry)

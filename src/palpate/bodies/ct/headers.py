@@ -5,7 +5,7 @@ import math
 import re
 import zlib
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,8 +38,9 @@ def check_header(path: Path) -> str:
         if unit := re.search(_OTHER_UNIT, text, re.IGNORECASE):
             raise InputError(f"{path}: its header counts in {unit[1]}, and mm are read; write it in mm.")
         return next((name for name, line in _FRAMES.items() if re.search(line, text, re.IGNORECASE | re.MULTILINE)), "")
-    reader = _whole(path)
+    reader = _nifti(path)
     header = reader.GetNIFTIHeader()
+    _check_voxels(path, header)
     steps, counts = ([get(axis) for axis in (1, 2, 3)] for get in (header.GetPixDim, header.GetDim))
     given = {"sform": reader.GetSFormMatrix(), "qform": reader.GetQFormMatrix()}
     forms = {
@@ -56,30 +57,31 @@ def check_header(path: Path) -> str:
     return next(iter(forms), "")
 
 
-def _whole(path: Path) -> Any:
-    """Open a NIfTI file; InputError if it is truncated, damaged, or holds NaN or infinity.
+def _check_voxels(path: Path, header: Any) -> None:
+    """Raise InputError for a NIfTI file that is truncated, damaged, or holds NaN or infinity.
 
     Trap: ITK reads missing voxels as 0 HU, and non-finite ones as well: both become water, without an error.
     """
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    reader = _nifti(path)
-    header = reader.GetNIFTIHeader()
-    voxels = math.prod(max(header.GetDim(axis), 1) for axis in range(1, 1 + header.GetDim(0)))
-    if len(_content(path)) < header.GetVoxOffset() + voxels * header.GetBitPix() // 8:
+    count = math.prod(max(header.GetDim(axis), 1) for axis in range(1, 1 + header.GetDim(0)))
+    begin, bits = header.GetVoxOffset(), header.GetBitPix()
+    try:
+        with _opened(path) as file:
+            data = file.read()  # of a packed one this checks length and CRC
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(_DAMAGED.format(path)) from error
+    if len(data) < begin + count * bits // 8:
         raise InputError(_DAMAGED.format(path))
     if header.GetDataType() in _FLOATS:
-        reader.Update()
-        if not np.isfinite(vtk_to_numpy(reader.GetOutput().GetPointData().GetScalars())).all():
+        order = "<" if int.from_bytes(data[:4], "little") < 1000 else ">"  # it begins with its length, 348 or 540
+        if not np.isfinite(np.frombuffer(data, f"{order}f{bits // 8}", count, begin)).all():
             raise InputError(
                 f"{path}: it has voxels that are not finite numbers; fill them with air, -1024 HU, or in a mask or an "
                 "MRI with 0."
             )
-    return reader
 
 
 def _nifti(path: Path) -> Any:
-    """Open a NIfTI file with VTK, which reads its header only; InputError if it has none."""
+    """Read the header of a NIfTI file with VTK; InputError if it has none."""
     from vtkmodules.vtkIOImage import vtkNIFTIImageReader
 
     reader = vtkNIFTIImageReader()
@@ -90,18 +92,17 @@ def _nifti(path: Path) -> Any:
     return reader
 
 
-def _content(path: Path) -> bytes:
-    """Return the bytes of a NIfTI file, unpacked."""
-    try:
-        data = path.read_bytes()
-        return gzip.decompress(data) if data.startswith(b"\x1f\x8b") else data  # which checks length and CRC
-    except (OSError, EOFError, zlib.error) as error:
-        raise InputError(_DAMAGED.format(path)) from error
+def _opened(path: Path) -> IO[bytes]:
+    """Open a NIfTI file, whose name need not say whether it is packed."""
+    with path.open("rb") as file:
+        packed = file.read(2) == b"\x1f\x8b"
+    return gzip.open(path) if packed else path.open("rb")
 
 
 def extensions(path: Path) -> bytes:
     """Return what stands before a NIfTI file's first voxel."""
-    return _content(path)[: _nifti(path).GetNIFTIHeader().GetVoxOffset()]
+    with _opened(path) as file:
+        return file.read(_nifti(path).GetNIFTIHeader().GetVoxOffset())
 
 
 def apart(first: np.ndarray, second: np.ndarray, counts: ArrayLike) -> float:

@@ -2,7 +2,7 @@
 
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -262,7 +262,13 @@ def label_names(path: Path, image: "SimpleITK.Image | None" = None) -> dict[int,
     Slicer the keys ``Segment<n>_Name`` and ``Segment<n>_LabelValue`` into that of an NRRD file.
     """
     if path.name.lower().endswith(NIFTI):
-        return _of_extensions(path)
+        table = re.search(rb"<LabelTable.*?</LabelTable>", extensions(path), re.DOTALL)
+        try:
+            labels = list(ElementTree.fromstring(table[0])) if table else []
+        except ElementTree.ParseError:
+            return {}
+        named = {label.get("Key", ""): (label.text or "").strip() for label in labels}
+        return {int(number): name for number, name in named.items() if number.isdigit() and name}
     image = image or _read_file(path)
     found = {}
     for key in image.GetMetaDataKeys():
@@ -272,15 +278,8 @@ def label_names(path: Path, image: "SimpleITK.Image | None" = None) -> dict[int,
     return {number: name for number, name in found.items() if name}
 
 
-def _of_extensions(path: Path) -> dict[int, str]:
-    """Read the label table in the extensions between a NIfTI file's header and its first voxel."""
-    table = re.search(rb"<LabelTable.*?</LabelTable>", extensions(path), re.DOTALL)
-    try:
-        labels = list(ElementTree.fromstring(table[0])) if table else []
-    except ElementTree.ParseError:
-        return {}
-    named = {label.get("Key", ""): (label.text or "").strip() for label in labels}
-    return {int(number): name for number, name in named.items() if number.isdigit() and name}
+def _volume(ml: float) -> str:
+    return f"{ml:.0f} mL" if ml >= 10 else f"{ml:.2g} mL"
 
 
 LISTED = 8
@@ -322,19 +321,32 @@ def choose(
             )
         return values != 0
     chosen = [wanted] if isinstance(wanted, int | str) else wanted
-    return np.isin(values, [value for label in chosen for value in _numbers(path, label, found, names)])
+    lacks = f"{path}: the mask has no voxel of label"
+    return np.isin(values, [value for label in chosen for value in numbers_of(lacks, label, found, names)])
 
 
-def describe(found: dict[int, float], names: dict[int, str]) -> str:
-    """List labels with their names and volumes [mL], largest first: "104 labels: 5 liver (1023 mL), … and 96 more"."""
+def describe(found: Mapping[int, float], names: Mapping[int, str], said: Callable[[float], str] = _volume) -> str:
+    """List labels with their names and sizes, largest first: "104 labels: 5 liver (1023 mL), … and 96 more".
+
+    said : writes a size, by default a volume [mL]
+    """
     largest = sorted(found, key=lambda label: (-found[label], label))
-    said = [f"{label:g} {names.get(label, '')}".strip() + f" ({_volume(found[label])})" for label in largest[:LISTED]]
+    said = [f"{label:g} {names.get(label, '')}".strip() + f" ({said(found[label])})" for label in largest[:LISTED]]
     more = f" and {len(found) - LISTED} more" if len(found) > LISTED else ""
     return f"{len(found)} label{'s' if len(found) > 1 else ''}: {', '.join(said)}{more}"
 
 
-def _numbers(path: Path, label: int | str, found: dict[int, float], names: dict[int, str]) -> list[int]:
-    """Return the numbers of a label that is given by number or name; two labels may have one name."""
+def numbers_of(
+    lacks: str,
+    label: int | str,
+    found: Mapping[int, float],
+    names: Mapping[int, str],
+    said: Callable[[float], str] = _volume,
+) -> list[int]:
+    """Return the numbers of a label that is given by number or name; two labels may have one name.
+
+    found, names, said : as ``describe`` has them; lacks : begins the InputError where there is no such label
+    """
     numbers = [number for number in found if (names.get(number) if isinstance(label, str) else number) == label]
     if numbers:
         return numbers
@@ -346,8 +358,4 @@ def _numbers(path: Path, label: int | str, found: dict[int, float], names: dict[
         near = " (the file has no names, so give a number)"
     elif isinstance(label, str) and (guess := suggest(label, there, "")).startswith("did"):
         near = f" ({guess})"
-    raise InputError(f"{path}: the mask has no voxel of label {label}{near}; it has {describe(found, names)}.")
-
-
-def _volume(ml: float) -> str:
-    return f"{ml:.0f} mL" if ml >= 10 else f"{ml:.2g} mL"
+    raise InputError(f"{lacks} {label}{near}; it has {describe(found, names, said)}.")

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.bodies.cutting.cut import Cut, Piece, unit
+from palpate.bodies.cutting.cut import Cut, Piece
 from palpate.bodies.cutting.sever import inner_faces, sever
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.material import Tissue
-from palpate.bodies.mesh import EDGES, Mesh, Sheet, TetMesh, area_normals
+from palpate.bodies.mesh import EDGES, Around, Mesh, Sheet, TetMesh, area_normals, unit
 from palpate.errors import InputError
 
 ON_SURFACE = 1e-9
@@ -70,12 +70,6 @@ class CutBody(Body):
         """The nodes (n, 2) of the two lips that were one, on the positive side first, each pair once."""
         pairs = np.unique(self.lips.transpose(0, 2, 1).reshape(-1, 2), axis=0)
         return pairs[pairs[:, 0] != pairs[:, 1]]
-
-    @property
-    def skin_pairs(self) -> np.ndarray:
-        """Those of ``lip_pairs`` that lie on the skin of the whole body, where a cut is seen to open."""
-        assert self.whole is not None
-        return self.lip_pairs[np.isin(self.origin[self.lip_pairs[:, 0]], self.whole.surface)]
 
 
 def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, level: int = -1) -> CutBody:
@@ -216,7 +210,7 @@ class Conforming:
         for end in (0, 1):
             np.minimum.at(close, edges[:, end], share[:, end])
             np.minimum.at(reach, edges[:, end], self._lengths(edges))
-        around, free = _Around(self.tetrahedra, len(self.nodes)), self._free()
+        around, free = Around(self.tetrahedra, len(self.nodes)), self._free()
         for node in sorted(np.flatnonzero(close < CLOSE_OF_EDGE).tolist(), key=close.__getitem__):
             to = self._foot(node, level, free(node), CLOSE_OF_EDGE * reach[node])
             if to is not None and self._may_move(node, to, around):
@@ -260,7 +254,7 @@ class Conforming:
         """
         triangles = TetMesh(self.nodes, self.tetrahedra).triangles
         normals = unit(area_normals(self.nodes, triangles))
-        skin, planes = _Around(triangles, len(self.nodes)), np.array([piece.normal for piece in self._pieces])
+        skin, planes = Around(triangles, len(self.nodes)), np.array([piece.normal for piece in self._pieces])
         # what is held all around may move at rest: nothing is felt there
         held = self.held[self.tetrahedra]
         still = self._rim.copy()
@@ -293,7 +287,7 @@ class Conforming:
                 return None
         return None
 
-    def _may_move(self, node: int, to: np.ndarray, around: "_Around") -> bool:
+    def _may_move(self, node: int, to: np.ndarray, around: Around) -> bool:
         """Return whether the elements around a node stay good when it moves."""
         elements = self.tetrahedra[around.of(node)]
         corners = self.nodes[elements]
@@ -301,7 +295,7 @@ class Conforming:
         corners[elements == node] = to
         return bool((qualities(corners) >= np.maximum(LEAST_QUALITY, KEPT_QUALITY * before)).all())
 
-    def _stays_solid(self, node: int, there: np.ndarray, around: "_Around") -> bool:
+    def _stays_solid(self, node: int, there: np.ndarray, around: Around) -> bool:
         """Return whether no element is all ``there`` once a node is, too."""
         corners = self.tetrahedra[around.of(node)]
         return not (there[corners] | (corners == node)).all(axis=1).any()
@@ -336,7 +330,7 @@ class Conforming:
 
     def improve(self) -> None:
         """Move the nodes of bad elements to where the worst element around them is better, if there is such a place."""
-        around, free = _Around(self.tetrahedra, len(self.nodes)), self._free()
+        around, free = Around(self.tetrahedra, len(self.nodes)), self._free()
         moved = self._on.any(axis=1) | (np.arange(len(self.nodes)) >= self._first)
         near = moved[self.tetrahedra].any(axis=1)
         for _ in range(ROUNDS):
@@ -344,7 +338,7 @@ class Conforming:
             if not sum(self._better(node, free(node), around) for node in np.unique(self.tetrahedra[bad])):
                 return
 
-    def _better(self, node: int, free: np.ndarray, around: "_Around") -> bool:
+    def _better(self, node: int, free: np.ndarray, around: Around) -> bool:
         """Move a node to the best of some places around it; return whether there is a better one."""
         if not free.any():
             return False
@@ -363,17 +357,6 @@ class Conforming:
             return False
         self.nodes[node] = places[best]
         return True
-
-
-class _Around:
-    """The elements around each node."""
-
-    def __init__(self, elements: np.ndarray, n_nodes: int):
-        self._elements = np.argsort(elements.ravel(), kind="stable") // elements.shape[1]
-        self._ends = np.searchsorted(np.sort(elements.ravel()), np.arange(n_nodes + 1))
-
-    def of(self, node: int) -> np.ndarray:
-        return self._elements[self._ends[node] : self._ends[node + 1]]
 
 
 def _roots(level: Level, first: np.ndarray, last: np.ndarray) -> np.ndarray:

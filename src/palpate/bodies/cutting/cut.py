@@ -8,7 +8,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from palpate.bodies.cutting.settings import CutSettings, DiscSettings
-from palpate.bodies.mesh import Mesh, area_normals
+from palpate.bodies.mesh import Mesh, area_normals, unit
+from palpate.bodies.surfaces.triangles import signed_distances
 from palpate.errors import InputError
 
 
@@ -52,6 +53,13 @@ class Cut(Protocol):
         An end on the surface counts as lying on its positive side, so that of two segments which meet there one is
         severed at most.
         """
+        found = np.zeros(len(first), dtype=bool)
+        for piece in self.pieces:
+            side, other = piece.across(first), piece.across(last)
+            crosses = (side >= 0.0) != (other >= 0.0)
+            share = np.divide(side, side - other, out=np.zeros_like(side), where=crosses)
+            found |= crosses & (piece.within(first + share[:, None] * (last - first)) > 0.0)
+        return found
 
     @property
     def narrow_m(self) -> float:
@@ -64,12 +72,6 @@ class Cut(Protocol):
         """Return points (n, 3) [m] of the patch's front in the same way."""
 
 
-def unit(vector: np.ndarray) -> np.ndarray:
-    """Return ``vector`` (3,) or vectors (n, 3) at length 1."""
-    vector = np.asarray(vector, dtype=float)
-    return vector / np.linalg.norm(vector, axis=-1, keepdims=True)
-
-
 def _sides(normal: np.ndarray) -> np.ndarray:
     """Return two unit vectors (2, 3) that make a right-handed frame with the unit vector ``normal`` (3,), third."""
     first = unit(np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))]))
@@ -77,7 +79,7 @@ def _sides(normal: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Disc:
+class Disc(Cut):
     """A flat round cut: of a penny inside a body, or of all of it where the radius is large.
 
     center_m : (3,) [m]; normal : (3,) unit vector, to the positive side; radius_m : [m], 0 severs nothing
@@ -98,10 +100,6 @@ class Disc:
         away = points - self.center_m
         return self.radius_m - np.linalg.norm(away - np.outer(away @ self.normal, self.normal), axis=1)
 
-    def severs(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        crosses, at = _crossings(first, last, self.across(first), self.across(last))
-        return crosses & (self.within(at) > 0.0)
-
     @property
     def narrow_m(self) -> float:
         return self.radius_m
@@ -120,7 +118,7 @@ class Disc:
 
 
 @dataclass(frozen=True, eq=False)
-class Blade:
+class Blade(Cut):
     """What a blade severs that is moved along a path: all within a depth below the path, and as far above it.
 
     path_m : (k, 2 or more points, 3) [m] of straight pieces; direction : (3,) unit vector, where the blade points
@@ -175,14 +173,6 @@ class Blade:
     def within(self, points: np.ndarray) -> np.ndarray:
         _, along, below = self._place(points)
         return self._inside(along, below)
-
-    def severs(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        found = np.zeros(len(first), dtype=bool)
-        for piece, normal in enumerate(self._normals):
-            sides = ((end - self.path_m[piece]) @ normal for end in (first, last))
-            crosses, at = _crossings(first, last, *sides)
-            found |= crosses & (self._within_piece(at, piece) > 0.0)
-        return found
 
     def _within_piece(self, points: np.ndarray, piece: int) -> np.ndarray:
         along, below = self._on_piece(points, piece)
@@ -284,14 +274,12 @@ class Blade:
             nearest[closer] = distance[closer]
             across[closer] = np.copysign(distance, side)[closer]
             along[closer] = self._starts[piece] + foot[closer]
-            length = self._starts[piece + 1] - self._starts[piece]
-            rise = (self.path_m[piece + 1] - self.path_m[piece]) @ self.direction
-            below[closer] = (away @ self.direction - rise * np.clip(foot / length, 0.0, 1.0))[closer]
+            below[closer] = self._on_piece(points, piece)[1][closer]
         return across, along, below
 
 
 @dataclass(frozen=True, eq=False)
-class Cuts:
+class Cuts(Cut):
     """Several cuts of one body, which may cross: ``across`` of the nearest surface, ``within`` of any."""
 
     cuts: tuple[Cut, ...]
@@ -311,9 +299,6 @@ class Cuts:
     def within(self, points: np.ndarray) -> np.ndarray:
         return np.max([cut.within(points) for cut in self.cuts], axis=0)
 
-    def severs(self, first: np.ndarray, last: np.ndarray) -> np.ndarray:
-        return np.any([cut.severs(first, last) for cut in self.cuts], axis=0)
-
     def patch(self, spacing_m: float) -> np.ndarray:
         return np.vstack([cut.patch(spacing_m) for cut in self.cuts])
 
@@ -326,15 +311,6 @@ def _count(length_m: float, spacing_m: float) -> int:
     return 1 + int(np.ceil(length_m / spacing_m))
 
 
-def _crossings(
-    first: np.ndarray, last: np.ndarray, side: np.ndarray, other: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return which segments cross a plane, (n,) bool, and where (n, 3) [m]; side, other : (n,) [m] of their ends."""
-    crosses = (side >= 0.0) != (other >= 0.0)
-    share = np.divide(side, side - other, out=np.zeros_like(side), where=crosses)
-    return crosses, first + share[:, None] * (last - first)
-
-
 def make_cut(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
     """Make the cut of a body at rest that is asked for.
 
@@ -342,16 +318,12 @@ def make_cut(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
     Raises InputError for settings that describe no cut, and for a cut that misses the body.
     """
     cut = _described(place, asked, mesh)
-    if cut.pieces and not _meets(cut, mesh):
+    if not cut.pieces or cut.severs(*np.swapaxes(mesh.nodes[mesh.edges], 0, 1)).any():
+        return cut
+    # it may lie within one element
+    if not inside(mesh, cut.patch(max(0.25 * cut.narrow_m, 0.01 * mesh.size))).any():
         raise InputError(f"{place} lies outside the body; move it to where it meets the body.")
     return cut
-
-
-def _meets(cut: Cut, mesh: Mesh) -> bool:
-    if cut.severs(*np.swapaxes(mesh.nodes[mesh.edges], 0, 1)).any():
-        return True
-    # it may lie within one element
-    return bool(inside(mesh, cut.patch(max(0.25 * cut.narrow_m, 0.01 * mesh.size))).any())
 
 
 def _described(place: str, asked: CutSettings, mesh: Mesh) -> Cut:
@@ -389,24 +361,16 @@ def blade(mesh: Mesh, path_m: np.ndarray, direction: np.ndarray, depth_m: float)
     return Blade(path_m, direction, depth_m, (first, last))
 
 
+ON_SKIN = 1e-9
+"""Distance over the size of the body within which a point lies on its surface."""
 PROBES = 33
 """Points of the blade at an end of its path, of which any in the body says that it does not leave it there, and points
 of a path whose normals are taken."""
 
 
 def inside(mesh: Mesh, points: np.ndarray) -> np.ndarray:
-    """Return which of ``points`` (n, 3) [m] are inside a closed surface, (n,) bool, by its winding number."""
-    corners = mesh.nodes[mesh.triangles]
-    found = np.empty(len(points), dtype=bool)
-    for number, point in enumerate(points):
-        a, b, c = np.swapaxes(corners - point, 0, 1)
-        la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
-        volume = np.einsum("ij,ij->i", a, np.cross(b, c))
-        flat = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
-        # half the solid angles (van Oosterom, Strackee 1983): 2π inside, and π on a flat side, which counts as outside
-        beside = np.abs(volume) > 1e-9 * la * lb * lc
-        found[number] = np.arctan2(volume, flat)[beside].sum() > np.pi * (1.0 + 1e-6)
-    return found
+    """Return which of ``points`` (n, 3) [m] are inside a closed surface, (n,) bool; those on it count as outside."""
+    return signed_distances(points, mesh.nodes, mesh.triangles) < -ON_SKIN * mesh.size
 
 
 def _into(mesh: Mesh, path: np.ndarray) -> np.ndarray:

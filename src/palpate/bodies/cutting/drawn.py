@@ -13,7 +13,7 @@ from scipy import sparse
 
 from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.ways import NEAR_PLANE, Parted, divide
-from palpate.bodies.mesh import FACES, TetMesh, area_normals
+from palpate.bodies.mesh import FACES, Around, TetMesh, area_normals
 
 SAME = 1e-8
 """Distance over the size of the body within which two points are one."""
@@ -95,7 +95,7 @@ def _skin(
     for cut in cuts:
         for piece in cut.pieces:
             values = piece.across((weights @ nodes[triangles[owner]]).reshape(-1, 3))
-            weights, owner = _halved(weights, owner, values)
+            weights, owner, *_ = divide(weights, owner, values)
     rest = np.flatnonzero(~doubled)
     owner, weights = np.append(rest, owner), np.concatenate([np.broadcast_to(np.eye(3), (len(rest), 3, 3)), weights])
     corners = weights @ nodes[triangles[owner]]
@@ -123,40 +123,10 @@ def _under(mesh: TetMesh, triangles: np.ndarray, rows: sparse.csr_array) -> np.n
     nodes = sparse.csr_array((np.ones(triangles.size), ends), shape=(len(triangles), rows.shape[0])) @ follows
     nodes.sort_indices()
     faces = np.sort(mesh.tetrahedra[:, FACES].reshape(-1, 3), axis=1)
-    keys, wanted = (_keys(each, len(mesh.nodes)) for each in (faces, nodes.indices.reshape(-1, 3).astype(np.int64)))
+    both, count = (faces, nodes.indices.reshape(-1, 3).astype(np.int64)), len(mesh.nodes)
+    keys, wanted = ((each[:, 0] * count + each[:, 1]) * count + each[:, 2] for each in both)
     order = np.argsort(keys)
     return order[np.searchsorted(keys[order], wanted)] // 4
-
-
-def _keys(faces: np.ndarray, count: int) -> np.ndarray:
-    """Return one number for each of ``faces`` (k, 3), increasing nodes below ``count``."""
-    return (faces[:, 0] * count + faces[:, 1]) * count + faces[:, 2]
-
-
-def _halved(weights: np.ndarray, owner: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Divide triangles, by the weights (k, 3, 3) of their corners, where ``values`` (3k,) at these change sign."""
-    value = values.reshape(-1, 3)
-    order = np.argsort(-value, axis=1, kind="stable")
-    value = np.take_along_axis(value, order, axis=1)
-    above = (value >= 0.0).sum(axis=1)
-    same = (above == 0) | (above == 3)
-    found, owners = [weights[same]], [owner[same]]
-    weights = np.take_along_axis(weights, order[:, :, None], axis=1)
-    for count, edges, pieces in (
-        (1, ((0, 1), (0, 2)), ([0, 3, 4], [3, 1, 2], [3, 2, 4])),
-        (2, ((0, 2), (1, 2)), ([2, 3, 4], [3, 0, 1], [3, 1, 4])),
-    ):
-        at = above == count
-        own, distance = weights[at], value[at]
-        ends = [
-            own[:, i] + (distance[:, i] / (distance[:, i] - distance[:, j]))[:, None] * (own[:, j] - own[:, i])
-            for i, j in edges
-        ]
-        corners = np.stack([*np.swapaxes(own, 0, 1), *ends], axis=1)
-        for piece in pieces:
-            found.append(corners[:, piece])
-            owners.append(owner[at])
-    return np.concatenate(found), np.concatenate(owners)
 
 
 def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray, sparse.csr_array]:
@@ -174,8 +144,8 @@ def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray,
             parts, element = mesh.nodes[mesh.tetrahedra[doubled]], doubled
             for other in every:  # so that no section is on both sides of another piece
                 if other is not piece:
-                    parts, element, *_ = divide(parts, element, other.across)
-            _, _, sections, element = divide(parts, element, piece.across)
+                    parts, element, *_ = divide(parts, element, other.across(parts.reshape(-1, 3)))
+            _, _, sections, element = divide(parts, element, piece.across(parts.reshape(-1, 3)))
             on = np.abs(cut.across(sections.mean(axis=1))) <= NEAR_PLANE * size
             sections, element = sections[on], element[on]
             sides = _sides(cuts, sections.mean(axis=1))
@@ -204,8 +174,8 @@ def _lips(parted: Parted, cuts: Sequence[Cut], size: float) -> tuple[np.ndarray,
 
 def _copies(parted: Parted, element: np.ndarray, sides: np.ndarray) -> np.ndarray:
     """Return the copy of each ``element`` (k,) that is on ``sides`` (k, cuts), or if there is none, its first one."""
-    order = np.argsort(parted.parents, kind="stable")
-    starts = np.searchsorted(parted.parents[order], np.arange(len(parted.whole.tetrahedra) + 1))
+    parts = Around(parted.parents[:, None], len(parted.whole.tetrahedra))
+    order, starts = parts.elements, parts.ends
     found = order[starts[element]]
     counts = np.diff(starts)[element]
     for number in range(int(counts.max(initial=0)) - 1, -1, -1):

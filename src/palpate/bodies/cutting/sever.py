@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.bodies.mesh import FACES, TetMesh, components
+from palpate.bodies.mesh import FACES, TetMesh, components, ranked_faces
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +39,7 @@ class Severed:
 def inner_faces(mesh: TetMesh) -> tuple[np.ndarray, np.ndarray]:
     """Return the faces between two elements: their nodes (k, 3), increasing, and the elements (k, 2), increasing."""
     faces = np.sort(mesh.tetrahedra[:, FACES].reshape(-1, 3), axis=1)
-    keys = faces[:, 0] * len(mesh.nodes) + faces[:, 1]
-    order = np.lexsort((faces[:, 2], keys))
-    same = (np.diff(keys[order]) == 0) & (np.diff(faces[order, 2]) == 0)
+    order, same = ranked_faces(faces, len(mesh.nodes))
     first = np.flatnonzero(same)
     pairs = np.sort(np.stack([order[first], order[first + 1]], axis=1) // 4, axis=1)
     return faces[order[first]], pairs

@@ -6,7 +6,7 @@ faces: an element that it lies in is whole, or crossed entirely. All three ways 
 crossed one for each of its parts (Molino, Bao, Fedkiw 2004), which has as much tissue as its part has volume.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ from palpate.bodies.body import Body
 from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.sever import inner_faces, sever
 from palpate.bodies.material import Tissue
-from palpate.bodies.mesh import FACES, TetMesh, components
+from palpate.bodies.mesh import FACES, Around, TetMesh, components
 from palpate.errors import InputError
 
 REMOVAL, SPLIT_FACES, VIRTUAL_NODES = "removal", "split_faces", "virtual_nodes"
@@ -89,14 +89,17 @@ class Parted:
         affected = np.unique(of_entry[moved[rows.indices]])
         kept = ~np.isin(of_entry, affected)
         entries = [(of_entry[kept], number[rows.indices[kept]], rows.data[kept])]
-        around = _around(own)
+        around = Around(own, len(moved))
         for row in affected:
             part = slice(rows.indptr[row], rows.indptr[row + 1])
             corners, weights = rows.indices[part], rows.data[part]
-            fits = [e for e in set.intersection(*map(around, corners)) if (self.sides[e] * sides[row] >= 0).all()]
-            if fits:
-                at = np.argmax(own[min(fits)] == corners[:, None], axis=1)
-                nodes = self.mesh.tetrahedra[min(fits), at]
+            fits = around.of(corners[0])
+            for corner in corners[1:]:
+                fits = np.intersect1d(fits, around.of(corner))
+            fits = fits[(self.sides[fits] * sides[row] >= 0).all(axis=1)]
+            if len(fits):
+                at = np.argmax(own[fits[0]] == corners[:, None], axis=1)
+                nodes = self.mesh.tetrahedra[fits[0], at]
             else:
                 allowed = np.flatnonzero((self.sides * sides[row] >= 0).all(axis=1))
                 allowed = allowed if len(allowed) else np.arange(len(own))
@@ -232,8 +235,8 @@ def _joints(mesh: TetMesh, cuts: Sequence[Cut], copies: _Copies, strict: bool) -
     is in the patch. Parts of one element have its four faces between them, severed.
     strict : the middle of the face tells that, and not the line between the middles of the elements
     """
-    order = np.argsort(copies.parents, kind="stable")
-    starts = np.searchsorted(copies.parents[order], np.arange(len(mesh.tetrahedra) + 1))
+    parts = Around(copies.parents[:, None], len(mesh.tetrahedra))
+    order, starts = parts.elements, parts.ends
     faces, elements = inner_faces(mesh)
     several = np.flatnonzero(np.diff(starts) > 1)
     own = np.sort(mesh.tetrahedra[several][:, FACES].reshape(-1, 3), axis=1)
@@ -274,7 +277,7 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
     parts, area, inside = corners[element], np.zeros((count, len(cuts))), np.zeros((count, len(cuts)))
     for c, cut in enumerate(cuts):
         for piece in cut.pieces:
-            parts, element, sections, owner = divide(parts, element, piece.across)
+            parts, element, sections, owner = divide(parts, element, piece.across(parts.reshape(-1, 3)))
             middle, size = sections.mean(axis=1), _area(sections)
             on = np.abs(cut.across(middle)) <= NEAR_PLANE * mesh.size
             area[:, c] += np.bincount(owner[on], size[on], minlength=count)
@@ -294,20 +297,20 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
 
 
 def divide(
-    parts: np.ndarray, element: np.ndarray, across: Callable[[np.ndarray], np.ndarray]
+    parts: np.ndarray, owner: np.ndarray, value: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Divide tetrahedra (k, 4, 3) [m] of elements (k,) by a plane into tetrahedra.
+    """Divide tetrahedra or triangles, by what is linear at their corners (k, 4 or 3, n), into such.
 
-    across : from points (n, 3) [m] to distances (n,) [m] from the plane
-    Returns these, their elements, the sections (s, 4, 3), of triangles with the last corner twice, and theirs.
+    owner : (k,) what each is a part of; value : at the corners, (4k or 3k,), whose sign changes where they are divided
+    Returns these, their owners, the sections (s, 4 or 2, n), of three corners with the last one twice, and theirs.
     """
-    value = across(parts.reshape(-1, 3)).reshape(-1, 4)
+    value = value.reshape(parts.shape[:2])
     order = np.argsort(-value, axis=1, kind="stable")
     parts, value = np.take_along_axis(parts, order[:, :, None], axis=1), np.take_along_axis(value, order, axis=1)
     above = (value >= 0.0).sum(axis=1)
-    found, owners = [parts[(above == 0) | (above == 4)]], [element[(above == 0) | (above == 4)]]
-    sections, of_sections = [np.empty((0, 4, 3))], [element[:0]]
-    for number, (edges, pieces, section) in DIVISIONS.items():
+    same = (above == 0) | (above == value.shape[1])
+    found, owners, sections, of_sections = [parts[same]], [owner[same]], [], []
+    for number, (edges, pieces, section) in DIVISIONS[value.shape[1]].items():
         at = above == number
         own, distance = parts[at], value[at]
         cuts = [
@@ -317,9 +320,9 @@ def divide(
         points = np.stack([*np.swapaxes(own, 0, 1), *cuts], axis=1)
         for piece in pieces:
             found.append(points[:, piece])
-            owners.append(element[at])
+            owners.append(owner[at])
         sections.append(points[:, section])
-        of_sections.append(element[at])
+        of_sections.append(owner[at])
     return np.concatenate(found), np.concatenate(owners), np.concatenate(sections), np.concatenate(of_sections)
 
 
@@ -328,13 +331,19 @@ def _prism(a: int, b: int, c: int, d: int, e: int, f: int) -> list[list[int]]:
     return [[a, b, c, d], [b, c, d, e], [c, d, e, f]]
 
 
-DIVISIONS = {
-    1: ([(0, 1), (0, 2), (0, 3)], [[0, 4, 5, 6], *_prism(1, 2, 3, 4, 5, 6)], [4, 5, 6, 6]),
-    2: ([(0, 2), (0, 3), (1, 2), (1, 3)], [*_prism(0, 4, 5, 1, 6, 7), *_prism(2, 4, 6, 3, 5, 7)], [4, 5, 7, 6]),
-    3: ([(0, 3), (1, 3), (2, 3)], [[3, 4, 5, 6], *_prism(0, 1, 2, 4, 5, 6)], [4, 5, 6, 6]),
+DIVISIONS: dict[int, dict] = {
+    4: {
+        1: ([(0, 1), (0, 2), (0, 3)], [[0, 4, 5, 6], *_prism(1, 2, 3, 4, 5, 6)], [4, 5, 6, 6]),
+        2: ([(0, 2), (0, 3), (1, 2), (1, 3)], [*_prism(0, 4, 5, 1, 6, 7), *_prism(2, 4, 6, 3, 5, 7)], [4, 5, 7, 6]),
+        3: ([(0, 3), (1, 3), (2, 3)], [[3, 4, 5, 6], *_prism(0, 1, 2, 4, 5, 6)], [4, 5, 6, 6]),
+    },
+    3: {
+        1: ([(0, 1), (0, 2)], [[0, 3, 4], [3, 1, 2], [3, 2, 4]], [3, 4]),
+        2: ([(0, 2), (1, 2)], [[2, 3, 4], [3, 0, 1], [3, 1, 4]], [3, 4]),
+    },
 }
-"""How many corners of a tetrahedron, ordered by distance, lie above a plane: the edges that cross it, on which corners
-4 to 7 lie; its parts, by corners; and the section."""
+"""Of a simplex by its corners, and how many of them, ordered by value, lie above 0: the edges that are divided, on
+which further corners lie; its parts, by corners; and the section."""
 
 
 def _volumes(parts: np.ndarray) -> np.ndarray:
@@ -371,15 +380,3 @@ def _solid(
         empty |= doubled[:, c, None] & (sides[:, c, None] * own[tetrahedra] < 0)
     solid[tetrahedra[~empty]] = True
     return solid | ~np.isin(origin, origin[solid])
-
-
-def _around(tetrahedra: np.ndarray) -> Callable[[int], set[int]]:
-    """Return what says of a node which elements have it."""
-    order = np.argsort(tetrahedra.ravel(), kind="stable")
-    ranked, elements = tetrahedra.ravel()[order], order // 4
-
-    def around(node: int) -> set[int]:
-        first, last = ranked.searchsorted(node), ranked.searchsorted(node, "right")
-        return set(elements[first:last].tolist())
-
-    return around

@@ -25,36 +25,49 @@ MOST_AWAY, MOST_VOLUME = 0.01, 0.02
 
 
 @dataclass(frozen=True)
-class Fidelity:
-    """Smallest dihedral angle on any level [°]; of the refined body, greatest distance between the surfaces, either
-    way, over the size, and volume over the solid's, minus 1."""
+class Likeness:
+    """How like a body is to the surface that it was made from.
 
-    least_deg: float
-    away: float
-    volume: float
+    away_m, size_m : greatest distance between the two, either way, and longest side [m]
+    volume_m3, data_m3 : of the body, and within the surface [m³]
+    """
+
+    away_m: float
     size_m: float
+    volume_m3: float
+    data_m3: float
 
     @property
-    def close(self) -> bool:
-        """Return true if the body has the shape of the surface it was made from."""
-        return max(self.away / MOST_AWAY, abs(self.volume) / MOST_VOLUME) <= 1
+    def away(self) -> float:
+        """The distance as a share of the size."""
+        return self.away_m / self.size_m
+
+    @property
+    def volume(self) -> float:
+        """The body's volume over the data's, minus 1."""
+        return self.volume_m3 / self.data_m3 - 1.0
 
     @property
     def penalty(self) -> float:
-        """Worst of the three, 1 where just good enough."""
-        return max(LEAST_DEG / max(self.least_deg, 1e-3), self.away / MOST_AWAY, abs(self.volume) / MOST_VOLUME)
+        """The worst of all, 1 where just good enough."""
+        return max(self.away / MOST_AWAY, abs(self.volume) / MOST_VOLUME)
+
+    @property
+    def close(self) -> bool:
+        """Whether the body has the shape of the data."""
+        return self.penalty <= 1.0
 
 
-def fidelity(mesh: TetMesh, snap: Snap | None, solid: Solid, mended: Mended) -> Fidelity:
-    """Refine and snap a coarse mesh as a body is, and compare it with the surface it was made from."""
+def refined_likeness(mesh: TetMesh, snap: Snap | None, solid: Solid, mended: Mended) -> tuple[float, Likeness]:
+    """Refine and snap a coarse mesh as a body is; return the smallest dihedral angle on any level [°], and its likeness
+    to the surface that it was made from."""
     least = float(dihedral_angles(mesh).min())
     for level in range(1, LEVEL + 1):
         finer, _ = refine(mesh)
         mesh = snap(finer, len(mesh.nodes)) if snap is not None and level == SHAPE_LEVEL else finer
         least = min(least, float(dihedral_angles(mesh).min()))
-    size = float(np.ptp(solid.places, axis=0).max())
-    away = apart(mesh, solid.places, mended.points, mended.triangles) / size
-    return Fidelity(least, away, float(mesh.volumes.sum() / solid.volume_m3 - 1), size)
+    away_m, size_m = apart(mesh, solid.places, mended.points, mended.triangles), np.ptp(solid.places, axis=0).max()
+    return least, Likeness(away_m, float(size_m), float(mesh.volumes.sum()), solid.volume_m3)
 
 
 def apart(mesh: TetMesh, places: np.ndarray, points: np.ndarray, triangles: np.ndarray) -> float:
@@ -85,12 +98,21 @@ Settle = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 @dataclass
 class CoarseSolid:
-    """A coarse mesh, the function that snaps its finer meshes or None, its nodes, and how close it is to the file's."""
+    """A coarse mesh, the function that snaps its finer meshes or None, its nodes, and how well these show the file's.
+
+    least_deg : smallest dihedral angle on any level [°]; likeness : of the refined body
+    """
 
     mesh: TetMesh
     snap: Snap | None
     nodes: int
-    fidelity: Fidelity
+    least_deg: float
+    likeness: Likeness
+
+    @property
+    def penalty(self) -> float:
+        """The worst of shape and elements, 1 where just good enough."""
+        return max(LEAST_DEG / max(self.least_deg, 1e-3), self.likeness.penalty)
 
 
 def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) -> CoarseSolid:
@@ -103,7 +125,7 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
     # edges that follow grooves and ridges suit some shapes, edges of even triangles others
     for count, follow in product((nodes,) if nodes is not None else NODES, (False, True) if snap else (False,)):
         # a shape that is far from shown needs more nodes, not other edges
-        far = 0.0 if best is None else best.fidelity.penalty
+        far = 0.0 if best is None else best.penalty
         if (follow and far > WORTH_TRYING) or (far > HOPELESS and nodes is None and count < NODES[-1]):
             continue
         try:
@@ -111,9 +133,9 @@ def remesh_solid(solid: Solid, mended: Mended, nodes: int | None, snap: bool) ->
         except InputError as error:
             reasons.append(error)
             continue
-        if best is None or tried.fidelity.penalty < best.fidelity.penalty:
+        if best is None or tried.penalty < best.penalty:
             best = tried
-        if tried.fidelity.penalty <= 1:
+        if tried.penalty <= 1:
             break
     if best is None:
         raise reasons[-1]
@@ -130,7 +152,7 @@ def _remesh(solid: Solid, mended: Mended, nodes: int, settle: Settle | None) -> 
     triangles = np.vstack([t + start for (_, t), start in zip(shells, starts[:-1], strict=True)])
     mesh = _fill_well(points, triangles, solid, nodes)
     snap = snapper(solid.places, solid.normals) if settle is not None else None
-    return CoarseSolid(mesh, snap, nodes, fidelity(mesh, snap, solid, mended))
+    return CoarseSolid(mesh, snap, nodes, *refined_likeness(mesh, snap, solid, mended))
 
 
 def _fill_well(points: np.ndarray, triangles: np.ndarray, solid: Solid, nodes: int) -> TetMesh:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
 
+from palpate.bodies.contacts import spread_out
 from palpate.bodies.mesh import area_normals
 from palpate.bodies.surfaces.triangles import vertex_normals
 
@@ -55,7 +56,7 @@ def triangulate_evenly(
     weight, normals = _vertex_areas(points, triangles)
     spacing = np.sqrt(weight.sum() / count)
     features = np.hstack([points / spacing, NORMAL_WEIGHT * normals])
-    centres = features[_farthest_points(features, count)]
+    centres = features[[0, *spread_out(features, features[:1], count - 1)]]
     for _ in range(LLOYD_STEPS):
         cell = cKDTree(centres).query(features)[1]
         moments = [np.bincount(cell, weight * column, count) for column in features.T]
@@ -133,16 +134,6 @@ def _vertex_areas(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray
     sums = np.stack([np.bincount(triangles.ravel(), np.repeat(v, 3), len(points)) for v in vectors.T], axis=1)
     lengths = np.linalg.norm(sums, axis=1)
     return lengths, sums / lengths[:, None]
-
-
-def _farthest_points(features: np.ndarray, count: int) -> list[int]:
-    """Choose points starting at the first, each the farthest from all chosen before."""
-    chosen = [0]
-    distance = np.full(len(features), np.inf)
-    while len(chosen) < count:
-        distance = np.minimum(distance, ((features - features[chosen[-1]]) ** 2).sum(axis=1))
-        chosen.append(int(np.argmax(distance)))
-    return chosen
 
 
 def _smallest_angle(points: list[list[float]], triangles: Sequence[list[int]]) -> float:

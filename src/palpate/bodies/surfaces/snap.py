@@ -4,10 +4,9 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from scipy import sparse
 from scipy.spatial import cKDTree
 
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import Around, TetMesh
 from palpate.bodies.mesh_quality import LEAST_DEG, dihedral_angles
 from palpate.bodies.refinement import Snap, refine
 from palpate.bodies.surfaces.remesh import project
@@ -39,17 +38,14 @@ def relax(
     nodes = nodes.copy()
     on_surface = np.zeros(len(nodes), dtype=bool)
     on_surface[surface] = True
-    entries = np.ones(elements.size, dtype=np.int8)
-    around = sparse.csr_array(
-        (entries, (elements.ravel(), np.repeat(np.arange(len(elements)), 4))), shape=(len(nodes), len(elements))
-    )
+    around = Around(elements, len(nodes))
     quality = element_quality(nodes, elements)
     for _ in range(ROUNDS):
         bad = np.flatnonzero(quality < WANTED_DEG)
         corners = np.unique(elements[bad])
         changed = False
         for node in corners[movable[corners]]:
-            patch = around.indices[around.indptr[node] : around.indptr[node + 1]]
+            patch = around.of(node)
             if quality[patch].min() >= WANTED_DEG:
                 continue
             tried = _trial_places(nodes, elements[patch], node)
@@ -136,19 +132,15 @@ def snapper_onto(project_onto: Onto) -> Snap:
             if not len(bad):
                 break
             nodes[bad] = (nodes[bad] + mesh.nodes[bad]) / 2
-        return TetMesh(_undo_bad(mesh, nodes), mesh.tetrahedra)
+        # what is still bad moves back as a whole
+        while len(bad := _bad_nodes(nodes, mesh)):
+            bad = bad[(nodes[bad] != mesh.nodes[bad]).any(axis=1)]
+            if not len(bad):
+                break
+            nodes[bad] = mesh.nodes[bad]
+        return TetMesh(nodes, mesh.tetrahedra)
 
     return snap
-
-
-def _undo_bad(mesh: TetMesh, nodes: np.ndarray) -> np.ndarray:
-    """Move the nodes of bad elements back to where they are in ``mesh``, (n, 3) [m]."""
-    while True:
-        bad = _bad_nodes(nodes, mesh)
-        bad = bad[(nodes[bad] != mesh.nodes[bad]).any(axis=1)]
-        if not len(bad):
-            return nodes
-        nodes[bad] = mesh.nodes[bad]
 
 
 def _bad_nodes(nodes: np.ndarray, mesh: TetMesh) -> np.ndarray:

@@ -13,7 +13,7 @@ from palpate.bodies.mesh_file import in_words
 from palpate.bodies.mesh_quality import is_closed
 from palpate.bodies.surfaces.mend import Mended
 from palpate.bodies.surfaces.tetrahedralize import label_shells
-from palpate.bodies.surfaces.triangles import polydata, volume
+from palpate.bodies.surfaces.triangles import signed_distances, volume
 from palpate.errors import InputError
 
 
@@ -80,10 +80,7 @@ def sample(points: np.ndarray, triangles: np.ndarray, spacing: float) -> tuple[n
 
 def distances(places: np.ndarray, points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Compute the distance of places, (k, 3), from a surface, (k,)."""
-    import pyvista
-
-    measured = pyvista.PolyData(places).compute_implicit_distance(polydata(points, triangles))
-    return np.abs(measured["implicit_distance"])
+    return np.abs(signed_distances(places, points, triangles))
 
 
 # voxels along the longest side, and a layer of empty ones around

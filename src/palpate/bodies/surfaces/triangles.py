@@ -70,6 +70,13 @@ def polydata(points: np.ndarray, triangles: np.ndarray) -> Any:
     return pyvista.PolyData.from_regular_faces(np.ascontiguousarray(points, dtype=float), triangles)
 
 
+def signed_distances(places: np.ndarray, points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Compute the distances of places, (k, 3), from a closed surface, (k,), negative inside."""
+    import pyvista
+
+    return pyvista.PolyData(places).compute_implicit_distance(polydata(points, triangles))["implicit_distance"]
+
+
 def image_data(samples: np.ndarray, origin: np.ndarray, spacing: np.ndarray) -> Any:
     """Put samples (nz, ny, nx) on a grid, by its first place and its spacing (3,) [m], into a pyvista.ImageData."""
     import pyvista
@@ -81,15 +88,8 @@ def image_data(samples: np.ndarray, origin: np.ndarray, spacing: np.ndarray) -> 
 
 
 def arrays(surface: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Copy points (n, 3) and triangles (m, 3) out of a vtkPolyData without other polygons."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    if not surface.GetNumberOfPoints():
-        return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
-    points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
-    if not surface.GetNumberOfPolys():
-        return points, np.empty((0, 3), dtype=np.int64)
-    return points, vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3).astype(np.int64)
+    """Copy points (n, 3) and triangles (m, 3) out of a pyvista.PolyData without other polygons."""
+    return np.array(surface.points, dtype=float), surface.regular_faces.reshape(-1, 3).astype(np.int64)
 
 
 def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -48,13 +48,6 @@ class Numbers:
         swing = (2.0 * np.pi * FREQUENCY_HZ * times) ** 2
         return float((ratios * times / (1.0 + swing)).sum() / (1.0 + (ratios * swing / (1.0 + swing)).sum()))
 
-    @property
-    def damping_said(self) -> str:
-        """Say where the damping is from."""
-        if self.relaxation is None:
-            return f"relaxation was not identified; {USUAL_DAMPING_S:g} s is palpate's usual damping"
-        return f"loses what the identified relaxation loses at {FREQUENCY_HZ:g} Hz, and does not creep"
-
 
 @dataclass(frozen=True, eq=False)
 class EngineMesh:
@@ -78,7 +71,10 @@ class EngineMesh:
         said += f"E = {self.young_pa:.6g} Pa below: {self.stiffer.sentence}. "
         if self.stiffer.poisson < poisson:
             said += f"nu = {self.stiffer.poisson:g} below, as linear elements lock above. "
-        return said + f"Damping: {self.numbers.damping_said}. SI units: m, kg, s, Pa."
+        damping = f"loses what the identified relaxation loses at {FREQUENCY_HZ:g} Hz, and does not creep"
+        if self.numbers.relaxation is None:
+            damping = f"relaxation was not identified; {USUAL_DAMPING_S:g} s is palpate's usual damping"
+        return said + f"Damping: {damping}. SI units: m, kg, s, Pa."
 
     @property
     def corrected(self) -> Body:

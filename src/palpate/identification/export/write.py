@@ -44,8 +44,8 @@ def export(
     organ: Forward,
     values: Mapping[str, float],
     folder: Path,
-) -> list[Path]:
-    """Write all files into ``folder`` and return them.
+) -> dict:
+    """Write all files into ``folder`` and return what ``exported.json`` has.
 
     level : of ``body``, the mesh for engines, as ``engine_level`` has it; presses : that were identified from, with
         places
@@ -73,35 +73,31 @@ def export(
                 break
         return found
 
-    right = organ_n(kept)
     meshes = {engine: EngineMesh(body, level, numbers, stiffer(law)) for engine, law in LAWS.items()}
     mesh, name = body.levels[level], numbers.name
-    held = body.anchors[level]
+    facts = {
+        "young_pa": numbers.young_pa,
+        "poisson": numbers.poisson,
+        "density_kg_m3": numbers.density_kg_m3,
+        "damping_s": numbers.damping_s,
+        "nodes": len(mesh.nodes),
+        "engines": {engine: _facts(each) for engine, each in meshes.items()},
+        "presses": [
+            {
+                "tip_m": touch.poses[body].tip.tolist(),
+                "direction": touch.direction.tolist(),
+                "depth_m": touch.depth_m,
+                "force_n": float(force) * numbers.young_pa,
+            }
+            for touch, force in zip(kept, organ_n(kept), strict=True)
+        ],
+    }
     texts = {
         f"{name}_palpate.yaml": palpate_config.snippet(numbers),
         f"{name}.xml": mujoco.scene(meshes["mujoco"], f"{name}.msh", kept[0]),
         f"{name}_sofa.py": sofa.scene(meshes["sofa"], f"{name}.msh"),
         f"{name}_newton.py": newton.script(meshes["newton"], f"{name}.npz"),
-        "exported.json": json.dumps(
-            {
-                "young_pa": numbers.young_pa,
-                "poisson": numbers.poisson,
-                "density_kg_m3": numbers.density_kg_m3,
-                "damping_s": numbers.damping_s,
-                "nodes": len(mesh.nodes),
-                "engines": {engine: _facts(each) for engine, each in meshes.items()},
-                "presses": [
-                    {
-                        "tip_m": touch.poses[body].tip.tolist(),
-                        "direction": touch.direction.tolist(),
-                        "depth_m": touch.depth_m,
-                        "force_n": float(force) * numbers.young_pa,
-                    }
-                    for touch, force in zip(kept, right, strict=True)
-                ],
-            },
-            indent=2,
-        ),
+        "exported.json": json.dumps(facts, indent=2),
     }
     for file, text in texts.items():
         with write_whole(folder / file) as temporary:
@@ -109,19 +105,18 @@ def export(
     with write_whole(folder / f"{name}.msh") as temporary:
         temporary.write_bytes(gmsh(mesh))
     with write_whole(folder / f"{name}.npz") as temporary:
-        np.savez(temporary, nodes_m=mesh.nodes, tetrahedra=mesh.tetrahedra, held=held)
-    return [folder / file for file in (*texts, f"{name}.msh", f"{name}.npz")]
+        np.savez(temporary, nodes_m=mesh.nodes, tetrahedra=mesh.tetrahedra, held=body.anchors[level])
+    return facts
 
 
 def _facts(mesh: EngineMesh) -> dict:
-    ratios = [None if np.isnan(each) else float(each) for each in mesh.stiffer.ratios]
-    law = Path(mesh.stiffer.law).stem
+    stiffer = mesh.stiffer
     return {
         "young_pa": mesh.young_pa,
-        "poisson": mesh.stiffer.poisson,
-        "law": law,
-        "stiffer_by": mesh.stiffer.factor - 1.0,
-        "scatter_of_places": mesh.stiffer.scatter,
-        "depth_m": mesh.stiffer.depth_m.tolist(),
-        "force_over_organ": ratios,
+        "poisson": stiffer.poisson,
+        "law": Path(stiffer.law).stem,
+        "stiffer_by": stiffer.factor - 1.0,
+        "scatter_of_places": stiffer.scatter,
+        "depth_m": stiffer.depth_m.tolist(),
+        "force_over_organ": [None if np.isnan(each) else float(each) for each in stiffer.ratios],
     }

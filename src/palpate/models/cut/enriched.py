@@ -18,9 +18,9 @@ from scipy.spatial import cKDTree
 from palpate.benchmark.cut_truth import Pulled, skin_map, with_patches
 from palpate.benchmark.load import Refused
 from palpate.benchmark.model import Setting
-from palpate.bodies.cutting.cut import Cut, unit
+from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.ways import LEAST_SHARE, NEAR_PLANE, divide
-from palpate.bodies.mesh import TetMesh
+from palpate.bodies.mesh import TetMesh, unit
 from palpate.bodies.refinement import QUADRATURE_POINTS, quadratic_gradients, ten_nodes, with_midpoints
 from palpate.effects.elements import PLAIN_POISSON, largest_poisson
 from palpate.effects.linear_elements import LinearElements, shape_gradients

@@ -10,8 +10,9 @@ from scipy import sparse
 
 from palpate.benchmark.cut_truth import Hook, Pulled, skin_map
 from palpate.bodies.body import Body
-from palpate.bodies.cutting.cut import Cut, unit
+from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.ways import Parted, part
+from palpate.bodies.mesh import unit
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import to_fine
 

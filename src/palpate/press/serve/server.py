@@ -4,6 +4,7 @@ Trap: any page that a browser shows can send requests to 127.0.0.1, under a name
 a token, the Host must be this machine's, and presses must be JSON, which other pages may not post.
 """
 
+import ctypes
 import secrets
 import sys
 import threading
@@ -42,6 +43,7 @@ class PressServer(ThreadingHTTPServer):
     def __init__(self, port: int = 0):
         self.token = secrets.token_urlsafe(24)
         self.turn = threading.Lock()  # models keep what they reuse between answers
+        self.answering: int | None = None  # the thread whose turn it is
         try:
             super().__init__((HOST, port), Handler)
         except (OSError, OverflowError) as error:
@@ -66,6 +68,17 @@ class PressServer(ThreadingHTTPServer):
         """Take the port without asking a name server for this machine's name, as the library does."""
         TCPServer.server_bind(self)
         self.server_name, self.server_port = HOST, self.server_address[1]
+
+    def server_close(self) -> None:
+        """Close the port and cancel the answer under way: Python cannot end while another thread compiles or solves."""
+        super().server_close()
+        sys.unraisablehook = lambda _: (
+            None
+        )  # the exception may come where Python can only report it; then it comes again
+        while not self.turn.acquire(timeout=0.1):  # kept for ever, so that no answer begins
+            if self.answering is not None:
+                set_exception = ctypes.pythonapi.PyThreadState_SetAsyncExc
+                set_exception(ctypes.c_ulong(self.answering), ctypes.py_object(SystemExit))
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Ignore clients that go away in the middle of a request, and nothing else."""
@@ -117,6 +130,7 @@ class Handler(BaseHTTPRequestHandler):
     def _answer(self, answer: Answer, body: bytes) -> None:
         try:
             with self.server.turn:
+                self.server.answering = threading.get_ident()
                 found = answer(body)
         except InputError as error:
             self._refuse(HTTPStatus.BAD_REQUEST, str(error))

@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pandas as pd
-from scipy.stats import spearmanr
 
 from palpate.report.claims import Claim, claims, geometric_mean, not_testable, percent, verdict
 
@@ -140,6 +139,8 @@ def _discarded(apart: pd.DataFrame) -> Claim:
 
 
 def _traded(stopped: pd.DataFrame) -> Claim:
+    from scipy.stats import spearmanr  # it takes most of a second
+
     trees = stopped[(stopped["structure"] == "composite") & ~stopped["exact"].astype(bool)]
     by_layer = trees.groupby("layer")[["frame_ms", "response_error_m"]].agg(geometric_mean)
     times, errors = by_layer["frame_ms"], by_layer["response_error_m"]

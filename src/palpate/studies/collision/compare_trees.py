@@ -274,7 +274,7 @@ def _times(make: Callable, triangles: list[np.ndarray], points: list[list[np.nda
 
 
 def measure_collision(params, say):
-    """Compare the structures in motion, for the rule of that name."""
+    """Compare the structures in motion, and their growth with the triangles, for the rule of that name."""
     for package in installed()[1]:
         say(f"{package} is not installed, so its rows are left out")
     table = measure(**params.settings, seed=params.seed, report=lambda scene: say(f"{scene} is done"))
@@ -283,13 +283,9 @@ def measure_collision(params, say):
             f"{row.scene} {row.structure} {row.depths}: frame {row.frame_ms:.3f} ms, query {row.query_ms:.3f} ms, "
             f"{row.missed_pairs} pairs missed, {row.extra_pairs} made up"
         )
-    return table
-
-
-def measure_collision_scaling(params, say):
-    """Compare their growth with the triangles, for the rule of that name."""
-    table = measure_growth(params.triangles, params.depths, lambda number: say(f"{number} triangles are done"))
-    for row in exponents(table).itertuples():
+    depths = params.settings["depths"][:1]
+    growth = measure_growth(params.triangles, depths, lambda number: say(f"{number} triangles are done"))
+    for row in exponents(growth).itertuples():
         said = powers({"build": row.build_ms, "refit": row.refit_ms, "query": row.query_ms})
         say(f"{row.structure} {row.depths}: {said}")
-    return table
+    return {"collision": table, "scaling": growth}

@@ -1,6 +1,5 @@
 """Measure the error of each model's motion, what it says of it itself, and what it costs."""
 
-import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -469,9 +468,3 @@ def measure_dynamic(input: Any, params: Any, compared: Compared, say: Callable) 
     reference = read_arrays(Reference, input.reference)
     table, force = measure(*moving, reference, params.settings, *more, limit, shown, params.seed)
     return {"table": table.assign(duration_s=compared.scene.duration_s), "force": force}
-
-
-def leave_out_scenes(params):
-    """Warn of scenes in which models are not compared, for the rule of that name."""
-    for name, reason in params.reasons.items():
-        warnings.warn(f"scenes.{name}: models are not compared in it, as it {reason}.", stacklevel=1)

@@ -1,12 +1,12 @@
 """Push a body at other places than its scene does, and bound the errors there: conformal, with places as the unit."""
 
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import spearmanr
 
 from palpate.benchmark.conformal import Draws, bound_factor, finite
 from palpate.benchmark.error_bounds import CONSTANT, OWN
@@ -18,6 +18,7 @@ from palpate.bodies.contacts import kept_contacts
 from palpate.effects.settings import Push
 from palpate.errors import NotConverged
 from palpate.run.job import steps
+from palpate.studies.common_jobs import merge
 from palpate.studies.dynamic.accuracy import STEP, measure
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, compared_and_training
 from palpate.studies.dynamic.fitted import MadeModes
@@ -51,6 +52,8 @@ def motion_bounds(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
 
 
 def _of_scene(table: pd.DataFrame) -> list[dict]:
+    from scipy.stats import spearmanr  # it takes most of a second
+
     known = table.dropna(subset="model")
     unresolved = table["contact"].nunique() - known["contact"].nunique()
     found = []
@@ -158,6 +161,10 @@ def measure_elsewhere(input: Any, params: Any, compared: Compared, say: Callable
     return measure_places(scene, params.own, params.settings, params.seed, progress, like)
 
 
-def tabulate_motion_bounds(input):
-    """Tabulate the bounds of all scenes, for the rule of that name."""
-    return motion_bounds(pd.read_csv(path).reindex(columns=MOTION_PLACES.columns) for path in input)
+def tabulate_dynamic(input, output, params):
+    """Gather the tables of all scenes, bound their errors, and warn of those left out, for the rule of that name."""
+    for name, reason in params.left_out.items():
+        warnings.warn(f"scenes.{name}: models are not compared in it, as it {reason}.", stacklevel=1)
+    merge(input, output)
+    places = [pd.read_csv(path).reindex(columns=MOTION_PLACES.columns) for path in input.get("motion_places", [])]
+    return {"bounds": motion_bounds(places)} if places else {}

@@ -21,7 +21,7 @@ from palpate.run.job import stem, steps
 from palpate.table_declaration import Table
 
 
-def evaluate_methods(input, output, params, wildcards):
+def sweep_sigma(input, output, params, wildcards):
     import h5py
 
     from palpate.benchmark.accuracy import accuracy_rows, predict
@@ -75,23 +75,21 @@ def time_complexity(params):
     return complexity_rows(complexity(params.samples, params.seed))
 
 
-def tabulate_samples(input):
+def tabulate_enrichment(input, output):
     from palpate.benchmark.split import sample_peaks, split_counts
     from palpate.benchmark.static_responses import load_responses
+    from palpate.report import mesh_levels, style
+    from palpate.studies.common_jobs import merge
 
+    merge(input, output)
+    style.save(mesh_levels.draw_mesh_levels([load(path) for path in input.bodies]), stem(output.meshes))
     tables = {Path(path).parts[-3:-1]: read_samples(path) for path in input.samples}
     costs = []
     for path in map(Path, input.fine):
         body, regime = path.parts[-3:-1]
         costs.append(load_responses([path]).costs().assign(body=body, regime=regime))
     columns = ["body", "regime", "sample", "newton_iterations", "linear_solves", "residual", "seconds"]
-    return {"peaks": sample_peaks(tables), "splits": split_counts(tables), "cost": pd.concat(costs)[columns]}
-
-
-def draw_meshes(input, output):
-    from palpate.report import mesh_levels, style
-
-    style.save(mesh_levels.draw_mesh_levels([load(path) for path in input.bodies]), stem(output))
+    return {"sample_peaks": sample_peaks(tables), "splits": split_counts(tables), "fem_cost": pd.concat(costs)[columns]}
 
 
 def draw_responses(input, output):

@@ -15,11 +15,11 @@ import numpy as np
 from palpate.benchmark.cut_truth import Hook
 from palpate.benchmark.model import Setting
 from palpate.bodies.body import Body, nest
-from palpate.bodies.cutting.cut import Blade, Cut, Disc, blade, make_cut, unit
+from palpate.bodies.cutting.cut import Blade, Cut, Disc, blade, make_cut
 from palpate.bodies.cutting.settings import CutSettings
 from palpate.bodies.cutting.ways import REMOVAL, SPLIT_FACES, VIRTUAL_NODES, part
 from palpate.bodies.material import Material, Tissue
-from palpate.bodies.mesh import Mesh, TetMesh
+from palpate.bodies.mesh import Mesh, TetMesh, unit
 from palpate.bodies.organs import liver
 from palpate.bodies.simple_shapes import box
 from palpate.effects.linear_elements import LinearElements

@@ -143,7 +143,7 @@ def _curves(found: "Identified") -> pd.DataFrame:
     places = dict(zip(presses, seen, strict=True))
     parts = []
     for curve in found.curves:
-        band = NINE_TENTHS * np.hypot(found.noise_share * curve.predicted_n, found.noise_n)
+        band = NINE_TENTHS * np.hypot(found.scatter["noise_share"] * curve.predicted_n, found.scatter["noise_n"])
         rows = {"depth_m": curve.depth_m, "measured_n": curve.force_n, "fitted_n": curve.predicted_n}
         rows |= {"low_n": curve.predicted_n - band, "high_n": curve.predicted_n + band}
         x, y = places[curve.name]

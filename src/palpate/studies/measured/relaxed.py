@@ -15,7 +15,6 @@ from palpate.identification.relaxation import (
     Draws,
     Hold,
     draw_branches,
-    errors,
     fit_branches,
     fit_fading,
     holds_of,
@@ -262,7 +261,8 @@ def _choose(judged: pd.DataFrame, counts: Sequence[int]) -> int | None:
 
 
 def _rows(kernel: Branches, holds: Sequence[Hold], chosen: bool, draws: Draws) -> Iterator[tuple]:
-    series, misfit = kernel.series, float(np.median(errors(kernel, holds)))
+    series = kernel.series
+    misfit = float(np.median([np.sqrt(np.mean(hold.error(kernel) ** 2)) for hold in holds]))
     count = len(series.shares)
     empty = np.full((2, count), np.nan)
     shares = draws.interval(lambda one: np.array(one.series.shares)) if chosen else empty
@@ -298,7 +298,7 @@ def _curves(
         if group.kind == SPECIMEN:
             kernels = [fits[chosen] if out else old for old, out in zip(kernels, group.out, strict=True)]
     for hold, kernel in zip(holds, kernels, strict=True):
-        predicted = hold.predict(kernel)[hold.held + 1 :]
+        predicted = hold.fit(kernel)[hold.held + 1 :]
         times = hold.held_s
         wanted = np.geomspace(times[0], times[-1], SHOWN)
         for k in np.unique(np.abs(times[:, None] - wanted).argmin(axis=0)):

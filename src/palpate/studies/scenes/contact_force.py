@@ -1,12 +1,13 @@
 """Tabulate the force on moving instruments of a scene, with their depth in the body, on hooks and of threads."""
 
+from collections.abc import Sequence
+
 import numba
 import numpy as np
 import pandas as pd
 
 from palpate.collision.contact.obstacles import winding_number
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest
-from palpate.scenes import motion
 from palpate.scenes.motion import Motion, Moved
 from palpate.table_declaration import Table
 
@@ -108,8 +109,7 @@ def _distances(points, x, nodes, low, high):
     return found
 
 
-def tabulate_contacts(input):
-    """Tabulate contacts and forces of all scenes, for the rule of that name."""
-    motions = [motion.load(path) for path in input.motions]
+def contact_tables(motions: Sequence[Motion]) -> dict[str, pd.DataFrame]:
+    """Return the contacts and the forces of scenes in which something touches, by name of the table."""
     contacts = pd.concat([m.contacts.assign(scene=m.scene) for m in motions])
-    return {"contacts": contacts, "force": pd.concat([contact_force(m) for m in motions])}
+    return {"contacts": contacts, "contact_force": pd.concat([contact_force(m) for m in motions])}

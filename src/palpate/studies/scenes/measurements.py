@@ -17,6 +17,7 @@ from palpate.scenes.moved_particles import load_particles
 from palpate.scenes.run_scene import Run, decisions, effect_names, run
 from palpate.scenes.scene_check import RELAXED
 from palpate.scenes.settings import Scene
+from palpate.studies.scenes.contact_force import contact_tables
 from palpate.table_declaration import Table
 
 ALLOWED = 1e-6
@@ -177,14 +178,15 @@ def simulate_scene(input: Any, output: Any, scene: Scene, say: Callable) -> dict
     return {"decisions": table, "cost": costs, "left_out": errors}
 
 
-def tabulate_scenes(input, output, params):
+def tabulate_scenes(input, params):
     """Put the tables of all scenes together, for the rule of that name."""
     costs, errors = (pd.concat(map(pd.read_csv, paths)) for paths in (input.costs, input.errors))
     energies = {found.scene: found.energy for found in map(motion.load, input.motions)}
     energy = pd.concat(energies, names=["scene", "frame"]).reset_index("scene")
-    return {
-        "decisions": pd.concat(map(pd.read_csv, input.decisions)),
+    touching = [motion.load(path) for path in input.touching]
+    return (contact_tables(touching) if touching else {}) | {
+        "scene_effects": pd.concat(map(pd.read_csv, input.decisions)),
         "effects": costs.merge(errors, on=["scene", "effect"], how="left"),
         "energy": energy,
-        "balance": energy_balance(energy, params.integrators),
+        "energy_balance": energy_balance(energy, params.integrators),
     }

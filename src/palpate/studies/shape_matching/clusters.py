@@ -17,6 +17,7 @@ from palpate.errors import NotConverged
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
 from palpate.studies.shape_matching import body_springs_poke, integrator_stability
+from palpate.studies.shape_matching.shape_matching_timing import time_shape_matching
 from palpate.table_declaration import Table
 
 SPACING_M = 0.02
@@ -282,12 +283,13 @@ def _drift(body: Particles, matched: ShapeMatching) -> float:
     return float(np.linalg.norm(pull.sum(axis=0)) / np.linalg.norm(pull, axis=1).sum())
 
 
-def measure_experiments(params):
-    """Measure everything but creep and times, for the rule of that name."""
+def measure_experiments(params, say):
+    """Measure everything but creep, for the rule of that name."""
     return {
         "integrator_stability": integrator_stability.measure(**params.integrator_stability),
         "clusters": clustered_column(**params.clusters),
         "cluster_goals": cluster_goals(**params.clusters),
         "deformation_modes": deformation_modes(),
         "body_springs": body_springs_poke.measure(**params.body_springs),
+        "shape_matching_timing": time_shape_matching(params.shape_matching_timing, say),
     }

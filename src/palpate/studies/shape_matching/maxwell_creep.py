@@ -98,6 +98,8 @@ def _static(system: System, load: np.ndarray) -> np.ndarray:
     return moved.reshape(load.shape)
 
 
-def tabulate_maxwell_creep(input: Any, scene: Scene) -> pd.DataFrame:
-    """Compare a scene with its closed solution, for the rule of that name."""
-    return measure(scene, load_particles(scene, input.bodies), motion.load(input.motion))
+def tabulate_shape_matching(input: Any, scene: Scene | None) -> dict[str, pd.DataFrame]:
+    """Compare a scene with its closed solution, if one is named, for the rule of that name."""
+    if scene is None:
+        return {}
+    return {"creep": measure(scene, load_particles(scene, input.bodies), motion.load(input.motion))}

@@ -1,5 +1,6 @@
 """Cost of a step of shape matching (paper 3's figure 3.12), and how it grows with particles."""
 
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -78,9 +79,9 @@ def headline(table: pd.DataFrame) -> float:
     return float(where(table, **HEADLINE)["ms_per_step"].iloc[0])
 
 
-def time_shape_matching(params, say):
-    """Time the steps, for the rule of that name."""
-    table = measure(**params.settings)
+def time_shape_matching(settings: Mapping[str, Any], say: Callable[[str], None]) -> pd.DataFrame:
+    """Return the rows of SHAPE_MATCHING_TIMING with these settings, and say what follows from them."""
+    table = measure(**settings)
     fits = ", ".join(f"{row.mode} {row.clusters}: {row.exponent:.3f}" for row in exponents(table).itertuples())
     say(f"100 objects of 100 particles in 8 quadratic clusters: {headline(table):.3f} ms a step")
     say(f"exponents of the cost in particles: {fits}")

@@ -2,32 +2,26 @@
 
 import pandas as pd
 
-from palpate.run.job import free_mb, steps
-
-
-def choose_touches(input, params):
-    from palpate.benchmark.touch import choose_touches, given_touches
-    from palpate.benchmark.touch_mesh import bearing
-    from palpate.bodies.body_file import load
-    from palpate.effects.instrument import Instrument
-
-    body, instrument = load(input.body), Instrument(**params.instrument)
-    if params.at:
-        return {"touches": given_touches(body, instrument, params.at)}
-    asked = params.samples, tuple(params.depth_of_radius), params.seed
-    return {"touches": choose_touches(body, instrument, *asked, bearing(body, params.along_radius))}
+from palpate.run.job import free_mb, steps, write_table
 
 
 def simulate_touch_truth(input, output, params, wildcards, say):
-    from palpate.benchmark.touch import touches_of
+    from palpate.benchmark.touch import choose_touches, given_touches, touches_of
+    from palpate.benchmark.touch_mesh import bearing
     from palpate.benchmark.touch_truth import Asked, save_touch_truth, truth_of_touches
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
 
-    touches = touches_of(Instrument(**params.instrument), pd.read_csv(input.touches))
+    body, instrument, asked = load(input.body), Instrument(**params.instrument), Asked(**params.truth)
+    if params.at:
+        table = given_touches(body, instrument, params.at)
+    else:
+        chosen = params.samples, tuple(params.depth_of_radius), params.seed
+        table = choose_touches(body, instrument, *chosen, bearing(body, asked.along_radius))
+    write_table(table, output.touches)
+    touches = touches_of(instrument, pd.read_csv(output.touches))
     progress = steps(say, f"{wildcards.body}, {wildcards.tool}: truth of touch")
-    truth = truth_of_touches(load(input.body), touches, progress, Asked(**params.truth), say, free_mb())
-    save_touch_truth(truth, output.truth)
+    save_touch_truth(truth_of_touches(body, touches, progress, asked, say, free_mb()), output.truth)
 
 
 def measure_touch_models(input, params, wildcards, say):

@@ -78,19 +78,6 @@ def measure_facets(input, params, wildcards, say):
     return geometry_share(body, surface_of(params.entry), loads, truth, chosen, progress)
 
 
-def tabulate_truth(input, params):
-    from palpate.studies.tradeoff.truth_table import truth_table
-
-    truths = dict(zip(params.scenes, map(load_truth, input.truths), strict=True))
-    checks = dict(zip(params.scenes, map(pd.read_csv, input.checks), strict=True)) if input.get("checks") else None
-    shares = dict(zip(params.smooth, map(pd.read_csv, input.geometry), strict=True))
-    return truth_table(truths, checks, shares)
-
-
-def tabulate_tradeoff(input):
-    return accuracy_vs_time(pd.concat([pd.read_csv(path) for path in input.settings]), commit())
-
-
 def tabulate_answers(input, params):
     from palpate.benchmark.engine_scores import OWN, score_table
     from palpate.benchmark.ranking import BOUNDS
@@ -116,17 +103,21 @@ def _files_of(paths, body, regime):
     return [path for path in paths if Path(path).parts[-5:-3] == (body, regime)]
 
 
-def tabulate_error_bounds(input):
+def tabulate_tradeoff(input, params):
     from palpate.benchmark.error_bounds import SAMPLES, Scene, error_bounds
     from palpate.files import read_table
     from palpate.studies.tradeoff.error_estimates import read_estimates
+    from palpate.studies.tradeoff.truth_table import truth_table
 
-    scenes = []
-    for (body, regime), settings in pd.read_csv(input.table).groupby(["body", "regime"], sort=False):
+    table, scenes = accuracy_vs_time(pd.concat(map(pd.read_csv, input.settings)), commit()), []
+    for (body, regime), settings in table.groupby(["body", "regime"], sort=False):
         errors = pd.concat([read_table(path, SAMPLES)[SAMPLES] for path in _files_of(input.errors, body, regime)])
         estimates = pd.concat([read_estimates(path) for path in _files_of(input.estimates, body, regime)])
         scenes.append(Scene(settings, errors, estimates))
-    return error_bounds(scenes)
+    truths = dict(zip(params.scenes, map(load_truth, input.truths), strict=True))
+    checks = dict(zip(params.scenes, map(pd.read_csv, input.checks), strict=True)) if input.checks else None
+    shares = dict(zip(params.smooth, map(pd.read_csv, input.geometry), strict=True))
+    return {"table": table, "bounds": error_bounds(scenes), "truth": truth_table(truths, checks, shares)}
 
 
 def _advice(table, errors, limits):
@@ -162,35 +153,23 @@ def tabulate_advice_by_radius(input, params):
     return by_radius(pd.concat(_advice(table, input.errors, params.limits)), radii)
 
 
-def _asked(params, case, grid):
-    """Yield the name of each model that is asked, what is tried of it, and the pattern of what is asked of that."""
+def measure_other_loads(input, params, wildcards, say, options: FitOptions, grid: Families):
     from palpate.models.load_model import load_model
+    from palpate.studies.tradeoff.general_loads import measure_any, measure_beyond, presses_beyond, questions
 
+    place, beyond = f"{wildcards.body}, {wildcards.regime}", wildcards.kind == "beyond_design"
+    case, judge = _judged(input, params, wildcards, params.split, options)
+    if beyond:
+        asked = presses_beyond(case, judge, params.samples, steps(say, f"{place}: contact"))
+    else:
+        progress = steps(say, f"{place}: answer of the fine operator")
+        asked = questions(case, judge, params.samples, params.reference, progress)
+    found = []
     for name, (recipe, pattern) in params.models.items():
-        yield name, load_model(name, **recipe).tried(case, grid), pattern
-
-
-def measure_any_load(input, params, wildcards, say, options: FitOptions, grid: Families):
-    from palpate.studies.tradeoff.general_loads import measure_any, questions
-
-    place, found = f"{wildcards.body}, {wildcards.regime}", []
-    case, judge = _judged(input, params, wildcards, params.split, options)
-    progress = steps(say, f"{place}: answer of the fine operator")
-    asked = questions(case, judge, params.samples, params.reference, progress)
-    for name, models, pattern in _asked(params, case, grid):
+        of_model = case, name, load_model(name, **recipe).tried(case, grid), pattern, asked
         rest = params.repeats, params.budget_s, steps(say, f"{place}, {name}: setting")
-        found.append(measure_any(case, name, models, pattern, asked, *rest))
+        found.append(measure_beyond(*of_model) if beyond else measure_any(*of_model, *rest))
     return pd.concat(found)
-
-
-def measure_beyond_design(input, params, wildcards, say, options: FitOptions, grid: Families):
-    from palpate.studies.tradeoff.general_loads import measure_beyond, presses_beyond
-
-    case, judge = _judged(input, params, wildcards, params.split, options)
-    progress = steps(say, f"{wildcards.body}, {wildcards.regime}: contact")
-    asked = presses_beyond(case, judge, params.samples, progress)
-    found = _asked(params, case, grid)
-    return pd.concat([measure_beyond(case, name, models, pattern, asked) for name, models, pattern in found])
 
 
 def tabulate_limit_points(input, params, say):

@@ -375,7 +375,7 @@ def test_a_mesh_with_a_frame_is_a_patient_who_lies_on_the_back(frame, hold, faci
         "": "no frame in its header, so that z points up, y to the back and x to the right",
     }[frame]
     inside = f"{1e6 * mesh.volumes.sum():.4g} mL, as its tetrahedra"
-    assert found.found[1] == f"{said}; a unit of 1 mm, guessed from the size; 1 piece; {inside}"
+    assert found.found[1] == f"{tmp_path}/organ.vtk: {said}; a unit of 1 mm, guessed from the size; 1 piece; {inside}"
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,9 @@ import gzip
 import math
 import re
 import zlib
+from io import BufferedReader
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -92,7 +93,7 @@ def _nifti(path: Path) -> Any:
     return reader
 
 
-def _opened(path: Path) -> IO[bytes]:
+def _opened(path: Path) -> gzip.GzipFile | BufferedReader:
     """Open a NIfTI file, whose name need not say whether it is packed."""
     with path.open("rb") as file:
         packed = file.read(2) == b"\x1f\x8b"

@@ -331,9 +331,9 @@ def describe(found: Mapping[int, float], names: Mapping[int, str], said: Callabl
     said : writes a size, by default a volume [mL]
     """
     largest = sorted(found, key=lambda label: (-found[label], label))
-    said = [f"{label:g} {names.get(label, '')}".strip() + f" ({said(found[label])})" for label in largest[:LISTED]]
+    most = [f"{label:g} {names.get(label, '')}".strip() + f" ({said(found[label])})" for label in largest[:LISTED]]
     more = f" and {len(found) - LISTED} more" if len(found) > LISTED else ""
-    return f"{len(found)} label{'s' if len(found) > 1 else ''}: {', '.join(said)}{more}"
+    return f"{len(found)} label{'s' if len(found) > 1 else ''}: {', '.join(most)}{more}"
 
 
 def numbers_of(

@@ -199,7 +199,7 @@ class Enriched:
         mesh = self._mesh
         parts, owner, crossed = mesh.nodes[mesh.tetrahedra[mixed]], mixed, [mixed[:0]]
         for piece in cut.pieces:
-            parts, owner, sections, of = divide(parts, owner, piece.across)
+            parts, owner, sections, of = divide(parts, owner, piece.across(parts.reshape(-1, 3)))
             middle = sections.mean(axis=1, keepdims=True)
             probed = np.concatenate([middle, sections, middle + INSIDE * (sections - middle)], axis=1)
             inside = (cut.within(probed.reshape(-1, 3)) > 0.0).reshape(probed.shape[:2]).any(axis=1)

@@ -47,6 +47,7 @@ def test_every_rule_is_planned_as_often_as_the_settings_ask(plan, whole, write_c
     assert jobs["make_body"] == len(whole["bodies"])
     assert jobs["simulate_scene"] == jobs["draw_motion"] == len(whole["scenes"])
     assert jobs["choose_presses"] == jobs["simulate_truth"] == jobs["measure_bounds"] == 2  # a finger, and another
+    assert jobs["simulate_fine"] == 3  # a whole batch of point forces, and a part of one for each finger
     assert jobs["measure_touch_models"] == len({*TOUCH_MODELS} - {*absent()})
     assert jobs["measure_models"] == 2 * len(families(whole["tradeoff"]["models"], {}))
     merged = [rule for rule in jobs if rule.startswith(("tabulate_", "draw_", "check_"))]

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeGuard, TypeVar
 
 import numpy as np
 
-from palpate.bodies.particles import Particles
-from palpate.effects import settings
-
 if TYPE_CHECKING:
     import pandas as pd
+
+    from palpate.bodies.particles import Particles
+    from palpate.effects import settings
 
 Hook = TypeVar("Hook")
 

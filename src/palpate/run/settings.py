@@ -126,6 +126,8 @@ def complete(given: dict, file: Path, needs_study: bool = True) -> Any:
         config: Any = _model(*asked).model_validate(given)
     except ValidationError as error:
         raise InputError(f"{file}: {explain(error.errors(), given, json_schema())}") from None
+    if place := _null(given, config):
+        raise InputError(f"{file}: {place} is null; leave it out, or write what it is, {{}} for a block of defaults.")
     for name, body in config["bodies"].items():
         check_body(f"{file}: bodies.{name}", body, file.parent)
     if needs_study and not asked:
@@ -164,6 +166,22 @@ def _model(*studies: str) -> type[BaseModel]:
     """Return the model of settings with the blocks of ``studies``; no other study is imported, which takes long."""
     blocks: dict[str, Any] = {study: (_module(study).Settings, optional()) for study in studies}
     return create_model("Config", __base__=Shared, __doc__=Shared.__doc__, **blocks)
+
+
+def _null(given: Any, made: Any, place: str = "") -> str:
+    """Return the place of the first null in what is given for a setting that may be left out; empty if there is none.
+
+    A key without a value asks for defaults as well as for nothing, which are not the same.
+    """
+    items = given.items() if isinstance(given, dict) else enumerate(given) if isinstance(given, list) else ()
+    for name, inner in items:
+        here = f"{place}[{name}]" if isinstance(given, list) else f"{place}.{name}".removeprefix(".")
+        if inner is None and isinstance(made, BaseModel):
+            if type(made).model_fields[name].validate_default is False:
+                return here
+        elif found := _null(inner, made[name], here) if isinstance(made, BaseModel | dict | list) else "":
+            return found
+    return ""
 
 
 def _leaves(value: object, place: str = "") -> Iterator[tuple[str, object]]:

@@ -7,20 +7,21 @@ import draw
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of
+from palpate.effects.settings import Bending, Gravity, Rayleigh
 from palpate.scenes.run_scene import run
-from palpate.scenes.scene import scene_of
+from palpate.scenes.settings import Scene
 
 CLOTH = {"kind": "sheet", "sizes_m": [0.3, 0.2], "divisions": [12, 8], "thickness_m": 0.001, "young_pa": 1e5}
 CLOTH |= {"poisson": 0.3, "density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "x", "side": "min", "depth_m": 0.001}}}
-SCENE = {"effects": "auto", "integrator": "backward_euler", "step_s": 0.05, "duration_s": 4.0}
-SCENE |= {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}, "rayleigh": {"mass_1_s": 3.0, "stiffness_s": 0.0}}
-SCENE |= {"own": {"wind": str(Path(__file__).with_name("wind.py"))}, "own_settings": {"wind": {"pressure_pa": 5.0}}}
+WIND = {"own": {"wind": str(Path(__file__).with_name("wind.py"))}, "own_settings": {"wind": {"pressure_pa": 5.0}}}
+ACTING = {"gravity": Gravity(acceleration_m_s2=[0, 0, -9.81]), "rayleigh": Rayleigh(mass_1_s=3.0, stiffness_s=0.0)}
+SCENE = Scene(body="banner", step_s=0.05, duration_s=4.0, bending=Bending(), **ACTING, **WIND)
 
 
 def main(picture=None):
     """Return the tangent of the banner's angle to the vertical over pressure / (density × thickness × g)."""
     cloth = particles_of(make_body("banner", CLOTH), level=0, surface=False)  # at rest it lies flat
-    motion = run(scene_of("banner", SCENE), cloth).motion
+    motion = run(SCENE, cloth).motion
     if picture:
         looks = {0: "#dcdcdc", 4: "#ecd9c3", 6: "#e8bd8e", -1: "#d9822b"}  # some of the frames
         shown = [(motion.positions[at], {"color": colour, "show_edges": at < 0}) for at, colour in looks.items()]

@@ -7,16 +7,17 @@ import plot
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of
+from palpate.effects.settings import Load, Prony, Push, Rayleigh
 from palpate.scenes.run_scene import run
-from palpate.scenes.scene import scene_of
+from palpate.scenes.settings import Scene
 
 BEAM = {"kind": "box", "sizes_m": [0.12, 0.02, 0.02], "divisions": [12, 2, 2], "young_pa": 2e5, "poisson": 0.4}
 BEAM |= {"density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "x", "side": "min", "depth_m": 0.001}}}
 SHARE, TIME_S = 0.3, 0.4  # part of the first shear modulus, and the time in which it relaxes to the last one
-SCENE = {"effects": "auto", "integrator": "backward_euler", "step_s": 0.02, "duration_s": 4.0, "frames": 200}
-SCENE |= {"prony": {"shares": [SHARE], "times_s": [TIME_S]}, "rayleigh": {"mass_1_s": 20.0, "stiffness_s": 0.0}}
-LOAD = {"at_m": [0.12, 0.01, 0.02], "force_n": [0, 0, -0.02], "radius_m": 0.01}
-LOAD |= {"start_s": 0.0, "press_s": 0.04, "hold_s": 1.96, "release_s": 0.04}
+COURSE = {"press_s": 0.04, "hold_s": 1.96, "release_s": 0.04}
+PUSH = Push(loads=[Load(at_m=[0.12, 0.01, 0.02], force_n=[0, 0, -0.02], radius_m=0.01, **COURSE)])
+YIELDING = {"prony": Prony(shares=[SHARE], times_s=[TIME_S]), "rayleigh": Rayleigh(mass_1_s=20.0, stiffness_s=0.0)}
+SCENE = Scene(body="beam", step_s=0.02, duration_s=4.0, frames=200, push=PUSH, **YIELDING)
 
 
 def creep(t):
@@ -28,7 +29,7 @@ def creep(t):
 def main(picture=None):
     """Return the largest difference from the theory, from 0.4 s after load and release on, over the last deflection."""
     beam = particles_of(make_body("beam", BEAM), level=0, surface=False)
-    motion = run(scene_of("creep", SCENE | {"push": {"loads": [LOAD]}}), beam).motion
+    motion = run(SCENE, beam).motion
     t, tip = motion.times, 1e3 * (motion.rest - motion.positions)[:, beam.nodes[:, 0] > 0.119, 2].mean(axis=1)
     theory = (creep(t - 0.02) - creep(t - 2.02)) * tip[t < 2][-1] / creep(2.0)
     if picture:

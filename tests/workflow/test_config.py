@@ -229,10 +229,11 @@ def test_what_is_wrong_with_instruments_is_said(tools, said):
     ("key", "value", "said"),
     [
         ("body", "livr", " names the body livr, which is not under bodies; did you mean liver?"),
-        ("effects", "all", ".effects is 'all'; write auto, or a list"),
         ("own", {"wind": "wind.py"}, ".own.wind is wind.py, where there is no file"),
-        ("effects", ["corotationl"], ".effects names corotationl, which is unknown; did you mean coro"),
-        ("effects", ["corotational", "push"], ".effects names push, and the scene does not describe it"),
+        ("effects", ["corotational", "gravity"], ".effects is gone: a scene's effects are its blocks"),
+        ("effects", "auto", ".effects is gone: a scene's effects are its blocks"),
+        ("plasticity", None, ".plasticity is null"),
+        ("seed", 2, ".seed has no use"),
         ("level", 1, ".level is 1, and bar has levels 0 to 0"),
         ("own_settings", {"wind": {}}, ".own_settings names wind, and own does not"),
         ("step_s", 0, ".step_s is 0: "),
@@ -357,7 +358,7 @@ def test_what_the_trade_off_needs_is_said(trading, place, value, said):
     assert refusal(trading).startswith(said)
 
 
-FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}, "effects": "auto"}
+FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}}
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,9 @@ from palpate.scenes.settings import Scene
 BEAM = {"kind": "box", "sizes_m": [0.12, 0.02, 0.02], "divisions": [12, 2, 2], "young_pa": 2e5, "poisson": 0.4}
 BEAM |= {"density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "x", "side": "min", "depth_m": 0.001}}}
 SHARE, TIME_S = 0.3, 0.4  # part of the first shear modulus, and the time in which it relaxes to the last one
-COURSE = {"press_s": 0.04, "hold_s": 1.96, "release_s": 0.04}
-PUSH = Push(loads=[Load(at_m=[0.12, 0.01, 0.02], force_n=[0, 0, -0.02], radius_m=0.01, **COURSE)])
+LOAD = Load(at_m=[0.12, 0.01, 0.02], force_n=[0, 0, -0.02], radius_m=0.01, press_s=0.04, hold_s=1.96, release_s=0.04)
 YIELDING = {"prony": Prony(shares=[SHARE], times_s=[TIME_S]), "rayleigh": Rayleigh(mass_1_s=20.0, stiffness_s=0.0)}
-SCENE = Scene(body="beam", step_s=0.02, duration_s=4.0, frames=200, push=PUSH, **YIELDING)
+SCENE = Scene(body="beam", step_s=0.02, duration_s=4.0, frames=200, push=Push(loads=[LOAD]), **YIELDING)
 
 
 def creep(t):

@@ -52,7 +52,7 @@ def shown(pad) -> np.ndarray:
 def few(pad: Particles, shown: np.ndarray, contact: Contact = CONTACT, **asked) -> Learnt:
     """Modes learnt from ``shown``."""
     modes = Touching(**asked)
-    return Learnt(learnt=stroke_motion.prepare(compose(scene(contact), pad), modes, shown), **modes)
+    return Learnt(**dict(modes), learnt=stroke_motion.prepare(compose(scene(contact), pad), modes, shown))
 
 
 def elements_of(pad: Particles, contact: Contact, steps: int, softer: float = STIFFER) -> tuple[np.ndarray, np.ndarray]:

@@ -14,6 +14,7 @@ from jsonschema import Draft202012Validator
 
 from palpate.errors import InputError
 from palpate.run.settings import STUDIES, Shared, complete, defaults, json_schema
+from palpate.setting_types import plain
 
 ROOT = Path(__file__).parents[2]
 SMOKE = ROOT / "tests/smoke/config.yaml"
@@ -42,10 +43,8 @@ def both(given: dict, default: dict, place: str = "") -> Iterator[tuple[str, obj
 
 def test_defaults_are_those_of_the_shipped_settings():
     given = settings_of_full()
-    default = Shared.model_validate({}) | {
-        name: defaults(name) for name in STUDIES if name not in ("measured", "scenes")
-    }
-    default |= {"measured": {"models": defaults("measured", experiments=given["measured"]["experiments"])["models"]}}
+    default = plain(Shared()) | {name: plain(defaults(name)) for name in STUDIES if name not in ("measured", "scenes")}
+    default |= {"measured": {"models": defaults("measured", experiments=given["measured"]["experiments"]).models}}
     found = list(both({name: block for name, block in given.items() if name not in ("bodies", "seed")}, default))
     # of which bodies and scenes are shipped
     naming = {f"tradeoff.{name}" for name in ("bodies", "limit_points", "any_load", "beyond_design")}
@@ -92,7 +91,7 @@ def test_defaults_fill_what_is_left_out(smoke):
     given = {key: smoke[key] for key in ("bodies", "regimes")} | {"enrichment": None}
     full = complete(given, Path("config.yaml"))
     assert set(full) == set(SCHEMA["properties"]) - set(STUDIES) | {"enrichment"}
-    assert set(full["enrichment"]["sigma_relative"]) == {"min", "max", "count"}
+    assert set(full.enrichment.sigma_relative) == {"min", "max", "count"}
 
 
 def refusal(settings: dict, file: Path = Path("my.yaml")) -> str:
@@ -194,14 +193,14 @@ def test_what_a_study_needs_is_said(smoke):
 
 
 def test_scenes_are_completed_down_to_their_loads():
-    full = completed()
+    full = plain(completed())
     scene = full["scenes"]["clay_dent"]
     assert scene["held"] is True and scene["start"] == "rest" and scene["level"] == 0
     del full["scenes"]["clay_dent"]["push"]["loads"][0]["hold_s"]
     full["scenes"]["sheet_drape"]["contact"]["instruments"] = [{"kind": "floor", "height_m": -0.1}]
     again = complete(full, ROOT / "config.yaml")
-    assert again["scenes"]["clay_dent"]["push"]["loads"][0]["hold_s"] == 0.5
-    assert again["scenes"]["sheet_drape"]["contact"]["instruments"][0]["axis"] == "z"
+    assert again.scenes["clay_dent"].pushes[0].hold_s == 0.5
+    assert again.scenes["sheet_drape"].instruments[0].axis == "z"
 
 
 BALL = {"kind": "sphere", "center_m": [0, 0, 1], "radius_m": 0.1}
@@ -256,20 +255,21 @@ SPHERE = {"center_m": [0, 0, 0], "radius_m": 1}
 @pytest.mark.parametrize("body", [BAR, CLOTH, BAR | {"refinements": 1} | SAMPLES], ids=["box", "sheet", "trained box"])
 def test_new_kinds_of_bodies_stand_as_given(smoke, body):
     smoke["bodies"]["new"] = body
-    assert complete(smoke, Path("my.yaml"))["bodies"]["new"] == body
+    made = plain(complete(smoke, Path("my.yaml")).bodies["new"])
+    assert made == made | body
 
 
 def test_a_ct_is_the_synthetic_abdomen_by_default(smoke):
     smoke["bodies"]["new"] = CT | SAMPLES
-    body = complete(smoke, Path("my.yaml"))["bodies"]["new"]
-    assert body["image"] is body["mask"] is None and body["snap"] is False
-    assert body["threshold_hu"] == [30, 120] and body["surface_nodes"] == 140
+    body = complete(smoke, Path("my.yaml")).bodies["new"]
+    assert body.image is body.mask is None and body.snap is False
+    assert body.threshold_hu == [30, 120] and body.surface_nodes == 140
 
 
 def test_an_image_may_be_a_folder_and_a_mask_not(smoke, tmp_path):
     (tmp_path / "slices").mkdir()
     smoke["bodies"]["new"] = CT | {"image": "slices"}
-    assert complete(smoke, tmp_path / "my.yaml")["bodies"]["new"]["image"] == "slices"
+    assert complete(smoke, tmp_path / "my.yaml").bodies["new"].image == "slices"
     smoke["bodies"]["new"] |= {"mask": "slices"}
     assert refusal(smoke, tmp_path / "my.yaml").startswith("bodies.new.mask is slices, where there is no file; give")
 

@@ -4,9 +4,9 @@ from fnmatch import fnmatchcase
 
 GONE = {
     "scenes.*.effects": (
-        "a scene's effects are its blocks; remove the list and the blocks that it does not name, write {} for each "
-        "that it names without one, as rayleigh: {}, and held: false if it does not name held (auto also chose damping, "
-        "which is rayleigh, of springs kelvin and of shape_matching velocity_damping, bending of sheets, body_springs "
+        "a scene's effects are its blocks; remove the list and the blocks that it does not name, write {} for what "
+        "it names without a block, as rayleigh: {}, and held: false if it does not name held (auto also chose damping, "
+        "which is rayleigh, of springs kelvin and of shape_matching velocity_damping; bending of sheets, body_springs "
         "of surfaces, and volume of springs with a Poisson's ratio above 1/4)"
     ),
 }

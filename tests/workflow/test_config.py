@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 from fixtures import small_scene
-from fixtures.shipped import completed, settings_of_full
+from fixtures.shipped import settings_of_full
 from jsonschema import Draft202012Validator
 
 from palpate.errors import InputError
@@ -193,14 +193,13 @@ def test_what_a_study_needs_is_said(smoke):
 
 
 def test_scenes_are_completed_down_to_their_loads():
-    full = plain(completed())
-    scene = full["scenes"]["clay_dent"]
-    assert scene["held"] is True and scene["start"] == "rest" and scene["level"] == 0
-    del full["scenes"]["clay_dent"]["push"]["loads"][0]["hold_s"]
-    full["scenes"]["sheet_drape"]["contact"]["instruments"] = [{"kind": "floor", "height_m": -0.1}]
-    again = complete(full, ROOT / "config.yaml")
-    assert again.scenes["clay_dent"].pushes[0].hold_s == 0.5
-    assert again.scenes["sheet_drape"].instruments[0].axis == "z"
+    given = settings_of_full()
+    given["scenes"]["clay_dent"]["push"]["loads"][0].pop("hold_s", None)
+    given["scenes"]["sheet_drape"]["contact"]["instruments"] = [{"kind": "floor", "height_m": -0.1}]
+    scenes = complete(given, ROOT / "config.yaml").scenes
+    clay = scenes["clay_dent"]
+    assert clay.held is True and clay.start == "rest" and clay.level == 0 and clay.pushes[0].hold_s == 0.5
+    assert scenes["sheet_drape"].instruments[0].axis == "z"
 
 
 BALL = {"kind": "sphere", "center_m": [0, 0, 1], "radius_m": 0.1}
@@ -239,7 +238,7 @@ def test_what_is_wrong_with_instruments_is_said(tools, said):
     ],
 )
 def test_what_is_wrong_with_a_scene_is_said(key, value, said):
-    given = settings_of_full()
+    given = {name: block for name, block in settings_of_full().items() if name in ("bodies", "scenes")}
     given["scenes"]["bar_sag"][key] = value
     assert refusal(given, ROOT / "config.yaml").startswith(f"scenes.bar_sag{said}")
 

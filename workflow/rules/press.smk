@@ -21,7 +21,7 @@ rule export_model:
     params:
         **calls("palpate.studies.press.jobs:export_model", "palpate.models.contact_modes.contact_modes"),
         settings=some("press", "contacts", "modes", "thinned", "instruments", "places"),
-        grid={"contact_modes": defaults("tradeoff")["settings"]["contact_modes"]},
+        grid={"contact_modes": plain(defaults("tradeoff").settings.contact_modes)},
         radius_m=lambda wildcards: radius_of(config["press"], wildcards.body),
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],

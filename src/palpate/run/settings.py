@@ -173,15 +173,18 @@ def _null(given: Any, made: Any, place: str = "") -> str:
 
     A key without a value asks for defaults as well as for nothing, which are not the same.
     """
-    items = given.items() if isinstance(given, dict) else enumerate(given) if isinstance(given, list) else ()
-    for name, inner in items:
-        here = f"{place}[{name}]" if isinstance(given, list) else f"{place}.{name}".removeprefix(".")
-        if inner is None and isinstance(made, BaseModel):
-            if type(made).model_fields[name].validate_default is False:
-                return here
-        elif found := _null(inner, made[name], here) if isinstance(made, BaseModel | dict | list) else "":
-            return found
-    return ""
+    if isinstance(given, list):
+        inside = [(f"{place}[{i}]", *both) for i, both in enumerate(zip(given, made, strict=True))]
+    elif not isinstance(given, dict):
+        return ""
+    elif isinstance(made, BaseModel):
+        for name in given:
+            if given[name] is None and type(made).model_fields[name].validate_default is False:
+                return f"{place}.{name}".removeprefix(".")
+        inside = [(f"{place}.{name}", given[name], getattr(made, name)) for name in given]
+    else:
+        inside = [(f"{place}.{name}", given[name], made[name]) for name in given]
+    return next((found for at, *both in inside if (found := _null(*both, at.removeprefix(".")))), "")
 
 
 def _leaves(value: object, place: str = "") -> Iterator[tuple[str, object]]:

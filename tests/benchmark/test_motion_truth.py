@@ -95,8 +95,7 @@ def test_a_truth_is_kept(truth, tmp_path):
 
 BALL = {"kind": "sphere", "center_m": [0.07, 0.02, 0.062], "radius_m": 0.02, "times_s": [0.0, 0.16, 0.32]}
 BALL |= {"shifts_m": [[0, 0, 0], [0, 0, -0.01], [0.006, 0, 0.004]]}
-TOUCHED = {"effects": ["corotational", "held", "contact", "rayleigh"]}
-TOUCHED |= {"contact": {"friction": 0.3, "instruments": [BALL]}}
+TOUCHED = {"push": None, "contact": {"friction": 0.3, "instruments": [BALL]}}
 
 
 @pytest.fixture(scope="module")

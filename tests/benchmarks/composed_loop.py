@@ -1,4 +1,4 @@
-"""Time the loop composed from a scene's list of effects against one written by hand for just these effects.
+"""Time the loop composed from a scene's blocks against one written by hand for just these effects.
 
 `make bench` runs this in the project's folder. Both loops must end at the same positions to the bit, and the composed
 one may take RATIO times as long at most; else the exit code is 1.
@@ -7,7 +7,6 @@ one may take RATIO times as long at most; else the exit code is 1.
 import os
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from statistics import median
 from time import process_time
@@ -21,7 +20,6 @@ os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())
 import numpy as np
 from explicit_by_hand import clay_shapes, cube_poke
 from implicit_by_hand import bar_sag, clay_dent, liver_press, sheet_drape
-from palpate.scenes.scene import Scene, scene_of
 from snakemake.utils import update_config
 
 from palpate.bodies.make_body import make_body
@@ -29,6 +27,7 @@ from palpate.bodies.particles import Particles, particles_of
 from palpate.run.settings import complete, read_settings
 from palpate.scenes import effect_registry
 from palpate.scenes.run_scene import compose, loop
+from palpate.scenes.settings import Scene
 
 ROOT = Path(__file__).parents[2]
 RATIO, BUDGET_S, LEAST = 1.1, 3.0, 5
@@ -42,7 +41,6 @@ SCENES = {
     "clay_shapes": (clay_shapes, 100),
 }
 """The loop of each scene by hand, and how many of its steps are timed; others have none."""
-NOT_OF_THE_BODY = {"magnitudes", "train", "test", "paper_surface"}
 
 
 class Last:
@@ -57,7 +55,7 @@ class Last:
 
 def composed(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
     system = compose(scene, particles)
-    integrator = effect_registry.integrator(scene.integrator).make(system, scene.integration)
+    integrator = effect_registry.integrator(scene.integrator).make(system, scene)
 
     def steps():
         record = Last(particles.nodes)
@@ -98,11 +96,9 @@ def main() -> None:
     print("scene,composed_ms_per_step,hand_written_ms_per_step,ratio")
     worst = 0.0
     for name, (by_hand, steps) in SCENES.items():
-        entry = config["scenes"][name]
-        body = {k: v for k, v in config["bodies"][entry["body"]].items() if k not in NOT_OF_THE_BODY}
-        scene = scene_of(name, entry)
-        scene = replace(scene, duration_s=steps * scene.step_s)
-        particles = particles_of(make_body(entry["body"], body), scene.level, scene.surface)
+        scene = config.scenes[name]
+        scene = scene.but(name=name, duration_s=steps * scene.step_s)
+        particles = particles_of(make_body(scene.body, config.bodies[scene.body]), scene.level, scene.surface)
         one, other, ratio = compare(scene, particles, by_hand)
         print(f"{name},{one:.4g},{other:.4g},{ratio:.3f}", flush=True)
         worst = max(worst, ratio)

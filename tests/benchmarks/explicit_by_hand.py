@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 import numpy as np
-from palpate.scenes.scene import Scene
 
 from palpate.bodies.particles import Particles
 from palpate.effects import (
@@ -16,17 +15,18 @@ from palpate.effects import (
     velocity_damping,
     volume_preservation,
 )
+from palpate.scenes.settings import Scene
 from palpate.solvers.goal_position import _advance
 
 
 def cube_poke(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
-    elastic = springs.make(particles, {})
-    pushed = push.make(particles, scene.settings["push"], elastic)
-    solid = volume_preservation.make(particles, {}, elastic)
-    dampers = kelvin.make(particles, scene.settings["kelvin"], elastic)
+    elastic = springs.make(particles, scene.springs)
+    pushed = push.make(particles, scene.push, elastic)
+    solid = volume_preservation.make(particles, scene.volume, elastic)
+    dampers = kelvin.make(particles, scene.kelvin, elastic)
     h = scene.step_s
     pace = h * (1.0 / particles.masses)[:, None]
-    pace[held.make(particles, {}, elastic).fixed] = 0.0
+    pace[held.make(particles, None, elastic).fixed] = 0.0
 
     def steps():
         x, v, force = particles.nodes.copy(), np.zeros_like(particles.nodes), np.zeros_like(particles.nodes)
@@ -49,12 +49,12 @@ def cube_poke(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
 
 
 def clay_shapes(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
-    given, h = scene.settings, scene.step_s
-    elastic = shape_matching.make(particles, given["shape_matching"])
-    pushed = push.make(particles, given["push"], elastic)
-    flow = plasticity.make(particles, given["plasticity"], elastic)
-    drag = velocity_damping.make(particles, given["velocity_damping"], elastic)
-    fixed = held.make(particles, {}, elastic).fixed
+    h = scene.step_s
+    elastic = shape_matching.make(particles, scene.shape_matching)
+    pushed = push.make(particles, scene.push, elastic)
+    flow = plasticity.make(particles, scene.plasticity, elastic)
+    drag = velocity_damping.make(particles, scene.velocity_damping, elastic)
+    fixed = held.make(particles, None, elastic).fixed
     free = np.ones(len(particles.nodes), dtype=bool)
     free[fixed] = False
     mobility = 1.0 / particles.masses

@@ -6,12 +6,12 @@ Newton's method and what it solves with are palpate's own; what calls an effect 
 from collections.abc import Callable
 
 import numpy as np
-from palpate.scenes.scene import Scene
 
 from palpate.bodies.particles import Particles
 from palpate.collision.contact import barrier_contact
 from palpate.effects import bending, gravity, held, linear_elements, plasticity, push, rayleigh, triangles
 from palpate.linalg.block_pattern import gather, hold, shared_pattern
+from palpate.scenes.settings import Scene
 from palpate.solvers.backward_euler import BackwardEuler
 
 
@@ -21,11 +21,10 @@ class ByHand:
     bounded = False
 
     def __init__(self, particles: Particles, scene: Scene):
-        given = scene.settings
         self.particles, self.masses = particles, particles.masses
-        self.make(particles, given)
-        self.rayleigh = rayleigh.make(particles, given["rayleigh"], self.elastic)
-        self.fixed = held.make(particles, {}, self.elastic).fixed
+        self.make(particles, scene)
+        self.rayleigh = rayleigh.make(particles, scene.rayleigh, self.elastic)
+        self.fixed = held.make(particles, None, self.elastic).fixed
         self.free = np.ones(len(particles.nodes), dtype=bool)
         self.free[self.fixed] = False
         self.held = ~self.free
@@ -71,9 +70,9 @@ class ByHand:
 
 
 class Pushed(ByHand):
-    def make(self, particles, given):
-        self.elastic = linear_elements.make(particles, {})
-        self.push = push.make(particles, given["push"], self.elastic)
+    def make(self, particles, scene):
+        self.elastic = linear_elements.make(particles, None)
+        self.push = push.make(particles, scene.push, self.elastic)
 
     def energy(self, x):
         return self.elastic.energy(x)
@@ -95,9 +94,9 @@ class Pushed(ByHand):
 
 
 class Sagging(ByHand):
-    def make(self, particles, given):
-        self.elastic = linear_elements.make(particles, {})
-        self.gravity = gravity.make(particles, given["gravity"], self.elastic)
+    def make(self, particles, scene):
+        self.elastic = linear_elements.make(particles, None)
+        self.gravity = gravity.make(particles, scene.gravity, self.elastic)
 
     def energy(self, x):
         return self.elastic.energy(x) + self.gravity.energy(x)
@@ -116,12 +115,12 @@ class Sagging(ByHand):
 class Draped(ByHand):
     bounded = True
 
-    def make(self, particles, given):
-        self.elastic = triangles.make(particles, {})
-        self.gravity = gravity.make(particles, given["gravity"], self.elastic)
-        self.bending = bending.make(particles, {}, self.elastic)
-        self.contact = barrier_contact.make(particles, given["contact"], self.elastic)
-        self.contact.hold(held.make(particles, {}, self.elastic).fixed)
+    def make(self, particles, scene):
+        self.elastic = triangles.make(particles, None)
+        self.gravity = gravity.make(particles, scene.gravity, self.elastic)
+        self.bending = bending.make(particles, None, self.elastic)
+        self.contact = barrier_contact.make(particles, scene.contact, self.elastic)
+        self.contact.hold(held.make(particles, None, self.elastic).fixed)
         self.begin, self.limit, self.end = self.contact.begin, self.contact.limit, self.contact.end
 
     def couples(self):
@@ -179,7 +178,7 @@ def liver_press(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
 
 def clay_dent(scene: Scene, particles: Particles) -> Callable[[], np.ndarray]:
     system = Pushed(particles, scene)
-    flow = plasticity.make(particles, scene.settings["plasticity"], system.elastic)
+    flow = plasticity.make(particles, scene.plasticity, system.elastic)
     return stepping(system, scene, system.push.at, flow.relax)
 
 

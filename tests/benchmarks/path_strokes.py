@@ -19,7 +19,7 @@ from palpate.benchmark.motion_truth import MotionTruth, force_errors
 from palpate.files import read_arrays
 from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.strokes import Strokes
-from palpate.studies.dynamic.touching import ASKED, modes_of_strokes
+from palpate.studies.dynamic.touching import modes_of_strokes
 
 RUNS = 40
 """That times are the least of."""
@@ -54,11 +54,11 @@ def judge(
     steps : numbers of them in a frame; firmer : contact's stiffness over the model's
     """
     learnt = modes_of_strokes(compared, shown, grid, seed)
-    body = learnt.scene(compared, compared.frames).integration["touching"]["learnt"]
+    known = learnt.scene(compared, compared.frames).touching
     rows = []
     for times in firmer:
-        firm = replace(body, points=replace(body.points, penalty=times * body.points.penalty))
-        modes = {key: grid[key] for key in ASKED} | {"learnt": firm}
+        points = known.learnt.points
+        modes = known.but(learnt=replace(known.learnt, points=replace(points, penalty=times * points.penalty)))
         model = replace(learnt, scene=lambda scene, count, modes=modes: scene.touching(count, modes))
         for count in steps:
             scene = model.scene(compared, count * compared.frames)

@@ -23,6 +23,7 @@ from palpate.files import read_arrays, write_arrays
 from palpate.models import stroke_motion, strokes
 from palpate.run.settings import complete, read_settings
 from palpate.scenes.run_scene import compose
+from palpate.setting_types import plain
 from palpate.studies.dynamic import touching
 from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.fitted import Fitted
@@ -56,7 +57,7 @@ def main() -> None:
     square = grid["half_width_m"], given.count, given.seed
     columns = [*touching.MOTION_PLACES.columns, "times_life"]
     table = pd.read_csv(given.table) if given.table.exists() else pd.DataFrame(columns=columns)
-    for number, contact in enumerate(strokes.roaming(compared.particles(-1), compared.loads["contact"], *square)):
+    for number, contact in enumerate(strokes.roaming(compared.particles(-1), compared.loads.contact, *square)):
         if ((table["scene"] == given.scene) & (table["contact"] == number)).any():
             continue
         each = touching.stroked(compared, contact)
@@ -71,16 +72,16 @@ def main() -> None:
 
 def scene_of(configs: list[Path], name: str, model: str = "region_modes") -> tuple[ComparedScene, dict, int]:
     """Return a scene to compare models in, the settings of a ``model`` there, and the seed."""
-    config: dict = {}
+    given: dict = {}
     for file in configs:
-        update_config(config, read_settings(file))
-    config = complete(config, configs[0])
-    entry, dynamic = config["scenes"][name], config["dynamic"]
-    own = {"duration_s": entry["duration_s"], "frames": dynamic["frames"]} | dynamic["scenes"][name]
-    body = make_body(entry["body"], config["bodies"][entry["body"]])
+        update_config(given, read_settings(file))
+    config = complete(given, configs[0])
+    scene, dynamic = config.scenes[name].but(name=name), plain(config.dynamic)
+    own = {"duration_s": scene.duration_s, "frames": dynamic["frames"]} | dynamic["scenes"][name]
+    body = make_body(scene.body, config.bodies[scene.body])
     kept = {key: own[key] for key in ("duration_s", "frames", "level") if key in own}
     grid = dynamic["settings"][model] | own.get("settings", {}).get(model, {})
-    return ComparedScene.of(name, entry, body, kept), grid, config["seed"]
+    return ComparedScene.of(scene, body, kept), grid, config.seed
 
 
 def shown_to(compared: ComparedScene, grid: dict, seed: int, file: Path) -> Strokes:
@@ -106,7 +107,7 @@ def times_life(each: ComparedScene, fitted: Fitted, per_frame: int, runs: int = 
     taken = np.full((runs, scene.steps), np.nan)
     for run in taken:
         system = compose(scene, particles)
-        motion = stroke_motion.make(system, scene.integration)
+        motion = stroke_motion.make(system, scene)
         for number in range(scene.steps):
             system.at((number + 1) * scene.step_s)
             begin = thread_time()

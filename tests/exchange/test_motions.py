@@ -18,6 +18,7 @@ from palpate.benchmark.motion_truth import force_errors, motion_truth
 from palpate.benchmark.moving_scene import MovingScene
 from palpate.bodies.body_file import save
 from palpate.bodies.make_body import make_body
+from palpate.effects.settings import Ball, Loads
 from palpate.errors import InputError
 from palpate.exchange import motions
 from palpate.exchange.ask import ask
@@ -47,7 +48,6 @@ bodies:
 scenes:
   poke:
     body: bar
-    effects: [corotational, gravity, push, held, rayleigh]
     gravity: {acceleration_m_s2: [0, 0, -4]}
     push:
       loads:
@@ -76,8 +76,8 @@ def run(tmp_path_factory):
     config = folder / "config.yaml"
     config.write_text(CONFIG)
     settings = complete(read_settings(config), config)
-    body = make_body("bar", settings["bodies"]["bar"])
-    scene = ComparedScene.of("poke", settings["scenes"]["poke"], body, {"duration_s": 0.16, "frames": 4})
+    body = make_body("bar", settings.bodies["bar"])
+    scene = ComparedScene.of(settings.scenes["poke"].but(name="poke"), body, {"duration_s": 0.16, "frames": 4})
     truth = motion_truth(scene.body, scene.placed_loads(), scene.rayleigh, 0.16, 4, 16)
     save(body, folder / "results/data/bar/body.h5")
     (folder / "results/data/dynamic/poke").mkdir(parents=True)
@@ -110,7 +110,7 @@ def test_linear_elements_from_elsewhere_move_as_those_inside(run, folder, answer
     questions = read(folder)
     found = score_motions(answered, questions, questions.truth).settings
     for row, (level, steps) in zip(found.itertuples(), ((0, 4), (0, 16), (1, 8)), strict=True):
-        scene = replace(run.scene.fem(steps), tolerance=1e-10)
+        scene = run.scene.fem(steps).but(tolerance=1e-10)
         moved, _ = run.scene.move(scene, level)
         inside = errors(moved.reshape(-1, 3), run.truth.displacement.reshape(-1, 3))
         for name in ("rmse_m", "rmse_of_peak", "p95_of_peak", "max_of_peak"):
@@ -152,7 +152,7 @@ def test_a_private_motion_is_another_of_the_same_size(run, tmp_path):
     push = load["pushes"][0]
     assert np.linalg.norm(push["force_n"]) == pytest.approx(np.hypot(0.1, 0.2))
     assert np.dot(push["force_n"], push["normal"]) < -0.8 * np.hypot(0.1, 0.2)
-    touched = replace(run.scene, loads={"contact": {"instruments": []}})
+    touched = replace(run.scene, loads=Loads(contact={}))
     with pytest.raises(InputError, match="poke is touched; leave --seed out"):
         motions.drawn(touched, 7)
 
@@ -209,7 +209,7 @@ def test_what_is_no_motion_over_time_is_told(share):
 
 
 def test_a_motion_under_weight_alone_has_no_dent(run, tmp_path):
-    scene = replace(run.scene, loads={"gravity": run.scene.loads["gravity"]})
+    scene = replace(run.scene, loads=run.scene.loads.but(push=None))
     questions = motions.questions_of([scene], {"levels": 3, "steps_per_frame": 1})
     page = motions.page(questions)
     assert "dent" not in page["asked"] + page["scored"] and "Nothing is pressed" in page["asked"]
@@ -249,11 +249,11 @@ def test_forces_of_instruments_are_compared_as_those_of_models(run):
     """A ball that presses the bar's top: its force is asked for, and its error is that of dynamic_accuracy.csv."""
     ball = {"kind": "sphere", "center_m": [0.08, 0.02, 0.052], "radius_m": 0.01}
     ball |= {"times_s": [0.0, 0.1], "shifts_m": [[0, 0, 0], [0, 0, -0.01]]}
-    scene = replace(run.scene, loads={"contact": {"instruments": [ball], "friction": 0.2, "slip_m_s": 1e-3}})
+    scene = replace(run.scene, loads=Loads(contact={"instruments": [ball], "friction": 0.2}))
     questions = motions.questions_of([scene], {"levels": 3, "steps_per_frame": 1})
     load = questions.info["loads"][0]
     assert load["instruments"] == [ball] and load["friction"] == 0.2
-    assert motions._blocks(load)["contact"]["instruments"] == [ball]
+    assert motions._loads(load).instruments == [Ball(**ball)]
     assert motions.wanted(questions)["force_n"].shape == (4, 1, 3)
     assert "`setting_0/force_n` | (k, f, i, 3)" in motions.page(questions)["answer_rows"]
     dent = questions.arrays["loads"]["in_dent"][0]

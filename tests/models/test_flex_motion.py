@@ -10,6 +10,7 @@ from palpate.benchmark.accuracy import errors
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.simple_shapes import box as block
+from palpate.effects.settings import Contact, Loads, Rayleigh
 from palpate.errors import NotConverged
 from palpate.models import flex_motion
 from palpate.models.flex_motion import FlexMotion, move
@@ -18,15 +19,15 @@ from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.reference import reference
 
-UNDAMPED = {"mass_1_s": 0.0, "stiffness_s": 0.0}
-DAMPED = {"mass_1_s": 1.0, "stiffness_s": 0.01}
+UNDAMPED = Rayleigh(mass_1_s=0.0, stiffness_s=0.0)
+DAMPED = Rayleigh(mass_1_s=1.0, stiffness_s=0.01)
 OTHERS: dict[str, dict] = {"fem_coarse": {}, "fem_fine": {}, "moving_modes": {}}
 """Models that a scene names no settings of."""
 ONE = {"level": 0, "steps_per_frame": 1}
-FALL = {"gravity": {"acceleration_m_s2": [0.0, 4.0, -4.0]}}
+FALL = Loads(gravity={"acceleration_m_s2": [0.0, 4.0, -4.0]})
 BALL = {"kind": "sphere", "center_m": [0.03, 0.03, 0.0425], "radius_m": 0.012, "times_s": [0.0, 0.1, 0.2]}
-PRESS = {"instruments": [BALL | {"shifts_m": [[0, 0, 0], [0, 0, -0.008], [0, 0, -0.008]]}]}
-STROKE = {"instruments": [BALL | {"shifts_m": [[0, 0, 0], [0, 0, -0.006], [0.012, 0, -0.006]]}]}
+PRESS = Contact(instruments=[BALL | {"shifts_m": [[0, 0, 0], [0, 0, -0.008], [0, 0, -0.008]]}])
+STROKE = Contact(instruments=[BALL | {"shifts_m": [[0, 0, 0], [0, 0, -0.006], [0.012, 0, -0.006]]}])
 
 
 def elements(compared: ComparedScene, level: int, steps: int) -> tuple[np.ndarray, np.ndarray]:
@@ -51,7 +52,7 @@ def off(found: np.ndarray, right: np.ndarray) -> float:
 def pad() -> ComparedScene:
     mesh = block([0.06, 0.06, 0.03], [6, 6, 3])
     body = nest("pad", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(5000.0, 0.3, 1000.0))
-    return ComparedScene("pad", body, {"contact": PRESS}, DAMPED, 0.2, 5)
+    return ComparedScene("pad", body, Loads(contact=PRESS), DAMPED, 0.2, 5)
 
 
 @pytest.mark.parametrize(
@@ -59,7 +60,7 @@ def pad() -> ComparedScene:
     [
         ({"loads": FALL, "rayleigh": UNDAMPED}, 0),
         ({"loads": FALL, "rayleigh": UNDAMPED}, 1),
-        ({"rayleigh": UNDAMPED | {"mass_1_s": 5.0}}, 0),
+        ({"rayleigh": UNDAMPED.but(mass_1_s=5.0)}, 0),
     ],
 )
 def test_its_motion_tends_to_that_of_elements_of_its_law(box, changed, level):
@@ -109,7 +110,7 @@ def test_friction_drags_along_the_stroke(pad):
     pytest.importorskip("mujoco")
     drag = {}
     for friction in (0.0, 0.3):
-        made = replace(pad, loads={"contact": STROKE | {"friction": friction}})
+        made = replace(pad, loads=Loads(contact=STROKE.but(friction=friction)))
         right, felt = elements(made, 0, 8 * made.frames)
         found = flex(made, 0, 16 * made.frames)
         assert off(found.moved, right) < 0.015 and off(found.forces, felt) < 0.03
@@ -146,7 +147,8 @@ def test_beyond_what_it_knows_there_is_no_row(box):
         return accuracy._models(scene, None, None, grid, {})
 
     assert "mujoco" in models(made)
-    floor = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}}
-    unknown = [{"held": False}, {"shifts_m": [[0, 0, 1]]}, *({"loads": each} for each in (floor, {"plasticity": {}}))]
+    floor = Loads(contact={"instruments": [{"kind": "floor", "height_m": -1.0}]})
+    clay = Loads(plasticity={"yield_strain": 0.1, "max_strain": 0.5})
+    unknown = [{"held": False}, {"shifts_m": [[0, 0, 1]]}, {"loads": floor}, {"loads": clay}]
     for changed in unknown:
         assert "mujoco" not in models(replace(made, **changed))

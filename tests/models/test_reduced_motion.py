@@ -10,6 +10,7 @@ from scipy.linalg import eigh
 from palpate.benchmark.motion_truth import motion_truth
 from palpate.bodies.body import nest
 from palpate.bodies.material import NAMED, Material
+from palpate.effects.settings import Load, Loads, Rayleigh
 from palpate.errors import InputError, NotConverged
 from palpate.models import reduced_body, reduced_motion
 from palpate.models.contact_modes.reduced_contact import ReducedContact, cells_of
@@ -18,8 +19,9 @@ from palpate.models.reduced_motion import CellEnergy, ReducedMotion, misses, mov
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.dynamic.accuracy import told_in_modes
 
-UNDAMPED = {"mass_1_s": 0.0, "stiffness_s": 0.0}
-OTHER = {"at_m": [0.025, 0.04, 0.02], "force_n": [0.0, -0.2, 0.0]}
+UNDAMPED = Rayleigh(mass_1_s=0.0, stiffness_s=0.0)
+FALLING = Loads(gravity={"acceleration_m_s2": [0.0, 0.0, -3.0]})
+OTHER = {"at_m": [0.025, 0.04, 0.02], "force_n": [0.0, -0.2, 0.0], "normal": [0.0, 1.0, 0.0]}
 MISSED = 0.02
 
 
@@ -71,9 +73,9 @@ def wrong(moved: np.ndarray, truth) -> float:
     return float(off / np.linalg.norm(truth.displacement, axis=2).max())
 
 
-def asked(body: ReducedBody, compared, steps: int, **loads) -> tuple:
+def asked(body: ReducedBody, compared, steps: int) -> tuple:
     """A motion, and what it says of itself, over the peak."""
-    motion = ReducedMotion(body, compared.placed_loads() | loads, compared.rayleigh)
+    motion = ReducedMotion(body, compared.placed_loads(), compared.rayleigh)
     found = move(motion, compared.duration_s, compared.frames, steps)
     return found, told_in_modes(compared, motion, found).estimate_of_peak
 
@@ -98,7 +100,7 @@ def test_vibrations_are_those_of_the_dense_problem(box):
 
 
 def test_bends_are_what_a_static_answer_lacks_to_second_order(pressed, rest):
-    load = rest.spread(reduced_motion.disc(pressed.placed_loads()["push"]["loads"][0]))[:, :, 2]
+    load = rest.spread(reduced_motion.disc(pressed.placed_loads().pushes[0]))[:, :, 2]
     linear = rest.elements.solve(load[:, :, None], 1e-10)
     second = rest.elements.solve(bending_loads(rest.elements, linear), 1e-8)[:, :, 0]
     size = reduced_body.BEND_STEP * rest.elements.size / np.linalg.norm(linear, axis=1).max()
@@ -108,7 +110,7 @@ def test_bends_are_what_a_static_answer_lacks_to_second_order(pressed, rest):
 
 
 def test_a_linear_answer_in_modes_is_the_limit_of_the_levels(pressed, rest):
-    load = rest.spread(reduced_motion.disc(pressed.placed_loads()["push"]["loads"][0]))
+    load = rest.spread(reduced_motion.disc(pressed.placed_loads().pushes[0]))
     modes = limit_modes(rest, [load], 3)
     answers, changes = rest.answers(load[:, :, 2:])
     q = np.tensordot(modes.limit, load[:, :, 2], ((0, 1), (0, 1)))
@@ -122,7 +124,7 @@ def test_stiffness_is_positive_and_that_of_the_slopes_however_weak_the_modes_tha
     weak, pressed, rest, monkeypatch
 ):
     monkeypatch.setattr(reduced_body, "DEPENDENT", weak)
-    load = rest.spread(reduced_motion.disc(pressed.placed_loads()["push"]["loads"][0]))
+    load = rest.spread(reduced_motion.disc(pressed.placed_loads().pushes[0]))
     modes = limit_modes(rest, [load], 3)
     flat = modes.slopes.reshape(-1, len(modes.masses))
     stiffness = flat.T @ rest.elements.multiply(modes.slopes).reshape(flat.shape)
@@ -150,10 +152,10 @@ def test_all_points_as_cells_have_the_energy_the_forces_and_the_clamped_hessian_
 
 
 def test_all_modes_move_as_the_elements_do(box):
-    rest, gravity = BodyAtRest(cube(box), 3), {"acceleration_m_s2": [3.0, 0.0, -5.0]}
-    body, rayleigh = whole(rest), {"mass_1_s": 2.0, "stiffness_s": 0.01}
-    reduced = ReducedMotion(body, {"gravity": gravity}, rayleigh)
-    elements = type(rest.motion)(reduced_body.with_midpoints(rest.body, 1), 1, {"gravity": gravity}, rayleigh)
+    rest, falling = BodyAtRest(cube(box), 3), Loads(gravity={"acceleration_m_s2": [3.0, 0.0, -5.0]})
+    body, rayleigh = whole(rest), Rayleigh(mass_1_s=2.0, stiffness_s=0.01)
+    reduced = ReducedMotion(body, falling, rayleigh)
+    elements = type(rest.motion)(reduced_body.with_midpoints(rest.body, 1), 1, falling, rayleigh)
     few, all_of = (list(each.steps(0.02, 6, 1e-8)) for each in (reduced, elements))
     moved = np.array([body.modes.own @ each.x[:, 0] for each in few])
     expected = np.array([each.x - elements.rest for each in all_of])
@@ -166,11 +168,11 @@ def test_a_load_that_modes_were_not_told_of_is_missed_as_it_moves_the_body(box, 
     """Elements feel 5 % more of a push that grows all the time: what is missed is what that adds to the motion."""
     monkeypatch.setattr(reduced_motion, "MISSED_RESIDUAL", 1e-8)
     monkeypatch.setattr(reduced_motion, "TOLERANCE", 1e-8)
-    body, rayleigh = whole(BodyAtRest(cube(box), 3)), {"mass_1_s": 5.0, "stiffness_s": 0.02}
-    push = {"at_m": [0.05, 0.05, 0.1], "normal": [0.0, 0.0, 1.0], "radius_m": 0.04, "force_n": [0.3, 0.0, -0.5]}
-    push |= {"start_s": 0.0, "press_s": 0.4, "hold_s": 1.0, "release_s": 0.0}
-    more = push | {"force_n": [1.05 * newtons for newtons in push["force_n"]]}
-    motion, other = (ReducedMotion(body, {"push": {"loads": [each]}}, rayleigh) for each in (push, more))
+    body, rayleigh = whole(BodyAtRest(cube(box), 3)), Rayleigh(mass_1_s=5.0, stiffness_s=0.02)
+    course = {"press_s": 0.4, "hold_s": 1.0, "release_s": 0.0}
+    push = Load(at_m=[0.05, 0.05, 0.1], normal=[0, 0, 1], radius_m=0.04, force_n=[0.3, 0.0, -0.5], **course)
+    more = push.but(force_n=[1.05 * newtons for newtons in push.force_n])
+    motion, other = (ReducedMotion(body, Loads(push={"loads": [each]}), rayleigh) for each in (push, more))
     found, expected = (move(each, 0.4, 8, 8) for each in (motion, other))
     motion.nodal = other.nodal
     added = np.sqrt(np.mean(np.sum((expected.moved - found.moved) ** 2, axis=2)))
@@ -188,9 +190,8 @@ def test_few_modes_are_near_the_truth_and_say_so(pressed, truth, reduced):
 
 @pytest.mark.slow
 def test_modes_of_another_place_are_doubted(pressed, truth, reduced):
-    loads = pressed.placed_loads()
-    other = {"push": {"loads": [loads["push"]["loads"][0] | OTHER | {"normal": [0.0, 1.0, 0.0]}]}}
-    there = prepare(BodyAtRest(pressed.body, 1), other, pressed.rayleigh, 1, MISSED)
+    other = pressed.placed_loads().pushes[0].but(**OTHER)
+    there = prepare(BodyAtRest(pressed.body, 1), Loads(push={"loads": [other]}), pressed.rayleigh, 1, MISSED)
     found, told = asked(there, pressed, 4 * pressed.frames)
     own, told_own = asked(reduced, pressed, 4 * pressed.frames)
     error = wrong(found.moved, truth)
@@ -224,7 +225,7 @@ def test_what_is_damped_and_kept_is_the_work_of_the_loads(pressed, reduced):
 
 @pytest.mark.slow
 def test_weight_has_modes_of_its_own(pressed):
-    heavy = replace(pressed, loads={"gravity": {"acceleration_m_s2": [0.0, 0.0, -3.0]}})
+    heavy = replace(pressed, loads=FALLING)
     truth = motion_truth(heavy.body, heavy.loads, heavy.rayleigh, heavy.duration_s, heavy.frames, 4 * heavy.frames)
     body = prepare(BodyAtRest(heavy.body, 10), heavy.loads, heavy.rayleigh, 3, MISSED)
     found, told = asked(body, heavy, 8 * heavy.frames)
@@ -242,7 +243,7 @@ def test_what_modes_cannot_do_is_refused(box, pressed, rest, monkeypatch):
     rest.check(pressed.body)
     monkeypatch.setattr(reduced_body, "some_points", lambda *given: cells_of(*given[:2], given[2], 8).take(*few()))
     with pytest.raises(NotConverged, match="misplace"):
-        prepare(rest, {"gravity": {"acceleration_m_s2": [0.0, 0.0, -3.0]}}, pressed.rayleigh, 3, 0.01)
+        prepare(rest, FALLING, pressed.rayleigh, 3, 0.01)
 
 
 def few() -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.scenes.scene import Scene
 from scipy.spatial.transform import Rotation
 
 from palpate.bodies.body import nest
@@ -12,27 +11,30 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.bodies.simple_shapes import box
 from palpate.collision.contact import instrument_contact
+from palpate.effects.settings import Ball, Capsule, Contact, Rayleigh, Touching
 from palpate.errors import InputError, NotConverged
 from palpate.models import local_answers, stroke_motion, strokes
+from palpate.models.stroke_motion import Learnt
 from palpate.scenes.run_scene import compose, run
+from palpate.scenes.settings import Scene
 from palpate.solvers.touched_motion import STIFFER, TouchedMotion
 
 DURATION_S, STEP_S = 0.24, 0.01
-BALL = {"kind": "sphere", "name": "finger", "center_m": [0.03, 0.03, 0.0421], "radius_m": 0.012}
-PATH = {"times_s": [0.0, 0.1, 0.14, 0.24], "shifts_m": [[0, 0, 0], [0, 0, -0.008], [0, 0, -0.008], [0.015, 0, -0.006]]}
-CONTACT = {"friction": 0.3, "instruments": [BALL | PATH]}
-RAYLEIGH = {"mass_1_s": 1.0, "stiffness_s": 0.01}
+SHIFTS = [[0, 0, 0], [0, 0, -0.008], [0, 0, -0.008], [0.015, 0, -0.006]]
+BALL = Ball(name="finger", center_m=[0.03, 0.03, 0.0421], radius_m=0.012)
+FINGER = BALL.but(times_s=[0.0, 0.1, 0.14, 0.24], shifts_m=SHIFTS)
+CONTACT = Contact(friction=0.3, instruments=[FINGER])
+RAYLEIGH = Rayleigh(mass_1_s=1.0, stiffness_s=0.01)
 
 
-def scene(contact: dict = CONTACT, integrator: str = "touching", step_s: float = STEP_S, **modes) -> Scene:
-    settings = {"contact": contact, "rayleigh": RAYLEIGH} | ({"touching": modes} if modes else {})
-    effects = ["corotational", "held", "contact", "rayleigh"]
-    return Scene("pad", effects, integrator, step_s, DURATION_S, frames=12, settings=settings)
+def scene(contact: Contact = CONTACT, modes: Touching | None = None, **stepping) -> Scene:
+    given = {"integrator": "touching", "step_s": STEP_S, "duration_s": DURATION_S, "frames": 12} | stepping
+    return Scene(name="pad", body="pad", contact=contact, rayleigh=RAYLEIGH, touching=modes, **given)
 
 
-def moved(contact: dict, by: list[float]) -> dict:
-    tool = contact["instruments"][0]
-    return contact | {"instruments": [tool | {"center_m": (np.array(tool["center_m"]) + by).tolist()}]}
+def moved(contact: Contact, by: list[float]) -> Contact:
+    tool = contact.instruments[0]
+    return contact.but(instruments=[tool.but(center_m=(np.array(tool.center_m) + by).tolist())])
 
 
 @pytest.fixture(scope="module")
@@ -47,14 +49,13 @@ def shown(pad) -> np.ndarray:
     return strokes.shown(pad.body, strokes.neighbours(CONTACT), RAYLEIGH, DURATION_S)
 
 
-def few(pad: Particles, shown: np.ndarray, contact: dict = CONTACT, **asked) -> dict:
-    """The block ``touching`` with modes learnt from ``shown``."""
-    settings = scene(contact).integration["touching"] | asked
-    body = stroke_motion.prepare(compose(scene(contact), pad), settings, shown)
-    return settings | {"learnt": body}
+def few(pad: Particles, shown: np.ndarray, contact: Contact = CONTACT, **asked) -> Learnt:
+    """Modes learnt from ``shown``."""
+    modes = Touching(**asked)
+    return Learnt(**dict(modes), learnt=stroke_motion.prepare(compose(scene(contact), pad), modes, shown))
 
 
-def elements_of(pad: Particles, contact: dict, steps: int, softer: float = STIFFER) -> tuple[np.ndarray, np.ndarray]:
+def elements_of(pad: Particles, contact: Contact, steps: int, softer: float = STIFFER) -> tuple[np.ndarray, np.ndarray]:
     """What quadratic elements do with contact as stiff as modes have it: corners (steps, n, 3), forces (steps, 3)."""
     points = strokes.points_of(pad.body, [contact])
     points = replace(points, penalty=points.penalty / softer)
@@ -76,7 +77,7 @@ def force_of(done) -> np.ndarray:
 
 def test_modes_of_strokes_move_as_quadratic_elements_in_steps_of_the_same_length(pad, shown):
     truth, forces = elements_of(pad, CONTACT, 12)
-    done = run(scene(step_s=DURATION_S / 12, **few(pad, shown, modes=20, thinning=0.02)), pad)
+    done = run(scene(modes=few(pad, shown, modes=20, thinning=0.02), step_s=DURATION_S / 12), pad)
     wrong = np.sqrt(np.mean(np.sum((force_of(done) - forces) ** 2, axis=1)))
     assert off(done.motion.positions[1:], truth, pad.nodes) < 0.01 and wrong < 0.05 * np.abs(forces).max()
 
@@ -88,8 +89,8 @@ def test_few_modes_and_cells_tend_to_the_motion_of_quadratic_elements(pad, shown
     found = []
     for modes, step_s in ((10, 0.01), (40, 0.0025)):
         asked = few(pad, shown, modes=modes, thinning=0.01)
-        assert asked["learnt"].count <= modes + 10 < 3 * len(pad.nodes)
-        done = run(scene(step_s=step_s, **asked), pad)
+        assert asked.learnt.count <= modes + 10 < 3 * len(pad.nodes)
+        done = run(scene(modes=asked, step_s=step_s), pad)
         every = len(force_of(done)) // 12
         means = [each.reshape(12, -1, 3).mean(axis=1) for each in (force_of(done), forces)]
         wrong, strong = np.sqrt(np.mean(np.sum((means[0] - means[1]) ** 2, axis=1))), np.abs(means[1]).max()
@@ -112,20 +113,20 @@ def test_the_doubt_is_large_where_the_error_is(pad, shown):
     blind = replace(wide, local=None)
     found = []
     for contact in passing:
-        done = run(scene(contact, **asked | {"learnt": blind}), pad)
+        done = run(scene(contact, asked.but(learnt=blind)), pad)
         truth, _ = elements_of(pad, contact, 24, softer=1.0)
         found.append((off(done.motion.positions[1:], truth[1::2], pad.nodes), done.doubts_m.max()))
     errors, doubts = np.transpose(found)
     assert errors[2] > 3.0 * errors[:2].max()
     assert doubts[2] > 3.0 * doubts[:2].max()
     # there the answers of the surface take most of the error away, and of the force's
-    known = run(scene(passing[2], **asked | {"learnt": wide}), pad)
+    known = run(scene(passing[2], asked.but(learnt=wide)), pad)
     assert off(known.motion.positions[1:], truth[1::2], pad.nodes) < 0.3 * errors[2]
     truly = np.linalg.norm(elements_of(pad, passing[2], 24, softer=1.0)[1], axis=1).max()
     strong = [np.linalg.norm(force_of(each), axis=1).max() / truly for each in (known, done)]
     assert abs(strong[0] - 1.0) < 0.3 * abs(strong[1] - 1.0)
     # where points are not in reach the finger goes into the body, and it knows
-    done = run(scene(moved(CONTACT, [-0.03, 0.03, 0]), **asked), pad)
+    done = run(scene(moved(CONTACT, [-0.03, 0.03, 0]), asked), pad)
     assert np.isinf(done.doubts_m.max())
 
 
@@ -151,9 +152,10 @@ def test_modes_and_what_they_lack_answer_as_the_linear_body(pad, shown):
 
 
 def test_the_finger_works_on_the_body_and_pushes_along_its_normals_without_friction(pad, shown):
-    contact = CONTACT | {"friction": 0.0}
-    system = compose(scene(contact), pad)
-    motion = stroke_motion.make(system, {"touching": few(pad, shown, contact)})
+    contact = CONTACT.but(friction=0.0)
+    asked = scene(contact, few(pad, shown, contact))
+    system = compose(asked, pad)
+    motion = stroke_motion.make(system, asked)
     pushed = 0
     for number in range(24):
         system.at((number + 1) * STEP_S)
@@ -164,20 +166,23 @@ def test_the_finger_works_on_the_body_and_pushes_along_its_normals_without_frict
         pushed += bool(forces.any())
         # all forces on a ball without friction go through its centre
         pose = motion.contact.poses(system.time)[0]
-        centre = pose.tip + BALL["radius_m"] * pose.axes[2]
+        centre = pose.tip + BALL.radius_m * pose.axes[2]
         assert np.abs(np.cross(points - centre, forces).sum(axis=0)).max() <= 1e-9 * max(np.abs(forces).max(), 1e-9)
     assert pushed > 12
     assert motion.contact.work_j > 0.0
 
 
 @pytest.mark.parametrize(
-    "kind",
-    [{"kind": "sphere", "center_m": [0, 0, 0]}, {"kind": "capsule", "from_m": [-0.01, 0, 0], "to_m": [0.01, 0, 0]}],
+    "tool",
+    [
+        Ball(center_m=[0, 0, 0], radius_m=0.012),
+        Capsule(from_m=[-0.01, 0, 0], to_m=[0.01, 0, 0], radius_m=0.012),
+    ],
 )
-def test_forces_and_stiffness_of_contact_are_derivatives(pad, kind):
+def test_forces_and_stiffness_of_contact_are_derivatives(pad, tool):
     """By differences; the stiffness leaves out what curvature and sliding take off, so that it is no smaller."""
     rng = np.random.default_rng(1)
-    contact = strokes.of_contact(pad.body, {"friction": 0.5, "instruments": [kind | {"radius_m": 0.012}]})
+    contact = strokes.of_contact(pad.body, Contact(friction=0.5, instruments=[tool]))
     points = rng.uniform(-1.0, 1.0, (40, 3)) * [0.02, 0.012, 0.012]
     tools, stiff = contact.at(0.0), rng.uniform(50.0, 100.0, 40)
     gaps, normals = instrument_contact.gaps_of(points, tools)
@@ -226,20 +231,18 @@ def test_a_body_that_hardly_changes_its_volume_is_refused_before_it_is_learnt(pa
 )
 def test_what_it_has_no_modes_for_is_refused(pad, changed, said):
     with pytest.raises(InputError, match=said):
-        run(scene(CONTACT | changed), pad)
+        run(scene(CONTACT.but(**changed)), pad)
 
 
 def test_other_effects_and_other_bodies_are_refused(pad, shown):
-    heavy = replace(scene(), effects=[*scene().effects, "gravity"])
-    heavy = replace(heavy, settings=heavy.settings | {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}})
     with pytest.raises(InputError, match="the scene has gravity"):
-        run(heavy, pad)
+        run(scene().but(gravity={"acceleration_m_s2": [0, 0, -9.81]}), pad)
     with pytest.raises(InputError, match="it is for a body that instruments touch"):
-        run(replace(scene(), effects=["corotational", "held", "rayleigh"]), pad)
+        run(scene().but(contact=None), pad)
     asked = few(pad, shown)
     stiffer = replace(pad, body=replace(pad.body, material=replace(pad.material, young_pa=6000.0)))
     with pytest.raises(InputError, match="modes are those of another body"):
-        run(scene(**asked), stiffer)
+        run(scene(modes=asked), stiffer)
     with pytest.raises(InputError, match="motions of 74 nodes"):
         few(pad, shown[:, :74])
 
@@ -249,8 +252,8 @@ def test_a_finger_that_goes_through_the_body_is_raised_and_one_nearly_through_do
 
     def pressed(depth_m: float):
         deep = {"times_s": [0.0, 0.2], "shifts_m": [[0, 0, 0], [0, 0, -depth_m]]}
-        contact = CONTACT | {"instruments": [BALL | deep]}
-        return run(scene(contact, **few(pad, shown, contact, modes=40)), pad)
+        contact = CONTACT.but(instruments=[BALL.but(**deep)])
+        return run(scene(contact, few(pad, shown, contact, modes=40)), pad)
 
     for depth_m in (0.032, 0.05):
         with pytest.raises(NotConverged, match="driven into held nodes"):
@@ -261,21 +264,17 @@ def test_a_finger_that_goes_through_the_body_is_raised_and_one_nearly_through_do
 def test_a_ball_that_was_inside_between_frames_is_doubted_at_the_next(pad, shown):
     """Led through the pad from side to side, which no modes of presses follow, it is outside again where it ends."""
     through = {"times_s": [0.0, 0.24], "shifts_m": [[0, 0, 0], [0.085, 0, 0]]}
-    contact = CONTACT | {"instruments": [BALL | through | {"center_m": [-0.0125, 0.03, 0.022]}]}
-    asked = scene(contact, step_s=0.005, **few(pad, shown, contact))
+    contact = CONTACT.but(instruments=[BALL.but(center_m=[-0.0125, 0.03, 0.022], **through)])
+    asked = scene(contact, few(pad, shown, contact), step_s=0.005)
     for frames in (1, 12):
-        assert np.isinf(run(replace(asked, frames=frames), pad).doubts_m.max())
+        assert np.isinf(run(asked.but(frames=frames), pad).doubts_m.max())
 
 
 def test_energies_are_those_of_the_integrator_and_balance(pad, shown):
     """Without damping and friction the work of a slow press is what the body and contact keep of it."""
-    still = {"mass_1_s": 0.0, "stiffness_s": 0.0}
-    contact = CONTACT | {
-        "friction": 0.0,
-        "instruments": [BALL | {"times_s": [0, 0.2], "shifts_m": PATH["shifts_m"][:2]}],
-    }
-    asked = scene(contact, step_s=0.005, **few(pad, shown, contact, thinning=0.01))
-    done = run(replace(asked, settings=asked.settings | {"rayleigh": still}), pad).motion
+    contact = Contact(instruments=[BALL.but(times_s=[0, 0.2], shifts_m=SHIFTS[:2])])
+    asked = scene(contact, few(pad, shown, contact, thinning=0.01), step_s=0.005)
+    done = run(asked.but(rayleigh=Rayleigh(mass_1_s=0.0, stiffness_s=0.0)), pad).motion
     energy = done.energy
     assert np.isfinite(energy.to_numpy()).all()
     end = energy.iloc[-1]
@@ -294,11 +293,11 @@ def test_what_overlaps_or_is_missed_where_it_begins_is_refused(pad, shown):
     asked = few(pad, shown)
     for tool in (
         moved(CONTACT, [0, 0, -0.004]),  # in part inside
-        {"instruments": [BALL | PATH | {"center_m": [0.03, 0.03, 0.015], "radius_m": 0.004}]},  # wholly
-        {"instruments": [BALL | PATH | {"times_s": [-0.1, 0.0, 0.14, 0.24]}]},  # it began earlier
+        Contact(instruments=[FINGER.but(center_m=[0.03, 0.03, 0.015], radius_m=0.004)]),  # wholly
+        Contact(instruments=[FINGER.but(times_s=[-0.1, 0.0, 0.14, 0.24])]),  # it began earlier
     ):
         with pytest.raises(InputError, match=r"scenes\.pad\.integrator is touching: .* where the scene begins"):
-            run(scene(tool, **asked), pad)
+            run(scene(tool, asked), pad)
     with pytest.raises(
         InputError, match=r"no instrument comes within 1\.2 times its radius of pad; lead its path there"
     ):
@@ -308,20 +307,20 @@ def test_what_overlaps_or_is_missed_where_it_begins_is_refused(pad, shown):
 def test_a_step_in_which_the_finger_would_pass_through_the_pad_unseen_is_refused(pad, shown):
     """It is above the pad where the step begins and below it where it ends, and the pad would not move."""
     asked = few(pad, shown)
-    through = CONTACT | {"instruments": [BALL | {"times_s": [0.0, 0.04], "shifts_m": [[0, 0, 0], [0, 0, -0.06]]}]}
+    through = CONTACT.but(instruments=[BALL.but(times_s=[0.0, 0.04], shifts_m=[[0, 0, 0], [0, 0, -0.06]])])
     with pytest.raises(InputError, match=r"step_s is 0\.04 s, and touching takes steps of up to 0\.008 s"):
-        run(scene(through, step_s=0.04, **asked), pad)
+        run(scene(through, asked, step_s=0.04), pad)
 
 
 def test_random_strokes_press_into_the_surface_and_stay_in_the_region(pad):
     found = strokes.roaming(pad, CONTACT, 0.025, 6, seed=2)
     assert found == strokes.roaming(pad, CONTACT, 0.025, 6, seed=2) != strokes.roaming(pad, CONTACT, 0.025, 6, seed=3)
-    middle = np.array([0.03, 0.03]) + np.array(PATH["shifts_m"]).mean(axis=0)[:2]
+    middle = np.array([0.03, 0.03]) + np.array(SHIFTS).mean(axis=0)[:2]
     for contact in found:
-        tool = contact["instruments"][0]
-        places = np.array(tool["center_m"]) + np.array(tool["shifts_m"])
+        tool = contact.instruments[0]
+        places = np.array(tool.center_m) + np.array(tool.shifts_m)
         assert np.abs(places[:, :2] - middle).max() <= 0.025 + 1e-12
-        depths = 0.03 + tool["radius_m"] - places[:, 2]
+        depths = 0.03 + tool.radius_m - places[:, 2]
         assert depths[0] < 0.0 and depths[-1] < 0.0
         assert depths[1] == pytest.approx(depths[3]) and strokes.DEPTHS_M[0] <= depths[1] <= strokes.DEPTHS_M[1]
 
@@ -335,7 +334,7 @@ def test_strokes_that_elements_do_not_find_are_left_out_and_most_must_be_found(p
         return real(self, *asked, **more)
 
     monkeypatch.setattr(TouchedMotion, "touched_steps", steps)
-    numbered = [CONTACT | {"friction": each} for each in (0.3, 0.2, 0.1)]
+    numbered = [CONTACT.but(friction=each) for each in (0.3, 0.2, 0.1)]
     assert strokes.shown(pad.body, numbered, RAYLEIGH, 0.02).shape[0] == 2 * strokes.LEAST_STEPS
     failing.add(0.2)
     with pytest.raises(NotConverged, match="2 of 3 strokes are not found: lost"):

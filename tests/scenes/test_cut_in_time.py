@@ -11,11 +11,14 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import components
 from palpate.bodies.particles import Particles, particles_of
+from palpate.bodies.settings import Box
 from palpate.bodies.simple_shapes import box
 from palpate.collision.triangles.closest_points import POINT_TRIANGLE, closest_points
 from palpate.errors import InputError
+from palpate.scenes.moved_particles import particles_in
 from palpate.scenes.run_scene import compose, run
 from palpate.scenes.scene_check import check_effects
+from palpate.scenes.settings import Scene
 
 G = 9.81
 MATERIAL = Material(2e4, 0.3, 1000.0)
@@ -43,24 +46,13 @@ def bar() -> Body:
     return nest("bar", mesh, 0, np.flatnonzero(mesh.nodes[:, 0] < 1e-9), MATERIAL)
 
 
-def sagging(integrator="backward_euler", cut=None, elastic="corotational", **more) -> Scene:
+def sagging(integrator="backward_euler", cut=None, elastic="corotational", duration_s=0.16, **blocks) -> Scene:
     """A bar that falls under its weight, held at one end, and is cut."""
-    settings = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -G]}}
-    settings |= {"kelvin": {"ratio": 0.1}} if elastic == "springs" else {"rayleigh": RAYLEIGH}
-    settings |= {"cut": cut} if cut else {}
-    own = {integrator: FEW[integrator]} if integrator in FEW else {}
-    settings |= more.pop("settings", {})
-    return Scene(
-        "sagging",
-        [elastic, "held", *settings],
-        integrator,
-        0.01,
-        more.pop("duration_s", 0.16),
-        substeps=NEWTON.get(integrator, 1),
-        frames=1000,
-        settings=settings | own,
-        **more,
-    )
+    damped = {"springs": {}, "kelvin": {"ratio": 0.1}} if elastic == "springs" else {"rayleigh": RAYLEIGH}
+    given = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -G]}} | damped | blocks
+    given |= {integrator: FEW[integrator]} if integrator in FEW else {}
+    stepped = {"integrator": integrator, "step_s": 0.01, "substeps": NEWTON.get(integrator, 1), "frames": 1000}
+    return Scene(name="sagging", body="bar", cut=cut, duration_s=duration_s, **stepped, **given)
 
 
 def severed(particles: Particles) -> Particles:
@@ -77,12 +69,12 @@ def severed(particles: Particles) -> Particles:
     ],
 )
 def test_before_the_blade_a_body_moves_as_one_that_is_whole(bar, integrator, way, more):
-    scene = sagging(integrator, SLOWLY | {"way": way}, settings=more)
+    scene = sagging(integrator, SLOWLY | {"way": way}, **more)
     particles = particles_in(scene, [bar])
     # each node as the one that it is doubled from, found by its place
     from_whole = np.linalg.norm(particles.nodes[:, None] - bar.coarse.nodes[None], axis=2).argmin(axis=1)
     found = run(scene, particles).motion
-    whole = run(sagging(integrator, settings=more), particles_of(bar, 0, False)).motion
+    whole = run(sagging(integrator, **more), particles_of(bar, 0, False)).motion
     apart = np.abs(found.positions - whole.positions[:, from_whole]).max(axis=(1, 2))
     steps = np.arange(len(found.times))
     before = steps <= 5  # the blade starts at step 5, so that the next one ends elsewhere
@@ -111,10 +103,10 @@ def test_a_cut_at_once_at_the_start_is_a_body_that_was_severed_before(bar, integ
 @pytest.mark.slow
 def test_what_is_cut_slowly_settles_where_what_was_severed_does(bar):
     damped = {"rayleigh": {"mass_1_s": 9.0, "stiffness_s": 0.005}}
-    scene = replace(sagging(cut=SLOWLY, settings=damped, duration_s=6.0), step_s=0.02)
+    scene = sagging(cut=SLOWLY, **damped, duration_s=6.0).but(step_s=0.02)
     particles = particles_in(scene, [bar])
     found = run(scene, particles).motion.positions
-    other = run(sagging(settings=damped, duration_s=6.0), severed(particles)).motion.positions
+    other = run(sagging(**damped, duration_s=6.0), severed(particles)).motion.positions
     still = np.abs(found[-1] - found[-2]).max()
     assert still < 1e-7
     assert np.abs(found[-1] - other[-1]).max() < 1e-6 < 1e-3 < np.abs(found[-1] - particles.nodes).max()
@@ -146,7 +138,7 @@ def test_the_books_of_a_cut_close(bar, way):
     What kinetic and potential energy lose is what dampers and the scheme take in each step, by its own identity, if
     ties do no work, neither while they hold nor when they end.
     """
-    scene = replace(sagging(cut=SLOWLY | {"way": way}, duration_s=0.3), tolerance=1e-10)
+    scene = sagging(cut=SLOWLY | {"way": way}, duration_s=0.3).but(tolerance=1e-10)
     particles = particles_in(scene, [bar])
     motion = run(scene, particles).motion
     alone, x, h = compose(sagging(), severed(particles)), motion.positions, scene.step_s
@@ -169,11 +161,10 @@ def test_the_books_of_a_cut_close(bar, way):
     assert motion.energy["gain_j"].iloc[-1] <= 1e-8 * done
 
 
-def freed(bar, **more):
+def freed(bar):
     """A bar whose outer half is cut off, without damping, in short steps: particles, motion, which nodes fall."""
-    settings = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -G]}, "cut": THROUGH} | more
-    scene = Scene("cut_off", ["corotational", "held", *settings], "symplectic_euler", 5e-4, 0.1, frames=200)
-    scene = replace(scene, settings=settings)
+    scene = sagging("symplectic_euler", THROUGH, duration_s=0.1, rayleigh=None)
+    scene = scene.but(step_s=5e-4, substeps=1, frames=200)
     particles = particles_in(scene, [bar])
     piece = components(particles.tetrahedra[:, [0, 1, 0, 2, 0, 3]].reshape(-1, 2), len(particles.nodes))
     return particles, run(scene, particles).motion, np.flatnonzero(~np.isin(piece, piece[particles.held]))
@@ -203,8 +194,8 @@ def test_projective_dynamics_that_converges_moves_as_backward_euler_while_a_blad
     found = []
     for integrator in ("backward_euler", "projective_dynamics"):
         own = {"projective_dynamics": {"iterations": 60, "memory": 5}} if integrator != "backward_euler" else {}
-        scene = sagging(integrator, SLOWLY | {"way": "conform"})
-        found.append(run(replace(scene, settings=scene.settings | own), particles_in(scene, [bar])).motion.positions)
+        scene = sagging(integrator, SLOWLY | {"way": "conform"}).but(**own)
+        found.append(run(scene, particles_in(scene, [bar])).motion.positions)
     assert np.abs(found[0] - found[1]).max() < 1e-9 < 1e-3 < np.abs(found[0][-1] - found[0][5]).max()
 
 
@@ -223,13 +214,11 @@ def pressed(integrator: str, way: str) -> tuple[Scene, Scene, Body]:
     """A ball that is pressed on a bar, from 0.1 s on where it is cut; the same without the cut; the bar."""
     mesh = box([0.2, 0.04, 0.04], [10, 3, 3])
     ends = np.flatnonzero((mesh.nodes[:, 0] < 1e-9) | (mesh.nodes[:, 0] > 0.2 - 1e-9))
-    damped = {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.005}}
-    settings = {"contact": {"instruments": [BALL], "friction": 0.2}} | damped
-    effects, substeps = ["corotational", "held", *settings], NEWTON[integrator]
-    whole = Scene("pressed", effects, integrator, 0.01, 0.2, substeps=substeps, frames=100, settings=settings)
+    damped, contact = {"mass_1_s": 5.0, "stiffness_s": 0.005}, {"instruments": [BALL], "friction": 0.2}
+    stepped = {"integrator": integrator, "step_s": 0.01, "duration_s": 0.2, "substeps": NEWTON[integrator]}
+    whole = Scene(name="pressed", body="bar", **stepped, frames=100, contact=contact, rayleigh=damped)
     cut = NOTCH | {"depth_m": 0.03, "at_s": 0.1, "lasts_s": 0.0, "way": way}
-    scene = replace(whole, effects=[*effects, "cut"], settings=settings | {"cut": cut})
-    return scene, whole, nest("bar", mesh, 0, ends, MATERIAL)
+    return whole.but(cut=cut), whole, nest("bar", mesh, 0, ends, MATERIAL)
 
 
 @pytest.mark.parametrize(
@@ -252,7 +241,7 @@ def test_an_instrument_touches_the_face_that_a_cut_has_made(bar):
     ball |= {"times_s": [0.0, 0.2, 0.3], "shifts_m": [[0, 0, 0], [0, 0, 0], [-0.155, 0, 0]]}
     settings = {"contact": {"instruments": [ball]}, "rayleigh": {"mass_1_s": 20.0, "stiffness_s": 0.001}}
     stiff = replace(bar, material=Material(2e5, 0.3, 1000.0))
-    scene = sagging(cut=THROUGH | {"way": "conform"}, settings=settings, duration_s=0.3)
+    scene = sagging(cut=THROUGH | {"way": "conform"}, **settings, duration_s=0.3)
     particles = particles_in(scene, [stiff])
     motion = run(scene, particles).motion
     skin = {tuple(sorted(triangle)) for triangle in particles.triangles.tolist()}
@@ -269,7 +258,7 @@ def test_an_instrument_touches_the_face_that_a_cut_has_made(bar):
 
 
 def test_it_is_said_that_nothing_holds_what_is_cut_off(bar):
-    scene = replace(sagging(cut=THROUGH, duration_s=0.06), effects=["corotational", "held", "cut", "rayleigh"])
+    scene = sagging(cut=THROUGH, duration_s=0.06, gravity=None)
     with pytest.warns(UserWarning, match="frees 5[0-9.]*% of the mass, which nothing holds"):
         run(scene, particles_in(scene, [bar]))
     with warnings.catch_warnings():
@@ -294,12 +283,12 @@ def test_a_cut_through_what_is_held_leaves_it_held(bar):
 def test_a_hook_beside_lips_that_are_closed_is_that_of_a_whole_body(bar, more):
     """Its patch has nodes that lead and nodes that follow those of the other lip."""
     hook = {"at_m": [0.09, 0.02, 0.04], "radius_m": 0.03, "start_s": 0.0, "pull_s": 0.02, "hold_s": 1.0} | more
-    settings = {"hooks": [hook | {"release_s": 0.0}]}
+    hooks = [hook | {"release_s": 0.0}]
     later = SLOWLY | {"at_s": 0.1, "lasts_s": 0.01}
-    scene = sagging("symplectic_euler", later, settings=settings, duration_s=0.1)
+    scene = sagging("symplectic_euler", later, hooks=hooks, duration_s=0.1)
     particles = particles_in(scene, [bar])
-    other = sagging("backward_euler", later, settings=settings, duration_s=0.1)
-    found, implicit = (run(replace(each, step_s=0.001), particles).motion for each in (scene, other))
+    other = sagging("backward_euler", later, hooks=hooks, duration_s=0.1)
+    found, implicit = (run(each.but(step_s=0.001), particles).motion for each in (scene, other))
     apart = np.abs(found.positions[-1] - implicit.positions[-1]).max()
     assert apart < 0.03 * np.abs(implicit.positions[-1] - particles.nodes).max()
     forces = [motion.observed["hook_0_force_z_n"].iloc[-40:].mean() for motion in (found, implicit)]
@@ -313,6 +302,10 @@ def test_without_the_effect_a_body_made_for_a_cut_stays_whole(bar):
     assert np.abs(motion.positions[:, : len(bar.coarse.nodes)] - whole.positions).max() < 1e-12
 
 
+STIFFNESS = {"young_pa": 2e4, "poisson": 0.3, "density_kg_m3": 1000}
+PULLED = {"at_m": [0.2, 0, 0], "shift_m": [0, 0, 0.01]}
+
+
 @pytest.mark.parametrize(
     ("more", "told"),
     [
@@ -320,17 +313,14 @@ def test_without_the_effect_a_body_made_for_a_cut_stays_whole(bar):
         ({"cut": {"way": "virtual_nodes"}, "contact": {"instruments": [BALL]}}, "contact touches faces"),
         ({"contact": {"instruments": [BALL], "self_contact": True}}, "self_contact is true"),
         ({"integrator": "xpbd", "contact": {"instruments": [BALL]}}, "no part for cut and contact together"),
-        ({"integrator": "projective_dynamics", "hooks": [{}]}, "no part for cut and hooks together"),
-        (
-            {"effects": ["corotational", "held", "cut", "contact"], "others": [{}], "cut": {"way": "virtual_nodes"}},
-            "touch",
-        ),
+        ({"integrator": "projective_dynamics", "hooks": [PULLED]}, "no part for cut and hooks together"),
+        ({"others": [{"body": "bar", "shift_m": [0, 0, 1]}], "cut": {"way": "virtual_nodes"}}, "touch"),
         ({"integrator": "goal_position", "shape_matching": {"mode": "linear"}}, "cut, which works with corotational"),
     ],
 )
 def test_what_a_cut_does_not_go_with_is_refused_when_planned(more, told):
-    body = {"kind": "bar", "length_m": 0.2}
-    entry = {"body": "bar", "effects": "auto", "integrator": "backward_euler", "held": True, "step_s": 0.01}
-    entry |= {"duration_s": 0.5, "cut": SLOWLY | more.get("cut", {})} | {k: v for k, v in more.items() if k != "cut"}
+    body = Box(sizes_m=[0.2, 0.04, 0.04], divisions=[10, 3, 3], refinements=0, **STIFFNESS)
+    cut = SLOWLY | more.get("cut", {})
+    scene = Scene(body="bar", step_s=0.01, duration_s=0.5, **(more | {"cut": cut}))
     with pytest.raises(InputError, match=told):
-        check_effects("scenes.bar", entry, {"bar": body})
+        check_effects("scenes.bar", scene, {"bar": body})

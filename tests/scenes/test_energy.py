@@ -1,12 +1,10 @@
 """No step gains more energy than the work that is done in it: loads, weight and moved instruments."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from fixtures.shipped import completed
-from palpate.scenes.scene import Scene, bodies_in, particles_in, scene_of
 
 from palpate.bodies.body import nest
 from palpate.bodies.make_body import make_body
@@ -14,7 +12,10 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
 from palpate.bodies.simple_shapes import box
 from palpate.errors import NotConverged
+from palpate.scenes.moved_particles import particles_in
 from palpate.scenes.run_scene import run
+from palpate.scenes.settings import Scene
+from palpate.setting_types import plain
 from palpate.solvers import backward_euler
 from palpate.studies.scenes.measurements import HOLDS, UNKNOWN, energy_balance
 
@@ -38,7 +39,6 @@ FINGER = {"kind": "sphere", "name": "finger", "center_m": [0.025, 0.025, 0.0615]
 PATH = {"times_s": [0.0, 0.1, 0.2, 0.3], "shifts_m": [[0, 0, 0], [0, 0, -0.008], [0.01, 0, -0.008], [0.01, 0, 0.01]]}
 SETTINGS = {"contact": {"instruments": [FINGER | PATH], "friction": 0.3}}
 SETTINGS |= {"rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.02}}
-EFFECTS = ["corotational", "held", "contact", "rayleigh"]
 GRASPED = {"radius_m": 0.02, "start_s": 0.02, "pull_s": 0.1, "hold_s": 0.03}
 SEWN = {
     "hooks": [
@@ -52,7 +52,7 @@ SEWN = {
     ],
 }
 """A cube whose top is pulled apart, by a shift and by a force, and sewn together."""
-POKED = Scene("poked", EFFECTS, "backward_euler", step_s=0.01, duration_s=0.3, settings=SETTINGS)
+POKED = Scene(name="poked", body="cube", step_s=0.01, duration_s=0.3, **SETTINGS)
 
 
 CONFIG = completed()
@@ -67,12 +67,11 @@ def cube():
 
 @pytest.mark.parametrize(
     "name",
-    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CONFIG["scenes"]],
+    [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CONFIG.scenes],
 )
 def test_no_step_of_a_shipped_scene_gains_more_than_a_millionth_of_the_work(name):
-    entry = CONFIG["scenes"][name]
-    scene = scene_of(name, entry | SHORTER[name])
-    made = [make_body(body, CONFIG["bodies"][body] | {"refinements": scene.level}) for body in bodies_in(entry)]
+    scene = CONFIG.scenes[name].but(name=name, **SHORTER[name])
+    made = [make_body(body, plain(CONFIG.bodies[body]) | {"refinements": scene.level}) for body in scene.bodies]
     energy = run(scene, particles_in(scene, made)).motion.energy.assign(scene=name)
     (judged,) = energy_balance(energy, {name: scene.integrator}).itertuples()
     assert judged.verdict == (UNKNOWN if name == "clay_shapes" else HOLDS), judged
@@ -82,18 +81,15 @@ def test_no_step_of_a_shipped_scene_gains_more_than_a_millionth_of_the_work(name
 
 
 def test_no_step_gains_energy_where_an_instrument_presses_tissue_that_creeps(cube):
-    series = {"prony": {"shares": [0.4, 0.2], "times_s": [0.02, 0.2]}}
-    scene = replace(POKED, effects=[*POKED.effects, "prony"], settings=POKED.settings | series)
-    energy = run(scene, cube).motion.energy.assign(scene="poked")
+    series = {"shares": [0.4, 0.2], "times_s": [0.02, 0.2]}
+    energy = run(POKED.but(prony=series), cube).motion.energy.assign(scene="poked")
     assert energy_balance(energy, {"poked": "backward_euler"})["verdict"].item() == HOLDS
     assert energy["prony_j"].max() > 0.01 * energy["corotational_j"].max()
 
 
 @pytest.mark.parametrize("integrator", ["backward_euler", "bdf2"])
 def test_no_step_gains_energy_where_hooks_pull_and_threads_are_tightened(cube, integrator):
-    names = ["corotational", "held", "hooks", "threads", "rayleigh"]
-    scene = replace(POKED, effects=names, integrator=integrator, settings=POKED.settings | SEWN)
-    energy = run(scene, cube).motion.energy.assign(scene="poked")
+    energy = run(POKED.but(integrator=integrator, contact=None, **SEWN), cube).motion.energy.assign(scene="poked")
     judged = energy_balance(energy, {"poked": integrator})
     assert judged["gain_of_work"].item() <= (1e-6 if integrator == "backward_euler" else 1e-2)
     rise = np.diff(energy["total_j"]).max()  # without the work it does not hold
@@ -111,7 +107,7 @@ def test_the_work_is_the_force_that_is_felt_times_the_way(cube):
     """The trapezoidal rule over what is observed knows nothing of the counting; both agree as steps get shorter."""
     apart = []
     for parts in (1, 2, 4):
-        found = run(replace(POKED, step_s=0.01 / parts), cube).motion
+        found = run(POKED.but(step_s=0.01 / parts), cube).motion
         names = [[f"finger_{axis}_m" for axis in "xyz"], [f"finger_force_{axis}_n" for axis in "xyz"]]
         places, forces = (found.observed[columns].to_numpy() for columns in names)
         felt = -np.sum(0.5 * (forces[1:] + forces[:-1]) * np.diff(places, axis=0))
@@ -123,10 +119,7 @@ def test_the_work_is_the_force_that_is_felt_times_the_way(cube):
 def test_the_work_of_a_hook_is_its_force_times_its_way(cube):
     apart = []
     for parts in (1, 2, 4):
-        moved = {"hooks": SEWN["hooks"][:1]}
-        names = ["corotational", "held", "hooks", "rayleigh"]
-        scene = replace(POKED, effects=names, step_s=0.01 / parts, settings=POKED.settings | moved)
-        found = run(scene, cube).motion
+        found = run(POKED.but(contact=None, hooks=SEWN["hooks"][:1], step_s=0.01 / parts), cube).motion
         names = [[f"hook_0_{axis}_m" for axis in "xyz"], [f"hook_0_force_{axis}_n" for axis in "xyz"]]
         places, forces = (found.observed[columns].to_numpy()[: 25 * parts] for columns in names)
         felt = -np.sum(0.5 * (forces[1:] + forces[:-1]) * np.diff(places, axis=0))
@@ -138,8 +131,6 @@ def test_the_work_of_a_hook_is_its_force_times_its_way(cube):
 @pytest.mark.parametrize("given", [{"contact": {"instruments": [FINGER | PATH]}}, SEWN], ids=["poked", "sewn"])
 def test_what_is_worked_is_stored_or_damped_as_steps_get_shorter(cube, monkeypatch, given):
     """Without friction the rest is the scheme's own damping, of first order but for the touch itself."""
-    settings = {"rayleigh": POKED.settings["rayleigh"]} | given
-    names = ["corotational", "held", *given, "rayleigh"]
     lost = []
     step = backward_euler.BackwardEuler.step
     for parts in (1, 2, 4):
@@ -154,14 +145,13 @@ def test_what_is_worked_is_stored_or_damped_as_steps_get_shorter(cube, monkeypat
             return reached, after
 
         monkeypatch.setattr(backward_euler.BackwardEuler, "step", noted)
-        scene = replace(POKED, effects=names, step_s=0.01 / parts, settings=settings)
-        energy = run(scene, cube).motion.energy.iloc[-1]
+        energy = run(POKED.but(**{"contact": None} | given, step_s=0.01 / parts), cube).motion.energy.iloc[-1]
         lost.append((energy["outer_work_j"] - energy["total_j"] - sum(damped)) / energy["outer_work_j"])
     assert 0.3 > lost[0] > 1.6 * lost[1] > 2.56 * lost[2] > 0.0
 
 
 def test_the_work_of_halved_steps_is_counted_half_by_half(cube, monkeypatch):
-    short = run(replace(POKED, step_s=0.005), cube).motion.energy.iloc[-1]
+    short = run(POKED.but(step_s=0.005), cube).motion.energy.iloc[-1]
 
     def refuse(step, *rest, minimise=backward_euler.minimise_by_newton):
         if step._h > 0.006:

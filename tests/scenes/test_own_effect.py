@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
-from palpate.scenes.scene import Scene
 
 from palpate.bodies.body import nest
 from palpate.bodies.particles import particles_of
 from palpate.bodies.simple_shapes import sheet
 from palpate.effects import bending, body_springs, gravity, linear_elements, springs, triangles, volume_preservation
+from palpate.effects.settings import BodySprings, Gravity, Springs, Volume
 from palpate.errors import InputError
 from palpate.scenes import own_effect
 from palpate.scenes.own_effect import disagreement
+from palpate.scenes.settings import Scene
 
 CLASS = "import numpy as np\nclass E:\n"
 MAKE = "\ndef make(particles, settings, elastic):\n    return E()\n"
@@ -23,7 +24,8 @@ def made(tmp_path, slab):
     def make(text: str, **settings) -> object:
         file = tmp_path / "mine.py"
         file.write_text(text)
-        scene = Scene("s", "auto", "backward_euler", 0.1, 0.1, settings={"mine": settings}, own={"mine": file})
+        own = {"own": {"mine": str(file)}, "own_settings": {"mine": settings}}
+        scene = Scene(body="slab", step_s=0.1, duration_s=0.1, **own)
         return own_effect.make("mine", scene, particles_of(slab, 0, surface=False), None)
 
     return make
@@ -120,5 +122,6 @@ def test_one_that_does_not_is_refused_with_its_error(made, wrong, said):
 def test_palpates_own_effects_agree(slab, soft, module):
     cloth = nest("cloth", sheet([0.3, 0.2], [4, 3], 0.001), 0, np.array([0]), soft)
     particles = particles_of(cloth if module in (triangles, bending) else slab, 0, surface=False)
-    settings = {gravity: {"acceleration_m_s2": [0, 0, -9.81]}, body_springs: {"damping_ratio": 0.5}}
-    assert disagreement(module.make(particles, settings.get(module, {}), None), particles) == ""
+    blocks = {gravity: Gravity(acceleration_m_s2=[0, 0, -9.81]), body_springs: BodySprings()}
+    blocks |= {springs: Springs(), volume_preservation: Volume()}
+    assert disagreement(module.make(particles, blocks.get(module), None), particles) == ""

@@ -7,33 +7,29 @@ from pathlib import Path
 
 import pytest
 from fixtures.shipped import completed
-from palpate.scenes.scene import bodies_in
 
+from palpate.scenes.acting_effects import acting, assumed
 from palpate.scenes.effect_registry import EFFECTS, INTEGRATORS
+from palpate.setting_types import plain
 
 ROOT = Path(__file__).parents[2]
 CONFIG = completed()
-NOT_OF_THE_BODY = {"magnitudes", "train", "test", "paper_surface"}
 RUN = """
 import gc, json, sys
-from dataclasses import replace
 from palpate.bodies.make_body import make_body
 from palpate.scenes import run_scene as runs
-from palpate.scenes.run_scene import effect_names
-from palpate.scenes.scene import particles_in, scene_of
+from palpate.scenes.moved_particles import particles_in
+from palpate.scenes.settings import Scene
 
-name, entry, bodies = json.load(sys.stdin)
-scene = scene_of(name, entry)
+entry, bodies = json.load(sys.stdin)
+scene = Scene.model_validate(entry)
 particles = particles_in(scene, [make_body(*body) for body in bodies])
 systems, compose = [], runs.compose
 runs.compose = lambda *arguments: systems.append(compose(*arguments)) or systems[-1]
-done = runs.run(replace(scene, duration_s=2 * scene.step_s), particles)
-again = runs.run(replace(scene, duration_s=2 * scene.step_s), particles)
+done = runs.run(scene.but(duration_s=2 * scene.step_s), particles)
+again = runs.run(scene.but(duration_s=2 * scene.step_s), particles)
 gc.collect()
 print(json.dumps({
-    "named": scene.effects,
-    "integrator": scene.integrator,
-    "auto": effect_names(replace(scene, effects="auto"), particles),
     "steps": done.steps,
     "repeats": done.motion.positions.tobytes() == again.motion.positions.tobytes()
     and done.motion.energy.equals(again.motion.energy),
@@ -50,19 +46,16 @@ QUICK = ("cube_pile",)
 
 @pytest.fixture(
     scope="module",
-    params=[pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in CONFIG["scenes"]],
+    params=[pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in CONFIG.scenes],
 )
 def seen(request) -> dict:
     """What a process holds that has made two steps of a scene."""
-    entry = CONFIG["scenes"][request.param]
-    bodies = [
-        [name, {key: value for key, value in CONFIG["bodies"][name].items() if key not in NOT_OF_THE_BODY}]
-        for name in bodies_in(entry)
-    ]
-    given = json.dumps([request.param, entry, bodies])
+    scene = CONFIG.scenes[request.param]
+    named = acting(scene, assumed(scene, CONFIG.bodies[scene.body]))
+    given = json.dumps([plain(scene), [[name, plain(CONFIG.bodies[name])] for name in scene.bodies]])
     done = subprocess.run([sys.executable, "-c", RUN], input=given, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json.loads(done.stdout) | {"named": named, "integrator": scene.integrator}
 
 
 def test_only_what_is_named_is_imported(seen):
@@ -78,8 +71,6 @@ def test_only_what_is_named_is_imported(seen):
 def test_only_what_is_named_is_made_and_called_and_repeats_to_the_bit(seen):
     assert seen["steps"] == 2 and seen["repeats"]
     assert seen["effects"] == seen["timed"] and sorted(seen["effects"]) == sorted(seen["named"])
-    # auto picks the list written by hand
-    assert seen["auto"][0] == seen["effects"][0] and set(seen["auto"]) == set(seen["named"])
 
 
 def test_nothing_alive_is_of_what_is_not_named(seen):

@@ -1,12 +1,10 @@
 """Composing and running scenes."""
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from palpate.scenes.scene import Scene, scene_of
 
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
@@ -15,11 +13,12 @@ from palpate.bodies.simple_shapes import cylinder
 from palpate.errors import InputError, NotConverged
 from palpate.scenes import motion
 from palpate.scenes.run_scene import compose, decisions, effect_names, initial_positions, run
+from palpate.scenes.settings import Scene
 
 GUIDE = Path(__file__).parents[2] / "docs/add-an-effect.md"
 GRAVITY = {"gravity": {"acceleration_m_s2": [0.5, 0, 0]}, "rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.01}}
-SCENE = Scene("sag", "auto", "backward_euler", 0.05, 0.5, frames=5, settings=GRAVITY)
-SAGGING = replace(SCENE, effects=["corotational", "held", "gravity"])
+SCENE = Scene(name="sag", body="bar", step_s=0.05, duration_s=0.5, frames=5, **GRAVITY)
+SAGGING = SCENE.but(rayleigh=None)
 
 
 @pytest.fixture(scope="module")
@@ -61,10 +60,10 @@ def test_a_run_is_reproducible_to_the_bit_and_costs_are_recorded(particles, tmp_
 
 
 def test_what_is_not_named_is_not_there(particles):
-    bare = replace(SCENE, effects=["corotational", "held"])
+    bare = SAGGING.but(gravity=None)
     assert list(compose(bare, particles).effects) == ["corotational", "held"]
     table = decisions(bare, particles).set_index("effect")
-    assert not table.loc["gravity", "called"] and table.loc["gravity", "auto"]
+    assert not table.loc["gravity", "called"]
     assert table.loc["held", "called"] and "anchored" in table.loc["held", "reason"]
     whole = run(SCENE, particles).motion
     without = run(SCENE, particles, without="gravity").motion
@@ -75,8 +74,7 @@ def test_what_is_not_named_is_not_there(particles):
 def test_outer_work_balances_energy(particles):
     load = {"at_m": [0.03, 0, 0.2], "force_n": [0.002, 0, 0], "radius_m": 0.02, "start_s": 0.0}
     load |= {"press_s": 0.5, "hold_s": 20.0, "release_s": 0.5}
-    settings = {"push": {"loads": [load]}}
-    pushed = replace(SCENE, effects=["corotational", "held", "push"], settings=settings, step_s=0.002)
+    pushed = SAGGING.but(gravity=None, push={"loads": [load]}, step_s=0.002)
     energy = run(pushed, particles).motion.energy
     balance = energy["total_j"] - energy["outer_work_j"]
     assert energy["outer_work_j"].iloc[-1] > 0
@@ -85,19 +83,19 @@ def test_outer_work_balances_energy(particles):
 
 
 def test_an_unstable_step_is_refused_with_its_limit_unless_asked_for(particles):
-    hasty = replace(SAGGING, integrator="symplectic_euler")
+    hasty = SAGGING.but(integrator="symplectic_euler")
     with pytest.raises(InputError, match=r"step_s is 0.05 s, and symplectic_euler takes steps of up to 0.00\d+ s"):
         run(hasty, particles)
     with pytest.raises(NotConverged, match="diverged"):
-        run(replace(hasty, allow_unstable=True, duration_s=100.0), particles)
+        run(hasty.but(allow_unstable=True, duration_s=100.0), particles)
 
 
 @pytest.mark.parametrize("integrator", ["symplectic_euler", "backward_euler"])
 def test_a_step_in_substeps_ends_where_as_many_steps_do(particles, integrator):
     """Frames and their number are those of whole steps."""
-    fine = replace(SAGGING, integrator=integrator, step_s=5e-4, duration_s=0.02)
-    whole = run(replace(fine, step_s=4e-3, substeps=8, frames=100), particles)
-    parts = run(replace(fine, frames=100), particles)
+    fine = SAGGING.but(integrator=integrator, step_s=5e-4, duration_s=0.02)
+    whole = run(fine.but(step_s=4e-3, substeps=8, frames=100), particles)
+    parts = run(fine.but(frames=100), particles)
     assert whole.steps == 5 and parts.steps == 40
     np.testing.assert_allclose(whole.motion.times, 4e-3 * np.arange(6))
     np.testing.assert_array_equal(whole.motion.positions, parts.motion.positions[::8])
@@ -105,47 +103,44 @@ def test_a_step_in_substeps_ends_where_as_many_steps_do(particles, integrator):
 
 
 def test_auto_takes_as_many_substeps_as_are_stable(particles):
-    light = {"gravity": {"acceleration_m_s2": [0.05, 0, 0]}}
-    hasty = replace(SAGGING, integrator="symplectic_euler", duration_s=5.0, settings=light)
-    moved = np.abs(run(replace(hasty, substeps="auto"), particles).motion.positions - particles.nodes).max()
+    light = {"acceleration_m_s2": [0.05, 0, 0]}
+    hasty = SAGGING.but(integrator="symplectic_euler", duration_s=5.0, gravity=light)
+    moved = np.abs(run(hasty.but(substeps="auto"), particles).motion.positions - particles.nodes).max()
     assert 1e-3 < moved < 0.1
     with pytest.raises(InputError, match=r"step_s is 0.05 s in 2 substeps, and .* say substeps: auto"):
-        run(replace(hasty, substeps=2), particles)
-    implicit = run(replace(SCENE, substeps="auto"), particles).motion
+        run(hasty.but(substeps=2), particles)
+    implicit = run(SCENE.but(substeps="auto"), particles).motion
     np.testing.assert_array_equal(implicit.positions, run(SCENE, particles).motion.positions)
+
+
+RIGID = {"mode": "rigid", "alpha": 0.5, "beta": 0.0, "clusters": {"kind": "one"}}
+STIFF = {"stiffness_n_m": 2e4, "damping_ratio": 0.1}
 
 
 @pytest.mark.parametrize(
     ("integrator", "elastic", "more"),
     [
-        ("goal_position", "shape_matching", "body_springs"),
-        ("goal_position", "shape_matching", "rayleigh"),
-        ("symplectic_euler", "springs", "body_springs"),
+        ("goal_position", {"shape_matching": RIGID}, {"body_springs": STIFF}),
+        ("goal_position", {"shape_matching": RIGID}, {"rayleigh": {"mass_1_s": 5e3, "stiffness_s": 0.0}}),
+        ("symplectic_euler", {"springs": {}}, {"body_springs": STIFF}),
     ],
 )
 def test_explicit_steps_are_limited_by_what_is_not_elastic(particles, integrator, elastic, more):
     """Beyond the stated limit the step is refused; below it a body gains nothing."""
-    blocks = {
-        "shape_matching": {"mode": "rigid", "alpha": 0.5, "beta": 0.0, "clusters": {"kind": "one"}},
-        "gravity": {"acceleration_m_s2": [0, 0, -9.81]},
-        "body_springs": {"stiffness_n_m": 2e4, "damping_ratio": 0.1},
-        "rayleigh": {"mass_1_s": 5e3, "stiffness_s": 0.0},
-    }
-    loose = replace(SCENE, effects=[elastic, "gravity", more], integrator=integrator, settings=blocks, held=False)
-    loose = replace(loose, step_s=0.01)
+    stepped = {"body": "bar", "held": False, "integrator": integrator, "step_s": 0.01, "duration_s": 0.3, "frames": 5}
+    loose = Scene(gravity={"acceleration_m_s2": [0, 0, -9.81]}, **stepped, **elastic, **more)
     with pytest.raises(InputError, match="takes steps of up to") as caught:
         run(loose, particles)
     limit = float(re.search(r"up to (\S+) s", str(caught.value))[1])
-    moved = run(replace(loose, step_s=0.99 * limit, duration_s=0.3), particles).motion.positions - particles.nodes
+    moved = run(loose.but(step_s=0.99 * limit), particles).motion.positions - particles.nodes
     assert np.abs(moved).max() < 0.5 * 9.81 * 0.3**2 + 0.02
 
 
 def test_an_own_effect_acts(particles, tmp_path):
     wind = tmp_path / "wind.py"
     wind.write_text(re.search(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.S)[1])
-    entry = {"effects": "auto", "integrator": "backward_euler", "step_s": 0.05, "duration_s": 0.2, "body": "bar"}
-    entry |= {"own": {"wind": wind}, "own_settings": {"wind": {"pressure_pa": 5.4}}}
-    scene = scene_of("windy", entry)
+    own = {"own": {"wind": str(wind)}, "own_settings": {"wind": {"pressure_pa": 5.4}}}
+    scene = SCENE.but(gravity=None, duration_s=0.2, **own)
     assert effect_names(scene, particles) == ["corotational", "held", "rayleigh", "wind"]
     blown = run(scene, particles).motion
     assert (blown.positions[-1] - particles.nodes)[:, 0].max() > 1e-4
@@ -166,9 +161,7 @@ def test_starts(particles, kind):
 
 
 def test_up_is_where_weight_comes_from_or_else_a_floors_axis_or_z(particles):
-    floor = {"contact": {"instruments": [{"kind": "floor", "axis": "y", "height_m": -1.0}]}}
-    short = replace(SCENE, duration_s=0.05)
-    still = replace(short, effects=["corotational", "contact"], held=False, settings=floor)
-    bare = replace(short, effects=["corotational"], held=False, settings={})
-    scenes = replace(short, settings=GRAVITY | floor), still, bare
+    floor = {"instruments": [{"kind": "floor", "axis": "y", "height_m": -1.0}]}
+    loose = SAGGING.but(duration_s=0.05, held=False, gravity=None)
+    scenes = SCENE.but(duration_s=0.05, contact=floor), loose.but(contact=floor), loose
     assert [run(scene, particles).motion.up for scene in scenes] == [0, 1, 2]

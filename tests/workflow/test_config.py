@@ -9,11 +9,12 @@ from pathlib import Path
 import pytest
 import yaml
 from fixtures import small_scene
-from fixtures.shipped import completed, settings_of_full
+from fixtures.shipped import settings_of_full
 from jsonschema import Draft202012Validator
 
 from palpate.errors import InputError
 from palpate.run.settings import STUDIES, Shared, complete, defaults, json_schema
+from palpate.setting_types import plain
 
 ROOT = Path(__file__).parents[2]
 SMOKE = ROOT / "tests/smoke/config.yaml"
@@ -42,10 +43,8 @@ def both(given: dict, default: dict, place: str = "") -> Iterator[tuple[str, obj
 
 def test_defaults_are_those_of_the_shipped_settings():
     given = settings_of_full()
-    default = Shared.model_validate({}) | {
-        name: defaults(name) for name in STUDIES if name not in ("measured", "scenes")
-    }
-    default |= {"measured": {"models": defaults("measured", experiments=given["measured"]["experiments"])["models"]}}
+    default = plain(Shared()) | {name: plain(defaults(name)) for name in STUDIES if name not in ("measured", "scenes")}
+    default |= {"measured": {"models": defaults("measured", experiments=given["measured"]["experiments"]).models}}
     found = list(both({name: block for name, block in given.items() if name not in ("bodies", "seed")}, default))
     # of which bodies and scenes are shipped
     naming = {f"tradeoff.{name}" for name in ("bodies", "limit_points", "any_load", "beyond_design")}
@@ -92,7 +91,7 @@ def test_defaults_fill_what_is_left_out(smoke):
     given = {key: smoke[key] for key in ("bodies", "regimes")} | {"enrichment": None}
     full = complete(given, Path("config.yaml"))
     assert set(full) == set(SCHEMA["properties"]) - set(STUDIES) | {"enrichment"}
-    assert set(full["enrichment"]["sigma_relative"]) == {"min", "max", "count"}
+    assert set(full.enrichment.sigma_relative) == {"min", "max", "count"}
 
 
 def refusal(settings: dict, file: Path = Path("my.yaml")) -> str:
@@ -194,14 +193,13 @@ def test_what_a_study_needs_is_said(smoke):
 
 
 def test_scenes_are_completed_down_to_their_loads():
-    full = completed()
-    scene = full["scenes"]["clay_dent"]
-    assert scene["held"] is True and scene["start"] == "rest" and scene["level"] == 0
-    del full["scenes"]["clay_dent"]["push"]["loads"][0]["hold_s"]
-    full["scenes"]["sheet_drape"]["contact"]["instruments"] = [{"kind": "floor", "height_m": -0.1}]
-    again = complete(full, ROOT / "config.yaml")
-    assert again["scenes"]["clay_dent"]["push"]["loads"][0]["hold_s"] == 0.5
-    assert again["scenes"]["sheet_drape"]["contact"]["instruments"][0]["axis"] == "z"
+    given = settings_of_full()
+    given["scenes"]["clay_dent"]["push"]["loads"][0].pop("hold_s", None)
+    given["scenes"]["sheet_drape"]["contact"]["instruments"] = [{"kind": "floor", "height_m": -0.1}]
+    scenes = complete(given, ROOT / "config.yaml").scenes
+    clay = scenes["clay_dent"]
+    assert clay.held is True and clay.start == "rest" and clay.level == 0 and clay.pushes[0].hold_s == 0.5
+    assert scenes["sheet_drape"].instruments[0].axis == "z"
 
 
 BALL = {"kind": "sphere", "center_m": [0, 0, 1], "radius_m": 0.1}
@@ -229,17 +227,18 @@ def test_what_is_wrong_with_instruments_is_said(tools, said):
     ("key", "value", "said"),
     [
         ("body", "livr", " names the body livr, which is not under bodies; did you mean liver?"),
-        ("effects", "all", ".effects is 'all'; write auto, or a list"),
         ("own", {"wind": "wind.py"}, ".own.wind is wind.py, where there is no file"),
-        ("effects", ["corotationl"], ".effects names corotationl, which is unknown; did you mean coro"),
-        ("effects", ["corotational", "push"], ".effects names push, and the scene does not describe it"),
+        ("effects", ["corotational", "gravity"], ".effects is gone: a scene's effects are its blocks"),
+        ("effects", "auto", ".effects is gone: a scene's effects are its blocks"),
+        ("plasticity", None, ".plasticity is null"),
+        ("seed", 2, ".seed has no use"),
         ("level", 1, ".level is 1, and bar has levels 0 to 0"),
         ("own_settings", {"wind": {}}, ".own_settings names wind, and own does not"),
         ("step_s", 0, ".step_s is 0: "),
     ],
 )
 def test_what_is_wrong_with_a_scene_is_said(key, value, said):
-    given = settings_of_full()
+    given = {name: block for name, block in settings_of_full().items() if name in ("bodies", "scenes")}
     given["scenes"]["bar_sag"][key] = value
     assert refusal(given, ROOT / "config.yaml").startswith(f"scenes.bar_sag{said}")
 
@@ -255,20 +254,21 @@ SPHERE = {"center_m": [0, 0, 0], "radius_m": 1}
 @pytest.mark.parametrize("body", [BAR, CLOTH, BAR | {"refinements": 1} | SAMPLES], ids=["box", "sheet", "trained box"])
 def test_new_kinds_of_bodies_stand_as_given(smoke, body):
     smoke["bodies"]["new"] = body
-    assert complete(smoke, Path("my.yaml"))["bodies"]["new"] == body
+    made = plain(complete(smoke, Path("my.yaml")).bodies["new"])
+    assert made == made | body
 
 
 def test_a_ct_is_the_synthetic_abdomen_by_default(smoke):
     smoke["bodies"]["new"] = CT | SAMPLES
-    body = complete(smoke, Path("my.yaml"))["bodies"]["new"]
-    assert body["image"] is body["mask"] is None and body["snap"] is False
-    assert body["threshold_hu"] == [30, 120] and body["surface_nodes"] == 140
+    body = complete(smoke, Path("my.yaml")).bodies["new"]
+    assert body.image is body.mask is None and body.snap is False
+    assert body.threshold_hu == [30, 120] and body.surface_nodes == 140
 
 
 def test_an_image_may_be_a_folder_and_a_mask_not(smoke, tmp_path):
     (tmp_path / "slices").mkdir()
     smoke["bodies"]["new"] = CT | {"image": "slices"}
-    assert complete(smoke, tmp_path / "my.yaml")["bodies"]["new"]["image"] == "slices"
+    assert complete(smoke, tmp_path / "my.yaml").bodies["new"].image == "slices"
     smoke["bodies"]["new"] |= {"mask": "slices"}
     assert refusal(smoke, tmp_path / "my.yaml").startswith("bodies.new.mask is slices, where there is no file; give")
 
@@ -361,7 +361,7 @@ def test_what_the_trade_off_needs_is_said(trading, place, value, said):
     assert refusal(trading).startswith(said)
 
 
-FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}, "effects": "auto"}
+FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}}
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from palpate.studies.dynamic.elsewhere import tabulate_dynamic
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
-FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}, "effects": "auto"}
+FLOOR = {"contact": {"instruments": [{"kind": "floor", "height_m": -1.0}]}}
 
 
 @pytest.fixture
@@ -47,7 +47,8 @@ def test_what_cannot_be_compared_is_left_out_with_a_warning(plan, write_config, 
 def test_a_scene_with_one_push_is_asked_at_other_places(plan, write_config, tmp_path, settings):
     push = {"at_m": [0.2, 0.025, 0.05], "force_n": [0, 0, -0.01], "radius_m": 0.02, "start_s": 0.0, "press_s": 0.1}
     push |= {"hold_s": 0.1, "release_s": 0.1}
-    settings["scenes"]["mine"] |= {"effects": ["corotational", "held", "push"], "push": {"loads": [push]}}
+    settings["scenes"]["mine"]["push"] = {"loads": [push]}
+    del settings["scenes"]["mine"]["gravity"]
     settings["dynamic"]["scenes"] = {"mine": {"duration_s": 0.1, "elsewhere": {"places": 10}}}
     jobs = plan(tmp_path, write_config(settings), "dynamic")
     assert jobs["measure_elsewhere"] == 1

@@ -20,6 +20,7 @@ from palpate.run.settings import STUDIES
 
 pytestmark = pytest.mark.slow
 
+ROOT = Path(__file__).parents[2]
 FEM = {"compute_compliance", "choose_loads", "choose_presses", "simulate_fine"}
 UP_TO_DATABASE = FEM | {"make_body", "assemble_database"}
 AFTER_SWEEP = dict.fromkeys(("tabulate_enrichment", "check_claims", "write_report"), 1)
@@ -332,3 +333,39 @@ def test_make_knows_the_studies(finished):
     listed = os.popen(f"make -s -C {Path(__file__).parents[2]} help").read().splitlines()[0]
     names = listed.partition(":")[2].split()
     assert names == list(STUDIES)
+
+
+UNRECORDED = """
+from snakemake.dag import DAG
+
+
+def recorded(value):
+    if isinstance(value, (list, tuple, set)):
+        return all(map(recorded, value))
+    if isinstance(value, dict):
+        return recorded(list(value)) and recorded(list(value.values()))
+    return value is None or isinstance(value, (str, int, float))
+
+
+def told(dag, stats=DAG.stats):
+    for job in dag.jobs:
+        for name, value in job.params.items():
+            if not recorded(value):
+                print(f"unrecorded: {job.rule.name}.{name} is {type(value).__name__}")
+    return stats(dag)
+
+
+DAG.stats = told
+"""
+"""Stands after the rules: a plan names each parameter that snakemake does not record, whose change repeats no job."""
+
+
+@pytest.mark.parametrize("files", [["config.yaml", "config.full.yaml"], ["tests/smoke/config.yaml"]])
+def test_snakemake_records_all_parameters(files, copy_of_workflow, run, tmp_path):
+    root = copy_of_workflow(tmp_path / "copy")
+    with open(root / "Snakefile", "a") as rules:
+        rules.write(UNRECORDED)
+    configs = [str(ROOT / file) for file in files]
+    done = run(tmp_path, configs[0], "--dry-run", "--configfile", *configs, root=root)
+    assert done.returncode == 0 and "Job stats:" in done.stdout, done.stdout
+    assert not {line for line in done.stdout.splitlines() if line.startswith("unrecorded: ")}

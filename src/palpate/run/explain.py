@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from palpate.errors import suggest
+from palpate.run.gone_keys import gone
 
 _OF_BLOCK = ("extra_forbidden", "missing")
 """Faults of a block, which pydantic places at one of its keys."""
@@ -20,6 +21,8 @@ def explain(errors: Sequence[Any], config: dict, schema: dict) -> str:
     about = _described(place, config, schema)[1]
     about = f" ({about})." if about else "."
     if error["type"] == "extra_forbidden":
+        if instead := gone(_written(place)):
+            return f"{_written(place)} is gone: {instead}."
         known = list(_described(place[:-1], config, schema)[0].get("properties", {}))
         return f"{block} has an unknown key {place[-1]}; {suggest(str(place[-1]), known, 'it knows')}"
     if error["type"] == "missing":

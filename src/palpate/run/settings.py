@@ -126,6 +126,8 @@ def complete(given: dict, file: Path, needs_study: bool = True) -> Any:
         config: Any = _model(*asked).model_validate(given)
     except ValidationError as error:
         raise InputError(f"{file}: {explain(error.errors(), given, json_schema())}") from None
+    if place := _null(given, config):
+        raise InputError(f"{file}: {place} is null; leave it out, or write what it is, {{}} for a block of defaults.")
     for name, body in config["bodies"].items():
         check_body(f"{file}: bodies.{name}", body, file.parent)
     if needs_study and not asked:
@@ -164,6 +166,25 @@ def _model(*studies: str) -> type[BaseModel]:
     """Return the model of settings with the blocks of ``studies``; no other study is imported, which takes long."""
     blocks: dict[str, Any] = {study: (_module(study).Settings, optional()) for study in studies}
     return create_model("Config", __base__=Shared, __doc__=Shared.__doc__, **blocks)
+
+
+def _null(given: Any, made: Any, place: str = "") -> str:
+    """Return the place of the first null in what is given for a setting that may be left out; empty if there is none.
+
+    A key without a value asks for defaults as well as for nothing, which are not the same.
+    """
+    if isinstance(given, list):
+        inside = [(f"{place}[{i}]", one, made[i]) for i, one in enumerate(given)]
+    elif not isinstance(given, dict):
+        return ""
+    elif isinstance(made, BaseModel):
+        for name in given:
+            if given[name] is None and type(made).model_fields[name].validate_default is False:
+                return f"{place}.{name}".removeprefix(".")
+        inside = [(f"{place}.{name}", given[name], getattr(made, name)) for name in given]
+    else:
+        inside = [(f"{place}.{name}", given[name], made[name]) for name in given]
+    return next((found for at, one, other in inside if (found := _null(one, other, at.removeprefix(".")))), "")
 
 
 def _leaves(value: object, place: str = "") -> Iterator[tuple[str, object]]:

@@ -1,6 +1,6 @@
 """The registry of effects and integrators: names and import paths. A module is imported when a scene calls for it.
 
-To add an effect to palpate, add its module and one line to EFFECTS.
+To add an effect to palpate, add its module, a line to EFFECTS, its block to effects.settings, and a field to Scene.
 """
 
 import importlib

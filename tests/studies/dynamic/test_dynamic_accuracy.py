@@ -7,9 +7,11 @@ import pytest
 from fixtures.poked_bar import poked
 
 from palpate.benchmark.motion_truth import motion_truth
+from palpate.effects.settings import Springs
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_arrays, write_arrays
 from palpate.run.settings import defaults
+from palpate.setting_types import plain
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.compared_scene import ComparedScene, training_of
 from palpate.studies.dynamic.reference import Reference, reference, resolved_frames, tabulate_truth
@@ -45,7 +47,7 @@ def test_halving_ends_when_it_changes_little(pressed, truth):
 def test_half_the_load_moves_about_half_as_far(pressed, truth):
     ratio = np.linalg.norm(truth.training[-1]) / np.linalg.norm(truth.truth[-1])
     assert 0.9 * SHARE < ratio < 1.2 * SHARE
-    assert pressed.scale_loads(2.0).loads["push"]["loads"][0]["force_n"] == [0.0, 0.0, -0.4]
+    assert pressed.scale_loads(2.0).loads.pushes[0].force_n == [0.0, 0.0, -0.4]
 
 
 def test_what_cannot_be_converged_or_compared_is_told(pressed):
@@ -69,7 +71,7 @@ def test_a_reference_is_kept(truth, tmp_path):
 
 @pytest.mark.slow
 def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(pressed, truth):
-    grid = defaults("dynamic")["settings"]
+    grid = plain(defaults("dynamic").settings)
     del grid["mujoco"]  # an engine
     grid["shape_matching"] |= {"steps_per_frame": [8]}
     grid["fem_fine"] |= {"steps_per_frame": [2]}
@@ -125,6 +127,6 @@ def test_models_are_judged_by_the_truth_if_there_is_one_that_is_believed(pressed
 
 
 def test_a_motion_that_blows_up_is_a_failure(pressed, truth):
-    fitted = accuracy.Fitted(lambda *at: replace(ComparedScene.springs(*at, {}, 0.1), allow_unstable=True), 1e12, 0.0)
+    fitted = accuracy.Fitted(lambda *at: ComparedScene.springs(*at, Springs(), 0.1).but(allow_unstable=True), 1e12, 0.0)
     row = accuracy._row(pressed, truth, pressed.frames * 20, fitted, "")
     assert row["failures"] == 1 and "rmse_m" not in row

@@ -8,19 +8,21 @@ import pytest
 
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
+from palpate.effects.settings import ShapeMatching
 from palpate.errors import InputError
 from palpate.files import write_arrays
 from palpate.models.shape_matching import cubes
+from palpate.scenes.settings import Scene
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training, training_of
 from palpate.studies.dynamic.linear_limit import LinearLimit, linear_limit
 from palpate.studies.dynamic.reference import read_truth, reference, tabulate, tabulate_truth
-from palpate.studies.dynamic.settings import _check_training
+from palpate.studies.dynamic.settings import Training, _check_training
 
 FLOOR = {"instruments": [{"kind": "floor", "height_m": -0.005}], "friction": 0.5}
-ENTRY = {"body": "block", "effects": ["corotational", "gravity", "contact", "rayleigh"], "held": False}
-ENTRY |= {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}, "contact": FLOOR}
-ENTRY |= {"rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.01}}
+ACTING = {"gravity": {"acceleration_m_s2": [0, 0, -9.81]}, "contact": FLOOR, "rayleigh": {}}
+DROP = Scene(name="drop", body="block", held=False, step_s=0.01, duration_s=1.0, **ACTING)
+PILE = DROP.but(name="pile", others=[{"body": "block", "shift_m": [0.022, 0.004, 0.045]}])
 LOWER = {"contact": {"instruments": [{"kind": "floor", "height_m": -0.003}]}}
 GRID = {"springs": {"shares_of_stable_step": [0.8], "evaluations": 3}}
 GRID |= {"shape_matching": {"steps_per_frame": [4], "evaluations": 5}}
@@ -36,7 +38,7 @@ def block(box) -> Body:
 @pytest.fixture(scope="module")
 def falling(block) -> tuple[ComparedScene, ComparedScene]:
     own = {"duration_s": 0.06, "frames": 6, "level": 0, "training": {"duration_s": 0.04} | LOWER}
-    return compared_and_training("drop", ENTRY, block, own, 0.5)
+    return compared_and_training(DROP, block, own, 0.5)
 
 
 def test_until_it_lands_the_reference_falls_freely_and_then_stays_above_the_floor(falling):
@@ -57,7 +59,7 @@ def test_until_it_lands_the_reference_falls_freely_and_then_stays_above_the_floo
 
 def test_meshes_agree_on_a_fall_and_their_steps_differ_by_what_the_scheme_leaves(block):
     """In steps of h backward Euler falls g t h/2 too far, and the same on all meshes."""
-    compared = ComparedScene.of("drop", ENTRY, block, {"duration_s": 0.03, "frames": 6, "level": 1})
+    compared = ComparedScene.of(DROP, block, {"duration_s": 0.03, "frames": 6, "level": 1})
     found = linear_limit(compared, 4, 0.2)
     assert (found.levels, found.steps) == (2, 24) and found.until_s == pytest.approx(0.03)
     space, time = found.own[:2, 1]
@@ -70,8 +72,7 @@ def test_meshes_agree_on_a_fall_and_their_steps_differ_by_what_the_scheme_leaves
 
 @pytest.mark.slow
 def test_meshes_part_when_a_pile_topples_the_later_the_more_they_may_differ(block):
-    pile = ENTRY | {"others": [{"body": "block", "shift_m": [0.022, 0.004, 0.045]}]}
-    compared = ComparedScene.of("pile", pile, block, {"duration_s": 0.2, "frames": 10, "level": 1})
+    compared = ComparedScene.of(PILE, block, {"duration_s": 0.2, "frames": 10, "level": 1})
     never, strict, loose = (linear_limit(compared, 2, part) for part in (1e-9, 0.06, 0.1))
     assert never.until_s == 0.0 < FALL_S < strict.until_s < loose.until_s == pytest.approx(0.2)
     assert 0.0 < strict.own[3, 1] < 0.06 and 1.3 * strict.own[3, 1] < loose.own[3, 1] < 0.1
@@ -84,14 +85,13 @@ def test_meshes_part_when_a_pile_topples_the_later_the_more_they_may_differ(bloc
 @pytest.mark.slow
 def test_models_are_judged_until_meshes_part_beside_what_these_say_of_the_standard(block, tmp_path):
     """Which falls a little short on the coarser mesh: by how far that is from the finer one, and what that errs by."""
-    pile = ENTRY | {"others": [{"body": "block", "shift_m": [0.022, 0.004, 0.045]}]}
     own = {"duration_s": 0.2, "frames": 10, "level": 1}
-    compared = ComparedScene.of("pile", pile, block, own)
+    compared = ComparedScene.of(PILE, block, own)
     limit = linear_limit(compared, 2, 0.06)
     write_arrays(limit, tmp_path / "truth.npz")
     limit = read_truth(tmp_path / "truth.npz")
     assert isinstance(limit, LinearLimit) and 0.0 < limit.until_s < 0.2
-    coarse = ComparedScene.of("pile", pile, block, own | {"level": 0})
+    coarse = ComparedScene.of(PILE, block, own | {"level": 0})
     found = reference(coarse, None, 0.05, 4)
     grid = GRID | {"fem_coarse": {"steps_per_frame": [1], "tolerances": [], "gaps": []}}
     judged, forces = accuracy.measure(coarse, None, found, grid, ["fem_coarse"], limit=limit)
@@ -115,7 +115,7 @@ def test_models_are_judged_until_meshes_part_beside_what_these_say_of_the_standa
 def test_the_floor_hands_over_the_momentum_that_the_weight_takes(falling):
     compared = replace(falling[0], duration_s=0.4, frames=20)
     mass, frame_s = float(compared.particles(0).masses.sum()), 0.02
-    matching = {"mode": "linear", "alpha": 0.5, "beta": 0.5, "clusters": cubes(compared.body.coarse)}
+    matching = ShapeMatching(clusters=cubes(compared.body.coarse))
     for scene in (compared.fem(40), compared.shapes(400, matching, 0.0)):
         run = compared.move(scene, 0)[1]
         forces = run.motion.instrument_forces()
@@ -168,19 +168,19 @@ def test_what_nothing_can_be_fitted_to_is_a_failure(falling, monkeypatch):
 
 def test_the_motion_that_is_fitted_to_has_frames_of_the_same_length(block):
     own = {"duration_s": 0.2, "frames": 10, "level": 0, "training": {"duration_s": 0.07} | LOWER}
-    others = {"others": [{"body": "block", "shift_m": [0, 0, 0.05]}] * 2}
-    made = ComparedScene.of("pile", ENTRY | others, block, own)
-    lesson = training_of(made, own["training"] | {"others": others["others"][:1]}, 0.5)
+    others = [{"body": "block", "shift_m": [0, 0, 0.05]}] * 2
+    made = ComparedScene.of(DROP.but(others=others), block, own)
+    lesson = training_of(made, own["training"] | {"others": others[:1]}, 0.5)
     assert (lesson.frames, lesson.duration_s) == (4, pytest.approx(0.08))
-    assert lesson.loads["contact"] == FLOOR | LOWER["contact"] and lesson.loads["gravity"] == made.loads["gravity"]
+    assert lesson.loads == made.loads.but(contact=FLOOR | LOWER["contact"])
     assert (made.nodes(0), lesson.nodes(0)) == (81, 54)
-    gap = made.widen(4.0).loads["contact"]["gap_m"]
+    gap = made.widen(4.0).loads.contact.gap_m
     assert gap == pytest.approx(4.0 * 1e-3 * 0.04)
 
 
 def test_where_nothing_is_fitted_no_other_motion_is_simulated(block):
     own = {"duration_s": 0.04, "frames": 4, "level": 0, "models": ["fem_coarse"]}
-    made, lesson = compared_and_training("drop", ENTRY, block, own, 0.5)
+    made, lesson = compared_and_training(DROP, block, own, 0.5)
     assert lesson is None
     found = reference(made, lesson, 0.05, 6)
     assert found.training.shape == (0, *found.truth.shape[1:]) and found.training_s == 0.0
@@ -188,24 +188,29 @@ def test_where_nothing_is_fitted_no_other_motion_is_simulated(block):
 
 
 def test_plasticity_leaves_springs_out_and_shapes_have_it(block):
-    entry = ENTRY | {"effects": [*ENTRY["effects"], "plasticity"]}
-    entry |= {"plasticity": {"yield_strain": 0.05, "creep_1_s": 20, "max_strain": 0.8}}
+    clay = DROP.but(plasticity={"yield_strain": 0.05, "creep_1_s": 20, "max_strain": 0.8})
     own = {"duration_s": 0.05, "frames": 5, "level": 0, "training": LOWER}
-    made = ComparedScene.of("dent", entry, block, own)
+    made = ComparedScene.of(clay, block, own)
     grid = {name: {"steps_per_frame": [1], "evaluations": 5} for name in ("fem_coarse", "springs", "shape_matching")}
     taught = SimpleNamespace(training=None)  # a reference of which the motion to fit to alone is asked
     assert list(accuracy._models(made, made, taught, grid, {})) == ["fem_coarse", "shape_matching"]
-    assert "plasticity" in made.shapes(5, {}, 1.0).effects
+    assert made.shapes(5, ShapeMatching(), 1.0).plasticity == clay.plasticity
+
+
+LOAD = {"at_m": [0, 0, 0], "force_n": [0, 0, 1]}
 
 
 @pytest.mark.parametrize(
     ("training", "said"),
     [
-        ({"push": {"loads": []}}, "here describes push, which the scene has not; leave it out"),
+        (
+            {"push": {"loads": [{"at_m": [0, 0, 0], "force_n": [0, 0, 1]}]}},
+            "here describes push, which the scene has not; leave it out",
+        ),
         ({"others": [{"body": "bar", "shift_m": [0, 0, 1]}]}, "here.others names another body than block; name that"),
-        ({"contact": {"instruments": [{"kind": "floor", "times_s": [0.0], "shifts_m": []}]}}, "give one shift"),
+        ({"contact": {"instruments": [{"kind": "floor", "height_m": 0, "times_s": [0.0]}]}}, "give one shift"),
     ],
 )
 def test_a_wrong_motion_to_fit_to_is_told(training, said):
     with pytest.raises(InputError, match=said):
-        _check_training("here", ENTRY, training)
+        _check_training("here", DROP, Training(**training))

@@ -10,6 +10,7 @@ from fixtures.poked_bar import poked
 from scipy.linalg import eigh
 
 from palpate.benchmark.motion_truth import motion_truth
+from palpate.effects.settings import Loads, Rayleigh
 from palpate.scenes.run_scene import compose
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.accuracy import estimated, mesh_residual
@@ -47,8 +48,8 @@ def test_estimates_of_elements_and_modes_are_near_their_errors(pressed, truth):
 
 def test_the_residual_of_a_slow_press_is_what_the_finer_mesh_adds(pressed):
     """Pressed slowly, a body is in equilibrium: what two meshes differ by is what one Newton step of the finer adds."""
-    push = pressed.scale_loads(0.2).loads["push"]["loads"][0] | {"press_s": 4.0, "hold_s": 4.0}
-    slow = ComparedScene(**vars(pressed) | {"loads": {"push": {"loads": [push]}}, "duration_s": 6.0, "frames": 6})
+    push = pressed.scale_loads(0.2).loads.pushes[0].but(press_s=4.0, hold_s=4.0)
+    slow = replace(pressed, loads=Loads(push={"loads": [push]}), duration_s=6.0, frames=6)
     (coarse, run), (fine, _) = (slow.move(slow.fem(24), level) for level in (0, 1))
     middle = int(np.linalg.norm(coarse[:-1], axis=2).max(axis=1).argmax())
     off = np.sqrt(np.mean(np.sum((coarse[middle] - fine[middle]) ** 2, axis=1)))
@@ -57,7 +58,7 @@ def test_the_residual_of_a_slow_press_is_what_the_finer_mesh_adds(pressed):
 
 def test_the_residual_of_a_free_vibration_is_what_frames_lose_of_its_inertia(pressed):
     """Frames h apart see of its acceleration −ω² u the share (2 − 2 cos ωh)/(ωh)², and K u = ω² M u lacks the rest."""
-    free = replace(pressed, loads={}, rayleigh={"mass_1_s": 0.0, "stiffness_s": 0.0})
+    free = replace(pressed, loads=Loads(), rayleigh=Rayleigh(mass_1_s=0.0, stiffness_s=0.0))
     particles = free.particles(1)
     system = compose(free.fem(free.frames), particles)
     unknowns = np.flatnonzero(np.repeat(system.free, 3))
@@ -83,15 +84,15 @@ def test_steps_of_half_the_length_are_said_to_be_better(pressed):
 
 def test_pushes_elsewhere_are_as_hard_and_inward(pressed):
     found, again = (moved_pushes(pressed, 5, [0, 45], 1) for _ in range(2))
-    fine, own = pressed.body.fine, pressed.loads["push"]["loads"][0]
+    fine, own = pressed.body.fine, pressed.loads.pushes[0]
     assert len(found) == 5 and not set(found) & set(pressed.body.anchors[0])
     for number, (contact, there) in enumerate(found.items()):
-        push, newtons = there.loads["push"]["loads"][0], np.linalg.norm(own["force_n"])
-        assert np.linalg.norm(push["force_n"]) == pytest.approx(newtons)
-        inward = -np.array(push["force_n"]) @ fine.normals[contact] / newtons
+        push, newtons = there.loads.pushes[0], np.linalg.norm(own.force_n)
+        assert np.linalg.norm(push.force_n) == pytest.approx(newtons)
+        inward = -np.array(push.force_n) @ fine.normals[contact] / newtons
         assert inward == pytest.approx(np.cos(np.radians([0, 45][number % 2])))
-        assert push["at_m"] == fine.nodes[contact].tolist() and push["press_s"] == own["press_s"]
-        assert push == again[contact].loads["push"]["loads"][0]
+        assert push.at_m == fine.nodes[contact].tolist() and push.press_s == own.press_s
+        assert push == again[contact].loads.pushes[0]
 
 
 @pytest.mark.slow

@@ -10,20 +10,19 @@ from palpate.bodies.body import nest
 from palpate.bodies.body_file import save
 from palpate.bodies.material import Material
 from palpate.bodies.simple_shapes import box
+from palpate.effects.settings import Ball, Contact, Floor, Rayleigh
 from palpate.files import read_arrays
 from palpate.models import strokes
+from palpate.scenes.settings import Scene
 from palpate.studies.dynamic import touching
-from palpate.studies.dynamic.compared_scene import ComparedScene
+from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 from palpate.studies.dynamic.elsewhere import motion_bounds
 from palpate.studies.dynamic.strokes import Strokes, simulate_strokes
 
-BALL = {"kind": "sphere", "name": "finger", "center_m": [0.03, 0.03, 0.0441], "radius_m": 0.012}
-PATH = {"times_s": [0.0, 0.1, 0.2], "shifts_m": [[0, 0, 0], [0, 0, -0.008], [0.01, 0, -0.006]]}
-ENTRY = {"body": "pad", "effects": ["corotational", "held", "contact", "rayleigh"], "held": True}
-ENTRY |= {
-    "contact": {"friction": 0.3, "instruments": [BALL | PATH]},
-    "rayleigh": {"mass_1_s": 1.0, "stiffness_s": 0.01},
-}
+BALL = Ball(name="finger", center_m=[0.03, 0.03, 0.0441], radius_m=0.012)
+FINGER = BALL.but(times_s=[0.0, 0.1, 0.2], shifts_m=[[0, 0, 0], [0, 0, -0.008], [0.01, 0, -0.006]])
+CONTACT = Contact(friction=0.3, instruments=[FINGER])
+STROKED = Scene(name="pad", body="pad", step_s=0.02, duration_s=0.2, contact=CONTACT, rayleigh=Rayleigh())
 OWN = {"duration_s": 0.2, "frames": 5, "level": 0}
 GRID = {"vibrations": 5, "modes": 30, "states": 20, "thinning": 0.05, "tolerance": 6e-3, "steps_per_frame": [2]}
 GRID |= {"half_width_m": 0.022, "strokes": 4}
@@ -36,13 +35,13 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
     mesh = box([0.06, 0.06, 0.03], [4, 4, 2])
     body = nest("pad", mesh, 0, np.flatnonzero(mesh.nodes[:, 2] == 0.0), Material(5000.0, 0.3, 1000.0))
     save(body, tmp_path / "body.h5")
-    compared = {"name": "pad", "entry": ENTRY, "own": OWN}
+    compared = Compared(scene=STROKED, own=OWN)
     region = {"half_width_m": 0.022, "strokes": 4, "seed": 1}
     files = SimpleNamespace(body=tmp_path / "body.h5"), SimpleNamespace(strokes=tmp_path / "shown.npz")
-    simulate_strokes(*files, SimpleNamespace(compared=compared, region=region), print)
+    simulate_strokes(*files, SimpleNamespace(region=region), compared, print)
     shown = read_arrays(Strokes, tmp_path / "shown.npz")
     assert shown.shown.shape == (4 * 60, len(mesh.nodes) + len(mesh.edges), 3) and shown.seconds > 0.0
-    made = ComparedScene.of(body=body, **compared)
+    made = ComparedScene.of(STROKED, body, OWN)
     table = touching.measure_strokes(made, shown, GRID, 3, 1)
     assert list(table["contact"]) == [0, 1, 2]
     found = table[table["failures"] == 0]
@@ -54,7 +53,7 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
     assert bounds["bound_of_peak"].isna().all()  # of fewer than nine strokes there is none
 
     monkeypatch.setattr(strokes, "DEPTHS_M", (0.022, 0.024))
-    flat = touching.stroked(made, strokes.roaming(made.particles(-1), ENTRY["contact"], 0.022, 1, 1)[0])
+    flat = touching.stroked(made, strokes.roaming(made.particles(-1), CONTACT, 0.022, 1, 1)[0])
     [row] = touching.measure_stroke(flat, touching.limit_of(flat), None, 0, [2])
     assert "model" not in row  # its elements are turned inside out, so that nothing says how wrong a model is
 
@@ -64,14 +63,14 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
     [
         ({}, ""),
         ({"others": [{"body": "pad", "shift_m": [0, 0, 1]}]}, "has several bodies"),
-        ({"held": False, "effects": ["corotational", "contact"]}, "is not held"),
-        ({"contact": {"instruments": [BALL]}}, "has no instrument that moves"),
-        ({"contact": ENTRY["contact"] | {"self_contact": True}}, "has a body that touches itself"),
+        ({"held": False}, "is not held"),
+        ({"contact": Contact(instruments=[BALL])}, "has no instrument that moves"),
+        ({"contact": CONTACT.but(self_contact=True)}, "has a body that touches itself"),
         (
-            {"contact": {"instruments": [BALL | PATH, {"kind": "floor", "height_m": 0.0}]}},
+            {"contact": Contact(instruments=[FINGER, Floor(height_m=0.0)])},
             "is touched by a floor and not by spheres and capsules",
         ),
     ],
 )
 def test_scenes_that_have_no_strokes_are_known(changed, why):
-    assert unable("path_modes", ENTRY | changed) == unable("region_modes", ENTRY | changed) == why
+    assert unable("path_modes", STROKED.but(**changed)) == unable("region_modes", STROKED.but(**changed)) == why

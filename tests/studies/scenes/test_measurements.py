@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from palpate.scenes.scene import Scene
 
 from palpate.bodies.particles import Particles, particles_of
 from palpate.scenes.motion import Motion, Moved, load, save
 from palpate.scenes.run_scene import run
+from palpate.scenes.settings import Scene
 from palpate.studies.scenes import measurements
 from palpate.studies.scenes.contact_force import closed, contact_force, least_signed_distance
 from palpate.studies.scenes.measurements import DOUBTED, FAILS, HOLDS, REST, UNKNOWN, cost, energy_balance, left_out
@@ -20,7 +20,7 @@ LOAD |= {"hold_s": 1, "release_s": 0.1}
 SETTINGS = {"gravity": {"acceleration_m_s2": [0.0, 0.0, -0.5]}, "push": {"loads": [LOAD]}}
 SETTINGS |= {"rayleigh": {"mass_1_s": 5.0, "stiffness_s": 0.02}}
 EFFECTS = ["corotational", "gravity", "held", "push", "rayleigh"]
-SAG = Scene("sag", EFFECTS, "backward_euler", 0.02, 1.0, frames=20, settings=SETTINGS)
+SAG = Scene(name="sag", body="slab", step_s=0.02, duration_s=1.0, frames=20, **SETTINGS)
 
 
 @pytest.fixture(scope="module")
@@ -43,19 +43,18 @@ def test_errors_are_those_of_what_is_missing(particles):
 
 
 def test_what_has_no_error_says_why(particles):
-    hasty = replace(SAG, integrator="symplectic_euler", effects=["corotational", "gravity"])
-    hasty = replace(hasty, step_s=1e-4, duration_s=1e-3)
+    hasty = SAG.but(integrator="symplectic_euler", held=False, push=None, rayleigh=None, step_s=1e-4, duration_s=1e-3)
     whole = run(hasty, particles).motion
-    table = left_out(replace(hasty, step_s=0.05), particles, whole).set_index("effect")
+    table = left_out(hasty.but(step_s=0.05), particles, whole).set_index("effect")
     assert np.isnan(table.loc["gravity", "error_if_left_out"])
     assert "takes steps of up to" in table.loc["gravity", "note"]
-    still = replace(SAG, effects=["corotational", "held", "push"], duration_s=0.1)
+    still = SAG.but(gravity=None, rayleigh=None, duration_s=0.1)
     table = left_out(still, particles, run(still, particles).motion).set_index("effect")
     assert np.isnan(table.loc["push", "error_if_left_out"]) and table.loc["push", "note"] == "the scene is still"
 
 
 def test_shares_make_a_whole_step_and_memory_is_what_an_effect_holds_itself(particles):
-    scene = replace(SAG, duration_s=0.1)
+    scene = SAG.but(duration_s=0.1)
     table = cost(scene, particles, run(scene, particles), repeats=3).set_index("effect")
     assert list(table.index) == [*EFFECTS, REST]
     assert table["share_of_step"].sum() == pytest.approx(1.0, rel=1e-12)
@@ -100,18 +99,18 @@ def test_nothing_is_known_without_the_elastic_energy():
 
 
 def test_a_run_warns_of_energy_that_an_integrator_without_proof_made():
-    scene = Scene("a", ["springs"], "bdf2", 0.1, 1.0)
+    scene = Scene(name="a", body="slab", integrator="bdf2", step_s=0.1, duration_s=1.0)
     energies = pd.DataFrame(ROWS | {"gain_j": 0.1}).drop(columns="scene")
     with pytest.warns(UserWarning, match=r"^scenes\.a: nothing proves that steps of bdf2 make no energy, and one made"):
         measurements.warn_of_gain(scene, energies)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        measurements.warn_of_gain(replace(scene, integrator="backward_euler"), energies)
+        measurements.warn_of_gain(scene.but(integrator="backward_euler"), energies)
         measurements.warn_of_gain(scene, energies.assign(gain_j=1e-9))
 
 
 def test_a_motion_in_modes_warns_of_a_doubt_that_is_large_beside_its_peak(motion):
-    scene, rest = Scene("a", [], "touching", 0.1, 1.0), motion.rest
+    scene, rest = Scene(name="a", body="slab", integrator="touching", step_s=0.1, duration_s=1.0), motion.rest
     moved = replace(motion, positions=np.array([rest, rest + np.array([0.0, 0.0, 0.01])]))
     for doubt, said in ((1.5 * DOUBTED * 0.01, "a doubt of 1.5% of the peak"), (np.inf, "without a limit")):
         energy = pd.DataFrame({"time_s": [0.0, 0.5, 1.0], "doubt_m": [0.0, doubt, 1e-9]})

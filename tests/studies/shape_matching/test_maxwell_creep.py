@@ -1,12 +1,10 @@
 """The closed solution is that of the equations, and the scene that is shipped creeps as it says."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from fixtures.shipped import completed
-from palpate.scenes.scene import scene_of
 from scipy.integrate import solve_ivp
 
 from palpate.bodies.make_body import make_body
@@ -14,7 +12,7 @@ from palpate.bodies.particles import particles_of
 from palpate.errors import InputError
 from palpate.scenes.run_scene import run
 from palpate.studies.shape_matching.maxwell_creep import closeness, creep, measure
-from palpate.studies.shape_matching.settings import check
+from palpate.studies.shape_matching.settings import Creep, check
 
 ROOT = Path(__file__).parents[3]
 
@@ -22,9 +20,8 @@ ROOT = Path(__file__).parents[3]
 @pytest.fixture(scope="module")
 def shipped():
     config = completed()
-    name = config["shape_matching"]["creep"]["scene"]
-    scene = scene_of(name, config["scenes"][name])
-    body = make_body(config["scenes"][name]["body"], config["bodies"][config["scenes"][name]["body"]])
+    scene = config.scenes[config.shape_matching.creep.scene]
+    body = make_body(scene.body, config.bodies[scene.body])
     return scene, particles_of(body, scene.level, scene.surface), config
 
 
@@ -56,13 +53,17 @@ def test_the_shipped_scene_creeps_as_the_closed_solution(shipped):
     held = table[table["load"] > 1.0 - 1e-9]
     assert held["creep_m"].iloc[-1] > 1.3 * held["creep_m"].iloc[0]  # it creeps
     assert 0.1 < table["creep_m"].iloc[-1] / table["creep_m"].max() < 0.5  # and comes back slowly
-    wrong = replace(scene, settings=scene.settings | {"maxwell": {"stiffness_ratio": 1.0, "relaxation_s": 0.8}})
+    wrong = scene.but(maxwell={"stiffness_ratio": 1.0, "relaxation_s": 0.8})
     assert closeness(measure(wrong, particles, run(scene, particles).motion)) > 0.04
 
 
 def test_a_scene_that_does_not_creep_is_refused(shipped):
     _, _, config = shipped
+
+    def naming(creep):
+        return config.model_copy(update={"shape_matching": config.shape_matching.but(creep=creep)})
+
     for name, says in (("nothing", "is unknown"), ("bar_sag", "lacks springs, push, maxwell")):
         with pytest.raises(InputError, match=f"{name}, which {says}"):
-            check(config | {"shape_matching": {"creep": {"scene": name}}}, ROOT / "config.yaml")
-    check(config | {"shape_matching": {"creep": None}}, ROOT / "config.yaml")
+            check(naming(Creep(scene=name)), ROOT / "config.yaml")
+    check(naming(None), ROOT / "config.yaml")

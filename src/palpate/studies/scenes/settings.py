@@ -22,6 +22,10 @@ def check(config: dict, file: Path) -> None:
     """Raise InputError for the first scene that names what is not there."""
     for name, scene in config["scenes"].items():
         place = f"{file}: scenes.{name}"
+        if own := scene.model_fields_set & {"name", "seed"}:  # those of scenes made in Python
+            raise InputError(
+                f"{place}.{min(own)} has no use: a scene has its key's name and the run's seed; remove it."
+            )
         _check_bodies(place, scene, config["bodies"])
         _check_effects(place, scene, config["bodies"])
         check_instruments(place, scene)

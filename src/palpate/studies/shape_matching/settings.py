@@ -1,6 +1,7 @@
 """Settings of paper 3's experiments."""
 
 from pathlib import Path
+from typing import Any
 
 from palpate.errors import InputError, describe_unknown
 from palpate.setting_types import Block, Count, NotNegative, Positive, Share, key
@@ -39,17 +40,16 @@ class Settings(Block):
     body_springs: BodySprings = key("A surface poked and released", {})
 
 
-def check(config: dict, file: Path) -> None:
+def check(config: Any, file: Path) -> None:
     """Raise InputError if the scene that creeps is unknown, or has no springs with Maxwell dampers under a load."""
-    creep, scenes = config["shape_matching"]["creep"], config.get("scenes", {})
+    creep, scenes = config.shape_matching.creep, config.scenes or {}
     if creep is None:
         return
-    if wrong := describe_unknown([creep["scene"]], list(scenes)):
+    if wrong := describe_unknown([creep.scene], list(scenes)):
         raise InputError(f"{file}: shape_matching.creep.scene names {wrong}")
-    scene = scenes[creep["scene"]]
-    effects = scene if scene.get("effects", "auto") == "auto" else scene["effects"]
-    if missing := [name for name in ("springs", "push", "maxwell") if name not in effects]:
+    scene = scenes[creep.scene]
+    if missing := [name for name in ("springs", "push", "maxwell") if getattr(scene, name) is None]:
         raise InputError(
-            f"{file}: shape_matching.creep.scene names {creep['scene']}, which lacks {', '.join(missing)}; name a "
+            f"{file}: shape_matching.creep.scene names {creep.scene}, which lacks {', '.join(missing)}; name a "
             "scene of springs with maxwell that a push loads, or write creep: null."
         )

@@ -4,6 +4,7 @@ import subprocess
 import warnings
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -159,6 +160,7 @@ def measure_other_loads(input, params, wildcards, say, options: FitOptions, grid
 
     place, beyond = f"{wildcards.body}, {wildcards.regime}", wildcards.kind == "beyond_design"
     case, judge = _judged(input, params, wildcards, params.split, options)
+    asked: Any
     if beyond:
         asked = presses_beyond(case, judge, params.samples, steps(say, f"{place}: contact"))
     else:

@@ -11,7 +11,7 @@ from palpate.benchmark.load import Load, Press, Refused
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import InputError, NotConverged
-from palpate.models import relaxed
+from palpate.models import fem, relaxed
 from palpate.models.fem_statics import Simulation
 from palpate.models.kinds import FEM
 from palpate.solvers.projective_dynamics import ProjectiveDynamics

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from palpate.scenes.scene import Scene, particles_in
 
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material

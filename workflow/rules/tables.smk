@@ -13,7 +13,7 @@ rule tabulate_advice:
         "results/logs/tabulate_advice.log",
     params:
         **calls("palpate.studies.tradeoff.jobs:tabulate_advice"),
-        limits=(config if "tradeoff" in ADVISED else {"tradeoff": defaults("tradeoff")})["tradeoff"]["advice"],
+        limits=(config if "tradeoff" in ADVISED else {"tradeoff": plain(defaults("tradeoff"))})["tradeoff"]["advice"],
         moving=some("dynamic", "budgets_ms", "speeds") if "dynamic" in ADVISED else {},
     script:
         "../job.py"

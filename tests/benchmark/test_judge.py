@@ -92,12 +92,12 @@ def test_a_case_has_no_sample_that_is_judged(slab, slab_case, slab_compliance, a
     write_table(folds, files["samples"])
     save_truth(truth, files["truth"])
     save_compliance(slab_compliance, files["compliance"])
-    case, found = read_judged(files, "large", 3, 0.05, slab_case[0].options, 1e-8, {})
+    case, found = read_judged(files, "large", 3, 0.05, slab_case[0].options, 1e-8)
     assert not set(case.database.contact) & set(found.samples.contact)
     assert len(case.database.contact) + len(found.numbers) == 12 and case.regime == "large" and case.radius_m == 0.05
     assert np.array_equal(case.response.contacts, slab_compliance.contacts)
     del files["compliance"]
-    assert read_judged(files, "large", 3, 0.05, slab_case[0].options, 1e-8, {})[0].response is None
+    assert read_judged(files, "large", 3, 0.05, slab_case[0].options, 1e-8)[0].response is None
 
 
 def test_a_press_of_each_training_contact_is_judged_beside_the_others(slab, all_samples):

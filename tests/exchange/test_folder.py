@@ -55,7 +55,7 @@ def test_loads_are_those_of_the_test_samples_and_nodal_forces_are_consistent(pre
     files = {name: place / f"{name}.h5" for name in ("database", "truth")}
     files |= {"body": place.parent / "body.h5", "samples": place / "samples.csv"}
     options = FitOptions(neighbours=1, folds=2, split="contacts", seed=1)
-    _, judge = read_judged(files, "large", 1, 0.03, options, 1e-8, {})
+    _, judge = read_judged(files, "large", 1, 0.03, options, 1e-8)
     tests = judge.side == "test"
     loads = questions.arrays["loads"]
     assert np.array_equal(loads["sample"], judge.numbers[tests]) and questions.count == 4

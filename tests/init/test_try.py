@@ -65,7 +65,7 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     assert ran == [folder / "try.yaml"]
     body = whole["bodies"]["block"]
     assert (body["scale_m"], body["bed"]["facing"]) == (0.1, [-1, 0, 0]) and "anchors" not in body
-    assert small["bodies"]["block"] == body | {"refinements": 1} and body["refinements"] == 2
+    assert small["bodies"]["block"] == body.but(refinements=1) and body["refinements"] == 2
     assert list(whole["regimes"]) == ["small", "deep", "large"]
     assert small["regimes"] == {"large": whole["regimes"]["large"]}
     assert small["tradeoff"]["models"] == MODELS and small["tradeoff"]["contacts"] < whole["tradeoff"]["contacts"]

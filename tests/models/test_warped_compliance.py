@@ -182,7 +182,7 @@ def test_what_is_alike_at_all_contacts_is_learnt_from_the_force(pressed):
         local = view.frame.T @ force
         return view.from_slots(0.02 * np.linalg.norm(local) * local @ mode)
 
-    db, method, plain = taught(pressed, base, residual, np.arange(50), replace(OPTIONS, split="contacts"))
+    db, method, plain = taught(pressed, base, residual, np.arange(50), OPTIONS.but(split="contacts"))
     assert method.kind == "force"
     assert errors_of(method, db, range(50, 60)).mean() < 0.2 * errors_of(plain, db, range(50, 60)).mean()
 

@@ -67,7 +67,11 @@ def test_one_elastic_effect_and_a_reason_for_each_decision(particles):
         ({}, {"kind": "box", "bed": {"sphere": {"center_m": [0, 0, 0], "radius_m": 1}, "stiffness_n_m3": 1e4}}, BEDDED),
         ({"springs": {}, "volume": {}}, {"kind": "box"}, SOLID),
         ({"surface": True}, {"kind": "box"}, SURFACE),
-        ({"bending": {}}, {"kind": "sheet", "sizes_m": [1, 1], "divisions": [1, 1], "thickness_m": 0.001}, SHEET),
+        (
+            {"bending": {}},
+            {"kind": "sheet", "sizes_m": [1, 1], "divisions": [1, 1], "thickness_m": 0.001, "anchors": {"nodes": [0]}},
+            SHEET,
+        ),
         ({}, {"kind": "box", "law": "neo_hookean"}, RUBBER),
         ({"held": False, "contact": {"instruments": [BALL]}, "start": "random"}, {"kind": "box"}, SOLID),
     ],

@@ -110,10 +110,10 @@ def _check_touching(place: str, scene: Scene, elastic: str, names: list[str]) ->
     reason = (
         (f"the elastic effect is {elastic}" if elastic not in FINITE_ELEMENTS else "")
         or ("nothing holds the body" if "held" not in names else "")
-        or ("no instrument moves" if contact is None or not any(tool.times_s for tool in contact.instruments) else "")
         or ("bodies touch each other or themselves" if (contact and contact.self_contact) or scene.others else "")
         or (f"the start is {scene.start}" if scene.start != "rest" else "")
         or ("contact pushes out what overlaps" if contact and contact.push_out else "")
+        or ("no instrument moves" if contact is None or not any(tool.times_s for tool in contact.instruments) else "")
     )
     if reason:
         raise InputError(

@@ -7,6 +7,7 @@ from fixtures.cut_cases import answer
 from palpate.bodies.cutting.cut import blade
 from palpate.bodies.cutting.ways import SPLIT_FACES, VIRTUAL_NODES, part, whole
 from palpate.bodies.particles import particles_of
+from palpate.effects.settings import Clusters
 from palpate.effects.shape_matching import make_clusters
 from palpate.models.cut.shapes import CutShapes, split
 
@@ -14,7 +15,7 @@ SETTING = {"level": 1, "mode": "linear", "clusters": "tetrahedra", "steps": 300}
 
 
 def clusters_of(body, level):
-    return make_clusters(particles_of(whole(body, level, 0).body, 0, surface=False), {"kind": "tetrahedra"})
+    return make_clusters(particles_of(whole(body, level, 0).body, 0, surface=False), Clusters(kind="tetrahedra"))
 
 
 @pytest.mark.parametrize("way", [SPLIT_FACES, VIRTUAL_NODES])

@@ -131,7 +131,7 @@ def test_the_rest_is_learnt_in_the_turned_frame(slab_compliance, db):
     world = replace(db, fine=np.array(fine), coarse_live=3 * db.coarse_live)
     test = np.arange(0, k, 5)
     train = np.setdiff1d(np.arange(k), test)
-    settings = replace(OPTIONS, split="samples", sigma_relative=Widths(min=0.1, max=100, count=7))
+    settings = OPTIONS.but(split="samples", sigma_relative=Widths(min=0.1, max=100, count=7))
     learnt.learn(gather(world, train, "live", settings), settings)
     assert np.isnan(plain.sigma_m) and learnt.sigma_m > 0
     errors = [np.mean([error(m, world, "live", i) for i in test]) for m in (learnt, plain)]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from palpate.benchmark.load import Load
+from palpate.bodies.cutting.settings import CutSettings
 from palpate.errors import InputError
 from palpate.models.kinds import FEM
 from palpate.press.finished_run import FinishedRun
@@ -114,10 +115,11 @@ def test_a_piece_cut_free_stays_and_is_not_pressed(live):
 )
 def test_a_cut_that_opens_nothing_is_refused_and_leaves_the_body_as_it_is(live, cuts, said):
     model = live.knife("cut_linear")
-    before = model.follow(CUT).surface
+    made = [CutSettings(**each) for each in CUT]
+    before = model.follow(made).surface
     with pytest.raises(InputError, match=said):
         live.cut("cut_linear", json.dumps({"cuts": cuts}).encode())
-    assert model.follow(CUT).surface is before
+    assert model.follow(made).surface is before
 
 
 @pytest.mark.slow
@@ -129,7 +131,7 @@ def test_random_drags_are_answered_or_refused(live):
         paths = [skin[rng.integers(len(skin), size=rng.integers(2, 5))] for _ in range(rng.integers(1, 4))]
         try:
             surface = model.follow(
-                [{"path_m": path.tolist(), "depth_m": rng.uniform(0.01, 0.08)} for path in paths]
+                [CutSettings(path_m=path.tolist(), depth_m=rng.uniform(0.01, 0.08)) for path in paths]
             ).surface
             press = Asked(
                 int(rng.integers(len(surface.triangles))), np.full(3, 1 / 3), None, 0.002 * rng.normal(size=3)
@@ -150,7 +152,7 @@ def test_a_cut_where_the_body_is_held_is_refused(slab_case):
     held = replace(body, anchors=[np.flatnonzero(mesh.nodes[:, 0] < 0.151) for mesh in body.levels])
     model = KnifeModel(replace(case, body=held), linear=True)
     with pytest.raises(InputError, match="the body is held there, and a cut opens nothing; cut another place"):
-        model.follow([{"path_m": [skewed(0.06, -0.01), skewed(0.06, 0.11)], "depth_m": 0.06}])
+        model.follow([CutSettings(path_m=[skewed(0.06, -0.01), skewed(0.06, 0.11)], depth_m=0.06)])
 
 
 @pytest.mark.parametrize(

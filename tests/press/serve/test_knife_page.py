@@ -9,6 +9,7 @@ from press.page.press_stage import CLOSE, READY, STAGE, rest, spots
 from press.serve.test_knife import skewed
 from report import browser as chromium
 
+from palpate.bodies.cutting.settings import CutSettings
 from palpate.press.finished_run import FinishedRun
 from palpate.press.serve.command import _page, answers
 from palpate.press.serve.live_models import LiveModels
@@ -89,7 +90,7 @@ def test_a_drag_cuts_a_pull_opens_the_lips_and_the_body_is_made_whole(page, live
     chromium.until(page, CUT)
     cuts, nodes, skin = page.evaluate(f"[{STAGE}.cuts, [...{STAGE}.main.surface.nodes], {STAGE}.main.model.skin]")
     model = live.knife(name)
-    surface = model.follow(cuts).surface
+    surface = model.follow([CutSettings(**cut) for cut in cuts]).surface
     assert cuts[0]["depth_m"] == 0.04 and surface.skin_nodes == skin < len(nodes) / 3
     np.testing.assert_allclose(np.reshape(nodes, (-1, 3)), surface.nodes, atol=1e-7)
     page.wait_for_timeout(250)

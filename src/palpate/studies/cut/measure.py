@@ -16,6 +16,7 @@ from palpate.benchmark.ranking import TRUTH
 from palpate.benchmark.timing import said, time_calls
 from palpate.bodies.body import Body
 from palpate.bodies.cutting.cut import Blade, Cut, make_cut
+from palpate.bodies.cutting.settings import CutSettings
 from palpate.bodies.cutting.ways import VIRTUAL_NODES
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
@@ -82,7 +83,7 @@ WHOLE = "enriched"
 
 def asked(body: Body, entry: Mapping[str, Any]) -> CutCase:
     """Return the question that a block of ``cut.cuts`` asks of a body; InputError where it describes no cut."""
-    cut, coarse, fine = make_cut("cut", entry["cut"], body.fine), body.coarse, body.fine
+    cut, coarse, fine = make_cut("cut", CutSettings.model_validate(entry["cut"]), body.fine), body.coarse, body.fine
     hooks = []
     for hook in entry["hooks"]:
         # coarse nodes are nodes of all levels, so that each level has what is grasped

@@ -230,7 +230,7 @@ def _line() -> tuple:
         coarse_live=np.repeat(coarse[None], count, axis=0),
     )
     line = scaled(line, np.append(np.linspace(0.5, 1.6, TRAIN), [0.73, 1.03]))
-    return line, methods(line, ALL, replace(SETTINGS, split="samples"))
+    return line, methods(line, ALL, SETTINGS.but(split="samples"))
 
 
 def _collinear(model: str) -> Answer:
@@ -242,7 +242,7 @@ def _collinear(model: str) -> Answer:
 
 @cache
 def _few() -> dict:
-    return blends(pressed()[1], ALL, 0.1, replace(SETTINGS, neighbours=1))
+    return blends(pressed()[1], ALL, 0.1, SETTINGS.but(neighbours=1))
 
 
 def _narrow(model: str) -> Answer:

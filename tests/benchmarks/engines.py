@@ -36,6 +36,7 @@ from palpate.benchmark.settings import FitOptions, Widths
 from palpate.bodies.material import LAWS
 from palpate.effects.laws import quadratic_neo_hookean
 from palpate.errors import NotConverged
+from palpate.models.families import Families
 from palpate.models.fem_statics import Simulation, to_surface
 from palpate.models.kinds import FEM, ContactModes
 from palpate.models.model_registry import ENGINES, MODELS, absent
@@ -44,7 +45,6 @@ from palpate.report.style import plain_log
 from palpate.report.words import percent, seconds
 from palpate.run.settings import read_settings
 from palpate.solvers.equilibrium import FastEquilibrium
-from palpate.studies.tradeoff.settings import Families
 
 ROOT, PRESSES, FARTHEST = Path(__file__).parents[2], 4, 0.01
 SCENES = [f"{body}_{regime}" for body in ("cylinder", "liver") for regime in ("small", "deep", "large")]

@@ -193,9 +193,9 @@ def test_what_interpolation_carries_up_is_coarse_at_coarse_nodes(slab_case):
 
 
 def test_interpolation_is_the_coarse_mesh(answer):
-    same = {"converged": {"tolerance": 1e-8}, "loose": {"tolerance": 1e-3}, "2 iterations": {"iterations": 2}}
+    same: dict[str, dict] = {"converged": {"tolerance": 1e-8}, "loose": {"tolerance": 1e-3}, "2 iterations": {"iterations": 2}}
     for kind, end in same.items():
-        expected = answer("fem_p1", {"level": 0, "start": "rest"} | end)
+        expected = answer(FEM(order=1, level=0, **end))
         assert answer(Interpolation(coarse=kind)) == pytest.approx(expected, rel=1e-12)
 
 
@@ -221,7 +221,7 @@ def test_a_model_learns_from_such_coarse_answers_as_it_gets(slab_case, grid, nam
 
 def test_parts_of_detail_correction_are_each_worth_something(answer):
     parts = [{"samples": 0, "turned": False}, {"samples": 0}, {"samples": 12}]
-    unturned, untaught, whole = (answer("detail_correction", {"coarse": "converged"} | part) for part in parts)
+    unturned, untaught, whole = (answer(DetailCorrection(coarse="converged", **part)) for part in parts)
     assert untaught < unturned < answer(Interpolation(coarse="converged"))
     assert whole < unturned and min(whole, untaught) < answer(LinearFEM())
 

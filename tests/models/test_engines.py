@@ -12,9 +12,9 @@ from palpate.effects.law import fault, law_of
 from palpate.effects.laws import quadratic_neo_hookean
 from palpate.errors import InputError, NotConverged
 from palpate.models import model_registry
+from palpate.models.families import Families
 from palpate.models.kinds import FEM, MuJoCo, NewtonVBD
 from palpate.studies.hard_cases import model_cases
-from palpate.studies.tradeoff.settings import Families
 
 RUNS = {"mujoco": MuJoCo(steps=30, iterations=200), "newton_vbd": NewtonVBD(steps=300, sweeps=20, step=2.0)}
 SHORT = {"mujoco": MuJoCo(steps=1, iterations=5), "newton_vbd": NewtonVBD(steps=3, sweeps=2, step=2.0)}

@@ -13,11 +13,11 @@ from palpate.bodies.refinement import finer
 from palpate.bodies.simple_shapes import cylinder
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
+from palpate.models.families import Families
 from palpate.models.fem import BEFORE
 from palpate.models.fem_statics import to_surface
 from palpate.models.kinds import FEM, FastFEM, LinearFEM, Springs
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.tradeoff.settings import Families
 
 STARTS = ("rest", "linear", "frame")
 

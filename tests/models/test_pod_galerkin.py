@@ -12,9 +12,9 @@ from palpate.benchmark.load import Load, Press, Refused, loads_of
 from palpate.errors import InputError, NotConverged
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.workshop import Workshop
+from palpate.models.families import Families
 from palpate.models.kinds import FEM, PODGalerkin
 from palpate.models.pod_galerkin import energy_pod
-from palpate.studies.tradeoff.settings import Families
 
 RADIUS_M = 0.03
 MODEL = PODGalerkin(modes=100, thinned=0.01)

@@ -9,8 +9,8 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused
 from palpate.errors import InputError
 from palpate.models import pod_of_loads
+from palpate.models.families import Families
 from palpate.models.kinds import PODOfLoads
-from palpate.studies.tradeoff.settings import Families
 
 LEARNERS = {learner: PODOfLoads(modes=12, learner=learner) for learner in ("gaussian", "network")}
 GRID = Families(pod_of_loads={"modes": [2, 12], "hidden": [8]})

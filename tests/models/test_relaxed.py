@@ -105,7 +105,7 @@ def test_a_frame_before_helps_as_far_as_the_method_has_come_by_itself(pressed, e
 
 def test_a_press_grows_evenly_up_to_the_frame_before(pressed):
     case, load = pressed
-    model, grown = relaxed.Relaxed(case, LONG["xpbd"] | {"start": "frame"}, "xpbd"), []
+    model, grown = relaxed.Relaxed(case, LONG["xpbd"].having(start="frame")), []
     model._relax = lambda x, force, before=None: (x, grown.append(force))
     model.precede(load)
     shares = fem.BEFORE * np.arange(1, relaxed.FRAMES + 1) / relaxed.FRAMES

@@ -61,10 +61,13 @@ def test_one_elastic_effect_and_a_reason_for_each_decision(particles):
     assert len({d.effect for d in decisions}) == len(decisions)
 
 
+UNDERLAY = {"sphere": {"center_m": [0, 0, 0], "radius_m": 1}, "stiffness_n_m3": 1e4}
+
+
 @pytest.mark.parametrize(
     ("blocks", "body", "particles"),
     [
-        ({}, {"kind": "box", "bed": {"sphere": {"center_m": [0, 0, 0], "radius_m": 1}, "stiffness_n_m3": 1e4}}, BEDDED),
+        ({}, {"kind": "box", "bed": UNDERLAY}, BEDDED),
         ({"springs": {}, "volume": {}}, {"kind": "box"}, SOLID),
         ({"surface": True}, {"kind": "box"}, SURFACE),
         (

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from palpate.benchmark.database import Database
     from palpate.bodies.body import Body
     from palpate.effects.patch_load import Patch
+    from palpate.models.families import Families
     from palpate.solvers.compliance import Compliance
-    from palpate.studies.tradeoff.settings import Families
 
 Setting = dict[str, Any]
 """What tables call a setting: name → int, float, str or bool."""

@@ -128,7 +128,7 @@ def _touch(
 def _motion(
     name: str, own: dict[str, Any], settings: dict[str, Any], config: Path, results: Path, seed: int | None
 ) -> Asked:
-    entry, block, by = settings["scenes"][name], settings["dynamic"], own["truth"]
+    entry, block, by = settings["scenes"][name].but(name=name), settings["dynamic"], own["truth"]
     followed_so = {"frames": block["frames"], "duration_s": followed(entry)} | own
     found_by = {each: by[each] for each in ("levels", "steps_per_frame")}
     if seed is not None:

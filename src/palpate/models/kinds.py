@@ -17,7 +17,7 @@ from palpate.errors import InputError
 from palpate.setting_types import Block, Count, Index, Inside, NotNegative, Positive, Switch, key
 
 if TYPE_CHECKING:
-    from palpate.studies.tradeoff.settings import Families
+    from palpate.models.families import Families
 
 CoarseAnswer = Annotated[str, Field(pattern="^(linear|1 iteration|([2-9]|[1-9][0-9]+) iterations|loose|converged)$")]
 FEATURES = Literal["unordered", "ordered", "framed"]

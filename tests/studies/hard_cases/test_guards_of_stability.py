@@ -14,6 +14,7 @@ from palpate.benchmark.model import Case
 from palpate.benchmark.truth import truth_of
 from palpate.models import near_buckling, pod_galerkin
 from palpate.models.contact_modes import contact_modes
+from palpate.models.families import Families
 from palpate.models.fem_statics import Simulation
 from palpate.models.kinds import FEM, FastFEM, PODGalerkin
 from palpate.solvers import equilibrium, pushed_discs
@@ -21,7 +22,6 @@ from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.studies.hard_cases.enrichment_cases import SETTINGS as FIT
 from palpate.studies.hard_cases.nonlinear_cases import EULER_N, RADIUS_M, body_of, press_of, stability
 from palpate.studies.hard_cases.stage import bar_body, end_face, judge
-from palpate.studies.tradeoff.settings import Families
 
 CASES = {case.name: case for case in stability()}
 

@@ -12,9 +12,9 @@ import pandas as pd
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.truth import load_truth
 from palpate.bodies.body_file import load
+from palpate.models.families import Families
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.run.job import steps
-from palpate.studies.tradeoff.settings import Families
 from palpate.table_declaration import Table
 
 

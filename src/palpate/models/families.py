@@ -1,0 +1,255 @@
+"""What each family of models is tried with in the trade-off: a point in the diagram for each setting."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from palpate.benchmark.model import Model
+from palpate.models import kinds, model_registry
+from palpate.setting_types import (
+    Block,
+    Count,
+    Distinct,
+    Index,
+    Inside,
+    NotNegative,
+    Number,
+    Positive,
+    Share,
+    Some,
+    Switch,
+    key,
+    rows,
+)  # fmt: skip
+
+RESIDUALS = "Relative residuals to stop at, from rest, after as many iterations as it takes"
+SHARES = "Shares of the training samples to learn from"
+RUNS = "Runs from rest, from cheap to expensive"
+
+
+class Fem(Block):
+    iterations: Distinct[Count] = key("Caps on Newton's iterations from rest", [1])
+    warm_iterations: Some[Count] = key(
+        "Caps on Newton's iterations from the stored linear response, and from the frame before: the answer to 97 % "
+        "of the load",
+        [1],
+    )
+    finest_warm_iterations: Distinct[Count] = key(
+        "The same from the frame before for quadratic elements on the finest level, which are solved from rest to the "
+        "loosest tolerance otherwise: each answer takes seconds, and each frame too",
+        [],
+    )
+    warm_tolerances: Distinct[Inside] = key("Relative residuals to stop at from the other starts, loosest first", [])
+    tolerances: Some[Inside] = key("Relative residuals to stop at from rest, loosest first", [1e-3])
+
+
+class FastFem(Block):
+    levels: Count = key("How many of the body's levels, counted from the finest", 2)
+    iterations: Some[Count] = key("L-BFGS iterations from rest", [4, 8])
+    frame_iterations: Distinct[Count] = key("Iterations from the frame before: the answer to 97 % of the load", [2, 4])
+    finest_frame_iterations: Distinct[Count] = key("The same on the finest level, where frames take long to find", [])
+    linear_iterations: Distinct[Count] = key("Iterations from the linear response, stored for each contact", [])
+    tolerances: Distinct[Inside] = key(RESIDUALS, [])
+
+
+class FemLocal(Block):
+    meshes: Distinct[kinds.LocalMesh] = key(
+        "Meshes and elements, from small to large: how many of the body's levels are refined, the radius of what is "
+        "refined over that of the patch, and the order of the elements",
+        rows("depth reach order", (1, 1.5, 2), (2, 1.5, 2)),
+    )
+    warm_iterations: Distinct[Count] = key("Caps on Newton's iterations from the frame before", [1])
+    tolerances: Distinct[Inside] = key("Relative residuals to stop at, from rest, tried beside", [])
+
+
+class ContactModes(Block):
+    nodes: Count = key(kinds.NODES, 12000)
+    rings: Some[Index] = key("Rings of elements around the disc with cells of their own; 50 are all of a body", [1, 50])
+    tolerances: Some[Inside] = key(
+        "Error, relative to the whole, by which few cells may pull otherwise than all do, loosest first; columns "
+        "alone are tried with the last one",
+        [0.01, 0.003],
+    )
+    finer: Switch = key(
+        "Whether contacts are also pressed on the next level, if the body has one: that mends the worst node under a "
+        "finger, and doubles the preparation",
+        False,
+    )
+    targets: Some[Literal["operator", "limit"]] = key(
+        "Which answer is meant: operator is that of quadratic elements on the finest level, limit that of ever finer "
+        "levels, which is extrapolated to",
+        ["operator", "limit"],
+    )
+
+
+class Learning(Block):
+    training_shares: Some[Share] = key(f"{SHARES}, where there are coarse answers with the last one", [0.25, 0.5, 1.0])
+
+
+class WarpedCompliance(Block):
+    training_shares: Some[Annotated[NotNegative, Field(le=1)]] = key(
+        "Shares of the training samples that the residual is learnt from", [0, 0.5, 1.0]
+    )
+
+
+class PodRbf(Block):
+    modes: Distinct[Count] = key(
+        "Modes kept, with the last coarse answer; as many as there are training samples but one are tried with each",
+        [8, 32],
+    )
+
+
+class MujocoFlex(Block):
+    runs: Distinct[kinds.MuJoCo] = key(
+        RUNS,
+        rows("level steps iterations", (0, 3, 30), (0, 5, 100), (0, 14, 100), (1, 5, 100), (1, 15, 100), (1, 60, 100)),
+    )
+
+
+class PodGalerkin(Block):
+    nodes: Count = key(kinds.NODES, 12000)
+    modes: Some[Count] = key("Modes kept, at most as many as there are training samples", [8, 24, 48])
+    tolerances: Some[Inside] = key(
+        "Error, relative to the whole, by which few cells may pull otherwise than all do, loosest first; fewer modes "
+        "are tried with the last one",
+        [0.1, 0.03],
+    )
+
+
+class NewtonVbd(Block):
+    runs: Distinct[kinds.NewtonVBD] = key(
+        RUNS,
+        rows(
+            "level steps sweeps step", (0, 30, 10, 3), (0, 120, 10, 3), (0, 300, 20, 3), (1, 60, 10, 3), (1, 240, 10, 3)
+        ),
+    )
+
+
+class PodOfLoads(Block):
+    modes: Some[Count] = key("Modes kept, at most the training samples; a network has the middle number", [4, 12, 36])
+    hidden: Distinct[Count] = key("Units of each of the network's two hidden layers", [4, 8, 16])
+
+
+class MassSpring(Block):
+    iterations: Some[Count] = key("Quasi-Newton iterations from rest on the coarse mesh", [1, 2, 3, 5, 8, 12, 20])
+    middle_iterations: Distinct[Count] = key("The same on the middle mesh, of plain springs only; fits take long", [])
+    middle_samples: Count = key("Training samples that a fit on the middle mesh takes", 20)
+
+
+class ShapeMatching(Block):
+    combinations: Some[kinds.ShapeMatching] = key(
+        "Mode, clusters and steps from rest, from cheap to expensive",
+        rows(
+            "mode clusters steps",
+            ("quadratic", "one", 30),
+            ("quadratic", "one", 100),
+            ("linear", "cubes", 100),
+            ("linear", "cubes", 300),
+            ("quadratic", "cubes", 300),
+        ),
+    )
+
+
+class Relaxed(Block):
+    xpbd: Distinct[kinds.XPBD] = key(
+        "Extended position-based dynamics with accumulated multipliers (xpbd), from cheap to expensive",
+        rows(
+            "level start steps iterations step",
+            (0, "frame", 2, 1, 4.0),
+            (0, "frame", 4, 1, 4.0),
+            (0, "frame", 5, 1, 3.0),
+            (1, "frame", 5, 1, 3.0),
+        ),
+    )
+    vertex_block_descent: Distinct[kinds.VertexBlockDescent] = key(
+        "Vertex block descent (vertex_block_descent), from cheap to expensive",
+        rows("level start sweeps radius", (0, "frame", 5, 0.9995), (0, "frame", 10, 0.9995)),
+    )
+    projective_dynamics: Distinct[kinds.ProjectiveDynamics] = key(
+        "Projective dynamics (projective_dynamics), from cheap to expensive",
+        rows(
+            "level start iterations memory",
+            (0, "frame", 2, 5),
+            (0, "frame", 5, 5),
+            (1, "frame", 5, 5),
+            (1, "rest", 30, 5),
+        ),
+    )
+
+
+class PaperEnrichment(Block):
+    training_shares: Some[Share] = key(f"{SHARES}, with the last coarse answer; all are tried with each", [0.25, 1.0])
+    neighbours: Distinct[Count] = key(
+        "Coarse nodes in a contact-ordered feature, tried with all training samples and the last coarse answer beside "
+        "those of tradeoff.regression",
+        [1, 40],
+    )
+
+
+class Stage(Block):
+    model: str = key("A model of palpate's")
+    setting: dict[str, str | Number | Switch] = key(
+        "Its setting, as in accuracy_vs_time.csv; level last is the finest", {}
+    )
+
+    def made(self, **usual: int) -> Model:
+        """Return the model; ``usual`` fields hold where none are given. ValidationError for a setting that is none."""
+        found = model_registry.MODELS[self.model]
+        given = {name: None if (name, value) == ("level", "last") else value for name, value in self.setting.items()}
+        return type(found)(**usual | {name: getattr(found, name) for name in found.model_fields_set} | given)
+
+
+class Cascade(Block):
+    asked_errors: Some[Positive] = key("RMSE of nine answers in ten, of the peak", [0.1, 0.05, 0.02, 0.01, 0.005])
+    budgets_ms: list[Positive] = key(
+        "Times [ms] of an answer with the least of these errors, each a setting of its own: a stage that does not fit "
+        "is left out, and the answer doubted",
+        [1],
+    )
+    stages: list[Stage] = key(
+        "Models that learn nothing from samples, each with its setting, cheapest first; where no bound meets what is "
+        "asked for, the model of the least one answers",
+        [{"model": stage.name, "setting": stage.said} for stage in kinds.Cascade().stages],
+        min_length=1,
+    )
+
+
+class Families(Block):
+    coarse_answers: Some[kinds.CoarseAnswer] = key(
+        "The coarse answers that every method which makes a fine one of it is tried with, cheapest first: linear is "
+        "stored, iterations are Newton's from rest, loose stops at 1e-3, converged at solver.tolerance; shares of the "
+        "samples are tried with the last one alone",
+        ["linear", "2 iterations", "loose", "converged"],
+    )
+    fem: Fem = key("Linear (fem_p1) and quadratic (fem_p2) elements on all levels, stopped early or converged", {})
+    fast_fem: FastFem = key("Quadratic finite elements by L-BFGS from the multigrid of the state at rest", {})
+    fem_local: FemLocal = key("Corotational finite elements on a mesh for each contact, fine around it", {})
+    contact_modes: ContactModes = key("A reduced model for each contact, made of presses that it simulates itself", {})
+    detail_correction: Learning = key("Every coarse answer, corrected by linear detail and by what is learnt", {})
+    warped_compliance: WarpedCompliance = key("Stored linear responses, turned with their own rotations", {})
+    linear_residual: Learning = key("Stored linear responses, and kernel ridge regression of what they lack", {})
+    ridge: Learning = key(
+        "Ridge regression from coarse to fine displacements (ridge_upsampling, kernel_ridge_detail)", {}
+    )
+    pod_rbf: PodRbf = key("Proper orthogonal decomposition with radial basis functions", {})
+    mujoco_flex: MujocoFlex = key("Flex bodies of MuJoCo (mujoco), if that engine is installed", {})
+    pod_galerkin: PodGalerkin = key("Galerkin projection on modes of training samples, the same for all contacts", {})
+    newton_vbd: NewtonVbd = key("Vertex block descent of Newton (newton_vbd), if that engine is installed", {})
+    pod_of_loads: PodOfLoads = key(
+        "Proper orthogonal decomposition whose coefficients are learnt from place and force alone, by a Gaussian "
+        "process (pod_gaussian) or a network (pod_network)",
+        {},
+    )
+    mass_spring: MassSpring = key(
+        "Mass-spring networks, of one modulus or nodal ones, with and without a volume force", {}
+    )
+    shape_matching: ShapeMatching = key("Shape matching, fitted to training samples for each combination", {})
+    relaxed: Relaxed = key("Methods of graphics and games, to the equilibrium of linear elements on a level", {})
+    paper_enrichment: PaperEnrichment = key("Paper 1's regressors, each kind of feature with each kind of weights", {})
+    cascade: Cascade = key("The cheapest of several models whose bound of the error meets what is asked for", {})
+
+    @property
+    def stages(self) -> tuple[Model, ...]:
+        """The models of the cascade, contact modes on the level that these are tried on by themselves."""
+        usual = {"contact_modes": {"nodes": self.contact_modes.nodes}}
+        return tuple(stage.made(**usual.get(stage.model, {})) for stage in self.cascade.stages)

@@ -184,7 +184,8 @@ def _null(given: Any, made: Any, place: str = "") -> str:
         inside = [(f"{place}.{name}", given[name], getattr(made, name)) for name in given]
     else:
         inside = [(f"{place}.{name}", given[name], made[name]) for name in given]
-    return next((found for at, *both in inside if (found := _null(*both, at.removeprefix(".")))), "")
+    found = (_null(inner, kept, at.removeprefix(".")) for at, inner, kept in inside)
+    return next(filter(None, found), "")
 
 
 def _leaves(value: object, place: str = "") -> Iterator[tuple[str, object]]:

@@ -193,9 +193,11 @@ def test_what_interpolation_carries_up_is_coarse_at_coarse_nodes(slab_case):
 
 
 def test_interpolation_is_the_coarse_mesh(answer):
-    same: dict[str, dict] = {"converged": {"tolerance": 1e-8}, "loose": {"tolerance": 1e-3}, "2 iterations": {"iterations": 2}}
-    for kind, end in same.items():
-        expected = answer(FEM(order=1, level=0, **end))
+    linear = FEM(order=1, level=0)
+    [two] = linear.stopped([2])
+    converged, loose = linear.stopped([], [1e-8, 1e-3])
+    for kind, elements in {"converged": converged, "loose": loose, "2 iterations": two}.items():
+        expected = answer(elements)
         assert answer(Interpolation(coarse=kind)) == pytest.approx(expected, rel=1e-12)
 
 

@@ -80,7 +80,7 @@ UNDERLAY = {"sphere": {"center_m": [0, 0, 0], "radius_m": 1}, "stiffness_n_m3": 
     ],
 )
 def test_the_settings_alone_decide_as_the_particles_do(blocks, body, particles):
-    solid = {"young_pa": 1e3, "poisson": 0.4, "density_kg_m3": 1e3}
+    solid = {"young_pa": 1e3, "poisson": 0.4, "density_kg_m3": 1e3, "anchors": {"nodes": [0, 1, 2]}}
     solid |= {"sizes_m": [1, 1, 1], "divisions": [1, 1, 1], "refinements": 0} if body["kind"] == "box" else {}
     scene = SCENE.but(rayleigh={}, **blocks)
     made, before = acting(scene, moved(particles)), assumed(scene, TypeAdapter(Body).validate_python(solid | body))

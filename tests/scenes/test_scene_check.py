@@ -98,7 +98,10 @@ def test_the_shipped_scenes_pass():
         ({"others": [{"body": "cloth", "shift_m": [0, 0, 2]}]}, ".others: bar has thickness_m 0 and cloth 0.001;"),
         (STROKE | {"held": False}, ".integrator is touching, .* nothing holds the body; choose backward_euler"),
         (STROKE | {"contact": {"instruments": [BALL]}}, ".integrator is touching, .* no instrument moves; choose"),
-        (STROKE | {"contact": {"self_contact": True}}, ".integrator is touching, .* touch each other or themselves"),
+        (
+            STROKE | {"contact": STROKE["contact"] | {"self_contact": True}},
+            ".integrator is touching, .* touch each other or themselves",
+        ),
         (STROKE | {"start": "inverted"}, ".integrator is touching, .* the start is inverted; choose backward_euler"),
         (STROKE | {"contact": STROKE["contact"] | {"push_out": True}}, ".*contact pushes out what overlaps;"),
         (STROKE | {"body_springs": {}}, ".* no part for body_springs"),

@@ -174,7 +174,7 @@ def _null(given: Any, made: Any, place: str = "") -> str:
     A key without a value asks for defaults as well as for nothing, which are not the same.
     """
     if isinstance(given, list):
-        inside = [(f"{place}[{i}]", one, made[i]) for i, one in enumerate(given)]
+        inside = [(f"{place}[{i}]", *both) for i, both in enumerate(zip(given, made, strict=True))]
     elif not isinstance(given, dict):
         return ""
     elif isinstance(made, BaseModel):
@@ -184,7 +184,8 @@ def _null(given: Any, made: Any, place: str = "") -> str:
         inside = [(f"{place}.{name}", given[name], getattr(made, name)) for name in given]
     else:
         inside = [(f"{place}.{name}", given[name], made[name]) for name in given]
-    return next((found for at, one, other in inside if (found := _null(one, other, at.removeprefix(".")))), "")
+    found = (_null(inner, kept, at.removeprefix(".")) for at, inner, kept in inside)
+    return next(filter(None, found), "")
 
 
 def _leaves(value: object, place: str = "") -> Iterator[tuple[str, object]]:

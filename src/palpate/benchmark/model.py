@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from palpate.benchmark.database import Database
     from palpate.bodies.body import Body
     from palpate.effects.patch_load import Patch
-    from palpate.models.families import Families
     from palpate.solvers.compliance import Compliance
 
 Setting = dict[str, Any]
@@ -203,8 +202,8 @@ class Model(Block):
         """Return the same model with other values of some fields, which are not checked."""
         return self.model_copy(update=changes)
 
-    def tried(self, case: Case, grid: Families) -> Sequence[Model]:
-        """Return what the trade-off tries, from cheap to expensive; ``grid`` has the values of settings."""
+    def tried(self, case: Case, grid: Any) -> Sequence[Model]:
+        """Return what the trade-off tries, from cheap to expensive; ``grid``, a ``Families``, has values of settings."""
         return [self]
 
     def prepare(self, case: Case) -> Solver:

@@ -89,12 +89,17 @@ def imports(tree: ast.AST) -> set[str]:
 
 
 def needed(tree: ast.Module, name: str) -> ast.Module:
-    """Return a function, and of its module what it names: imports, constants and other functions."""
+    """Return a function, and of its module what it names: imports, constants and other functions.
+
+    LookupError if the module has none of that name.
+    """
     kept: list[ast.stmt] = []
     wanted = {name}
     while fresh := [line for line in tree.body if line not in kept and _bound(line) & wanted]:
         kept += fresh
         wanted |= {node.id for line in fresh for node in ast.walk(line) if isinstance(node, ast.Name)}
+    if not kept:
+        raise LookupError(f"a rule calls {name}, which its module does not have")
     return ast.Module([line for line in tree.body if line in kept], [])
 
 

@@ -30,7 +30,7 @@ def fit_springs(input, output, params, wildcards, say):
             write_table(found[Path(path).stem], path)
 
 
-def tabulate_spring_floor(params, say):
+def measure_spring_floor(params, say):
     from tempfile import TemporaryDirectory
 
     import pandas as pd

@@ -114,7 +114,8 @@ class ComparedScene(MovingScene):
     def begin(self, scene: Scene, level: int, young_pa: float | None = None) -> None:
         """Make the first step of a scene, so that what it compiles or loads is no part of the time of ``move``."""
         with suppress(NotConverged):
-            run(scene.but(duration_s=scene.step_s, frames=1), self.particles(level, young_pa))
+            first = scene.model_copy(update={"duration_s": scene.step_s, "frames": 1})
+            run(first, self.particles(level, young_pa))
 
     def nodes(self, level: int) -> int:
         """Return the number of nodes of all bodies."""

@@ -301,7 +301,7 @@ def test_without_the_effect_a_body_made_for_a_cut_stays_whole(bar):
     assert np.abs(motion.positions[:, : len(bar.coarse.nodes)] - whole.positions).max() < 1e-12
 
 
-STIFFNESS = {"young_pa": 2e4, "poisson": 0.3, "density_kg_m3": 1000}
+STIFFNESS = {"young_pa": 2e4, "poisson": 0.3, "density_kg_m3": 1000, "anchors": {"nodes": [0, 1, 2]}}
 PULLED = {"at_m": [0.2, 0, 0], "shift_m": [0, 0, 0.01]}
 
 
@@ -318,7 +318,7 @@ PULLED = {"at_m": [0.2, 0, 0], "shift_m": [0, 0, 0.01]}
     ],
 )
 def test_what_a_cut_does_not_go_with_is_refused_when_planned(more, told):
-    body = Box(sizes_m=[0.2, 0.04, 0.04], divisions=[10, 3, 3], refinements=0, **STIFFNESS)
+    body = Box(kind="box", sizes_m=[0.2, 0.04, 0.04], divisions=[10, 3, 3], refinements=0, **STIFFNESS)
     cut = SLOWLY | more.get("cut", {})
     scene = Scene(body="bar", step_s=0.01, duration_s=0.5, **(more | {"cut": cut}))
     with pytest.raises(InputError, match=told):

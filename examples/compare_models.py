@@ -16,7 +16,7 @@ MODELS = {
     "coarse FEM": pp.FEM(order=1, level=0),
     "linear fine FEM, precomputed": pp.LinearFEM(),
     "warped Green's functions": pp.WarpedCompliance(),
-    "reduced model of each contact": pp.ContactModes(modes="columns"),
+    "corrected coarse FEM": pp.DetailCorrection(coarse="converged"),
 }
 
 

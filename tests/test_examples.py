@@ -74,7 +74,7 @@ def test_a_banner_hangs_along_weight_and_wind(example):
 def test_models_are_compared_at_contacts_that_they_have_not_seen(example):
     errors = example("compare_models")
     assert list(errors.values()) == sorted(errors.values(), reverse=True)
-    assert max(errors.values()) > 0.1 and errors["corrected coarse FEM"] < 0.015
+    assert max(errors.values()) > 10 and errors["corrected coarse FEM"] < 1.5  # % of the peak
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)

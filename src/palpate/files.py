@@ -1,7 +1,7 @@
 """Files that are written completely or not at all, and readers of small files."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
@@ -89,6 +89,15 @@ def read_table(path: str | Path, columns: Sequence[str]) -> "pd.DataFrame":
     if missing := [column for column in columns if column not in table]:
         raise InputError(f"{path} lacks the column(s) {', '.join(missing)}; delete it and type make.")
     return table
+
+
+def merge(input: Any, output: Iterable[str]) -> None:
+    """Put together each table of ``output`` whose parts ``input`` names, in the order of their jobs."""
+    for path in output:
+        if path.endswith(".csv") and (given := input.get(Path(path).stem)):
+            parts = [Path(part).read_text().splitlines(keepends=True) for part in given]
+            with write_whole(path) as temporary:
+                temporary.write_text("".join([parts[0][0], *(line for part in parts for line in part[1:])]))
 
 
 def check_file(place: str, path: str, there: bool) -> None:

@@ -12,7 +12,7 @@ from palpate.report import style, tables
 def draw(figures: Mapping[str, Mapping[str, Any]]) -> None:
     """Write results/figures/<name>.png and .svg of each.
 
-    figures : by name, the ``place`` of what draws it ("palpate.studies.law.figures:draw_law"), the names of the
+    figures : by name, the ``place`` of what draws it ("palpate.studies.NAME.figures:draw_NAME"), the names of the
         ``tables`` that it gets, the ``scene`` if there is one for each, and the file ``published`` if it shows that
     """
     for name, figure in figures.items():

@@ -163,8 +163,10 @@ def _module(study: str) -> Any:
 
 @cache
 def _model(*studies: str) -> type[BaseModel]:
-    """Return the model of settings with the blocks of ``studies``; no other study is imported, which takes long."""
-    blocks: dict[str, Any] = {study: (_module(study).Settings, optional()) for study in studies}
+    """Return the model of settings with the blocks of ``studies``; others are None, and are not imported."""
+    blocks: dict[str, Any] = {
+        study: (_module(study).Settings | None if study in studies else None, optional()) for study in STUDIES
+    }
     return create_model("Config", __base__=Shared, __doc__=Shared.__doc__, **blocks)
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pandas as pd
 
-from palpate.files import write_whole
 from palpate.run.job import steps
 
 
@@ -91,15 +90,6 @@ def assemble_database(input, output, params, wildcards, say):
         return {"samples": fold_table(db, params.seed)}
     train, test = params.split
     return {"samples": sample_table(db, train, test, params.seed)}
-
-
-def merge(input, output):
-    """Put together each table whose parts an input names, in the order of their jobs."""
-    for path in output:
-        if path.endswith(".csv") and (given := input.get(Path(path).stem)):
-            parts = [Path(part).read_text().splitlines(keepends=True) for part in given]
-            with write_whole(path) as temporary:
-                temporary.write_text("".join([parts[0][0], *(line for part in parts for line in part[1:])]))
 
 
 def check_claims(input, params):

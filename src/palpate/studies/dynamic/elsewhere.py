@@ -17,8 +17,8 @@ from palpate.bodies import body_file
 from palpate.bodies.contacts import kept_contacts
 from palpate.effects.settings import Push
 from palpate.errors import NotConverged
+from palpate.files import merge
 from palpate.run.job import steps
-from palpate.studies.common_jobs import merge
 from palpate.studies.dynamic.accuracy import STEP, measure
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, compared_and_training
 from palpate.studies.dynamic.fitted import MadeModes

@@ -78,8 +78,8 @@ def time_complexity(params):
 def tabulate_enrichment(input, output):
     from palpate.benchmark.split import sample_peaks, split_counts
     from palpate.benchmark.static_responses import load_responses
+    from palpate.files import merge
     from palpate.report import mesh_levels, style
-    from palpate.studies.common_jobs import merge
 
     merge(input, output)
     style.save(mesh_levels.draw_mesh_levels([load(path) for path in input.bodies]), stem(output.meshes))

@@ -253,7 +253,7 @@ rule draw_tradeoff:
         "results/logs/draw_tradeoff.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge", draws=TRADEOFF_SHOWN),
+        **calls("palpate.files:merge", draws=TRADEOFF_SHOWN),
     script:
         "../job.py"
 

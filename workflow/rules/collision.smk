@@ -48,7 +48,7 @@ rule draw_collision:
         "results/logs/draw_collision.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge", draws=COLLISION_SHOWN),
+        **calls("palpate.files:merge", draws=COLLISION_SHOWN),
     script:
         "../job.py"
 

@@ -58,7 +58,7 @@ rule tabulate_cut:
         "results/logs/tabulate_cut.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge", draws=CUT_SHOWN),
+        **calls("palpate.files:merge", draws=CUT_SHOWN),
     script:
         "../job.py"
 

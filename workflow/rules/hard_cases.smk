@@ -32,7 +32,7 @@ rule tabulate_hard_cases:
         "results/logs/tabulate_hard_cases.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge", draws=HARD_CASES_SHOWN),
+        **calls("palpate.files:merge", draws=HARD_CASES_SHOWN),
     script:
         "../job.py"
 

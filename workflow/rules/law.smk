@@ -42,7 +42,7 @@ rule tabulate_law:
         "results/logs/tabulate_law.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge", draws=LAW_SHOWN),
+        **calls("palpate.files:merge", draws=LAW_SHOWN),
     script:
         "../job.py"
 

@@ -79,7 +79,7 @@ rule tabulate_measured:
         "results/logs/tabulate_measured.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge", draws=MEASURED_SHOWN),
+        **calls("palpate.files:merge", draws=MEASURED_SHOWN),
     script:
         "../job.py"
 

@@ -36,7 +36,7 @@ rule tabulate_organ_springs:
         "results/logs/tabulate_organ_springs.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge", draws=ORGAN_SPRINGS_SHOWN),
+        **calls("palpate.files:merge", draws=ORGAN_SPRINGS_SHOWN),
     script:
         "../job.py"
 

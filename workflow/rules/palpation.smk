@@ -47,7 +47,7 @@ rule tabulate_palpation:
         "results/logs/tabulate_palpation.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge", draws=PALPATION_SHOWN),
+        **calls("palpate.files:merge", draws=PALPATION_SHOWN),
     script:
         "../job.py"
 

@@ -67,7 +67,7 @@ rule tabulate_press:
         "results/logs/tabulate_press.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge"),
+        **calls("palpate.files:merge"),
     script:
         "../job.py"
 

@@ -33,7 +33,7 @@ rule tabulate_scaling:
         "results/logs/tabulate_scaling.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge", draws=SCALING_SHOWN),
+        **calls("palpate.files:merge", draws=SCALING_SHOWN),
     script:
         "../job.py"
 

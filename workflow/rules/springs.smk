@@ -77,7 +77,7 @@ rule tabulate_springs:
         "results/logs/tabulate_springs.log",
     localrule: True
     params:
-        **calls("palpate.studies.common_jobs:merge", draws=SPRINGS_SHOWN),
+        **calls("palpate.files:merge", draws=SPRINGS_SHOWN),
     script:
         "../job.py"
 

@@ -22,6 +22,7 @@ from palpate.benchmark.touch_truth import (
 )
 from palpate.errors import InputError
 from palpate.models.touch import fem, modes
+from palpate.studies.touch.settings import Families, Given
 
 
 def test_the_truth_is_known_to_less_than_coarse_elements_are_wrong(touch_case, touches, touch_truth):
@@ -104,7 +105,7 @@ def test_what_a_body_does_not_bear_is_lowered_or_left(pad):
 
 
 def test_measured_rows_have_errors_times_and_failures(touch_case, touches, touch_truth):
-    case = replace(touch_case, grid={"fem": {"levels": [{"order": 1, "level": 1}], "local": []}})
+    case = replace(touch_case, grid=Families(fem={"levels": [{"order": 1, "level": 1}], "local": []}))
     samples, settings = measure_touches(case, "fem", fem, touches, touch_truth, 2, 1.0)
     assert list(settings.columns) == SETTING_COLUMNS and len(samples) == 2
     row = settings.iloc[0]
@@ -125,8 +126,8 @@ def test_penetration_is_that_of_the_deepest_node(touch_case, touches, touch_trut
 
 def test_touches_of_a_config_are_at_the_nearest_node(pad, middle):
     given = [
-        {"at_m": [0.041, 0.04, 0.045], "direction": None, "depths_m": [0.001, 0.002]},
-        {"at_m": [0.04, 0.04, 0.04], "direction": [0.0, 1.0, -1.0], "depths_m": [0.003]},
+        Given(body="pad", at_m=[0.041, 0.04, 0.045], depths_m=[0.001, 0.002]),
+        Given(body="pad", at_m=[0.04, 0.04, 0.04], direction=[0.0, 1.0, -1.0], depths_m=[0.003]),
     ]
     table = given_touches(pad, BALL, given)
     assert list(table["node"]) == [middle] * 3 and list(table["depth_m"]) == [0.001, 0.002, 0.003]
@@ -144,14 +145,14 @@ def test_touches_of_a_config_are_at_the_nearest_node(pad, middle):
     ],
 )
 def test_a_touch_that_is_none_is_refused(pad, given, said):
-    usual = {"at_m": [0.04, 0.04, 0.04], "direction": None, "depths_m": [0.001]}
+    usual = {"body": "pad", "at_m": [0.04, 0.04, 0.04], "depths_m": [0.001]}
     with pytest.raises(InputError) as refused:
-        given_touches(pad, BALL, [usual | given])
+        given_touches(pad, BALL, [Given(**usual | given)])
     assert said in str(refused.value)
 
 
 def test_what_no_mesh_resolves_has_no_truth(pad, middle):
-    given = {"at_m": pad.fine.nodes[middle], "direction": None, "depths_m": [1e-9]}
+    given = Given(body="pad", at_m=pad.fine.nodes[middle].tolist(), depths_m=[1e-9])
     shallow = touches_of(BALL, given_touches(pad, BALL, [given]))
     with pytest.warns(UserWarning, match="1 of 1 touches have no truth"):
         truth = truth_of_touches(pad, shallow)
@@ -159,7 +160,7 @@ def test_what_no_mesh_resolves_has_no_truth(pad, middle):
 
 
 def test_tissue_that_sticks_is_harder_to_press(touch_case, touches):
-    local = touch_case.grid["fem"]["local"][0]
+    local = touch_case.grid.fem.local[0]
     forces = []
     for sticks in (False, True):
         ball = replace(BALL, sticks=sticks)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from fixtures.touched_pad import *  # noqa: F403
 
+from palpate.benchmark.settings import TouchTruthSettings
 from palpate.benchmark.touch_measure import load_model, measure_touches
-from palpate.benchmark.touch_truth import Asked, TouchTruth, truth_of_touches
+from palpate.benchmark.touch_truth import TouchTruth, truth_of_touches
 from palpate.effects.instrument import Instrument, Pose
 from palpate.errors import InputError
 from palpate.exchange import touches as asking
@@ -24,7 +25,9 @@ RUNS = [{"order": 1, "level": 0}, {"order": 1, "level": 1}, {"order": 2, "level"
 @pytest.fixture(scope="module")
 def touch_truth(pad, touches) -> TouchTruth:
     """A truth of few elements: here it only has to be the same inside and outside."""
-    return truth_of_touches(pad, touches, asked=Asked(1.0, 1, most_force_error=0.5, most_error=0.2))
+    return truth_of_touches(
+        pad, touches, asked=TouchTruthSettings(along_radius=1.0, finest=1, most_force_error=0.5, most_error=0.2)
+    )
 
 
 @pytest.fixture(scope="module")

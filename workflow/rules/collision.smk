@@ -12,8 +12,7 @@ rule measure_collision:
     threads: HALF
     params:
         **calls("palpate.studies.collision.compare_trees:measure_collision"),
-        settings=some("collision", "frames", "refinements", "depths"),
-        triangles=config["collision"]["triangles"],
+        **some("collision", "frames", "refinements", "depths", "triangles"),
         seed=config["seed"],
     script:
         "../job.py"

@@ -3,7 +3,7 @@
 from os.path import normpath, relpath
 from pathlib import Path
 
-from palpate.benchmark.settings import finger_regimes, pressed_bodies, radius_of
+from palpate.benchmark.settings import finger_regimes, pressed_bodies
 from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError
 from palpate.files import read_yaml
@@ -27,32 +27,32 @@ try:
 except InputError as error:
     sys.exit(f"error: {error}")
 
-# the same with all defaults, as rules read it and jobs get parts of it
+# the same as plain data, parts of which jobs get
 config = plain(settings)
 # the studies whose block is in the settings, in the order of the report: each can be asked for by its name
 ASKED = asked_for(config)
 # those of a run that asks for none
-RUN = [study for study in ASKED if study in (config["studies"] or ASKED)]
+RUN = [study for study in ASKED if study in (settings.studies or ASKED)]
 # what is advised between: models of presses, of motions, or of both
 ADVISED = {"tradeoff", "dynamic"} & set(RUN) or {"tradeoff", "dynamic"} & set(ASKED)
 
 # bodies that are pressed under a finger, and how hard
-PRESSED = pressed_bodies(config)
-REGIMES = (config["tradeoff"]["regimes"] or list(config["regimes"])) if PRESSED else []
+PRESSED = pressed_bodies(settings)
+REGIMES = (settings.tradeoff.regimes or list(settings.regimes)) if PRESSED else []
 # fingers of other radii, as regimes of their own: they are in no diagram
-FINGERS = finger_regimes(config) if PRESSED else {}
-config["regimes"] = config.get("regimes", {}) | FINGERS
+FINGERS = finger_regimes(settings) if PRESSED else {}
+config["regimes"] = config.get("regimes", {}) | plain(FINGERS)
 # bodies that get paper 1's forces on single nodes, and how hard they are pressed
-BODIES = [name for name, body in config["bodies"].items() if "train" in body] if "enrichment" in ASKED else []
-POINTS = list(config["enrichment"]["regimes"]) if BODIES else []
+BODIES = [name for name, body in settings.bodies.items() if getattr(body, "train", None)] if settings.enrichment else []
+POINTS = list(settings.enrichment.regimes) if BODIES else []
 # bodies made from a CT, which get pictures and masses of their own
-CTS = [name for name, body in config["bodies"].items() if body["kind"] == "ct"]
-SCENES = list(config.get("scenes", {}))
+CTS = [name for name, body in settings.bodies.items() if body.kind == "ct"]
+SCENES = list(settings.scenes or {})
 
 
 wildcard_constraints:
     # names may have underscores, as what stands between them
-    body="|".join(config["bodies"]) or "nothing",
+    body="|".join(settings.bodies) or "nothing",
     regime="|".join([*config["regimes"], *POINTS]) or "nothing",
     scene="[a-z][a-z0-9_]*",
     batch=r"\d+",

@@ -4,7 +4,7 @@ CUTS = config["cut"]["cuts"]
 CUTTING = "results/data/{body}/cut/{scene}"
 CUT_SHOWN = drawn("cut", "cut_precision", "cut_opening", scenes=list(CUTS))
 CUT_TABLES = {
-    table: [f"results/data/{cut['body']}/cut/{scene}/{table}.csv" for scene, cut in CUTS.items()]
+    table: [f"results/data/{cut.body}/cut/{scene}/{table}.csv" for scene, cut in settings.cut.cuts.items()]
     for table in ("cut_truth", "cut", "cut_opening")
 }
 
@@ -66,5 +66,5 @@ rule tabulate_cut:
 rule cut:
     input:
         rules.tabulate_cut.output,
-        warned_of({cut["body"] for cut in CUTS.values()}),
+        warned_of({cut.body for cut in settings.cut.cuts.values()}),
         page="results/report_cut.html",

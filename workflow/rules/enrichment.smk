@@ -9,9 +9,7 @@ SHOWN = ["unordered_nonnegative_a", "ordered_nonnegative_a", "interpolation", "d
 # what the methods choose their widths with
 REGRESSION = some("enrichment", "neighbours", "sigma_relative", "folds")
 # bodies held otherwise, and what all of these comparisons share
-PREMISES = dict(config["enrichment"]["premises"])
-CASES = PREMISES.pop("cases")
-PREMISE_BODIES = list(dict.fromkeys([*BODIES, *(case["body"] for case in CASES.values())]))
+PREMISE_BODIES = list(dict.fromkeys([*BODIES, *(case.body for case in settings.enrichment.premises.cases.values())]))
 PREMISE_TABLES = ("premises", "premise_bodies", "feature_vectors", "database_memory")
 ENRICHMENT_TABLES = ["sigma_sweep", "enrichment_accuracy", "enrichment_timing", "online_cost"]
 SAMPLE_TABLES = ["sample_peaks", "splits", "fem_cost"]
@@ -59,9 +57,8 @@ rule compare_premises:
     params:
         **calls("palpate.studies.enrichment.jobs:compare_premises"),
         sampled=BODIES,
-        cases=CASES,
         bodies={name: config["bodies"][name] | body_paths(name) for name in PREMISE_BODIES},
-        settings=PREMISES,
+        settings=config["enrichment"]["premises"],
         regression=REGRESSION,
         seed=config["seed"],
     script:

@@ -7,10 +7,10 @@ from palpate.bodies.material import kind_of
 include: "functions/measured.smk"
 
 
-EXPERIMENTS = list(config["measured"]["experiments"])
+EXPERIMENTS = list(settings.measured.experiments)
 OF_EXPERIMENT = "results/data/measured/{experiment}"
 # tissue that was pressed, and the tables that follow from it
-PRESSED_TISSUE = list(config["measured"]["presses"])
+PRESSED_TISSUE = list(settings.measured.presses)
 OF_PRESSES = "results/data/measured/presses/{presses}"
 ABOUT_PRESSES = ["presses", "press_predictions", "press_curves"]
 ABOUT_RELAXATION = [f"relaxation{part}" for part in ("", "_curves", "_errors", "_presses", "_trends")]
@@ -60,7 +60,7 @@ rule identify_presses:
     wildcard_constraints:
         presses="|".join(PRESSED_TISSUE) or "nothing",
     # curves of a law that stiffens are computed on all cores
-    threads: lambda wildcards: HALF if presses_entry(wildcards)["laws"] == ["neo_hookean"] else workflow.cores
+    threads: lambda wildcards: HALF if settings.measured.presses[wildcards.presses].laws == ["neo_hookean"] else workflow.cores
     params:
         **calls("palpate.studies.measured.pressed:identify_presses", "palpate.effects"),
         entry=presses_entry,
@@ -87,7 +87,7 @@ rule tabulate_measured:
 rule measured:
     input:
         rules.tabulate_measured.output,
-        warned_of(dict.fromkeys(entry["body"] for entry in config["measured"]["experiments"].values())),
+        warned_of(dict.fromkeys(entry.body for entry in settings.measured.experiments.values())),
         expand(f"{OF_EXPERIMENT}_warned.txt", experiment=EXPERIMENTS),
         expand(f"{OF_PRESSES}/warned.txt", presses=PRESSED_TISSUE),
         page="results/report_measured.html",

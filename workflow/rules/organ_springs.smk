@@ -1,6 +1,6 @@
 # Paper 2's chain for organs: masses from CT, springs fitted to some presses and tested at other contacts.
 
-ORGANS = config["organ_springs"]["bodies"] or CTS
+ORGANS = settings.organ_springs.bodies or CTS
 ORGAN_TABLES = {
     table: f"results/data/{{body}}/{table}.csv" for table in ("organ_springs", "organ_history", "mass_motion")
 }

@@ -4,7 +4,7 @@
 include: "functions/press.smk"
 
 
-PRESSED_HERE = pressed_bodies(config, "press")
+PRESSED_HERE = pressed_bodies(settings, "press")
 EXPORTED = "results/data/{body}/press"
 
 
@@ -21,7 +21,7 @@ rule export_model:
     params:
         **calls("palpate.studies.press.jobs:export_model", "palpate.models.contact_modes.contact_modes"),
         settings=some("press", "contacts", "modes", "thinned", "instruments", "places"),
-        radius_m=lambda wildcards: radius_of(config["press"], wildcards.body),
+        radius_m=lambda wildcards: settings.press.radius_on(wildcards.body),
         seed=config["seed"],
         tolerance=config["solver"]["tolerance"],
     script:

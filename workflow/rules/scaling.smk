@@ -18,7 +18,7 @@ rule measure_scaling:
         mem_mb=8000,
     params:
         **calls("palpate.studies.scaling.measure_scaling:measure_scaling", "palpate.effects", "palpate.solvers"),
-        sizes=lambda wildcards: config["scaling"].get(wildcards.component),
+        sizes=lambda wildcards: getattr(settings.scaling, wildcards.component, None),
     script:
         "../job.py"
 

@@ -1,15 +1,15 @@
 # A rigid instrument pressed into tissue: what moves and what the hand feels, of every model, against a truth.
 
 
+from palpate.benchmark.settings import instrument_name
 from palpate.models.model_registry import TOUCH_MODELS, absent
-from palpate.studies.touch.settings import instruments_of
 
 TOUCH = config["touch"]
-TOUCHED = pressed_bodies(config, "touch")
+TOUCHED = pressed_bodies(settings, "touch")
 # the instruments, by what scenes and folders call them
-TOOLS = instruments_of(config)
+TOOLS = {instrument_name(tool): plain(tool) for tool in settings.touch.instruments}
 TOUCHES = [(body, tool) for body in TOUCHED for tool in TOOLS]
-COMPARED_TOUCH = TOUCH["models"] or [name for name in TOUCH_MODELS if name not in absent()]
+COMPARED_TOUCH = settings.touch.models or [name for name in TOUCH_MODELS if name not in absent()]
 TOUCHING = "results/data/{body}/touch/{tool}"
 
 

@@ -1,19 +1,31 @@
 """Settings that studies of presses share: which bodies, how hard, by which instruments, and how they are relaxed."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from palpate.bodies.settings import longest_m
+from palpate.bodies.settings import Body, longest_m
 from palpate.errors import InputError, describe_unknown
 from palpate.setting_types import Block, Count, Index, NotNegative, Positive, Share, Switch, Whole, key, optional
+
+if TYPE_CHECKING:
+    from palpate.effects.instrument import Instrument as RigidInstrument
 
 FINGER = "finger_{:.0f}_um"
 """The name of the regime of a finger, by its radius in micrometres."""
 
 
-class Regime(Block):
-    peak_of_size: Positive = optional(
+class Disc(Block):
+    radius_m: Positive = key("Radius [m] of the disc that is pressed; a fingertip has 0.012")
+    radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
+
+    def radius_on(self, body: str) -> float:
+        """Return the radius [m] of the disc on a body."""
+        return float(self.radius_of_body_m.get(body, self.radius_m))
+
+
+class Regime(Disc):
+    peak_of_size: Positive | None = optional(
         "Largest displacement that the forces are found for, as a share of the body's longest side; left out, "
         "pressure_of_young alone says how hard",
         le=0.5,
@@ -23,8 +35,6 @@ class Regime(Block):
         "tissue that obeys the corotational law collapses under a finger, and no mesh agrees with another",
         0.25,
     )
-    radius_m: Positive = key("Radius [m] of the disc that is pressed; a fingertip has 0.012")
-    radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
 
 
 class Instrument(Block):
@@ -36,6 +46,13 @@ class Instrument(Block):
     edge_m: NotNegative = key("Radius [m] of a punch's rounded edge", 0.0)
     length_m: NotNegative = key("Length [m] of a capsule between the centres of its ends", 0.0)
     sticks: Switch = key("Whether what it touches keeps its place on it, or slides without friction", False)
+
+
+class TouchTruthSettings(Block):
+    along_radius: Positive = key("Least number of elements along the contact's radius on the finest mesh", 3.0)
+    finest: Count = key("Level, from the first of the body's shape, that the rim of what is held is refined to", 3)
+    most_force_error: Share = key("Own error of the force above which a touch judges no model, over the force", 0.03)
+    most_error: Share = key("Own error over the surface above which a touch judges no model, over the peak", 0.01)
 
 
 class Widths(Block):
@@ -83,80 +100,75 @@ class ProjectiveDynamics(OnLevel):
     memory: Index = key("Steps by which the matrix is improved (Liu, Bouaziz and Kavan, 2017); 0 for the original", 5)
 
 
-def instrument_name(kind: str, radius_m: float) -> str:
+def instrument_name(tool: "Instrument | RigidInstrument") -> str:
     """Return what an instrument is called in names of scenes and folders: "sphere_8mm"."""
-    return f"{kind}_{1e3 * radius_m:g}mm"
+    return f"{tool.kind}_{1e3 * tool.radius_m:g}mm"
 
 
-def pressed_bodies(config: dict, study: str = "tradeoff") -> list[str]:
+def pressed_bodies(config: Any, study: str = "tradeoff") -> list[str]:
     """Return the names of the bodies that a study presses: those that it names, or all that are refined."""
-    if study not in config:
+    asked = getattr(config, study)
+    if asked is None:
         return []
-    named = config[study]["bodies"]
-    return named or [name for name, body in config["bodies"].items() if body.get("refinements", 0)]
+    return asked.bodies or [name for name, body in config.bodies.items() if getattr(body, "refinements", 0)]
 
 
-def check_refined(place: str, names: list[str], config: dict) -> None:
+def check_refined(place: str, names: list[str], bodies: Mapping[str, Body]) -> None:
     """Raise InputError naming ``place`` for ``names`` of bodies that there are not, or that are not refined."""
-    if wrong := describe_unknown(names, list(config["bodies"])):
+    if wrong := describe_unknown(names, list(bodies)):
         raise InputError(f"{place} names {wrong}")
     for name in names:
-        if not config["bodies"][name].get("refinements"):
+        if not getattr(bodies[name], "refinements", 0):
             raise InputError(f"{place} names {name}, which is not refined; give it refinements of at least 1.")
 
 
-def check_instruments(place: str, entries: Sequence[dict], bodies: Sequence[str], config: dict) -> None:
-    """Raise InputError naming ``place`` for instruments with lengths they do not have, twice, or larger than a body."""
+def check_instruments(place: str, tools: Sequence[Instrument], names: Sequence[str], bodies: Mapping[str, Any]) -> None:
+    """Raise InputError naming ``place`` for instruments with lengths they do not have, twice, or larger than a body.
+
+    names : of the bodies that they touch
+    """
     named: dict[str, int] = {}
-    for i, entry in enumerate(entries):
-        kind, radius = entry["kind"], entry["radius_m"]
-        for name, owner in (("edge_m", "punch"), ("length_m", "capsule")):
-            if entry[name] and kind != owner:
-                raise InputError(f"{place}[{i}].{name} is {entry[name]:g}, and a {kind} has none; leave it out.")
-        if entry["sticks"] and kind == "grasp":
+    for i, tool in enumerate(tools):
+        for length, name, owner in ((tool.edge_m, "edge_m", "punch"), (tool.length_m, "length_m", "capsule")):
+            if length and tool.kind != owner:
+                raise InputError(f"{place}[{i}].{name} is {length:g}, and a {tool.kind} has none; leave it out.")
+        if tool.sticks and tool.kind == "grasp":
             raise InputError(f"{place}[{i}].sticks is true, and a grasp always holds what it has; leave it out.")
-        if entry["edge_m"] > radius:
-            raise InputError(f"{place}[{i}].edge_m is {entry['edge_m']:g}; give at most its radius_m, {radius:g}.")
-        name = instrument_name(kind, radius)
-        if name in named:
+        if tool.edge_m > tool.radius_m:
+            raise InputError(f"{place}[{i}].edge_m is {tool.edge_m:g}; give at most its radius_m, {tool.radius_m:g}.")
+        if (scene := instrument_name(tool)) in named:
             raise InputError(
-                f"{place}[{i}] has the kind and radius_m of instruments[{named[name]}], by which tables tell "
+                f"{place}[{i}] has the kind and radius_m of instruments[{named[scene]}], by which tables tell "
                 "instruments apart; change one, or remove it."
             )
-        named[name] = i
-        for body in bodies:
-            size = longest_m(config["bodies"][body])
-            for length in ("radius_m", "length_m"):
-                if size is not None and entry[length] > size:
+        named[scene] = i
+        for body in names:
+            size = longest_m(bodies[body])
+            for name, length in (("radius_m", tool.radius_m), ("length_m", tool.length_m)):
+                if size is not None and length > size:
                     raise InputError(
-                        f"{place}[{i}].{length} is {entry[length]:g}, and all of {body} is {size:g} m long; give it in "
-                        "metres."
+                        f"{place}[{i}].{name} is {length:g}, and all of {body} is {size:g} m long; give it in metres."
                     )
 
 
-def check_radii(config: dict, file: Path) -> None:
+def check_radii(config: Any, file: Path) -> None:
     """Raise InputError for a regime whose disc is wider than a body that it presses, as far as entries say its size."""
     for name in pressed_bodies(config):
-        size = longest_m(config["bodies"].get(name, {}))
-        for regime, entry in config.get("regimes", {}).items():
-            if size is not None and 2.0 * radius_of(entry, name) > size:
+        size = longest_m(config.bodies[name])
+        for regime, entry in config.regimes.items():
+            if size is not None and 2.0 * entry.radius_on(name) > size:
                 raise InputError(
-                    f"{file}: regimes.{regime} presses {name} with a disc of radius_m {radius_of(entry, name):g}, and "
+                    f"{file}: regimes.{regime} presses {name} with a disc of radius_m {entry.radius_on(name):g}, and "
                     f"the whole body is {size:g} m long; give the radius in metres (a fingertip has 0.012)."
                 )
 
 
-def radius_of(regime: dict, body: str) -> float:
-    """Return the radius [m] of the disc on a body by a regime, or by another block that has the same keys."""
-    return float(regime["radius_of_body_m"].get(body, regime["radius_m"]))
-
-
-def finger_regimes(config: dict) -> dict[str, dict]:
+def finger_regimes(config: Any) -> dict[str, Regime]:
     """Return a regime for each radius of ``tradeoff.finger_radii_m``, by name: as deep as the first of the regimes.
 
     The radius of the first regime needs no other one, unless bodies have their own there.
     """
-    first = next(iter(config["regimes"].values()))
-    known = None if first["radius_of_body_m"] else first["radius_m"]
-    radii = [radius for radius in config["tradeoff"]["finger_radii_m"] if radius != known]
-    return {FINGER.format(1e6 * radius): first | {"radius_m": radius, "radius_of_body_m": {}} for radius in radii}
+    first = next(iter(config.regimes.values()))
+    known = None if first.radius_of_body_m else first.radius_m
+    radii = [radius for radius in config.tradeoff.finger_radii_m if radius != known]
+    return {FINGER.format(1e6 * radius): first.but(radius_m=radius, radius_of_body_m={}) for radius in radii}

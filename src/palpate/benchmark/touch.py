@@ -1,9 +1,9 @@
 """Describe how an instrument is pushed into a body, what a model answers to that, and which touches are asked for."""
 
 import warnings
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -16,6 +16,9 @@ from palpate.errors import InputError, NotConverged
 from palpate.solvers.grasping import Patch, patch_around
 
 Made = TypeVar("Made")
+if TYPE_CHECKING:
+    from palpate.studies.touch.settings import Families, Given
+
 TOUCH_COLUMNS = ["sample", "node", "direction_x", "direction_y", "direction_z", "depth_m", "asked_m"]
 LARGEST = 1.5
 """How far what a grasp holds may reach, over its radius."""
@@ -91,7 +94,7 @@ class TouchCase:
     """One body under one instrument: all that a model may know before it is asked.
 
     deepest_m : no touch is deeper [m]
-    grid : by model, the values to try of its settings
+    grid : the values to try of the settings of models
     kept : what ``share`` has made
     """
 
@@ -99,7 +102,7 @@ class TouchCase:
     instrument: Instrument
     deepest_m: float
     seed: int
-    grid: Mapping[str, Any] = field(default_factory=dict)
+    grid: "Families | Any" = None
     kept: dict[Hashable, Any] = field(default_factory=dict)
 
     def share(self, name: Hashable, make: Callable[[], Made]) -> Made:
@@ -136,7 +139,7 @@ def refuse_sticking(case: TouchCase, what: str) -> None:
         raise LeftOut(f"{what} know no tissue that sticks to an instrument", [float("nan")])
 
 
-def given_touches(body: Body, instrument: Instrument, given: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+def given_touches(body: Body, instrument: Instrument, given: Sequence["Given"]) -> pd.DataFrame:
     """Return the touches that a config gives, one for each depth, as ``choose_touches`` does.
 
     given : ``at_m``, the point whose nearest surface node is touched; ``depths_m``; ``direction``, or None for the
@@ -149,7 +152,7 @@ def given_touches(body: Body, instrument: Instrument, given: Sequence[Mapping[st
     longest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
     rows: list[list[float]] = []
     for i, each in enumerate(given):
-        away = np.linalg.norm(mesh.nodes[mesh.surface] - each["at_m"], axis=1)
+        away = np.linalg.norm(mesh.nodes[mesh.surface] - each.at_m, axis=1)
         node, place = int(mesh.surface[away.argmin()]), f"touch.at[{i}]"
         if away.min() > longest:
             raise InputError(
@@ -159,13 +162,13 @@ def given_touches(body: Body, instrument: Instrument, given: Sequence[Mapping[st
             raise InputError(f"{place}.at_m is where {body.name} is held, or beside; give another place.")
         outward = mesh.normals[node]
         way = outward if pulls else -outward
-        if each["direction"] is not None:
-            way = np.array(each["direction"], dtype=float)
+        if each.direction is not None:
+            way = np.array(each.direction, dtype=float)
         if way @ outward >= 0.0 and not pulls:
             raise InputError(f"{place}.direction points out of {body.name} there; give a way into it, or null.")
         way = way / np.linalg.norm(way)
         thick = float(np.ptp(mesh.nodes @ way))
-        for depth in each["depths_m"]:
+        for depth in each.depths_m:
             if depth >= thick and not pulls:
                 raise InputError(
                     f"{place}.depths_m has {depth:g}, and {body.name} is {thick:.3g} m thick along that way; give less."

@@ -95,9 +95,9 @@ def truth_rows(case: TouchCase, touches: Sequence[Touch], truth: TouchTruth) -> 
 
 
 def _labels(case: TouchCase) -> dict[str, Any]:
-    kind, radius = case.instrument.kind, case.instrument.radius_m
-    scene = f"{case.body.name}_{instrument_name(kind, radius)}"
-    return {"scene": scene, "body": case.body.name, "instrument": kind, "radius_m": radius}
+    body, tool = case.body.name, case.instrument
+    scene = f"{body}_{instrument_name(tool)}"
+    return {"scene": scene, "body": body, "instrument": tool.kind, "radius_m": tool.radius_m}
 
 
 def _measured(

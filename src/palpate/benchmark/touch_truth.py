@@ -18,6 +18,7 @@ import numpy as np
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.richardson import estimate, number_limits, number_ratio, ratio
+from palpate.benchmark.settings import TouchTruthSettings
 from palpate.benchmark.touch import Touch, Touched
 from palpate.benchmark.touch_mesh import TOLERANCE, TouchedMesh, TouchedMeshes, answer_of
 from palpate.benchmark.truth import reasons
@@ -109,22 +110,7 @@ class TouchTruth:
         return Touched(self.displacement[row], float(self.force[row, 1]), float(self.area[row]))
 
 
-class Asked(NamedTuple):
-    """What is asked of a truth.
-
-    along_radius : least number of elements along the contact's radius on the finest mesh; each has a node in its middle
-    finest : level that the finest mesh is refined to at the rim of what is held
-    most_force_error, most_error : own errors, of the force over the force and of the surface over the peak, above which
-        a touch judges no model
-    """
-
-    along_radius: float = 3.0
-    finest: int = 3
-    most_force_error: float = 0.03
-    most_error: float = 0.01
-
-
-USUAL = Asked()
+USUAL = TouchTruthSettings()
 
 
 FIRST_MB, NODE_MB = 250.0, 0.0115
@@ -136,7 +122,7 @@ def truth_of_touches(
     body: Body,
     touches: Sequence[Touch],
     progress: Callable = iter,
-    asked: Asked = USUAL,
+    asked: TouchTruthSettings = USUAL,
     say: Callable[[str], None] | None = None,
     free_mb: float = np.inf,
 ) -> TouchTruth:
@@ -186,13 +172,13 @@ class _Answer(NamedTuple):
         )
 
 
-def _levels(meshes: TouchedMeshes, touch: Touch, asked: Asked) -> tuple[list[int], list[int]]:
+def _levels(meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSettings) -> tuple[list[int], list[int]]:
     """Return the levels of three meshes at the rim of what is held, and where it is touched; NotConverged as there."""
     level = max(meshes.level_for(touch, asked.along_radius), 2)
     return [max(0, asked.finest - back) for back in (2, 1, 0)], [level - back for back in (2, 1, 0)]
 
 
-def _largest(meshes: TouchedMeshes, touch: Touch, asked: Asked) -> tuple[int, int]:
+def _largest(meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSettings) -> tuple[int, int]:
     """Estimate the nodes and tetrahedra of the largest mesh of a truth; none where there can be no truth."""
     try:
         rims, where = _levels(meshes, touch, asked)
@@ -201,7 +187,7 @@ def _largest(meshes: TouchedMeshes, touch: Touch, asked: Asked) -> tuple[int, in
     return max(meshes.size(touch, rims[1], where[2]), meshes.size(touch, rims[2], where[1]))
 
 
-def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: Asked) -> dict[str, Any]:
+def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSettings) -> dict[str, Any]:
     """Return a row of the truth, all but its sample and seconds."""
     found: dict[tuple[int, int], _Answer] = {}
 
@@ -271,7 +257,7 @@ def _errors(truth: _Answer, off: Sequence[_Answer], patch: np.ndarray) -> np.nda
     return np.max(np.abs(errors), axis=0)
 
 
-def _objection(own: np.ndarray, overlap: float, least_det: float, asked: Asked) -> str:
+def _objection(own: np.ndarray, overlap: float, least_det: float, asked: TouchTruthSettings) -> str:
     errors = TouchErrors(*own)
     said = []
     if not (errors.force_error <= asked.most_force_error and errors.rmse_of_peak <= asked.most_error):

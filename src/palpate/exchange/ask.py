@@ -13,7 +13,8 @@ from palpate.benchmark.comparable import followed
 from palpate.benchmark.motion_truth import MotionTruth
 from palpate.benchmark.moving_scene import MovingScene
 from palpate.benchmark.presses import choose_presses, force_of
-from palpate.benchmark.settings import finger_regimes, instrument_name, pressed_bodies, radius_of
+from palpate.benchmark.settings import Instrument as ToolSettings
+from palpate.benchmark.settings import finger_regimes, instrument_name, pressed_bodies
 from palpate.benchmark.split import FOLDS
 from palpate.benchmark.touch import TOUCH_COLUMNS, choose_touches, touches_of
 from palpate.benchmark.touch_mesh import bearing
@@ -32,6 +33,7 @@ from palpate.exchange.readme import readme
 from palpate.files import read_arrays, read_table
 from palpate.run.job import steps
 from palpate.run.settings import complete, read_settings
+from palpate.studies.dynamic.settings import Followed
 
 
 def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: Path) -> str:
@@ -47,7 +49,7 @@ def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: P
         if not known:
             raise InputError(f"{config} presses no body; add tradeoff, as palpate init writes it.")
         raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(known), 'choose from')}")
-    if seed is not None and seed == settings["seed"]:
+    if seed is not None and seed == settings.seed:
         raise InputError(f"--seed {seed} is that of {config}, whose presses are public; give another number.")
     where = config.parent / "results" if results is None else results
     body, questions, page = known[scene](settings, config, where, seed)
@@ -65,24 +67,25 @@ def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: P
 Asked = tuple[Body, Questions, dict[str, str]]
 
 
-def scenes(settings: dict[str, Any]) -> dict[str, Callable[..., Asked]]:
+def scenes(settings: Any) -> dict[str, Callable[..., Asked]]:
     """Return what asks about each scene that can be asked, by its name."""
     found: dict[str, Callable[..., Asked]] = {}
-    if "tradeoff" in settings:
-        for regime in settings.get("regimes", {}) | finger_regimes(settings):
+    if settings.tradeoff is not None:
+        for regime in settings.regimes | finger_regimes(settings):
             found |= {f"{body}_{regime}": partial(_press, body, regime) for body in pressed_bodies(settings)}
-    if "touch" in settings:
-        for entry in settings["touch"]["instruments"]:
-            tool = instrument_name(entry["kind"], entry["radius_m"])
-            found |= {f"{name}_{tool}": partial(_touch, name, entry) for name in pressed_bodies(settings, "touch")}
-    for name, own in settings.get("dynamic", {}).get("scenes", {}).items():
-        if own.get("truth", {}).get("elements") == "quadratic":
-            found[name] = partial(_motion, name, own)
+    if settings.touch is not None:
+        for tool in settings.touch.instruments:
+            called = instrument_name(tool)
+            found |= {f"{name}_{called}": partial(_touch, name, tool) for name in pressed_bodies(settings, "touch")}
+    if settings.dynamic is not None:
+        for name, own in (settings.dynamic.scenes or {}).items():
+            if own.truth is not None and own.truth.elements == "quadratic":
+                found[name] = partial(_motion, name, own)
     return found
 
 
-def _press(name: str, regime: str, settings: dict[str, Any], config: Path, results: Path, seed: int | None) -> Asked:
-    radius_m = radius_of((settings["regimes"] | finger_regimes(settings))[regime], name)
+def _press(name: str, regime: str, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
+    radius_m = (settings.regimes | finger_regimes(settings))[regime].radius_on(name)
     if seed is None:
         body, questions = public(settings, results / "data" / name, regime, radius_m)
     else:
@@ -98,13 +101,11 @@ def _press(name: str, regime: str, settings: dict[str, Any], config: Path, resul
     return body, questions, presses.page(questions)
 
 
-def _touch(
-    name: str, entry: dict[str, Any], settings: dict[str, Any], config: Path, results: Path, seed: int | None
-) -> Asked:
-    instrument, block = Instrument(**entry), settings["touch"]
+def _touch(name: str, tool: ToolSettings, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
+    instrument, asked = Instrument(**tool), settings.touch
     if seed is None:
-        tool = results / "data" / name / "touch" / instrument_name(entry["kind"], entry["radius_m"])
-        files = [results / "data" / name / "body.h5", tool / "touches.csv", tool / "truth.h5"]
+        place = results / "data" / name / "touch" / instrument_name(tool)
+        files = [results / "data" / name / "body.h5", place / "touches.csv", place / "truth.h5"]
         if lacks := [path for path in files if not path.is_file()]:
             raise InputError(
                 f"{lacks[0]} is missing; type make touch first, or give --seed for questions without truths."
@@ -119,22 +120,21 @@ def _touch(
         )
     else:
         body = _body(settings, name, config)
-        bears = bearing(body, block["truth"]["along_radius"])
-        table = choose_touches(body, instrument, block["samples"], tuple(block["depth_of_radius"]), seed, bears)
+        bears = bearing(body, asked.truth.along_radius)
+        table = choose_touches(body, instrument, asked.samples, tuple(asked.depth_of_radius), seed, bears)
         questions = touches.questions_of(body, table["sample"].to_numpy(), touches_of(instrument, table))
     return body, questions, touches.page(questions)
 
 
-def _motion(
-    name: str, own: dict[str, Any], settings: dict[str, Any], config: Path, results: Path, seed: int | None
-) -> Asked:
-    entry, block, by = settings["scenes"][name].but(name=name), settings["dynamic"], own["truth"]
-    followed_so = {"frames": block["frames"], "duration_s": followed(entry)} | own
-    found_by = {each: by[each] for each in ("levels", "steps_per_frame")}
+def _motion(name: str, own: Followed, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
+    entry = settings.scenes[name].but(name=name)
+    followed_so = {"frames": settings.dynamic.frames, "duration_s": followed(entry)} | own
+    assert own.truth is not None  # as scenes says
+    found_by = {"levels": own.truth.levels, "steps_per_frame": own.truth.steps_per_frame}
     if seed is not None:
-        scene = MovingScene.of(entry, _body(settings, entry["body"], config), followed_so)
+        scene = MovingScene.of(entry, _body(settings, entry.body, config), followed_so)
         return scene.body, (asked := motions.questions_of([motions.drawn(scene, seed)], found_by)), motions.page(asked)
-    body_file, truth_file = results / "data" / entry["body"] / "body.h5", results / "data/dynamic" / name / "truth.npz"
+    body_file, truth_file = results / "data" / entry.body / "body.h5", results / "data/dynamic" / name / "truth.npz"
     if lacks := [path for path in (body_file, truth_file) if not path.is_file()]:
         raise InputError(
             f"{lacks[0]} is missing; type make dynamic first, or give --seed for questions without truths."
@@ -148,34 +148,32 @@ def _motion(
     return scene.body, questions, motions.page(questions)
 
 
-def _body(settings: dict[str, Any], name: str, config: Path) -> Body:
-    given = settings["bodies"][name]
+def _body(settings: Any, name: str, config: Path) -> Body:
+    given = settings.bodies[name]
     return make_body(name, given | paths_of_body(given, config.parent))
 
 
-def public(settings: dict[str, Any], folder: Path, regime: str, radius_m: float) -> tuple[Body, Questions]:
+def public(settings: Any, folder: Path, regime: str, radius_m: float) -> tuple[Body, Questions]:
     """Return a body and the questions of its test presses of the first split with their truth, as ``make`` has them.
 
     folder : that of the body in the results
     """
-    block, place = settings["tradeoff"], folder / regime
+    place = folder / regime
     files = {"body": folder / "body.h5", **{name: place / f"{name}.h5" for name in ("database", "truth")}}
     files["samples"] = place / "samples.csv"
     if lacks := [path for path in files.values() if not path.is_file()]:
         raise InputError(
             f"{lacks[0]} is missing; type make tradeoff first, or give --seed for questions without truths."
         )
-    return presses.of_run(files, regime, block["splits"][0], radius_m)
+    return presses.of_run(files, regime, settings.tradeoff.splits[0], radius_m)
 
 
-def private(
-    body: Body, settings: dict[str, Any], regime: str, radius_m: float, seed: int, progress: Callable = iter
-) -> Questions:
+def private(body: Body, settings: Any, regime: str, radius_m: float, seed: int, progress: Callable = iter) -> Questions:
     """Return questions of as many presses as ``make`` tests, of contacts drawn by ``seed``."""
-    block, rule = settings["tradeoff"], (settings["regimes"] | finger_regimes(settings))[regime]
-    count = -(-block["contacts"] // FOLDS)
+    asked, rule = settings.tradeoff, (settings.regimes | finger_regimes(settings))[regime]
+    count = -(-asked.contacts // FOLDS)
     # half of the contacts are the farthest from each other, whatever the seed: those drawn by area are taken
     able = contacts_by_area(body, count, seed)
-    loads = choose_presses(body, 0, block["presses"], rule, radius_m, seed, progress, able.tolist())
+    loads = choose_presses(body, 0, asked.presses, rule, radius_m, seed, progress, able.tolist())
     forces = np.array([force_of(load) for _, load in loads.iterrows()])
     return presses.questions_of(body, regime, radius_m, loads["sample"].to_numpy(), loads["contact"].to_numpy(), forces)

@@ -41,7 +41,7 @@ def questions_of(body: Body, samples: np.ndarray, touches: Sequence[Touch]) -> Q
     arrays["loads"]["sample"] = np.asarray(samples, dtype=np.int64)
     arrays["loads"]["node"] = np.array([touch.node for touch in touches])
     arrays["loads"]["in_dent"] = np.array([patch_of(body, touch) for touch in touches])
-    scene = f"{body.name}_{instrument_name(instrument.kind, instrument.radius_m)}"
+    scene = f"{body.name}_{instrument_name(instrument)}"
     told = asdict(instrument)
     return Questions({"kind": KIND, "scene": scene, "instrument": told, **body_info(body), "loads": loads}, arrays)
 

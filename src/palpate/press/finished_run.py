@@ -10,12 +10,11 @@ import pandas as pd
 
 from palpate.benchmark.judge import read_case
 from palpate.benchmark.model import Case, Model
-from palpate.benchmark.settings import FitOptions, radius_of
+from palpate.benchmark.settings import FitOptions
 from palpate.errors import InputError
 from palpate.files import read_table
 from palpate.models.model_registry import model
 from palpate.run.settings import complete, read_settings
-from palpate.setting_types import plain
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class FinishedRun:
     results: Path
 
     @cached_property
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> Any:
         """All settings; InputError naming the file and what is wrong."""
         return complete(read_settings(self.config), self.config)
 
@@ -55,24 +54,24 @@ class FinishedRun:
 
     def case(self, scene: str) -> Case:
         """Read what models of a scene may see, as they saw it in its first split; InputError for a damaged file."""
-        folder, asked = self.folder(scene), self.settings.get("tradeoff", {})
-        regime = self.settings.get("regimes", {}).get(folder.name)
-        if not asked or not regime:
+        folder, asked = self.folder(scene), self.settings.tradeoff
+        regime = (self.settings.regimes or {}).get(folder.name)
+        if asked is None or regime is None:
             raise InputError(f"{self.config} asks for no {scene}; give the settings that {self.results} is made of.")
-        radius_m = radius_of(regime, folder.parent.name)
+        radius_m = regime.radius_on(folder.parent.name)
         compliance = folder.parent / f"compliance_{radius_m}m.h5"
-        options = FitOptions(**plain(asked["regression"]), seed=self.settings["seed"])
+        options = FitOptions(**asked.regression, seed=self.settings.seed)
         files: dict[str, Path] = {"body": folder.parent / "body.h5"}
         files |= {"database": folder / "database.h5", "samples": folder / "samples.csv"}
         files |= {"compliance": compliance} if compliance.is_file() else {}
         split = int(self.rows(scene)["split"].iloc[0])
-        tolerance = self.settings["solver"]["tolerance"]
+        tolerance = self.settings.solver.tolerance
         return read_case(files, folder.name, split, radius_m, options, tolerance)
 
     def models(self, name: str, case: Case) -> Sequence[Model]:
         """Return what was tried of a model of palpate's, or of the settings' own; InputError for any other."""
-        own = {key: str(self.config.parent / path) for key, path in self.settings["tradeoff"]["own_models"].items()}
+        own = {key: str(self.config.parent / path) for key, path in self.settings.tradeoff.own_models.items()}
         known = list(dict.fromkeys(self.table["model"]))
         if name not in known:
             raise InputError(f"--model {name} was not measured in {self.results}; choose from {', '.join(known)}.")
-        return model(name, own).tried(case, self.settings["tradeoff"]["settings"])
+        return model(name, own).tried(case, self.settings.tradeoff.settings)

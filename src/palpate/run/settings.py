@@ -64,7 +64,7 @@ class Shared(Block):
         "Studies that are computed unless one is asked for by name; null: all whose block is there", None
     )
     bodies: dict[Name, Body] = key("The bodies, by name", {})
-    regimes: dict[Name, Regime] = optional("How hard bodies are pressed in the trade-off, by name", min_length=1)
+    regimes: dict[Name, Regime] | None = optional("How hard bodies are pressed in the trade-off, by name", min_length=1)
     solver: Solver = key("Newton's method for static equilibrium", {})
     timing: Timing = key("How online costs are timed", {})
 
@@ -128,11 +128,11 @@ def complete(given: dict, file: Path, needs_study: bool = True) -> Any:
         raise InputError(f"{file}: {explain(error.errors(), given, json_schema())}") from None
     if place := _null(given, config):
         raise InputError(f"{file}: {place} is null; leave it out, or write what it is, {{}} for a block of defaults.")
-    for name, body in config["bodies"].items():
+    for name, body in config.bodies.items():
         check_body(f"{file}: bodies.{name}", body, file.parent)
     if needs_study and not asked:
         raise InputError(f"{file}: nothing is asked for; add the block of a study: {', '.join(STUDIES)}.")
-    if lacking := [name for name in config["studies"] or [] if name not in asked]:
+    if lacking := [name for name in config.studies or [] if name not in asked]:
         raise InputError(
             f"{file}: studies names {lacking[0]}, which has no block; add {lacking[0]}:, or remove the name."
         )

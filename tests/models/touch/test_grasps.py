@@ -7,13 +7,15 @@ import pytest
 from fixtures.touched_block import SETTLED, rmse_of_peak
 
 from palpate.benchmark.model import LeftOut
+from palpate.benchmark.settings import TouchTruthSettings
 from palpate.benchmark.touch import Touch, choose_touches, given_touches, touches_of
 from palpate.benchmark.touch_measure import measure_touches, penetration
 from palpate.benchmark.touch_mesh import bearing
-from palpate.benchmark.touch_truth import Asked, truth_of_touches
+from palpate.benchmark.touch_truth import truth_of_touches
 from palpate.effects.instrument import Instrument
 from palpate.errors import InputError
 from palpate.models.touch import fem, linear, modes, relaxed
+from palpate.studies.touch.settings import Families
 
 GRASP = Instrument("grasp", 0.02)
 OBLIQUE = np.array([0.6, 0.0, 0.8])
@@ -22,7 +24,7 @@ LINEAR = {"held": 0, "level": 2}
 
 @pytest.fixture(scope="module")
 def case(block):
-    return replace(block, instrument=GRASP, grid={"linear": [LINEAR | {"discs": 8, "warped": False}]}, kept={})
+    return replace(block, instrument=GRASP, grid=Families(linear=[LINEAR | {"discs": 8}]), kept={})
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +57,9 @@ def test_linear_responses_are_those_of_small_motions(case, pull):
 
 @pytest.mark.slow
 def test_the_truth_of_a_grasp_judges_linear_elements(case, pull):
-    truth = truth_of_touches(case.body, [pull], asked=Asked(0.8, 2, most_force_error=0.05))
+    truth = truth_of_touches(
+        case.body, [pull], asked=TouchTruthSettings(along_radius=0.8, finest=2, most_force_error=0.05)
+    )
     assert truth.believed.all() and truth.own[0, 0] < 0.01
     assert truth.force_order[0] == pytest.approx(1.0, abs=0.3)  # of the singular rim
     _, table = measure_touches(case, "linear", linear, [pull], truth, 1, 0.0)

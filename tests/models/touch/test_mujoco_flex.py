@@ -11,6 +11,7 @@ from palpate.effects.instrument import Instrument
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import NotConverged
 from palpate.models.touch import fem, mujoco_flex
+from palpate.studies.touch.settings import Families
 
 pytest.importorskip("mujoco")
 SETTLED = {"level": 0, "penalty": 1.0, "steps": 100, "iterations": 150}
@@ -147,5 +148,5 @@ def test_what_it_does_not_know_is_left_out(block):
 
 
 def test_settings_are_those_of_levels_that_the_body_has(block):
-    grid = {"mujoco_flex": [SETTLED, SETTLED | {"level": 1}]}
+    grid = Families(mujoco_flex=[SETTLED, SETTLED | {"level": 1}])
     assert mujoco_flex.settings(replace(block, grid=grid)) == [SETTLED]

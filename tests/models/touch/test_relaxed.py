@@ -7,8 +7,10 @@ import pytest
 from fixtures.touched_block import SETTLED, block_of, mirrored, reflection, rmse_of_peak, touch_at
 
 from palpate.benchmark.load import Refused
+from palpate.benchmark.settings import Xpbd
 from palpate.bodies.supports import Bed
 from palpate.models.touch import fem, relaxed
+from palpate.studies.touch.settings import Families
 
 OWN = {"xpbd": 6e-3, "projective_dynamics": 2e-3, "vertex_block_descent": 2e-3}
 """How far forces may be from those at equilibrium: steps of XPBD end beside it, penalties let nodes in a little."""
@@ -77,5 +79,5 @@ def test_another_law_is_refused(block, method):
 
 
 def test_settings_are_those_of_levels_that_the_body_has(block):
-    grid = {"relaxed": {"xpbd": [{"level": 0}, {"level": 1}]}}
-    assert relaxed.settings(replace(block, grid=grid), "xpbd") == [{"level": 0}]
+    grid = Families(relaxed={"xpbd": [{"level": 0}, {"level": 1}]})
+    assert relaxed.settings(replace(block, grid=grid), "xpbd") == [dict(Xpbd())]

@@ -15,7 +15,7 @@ from palpate.models.touch import fem, linear, modes
 @pytest.fixture(scope="module")
 def answers(touch_case, touches):
     """Of elements, of reduced and of linear models on the same mesh, by model."""
-    elements = fem.online(touch_case, touch_case.grid["fem"]["local"][0])
+    elements = fem.online(touch_case, touch_case.grid.fem.local[0])
     found = {"elements": [elements.respond(touch) for touch in touches]}
     for name, model in (("modes", modes), ("linear", linear)):
         solver = model.online(touch_case, model.settings(touch_case)[0])
@@ -98,7 +98,7 @@ def test_modes_take_other_laws(touch_case, touches):
     touch = replace(touches[0], poses={})
     solver = modes.online(case, modes.settings(case)[0])
     solver.prepare(touch)
-    elements = fem.online(case, case.grid["fem"]["local"][0]).respond(touch)
+    elements = fem.online(case, case.grid.fem.local[0]).respond(touch)
     assert away(solver.respond(touch), elements) < 0.006
     assert solver.respond(touch).force_n == pytest.approx(elements.force_n, rel=0.02)
 

@@ -13,6 +13,7 @@ from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import Counts
 from palpate.collision.triangles.brute_force import crossing
 from palpate.studies.collision import stopped_precision
+from palpate.studies.collision.settings import Apart, Stopped
 from palpate.studies.collision.stopped_precision import Frame, Overlap, distance, overlap, searched_pairs
 
 FRAMES = 5
@@ -21,7 +22,7 @@ FRAMES = 5
 @pytest.fixture(scope="module")
 def table():
     done = []
-    found = stopped_precision.measure(FRAMES, 0, [[1, 1]], [0, 4, 30], done.append)
+    found = stopped_precision.measure(Stopped(frames=FRAMES, layers=[0, 4, 30], depths=[[1, 1]]), 0, done.append)
     assert done == ["two_livers", "instrument_press", "instrument_approach", "livers_apart"]
     return found
 
@@ -141,7 +142,7 @@ GAPS = [0.004, 0.05]
 @pytest.fixture(scope="module")
 def apart_table():
     done = []
-    found = stopped_precision.measure_apart(GAPS, 3, 0, [[1, 1]], seed=1, report=done.append)
+    found = stopped_precision.measure_apart(Apart(gaps_m=GAPS, placements=3), 0, [[1, 1]], seed=1, report=done.append)
     assert done == ["two_livers", "instrument"]
     return found
 

@@ -7,6 +7,7 @@ from palpate.bodies.ct.synthetic_abdomen import abdomen, hu_of_shapes
 from palpate.report.tables import columns
 from palpate.studies.ct import claims, imaging, ray_casting
 from palpate.studies.ct.imaging import liver_side, shape_shares
+from palpate.studies.ct.settings import Imaging
 
 pytestmark = pytest.mark.slow
 
@@ -16,7 +17,7 @@ VOXEL_M = 0.004
 @pytest.fixture(scope="module")
 def measured():
     image, truth = abdomen(spacing_m=(VOXEL_M,) * 3)
-    return imaging.measure({"abdomen": (image, truth["liver"])}, [2, 5, 80], 48, VOXEL_M)
+    return imaging.measure({"abdomen": (image, truth["liver"])}, Imaging(every=[2, 5, 80], pixels=48, voxel_m=VOXEL_M))
 
 
 def test_tables_have_what_is_declared_and_no_hole(measured):

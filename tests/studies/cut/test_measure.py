@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,12 +10,13 @@ import pytest
 from palpate.benchmark.cut_truth import CutTruth
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
+from palpate.bodies.settings import Box
 from palpate.bodies.simple_shapes import box
 from palpate.errors import InputError
 from palpate.models.cut import linear
 from palpate.run.settings import defaults
 from palpate.studies.cut import measure
-from palpate.studies.cut.settings import check
+from palpate.studies.cut.settings import Families, Pull, check
 
 ENTRY = {
     "body": "slab",
@@ -35,11 +37,16 @@ FAMILIES = {
 }
 
 
+def only(**families):
+    """Return settings of these models alone."""
+    return Families(**{key: [] for key in Families.model_fields} | families)
+
+
 @pytest.fixture(scope="module")
 def case():
     mesh = box([0.1, 0.1, 0.04], [4, 4, 2])
     held = np.flatnonzero(mesh.nodes[:, 2] == 0.0)
-    return measure.asked(nest("slab", mesh, 1, held, Material(3000.0, 0.3, 1000.0)), ENTRY)
+    return measure.asked(nest("slab", mesh, 1, held, Material(3000.0, 0.3, 1000.0)), Pull(**ENTRY))
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +62,7 @@ def truth(case):
 def tables(case, truth, tmp_path_factory):
     path = tmp_path_factory.mktemp("cut") / "truth.h5"
     measure.save_truth(truth, path)
-    return measure.measure_cut("slab_cut", case, measure.load_truth(path), FAMILIES, 1, 0.01)
+    return measure.measure_cut("slab_cut", case, measure.load_truth(path), only(**FAMILIES), 1, 0.01)
 
 
 def test_hooks_grasp_nodes_of_every_level(case):
@@ -88,7 +95,7 @@ def test_errors_are_against_the_truth_and_beside_its_own(tables):
 def test_what_cannot_follow_says_why(case, truth, tmp_path, monkeypatch):
     monkeypatch.setattr(linear, "LARGEST", 100)
     measure.save_truth(truth, tmp_path / "truth.h5")
-    asked = "slab_cut", case, measure.load_truth(tmp_path / "truth.h5"), {"linear_responses": LINEAR[:1]}, 1, 0.01
+    asked = "slab_cut", case, measure.load_truth(tmp_path / "truth.h5"), only(linear_responses=LINEAR[:1]), 1, 0.01
     cut, opening = measure.measure_cut(*asked)
     assert "the compliance of" in cut["failure"].iloc[0] and np.isnan(cut["first_median_s"].iloc[0])
     assert (opening["model"] == "truth").all()
@@ -106,19 +113,20 @@ def test_a_truth_that_is_rejected_judges_no_model(case, truth, tmp_path):
     rejected = replace(truth, rejected="the lips close")
     measure.save_truth(rejected, tmp_path / "truth.h5")
     known = measure.load_truth(tmp_path / "truth.h5")
-    cut, _ = measure.measure_cut("slab_cut", case, known, {"fem": FAMILIES["fem"][:1]}, 1, 0.01)
+    cut, _ = measure.measure_cut("slab_cut", case, known, only(fem=FAMILIES["fem"][:1]), 1, 0.01)
     assert np.isnan(cut["surface_error"].iloc[0]) and cut["first_median_s"].iloc[0] > 0.0
     row = measure.truth_row("slab_cut", case, rejected).iloc[0]
     assert row["rejected"] == "the lips close" and row["opening_error"] == 0.01
 
 
 def test_a_cut_of_a_body_that_is_none_is_refused():
-    config = {"bodies": {"slab": {"refinements": 1}, "bar": {"refinements": 0}}}
+    bar = Box(sizes_m=[0.1, 0.1, 0.1], divisions=[2, 2, 2], young_pa=1e3, poisson=0.3)
+    bodies = {"bar": bar, "slab": bar.but(refinements=1)}
     for cuts, said in (
         ({}, "my.yaml: cut.cuts is empty"),
         ({"mine": ENTRY | {"body": "slap"}}, "my.yaml: cut.cuts.mine.body names slap, which is unknown; did you mean"),
         ({"mine": ENTRY | {"body": "bar"}}, "my.yaml: cut.cuts.mine.body names bar, which is not refined"),
     ):
         with pytest.raises(InputError) as refused:
-            check(config | {"cut": defaults("cut", cuts=cuts)}, Path("my.yaml"))
+            check(SimpleNamespace(bodies=bodies, cut=defaults("cut", cuts=cuts)), Path("my.yaml"))
         assert str(refused.value).startswith(said)

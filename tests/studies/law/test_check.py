@@ -5,26 +5,28 @@ from pathlib import Path
 import pytest
 
 from palpate.errors import InputError
-from palpate.studies.law.settings import changes_of, check, compared_bodies
+from palpate.run.settings import complete
+from palpate.studies.law.settings import changes_of, compared_bodies
 
-BODIES = {"liver": {"refinements": 2}, "cube": {"refinements": 0}, "sheet": {}}
-SETTINGS = {"bodies": None, "regions_of": [], "laws": ["corotational"], "radius_of_body_m": {}}
+HELD = {"young_pa": 3000, "poisson": 0.3, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.01}}}
+CUBE = {"kind": "box", "sizes_m": [0.1, 0.1, 0.1], "divisions": [2, 2, 2]} | HELD
+SHEET = {"kind": "sheet", "sizes_m": [0.1, 0.1], "divisions": [2, 2], "thickness_m": 0.002} | HELD
+LIVER = {"kind": "liver", "length_m": 0.2, "refinements": 2} | HELD
+LUMP = LIVER | {"regions": {"a": {"sphere": {"center_m": [0, 0, 0], "radius_m": 0.01}, "young_pa": 9000}}}
 
 
-def config(**changes):
-    return {"bodies": BODIES, "law": SETTINGS | changes}
+def config(law, bodies=None, file=Path("config.yaml")):
+    return complete({"bodies": bodies or {"liver": LIVER, "cube": CUBE, "sheet": SHEET}, "law": law}, file)
 
 
 def test_of_some_bodies_only_the_regions_are_left_out():
-    assert compared_bodies(config()) == ["liver"] and compared_bodies(config(bodies=["cube"])) == ["cube"]
-    bodies = BODIES | {"lump": {"refinements": 1, "regions": {"a": {}}}}
-    more = {"poissons": [0.3, 0.49], "contacts": 2}
-    asked = {"bodies": bodies, "law": SETTINGS | more | {"bodies": ["liver"], "regions_of": ["lump"]}}
-    assert compared_bodies(asked) == ["liver", "lump"]
-    assert changes_of(asked, "liver") == more | {"laws": ["corotational"]}
-    assert changes_of(asked, "lump") == {"laws": [], "poissons": [], "contacts": 0}
-    asked["law"]["bodies"] = None  # all that are refined
-    assert compared_bodies(asked) == ["liver", "lump"] and changes_of(asked, "lump")["contacts"] == 2
+    assert compared_bodies(config({})) == ["liver"]
+    two = {"liver": LIVER, "lump": LUMP}
+    for named, tried in ((["liver"], 0), (None, 2)):  # None: all that are refined
+        asked = config({"bodies": named, "regions_of": ["lump"]}, two)
+        assert compared_bodies(asked) == ["liver", "lump"]
+        changes = changes_of(asked, "lump")
+        assert changes.contacts == len(changes.poissons) == tried and changes_of(asked, "liver") == asked.law
 
 
 @pytest.mark.parametrize(
@@ -42,18 +44,18 @@ def test_of_some_bodies_only_the_regions_are_left_out():
 )
 def test_each_mistake_is_one_sentence(changes, said):
     with pytest.raises(InputError, match=said):
-        check(config(**changes), Path("config.yaml"))
+        config(changes)
 
 
 def test_a_law_of_ones_own_is_a_file_beside_the_settings(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text("def shape(): ...\ndef measure(): ...\n")
     with pytest.raises(InputError, match=r"law\.laws: .*mine\.py has no function volume"):
-        check(config(laws=["mine.py"]), tmp_path / "config.yaml")
+        config({"laws": ["mine.py"]}, file=tmp_path / "config.yaml")
     file.write_text(file.read_text() + "def volume(): ...\n")
-    check(config(laws=["corotational", "mine.py"]), tmp_path / "config.yaml")
+    config({"laws": ["corotational", "mine.py"]}, file=tmp_path / "config.yaml")
 
 
 def test_a_body_that_is_refined_is_needed():
     with pytest.raises(InputError, match="law is there and no body is refined"):
-        check(config() | {"bodies": {"cube": {"refinements": 0}}}, Path("config.yaml"))
+        config({}, {"cube": CUBE})

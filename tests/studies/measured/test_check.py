@@ -34,8 +34,8 @@ def test_the_shipped_experiment_is_accepted_and_a_case_is_one_line(settings):
     cases = settings["measured"]["experiments"]["beam"]["cases"]
     cases["heavier"] = {"loads": [{"weight_n": 0.8, "line_m": [[0.1, 0, 0.03], [0.1, 0.03, 0.03]]}]}
     settings["measured"]["models"] = {"fem_p2": {"laws": ["neo_hookean", "examples/hencky.py"]}}
-    found = complete(settings, ROOT / "config.yaml")["measured"]["experiments"]["beam"]
-    assert found["cases"]["heavier"]["files"] == [] and found["cases"]["heavier"]["loads"][0]["radius_m"] == 0
+    found = complete(settings, ROOT / "config.yaml").measured.experiments["beam"].cases["heavier"]
+    assert found.files == [] and found.loads[0].radius_m == 0
 
 
 BEAM = "measured.experiments.beam"
@@ -119,8 +119,8 @@ def test_the_distance_from_a_box_is_that_from_its_mesh(settings):
 
 
 def test_a_body_that_is_no_box_is_looked_at_when_it_is_made(settings):
-    full = complete(settings, ROOT / "config.yaml")["measured"]["experiments"]["beam"]
-    full["markers"]["m1"]["at_m"][2] += 0.02
+    full = complete(settings, ROOT / "config.yaml").measured.experiments["beam"]
+    full.markers["m1"].at_m[2] += 0.02
     body = make_body("beam", settings["bodies"]["beam"])
     with pytest.raises(InputError, match=r"m1\.at_m is 0\.026 m off"):
         check_places(experiment_of("beam", full), body, lambda points: off_surface(body.fine, points))

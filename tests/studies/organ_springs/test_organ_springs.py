@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -39,7 +40,7 @@ def block():
 
 @pytest.fixture(scope="module")
 def found(block):
-    return organ(block, defaults("organ_springs") | SMALL)
+    return organ(block, defaults("organ_springs", **SMALL))
 
 
 @pytest.fixture(scope="module")
@@ -115,7 +116,7 @@ def test_a_stiff_region_makes_its_springs_stiff(block):
     region = (block.coarse.nodes[block.coarse.tetrahedra].mean(axis=1)[:, 2] > 0.05).astype(int)
     soft = block.material
     layered = replace(block, regions=Tissue((soft, replace(soft, young_pa=30000.0)), region))
-    settings = defaults("organ_springs") | SMALL
+    settings = defaults("organ_springs", **SMALL)
     ratio = organ(layered, settings).model.weights / organ(block, settings).model.weights
     assert ratio.min() == pytest.approx(1.0) and ratio.max() == pytest.approx(10.0)
 
@@ -123,7 +124,7 @@ def test_a_stiff_region_makes_its_springs_stiff(block):
 def test_too_many_contacts_and_no_anchors_get_one_sentence(block):
     settings = defaults("organ_springs")
     with pytest.raises(InputError, match=r"508 contacts are asked for and \d+ of block can be pressed"):
-        organ(block, settings | {"tested": 505})
+        organ(block, settings.but(tested=505))
     with pytest.raises(InputError, match="block is not held by anchors"):
         organ(replace(block, anchors=[np.empty(0, dtype=int)] * 2), settings)
 
@@ -139,6 +140,7 @@ def test_too_many_contacts_and_no_anchors_get_one_sentence(block):
     ],
 )
 def test_settings_that_do_not_fit_are_said(change, said):
-    settings = defaults("organ_springs") | {"bodies": ["liver"]} | change
+    settings = defaults("organ_springs", **{"bodies": ["liver"]} | change)
+    config = SimpleNamespace(bodies={"liver": SimpleNamespace(kind="liver")}, organ_springs=settings)
     with pytest.raises(InputError, match=said):
-        check({"bodies": {"liver": {"kind": "liver"}}, "organ_springs": settings}, Path("config.yaml"))
+        check(config, Path("config.yaml"))

@@ -1,6 +1,8 @@
 """Depths of presses are work over force, a region of the same stiffness is not felt, and limits are interpolated."""
 
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -15,9 +17,9 @@ from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.palpation import palpation
 from palpate.studies.palpation.palpation import ball_in_slab, least_contrasts, palpate, palpation_limits
-from palpate.studies.palpation.settings import check
+from palpate.studies.palpation.settings import Settings, Slab, check
 
-SLAB = {"sizes_m": [0.08, 0.08, 0.05], "young_pa": 3000.0, "poisson": 0.3}
+SLAB = Slab(sizes_m=[0.08, 0.08, 0.05], young_pa=3000.0, poisson=0.3)
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +33,7 @@ def lump():
 
 @pytest.fixture(scope="module")
 def felt(lump):
-    return palpate(lump, 0.015, 3, [0.1, 0.05], 0.1)
+    return palpate(lump, Settings(radius_m=0.015, places=3, pressures_of_young=[0.1, 0.05], felt=0.1))
 
 
 def test_a_stone_is_felt_above_and_less_beside(felt):
@@ -70,14 +72,15 @@ def test_depth_times_force_is_twice_the_energy_of_a_small_press(lump, felt):
 
 def test_a_region_of_the_same_stiffness_is_not_felt_and_none_is_refused(lump):
     same = replace(lump, regions=Tissue((lump.material,) * 2, lump.regions.region))
-    assert palpate(same, 0.015, 2, [0.1], 0.1)["stiffer"].abs().max() < 1e-9
+    asked = Settings(radius_m=0.015, places=2, pressures_of_young=[0.1], felt=0.1)
+    assert palpate(same, asked)["stiffer"].abs().max() < 1e-9
     with pytest.raises(InputError, match=r"^bodies\.lump has no regions, so there is nothing to feel; give it some\.$"):
-        palpate(replace(lump, regions=None), 0.015, 2, [0.1], 0.1)
+        palpate(replace(lump, regions=None), asked)
 
 
 @pytest.mark.slow
 def test_deeper_balls_are_felt_less_and_stiffer_ones_more():
-    table = palpation_limits(SLAB, 0.01, [0.006, 0.014], [1.0, 10.0, 1e4], 0.012, 0.1, 0.15)
+    table = palpation_limits(Settings(slab=SLAB, covers_m=[0.006, 0.014], contrasts=[1.0, 10.0, 1e4]))
     assert list(table.columns) == palpation.PALPATION_LIMITS.columns
     stiffer = table.pivot_table(index="cover_m", columns="contrast", values="stiffer").to_numpy()
     assert np.abs(stiffer[:, 0]).max() < 1e-6
@@ -92,7 +95,7 @@ def test_the_ball_has_its_volume_and_its_place():
     volumes, middles = body.coarse.volumes[inside], body.coarse.nodes[body.coarse.tetrahedra[inside]].mean(axis=1)
     assert volumes.sum() == pytest.approx(4 / 3 * np.pi * 1e-6, rel=0.1)
     assert volumes @ middles / volumes.sum() == pytest.approx([0.04, 0.04, 0.034], abs=1e-4)
-    assert body.coarse.volumes.sum() == pytest.approx(np.prod(SLAB["sizes_m"]))
+    assert body.coarse.volumes.sum() == pytest.approx(np.prod(SLAB.sizes_m))
     assert set(body.tissue(1).young_pa) == {3000.0, 15000.0}
     said = r"^palpation: a ball of radius 0\.01 m, 0\.04 m deep, is not inside the slab of"
     with pytest.raises(InputError, match=said):
@@ -115,7 +118,6 @@ def test_least_contrasts_interpolate_in_the_logarithm():
     ],
 )
 def test_settings_name_bodies_with_regions(regions, named, said):
-    bodies = {"liver": {}, "lump": {"regions": regions}}
+    bodies = {"liver": SimpleNamespace(regions=None), "lump": SimpleNamespace(regions=regions)}
     with pytest.raises(InputError, match=rf"^config\.yaml: palpation{said}"):
-        check({"bodies": bodies, "palpation": {"bodies": named}}, "config.yaml")
-    check({"bodies": {"lump": {"regions": {"stone": {}}}}, "palpation": {"bodies": ["lump"]}}, "config.yaml")
+        check(SimpleNamespace(bodies=bodies, palpation=Settings(bodies=named)), Path("config.yaml"))

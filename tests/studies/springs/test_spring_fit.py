@@ -4,14 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 from palpate.errors import InputError
 from palpate.models.springs import cube_experiment as experiment
 from palpate.models.springs.spring_motion import simulate
+from palpate.run.settings import read_settings
 from palpate.studies.springs import spring_fit
+from palpate.studies.springs.settings import Settings
 
-SMOKE = yaml.safe_load((Path(__file__).parents[2] / "smoke/config.yaml").read_text())["springs"]
+SMOKE = Settings(**read_settings(Path(__file__).parents[2] / "smoke/config.yaml")["springs"])
 YOUNG_PA = 900.0
 GRANTED = {"gradient_evaluations": 120}
 
@@ -34,7 +35,7 @@ def references(found):
 
 
 def made(found, references, method, volume_force, runs=None):
-    searches = SMOKE["searches"]
+    searches = SMOKE.searches
     return spring_fit.tables(found, method, volume_force, references, searches, runs or {1: None}, lambda *told: None)
 
 
@@ -49,7 +50,7 @@ def test_one_modulus_is_found_where_one_was_used(found, own):
 def test_errors_are_those_of_the_motions(found, references):
     """Van Gelder's springs, compared by hand."""
     tables = made(found, references, "van_gelder", False)
-    young = np.full(120, SMOKE["material"]["young_pa"])
+    young = np.full(120, SMOKE.material.young_pa)
     for row in tables["spring_fit"].itertuples():
         positions, velocities = references[row.press]
         x, v = simulate(found.model, young, found.presses[row.press], found.settings)
@@ -79,7 +80,7 @@ def test_the_gradient_beats_what_needs_no_search_and_more_presses_make_it_better
 def test_moduli_kept_alike_follow_the_press_no_better_than_they_must(found, references):
     """Between one modulus for all and the best for the fitted press, on that press; nearer to one, in the moduli."""
     one, smooth, best = (
-        spring_fit.find(method, found, [found.fitness("top", references)], SMOKE["searches"] | GRANTED, 1)[1]
+        spring_fit.find(method, found, [found.fitness("top", references)], SMOKE.searches.but(**GRANTED), 1)[1]
         for method in ("uniform", "gradient_smooth", "gradient")
     )
     assert one.fitness < smooth.fitness < best.fitness
@@ -130,4 +131,4 @@ def test_references_are_read_as_they_were_written(references, tmp_path):
 )
 def test_what_cannot_be_is_said(change, said):
     with pytest.raises(InputError, match=said):
-        experiment.experiment(SMOKE | change, 0.3)
+        experiment.experiment(SMOKE.but(**change), 0.3)

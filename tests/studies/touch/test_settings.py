@@ -4,18 +4,20 @@ from pathlib import Path
 
 import pytest
 
+from palpate.benchmark.settings import instrument_name
 from palpate.errors import InputError
-from palpate.run.settings import defaults
-from palpate.setting_types import plain
-from palpate.studies.press.settings import check as check_press
-from palpate.studies.touch.settings import check, instruments_of
+from palpate.run.settings import complete
 
-BODY = {"kind": "liver", "length_m": 0.2, "refinements": 1}
+HELD = {"plane": {"axis": "y", "side": "max", "depth_m": 0.06}}
+BODY = {"kind": "liver", "length_m": 0.2, "refinements": 1, "young_pa": 3000, "poisson": 0.3, "anchors": HELD}
 BALL = {"kind": "sphere", "radius_m": 0.008}
 
 
-def settings(**given) -> dict:
-    return {"bodies": {"liver": BODY, "bar": BODY | {"refinements": 0}}, "touch": defaults("touch", **given)}
+def asked(study: str, given: dict, **bodies: dict):
+    """Check the settings of a study of a liver that is refined, and one that is not."""
+    return complete(
+        {"bodies": {"liver": BODY, "bar": BODY | {"refinements": 0}} | bodies, study: given}, Path("my.yaml")
+    )
 
 
 @pytest.mark.parametrize(
@@ -34,7 +36,7 @@ def settings(**given) -> dict:
 )
 def test_what_is_wrong_is_said(given, said):
     with pytest.raises(InputError) as refused:
-        check(settings(**given), Path("my.yaml"))
+        asked("touch", given)
     assert said in str(refused.value) and str(refused.value).startswith("my.yaml: touch")
 
 
@@ -47,22 +49,16 @@ def test_what_is_wrong_is_said(given, said):
     ],
 )
 def test_the_page_offers_what_it_can_answer(given, said):
-    config = {"bodies": {"liver": BODY}, "press": defaults("press", instruments=[BALL | given])}
     with pytest.raises(InputError) as refused:
-        check_press(config, Path("my.yaml"))
+        asked("press", {"instruments": [BALL | given]})
     assert f"my.yaml: press.instruments{said}" in str(refused.value)
 
 
 def test_a_body_that_is_refined_is_needed():
-    given = settings()
-    del given["bodies"]["liver"]
     with pytest.raises(InputError, match="touch is there and no body is refined"):
-        check(given, Path("my.yaml"))
+        asked("touch", {}, liver=BODY | {"refinements": 0})
 
 
 def test_instruments_are_told_apart_by_kind_and_radius():
-    punch = {"kind": "punch", "radius_m": 0.0045, "edge_m": 0.001}
-    given = settings(instruments=[BALL, punch])
-    check(given, Path("my.yaml"))
-    assert list(instruments_of(given)) == ["sphere_8mm", "punch_4.5mm"]
-    assert plain(instruments_of(given)["punch_4.5mm"]) == punch | {"length_m": 0.0, "sticks": False}
+    tools = asked("touch", {"instruments": [BALL, {"kind": "punch", "radius_m": 0.0045}]}).touch.instruments
+    assert list(map(instrument_name, tools)) == ["sphere_8mm", "punch_4.5mm"]

@@ -19,7 +19,7 @@ def compared_of(wildcards):
 
 
 def body_of_compared(wildcards):
-    return f"results/data/{config['scenes'][wildcards.scene]['body']}/body.h5"
+    return f"results/data/{settings.scenes[wildcards.scene].body}/body.h5"
 
 
 def settings_of_compared(wildcards):

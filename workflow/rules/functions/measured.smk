@@ -16,7 +16,7 @@ def files_of_experiment(wildcards):
 
 
 def body_of_experiment(wildcards):
-    return f"results/data/{config['measured']['experiments'][wildcards.experiment]['body']}/body.h5"
+    return f"results/data/{settings.measured.experiments[wildcards.experiment].body}/body.h5"
 
 
 def own_laws_of_measured():
@@ -43,10 +43,10 @@ def files_of_presses(wildcards):
 
 
 def body_of_presses(wildcards):
-    body = config["measured"]["presses"][wildcards.presses]["body"]
+    body = settings.measured.presses[wildcards.presses].body
     return [f"results/data/{body}/body.h5"] if body else []
 
 
 def asking(what):
     """The entries of presses that ask for that."""
-    return [name for name, entry in config["measured"]["presses"].items() if what in entry["ask"]]
+    return [name for name, entry in settings.measured.presses.items() if what in entry.ask]

@@ -3,5 +3,5 @@
 
 def known_of(body, file):
     """A file of each regime in which the trade-off presses a body by the same finger, and knows the truth."""
-    same = [regime for regime in REGIMES if radius(body, regime) == radius_of(config["press"], body)]
+    same = [regime for regime in REGIMES if radius(body, regime) == settings.press.radius_on(body)]
     return expand("results/data/{body}/{regime}/{file}", body=body, regime=same if body in PRESSED else [], file=file)

@@ -4,13 +4,13 @@
 def count(body, regime):
     """How many samples a body gets in a regime."""
     if regime in POINTS:
-        return config["bodies"][body]["train"] + config["bodies"][body]["test"]
-    return config["tradeoff"]["contacts"] * len(config["tradeoff"]["presses"])
+        return settings.bodies[body].train + settings.bodies[body].test
+    return settings.tradeoff.contacts * len(settings.tradeoff.presses)
 
 
 def split(body, regime):
     """How many samples train and test paper 1's methods; nothing for presses, whose contacts are dealt into folds."""
-    return [config["bodies"][body][key] for key in ("train", "test")] if regime in POINTS else []
+    return [settings.bodies[body].train, settings.bodies[body].test] if regime in POINTS else []
 
 
 def order(regime):
@@ -20,7 +20,7 @@ def order(regime):
 
 def radius(body, regime):
     """The radius of the disc that is pressed, 0 for a single node."""
-    return 0.0 if regime in POINTS else radius_of(config["regimes"][regime], body)
+    return 0.0 if regime in POINTS else (settings.regimes | FINGERS)[regime].radius_on(body)
 
 
 def loads_entry(body, regime):
@@ -31,7 +31,7 @@ def loads_entry(body, regime):
 
 
 def fine_batches(body, regime):
-    jobs = -(-count(body, regime) // config["solver"]["samples_per_job"])
+    jobs = -(-count(body, regime) // settings.solver.samples_per_job)
     return [f"results/data/{body}/{regime}/fine_{batch}.h5" for batch in range(jobs)]
 
 

@@ -3,7 +3,7 @@
 
 def with_stages(names):
     """Models of palpate's, and those that are stages of one of them."""
-    staged = [stage["model"] for stage in TRADEOFF["settings"]["cascade"]["stages"]] if "cascade" in names else []
+    staged = [stage.model for stage in settings.tradeoff.settings.cascade.stages] if "cascade" in names else []
     return [name for name in [*names, *staged] if name in MODELS]
 
 
@@ -32,7 +32,7 @@ def more_of(wildcards):
 
 def finger_scenes():
     """The body and the regime of each press by a finger of another radius, and of that of the first regime."""
-    same = [] if config["regimes"][REGIMES[0]]["radius_of_body_m"] else REGIMES[:1]
+    same = [] if settings.regimes[REGIMES[0]].radius_of_body_m else REGIMES[:1]
     return [(body, regime) for body in IN_DEPTH for regime in [*same, *FINGERS]]
 
 
@@ -54,7 +54,8 @@ def family_files(kind, bodies=PRESSED, regimes=REGIMES, splits=None):
 
 def parts_beyond(name):
     """The parts of the table of a block like any_load: of each scene in which it is asked."""
-    bodies, regimes = TRADEOFF[name]["bodies"] or PRESSED, TRADEOFF[name]["regimes"] or REGIMES
+    asked = getattr(settings.tradeoff, name)
+    bodies, regimes = asked.bodies or PRESSED, asked.regimes or REGIMES
     return [f"results/data/{body}/{regime}/{name}.csv" for body in bodies for regime in regimes]
 
 
@@ -97,10 +98,10 @@ def estimate_files():
 
 def is_smooth(body):
     """Whether a body has a smooth surface that is known."""
-    return config["bodies"][body]["kind"] in ("cylinder", "liver", "kidney", "stomach")
+    return settings.bodies[body].kind in ("cylinder", "liver", "kidney", "stomach")
 
 
 def smooth_scenes():
     """The body and the regime of each scene whose body has one, if what facets change is asked."""
-    bodies = filter(is_smooth, PRESSED) if TRADEOFF["truth"]["geometry_samples"] else []
+    bodies = filter(is_smooth, PRESSED) if settings.tradeoff.truth.geometry_samples else []
     return [(body, regime) for body in bodies for regime in REGIMES]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial import Delaunay
@@ -15,6 +15,9 @@ from palpate.files import write_whole
 from palpate.models.springs import spring_motion
 from palpate.models.springs.fitness import Fitness, Range, check_step, volume_stiffness
 from palpate.models.springs.spring_motion import Press, Settings, SpringModel
+
+if TYPE_CHECKING:
+    from palpate.studies.springs.settings import Settings as CubeSettings
 
 Motion = tuple[np.ndarray, np.ndarray]
 """Positions [m] and velocities [m/s] of the key points after each step, both (steps, p, 3)."""
@@ -54,24 +57,24 @@ class Experiment:
         return Fitness(self.model, self.presses[press], self.settings, *references[press])
 
 
-def experiment(block: dict, poisson: float) -> Experiment:
+def experiment(asked: "CubeSettings", poisson: float) -> Experiment:
     """Build the experiment that the config describes, with a reference of this Poisson ratio.
 
-    block : the config's block ``springs``
+    asked : the config's block ``springs``
     Raises InputError if a key point is outside the cube, or the step is too long.
     """
-    mesh = paper_cube(block["side_m"])
-    material = Material(block["material"]["young_pa"], poisson, block["material"]["density_kg_m3"])
+    mesh = paper_cube(asked.side_m)
+    material = Material(asked.material.young_pa, poisson, asked.material.density_kg_m3)
     particles = solid_particles(mesh, np.flatnonzero(mesh.nodes[:, 2] == 0.0), material, "paper 2's cube")
     presses = {}
     for face in FACES:
         node, inward = middle(mesh, face)
-        presses[face] = Press(face, node, block["force_n"] * inward, block["rise_s"])
-    keys = spring_motion.key_points(mesh.nodes, mesh.tetrahedra, block["key_points_m"])
-    steps = round(block["duration_s"] / block["step_s"])
-    settings = Settings(block["step_s"], steps, block["damping_ratio"], keys)
+        presses[face] = Press(face, node, asked.force_n * inward, asked.rise_s)
+    keys = spring_motion.key_points(mesh.nodes, mesh.tetrahedra, asked.key_points_m)
+    steps = round(asked.duration_s / asked.step_s)
+    settings = Settings(asked.step_s, steps, asked.damping_ratio, keys)
     model = spring_motion.spring_model(particles)
-    found = Experiment(particles, model, presses, settings, Range(*block["young_pa"]))
+    found = Experiment(particles, model, presses, settings, Range(*asked.young_pa))
     return found.with_volume(0.0)  # which checks the step
 
 

@@ -12,8 +12,8 @@ LAW = "the body's"
 
 def settings(case: TouchCase) -> list[Setting]:
     """List meshes from cheap to expensive: by order and level, or by the levels at what is held and at the place."""
-    own = on_own_levels(case, case.grid["fem"]["levels"])
-    return own + [dict(each) for each in case.grid["fem"]["local"]]
+    own = on_own_levels(case, case.grid.fem.levels)
+    return own + [dict(each) for each in case.grid.fem.local]
 
 
 def online(case: TouchCase, setting: Setting) -> TouchSolver:

@@ -42,10 +42,10 @@ SHORTER = (1, 2, 4)
 
 def settings(case: TouchCase) -> list[Setting]:
     """List the numbers of discs, the levels of the mesh and whether responses are warped; of a grasp the levels."""
-    grid = case.grid["linear"]
+    grid = case.grid.linear
     if case.instrument.kind != GRASP:
         return [dict(each) for each in grid]
-    meshes = dict.fromkeys((each["held"], each["level"]) for each in grid)
+    meshes = dict.fromkeys((each.held, each.level) for each in grid)
     return [{"held": held, "level": level} for held, level in meshes]
 
 

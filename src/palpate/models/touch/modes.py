@@ -35,7 +35,7 @@ THINNED, FEW = 1e-2, 2000
 
 def settings(case: TouchCase) -> list[Setting]:
     """List meshes from cheap to expensive: the levels at what is held and at the place."""
-    return [dict(each) for each in case.grid["modes"]]
+    return [dict(each) for each in case.grid.modes]
 
 
 def online(case: TouchCase, setting: Setting) -> TouchSolver:

@@ -26,7 +26,7 @@ contact softer, as its impedances end at 0.9999."""
 
 def settings(case: TouchCase) -> list[Setting]:
     """List the grid's settings on levels that the body has."""
-    return on_own_levels(case, case.grid["mujoco_flex"])
+    return on_own_levels(case, case.grid.mujoco_flex)
 
 
 class FlexTouch(TouchSolver):

@@ -35,7 +35,7 @@ TOLERANCE = 1e-6
 
 def settings(case: TouchCase, method: str) -> list[Setting]:
     """List the grid's settings of ``method`` on levels that the body has."""
-    return on_own_levels(case, case.grid["relaxed"][method])
+    return on_own_levels(case, getattr(case.grid.relaxed, method))
 
 
 class RelaxedTouch(NodeTouch):

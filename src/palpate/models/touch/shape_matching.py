@@ -25,7 +25,7 @@ BETAS = (0.0, 0.3, 0.6, 0.8, 0.95)
 
 def settings(case: TouchCase) -> list[Setting]:
     """List level, mode, clusters and steps, from cheap to expensive."""
-    return on_own_levels(case, case.grid["shape_matching"])
+    return on_own_levels(case, case.grid.shape_matching)
 
 
 class ShapesTouch(NodeTouch):

@@ -33,7 +33,7 @@ CALIBRATING_ITERATIONS = 100
 
 def settings(case: TouchCase, volume: bool) -> list[Setting]:
     """List levels that the body has, and iterations."""
-    return on_own_levels(case, case.grid["springs"])
+    return on_own_levels(case, case.grid.springs)
 
 
 class SpringsTouch(NodeTouch):

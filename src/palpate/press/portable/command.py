@@ -4,9 +4,10 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from palpate.benchmark.model import Case
-from palpate.benchmark.settings import finger_regimes, pressed_bodies, radius_of
+from palpate.benchmark.settings import finger_regimes, pressed_bodies
 from palpate.bodies.make_body import make_body
 from palpate.bodies.settings import paths_of_body
 from palpate.effects.instrument import Instrument
@@ -47,7 +48,7 @@ def export(
     try:
         with threadpool_limits(limits=1):  # products are small, and threads wait for each other
             touches = Touches(instruments, places) if instruments else None
-            nodes = settings["tradeoff"]["settings"].contact_modes.nodes
+            nodes = settings.tradeoff.settings.contact_modes.nodes
             export_model(case, COLUMNS.having(nodes=nodes), contacts, out, lambda what: steps(_say, what), touches)
     except NotConverged as failure:
         raise InputError(f"{scene} cannot be exported: {failure}; press less hard, or refine the body.") from failure
@@ -64,19 +65,19 @@ def _refuse_place(out: Path) -> None:
         raise InputError(f"{out} cannot be written ({why}); give another file with --out.")
 
 
-def _case(settings: dict, config: Path, scene: str) -> Case:
+def _case(settings: Any, config: Path, scene: str) -> Case:
     """Return the body of a scene under its disc, without any sample."""
-    regimes = settings.get("regimes", {}) | (finger_regimes(settings) if "tradeoff" in settings else {})
+    regimes = (settings.regimes or {}) | (finger_regimes(settings) if settings.tradeoff is not None else {})
     known = {f"{body}_{regime}": (body, regime) for body in pressed_bodies(settings) for regime in regimes}
     if not known:
         raise InputError(f"{config} presses no body under a disc; add tradeoff, as palpate init writes it.")
     if scene not in known:
         raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(known), 'choose from')}")
     name, regime = known[scene]
-    given = settings["bodies"][name]
+    given = settings.bodies[name]
     body = make_body(name, given | paths_of_body(given, config.parent))
-    radius_m, tolerance = radius_of(regimes[regime], name), settings["solver"]["tolerance"]
-    return Case.untrained(body, regime, radius_m, settings["seed"], tolerance)
+    radius_m, tolerance = regimes[regime].radius_on(name), settings.solver.tolerance
+    return Case.untrained(body, regime, radius_m, settings.seed, tolerance)
 
 
 def _say(line: str) -> None:

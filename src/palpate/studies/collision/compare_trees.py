@@ -273,18 +273,19 @@ def _times(make: Callable, triangles: list[np.ndarray], points: list[list[np.nda
     return dict(zip(STAGES, (built, update, query), strict=True)) | {"pairs": pairs}
 
 
-def measure_collision(params, say):
+def measure_collision(
+    say: Callable, frames: int, refinements: int, depths: list[tuple[int, int]], triangles: list[int], seed: int
+) -> dict[str, pd.DataFrame]:
     """Compare the structures in motion, and their growth with the triangles, for the rule of that name."""
     for package in installed()[1]:
         say(f"{package} is not installed, so its rows are left out")
-    table = measure(**params.settings, seed=params.seed, report=lambda scene: say(f"{scene} is done"))
+    table = measure(frames, refinements, depths, seed, report=lambda scene: say(f"{scene} is done"))
     for row in table.itertuples():
         say(
             f"{row.scene} {row.structure} {row.depths}: frame {row.frame_ms:.3f} ms, query {row.query_ms:.3f} ms, "
             f"{row.missed_pairs} pairs missed, {row.extra_pairs} made up"
         )
-    depths = params.settings["depths"][:1]
-    growth = measure_growth(params.triangles, depths, lambda number: say(f"{number} triangles are done"))
+    growth = measure_growth(triangles, depths[:1], lambda number: say(f"{number} triangles are done"))
     for row in exponents(growth).itertuples():
         said = powers({"build": row.build_ms, "refit": row.refit_ms, "query": row.query_ms})
         say(f"{row.structure} {row.depths}: {said}")

@@ -1,6 +1,6 @@
 """Paper 3's precision for time: contacts from trees that are stopped at a layer; and queries of bodies apart."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -28,6 +28,7 @@ from palpate.collision.trees.volumes import volumes_overlap
 from palpate.collision.triangles.brute_force import crossing
 from palpate.collision.triangles.distance import triangle_pairs_distance
 from palpate.studies.collision.compare_trees import PURE, RefittedTrees, contenders, timed
+from palpate.studies.collision.settings import Apart, Stopped
 from palpate.table_declaration import Table
 
 
@@ -145,21 +146,19 @@ COLLISION_PRECISION = Table(
 )
 
 
-def measure(
-    frames: int, refinements: int, depths: list[list[int]], layers: list[int], report: Callable
-) -> pd.DataFrame:
+def measure(settings: Stopped, refinements: int, report: Callable) -> pd.DataFrame:
     """Measure the rows of collision_precision.csv: one for each scene, structure and layer, and one for whole trees.
 
-    layers : at which trees stop; other arguments as of ``compare_trees.measure``
+    refinements, report : as of ``compare_trees.measure``
     Whole trees test triangles. Errors are against ``overlap``.
     """
     rows = []
     kinds: list[tuple[str, tuple[int, int] | None]] = [("sphere", None), ("aabb", None)]
-    kinds += [("composite", (upper, middle)) for upper, middle in depths]
+    kinds += [("composite", (upper, middle)) for upper, middle in settings.depths]
     for scene in (make(refinements) for make in (two_livers, instrument_press, instrument_approach, livers_apart)):
-        course = _course(scene, frames)
+        course = _course(scene, settings.frames)
         for structure, deep in kinds:
-            for layer in [*layers, None]:
+            for layer in [*settings.layers, None]:
                 row = {"scene": scene.name, "structure": structure, "depths": "/".join(map(str, deep or ()))}
                 rows.append(row | _row(scene, course, structure, deep, layer))
         report(scene.name)
@@ -322,18 +321,18 @@ COLLISION_APART = Table(
 
 
 def measure_apart(
-    gaps_m: list[float], placements: int, refinements: int, depths: list[list[int]], seed: int, report: Callable
+    settings: Apart, refinements: int, depths: Sequence[Sequence[int]], seed: int, report: Callable
 ) -> pd.DataFrame:
     """Measure the rows of collision_apart.csv: one for each pair of bodies, gap and structure.
 
-    gaps_m : distances of the surfaces; placements : how often both bodies are turned at random and placed in a random
-    direction from each other; report : called with the name of each pair that is done
+    refinements, depths : as of ``compare_trees.measure``; report : called with the name of each pair that is done
+    Bodies are turned at random and placed in a random direction from each other.
     Times are medians over placements; tests of volumes are timed in a loop. Trees are refitted to each placement.
     """
-    rows = []
+    rows, gaps_m = [], settings.gaps_m
     for name, bodies in two_bodies(refinements).items():
         placed: dict[float, list[list[np.ndarray]]] = {gap: [] for gap in gaps_m}
-        for number in range(placements):
+        for number in range(settings.placements):
             for gap, points in _place(bodies, sorted(gaps_m), np.random.default_rng([seed, number])):
                 placed[gap].append(points)
         triangles = [cells for _, cells in bodies]
@@ -385,9 +384,11 @@ def _cost(one: Any, placed: list[list[np.ndarray]]) -> dict[str, float]:
     return times | counts | {"extra_pairs": found, "placements": len(placed), "threads": 1}
 
 
-def measure_collision_precision(params, say):
+def measure_collision_precision(
+    say: Callable, stopped: Stopped, apart: Apart, depths: list[tuple[int, int]], refinements: int, seed: int
+) -> dict[str, pd.DataFrame]:
     """Measure stopped trees and bodies apart, for the rule of that name."""
-    size, more = {"refinements": params.refinements}, {"depths": params.depths, "seed": params.seed}
-    stopped = measure(**params.stopped, **size, report=lambda scene: say(f"{scene} is done"))
-    apart = measure_apart(**params.apart, **size, **more, report=lambda pair: say(f"{pair} apart is done"))
-    return {"collision_precision": stopped, "collision_apart": apart}
+    return {
+        "collision_precision": measure(stopped, refinements, report=lambda scene: say(f"{scene} is done")),
+        "collision_apart": measure_apart(apart, refinements, depths, seed, lambda pair: say(f"{pair} apart is done")),
+    }

@@ -1,6 +1,8 @@
 """Figures of bodies from a scan: slices, ray casting, masses of nodes, and the steps between."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,6 +13,7 @@ from palpate.bodies import body_file
 from palpate.bodies.body import Body
 from palpate.bodies.ct.image import Image
 from palpate.bodies.ct.mesh_from_ct import segment_entry
+from palpate.bodies.settings import Ct
 from palpate.bodies.surfaces.triangles import image_data
 from palpate.errors import about
 from palpate.report import render, style, tables
@@ -18,6 +21,7 @@ from palpate.run.job import stem, steps
 from palpate.studies.ct import imaging
 from palpate.studies.ct.imaging import BETWEEN, Pictures
 from palpate.studies.ct.ray_casting import corners, front
+from palpate.studies.ct.settings import Imaging
 
 _SKIN, _MUSCLE, _BONE, _ORGAN = (0.98, 0.85, 0.76), (0.66, 0.32, 0.26), (0.96, 0.95, 0.92), (0.70, 0.20, 0.15)
 _ORGAN_HU, _GAP_HU, _DARK_HU, _BRIGHT_HU = -3000, -1000, -250, 0
@@ -292,21 +296,21 @@ def draw_node_mass(node_mass) -> Figure:
     return figure
 
 
-def draw_ct(input, output, params, wildcards):
+def draw_ct(input: Any, output: Any, wildcards: Any, entry: Ct) -> None:
     """Draw slices and a volume rendering, for the rule of that name."""
     with about(f"bodies.{wildcards.body}"):
-        image, mask = segment_entry(params.entry)
+        image, mask = segment_entry(entry)
     image = replace(image, axes=np.eye(3))  # pictures are along the grid's own axes
     style.save(draw_ct_slices(image, mask, wildcards.body), stem(output.slices))
     style.save(draw_ct_volume_rendering(image, mask, body_file.load(input.body)), stem(output.volume))
 
 
-def measure_imaging(output, params, say):
+def measure_imaging(output: Any, say: Callable, entries: dict[str, Ct], settings: Imaging) -> dict[str, pd.DataFrame]:
     """Measure images and draw the ones shown, for the rule of that name."""
     masks = {}
-    for body, entry in params.entries.items():
+    for body, entry in entries.items():
         with about(f"bodies.{body}"):
             masks[body] = segment_entry(entry)
-    found, shown = imaging.measure(masks, **params.settings, progress=steps(say, "imaging, table"))
+    found, shown = imaging.measure(masks, settings, progress=steps(say, "imaging, table"))
     style.save(draw_ct_imaging(shown, found["mask_interpolation"]), stem(output.figure))
     return found

@@ -15,6 +15,7 @@ from palpate.bodies.surfaces.mask_surface import isosurface
 from palpate.bodies.surfaces.remesh import area_normals, vertex_normals
 from palpate.errors import InputError
 from palpate.studies.ct import ray_casting
+from palpate.studies.ct.settings import Imaging
 from palpate.table_declaration import Table
 
 NEAREST, BETWEEN = "nearest slice", "signed distance"
@@ -250,21 +251,18 @@ class Pictures(NamedTuple):
 
 def measure(
     masks: Mapping[str, tuple[Image, np.ndarray]],
-    every: Sequence[int],
-    pixels: int,
-    voxel_m: float,
+    settings: Imaging,
     progress: Callable = iter,
 ) -> tuple[dict[str, pd.DataFrame], Pictures]:
     """Measure the tables of the imaging part by name, and what to draw.
 
-    masks : image and organ of each body; pixels : across the pictures that are timed; voxel_m : side of the voxels of
-    the synthetic scans, whose truth is known; progress : wraps the list of tables
+    masks : image and organ of each body; progress : wraps the list of tables
     """
-    image, truth = synthetic_abdomen.abdomen(spacing_m=(voxel_m,) * 3)
+    image, truth = synthetic_abdomen.abdomen(spacing_m=(settings.voxel_m,) * 3)
     found: dict[str, pd.DataFrame] = {}
     for name in progress(["mask_interpolation", "surface_normals", "tissue_classes", "segmented_scans", "compositing"]):
         if name == "mask_interpolation":
-            parts = [mask_interpolation(body, *scan, every) for body, scan in masks.items()]
+            parts = [mask_interpolation(body, *scan, settings.every) for body, scan in masks.items()]
             found[name] = pd.concat(parts, ignore_index=True)
         elif name == "surface_normals":
             found[name] = surface_normals(image)
@@ -273,7 +271,7 @@ def measure(
         elif name == "segmented_scans":
             found[name], mris = segmented_scans(image, truth["liver"])
         else:
-            rays = ray_casting.parallel_rays(image, ray_casting.front(), pixels, STEP)
+            rays = ray_casting.parallel_rays(image, ray_casting.front(), settings.pixels, STEP)
             found[name] = ray_casting.compositing(ray_casting.field_of(image), rays, ray_casting.likely(image))
     return found, Pictures(*_pictures(image, rays), mris, truth["liver"])
 

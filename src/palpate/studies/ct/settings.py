@@ -1,7 +1,7 @@
 """Settings of bodies from CT."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -28,7 +28,7 @@ class Settings(Block):
     )
 
 
-def check(config: dict, file: Path) -> None:
+def check(config: Any, file: Path) -> None:
     """Raise InputError if no body is made from a CT."""
-    if not any(body["kind"] == "ct" for body in config["bodies"].values()):
+    if not any(body.kind == "ct" for body in config.bodies.values()):
         raise InputError(f"{file}: ct is there and no body is of kind ct; add such a body, or remove ct.")

@@ -1,26 +1,27 @@
 """Functions that the rules of workflow/rules/cut.smk call; palpate.studies.common_jobs says how."""
 
 from palpate.run.job import steps
+from palpate.studies.cut.settings import Families, Pull, Truth
 
 
-def find_cut_truth(input, output, params, wildcards):
+def find_cut_truth(input, output, wildcards, entry: Pull, truth: Truth):
     from palpate.benchmark.cut_truth import truth_of_cut
     from palpate.bodies.body_file import load
     from palpate.studies.cut.measure import asked, save_truth, truth_row
 
-    case = asked(load(input.body), params.entry)
+    case = asked(load(input.body), entry)
     cut = case.cuts[0]
-    edges = (params.truth[name] * cut.narrow_m for name in ("edge_of_width", "front_of_width"))
-    truth = truth_of_cut(case.body, cut, case.hooks, *edges, case.places)
-    save_truth(truth, output.truth)
-    return {"table": truth_row(wildcards.scene, case, truth)}
+    edges = truth.edge_of_width * cut.narrow_m, truth.front_of_width * cut.narrow_m
+    found = truth_of_cut(case.body, cut, case.hooks, *edges, case.places)
+    save_truth(found, output.truth)
+    return {"table": truth_row(wildcards.scene, case, found)}
 
 
-def measure_cut(input, params, wildcards, say):
+def measure_cut(input, wildcards, say, entry: Pull, settings: Families, repeats: int, budget_s: float):
     from palpate.bodies.body_file import load
     from palpate.studies.cut.measure import asked, load_truth, measure_cut
 
-    case, progress = asked(load(input.body), params.entry), steps(say, f"{wildcards.scene}: setting")
-    limits = params.repeats, params.budget_s
-    tables = measure_cut(wildcards.scene, case, load_truth(input.truth), params.settings, *limits, progress)
+    case, progress = asked(load(input.body), entry), steps(say, f"{wildcards.scene}: setting")
+    limits = repeats, budget_s
+    tables = measure_cut(wildcards.scene, case, load_truth(input.truth), settings, *limits, progress)
     return dict(zip(("cut", "opening"), tables, strict=True))

@@ -1,6 +1,6 @@
 """Measure what models make of a cut whose lips are pulled apart, and how long they take from the blade's move on."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -16,7 +16,6 @@ from palpate.benchmark.ranking import TRUTH
 from palpate.benchmark.timing import said, time_calls
 from palpate.bodies.body import Body
 from palpate.bodies.cutting.cut import Blade, Cut, make_cut
-from palpate.bodies.cutting.settings import CutSettings
 from palpate.bodies.cutting.ways import VIRTUAL_NODES
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_hdf5, write_whole
@@ -27,6 +26,7 @@ from palpate.models.cut.relaxed import CutRelaxed
 from palpate.models.cut.shapes import CutShapes
 from palpate.models.cut.springs import CutSprings
 from palpate.solvers.grasping import patch_around
+from palpate.studies.cut.settings import Families, Pull
 from palpate.table_declaration import Table
 
 CUT_TRUTH = Table(
@@ -81,14 +81,14 @@ WHOLE = "enriched"
 """How a level is cut that stays whole, and whose displacement jumps."""
 
 
-def asked(body: Body, entry: Mapping[str, Any]) -> CutCase:
+def asked(body: Body, entry: Pull) -> CutCase:
     """Return the question that a block of ``cut.cuts`` asks of a body; InputError where it describes no cut."""
-    cut, coarse, fine = make_cut("cut", CutSettings.model_validate(entry["cut"]), body.fine), body.coarse, body.fine
+    cut, coarse, fine = make_cut("cut", entry.cut, body.fine), body.coarse, body.fine
     hooks = []
-    for hook in entry["hooks"]:
+    for hook in entry.hooks:
         # coarse nodes are nodes of all levels, so that each level has what is grasped
-        node = coarse.surface[np.linalg.norm(coarse.nodes[coarse.surface] - hook["at_m"], axis=1).argmin()]
-        hooks.append(Hook(patch_around(fine, int(node), hook["radius_m"]), np.array(hook["shift_m"], dtype=float)))
+        node = coarse.surface[np.linalg.norm(coarse.nodes[coarse.surface] - hook.at_m, axis=1).argmin()]
+        hooks.append(Hook(patch_around(fine, int(node), hook.radius_m), np.array(hook.shift_m, dtype=float)))
     return CutCase(body, [cut], hooks, mouth(fine, cut))
 
 
@@ -124,12 +124,12 @@ def load_truth(path: str | Path) -> Known:
         return Known(Pulled(*(file[name][:] for name in Pulled._fields)), file["own"][:], bool(file.attrs["judges"]))
 
 
-def settings_of(case: CutCase, families: Mapping[str, list[Setting]]) -> Iterator[tuple[str, Setting]]:
+def settings_of(case: CutCase, families: Families) -> Iterator[tuple[str, Setting]]:
     """Yield each model with a setting, on levels that the body has."""
-    for model, settings in families.items():
-        for setting in settings:
-            if setting["level"] < len(case.body.levels):
-                yield model, setting
+    for model in type(families).model_fields:
+        for setting in getattr(families, model):
+            if setting.level < len(case.body.levels):
+                yield model, dict(setting)
 
 
 def prepared(model: str, case: CutCase, setting: Setting) -> CutModel:
@@ -150,7 +150,7 @@ def measure_cut(
     scene: str,
     case: CutCase,
     truth: Known,
-    families: Mapping[str, list[Setting]],
+    families: Families,
     repeats: int,
     budget_s: float,
     progress: Callable = iter,

@@ -1,7 +1,7 @@
 """Settings of the study of cuts."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from palpate.benchmark.settings import check_refined
 from palpate.bodies.cutting.settings import CutSettings
@@ -132,10 +132,10 @@ class Settings(Block):
     budget_s: Positive = key("Time [s] for which each setting is cut and asked again, beyond once", 1.0)
 
 
-def check(config: dict, file: Path) -> None:
+def check(config: Any, file: Path) -> None:
     """Raise InputError where nothing is cut, or bodies that there are not or that are not refined."""
-    place, cuts = f"{file}: cut.cuts", config["cut"]["cuts"]
+    place, cuts = f"{file}: cut.cuts", config.cut.cuts
     if not cuts:
         raise InputError(f"{place} is empty; give it an entry, or remove the block cut.")
     for name, entry in cuts.items():
-        check_refined(f"{place}.{name}.body", [entry["body"]], config)
+        check_refined(f"{place}.{name}.body", [entry.body], config.bodies)

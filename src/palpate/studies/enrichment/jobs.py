@@ -11,17 +11,21 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.database import Database, read
-from palpate.benchmark.settings import FitOptions
+from palpate.benchmark.settings import FitOptions, Regression
 from palpate.benchmark.split import read_samples, sides
 from palpate.bodies.body_file import load
+from palpate.bodies.settings import Body
 from palpate.models.enrichment.features import describe, in_slots, kinds
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, DescribedSamples, squared_distances
 from palpate.models.enrichment.training_samples import blend_errors, gather
 from palpate.run.job import stem, steps
+from palpate.studies.enrichment.settings import Premises
 from palpate.table_declaration import Table
 
 
-def sweep_sigma(input, output, params, wildcards):
+def sweep_sigma(
+    input, output, wildcards, cases: list[tuple[str, str]], shown: list[str], regression: Regression, seed: int
+):
     import h5py
 
     from palpate.benchmark.accuracy import accuracy_rows, predict
@@ -32,47 +36,50 @@ def sweep_sigma(input, output, params, wildcards):
     db, compliance, samples = read(input.database), load_compliance(input.compliance), read_samples(input.samples)
     labels, sweeps, tables = dict(wildcards.items()), [], []
     with write_whole(output.predictions) as path, h5py.File(path, "w") as file:
-        for protocol, split in params.cases:
-            options = FitOptions(**params.regression, split=split, seed=params.seed)
+        for protocol, split in cases:
+            options = FitOptions(**regression, split=split, seed=seed)
             train, test = sides(samples, split)
             sweeps.append(sweep_rows(db, train, test, protocol, options, labels))
             methods = build(db, compliance, train, protocol, options)
             tables.append(accuracy_rows(db, methods, protocol, test, {**labels, "split": split}))
-            for name in params.shown:
+            for name in shown:
                 file[f"{protocol}/{split}/{name}/sample"] = test
                 file[f"{protocol}/{split}/{name}/predicted"] = predict(db, methods[name], protocol, test)
     return {"sweep": pd.concat(sweeps), "accuracy": pd.concat(tables)}
 
 
-def compare_premises(input, params, say):
-    from palpate.studies.enrichment.premises import Settings, compare
+def compare_premises(
+    input, say, sampled: list[str], bodies: dict[str, Body], settings: Premises, regression: Regression, seed: int
+):
+    from palpate.studies.enrichment.premises import compare
 
-    options = FitOptions(**params.regression, split="contacts", seed=params.seed)
-    settings = Settings(**params.settings, options=options)
-    databases = {name: read(path) for name, path in zip(params.sampled, input.databases, strict=True)}
-    return compare(params.cases, params.bodies, databases, settings, steps(say, "premise"))
+    options = FitOptions(**regression, split="contacts", seed=seed)
+    databases = {name: read(path) for name, path in zip(sampled, input.databases, strict=True)}
+    return compare(bodies, databases, settings, options, steps(say, "premise"))
 
 
-def time_methods(input, params, wildcards):
+def time_methods(
+    input, wildcards, regression: Regression, seed: int, tolerance: float, repeats: int, published_means: dict
+):
     from palpate.models.enrichment.methods import build
     from palpate.solvers.compliance import load_compliance
     from palpate.studies.enrichment.timing import choose_samples, cost_table, solves, timing_table
 
     body, db, compliance = load(input.body), read(input.database), load_compliance(input.compliance)
     train, test = sides(read_samples(input.samples), "samples")
-    options = FitOptions(**params.regression, split="samples", seed=params.seed)
+    options = FitOptions(**regression, split="samples", seed=seed)
     methods = {protocol: build(db, compliance, train, protocol, options) for protocol in ("paper", "live")}
-    samples, name, repeats = choose_samples(db.peaks, test), wildcards.body, params.repeats
+    samples, name = choose_samples(db.peaks, test), wildcards.body
     loads = pd.read_csv(input.loads).iloc[samples]
-    fine, coarse = (solves(body, level, loads, params.tolerance) for level in (len(body.levels) - 1, 0))
-    timing = timing_table(db, methods, fine, coarse, samples, name, repeats, params.published_means)
+    fine, coarse = (solves(body, level, loads, tolerance) for level in (len(body.levels) - 1, 0))
+    timing = timing_table(db, methods, fine, coarse, samples, name, repeats, published_means)
     return {"timing": timing, "cost": cost_table(db, methods, coarse, samples, name, repeats)}
 
 
-def time_complexity(params):
+def time_complexity(samples: list[int], seed: int):
     from palpate.studies.enrichment.timing import complexity, complexity_rows
 
-    return complexity_rows(complexity(params.samples, params.seed))
+    return complexity_rows(complexity(samples, seed))
 
 
 def tabulate_enrichment(input, output):

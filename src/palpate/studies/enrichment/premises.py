@@ -1,7 +1,7 @@
 """Compare contact-ordered with unordered features in several premises: errors with intervals, vectors, memory."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,12 +11,14 @@ from palpate.benchmark.database import Database
 from palpate.benchmark.ranking import RANGE, resampled
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.split import SPLITS, split
+from palpate.bodies.settings import Body
 from palpate.models import interpolation
 from palpate.models.enrichment import paper_enrichment
 from palpate.models.enrichment.features import FEATURES, Features, kinds
 from palpate.models.enrichment.paper_enrichment import LITERAL, DescribedSamples, gaussian, inverse
 from palpate.models.enrichment.training_samples import Fitting, gather
 from palpate.studies.enrichment.premise_samples import prepare, sample_counts
+from palpate.studies.enrichment.settings import Case, Premises
 from palpate.table_declaration import Table
 
 READINGS = ("nonnegative_a", "nonnegative_b", LITERAL)
@@ -197,19 +199,6 @@ def _orders(features: Features, contacts: np.ndarray) -> int:
     return sum({id(array): array.nbytes for view in views for array in view if array is not None}.values())
 
 
-class Settings(NamedTuple):
-    """Settings that all premises share.
-
-    splits : how many; training_shares : of the contacts, below 1, with which errors are measured again
-    peak_of_size : largest displacement of a press of magnitude 1, as a share of the body's longest side
-    """
-
-    splits: int
-    training_shares: list[float]
-    peak_of_size: float
-    options: FitOptions
-
-
 PREMISE_BODIES = Table(
     "premise_bodies",
     "How the body of each premise is made and held, and what share of its surface moves.",
@@ -224,31 +213,30 @@ TABLES = (PREMISES, PREMISE_BODIES, FEATURE_VECTORS, DATABASE_MEMORY)
 
 
 def compare(
-    premises: Mapping[str, Mapping[str, Any]],
-    bodies: Mapping[str, Mapping[str, Any]],
+    bodies: Mapping[str, Body],
     databases: Mapping[str, Database],
-    settings: Settings,
+    settings: Premises,
+    options: FitOptions,
     progress: Callable = iter,
 ) -> dict[str, pd.DataFrame]:
     """Return the tables of premises by name.
 
-    bodies : entries of the settings by name, with magnitudes, train and test where paper 1 has samples of them
+    bodies : settings of bodies by name, with magnitudes, train and test where paper 1 has samples of them
     databases : by body, nonlinear samples of the study, which are a premise of their own, named after the body
     progress : wraps the sequence of names, as ``tqdm`` does
     """
     found: list[list[pd.DataFrame]] = []
-    options, neighbours = settings.options, settings.options.neighbours
-    for name in progress([*databases, *premises]):
-        if name in premises:
-            about, counts, drawn, every = _linear(name, premises[name], bodies[premises[name]["body"]], settings)
+    for name in progress([*databases, *settings.cases]):
+        if case := settings.cases.get(name):
+            about, counts, drawn, every = _linear(name, case, bodies[case.body], settings, options.seed)
         else:  # each split holds out others of the same samples
-            every, counts = databases[name], (bodies[name]["train"], bodies[name]["test"])
+            every, counts = databases[name], (bodies[name].train, bodies[name].test)
             about, drawn = [name, "nonlinear", "solid", "as the body"], [every] * settings.splits
         about += [len(np.unique(every.contact)), moved_share(every.fine)]
         parts = (
-            _summary(drawn, counts, settings),
+            _summary(drawn, counts, settings, options),
             pd.DataFrame([about], columns=PREMISE_BODIES.columns[1:]),
-            feature_rows(every, neighbours),
+            feature_rows(every, options.neighbours),
             memory_rows(drawn[0], np.arange(counts[0]), options),
         )
         found.append([rows.assign(premise=name) for rows in parts])
@@ -257,7 +245,7 @@ def compare(
 
 
 def _linear(
-    name: str, premise: Mapping[str, Any], entry: Mapping[str, Any], settings: Settings
+    name: str, premise: Case, entry: Body, settings: Premises, seed: int
 ) -> tuple[list[Any], tuple[int, int], list[Database], Database]:
     """Press the body of a premise with linear responses, other contacts for each split.
 
@@ -265,20 +253,21 @@ def _linear(
     and one sample of every contact.
     """
     magnitudes, train, test = sample_counts(f"enrichment.premises.cases.{name}", premise, entry)
-    sampling = ("magnitudes", "train", "test", "paper_surface")  # keys of an entry that do not say what the body is
-    prepared = prepare(name, premise, {key: value for key, value in entry.items() if key not in sampling})
+    prepared = prepare(name, premise, entry)
     peak_m = settings.peak_of_size * prepared.body.fine.size
-    contacts, seed = (train + test) // len(magnitudes), settings.options.seed
+    contacts = (train + test) // len(magnitudes)
     drawn = [prepared.database(contacts, magnitudes, peak_m, seed + number) for number in range(settings.splits)]
     every = prepared.database(len(prepared.contacts), [1.0], peak_m, seed)
-    held = "as the body" if not {"anchors", "bed"} & set(premise) else "otherwise"
-    return [premise["body"], "linear", premise["made_of"], held], (train, test), drawn, every
+    held = "as the body" if premise.anchors is None and premise.bed is None else "otherwise"
+    return [premise.body, "linear", premise.made_of, held], (train, test), drawn, every
 
 
-def _summary(databases: Sequence[Database], counts: tuple[int, int], settings: Settings) -> pd.DataFrame:
+def _summary(
+    databases: Sequence[Database], counts: tuple[int, int], settings: Premises, options: FitOptions
+) -> pd.DataFrame:
     """Average the errors of one split of each database."""
     errors: list[pd.DataFrame] = []
     for number, db in enumerate(databases):
-        errors += split_errors(db, counts, number, settings.options)
-        errors += growing_errors(db, counts, number, settings.options, settings.training_shares)
+        errors += split_errors(db, counts, number, options)
+        errors += growing_errors(db, counts, number, options, settings.training_shares)
     return summarise(pd.concat(errors))

@@ -1,12 +1,13 @@
 """Settings of paper 1's enrichment."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from palpate.benchmark.settings import Regression
-from palpate.bodies.settings import Anchors, Bed, Magnitudes, Refinements
+from palpate.bodies.settings import Anchors, Bed, Body, Magnitudes, Refinements
 from palpate.errors import InputError, describe_unknown
 from palpate.setting_types import Block, Count, Distinct, Inside, Name, Positive, Vector, Whole, key, optional
 from palpate.studies.enrichment.premise_samples import sample_counts
@@ -19,12 +20,12 @@ class Case(Block):
     )
     thickness_m: Positive = key("Thickness [m] of a body that is its surface only", 0.002)
     direction: Vector | None = key("Direction of all presses, on the side that faces it; null: inward normals", None)
-    anchors: Anchors = optional("Which coarse nodes are held, in place of the body's")
-    bed: Bed = optional("An elastic bed, in place of the body's")
-    refinements: Refinements = optional("How often each tetrahedron is split into eight, in place of the body's")
-    magnitudes: Magnitudes = optional("Forces at each contact, in place of the body's")
-    train: Whole = optional("Samples that are trained on, in place of the body's", ge=2)
-    test: Count = optional("Samples that are held out, in place of the body's")
+    anchors: Anchors | None = optional("Which coarse nodes are held, in place of the body's")
+    bed: Bed | None = optional("An elastic bed, in place of the body's")
+    refinements: Refinements | None = optional("How often each tetrahedron is split into eight, in place of the body's")
+    magnitudes: Magnitudes | None = optional("Forces at each contact, in place of the body's")
+    train: Whole | None = optional("Samples that are trained on, in place of the body's", ge=2)
+    test: Count | None = optional("Samples that are held out, in place of the body's")
 
 
 class Premises(Block):
@@ -59,30 +60,29 @@ class Settings(Regression):
     )
 
 
-def check(config: dict, file: Path) -> None:
+def check(config: Any, file: Path) -> None:
     """Raise InputError for an empty range of widths, nothing to sample."""
-    sigma = config["enrichment"]["sigma_relative"]
-    if sigma["min"] >= sigma["max"]:
-        raise InputError(
-            f"{file}: enrichment.sigma_relative.min is {sigma['min']}; make it less than max, {sigma['max']}."
-        )
-    if not any("train" in body for body in config["bodies"].values()):
-        raise InputError(f"{file}: enrichment is there and no body has train and test; give a body both.")
-    for name, case in config["enrichment"]["premises"]["cases"].items():
-        _check_premise(f"{file}: enrichment.premises.cases.{name}", name, case, config["bodies"])
-    if twice := sorted(set(config["enrichment"]["regimes"]) & set(config.get("regimes", {}))):
-        raise InputError(f"{file}: enrichment.regimes.{twice[0]} is under regimes, too; give it another name.")
+    asked, place = config.enrichment, f"{file}: enrichment"
+    low, high = asked.sigma_relative.min, asked.sigma_relative.max
+    if low >= high:
+        raise InputError(f"{place}.sigma_relative.min is {low}; make it less than max, {high}.")
+    if not any(getattr(body, "train", None) for body in config.bodies.values()):
+        raise InputError(f"{place} is there and no body has train and test; give a body both.")
+    for name, case in asked.premises.cases.items():
+        _check_premise(f"{place}.premises.cases.{name}", name, case, config.bodies)
+    if twice := sorted(set(asked.regimes) & set(config.regimes or {})):
+        raise InputError(f"{place}.regimes.{twice[0]} is under regimes, too; give it another name.")
 
 
-def _check_premise(place: str, name: str, case: dict, bodies: dict) -> None:
+def _check_premise(place: str, name: str, case: Case, bodies: Mapping[str, Body]) -> None:
     """Raise InputError for a premise without a body that is refined, or without whole contacts to hold out."""
-    if wrong := describe_unknown([case["body"]], list(bodies)):
+    if wrong := describe_unknown([case.body], list(bodies)):
         raise InputError(f"{place}.body names {wrong}")
-    body = bodies[case["body"]]
-    if case.get("direction") is not None and not any(case["direction"]):
+    body = bodies[case.body]
+    if case.direction is not None and not any(case.direction):
         raise InputError(f"{place}.direction is [0, 0, 0], which points nowhere; give one number that is not 0.")
-    if "train" in bodies.get(name, {}):
+    if getattr(bodies.get(name), "train", None):
         raise InputError(f"{place} has the name of a body with samples, which is a premise, too; give it another.")
-    if not case.get("refinements", body.get("refinements", 0)):
-        raise InputError(f"{place}.body names {case['body']}, which is not refined; give refinements of at least 1.")
+    if not (case.refinements or getattr(body, "refinements", 0)):
+        raise InputError(f"{place}.body names {case.body}, which is not refined; give refinements of at least 1.")
     sample_counts(place, case, body)

@@ -1,6 +1,7 @@
 """The declared list of hard cases, and the table of their outcomes."""
 
 from collections.abc import Callable
+from typing import Any
 
 import pandas as pd
 
@@ -86,9 +87,9 @@ def measure(family: str, progress: Callable = iter, long: bool = True) -> pd.Dat
     return pd.DataFrame([{"family": family} | judge(case, model) for case in cases for model in case.models])
 
 
-def try_hard_cases(wildcards, params, say):
+def try_hard_cases(wildcards: Any, say: Callable, long: bool) -> pd.DataFrame:
     """Try a family, for the rule of that name; a warning for each outcome that is not as declared."""
-    table = measure(wildcards.family, steps(say, f"hard cases of {wildcards.family}:"), params.long)
+    table = measure(wildcards.family, steps(say, f"hard cases of {wildcards.family}:"), long)
     for row in table[~table["passed"]].itertuples():
         said = f"{row.case} with {row.model} is {row.outcome}, declared {row.declared}"
         say(f"warning: {said}: {row.value} {row.message}")

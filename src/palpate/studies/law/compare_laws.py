@@ -226,10 +226,18 @@ def crossing(depth: np.ndarray, share: np.ndarray) -> float:
     return float(np.exp(x[0] - y[0] * (x[1] - x[0]) / (y[1] - y[0])))
 
 
-def press_under_laws(input, params, say):
+def press_under_laws(
+    input: Any,
+    say: Callable,
+    laws: list[str],
+    poissons: list[float],
+    contacts: int,
+    depths: list[float],
+    radius_m: float,
+) -> dict[str, pd.DataFrame]:
     """Compare the laws of one body, for the rule compare_laws."""
     body = body_file.load(input.body)
     found = steps(say, f"{body.name}: forces of growing presses at contact")
-    loads = growing_presses(body, params.contacts, params.depths, params.radius_m, found)
+    loads = growing_presses(body, contacts, depths, radius_m, found)
     pressed = steps(say, f"{body.name}: presses under each law, variant")
-    return {"table": compare_laws(body, loads, params.laws, params.poissons, pressed)}
+    return {"table": compare_laws(body, loads, laws, poissons, pressed)}

@@ -1,18 +1,18 @@
 """Settings of the study of the law."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
-from palpate.benchmark.settings import pressed_bodies
+from palpate.benchmark.settings import Disc, check_refined, pressed_bodies
 from palpate.bodies.material import LAWS
 from palpate.bodies.settings import check_laws
 from palpate.errors import InputError, describe_unknown
-from palpate.setting_types import Block, Count, Distinct, NotNegative, Positive, Some, key
+from palpate.setting_types import Count, Distinct, NotNegative, Positive, Some, key
 
 
-class Settings(Block):
+class Settings(Disc):
     """What the choice of the tissue's law changes, beside the error of the mesh: the same presses under each law."""
 
     bodies: Some[str] | None = key("Bodies that are pressed, by name; null takes all that are refined", None)
@@ -33,42 +33,32 @@ class Settings(Block):
         min_length=2,
     )
     radius_m: Positive = key("Radius [m] of the disc that is pressed", 0.03)
-    radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
 
 
-def compared_bodies(config: dict) -> list[str]:
+def compared_bodies(config: Any) -> list[str]:
     """Return the names of the bodies that are pressed: those that are given or all that are refined, and regions_of."""
-    return list(dict.fromkeys([*pressed_bodies(config, "law"), *config["law"]["regions_of"]]))
+    return list(dict.fromkeys([*pressed_bodies(config, "law"), *config.law.regions_of]))
 
 
-def changes_of(config: dict, body: str) -> dict:
-    """Return what is tried of a body: ``laws``, ``poissons`` and the count of ``contacts``; regions are always tried.
+def changes_of(config: Any, body: str) -> Settings:
+    """Return the settings of a body, without laws, ratios and contacts if only its regions are left out.
 
-    Of a body that is named under regions_of alone only these are left out, at the contact above them.
+    These are the bodies that are named under regions_of alone; they are pressed at the contact above the regions.
     """
-    settings = config["law"]
-    if body in settings["regions_of"] and body not in pressed_bodies(config, "law"):
-        return {"laws": [], "poissons": [], "contacts": 0}
-    return {key: settings[key] for key in ("laws", "poissons", "contacts")}
+    if body in config.law.regions_of and body not in pressed_bodies(config, "law"):
+        return config.law.model_copy(update={"laws": [], "poissons": [], "contacts": 0})
+    return config.law
 
 
-def check(config: dict, file: Path) -> None:
+def check(config: Any, file: Path) -> None:
     """Raise InputError for laws that are unknown, bodies that cannot be pressed, and radii of bodies there are not."""
-    place, settings = f"{file}: law", config["law"]
-    names = compared_bodies(config)
-    check_laws(f"{place}.laws", settings["laws"], file.parent)
-    if wrong := describe_unknown(names, list(config["bodies"])):
-        raise InputError(f"{place}.bodies names {wrong}")
-    for name in names:
-        if not config["bodies"][name].get("refinements"):
-            raise InputError(
-                f"{place}.bodies names {name}, which is not refined; give it refinements of at least 1, "
-                "so that its mesh has an error that can be seen."
-            )
-    for name in settings["regions_of"]:
-        if not config["bodies"][name].get("regions"):
+    place, names = f"{file}: law", compared_bodies(config)
+    check_laws(f"{place}.laws", config.law.laws, file.parent)
+    check_refined(f"{place}.bodies", names, config.bodies)
+    for name in config.law.regions_of:
+        if not config.bodies[name].regions:
             raise InputError(f"{place}.regions_of names {name}, which has no regions; give it some, or remove it.")
     if not names:
         raise InputError(f"{place} is there and no body is refined; give one refinements of at least 1.")
-    if wrong := describe_unknown(list(settings["radius_of_body_m"]), list(config["bodies"])):
+    if wrong := describe_unknown(list(config.law.radius_of_body_m), list(config.bodies)):
         raise InputError(f"{place}.radius_of_body_m names {wrong}")

@@ -2,12 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from palpate.bodies.body import Body
 from palpate.errors import InputError
+
+if TYPE_CHECKING:
+    from palpate.studies.measured.settings import ExperimentSettings, Load
 
 GIVEN = "no"
 """The word for a modulus that is fitted to no case."""
@@ -80,40 +84,40 @@ class Experiment:
         return [marker for marker in self.markers if not marker.fixed]
 
 
-def experiment_of(name: str, entry: dict) -> Experiment:
-    """Make an experiment of a complete entry, whose files can be opened as they are named.
+def experiment_of(name: str, entry: "ExperimentSettings") -> Experiment:
+    """Make an experiment of its settings, whose files can be opened as they are named.
 
     Raises InputError for what a schema cannot see: no marker that moves, ``down`` without a direction, a case to
     calibrate on that is unknown or has no files, a load without a size or a place.
     """
     place = f"measured.experiments.{name}"
-    markers = tuple(Marker(m, _vector(each["at_m"]), each["fixed"]) for m, each in entry["markers"].items())
+    markers = tuple(Marker(m, _vector(each.at_m), each.fixed) for m, each in entry.markers.items())
     if all(marker.fixed for marker in markers):
         raise InputError(f"{place}.markers are all fixed; leave fixed out of those on what moves.")
-    if not np.linalg.norm(entry["down"]) > 0.0:
+    down = _vector(entry.down)
+    if not np.linalg.norm(down) > 0.0:
         raise InputError(f"{place}.down is [0, 0, 0]; give the direction of gravity in the frame of the files.")
     cases = []
-    for case, each in entry["cases"].items():
-        weights = tuple(_weight(f"{place}.cases.{case}.loads[{i}]", load) for i, load in enumerate(each["loads"]))
-        cases.append(Case(case, weights, tuple(each["files"]), each["swings"]))
-    on, known = entry["calibrate_on"], {case.name: case for case in cases}
+    for case, each in entry.cases.items():
+        weights = tuple(_weight(f"{place}.cases.{case}.loads[{i}]", load) for i, load in enumerate(each.loads))
+        cases.append(Case(case, weights, tuple(each.files), each.swings))
+    on, known = entry.calibrate_on, {case.name: case for case in cases}
     if on is not None and (on not in known or not known[on].files):
         measured = ", ".join(case.name for case in cases if case.files) or "none has files"
         raise InputError(f"{place}.calibrate_on is {on}, which is no case with files; choose from {measured}, or null.")
-    plain = {key: entry[key] for key in ("gravity_m_s2", "held_s", "settled_s")}
-    down = _vector(entry["down"])
-    return Experiment(name, down=down, markers=markers, cases=tuple(cases), calibrate_on=on or "", **plain)
+    times = entry.held_s, entry.settled_s
+    return Experiment(name, entry.gravity_m_s2, down, markers, tuple(cases), on or "", *times)
 
 
-def _weight(place: str, entry: dict) -> Weight:
-    if ("force_n" in entry) == ("weight_n" in entry):
+def _weight(place: str, load: "Load") -> Weight:
+    if (load.force_n is None) == (load.weight_n is None):
         raise InputError(f"{place} must have either weight_n, of what hangs there, or force_n; give one of them.")
-    if ("line_m" in entry) == ("at_m" in entry):
+    if (load.line_m is None) == (load.at_m is None):
         raise InputError(f"{place} must have either line_m, the ends of an edge, or at_m, a point; give one of them.")
-    if "line_m" in entry and entry.get("radius_m", 0.0) > 0.0:
+    if load.line_m is not None and load.radius_m > 0.0:
         raise InputError(f"{place} has radius_m, which belongs to at_m and not to line_m; remove one of the two.")
-    force, line, at = (_vector(entry[key]) if key in entry else None for key in ("force_n", "line_m", "at_m"))
-    return Weight(force, entry.get("weight_n", 0.0), line, at, entry.get("radius_m", 0.0))
+    force, line, at = (None if given is None else _vector(given) for given in (load.force_n, load.line_m, load.at_m))
+    return Weight(force, load.weight_n or 0.0, line, at, load.radius_m)
 
 
 def _vector(values: list) -> np.ndarray:

@@ -16,6 +16,7 @@ from palpate.studies.measured.experiment import GIVEN, Experiment, check_places,
 from palpate.studies.measured.predict import ALL, Predictor, Row, creep_rows, damping_rows
 from palpate.studies.measured.records import Observed, observe_all
 from palpate.studies.measured.release import release_rows
+from palpate.studies.measured.settings import ExperimentSettings, Models
 from palpate.studies.measured.specimen import FemSpecimen, Specimen, SpringSpecimen, off_surface
 from palpate.table_declaration import Table
 
@@ -34,26 +35,24 @@ class Candidate:
     asked_more: bool = False
 
 
-def candidates(body: Body, settings: Mapping[str, Mapping[str, Any]]) -> Iterator[Candidate]:
+def candidates(body: Body, settings: Models) -> Iterator[Candidate]:
     """Yield linear and quadratic elements on their levels, these with other ν and laws on the coarsest, and springs.
 
     settings : ``measured.models`` of the config; levels that are null are all that the body has
     """
-    for order, model in ((1, "fem_p1"), (2, "fem_p2")):
+    for order, model, levels in ((1, "fem_p1", settings.fem_p1.levels), (2, "fem_p2", settings.fem_p2.levels)):
         last = len(body.levels) - order
-        levels = settings[model]["levels"]
         for number, level in enumerate(range(last + 1) if levels is None else levels):
             made = partial(FemSpecimen, body, level, order)
             yield Candidate(model, f"level={level}", body, made, asked_more=order == 2 and number == 0)
-    quadratic = settings["fem_p2"]
     if len(body.levels) > 1:
-        for poisson in quadratic["poissons"]:
+        for poisson in settings.fem_p2.poissons:
             other = replace(body, material=replace(body.material, poisson=poisson))
             yield Candidate("fem_p2", f"level=0 poisson={poisson:g}", other, partial(FemSpecimen, other, 0, 2))
-        for law in quadratic["laws"]:
+        for law in settings.fem_p2.laws:
             other = replace(body, material=replace(body.material, law=law))
             yield Candidate("fem_p2", f"level=0 law={law}", other, partial(FemSpecimen, other, 0, 2))
-    for level in settings["springs"]["levels"]:
+    for level in settings.springs.levels:
         yield Candidate("springs", f"level={level}", body, partial(SpringSpecimen, body, level))
 
 
@@ -82,7 +81,7 @@ MEASURED = Table(
 )
 
 
-def measure(experiment: Experiment, body: Body, settings: Mapping[str, Any], progress: Callable = iter) -> pd.DataFrame:
+def measure(experiment: Experiment, body: Body, settings: Models, progress: Callable = iter) -> pd.DataFrame:
     """Tabulate measured.csv for one experiment: a row a case, model, setting, calibration, quantity and marker.
 
     settings : ``measured.models`` of the config; ``progress`` wraps the models, as ``tqdm`` does
@@ -95,7 +94,7 @@ def measure(experiment: Experiment, body: Body, settings: Mapping[str, Any], pro
     observed = observe_all(experiment)
     for candidate in progress(list(candidates(body, settings))):
         rows += _rows(candidate, experiment, observed)
-    rows += release_rows(experiment, observed, body, settings["releases"])
+    rows += release_rows(experiment, observed, body, settings.releases)
     table = pd.DataFrame(rows).assign(body=body.name, experiment=experiment.name)
     table["young_pa"] = table["young_pa"] / table["softness"]
     table["fitted"] = table["fitted"].eq(True)
@@ -171,8 +170,10 @@ def _doubts(experiment: Experiment, table: pd.DataFrame, size_m: float) -> Itera
             )
 
 
-def measure_experiment(input, params, wildcards, say):
+def measure_experiment(
+    input: Any, wildcards: Any, say: Callable, entry: ExperimentSettings, models: Models
+) -> dict[str, pd.DataFrame]:
     """Put the models beside one experiment, for the rule of that name."""
-    experiment = experiment_of(wildcards.experiment, params.entry)
-    models = steps(say, f"{experiment.name}: model")
-    return {"table": measure(experiment, body_file.load(input.body), params.models, models)}
+    experiment = experiment_of(wildcards.experiment, entry)
+    progress = steps(say, f"{experiment.name}: model")
+    return {"table": measure(experiment, body_file.load(input.body), models, progress)}

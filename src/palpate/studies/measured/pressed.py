@@ -2,7 +2,7 @@
 
 import os
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +12,7 @@ import pandas as pd
 
 from palpate.effects.instrument import Instrument
 from palpate.identification.presses import PressRecords, doubts, join, read_presses
+from palpate.studies.measured.settings import Presses
 from palpate.table_declaration import Table
 
 if TYPE_CHECKING:
@@ -59,39 +60,39 @@ PRESS_CURVES = Table(
 ELASTIC, RELAXATION = "elastic", "relaxation"
 
 
-def records_of(entry: Mapping[str, Any]) -> PressRecords:
-    """Read the presses of a complete entry, whose files can be opened as they are named; InputError as read_presses."""
-    described = entry["instrument"]
-    instrument = Instrument(**described) if described else None
-    size = entry["thickness_m"][1] if entry["thickness_m"] else None
-    asked = entry["columns"], entry["names"], entry["leave_out"]
-    return join([read_presses(file, instrument, *asked, size_m=size) for file in entry["files"]])
+def records_of(entry: Presses) -> PressRecords:
+    """Read the presses of an entry, whose files can be opened as they are named; InputError as read_presses."""
+    instrument = Instrument(**dict(entry.instrument)) if entry.instrument else None
+    size = entry.thickness_m[1] if entry.thickness_m else None
+    asked = entry.columns, entry.names, entry.leave_out
+    return join([read_presses(file, instrument, *asked, size_m=size) for file in entry.files])
 
 
-def identify_presses(input, output, params, wildcards, say):
+def identify_presses(
+    input: Any, output: Any, wildcards: Any, say: Callable, entry: Presses, seed: int
+) -> dict[str, pd.DataFrame]:
     """Identify what an entry asks for, for the rule of that name."""
     from palpate.bodies.body_file import load
     from palpate.identification.relaxation import without_time
     from palpate.run.job import steps
     from palpate.studies.measured import relaxed
 
-    name, entry = wildcards.presses, params.entry
-    records = records_of(entry)
+    name, records = wildcards.presses, records_of(entry)
     for doubt in (*records.found, *doubts(records)):
         warnings.warn(f"measured.presses.{name}: {doubt}", stacklevel=2)
     tables = {table.name: table.frame([]) for table in (PRESSES, PRESS_PREDICTIONS, PRESS_CURVES, *relaxed.TABLES)}
-    if RELAXATION in entry["ask"]:
-        found, kernel = relaxed.relax(name, records, entry, params.seed, steps(say, f"{name}: left out"))
+    if RELAXATION in entry.ask:
+        found, kernel = relaxed.relax(name, records, entry, seed, steps(say, f"{name}: left out"))
         tables |= found
         records = without_time(records, kernel)
-    if ELASTIC in entry["ask"]:
+    if ELASTIC in entry.ask:
         body = load(input.body[0]) if input.body else None
-        tables |= _elastic(name, records, entry, body, params.seed, Path(output.presses).parent, say)
+        tables |= _elastic(name, records, entry, body, seed, Path(output.presses).parent, say)
     return tables
 
 
 def _elastic(
-    name: str, records: PressRecords, entry: Mapping, body: "Body | None", seed: int, folder: Path, say: Callable
+    name: str, records: PressRecords, entry: Presses, body: "Body | None", seed: int, folder: Path, say: Callable
 ) -> dict:
     """Return the tables of what the forces over depth determine, of each part whose sessions agree."""
     from palpate.identification.asked import Asked, forwards_for, table_rows
@@ -101,9 +102,10 @@ def _elastic(
     from palpate.identification.sessions import compare_sessions, consistent_parts
     from palpate.run.job import steps
 
-    thickness = tuple(entry["thickness_m"]) if entry["thickness_m"] else None
-    poisson, sticking = tuple(entry["poisson"]), tuple(entry["sticking"])
-    asked = Asked(Instrument(**entry["instrument"]), body, thickness, poisson, sticking, laws=entry["laws"])
+    assert entry.instrument is not None  # as the settings' check says
+    thickness = entry.thickness_m and (entry.thickness_m[0], entry.thickness_m[1])
+    poisson, sticking = ((low, high) for low, high in (entry.poisson, entry.sticking))
+    asked = Asked(Instrument(**dict(entry.instrument)), body, thickness, poisson, sticking, laws=entry.laws)
     rows: list = []
     predicted, curves = [], []
 
@@ -117,7 +119,7 @@ def _elastic(
             forwards = forwards_for(consistent, asked, folder / "curves", follow)
             found = identify(consistent, forwards, options, pool.map, follow)
             rows += [[name, *row] for row in table_rows(found, part)]
-            told = predict(found.models, found.best, options, entry["held_out"], pool.map, follow)
+            told = predict(found.models, found.best, options, entry.held_out, pool.map, follow)
             predicted.append(told.assign(entry=name, part=part))
             curves.append(_curves(found).assign(entry=name, part=part))
     return {

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -21,6 +21,7 @@ from palpate.identification.relaxation import (
     information,
     weight_of,
 )  # fmt: skip
+from palpate.studies.measured.settings import Presses
 from palpate.table_declaration import Table
 
 RELAXATION = Table(
@@ -101,7 +102,7 @@ class Group(NamedTuple):
 
 
 def relax(
-    entry: str, records: PressRecords, settings: Mapping[str, Any], seed: int, progress: Callable = iter
+    entry: str, records: PressRecords, settings: Presses, seed: int, progress: Callable = iter
 ) -> tuple[dict[str, pd.DataFrame], Branches]:
     """Return TABLES, by name, of the presses of ``records`` that were held, and the branches that are chosen.
 
@@ -110,13 +111,11 @@ def relax(
     settings : ``branches``, the numbers that are tried, ``held_out`` and ``draws``; ``progress`` wraps what is left out
     """
     holds = _holds(records)
-    counts, rng = settings["branches"], np.random.default_rng(seed)
+    counts, rng = settings.branches, np.random.default_rng(seed)
     whole = {count: fit_branches(holds, count) for count in counts}
     weights = {count: weight_of(kernel, holds) for count, kernel in whole.items()}
     own = [{count: fit_branches([hold], count, weight=1.0) for count in counts} for hold in holds]
-    apart = [
-        (group, _without(holds, group, whole, weights)) for group in progress(_groups(holds, settings["held_out"]))
-    ]
+    apart = [(group, _without(holds, group, whole, weights)) for group in progress(_groups(holds, settings.held_out))]
     judged = pd.DataFrame(
         [row for group, kernels in apart for row in _left_out(holds, group, kernels, weights)]
         + [row for hold, fits in zip(holds, own, strict=True) for row in _own(hold, fits)],
@@ -126,7 +125,7 @@ def relax(
         min(counts, key=lambda count: information(hold, fits[count])) for hold, fits in zip(holds, own, strict=True)
     ]
     chosen = _choose(judged, counts) or int(np.median(best))
-    draws = draw_branches(holds, whole[chosen], settings["draws"], rng)
+    draws = draw_branches(holds, whole[chosen], settings.draws, rng)
     span = float(np.median([hold.held_s[-1] for hold in holds]))
     presses = pd.DataFrame(
         {

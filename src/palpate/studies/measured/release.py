@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from palpate.solvers.system import System
 from palpate.studies.measured.experiment import GIVEN, Experiment, Weight
 from palpate.studies.measured.predict import Predictor, Row, compare_swing
 from palpate.studies.measured.records import Observed, Oscillation, swing_of
+from palpate.studies.measured.settings import Releases
 from palpate.studies.measured.specimen import Bench, FemSpecimen, hung_masses, nodal_loads
 
 TOLERANCE = 1e-6
@@ -99,14 +99,14 @@ class DeadLoad(Energy):
 
 
 def release_rows(
-    experiment: Experiment, observed: Mapping[str, Observed], body: Body, settings: Mapping[str, Any]
+    experiment: Experiment, observed: Mapping[str, Observed], body: Body, settings: Releases
 ) -> Iterator[Row]:
     """Yield rows of linear elements whose modulus is fitted to one case, if any, for each of the steps.
 
     settings : ``measured.models.releases``; with ``creep``, also a release with one Prony branch that is fitted to the
         creep of that case. A release that is not computed has a message.
     """
-    level, steps, creep = settings["level"], settings["steps_s"], settings["creep"]
+    level, steps, creep = settings.level, settings.steps_s, settings.creep
     fitted, own, seen = experiment.fitted, body.material, None
     if creep is not None and fitted is not None and observed[fitted.name].creep_m > 0.0:
         seen = observed[fitted.name]
@@ -122,7 +122,7 @@ def release_rows(
         return
     about |= {"softness": softness}
     for step_s in steps:
-        release = Release(body, level, predictor.bench, softness, step_s, settings["duration_s"])
+        release = Release(body, level, predictor.bench, softness, step_s, settings.duration_s)
         yield from _rows(release, experiment, observed, about | {"setting": f"level={level} step_s={step_s:g}"})
     if seen:
         prony = _series(seen, own.poisson)

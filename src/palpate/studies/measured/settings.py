@@ -1,16 +1,17 @@
 """Settings of measured bodies."""
 
 import warnings
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import ConfigDict, Field
 
 from palpate.benchmark.settings import Instrument
 from palpate.bodies.make_body import make_body
-from palpate.bodies.settings import check_laws
+from palpate.bodies.settings import Body, check_laws
 from palpate.errors import InputError, suggest
 from palpate.files import check_file
 from palpate.identification.relaxation import holds_of
@@ -31,15 +32,14 @@ from palpate.setting_types import (
     optional,
 )  # fmt: skip
 from palpate.studies.measured.experiment import check_places, experiment_of, off_box
-from palpate.studies.measured.pressed import records_of
 from palpate.studies.measured.records import check_down, follow
 
 
 class Load(Block):
-    weight_n: Positive = optional("Weight [N] of what hangs there and moves along")
-    force_n: Vector = optional("Force [N] in the body's frame, without a mass")
-    line_m: Pair[Vector] = optional("Ends [m] of the line over which it is spread evenly")
-    at_m: Vector = optional("Place [m] in the body's frame")
+    weight_n: Positive | None = optional("Weight [N] of what hangs there and moves along")
+    force_n: Vector | None = optional("Force [N] in the body's frame, without a mass")
+    line_m: Pair[Vector] | None = optional("Ends [m] of the line over which it is spread evenly")
+    at_m: Vector | None = optional("Place [m] in the body's frame")
     radius_m: NotNegative = key("Radius [m] of the disc around at_m; 0 is a point, where no mesh has an answer", 0)
 
 
@@ -142,26 +142,26 @@ class Settings(Block):
     models: Models = key("Which models predict every experiment, and with what settings", {})
 
 
-def check(config: dict, file: Path) -> None:
+def check(config: Any, file: Path) -> None:
     """Raise InputError, before anything runs, for a body, level, law, place or file that there is not or does not fit.
 
     Places are looked at here on a box; on other bodies, which take longer to make, when models are put beside them.
     """
-    for name, entry in config["measured"]["presses"].items():
-        _check_presses(config, file, f"{file}: measured.presses.{name}", entry)
-    models = config["measured"]["models"]
-    check_laws(f"{file}: measured.models.fem_p2.laws", models["fem_p2"]["laws"], file.parent)
-    for name, entry in config["measured"]["experiments"].items():
+    bodies, models = config.bodies, config.measured.models
+    for name, entry in config.measured.presses.items():
+        _check_presses(bodies, file, f"{file}: measured.presses.{name}", entry)
+    check_laws(f"{file}: measured.models.fem_p2.laws", models.fem_p2.laws, file.parent)
+    for name, entry in config.measured.experiments.items():
         place = f"{file}: measured.experiments.{name}"
-        body = _body(config, place, entry["body"])
-        _check_levels(f"{file}: measured.models", models, entry["body"], body["refinements"] + 1)
+        body = _body(bodies, place, entry.body)
+        _check_levels(f"{file}: measured.models", models, entry.body, body.refinements + 1)
         try:
             experiment = experiment_of(name, entry)
-            if body["kind"] == "box":
+            if body.kind == "box":
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore")  # the job that makes the body warns
-                    made = make_body(entry["body"], body | {"refinements": 0})
-                check_places(experiment, made, partial(off_box, np.array(body["sizes_m"], dtype=float)))
+                    made = make_body(entry.body, body.but(refinements=0))
+                check_places(experiment, made, partial(off_box, np.array(body.sizes_m, dtype=float)))
         except InputError as error:
             raise InputError(f"{file}: {error}") from error
         for case in experiment.cases:
@@ -174,37 +174,37 @@ def check(config: dict, file: Path) -> None:
                     raise InputError(f"{key}: {error}") from error
 
 
-def _body(config: dict, place: str, name: str) -> dict:
-    """Return the entry of a body of tetrahedra; InputError for another name."""
-    body = config["bodies"].get(name)
-    if body is None:
-        near = suggest(name, list(config["bodies"]), "choose from bodies:")
+def _body(bodies: Mapping[str, Body], place: str, name: str) -> Any:
+    """Return the settings of a body of tetrahedra; InputError for another name."""
+    if name not in bodies:
+        near = suggest(name, list(bodies), "choose from bodies:")
         raise InputError(f"{place}.body is {name}, which is not in bodies; {near}")
-    if body["kind"] == "sheet":
+    if bodies[name].kind == "sheet":
         raise InputError(f"{place}.body is {name}, a sheet; name a body of tetrahedra.")
-    return body
+    return bodies[name]
 
 
-def _check_presses(config: dict, file: Path, place: str, entry: dict) -> None:
-    for path in entry["files"]:
+def _check_presses(bodies: Mapping[str, Body], file: Path, place: str, entry: Presses) -> None:
+    from palpate.studies.measured.pressed import records_of  # which takes blocks of this module
+
+    for path in entry.files:
         check_file(f"{place}.files", path, (file.parent / path).is_file())
-    for name in ("thickness_m", "poisson", "sticking"):
-        if entry[name] is not None and not entry[name][0] <= entry[name][1]:
-            raise InputError(f"{place}.{name} is {entry[name]}; give the least and the largest.")
-    if not entry["poisson"][1] < 0.5 or not entry["sticking"][1] <= 1.0:
+    for name, given in (("thickness_m", entry.thickness_m), ("poisson", entry.poisson), ("sticking", entry.sticking)):
+        if given is not None and not given[0] <= given[1]:
+            raise InputError(f"{place}.{name} is {given}; give the least and the largest.")
+    if not entry.poisson[1] < 0.5 or not entry.sticking[1] <= 1.0:
         raise InputError(f"{place} has poisson or sticking out of range; give ν below 0.5, and shares of 0 to 1.")
-    if entry["body"] is not None:
-        _body(config, place, entry["body"])
-        if entry["thickness_m"] is not None:
+    if entry.body is not None:
+        _body(bodies, place, entry.body)
+        if entry.thickness_m is not None:
             raise InputError(f"{place} has both body and thickness_m; leave out the thickness.")
-    if "elastic" in entry["ask"] and entry["instrument"] is None:
+    if "elastic" in entry.ask and entry.instrument is None:
         raise InputError(f"{place}.ask has elastic, and instrument is null; describe it, or ask for relaxation alone.")
-    if "elastic" in entry["ask"] and entry["instrument"]["kind"] != "sphere":
-        kind = entry["instrument"]["kind"]
+    if "elastic" in entry.ask and entry.instrument and (kind := entry.instrument.kind) != "sphere":
         raise InputError(f"{place}.instrument is a {kind}; forces are known for a sphere: ask for relaxation alone.")
     try:
-        records = records_of(entry | {"files": [str(file.parent / path) for path in entry["files"]]})
-        if "relaxation" in entry["ask"]:
+        records = records_of(entry.but(files=[str(file.parent / path) for path in entry.files]))
+        if "relaxation" in entry.ask:
             held, refused = holds_of(records)
             if not held:
                 raise InputError(f"ask has relaxation, and {refused[0]}")
@@ -212,11 +212,11 @@ def _check_presses(config: dict, file: Path, place: str, entry: dict) -> None:
         raise InputError(f"{place}: {error}") from error
 
 
-def _check_levels(place: str, models: dict, body: str, levels: int) -> None:
+def _check_levels(place: str, models: Models, body: str, levels: int) -> None:
     """Raise InputError for a level that a body does not have; quadratic elements need one more."""
-    asked = {"fem_p1": 0, "fem_p2": 1, "springs": 0}
-    wanted = [(f"{m}.levels", level, more) for m, more in asked.items() for level in models[m]["levels"] or []]
-    for part, level, more in [*wanted, ("releases.level", models["releases"]["level"], 0)]:
+    asked = (("fem_p1", models.fem_p1, 0), ("fem_p2", models.fem_p2, 1), ("springs", models.springs, 0))
+    wanted = [(f"{name}.levels", level, more) for name, block, more in asked for level in block.levels or []]
+    for part, level, more in [*wanted, ("releases.level", models.releases.level, 0)]:
         if level + more >= levels:
             raise InputError(
                 f"{place}.{part} names level {level}, and the body {body} has levels 0 to {levels - 1}"

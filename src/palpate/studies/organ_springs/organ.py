@@ -18,6 +18,7 @@ from palpate.errors import InputError
 from palpate.models.springs.fitness import Fitness, Range, step_limit, volume_stiffness
 from palpate.models.springs.spring_motion import KeyPoints, Press, Settings, SpringModel, reference_motion, spring_model
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.studies.organ_springs.settings import Settings as OrganSettings
 from palpate.table_declaration import Table
 
 
@@ -54,7 +55,7 @@ class Organ:
     keys: KeyPoints
     looked: np.ndarray
     limits: Range
-    settings: dict
+    settings: OrganSettings
 
     def particles(self, level: int) -> Particles:
         """Return the masses of a level, which are those of the CT if the body has them."""
@@ -62,16 +63,16 @@ class Organ:
 
     def press(self, number: int, level: int) -> Press:
         """Return the press at a contact, a pressure over a disc, on the nodes of a level."""
-        contact, radius = int(self.contacts[number]), self.settings["radius_m"]
+        contact, radius = int(self.contacts[number]), self.settings.radius_m
         load = nodal_load(self.body, level, contact, self.forces[number], radius)
         nodes = np.flatnonzero(load.any(axis=1))
-        return Press(f"at node {contact} of {self.body.name}", nodes, load[nodes], self.settings["rise_s"])
+        return Press(f"at node {contact} of {self.body.name}", nodes, load[nodes], self.settings.rise_s)
 
     def in_steps(self, steps: int, volume_n_m: float = 0.0) -> Settings:
         """Return the settings of a motion of so many steps in each frame."""
-        frames, keys = self.settings["frames"], self.keys
-        step = self.settings["duration_s"] / (frames * steps)
-        return Settings(step, frames * steps, self.settings["damping_ratio"], keys, volume_n_m, every=steps)
+        frames, keys = self.settings.frames, self.keys
+        step = self.settings.duration_s / (frames * steps)
+        return Settings(step, frames * steps, self.settings.damping_ratio, keys, volume_n_m, every=steps)
 
     def spring_settings(self, volume_force: bool) -> Settings:
         """Return the settings of springs, in steps that are stable for the stiffest; with or without volume force."""
@@ -89,7 +90,7 @@ class Organ:
         ]
 
 
-def organ(body: Body, settings: dict) -> Organ:
+def organ(body: Body, settings: OrganSettings) -> Organ:
     """Choose contacts, forces and key points; InputError if ``body`` cannot be pressed at so many, or has a bed.
 
     A force is what moves the coarse body by ``peak_of_size`` of its size, linearly. The fitted contacts are the first
@@ -98,7 +99,7 @@ def organ(body: Body, settings: dict) -> Organ:
     body = body.up_to(1) if len(body.levels) > 1 else finer(body)
     if body.bed is not None or not len(body.anchors[0]):
         raise InputError(f"organ_springs: {body.name} is not held by anchors, which springs need; give it anchors.")
-    fitted, wanted = settings["fitted"], settings["fitted"] + settings["tested"]
+    fitted, wanted = settings.fitted, settings.fitted + settings.tested
     first, every = kept_contacts(body, fitted), kept_contacts(body, wanted)
     if len(every) < wanted:
         raise InputError(
@@ -108,8 +109,8 @@ def organ(body: Body, settings: dict) -> Organ:
     contacts = np.concatenate([first, np.setdiff1d(every, first)])
     particles = particles_of(body, 0, surface=False)
     free = np.setdiff1d(body.coarse.surface, particles.held)
-    looked = np.unique(np.linspace(0, len(free) - 1, settings["key_points"]).round().astype(int))
-    low, high = settings["young_of_body"]
+    looked = np.unique(np.linspace(0, len(free) - 1, settings.key_points).round().astype(int))
+    low, high = settings.young_of_body
     young = particles.material.young_pa
     # the nodes themselves, on every level on which they have the same numbers
     keys = KeyPoints(np.repeat(free[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (len(free), 1)))
@@ -118,12 +119,12 @@ def organ(body: Body, settings: dict) -> Organ:
     return Organ(body, spring_model(particles), contacts, fitted, forces, keys, looked, limits, settings)
 
 
-def _forces(body: Body, contacts: np.ndarray, settings: dict) -> np.ndarray:
-    respond, peak = Equilibrium(body, 0).linear_solver(), settings["peak_of_size"] * body.fine.size
+def _forces(body: Body, contacts: np.ndarray, settings: OrganSettings) -> np.ndarray:
+    respond, peak = Equilibrium(body, 0).linear_solver(), settings.peak_of_size * body.fine.size
     forces = []
     for contact in contacts:
         inward = -body.fine.normals[contact]
-        moved = respond(nodal_load(body, 0, int(contact), inward, settings["radius_m"]))
+        moved = respond(nodal_load(body, 0, int(contact), inward, settings.radius_m))
         forces.append(inward * peak / np.linalg.norm(moved, axis=1).max())
     return np.array(forces)
 
@@ -134,7 +135,7 @@ def references(found: Organ) -> list[Reference]:
     Backward Euler's error is of first order, so twice the motion of the half step less that of the step is the limit's.
     """
     particles, settings = found.particles(1), found.in_steps(1)
-    rest, substeps = found.keys.of(found.body.coarse.nodes), found.settings["reference_steps"]
+    rest, substeps = found.keys.of(found.body.coarse.nodes), found.settings.reference_steps
     limits = []
     for i in range(len(found.contacts)):
         press = found.press(i, 1)

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -23,6 +24,7 @@ from palpate.run.job import rarely
 from palpate.solvers.goal_position import GoalPosition
 from palpate.solvers.system import System
 from palpate.studies.organ_springs.organ import Organ, Reference, deviation, mass_motion, organ, references
+from palpate.studies.organ_springs.settings import Settings as OrganSettings
 from palpate.table_declaration import Table
 
 METHODS = (*CLOSED, "uniform", "genetic", "cma_es", "gradient")
@@ -50,13 +52,13 @@ def measure(
     report(what) : gives the function that is told how far a search is
     """
     errors, histories = [], []
-    for volume_force in found.settings["volume_force"]:
+    for volume_force in found.settings.volume_force:
         settings = found.spring_settings(volume_force)
         fitnesses = found.fitnesses(settings, references)
         soft = np.full(len(found.model.masses), found.limits.low_pa)
         fitnesses[0](soft[None])  # so that compilation is not timed
         simulate(found.model, soft, found.press(0, 0), settings)
-        seeds = range(seed, seed + found.settings["searches"]["seeds"])
+        seeds = range(seed, seed + found.settings.searches.seeds)
         runs = [(method, one) for method in METHODS for one in (seeds if method in SEEDED else seeds[:1])]
         for method, one in runs:
             model, fit = find(method, found, fitnesses, one, report(method))
@@ -71,7 +73,7 @@ def measure(
 
 def find(method: str, found: Organ, fitnesses: list[Fitness], seed: int, report: Report) -> tuple[SpringModel, Fit]:
     """Find moduli by one of METHODS; the searches maximise the sum of ``fitnesses``, of the fitted presses."""
-    material, searches, nodes = found.particles(0).material, found.settings["searches"], len(found.model.masses)
+    material, searches, nodes = found.particles(0).material, found.settings.searches, len(found.model.masses)
 
     def fitness(young: np.ndarray) -> np.ndarray:
         return np.sum([press(young) for press in fitnesses], axis=0)
@@ -84,11 +86,11 @@ def find(method: str, found: Organ, fitnesses: list[Fitness], seed: int, report:
     if method == "uniform":
         return found.model, uniform(fitness, nodes, found.limits)
     if method == "genetic":
-        rules = Rules(searches["population"], found.limits, seed)
-        return found.model, evolve(fitness, nodes, rules, searches["generations"], report=report)
+        rules = Rules(searches.population, found.limits, seed)
+        return found.model, evolve(fitness, nodes, rules, searches.generations, report=report)
     if method == "cma_es":
-        return found.model, cma_es(fitness, start, found.limits, searches["cma_es_evaluations"], seed, report)
-    return found.model, descend(fitnesses, start, found.limits, searches["gradient_evaluations"])[0]
+        return found.model, cma_es(fitness, start, found.limits, searches.cma_es_evaluations, seed, report)
+    return found.model, descend(fitnesses, start, found.limits, searches.gradient_evaluations)[0]
 
 
 def judge(
@@ -141,7 +143,7 @@ def judge_motions(found: Organ, move: Callable[[int], np.ndarray], references: l
                 "peak_m": peak,
                 "rmse_of_peak": rmse / peak,
                 "reference_error": own_error,
-                "ms_a_second": 1e3 * taken / found.settings["duration_s"],
+                "ms_a_second": 1e3 * taken / found.settings.duration_s,
             }
         )
     return pd.DataFrame(rows)
@@ -151,15 +153,15 @@ def rivals(found: Organ, references: list[Reference]) -> pd.DataFrame:
     """Compute the rows of organ_springs.csv of all rivals."""
     rest = found.keys.of(found.body.coarse.nodes)
     zero = judge_motions(found, lambda number: rest[None], references)
-    tables = [zero.assign(model="zero", step_s=found.settings["duration_s"], offline_s=0.0)]
-    tables += [_fem(found, every, references) for every in found.settings["fem_frames"]]
-    tables += [_shapes(found, steps, references) for steps in found.settings["shape_steps"]]
+    tables = [zero.assign(model="zero", step_s=found.settings.duration_s, offline_s=0.0)]
+    tables += [_fem(found, every, references) for every in found.settings.fem_frames]
+    tables += [_shapes(found, steps, references) for steps in found.settings.shape_steps]
     return pd.concat(tables, ignore_index=True).assign(volume_force=False, evaluations=0, seed=0)
 
 
 def _fem(found: Organ, every: int, references: list[Reference]) -> pd.DataFrame:
     """Measure coarse linear elements, one implicit step in ``every`` frames."""
-    particles, frames = found.particles(0), found.settings["frames"] // every
+    particles, frames = found.particles(0), found.settings.frames // every
     once = found.in_steps(1)
     settings = replace(once, step_s=once.step_s * every, steps=frames)
 
@@ -187,7 +189,7 @@ def _shapes(found: Organ, steps: int, references: list[Reference]) -> pd.DataFra
     starts = [np.array([scale, 0.5, 2.0]) for scale in np.arange(-6.0, 6.1, 1.5)]
     start = min(starts, key=misfit)
     corners = np.vstack([start, start + np.diag([0.7, 0.3, -1.0])])
-    options = {"maxfev": found.settings["shape_evaluations"], "initial_simplex": corners}
+    options = {"maxfev": found.settings.shape_evaluations, "initial_simplex": corners}
     bounds = [(-14.0, 14.0), (0.0, 0.99), (-3.0, 7.0)]
     best = minimize(misfit, start, method="Nelder-Mead", bounds=bounds, options=options).x
     taken = perf_counter() - begin
@@ -217,14 +219,12 @@ def _shape_motion(found: Organ, steps: int, unknowns: np.ndarray) -> Callable[[i
     return move
 
 
-def fit_organ_springs(input, params, say):
+def fit_organ_springs(input: Any, say: Callable, settings: OrganSettings, seed: int) -> dict[str, pd.DataFrame]:
     """Fit the springs of one organ, and measure their rivals, for the rule of that name."""
-    found = organ(body_file.load(input.body), params.settings)
+    found = organ(body_file.load(input.body), settings)
     say(f"{found.body.name}: press it with finite elements")
     motions = references(found)
-    errors, history = measure(
-        found, motions, params.seed, lambda method: rarely(say, f"{method}: how far, best fitness")
-    )
+    errors, history = measure(found, motions, seed, lambda method: rarely(say, f"{method}: how far, best fitness"))
     return {
         "organ_springs": pd.concat([errors, rivals(found, motions)]),
         "organ_history": history.assign(body=found.body.name),

@@ -1,6 +1,6 @@
 """Palpation: force against depth on a body with regions and without, and how deep in a slab a ball is still felt."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -22,6 +22,7 @@ from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.run.job import steps
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.studies.palpation.settings import Settings, Slab
 from palpate.table_declaration import Table
 
 TOLERANCE = 1e-7
@@ -82,26 +83,17 @@ PALPATION = Table(
 )
 
 
-def palpate(
-    body: Body,
-    radius_m: float,
-    places: int,
-    pressures_of_young: Sequence[float],
-    felt: float,
-    progress: Callable = iter,
-) -> pd.DataFrame:
+def palpate(body: Body, settings: Settings, progress: Callable = iter) -> pd.DataFrame:
     """Press at ``places`` contacts, from above a region outwards; one row a force.
-
-    pressures_of_young : peak pressures of a press as shares of the body's own modulus
-    felt : from what share of ``stiffer`` on a finger feels the difference
 
     Raises InputError if the body has no regions; NotConverged if a press has no equilibrium.
     """
     if body.regions is None:
         raise InputError(f"bodies.{body.name} has no regions, so there is nothing to feel; give it some.")
-    contacts, covers = contacts_near_regions(body, places)
-    curves, rows = PressCurves(body, radius_m), []
-    forces = curves.forces(sorted(pressures_of_young))
+    contacts, covers = contacts_near_regions(body, settings.places)
+    curves, rows = PressCurves(body, settings.radius_m), []
+    forces = curves.forces(sorted(settings.pressures_of_young))
+    felt = settings.felt
     for contact, cover in progress(list(zip(contacts, covers, strict=True))):
         with_regions, without = (curves.depths(int(contact), forces, regions) for regions in (True, False))
         stiffer = without / with_regions - 1.0
@@ -116,14 +108,14 @@ IN_BALL, UNDER_FINGER, COARSENED = 0.4, 0.4, 0.2
 """Lengths of edges as shares of the ball's radius, the finger's, and the slab's height."""
 
 
-def ball_in_slab(slab: Mapping, ball_radius_m: float, cover_m: float, finger_m: float, contrast: float) -> Body:
+def ball_in_slab(slab: Slab, ball_radius_m: float, cover_m: float, finger_m: float, contrast: float) -> Body:
     """Make a slab of two levels with a ball, ``contrast`` times as stiff, whose top is ``cover_m`` [m] deep.
 
-    slab : ``sizes_m`` along x, y and z, ``young_pa`` and ``poisson``; its lowest plane is held
+    slab : its lowest plane is held
     finger_m : radius of the finger that will press the middle of the top, where there is a node
     Raises InputError if the ball is not in the slab.
     """
-    x, y, z = slab["sizes_m"]
+    x, y, z = slab.sizes_m
     center = np.array([x / 2, y / 2, z - cover_m - ball_radius_m])
     if not (cover_m > 0.0 and center.min() > ball_radius_m):
         raise InputError(
@@ -133,14 +125,14 @@ def ball_in_slab(slab: Mapping, ball_radius_m: float, cover_m: float, finger_m: 
     with TemporaryDirectory() as folder:
         path = Path(folder) / "slab.msh"
         with gmsh_session() as gmsh:
-            _mesh(gmsh, np.array(slab["sizes_m"]), center, ball_radius_m, finger_m)
+            _mesh(gmsh, np.array(slab.sizes_m), center, ball_radius_m, finger_m)
             gmsh.write(str(path))
         nodes, _, tetrahedra = load_shape(path)
         assert tetrahedra is not None, "gmsh was asked for tetrahedra"
         region = np.zeros(len(tetrahedra), dtype=np.int64)
         region[load_tagged(path, TAG)] = 1
     mesh = TetMesh(nodes, check_tetrahedra("slab", nodes, tetrahedra))
-    own = Material(slab["young_pa"], slab["poisson"], 1000.0)  # the density has no effect on a press
+    own = Material(slab.young_pa, slab.poisson, 1000.0)  # the density has no effect on a press
     held = np.flatnonzero(nodes[:, 2] < 1e-6 * z)
     return nest("slab", mesh, 1, held, own, regions=_ball_in(own, contrast, region))
 
@@ -179,37 +171,25 @@ PALPATION_LIMITS = Table(
 )
 
 
-def palpation_limits(
-    slab: Mapping,
-    ball_radius_m: float,
-    covers_m: Sequence[float],
-    contrasts: Sequence[float],
-    radius_m: float,
-    pressure_of_young: float,
-    felt: float,
-    progress: Callable = iter,
-) -> pd.DataFrame:
-    """Press a slab above a ball under each of ``covers_m`` [m] and of each of ``contrasts``.
+def palpation_limits(settings: Settings, progress: Callable = iter) -> pd.DataFrame:
+    """Press a slab above a ball under each of the covers and of each of the contrasts.
 
-    slab : as ``ball_in_slab`` takes it; contrast : modulus of the ball over that of the slab
-    radius_m : of the finger; pressure_of_young : peak pressure of the press as a share of the slab's modulus
-    felt : as ``palpate`` takes it
     Raises InputError if a ball is not in the slab, NotConverged if a press has no equilibrium.
     """
-    rows = []
-    for cover in progress(covers_m):
-        body = ball_in_slab(slab, ball_radius_m, cover, radius_m, contrasts[0])
-        middle = np.array(slab["sizes_m"]) * [0.5, 0.5, 1.0]
+    rows, ball_m, felt = [], settings.ball_radius_m, settings.felt
+    for cover in progress(settings.covers_m):
+        body = ball_in_slab(settings.slab, ball_m, cover, settings.radius_m, settings.contrasts[0])
+        middle = np.array(settings.slab.sizes_m) * [0.5, 0.5, 1.0]
         contact = int(np.argmin(np.linalg.norm(body.coarse.nodes - middle, axis=1)))
-        plain = PressCurves(body, radius_m)
-        forces = plain.forces([pressure_of_young])
+        plain = PressCurves(body, settings.radius_m)
+        forces = plain.forces([settings.pressure_of_young])
         without = float(plain.depths(contact, forces, regions=False)[0])
-        for contrast in contrasts:
+        for contrast in settings.contrasts:
             tissue = _ball_in(body.material, contrast, body.tissue(0).region)
-            curves = PressCurves(replace(body, regions=tissue), radius_m)
+            curves = PressCurves(replace(body, regions=tissue), settings.radius_m)
             depth = float(curves.depths(contact, forces, regions=True)[0])
             stiffer = without / depth - 1.0
-            row = [cover, ball_radius_m, contrast, forces[0], depth, without, stiffer, abs(stiffer) >= felt]
+            row = [cover, ball_m, contrast, forces[0], depth, without, stiffer, abs(stiffer) >= felt]
             rows.append([*row, felt, curves.products])
     return PALPATION_LIMITS.frame(rows)
 
@@ -234,12 +214,12 @@ def least_contrasts(table: pd.DataFrame) -> dict[float, float]:
     return found
 
 
-def measure_palpation(input, params, say):
+def measure_palpation(input: Any, say: Callable, settings: Settings) -> pd.DataFrame:
     """Palpate one body, for the rule of that name."""
     body = body_file.load(input.body)
-    return palpate(body, **params.settings, progress=steps(say, f"{body.name}: a finger at place"))
+    return palpate(body, settings, progress=steps(say, f"{body.name}: a finger at place"))
 
 
-def measure_palpation_limits(params, say):
+def measure_palpation_limits(say: Callable, settings: Settings) -> pd.DataFrame:
     """Lower balls in a slab, for the rule of that name."""
-    return palpation_limits(**params.settings, progress=steps(say, "a finger above a ball at depth"))
+    return palpation_limits(settings, progress=steps(say, "a finger above a ball at depth"))

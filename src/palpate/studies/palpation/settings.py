@@ -1,7 +1,7 @@
 """Settings of palpation."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -40,10 +40,10 @@ class Settings(Block):
     pressure_of_young: Pressure = key("Peak pressure of the press on the slab, as a share of its Young's modulus", 0.1)
 
 
-def check(config: dict, file: Path) -> None:
+def check(config: Any, file: Path) -> None:
     """Raise InputError if no body has regions, or if a body that is named has none, or is not there."""
-    bodies, named = config["bodies"], config["palpation"]["bodies"]
-    able = [name for name, body in bodies.items() if body.get("regions")]
+    bodies, named = config.bodies, config.palpation.bodies
+    able = [name for name, body in bodies.items() if getattr(body, "regions", None)]
     if not able:
         raise InputError(f"{file}: palpation is there and no body has regions; give one some, or remove palpation.")
     for name in named or []:

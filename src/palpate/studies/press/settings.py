@@ -1,14 +1,14 @@
 """Settings of the page on which bodies are pressed."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
-from palpate.benchmark.settings import Instrument, check_instruments, check_refined, pressed_bodies
+from palpate.benchmark.settings import Disc, Instrument, check_instruments, check_refined, pressed_bodies
 from palpate.errors import InputError, describe_unknown
-from palpate.setting_types import Block, Count, Index, Positive, Some, key
+from palpate.setting_types import Count, Index, Positive, Some, key
 
 
-class Settings(Block):
+class Settings(Disc):
     """A page on which a reader presses bodies: a prepared model in it answers, and says its error."""
 
     bodies: Some[str] | None = key("Bodies to press, by name; null takes all that are refined", None)
@@ -21,21 +21,20 @@ class Settings(Block):
     instruments: list[Instrument] = key("Spheres and punches that the page offers beside the finger, at places", [])
     places: Count = key("Places that are prepared for each instrument, in about 15 s each", 3)
     radius_m: Positive = key("Radius [m] of the finger's patch", 0.03)
-    radius_of_body_m: dict[str, Positive] = key("Other radii [m], by the names of bodies", {})
 
 
-def check(config: dict, file: Path) -> None:
+def check(config: Any, file: Path) -> None:
     """Raise InputError for bodies that there are not, or that are not refined, and radii of bodies there are not."""
-    place, names = f"{file}: press", pressed_bodies(config, "press")
-    check_refined(f"{place}.bodies", names, config)
-    if wrong := describe_unknown(list(config["press"]["radius_of_body_m"]), list(config["bodies"])):
+    place, names, asked = f"{file}: press", pressed_bodies(config, "press"), config.press
+    check_refined(f"{place}.bodies", names, config.bodies)
+    if wrong := describe_unknown(list(asked.radius_of_body_m), list(config.bodies)):
         raise InputError(f"{place}.radius_of_body_m names {wrong}")
     if not names:
         raise InputError(f"{place} is there and no body is refined; give one refinements of at least 1.")
-    check_instruments(f"{place}.instruments", config["press"]["instruments"], names, config)
-    for i, entry in enumerate(config["press"]["instruments"]):
-        if entry["kind"] not in ("sphere", "punch") or entry["sticks"]:
+    check_instruments(f"{place}.instruments", asked.instruments, names, config.bodies)
+    for i, tool in enumerate(asked.instruments):
+        if tool.kind not in ("sphere", "punch") or tool.sticks:
             raise InputError(
-                f"{place}.instruments[{i}] is a {entry['kind']}{' that sticks' * entry['sticks']}; give a sphere or a "
+                f"{place}.instruments[{i}] is a {tool.kind}{' that sticks' * tool.sticks}; give a sphere or a "
                 "punch that slides."
             )

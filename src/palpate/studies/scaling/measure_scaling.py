@@ -101,17 +101,7 @@ TOLERANCE = 1e-8
 OBJECT, CLUSTERS = 100, 8
 """Particles and clusters of each object of shape matching, as in paper 3."""
 POPULATION = 60
-CUBE = {
-    "side_m": 0.01,
-    "material": {"young_pa": 1000.0, "density_kg_m3": 1000.0},
-    "force_n": 0.001,
-    "rise_s": 0.02,
-    "duration_s": 0.016,
-    "step_s": 0.00032,
-    "damping_ratio": 0.1,
-    "key_points_m": [[0.005, 0.005, 0.01]],
-    "young_pa": [300.0, 3000.0],
-}
+CUBE: dict[str, Any] = {"duration_s": 0.016, "key_points_m": [[0.005, 0.005, 0.01]]}
 """Paper 2's experiment with a short duration, since only the time of a generation is measured."""
 Size = tuple[str, int]
 
@@ -169,8 +159,9 @@ def cores(count: int, meter: Meter) -> Size:
 
     from palpate.models.springs.cube_experiment import experiment
     from palpate.models.springs.evolution import Genetic, Rules
+    from palpate.studies.springs.settings import Settings
 
-    found = experiment(CUBE, 0.3)
+    found = experiment(Settings(**CUBE), 0.3)
     # a reference at rest costs as much as a moving one
     still = np.zeros((found.settings.steps, len(found.settings.keys.corners), 3))
     fitness = found.fitness("top", {"top": (still, still)})
@@ -290,11 +281,11 @@ def doubling(most: int) -> list[int]:
     return [2**k for k in range(most.bit_length()) if 2**k < most] + [most]
 
 
-def measure_scaling(params, wildcards, threads, say):
+def measure_scaling(wildcards: Any, threads: int, say: Callable, sizes: list[int] | None) -> pd.DataFrame:
     """Measure one component, for the rule of that name."""
     component = wildcards.component
     # the component "cores" uses all cores; the others run on one
-    table = measure(component, params.sizes or doubling(threads), lambda size: say(f"{component}: {size} done"))
+    table = measure(component, sizes or doubling(threads), lambda size: say(f"{component}: {size} done"))
     for row in table.drop_duplicates("stage").itertuples():
         said = powers({"time": row.seconds_exponent, "memory": row.memory_exponent})
         say(f"{row.stage}: {said or 'no growth to fit'}")

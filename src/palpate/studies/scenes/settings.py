@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -18,16 +18,16 @@ from palpate.setting_types import Name
 Settings = Annotated[dict[Name, Scene], Field(min_length=1, description="What is simulated over time, by name")]
 
 
-def check(config: dict, file: Path) -> None:
+def check(config: Any, file: Path) -> None:
     """Raise InputError for the first scene that names what is not there."""
-    for name, scene in config["scenes"].items():
+    for name, scene in config.scenes.items():
         place = f"{file}: scenes.{name}"
         if own := scene.model_fields_set & {"name", "seed"}:  # those of scenes made in Python
             raise InputError(
                 f"{place}.{min(own)} has no use: a scene has its key's name and the run's seed; remove it."
             )
-        _check_bodies(place, scene, config["bodies"])
-        _check_effects(place, scene, config["bodies"])
+        _check_bodies(place, scene, config.bodies)
+        _check_effects(place, scene, config.bodies)
         check_instruments(place, scene)
         check_loads(place, scene)
         _check_files(place, scene, file.parent)

@@ -13,6 +13,7 @@ from palpate.models.springs.descent import descend, descend_smoothly, value_and_
 from palpate.models.springs.evolution import Rules, cma_es, evolve
 from palpate.models.springs.fitness import CLOSED, Fit, Fitness, uniform
 from palpate.models.springs.spring_motion import SpringModel, simulate
+from palpate.studies.springs.settings import Searches
 from palpate.table_declaration import Table
 
 SEEDED = ["genetic", "cma_es"]
@@ -22,7 +23,7 @@ def find(
     method: str,
     trial: Experiment,
     fitnesses: list[Fitness],
-    searches: dict[str, int],
+    searches: Searches,
     seed: int,
     checkpoint: Path | None = None,
     report: Callable[[int, float], None] = lambda count, best: None,
@@ -43,17 +44,17 @@ def find(
         value = float(scored(young[None])[0])
         return model, Fit(young, value, np.array([[0, seconds, value]]))
     if method == "genetic":
-        rules = Rules(searches["population"], limits, seed)
-        return model, evolve(fitness, nodes, rules, searches["generations"], checkpoint, report)
+        rules = Rules(searches.population, limits, seed)
+        return model, evolve(fitness, nodes, rules, searches.generations, checkpoint, report)
     if method == "cma_es":
-        return model, cma_es(fitness, trial.start(), limits, searches["cma_es_evaluations"], seed, report)
+        return model, cma_es(fitness, trial.start(), limits, searches.cma_es_evaluations, seed, report)
     if method == "uniform":
         fit = uniform(fitness, nodes, limits)
         return model, Fit(fit.young, fit.fitness, fit.history[-1:])
     if method == "gradient_smooth":
-        return model, descend_smoothly(fitness, trial.start(), limits, searches["gradient_evaluations"])
+        return model, descend_smoothly(fitness, trial.start(), limits, searches.gradient_evaluations)
     chosen = fitnesses if method == "gradient_all" else [fitness]
-    return model, descend(chosen, trial.start(), limits, searches["gradient_evaluations"])[0]
+    return model, descend(chosen, trial.start(), limits, searches.gradient_evaluations)[0]
 
 
 SPRING_HISTORY = Table(
@@ -120,7 +121,7 @@ def tables(
     method: str,
     volume_force: bool,
     references: dict[str, Motion],
-    searches: dict[str, int],
+    searches: Searches,
     runs: dict[int, Path],
     report: Callable[[int, int, float], None],
 ) -> dict[str, pd.DataFrame]:

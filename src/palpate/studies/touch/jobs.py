@@ -2,46 +2,55 @@
 
 import pandas as pd
 
+from palpate.benchmark.settings import Instrument as ToolSettings
+from palpate.benchmark.settings import TouchTruthSettings
 from palpate.run.job import free_mb, steps, write_table
+from palpate.studies.touch.settings import Families, Given
 
 
-def simulate_touch_truth(input, output, params, wildcards, say):
+def simulate_touch_truth(
+    input, output, wildcards, say, instrument: ToolSettings, truth: TouchTruthSettings, at: list[Given],
+    samples: int, depth_of_radius: tuple[float, float], seed: int,
+):  # fmt: skip
     from palpate.benchmark.touch import choose_touches, given_touches, touches_of
     from palpate.benchmark.touch_mesh import bearing
-    from palpate.benchmark.touch_truth import Asked, save_touch_truth, truth_of_touches
+    from palpate.benchmark.touch_truth import save_touch_truth, truth_of_touches
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
 
-    body, instrument, asked = load(input.body), Instrument(**params.instrument), Asked(**params.truth)
-    if params.at:
-        table = given_touches(body, instrument, params.at)
+    body, tool = load(input.body), Instrument(**dict(instrument))
+    if at:
+        table = given_touches(body, tool, at)
     else:
-        chosen = params.samples, tuple(params.depth_of_radius), params.seed
-        table = choose_touches(body, instrument, *chosen, bearing(body, asked.along_radius))
+        chosen = samples, depth_of_radius, seed
+        table = choose_touches(body, tool, *chosen, bearing(body, truth.along_radius))
     write_table(table, output.touches)
-    touches = touches_of(instrument, pd.read_csv(output.touches))
+    touches = touches_of(tool, pd.read_csv(output.touches))
     progress = steps(say, f"{wildcards.body}, {wildcards.tool}: truth of touch")
-    save_touch_truth(truth_of_touches(body, touches, progress, asked, say, free_mb()), output.truth)
+    save_touch_truth(truth_of_touches(body, touches, progress, truth, say, free_mb()), output.truth)
 
 
-def measure_touch_models(input, params, wildcards, say):
+def measure_touch_models(
+    input, wildcards, say, instrument: ToolSettings, deepest_of_radius: float, place: str, keywords: dict,
+    settings: Families, repeats: int, budget_s: float, seed: int,
+):  # fmt: skip
     from palpate.benchmark.touch import TouchCase, touches_of
     from palpate.benchmark.touch_measure import load_model, measure_touches
     from palpate.benchmark.touch_truth import load_touch_truth
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
 
-    instrument = Instrument(**params.instrument)
-    touches = touches_of(instrument, pd.read_csv(input.touches))
-    deepest = max([params.deepest_of_radius * instrument.radius_m, *(touch.depth_m for touch in touches)])
-    case = TouchCase(load(input.body), instrument, deepest, params.seed, params.settings)
-    asked = touches, load_touch_truth(input.truth), params.repeats, params.budget_s
+    tool = Instrument(**dict(instrument))
+    touches = touches_of(tool, pd.read_csv(input.touches))
+    deepest = max([deepest_of_radius * tool.radius_m, *(touch.depth_m for touch in touches)])
+    case = TouchCase(load(input.body), tool, deepest, seed, settings)
+    asked = touches, load_touch_truth(input.truth), repeats, budget_s
     progress = steps(say, f"{wildcards.body}, {wildcards.tool}, {wildcards.model}: setting")
-    tables = measure_touches(case, wildcards.model, load_model(params.place, params.keywords), *asked, progress)
+    tables = measure_touches(case, wildcards.model, load_model(place, keywords), *asked, progress)
     return dict(zip(("samples", "settings"), tables, strict=True))
 
 
-def tabulate_touch(input, params):
+def tabulate_touch(input, instruments: list[ToolSettings]):
     from palpate.benchmark.touch import TouchCase, touches_of
     from palpate.benchmark.touch_measure import truth_rows
     from palpate.benchmark.touch_truth import load_touch_truth
@@ -50,13 +59,13 @@ def tabulate_touch(input, params):
     from palpate.studies.touch.tables import Known, touch_forces_table, touch_table, touch_truth_table
 
     known, samples, settings = [], [], []
-    files = zip(input.bodies, input.touches, input.truths, params.instruments, strict=True)
-    for body, chosen, solved, entry in files:
-        instrument, touches, truth = Instrument(**entry), pd.read_csv(chosen), load_touch_truth(solved)
+    files = zip(input.bodies, input.touches, input.truths, instruments, strict=True)
+    for body, chosen, solved, tool in files:
+        instrument, touches, truth = Instrument(**dict(tool)), pd.read_csv(chosen), load_touch_truth(solved)
         case = TouchCase(load(body), instrument, touches["depth_m"].max(), 0)
         places = case.body.fine.nodes[touches["node"]]
         own, row = truth_rows(case, touches_of(instrument, touches), truth)
-        labels = row[["scene", "body", "instrument"]].iloc[0].to_dict() | entry
+        labels = row[["scene", "body", "instrument"]].iloc[0].to_dict() | dict(tool)
         known.append(Known({name: labels[name] for name in labels if name != "kind"}, touches, truth, places))
         samples.append(own)
         settings.append(row)

@@ -1,7 +1,7 @@
 """Settings of the study of touches."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -10,11 +10,11 @@ from palpate.benchmark.settings import (
     Instrument,
     OnLevel,
     ProjectiveDynamics,
+    TouchTruthSettings,
     VertexBlockDescent,
     Xpbd,
     check_instruments,
     check_refined,
-    instrument_name,
     pressed_bodies,
 )
 from palpate.errors import InputError, describe_unknown
@@ -26,20 +26,12 @@ from palpate.setting_types import (
     Index,
     Pair,
     Positive,
-    Share,
     Some,
     Switch,
     Vector,
     key,
     rows,
 )
-
-
-class Truth(Block):
-    along_radius: Positive = key("Least number of elements along the contact's radius on the finest mesh", 3.0)
-    finest: Count = key("Level, from the first of the body's shape, that the rim of what is held is refined to", 3)
-    most_force_error: Share = key("Own error of the force above which a touch judges no model, over the force", 0.03)
-    most_error: Share = key("Own error over the surface above which a touch judges no model, over the peak", 0.01)
 
 
 class LevelMesh(Block):
@@ -163,33 +155,30 @@ class Settings(Block):
         "where the body gives way",
         [0.25, 0.75],
     )
-    truth: Truth = key("What models are judged by, the limit of quadratic elements that are refined at the place", {})
+    truth: TouchTruthSettings = key(
+        "What models are judged by, the limit of quadratic elements that are refined at the place", {}
+    )
     models: Distinct[str] | None = key("Models by name; null takes all that palpate has", None)
     settings: Families = key("What each model is tried with: a point in the diagram for each", {})
     budget_s: Positive = key("Time [s] for which each setting is asked again, beyond once for each touch", 0.1)
 
 
-def instruments_of(config: dict) -> dict[str, dict]:
-    """Return the instruments of ``touch.instruments`` by their names in tables and folders."""
-    return {instrument_name(entry["kind"], entry["radius_m"]): entry for entry in config["touch"]["instruments"]}
-
-
-def check(config: dict, file: Path) -> None:
+def check(config: Any, file: Path) -> None:
     """Raise InputError for models and bodies that there are not, and for instruments and depths that are none."""
-    place, settings = f"{file}: touch", config["touch"]
-    if wrong := describe_unknown(settings["models"] or [], list(TOUCH_MODELS)):
+    place, asked = f"{file}: touch", config.touch
+    if wrong := describe_unknown(asked.models or [], list(TOUCH_MODELS)):
         raise InputError(f"{place}.models names {wrong}")
-    for name in {*(settings["models"] or [])} & {*absent()}:
+    for name in {*(asked.models or [])} & {*absent()}:
         raise InputError(f"{place}.models names {name}, whose engine is not installed; {INSTALL}")
     bodies = pressed_bodies(config, "touch")
-    check_refined(f"{place}.bodies", bodies, config)
+    check_refined(f"{place}.bodies", bodies, config.bodies)
     if not bodies:
         raise InputError(f"{place} is there and no body is refined; give one refinements of at least 1.")
-    if settings["depth_of_radius"][0] > settings["depth_of_radius"][1]:
-        raise InputError(f"{place}.depth_of_radius is {settings['depth_of_radius']}; give the lower number first.")
-    for i, given in enumerate(settings["at"]):
-        if given["body"] not in bodies:
-            raise InputError(f"{place}.at[{i}].body is {given['body']}; give one of {', '.join(bodies)}.")
-        if given["direction"] is not None and not any(given["direction"]):
+    if asked.depth_of_radius[0] > asked.depth_of_radius[1]:
+        raise InputError(f"{place}.depth_of_radius is {asked.depth_of_radius}; give the lower number first.")
+    for i, given in enumerate(asked.at):
+        if given.body not in bodies:
+            raise InputError(f"{place}.at[{i}].body is {given.body}; give one of {', '.join(bodies)}.")
+        if given.direction is not None and not any(given.direction):
             raise InputError(f"{place}.at[{i}].direction is [0, 0, 0]; give the way of the instrument, or null.")
-    check_instruments(f"{place}.instruments", settings["instruments"], bodies, config)
+    check_instruments(f"{place}.instruments", asked.instruments, bodies, config.bodies)

@@ -12,84 +12,90 @@ import pandas as pd
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.truth import load_truth
 from palpate.bodies.body_file import load
+from palpate.bodies.settings import Body
 from palpate.models.families import Families
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.run.job import steps
+from palpate.studies.tradeoff.settings import Advice
 from palpate.table_declaration import Table
 
 
-def _judged(input, params, wildcards, split, options, more=False):
+def _judged(input, regime, split, radius_m, options, tolerance, more=False):
     """Return a case with its training samples, and the judge of the others."""
     from palpate.benchmark.judge import read_judged
 
-    rest = params.radius_m, options, params.tolerance
-    return read_judged(input, wildcards.regime, int(split), *rest, more=more)
+    return read_judged(input, regime, int(split), radius_m, options, tolerance, more=more)
 
 
-def simulate_truth(input, output, params, wildcards, say):
+def simulate_truth(input, output, wildcards, say, splits: list[int], more: bool, tolerance: float, check_samples: int):
     from palpate.benchmark.split import asked_samples, read_folds, training_presses
     from palpate.benchmark.truth import save_truth, truth_of
     from palpate.studies.tradeoff.truth_table import other_element, widened
 
     body, loads, folds = load(input.body), pd.read_csv(input.loads), read_folds(input.samples)
-    asked, tested = asked_samples(folds, params.splits)
-    more = training_presses(folds, params.splits[0]) if params.more else []
-    chosen = loads[loads["sample"].isin([*asked, *more])]
+    asked, tested = asked_samples(folds, splits)
+    training = training_presses(folds, splits[0]) if more else []
+    chosen = loads[loads["sample"].isin([*asked, *training])]
     progress = steps(say, f"{body.name}, {wildcards.regime}: truth, solution")
-    truth, check = truth_of(body, chosen, set(tested), progress, params.tolerance), pd.DataFrame()
-    if params.check_samples:
+    truth, check = truth_of(body, chosen, set(tested), progress, tolerance), pd.DataFrame()
+    if check_samples:
         progress = steps(say, f"{body.name}, {wildcards.regime}: truth by linear elements, solution")
-        check = other_element(body, chosen, truth, truth.spread(params.check_samples), progress)
+        check = other_element(body, chosen, truth, truth.spread(check_samples), progress)
         truth = widened(truth, check)
     save_truth(truth, output.truth)
     return {"check": check}
 
 
-def measure_models(input, params, wildcards, say, options: FitOptions, grid: Families):
+def measure_models(
+    input, wildcards, say, options: FitOptions, grid: Families, tolerance: float, radius_m: float, models: dict,
+    more_of: dict[str, str], repeats: int, budget_s: float,
+):  # fmt: skip
     from palpate.benchmark.measure import measure, warn_unanswered
     from palpate.models.load_model import load_model
 
-    case, judge = _judged(input, params, wildcards, wildcards.split, options, bool(params.more_of))
+    case, judge = _judged(input, wildcards.regime, wildcards.split, radius_m, options, tolerance, bool(more_of))
     tables = []
-    for name, recipe in params.models.items():
+    for name, recipe in models.items():
         progress = steps(say, f"{wildcards.body}, {wildcards.regime}, {name}: setting")
-        asked = judge, params.repeats, params.budget_s, progress, params.more_of.get(name)
+        asked = judge, repeats, budget_s, progress, more_of.get(name)
         tables.append(measure(case, name, load_model(name, **recipe).tried(case, grid), *asked))
         if input.get("own"):
             warn_unanswered(name, tables[-1][1])
     return dict(zip(("samples", "settings"), map(pd.concat, zip(*tables, strict=True)), strict=True))
 
 
-def measure_bounds(input, params, wildcards, options: FitOptions):
+def measure_bounds(
+    input, wildcards, options: FitOptions, tolerance: float, radius_m: float, models: tuple[str, ...], more: bool
+):
     from palpate.benchmark.measure import bounds
     from palpate.studies.tradeoff.error_estimates import estimates
 
-    case, judge = _judged(input, params, wildcards, wildcards.split, options, params.more)
+    case, judge = _judged(input, wildcards.regime, wildcards.split, radius_m, options, tolerance, more)
     samples, settings = bounds(case, judge)
-    return {"samples": samples, "settings": settings, "estimates": estimates(case, judge, tuple(params.models))}
+    return {"samples": samples, "settings": settings, "estimates": estimates(case, judge, models)}
 
 
-def measure_facets(input, params, wildcards, say):
+def measure_facets(input, wildcards, say, samples: int, entry: Body):
     from palpate.bodies.organs import surface_of
     from palpate.studies.tradeoff.truth_table import geometry_share
 
     body, truth, loads = load(input.body), load_truth(input.truth), pd.read_csv(input.loads)
     progress = steps(say, f"{body.name}, {wildcards.regime}: what its facets change, solution")
-    chosen = truth.spread(params.samples)
-    return geometry_share(body, surface_of(params.entry), loads, truth, chosen, progress)
+    chosen = truth.spread(samples)
+    return geometry_share(body, surface_of(entry), loads, truth, chosen, progress)
 
 
-def tabulate_answers(input, params):
+def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], split: int):
     from palpate.benchmark.engine_scores import OWN, score_table
     from palpate.benchmark.ranking import BOUNDS
     from palpate.exchange.presses import of_run
     from palpate.exchange.score import floor_of, score_presses
 
     table, parts = pd.read_csv(input.table), []
-    for number, (scene, (regime, radius_m, paths)) in enumerate(params.scenes.items()):
+    for number, (scene, (regime, radius_m, paths)) in enumerate(scenes.items()):
         files = {name: getattr(input, name)[number] for name in ("body", "database", "samples", "truth")}
-        _, questions = of_run(files, regime, params.split, radius_m)
-        rows = table[(table["scene"] == scene) & (table["split"] == params.split) & ~table["model"].isin(BOUNDS)]
+        _, questions = of_run(files, regime, split, radius_m)
+        rows = table[(table["scene"] == scene) & (table["split"] == split) & ~table["model"].isin(BOUNDS)]
         for path in paths:
             scored = score_presses(Path(path), questions, questions.truth)
             for said in scored.warnings:
@@ -104,82 +110,84 @@ def _files_of(paths, body, regime):
     return [path for path in paths if Path(path).parts[-5:-3] == (body, regime)]
 
 
-def tabulate_tradeoff(input, params):
+def tabulate_tradeoff(input, scenes: list[str], smooth: list[str]):
     from palpate.benchmark.error_bounds import SAMPLES, Scene, error_bounds
     from palpate.files import read_table
     from palpate.studies.tradeoff.error_estimates import read_estimates
     from palpate.studies.tradeoff.truth_table import truth_table
 
-    table, scenes = accuracy_vs_time(pd.concat(map(pd.read_csv, input.settings)), commit()), []
+    table, judged = accuracy_vs_time(pd.concat(map(pd.read_csv, input.settings)), commit()), []
     for (body, regime), settings in table.groupby(["body", "regime"], sort=False):
         errors = pd.concat([read_table(path, SAMPLES)[SAMPLES] for path in _files_of(input.errors, body, regime)])
         estimates = pd.concat([read_estimates(path) for path in _files_of(input.estimates, body, regime)])
-        scenes.append(Scene(settings, errors, estimates))
-    truths = dict(zip(params.scenes, map(load_truth, input.truths), strict=True))
-    checks = dict(zip(params.scenes, map(pd.read_csv, input.checks), strict=True)) if input.checks else None
-    shares = dict(zip(params.smooth, map(pd.read_csv, input.geometry), strict=True))
-    return {"table": table, "bounds": error_bounds(scenes), "truth": truth_table(truths, checks, shares)}
+        judged.append(Scene(settings, errors, estimates))
+    truths = dict(zip(scenes, map(load_truth, input.truths), strict=True))
+    checks = dict(zip(scenes, map(pd.read_csv, input.checks), strict=True)) if input.checks else None
+    shares = dict(zip(smooth, map(pd.read_csv, input.geometry), strict=True))
+    return {"table": table, "bounds": error_bounds(judged), "truth": truth_table(truths, checks, shares)}
 
 
-def _advice(table, errors, limits):
+def _advice(table, errors, limits: Advice):
     """Advise on each scene of a table, the files of whose samples are ``errors``."""
     from palpate.benchmark.advice import advise
     from palpate.benchmark.ranking import errors_from
 
     return [
-        advise(settings, errors_from(_files_of(errors, body, regime), settings), **limits)
+        advise(settings, errors_from(_files_of(errors, body, regime), settings), **dict(limits))
         for (body, regime), settings in table.groupby(["body", "regime"], sort=False)
     ]
 
 
-def tabulate_advice(input, params):
+def tabulate_advice(input, limits: Advice, moving: dict):
     from palpate.benchmark.advice_other_loads import advise_motion
 
-    limits, found = params.limits, []
+    found = []
     pressed = pd.read_csv(input.table[0]) if input.table else None
     if pressed is not None:
         found += _advice(pressed, input.errors, limits)
     bounds = dict(table for path in input.bounds for table in pd.read_csv(path).groupby("scene"))
     for path in input.motions:
         for scene, rows in pd.read_csv(path).groupby("scene", sort=False):
-            found.append(advise_motion(rows, **limits | params.moving, bounds=bounds.get(scene), pressed=pressed))
+            found.append(advise_motion(rows, **dict(limits) | moving, bounds=bounds.get(scene), pressed=pressed))
     return pd.concat(found)
 
 
-def tabulate_advice_by_radius(input, params):
+def tabulate_advice_by_radius(input, radii: dict[str, tuple[str, float]], limits: Advice):
     from palpate.benchmark.advice import by_radius
 
     table = accuracy_vs_time(pd.concat([pd.read_csv(path) for path in input.settings]), commit())
-    radii = {scene: tuple(place) for scene, place in params.radii.items()}
-    return by_radius(pd.concat(_advice(table, input.errors, params.limits)), radii)
+    return by_radius(pd.concat(_advice(table, input.errors, limits)), radii)
 
 
-def measure_other_loads(input, params, wildcards, say, options: FitOptions, grid: Families):
+def measure_other_loads(
+    input, wildcards, say, options: FitOptions, grid: Families, tolerance: float, radius_m: float, split: int,
+    models: dict, samples: int, reference: float, repeats: int, budget_s: float,
+):  # fmt: skip
     from palpate.models.load_model import load_model
     from palpate.studies.tradeoff.general_loads import measure_any, measure_beyond, presses_beyond, questions
 
     place, beyond = f"{wildcards.body}, {wildcards.regime}", wildcards.kind == "beyond_design"
-    case, judge = _judged(input, params, wildcards, params.split, options)
+    case, judge = _judged(input, wildcards.regime, split, radius_m, options, tolerance)
     asked: Any
     if beyond:
-        asked = presses_beyond(case, judge, params.samples, steps(say, f"{place}: contact"))
+        asked = presses_beyond(case, judge, samples, steps(say, f"{place}: contact"))
     else:
         progress = steps(say, f"{place}: answer of the fine operator")
-        asked = questions(case, judge, params.samples, params.reference, progress)
+        asked = questions(case, judge, samples, reference, progress)
     found = []
-    for name, (recipe, pattern) in params.models.items():
+    for name, (recipe, pattern) in models.items():
         of_model = case, name, load_model(name, **recipe).tried(case, grid), pattern, asked
-        rest = params.repeats, params.budget_s, steps(say, f"{place}, {name}: setting")
+        rest = repeats, budget_s, steps(say, f"{place}, {name}: setting")
         found.append(measure_beyond(*of_model) if beyond else measure_any(*of_model, *rest))
     return pd.concat(found)
 
 
-def tabulate_limit_points(input, params, say):
+def tabulate_limit_points(input, say, radius_m: float, contacts: int | list[int]):
     from palpate.studies.tradeoff.truth_table import limit_points
 
     body = load(input.body)
     progress = steps(say, f"{body.name}: a growing press at contact")
-    return limit_points(body, params.radius_m, params.contacts, progress=progress)
+    return limit_points(body, radius_m, contacts, progress=progress)
 
 
 def commit() -> str:

@@ -22,7 +22,6 @@ rule find_cut_truth:
     params:
         **calls("palpate.studies.cut.jobs:find_cut_truth"),
         entry=lambda wildcards: CUTS[wildcards.scene],
-        truth=config["cut"]["truth"],
     script:
         "../job.py"
 

@@ -32,7 +32,7 @@ rule measure_palpation_limits:
     params:
         **calls("palpate.studies.palpation.palpation:measure_palpation_limits"),
         settings=some(
-            "palpation", "slab", "ball_radius_m", "covers_m", "contrasts", "radius_m", "pressure_of_young", "felt"
+            "palpation", "slab", "covers_m", "contrasts", "radius_m", "felt"
         ),
     script:
         "../job.py"

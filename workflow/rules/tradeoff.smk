@@ -117,7 +117,6 @@ rule measure_bounds:
     params:
         **JUDGED_WITH,
         **calls("palpate.studies.tradeoff.jobs:measure_bounds"),
-        models=TRADEOFF["residual_of"],
         more=lambda wildcards: bool(more_of(wildcards)),
     script:
         "../job.py"

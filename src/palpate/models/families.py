@@ -29,16 +29,6 @@ RUNS = "Runs from rest, from cheap to expensive"
 
 class Fem(Block):
     iterations: Distinct[Count] = key("Caps on Newton's iterations from rest", [1])
-    warm_iterations: Some[Count] = key(
-        "Caps on Newton's iterations from the stored linear response, and from the frame before: the answer to 97 % "
-        "of the load",
-        [1],
-    )
-    finest_warm_iterations: Distinct[Count] = key(
-        "The same from the frame before for quadratic elements on the finest level, which are solved from rest to the "
-        "loosest tolerance otherwise: each answer takes seconds, and each frame too",
-        [],
-    )
     warm_tolerances: Distinct[Inside] = key("Relative residuals to stop at from the other starts, loosest first", [])
     tolerances: Some[Inside] = key("Relative residuals to stop at from rest, loosest first", [1e-3])
 
@@ -46,8 +36,10 @@ class Fem(Block):
 class FastFem(Block):
     levels: Count = key("How many of the body's levels, counted from the finest", 2)
     iterations: Some[Count] = key("L-BFGS iterations from rest", [4, 8])
-    frame_iterations: Distinct[Count] = key("Iterations from the frame before: the answer to 97 % of the load", [2, 4])
-    finest_frame_iterations: Distinct[Count] = key("The same on the finest level, where frames take long to find", [])
+    finest_frame_iterations: Distinct[Count] = key(
+        "Iterations from the frame before, the answer to 97 % of the load, on the finest level; elsewhere 2 and 4",
+        [],
+    )
     linear_iterations: Distinct[Count] = key("Iterations from the linear response, stored for each contact", [])
     tolerances: Distinct[Inside] = key(RESIDUALS, [])
 
@@ -58,7 +50,6 @@ class FemLocal(Block):
         "refined over that of the patch, and the order of the elements",
         rows("depth reach order", (1, 1.5, 2), (2, 1.5, 2)),
     )
-    warm_iterations: Distinct[Count] = key("Caps on Newton's iterations from the frame before", [1])
     tolerances: Distinct[Inside] = key("Relative residuals to stop at, from rest, tried beside", [])
 
 
@@ -133,21 +124,6 @@ class PodOfLoads(Block):
 class MassSpring(Block):
     iterations: Some[Count] = key("Quasi-Newton iterations from rest on the coarse mesh", [1, 2, 3, 5, 8, 12, 20])
     middle_iterations: Distinct[Count] = key("The same on the middle mesh, of plain springs only; fits take long", [])
-    middle_samples: Count = key("Training samples that a fit on the middle mesh takes", 20)
-
-
-class ShapeMatching(Block):
-    combinations: Some[kinds.ShapeMatching] = key(
-        "Mode, clusters and steps from rest, from cheap to expensive",
-        rows(
-            "mode clusters steps",
-            ("quadratic", "one", 30),
-            ("quadratic", "one", 100),
-            ("linear", "cubes", 100),
-            ("linear", "cubes", 300),
-            ("quadratic", "cubes", 300),
-        ),
-    )
 
 
 class Relaxed(Block):
@@ -200,10 +176,9 @@ class Stage(Block):
 
 
 class Cascade(Block):
-    asked_errors: Some[Positive] = key("RMSE of nine answers in ten, of the peak", [0.1, 0.05, 0.02, 0.01, 0.005])
     budgets_ms: list[Positive] = key(
-        "Times [ms] of an answer with the least of these errors, each a setting of its own: a stage that does not fit "
-        "is left out, and the answer doubted",
+        "Times [ms] of an answer with the least error that is asked for, each a setting of its own: a stage that does "
+        "not fit is left out, and the answer doubted",
         [1],
     )
     stages: list[Stage] = key(
@@ -243,7 +218,6 @@ class Families(Block):
     mass_spring: MassSpring = key(
         "Mass-spring networks, of one modulus or nodal ones, with and without a volume force", {}
     )
-    shape_matching: ShapeMatching = key("Shape matching, fitted to training samples for each combination", {})
     relaxed: Relaxed = key("Methods of graphics and games, to the equilibrium of linear elements on a level", {})
     paper_enrichment: PaperEnrichment = key("Paper 1's regressors, each kind of feature with each kind of weights", {})
     cascade: Cascade = key("The cheapest of several models whose bound of the error meets what is asked for", {})

@@ -30,6 +30,13 @@ THINNED = "Error, relative to the whole, by which few cells may pull otherwise t
 NODES = "Nodes that the level which is reduced has at most, edges' midpoints included; it is the finest such level"
 
 
+WARM, FRAMES, MIDDLE_SAMPLES = 1, (2, 4), 20
+"""Newton's iterations from a linear response or the frame before, the answer to 97 % of the load; those of L-BFGS; and
+training samples that springs on the middle mesh are fitted to."""
+ASKED_ERRORS = (0.1, 0.05, 0.02, 0.01, 0.005)
+"""RMSE of nine answers in ten, of the peak, that cascades are asked for."""
+
+
 class Elements(Model):
     """Finite elements on a level of the body, stopped early or converged."""
 
@@ -69,18 +76,18 @@ class FEM(Elements):
         """Return for each level, coarse first, the starts, and for each of them how far the mesh is solved.
 
         Quadratic elements on the finest level, which have many more nodes than all others and take seconds, are solved
-        from rest to the loosest tolerance, which is far below their own error; ``finest_warm_iterations`` adds caps
-        from the frame before. What most iterations from that frame answer is brought to the limit of the levels, too.
+        from rest to the loosest tolerance, which is far below their own error. What an iteration from the frame before
+        answers is brought to the limit of the levels, too.
         """
         asked, last, found = grid.fem, len(case.body.levels) - 1, []
         for level in range(last + 1):
             rest, linear, frame = (self.having(level=level, start=start) for start in ("rest", "linear", "frame"))
             if self.order == 2 and level == last:
-                found += frame.stopped(asked.finest_warm_iterations) + rest.stopped([], asked.tolerances[:1])
+                found += rest.stopped([], asked.tolerances[:1])
                 continue
-            warm = asked.warm_iterations, asked.warm_tolerances
+            warm = [WARM], asked.warm_tolerances
             if len(case.prepared_contacts):
-                to_limit = frame.having(iterations=asked.warm_iterations[-1], target=LIMIT)
+                to_limit = frame.having(iterations=WARM, target=LIMIT)
                 found += [*linear.stopped(*warm), *frame.stopped(*warm), to_limit]
             else:
                 found += frame.stopped(*warm)
@@ -101,7 +108,7 @@ class FastFEM(Elements):
         asked, last, found = grid.fast_fem, len(case.body.levels) - 1, []
         for level in range(max(0, last + 1 - asked.levels), last + 1):
             rest, linear, frame = (self.having(level=level, start=start) for start in ("rest", "linear", "frame"))
-            frames = asked.finest_frame_iterations if level == last else asked.frame_iterations
+            frames = asked.finest_frame_iterations if level == last else FRAMES
             warm, cold = frame.stopped(frames), rest.stopped(asked.iterations)
             if len(case.prepared_contacts):
                 found += linear.stopped(asked.linear_iterations)
@@ -135,7 +142,7 @@ class LocalFEM(LocalMesh, Model):
         for mesh in asked.meshes:
             if mesh.depth <= finest:
                 on = self.having(depth=mesh.depth, reach=mesh.reach, order=mesh.order)
-                found += [on.having(start="frame", iterations=count) for count in asked.warm_iterations]
+                found.append(on.having(start="frame", iterations=WARM))
                 found += [on.having(start="rest", tolerance=tolerance) for tolerance in asked.tolerances]
         return found
 
@@ -380,7 +387,7 @@ class Springs(Model):
         asked = grid.mass_spring
         found = [self.having(level=0, iterations=count) for count in asked.iterations]
         if len(case.body.levels) > 2 and not (self.nodal or self.volume):
-            middle = self.having(level=1, samples=asked.middle_samples)
+            middle = self.having(level=1, samples=MIDDLE_SAMPLES)
             found += [middle.having(iterations=count) for count in asked.middle_iterations]
         return found
 
@@ -394,14 +401,19 @@ class Listed(Model):
         return [each for each in found if getattr(each, "level", 0) < len(case.body.levels)]
 
 
-class ShapeMatching(Listed):
+class ShapeMatching(Model):
     """Shape matching on the coarse mesh, fitted to training samples."""
 
     place, law, reduces = "palpate.models.shape_matching", "shape matching", "p2"
-    listed = "shape_matching.combinations"
     mode: Literal["rigid", "linear", "quadratic"] = key("How a cluster may deform", "quadratic")
     clusters: Literal["one", "tetrahedra", "cubes"] = key("How particles are grouped", "cubes")
     steps: Count = key("Steps from rest", 300)
+
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return modes, clusters and steps, from cheap to expensive."""
+        of_one = [self.having(mode="quadratic", clusters="one", steps=steps) for steps in (30, 100)]
+        linear = [self.having(mode="linear", clusters="cubes", steps=steps) for steps in (100, 300)]
+        return [*of_one, *linear, self.having(mode="quadratic", clusters="cubes", steps=300)]
 
 
 class Relaxing(Listed):
@@ -472,5 +484,5 @@ class Cascade(Model):
         """Return the errors that are asked for, the largest first, and then the last one within each budget."""
         asked = grid.cascade
         whole = self.having(stages=grid.stages)
-        found = [whole.having(asked=error) for error in sorted(asked.asked_errors, reverse=True)]
+        found = [whole.having(asked=error) for error in ASKED_ERRORS]
         return found + [found[-1].having(budget_ms=budget) for budget in sorted(asked.budgets_ms)]

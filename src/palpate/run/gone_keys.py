@@ -9,6 +9,16 @@ GONE = {
         "which is rayleigh, of springs kelvin and of shape_matching velocity_damping; bending of sheets, body_springs "
         "of surfaces, and volume of springs with a Poisson's ratio above 1/4)"
     ),
+    "cut.truth": "edges are as long as half of the cut's width, and half of that at its front; remove it",
+    "dynamic.training_share": "it is one half; remove it, or describe a training of the scene",
+    "palpation.ball_radius_m": "it is 0.01 m; remove it",
+    "palpation.pressure_of_young": "it is 0.1; remove it",
+    "tradeoff.residual_of": "it is done of fem_p1 and fem_p2; remove it",
+    "tradeoff.settings.cascade.asked_errors": "errors from 0.5 to 10 % are asked for; remove it",
+    "tradeoff.settings.fast_fem.frame_iterations": "there are 2 and 4; remove it",
+    "tradeoff.settings.fem*.*warm_iterations": "there is one; remove it",
+    "tradeoff.settings.mass_spring.middle_samples": "there are 20; remove it",
+    "tradeoff.settings.shape_matching": "palpate knows what to try; remove it",
 }
 """By the place of a key, with * for a name: why it is gone, and what to write instead."""
 

@@ -38,7 +38,7 @@ def block(box) -> Body:
 @pytest.fixture(scope="module")
 def falling(block) -> tuple[ComparedScene, ComparedScene]:
     own = {"duration_s": 0.06, "frames": 6, "level": 0, "training": {"duration_s": 0.04} | LOWER}
-    return compared_and_training(DROP, block, own, 0.5)
+    return compared_and_training(DROP, block, own)
 
 
 def test_until_it_lands_the_reference_falls_freely_and_then_stays_above_the_floor(falling):
@@ -180,7 +180,7 @@ def test_the_motion_that_is_fitted_to_has_frames_of_the_same_length(block):
 
 def test_where_nothing_is_fitted_no_other_motion_is_simulated(block):
     own = {"duration_s": 0.04, "frames": 4, "level": 0, "models": ["fem_coarse"]}
-    made, lesson = compared_and_training(DROP, block, own, 0.5)
+    made, lesson = compared_and_training(DROP, block, own)
     assert lesson is None
     found = reference(made, lesson, 0.05, 6)
     assert found.training.shape == (0, *found.truth.shape[1:]) and found.training_s == 0.0

@@ -15,7 +15,7 @@ def compared_of(wildcards):
         for key, value in FOLLOWED[wildcards.scene].items()
         if key not in ("settings", "elsewhere", "truth", "held_out")
     }
-    return {"scene": scene_named(wildcards), "own": own, "share": config["dynamic"]["training_share"]}
+    return {"scene": scene_named(wildcards), "own": own}
 
 
 def body_of_compared(wildcards):

@@ -1,18 +1,20 @@
 """Functions that the rules of workflow/rules/cut.smk call; palpate.studies.common_jobs says how."""
 
 from palpate.run.job import steps
-from palpate.studies.cut.settings import Families, Pull, Truth
+from palpate.studies.cut.settings import Families, Pull
+
+FRONT_OF_WIDTH = 0.5
+"""Longest edges at the front of a cut over its half width, on the meshes that are halved; elsewhere at the cut 1."""
 
 
-def find_cut_truth(input, output, wildcards, entry: Pull, truth: Truth):
+def find_cut_truth(input, output, wildcards, entry: Pull):
     from palpate.benchmark.cut_truth import truth_of_cut
     from palpate.bodies.body_file import load
     from palpate.studies.cut.measure import asked, save_truth, truth_row
 
     case = asked(load(input.body), entry)
     cut = case.cuts[0]
-    edges = truth.edge_of_width * cut.narrow_m, truth.front_of_width * cut.narrow_m
-    found = truth_of_cut(case.body, cut, case.hooks, *edges, case.places)
+    found = truth_of_cut(case.body, cut, case.hooks, cut.narrow_m, FRONT_OF_WIDTH * cut.narrow_m, case.places)
     save_truth(found, output.truth)
     return {"table": truth_row(wildcards.scene, case, found)}
 

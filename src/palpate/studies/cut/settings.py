@@ -21,11 +21,6 @@ class Pull(Block):
     hooks: list[Hook] = key("What pulls the lips apart", min_length=1)
 
 
-class Truth(Block):
-    edge_of_width: Positive = key("Longest edges at the cut over its half width, on the meshes that are halved", 1.0)
-    front_of_width: Positive = key("The same at the front of the cut", 0.5)
-
-
 LEVEL = "Level of the body; those that a body has not are left out"
 
 
@@ -127,7 +122,6 @@ class Settings(Block):
     """Bodies that are cut and whose lips hooks pull apart, for every model that can follow a cut."""
 
     cuts: dict[Name, Pull] = key("Cuts and what pulls, by name", {})
-    truth: Truth = key("What models are judged by, the limit of quadratic elements on meshes that conform", {})
     settings: Families = key("What each model is tried with: a point in the diagram for each", {})
     budget_s: Positive = key("Time [s] for which each setting is cut and asked again, beyond once", 1.0)
 

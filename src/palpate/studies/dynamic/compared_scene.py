@@ -148,18 +148,19 @@ class Compared(Block):
 
     scene: Scene = key("The scene")
     own: dict[str, Any] = key("How it is followed, and by which models")
-    share: float = key("Of the loads, that models are fitted to without a training", 1.0)
 
 
-def compared_and_training(
-    scene: Scene, body: Body, own: Mapping, share: float
-) -> tuple[ComparedScene, ComparedScene | None]:
+SHARE = 0.5
+"""Of a scene's loads, that models are fitted to without another training."""
+
+
+def compared_and_training(scene: Scene, body: Body, own: Mapping) -> tuple[ComparedScene, ComparedScene | None]:
     """Make what ``ComparedScene.of`` makes, and the motion that models are fitted to, if any is."""
     made = ComparedScene.of(scene, body, own)
-    return made, training_of(made, own.get("training", {}), share) if fits(own) else None
+    return made, training_of(made, own.get("training", {})) if fits(own) else None
 
 
-def training_of(compared: ComparedScene, training: Mapping, share: float) -> ComparedScene:
+def training_of(compared: ComparedScene, training: Mapping, share: float = SHARE) -> ComparedScene:
     """Return the motion that models are fitted to: as ``training`` describes it, or under a share of the loads.
 
     training : blocks that replace or complete those of the scene, ``others`` and ``duration_s``; empty for the share

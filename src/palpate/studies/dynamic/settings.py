@@ -245,7 +245,6 @@ class Settings(Block):
     frames: Count = key("Equal parts of each scene, at whose ends motions are compared", 20)
     change_of_peak: Change = key("Change of the reference's worst frame by its last halved step, of the peak", 0.01)
     max_halvings: Halvings = key("Times that the reference's step is halved, from one a frame, before giving up", 6)
-    training_share: Inside = key("Share of a scene's loads that models are fitted to without other training", 0.5)
     speeds: Distinct[Positive] = key(
         "Multiples of life, seconds of motion in a second, for which a model is advised", [1, 20]
     )

@@ -120,7 +120,7 @@ def ball_in_slab(slab: Slab, ball_radius_m: float, cover_m: float, finger_m: flo
     if not (cover_m > 0.0 and center.min() > ball_radius_m):
         raise InputError(
             f"palpation: a ball of radius {ball_radius_m:g} m, {cover_m:g} m deep, is not inside the slab of "
-            f"{x:g} × {y:g} × {z:g} m; change covers_m, ball_radius_m or slab.sizes_m."
+            f"{x:g} × {y:g} × {z:g} m; change covers_m or slab.sizes_m."
         )
     with TemporaryDirectory() as folder:
         path = Path(folder) / "slab.msh"
@@ -171,25 +171,29 @@ PALPATION_LIMITS = Table(
 )
 
 
+BALL_M, PRESSURE_OF_YOUNG = 0.01, 0.1
+"""Radius [m] of the ball, and peak pressure of the press on the slab over its Young's modulus."""
+
+
 def palpation_limits(settings: Settings, progress: Callable = iter) -> pd.DataFrame:
     """Press a slab above a ball under each of the covers and of each of the contrasts.
 
     Raises InputError if a ball is not in the slab, NotConverged if a press has no equilibrium.
     """
-    rows, ball_m, felt = [], settings.ball_radius_m, settings.felt
+    rows, felt = [], settings.felt
     for cover in progress(settings.covers_m):
-        body = ball_in_slab(settings.slab, ball_m, cover, settings.radius_m, settings.contrasts[0])
+        body = ball_in_slab(settings.slab, BALL_M, cover, settings.radius_m, settings.contrasts[0])
         middle = np.array(settings.slab.sizes_m) * [0.5, 0.5, 1.0]
         contact = int(np.argmin(np.linalg.norm(body.coarse.nodes - middle, axis=1)))
         plain = PressCurves(body, settings.radius_m)
-        forces = plain.forces([settings.pressure_of_young])
+        forces = plain.forces([PRESSURE_OF_YOUNG])
         without = float(plain.depths(contact, forces, regions=False)[0])
         for contrast in settings.contrasts:
             tissue = _ball_in(body.material, contrast, body.tissue(0).region)
             curves = PressCurves(replace(body, regions=tissue), settings.radius_m)
             depth = float(curves.depths(contact, forces, regions=True)[0])
             stiffer = without / depth - 1.0
-            row = [cover, ball_m, contrast, forces[0], depth, without, stiffer, abs(stiffer) >= felt]
+            row = [cover, BALL_M, contrast, forces[0], depth, without, stiffer, abs(stiffer) >= felt]
             rows.append([*row, felt, curves.products])
     return PALPATION_LIMITS.frame(rows)
 

@@ -34,10 +34,8 @@ class Settings(Block):
         0.15,
     )
     slab: Slab = key("A slab on a rigid ground, with a ball below the middle of its top", {})
-    ball_radius_m: Positive = key("Radius [m] of the ball", 0.01)
     covers_m: Some[Positive] = key("Depths [m] of the ball's top below the slab's", [0.004, 0.008, 0.012, 0.016])
     contrasts: Some[Positive] = key("Young's moduli of the ball, relative to that of the slab", [2, 5, 10, 100, 10000])
-    pressure_of_young: Pressure = key("Peak pressure of the press on the slab, as a share of its Young's modulus", 0.1)
 
 
 def check(config: Any, file: Path) -> None:

@@ -64,15 +64,13 @@ def measure_models(
     return dict(zip(("samples", "settings"), map(pd.concat, zip(*tables, strict=True)), strict=True))
 
 
-def measure_bounds(
-    input, wildcards, options: FitOptions, tolerance: float, radius_m: float, models: tuple[str, ...], more: bool
-):
+def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radius_m: float, more: bool):
     from palpate.benchmark.measure import bounds
     from palpate.studies.tradeoff.error_estimates import estimates
 
     case, judge = _judged(input, wildcards.regime, wildcards.split, radius_m, options, tolerance, more)
     samples, settings = bounds(case, judge)
-    return {"samples": samples, "settings": settings, "estimates": estimates(case, judge, models)}
+    return {"samples": samples, "settings": settings, "estimates": estimates(case, judge, ("fem_p1", "fem_p2"))}
 
 
 def measure_facets(input, wildcards, say, samples: int, entry: Body):

@@ -2,7 +2,7 @@
 
 import re
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
 
@@ -145,11 +145,6 @@ class Settings(Block):
             "linear_fem": "",
             "warped_compliance": "samples=0",
         },
-    )
-    residual_of: Distinct[Literal["linear_fem", "fem_p1", "fem_p2"]] = key(
-        "Models whose error is also estimated from one fine residual: of the linear response inside the body, and of "
-        "the elements on the coarse level",
-        ["fem_p1", "fem_p2"],
     )
     advice: Advice = key("What is asked of the models; the command palpate advise takes any other limit", {})
 

@@ -20,7 +20,6 @@ rule compare_with_published:
             *("palpate.effects.laws", "palpate.studies.outside.isochoric_neo_hookean"),
             draws=OUTSIDE_SHOWN,
         ),
-        cells=config["outside"]["cells"],
     script:
         "../job.py"
 

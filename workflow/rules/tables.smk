@@ -14,7 +14,6 @@ rule tabulate_advice:
     params:
         **calls("palpate.studies.tradeoff.jobs:tabulate_advice"),
         limits=(config if "tradeoff" in ADVISED else {"tradeoff": plain(defaults("tradeoff"))})["tradeoff"]["advice"],
-        moving=some("dynamic", "budgets_ms", "speeds") if "dynamic" in ADVISED else {},
     script:
         "../job.py"
 

@@ -235,7 +235,6 @@ rule tabulate_limit_points:
         "results/benchmarks/tabulate_limit_points.tsv"
     params:
         **calls("palpate.studies.tradeoff.jobs:tabulate_limit_points"),
-        radius_m=lambda wildcards: TRADEOFF["limit_points"]["radius_m"],
         contacts=lambda wildcards: TRADEOFF["limit_points"]["contacts"],
     script:
         "../job.py"

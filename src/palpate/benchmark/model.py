@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, TypeVar
 import numpy as np
 
 from palpate.benchmark.load import Answer, Doubted, Load, Response, SurfacePress, displacement_of
-from palpate.benchmark.settings import FitOptions, OnLevel
+from palpate.benchmark.settings import FitOptions
 from palpate.errors import InputError, NotConverged
 from palpate.setting_types import Block
 
@@ -283,7 +283,7 @@ def refuse_regions(case: OfBody, what: str) -> None:
         raise NotConverged(f"{what} have one stiffness, and the regions of {case.body.name} differ", [float("nan")])
 
 
-def on_own_levels(case: OfBody, runs: Iterable[OnLevel]) -> list[Setting]:
+def on_own_levels(case: OfBody, runs: Iterable[Any]) -> list[Setting]:
     """Return those of ``runs`` whose ``level`` the body has."""
     return [dict(each) for each in runs if each.level < len(case.body.levels)]
 

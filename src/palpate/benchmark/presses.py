@@ -327,7 +327,7 @@ def check_radius(body: Body, radius_m: float) -> None:
         raise InputError(
             f"bodies.{body.name}: radius_m is {radius_m:g}, and {remedy}; give a radius in m of at most half of the "
             f"longest side{millimetres if radius_m > 0.0 else ''} (radius_m or radius_of_body_m of a regime, "
-            "finger_radii_m, or limit_points.radius_m)."
+            "or finger_radii_m)."
         )
 
 

@@ -1,8 +1,6 @@
 """What each family of models is tried with in the trade-off: a point in the diagram for each setting."""
 
-from typing import Annotated, Literal
-
-from pydantic import Field
+from typing import Literal
 
 from palpate.benchmark.model import Model
 from palpate.models import kinds, model_registry
@@ -12,7 +10,6 @@ from palpate.setting_types import (
     Distinct,
     Index,
     Inside,
-    NotNegative,
     Number,
     Positive,
     Share,
@@ -44,15 +41,6 @@ class FastFem(Block):
     tolerances: Distinct[Inside] = key(RESIDUALS, [])
 
 
-class FemLocal(Block):
-    meshes: Distinct[kinds.LocalMesh] = key(
-        "Meshes and elements, from small to large: how many of the body's levels are refined, the radius of what is "
-        "refined over that of the patch, and the order of the elements",
-        rows("depth reach order", (1, 1.5, 2), (2, 1.5, 2)),
-    )
-    tolerances: Distinct[Inside] = key("Relative residuals to stop at, from rest, tried beside", [])
-
-
 class ContactModes(Block):
     nodes: Count = key(kinds.NODES, 12000)
     rings: Some[Index] = key("Rings of elements around the disc with cells of their own; 50 are all of a body", [1, 50])
@@ -70,16 +58,6 @@ class ContactModes(Block):
         "Which answer is meant: operator is that of quadratic elements on the finest level, limit that of ever finer "
         "levels, which is extrapolated to",
         ["operator", "limit"],
-    )
-
-
-class Learning(Block):
-    training_shares: Some[Share] = key(f"{SHARES}, where there are coarse answers with the last one", [0.25, 0.5, 1.0])
-
-
-class WarpedCompliance(Block):
-    training_shares: Some[Annotated[NotNegative, Field(le=1)]] = key(
-        "Shares of the training samples that the residual is learnt from", [0, 0.5, 1.0]
     )
 
 
@@ -122,8 +100,9 @@ class PodOfLoads(Block):
 
 
 class MassSpring(Block):
-    iterations: Some[Count] = key("Quasi-Newton iterations from rest on the coarse mesh", [1, 2, 3, 5, 8, 12, 20])
-    middle_iterations: Distinct[Count] = key("The same on the middle mesh, of plain springs only; fits take long", [])
+    middle_iterations: Distinct[Count] = key(
+        "Quasi-Newton iterations on the middle mesh, of plain springs only; fits take long", []
+    )
 
 
 class Relaxed(Block):
@@ -198,14 +177,7 @@ class Families(Block):
     )
     fem: Fem = key("Linear (fem_p1) and quadratic (fem_p2) elements on all levels, stopped early or converged", {})
     fast_fem: FastFem = key("Quadratic finite elements by L-BFGS from the multigrid of the state at rest", {})
-    fem_local: FemLocal = key("Corotational finite elements on a mesh for each contact, fine around it", {})
     contact_modes: ContactModes = key("A reduced model for each contact, made of presses that it simulates itself", {})
-    detail_correction: Learning = key("Every coarse answer, corrected by linear detail and by what is learnt", {})
-    warped_compliance: WarpedCompliance = key("Stored linear responses, turned with their own rotations", {})
-    linear_residual: Learning = key("Stored linear responses, and kernel ridge regression of what they lack", {})
-    ridge: Learning = key(
-        "Ridge regression from coarse to fine displacements (ridge_upsampling, kernel_ridge_detail)", {}
-    )
     pod_rbf: PodRbf = key("Proper orthogonal decomposition with radial basis functions", {})
     mujoco_flex: MujocoFlex = key("Flex bodies of MuJoCo (mujoco), if that engine is installed", {})
     pod_galerkin: PodGalerkin = key("Galerkin projection on modes of training samples, the same for all contacts", {})

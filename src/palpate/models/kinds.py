@@ -33,6 +33,8 @@ NODES = "Nodes that the level which is reduced has at most, edges' midpoints inc
 WARM, FRAMES, MIDDLE_SAMPLES = 1, (2, 4), 20
 """Newton's iterations from a linear response or the frame before, the answer to 97 % of the load; those of L-BFGS; and
 training samples that springs on the middle mesh are fitted to."""
+SHARES = (0.25, 0.5, 1.0)
+"""Of the training samples, that models learn from."""
 ASKED_ERRORS = (0.1, 0.05, 0.02, 0.01, 0.005)
 """RMSE of nine answers in ten, of the peak, that cascades are asked for."""
 
@@ -136,14 +138,12 @@ class LocalFEM(LocalMesh, Model):
     tolerance: Positive | None = key(TOLERANCE, None)
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return the meshes from small to large; each is stopped early from the frame before, and solved from rest."""
-        asked, finest = grid.fem_local, len(case.body.levels) - 1
-        found = []
-        for mesh in asked.meshes:
-            if mesh.depth <= finest:
-                on = self.having(depth=mesh.depth, reach=mesh.reach, order=mesh.order)
+        """Return the meshes from small to large; each is stopped early from the frame before."""
+        finest, found = len(case.body.levels) - 1, []
+        for depth in (1, 2):
+            if depth <= finest:
+                on = self.having(depth=depth, reach=1.5, order=2)
                 found.append(on.having(start="frame", iterations=WARM))
-                found += [on.having(start="rest", tolerance=tolerance) for tolerance in asked.tolerances]
         return found
 
 
@@ -220,7 +220,7 @@ class LinearResidual(Model):
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
         """Return how many training samples are learnt from."""
-        return [self.having(samples=count) for count in training_counts(case, grid.linear_residual.training_shares)]
+        return [self.having(samples=count) for count in training_counts(case, SHARES)]
 
 
 class WarpedCompliance(Model):
@@ -233,7 +233,7 @@ class WarpedCompliance(Model):
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
         """Return how many training samples are learnt from; with none, the published method, and its limit."""
-        counts = training_counts(case, grid.warped_compliance.training_shares)
+        counts = training_counts(case, (0, *SHARES[1:]))
         plain, *learnt = [self.having(samples=count) for count in counts]
         return [plain, self.having(samples=0, target=LIMIT), *learnt]
 
@@ -273,7 +273,7 @@ class DetailCorrection(OfCoarse):
         Without samples neither scale nor residual is learnt; nothing may be turned either. What is learnt from all of
         them is brought to the limit of the levels, too.
         """
-        counts = training_counts(case, grid.detail_correction.training_shares)
+        counts = training_counts(case, SHARES)
         fewer = [self.having(samples=0, turned=False), *(self.having(samples=count) for count in (0, *counts))]
         *others, whole = self.having(samples=case.n_training).with_each(case, grid, fewer)
         return [*others, whole.having(target=LIMIT), whole]
@@ -302,7 +302,7 @@ class Ridge(OfCoarse):
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
         """Return the coarse answers with all training samples, and with the best of them how many are used."""
-        fewer = [self.having(samples=count) for count in training_counts(case, grid.ridge.training_shares)]
+        fewer = [self.having(samples=count) for count in training_counts(case, SHARES)]
         return self.having(samples=case.n_training).with_each(case, grid, fewer)
 
 
@@ -385,7 +385,7 @@ class Springs(Model):
     def tried(self, case: Case, grid: "Families") -> list[Self]:
         """Return iterations on the coarse level; of plain springs also on the middle one, where fits take long."""
         asked = grid.mass_spring
-        found = [self.having(level=0, iterations=count) for count in asked.iterations]
+        found = [self.having(level=0, iterations=count) for count in (1, 2, 3, 5, 8, 12, 20)]
         if len(case.body.levels) > 2 and not (self.nodal or self.volume):
             middle = self.having(level=1, samples=MIDDLE_SAMPLES)
             found += [middle.having(iterations=count) for count in asked.middle_iterations]

@@ -70,7 +70,7 @@ def experiment(asked: "CubeSettings", poisson: float) -> Experiment:
     for face in FACES:
         node, inward = middle(mesh, face)
         presses[face] = Press(face, node, asked.force_n * inward, asked.rise_s)
-    keys = spring_motion.key_points(mesh.nodes, mesh.tetrahedra, asked.key_points_m)
+    keys = spring_motion.key_points(mesh.nodes, mesh.tetrahedra, np.array(asked.key_points_m, dtype=float))
     steps = round(asked.duration_s / asked.step_s)
     settings = Settings(asked.step_s, steps, asked.damping_ratio, keys)
     model = spring_motion.spring_model(particles)

@@ -274,7 +274,7 @@ def _times(make: Callable, triangles: list[np.ndarray], points: list[list[np.nda
 
 
 def measure_collision(
-    say: Callable, frames: int, refinements: int, depths: list[tuple[int, int]], triangles: list[int], seed: int
+    say: Callable, frames: int, refinements: int, depths: list[list[int]], triangles: list[int], seed: int
 ) -> dict[str, pd.DataFrame]:
     """Compare the structures in motion, and their growth with the triangles, for the rule of that name."""
     for package in installed()[1]:

@@ -1,6 +1,6 @@
 """Paper 3's precision for time: contacts from trees that are stopped at a layer; and queries of bodies apart."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -321,7 +321,7 @@ COLLISION_APART = Table(
 
 
 def measure_apart(
-    settings: Apart, refinements: int, depths: Sequence[Sequence[int]], seed: int, report: Callable
+    settings: Apart, refinements: int, depths: list[list[int]], seed: int, report: Callable
 ) -> pd.DataFrame:
     """Measure the rows of collision_apart.csv: one for each pair of bodies, gap and structure.
 
@@ -385,7 +385,7 @@ def _cost(one: Any, placed: list[list[np.ndarray]]) -> dict[str, float]:
 
 
 def measure_collision_precision(
-    say: Callable, stopped: Stopped, apart: Apart, depths: list[tuple[int, int]], refinements: int, seed: int
+    say: Callable, stopped: Stopped, apart: Apart, depths: list[list[int]], refinements: int, seed: int
 ) -> dict[str, pd.DataFrame]:
     """Measure stopped trees and bodies apart, for the rule of that name."""
     return {

@@ -211,6 +211,10 @@ def read_truth(path: str) -> MotionTruth | LinearLimit:
     return read_arrays(LinearLimit, path) if linear else read_arrays(MotionTruth, path)
 
 
+PART = 0.05
+"""Of the peak, by which two linear meshes and two steps may differ in a frame."""
+
+
 def find_motion_truth(input: Any, output: Any, params: Any, compared: Compared, say: Callable) -> Any:
     """Find the truth of a scene's motion, or until when linear meshes agree on it, for the rule of that name."""
     asked = params.truth
@@ -219,7 +223,7 @@ def find_motion_truth(input: Any, output: Any, params: Any, compared: Compared, 
     scene, _ = compared_and_training(body=body_file.load(input.body), **dict(compared))
     count, progress = asked["steps_per_frame"], steps(say, f"{scene.name}: motion")
     if asked["elements"] == "linear":
-        limit = linear_limit(scene, count, asked["part"], progress)
+        limit = linear_limit(scene, count, PART, progress)
         say(f"{scene.name}: {limit.said}")
         write_arrays(limit, output.truth)
         return {"table": tabulate_truth(scene, limit)}

@@ -187,7 +187,6 @@ class Truth(Block):
     )
     levels: Whole = key("How many levels, from the coarsest on; 3 at least of quadratic elements", 3, ge=2, le=4)
     steps_per_frame: Count = key("Steps in each frame, and a half (and of quadratic ones a quarter) of their length", 2)
-    part: Change = key("Of the peak, by which two linear meshes and two steps may differ in a frame", 0.05)
 
 
 class Contact(Block):
@@ -245,13 +244,6 @@ class Settings(Block):
     frames: Count = key("Equal parts of each scene, at whose ends motions are compared", 20)
     change_of_peak: Change = key("Change of the reference's worst frame by its last halved step, of the peak", 0.01)
     max_halvings: Halvings = key("Times that the reference's step is halved, from one a frame, before giving up", 6)
-    speeds: Distinct[Positive] = key(
-        "Multiples of life, seconds of motion in a second, for which a model is advised", [1, 20]
-    )
-    budgets_ms: Distinct[Positive] = key(
-        "Times of a step [ms] for which a model is advised: of haptics, of a game, of 60 pictures a second",
-        [1, 8, 16.7],
-    )
     scenes: dict[Name, Followed] = optional(
         "Scenes, and how each is followed; left out, all take part in which one held body that is no sheet moves "
         "under gravity or push alone. With contact, several bodies of a kind, a sheet, nothing held or plasticity, a "

@@ -6,6 +6,7 @@ cross-validation on the training samples and stands in enrichment_accuracy.csv, 
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -24,7 +25,13 @@ from palpate.table_declaration import Table
 
 
 def sweep_sigma(
-    input, output, wildcards, cases: list[tuple[str, str]], shown: list[str], regression: Regression, seed: int
+    input,
+    output,
+    wildcards,
+    cases: list[tuple[str, Literal["samples", "contacts"]]],
+    shown: list[str],
+    regression: Regression,
+    seed: int,
 ):
     import h5py
 
@@ -69,7 +76,8 @@ def time_methods(
     train, test = sides(read_samples(input.samples), "samples")
     options = FitOptions(**regression, split="samples", seed=seed)
     methods = {protocol: build(db, compliance, train, protocol, options) for protocol in ("paper", "live")}
-    samples, name = choose_samples(db.peaks, test), wildcards.body
+    samples: Any = choose_samples(db.peaks, test)
+    name = wildcards.body
     loads = pd.read_csv(input.loads).iloc[samples]
     fine, coarse = (solves(body, level, loads, tolerance) for level in (len(body.levels) - 1, 0))
     timing = timing_table(db, methods, fine, coarse, samples, name, repeats, published_means)

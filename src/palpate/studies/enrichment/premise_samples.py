@@ -186,7 +186,8 @@ def prepare(name: str, premise: "Case", entry: BodySettings) -> Premise:
     premise : its settings, which replace anchors, bed and refinements of those of the body, ``entry``
     Raises InputError if the body cannot be made, or if no contact faces the direction of the presses.
     """
-    body = make_body(premise.body, changed(premise, entry))
+    made_of: Any = changed(premise, entry)
+    body = make_body(premise.body, made_of)
     contacts = pressed_contacts(body, contacts_of(body))
     inward = -body.fine.normals[contacts]
     if premise.direction is not None:

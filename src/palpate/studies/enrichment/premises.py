@@ -213,7 +213,7 @@ TABLES = (PREMISES, PREMISE_BODIES, FEATURE_VECTORS, DATABASE_MEMORY)
 
 
 def compare(
-    bodies: Mapping[str, Body],
+    bodies: Mapping[str, Any],
     databases: Mapping[str, Database],
     settings: Premises,
     options: FitOptions,

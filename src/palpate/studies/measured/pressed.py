@@ -103,7 +103,7 @@ def _elastic(
     from palpate.run.job import steps
 
     assert entry.instrument is not None  # as the settings' check says
-    thickness = entry.thickness_m and (entry.thickness_m[0], entry.thickness_m[1])
+    thickness = (entry.thickness_m[0], entry.thickness_m[1]) if entry.thickness_m else None
     poisson, sticking = ((low, high) for low, high in (entry.poisson, entry.sticking))
     asked = Asked(Instrument(**dict(entry.instrument)), body, thickness, poisson, sticking, laws=entry.laws)
     rows: list = []

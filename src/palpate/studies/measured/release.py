@@ -26,6 +26,10 @@ TOLERANCE = 1e-6
 """Relative residual of each step."""
 
 
+CREEP_STEP_S = 0.01
+"""Time step of a release with a branch that is fitted to creep."""
+
+
 @dataclass(frozen=True, eq=False)
 class Release:
     """A body that is let go from rest at once, and how that is computed.
@@ -124,10 +128,10 @@ def release_rows(
     for step_s in steps:
         release = Release(body, level, predictor.bench, softness, step_s, settings.duration_s)
         yield from _rows(release, experiment, observed, about | {"setting": f"level={level} step_s={step_s:g}"})
-    if seen:
+    if seen and creep:
         prony = _series(seen, own.poisson)
-        release = Release(body, level, predictor.bench, softness, creep["step_s"], creep["duration_s"], prony)
-        about |= {"setting": f"level={level} prony step_s={creep['step_s']:g}"}
+        release = Release(body, level, predictor.bench, softness, CREEP_STEP_S, creep.duration_s, prony)
+        about |= {"setting": f"level={level} prony step_s={CREEP_STEP_S:g}"}
         yield from _rows(release, experiment, observed, about)
 
 

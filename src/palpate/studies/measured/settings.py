@@ -84,7 +84,6 @@ class Springs(Block):
 
 
 class Creep(Block):
-    step_s: Positive = key("Time step [s]", 0.01)
     duration_s: Positive = key("How long it is followed [s]", 3.0)
 
 

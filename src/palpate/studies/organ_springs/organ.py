@@ -34,6 +34,9 @@ class Reference(NamedTuple):
     error: float
 
 
+RADIUS_M, PEAK_OF_SIZE, DAMPING_RATIO = 0.02, 0.05, 0.1
+"""Radius [m] of the disc that is pressed; linear displacement of a press over the longest side; and damping of each
+spring, relative to critical damping of its two nodes."""
 OF_LIMIT = 0.8
 """Share of the longest stable step that springs take."""
 
@@ -63,8 +66,8 @@ class Organ:
 
     def press(self, number: int, level: int) -> Press:
         """Return the press at a contact, a pressure over a disc, on the nodes of a level."""
-        contact, radius = int(self.contacts[number]), self.settings.radius_m
-        load = nodal_load(self.body, level, contact, self.forces[number], radius)
+        contact = int(self.contacts[number])
+        load = nodal_load(self.body, level, contact, self.forces[number], RADIUS_M)
         nodes = np.flatnonzero(load.any(axis=1))
         return Press(f"at node {contact} of {self.body.name}", nodes, load[nodes], self.settings.rise_s)
 
@@ -72,7 +75,7 @@ class Organ:
         """Return the settings of a motion of so many steps in each frame."""
         frames, keys = self.settings.frames, self.keys
         step = self.settings.duration_s / (frames * steps)
-        return Settings(step, frames * steps, self.settings.damping_ratio, keys, volume_n_m, every=steps)
+        return Settings(step, frames * steps, DAMPING_RATIO, keys, volume_n_m, every=steps)
 
     def spring_settings(self, volume_force: bool) -> Settings:
         """Return the settings of springs, in steps that are stable for the stiffest; with or without volume force."""
@@ -93,7 +96,7 @@ class Organ:
 def organ(body: Body, settings: OrganSettings) -> Organ:
     """Choose contacts, forces and key points; InputError if ``body`` cannot be pressed at so many, or has a bed.
 
-    A force is what moves the coarse body by ``peak_of_size`` of its size, linearly. The fitted contacts are the first
+    A force is what moves the coarse body by PEAK_OF_SIZE of its size, linearly. The fitted contacts are the first
     of those that lie farthest from each other, so that no tested one is beside all of them.
     """
     body = body.up_to(1) if len(body.levels) > 1 else finer(body)
@@ -115,16 +118,16 @@ def organ(body: Body, settings: OrganSettings) -> Organ:
     # the nodes themselves, on every level on which they have the same numbers
     keys = KeyPoints(np.repeat(free[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (len(free), 1)))
     limits = Range(low * young, high * young)
-    forces = _forces(body, contacts, settings)
+    forces = _forces(body, contacts)
     return Organ(body, spring_model(particles), contacts, fitted, forces, keys, looked, limits, settings)
 
 
-def _forces(body: Body, contacts: np.ndarray, settings: OrganSettings) -> np.ndarray:
-    respond, peak = Equilibrium(body, 0).linear_solver(), settings.peak_of_size * body.fine.size
+def _forces(body: Body, contacts: np.ndarray) -> np.ndarray:
+    respond, peak = Equilibrium(body, 0).linear_solver(), PEAK_OF_SIZE * body.fine.size
     forces = []
     for contact in contacts:
         inward = -body.fine.normals[contact]
-        moved = respond(nodal_load(body, 0, int(contact), inward, settings.radius_m))
+        moved = respond(nodal_load(body, 0, int(contact), inward, RADIUS_M))
         forces.append(inward * peak / np.linalg.norm(moved, axis=1).max())
     return np.array(forces)
 

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.errors import InputError, suggest
-from palpate.setting_types import Block, Count, NotNegative, Pair, Positive, Some, Switch, Whole, key
+from palpate.setting_types import Block, Count, Pair, Positive, Some, Switch, Whole, key
 
 
 class Searches(Block):
@@ -21,15 +21,12 @@ class Settings(Block):
     bodies: Some[str] | None = key("Bodies whose springs are fitted; null for those from a CT", None)
     fitted: Count = key("Contacts whose presses springs are fitted to", 3)
     tested: Count = key("Other contacts at which they are tested", 5)
-    radius_m: Positive = key("Radius [m] of the disc that is pressed", 0.02)
-    peak_of_size: Positive = key("Linear displacement of a press, as a share of the longest side", 0.05, le=0.15)
     rise_s: Positive = key("Time in which the force grows [s]", 0.2)
     duration_s: Positive = key("Simulated time [s]", 0.4)
     frames: Count = key("Equal parts of this time at whose ends motions are compared", 20)
     reference_steps: Count = key(
         "The reference's implicit steps in a frame; extrapolated from these and twice as many", 1
     )
-    damping_ratio: NotNegative = key("Damping of each spring, relative to critical damping of its two nodes", 0.1)
     key_points: Count = key("Nodes of the coarse surface that fits look at", 24)
     young_of_body: Pair[Positive] = key("Least and largest modulus of a node in searches, over the body's", [0.3, 3])
     volume_force: Some[Switch] = key("Whether springs have paper 2's volume force; a list tries both", [False])

@@ -12,7 +12,6 @@ import pandas as pd
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.truth import load_truth
 from palpate.bodies.body_file import load
-from palpate.bodies.settings import Body
 from palpate.models.families import Families
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.run.job import steps
@@ -34,13 +33,14 @@ def simulate_truth(input, output, wildcards, say, splits: list[int], more: bool,
 
     body, loads, folds = load(input.body), pd.read_csv(input.loads), read_folds(input.samples)
     asked, tested = asked_samples(folds, splits)
-    training = training_presses(folds, splits[0]) if more else []
+    training = training_presses(folds, splits[0]) if more else np.empty(0, dtype=int)
     chosen = loads[loads["sample"].isin([*asked, *training])]
     progress = steps(say, f"{body.name}, {wildcards.regime}: truth, solution")
     truth, check = truth_of(body, chosen, set(tested), progress, tolerance), pd.DataFrame()
     if check_samples:
         progress = steps(say, f"{body.name}, {wildcards.regime}: truth by linear elements, solution")
-        check = other_element(body, chosen, truth, truth.spread(check_samples), progress)
+        checked: Any = truth.spread(check_samples)
+        check = other_element(body, chosen, truth, checked, progress)
         truth = widened(truth, check)
     save_truth(truth, output.truth)
     return {"check": check}
@@ -73,14 +73,15 @@ def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radi
     return {"samples": samples, "settings": settings, "estimates": estimates(case, judge, ("fem_p1", "fem_p2"))}
 
 
-def measure_facets(input, wildcards, say, samples: int, entry: Body):
+def measure_facets(input, wildcards, say, samples: int, entry: Any):
     from palpate.bodies.organs import surface_of
     from palpate.studies.tradeoff.truth_table import geometry_share
 
     body, truth, loads = load(input.body), load_truth(input.truth), pd.read_csv(input.loads)
     progress = steps(say, f"{body.name}, {wildcards.regime}: what its facets change, solution")
-    chosen = truth.spread(samples)
-    return geometry_share(body, surface_of(entry), loads, truth, chosen, progress)
+    chosen: Any = truth.spread(samples)
+    surface: Any = surface_of(entry)
+    return geometry_share(body, surface, loads, truth, chosen, progress)
 
 
 def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], split: int):
@@ -92,6 +93,7 @@ def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], spl
     table, parts = pd.read_csv(input.table), []
     for number, (scene, (regime, radius_m, paths)) in enumerate(scenes.items()):
         files = {name: getattr(input, name)[number] for name in ("body", "database", "samples", "truth")}
+        questions: Any
         _, questions = of_run(files, regime, split, radius_m)
         rows = table[(table["scene"] == scene) & (table["split"] == split) & ~table["model"].isin(BOUNDS)]
         for path in paths:
@@ -136,7 +138,11 @@ def _advice(table, errors, limits: Advice):
     ]
 
 
-def tabulate_advice(input, limits: Advice, moving: dict):
+MOVING = {"budgets_ms": [1, 8, 16.7], "speeds": [1, 20]}
+"""Times of a step [ms], of haptics, of a game, and of 60 pictures a second; and multiples of life, for motions."""
+
+
+def tabulate_advice(input, limits: Advice):
     from palpate.benchmark.advice_other_loads import advise_motion
 
     found = []
@@ -146,7 +152,7 @@ def tabulate_advice(input, limits: Advice, moving: dict):
     bounds = dict(table for path in input.bounds for table in pd.read_csv(path).groupby("scene"))
     for path in input.motions:
         for scene, rows in pd.read_csv(path).groupby("scene", sort=False):
-            found.append(advise_motion(rows, **dict(limits) | moving, bounds=bounds.get(scene), pressed=pressed))
+            found.append(advise_motion(rows, **dict(limits) | MOVING, bounds=bounds.get(scene), pressed=pressed))
     return pd.concat(found)
 
 
@@ -180,12 +186,16 @@ def measure_other_loads(
     return pd.concat(found)
 
 
-def tabulate_limit_points(input, say, radius_m: float, contacts: int | list[int]):
+RADIUS_M = 0.012
+"""Of the disc whose press grows to a limit point, that of a fingertip."""
+
+
+def tabulate_limit_points(input, say, contacts: int | list[int]):
     from palpate.studies.tradeoff.truth_table import limit_points
 
     body = load(input.body)
     progress = steps(say, f"{body.name}: a growing press at contact")
-    return limit_points(body, radius_m, contacts, progress=progress)
+    return limit_points(body, RADIUS_M, contacts, progress=progress)
 
 
 def commit() -> str:

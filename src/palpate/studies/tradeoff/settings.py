@@ -40,7 +40,6 @@ class Press(Block):
 
 class LimitPoints(Block):
     body: str = key("Name of a body that is refined")
-    radius_m: Positive = key("Radius [m] of the disc", 0.012)
     contacts: Count | Annotated[list[Index], Field(min_length=1)] = key(
         "Coarse nodes that are pressed, or how many of them, spread over the surface", 4
     )

@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Any, Literal
 
-from palpate.benchmark.settings import check_refined
+from palpate.benchmark.settings import OnLevel, ProjectiveDynamics, VertexBlockDescent, Xpbd, check_refined
 from palpate.bodies.cutting.settings import CutSettings
 from palpate.errors import InputError
-from palpate.setting_types import Block, Count, Distinct, Index, Name, NotNegative, Positive, Switch, Vector, key, rows
+from palpate.setting_types import Block, Count, Distinct, Name, Positive, Switch, Vector, key, rows
 
 
 class Hook(Block):
@@ -21,56 +21,29 @@ class Pull(Block):
     hooks: list[Hook] = key("What pulls the lips apart", min_length=1)
 
 
-LEVEL = "Level of the body; those that a body has not are left out"
-
-
-class Elements(Block):
-    level: Index = key(LEVEL)
+class Elements(OnLevel):
     way: Literal["removal", "split_faces", "virtual_nodes", "conform"] = key(
         "Crossed elements are removed, faces split, elements doubled, or the mesh is made anew (quadratic elements)"
     )
 
 
-class Linear(Block):
-    level: Index = key(LEVEL)
+class Linear(OnLevel):
     update: Switch = key("Whether the compliance of the whole body is updated, or the cut one factorised")
 
 
-class Enriched(Block):
-    level: Index = key(LEVEL)
+class Enriched(OnLevel):
     order: Literal[1, 2] = key("Linear (1) or quadratic (2) elements, to which the jump is added")
 
 
-class Springs(Block):
-    level: Index = key(LEVEL)
+class Springs(OnLevel):
     way: Literal["deleted", "split_faces", "virtual_nodes"] = key("Crossed springs are deleted, or nodes are doubled")
     iterations: Count = key("Quasi-Newton iterations from the linear answer")
 
 
-class ShapeMatching(Block):
-    level: Index = key(LEVEL)
+class ShapeMatching(OnLevel):
     mode: Literal["linear", "quadratic"] = key("Shapes that clusters may take")
     clusters: Literal["tetrahedra", "cubes"] = key("Neighbourhoods of tetrahedra, or cubes")
     steps: Count = key("Steps at each of five stops of the hooks")
-
-
-class Xpbd(Block):
-    level: Index = key(LEVEL)
-    steps: Count = key("Steps at each of five stops of the hooks")
-    iterations: Count = key("Iterations of each step")
-    step: Positive = key("Length of a step over √(mass / stiffness) of a node alone")
-
-
-class VertexBlockDescent(Block):
-    level: Index = key(LEVEL)
-    sweeps: Count = key("Sweeps over all nodes at each of five stops of the hooks")
-    radius: NotNegative = key("Spectral radius of a sweep that Chebyshev's method assumes; 0 for none", lt=1)
-
-
-class ProjectiveDynamics(Block):
-    level: Index = key(LEVEL)
-    iterations: Count = key("Iterations at each of five stops of the hooks")
-    memory: Index = key("Steps by which the matrix is improved; 0 for the original")
 
 
 PAIRS = [(level, way) for level in (0, 1) for way in ("removal", "split_faces", "virtual_nodes")]

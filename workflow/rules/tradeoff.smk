@@ -66,7 +66,6 @@ rule simulate_truth:
     priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.tradeoff.jobs:simulate_truth"),
-        radius_m=lambda wildcards: radius(wildcards.body, wildcards.regime),
         splits=lambda wildcards: splits_of(wildcards.body, wildcards.regime),
         more=lambda wildcards: bool(more_of(wildcards)),
         tolerance=TRADEOFF["truth"]["tolerance"],

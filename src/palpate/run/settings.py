@@ -165,7 +165,7 @@ def _module(study: str) -> Any:
 def _model(*studies: str) -> type[BaseModel]:
     """Return the model of settings with the blocks of ``studies``; others are None, and are not imported."""
     blocks: dict[str, Any] = {
-        study: (_module(study).Settings | None if study in studies else None, optional()) for study in STUDIES
+        study: (_module(study).Settings if study in studies else None, optional()) for study in STUDIES
     }
     return create_model("Config", __base__=Shared, __doc__=Shared.__doc__, **blocks)
 

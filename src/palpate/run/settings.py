@@ -64,7 +64,7 @@ class Shared(Block):
         "Studies that are computed unless one is asked for by name; null: all whose block is there", None
     )
     bodies: dict[Name, Body] = key("The bodies, by name", {})
-    regimes: dict[Name, Regime] | None = optional("How hard bodies are pressed in the trade-off, by name", min_length=1)
+    regimes: dict[Name, Regime] = optional("How hard bodies are pressed in the trade-off, by name", min_length=1)
     solver: Solver = key("Newton's method for static equilibrium", {})
     timing: Timing = key("How online costs are timed", {})
 

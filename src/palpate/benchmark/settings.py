@@ -1,6 +1,6 @@
 """Settings that studies of presses share: which bodies, how hard, by which instruments, and how they are relaxed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -122,7 +122,7 @@ def check_refined(place: str, names: list[str], bodies: Mapping[str, Body]) -> N
             raise InputError(f"{place} names {name}, which is not refined; give it refinements of at least 1.")
 
 
-def check_instruments(place: str, tools: Sequence[Instrument], names: Sequence[str], bodies: Mapping[str, Any]) -> None:
+def check_instruments(place: str, tools: list[Instrument], names: list[str], bodies: Mapping[str, Any]) -> None:
     """Raise InputError naming ``place`` for instruments with lengths they do not have, twice, or larger than a body.
 
     names : of the bodies that they touch

@@ -4,7 +4,6 @@ from os.path import normpath, relpath
 from pathlib import Path
 
 from palpate.benchmark.settings import finger_regimes, pressed_bodies, radius_of
-from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.report import declared
@@ -37,16 +36,16 @@ RUN = [study for study in ASKED if study in (config["studies"] or ASKED)]
 ADVISED = {"tradeoff", "dynamic"} & set(RUN) or {"tradeoff", "dynamic"} & set(ASKED)
 
 # bodies that are pressed under a finger, and how hard
-PRESSED = pressed_bodies(config)
+PRESSED = pressed_bodies(settings)
 REGIMES = (config["tradeoff"]["regimes"] or list(config["regimes"])) if PRESSED else []
 # fingers of other radii, as regimes of their own: they are in no diagram
 FINGERS = finger_regimes(config) if PRESSED else {}
 config["regimes"] = config.get("regimes", {}) | FINGERS
 # bodies that get paper 1's forces on single nodes, and how hard they are pressed
-BODIES = [name for name, body in config["bodies"].items() if "train" in body] if "enrichment" in ASKED else []
+BODIES = [name for name, body in settings.bodies.items() if body.train] if "enrichment" in ASKED else []
 POINTS = list(config["enrichment"]["regimes"]) if BODIES else []
 # bodies made from a CT, which get pictures and masses of their own
-CTS = [name for name, body in config["bodies"].items() if body["kind"] == "ct"]
+CTS = [name for name, body in settings.bodies.items() if body.kind == "ct"]
 SCENES = list(config.get("scenes", {}))
 
 

@@ -1,7 +1,7 @@
 # What is made from a CT or an MRI: pictures, the masses of a CT's nodes, and the steps from scan to mask and picture.
 
 # an MRI does not show how dense tissue is
-WEIGHED = [body for body in CTS if config["bodies"][body]["modality"] == "ct"]
+WEIGHED = [body for body in CTS if settings.bodies[body].modality == "ct"]
 IMAGING = ["mask_interpolation", "surface_normals", "tissue_classes", "segmented_scans", "compositing"]
 MASS_SHOWN = drawn("ct", "node_mass")
 

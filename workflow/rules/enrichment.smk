@@ -60,7 +60,7 @@ rule compare_premises:
         **calls("palpate.studies.enrichment.jobs:compare_premises"),
         sampled=BODIES,
         cases=CASES,
-        bodies={name: config["bodies"][name] | body_paths(name) for name in PREMISE_BODIES},
+        bodies={name: plain(settings.bodies[name].seen_from(CONFIG_FILE.parent)) for name in PREMISE_BODIES},
         settings=PREMISES,
         regression=REGRESSION,
         seed=config["seed"],

@@ -4,7 +4,7 @@
 from palpate.bodies.material import kind_of
 from palpate.studies.law.settings import changes_of, compared_bodies
 
-COMPARED_BODIES = compared_bodies(config)
+COMPARED_BODIES = compared_bodies(settings)
 # of palpate's own by name, of the user's by file
 COMPARED_LAWS = {name: name if kind_of(name) else normpath(CONFIG_FILE.parent / name) for name in config["law"]["laws"]}
 LAW_SHOWN = drawn("law", "law")
@@ -23,9 +23,9 @@ rule compare_laws:
         "results/benchmarks/{body}/compare_laws.tsv"
     params:
         **calls("palpate.studies.law.compare_laws:press_under_laws", "palpate.effects.laws"),
-        laws=lambda wildcards: [COMPARED_LAWS[name] for name in changes_of(config, wildcards.body)["laws"]],
-        poissons=lambda wildcards: changes_of(config, wildcards.body)["poissons"],
-        contacts=lambda wildcards: changes_of(config, wildcards.body)["contacts"],
+        laws=lambda wildcards: [COMPARED_LAWS[name] for name in changes_of(settings, wildcards.body)["laws"]],
+        poissons=lambda wildcards: changes_of(settings, wildcards.body)["poissons"],
+        contacts=lambda wildcards: changes_of(settings, wildcards.body)["contacts"],
         depths=config["law"]["depths"],
         radius_m=lambda wildcards: config["law"]["radius_of_body_m"].get(wildcards.body, config["law"]["radius_m"]),
     script:

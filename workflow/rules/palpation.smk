@@ -1,6 +1,6 @@
 # Whether a finger feels the regions of bodies, and how deep in a slab a ball may lie to be felt.
 
-PALPATED = config["palpation"]["bodies"] or [name for name, body in config["bodies"].items() if body.get("regions")]
+PALPATED = config["palpation"]["bodies"] or [name for name, body in settings.bodies.items() if body.regions]
 PALPATION_SHOWN = drawn("palpation", "palpation", "palpation_limits")
 
 

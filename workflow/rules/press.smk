@@ -4,7 +4,7 @@
 include: "functions/press.smk"
 
 
-PRESSED_HERE = pressed_bodies(config, "press")
+PRESSED_HERE = pressed_bodies(settings, "press")
 EXPORTED = "results/data/{body}/press"
 
 

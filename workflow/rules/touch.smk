@@ -5,7 +5,7 @@ from palpate.models.model_registry import TOUCH_MODELS, absent
 from palpate.studies.touch.settings import instruments_of
 
 TOUCH = config["touch"]
-TOUCHED = pressed_bodies(config, "touch")
+TOUCHED = pressed_bodies(settings, "touch")
 # the instruments, by what scenes and folders call them
 TOOLS = instruments_of(config)
 TOUCHES = [(body, tool) for body in TOUCHED for tool in TOOLS]

@@ -93,7 +93,7 @@ def pressed_bodies(config: dict, study: str = "tradeoff") -> list[str]:
     if study not in config:
         return []
     named = config[study]["bodies"]
-    return named or [name for name, body in config["bodies"].items() if body.get("refinements", 0)]
+    return named or [name for name, body in config["bodies"].items() if body.refinements]
 
 
 def check_refined(place: str, names: list[str], config: dict) -> None:
@@ -101,7 +101,7 @@ def check_refined(place: str, names: list[str], config: dict) -> None:
     if wrong := describe_unknown(names, list(config["bodies"])):
         raise InputError(f"{place} names {wrong}")
     for name in names:
-        if not config["bodies"][name].get("refinements"):
+        if not config["bodies"][name].refinements:
             raise InputError(f"{place} names {name}, which is not refined; give it refinements of at least 1.")
 
 
@@ -137,7 +137,7 @@ def check_instruments(place: str, entries: Sequence[dict], bodies: Sequence[str]
 def check_radii(config: dict, file: Path) -> None:
     """Raise InputError for a regime whose disc is wider than a body that it presses, as far as entries say its size."""
     for name in pressed_bodies(config):
-        size = longest_m(config["bodies"].get(name, {}))
+        size = longest_m(config["bodies"].get(name))
         for regime, entry in config.get("regimes", {}).items():
             if size is not None and 2.0 * radius_of(entry, name) > size:
                 raise InputError(

@@ -10,6 +10,7 @@ from palpate.benchmark.settings import FitOptions, Widths
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.particles import particles_of
+from palpate.bodies.settings import Box, Plane
 from palpate.bodies.simple_shapes import cylinder, sheet
 from palpate.effects.springs import Springs
 from palpate.effects.triangles import make
@@ -18,16 +19,15 @@ from palpate.linalg.block_pattern import shared_pattern
 from palpate.studies.enrichment import premise_samples as samples
 from palpate.studies.enrichment import premises
 from palpate.studies.enrichment.premise_samples import hinge_parts, membrane_parts, prepare, spring_parts, stiffness
+from palpate.studies.enrichment.settings import Case
 
 OPTIONS = FitOptions(neighbours=10, sigma_relative=Widths(min=0.1, max=10, count=5), folds=3, split="contacts", seed=1)
-PAD = {
-    "kind": "box", "sizes_m": [0.12, 0.12, 0.03], "divisions": [6, 6, 2], "refinements": 1, "young_pa": 3000.0,
-    "poisson": 0.3, "density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}},
-}  # fmt: skip
-CASE = {
-    "body": "pad", "made_of": "solid", "thickness_m": 0.002, "direction": [0, 0, -2], "magnitudes": [1.0, 0.5],
-    "train": 12, "test": 6,
-}  # fmt: skip
+PAD = Box(
+    sizes_m=[0.12, 0.12, 0.03], divisions=[6, 6, 2], refinements=1, young_pa=3000.0, poisson=0.3,
+    anchors=Plane(axis="z", side="min", depth_m=0.001),
+)  # fmt: skip
+SAMPLED = PAD.but(magnitudes=[0.7, 1.3], train=14, test=6)
+CASE = Case(body="pad", direction=[0, 0, -2], magnitudes=[1.0, 0.5], train=12, test=6)
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +38,7 @@ def pad():
 @pytest.fixture(scope="module")
 def tables(db, pad):
     settings = premises.Settings(2, [0.5], 0.02, OPTIONS)
-    bodies = {"pad": PAD, "own": {"train": 14, "test": 6, "magnitudes": [0.7, 1.3]}}
-    return premises.compare({"soft": CASE}, bodies, {"own": db}, settings)
+    return premises.compare({"soft": CASE}, {"pad": PAD, "own": SAMPLED}, {"own": db}, settings)
 
 
 def test_presses_have_the_direction_and_the_peaks_that_are_asked_for(pad):
@@ -60,24 +59,23 @@ def test_presses_have_the_direction_and_the_peaks_that_are_asked_for(pad):
 
 def test_a_direction_that_nothing_faces_is_refused():
     with pytest.raises(InputError, match="no contact faces direction"):
-        prepare("pad", CASE | {"direction": [0, 0, 1]}, PAD)
+        prepare("pad", CASE.but(direction=[0, 0, 1]), PAD)
 
 
 def test_a_bed_alone_takes_the_place_of_anchors():
-    bed = {"sphere": {}, "stiffness_n_m3": 1.0}
-    lying = samples.changed({"bed": bed}, PAD)
-    assert "anchors" not in lying and lying["bed"] is bed
-    assert samples.changed({"bed": bed, "anchors": {"nodes": [1]}}, PAD)["anchors"] == {"nodes": [1]}
-    assert samples.changed({"refinements": 2, "direction": None}, PAD) == PAD | {"refinements": 2}
+    bed = {"sphere": {"center_m": [0.06, 0.06, 0.0], "radius_m": 0.05}, "stiffness_n_m3": 1e5}
+    lying, both = (prepare("pad", CASE.but(bed=bed, **more), PAD).body for more in ({}, {"anchors": PAD.anchors}))
+    assert not len(lying.anchors[0]) and lying.bed and len(both.anchors[0]) == 49 and both.bed
 
 
 def test_counts_come_from_the_premise_or_from_its_body():
-    assert samples.sample_counts("here", {}, {"magnitudes": [1, 2], "train": 8, "test": 4}) == ([1, 2], 8, 4)
-    assert samples.sample_counts("here", CASE, {"train": 99}) == ([1.0, 0.5], 12, 6)
+    none = Case(body="pad")
+    assert samples.sample_counts("here", none, SAMPLED) == ([0.7, 1.3], 14, 6)
+    assert samples.sample_counts("here", CASE, SAMPLED) == ([1.0, 0.5], 12, 6)
     with pytest.raises(InputError, match=r"^here lacks train, which its body does not have"):
-        samples.sample_counts("here", {"magnitudes": [1]}, PAD)
+        samples.sample_counts("here", none.but(magnitudes=[1]), PAD)
     with pytest.raises(InputError, match=r"^here\.test is 5; make it a multiple of the 2 magnitudes"):
-        samples.sample_counts("here", CASE | {"test": 5}, PAD)
+        samples.sample_counts("here", CASE.but(test=5), PAD)
 
 
 def test_ordered_features_win_where_every_contact_sees_the_same(pad):

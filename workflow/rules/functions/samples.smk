@@ -4,13 +4,13 @@
 def count(body, regime):
     """How many samples a body gets in a regime."""
     if regime in POINTS:
-        return config["bodies"][body]["train"] + config["bodies"][body]["test"]
+        return settings.bodies[body].train + settings.bodies[body].test
     return config["tradeoff"]["contacts"] * len(config["tradeoff"]["presses"])
 
 
 def split(body, regime):
     """How many samples train and test paper 1's methods; nothing for presses, whose contacts are dealt into folds."""
-    return [config["bodies"][body][key] for key in ("train", "test")] if regime in POINTS else []
+    return [settings.bodies[body].train, settings.bodies[body].test] if regime in POINTS else []
 
 
 def order(regime):
@@ -26,7 +26,7 @@ def radius(body, regime):
 def loads_entry(body, regime):
     """What the loads of a body follow from."""
     if regime in POINTS:
-        return config["enrichment"]["regimes"][regime] | {"magnitudes": config["bodies"][body]["magnitudes"]}
+        return config["enrichment"]["regimes"][regime] | {"magnitudes": settings.bodies[body].magnitudes}
     return config["regimes"][regime] | {key: config["tradeoff"][key] for key in ("contacts", "presses")}
 
 

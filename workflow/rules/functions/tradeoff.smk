@@ -97,7 +97,7 @@ def estimate_files():
 
 def is_smooth(body):
     """Whether a body has a smooth surface that is known."""
-    return config["bodies"][body]["kind"] in ("cylinder", "liver", "kidney", "stomach")
+    return settings.bodies[body].kind in ("cylinder", "liver", "kidney", "stomach")
 
 
 def smooth_scenes():

@@ -11,6 +11,7 @@ from palpate.bodies import body_file
 from palpate.bodies.body import Body
 from palpate.bodies.ct.image import Image
 from palpate.bodies.ct.mesh_from_ct import segment_entry
+from palpate.bodies.settings import Ct
 from palpate.bodies.surfaces.triangles import image_data
 from palpate.errors import about
 from palpate.report import render, style, tables
@@ -292,19 +293,19 @@ def draw_node_mass(node_mass) -> Figure:
     return figure
 
 
-def draw_ct(input, output, params, wildcards):
+def draw_ct(input, output, wildcards, entry: Ct):
     """Draw slices and a volume rendering, for the rule of that name."""
     with about(f"bodies.{wildcards.body}"):
-        image, mask = segment_entry(params.entry)
+        image, mask = segment_entry(entry)
     image = replace(image, axes=np.eye(3))  # pictures are along the grid's own axes
     style.save(draw_ct_slices(image, mask, wildcards.body), stem(output.slices))
     style.save(draw_ct_volume_rendering(image, mask, body_file.load(input.body)), stem(output.volume))
 
 
-def measure_imaging(output, params, say):
+def measure_imaging(output, params, say, entries: dict[str, Ct]):
     """Measure images and draw the ones shown, for the rule of that name."""
     masks = {}
-    for body, entry in params.entries.items():
+    for body, entry in entries.items():
         with about(f"bodies.{body}"):
             masks[body] = segment_entry(entry)
     found, shown = imaging.measure(masks, **params.settings, progress=steps(say, "imaging, table"))

@@ -9,6 +9,7 @@ from palpate.bodies.ct.image import Image
 from palpate.bodies.ct.masses import node_masses, organ_densities, raw_densities, voxel_mass
 from palpate.bodies.ct.mesh_from_ct import segment_entry
 from palpate.bodies.mesh import TetMesh
+from palpate.bodies.settings import Ct
 from palpate.bodies.surfaces.mask_surface import surface
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError, about
@@ -61,12 +62,12 @@ def _mesh(image: Image, mask: np.ndarray, wanted: int) -> TetMesh:
     raise failure
 
 
-def tabulate_node_mass(params, say):
+def tabulate_node_mass(say: Callable[[str], None], entries: dict[str, Ct], sizes: list[int]) -> pd.DataFrame:
     """Measure masses of all bodies from CT, for the rule of that name."""
     tables = []
-    for body, entry in params.entries.items():
+    for body, entry in entries.items():
         with about(f"bodies.{body}"):
             image, mask = segment_entry(entry)
         progress = steps(say, f"{body}: node masses, resolution")
-        tables.append(measure(body, image, mask, params.sizes, progress=progress))
+        tables.append(measure(body, image, mask, sizes, progress=progress))
     return pd.concat(tables)

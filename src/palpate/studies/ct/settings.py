@@ -5,6 +5,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from palpate.bodies.settings import Ct
 from palpate.errors import InputError
 from palpate.setting_types import Block, Number, Some, Whole, key
 
@@ -30,5 +31,5 @@ class Settings(Block):
 
 def check(config: dict, file: Path) -> None:
     """Raise InputError if no body is made from a CT."""
-    if not any(body["kind"] == "ct" for body in config["bodies"].values()):
+    if not any(isinstance(body, Ct) for body in config["bodies"].values()):
         raise InputError(f"{file}: ct is there and no body is of kind ct; add such a body, or remove ct.")

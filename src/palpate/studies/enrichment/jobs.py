@@ -14,10 +14,12 @@ from palpate.benchmark.database import Database, read
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.split import read_samples, sides
 from palpate.bodies.body_file import load
+from palpate.bodies.settings import Body
 from palpate.models.enrichment.features import describe, in_slots, kinds
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, DescribedSamples, squared_distances
 from palpate.models.enrichment.training_samples import blend_errors, gather
 from palpate.run.job import stem, steps
+from palpate.studies.enrichment.settings import Case
 from palpate.table_declaration import Table
 
 
@@ -44,13 +46,13 @@ def sweep_sigma(input, output, params, wildcards):
     return {"sweep": pd.concat(sweeps), "accuracy": pd.concat(tables)}
 
 
-def compare_premises(input, params, say):
+def compare_premises(input, params, say, cases: dict[str, Case], bodies: dict[str, Body]):
     from palpate.studies.enrichment.premises import Settings, compare
 
     options = FitOptions(**params.regression, split="contacts", seed=params.seed)
     settings = Settings(**params.settings, options=options)
     databases = {name: read(path) for name, path in zip(params.sampled, input.databases, strict=True)}
-    return compare(params.cases, params.bodies, databases, settings, steps(say, "premise"))
+    return compare(cases, bodies, databases, settings, steps(say, "premise"))
 
 
 def time_methods(input, params, wildcards):

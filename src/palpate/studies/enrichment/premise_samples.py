@@ -3,10 +3,10 @@
 Responses are linear, so that one set of unit responses serves any number of splits.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
@@ -16,12 +16,16 @@ from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, pressed_contacts
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material
+from palpate.bodies.settings import Body as Settings
 from palpate.effects.bending import hinges
 from palpate.effects.triangles import shape_gradients
 from palpate.errors import InputError
 from palpate.linalg.block_pattern import gather
 from palpate.linalg.multigrid import Factor
 from palpate.solvers.compliance import compute_compliance
+
+if TYPE_CHECKING:
+    from palpate.studies.enrichment.settings import Case
 
 RESIDUAL = 1e-6
 """Largest residual [N] under 1 N; of a surface that can move freely it is far larger, if there is an answer."""
@@ -176,17 +180,19 @@ class Premise:
         return replace(meshes, fine=scale * self.fine[row], coarse_paper=coarse, coarse_live=coarse)
 
 
-def prepare(name: str, premise: Mapping[str, Any], entry: Mapping[str, Any]) -> Premise:
+def prepare(name: str, premise: "Case", entry: Settings) -> Premise:
     """Make the body of a premise and compute its unit responses.
 
-    premise : its settings, which replace anchors, bed and refinements of the body's ``entry``
+    premise : what replaces anchors, bed and refinements of the body's ``entry``; a bed alone takes the anchors' place
     Raises InputError if the body cannot be made, or if no contact faces the direction of the presses.
     """
-    body = make_body(premise["body"], changed(premise, entry))
+    own = {name: getattr(premise, name) for name in ("anchors", "bed", "refinements")}
+    own = {name: value for name, value in own.items() if value is not None}
+    body = make_body(premise.body, entry.but(**({"anchors": None} if "bed" in own else {}) | own))
     contacts = pressed_contacts(body, contacts_of(body))
     inward = -body.fine.normals[contacts]
-    if premise["direction"] is not None:
-        along = np.array(premise["direction"], dtype=float)
+    if premise.direction is not None:
+        along = np.array(premise.direction, dtype=float)
         along = along / np.linalg.norm(along)
         facing = inward @ along >= TOWARD
         contacts, inward = contacts[facing], np.tile(along, (facing.sum(), 1))
@@ -195,37 +201,32 @@ def prepare(name: str, premise: Mapping[str, Any], entry: Mapping[str, Any]) -> 
     return Premise(name, body, contacts, inward, *_pressed(body, premise, contacts, inward))
 
 
-def changed(premise: Mapping[str, Any], entry: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the entry of a premise's body with what the premise replaces; a bed alone takes the anchors' place."""
-    own = {key: premise[key] for key in ("anchors", "bed", "refinements") if key in premise}
-    return {key: value for key, value in entry.items() if key != "anchors" or "bed" not in own} | own
-
-
-def _pressed(body: Body, premise: Mapping[str, Any], contacts: np.ndarray, along: np.ndarray) -> tuple:
+def _pressed(body: Body, premise: "Case", contacts: np.ndarray, along: np.ndarray) -> tuple:
     """Return the displacements of the fine surface and of the coarse nodes under unit presses."""
-    if premise["made_of"] == "solid":
+    if premise.made_of == "solid":
         found = compute_compliance(body, 0.0, contacts=contacts)
         fine, coarse = found.fine, found.restricted
     else:
-        fine = hollow_responses(body, contacts, premise["thickness_m"], premise["made_of"] == "springs")
+        fine = hollow_responses(body, contacts, premise.thickness_m, premise.made_of == "springs")
         coarse = np.zeros((len(contacts), 3, len(body.coarse.nodes), 3))
         surface = body.coarse.surface
         coarse[:, :, surface] = fine[:, :, np.searchsorted(body.fine.surface, surface)]
     return tuple(np.einsum("cd,cdnk->cnk", along, each) for each in (fine, coarse))
 
 
-def sample_counts(place: str, premise: Mapping[str, Any], entry: Mapping[str, Any]) -> tuple[list[float], int, int]:
+def sample_counts(place: str, premise: "Case", entry: Settings) -> tuple[list[float], int, int]:
     """Return magnitudes, train and test of a premise, or those of its body's ``entry``.
 
     Raises InputError, naming ``place``, if neither has them, or if whole contacts cannot be held out.
     """
-    given = {key: premise.get(key, entry.get(key)) for key in ("magnitudes", "train", "test")}
-    if missing := [key for key, value in given.items() if value is None]:
-        raise InputError(f"{place} lacks {missing[0]}, which its body does not have; give it here.")
-    for key in ("train", "test"):
-        if given[key] % len(given["magnitudes"]):
+    names = ("magnitudes", "train", "test")
+    magnitudes, *counts = (getattr(premise, name) or getattr(entry, name) for name in names)
+    if None in (found := [magnitudes, *counts]):
+        raise InputError(f"{place} lacks {names[found.index(None)]}, which its body does not have; give it here.")
+    for name, count in zip(names[1:], counts, strict=True):
+        if count % len(magnitudes):
             raise InputError(
-                f"{place}.{key} is {given[key]}; make it a multiple of the {len(given['magnitudes'])} magnitudes, so "
-                "that whole contacts can be held out."
+                f"{place}.{name} is {count}; make it a multiple of the {len(magnitudes)} magnitudes, so that whole "
+                "contacts can be held out."
             )
-    return given["magnitudes"], given["train"], given["test"]
+    return magnitudes, *counts

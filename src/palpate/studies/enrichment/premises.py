@@ -1,7 +1,7 @@
 """Compare contact-ordered with unordered features in several premises: errors with intervals, vectors, memory."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -11,6 +11,7 @@ from palpate.benchmark.database import Database
 from palpate.benchmark.ranking import RANGE, resampled
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.split import SPLITS, split
+from palpate.bodies.settings import Body as BodySettings
 from palpate.models import interpolation
 from palpate.models.enrichment import paper_enrichment
 from palpate.models.enrichment.features import FEATURES, Features, kinds
@@ -18,6 +19,9 @@ from palpate.models.enrichment.paper_enrichment import LITERAL, DescribedSamples
 from palpate.models.enrichment.training_samples import Fitting, gather
 from palpate.studies.enrichment.premise_samples import prepare, sample_counts
 from palpate.table_declaration import Table
+
+if TYPE_CHECKING:
+    from palpate.studies.enrichment.settings import Case
 
 READINGS = ("nonnegative_a", "nonnegative_b", LITERAL)
 """Ways to weigh samples that are compared: the paper's text allows each."""
@@ -224,15 +228,15 @@ TABLES = (PREMISES, PREMISE_BODIES, FEATURE_VECTORS, DATABASE_MEMORY)
 
 
 def compare(
-    premises: Mapping[str, Mapping[str, Any]],
-    bodies: Mapping[str, Mapping[str, Any]],
+    premises: Mapping[str, "Case"],
+    bodies: Mapping[str, BodySettings],
     databases: Mapping[str, Database],
     settings: Settings,
     progress: Callable = iter,
 ) -> dict[str, pd.DataFrame]:
     """Return the tables of premises by name.
 
-    bodies : entries of the settings by name, with magnitudes, train and test where paper 1 has samples of them
+    bodies : settings by name, with magnitudes, train and test where paper 1 has samples of them
     databases : by body, nonlinear samples of the study, which are a premise of their own, named after the body
     progress : wraps the sequence of names, as ``tqdm`` does
     """
@@ -240,9 +244,9 @@ def compare(
     options, neighbours = settings.options, settings.options.neighbours
     for name in progress([*databases, *premises]):
         if name in premises:
-            about, counts, drawn, every = _linear(name, premises[name], bodies[premises[name]["body"]], settings)
+            about, counts, drawn, every = _linear(name, premises[name], bodies[premises[name].body], settings)
         else:  # each split holds out others of the same samples
-            every, counts = databases[name], (bodies[name]["train"], bodies[name]["test"])
+            every, counts = databases[name], (bodies[name].train or 0, bodies[name].test or 0)
             about, drawn = [name, "nonlinear", "solid", "as the body"], [every] * settings.splits
         about += [len(np.unique(every.contact)), moved_share(every.fine)]
         parts = (
@@ -257,7 +261,7 @@ def compare(
 
 
 def _linear(
-    name: str, premise: Mapping[str, Any], entry: Mapping[str, Any], settings: Settings
+    name: str, premise: "Case", entry: BodySettings, settings: Settings
 ) -> tuple[list[Any], tuple[int, int], list[Database], Database]:
     """Press the body of a premise with linear responses, other contacts for each split.
 
@@ -265,14 +269,13 @@ def _linear(
     and one sample of every contact.
     """
     magnitudes, train, test = sample_counts(f"enrichment.premises.cases.{name}", premise, entry)
-    sampling = ("magnitudes", "train", "test", "paper_surface")  # keys of an entry that do not say what the body is
-    prepared = prepare(name, premise, {key: value for key, value in entry.items() if key not in sampling})
+    prepared = prepare(name, premise, entry)
     peak_m = settings.peak_of_size * prepared.body.fine.size
     contacts, seed = (train + test) // len(magnitudes), settings.options.seed
     drawn = [prepared.database(contacts, magnitudes, peak_m, seed + number) for number in range(settings.splits)]
     every = prepared.database(len(prepared.contacts), [1.0], peak_m, seed)
-    held = "as the body" if not {"anchors", "bed"} & set(premise) else "otherwise"
-    return [premise["body"], "linear", premise["made_of"], held], (train, test), drawn, every
+    held = "as the body" if premise.anchors is None and premise.bed is None else "otherwise"
+    return [premise.body, "linear", premise.made_of, held], (train, test), drawn, every
 
 
 def _summary(databases: Sequence[Database], counts: tuple[int, int], settings: Settings) -> pd.DataFrame:

@@ -19,12 +19,12 @@ class Case(Block):
     )
     thickness_m: Positive = key("Thickness [m] of a body that is its surface only", 0.002)
     direction: Vector | None = key("Direction of all presses, on the side that faces it; null: inward normals", None)
-    anchors: Anchors = optional("Which coarse nodes are held, in place of the body's")
-    bed: Bed = optional("An elastic bed, in place of the body's")
-    refinements: Refinements = optional("How often each tetrahedron is split into eight, in place of the body's")
-    magnitudes: Magnitudes = optional("Forces at each contact, in place of the body's")
-    train: Whole = optional("Samples that are trained on, in place of the body's", ge=2)
-    test: Count = optional("Samples that are held out, in place of the body's")
+    anchors: Anchors | None = optional("Which coarse nodes are held, in place of the body's")
+    bed: Bed | None = optional("An elastic bed, in place of the body's")
+    refinements: Refinements | None = optional("How often each tetrahedron is split into eight, in place of the body's")
+    magnitudes: Magnitudes | None = optional("Forces at each contact, in place of the body's")
+    train: Whole | None = optional("Samples that are trained on, in place of the body's", ge=2)
+    test: Count | None = optional("Samples that are held out, in place of the body's")
 
 
 class Premises(Block):
@@ -66,7 +66,7 @@ def check(config: dict, file: Path) -> None:
         raise InputError(
             f"{file}: enrichment.sigma_relative.min is {sigma['min']}; make it less than max, {sigma['max']}."
         )
-    if not any("train" in body for body in config["bodies"].values()):
+    if not any(body.train for body in config["bodies"].values()):
         raise InputError(f"{file}: enrichment is there and no body has train and test; give a body both.")
     for name, case in config["enrichment"]["premises"]["cases"].items():
         _check_premise(f"{file}: enrichment.premises.cases.{name}", name, case, config["bodies"])
@@ -74,15 +74,15 @@ def check(config: dict, file: Path) -> None:
         raise InputError(f"{file}: enrichment.regimes.{twice[0]} is under regimes, too; give it another name.")
 
 
-def _check_premise(place: str, name: str, case: dict, bodies: dict) -> None:
+def _check_premise(place: str, name: str, case: Case, bodies: dict) -> None:
     """Raise InputError for a premise without a body that is refined, or without whole contacts to hold out."""
-    if wrong := describe_unknown([case["body"]], list(bodies)):
+    if wrong := describe_unknown([case.body], list(bodies)):
         raise InputError(f"{place}.body names {wrong}")
-    body = bodies[case["body"]]
-    if case.get("direction") is not None and not any(case["direction"]):
+    body = bodies[case.body]
+    if case.direction is not None and not any(case.direction):
         raise InputError(f"{place}.direction is [0, 0, 0], which points nowhere; give one number that is not 0.")
-    if "train" in bodies.get(name, {}):
+    if name in bodies and bodies[name].train:
         raise InputError(f"{place} has the name of a body with samples, which is a premise, too; give it another.")
-    if not case.get("refinements", body.get("refinements", 0)):
-        raise InputError(f"{place}.body names {case['body']}, which is not refined; give refinements of at least 1.")
+    if not (body.refinements if case.refinements is None else case.refinements):
+        raise InputError(f"{place}.body names {case.body}, which is not refined; give refinements of at least 1.")
     sample_counts(place, case, body)

@@ -60,13 +60,13 @@ def check(config: dict, file: Path) -> None:
     if wrong := describe_unknown(names, list(config["bodies"])):
         raise InputError(f"{place}.bodies names {wrong}")
     for name in names:
-        if not config["bodies"][name].get("refinements"):
+        if not config["bodies"][name].refinements:
             raise InputError(
                 f"{place}.bodies names {name}, which is not refined; give it refinements of at least 1, "
                 "so that its mesh has an error that can be seen."
             )
     for name in settings["regions_of"]:
-        if not config["bodies"][name].get("regions"):
+        if not config["bodies"][name].regions:
             raise InputError(f"{place}.regions_of names {name}, which has no regions; give it some, or remove it.")
     if not names:
         raise InputError(f"{place} is there and no body is refined; give one refinements of at least 1.")

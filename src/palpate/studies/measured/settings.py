@@ -10,7 +10,7 @@ from pydantic import ConfigDict, Field
 
 from palpate.benchmark.settings import Instrument
 from palpate.bodies.make_body import make_body
-from palpate.bodies.settings import check_laws
+from palpate.bodies.settings import Box, Solid, check_laws
 from palpate.errors import InputError, suggest
 from palpate.files import check_file
 from palpate.identification.relaxation import holds_of
@@ -154,14 +154,14 @@ def check(config: dict, file: Path) -> None:
     for name, entry in config["measured"]["experiments"].items():
         place = f"{file}: measured.experiments.{name}"
         body = _body(config, place, entry["body"])
-        _check_levels(f"{file}: measured.models", models, entry["body"], body["refinements"] + 1)
+        _check_levels(f"{file}: measured.models", models, entry["body"], body.refinements + 1)
         try:
             experiment = experiment_of(name, entry)
-            if body["kind"] == "box":
+            if isinstance(body, Box):
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore")  # the job that makes the body warns
-                    made = make_body(entry["body"], body | {"refinements": 0})
-                check_places(experiment, made, partial(off_box, np.array(body["sizes_m"], dtype=float)))
+                    made = make_body(entry["body"], body.but(refinements=0))
+                check_places(experiment, made, partial(off_box, np.array(body.sizes_m, dtype=float)))
         except InputError as error:
             raise InputError(f"{file}: {error}") from error
         for case in experiment.cases:
@@ -174,13 +174,13 @@ def check(config: dict, file: Path) -> None:
                     raise InputError(f"{key}: {error}") from error
 
 
-def _body(config: dict, place: str, name: str) -> dict:
+def _body(config: dict, place: str, name: str) -> Solid:
     """Return the entry of a body of tetrahedra; InputError for another name."""
     body = config["bodies"].get(name)
     if body is None:
         near = suggest(name, list(config["bodies"]), "choose from bodies:")
         raise InputError(f"{place}.body is {name}, which is not in bodies; {near}")
-    if body["kind"] == "sheet":
+    if not isinstance(body, Solid):
         raise InputError(f"{place}.body is {name}, a sheet; name a body of tetrahedra.")
     return body
 

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from palpate.bodies.settings import Ct, Solid
 from palpate.errors import InputError, suggest
 from palpate.setting_types import Block, Count, NotNegative, Pair, Positive, Some, Switch, Whole, key
 
@@ -41,8 +42,8 @@ class Settings(Block):
 def check(config: dict, file: Path) -> None:
     """Raise InputError for bodies that are not there or are sheets, none at all, and settings that do not fit."""
     place, settings = f"{file}: organ_springs", config["organ_springs"]
-    able = [name for name, body in config["bodies"].items() if body["kind"] != "sheet"]
-    chosen = settings["bodies"] or [name for name in able if config["bodies"][name]["kind"] == "ct"]
+    able = [name for name, body in config["bodies"].items() if isinstance(body, Solid)]
+    chosen = settings["bodies"] or [name for name in able if isinstance(config["bodies"][name], Ct)]
     if not chosen:
         raise InputError(f"{place} is there and no body is of kind ct; name one in organ_springs.bodies, or remove it.")
     for name in chosen:

@@ -43,7 +43,7 @@ class Settings(Block):
 def check(config: dict, file: Path) -> None:
     """Raise InputError if no body has regions, or if a body that is named has none, or is not there."""
     bodies, named = config["bodies"], config["palpation"]["bodies"]
-    able = [name for name, body in bodies.items() if body.get("regions")]
+    able = [name for name, body in bodies.items() if body.regions]
     if not able:
         raise InputError(f"{file}: palpation is there and no body has regions; give one some, or remove palpation.")
     for name in named or []:

@@ -12,6 +12,7 @@ import pandas as pd
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.truth import load_truth
 from palpate.bodies.body_file import load
+from palpate.bodies.settings import Smooth
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.run.job import steps
 from palpate.studies.tradeoff.settings import Families
@@ -69,14 +70,14 @@ def measure_bounds(input, params, wildcards, options: FitOptions):
     return {"samples": samples, "settings": settings, "estimates": estimates(case, judge, tuple(params.models))}
 
 
-def measure_facets(input, params, wildcards, say):
+def measure_facets(input, params, wildcards, say, entry: Smooth):
     from palpate.bodies.organs import surface_of
     from palpate.studies.tradeoff.truth_table import geometry_share
 
     body, truth, loads = load(input.body), load_truth(input.truth), pd.read_csv(input.loads)
     progress = steps(say, f"{body.name}, {wildcards.regime}: what its facets change, solution")
-    chosen = truth.spread(params.samples)
-    return geometry_share(body, surface_of(params.entry), loads, truth, chosen, progress)
+    chosen = truth.spread(params.samples).tolist()
+    return geometry_share(body, surface_of(entry), loads, truth, chosen, progress)
 
 
 def tabulate_answers(input, params):

@@ -59,7 +59,7 @@ def test_a_branch_takes_energy_from_every_step(span):
     ],
 )
 def test_a_series_that_is_none_is_refused(shares, times, said):
-    assert prony_fault({"shares": shares, "times_s": times}).startswith(said)
+    assert prony_fault(Series(shares, times)).startswith(said)
 
 
 STIFF = 30000.0

@@ -29,7 +29,7 @@ from palpate.bodies.organs import SHAPES, coarse_body, surface_of
 from palpate.bodies.refinement import Snap
 from palpate.bodies.regions import balls_of, read_regions
 from palpate.bodies.seams import check_seams, weld_pieces
-from palpate.bodies.settings import Box, Ct, Cylinder, File, Kidney, Liver, Round, Sheet, Stomach
+from palpate.bodies.settings import Box, Ct, Cylinder, File, Round, Sheet
 from palpate.bodies.simple_shapes import box, cylinder, sheet
 from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
 from palpate.bodies.surfaces.coarse_solid import NODES, CoarseSolid, remesh_solid
@@ -92,7 +92,7 @@ def _make(name: str, entry: bodies.Body) -> Body:
     return body
 
 
-def _coarse(entry: bodies.Solid) -> tuple[TetMesh, Snap | None, bool]:
+def _coarse(entry: bodies.SolidBody) -> tuple[TetMesh, Snap | None, bool]:
     """Return the coarse mesh, what snaps it to the finer surface that a CT or a file shows, and if it was remeshed."""
     match entry:
         case File():
@@ -103,10 +103,8 @@ def _coarse(entry: bodies.Solid) -> tuple[TetMesh, Snap | None, bool]:
             mesh = cylinder(entry.length_m, entry.radius_m)
         case Box():
             mesh = box(entry.sizes_m, entry.divisions)
-        case Liver() | Kidney() | Stomach():
-            mesh = coarse_body(SHAPES[entry.kind], entry.length_m, balls_of(entry))
         case _:
-            raise TypeError(f"{type(entry).__name__} is no body that can be made")
+            mesh = coarse_body(SHAPES[entry.kind], entry.length_m, balls_of(entry))
     return mesh, None, False
 
 

@@ -154,7 +154,7 @@ class Solid(_Body):
 
 
 class Compared(Solid):
-    paper_surface: list[Pair[Count] | None] = optional(
+    paper_surface: list[Pair[Count] | None] | None = optional(
         "For each level, the paper's surface [nodes, triangles], or null"
     )
 
@@ -257,8 +257,9 @@ class Ct(Compared):
     )
 
 
+SolidBody = Cylinder | Liver | File | Box | Ct | Kidney | Stomach
 Body = Annotated[
-    Cylinder | Liver | File | Box | Sheet | Ct | Kidney | Stomach,
+    SolidBody | Sheet,
     Field(
         discriminator="kind", description="Where the mesh comes from; file and ct are read, the others are generated"
     ),
@@ -287,7 +288,7 @@ def longest_m(body: Body | None) -> float | None:
 
 def check_body(place: str, body: Body, folder: Path) -> None:
     """Raise InputError for what single settings of a body do not show, and for files that are not there."""
-    size, (least, most) = longest_m(body), POSSIBLE_M
+    size, (least, most), levels = longest_m(body), POSSIBLE_M, body.refinements + 1
     if size is not None and not least <= size <= most:
         sides = "length_m" if isinstance(body, Round) else "sizes_m"
         raise InputError(
@@ -308,13 +309,11 @@ def check_body(place: str, body: Body, folder: Path) -> None:
                 raise InputError(
                     f"{place}.regions.{name} needs exactly one of tag, sphere and label; give one of them."
                 )
-    if isinstance(body, Compared) and body.paper_surface is not None:
-        levels = body.refinements + 1
-        if len(body.paper_surface) != levels:
-            raise InputError(
-                f"{place}.paper_surface has {len(body.paper_surface)} entries; "
-                f"give one for each of the {levels} levels, or null."
-            )
+    papers = body.paper_surface if isinstance(body, Compared) else None
+    if papers is not None and len(papers) != levels:
+        raise InputError(
+            f"{place}.paper_surface has {len(papers)} entries; give one for each of the {levels} levels, or null."
+        )
     if not isinstance(body, Ct):
         return
     if body.mask is not None and body.image is None:

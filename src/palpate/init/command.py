@@ -221,9 +221,6 @@ ct:  # pictures of the body in the CT, and its mass; look at results/figures/ct_
   surface_nodes: {sizes}  # of the meshes that are weighed
 """
 _COMMENTS = {
-    "kind": "",
-    "path": "",
-    "scale_m": "",
     "image": "the CT, seen from this folder",
     "mask": "0 outside the organ; on the CT's grid",
     "label": "of the mask: a number, a name, or a list to join",
@@ -237,7 +234,7 @@ _COMMENTS = {
     "poisson": "Poisson's ratio, assumed; tissue has 0.45 to 0.49, where linear elements are too stiff",
     "density_kg_m3": "density [kg/m³], assumed",
 }
-"""What is said of each key of a body, in the order in which they are written."""
+"""What is said of each key of a body, in the order in which they are written, after those of the data."""
 _BED = {
     "sphere": "springs fade to its rim",
     "facing": "only what faces this way, within 60 degrees, lies on it",
@@ -253,9 +250,9 @@ def config_text(data: Data, choice: Choice, file: Path) -> str:
     elements = len(choice.body.coarse.tetrahedra)
     schema = Path(relpath(ROOT / ".venv/settings.schema.json", file.resolve().parent)).as_posix()
     splits = f"1:8 splits of the {elements} coarse tetrahedra; each makes a run about 10 times as long"
-    comments = _COMMENTS | data.comments | {"refinements": splits}
+    comments = data.comments | _COMMENTS | {"refinements": splits}
     given = {name: _yaml(plain(getattr(entry, name))) for name in entry.model_fields_set | {"kind"}}
-    given |= {name: _path(path, folder) for name, path in entry.paths(Path()).items()}
+    given |= {name: _yaml(Path(relpath(path, folder))) for name, path in entry.paths(Path()).items()}
     parts = [
         # for editors; a file in palpate's folder may move with it
         f"# yaml-language-server: $schema={schema}\n" if file.resolve().is_relative_to(ROOT) else "",
@@ -291,15 +288,11 @@ def lies_on(choice: Choice) -> str:
     return f"lies where its {'xyz'[number]} is {end} on {thick} of tissue as stiff as itself"
 
 
-def _path(path: str, folder: Path) -> str:
-    """Write a path relative to ``folder``, in quotes where YAML needs some."""
-    text = Path(relpath(path, folder)).as_posix()
-    letters = re.sub("[/._-]", "", text)
-    return text if letters.isascii() and letters.isalnum() else json.dumps(text, ensure_ascii=False)
-
-
 def _yaml(value: Any) -> str:
-    """Write a value as YAML on one line."""
+    """Write a value as YAML on one line, a path in quotes where YAML needs some."""
+    if isinstance(value, Path):
+        text, letters = value.as_posix(), re.sub("[/._-]", "", value.as_posix())
+        return text if letters.isascii() and letters.isalnum() else json.dumps(text, ensure_ascii=False)
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key}: {_yaml(inner)}" for key, inner in value.items()) + "}"
     if isinstance(value, list):

@@ -200,12 +200,7 @@ def _doubts(path: Path, size: float, scale: float) -> list[str]:
 
 
 def _ct(
-    image: Path,
-    mask: Path | None,
-    label: list[int | str],
-    threshold: Sequence[float] | None,
-    regions: bool,
-    mri: bool,
+    image: Path, mask: Path | None, label: list[int | str], threshold: Sequence[float] | None, regions: bool, mri: bool
 ) -> Data:
     """Describe the organ of an image; with ``regions`` all labels but the first, the largest, are regions of it."""
     given: dict[str, Any] = {"modality": "mri"} if mri else {}

@@ -52,10 +52,10 @@ def body_of(given: str | None, config: Path | None, scale_m: float | None, hold:
         return None
     if config is not None:
         settings = complete(read_settings(config), config, needs_study=False)
-        if given not in settings["bodies"]:
-            known = suggest(given, list(settings["bodies"]), "choose from")
+        if given not in settings.bodies:
+            known = suggest(given, list(settings.bodies), "choose from")
             raise InputError(f"--body {given} is not in {config}; {known}")
-        return make_body(given, settings["bodies"][given].seen_from(config.parent))
+        return make_body(given, settings.bodies[given].seen_from(config.parent))
     if hold not in (None, *HOLDS):
         raise InputError(f"--hold {hold} is no side; choose from {', '.join(HOLDS)}.")
     data = recognise([Path(given)], scale_m=scale_m)

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fixtures.bodies import LIVER
 
 from palpate.benchmark.cut_truth import CutTruth
 from palpate.bodies.body import nest
@@ -113,7 +114,7 @@ def test_a_truth_that_is_rejected_judges_no_model(case, truth, tmp_path):
 
 
 def test_a_cut_of_a_body_that_is_none_is_refused():
-    config = {"bodies": {"slab": {"refinements": 1}, "bar": {"refinements": 0}}}
+    config = {"bodies": {"slab": LIVER, "bar": LIVER.but(refinements=0)}}
     for cuts, said in (
         ({}, "my.yaml: cut.cuts is empty"),
         ({"mine": ENTRY | {"body": "slap"}}, "my.yaml: cut.cuts.mine.body names slap, which is unknown; did you mean"),

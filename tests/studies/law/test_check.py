@@ -3,11 +3,13 @@
 from pathlib import Path
 
 import pytest
+from fixtures.bodies import LIVER, SPOT
 
 from palpate.errors import InputError
 from palpate.studies.law.settings import changes_of, check, compared_bodies
 
-BODIES = {"liver": {"refinements": 2}, "cube": {"refinements": 0}, "sheet": {}}
+CUBE = LIVER.but(refinements=0)
+BODIES = {"liver": LIVER, "cube": CUBE}
 SETTINGS = {"bodies": None, "regions_of": [], "laws": ["corotational"], "radius_of_body_m": {}}
 
 
@@ -17,7 +19,7 @@ def config(**changes):
 
 def test_of_some_bodies_only_the_regions_are_left_out():
     assert compared_bodies(config()) == ["liver"] and compared_bodies(config(bodies=["cube"])) == ["cube"]
-    bodies = BODIES | {"lump": {"refinements": 1, "regions": {"a": {}}}}
+    bodies = BODIES | {"lump": LIVER.but(regions=SPOT)}
     more = {"poissons": [0.3, 0.49], "contacts": 2}
     asked = {"bodies": bodies, "law": SETTINGS | more | {"bodies": ["liver"], "regions_of": ["lump"]}}
     assert compared_bodies(asked) == ["liver", "lump"]
@@ -56,4 +58,4 @@ def test_a_law_of_ones_own_is_a_file_beside_the_settings(tmp_path):
 
 def test_a_body_that_is_refined_is_needed():
     with pytest.raises(InputError, match="law is there and no body is refined"):
-        check(config() | {"bodies": {"cube": {"refinements": 0}}}, Path("config.yaml"))
+        check(config() | {"bodies": {"cube": CUBE}}, Path("config.yaml"))

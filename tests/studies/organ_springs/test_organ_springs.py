@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fixtures.bodies import LIVER
 
 from palpate.bodies.body import nest
 from palpate.bodies.material import Material, Tissue
@@ -141,4 +142,4 @@ def test_too_many_contacts_and_no_anchors_get_one_sentence(block):
 def test_settings_that_do_not_fit_are_said(change, said):
     settings = defaults("organ_springs") | {"bodies": ["liver"]} | change
     with pytest.raises(InputError, match=said):
-        check({"bodies": {"liver": {"kind": "liver"}}, "organ_springs": settings}, Path("config.yaml"))
+        check({"bodies": {"liver": LIVER}, "organ_springs": settings}, Path("config.yaml"))

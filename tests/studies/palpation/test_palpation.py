@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from fixtures.bodies import LIVER, SPOT
 
 from palpate.bodies.contacts import contacts_near_regions
 from palpate.bodies.material import Tissue
@@ -108,13 +109,13 @@ def test_least_contrasts_interpolate_in_the_logarithm():
 @pytest.mark.parametrize(
     ("regions", "named", "said"),
     [
-        ({"stone": {}}, ["liver"], r"\.bodies names liver, which has no regions; name lump"),
-        ({"stone": {}}, ["lumb"], r"\.bodies names lumb, which is not there; did"),
-        ({}, None, " is there and no body has regions; give one some, or remove palpation"),
+        (SPOT, ["liver"], r"\.bodies names liver, which has no regions; name lump"),
+        (SPOT, ["lumb"], r"\.bodies names lumb, which is not there; did"),
+        (None, None, " is there and no body has regions; give one some, or remove palpation"),
     ],
 )
 def test_settings_name_bodies_with_regions(regions, named, said):
-    bodies = {"liver": {}, "lump": {"regions": regions}}
+    bodies = {"liver": LIVER, "lump": LIVER.but(regions=regions)}
     with pytest.raises(InputError, match=rf"^config\.yaml: palpation{said}"):
         check({"bodies": bodies, "palpation": {"bodies": named}}, "config.yaml")
-    check({"bodies": {"lump": {"regions": {"stone": {}}}}, "palpation": {"bodies": ["lump"]}}, "config.yaml")
+    check({"bodies": {"lump": LIVER.but(regions=SPOT)}, "palpation": {"bodies": ["lump"]}}, "config.yaml")

@@ -3,18 +3,18 @@
 from pathlib import Path
 
 import pytest
+from fixtures.bodies import LIVER
 
 from palpate.errors import InputError
 from palpate.run.settings import defaults
 from palpate.studies.press.settings import check as check_press
 from palpate.studies.touch.settings import check, instruments_of
 
-BODY = {"kind": "liver", "length_m": 0.2, "refinements": 1}
 BALL = {"kind": "sphere", "radius_m": 0.008}
 
 
 def settings(**given) -> dict:
-    return {"bodies": {"liver": BODY, "bar": BODY | {"refinements": 0}}, "touch": defaults("touch", **given)}
+    return {"bodies": {"liver": LIVER, "bar": LIVER.but(refinements=0)}, "touch": defaults("touch", **given)}
 
 
 @pytest.mark.parametrize(
@@ -46,7 +46,7 @@ def test_what_is_wrong_is_said(given, said):
     ],
 )
 def test_the_page_offers_what_it_can_answer(given, said):
-    config = {"bodies": {"liver": BODY}, "press": defaults("press", instruments=[BALL | given])}
+    config = {"bodies": {"liver": LIVER}, "press": defaults("press", instruments=[BALL | given])}
     with pytest.raises(InputError) as refused:
         check_press(config, Path("my.yaml"))
     assert f"my.yaml: press.instruments{said}" in str(refused.value)

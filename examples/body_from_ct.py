@@ -18,7 +18,7 @@ def main(picture=None):
     """Return the body's volume over the true one, and the Dice coefficient of its voxels with the true ones."""
     body = LIVER.make()  # of your own CT: pp.Ct(image="scan.nii.gz", ...), or pp.load("scan.nii.gz")
     image, truth = abdomen()
-    organ = segment(image, LIVER)
+    organ = segment(image, LIVER.threshold_hu)
     if picture:
         at, (_, y, x) = len(organ) // 2, image.to_world([[0, 0, 0], [0, *organ.shape[1:]]])[:, ::-1].T
         surface = pyvista.PolyData.from_regular_faces(body.fine.nodes, body.fine.triangles)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from palpate.bodies.settings import paths_of_body
+from palpate.bodies.settings import File
 from palpate.errors import InputError
 from palpate.run.settings import read_settings
 
@@ -74,6 +74,6 @@ def test_what_is_no_file_is_one_sentence(tmp_path, monkeypatch, name, said):
 
 
 def test_paths_are_of_the_folder_of_the_settings():
-    given = {"kind": "file", "path": "../organ.stl", "image": None, "law": "own/law.py"}
-    assert paths_of_body(given, Path("/a/b")) == {"path": "/a/organ.stl", "law": "/a/b/own/law.py"}
-    assert paths_of_body({"kind": "liver", "law": "corotational"}, Path("/a")) == {}
+    given = File(path="../organ.stl", law="own/law.py", young_pa=3000, poisson=0.3)
+    assert given.paths(Path("/a/b")) == {"path": "/a/organ.stl", "law": "/a/b/own/law.py"}
+    assert given.but(law="corotational").paths(Path("/a/b")) == {"path": "/a/organ.stl"}

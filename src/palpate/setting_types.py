@@ -33,7 +33,7 @@ class Block(BaseModel):
 
     def but(self, **changed: Any) -> Self:
         """Return a copy with some fields changed, checked like any other."""
-        return type(self)(**(dict(self) | changed))
+        return type(self)(**({name: getattr(self, name) for name in self.model_fields_set} | changed))
 
     def __contains__(self, name: object) -> bool:
         field = type(self).model_fields.get(str(name))
@@ -104,11 +104,11 @@ def _distinct(values: list) -> list:
     return values
 
 
-_NUMBER, KEPT = Field(strict=True), WrapValidator(_as_given)
+_NUMBER, _FINITE, KEPT = Field(strict=True), Field(strict=True, allow_inf_nan=False), WrapValidator(_as_given)
 """KEPT: what was given stays as it was given; a block of which it says so gets no defaults."""
-Number = Annotated[float, _NUMBER, KEPT]
-Positive = Annotated[float, _NUMBER, Field(gt=0), KEPT]
-NotNegative = Annotated[float, _NUMBER, Field(ge=0), KEPT]
+Number = Annotated[float, _FINITE, KEPT]
+Positive = Annotated[float, _FINITE, Field(gt=0), KEPT]
+NotNegative = Annotated[float, _FINITE, Field(ge=0), KEPT]
 Share = Annotated[float, _NUMBER, Field(gt=0, le=1), KEPT]
 Inside = Annotated[float, _NUMBER, Field(gt=0, lt=1), KEPT]
 """Between 0 and 1, and neither of them."""

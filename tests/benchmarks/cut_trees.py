@@ -15,7 +15,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from fixtures.cut_cases import LIVER
+from fixtures.bodies import LIVER
 
 from palpate.bodies.cutting.cut import make_cut
 from palpate.bodies.cutting.ways import SPLIT_FACES, part

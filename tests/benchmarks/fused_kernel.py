@@ -21,9 +21,9 @@ os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())
 
 import numba
 import numpy as np
+from fixtures.bodies import made
 
 from palpate.bodies.body import Body
-from palpate.bodies.make_body import make_body
 from palpate.effects import linear_elements
 from palpate.files import read_yaml
 from palpate.solvers import equilibrium
@@ -37,7 +37,7 @@ FORCE_N, RADIUS_M, LEAST = 0.05, 0.012, 2.0
 def shipped_liver(refinements: int = 2) -> Body:
     """The liver of config.yaml, plain midpoints."""
     entry = read_yaml(ROOT / "config.yaml")["bodies"]["liver"]
-    return make_body("liver", {k: v for k, v in entry.items() if k in SHAPE} | {"refinements": refinements})
+    return made("liver", {k: v for k, v in entry.items() if k in SHAPE} | {"refinements": refinements})
 
 
 def press(body: Body, level: int) -> np.ndarray:

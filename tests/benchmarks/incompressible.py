@@ -14,6 +14,7 @@ import os
 import sys
 from time import process_time
 
+from palpate.bodies.settings import Liver
 from palpate.run.job import kernel_cache
 
 # read when numpy and numba are imported
@@ -34,7 +35,7 @@ from palpate.solvers import equilibrium
 from palpate.solvers.equilibrium import Equilibrium
 
 BED = {"sphere": {"center_m": [-0.05, 0.05, 0.03], "radius_m": 0.06}, "stiffness_n_m3": 400000}
-LIVER = {"kind": "liver", "length_m": 0.2, "smooth": True, "refinements": 2, "young_pa": 3000, "density_kg_m3": 1000}
+LIVER = Liver(length_m=0.2, smooth=True, refinements=2, young_pa=3000, poisson=0.3)
 RADIUS_M, DEPTH_M, MOST = 0.012, 0.004, 0.012
 RATIOS = (0.3, 0.45, 0.49, 0.499, 0.4999)
 
@@ -94,7 +95,7 @@ def main() -> None:
     failed, newtons = [], 0.0
     print("nu,elements,level,nodes,error_%,missing_%,volume_1e-3,products,newton,steps,solve_s,ratio")
     for nu in [float(each) for each in sys.argv[2:]] or RATIOS:
-        body = make_body("liver", LIVER | {"poisson": nu, "bed": BED})
+        body = make_body("liver", LIVER.but(poisson=nu, bed=BED))
         whole = finer(body, finest - 1)
         newtons = newtons or force_of(body, whole)
         mean = answers(body, whole, 2, False, range(1, finest + 1), newtons)

@@ -18,6 +18,7 @@ import tempfile
 from pathlib import Path
 from time import process_time
 
+from palpate.bodies.settings import Liver
 from palpate.run.job import kernel_cache
 
 # read when numpy and numba are imported
@@ -59,10 +60,10 @@ YOUNG = 3000.0
 
 def liver(law: str, poisson: float) -> Body:
     """Return the liver of config.yaml with another tissue."""
-    entry = {
-        "kind": "liver", "length_m": 0.2, "refinements": 2, "young_pa": YOUNG, "poisson": poisson, "law": law,
-        "density_kg_m3": 1000.0, "anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}},
-    }  # fmt: skip
+    entry = Liver(
+        length_m=0.2, refinements=2, young_pa=YOUNG, poisson=poisson, law=law, density_kg_m3=1000.0,
+        anchors={"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}},
+    )  # fmt: skip
     return make_body("liver", entry)
 
 

@@ -47,8 +47,7 @@ def tried(data: Data, contacts: int, nailed: bool) -> tuple[Choice, Body, Truth]
     """Return what is chosen for an organ, the body that is tried, and the truth of its presses."""
     choice = choose(data.name, data.entry)
     held = {"bed": None, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.1 * choice.coarse.size}}}
-    entry = choice.entry | {"refinements": 1} | (held if nailed else {})
-    body = make_body(data.name, {key: value for key, value in entry.items() if value is not None})
+    body = make_body(data.name, choice.entry.but(refinements=1, **(held if nailed else {})))
     regime = choice.regimes["large"]
     presses = [{"magnitude": 1.0, "tilt_degrees": 0}, {"magnitude": 0.8, "tilt_degrees": 45}]
     loads = choose_presses(body, contacts, presses, regime, regime["radius_m"], seed=1)

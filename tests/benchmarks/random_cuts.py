@@ -17,7 +17,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from fixtures.cut_cases import LIVER, random_cuts, smallest_pivot
+from fixtures.bodies import LIVER
+from fixtures.cut_cases import random_cuts, smallest_pivot
 
 from palpate.bodies.cutting.conform import cut_body, qualities
 from palpate.bodies.cutting.cut import Cuts

@@ -11,6 +11,7 @@ from fixtures.organs import organ, torn, volume, write_ascii_stl, write_binary_p
 from palpate.bodies.make_body import build, make_body, taken
 from palpate.bodies.mesh_file import load_shape, load_surface
 from palpate.bodies.mesh_quality import quality
+from palpate.bodies.settings import File
 from palpate.bodies.simple_shapes import box
 from palpate.bodies.surfaces.solid import distances, sample
 from palpate.bodies.surfaces.tetrahedralize import gmsh_session
@@ -24,8 +25,11 @@ OPEN = [[0, 2, 3], [0, 3, 1], [0, 1, 5], [0, 5, 4], [2, 6, 7], [2, 7, 3], [0, 4,
 FLAT_SQUARE = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\nf 1 3 2\nf 1 4 3\n"
 
 
+ENTRY = File(path="", refinements=2, young_pa=3000, poisson=0.3)
+
+
 def load_file(path, scale_m):
-    return build({"path": path, "scale_m": scale_m})[0]
+    return build(ENTRY.but(path=str(path), scale_m=scale_m))[0]
 
 
 def write_gmsh(path, mesh, version, binary):
@@ -69,12 +73,9 @@ def test_surface_is_filled_and_kept(octahedron, tmp_path):
     corners = {tuple(p) for p in found.nodes[found.surface].tolist()}
     assert corners == {tuple(p) for p in (0.5 * points).tolist()}
     assert (len(found.surface), len(found.triangles)) == (6, 8)
-    assert "1 piece; 1.667e+05 mL" in taken({"kind": "file", "path": tmp_path / "a.stl", "scale_m": 0.5})[0]
+    assert "1 piece; 1.667e+05 mL" in taken(ENTRY.but(path=str(tmp_path / "a.stl"), scale_m=0.5))[0]
     meshio.write(tmp_path / "open.stl", meshio.Mesh(points, [("triangle", triangles[1:])]), binary=True)
-    assert (
-        "no volume of its own, as it has 1 hole"
-        in taken({"kind": "file", "path": tmp_path / "open.stl", "scale_m": 0.5})[0]
-    )
+    assert "no volume of its own, as it has 1 hole" in taken(ENTRY.but(path=str(tmp_path / "open.stl"), scale_m=0.5))[0]
     assert found.volumes.sum() == pytest.approx(4 / 3 / 8)
 
 
@@ -148,14 +149,11 @@ def test_a_surface_too_small_to_tell_its_corners_apart(tmp_path):
         load_surface(tmp_path / "probe.stl", 1e-300)
 
 
-ENTRY = {"kind": "file", "refinements": 2, "young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000}
-
-
 def made(path, **changes):
     """Make the body in a file, without scale and anchors, and collect what was warned of."""
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
-        body = make_body("organ", ENTRY | {"path": str(path)} | changes)
+        body = make_body("organ", ENTRY.but(path=str(path), **changes))
     return body, [str(warning.message) for warning in said]
 
 
@@ -291,4 +289,4 @@ def test_a_plate_that_is_too_thin_is_not_said_to_have_slices(tmp_path):
     lines = [f"v {x} {y} {z}" for x, y, z in plate.nodes] + [f"f {a} {b} {c}" for a, b, c in plate.triangles + 1]
     (tmp_path / "plate.obj").write_text("\n".join(lines))
     with pytest.raises(InputError, match=r"plate\.obj: the body is too thin beside its length to be remeshed"):
-        build({"path": str(tmp_path / "plate.obj"), "scale_m": 1.0})
+        build(ENTRY.but(path=str(tmp_path / "plate.obj"), scale_m=1.0))

@@ -117,9 +117,9 @@ def test_quality_table(cube, material):
 
 def test_sizes_stand_beside_the_papers(cube, material):
     body = nest("cube", cube, 1, np.arange(4), material)
-    table = mesh_sizes(body, {"paper_surface": [[8, 12], None]})
+    table = mesh_sizes(body, [[8, 12], None])
     assert table.iloc[0].tolist() == ["cube", 0, 8, 12, 8, 6, 8, 12]
     assert table.iloc[1].tolist()[:6] == ["cube", 1, 26, 48, 27, 48]
     assert table.iloc[1, 6:].isna().all()
-    assert mesh_sizes(body, {})["paper_nodes"].isna().all()
+    assert mesh_sizes(body)["paper_nodes"].isna().all()
     assert isinstance(table["paper_nodes"].dtype, pd.Int64Dtype)

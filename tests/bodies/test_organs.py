@@ -4,13 +4,13 @@ import warnings
 
 import numpy as np
 import pytest
+from fixtures.bodies import made
 from fixtures.organs import volume
 from scipy.optimize import least_squares
 from scipy.spatial import cKDTree
 
 from palpate.bodies import organs
 from palpate.bodies.body_file import load, save
-from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import quality
 from palpate.bodies.organs import SAMPLES, SHAPES, SmoothSurface, coarse_body, kidney_shape, liver_shape, stomach_shape
@@ -64,7 +64,7 @@ def organ(request):
 def smooth(organ):
     name, coarse, _, length = organ
     anchors = {"sphere": {"center_m": coarse.nodes[coarse.surface[0]].tolist(), "radius_m": 0.3 * length}}
-    return make_body(
+    return made(
         "own", {"kind": name, "length_m": length, "refinements": 2, "smooth": True, "anchors": anchors, **MATERIAL}
     )
 
@@ -126,7 +126,7 @@ LENGTH, RADIUS = 0.2, 0.03
 def bar(smooth, refinements):
     anchors = {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}}
     entry = {"kind": "cylinder", "length_m": LENGTH, "radius_m": RADIUS, "anchors": anchors} | MATERIAL
-    return make_body("bar", entry | {"refinements": refinements} | ({} if smooth is None else {"smooth": smooth}))
+    return made("bar", entry | {"refinements": refinements} | ({} if smooth is None else {"smooth": smooth}))
 
 
 @pytest.fixture(scope="module")

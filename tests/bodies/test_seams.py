@@ -11,6 +11,7 @@ from palpate.bodies.make_body import build
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.seams import check_seams, weld_pieces
+from palpate.bodies.settings import File
 from palpate.bodies.simple_shapes import box
 from palpate.bodies.surfaces.triangles import drop_unused
 from palpate.errors import InputError
@@ -128,5 +129,5 @@ def test_a_body_of_two_layers_says_that_they_are_welded(tmp_path):
     nodes, tetrahedra = halves(BAR, UPPER, NOWHERE)
     meshio.write_points_cells(tmp_path / "bar.vtu", nodes, [("tetra", tetrahedra)])
     with pytest.warns(UserWarning, match=r"bar\.vtu: 2 pieces welded at 63 nodes, .*; give parts that are to stay"):
-        mesh, *_ = build({"path": str(tmp_path / "bar.vtu"), "scale_m": 1.0})
+        mesh, *_ = build(File(path=str(tmp_path / "bar.vtu"), scale_m=1.0, young_pa=3000, poisson=0.3))
     assert len(mesh.nodes) == len(BAR.nodes)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from fixtures.cut_cases import LIVER
+from fixtures.bodies import LIVER
 
 from palpate.bodies.body import nest
 from palpate.bodies.cutting.conform import cut_body
@@ -34,7 +34,7 @@ def cut(request):
         knife = blade(mesh, np.array([[0.02, 0.0513, 0.04], [0.08, 0.048, 0.04]]), -np.eye(3)[2], DEEP_M)
         found = cut_body(body, knife, 0.0125)
     else:
-        body = make_body("liver", LIVER | {"refinements": 0})
+        body = make_body("liver", LIVER.but(refinements=0))
         knife = Disc(np.array([0.0, 0.0, 0.05]), unit([1.0, 0.3, 0.2]), 0.06)
         found = cut_body(body, knife, 0.05)
     nodes = found.coarse.nodes

@@ -11,6 +11,8 @@ from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.particles import merge_particles, particles_of
 from palpate.bodies.refinement import finer, refine
+from palpate.bodies.settings import Bed as Rule
+from palpate.bodies.settings import Sphere
 from palpate.bodies.simple_shapes import box as simple_box
 from palpate.bodies.supports import Bed, inner_nodes, read_bed
 from palpate.bodies.surfaces.triangles import drop_unused
@@ -133,11 +135,11 @@ def test_beds_of_several_bodies_hold_their_own(slab):
 
 
 def test_what_cannot_be_a_bed_is_refused(slab):
-    rule = {"sphere": {"center_m": [0.1, 0.05, 0.0], "radius_m": 0.07}, "stiffness_n_m3": 3e4}
+    rule = Rule(sphere=Sphere(center_m=[0.1, 0.05, 0.0], radius_m=0.07), stiffness_n_m3=3e4)
     assert read_bed("slab", rule, slab.coarse).radius_m == 0.07
     wrong = [
-        (rule | {"sphere": {"center_m": [1.0, 1.0, 1.0], "radius_m": 0.07}}, "holds 0 nodes .* move or enlarge it"),
-        (rule | {"sphere": {"center_m": [0.1, 0.05, 0.0], "radius_m": 9.0}}, "holds the whole surface, .* smaller"),
+        (rule.but(sphere=Sphere(center_m=[1.0, 1.0, 1.0], radius_m=0.07)), "holds 0 nodes .* move or enlarge it"),
+        (rule.but(sphere=Sphere(center_m=[0.1, 0.05, 0.0], radius_m=9.0)), "holds the whole surface, .* smaller"),
     ]
     for entry, message in wrong:
         with pytest.raises(InputError, match=rf"^body slab: bed.*{message}.*\.$"):
@@ -168,20 +170,19 @@ def test_a_scene_finds_the_bed_by_itself_and_comes_to_rest_on_it(block):
 
 def test_a_bed_holds_only_the_side_that_faces_it(block):
     """A ball of a bed so large that k hardly fades: what resists is the area of the underside times k."""
-    rule = {"sphere": {"center_m": [0.1, 0.1, 0.04], "radius_m": 1e3}, "stiffness_n_m3": 2e4, "facing": [0, 0, -3]}
+    rule = Rule(sphere=Sphere(center_m=[0.1, 0.1, 0.04], radius_m=1e3), stiffness_n_m3=2e4, facing=[0, 0, -3])
     bed = read_bed("block", rule, block.coarse)
     matrix = BedSprings(block.coarse, bed).matrix
     together = np.tile([1.0, 0.0, 0.0], len(block.coarse.nodes))
     assert together @ matrix @ together == pytest.approx(2e4 * 0.2 * 0.2, rel=1e-6)
     held = inner_nodes(block.coarse, bed)
     assert np.array_equal(held, np.flatnonzero(block.coarse.nodes[:, 2] == 0.0))
-    del rule["facing"]
     whole = BedSprings(block.coarse, replace(bed, facing=None)).matrix
     assert together @ whole @ together == pytest.approx(2e4 * (2 * 0.04 + 4 * 0.2 * 0.08), rel=1e-6)
     with pytest.raises(InputError, match="holds the whole surface"):
-        read_bed("block", rule, block.coarse)
+        read_bed("block", rule.but(facing=None), block.coarse)
     with pytest.raises(InputError, match=r"bed\.facing is \[0, 0, 0\]"):
-        read_bed("block", rule | {"facing": [0, 0, 0]}, block.coarse)
+        read_bed("block", rule.but(facing=[0, 0, 0]), block.coarse)
 
 
 SIDE = [0.2, 0.2, 0.2]

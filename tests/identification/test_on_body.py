@@ -10,6 +10,7 @@ from scipy.special import jv
 from palpate.benchmark.touch import Touch
 from palpate.benchmark.touch_mesh import TouchedMeshes
 from palpate.bodies.make_body import make_body
+from palpate.bodies.settings import Box, Plane
 from palpate.effects.instrument import Instrument
 from palpate.effects.patch_load import Patch
 from palpate.errors import InputError
@@ -20,10 +21,10 @@ from palpate.identification.presses import Press
 
 BALL = Instrument("sphere", 0.02)
 DEEP_M = 4e-3
-SHAPE = {
-    "kind": "box", "sizes_m": [0.1, 0.1, 0.04], "divisions": [5, 5, 2], "refinements": 1, "young_pa": 4000.0,
-    "poisson": 0.3, "density_kg_m3": 1000.0, "anchors": {"plane": {"axis": "x", "side": "min", "depth_m": 0.001}},
-}  # fmt: skip
+SHAPE = Box(
+    sizes_m=[0.1, 0.1, 0.04], divisions=[5, 5, 2], refinements=1, young_pa=4000.0, poisson=0.3, density_kg_m3=1000.0,
+    anchors={"plane": {"axis": "x", "side": "min", "depth_m": 0.001}},
+)  # fmt: skip
 """A plate that is clamped on one side, so that it bends far."""
 
 
@@ -55,7 +56,7 @@ def organ(plate):
 
 def by_elements(poisson, at):
     """The force of quadratic elements that are half as long, and fine at the rim of what is held."""
-    body = make_body("plate", SHAPE | {"poisson": poisson, "law": "neo_hookean"})
+    body = make_body("plate", SHAPE.but(poisson=poisson, law="neo_hookean"))
     node = int(np.linalg.norm(body.fine.nodes - at, axis=1).argmin())
     touch = Touch(BALL, node, np.array([0.0, 0.0, -1.0]), DEEP_M)
     return TouchedMeshes(body).around(touch, 2, 2).answer(1e-4)[0].force_n / 4000.0
@@ -67,8 +68,8 @@ def test_a_half_space_gives_way_as_the_transform_says():
 
 
 def test_a_deep_block_gives_way_like_a_half_space():
-    size = {"sizes_m": [1.0, 1.0, 1.0], "divisions": [10, 10, 10], "refinements": 1}
-    body = make_body("block", SHAPE | size | {"anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.01}}})
+    held = Plane(axis="z", side="min", depth_m=0.01)
+    body = SHAPE.but(sizes_m=[1.0, 1.0, 1.0], divisions=[10, 10, 10], anchors=held).make("block")
     radius = 0.1
     patch = Patch(np.array([0.5, 0.5, 1.0]), np.array([0.0, 0.0, 1.0]), radius)
     half = on_body.HALF_SPACE * (1.0 - 0.3**2) / radius

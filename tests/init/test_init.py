@@ -18,6 +18,7 @@ from palpate.bodies.make_body import build, make_body, solid_of
 from palpate.bodies.material import Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.organs import liver
+from palpate.bodies.settings import Body, Region
 from palpate.bodies.simple_shapes import box
 from palpate.bodies.supports import inner_nodes, read_bed
 from palpate.bodies.surfaces.coarse_solid import apart
@@ -51,17 +52,12 @@ def data(tmp_path_factory) -> Path:
     return folder
 
 
-def written(file: Path) -> tuple[str, dict, dict]:
-    """Return the name and the entry of the only body of a configuration, and the whole, which the schema accepts."""
+def written(file: Path) -> tuple[str, Body, dict]:
+    """Return the name and the settings of the only body of a configuration, and the whole, which the schema accepts."""
     given = read_yaml(file)
     config = complete(given, file)
-    ((name, entry),) = config["bodies"].items()
+    ((name, entry),) = config.bodies.items()
     return name, entry, given
-
-
-def paths_of(file: Path, entry: dict) -> dict[str, str]:
-    """Return the paths of an entry as they can be opened from here."""
-    return {key: str(file.parent / entry[key]) for key in ("path", "image", "mask") if entry.get(key)}
 
 
 @pytest.fixture(scope="module", params=["stl", "tetrahedra", pytest.param("mask", marks=pytest.mark.slow)])
@@ -77,9 +73,9 @@ def test_what_is_written_passes_the_schema_and_makes_the_body(made):
     what, file, printed = made
     name, entry, _ = written(file)
     assert name == {"stl": "ubung_2", "tetrahedra": "bar", "mask": "liver"}[what]
-    paths = paths_of(file, entry)
-    assert paths and all(entry[key].startswith("../") and Path(path).is_file() for key, path in paths.items())
-    body = make_body(name, entry | paths)
+    paths = entry.paths(file.parent)
+    assert paths and all(getattr(entry, key)[:3] == "../" and Path(path).is_file() for key, path in paths.items())
+    body = make_body(name, entry.seen_from(file.parent))
     assert not len(body.anchors[0]) and body.bed is not None
     assert 0.1 < len(inner_nodes(body.coarse, body.bed)) / len(body.coarse.surface) < 0.6
     if what == "mask":  # a body that is made anew has the shape of its data
@@ -95,7 +91,7 @@ def test_what_is_written_passes_the_schema_and_makes_the_body(made):
 def test_it_is_pressed_by_a_fingertip_and_by_a_hand_and_has_contacts_to_judge_by(made):
     what, file, _ = made
     _, entry, given = written(file)
-    size = make_body("", entry | paths_of(file, entry)).coarse.size
+    size = make_body("", entry.seen_from(file.parent)).coarse.size
     small, deep, large = given["regimes"].values()
     assert list(given["regimes"]) == ["small", "deep", "large"]
     assert small["radius_m"] == deep["radius_m"] == 0.012
@@ -105,10 +101,10 @@ def test_it_is_pressed_by_a_fingertip_and_by_a_hand_and_has_contacts_to_judge_by
     assert large["peak_of_size"] <= 0.1
     assert given["tradeoff"]["contacts"] == 24
     assert given["tradeoff"]["presses"][1] == {"magnitude": 0.8, "tilt_degrees": 45}
-    assert not {"magnitudes", "train", "test", "contacts"} & set(entry)
+    assert entry.magnitudes is entry.train is entry.test is None
     # a bar lies on its broad side, and an organ of a CT on the patient's back
-    assert what != "tetrahedra" or entry["bed"]["facing"][0] == 0
-    assert what != "mask" or entry["bed"]["facing"] == [0, 1, 0]
+    assert what != "tetrahedra" or entry.bed.facing[0] == 0
+    assert what != "mask" or entry.bed.facing == [0, 1, 0]
     text = file.read_text(encoding="utf-8")
     lines = [line for line in text.splitlines() if not line.lstrip().startswith("#")]
     assert [line for line in lines if not re.search(r"^ *(\w+:|- \{).*  # \S", line)] == []  # every key has a comment
@@ -142,13 +138,13 @@ def test_a_mesh_of_too_few_nodes_and_a_folder_that_cannot_be_written_are_refused
 
 def test_a_ct_without_a_mask_is_segmented_by_its_numbers(data):
     default, given = (recognise([data / "scan.nii.gz"], [], numbers) for numbers in (None, [40, 90]))
-    assert default.name == "scan" and default.entry["threshold_hu"] == [30, 120]
+    assert default.name == "scan" and default.entry.threshold_hu == [30, 120]
     lay = "the patient lay on the back, as the header does not say how; else give --hold"
     assert default.assumed == [
         "the organ is the largest piece between 30 and 120 HU; else give a mask or --threshold",
         lay,
     ]
-    assert given.entry["threshold_hu"] == [40, 90] and given.assumed == [lay]
+    assert given.entry.threshold_hu == [40, 90] and given.assumed == [lay]
     assert given.found == [f"{data / 'scan.nii.gz'}: 42×31×25 voxels of 8×8×8 mm, axes from the sform, upright"]
 
 
@@ -184,7 +180,7 @@ def test_each_label_becomes_a_body_of_its_own_and_one_that_makes_none_does_not_s
     assert f"left out 7: {tmp_path}/label_7/config.yaml exists and is kept" in printed.out
     assert printed.err.count("\n") == 1 and "1 labels are left out, as said above; the others are done." in printed.err
     name, entry, _ = written(tmp_path / "liver/config.yaml")
-    assert (name, entry["label"]) == ("liver", "liver") and printed.out.count("found    a body") == 1
+    assert (name, entry.label) == ("liver", "liver") and printed.out.count("found    a body") == 1
     with pytest.raises(InputError, match=r"organs\.seg\.nrrd: the mask has no label spleen; it has liver, 7\."):
         init_each(files, ["spleen"], folder=tmp_path)
     with pytest.raises(InputError, match=r"scan\.nii\.gz: bodies or regions by label need a mask; give the mask after"):
@@ -194,7 +190,7 @@ def test_each_label_becomes_a_body_of_its_own_and_one_that_makes_none_does_not_s
 @pytest.mark.parametrize(("label", "name"), [("liver", "liver"), (5, "liver"), (7, "organs_seg")])
 def test_a_body_has_the_name_of_its_label_where_the_mask_knows_one(data, label, name):
     found = recognise([data / "scan.nii.gz", data / "organs.seg.nrrd"], [label])
-    assert (found.name, found.entry["label"]) == (name, label)
+    assert (found.name, found.entry.label) == (name, label)
 
 
 @pytest.mark.slow
@@ -203,16 +199,16 @@ def test_labels_become_regions_of_the_largest(data, tmp_path):
     write_scan(tmp_path / "lesion.nii.gz", truth["labels"].astype(np.uint8), image)
     init(recognise([data / "scan.nii.gz", tmp_path / "lesion.nii.gz"], regions=True), tmp_path / "new")
     name, entry, _ = written(tmp_path / "new/config.yaml")
-    assert entry["label"] == [1, 2] and entry["regions"] == {"label_2": {"label": 2, "young_pa": 3000}}
-    body = make_body(name, entry | paths_of(tmp_path / "new/config.yaml", entry))
+    assert entry.label == [1, 2] and entry.regions == {"label_2": Region(label=2, young_pa=3000)}
+    body = make_body(name, entry.seen_from(tmp_path / "new"))
     assert body.regions is not None and 0 < body.regions.region.sum() < len(body.coarse.tetrahedra) / 2
 
 
 def test_an_mri_is_said_to_be_one(data):
     masked = recognise([data / "scan.nii.gz", data / "organs.seg.nrrd"], ["liver"], mri=True)
-    assert masked.entry["modality"] == "mri" and "threshold_hu" not in masked.entry
+    assert masked.entry.modality == "mri" and "threshold_hu" not in masked.entry.model_fields_set
     ranged = recognise([data / "scan.nii.gz"], [], [400, 600], mri=True)
-    assert ranged.entry["threshold"] == [400, 600] and set(ranged.entry) <= {*ranged.comments, "surface_nodes", "snap"}
+    assert ranged.entry.threshold == [400, 600] and "threshold_hu" not in ranged.entry.model_fields_set
     with pytest.raises(InputError, match=r"scan\.nii\.gz: grey values of an MRI have no unit, so no range of them is"):
         recognise([data / "scan.nii.gz"], mri=True)
 
@@ -221,14 +217,14 @@ def test_a_body_lies_on_its_broadest_side_in_tissue_as_stiff_as_itself():
     """Displaced as a whole, a square foot pushes back by ∫ k, a share of E / thickness; the top has no springs."""
     mesh = box([0.1, 0.2, 0.2], [2, 4, 4])
     found = _bed("block", mesh, [(axis, side) for axis in "xyz" for side in ("min", "max")], "")
-    assert found["facing"] == [-1, 0, 0]
-    assert found["stiffness_n_m3"] == pytest.approx(3000 / (0.05 * 0.2))
+    assert found.facing == [-1, 0, 0]
+    assert found.stiffness_n_m3 == pytest.approx(3000 / (0.05 * 0.2))
     bed = read_bed("block", found, mesh)
     assert (mesh.nodes[inner_nodes(mesh, bed), 0] == 0.0).all() and len(inner_nodes(mesh, bed)) == 25
     matrix = BedSprings(mesh, bed).matrix
     whole = np.tile([1e-3, 0.0, 0.0], len(mesh.nodes))
     pressure = (matrix @ whole).reshape(-1, 3)[:, 0].sum() / 0.2**2
-    assert 0.2 < pressure / (1e-3 * found["stiffness_n_m3"]) < 0.6
+    assert 0.2 < pressure / (1e-3 * found.stiffness_n_m3) < 0.6
 
 
 @pytest.mark.parametrize("open_below", [False, True])
@@ -267,17 +263,17 @@ def test_a_surface_gets_as_many_nodes_as_its_shape_needs(monkeypatch, tmp_path):
     meshio.write_points_cells(tmp_path / "organ.stl", points, [("triangle", dense.triangles)], binary=True)
     read = recognise([tmp_path / "organ.stl"], scale_m=0.001)
     entry, mesh, tried = choose._resolved(read.entry, str)
-    like = tried[entry["surface_nodes"]]
+    like = tried[entry.surface_nodes]
     assert like.close
-    mended, solid = solid_of(Path(entry["path"]), 0.001)
+    mended, solid = solid_of(Path(entry.path), 0.001)
     assert like.volume_m3 == pytest.approx(mesh.volumes.sum()) and like.data_m3 == pytest.approx(solid.volume_m3)
     assert abs(like.volume) <= 0.02 and apart(mesh, solid.places, mended.points, mended.triangles) <= 0.01 * mesh.size
 
     penalties = {140: 9.0, 280: 4.5, 560: 4.0, 1120: 3.9}
     monkeypatch.setattr(choose, "_coarse", lambda tried: mesh)
     like_data = {count: Likeness(0.01 * penalty, 1, 1, 1, 1) for count, penalty in penalties.items()}
-    monkeypatch.setattr(choose, "likeness", lambda found, tried: like_data[tried["surface_nodes"]])
-    assert choose._resolved(read.entry, str)[0]["surface_nodes"] == 280
+    monkeypatch.setattr(choose, "likeness", lambda found, tried: like_data[tried.surface_nodes])
+    assert choose._resolved(read.entry, str)[0].surface_nodes == 280
 
 
 @pytest.mark.slow
@@ -296,11 +292,11 @@ def test_a_coarse_surface_that_cannot_be_filled_well_is_made_anew_unless_its_own
     read = recognise([tmp_path / "rod.stl"], scale_m=0.001)
     monkeypatch.setattr(choose, "SURFACE_NODES", (280,))
     entry, mesh, tried = choose._resolved(read.entry, str)
-    assert (entry["surface_nodes"], entry["snap"], len(mesh.surface)) == (280, False, 280)
+    assert (entry.surface_nodes, entry.snap, len(mesh.surface)) == (280, False, 280)
     like = tried[280]
     assert not like.other and abs(like.volume) < 0.005
     assert like.thick_m == pytest.approx(2 * like.data_m3 / (2 * np.pi * 0.008 * 0.108), rel=0.05)
-    assert len(build(entry | {"surface_nodes": 26})[0].surface) == 26
+    assert len(build(entry.but(surface_nodes=26))[0].surface) == 26
 
 
 @pytest.mark.slow
@@ -368,7 +364,7 @@ def test_a_mesh_with_a_frame_is_a_patient_who_lies_on_the_back(frame, hold, faci
     head = f"3D Slicer output. SPACE={frame}" if frame else ""
     (tmp_path / "organ.vtk").write_bytes(SOLIDS["v42_ascii_title.vtk"](1e3 * mesh.nodes * axes, mesh.tetrahedra, head))
     found = recognise([tmp_path / "organ.vtk"])
-    assert choose.choose("organ", found.entry, hold).entry["bed"]["facing"] == facing
+    assert choose.choose("organ", found.entry, hold).entry.bed.facing == facing
     said = {
         "LPS": "LPS from its header, so that its sides are the patient's",
         "RAS": "RAS from its header, turned to LPS, so that its sides are the patient's",

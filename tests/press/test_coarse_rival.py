@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.make_body import make_body
+from palpate.bodies.settings import Box, Plane
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.press import coarse_rival
@@ -15,9 +15,9 @@ RADIUS_M = 0.06
 
 @pytest.fixture(scope="module")
 def bar():
-    entry = {"kind": "box", "sizes_m": [0.2, 0.05, 0.05], "divisions": [8, 3, 3], "refinements": 1, "young_pa": 3000}
-    anchors = {"plane": {"axis": "x", "side": "min", "depth_m": 0.001}}
-    return make_body("bar", entry | {"poisson": 0.3, "density_kg_m3": 1000, "anchors": anchors})
+    held = Plane(axis="x", side="min", depth_m=0.001)
+    shape = Box(sizes_m=[0.2, 0.05, 0.05], divisions=[8, 3, 3], refinements=1, young_pa=3000, poisson=0.3, anchors=held)
+    return shape.make("bar")
 
 
 @pytest.fixture(scope="module")

@@ -3,9 +3,9 @@
 import warnings
 
 import pytest
+from fixtures.bodies import made
 from fixtures.small_scene import BAR
 
-from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of
 from palpate.effects import linear_elements
 from palpate.errors import InputError, about
@@ -20,11 +20,11 @@ from palpate.studies.hard_cases import fem_cases
 )
 def test_linear_elements_near_incompressibility_warn_and_quadratic_ones_do_not(asked):
     with pytest.warns(UserWarning, match=r"^organ: linear elements lock at Poisson's ratio 0\.49; .* missed about 12%"):
-        asked(make_body("organ", BAR | {"poisson": 0.49}), 0)
+        asked(made("organ", BAR | {"poisson": 0.49}), 0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        asked(make_body("organ", BAR | {"poisson": 0.45}), 0)
-        Equilibrium(make_body("organ", BAR | {"poisson": 0.49, "refinements": 1}), 0, order=2)
+        asked(made("organ", BAR | {"poisson": 0.45}), 0)
+        Equilibrium(made("organ", BAR | {"poisson": 0.49, "refinements": 1}), 0, order=2)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,6 @@ from palpate.errors import NotConverged
 from palpate.scenes.moved_particles import particles_in
 from palpate.scenes.run_scene import run
 from palpate.scenes.settings import Scene
-from palpate.setting_types import plain
 from palpate.solvers import backward_euler
 from palpate.studies.scenes.measurements import HOLDS, UNKNOWN, energy_balance
 
@@ -71,7 +70,7 @@ def cube():
 )
 def test_no_step_of_a_shipped_scene_gains_more_than_a_millionth_of_the_work(name):
     scene = CONFIG.scenes[name].but(name=name, **SHORTER[name])
-    made = [make_body(body, plain(CONFIG.bodies[body]) | {"refinements": scene.level}) for body in scene.bodies]
+    made = [make_body(body, CONFIG.bodies[body].but(refinements=scene.level)) for body in scene.bodies]
     energy = run(scene, particles_in(scene, made)).motion.energy.assign(scene=name)
     (judged,) = energy_balance(energy, {name: scene.integrator}).itertuples()
     assert judged.verdict == (UNKNOWN if name == "clay_shapes" else HOLDS), judged

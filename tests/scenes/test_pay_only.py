@@ -16,14 +16,16 @@ ROOT = Path(__file__).parents[2]
 CONFIG = completed()
 RUN = """
 import gc, json, sys
+from pydantic import TypeAdapter
 from palpate.bodies.make_body import make_body
+from palpate.bodies.settings import Body
 from palpate.scenes import run_scene as runs
 from palpate.scenes.moved_particles import particles_in
 from palpate.scenes.settings import Scene
 
 entry, bodies = json.load(sys.stdin)
 scene = Scene.model_validate(entry)
-particles = particles_in(scene, [make_body(*body) for body in bodies])
+particles = particles_in(scene, [make_body(name, TypeAdapter(Body).validate_python(body)) for name, body in bodies])
 systems, compose = [], runs.compose
 runs.compose = lambda *arguments: systems.append(compose(*arguments)) or systems[-1]
 done = runs.run(scene.but(duration_s=2 * scene.step_s), particles)

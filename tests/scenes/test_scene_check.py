@@ -5,8 +5,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from fixtures.bodies import made
 
-from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of
 from palpate.errors import InputError
 from palpate.files import read_yaml
@@ -142,7 +142,7 @@ def test_an_effect_is_refused_when_planned_if_its_integrator_refuses_it(integrat
         assert str(error).startswith(f"my.yaml: scenes.s.integrator is {integrator}, which has no part for {effect}; ")
         planned, scene = True, Scene(**entry)
     try:
-        run(scene.but(substeps="auto"), particles_of(make_body("bar", BAR | FACE), 0, surface=False))
+        run(scene.but(substeps="auto"), particles_of(made("bar", BAR | FACE), 0, surface=False))
         refused = False
     except InputError as error:
         assert effect in str(error)

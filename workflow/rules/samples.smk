@@ -17,7 +17,7 @@ rule choose_loads:
         regime="|".join(POINTS) or "nothing",
     params:
         **calls("palpate.studies.common_jobs:choose_loads"),
-        magnitudes=lambda wildcards: config["bodies"][wildcards.body]["magnitudes"],
+        magnitudes=lambda wildcards: settings.bodies[wildcards.body].magnitudes,
         peak_of_size=lambda wildcards: config["enrichment"]["regimes"][wildcards.regime]["peak_of_size"],
         samples=lambda wildcards: count(wildcards.body, wildcards.regime),
         seed=config["seed"],

@@ -87,14 +87,14 @@ class Body:
         Raises InputError for flat or doubled elements and as ``make_body``.
         """
         from palpate.bodies.mesh_quality import check_tetrahedra
-        from palpate.bodies.settings import as_anchors
+        from palpate.bodies.settings import Anchors, as_anchors
         from palpate.bodies.supports import choose_anchors
 
         nodes, corners = np.ascontiguousarray(mesh.p.T), np.ascontiguousarray(mesh.t.T, dtype=np.int64)
         inverted = TetMesh(nodes, corners).volumes < 0.0
         corners[inverted] = corners[inverted][:, [0, 1, 3, 2]]  # scikit-fem sorts the nodes of its elements
         coarse = TetMesh(nodes, check_tetrahedra(name, nodes, corners))
-        rule = {"nodes": anchors.tolist()} if isinstance(anchors, np.ndarray) else as_anchors(anchors)
+        rule = Anchors(nodes=anchors.tolist()) if isinstance(anchors, np.ndarray) else as_anchors(anchors)
         held = choose_anchors(name, rule, coarse)
         return nest(name, coarse, refinements, held, Material(young_pa, poisson, density_kg_m3, law))
 

@@ -1,18 +1,18 @@
 """Construction of a body from its entry in the config; files as they are, or remeshed to few surface nodes."""
 
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
+from palpate.bodies import settings as bodies
 from palpate.bodies.body import Body, nest
 from palpate.bodies.ct import mesh_from_ct
 from palpate.bodies.ct.config_scan import described
 from palpate.bodies.ct.masses import nodal_densities
-from palpate.bodies.material import read_material
+from palpate.bodies.material import LAWS, Material
 from palpate.bodies.mesh import TetMesh, components
 from palpate.bodies.mesh_file import KEPT_NODES, choose_scale, in_words, load_shape
 from palpate.bodies.mesh_quality import (
@@ -29,6 +29,7 @@ from palpate.bodies.organs import SHAPES, coarse_body, surface_of
 from palpate.bodies.refinement import Snap
 from palpate.bodies.regions import balls_of, read_regions
 from palpate.bodies.seams import check_seams, weld_pieces
+from palpate.bodies.settings import Box, Ct, Cylinder, File, Round, Sheet
 from palpate.bodies.simple_shapes import box, cylinder, sheet
 from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
 from palpate.bodies.surfaces.coarse_solid import NODES, CoarseSolid, remesh_solid
@@ -42,56 +43,46 @@ SECTION = 0.01
 """Share of a circle's area that a cylinder of facets may lack without a warning."""
 
 
-def make_body(name: str, entry: dict) -> Body:
-    """Make the coarse mesh that ``entry["kind"]`` asks for, choose its anchors and refine it.
+def make_body(name: str, entry: bodies.Body) -> Body:
+    """Make the coarse mesh that the settings ask for, choose its anchors and refine it.
 
-    Raises InputError if the entry cannot be used; warnings begin with "bodies.<name>: ".
+    Raises InputError if they cannot be used; warnings begin with "bodies.<name>: ".
     """
     with about(f"bodies.{name}"):
         return _make(name, entry)
 
 
-def _make(name: str, entry: dict) -> Body:
-    kinds: dict[str, Callable] = {
-        "cylinder": lambda e: cylinder(e["length_m"], e["radius_m"]),
-        "file": build,
-        "box": lambda e: box(e["sizes_m"], e["divisions"]),
-        "sheet": lambda e: sheet(e["sizes_m"], e["divisions"], e["thickness_m"]),
-        "ct": lambda e: (*mesh_from_ct.build(e), True),
-        **dict.fromkeys(SHAPES, lambda e: coarse_body(SHAPES[e["kind"]], e["length_m"], balls_of(e))),
-    }
-    if entry["kind"] not in kinds:
-        raise InputError(f"body {name}: kind {entry['kind']!r} is unknown; give one of {', '.join(kinds)}.")
-    material = read_material(name, entry)
-    made = kinds[entry["kind"]](entry)
-    # a CT and a file show more of the surface than the coarse mesh has
-    mesh, snap, remeshed = made if isinstance(made, tuple) else (made, None, False)
-    bed = read_bed(name, entry["bed"], mesh) if "bed" in entry else None
-    rule = entry.get("anchors")
-    if rule is None and bed is None and entry["kind"] in ("file", "ct"):
+def _make(name: str, entry: bodies.Body) -> Body:
+    material = Material(entry.young_pa, entry.poisson, entry.density_kg_m3, entry.law or LAWS[0])
+    if isinstance(entry, Sheet):
+        cloth = sheet(entry.sizes_m, entry.divisions, entry.thickness_m)
+        return nest(name, cloth, 0, choose_anchors(name, entry.anchors, cloth), material)
+    mesh, snap, remeshed = _coarse(entry)
+    bed = read_bed(name, entry.bed, mesh) if entry.bed is not None else None
+    rule = entry.anchors
+    if rule is None and bed is None and isinstance(entry, File | Ct):
         rule = default_anchors(name, mesh)
-    if remeshed and rule and "nodes" in rule:
+    if remeshed and rule and rule.nodes:
         raise InputError(
             f"body {name}: anchors.nodes counts nodes of a mesh that is remeshed; hold nodes by plane or sphere, or "
             "give surface_nodes as many as the file has."
         )
-    # a sheet has one level and no such entry
     anchors = choose_anchors(name, rule, mesh, bed)
     regions = read_regions(name, entry, mesh, material, remeshed)
-    smooth = surface_of(entry) if entry.get("smooth") else None
-    body = nest(name, mesh, entry.get("refinements", 0), anchors, material, snap, bed, regions, smooth)
-    if moves_with_ct(entry):
-        for region, constants in entry.get("regions", {}).items():
-            if "density_kg_m3" in constants:
+    smooth = surface_of(entry) if isinstance(entry, Round) and entry.smooth else None
+    body = nest(name, mesh, entry.refinements, anchors, material, snap, bed, regions, smooth)
+    if isinstance(entry, Ct) and entry.modality == entry.masses == "ct":
+        for region, constants in (entry.regions or {}).items():
+            if constants.density_kg_m3 is not None:
                 raise InputError(
                     f"body {name}: regions.{region} has a density_kg_m3, and the voxels of the CT have theirs; leave "
                     "it out, or give masses: uniform."
                 )
         body = replace(body, densities=nodal_densities(entry, body.levels))
-    if entry["kind"] in ("file", "ct"):
+    if isinstance(entry, File | Ct):
         check_quality(body.levels, _remedy(body, remeshed))
-    if entry["kind"] == "cylinder" and entry.get("smooth") is not False and isinstance(body.fine, TetMesh):
-        own_m2, round_m2 = body.fine.volumes.sum() / entry["length_m"], np.pi * entry["radius_m"] ** 2
+    if isinstance(entry, Cylinder) and entry.smooth is not False and isinstance(body.fine, TetMesh):
+        own_m2, round_m2 = body.fine.volumes.sum() / entry.length_m, np.pi * entry.radius_m**2
         if own_m2 < (1 - SECTION) * round_m2:
             _warn(
                 f"the section of the finest mesh is {1e4 * own_m2:.4g} cm², {100 * (1 - own_m2 / round_m2):.2g} % less "
@@ -99,6 +90,22 @@ def _make(name: str, entry: dict) -> Body:
                 "and more refinements, or smooth: false if that is meant."
             )
     return body
+
+
+def _coarse(entry: bodies.SolidBody) -> tuple[TetMesh, Snap | None, bool]:
+    """Return the coarse mesh, what snaps it to the finer surface that a CT or a file shows, and if it was remeshed."""
+    match entry:
+        case File():
+            return build(entry)
+        case Ct():
+            return *mesh_from_ct.build(entry), True
+        case Cylinder():
+            mesh = cylinder(entry.length_m, entry.radius_m)
+        case Box():
+            mesh = box(entry.sizes_m, entry.divisions)
+        case _:
+            mesh = coarse_body(SHAPES[entry.kind], entry.length_m, balls_of(entry))
+    return mesh, None, False
 
 
 def _remedy(body: Body, remeshed: bool) -> str:
@@ -111,24 +118,18 @@ def _remedy(body: Body, remeshed: bool) -> str:
     return f"{improve}, or give surface_nodes: {NODES[0]} to have it remeshed"
 
 
-def moves_with_ct(entry: dict) -> bool:
-    """Return whether the masses of a config entry's nodes are those of its CT's voxels; an MRI has no densities."""
-    return entry["kind"] == "ct" and entry.get("modality", "ct") == "ct" and entry.get("masses", "ct") == "ct"
+def build(entry: File) -> tuple[TetMesh, Snap | None, bool]:
+    """Build the coarse mesh of a file; also return its snapping, or None, and if it was remeshed.
 
-
-def build(entry: dict) -> tuple[TetMesh, Snap | None, bool]:
-    """Build the coarse mesh of a config entry of kind file; also return its snapping, or None, and if it was remeshed.
-
-    Tetrahedra are taken as they are. So is a closed surface of at most ``entry["surface_nodes"]`` nodes (by default
-    400). Other surfaces are remeshed, and so are those that
-    cannot be filled well, unless ``surface_nodes`` is just their number. Warns of all that was assumed and changed;
-    raises InputError if no body can be made.
+    Tetrahedra are taken as they are. So is a closed surface of at most ``surface_nodes`` nodes (by default 400). Other
+    surfaces are remeshed, and so are those that cannot be filled well, unless ``surface_nodes`` is just their number.
+    Warns of all that was assumed and changed; raises InputError if no body can be made.
     """
     own, scale_m, count = own_mesh(entry)
     if own is not None:
         return own, None, False
-    path, nodes = Path(entry["path"]), entry.get("surface_nodes")
-    made = _remesh(path, scale_m, None if nodes == count else nodes, entry.get("snap", True))
+    path, nodes = Path(entry.path), entry.surface_nodes
+    made = _remesh(path, scale_m, None if nodes == count else nodes, entry.snap)
     if nodes is None:
         _warn(
             f"{path}: its surface of {count} nodes is remeshed to {made.nodes}; give surface_nodes to choose another "
@@ -137,13 +138,13 @@ def build(entry: dict) -> tuple[TetMesh, Snap | None, bool]:
     return made.mesh, made.snap, True
 
 
-def own_mesh(entry: dict) -> tuple[TetMesh | None, float, int]:
+def own_mesh(entry: File) -> tuple[TetMesh | None, float, int]:
     """Build the mesh of a file as it is, None if it is to be remeshed; also return its unit [m] and surface nodes."""
-    path, nodes = Path(entry["path"]), entry.get("surface_nodes")
+    path, nodes = Path(entry.path), entry.surface_nodes
     points, triangles, tetrahedra, welded = _loaded(path, _changed(path))
     if welded:
         _warn(f"{path}: {welded}; give parts that are to stay apart a body each.")
-    scale_m = choose_scale(str(path), points, entry.get("scale_m"))
+    scale_m = choose_scale(str(path), points, entry.scale_m)
     points = points * scale_m
     count = len(np.unique(triangles))
     if tetrahedra is not None and count <= (nodes or count):
@@ -165,7 +166,7 @@ def _given_tetrahedra(path: Path, points: np.ndarray, tetrahedra: np.ndarray, co
     return mesh
 
 
-def _kept(path: Path, points: np.ndarray, triangles: np.ndarray, entry: dict, asked: bool) -> TetMesh | None:
+def _kept(path: Path, points: np.ndarray, triangles: np.ndarray, entry: File, asked: bool) -> TetMesh | None:
     """Fill a surface as it is, mended if needed; None if that is impossible or makes bad elements."""
     mended = mend(str(path), points, triangles)
     try:
@@ -228,20 +229,20 @@ def _remesh(path: Path, scale_m: float, nodes: int | None, snap: bool) -> Coarse
     return made
 
 
-def taken(entry: dict, unit: str = "given") -> list[str]:
-    """Say in lines what is taken of the files of a config entry: frame, unit, pieces, holes and volume.
+def taken(entry: bodies.Body, unit: str = "given") -> list[str]:
+    """Say in lines what is taken of the files of a body: frame, unit, pieces, holes and volume.
 
     unit : how the length of the unit is known, if ``scale_m`` says it
     """
-    if entry["kind"] == "ct":
-        return described(entry)[0] if entry.get("image") is not None else []
-    if entry["kind"] != "file":
+    if isinstance(entry, Ct):
+        return described(entry)[0] if entry.image is not None else []
+    if not isinstance(entry, File):
         return []
-    path = Path(entry["path"])
+    path = Path(entry.path)
     with warnings.catch_warnings(action="ignore"):  # of the frame, which is said here
         points, triangles, tetrahedra, welded = _loaded(path, _changed(path))
         frame = read(path).frame
-        scale_m = choose_scale(str(path), points, entry.get("scale_m"))
+        scale_m = choose_scale(str(path), points, entry.scale_m)
     sides = f"{frame} from its header{', turned to LPS' * (frame == 'RAS')}, so that its sides are the patient's"
     upright = "no frame in its header, so that z points up, y to the back and x to the right"
     ends = (triangles if tetrahedra is None else tetrahedra)[:, :, None]
@@ -254,7 +255,7 @@ def taken(entry: dict, unit: str = "given") -> list[str]:
         has = f"no volume of its own, as it has {holes} hole{'s' * (holes > 1)}"
     elif not is_closed(triangles):
         has = "no volume of its own, as its triangles are wound both ways"
-    unit = unit if entry.get("scale_m") else "guessed from the size"
+    unit = unit if entry.scale_m else "guessed from the size"
     return [f"{path}: {sides if frame else upright}; a unit of {in_words(scale_m)}, {unit}; {pieces}; {has}"]
 
 

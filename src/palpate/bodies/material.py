@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from palpate.errors import InputError
-
 LAWS = ("corotational", "stable_neo_hookean", "neo_hookean", "st_venant_kirchhoff")
 """The laws between deformation and energy that a body may have by their name alone; see ``kind_of``."""
 EXPONENTIAL = "exponential"
@@ -53,17 +51,6 @@ class Material:
     def lame_pa(self) -> float:
         """First Lamé constant λ [Pa]."""
         return self.young_pa * self.poisson / ((1 + self.poisson) * (1 - 2 * self.poisson))
-
-
-def read_material(body: str, constants: dict) -> Material:
-    """Check the constants: elastic energy must be positive and finite (at ν = 0.5 the volume cannot change)."""
-    young, poisson, density = constants["young_pa"], constants["poisson"], constants["density_kg_m3"]
-    for key, value in (("young_pa", young), ("density_kg_m3", density)):
-        if not (value > 0 and math.isfinite(value)):
-            raise InputError(f"body {body}: {key} is {value}; give a positive number.")
-    if not -1 < poisson < 0.5:
-        raise InputError(f"body {body}: poisson is {poisson}; give a number above -1 and below 0.5, such as 0.49.")
-    return Material(young, poisson, density, constants.get("law", LAWS[0]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -186,12 +186,12 @@ def mesh_quality(body: Body) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def mesh_sizes(body: Body, entry: dict) -> pd.DataFrame:
+def mesh_sizes(body: Body, paper_surface: Sequence | None = None) -> pd.DataFrame:
     """Tabulate each level's counts, beside those of the paper's mesh table where the paper gives them.
 
-    ``entry["paper_surface"]``, optional, has (nodes, triangles) or None for each level.
+    paper_surface : (nodes, triangles) or None for each level
     """
-    papers = entry.get("paper_surface") or [None] * len(body.levels)
+    papers = paper_surface or [None] * len(body.levels)
     rows = [
         {
             "body": body.name,

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from palpate.bodies.mesh import TetMesh, unit
 from palpate.bodies.mesh_quality import REFUSED_DEG
 from palpate.bodies.refinement import Snap
+from palpate.bodies.settings import Cylinder, Smooth
 from palpate.bodies.simple_shapes import onto_cylinder
 from palpate.bodies.surfaces.remesh import fibonacci_sphere, nearest_alike, triangulate, triangulate_evenly
 from palpate.bodies.surfaces.snap import Onto, element_quality, snapper_onto
@@ -208,12 +209,9 @@ class SmoothSurface:
         return snapped
 
 
-def surface_of(entry: dict) -> SmoothSurface | None:
-    """Return the smooth surface of a body's entry in the config, whether its levels lie on it or not; None without."""
-    kind = entry["kind"]
-    if kind in SHAPES:
-        return SmoothSurface(kind, float(entry["length_m"]))
-    return SmoothSurface(kind, float(entry["radius_m"])) if kind == "cylinder" else None
+def surface_of(entry: Smooth) -> SmoothSurface:
+    """Return the smooth surface of a body, whether its levels lie on it or not."""
+    return SmoothSurface(entry.kind, float(entry.radius_m if isinstance(entry, Cylinder) else entry.length_m))
 
 
 @lru_cache(maxsize=8)

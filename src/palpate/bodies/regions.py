@@ -7,24 +7,25 @@ from pathlib import Path
 import numpy as np
 
 from palpate.bodies.ct.config_scan import label_ball, label_region
-from palpate.bodies.material import Material, Tissue, read_material
+from palpate.bodies.material import Material, Tissue
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_file import in_words, load_tagged
 from palpate.bodies.refinement import refine
+from palpate.bodies.settings import Ct, File, Region, Solid
 from palpate.errors import InputError
 
 
-def balls_of(entry: dict) -> list[tuple[np.ndarray, float]]:
-    """List centre (3,) [m] and radius [m] of the balls in which elements have to be small, for a body's config entry.
+def balls_of(entry: Solid) -> list[tuple[np.ndarray, float]]:
+    """List centre (3,) [m] and radius [m] of the balls in which elements have to be small.
 
     They are the spheres of its regions, and of labels of a CT's mask balls of the same volume and middle.
     """
     balls = []
-    for rule in (entry.get("regions") or {}).values():
-        if "sphere" in rule:
-            balls.append((np.array(rule["sphere"]["center_m"], dtype=float), float(rule["sphere"]["radius_m"])))
-        elif "label" in rule and entry["kind"] == "ct":
-            balls.append(label_ball(entry, rule["label"]))
+    for rule in (entry.regions or {}).values():
+        if rule.sphere is not None:
+            balls.append((np.array(rule.sphere.center_m, dtype=float), float(rule.sphere.radius_m)))
+        elif rule.label is not None and isinstance(entry, Ct):
+            balls.append(label_ball(entry, rule.label))
     return balls
 
 
@@ -40,25 +41,22 @@ Inside = Callable[[np.ndarray], np.ndarray]
 """A test whether points (n, 3) [m] lie in a region, (n,) bool."""
 
 
-def read_regions(body: str, entry: dict, mesh: TetMesh, own: Material, remeshed: bool) -> Tissue | None:
-    """Read the tissue of the coarse ``mesh`` from ``entry["regions"]``; None without such.
+def read_regions(body: str, entry: Solid, mesh: TetMesh, own: Material, remeshed: bool) -> Tissue | None:
+    """Read the tissue of the coarse ``mesh`` from its regions; None without such.
 
     own : material of what is in no region; remeshed : whether the elements are not those of the file
 
     A tetrahedron belongs to the first region that has half of its volume. Warns of regions that the mesh shows badly
-    or lets reach the surface, and of a contrast above CONTRAST; raises InputError for a wrong constant or a region that
-    holds no tetrahedron.
+    or lets reach the surface, and of a contrast above CONTRAST; raises InputError for a region that holds no
+    tetrahedron.
     """
-    rules = entry.get("regions")
-    if not rules:
+    if not entry.regions:
         return None
-    if not isinstance(mesh, TetMesh):
-        raise InputError(f"body {body}: regions need tetrahedra, and a sheet has none; remove them.")
     materials, region = [own], np.zeros(len(mesh.tetrahedra), dtype=np.int64)
-    for number, (name, rule) in enumerate(rules.items(), start=1):
+    for number, (name, rule) in enumerate(entry.regions.items(), start=1):
         place = f"{body}: regions.{name}"
-        given = {"poisson": own.poisson, "density_kg_m3": own.density_kg_m3, "law": own.law}
-        materials.append(read_material(place, given | rule))
+        poisson = own.poisson if rule.poisson is None else rule.poisson
+        materials.append(Material(rule.young_pa, poisson, rule.density_kg_m3 or own.density_kg_m3, own.law))
         inside = _inside(place, rule, entry)
         shares = share_inside(mesh, inside) if inside else _tagged(place, rule, entry, mesh, remeshed)
         free = (shares >= 0.5) & (region == 0)
@@ -76,29 +74,29 @@ def read_regions(body: str, entry: dict, mesh: TetMesh, own: Material, remeshed:
     return Tissue(tuple(materials), region)
 
 
-def _inside(place: str, rule: dict, entry: dict) -> Inside | None:
+def _inside(place: str, rule: Region, entry: Solid) -> Inside | None:
     """Return the test of a sphere or a label; None for a tag, which is known by elements."""
-    if "label" in rule:
-        if entry["kind"] != "ct":
-            raise InputError(f"body {place} has a label, and a body of kind {entry['kind']} has none; give a sphere.")
-        return label_region(entry, rule["label"])
-    if "tag" in rule:
+    if rule.label is not None:
+        if not isinstance(entry, Ct):
+            raise InputError(f"body {place} has a label, which only a body of kind ct has; give a sphere.")
+        return label_region(entry, rule.label)
+    if rule.sphere is None:
         return None
-    center, radius = np.array(rule["sphere"]["center_m"], dtype=float), float(rule["sphere"]["radius_m"])
+    center, radius = np.array(rule.sphere.center_m, dtype=float), float(rule.sphere.radius_m)
     return lambda points: np.linalg.norm(points - center, axis=1) <= radius
 
 
-def _tagged(place: str, rule: dict, entry: dict, mesh: TetMesh, remeshed: bool) -> np.ndarray:
+def _tagged(place: str, rule: Region, entry: Solid, mesh: TetMesh, remeshed: bool) -> np.ndarray:
     """Return 1 for each tetrahedron (n_tetrahedra,) with the tag of a region, else 0."""
-    if entry["kind"] != "file":
-        raise InputError(f"body {place} has a tag, and a body of kind {entry['kind']} has none; give a sphere.")
-    if remeshed:
+    if not isinstance(entry, File):
+        raise InputError(f"body {place} has a tag, which only a body of kind file has; give a sphere.")
+    if remeshed or rule.tag is None:
         raise InputError(
             f"body {place}.tag counts elements of a mesh that is remeshed; leave surface_nodes out to keep the file's "
             "tetrahedra, or give a sphere."
         )
     shares = np.zeros(len(mesh.tetrahedra))
-    shares[load_tagged(Path(entry["path"]), rule["tag"])] = 1.0
+    shares[load_tagged(Path(entry.path), rule.tag)] = 1.0
     return shares
 
 

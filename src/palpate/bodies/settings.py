@@ -2,7 +2,7 @@
 
 from os.path import isdir, isfile, normpath
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, ConfigDict, Field
 
@@ -113,10 +113,24 @@ class _Body(Block):
         from palpate.bodies.make_body import make_body
 
         with explained():
-            return make_body(name or self["kind"], self)  # type: ignore[arg-type]
+            return make_body(name or self.kind, self)  # type: ignore[attr-defined, arg-type]
+
+    def paths(self, folder: Path) -> dict[str, str]:
+        """Return the files or folders that it is made from, by key, as they can be opened from here.
+
+        folder : of the settings, from where they are named
+        """
+        given = {name: getattr(self, name, None) for name in ("path", "image", "mask", "law")}
+        if given["law"] and not given["law"].endswith(".py"):
+            given["law"] = None
+        return {name: normpath(folder / path) for name, path in given.items() if path is not None}
+
+    def seen_from(self, folder: Path) -> Self:
+        """Return the body with the paths of its files as they can be opened from here."""
+        return self.but(**self.paths(folder))
 
 
-class _Solid(_Body):
+class Solid(_Body):
     refinements: Refinements = key("How often each tetrahedron is split into eight, down to the fine mesh", 0)
     law: Law | None = optional(
         "Law between deformation and energy: corotational (small strain in a turned frame, the default), "
@@ -139,17 +153,17 @@ class _Solid(_Body):
     test: Count | None = optional("Paper 1's samples that are held out")
 
 
-class _Compared(_Solid):
-    paper_surface: list[Pair[Count] | None] = optional(
+class Compared(Solid):
+    paper_surface: list[Pair[Count] | None] | None = optional(
         "For each level, the paper's surface [nodes, triangles], or null"
     )
 
 
-class _Shape(_Solid):
+class Shape(Solid):
     """A shape that is generated: without anchors and without a bed it is free, as scenes may move it."""
 
 
-class _Round(_Shape):
+class Round(Shape):
     length_m: Positive = key("Longest side [m]")
     smooth: Switch | None = optional(
         "Whether every refinement moves its new surface nodes onto the smooth shape; otherwise, the default, every "
@@ -157,24 +171,24 @@ class _Round(_Shape):
     )
 
 
-class Cylinder(_Round, _Compared):
+class Cylinder(Round, Compared):
     kind: Literal["cylinder"] = key("A round bar along z", "cylinder")
     radius_m: Positive = key("Radius [m]")
 
 
-class Liver(_Round, _Compared):
+class Liver(Round, Compared):
     kind: Literal["liver"] = key("A liver with a thick right and a thin left lobe", "liver")
 
 
-class Kidney(_Round):
+class Kidney(Round):
     kind: Literal["kidney"] = key("A bean with a hollow in its middle side", "kidney")
 
 
-class Stomach(_Round):
+class Stomach(Round):
     kind: Literal["stomach"] = key("A filled stomach, bent like a J", "stomach")
 
 
-class File(_Compared):
+class File(Compared):
     kind: Literal["file"] = key("A tetrahedral mesh or a closed surface read from a file", "file")
     path: str = key("The mesh (.msh .vtk .vtu .vtp .mesh .stl .obj .ply .off), relative to this configuration")
     scale_m: Positive | None = optional(
@@ -193,7 +207,7 @@ class File(_Compared):
     )
 
 
-class Box(_Shape):
+class Box(Shape):
     kind: Literal["box"] = key("A box from the origin along x y and z", "box")
     sizes_m: Three[Positive] = key("Sides [m] along x, y and z")
     divisions: Three[Count] = key("Coarse cells along x, y and z, of six tetrahedra each; even numbers: symmetric")
@@ -205,9 +219,17 @@ class Sheet(_Body):
     divisions: Pair[Count] = key("Cells along x and y, of two triangles each; even numbers make the mesh symmetric")
     thickness_m: Positive = key("Thickness [m] of the material")
     anchors: Rule = key("Which coarse nodes are held, by exactly one rule")
+    # what only solids have
+    refinements: ClassVar = 0
+    law: ClassVar = None
+    bed: ClassVar = None
+    regions: ClassVar = None
+    magnitudes: ClassVar = None
+    train: ClassVar = None
+    test: ClassVar = None
 
 
-class Ct(_Compared):
+class Ct(Compared):
     kind: Literal["ct"] = key("An organ in a CT or an MRI", "ct")
     modality: Literal["ct", "mri"] = key("What the image is; grey values of an MRI have no unit, and no density", "ct")
     image: Text | None = key("DICOM folder, .nii, .nii.gz, .nrrd or .mhd; null for the synthetic abdomen", None)
@@ -235,21 +257,13 @@ class Ct(_Compared):
     )
 
 
+SolidBody = Cylinder | Liver | File | Box | Ct | Kidney | Stomach
 Body = Annotated[
-    Cylinder | Liver | File | Box | Sheet | Ct | Kidney | Stomach,
+    SolidBody | Sheet,
     Field(
         discriminator="kind", description="Where the mesh comes from; file and ct are read, the others are generated"
     ),
 ]
-
-
-def paths_of_body(body: dict, folder: Path) -> dict[str, str]:
-    """Return the files or folders that the entry of a body is made from, by key, as they can be opened from here.
-
-    folder : of the settings, from where the entry names them
-    """
-    keys = [key for key in ("path", "image", "mask", "law") if body.get(key) is not None]
-    return {key: normpath(folder / body[key]) for key in keys if key != "law" or body[key].endswith(".py")}
 
 
 def check_laws(place: str, laws: list[str], folder: Path) -> None:
@@ -262,66 +276,74 @@ def check_laws(place: str, laws: list[str], folder: Path) -> None:
             check_source(place, folder / law, LAW_FUNCTIONS, "see docs/add-a-law.md")
 
 
-def longest_m(body: dict) -> float | None:
-    """Return the longest side [m] of a body by its entry; None of one whose mesh is read."""
-    return max(body.get("sizes_m", [body.get("length_m", 0.0)])) or None
+Smooth = Cylinder | Liver | Kidney | Stomach
 
 
-def check_body(place: str, body: dict, folder: Path) -> None:
+def longest_m(body: Body | None) -> float | None:
+    """Return the longest side [m] of a body; None of one whose mesh is read."""
+    if isinstance(body, Box | Sheet):
+        return max(body.sizes_m)
+    return body.length_m if isinstance(body, Round) else None
+
+
+def check_body(place: str, body: Body, folder: Path) -> None:
     """Raise InputError for what single settings of a body do not show, and for files that are not there."""
-    size, (least, most) = longest_m(body), POSSIBLE_M
+    size, (least, most), levels = longest_m(body), POSSIBLE_M, body.refinements + 1
     if size is not None and not least <= size <= most:
-        sides = "sizes_m" if "sizes_m" in body else "length_m"
+        sides = "length_m" if isinstance(body, Round) else "sizes_m"
         raise InputError(
             f"{place}.{sides} makes a body {size:g} m long, and bodies are {least:g} to {most:g} m long here; give it "
             "in metres."
         )
-    if body["kind"] not in ("file", "ct") and "anchors" not in body and "bed" not in body:
+    if isinstance(body, Shape) and body.anchors is None and body.bed is None:
         raise InputError(f"{place} lacks anchors; say what holds it, or give it a bed.")
-    keys = ("magnitudes", "train", "test")
-    missing = [key for key in keys if key not in body]
-    if 0 < len(missing) < len(keys):
-        raise InputError(
-            f"{place} lacks {missing[0]}; give magnitudes, train and test together, "
-            "or none of them for a body that only scenes use."
-        )
-    if not missing:
-        _check_counts(place, body)
-    levels = body.get("refinements", 0) + 1
-    if len(body.get("paper_surface", range(levels))) != levels:
-        raise InputError(
-            f"{place}.paper_surface has {len(body['paper_surface'])} entries; "
-            f"give one for each of the {levels} levels, or null."
-        )
-    for name, path in paths_of_body(body, folder).items():
+    for name, path in body.paths(folder).items():
         # only an image may be a folder, of DICOM slices
-        check_file(f"{place}.{name}", body[name], isfile(path) or (name == "image" and isdir(path)))
+        check_file(f"{place}.{name}", getattr(body, name), isfile(path) or (name == "image" and isdir(path)))
         if name == "law":
             check_source(f"{place}.law", Path(path), LAW_FUNCTIONS, "see docs/add-a-law.md")
-    for name, rule in body.get("regions", {}).items():
-        if sum(kind in rule for kind in ("tag", "sphere", "label")) != 1:
-            raise InputError(f"{place}.regions.{name} needs exactly one of tag, sphere and label; give one of them.")
-    if body["kind"] != "ct":
+    if isinstance(body, Solid):
+        _check_samples(place, body)
+        for name, rule in (body.regions or {}).items():
+            if [rule.tag, rule.sphere, rule.label].count(None) != 2:
+                raise InputError(
+                    f"{place}.regions.{name} needs exactly one of tag, sphere and label; give one of them."
+                )
+    papers = body.paper_surface if isinstance(body, Compared) else None
+    if papers is not None and len(papers) != levels:
+        raise InputError(
+            f"{place}.paper_surface has {len(papers)} entries; give one for each of the {levels} levels, or null."
+        )
+    if not isinstance(body, Ct):
         return
-    if body["mask"] is not None and body["image"] is None:
+    if body.mask is not None and body.image is None:
         raise InputError(f"{place}.mask is given and image is not; give the image that the mask was drawn on.")
-    if body["label"] is not None and body["mask"] is None:
+    if body.label is not None and body.mask is None:
         raise InputError(f"{place}.label is given and mask is not; give the mask that has this label.")
-    low, high = body["threshold_hu"]
+    low, high = body.threshold_hu
     if low >= high:
         raise InputError(f"{place}.threshold_hu is [{low:g}, {high:g}]; give the lower number first.")
 
 
-def _check_counts(place: str, body: dict) -> None:
-    """Raise InputError unless whole contacts can be held out, and there is a fine mesh."""
-    magnitudes = len(body["magnitudes"])
-    for name in ("train", "test"):
-        if body[name] % magnitudes:
+def _check_samples(place: str, body: Solid) -> None:
+    """Raise InputError unless whole contacts can be held out, and there is a fine mesh, of a body that is sampled."""
+    given = {"magnitudes": body.magnitudes, "train": body.train, "test": body.test}
+    missing = [name for name, value in given.items() if value is None]
+    if 0 < len(missing) < len(given):
+        raise InputError(
+            f"{place} lacks {missing[0]}; give magnitudes, train and test together, "
+            "or none of them for a body that only scenes use."
+        )
+    if body.magnitudes is None:
+        return
+    magnitudes = len(body.magnitudes)
+    for name, count in (("train", body.train), ("test", body.test)):
+        if count and count % magnitudes:
             raise InputError(
-                f"{place}.{name} is {body[name]}; make it a multiple of the {magnitudes} magnitudes, "
+                f"{place}.{name} is {count}; make it a multiple of the {magnitudes} magnitudes, "
                 "so that whole contacts can be held out."
             )
-    if body["refinements"] < 1:
+    if body.refinements < 1:
         raise InputError(
             f"{place}.refinements is 0; give at least 1, because samples compare a coarse mesh with a fine one, "
             "or leave out magnitudes, train and test."

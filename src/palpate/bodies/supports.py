@@ -6,7 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from palpate.bodies.mesh import Mesh, Sheet, area_normals, components, within
+from palpate.bodies.settings import Anchors, Plane
+from palpate.bodies.settings import Bed as BedSettings
 from palpate.errors import InputError
+from palpate.setting_types import Axis
 
 FACING = 0.5
 """Cosine of the largest angle, 60°, between ``facing`` and the normal of a triangle with springs."""
@@ -48,18 +51,15 @@ class Bed:
         return faces
 
 
-def read_bed(body: str, rule: dict, mesh: Mesh) -> Bed:
-    """Read ``{sphere: {center_m, radius_m}, stiffness_n_m3}`` and perhaps ``facing: [x, y, z]``.
-
-    InputError unless it faces somewhere and meets the body.
-    """
-    sphere, stiffness = rule["sphere"], float(rule["stiffness_n_m3"])
-    facing = None if "facing" not in rule else np.array(rule["facing"], dtype=float)
+def read_bed(body: str, rule: BedSettings, mesh: Mesh) -> Bed:
+    """Make the bed of a body's settings; InputError unless it faces somewhere and meets the body."""
+    sphere, stiffness = rule.sphere, float(rule.stiffness_n_m3)
+    facing = None if rule.facing is None else np.array(rule.facing, dtype=float)
     if facing is not None:
         if not np.any(facing):
             raise InputError(f"body {body}: bed.facing is [0, 0, 0]; give the direction that the bed's side faces.")
         facing = facing / np.linalg.norm(facing)
-    bed = Bed(np.array(sphere["center_m"], dtype=float), float(sphere["radius_m"]), stiffness, facing)
+    bed = Bed(np.array(sphere.center_m, dtype=float), float(sphere.radius_m), stiffness, facing)
     inside = inner_nodes(mesh, bed)
     if len(inside) < 3:
         raise InputError(
@@ -84,11 +84,8 @@ def inner_nodes(mesh: Mesh, bed: Bed) -> np.ndarray:
 HELD = 0.1
 
 
-def choose_anchors(body: str, rule: dict | None, mesh: Mesh, bed: Bed | None = None) -> np.ndarray:
+def choose_anchors(body: str, rule: Anchors | None, mesh: Mesh, bed: Bed | None = None) -> np.ndarray:
     """Choose the coarse nodes that a rule holds, in increasing order; without a rule, on a bed or free, none.
-
-    rule : one of ``{nodes: [numbers from 0]}``, ``{plane: {axis: x|y|z, side: min|max, depth_m}}``,
-        ``{sphere: {center_m: [x, y, z], radius_m}}``, or ``{several: [rules]}``, which holds what any of them holds
 
     Raises InputError if the rule holds no node, or leaves a piece of the body free to turn. Only a sheet may turn: it
     usually hangs by an edge or a corner, and is used only in scenes, where bodies have mass.
@@ -98,8 +95,7 @@ def choose_anchors(body: str, rule: dict | None, mesh: Mesh, bed: Bed | None = N
         if bed is not None:
             _check_pieces(body, free, mesh, bed)
         return free
-    held = _held(body, rule, mesh)
-    kind = next(iter(rule))
+    held, kind = _held(body, rule, mesh)
     free = np.setdiff1d(mesh.surface, held)
     if not len(free):
         raise InputError(
@@ -111,48 +107,43 @@ def choose_anchors(body: str, rule: dict | None, mesh: Mesh, bed: Bed | None = N
     return held
 
 
-def default_anchors(body: str, mesh: Mesh) -> dict:
+def default_anchors(body: str, mesh: Mesh) -> Anchors:
     """Choose to hold the low end of the longest axis, a tenth of its length, and warn of that."""
     extent = np.ptp(mesh.nodes, axis=0)
+    axes: list[Axis] = ["x", "y", "z"]
     axis = int(np.argmax(extent))
     depth = float(f"{HELD * extent[axis]:.3g}")
     # the end may be narrow: deeper, until it holds the body
     while np.sum(mesh.nodes[:, axis] - mesh.nodes[:, axis].min() <= depth) < 4:
         depth *= 1.5
     warnings.warn(
-        f"anchors is not given; the nodes within {depth:.3g} m of its lowest {'xyz'[axis]}, one end of its longest "
+        f"anchors is not given; the nodes within {depth:.3g} m of its lowest {axes[axis]}, one end of its longest "
         "side, are held; give anchors where the organ is attached.",
         stacklevel=3,
     )
-    return {"plane": {"axis": "xyz"[axis], "side": "min", "depth_m": depth}}
+    return Anchors(plane=Plane(axis=axes[axis], side="min", depth_m=depth))
 
 
-def _held(body: str, rule: dict, mesh: Mesh) -> np.ndarray:
-    """Return the nodes that one rule holds, increasing."""
-    if len(rule) != 1 or not set(rule) <= {"nodes", "plane", "sphere", "several"}:
-        raise InputError(
-            f"body {body}: anchors has {sorted(rule)}; give exactly one of nodes, plane, sphere and several."
-        )
-    ((kind, value),) = rule.items()
-    if kind == "several":
-        held = np.concatenate([np.empty(0, dtype=np.int64), *(_held(body, one, mesh) for one in value)])
-    elif kind == "plane":
-        along = mesh.nodes[:, "xyz".index(value["axis"])] * (1 if value["side"] == "min" else -1)
-        held = np.flatnonzero(along - along.min() <= value["depth_m"])
-    elif kind == "sphere":
-        away = np.linalg.norm(mesh.nodes - np.asarray(value["center_m"], dtype=float), axis=1)
-        held = np.flatnonzero(away <= value["radius_m"])
+def _held(body: str, rule: Anchors, mesh: Mesh) -> tuple[np.ndarray, str]:
+    """Return the nodes that one rule holds, increasing, and the rule's name."""
+    if rule.several is not None:
+        kind, held = "several", np.concatenate([_held(body, one, mesh)[0] for one in rule.several])
+    elif rule.plane is not None:
+        along = mesh.nodes[:, "xyz".index(rule.plane.axis)] * (1 if rule.plane.side == "min" else -1)
+        kind, held = "plane", np.flatnonzero(along - along.min() <= rule.plane.depth_m)
+    elif rule.sphere is not None:
+        away = np.linalg.norm(mesh.nodes - np.asarray(rule.sphere.center_m, dtype=float), axis=1)
+        kind, held = "sphere", np.flatnonzero(away <= rule.sphere.radius_m)
     else:
-        missing = [n for n in value if not (isinstance(n, int) and 0 <= n < len(mesh.nodes))]
-        if missing:
+        kind, held = "nodes", np.array(rule.nodes, dtype=np.int64)
+        if (missing := held[held >= len(mesh.nodes)]).size:
             raise InputError(
                 f"body {body}: anchors.nodes names {missing[0]}, which does not exist; "
                 f"its coarse nodes are counted from 0, and go up to {len(mesh.nodes) - 1}."
             )
-        held = np.array(value, dtype=np.int64)
     if not len(held):
         raise InputError(f"body {body}: anchors.{kind} holds no node; move or enlarge it so that it meets the body.")
-    return np.unique(held)
+    return np.unique(held), kind
 
 
 def _check_pieces(body: str, held: np.ndarray, mesh: Mesh, bed: Bed | None) -> None:

@@ -23,7 +23,6 @@ from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.bodies.contacts import contacts_by_area
 from palpate.bodies.make_body import make_body
-from palpate.bodies.settings import paths_of_body
 from palpate.effects.instrument import Instrument
 from palpate.errors import InputError, suggest
 from palpate.exchange import motions, presses, touches
@@ -149,8 +148,7 @@ def _motion(name: str, own: Followed, settings: Any, config: Path, results: Path
 
 
 def _body(settings: Any, name: str, config: Path) -> Body:
-    given = settings.bodies[name]
-    return make_body(name, given | paths_of_body(given, config.parent))
+    return make_body(name, settings.bodies[name].seen_from(config.parent))
 
 
 def public(settings: Any, folder: Path, regime: str, radius_m: float) -> tuple[Body, Questions]:

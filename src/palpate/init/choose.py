@@ -17,13 +17,14 @@ from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh, area_normals, components
 from palpate.bodies.mesh_file import in_words
 from palpate.bodies.mesh_quality import check_quality
+from palpate.bodies.settings import Bed as BedSettings
+from palpate.bodies.settings import Ct, File, Sphere
 from palpate.bodies.supports import Bed, inner_nodes
 from palpate.bodies.surfaces import coarse_solid
 from palpate.bodies.surfaces.mask_surface import dense_surface
 from palpate.errors import InputError
-from palpate.init.recognise import lies_as, sides_of
+from palpate.init.recognise import MATERIAL, lies_as, sides_of
 
-MATERIAL = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}  # of soft tissue, unless the user knows better
 # tetrahedra of the fine mesh up to which the truth, which needs eight times as many quadratic ones, takes 5 GB at most
 FINE_TETRAHEDRA = 50_000
 # contacts that samples press, and the least that can be divided into those to test, to choose by and to learn from
@@ -72,10 +73,11 @@ class Likeness(coarse_solid.Likeness):
         return self.away > MOST_APART or self.away_m > THIN_APART * self.thick_m
 
 
-def likeness(mesh: TetMesh, entry: dict) -> Likeness:
-    """Compare ``mesh`` with the surface and the volume of what a config entry of kind file or ct was made from."""
-    if entry["kind"] == "file":
-        mended, solid = bodies.solid_of(Path(entry["path"]), entry["scale_m"])
+def likeness(mesh: TetMesh, entry: File | Ct) -> Likeness:
+    """Compare ``mesh`` with the surface and the volume of what it was made from."""
+    if isinstance(entry, File):
+        assert entry.scale_m is not None
+        mended, solid = bodies.solid_of(Path(entry.path), entry.scale_m)
         places, points, triangles, volume_m3 = solid.places, mended.points, mended.triangles, solid.volume_m3
     else:
         image, mask = mesh_from_ct.segment_entry(entry)
@@ -87,7 +89,7 @@ def likeness(mesh: TetMesh, entry: dict) -> Likeness:
 
 
 class Choice(NamedTuple):
-    """The body that results, its coarse mesh, its whole entry, the regimes that suit it, how many contacts it has.
+    """The body that results, its coarse mesh, its settings, the regimes that suit it, how many contacts it has.
 
     likeness : to the data, or None where the data's own mesh is used
     tried : surface nodes → likeness, of all meshes that were made anew
@@ -95,34 +97,34 @@ class Choice(NamedTuple):
 
     body: Body
     coarse: TetMesh
-    entry: dict
+    entry: File | Ct
     regimes: dict
     contacts: int
     likeness: Likeness | None
     tried: dict[int, Likeness]
 
 
-def choose(name: str, entry: dict, hold: str | None = None, say: Callable[[str], object] = str) -> Choice:
-    """Make the coarse mesh of an entry, choose the rest of the entry for it, and make the body; InputError if it fails.
+def choose(name: str, entry: File | Ct, hold: str | None = None, say: Callable[[str], object] = str) -> Choice:
+    """Make the coarse mesh, choose the rest of the settings for it, and make the body; InputError if it fails.
 
-    entry : the keys that say where the mesh comes from; paths as they can be opened from here
+    entry : where the mesh comes from; paths as they can be opened from here
     hold : the side that it lies on, as ``sides_of`` knows them; chosen if it is not given
     say : takes the words of each step, before it
     """
     entry, coarse, tried = _resolved(entry, say)
-    like = tried.get(entry.get("surface_nodes", 0))
+    like = tried.get(entry.surface_nodes or 0)
     if like is not None and like.other:
         raise InputError(
-            f"{name}: with {entry['surface_nodes']} surface nodes the body's surface is up to {in_words(like.away_m)} "
+            f"{name}: with {entry.surface_nodes} surface nodes the body's surface is up to {in_words(like.away_m)} "
             f"({100 * like.away:.2g} % of the size) from that of the data, whose thickness (2 volume / area) is "
             f"{in_words(like.thick_m)}, so that it is not the organ; cut off or thicken what is thin, or give "
             "tetrahedra that another program made."
         )
     kind = lies_as(entry)
-    fault = _too_few_nodes(entry | {"kind": kind}, hold)
-    bed = _bed(str(entry.get("path", name)), coarse, sides_of(kind, hold), fault)
+    fault = _too_few_nodes(entry, kind, hold)
+    bed = _bed(entry.path if isinstance(entry, File) else name, coarse, sides_of(kind, hold), fault)
     refinements = 2 if 64 * len(coarse.tetrahedra) <= FINE_TETRAHEDRA else 1
-    chosen = entry | MATERIAL | {"refinements": refinements, "bed": bed}
+    chosen = entry.but(refinements=refinements, bed=bed)
     say(f"a mesh that is refined {refinements} times")
     body = make_body(name, chosen)
     able = len(pressed_contacts(body, contacts_of(body)))
@@ -142,21 +144,21 @@ def _regimes(body: Body) -> dict:
     }
 
 
-def _resolved(entry: dict, say: Callable[[str], object]) -> tuple[dict, TetMesh, dict[int, Likeness]]:
+def _resolved(entry: File | Ct, say: Callable[[str], object]) -> tuple[File | Ct, TetMesh, dict[int, Likeness]]:
     """Make the coarse mesh: the file's own, or one with as few surface nodes as its shape needs.
 
-    Return the entry, with that number if there is one, the mesh, and the likeness by number of all that were made.
+    Return the settings, with that number if there is one, the mesh, and the likeness by number of all that were made.
     """
-    if "surface_nodes" not in entry:
+    if isinstance(entry, File) and entry.surface_nodes is None:
         say("a mesh of the file's own surface")
         with warnings.catch_warnings(action="ignore"):
             own, *_ = bodies.own_mesh(entry)
         if own is not None:
             return entry, own, {}
-        entry = entry | {"surface_nodes": SURFACE_NODES[0], "snap": False}
-    found: list[tuple[dict, TetMesh, Likeness]] = []
+        entry = entry.but(snap=False)
+    found: dict[int, tuple[File | Ct, TetMesh, Likeness]] = {}
     for count in SURFACE_NODES:
-        tried = entry | {"surface_nodes": count}
+        tried = entry.but(surface_nodes=count)
         say(f"a mesh of {count} surface nodes")
         try:
             mesh = _coarse(tried)
@@ -166,18 +168,18 @@ def _resolved(entry: dict, say: Callable[[str], object]) -> tuple[dict, TetMesh,
             continue
         if found and 8 * len(mesh.tetrahedra) > FINE_TETRAHEDRA:
             break
-        found.append((tried, mesh, likeness(mesh, tried)))
-        if found[-1][2].close:
+        found[count] = tried, mesh, likeness(mesh, tried)
+        if found[count][2].close:
             break
-    least = min(like.penalty for _, _, like in found)
-    chosen, mesh, _ = next(each for each in found if each[2].penalty <= max(1.0, WORSE * least))
-    return chosen, mesh, {each["surface_nodes"]: like for each, _, like in found}
+    least = min(like.penalty for _, _, like in found.values())
+    chosen, mesh, _ = next(each for each in found.values() if each[2].penalty <= max(1.0, WORSE * least))
+    return chosen, mesh, {count: like for count, (*_, like) in found.items()}
 
 
-def _coarse(entry: dict) -> TetMesh:
-    """Make the coarse mesh of ``entry["surface_nodes"]`` on the surface."""
+def _coarse(entry: File | Ct) -> TetMesh:
+    """Make the coarse mesh of ``surface_nodes`` on the surface."""
     with warnings.catch_warnings(action="ignore"):  # they come again when the whole body is made
-        mesh = bodies.build(entry)[0] if entry["kind"] == "file" else mesh_from_ct.build(entry)[0]
+        mesh = bodies.build(entry)[0] if isinstance(entry, File) else mesh_from_ct.build(entry)[0]
         check_quality([mesh], "give more surface_nodes")
     return mesh
 
@@ -199,15 +201,15 @@ def _way(body: Body) -> float:
     return float(lengths[inward].min(initial=np.inf))
 
 
-def _too_few_nodes(entry: dict, hold: str | None) -> str:
+def _too_few_nodes(entry: File | Ct, kind: str, hold: str | None) -> str:
     """Say what is wrong and what to do if the body can lie on none of the sides that it may lie on."""
     if hold is not None:
         return f"its side {hold} has too few nodes to lie on; give another side, or none"
-    if entry["kind"] != "ct":
+    if kind != "ct":
         return "no side of it has enough nodes to lie on; give a mesh with more triangles"
     remedy = "give another side with --hold"
-    if "mask" not in entry and "threshold_hu" in entry:
-        low, high = entry["threshold_hu"]
+    if isinstance(entry, Ct) and entry.mask is None and entry.modality == "ct":
+        low, high = entry.threshold_hu
         remedy += (
             f", or, if the largest piece between {low:g} and {high:g} is not the organ (in a whole CT it seldom is), a "
             "mask or a --threshold of its own"
@@ -215,7 +217,7 @@ def _too_few_nodes(entry: dict, hold: str | None) -> str:
     return f"its back, on which an organ in an image lies, has too few nodes for that; {remedy}"
 
 
-def _bed(name: str, mesh: TetMesh, sides: list[tuple[str, str]], fault: str) -> dict:
+def _bed(name: str, mesh: TetMesh, sides: list[tuple[str, str]], fault: str) -> BedSettings:
     """Choose the bed under all that faces the broadest of ``sides``; raise InputError with ``fault`` if there is none.
 
     An organ lies on soft tissue. Trap: nailed nodes end at a rim where stress is singular, so that elements converge by
@@ -234,10 +236,9 @@ def _bed(name: str, mesh: TetMesh, sides: list[tuple[str, str]], fault: str) -> 
             f"pressed, but {LEAST_PRESSED} have to be; give a mesh with more triangles, such as this with each divided "
             "into four, twice (Blender, Gmsh and MeshLab do that)."
         )
-    sphere = {"center_m": [float(f"{x:.4g}") for x in bed.center_m], "radius_m": bed.radius_m}
+    sphere = Sphere(center_m=[float(f"{x:.4g}") for x in bed.center_m], radius_m=bed.radius_m)
     assert bed.facing is not None
-    facing = [int(x) for x in bed.facing]
-    return {"sphere": sphere, "facing": facing, "stiffness_n_m3": bed.stiffness_n_m3}
+    return BedSettings(sphere=sphere, facing=[int(x) for x in bed.facing], stiffness_n_m3=bed.stiffness_n_m3)
 
 
 def _doubt_lofts(name: str, mesh: TetMesh, bed: Bed) -> None:

@@ -7,7 +7,7 @@ import shutil
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from os.path import relpath
 from pathlib import Path
@@ -17,11 +17,13 @@ from typing import Any
 import numpy as np
 import yaml
 
+from palpate.bodies.settings import Ct
 from palpate.errors import InputError
 from palpate.files import write_whole
 from palpate.init.choose import BED_THICKNESS, Choice, choose
 from palpate.init.recognise import Data, body_name, labels_of, recognise
 from palpate.report.mesh_levels import draw_mesh_levels
+from palpate.setting_types import plain
 
 ROOT = Path(__file__).parents[3]  # palpate's folder, where ``make`` is typed
 PICTURE = "body.png"  # the file beside a configuration that shows the body
@@ -49,7 +51,8 @@ def config_file(data: Data, folder: Path | None) -> Path:
     That is another one if the data themselves are a folder of this name.
     """
     if folder is None:
-        place = next(data.entry[key] for key in ("mask", "image", "path") if key in data.entry).resolve()
+        files = data.entry.paths(Path())
+        place = Path(files.get("mask") or files.get("image") or files["path"]).resolve()
         folder = place.parent / data.name
         folder = folder if folder.resolve() != place else folder.with_name(f"{data.name}_config")
         folder = folder if relpath(folder).startswith("..") else Path(relpath(folder))
@@ -136,8 +139,8 @@ def _report(choice: Choice, said: list[str], file: Path, hold: str | None) -> li
         f"found    a body of {sides} m and {volume}; {meshes} tetrahedra in its coarse and its fine mesh",
         *_compared(choice),
         f"{how} it {lies_on(choice)}{'' if hold else '; else give --hold'}",
-        f"assumed  Young's modulus {entry['young_pa']} Pa, Poisson's ratio {entry['poisson']}, "
-        f"density {entry['density_kg_m3']} kg/m³, a fingertip of {radius} radius",
+        f"assumed  Young's modulus {entry.young_pa} Pa, Poisson's ratio {entry.poisson}, "
+        f"density {entry.density_kg_m3} kg/m³, a fingertip of {radius} radius",
         *(f"warning: {line}" for line in said),
         f"wrote    {file.with_name(PICTURE)}, a picture of it, with what it lies on",
     ]
@@ -156,7 +159,7 @@ def _compared(choice: Choice) -> list[str]:
     )
     if like.close:
         return [f"found    {about}"]
-    nodes = choice.entry["surface_nodes"]
+    nodes = choice.entry.surface_nodes or 0
     finer = [f"{1e3 * other.away_m:.2g} mm with {count}" for count, other in choice.tried.items() if count > nodes]
     return [f"warning: {', and '.join([f'{about} with {nodes} surface nodes', *finer])}"]
 
@@ -218,12 +221,20 @@ ct:  # pictures of the body in the CT, and its mass; look at results/figures/ct_
   surface_nodes: {sizes}  # of the meshes that are weighed
 """
 _COMMENTS = {
+    "image": "the CT, seen from this folder",
+    "mask": "0 outside the organ; on the CT's grid",
+    "label": "of the mask: a number, a name, or a list to join",
+    "threshold_hu": "lowest and highest CT number [HU] of the organ, which is the largest piece in it",
+    "threshold": "lowest and highest grey value of the organ",
     "surface_nodes": "nodes of the coarse surface, which is made anew with that many",
     "snap": "whether the finer meshes follow the surface of the data",
+    "regions": "parts with a stiffness of their own [Pa], assumed to be that of the rest; set it",
+    "modality": "grey values without a unit",
     "young_pa": "Young's modulus [Pa], assumed",
     "poisson": "Poisson's ratio, assumed; tissue has 0.45 to 0.49, where linear elements are too stiff",
     "density_kg_m3": "density [kg/m³], assumed",
 }
+"""What is said of each key of a body, in the order in which they are written, after those of the data."""
 _BED = {
     "sphere": "springs fade to its rim",
     "facing": "only what faces this way, within 60 degrees, lies on it",
@@ -239,21 +250,23 @@ def config_text(data: Data, choice: Choice, file: Path) -> str:
     elements = len(choice.body.coarse.tetrahedra)
     schema = Path(relpath(ROOT / ".venv/settings.schema.json", file.resolve().parent)).as_posix()
     splits = f"1:8 splits of the {elements} coarse tetrahedra; each makes a run about 10 times as long"
-    comments = _COMMENTS | data.comments | {"refinements": splits}
+    comments = data.comments | _COMMENTS | {"refinements": splits}
+    given = {name: _yaml(plain(getattr(entry, name))) for name in entry.model_fields_set | {"kind"}}
+    given |= {name: _yaml(Path(relpath(path, folder))) for name, path in entry.paths(Path()).items()}
     parts = [
         # for editors; a file in palpate's folder may move with it
         f"# yaml-language-server: $schema={schema}\n" if file.resolve().is_relative_to(ROOT) else "",
         _HEAD.format(name=data.name, command=run_of(file)),
         "bodies:  # lower-case letters, digits and underscores name a body\n",
         f"  {data.name}:  # {sides} mm, {1e6 * coarse.volumes.sum():.4g} mL\n",
-        *(f"    {key}: {_yaml(value, folder)}  # {comments[key]}\n" for key, value in entry.items() if key != "bed"),
+        *(f"    {key}: {given[key]}  # {said}\n" for key, said in comments.items() if key in given),
         _OTHERS,
         f"    bed:  # {lies_on(choice)}\n",
-        *(f"      {key}: {_yaml(entry['bed'][key], folder)}  # {text}\n" for key, text in _BED.items()),
+        *(f"      {key}: {_yaml(plain(getattr(entry.bed, key)))}  # {text}\n" for key, text in _BED.items()),
         _TAIL.format(contacts=choice.contacts, **_numbers(choice)),
     ]
-    if data.entry["kind"] == "ct":
-        parts.append(_CT.format(name=data.name, sizes=[factor * entry["surface_nodes"] for factor in (1, 2, 4)]))
+    if isinstance(entry, Ct):
+        parts.append(_CT.format(name=data.name, sizes=[factor * entry.surface_nodes for factor in (1, 2, 4)]))
     return _aligned("".join(parts))
 
 
@@ -267,23 +280,23 @@ def _numbers(choice: Choice) -> dict[str, float]:
 
 def lies_on(choice: Choice) -> str:
     """Say in words what the body lies on."""
-    bed, size = choice.entry["bed"], choice.coarse.size
-    number = int(np.flatnonzero(bed["facing"])[0])
-    end = "largest" if bed["facing"][number] > 0 else "smallest"
+    bed, size = choice.entry.bed, choice.coarse.size
+    assert bed is not None and bed.facing is not None
+    number = int(np.flatnonzero(bed.facing)[0])
+    end = "largest" if bed.facing[number] > 0 else "smallest"
     thick = f"{1e3 * BED_THICKNESS * size:.2g} mm"
     return f"lies where its {'xyz'[number]} is {end} on {thick} of tissue as stiff as itself"
 
 
-def _yaml(value: Any, folder: Path) -> str:
-    """Write a value as YAML on one line; a path relative to ``folder``, in quotes where YAML needs some."""
+def _yaml(value: Any) -> str:
+    """Write a value as YAML on one line, a path in quotes where YAML needs some."""
     if isinstance(value, Path):
-        text = Path(relpath(value, folder)).as_posix()
-        plain = text.replace("/", "").replace(".", "").replace("_", "").replace("-", "")
-        return text if plain.isascii() and plain.isalnum() else json.dumps(text, ensure_ascii=False)
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key}: {_yaml(inner, folder)}" for key, inner in value.items()) + "}"
+        text, letters = value.as_posix(), re.sub("[/._-]", "", value.as_posix())
+        return text if letters.isascii() and letters.isalnum() else json.dumps(text, ensure_ascii=False)
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_yaml(inner)}" for key, inner in value.items()) + "}"
     if isinstance(value, list):
-        return "[" + ", ".join(_yaml(inner, folder) for inner in value) + "]"
+        return "[" + ", ".join(map(_yaml, value)) + "]"
     if isinstance(value, str) and yaml.safe_load(value) == value and re.fullmatch("[a-z][a-z_]*", value):
         return value
     return f"{value:g}" if isinstance(value, float) else json.dumps(value, ensure_ascii=False)

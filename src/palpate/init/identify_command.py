@@ -13,7 +13,6 @@ import pandas as pd
 from palpate.bodies.body import Body
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import EXPONENTIAL, LAWS, kind_of
-from palpate.bodies.settings import paths_of_body
 from palpate.effects.instrument import SPHERE
 from palpate.errors import InputError, NotConverged, describe_unknown, suggest
 from palpate.files import write_whole
@@ -53,11 +52,10 @@ def body_of(given: str | None, config: Path | None, scale_m: float | None, hold:
         return None
     if config is not None:
         settings = complete(read_settings(config), config, needs_study=False)
-        if given not in settings["bodies"]:
-            known = suggest(given, list(settings["bodies"]), "choose from")
+        if given not in settings.bodies:
+            known = suggest(given, list(settings.bodies), "choose from")
             raise InputError(f"--body {given} is not in {config}; {known}")
-        entry = settings["bodies"][given]
-        return make_body(given, entry | paths_of_body(entry, config.parent))
+        return make_body(given, settings.bodies[given].seen_from(config.parent))
     if hold not in (None, *HOLDS):
         raise InputError(f"--hold {hold} is no side; choose from {', '.join(HOLDS)}.")
     data = recognise([Path(given)], scale_m=scale_m)

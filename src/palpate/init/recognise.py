@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -23,8 +24,11 @@ from palpate.bodies.mesh_file import (
     organ_sized,
 )
 from palpate.bodies.mesh_readers import read
+from palpate.bodies.settings import Ct, File, Region
 from palpate.errors import InputError
 
+MATERIAL: dict[str, Any] = {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1050}
+"""Of soft tissue, unless the user knows better."""
 _OF_MESH = {
     "below": ("z", "min"),
     "above": ("z", "max"),
@@ -44,16 +48,16 @@ HOLDS = (*_OF_MESH, *_BY_AXIS)  # the words that name a side
 def sides_of(kind: str, hold: str | None) -> list[tuple[str, str]]:
     """Return the sides, as axis and end, that may hold a body: the one that is named, or all that suit its kind.
 
-    kind : of the body's entry as ``lies_as`` has it; "ct" is a patient, who lies on the back
+    kind : of the body as ``lies_as`` has it; "ct" is a patient, who lies on the back
     """
     if hold is not None:
         return [(_BY_AXIS | (_OF_PATIENT if kind == "ct" else _OF_MESH))[hold]]
     return [_OF_PATIENT["back"]] if kind == "ct" else list(_BY_AXIS.values())
 
 
-def lies_as(entry: dict) -> str:
-    """Return the kind of a body's entry, or "ct" for a mesh whose header names the frame of a patient."""
-    return "ct" if entry["kind"] == "file" and read(Path(entry["path"])).frame else entry["kind"]
+def lies_as(entry: File | Ct) -> str:
+    """Return the kind of a body, or "ct" for a mesh whose header names the frame of a patient."""
+    return "ct" if isinstance(entry, File) and read(Path(entry.path)).frame else entry.kind
 
 
 # length [m] that a mesh gets whose unit cannot be guessed
@@ -64,14 +68,14 @@ POSSIBLE_UNITS = (0.1 * ORGAN_M[0], 10.0 * ORGAN_M[1] / UNITS["micrometre"])
 
 @dataclass(frozen=True)
 class Data:
-    """Content of the files: the keys of a body's entry that follow, comments on some of them, and lines to print.
+    """Content of the files: the body's settings that follow, comments on some of them, and lines to print.
 
     found, assumed, warned : what is in the files, what is taken for granted of it, and where that may well be wrong
     lies : the side of ``HOLDS`` below, if the files say another than what suits their kind
     """
 
     name: str
-    entry: dict
+    entry: File | Ct
     comments: dict[str, str]
     found: list[str]
     assumed: list[str]
@@ -121,10 +125,10 @@ def recognise(
         )
     if regions:
         labels = labels_of(paths, label)
-        found = _with_regions(image, paths[1], labels)
-    else:
-        found = _ct(image, mask, list(label), threshold_hu)
-    found = _of_mri(found) if mri else found
+        if len(labels) < 2:
+            raise InputError(f"{mask}: regions need two labels at least; leave --regions out, or name more.")
+    found = _ct(image, mask, labels if regions else list(label), threshold_hu, regions, mri)
+    assert isinstance(found.entry, Ct)
     said, lay = described(found.entry)
     if not lay:
         found.assumed.append("the patient lay on the back, as the header does not say how; else give --hold")
@@ -147,7 +151,7 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
         points, triangles, tetrahedra = load_shape(path)
     size = float(np.ptp(points, axis=0).max())
     scale, how = _scale(path, size, scale_m)
-    entry = {"kind": "file", "path": path, "scale_m": scale}
+    entry = File(path=str(path), scale_m=scale, **MATERIAL)
     inside = f"{len(points)} nodes" if tetrahedra is None else f"{len(tetrahedra)} tetrahedra, {len(points)} nodes"
     length, kind = in_words(scale * size), "surface" if tetrahedra is None else "tetrahedra"
     comments = {
@@ -156,7 +160,7 @@ def _mesh(path: Path, scale_m: float | None) -> Data:
         "scale_m": f"length of the file's unit [m], {how}; the longest side is {length}",
     }
     if tetrahedra is None and len(points) > KEPT_NODES:
-        entry |= {"surface_nodes": 140, "snap": False}
+        entry = entry.but(surface_nodes=140, snap=False)
     found = [f"{path}: {kind}, {len(triangles)} triangles on the surface, {inside}", *taken(entry, how)]
     data = Data(body_name(path.name.removesuffix(path.suffix)), entry, comments, found, [])
     if scale_m is not None:
@@ -195,46 +199,29 @@ def _doubts(path: Path, size: float, scale: float) -> list[str]:
     return [f"{path}: {unit}; compare the length with the organ's, and give --scale"]
 
 
-def _ct(image: Path, mask: Path | None, label: list[int | str], threshold_hu: Sequence[float] | None) -> Data:
-    entry: dict = {"kind": "ct", "image": image}
-    comments = {"kind": "an organ in a CT", "image": "the CT, seen from this folder"}
+def _ct(
+    image: Path, mask: Path | None, label: list[int | str], threshold: Sequence[float] | None, regions: bool, mri: bool
+) -> Data:
+    """Describe the organ of an image; with ``regions`` all labels but the first, the largest, are regions of it."""
+    given: dict[str, Any] = {"modality": "mri"} if mri else {}
     assumed = []
     if mask is not None:
-        entry["mask"] = mask
-        comments["mask"] = "0 outside the organ; on the CT's grid"
+        given["mask"] = str(mask)
         if label:
-            entry["label"] = label[0] if len(label) == 1 else label
-            comments["label"] = "of the mask: a number, a name, or a list to join"
+            given["label"] = label[0] if len(label) == 1 else label
+    elif threshold:
+        given["threshold" if mri else "threshold_hu"] = list(threshold)
     else:
-        entry["threshold_hu"] = list(threshold_hu or (30, 120))
-        comments["threshold_hu"] = "lowest and highest CT number [HU] of the organ, which is the largest piece in it"
-        if not threshold_hu:
-            assumed.append("the organ is the largest piece between 30 and 120 HU; else give a mask or --threshold")
-    entry |= {"surface_nodes": 140, "snap": False}
+        given["threshold_hu"] = [30, 120]
+        assumed.append("the organ is the largest piece between 30 and 120 HU; else give a mask or --threshold")
+    if regions:
+        named = {body_name(one if isinstance(one, str) else f"label {one}"): one for one in label[1:]}
+        given["regions"] = {name: Region(label=one, young_pa=MATERIAL["young_pa"]) for name, one in named.items()}
     first = label[0] if label else ""
     name = label_names(mask).get(first) if mask is not None and isinstance(first, int) else first
-    source = name or (mask or image).name
-    return Data(body_name(re.sub(r"(\.nii)?\.\w+$", "", str(source))), entry, comments, [], assumed)
-
-
-def _of_mri(data: Data) -> Data:
-    """Mark the image as an MRI, whose range of grey values has a key of its own."""
-    entry = {"threshold" if key == "threshold_hu" else key: value for key, value in data.entry.items()}
-    comments = {"modality": "grey values without a unit", "threshold": "lowest and highest grey value of the organ"}
-    return replace(data, entry=entry | {"modality": "mri"}, comments=data.comments | comments)
-
-
-def _with_regions(image: Path, mask: Path, labels: list[int | str]) -> Data:
-    """Describe one body of several labels, of which the largest is its main part and the others are regions."""
-    if len(labels) < 2:
-        raise InputError(f"{mask}: regions need two labels at least; leave --regions out, or name more.")
-    data = _ct(image, mask, labels, None)
-    regions = {
-        body_name(one if isinstance(one, str) else f"label {one}"): {"label": one, "young_pa": 3000}
-        for one in labels[1:]
-    }
-    comments = {"regions": "parts with a stiffness of their own [Pa], assumed to be that of the rest; set it"}
-    return replace(data, entry=data.entry | {"regions": regions}, comments=data.comments | comments)
+    source = re.sub(r"(\.nii)?\.\w+$", "", str(name or (mask or image).name))
+    entry = Ct(image=str(image), surface_nodes=140, snap=False, **given, **MATERIAL)
+    return Data(body_name(source), entry, {"kind": "an organ in a CT"}, [], assumed)
 
 
 def body_name(text: str) -> str:

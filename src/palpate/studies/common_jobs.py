@@ -9,17 +9,19 @@ from pathlib import Path
 
 import pandas as pd
 
+from palpate.bodies.settings import Body
 from palpate.run.job import steps
 
 
-def make_body(output, params, wildcards):
+def make_body(output, wildcards, entry: Body):
     from palpate.bodies.body_file import save
     from palpate.bodies.make_body import make_body, taken
+    from palpate.bodies.mesh import TetMesh
     from palpate.run.job import save_warnings
 
-    body = make_body(wildcards.body, params.entry)
+    body = make_body(wildcards.body, entry)
     save(body, output.body)
-    if lines := taken(params.entry):
+    if (lines := taken(entry)) and isinstance(body.fine, TetMesh):
         lines.append(f"the finest mesh made of it has {1e6 * body.fine.volumes.sum():.4g} mL")
     save_warnings((f"{body.name}: {line}" for line in lines), output.taken)
 
@@ -42,7 +44,7 @@ def tabulate_meshes(input, params):
     from palpate.bodies.mesh_quality import mesh_quality, mesh_sizes
 
     bodies = [load(path) for path in input.bodies]
-    sizes = pd.concat(mesh_sizes(body, {"paper_surface": params.paper[body.name]}) for body in bodies)
+    sizes = pd.concat(mesh_sizes(body, params.paper[body.name]) for body in bodies)
     return {"sizes": sizes, "quality": pd.concat(map(mesh_quality, bodies))}
 
 

@@ -10,6 +10,7 @@ import SimpleITK
 
 from palpate.bodies.ct.image import AIR_HU, Image, choose, read, read_mask
 from palpate.bodies.ct.mesh_from_ct import segment_entry
+from palpate.bodies.settings import Ct
 from palpate.errors import InputError
 
 EVEN = (10.0, 10.0, 10.0)
@@ -293,7 +294,7 @@ def test_overlapping_segments_are_refused(tmp_path, image, values):
 def test_labels_that_do_not_touch_keep_the_largest_piece_with_a_warning(tmp_path, image, values):
     mask = write_labels(tmp_path / "mask.nrrd", values, NAMES)
     scan = write(tmp_path / "scan.nrrd", image.hu, EVEN, np.zeros(3))
-    entry = {"image": scan, "mask": mask, "label": ["liver", "heart", "organ_104"]}
+    labels = ["liver", "heart", "organ_104"]
     with pytest.warns(UserWarning, match=r"several pieces, of which the largest is kept \(50 mL\)"):
-        kept = segment_entry(entry)[1]
+        kept = segment_entry(Ct(young_pa=3000, poisson=0.3, image=str(scan), mask=str(mask), label=labels))[1]
     assert np.array_equal(kept, (values == 5) | (values == 51))

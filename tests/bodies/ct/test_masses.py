@@ -13,8 +13,9 @@ from palpate.bodies.ct.masses import (
     voxel_mass,
 )
 from palpate.bodies.ct.synthetic_abdomen import abdomen
-from palpate.bodies.make_body import make_body, moves_with_ct
+from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of
+from palpate.bodies.settings import Ct, Sphere
 from palpate.errors import InputError
 
 SPACING = np.array([0.002, 0.003, 0.004])
@@ -100,17 +101,8 @@ def test_what_cannot_be_weighed_is_reported(organ, mesh):
 
 
 pytest.importorskip("SimpleITK")
-ENTRY = {
-    "kind": "ct",
-    "image": None,
-    "threshold_hu": [30, 120],
-    "surface_nodes": 140,
-    "refinements": 1,
-    "young_pa": 3000,
-    "poisson": 0.3,
-    "density_kg_m3": 900,
-    "anchors": {"sphere": {"center_m": [-0.1, -0.015, 0.04], "radius_m": 0.04}},
-}
+BACK = Sphere(center_m=[-0.1, -0.015, 0.04], radius_m=0.04)
+ENTRY = Ct(refinements=1, young_pa=3000, poisson=0.3, density_kg_m3=900, anchors=BACK)
 
 
 @pytest.fixture(scope="module")
@@ -131,10 +123,9 @@ def test_particles_weigh_what_the_voxels_do(body):
 @pytest.mark.slow
 def test_uniform_masses_and_those_of_an_mri_are_of_the_given_density(body):
     volume = body.coarse.volumes.sum()
-    for more in ({"masses": "uniform"}, {"masses": "ct", "modality": "mri"}):
-        assert not moves_with_ct(ENTRY | more)
-    uniform = make_body("abdomen", ENTRY | {"masses": "uniform", "refinements": 0})
-    assert uniform.densities is None
+    uniform, mri = ENTRY.but(masses="uniform", refinements=0), {"modality": "mri", "threshold": [400, 600]}
+    uniform, of_mri = (make_body("abdomen", entry) for entry in (uniform, ENTRY.but(refinements=0, **mri)))
+    assert uniform.densities is of_mri.densities is None
     assert particles_of(uniform, 0, surface=False).masses.sum() == pytest.approx(900 * volume)
 
 
@@ -142,7 +133,7 @@ def test_uniform_masses_and_those_of_an_mri_are_of_the_given_density(body):
 def test_a_region_with_a_density_of_its_own_needs_uniform_masses():
     regions = {"lesion": {"label": 2, "young_pa": 30000, "density_kg_m3": 1100}}
     with pytest.raises(InputError, match=r"regions\.lesion has a density_kg_m3, .*or give masses: uniform\.$"):
-        make_body("abdomen", ENTRY | {"regions": regions, "refinements": 0})
+        make_body("abdomen", ENTRY.but(regions=regions, refinements=0))
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from palpate.bodies.ct.synthetic_abdomen import abdomen, mri_abdomen
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import check_boundary, check_closed, quality
+from palpate.bodies.settings import Ct, Plane
 from palpate.bodies.surfaces.mask_surface import surface
 from palpate.bodies.surfaces.tetrahedralize import tetrahedralize
 from palpate.errors import InputError
@@ -27,9 +28,8 @@ from palpate.studies.ct.imaging import dice
 
 SHARED = Path(__file__).parents[3].parent / "shared" / "ct"
 real = pytest.mark.skipif(not SHARED.is_dir(), reason="no shared CT beside the checkout")
-ABDOMEN = {"kind": "ct", "image": None, "mask": None, "threshold_hu": [30, 120], "surface_nodes": 140, "snap": False}
-REAL = {"image": SHARED / "ct_liver_crop.nii.gz", "mask": SHARED / "liver_mask_crop.nii.gz"}
-BACK = {"anchors": {"plane": {"axis": "y", "side": "max", "depth_m": 0.03}}, "refinements": 1}
+ABDOMEN = Ct(young_pa=3000, poisson=0.3, refinements=1, anchors=Plane(axis="y", side="max", depth_m=0.03))
+REAL = {"image": str(SHARED / "ct_liver_crop.nii.gz"), "mask": str(SHARED / "liver_mask_crop.nii.gz")}
 
 
 def check_whole(mesh: TetMesh):
@@ -53,8 +53,8 @@ def files(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_the_synthetic_abdomen_is_the_default(entry):
-    body = make_body("liver", entry | ABDOMEN | BACK)
+def test_the_synthetic_abdomen_is_the_default():
+    body = make_body("liver", ABDOMEN)
     truth = abdomen()[1]
     assert len(body.coarse.surface) == 140
     check_whole(body.coarse)
@@ -77,8 +77,8 @@ def test_a_real_liver_from_its_mask():
 
 @pytest.mark.slow
 @real
-def test_a_real_liver_snapped(entry):
-    body = make_body("liver", entry | ABDOMEN | BACK | REAL | {"snap": True, "refinements": 2})
+def test_a_real_liver_snapped():
+    body = make_body("liver", ABDOMEN.but(**REAL, snap=True, refinements=2))
     check_whole(body.fine)
     missing = [1022.6e-6 - mesh.volumes.sum() for mesh in body.levels]
     assert missing[0] > 2 * missing[1] > 0 and missing[2] == pytest.approx(missing[1])
@@ -89,7 +89,7 @@ def test_a_real_liver_snapped(entry):
 @pytest.mark.slow
 @real
 def test_a_real_liver_from_its_grey_values():
-    image, mask = mesh_from_ct.segment_entry(ABDOMEN | {"image": REAL["image"]})
+    image, mask = mesh_from_ct.segment_entry(ABDOMEN.but(image=REAL["image"]))
     truth = read_mask(REAL["mask"], image)
     assert 2 * (mask & truth).sum() / (mask.sum() + truth.sum()) >= 0.90
     # rougher than a mask that was drawn, and yet to be meshed
@@ -101,7 +101,7 @@ def test_a_real_liver_from_its_grey_values():
 
 @pytest.mark.slow
 def test_is_the_same_every_time(files):
-    first, second = (mesh_of(ABDOMEN | files[0]) for _ in range(2))
+    first, second = (mesh_of(ABDOMEN.but(**files[0])) for _ in range(2))
     assert np.array_equal(first.nodes, second.nodes)
     assert np.array_equal(first.tetrahedra, second.tetrahedra)
 
@@ -111,20 +111,20 @@ def test_a_crop_keeps_places_and_warns_where_it_cuts(files):
     around = {"crop_m": [[-0.14, -0.09, -0.05], [0.05, 0.06, 0.09]]}
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        image, mask = mesh_from_ct.segment_entry(ABDOMEN | paths | around)
-    whole, liver = mesh_from_ct.segment_entry(ABDOMEN | paths)
+        image, mask = mesh_from_ct.segment_entry(ABDOMEN.but(**paths, **around))
+    whole, liver = mesh_from_ct.segment_entry(ABDOMEN.but(**paths))
     assert image.hu.size < whole.hu.size / 4
     middle, same = (i.to_world(np.argwhere(m)).mean(axis=0) for i, m in ((image, mask), (whole, liver)))
     assert np.allclose(middle, same, atol=1e-6)
     half = {"crop_m": [[-0.14, -0.09, 0.02], [0.05, 0.06, 0.09]]}
     sentence = r"scan\.nii\.gz: the organ is cut off by crop_m towards the feet \(1\d\d cm²\); the body ends there"
     with pytest.warns(UserWarning, match=sentence):
-        mesh = mesh_of(ABDOMEN | paths | half)
+        mesh = mesh_of(ABDOMEN.but(**paths, **half))
     check_whole(mesh)
     assert mesh.volumes.sum() == pytest.approx(truth["volume_m3"] / 2, rel=0.05)
 
 
-def test_a_body_from_an_oblique_scan_and_its_regions_and_crop_are_in_the_scanners_frame(files, tmp_path, entry):
+def test_a_body_from_an_oblique_scan_and_its_regions_and_crop_are_in_the_scanners_frame(files, tmp_path):
     """Coordinates along the axes of a scan that is turned by 4° would be 28 mm off at the height of an abdomen."""
     turn, far = Rotation.from_euler("xyz", [3, -2, 2], degrees=True).as_matrix(), np.array([0.0, 0.0, 0.4])
     turned = {}
@@ -138,7 +138,7 @@ def test_a_body_from_an_oblique_scan_and_its_regions_and_crop_are_in_the_scanner
     for paths, place in ((files[0], ball), (turned, turn @ (far + ball))):
         ways = {"lump": {"sphere": {"center_m": place.tolist(), "radius_m": 0.03}, "young_pa": 9000}}
         anchors = {"sphere": {"center_m": place.tolist(), "radius_m": 0.04}}
-        bodies.append(make_body("liver", entry | ABDOMEN | paths | {"anchors": anchors, "regions": ways}))
+        bodies.append(make_body("liver", ABDOMEN.but(**paths, refinements=0, anchors=anchors, regions=ways)))
     upright, oblique = bodies
     assert oblique.coarse.volumes.sum() == pytest.approx(upright.coarse.volumes.sum(), rel=1e-6)
     meshes = upright.coarse, oblique.coarse
@@ -147,7 +147,7 @@ def test_a_body_from_an_oblique_scan_and_its_regions_and_crop_are_in_the_scanner
     assert np.allclose([d.mean() for d in oblique.densities], [d.mean() for d in upright.densities], rtol=5e-3)
     around = turn @ (far + middles[0]) + np.array([[-0.12, -0.1, -0.1], [0.12, 0.1, 0.1]])
     crop = {"crop_m": around.tolist()}
-    whole, cropped = (mesh_from_ct.segment_entry(ABDOMEN | turned | more)[1] for more in ({}, crop))
+    whole, cropped = (mesh_from_ct.segment_entry(ABDOMEN.but(**turned, **more))[1] for more in ({}, crop))
     assert whole.sum() == cropped.sum() and whole.size > 1.5 * cropped.size
 
 
@@ -158,7 +158,7 @@ def test_pieces_of_a_mask_that_are_left_out_are_reported(files, tmp_path):
     two[5:10, 5:10, 5:10] = 1
     mask = write_scan(tmp_path / "two.nii.gz", two, image)
     with pytest.warns(UserWarning, match=r"two\.nii\.gz: the mask is in several pieces, .* are dropped \(8 mL\)\.$"):
-        kept = mesh_from_ct.segment_entry(ABDOMEN | paths | {"mask": mask})[1]
+        kept = mesh_from_ct.segment_entry(ABDOMEN.but(**paths | {"mask": mask}))[1]
     assert np.array_equal(kept, truth["liver"])
 
 
@@ -170,12 +170,12 @@ def test_an_organ_too_thin_for_its_slices_is_reported(files, tmp_path, radius_m,
     tiny = np.linalg.norm(places - image.to_world(np.array([20, 25, 30])), axis=-1) < radius_m
     mask = write_scan(tmp_path / "tiny.nii.gz", tiny.astype(np.uint8), image)
     with pytest.raises(InputError, match=f"the organ is {voxels} voxels thick along z, and 4 are needed"):
-        mesh_of(ABDOMEN | paths | {"mask": mask})
+        mesh_of(ABDOMEN.but(**paths | {"mask": mask}))
 
 
 def test_more_nodes_than_voxels_can_resolve_are_reported(files):
     with pytest.raises(InputError, match=r"surface_nodes is 1000000, which are too many for this organ: .* are 4 mm;"):
-        mesh_of(ABDOMEN | files[0] | {"surface_nodes": 1_000_000})
+        mesh_of(ABDOMEN.but(**files[0], surface_nodes=1_000_000))
 
 
 @pytest.mark.parametrize(
@@ -187,13 +187,13 @@ def test_more_nodes_than_voxels_can_resolve_are_reported(files):
 )
 def test_crops_that_leave_nothing_are_reported(files, crop_m, message):
     with pytest.raises(InputError, match=message):
-        mesh_from_ct.segment_entry(ABDOMEN | files[0] | {"crop_m": crop_m})
+        mesh_from_ct.segment_entry(ABDOMEN.but(**files[0], crop_m=crop_m))
 
 
 @pytest.mark.slow
 def test_slices_ten_times_as_thick_as_pixels_give_the_same_body(tmp_path):
     image, truth = abdomen(spacing_m=(0.0012, 0.0012, 0.012))
-    mesh = mesh_of(ABDOMEN | {"image": write_scan(tmp_path / "thick.nii.gz", image.hu, image)})
+    mesh = mesh_of(ABDOMEN.but(image=write_scan(tmp_path / "thick.nii.gz", image.hu, image)))
     check_whole(mesh)
     assert mesh.volumes.sum() == pytest.approx(truth["volume_m3"], rel=0.02)
     assert quality(mesh)["min_dihedral_deg"] >= 5
@@ -256,7 +256,7 @@ def test_padding_beside_an_organ_cuts_it_and_the_air_of_a_lung_does_not(image):
     assert said(image, box) == []
 
 
-RANGE = {"threshold": [400, 600]}
+RANGE = (400, 600)
 COARSE_M = (0.004, 0.004, 0.004)
 
 
@@ -285,36 +285,34 @@ def test_its_grey_values_are_kept_and_need_not_be_negative(files_mri):
 @pytest.mark.slow
 def test_uneven_brightness_hides_the_liver_until_it_is_evened_out():
     raw, truth = mri_abdomen()
-    even = scan_of({"modality": "mri", "image": None, "even_brightness": True})
+    even = scan_of(ABDOMEN.but(modality="mri", even_brightness=True))
     level = float(np.median(even.hu[truth["liver"]]) / 500)
-    found, better = segment(raw, RANGE), segment(even, {"threshold": [400 * level, 600 * level]})
+    found, better = segment(raw, RANGE), segment(even, [400 * level, 600 * level])
     assert dice(better, truth["liver"]) > 0.97
     assert dice(found, truth["liver"]) < dice(better, truth["liver"]) - 0.03
     inside = [np.std(image.hu[truth["liver"]]) / np.mean(image.hu[truth["liver"]]) for image in (raw, even)]
     assert inside[1] < 0.6 * inside[0]
 
 
-def test_a_body_from_an_mri_and_a_mask_drawn_on_each_third_slice(files_mri, entry):
+def test_a_body_from_an_mri_and_a_mask_drawn_on_each_third_slice(files_mri):
     paths, truth = files_mri
-    held = {"anchors": {"plane": {"axis": "y", "side": "max", "depth_m": 0.03}}}
-    more = {"kind": "ct", "drawn_slices": "z", "surface_nodes": 140, "snap": False}
-    body = make_body("liver", entry | held | more | paths)
+    body = make_body("liver", ABDOMEN.but(**paths, drawn_slices="z", refinements=0))
     assert body.coarse.volumes.sum() == pytest.approx(truth["volume_m3"], rel=0.02)
 
 
 def test_a_mask_drawn_on_some_slices_is_not_taken_for_a_whole_one(files_mri):
     sentence = r"drawn\.nii\.gz: the mask is drawn on some slices only, .* give drawn_slices: z to have them filled"
     with pytest.raises(InputError, match=sentence):
-        mesh_from_ct.segment_entry(files_mri[0])
+        mesh_from_ct.segment_entry(ABDOMEN.but(**files_mri[0]))
 
 
 def test_what_needs_a_unit_is_refused(files_mri):
     image = read(files_mri[0]["image"], "mri")
     liver = files_mri[1]["liver"]
     with pytest.raises(InputError, match=r"grey values of an MRI have no unit, .* give threshold, the lowest"):
-        mesh_from_ct.segment_entry({"modality": "mri", "image": files_mri[0]["image"], "threshold_hu": [30, 120]})
+        mesh_from_ct.segment_entry(ABDOMEN.but(modality="mri", image=files_mri[0]["image"]))
     for weighed in (voxel_mass, lambda *scan: organ_densities(np.zeros((1, 3)), *scan)):
         with pytest.raises(InputError, match="an MRI does not show how dense tissue is; give density_kg_m3, or a CT"):
             weighed(image, liver)
     with pytest.raises(InputError, match="even_brightness is for an MRI, as CT numbers are absolute"):
-        scan_of({"even_brightness": True})
+        scan_of(ABDOMEN.but(even_brightness=True))

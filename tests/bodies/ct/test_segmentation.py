@@ -13,7 +13,7 @@ from palpate.bodies.ct.synthetic_abdomen import voxel_fractions
 from palpate.errors import InputError
 from palpate.studies.ct.imaging import dice
 
-RANGE = {"threshold_hu": [30, 120]}
+RANGE = (30, 120)
 
 
 def scan(inside, spacing, half=0.06):
@@ -70,7 +70,7 @@ def test_an_organ_at_the_border_is_known():
 def test_what_cannot_be_found_is_reported():
     image, _ = scan(ball, (0.002, 0.002, 0.002))
     with pytest.raises(InputError, match=r"^image: no voxel lies between 200 and 300 HU once noise is"):
-        segment(image, {"threshold_hu": [200, 300]})
+        segment(image, (200, 300))
     thin, _ = scan(lambda x, y, z: (np.abs(x) < 0.003) & ball(x, y, z), (0.002, 0.002, 0.002))
     with pytest.raises(InputError, match="nothing between 30 and 120 HU is thicker than 10 mm"):
         segment(thin, RANGE)

@@ -33,6 +33,6 @@ def test_is_the_same_every_time():
 @pytest.mark.parametrize("spacing", [SPACING_M, pytest.param((0.0015, 0.0015, 0.005), marks=pytest.mark.slow)])
 def test_the_default_pipeline_finds_the_liver(spacing):
     image, truth = abdomen(spacing_m=spacing)
-    mask = segment(image, {"threshold_hu": [30, 120]})
+    mask = segment(image, (30, 120))
     assert mask.sum() * image.voxel_m3 == pytest.approx(truth["volume_m3"], rel=0.01)
     assert voxel_mass(image, mask) == pytest.approx(truth["mass_kg"], rel=0.01)

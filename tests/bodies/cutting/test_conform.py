@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fixtures.bodies import LIVER
 
 from palpate.bodies.body import nest
 from palpate.bodies.cutting.conform import cut_body, qualities
@@ -19,10 +20,6 @@ from palpate.errors import InputError
 SIZES = [0.1, 0.1, 0.04]
 DOWN = np.array([0.0, 0.0, -1.0])
 TISSUE = Material(3000.0, 0.3, 1000.0)
-LIVER = {
-    "kind": "liver", "length_m": 0.2, "refinements": 2, "young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000,
-    "anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}},
-}  # fmt: skip
 
 
 def slab(divisions=(8, 8, 4)):

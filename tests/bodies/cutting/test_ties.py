@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from fixtures.bodies import LIVER
 
 from palpate.bodies.body import nest
 from palpate.bodies.cutting.cut import make_cut
@@ -15,10 +16,6 @@ from palpate.bodies.particles import particles_of
 from palpate.bodies.simple_shapes import box
 from palpate.errors import InputError
 
-LIVER = {
-    "kind": "liver", "length_m": 0.2, "refinements": 1, "young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000,
-    "anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}},
-}  # fmt: skip
 DOWN = {"depth_m": 0.04, "direction": [0.0, 0.0, -1.0]}
 ALONG = Cut(path_m=[[-0.02, -0.05, 0.06], [0.03, 0.0, 0.06], [0.03, 0.05, 0.06]], at_s=0.2, lasts_s=0.5, **DOWN)
 ACROSS = Stroke(path_m=[[-0.05, 0.02, 0.06], [0.06, 0.02, 0.06]], at_s=0.6, **DOWN)
@@ -30,7 +27,7 @@ def plane(x=0.0, **more):
 
 @pytest.fixture(scope="module")
 def liver():
-    return make_body("liver", LIVER)
+    return make_body("liver", LIVER.but(refinements=1))
 
 
 def same_nodes(first: np.ndarray, second: np.ndarray) -> bool:

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from fixtures.cut_cases import LIVER, plane, random_cuts, smallest_pivot
+from fixtures.bodies import LIVER
+from fixtures.cut_cases import plane, random_cuts, smallest_pivot
 from scipy import sparse
 
 from palpate.bodies.body import nest

@@ -13,6 +13,7 @@ from fixtures.exported_flex import forces_there
 from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Material, Series
 from palpate.bodies.mesh_file import load_shape
+from palpate.bodies.settings import Box
 from palpate.effects.instrument import Instrument
 from palpate.effects.linear_elements import LinearElements
 from palpate.identification.export.numbers import FREQUENCY_HZ, Numbers
@@ -40,10 +41,10 @@ class Slab:
 
 @pytest.fixture(scope="module")
 def body():
-    entry = {
-        "kind": "box", "sizes_m": [0.08, 0.08, 0.04], "divisions": [8, 8, 4], "refinements": 0, "young_pa": 1.0,
-        "poisson": 0.3, "density_kg_m3": 1.0, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}},
-    }  # fmt: skip
+    entry = Box(
+        sizes_m=[0.08, 0.08, 0.04], divisions=[8, 8, 4], refinements=0, young_pa=1.0, poisson=0.3, density_kg_m3=1.0,
+        anchors={"plane": {"axis": "z", "side": "min", "depth_m": 0.001}},
+    )  # fmt: skip
     return make_body("slab", entry)
 
 
@@ -67,10 +68,10 @@ def folder(body, presses, tmp_path_factory):
 
 
 def test_the_mesh_for_engines_is_the_finest_that_is_not_too_large():
-    entry = {
-        "kind": "box", "sizes_m": [0.1, 0.1, 0.1], "divisions": [3, 3, 3], "refinements": 3, "young_pa": 1.0,
-        "poisson": 0.3, "density_kg_m3": 1.0, "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}},
-    }  # fmt: skip
+    entry = Box(
+        sizes_m=[0.1, 0.1, 0.1], divisions=[3, 3, 3], refinements=3, young_pa=1.0, poisson=0.3, density_kg_m3=1.0,
+        anchors={"plane": {"axis": "z", "side": "min", "depth_m": 0.001}},
+    )  # fmt: skip
     block = make_body("block", entry)
     nodes = [len(mesh.nodes) for mesh in block.levels]
     assert nodes[engine_level(block)] == 13**3 and nodes[-1] == 25**3

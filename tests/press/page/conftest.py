@@ -4,6 +4,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import pytest
+from fixtures.bodies import LIVER
 from press.page.press_stage import READY
 from press.portable.conftest import made_up, touched  # noqa: F401
 from report import browser as chromium
@@ -14,21 +15,19 @@ from palpate.press.page.page import Known, PressModel, press_document
 from palpate.studies.press.measure import place_of
 
 RADIUS_M, PEAK_M = 0.03, 0.02
-LIVER = {"kind": "liver", "length_m": 0.2, "refinements": 1, "young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000}
-LIVER |= {"anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}}}
 INFO = {"peak_m": PEAK_M, "hardest_n": 1.0}
 
 
 @pytest.fixture(scope="session")
 def liver():
     """The liver of the smoke run, 554 surface nodes."""
-    return make_body("liver", LIVER)
+    return make_body("liver", LIVER.but(refinements=1))
 
 
 @pytest.fixture(scope="session")
 def smooth_liver():
     """The same with refined nodes on the smooth shape."""
-    return make_body("liver", LIVER | {"smooth": True})
+    return make_body("liver", LIVER.but(refinements=1, smooth=True))
 
 
 def _answer(body, path):

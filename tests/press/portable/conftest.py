@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import palpate.press.portable.runtimes
-from palpate.bodies.make_body import make_body
+from palpate.bodies.settings import Box, Plane
 from palpate.effects.instrument import Instrument, upright
 from palpate.effects.law import PLAIN
 from palpate.models.contact_modes.contact_modes import Prepared
@@ -43,10 +43,8 @@ class MadeUp(NamedTuple):
 @pytest.fixture(scope="session")
 def made_up():
     """A block of 10 cm whose contacts have six coordinates and five cells each."""
-    entry = {"kind": "box", "sizes_m": [0.1, 0.1, 0.1], "divisions": [2, 2, 2], "refinements": 1, "young_pa": 3000}
-    entry |= {"poisson": 0.3, "density_kg_m3": 1000}
-    entry |= {"anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}}}
-    body, rng = make_body("block", entry), np.random.default_rng(3)
+    entry = Box(sizes_m=[0.1, 0.1, 0.1], divisions=[2, 2, 2], refinements=1, young_pa=3000, poisson=0.3)
+    body, rng = entry.but(anchors=Plane(axis="z", side="min", depth_m=0.001)).make("block"), np.random.default_rng(3)
     nodes, normals = body.fine.nodes[body.fine.surface], body.fine.normals[body.fine.surface]
     n = len(nodes)
     phases = range(12)

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fixtures.bodies import made
 
-from palpate.bodies.make_body import make_body
 from palpate.bodies.particles import particles_of
 from palpate.errors import InputError, NotConverged
 from palpate.files import read_yaml
@@ -40,7 +40,7 @@ def test_the_list_is_long_and_says_all_of_each_case():
 
 def test_the_organ_that_a_finger_strokes_is_the_shipped_one():
     entry = read_yaml(Path(__file__).parents[3] / "config.yaml")["bodies"]["liver"]
-    shipped, ours = particles_of(make_body("liver", entry), 0, surface=False), organ_cases._liver()
+    shipped, ours = particles_of(made("liver", entry), 0, surface=False), organ_cases._liver()
     assert np.array_equal(shipped.nodes, ours.nodes) and np.array_equal(shipped.tetrahedra, ours.tetrahedra)
     assert np.array_equal(shipped.held, ours.held) and shipped.material == ours.material
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fixtures.bodies import made
 
-from palpate.bodies.make_body import make_body
 from palpate.errors import InputError
 from palpate.run.settings import complete, read_settings
 from palpate.studies.measured.experiment import check_places, experiment_of, off_box
@@ -112,7 +112,7 @@ def test_gravity_that_points_upwards_is_refused_unless_a_force_may_lift(settings
 
 
 def test_the_distance_from_a_box_is_that_from_its_mesh(settings):
-    body = make_body("beam", settings["bodies"]["beam"] | {"refinements": 0})
+    body = made("beam", settings["bodies"]["beam"] | {"refinements": 0})
     sizes = body.fine.nodes.max(axis=0)
     points = sizes * np.random.default_rng(1).uniform(-0.5, 1.5, (40, 3))
     np.testing.assert_allclose(off_box(sizes, points), off_surface(body.fine, points), atol=1e-15)
@@ -121,6 +121,6 @@ def test_the_distance_from_a_box_is_that_from_its_mesh(settings):
 def test_a_body_that_is_no_box_is_looked_at_when_it_is_made(settings):
     full = complete(settings, ROOT / "config.yaml").measured.experiments["beam"]
     full.markers["m1"].at_m[2] += 0.02
-    body = make_body("beam", settings["bodies"]["beam"])
+    body = made("beam", settings["bodies"]["beam"])
     with pytest.raises(InputError, match=r"m1\.at_m is 0\.026 m off"):
         check_places(experiment_of("beam", full), body, lambda points: off_surface(body.fine, points))

@@ -7,11 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from fixtures.bodies import SPOT
 
 from palpate.bodies.contacts import contacts_near_regions
-from palpate.bodies.make_body import make_body
 from palpate.bodies.material import Tissue
 from palpate.bodies.refinement import finer
+from palpate.bodies.settings import Box, Plane
 from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
@@ -24,11 +25,10 @@ SLAB = Slab(sizes_m=[0.08, 0.08, 0.05], young_pa=3000.0, poisson=0.3)
 
 @pytest.fixture(scope="module")
 def lump():
-    entry = {"kind": "box", "sizes_m": [0.1, 0.1, 0.06], "divisions": [8, 8, 5], "refinements": 0}
-    entry |= {"young_pa": 3000, "poisson": 0.3, "density_kg_m3": 1000}
-    entry |= {"anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 1e-6}}}
+    shape = Box(sizes_m=[0.1, 0.1, 0.06], divisions=[8, 8, 5], young_pa=3000, poisson=0.3)
+    held = shape.but(anchors=Plane(axis="z", side="min", depth_m=1e-6))
     sphere = {"center_m": [0.05, 0.05, 0.04], "radius_m": 0.015}
-    return make_body("lump", entry | {"regions": {"stone": {"sphere": sphere, "young_pa": 30000}}})
+    return held.but(regions={"stone": {"sphere": sphere, "young_pa": 30000}}).make("lump")
 
 
 @pytest.fixture(scope="module")
@@ -112,9 +112,9 @@ def test_least_contrasts_interpolate_in_the_logarithm():
 @pytest.mark.parametrize(
     ("regions", "named", "said"),
     [
-        ({"stone": {}}, ["liver"], r"\.bodies names liver, which has no regions; name lump"),
-        ({"stone": {}}, ["lumb"], r"\.bodies names lumb, which is not there; did"),
-        ({}, None, " is there and no body has regions; give one some, or remove palpation"),
+        (SPOT, ["liver"], r"\.bodies names liver, which has no regions; name lump"),
+        (SPOT, ["lumb"], r"\.bodies names lumb, which is not there; did"),
+        (None, None, " is there and no body has regions; give one some, or remove palpation"),
     ],
 )
 def test_settings_name_bodies_with_regions(regions, named, said):

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from fixtures.bodies import LIVER
 
 from palpate.bodies.make_body import make_body
 from palpate.bodies.refinement import finer
@@ -13,8 +14,6 @@ from palpate.studies.tradeoff import truth_table as module
 from palpate.studies.tradeoff.figures.scene_rows import jumps
 from palpate.studies.tradeoff.truth_table import LIMIT_POINTS, limit_points
 
-LIVER = {"kind": "liver", "length_m": 0.2, "refinements": 2, "young_pa": 3000.0, "poisson": 0.3}
-LIVER |= {"density_kg_m3": 1000.0, "anchors": {"sphere": {"center_m": [-0.03, 0.05, 0.03], "radius_m": 0.04}}}
 SNAPS, STANDS = 7, 34
 
 

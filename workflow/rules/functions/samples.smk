@@ -26,7 +26,7 @@ def radius(body, regime):
 def loads_entry(body, regime):
     """What the loads of a body follow from."""
     if regime in POINTS:
-        return config["enrichment"]["regimes"][regime] | {"magnitudes": config["bodies"][body]["magnitudes"]}
+        return config["enrichment"]["regimes"][regime] | {"magnitudes": settings.bodies[body].magnitudes}
     return config["regimes"][regime] | {key: config["tradeoff"][key] for key in ("contacts", "presses")}
 
 

@@ -1,7 +1,7 @@
-"""Read the scan, the mask and the labelled regions that an entry of the config of kind ct names."""
+"""Read the scan, the mask and the labelled regions that the settings of a body of kind ct name."""
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,22 +11,22 @@ from palpate.bodies.ct.headers import angle_deg
 from palpate.bodies.ct.image import Image, choose, read, read_mask
 from palpate.bodies.ct.segmentation import even_brightness, fill_between, undrawn_across
 from palpate.bodies.ct.synthetic_abdomen import LABELS, abdomen, mri_abdomen
+from palpate.bodies.settings import Ct, Labels
 from palpate.errors import InputError
 
 
-def scan_of(entry: dict) -> Image:
-    """Read the image of a config entry of kind ct, by default the synthetic abdomen; an MRI evened if it is asked for.
+def scan_of(entry: Ct) -> Image:
+    """Read the image, by default the synthetic abdomen; an MRI evened if it is asked for.
 
-    Raises InputError if the file is not what ``entry["modality"]`` says.
+    Raises InputError if the file is not what ``modality`` says.
     """
-    modality = entry.get("modality", "ct")
-    if entry.get("image") is None:
-        image = abdomen()[0] if modality == "ct" else mri_abdomen()[0]
+    if entry.image is None:
+        image = abdomen()[0] if entry.modality == "ct" else mri_abdomen()[0]
     else:
-        image = read(entry["image"], modality)
-    if not entry.get("even_brightness"):
+        image = read(entry.image, entry.modality)
+    if not entry.even_brightness:
         return image
-    if modality == "ct":
+    if entry.modality == "ct":
         raise InputError(f"{image.source}: even_brightness is for an MRI, as CT numbers are absolute; leave it out.")
     return even_brightness(image)
 
@@ -35,11 +35,11 @@ _LAY = {"S": "back", "P": "front", "DR": "right", "DL": "left"}
 """The patient's side below, by how a position ends in DICOM: supine, prone, or on a side; HF is head first."""
 
 
-def described(entry: dict) -> tuple[list[str], str]:
-    """Say in lines what is taken from a config entry's scan and mask, and return the side that is below, or ""."""
+def described(entry: Ct) -> tuple[list[str], str]:
+    """Say in lines what is taken from the scan and the mask, and return the side that is below, or ""."""
     with warnings.catch_warnings(action="ignore"):  # they come again when the body is made
         image = scan_of(entry)
-        mask = mask_of(entry, image, entry.get("label")) if entry.get("mask") is not None else None
+        mask = mask_of(entry, image, entry.label) if entry.mask is not None else None
     counts, steps = ("×".join(f"{n:.4g}" for n in each) for each in (image.hu.shape[::-1], 1e3 * image.spacing_m))
     oblique = angle_deg(image.axes, np.eye(3))
     turned = f"{oblique:.3g}° oblique" if oblique else "upright"
@@ -48,19 +48,19 @@ def described(entry: dict) -> tuple[list[str], str]:
     if lay:
         lines.append(f"{image.source}: the patient lay on the {lay} ({image.position})")
     if mask is not None:
-        lines.append(f"{entry['mask']}: what is taken of it has {1e6 * mask.sum() * image.voxel_m3:.4g} mL")
+        lines.append(f"{entry.mask}: what is taken of it has {1e6 * mask.sum() * image.voxel_m3:.4g} mL")
     return lines, lay
 
 
-def mask_of(entry: dict, image: Image, label: int | str | Sequence[int | str] | None) -> np.ndarray:
-    """Read labels of the entry's mask, (nz, ny, nx) bool, filled between the slices that were drawn.
+def mask_of(entry: Ct, image: Image, label: Labels | None) -> np.ndarray:
+    """Read labels of the mask, (nz, ny, nx) bool, filled between the slices that were drawn.
 
-    Raises InputError if only some slices are drawn and the entry has no ``drawn_slices``.
+    Raises InputError if only some slices are drawn and there are no ``drawn_slices``.
     """
-    path = Path(entry["mask"])
+    path = Path(entry.mask or "")
     mask = read_mask(path, image, label)
-    if entry.get("drawn_slices"):
-        return fill_between(mask, image, entry["drawn_slices"], path)
+    if entry.drawn_slices:
+        return fill_between(mask, image, entry.drawn_slices, path)
     if axis := undrawn_across(mask):
         raise InputError(
             f"{path}: the mask is drawn on some slices only, with empty ones between; "
@@ -69,10 +69,10 @@ def mask_of(entry: dict, image: Image, label: int | str | Sequence[int | str] | 
     return mask
 
 
-def label_region(entry: dict, label: int | str | Sequence[int | str]) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the test whether points (n, 3) [m] lie in voxels of a label, (n,) bool, for a config entry of kind ct.
+def label_region(entry: Ct, label: Labels) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the test whether points (n, 3) [m] lie in voxels of a label, (n,) bool.
 
-    label : number or name of a label of ``entry["mask"]``, or several to join; without an image, of the synthetic
+    label : number or name of a label of the mask, or several to join; without an image, of the synthetic
         abdomen (1 liver, 2 lesion)
     Raises InputError if the mask has no such label, or if there is no mask.
     """
@@ -80,18 +80,18 @@ def label_region(entry: dict, label: int | str | Sequence[int | str]) -> Callabl
     return lambda points: ndimage.map_coordinates(voxels, image.to_index(points).T, order=0, mode="grid-constant")
 
 
-def label_ball(entry: dict, label: int | str | Sequence[int | str]) -> tuple[np.ndarray, float]:
+def label_ball(entry: Ct, label: Labels) -> tuple[np.ndarray, float]:
     """Return the middle (3,) [m] of a label's voxels, and the radius [m] of the ball of their volume."""
     image, voxels = _voxels(entry, label)
     middle = image.to_world(np.argwhere(voxels).mean(axis=0))
     return middle, float(np.cbrt(0.75 / np.pi * voxels.sum() * image.voxel_m3))
 
 
-def _voxels(entry: dict, label: int | str | Sequence[int | str]) -> tuple[Image, np.ndarray]:
-    if entry.get("image") is None:
+def _voxels(entry: Ct, label: Labels) -> tuple[Image, np.ndarray]:
+    if entry.image is None:
         image, truth = abdomen()
         return image, choose(Path(image.source), truth["labels"], LABELS, label, image.voxel_m3)
     image = scan_of(entry)
-    if entry.get("mask") is None:
+    if entry.mask is None:
         raise InputError(f"{image.source}: a region by label needs the body's mask; give one that has the label.")
     return image, mask_of(entry, image, label)

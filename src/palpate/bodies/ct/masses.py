@@ -10,6 +10,7 @@ from palpate.bodies.ct.image import Image
 from palpate.bodies.ct.segmentation import box_around
 from palpate.bodies.mesh import Mesh, TetMesh
 from palpate.bodies.particles import lump_masses
+from palpate.bodies.settings import Ct
 from palpate.errors import InputError
 
 # Segments of the curve: the CT number [HU] up to which each holds, density at 0 HU [kg/m³], slope [kg/m³ per HU].
@@ -44,8 +45,8 @@ def density(hu: np.ndarray | float) -> np.ndarray:
 _MARGIN = 2  # voxels kept around the organ; beyond them the outermost ones are repeated
 
 
-def nodal_densities(entry: dict, levels: Sequence[Mesh]) -> list[np.ndarray]:
-    """Interpolate the densities (n_nodes,) [kg/m³] at the nodes of each level, from the CT of a config entry.
+def nodal_densities(entry: Ct, levels: Sequence[Mesh]) -> list[np.ndarray]:
+    """Interpolate the densities (n_nodes,) [kg/m³] at the nodes of each level, from its CT.
 
     The segmentation warns when the body's mesh is made, and not again here.
     """

@@ -12,6 +12,7 @@ from palpate.bodies.ct.segmentation import largest_filled, segment
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import Snap
 from palpate.bodies.regions import balls_of
+from palpate.bodies.settings import Ct
 from palpate.bodies.surfaces.mask_surface import coarse_shell, dense_surface, fill
 from palpate.bodies.surfaces.snap import snapper
 from palpate.bodies.surfaces.triangles import inflate, vertex_normals
@@ -58,20 +59,29 @@ THINNEST = 4
 """Voxels along each side of an organ with which there is a surface on both sides of some inside."""
 
 
-def segment_entry(entry: dict) -> tuple[Image, np.ndarray]:
-    """Segment the scan of a config entry, by default the synthetic abdomen: image and organ, (nz, ny, nx) bool.
+def segment_entry(entry: Ct) -> tuple[Image, np.ndarray]:
+    """Segment the scan of a body, by default the synthetic abdomen: image and organ, (nz, ny, nx) bool.
 
     The organ is of one piece. Warns if the image or its crop cuts it off, and if pieces of a mask are left out.
     """
     image = scan_of(entry)
-    mask = mask_of(entry, image, entry.get("label")) if entry.get("mask") is not None else None
+    mask = mask_of(entry, image, entry.label) if entry.mask is not None else None
     whole, start = image.hu.shape, [0, 0, 0]
-    if entry.get("crop_m"):
-        box = _crop_box(image, np.array(entry["crop_m"], dtype=float))
+    if entry.crop_m:
+        box = _crop_box(image, np.array(entry.crop_m, dtype=float))
         mask = mask[box] if mask is not None else None
         start = [side.start for side in box]
         image = image.cropped(box)
-    mask = _largest_piece(mask, image, entry["mask"]) if mask is not None else segment(image, entry)
+    limits = entry.threshold_hu if image.modality == "ct" else entry.threshold
+    if mask is not None:
+        mask = _largest_piece(mask, image, str(entry.mask))
+    elif limits is not None:
+        mask = segment(image, limits)
+    else:
+        raise InputError(
+            f"{image.source}: grey values of an MRI have no unit, so threshold_hu says nothing of them; "
+            "give threshold, the lowest and the highest one of the organ, or a mask."
+        )
     if not mask.any():
         raise InputError(f"{image.source}: crop_m leaves nothing of the mask; give a box [m] around the organ.")
     if cuts := cut_off(image, mask, whole, start):
@@ -83,20 +93,20 @@ def segment_entry(entry: dict) -> tuple[Image, np.ndarray]:
     return image, mask
 
 
-def build(entry: dict) -> tuple[TetMesh, Snap | None]:
-    """Build the coarse mesh and, with ``entry["snap"]``, a function that snaps finer meshes to the CT's surface.
+def build(entry: Ct) -> tuple[TetMesh, Snap | None]:
+    """Build the coarse mesh and, with ``snap``, a function that snaps finer meshes to the CT's surface.
 
     Without ``snap`` every level has the volume of the mask's voxels. With it the coarse nodes stay on the CT's
     surface, so that the coarse body is some per cent too small and each finer one less so.
     """
     image, mask = segment_entry(entry)
     refuse_thin(image, mask)
-    wanted = entry["surface_nodes"]
+    wanted = entry.surface_nodes
     points, triangles = coarse_shell(mask, image, wanted)
-    if not entry.get("snap"):
+    if not entry.snap:
         points = inflate(points, triangles, mask.sum() * image.voxel_m3)
     filled = fill(points, triangles, image, wanted, balls=balls_of(entry))
-    if not entry.get("snap"):
+    if not entry.snap:
         return filled, None
     dense, corners = dense_surface(mask, image)
     return filled, snapper(dense, vertex_normals(dense, corners))

@@ -45,17 +45,17 @@ OPEN_M, CLOSE_M = 5e-3, 2e-3
 CLIP_HU = 200
 
 
-def segment(image: Image, settings: dict) -> np.ndarray:
+def segment(image: Image, limits: Sequence[float]) -> np.ndarray:
     """Segment the largest piece in a range of grey values, (nz, ny, nx) bool; InputError if there is none.
 
-    The range is ``settings["threshold_hu"]`` [HU] of a CT, and ``settings["threshold"]`` of an MRI.
+    limits : lowest and highest grey value, of a CT [HU]
 
     Noise, a voxel wide, is blurred by one voxel of the finest spacing; an opening cuts bridges to neighbours, a
     closing smooths the outline, and cavities are filled; all lengths are in metres, so that slices may be ten times as
     thick as the pixels. Then the border moves to the half level. Trap: the order matters; the largest
     piece is chosen while the bridges are cut.
     """
-    (low, high), key, unit = _range(image, settings)
+    (low, high), (key, unit) = limits, ("threshold_hu", " HU") if image.modality == "ct" else ("threshold", "")
     clip = CLIP_HU if unit else high - low
     smooth = np.clip(image.hu, low - clip, high + clip).astype(np.float32)
     blur = image.spacing_m.min() / image.spacing_m[::-1]
@@ -93,18 +93,6 @@ def segment(image: Image, settings: dict) -> np.ndarray:
 def largest_filled(mask: np.ndarray) -> np.ndarray:
     """Keep the largest piece of a mask, (nz, ny, nx), with its cavities filled."""
     return ndimage.binary_fill_holes(_largest_piece(mask))
-
-
-def _range(image: Image, settings: dict) -> tuple[tuple[float, float], str, str]:
-    """Return the range of grey values, the key that gives it, and the unit as messages append it."""
-    if image.modality == "ct":
-        return settings["threshold_hu"], "threshold_hu", " HU"
-    if settings.get("threshold") is None:
-        raise InputError(
-            f"{image.source}: grey values of an MRI have no unit, so threshold_hu says nothing of them; "
-            "give threshold, the lowest and the highest one of the organ, or a mask."
-        )
-    return settings["threshold"], "threshold", ""
 
 
 def _dilate(mask: np.ndarray, radius_m: float, spacing: np.ndarray) -> np.ndarray:

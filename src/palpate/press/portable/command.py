@@ -9,7 +9,6 @@ from typing import Any
 from palpate.benchmark.model import Case
 from palpate.benchmark.settings import finger_regimes, pressed_bodies
 from palpate.bodies.make_body import make_body
-from palpate.bodies.settings import paths_of_body
 from palpate.effects.instrument import Instrument
 from palpate.errors import InputError, NotConverged, suggest
 from palpate.models.model_registry import MODELS
@@ -74,8 +73,7 @@ def _case(settings: Any, config: Path, scene: str) -> Case:
     if scene not in known:
         raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(known), 'choose from')}")
     name, regime = known[scene]
-    given = settings.bodies[name]
-    body = make_body(name, given | paths_of_body(given, config.parent))
+    body = make_body(name, settings.bodies[name].seen_from(config.parent))
     radius_m, tolerance = regimes[regime].radius_on(name), settings.solver.tolerance
     return Case.untrained(body, regime, radius_m, settings.seed, tolerance)
 

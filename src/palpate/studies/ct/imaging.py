@@ -167,7 +167,7 @@ def segmented_scans(ct: Image, liver: np.ndarray) -> tuple[pd.DataFrame, list[tu
     for scan, image in (("CT", ct), ("MRI", raw), ("MRI, evened", even_brightness(raw))):
         limits = (30, 120) if image.modality == "ct" else synthetic_abdomen.LIVER_SIGNALS
         try:
-            found = segment(image, {"threshold_hu": limits, "threshold": limits})
+            found = segment(image, limits)
         except InputError:
             found = np.zeros(image.hu.shape, dtype=bool)
         volume = float(found.sum() / liver.sum() - 1)

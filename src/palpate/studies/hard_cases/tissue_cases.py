@@ -156,7 +156,7 @@ def _ball(spacing_m: list[float], noise_hu: float, bridge: bool = False) -> Answ
         share = np.maximum(np.maximum(share, smaller), rod)
     noise = noise_hu * np.random.default_rng(1).normal(size=share.shape)
     image = Image((AROUND_HU + (LIVER_HU - AROUND_HU) * share + noise).astype(np.float32), np.zeros(3), spacing, "ball")
-    mask = segment(image, {"threshold_hu": [-20.0, 140.0]})
+    mask = segment(image, (-20.0, 140.0))
     volume = 4.0 / 3.0 * np.pi * RADIUS_M**3
     expected = np.array([volume, volume * float(density(np.array(LIVER_HU)))])
     every = image.voxel_m3 * np.array([mask.size, density(image.hu).sum()])
@@ -175,7 +175,7 @@ def _share_of_ball(grid: tuple, spacing: np.ndarray, center: float, radius: floa
 
 def _empty() -> Answer:
     image = Image(np.full((20, 20, 20), -1000.0, dtype=np.float32), np.zeros(3), np.full(3, 0.002), "air")
-    segment(image, {"threshold_hu": [-20.0, 140.0]})
+    segment(image, (-20.0, 140.0))
     raise AssertionError("a segmentation of air was not refused")
 
 

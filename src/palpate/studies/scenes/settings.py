@@ -38,7 +38,7 @@ def _check_bodies(place: str, scene: Scene, bodies: Mapping[str, Body]) -> None:
         if body not in bodies:
             remedy = suggest(body, list(bodies), "add it there, or name") if bodies else "add it there."
             raise InputError(f"{place} names the body {body}, which is not under bodies; {remedy}")
-        finest = getattr(bodies[body], "refinements", 0)
+        finest = bodies[body].refinements
         if scene.level > finest:
             raise InputError(f"{place}.level is {scene.level}, and {body} has levels 0 to {finest}.")
 

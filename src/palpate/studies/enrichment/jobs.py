@@ -18,6 +18,7 @@ from palpate.models.enrichment.features import describe, in_slots, kinds
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, DescribedSamples, squared_distances
 from palpate.models.enrichment.training_samples import blend_errors, gather
 from palpate.run.job import stem, steps
+from palpate.stores import stored
 from palpate.table_declaration import Table
 
 
@@ -27,9 +28,9 @@ def sweep_sigma(input, output, params, wildcards):
     from palpate.benchmark.accuracy import accuracy_rows, predict
     from palpate.files import write_whole
     from palpate.models.enrichment.methods import build
-    from palpate.solvers.compliance import load_compliance
+    from palpate.solvers.compliance import Compliance
 
-    db, compliance, samples = read(input.database), load_compliance(input.compliance), read_samples(input.samples)
+    db, compliance, samples = read(input.database), stored(Compliance, input.compliance), read_samples(input.samples)
     labels, sweeps, tables = dict(wildcards.items()), [], []
     with write_whole(output.predictions) as path, h5py.File(path, "w") as file:
         for protocol, split in params.cases:
@@ -55,10 +56,10 @@ def compare_premises(input, params, say):
 
 def time_methods(input, params, wildcards):
     from palpate.models.enrichment.methods import build
-    from palpate.solvers.compliance import load_compliance
+    from palpate.solvers.compliance import Compliance
     from palpate.studies.enrichment.timing import choose_samples, cost_table, solves, timing_table
 
-    body, db, compliance = load(input.body), read(input.database), load_compliance(input.compliance)
+    body, db, compliance = load(input.body), read(input.database), stored(Compliance, input.compliance)
     train, test = sides(read_samples(input.samples), "samples")
     options = FitOptions(**params.regression, split="samples", seed=params.seed)
     methods = {protocol: build(db, compliance, train, protocol, options) for protocol in ("paper", "live")}

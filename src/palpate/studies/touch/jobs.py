@@ -3,12 +3,13 @@
 import pandas as pd
 
 from palpate.run.job import free_mb, steps, write_table
+from palpate.stores import store, stored
 
 
 def simulate_touch_truth(input, output, params, wildcards, say):
     from palpate.benchmark.touch import choose_touches, given_touches, touches_of
     from palpate.benchmark.touch_mesh import bearing
-    from palpate.benchmark.touch_truth import Asked, save_touch_truth, truth_of_touches
+    from palpate.benchmark.touch_truth import Asked, truth_of_touches
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
 
@@ -21,13 +22,13 @@ def simulate_touch_truth(input, output, params, wildcards, say):
     write_table(table, output.touches)
     touches = touches_of(instrument, pd.read_csv(output.touches))
     progress = steps(say, f"{wildcards.body}, {wildcards.tool}: truth of touch")
-    save_touch_truth(truth_of_touches(body, touches, progress, asked, say, free_mb()), output.truth)
+    store(truth_of_touches(body, touches, progress, asked, say, free_mb()), output.truth)
 
 
 def measure_touch_models(input, params, wildcards, say):
     from palpate.benchmark.touch import TouchCase, touches_of
     from palpate.benchmark.touch_measure import load_model, measure_touches
-    from palpate.benchmark.touch_truth import load_touch_truth
+    from palpate.benchmark.touch_truth import TouchTruth
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
 
@@ -35,7 +36,7 @@ def measure_touch_models(input, params, wildcards, say):
     touches = touches_of(instrument, pd.read_csv(input.touches))
     deepest = max([params.deepest_of_radius * instrument.radius_m, *(touch.depth_m for touch in touches)])
     case = TouchCase(load(input.body), instrument, deepest, params.seed, params.settings)
-    asked = touches, load_touch_truth(input.truth), params.repeats, params.budget_s
+    asked = touches, stored(TouchTruth, input.truth), params.repeats, params.budget_s
     progress = steps(say, f"{wildcards.body}, {wildcards.tool}, {wildcards.model}: setting")
     tables = measure_touches(case, wildcards.model, load_model(params.place, params.keywords), *asked, progress)
     return dict(zip(("samples", "settings"), tables, strict=True))
@@ -44,7 +45,7 @@ def measure_touch_models(input, params, wildcards, say):
 def tabulate_touch(input, params):
     from palpate.benchmark.touch import TouchCase, touches_of
     from palpate.benchmark.touch_measure import truth_rows
-    from palpate.benchmark.touch_truth import load_touch_truth
+    from palpate.benchmark.touch_truth import TouchTruth
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
     from palpate.studies.touch.tables import Known, touch_forces_table, touch_table, touch_truth_table
@@ -52,7 +53,7 @@ def tabulate_touch(input, params):
     known, samples, settings = [], [], []
     files = zip(input.bodies, input.touches, input.truths, params.instruments, strict=True)
     for body, chosen, solved, entry in files:
-        instrument, touches, truth = Instrument(**entry), pd.read_csv(chosen), load_touch_truth(solved)
+        instrument, touches, truth = Instrument(**entry), pd.read_csv(chosen), stored(TouchTruth, solved)
         case = TouchCase(load(body), instrument, touches["depth_m"].max(), 0)
         places = case.body.fine.nodes[touches["node"]]
         own, row = truth_rows(case, touches_of(instrument, touches), truth)

@@ -10,11 +10,12 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.settings import FitOptions
-from palpate.benchmark.truth import load_truth
+from palpate.benchmark.truth import Truth
 from palpate.bodies.body_file import load
 from palpate.models.families import Families
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.run.job import steps
+from palpate.stores import store, stored
 from palpate.table_declaration import Table
 
 
@@ -28,7 +29,7 @@ def _judged(input, params, wildcards, split, options, more=False):
 
 def simulate_truth(input, output, params, wildcards, say):
     from palpate.benchmark.split import asked_samples, read_folds, training_presses
-    from palpate.benchmark.truth import save_truth, truth_of
+    from palpate.benchmark.truth import truth_of
     from palpate.studies.tradeoff.truth_table import other_element, widened
 
     body, loads, folds = load(input.body), pd.read_csv(input.loads), read_folds(input.samples)
@@ -41,7 +42,7 @@ def simulate_truth(input, output, params, wildcards, say):
         progress = steps(say, f"{body.name}, {wildcards.regime}: truth by linear elements, solution")
         check = other_element(body, chosen, truth, truth.spread(params.check_samples), progress)
         truth = widened(truth, check)
-    save_truth(truth, output.truth)
+    store(truth, output.truth, compressed=True)
     return {"check": check}
 
 
@@ -73,7 +74,7 @@ def measure_facets(input, params, wildcards, say):
     from palpate.bodies.organs import surface_of
     from palpate.studies.tradeoff.truth_table import geometry_share
 
-    body, truth, loads = load(input.body), load_truth(input.truth), pd.read_csv(input.loads)
+    body, truth, loads = load(input.body), stored(Truth, input.truth), pd.read_csv(input.loads)
     progress = steps(say, f"{body.name}, {wildcards.regime}: what its facets change, solution")
     chosen = truth.spread(params.samples)
     return geometry_share(body, surface_of(params.entry), loads, truth, chosen, progress)
@@ -115,7 +116,7 @@ def tabulate_tradeoff(input, params):
         errors = pd.concat([read_table(path, SAMPLES)[SAMPLES] for path in _files_of(input.errors, body, regime)])
         estimates = pd.concat([read_estimates(path) for path in _files_of(input.estimates, body, regime)])
         scenes.append(Scene(settings, errors, estimates))
-    truths = dict(zip(params.scenes, map(load_truth, input.truths), strict=True))
+    truths = dict(zip(params.scenes, (stored(Truth, path) for path in input.truths), strict=True))
     checks = dict(zip(params.scenes, map(pd.read_csv, input.checks), strict=True)) if input.checks else None
     shares = dict(zip(params.smooth, map(pd.read_csv, input.geometry), strict=True))
     return {"table": table, "bounds": error_bounds(scenes), "truth": truth_table(truths, checks, shares)}

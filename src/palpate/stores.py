@@ -70,21 +70,25 @@ def _parts(found: Any) -> dict[str, Any]:
 
 def _made(group: "h5py.Group", annotation: Any, names: dict[str, type]) -> Any:
     kind, keys = group.attrs.get(KIND), list(group.attrs.get(PARTS, ()))
-    if kind in ("list", "tuple", "csr_array", "DataFrame"):
-        parts = {key: _part(group, key, annotation, names) for key in keys}
-        if kind == "csr_array":
-            from scipy import sparse
-
-            return sparse.csr_array(tuple(parts[key] for key in keys[:3]), shape=parts["shape"])
-        if kind == "DataFrame":
-            import pandas as pd
-
-            return pd.DataFrame(parts)
-        return list(parts.values()) if kind == "list" else tuple(parts.values())
     for each in _named(annotation):
         if getattr(each, "__name__", "") == kind and list(signature(each).parameters) == keys:
             kinds = get_type_hints(each, localns=names)
             return each(**{key: _part(group, key, kinds[key], names) for key in keys})
+    parts = {key: _part(group, key, annotation, names) for key in keys}
+    match kind:
+        case "list":
+            return list(parts.values())
+        case "tuple":
+            return tuple(parts.values())
+        case "csr_array":
+            from scipy import sparse
+
+            *arrays, shape = parts.values()
+            return sparse.csr_array(tuple(arrays), shape=shape)
+        case "DataFrame":
+            import pandas as pd
+
+            return pd.DataFrame(parts)
     raise InputError(f"{group.file.filename} is of another version (in {group.name}); delete it and type make.")
 
 

@@ -97,6 +97,11 @@ def test_all_comes_back_bit_for_bit_from_the_same_bytes_each_time(make, compress
     assert path.read_bytes() == again.read_bytes()
 
 
+def test_a_whole_number_for_a_float_comes_back_as_one(tmp_path):
+    store(Material(3000, 0.3, 1000), tmp_path / "soft.h5")
+    assert [type(each) for each in vars(stored(Material, tmp_path / "soft.h5")).values()] == [float, float, float, str]
+
+
 def drop(path):
     with h5py.File(path, "a") as file:
         del file["positions"]

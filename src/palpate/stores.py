@@ -29,7 +29,7 @@ def store(found: object, path: Path | str, compressed: bool = False) -> None:
 
 
 def stored(kind: type[Record], path: Path | str, **names: type) -> Record:
-    """Read a ``kind`` that ``store`` wrote, with values, dtypes and types as they were.
+    """Read a ``kind`` that ``store`` wrote, bit for bit; a whole number where a float is annotated comes back as one.
 
     names : classes that annotations name and their modules import for the type check only
     Raises InputError if the file is missing, damaged, lacks a field, or was written with other fields.
@@ -74,30 +74,30 @@ def _made(group: "h5py.Group", annotation: Any, names: dict[str, type]) -> Any:
         if getattr(each, "__name__", "") == kind and list(signature(each).parameters) == keys:
             kinds = get_type_hints(each, localns=names)
             return each(**{key: _part(group, key, kinds[key], names) for key in keys})
+    if kind not in ("list", "tuple", "csr_array", "DataFrame"):
+        raise InputError(f"{group.file.filename} is of another version (in {group.name}); delete it and type make.")
     parts = {key: _part(group, key, annotation, names) for key in keys}
-    match kind:
-        case "list":
-            return list(parts.values())
-        case "tuple":
-            return tuple(parts.values())
-        case "csr_array":
-            from scipy import sparse
+    if kind == "csr_array":
+        from scipy import sparse
 
-            *arrays, shape = parts.values()
-            return sparse.csr_array(tuple(arrays), shape=shape)
-        case "DataFrame":
-            import pandas as pd
+        *arrays, shape = parts.values()
+        return sparse.csr_array(tuple(arrays), shape=shape)
+    if kind == "DataFrame":
+        import pandas as pd
 
-            return pd.DataFrame(parts)
-    raise InputError(f"{group.file.filename} is of another version (in {group.name}); delete it and type make.")
+        return pd.DataFrame(parts)
+    return list(parts.values()) if kind == "list" else tuple(parts.values())
 
 
 def _part(group: "h5py.Group", name: str, annotation: Any, names: dict[str, type]) -> Any:
     import h5py
 
     if name in group.attrs:
-        value = group.attrs[name]
-        return None if isinstance(value, h5py.Empty) else value.item() if isinstance(value, np.generic) else value
+        value, kinds = group.attrs[name], _named(annotation)
+        value = value.item() if isinstance(value, np.generic) else value
+        if type(value) is int and float in kinds and int not in kinds:
+            return float(value)
+        return None if isinstance(value, h5py.Empty) else value
     part = group[name]
     if isinstance(part, h5py.Group):
         return _made(part, annotation, names)

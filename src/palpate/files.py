@@ -40,7 +40,9 @@ def read_hdf5(path: Path | str) -> Iterator["h5py.File"]:
     try:
         with h5py.File(require_file(path), "r") as file:
             yield file
-    except (OSError, KeyError, RuntimeError) as error:
+    except InputError:
+        raise
+    except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
         why = " ".join(str(error).strip("'\"").split())
         raise InputError(f"{path} is damaged ({why}); delete it and type make.") from error
 

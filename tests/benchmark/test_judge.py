@@ -10,11 +10,11 @@ from palpate.benchmark.accuracy import patch_nodes
 from palpate.benchmark.database import write
 from palpate.benchmark.judge import TRAINING, judge, judge_at_training, read_judged
 from palpate.benchmark.split import fold_sides, fold_table
-from palpate.benchmark.truth import OWN, Truth, save_truth
+from palpate.benchmark.truth import OWN, Truth
 from palpate.bodies.body_file import save
 from palpate.errors import InputError
 from palpate.run.job import write_table
-from palpate.solvers.compliance import save_compliance
+from palpate.stores import store
 from palpate.studies.press.measure import known_presses
 
 
@@ -90,8 +90,8 @@ def test_a_case_has_no_sample_that_is_judged(slab, slab_case, slab_compliance, a
     save(slab, files["body"])
     write(db, files["database"])
     write_table(folds, files["samples"])
-    save_truth(truth, files["truth"])
-    save_compliance(slab_compliance, files["compliance"])
+    store(truth, files["truth"])
+    store(slab_compliance, files["compliance"])
     case, found = read_judged(files, "large", 3, 0.05, slab_case[0].options, 1e-8)
     assert not set(case.database.contact) & set(found.samples.contact)
     assert len(case.database.contact) + len(found.numbers) == 12 and case.regime == "large" and case.radius_m == 0.05
@@ -117,7 +117,7 @@ def test_the_page_shows_the_hardest_press_of_a_contact_with_the_truth_s_own_rmse
     truth = all_samples[2]
     force = np.outer(np.arange(1.0, len(truth.sample) + 1), [0.0, 0.0, -1.0])
     loads = pd.DataFrame(force, columns=["force_x_n", "force_y_n", "force_z_n"]).assign(sample=truth.sample)
-    save_truth(truth, tmp_path / "truth.h5")
+    store(truth, tmp_path / "truth.h5")
     write_table(loads, tmp_path / "loads.csv")
     found = known_presses(slab, [tmp_path / "truth.h5"], [tmp_path / "loads.csv"], 3)
     assert len({each.contact for each in found}) == len(found) == 3

@@ -14,9 +14,7 @@ from palpate.benchmark.touch_measure import SETTING_COLUMNS, measure_touches, pe
 from palpate.benchmark.touch_mesh import TouchedMeshes
 from palpate.benchmark.touch_truth import (
     TouchErrors,
-    load_touch_truth,
     patch_of,
-    save_touch_truth,
     touch_errors,
     truth_of_touches,
 )
@@ -58,13 +56,6 @@ def test_a_truth_says_its_size_first_and_is_refused_where_memory_lacks(pad, touc
     with pytest.raises(InputError, match=r"bodies\.pad, sphere 20 mm: .* takes 0\.\d GB of memory, of which 0\.2 GB"):
         truth_of_touches(pad, touches, say=said.append, free_mb=200.0)
     assert len(said) == 1 and " nodes in " in said[0]
-
-
-def test_what_is_written_is_read(touch_truth, tmp_path):
-    save_touch_truth(touch_truth, tmp_path / "truth.h5")
-    again = load_touch_truth(tmp_path / "truth.h5")
-    assert np.array_equal(again.displacement, touch_truth.displacement)
-    assert list(again.rejected) == list(touch_truth.rejected) and np.array_equal(again.force, touch_truth.force)
 
 
 @pytest.mark.parametrize("order", [1.0, 2.0, 3.0])

@@ -10,7 +10,7 @@ from palpate.benchmark import truth as module
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.presses import LOAD_COLUMNS, force_of
 from palpate.benchmark.richardson import doubt, limit, ratio
-from palpate.benchmark.truth import OWN, load_truth, save_truth, truth_levels, truth_of
+from palpate.benchmark.truth import OWN, truth_levels, truth_of
 from palpate.bodies.body import nest
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import finer
@@ -258,16 +258,6 @@ def test_a_bed_gives_a_truth_and_nails_one_that_is_less_sure(bean):
     rms = OWN.index("rmse_of_peak")
     assert lying.ratio[0] > 3.0 and lying.own[0, rms] < 0.01
     assert held.ratio[0] < lying.ratio[0] and held.own[0, rms] > lying.own[0, rms]
-
-
-def test_it_is_the_same_when_read_again(slab_truth, tmp_path):
-    save_truth(slab_truth, tmp_path / "truth.h5")
-    again = load_truth(tmp_path / "truth.h5")
-    for name, value in vars(slab_truth).items():
-        assert np.array_equal(getattr(again, name), value), name
-    (tmp_path / "truth.h5").write_bytes(b"")
-    with pytest.raises(InputError, match=r"truth\.h5 is damaged"):
-        load_truth(tmp_path / "truth.h5")
 
 
 def test_the_table_says_how_well_it_is_known(slab_truth):

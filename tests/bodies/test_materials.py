@@ -9,7 +9,6 @@ import pytest
 from fixtures.bodies import made
 from scipy.integrate import quad
 
-from palpate.bodies.body_file import load, save
 from palpate.bodies.ct.synthetic_abdomen import LESION
 from palpate.bodies.material import Material, Series, prony_fault
 from palpate.bodies.mesh_quality import dihedral_angles
@@ -156,16 +155,6 @@ def test_the_first_region_wins_and_constants_default_to_the_body_s(block):
     mesh = box([0.1] * 3, [8, 8, 8])
     assert (tissue.region[np.linalg.norm(middles(mesh) - 0.05, axis=1) < 0.014] == 1).all()
     assert set(tissue.region) == {0, 1, 2}
-
-
-def test_regions_come_back_from_a_file(block, tmp_path):
-    body = made("block", block | {"refinements": 1})
-    save(body, tmp_path / "body.h5")
-    found = load(tmp_path / "body.h5")
-    for level in (0, 1):
-        assert np.array_equal(found.tissue(level).shear_pa, body.tissue(level).shear_pa)
-        assert np.array_equal(found.tissue(level).lame_pa, body.tissue(level).lame_pa)
-    assert found.regions.materials == body.regions.materials
 
 
 def test_an_organ_is_meshed_finely_where_a_region_is(entry):

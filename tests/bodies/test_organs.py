@@ -10,7 +10,6 @@ from scipy.optimize import least_squares
 from scipy.spatial import cKDTree
 
 from palpate.bodies import organs
-from palpate.bodies.body_file import load, save
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import quality
 from palpate.bodies.organs import SAMPLES, SHAPES, SmoothSurface, coarse_body, kidney_shape, liver_shape, stomach_shape
@@ -222,15 +221,10 @@ def test_new_surface_nodes_of_an_organ_satisfy_its_formula(kind):
 
 
 @pytest.mark.slow
-def test_finer_levels_are_on_the_surface_too_and_a_file_keeps_it(tmp_path):
+def test_finer_levels_are_on_the_surface_too():
     body = bar(True, 1)
-    save(body, tmp_path / "body.h5")
-    assert body.smooth == load(tmp_path / "body.h5").smooth == SmoothSurface("cylinder", RADIUS)
-    made, once = finer(load(tmp_path / "body.h5")), bar(True, 2)
-    assert np.array_equal(made.fine.nodes, once.fine.nodes)
-    flat = bar(False, 1)
-    save(flat, tmp_path / "flat.h5")
-    assert flat.smooth is None is load(tmp_path / "flat.h5").smooth
+    assert body.smooth == SmoothSurface("cylinder", RADIUS) and bar(False, 1).smooth is None
+    assert np.array_equal(finer(body).fine.nodes, bar(True, 2).fine.nodes)
 
 
 def test_levels_for_quadratic_elements_are_halfway_where_the_body_has_none():

@@ -10,7 +10,7 @@ from palpate.benchmark.database import write
 from palpate.benchmark.presses import LOAD_COLUMNS, oblique
 from palpate.benchmark.split import asked_samples, fold_table
 from palpate.benchmark.static_responses import assemble, press
-from palpate.benchmark.truth import save_truth, truth_of
+from palpate.benchmark.truth import truth_of
 from palpate.bodies.body_file import save
 from palpate.bodies.contacts import contacts_by_area
 from palpate.bodies.make_body import make_body
@@ -18,6 +18,7 @@ from palpate.exchange.ask import ask
 from palpate.exchange.folder import read
 from palpate.run.job import write_table
 from palpate.run.settings import complete, read_settings
+from palpate.stores import store
 
 CONFIG = """
 seed: 1
@@ -65,7 +66,7 @@ def pressed(tmp_path_factory) -> Run:
     write(database, place / "database.h5")
     write_table(folds, place / "samples.csv")
     write_table(loads, place / "loads.csv")
-    save_truth(truth_of(body, loads[loads["sample"].isin(asked)], set(tested)), place / "truth.h5")
+    store(truth_of(body, loads[loads["sample"].isin(asked)], set(tested)), place / "truth.h5")
     return Run(config, folder / "results", settings, body, loads)
 
 

@@ -14,7 +14,7 @@ from palpate.effects.patch_load import nodal_load, patch_at, patch_shares
 from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import InputError, NotConverged
 from palpate.solvers import pushed_discs
-from palpate.solvers.compliance import ARRAYS, compute_compliance, load_compliance, save_compliance
+from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.pushed_discs import Pushed, push
 
@@ -70,20 +70,10 @@ def test_a_disc_is_softer_pressed_than_a_point(slab, slab_compliance):
     assert np.abs(spread.fine[0, 2] - expected).max() < 1e-8 * np.abs(expected).max()
 
 
-def test_reads_what_was_written(slab_compliance, tmp_path):
-    path = tmp_path / "deep" / "compliance.h5"
-    save_compliance(slab_compliance, path)
-    again = load_compliance(path)
-    assert all(np.array_equal(getattr(again, name), getattr(slab_compliance, name)) for name in ARRAYS)
-    assert again.means is None and [p.name for p in path.parent.iterdir()] == ["compliance.h5"]
-
-
-def test_means_of_discs_are_kept_and_symmetric(slab, tmp_path):
+def test_means_of_discs_are_symmetric(slab):
     """By Maxwell and Betti, a disc moves under a force at another as that one would under a force here."""
-    found = compute_compliance(slab, 0.03, contacts=3, order=2)
-    save_compliance(found, tmp_path / "compliance.h5")
-    means = load_compliance(tmp_path / "compliance.h5").means
-    assert np.array_equal(means, found.means) and means.shape == (3, 3, 3, 3)
+    means = compute_compliance(slab, 0.03, contacts=3, order=2).means
+    assert means.shape == (3, 3, 3, 3)
     assert np.abs(means - means.transpose(1, 0, 3, 2)).max() < 1e-6 * np.abs(means).max()
     assert np.linalg.eigvalsh(means.transpose(0, 3, 1, 2).reshape(9, 9)).min() > 0.0
 

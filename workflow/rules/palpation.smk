@@ -31,9 +31,7 @@ rule measure_palpation_limits:
         "results/benchmarks/measure_palpation_limits.tsv"
     params:
         **calls("palpate.studies.palpation.palpation:measure_palpation_limits"),
-        settings=some(
-            "palpation", "slab", "covers_m", "contrasts", "radius_m", "felt"
-        ),
+        settings=some("palpation", "slab", "covers_m", "contrasts", "radius_m", "felt"),
     script:
         "../job.py"
 

@@ -12,11 +12,12 @@ from palpate.benchmark.database import Database, read
 from palpate.benchmark.model import Case
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.split import fold_sides, read_folds, training_presses
-from palpate.benchmark.truth import Truth, load_truth, truth_levels
+from palpate.benchmark.truth import Truth, truth_levels
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.errors import InputError
-from palpate.solvers.compliance import load_compliance
+from palpate.solvers.compliance import Compliance
+from palpate.stores import stored
 
 SIDES = ("validation", "test")
 """The names of the sides: settings are chosen on the first, and their errors reported on the second."""
@@ -131,7 +132,7 @@ def read_judged(
     more : whether presses at training contacts are judged too
     """
     case, db, table = _read(files, regime, split, *rest)
-    judged = case.body, db, table, load_truth(files["truth"]), split, case.radius_m
+    judged = case.body, db, table, stored(Truth, files["truth"]), split, case.radius_m
     return case, replace(judge(*judged), training=judge_at_training(*judged) if more else None)
 
 
@@ -147,6 +148,6 @@ def _read(
     files: Mapping[str, Any], regime: str, split: int, radius_m: float, options: FitOptions, tolerance: float
 ) -> tuple[Case, Database, pd.DataFrame]:
     body, db, table = load(files["body"]), read(files["database"]), read_folds(files["samples"])
-    linear = load_compliance(files["compliance"]) if files.get("compliance") else None
+    linear = stored(Compliance, files["compliance"]) if files.get("compliance") else None
     training = db.take(fold_sides(table, split)[0])
     return Case(body, regime, radius_m, training, linear, options, tolerance), db, table

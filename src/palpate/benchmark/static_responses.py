@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pandas as pd
 
@@ -25,10 +24,10 @@ from palpate.bodies.refinement import (
 )
 from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import InputError, NotConverged
-from palpate.files import read_hdf5, write_whole
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
 from palpate.solvers.newton import Solution
 from palpate.solvers.stability import FIRM
+from palpate.stores import stored
 
 NESTED = 1e-4
 """Relative residual of the solution on the level before, from which one of quadratic elements starts."""
@@ -156,21 +155,10 @@ def _warn_of_inverted(name: str, responses: Responses) -> None:
         )
 
 
-def save_responses(responses: Responses, path: Path) -> None:
-    """Write to HDF5, whole or not at all."""
-    with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
-        for name in Responses.__dataclass_fields__:
-            file.create_dataset(name, data=getattr(responses, name), fletcher32=True)
-
-
 def load_responses(paths: Iterable[Path]) -> Responses:
-    """Read and join what ``save_responses`` wrote, in the order of the paths."""
-    parts: dict[str, list] = {name: [] for name in Responses.__dataclass_fields__}
-    for path in paths:
-        with read_hdf5(path) as file:
-            for name, values in parts.items():
-                values.append(file[name][:])
-    return Responses(*(np.concatenate(values) for values in parts.values()))
+    """Read and join responses that are stored, in the order of the paths."""
+    parts = [vars(stored(Responses, path)).values() for path in paths]
+    return Responses(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 def assemble(body: Body, loads: pd.DataFrame, fine: Responses, live: Responses, digest: str) -> Database:

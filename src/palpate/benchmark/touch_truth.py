@@ -9,11 +9,9 @@ one changes of the other. The truth is read by evaluation only.
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from time import perf_counter
 from typing import Any, NamedTuple
 
-import h5py
 import numpy as np
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
@@ -24,7 +22,6 @@ from palpate.benchmark.touch_mesh import TOLERANCE, TouchedMesh, TouchedMeshes, 
 from palpate.benchmark.truth import reasons
 from palpate.bodies.body import Body
 from palpate.errors import InputError, NotConverged
-from palpate.files import read_hdf5, write_whole
 from palpate.solvers.indentation import Touching
 
 MOST_OVERLAP = 2e-3
@@ -270,21 +267,3 @@ def _objection(own: np.ndarray, overlap: float, least_det: float, asked: TouchTr
     if not least_det >= LEAST_DET:
         said.append(f"an element is squeezed flat (det F {least_det:.2g})")
     return "; ".join(said)
-
-
-ARRAYS = tuple(name for name in TouchTruth.__dataclass_fields__ if name != "rejected")
-
-
-def save_touch_truth(truth: TouchTruth, path: Path | str) -> None:
-    """Write to HDF5, whole or not at all."""
-    with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
-        for name in ARRAYS:
-            file.create_dataset(name, data=getattr(truth, name), fletcher32=True)
-        file.create_dataset("rejected", data=[str(why) for why in truth.rejected], dtype=h5py.string_dtype())
-
-
-def load_touch_truth(path: Path | str) -> TouchTruth:
-    """Read what ``save_touch_truth`` wrote; InputError if it is missing or damaged."""
-    with read_hdf5(path) as file:
-        arrays = {name: file[name][:] for name in ARRAYS}
-        return TouchTruth(**arrays, rejected=np.array(file["rejected"].asstr()[:], dtype=object))

@@ -9,11 +9,9 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import h5py
 import numpy as np
 import pandas as pd
 
@@ -24,7 +22,6 @@ from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.bodies.surface_quadrature import enclosed_volume
 from palpate.errors import InputError, NotConverged
-from palpate.files import read_hdf5, write_whole
 from palpate.solvers.equilibrium import FastEquilibrium
 from palpate.solvers.newton import Solution, minimise_by_newton
 from palpate.solvers.stability import FIRM
@@ -340,33 +337,3 @@ def _filled(each: Ascent, count: int, body: Body) -> np.ndarray:
     filled = np.full((count, len(body.fine.surface), 3), np.nan)
     filled[: len(each.surface)] = each.surface if each.surface else np.nan
     return filled
-
-
-ARRAYS = (
-    "sample", "contact", "displacement", "levels", "ratio", "order", "least_det", "volume_change", "iterations",
-    "products", "seconds",
-)  # fmt: skip
-SIZES = ("level", "elements", "nodes", "radius_m")
-
-
-def save_truth(truth: Truth, path: Path | str) -> None:
-    """Write to HDF5, whole or not at all; each field of ``own`` as own_<name>, the reasons as text."""
-    with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
-        for name in ARRAYS:
-            file.create_dataset(name, data=getattr(truth, name), compression="gzip", fletcher32=True)
-        for name, values in zip(OWN, truth.own.T, strict=True):
-            file.create_dataset(f"own_{name}", data=values, fletcher32=True)
-        file.create_dataset("rejected", data=[str(why) for why in truth.rejected], dtype=h5py.string_dtype())
-        for name in ("displacement", "levels"):
-            file[name].attrs["unit"] = "m"
-        file.attrs.update({name: getattr(truth, name) for name in SIZES})
-
-
-def load_truth(path: Path | str) -> Truth:
-    """Read what ``save_truth`` wrote; InputError if it is missing or damaged."""
-    with read_hdf5(path) as file:
-        arrays = {name: file[name][:] for name in ARRAYS}
-        own = np.stack([file[f"own_{name}"][:] for name in OWN], axis=1)
-        sizes: dict[str, Any] = {name: file.attrs[name].item() for name in SIZES}
-        rejected = np.array(file["rejected"].asstr()[:], dtype=object)
-        return Truth(**arrays, own=own, rejected=rejected, **sizes)

@@ -18,7 +18,7 @@ from palpate.benchmark.settings import finger_regimes, instrument_name, pressed_
 from palpate.benchmark.split import FOLDS
 from palpate.benchmark.touch import TOUCH_COLUMNS, choose_touches, touches_of
 from palpate.benchmark.touch_mesh import bearing
-from palpate.benchmark.touch_truth import load_touch_truth
+from palpate.benchmark.touch_truth import TouchTruth
 from palpate.bodies.body import Body
 from palpate.bodies.body_file import load
 from palpate.bodies.contacts import contacts_by_area
@@ -32,6 +32,7 @@ from palpate.exchange.readme import readme
 from palpate.files import read_arrays, read_table
 from palpate.run.job import steps
 from palpate.run.settings import complete, read_settings
+from palpate.stores import stored
 from palpate.studies.dynamic.settings import Followed
 
 
@@ -109,7 +110,7 @@ def _touch(name: str, tool: ToolSettings, settings: Any, config: Path, results: 
             raise InputError(
                 f"{lacks[0]} is missing; type make touch first, or give --seed for questions without truths."
             )
-        body, table, truth = load(files[0]), read_table(files[1], TOUCH_COLUMNS), load_touch_truth(files[2])
+        body, table, truth = load(files[0]), read_table(files[1], TOUCH_COLUMNS), stored(TouchTruth, files[2])
         rows = np.flatnonzero(truth.believed)
         chosen = [touches_of(instrument, table)[row] for row in rows]
         if not chosen:

@@ -2,18 +2,13 @@
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
-import h5py
 import numpy as np
 import pandas as pd
 
 from palpate.errors import InputError, suggest
-from palpate.files import read_hdf5, write_whole
-
-ARRAYS = ("times", "positions", "rest", "triangles", "tetrahedra", "held")
-TABLES = ("energy", "observed", "contacts")
-THINGS = ("obstacles", "drawn")
+from palpate.files import write_whole
+from palpate.stores import store
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +70,7 @@ class Motion:
     def save(self, path: Path | str) -> None:
         """Write the motion to a file: an animation (.gif), stills (.png), all of it (.h5), or a series (.pvd)."""
         if (kind := Path(path).suffix.lower()) == ".h5":
-            save(self, path)
+            store(self, path)
         elif kind == ".pvd":
             write_series(replace(self, scene=Path(path).stem), Path(path).parent)
         else:
@@ -109,51 +104,6 @@ class Motion:
         ends = np.searchsorted(times, self.times * (1.0 - 1e-9))
         means = np.diff(impulses[ends], axis=0) / np.diff(self.times)[:, None]
         return means.reshape(len(means), -1, 3)
-
-
-def save(motion: Motion, path: Path | str) -> None:
-    """Write ``motion`` to HDF5, completely or not at all."""
-    with write_whole(path) as part, h5py.File(part, "w") as file:
-        file.attrs.update({"scene": motion.scene, "up": motion.up})
-        for name in ARRAYS:
-            file.create_dataset(name, data=getattr(motion, name), fletcher32=True)
-        for table in TABLES:
-            _write_table(file, table, getattr(motion, table))
-        for kind in THINGS:
-            for number, thing in enumerate(getattr(motion, kind)):
-                group = file.create_group(f"{kind}/{number}")
-                group.attrs.update({"name": thing.name, "kind": thing.kind, "radius_m": thing.radius_m})
-                group.create_dataset("positions", data=thing.positions, fletcher32=True)
-                group.create_dataset("triangles", data=thing.triangles)
-
-
-def load(path: Path | str) -> Motion:
-    """Read a file of ``save``; InputError if it is missing or damaged."""
-    with read_hdf5(path) as file:
-        arrays: dict[str, Any] = {name: file[name][()] for name in ARRAYS}
-        arrays |= {name: _read_table(file, name) for name in TABLES}
-        for kind in THINGS:
-            groups = file.get(kind, {})
-            arrays[kind] = tuple(_read_thing(groups[number]) for number in sorted(groups, key=int))
-        return Motion(str(file.attrs["scene"]), up=int(file.attrs["up"]), **arrays)
-
-
-def _write_table(file: h5py.File, name: str, table: pd.DataFrame) -> None:
-    for column, values in table.items():
-        texts = not pd.api.types.is_numeric_dtype(values)
-        data = values.astype(str).to_list() if texts else values.to_numpy()
-        file.create_dataset(f"{name}/{column}", data=data, dtype=h5py.string_dtype() if texts else None)
-    file.attrs[name] = list(table)
-
-
-def _read_table(file: h5py.File, name: str) -> pd.DataFrame:
-    columns = {column: file[f"{name}/{column}"] for column in file.attrs[name]}
-    return pd.DataFrame({c: d.asstr()[()] if h5py.check_string_dtype(d.dtype) else d[()] for c, d in columns.items()})
-
-
-def _read_thing(group: h5py.Group) -> Moved:
-    tags, points = group.attrs, group["positions"][()]
-    return Moved(str(tags["name"]), str(tags["kind"]), float(tags["radius_m"]), points, group["triangles"][()])
 
 
 def write_series(motion: Motion, folder: Path | str) -> Path:

@@ -2,20 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from time import perf_counter
 
-import h5py
 import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, row_of
 from palpate.bodies.refinement import with_midpoints
 from palpate.effects.patch_load import nodal_load, patch_at, patch_shares
-from palpate.files import read_hdf5, write_whole
 from palpate.solvers.equilibrium import Equilibrium
 
-ARRAYS = ("contacts", "fine", "restricted", "coarse")
 TOLERANCE = 1e-8
 """Relative residual of each response; models that are made of them are 1e-3 and more away from the truth."""
 TOGETHER = 4
@@ -86,19 +82,3 @@ def _units(body: Body, level: int, contacts: np.ndarray, radius_m: float, order:
 def _by_contact(responses: np.ndarray) -> np.ndarray:
     """Return (k, 3, ...) of ``responses`` (..., 3 k), by contact and direction."""
     return np.moveaxis(responses, -1, 0).reshape(-1, 3, *responses.shape[:-1])
-
-
-def save_compliance(compliance: Compliance, path: Path) -> None:
-    """Write ``compliance`` to HDF5, completely or not at all."""
-    with write_whole(path) as temporary, h5py.File(temporary, "w") as file:
-        for name in ARRAYS if compliance.means is None else (*ARRAYS, "means"):
-            file.create_dataset(name, data=getattr(compliance, name), fletcher32=True)
-        file.attrs["unit"] = "m/N"
-        file.attrs["seconds"] = compliance.seconds
-
-
-def load_compliance(path: Path) -> Compliance:
-    """Read a file of ``save_compliance``."""
-    with read_hdf5(path) as file:
-        arrays = {name: file[name][:] for name in (*ARRAYS, "means") if name in ARRAYS or name in file}
-        return Compliance(**arrays, seconds=float(file.attrs["seconds"]))

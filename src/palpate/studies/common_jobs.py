@@ -11,6 +11,7 @@ import pandas as pd
 
 from palpate.bodies.settings import Body
 from palpate.run.job import steps
+from palpate.stores import store, stored
 
 
 def make_body(output, wildcards, entry: Body):
@@ -29,14 +30,14 @@ def make_body(output, wildcards, entry: Body):
 def compute_compliance(input, output, params, wildcards, say):
     from palpate.bodies.body_file import load
     from palpate.bodies.contacts import sampled_contacts
-    from palpate.solvers.compliance import compute_compliance, save_compliance
+    from palpate.solvers.compliance import compute_compliance
 
     body, radius = load(input.body), float(wildcards.radius)
     progress = steps(say, f"{body.name}: unit forces at contact")
     compliance = compute_compliance(
         body, radius, progress, sampled_contacts(body, params.contacts, params.seed), params.order
     )
-    save_compliance(compliance, output[0])
+    store(compliance, output[0])
 
 
 def tabulate_meshes(input, params):
@@ -51,10 +52,10 @@ def tabulate_meshes(input, params):
 def choose_loads(input, params):
     from palpate.benchmark.presses import choose_loads
     from palpate.bodies.body_file import load
-    from palpate.solvers.compliance import load_compliance
+    from palpate.solvers.compliance import Compliance
 
     asked = params.magnitudes, params.peak_of_size, 0.0, params.samples, params.seed
-    return {"loads": choose_loads(load(input.body), load_compliance(input.compliance), *asked)}
+    return {"loads": choose_loads(load(input.body), stored(Compliance, input.compliance), *asked)}
 
 
 def choose_presses(input, params, wildcards, say):
@@ -68,13 +69,13 @@ def choose_presses(input, params, wildcards, say):
 
 
 def simulate_fine(input, output, params, wildcards, say):
-    from palpate.benchmark.static_responses import press, save_responses
+    from palpate.benchmark.static_responses import press
     from palpate.bodies.body_file import load
 
     body, size, batch = load(input.body), params.samples_per_job, int(wildcards.batch)
     loads = pd.read_csv(input.loads).iloc[batch * size : (batch + 1) * size]
     progress = steps(say, f"{body.name}, {wildcards.regime}, batch {batch}: fine sample")
-    save_responses(press(body, len(body.levels) - 1, loads, params.tolerance, progress, params.order), output[0])
+    store(press(body, len(body.levels) - 1, loads, params.tolerance, progress, params.order), output[0])
 
 
 def assemble_database(input, output, params, wildcards, say):

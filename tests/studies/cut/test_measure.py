@@ -92,10 +92,9 @@ def test_errors_are_against_the_truth_and_beside_its_own(tables):
     assert (cut["memory_mb"] > 0.01).all()
 
 
-def test_what_cannot_follow_says_why(case, truth, tmp_path, monkeypatch):
+def test_what_cannot_follow_says_why(case, truth, monkeypatch):
     monkeypatch.setattr(linear, "LARGEST", 100)
-    measure.save_truth(truth, tmp_path / "truth.h5")
-    asked = "slab_cut", case, measure.load_truth(tmp_path / "truth.h5"), only(linear_responses=LINEAR[:1]), 1, 0.01
+    asked = "slab_cut", case, truth, only(linear_responses=LINEAR[:1]), 1, 0.01
     cut, opening = measure.measure_cut(*asked)
     assert "the compliance of" in cut["failure"].iloc[0] and np.isnan(cut["first_median_s"].iloc[0])
     assert (opening["model"] == "truth").all()
@@ -109,11 +108,9 @@ def test_openings_are_told_at_places_along_the_cut(case, truth, tables):
     assert len(opening) == 9 * 9  # of eight settings and the truth
 
 
-def test_a_truth_that_is_rejected_judges_no_model(case, truth, tmp_path):
+def test_a_truth_that_is_rejected_judges_no_model(case, truth):
     rejected = replace(truth, rejected="the lips close")
-    measure.save_truth(rejected, tmp_path / "truth.h5")
-    known = measure.load_truth(tmp_path / "truth.h5")
-    cut, _ = measure.measure_cut("slab_cut", case, known, only(fem=FAMILIES["fem"][:1]), 1, 0.01)
+    cut, _ = measure.measure_cut("slab_cut", case, rejected, only(fem=FAMILIES["fem"][:1]), 1, 0.01)
     assert np.isnan(cut["surface_error"].iloc[0]) and cut["first_median_s"].iloc[0] > 0.0
     row = measure.truth_row("slab_cut", case, rejected).iloc[0]
     assert row["rejected"] == "the lips close" and row["opening_error"] == 0.01

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from palpate.bodies.particles import Particles, particles_of
-from palpate.scenes.motion import Motion, Moved, load, save
+from palpate.scenes.motion import Motion, Moved
 from palpate.scenes.run_scene import run
 from palpate.scenes.settings import Scene
 from palpate.studies.scenes import measurements
@@ -155,16 +155,13 @@ def test_depth_is_below_the_surface_at_rest_and_only_what_moves_feels(motion):
     assert felt["force_n"].to_numpy() == pytest.approx(5.0)
 
 
-def test_forces_on_hooks_and_of_threads_are_told_too(motion, tmp_path):
+def test_forces_on_hooks_and_of_threads_are_told_too(motion):
     ends = np.tile([[0, 0, 0], [0, 0, 0.1]], (6, 1, 1))
     sewn = replace(motion, drawn=(Moved("thread_0", "capsule", 0.001, ends, np.empty((0, 3), dtype=int)),))
     seen = motion.observed.assign(thread_0_force_x_n=0.6, thread_0_force_y_n=0.0, thread_0_force_z_n=0.8)
     felt = contact_force(replace(sewn, observed=seen)).groupby("instrument")
     assert felt["force_n"].mean().to_dict() == pytest.approx({"finger": 5.0, "thread_0": 1.0})
     assert felt["depth_m"].count().to_dict() == {"finger": 10, "thread_0": 0}
-    save(replace(sewn, observed=seen), tmp_path / "sewn.h5")
-    (thing,) = load(tmp_path / "sewn.h5").drawn
-    assert (thing.name, thing.kind) == ("thread_0", "capsule") and np.array_equal(thing.positions, ends)
 
 
 def test_nearest_is_signed_and_forgets_no_change_of_sides(box):
@@ -198,14 +195,3 @@ def test_what_comes_home_at_every_kept_frame_still_moves(motion):
     finger = motion.obstacles[0]
     still = replace(finger, positions=finger.positions[:1].repeat(6, axis=0))
     assert len(contact_force(replace(motion, obstacles=(still,)))) == 10
-
-
-def test_a_motion_keeps_its_instruments_and_contacts(motion, tmp_path):
-    save(motion, tmp_path / "motion.h5")
-    again = load(tmp_path / "motion.h5")
-    told = [(thing.name, thing.kind, thing.radius_m) for thing in again.obstacles]
-    assert told == [("finger", "capsule", 0.01), ("floor_1", "floor", 0.0)]
-    np.testing.assert_array_equal(again.obstacles[0].positions, motion.obstacles[0].positions)
-    pd.testing.assert_frame_equal(again.contacts, motion.contacts, check_dtype=False)
-    assert again.observed.equals(motion.observed)
-    pd.testing.assert_frame_equal(contact_force(again), contact_force(motion))

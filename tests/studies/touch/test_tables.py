@@ -7,7 +7,7 @@ import pytest
 from palpate.benchmark.conformal import FEWEST
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH
 from palpate.benchmark.touch_measure import SAMPLE_COLUMNS, SETTING_COLUMNS
-from palpate.benchmark.touch_truth import ARRAYS, TouchErrors, TouchTruth
+from palpate.benchmark.touch_truth import TouchErrors, TouchTruth
 from palpate.studies.touch.tables import (
     BOUNDED,
     TOUCH,
@@ -26,9 +26,9 @@ LABELS = {"scene": "liver_sphere_8mm", "body": "liver", "instrument": "sphere", 
 def truth(why=("", "", "no answer on a mesh (why)")) -> TouchTruth:
     """Three touches, the own errors of the second twice those of the first, the third rejected."""
     count = len(why)
-    arrays = {name: np.arange(1.0, count + 1.0) for name in ARRAYS}
+    arrays = {name: np.arange(1.0, count + 1.0) for name in TouchTruth.__dataclass_fields__}
     arrays |= {"own": np.outer([1, 2, np.nan], OWN), "force": np.array([[0.5, 1], [1, 2], [np.nan, np.nan]])}
-    return TouchTruth(**arrays, rejected=np.array(why, dtype=object))
+    return TouchTruth(**arrays | {"rejected": np.array(why, dtype=object)})
 
 
 def touches() -> pd.DataFrame:

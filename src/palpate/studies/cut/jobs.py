@@ -1,6 +1,7 @@
 """Functions that the rules of workflow/rules/cut.smk call; palpate.studies.common_jobs says how."""
 
 from palpate.run.job import steps
+from palpate.stores import store, stored
 from palpate.studies.cut.settings import Families, Pull
 
 FRONT_OF_WIDTH = 0.5
@@ -10,20 +11,21 @@ FRONT_OF_WIDTH = 0.5
 def find_cut_truth(input, output, wildcards, entry: Pull):
     from palpate.benchmark.cut_truth import truth_of_cut
     from palpate.bodies.body_file import load
-    from palpate.studies.cut.measure import asked, save_truth, truth_row
+    from palpate.studies.cut.measure import asked, truth_row
 
     case = asked(load(input.body), entry)
     cut = case.cuts[0]
     found = truth_of_cut(case.body, cut, case.hooks, cut.narrow_m, FRONT_OF_WIDTH * cut.narrow_m, case.places)
-    save_truth(found, output.truth)
+    store(found, output.truth)
     return {"table": truth_row(wildcards.scene, case, found)}
 
 
 def measure_cut(input, wildcards, say, entry: Pull, settings: Families, repeats: int, budget_s: float):
+    from palpate.benchmark.cut_truth import CutTruth
     from palpate.bodies.body_file import load
-    from palpate.studies.cut.measure import asked, load_truth, measure_cut
+    from palpate.studies.cut.measure import asked, measure_cut
 
     case, progress = asked(load(input.body), entry), steps(say, f"{wildcards.scene}: setting")
     limits = repeats, budget_s
-    tables = measure_cut(wildcards.scene, case, load_truth(input.truth), settings, *limits, progress)
+    tables = measure_cut(wildcards.scene, case, stored(CutTruth, input.truth), settings, *limits, progress)
     return dict(zip(("cut", "opening"), tables, strict=True))

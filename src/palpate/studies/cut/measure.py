@@ -2,11 +2,9 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from pathlib import Path
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
-import h5py
 import numpy as np
 import pandas as pd
 
@@ -18,7 +16,6 @@ from palpate.bodies.body import Body
 from palpate.bodies.cutting.cut import Blade, Cut, make_cut
 from palpate.bodies.cutting.ways import VIRTUAL_NODES
 from palpate.errors import InputError, NotConverged
-from palpate.files import read_hdf5, write_whole
 from palpate.models.cut import elements, linear
 from palpate.models.cut.enriched import Enriched
 from palpate.models.cut.opened import CutCase, CutModel
@@ -102,28 +99,6 @@ def truth_row(scene: str, case: CutCase, truth: CutTruth) -> pd.DataFrame:
     return CUT_TRUTH.frame([row | {name: getattr(truth, name) for name in kept}])
 
 
-class Known(NamedTuple):
-    """What models are judged by: an answer, and its own errors (3,), as ``pull_errors`` has them; judges : any."""
-
-    pulled: Pulled
-    own: np.ndarray
-    judges: bool
-
-
-def save_truth(truth: CutTruth, path: str | Path) -> None:
-    """Write to HDF5 what models are judged by, whole or not at all."""
-    with write_whole(path) as part, h5py.File(part, "w") as file:
-        for name, values in {**truth.pulled._asdict(), "own": truth.own}.items():
-            file.create_dataset(name, data=values, fletcher32=True)
-        file.attrs["judges"] = not truth.rejected
-
-
-def load_truth(path: str | Path) -> Known:
-    """Read what ``save_truth`` wrote; InputError if it is missing or damaged."""
-    with read_hdf5(path) as file:
-        return Known(Pulled(*(file[name][:] for name in Pulled._fields)), file["own"][:], bool(file.attrs["judges"]))
-
-
 def settings_of(case: CutCase, families: Families) -> Iterator[tuple[str, Setting]]:
     """Yield each model with a setting, on levels that the body has."""
     for model in type(families).model_fields:
@@ -149,7 +124,7 @@ def prepared(model: str, case: CutCase, setting: Setting) -> CutModel:
 def measure_cut(
     scene: str,
     case: CutCase,
-    truth: Known,
+    truth: CutTruth,
     families: Families,
     repeats: int,
     budget_s: float,
@@ -174,7 +149,7 @@ def measure_cut(
             answer, row = _measured(model, case, setting, repeats, budget_s)
             if answer is not None:
                 openings += _openings(labels, along, answer)
-                if truth.judges:
+                if not truth.rejected:
                     row |= dict(zip(ERRORS, pull_errors(answer, truth.pulled), strict=True))
             rows.append({"body": case.body.name} | labels | own | row)
     return CUT.frame(rows), CUT_OPENING.frame(openings)

@@ -20,6 +20,7 @@ from palpate.models.enrichment.features import describe, in_slots, kinds
 from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, DescribedSamples, squared_distances
 from palpate.models.enrichment.training_samples import blend_errors, gather
 from palpate.run.job import stem, steps
+from palpate.stores import stored
 from palpate.studies.enrichment.settings import Premises
 from palpate.table_declaration import Table
 
@@ -38,9 +39,9 @@ def sweep_sigma(
     from palpate.benchmark.accuracy import accuracy_rows, predict
     from palpate.files import write_whole
     from palpate.models.enrichment.methods import build
-    from palpate.solvers.compliance import load_compliance
+    from palpate.solvers.compliance import Compliance
 
-    db, compliance, samples = read(input.database), load_compliance(input.compliance), read_samples(input.samples)
+    db, compliance, samples = read(input.database), stored(Compliance, input.compliance), read_samples(input.samples)
     labels, sweeps, tables = dict(wildcards.items()), [], []
     with write_whole(output.predictions) as path, h5py.File(path, "w") as file:
         for protocol, split in cases:
@@ -69,10 +70,10 @@ def time_methods(
     input, wildcards, regression: Regression, seed: int, tolerance: float, repeats: int, published_means: dict
 ):
     from palpate.models.enrichment.methods import build
-    from palpate.solvers.compliance import load_compliance
+    from palpate.solvers.compliance import Compliance
     from palpate.studies.enrichment.timing import choose_samples, cost_table, solves, timing_table
 
-    body, db, compliance = load(input.body), read(input.database), load_compliance(input.compliance)
+    body, db, compliance = load(input.body), read(input.database), stored(Compliance, input.compliance)
     train, test = sides(read_samples(input.samples), "samples")
     options = FitOptions(**regression, split="samples", seed=seed)
     methods = {protocol: build(db, compliance, train, protocol, options) for protocol in ("paper", "live")}

@@ -9,10 +9,11 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.presses import force_of
-from palpate.benchmark.truth import OWN, load_truth
+from palpate.benchmark.truth import OWN, Truth
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, spread_over
 from palpate.press.page.page import Known
+from palpate.stores import stored
 from palpate.table_declaration import Table
 
 PRESS = Table(
@@ -40,7 +41,7 @@ def known_presses(body: Body, truths: Sequence[Path | str], loads: Sequence[Path
     """
     found: dict[int, Known] = {}
     for truth_file, load_file in zip(truths, loads, strict=True):
-        truth, table = load_truth(truth_file), pd.read_csv(load_file).set_index("sample", drop=False)
+        truth, table = stored(Truth, truth_file), pd.read_csv(load_file).set_index("sample", drop=False)
         for i in np.flatnonzero(truth.believed):
             contact, force = int(truth.contact[i]), force_of(table.loc[truth.sample[i]])
             if contact in found and np.linalg.norm(found[contact].force) >= np.linalg.norm(force):

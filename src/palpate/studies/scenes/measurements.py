@@ -10,13 +10,13 @@ import pandas as pd
 from palpate.bodies.particles import Particles
 from palpate.errors import InputError, NotConverged
 from palpate.run.job import steps
-from palpate.scenes import motion
 from palpate.scenes.effect_registry import ELASTIC
 from palpate.scenes.motion import Motion
 from palpate.scenes.moved_particles import load_particles
 from palpate.scenes.run_scene import Run, decisions, effect_names, run
 from palpate.scenes.scene_check import RELAXED
 from palpate.scenes.settings import Scene
+from palpate.stores import store, stored
 from palpate.studies.scenes.contact_force import contact_tables
 from palpate.table_declaration import Table
 
@@ -171,19 +171,19 @@ def simulate_scene(input: Any, output: Any, scene: Scene, say: Callable) -> dict
     first = run(scene, load_particles(scene, input.bodies), steps(say, f"{scene.name}: step"))
     warn_of_gain(scene, first.motion.energy)
     warn_of_doubt(scene, first.motion)
-    motion.save(first.motion, output.motion)
+    store(first.motion, output.motion)
     costs = cost(scene, particles, first, repeats=3)
     progress = steps(say, f"{scene.name}: without effect")
-    errors = left_out(scene, load_particles(scene, input.bodies), motion.load(output.motion), progress)
+    errors = left_out(scene, load_particles(scene, input.bodies), stored(Motion, output.motion), progress)
     return {"decisions": table, "cost": costs, "left_out": errors}
 
 
 def tabulate_scenes(input, params):
     """Put the tables of all scenes together, for the rule of that name."""
     costs, errors = (pd.concat(map(pd.read_csv, paths)) for paths in (input.costs, input.errors))
-    energies = {found.scene: found.energy for found in map(motion.load, input.motions)}
+    energies = {found.scene: found.energy for found in (stored(Motion, path) for path in input.motions)}
     energy = pd.concat(energies, names=["scene", "frame"]).reset_index("scene")
-    touching = [motion.load(path) for path in input.touching]
+    touching = [stored(Motion, path) for path in input.touching]
     return (contact_tables(touching) if touching else {}) | {
         "scene_effects": pd.concat(map(pd.read_csv, input.decisions)),
         "effects": costs.merge(errors, on=["scene", "effect"], how="left"),

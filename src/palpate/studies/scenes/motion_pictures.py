@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from palpate.report import render, style, turnable
 from palpate.run.job import stem
-from palpate.scenes import motion
-from palpate.scenes.motion import Motion, Moved
+from palpate.scenes.motion import Motion, Moved, write_series
+from palpate.stores import stored
 
 _PIXELS = 480
 _COARSE = 800  # triangles; the edges of more would darken the picture
@@ -157,8 +157,8 @@ def write(motion: Motion, path: str | Path) -> None:
 
 def draw_motion(input, output):
     """Draw a motion as stills, animation, view and series, for the rule of that name."""
-    moved = motion.load(input.motion)
+    moved = stored(Motion, input.motion)
     style.save(stills(moved, count=6), stem(output.stills))
     animate(moved, output.animation)
     write(moved, output.turnable)
-    motion.write_series(moved, output.series)
+    write_series(moved, output.series)

@@ -15,12 +15,12 @@ from scipy.signal import StateSpace, lsim
 from scipy.sparse.linalg import spsolve
 
 from palpate.bodies.particles import Particles
-from palpate.scenes import motion
 from palpate.scenes.motion import Motion
 from palpate.scenes.moved_particles import load_particles
 from palpate.scenes.run_scene import compose
 from palpate.scenes.settings import Scene
 from palpate.solvers.system import System
+from palpate.stores import stored
 from palpate.table_declaration import Table
 
 INSTANTS = 4001
@@ -102,4 +102,4 @@ def tabulate_shape_matching(input: Any, scene: Scene | None) -> dict[str, pd.Dat
     """Compare a scene with its closed solution, if one is named, for the rule of that name."""
     if scene is None:
         return {}
-    return {"creep": measure(scene, load_particles(scene, input.bodies), motion.load(input.motion))}
+    return {"creep": measure(scene, load_particles(scene, input.bodies), stored(Motion, input.motion))}

@@ -5,6 +5,7 @@ import pandas as pd
 from palpate.benchmark.settings import Instrument as ToolSettings
 from palpate.benchmark.settings import TouchTruthSettings
 from palpate.run.job import free_mb, steps, write_table
+from palpate.stores import store, stored
 from palpate.studies.touch.settings import Families, Given
 
 
@@ -14,7 +15,7 @@ def simulate_touch_truth(
 ):  # fmt: skip
     from palpate.benchmark.touch import choose_touches, given_touches, touches_of
     from palpate.benchmark.touch_mesh import bearing
-    from palpate.benchmark.touch_truth import save_touch_truth, truth_of_touches
+    from palpate.benchmark.touch_truth import truth_of_touches
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
 
@@ -27,7 +28,7 @@ def simulate_touch_truth(
     write_table(table, output.touches)
     touches = touches_of(tool, pd.read_csv(output.touches))
     progress = steps(say, f"{wildcards.body}, {wildcards.tool}: truth of touch")
-    save_touch_truth(truth_of_touches(body, touches, progress, truth, say, free_mb()), output.truth)
+    store(truth_of_touches(body, touches, progress, truth, say, free_mb()), output.truth)
 
 
 def measure_touch_models(
@@ -36,7 +37,7 @@ def measure_touch_models(
 ):  # fmt: skip
     from palpate.benchmark.touch import TouchCase, touches_of
     from palpate.benchmark.touch_measure import load_model, measure_touches
-    from palpate.benchmark.touch_truth import load_touch_truth
+    from palpate.benchmark.touch_truth import TouchTruth
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
 
@@ -44,7 +45,7 @@ def measure_touch_models(
     touches = touches_of(tool, pd.read_csv(input.touches))
     deepest = max([deepest_of_radius * tool.radius_m, *(touch.depth_m for touch in touches)])
     case = TouchCase(load(input.body), tool, deepest, seed, settings)
-    asked = touches, load_touch_truth(input.truth), repeats, budget_s
+    asked = touches, stored(TouchTruth, input.truth), repeats, budget_s
     progress = steps(say, f"{wildcards.body}, {wildcards.tool}, {wildcards.model}: setting")
     tables = measure_touches(case, wildcards.model, load_model(place, keywords), *asked, progress)
     return dict(zip(("samples", "settings"), tables, strict=True))
@@ -53,7 +54,7 @@ def measure_touch_models(
 def tabulate_touch(input, instruments: list[ToolSettings]):
     from palpate.benchmark.touch import TouchCase, touches_of
     from palpate.benchmark.touch_measure import truth_rows
-    from palpate.benchmark.touch_truth import load_touch_truth
+    from palpate.benchmark.touch_truth import TouchTruth
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
     from palpate.studies.touch.tables import Known, touch_forces_table, touch_table, touch_truth_table
@@ -61,7 +62,7 @@ def tabulate_touch(input, instruments: list[ToolSettings]):
     known, samples, settings = [], [], []
     files = zip(input.bodies, input.touches, input.truths, instruments, strict=True)
     for body, chosen, solved, tool in files:
-        instrument, touches, truth = Instrument(**dict(tool)), pd.read_csv(chosen), load_touch_truth(solved)
+        instrument, touches, truth = Instrument(**dict(tool)), pd.read_csv(chosen), stored(TouchTruth, solved)
         case = TouchCase(load(body), instrument, touches["depth_m"].max(), 0)
         places = case.body.fine.nodes[touches["node"]]
         own, row = truth_rows(case, touches_of(instrument, touches), truth)

@@ -10,11 +10,12 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.settings import FitOptions
-from palpate.benchmark.truth import load_truth
+from palpate.benchmark.truth import Truth
 from palpate.bodies.body_file import load
 from palpate.models.families import Families
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.run.job import steps
+from palpate.stores import store, stored
 from palpate.studies.tradeoff.settings import Advice
 from palpate.table_declaration import Table
 
@@ -28,7 +29,7 @@ def _judged(input, regime, split, radius_m, options, tolerance, more=False):
 
 def simulate_truth(input, output, wildcards, say, splits: list[int], more: bool, tolerance: float, check_samples: int):
     from palpate.benchmark.split import asked_samples, read_folds, training_presses
-    from palpate.benchmark.truth import save_truth, truth_of
+    from palpate.benchmark.truth import truth_of
     from palpate.studies.tradeoff.truth_table import other_element, widened
 
     body, loads, folds = load(input.body), pd.read_csv(input.loads), read_folds(input.samples)
@@ -42,7 +43,7 @@ def simulate_truth(input, output, wildcards, say, splits: list[int], more: bool,
         checked: Any = truth.spread(check_samples)
         check = other_element(body, chosen, truth, checked, progress)
         truth = widened(truth, check)
-    save_truth(truth, output.truth)
+    store(truth, output.truth, compressed=True)
     return {"check": check}
 
 
@@ -77,7 +78,7 @@ def measure_facets(input, wildcards, say, samples: int, entry: Any):
     from palpate.bodies.organs import surface_of
     from palpate.studies.tradeoff.truth_table import geometry_share
 
-    body, truth, loads = load(input.body), load_truth(input.truth), pd.read_csv(input.loads)
+    body, truth, loads = load(input.body), stored(Truth, input.truth), pd.read_csv(input.loads)
     progress = steps(say, f"{body.name}, {wildcards.regime}: what its facets change, solution")
     chosen: Any = truth.spread(samples)
     surface: Any = surface_of(entry)
@@ -121,7 +122,7 @@ def tabulate_tradeoff(input, scenes: list[str], smooth: list[str]):
         errors = pd.concat([read_table(path, SAMPLES)[SAMPLES] for path in _files_of(input.errors, body, regime)])
         estimates = pd.concat([read_estimates(path) for path in _files_of(input.estimates, body, regime)])
         judged.append(Scene(settings, errors, estimates))
-    truths = dict(zip(scenes, map(load_truth, input.truths), strict=True))
+    truths = dict(zip(scenes, (stored(Truth, path) for path in input.truths), strict=True))
     checks = dict(zip(scenes, map(pd.read_csv, input.checks), strict=True)) if input.checks else None
     shares = dict(zip(smooth, map(pd.read_csv, input.geometry), strict=True))
     return {"table": table, "bounds": error_bounds(judged), "truth": truth_table(truths, checks, shares)}

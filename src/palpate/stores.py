@@ -1,0 +1,110 @@
+"""Dataclasses and named tuples as HDF5 files: one way to write and to read them, by their fields and annotations."""
+
+from inspect import signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args, get_type_hints
+
+import numpy as np
+
+from palpate.errors import InputError
+from palpate.files import Record, read_hdf5, write_whole
+
+if TYPE_CHECKING:
+    import h5py
+
+KIND, PARTS = "__kind__", "__parts__"
+"""Attributes of a group: the class of what it holds, and the names of its fields, columns or items, in their order."""
+
+
+def store(found: object, path: Path | str, compressed: bool = False) -> None:
+    """Write a dataclass or a named tuple, whole or not at all; numbers have checksums, and are ``compressed`` by gzip.
+
+    Fields are arrays of numbers or of text, csr_arrays, tables, numbers, text or None, other dataclasses and named
+    tuples, and lists and tuples of all these. Raises TypeError for anything else.
+    """
+    import h5py
+
+    with write_whole(path) as part, h5py.File(part, "w") as file:
+        _fill(file, found, "gzip" if compressed else None)
+
+
+def stored(kind: type[Record], path: Path | str, **names: type) -> Record:
+    """Read a ``kind`` that ``store`` wrote, bit for bit; a whole number where a float is annotated comes back as one.
+
+    names : classes that annotations name and their modules import for the type check only
+    Raises InputError if the file is missing, damaged, lacks a field, or was written with other fields.
+    """
+    with read_hdf5(path) as file:
+        return _made(file, kind, names)
+
+
+def _fill(group: "h5py.Group", found: Any, compression: str | None) -> None:
+    import h5py
+
+    parts = _parts(found)
+    group.attrs.update({KIND: type(found).__name__, PARTS: list(parts)})
+    for name, part in parts.items():
+        if part is None:
+            group.attrs[name] = h5py.Empty("f4")
+        elif isinstance(part, str | int | float | np.generic):
+            group.attrs[name] = part
+        elif isinstance(part, np.ndarray):
+            plain = {"compression": compression, "fletcher32": True}  # which text, of any length, cannot have
+            group.create_dataset(name, data=part, **({"dtype": h5py.string_dtype()} if part.dtype == object else plain))
+        else:
+            _fill(group.create_group(name), part, compression)
+
+
+def _parts(found: Any) -> dict[str, Any]:
+    match type(found).__name__:
+        case "list" | "tuple":
+            return {str(number): each for number, each in enumerate(found)}
+        case "csr_array":
+            return {"data": found.data, "indices": found.indices, "indptr": found.indptr, "shape": found.shape}
+        case "DataFrame":
+            return {name: column.to_numpy() for name, column in found.items()}
+    if not (hasattr(found, "__dataclass_fields__") or hasattr(found, "_fields")):
+        raise TypeError(f"a {type(found).__name__} cannot be stored")
+    return {name: getattr(found, name) for name in signature(type(found)).parameters}
+
+
+def _made(group: "h5py.Group", annotation: Any, names: dict[str, type]) -> Any:
+    kind, keys = group.attrs.get(KIND), list(group.attrs.get(PARTS, ()))
+    for each in _named(annotation):
+        if getattr(each, "__name__", "") == kind and list(signature(each).parameters) == keys:
+            kinds = get_type_hints(each, localns=names)
+            return each(**{key: _part(group, key, kinds[key], names) for key in keys})
+    if kind not in ("list", "tuple", "csr_array", "DataFrame"):
+        raise InputError(f"{group.file.filename} is of another version (in {group.name}); delete it and type make.")
+    parts = {key: _part(group, key, annotation, names) for key in keys}
+    if kind == "csr_array":
+        from scipy import sparse
+
+        *arrays, shape = parts.values()
+        return sparse.csr_array(tuple(arrays), shape=shape)
+    if kind == "DataFrame":
+        import pandas as pd
+
+        return pd.DataFrame(parts)
+    return list(parts.values()) if kind == "list" else tuple(parts.values())
+
+
+def _part(group: "h5py.Group", name: str, annotation: Any, names: dict[str, type]) -> Any:
+    import h5py
+
+    if name in group.attrs:
+        value, kinds = group.attrs[name], _named(annotation)
+        value = value.item() if isinstance(value, np.generic) else value
+        if type(value) is int and float in kinds and int not in kinds:
+            return float(value)
+        return None if isinstance(value, h5py.Empty) else value
+    part = group[name]
+    if isinstance(part, h5py.Group):
+        return _made(part, annotation, names)
+    return part.asstr()[()] if h5py.check_string_dtype(part.dtype) else part[()]
+
+
+def _named(annotation: Any) -> list[type]:
+    """Return the classes anywhere in an annotation, as ``A`` and ``B`` in ``list[A | B] | None``."""
+    inner = get_args(annotation)
+    return [each for part in inner for each in _named(part)] if inner else [annotation]

@@ -49,9 +49,9 @@ def test_a_family_is_what_one_module_makes_and_all_that_a_job_needs():
     assert list(model_registry.families(["fem_p2", "cascade"], {})) == ["fem", "cascade"]
 
 
-def test_every_family_that_has_settings_stands_in_the_config(grid):
+def test_what_models_are_tried_with_is_named_after_families(grid):
     families = set(map(model_registry.family_of, model_registry.MODELS))
-    assert set(type(grid).model_fields) - {"coarse_answers"} == families - {"linear_fem", "interpolation"}
+    assert set(type(grid).model_fields) - {"coarse_answers"} <= families
 
 
 def test_a_recipe_makes_the_model_again():

@@ -19,12 +19,12 @@ from palpate.studies.tradeoff.jobs import tabulate_answers
 def asked(rows_of_run, answers, tmp_path):
     """What the rule gives its job."""
     np.savez(tmp_path / "engine.npz", **answers)
-    params = SimpleNamespace(scenes={"block_large": ("large", 0.03, [str(tmp_path / "engine.npz")])}, split=1)
+    scenes = {"block_large": ("large", 0.03, [str(tmp_path / "engine.npz")])}
     place = rows_of_run / "data/block"
     files = {"body": place / "body.h5", "samples": place / "large/samples.csv"}
     files |= {name: place / f"large/{name}.h5" for name in ("database", "truth")}
     listed = {name: [str(path)] for name, path in files.items()}
-    return SimpleNamespace(table=str(rows_of_run / "tables/accuracy_vs_time.csv"), **listed), params
+    return SimpleNamespace(table=str(rows_of_run / "tables/accuracy_vs_time.csv"), **listed), scenes, 1
 
 
 def test_the_table_has_the_engine_s_rows_alone(asked, tmp_path):

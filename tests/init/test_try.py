@@ -10,6 +10,7 @@ import pytest
 
 from palpate.benchmark.advice import advise
 from palpate.benchmark.ranking import read_errors
+from palpate.bodies.settings import Ct, File
 from palpate.bodies.simple_shapes import box
 from palpate.bodies.supports import inner_nodes, read_bed
 from palpate.cli import main
@@ -163,15 +164,16 @@ def test_a_block_can_lie_on_each_of_its_sides_and_the_left_of_a_patient_is_the_p
         assert found[low].tolist() == found[f"{axis}-min"].tolist()
         assert found[high].tolist() == found[f"{axis}-max"].tolist()
 
-    rod = box([0.3, 0.002, 0.002], [30, 1, 1])
+    rod, tissue = box([0.3, 0.002, 0.002], [30, 1, 1]), {"young_pa": 3000, "poisson": 0.3}
+    mesh = File(path="rod.vtu", **tissue)
     with pytest.raises(InputError, match=r"^rod: its side left has too few nodes to lie on; give another"):
-        _bed("rod", rod, sides_of("file", "left"), _too_few_nodes({"kind": "file"}, "left"))
+        _bed("rod", rod, sides_of("file", "left"), _too_few_nodes(mesh, "file", "left"))
 
     # who names no side is not told to name another
-    scan = {"kind": "ct", "threshold_hu": [30, 120]}
-    assert "if the largest piece between 30 and 120 is not the organ" in _too_few_nodes(scan, None)
-    assert "mask" not in _too_few_nodes(scan | {"mask": "organs.nii.gz"}, None)
-    assert _too_few_nodes({"kind": "file"}, None).endswith("enough nodes to lie on; give a mesh with more triangles")
+    scan = Ct(threshold_hu=[30, 120], **tissue)
+    assert "if the largest piece between 30 and 120 is not the organ" in _too_few_nodes(scan, "ct", None)
+    assert "mask" not in _too_few_nodes(scan.but(mask="organs.nii.gz"), "ct", None)
+    assert _too_few_nodes(mesh, "file", None).endswith("enough nodes to lie on; give a mesh with more triangles")
 
 
 def init_of_bar(longest: float, folder: Path) -> int:

@@ -230,10 +230,10 @@ rule toy:
 """What the rules of the study call."""
 
 
-def measure_toy(params):
+def measure_toy(throws: int):
     from palpate.studies.toy.coin import throw
 
-    return throw(params.throws)
+    return throw(throws)
 ''',
     "src/palpate/studies/toy/coin.py": '''
 """Throw a coin."""

@@ -6,7 +6,20 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from palpate.bodies.settings import Body, longest_m
 from palpate.errors import InputError, describe_unknown
-from palpate.setting_types import Block, Count, Index, NotNegative, Positive, Share, Switch, Whole, key, optional
+from palpate.setting_types import (
+    Block,
+    Count,
+    Index,
+    NotNegative,
+    Positive,
+    Share,
+    Some,
+    Switch,
+    Vector,
+    Whole,
+    key,
+    optional,
+)  # fmt: skip
 
 if TYPE_CHECKING:
     from palpate.effects.instrument import Instrument as RigidInstrument
@@ -98,6 +111,15 @@ class VertexBlockDescent(OnLevel):
 class ProjectiveDynamics(OnLevel):
     iterations: Count = key("Iterations; of a body under an instrument, at each of its five stops", 5)
     memory: Index = key("Steps by which the matrix is improved (Liu, Bouaziz and Kavan, 2017); 0 for the original", 5)
+
+
+class Given(Block):
+    body: str = key("Body that is touched, by name")
+    at_m: Vector = key("Point [m] whose nearest node of the surface is touched")
+    direction: Vector | None = key(
+        "Direction of the instrument's way; null is the inward normal, and of a grasp the outward one", None
+    )
+    depths_m: Some[Positive] = key("Depths [m] from first touch, each a touch of its own")
 
 
 def instrument_name(tool: "Instrument | RigidInstrument") -> str:

@@ -3,12 +3,13 @@
 import warnings
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import pandas as pd
 
 from palpate.benchmark.model import LeftOut, held_mb
+from palpate.benchmark.settings import Given
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import surface_contacts
 from palpate.effects.instrument import GRASP, Instrument, Pose, first_touch, upright
@@ -16,9 +17,6 @@ from palpate.errors import InputError, NotConverged
 from palpate.solvers.grasping import Patch, patch_around
 
 Made = TypeVar("Made")
-if TYPE_CHECKING:
-    from palpate.studies.touch.settings import Families, Given
-
 TOUCH_COLUMNS = ["sample", "node", "direction_x", "direction_y", "direction_z", "depth_m", "asked_m"]
 LARGEST = 1.5
 """How far what a grasp holds may reach, over its radius."""
@@ -102,7 +100,7 @@ class TouchCase:
     instrument: Instrument
     deepest_m: float
     seed: int
-    grid: "Families | Any" = None
+    grid: Any = None
     kept: dict[Hashable, Any] = field(default_factory=dict)
 
     def share(self, name: Hashable, make: Callable[[], Made]) -> Made:
@@ -139,7 +137,7 @@ def refuse_sticking(case: TouchCase, what: str) -> None:
         raise LeftOut(f"{what} know no tissue that sticks to an instrument", [float("nan")])
 
 
-def given_touches(body: Body, instrument: Instrument, given: Sequence["Given"]) -> pd.DataFrame:
+def given_touches(body: Body, instrument: Instrument, given: Sequence[Given]) -> pd.DataFrame:
     """Return the touches that a config gives, one for each depth, as ``choose_touches`` does.
 
     given : ``at_m``, the point whose nearest surface node is touched; ``depths_m``; ``direction``, or None for the

@@ -33,7 +33,6 @@ from palpate.files import read_arrays, read_table
 from palpate.run.job import steps
 from palpate.run.settings import complete, read_settings
 from palpate.stores import stored
-from palpate.studies.dynamic.settings import Followed
 
 
 def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: Path) -> str:
@@ -126,7 +125,7 @@ def _touch(name: str, tool: ToolSettings, settings: Any, config: Path, results: 
     return body, questions, touches.page(questions)
 
 
-def _motion(name: str, own: Followed, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
+def _motion(name: str, own: Any, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
     entry = settings.scenes[name].but(name=name)
     followed_so = {"frames": settings.dynamic.frames, "duration_s": followed(entry)} | own
     assert own.truth is not None  # as scenes says

@@ -7,7 +7,7 @@ import pytest
 from fixtures.touched_block import SETTLED, rmse_of_peak
 
 from palpate.benchmark.model import LeftOut
-from palpate.benchmark.settings import TouchTruthSettings
+from palpate.benchmark.settings import Given, TouchTruthSettings
 from palpate.benchmark.touch import Touch, choose_touches, given_touches, touches_of
 from palpate.benchmark.touch_measure import measure_touches, penetration
 from palpate.benchmark.touch_mesh import bearing
@@ -72,7 +72,7 @@ def test_what_is_grasped_is_pulled(case):
     table = choose_touches(case.body, GRASP, 3, (0.1, 0.2), 1, bearing(case.body, 1.0))
     ways = [touch.direction @ case.body.fine.normals[touch.node] for touch in touches_of(GRASP, table)]
     assert min(ways) > 0.7
-    given = {"at_m": [0.048, 0.048, 0.048], "direction": None, "depths_m": [0.002]}
+    given = Given(body="block", at_m=[0.048, 0.048, 0.048], depths_m=[0.002])
     (touch,) = touches_of(GRASP, given_touches(case.body, GRASP, [given]))
     assert touch.direction @ [0.0, 0.0, 1.0] == pytest.approx(1.0)
 

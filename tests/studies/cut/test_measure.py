@@ -59,10 +59,8 @@ def truth(case):
 
 
 @pytest.fixture(scope="module")
-def tables(case, truth, tmp_path_factory):
-    path = tmp_path_factory.mktemp("cut") / "truth.h5"
-    measure.save_truth(truth, path)
-    return measure.measure_cut("slab_cut", case, measure.load_truth(path), only(**FAMILIES), 1, 0.01)
+def tables(case, truth):
+    return measure.measure_cut("slab_cut", case, truth, only(**FAMILIES), 1, 0.01)
 
 
 def test_hooks_grasp_nodes_of_every_level(case):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.spatial import Delaunay
@@ -15,9 +15,6 @@ from palpate.files import write_whole
 from palpate.models.springs import spring_motion
 from palpate.models.springs.fitness import Fitness, Range, check_step, volume_stiffness
 from palpate.models.springs.spring_motion import Press, Settings, SpringModel
-
-if TYPE_CHECKING:
-    from palpate.studies.springs.settings import Settings as CubeSettings
 
 Motion = tuple[np.ndarray, np.ndarray]
 """Positions [m] and velocities [m/s] of the key points after each step, both (steps, p, 3)."""
@@ -57,7 +54,7 @@ class Experiment:
         return Fitness(self.model, self.presses[press], self.settings, *references[press])
 
 
-def experiment(asked: "CubeSettings", poisson: float) -> Experiment:
+def experiment(asked: Any, poisson: float) -> Experiment:
     """Build the experiment that the config describes, with a reference of this Poisson ratio.
 
     asked : the config's block ``springs``

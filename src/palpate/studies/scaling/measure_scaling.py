@@ -159,9 +159,9 @@ def cores(count: int, meter: Meter) -> Size:
 
     from palpate.models.springs.cube_experiment import experiment
     from palpate.models.springs.evolution import Genetic, Rules
-    from palpate.studies.springs.settings import Settings
+    from palpate.run.settings import defaults
 
-    found = experiment(Settings(**CUBE), 0.3)
+    found = experiment(defaults("springs", **CUBE), 0.3)
     # a reference at rest costs as much as a moving one
     still = np.zeros((found.settings.steps, len(found.settings.keys.corners), 3))
     fitness = found.fitness("top", {"top": (still, still)})

@@ -2,11 +2,11 @@
 
 import pandas as pd
 
+from palpate.benchmark.settings import Given, TouchTruthSettings
 from palpate.benchmark.settings import Instrument as ToolSettings
-from palpate.benchmark.settings import TouchTruthSettings
 from palpate.run.job import free_mb, steps, write_table
 from palpate.stores import store, stored
-from palpate.studies.touch.settings import Families, Given
+from palpate.studies.touch.settings import Families
 
 
 def simulate_touch_truth(

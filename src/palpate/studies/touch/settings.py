@@ -7,6 +7,7 @@ from pydantic import Field
 
 from palpate.benchmark.settings import (
     LEVEL,
+    Given,
     Instrument,
     OnLevel,
     ProjectiveDynamics,
@@ -28,7 +29,6 @@ from palpate.setting_types import (
     Positive,
     Some,
     Switch,
-    Vector,
     key,
     rows,
 )
@@ -130,15 +130,6 @@ class Families(Block):
         "Flex bodies of MuJoCo (mujoco), if that engine is installed, from cheap to expensive",
         rows("level penalty steps iterations", (1, 0.1, 10, 60), (1, 1.0, 20, 60), (2, 0.1, 20, 60), (2, 1.0, 40, 100)),
     )
-
-
-class Given(Block):
-    body: str = key("Body that is touched, by name")
-    at_m: Vector = key("Point [m] whose nearest node of the surface is touched")
-    direction: Vector | None = key(
-        "Direction of the instrument's way; null is the inward normal, and of a grasp the outward one", None
-    )
-    depths_m: Some[Positive] = key("Depths [m] from first touch, each a touch of its own")
 
 
 class Settings(Block):

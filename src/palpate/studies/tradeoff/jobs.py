@@ -12,6 +12,7 @@ import pandas as pd
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.truth import Truth
 from palpate.bodies.body_file import load
+from palpate.bodies.settings import Smooth
 from palpate.models.families import Families
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.run.job import steps
@@ -74,15 +75,14 @@ def measure_bounds(input, wildcards, options: FitOptions, tolerance: float, radi
     return {"samples": samples, "settings": settings, "estimates": estimates(case, judge, ("fem_p1", "fem_p2"))}
 
 
-def measure_facets(input, wildcards, say, samples: int, entry: Any):
+def measure_facets(input, wildcards, say, samples: int, entry: Smooth):
     from palpate.bodies.organs import surface_of
     from palpate.studies.tradeoff.truth_table import geometry_share
 
     body, truth, loads = load(input.body), stored(Truth, input.truth), pd.read_csv(input.loads)
     progress = steps(say, f"{body.name}, {wildcards.regime}: what its facets change, solution")
     chosen: Any = truth.spread(samples)
-    surface: Any = surface_of(entry)
-    return geometry_share(body, surface, loads, truth, chosen, progress)
+    return geometry_share(body, surface_of(entry), loads, truth, chosen, progress)
 
 
 def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], split: int):

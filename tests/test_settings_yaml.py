@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 from pydantic import ValidationError
@@ -98,6 +99,15 @@ def test_wrong_fields_are_one_sentence_in_python_too(make, said):
     with pytest.raises(InputError) as caught:
         make()
     assert str(caught.value).startswith(said) and "\n" not in str(caught.value)
+
+
+def test_numbers_of_numpy_become_plain_ones_and_bools_are_none():
+    box = pp.Box(**BOX | {"divisions": np.array([3, 2, 1])}, young_pa=np.float32(0.5))
+    assert box["divisions"] == [3, 2, 1] and {type(each) for each in box["divisions"]} == {int}
+    assert {type(each) for each in pp.Sphere(center_m=np.zeros(3), radius_m=np.int64(1))["center_m"]} == {float}
+    for wrong in (np.True_, True, np.array([1, 2]), np.float64(2.5)):
+        with pytest.raises(InputError):
+            pp.Press(node=wrong, force_n=1)
 
 
 def test_blocks_inside_others_leave_their_fault_to_the_whole():

@@ -115,7 +115,8 @@ def rows(names: str, *values: tuple) -> list[dict]:
 
 
 def _as_given(value: Any, validate: Any) -> Any:
-    """Keep an integer where a number may stand, and 8.0 where a whole number may."""
+    """Keep an integer where a number may stand, and 8.0 where a whole number may; numpy's become Python's."""
+    value = value.tolist() if hasattr(value, "tolist") else value
     validate(int(value) if isinstance(value, float) and value.is_integer() else value)
     return value
 

@@ -3,10 +3,13 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
+from pydantic import ValidationError
 
-from palpate.bodies.settings import File
+import palpate as pp
+from palpate.bodies.settings import Anchors, File
 from palpate.errors import InputError
 from palpate.run.settings import read_settings
 
@@ -77,3 +80,37 @@ def test_paths_are_of_the_folder_of_the_settings():
     given = File(path="../organ.stl", law="own/law.py", young_pa=3000, poisson=0.3)
     assert given.paths(Path("/a/b")) == {"path": "/a/organ.stl", "law": "/a/b/own/law.py"}
     assert given.but(law="corotational").paths(Path("/a/b")) == {"path": "/a/organ.stl"}
+
+
+BOX = {"sizes_m": [1, 1, 1], "divisions": [3, 3, 3], "poisson": 0.3}
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: pp.Box(**BOX, youngs_pa=1), "Box has an unknown key youngs_pa; did you mean young_pa?"),
+        (lambda: pp.Box(**BOX, young_pa=-1), "Box: young_pa is -1: "),
+        (lambda: pp.Press(node=1, force_n=1).but(force=3), "Press has an unknown key force; "),
+        (lambda: pp.Contact(instruments=[{"kind": "sphere", "radius_m": 1}]), "Contact: instruments[0] lacks center_m"),
+        (lambda: Anchors(), "Anchors is {}: must have at least one entry"),
+    ],
+)
+def test_wrong_fields_are_one_sentence_in_python_too(make, said):
+    with pytest.raises(InputError) as caught:
+        make()
+    assert str(caught.value).startswith(said) and "\n" not in str(caught.value)
+
+
+def test_numbers_of_numpy_become_plain_ones_and_bools_are_none():
+    box = pp.Box(**BOX | {"divisions": np.array([3, 2, 1])}, young_pa=np.float32(0.5))
+    assert box["divisions"] == [3, 2, 1] and {type(each) for each in box["divisions"]} == {int}
+    assert {type(each) for each in pp.Sphere(center_m=np.zeros(3), radius_m=np.int64(1))["center_m"]} == {float}
+    for wrong in (np.True_, True, np.array([1, 2]), np.float64(2.5)):
+        with pytest.raises(InputError):
+            pp.Press(node=wrong, force_n=1)
+
+
+def test_blocks_inside_others_leave_their_fault_to_the_whole():
+    with pytest.raises(ValidationError) as caught:
+        pp.Box.model_validate(BOX | {"young_pa": 1, "anchors": [{"nodes": [1]}, {"plane": {"axis": "z"}}]})
+    assert {error["loc"][:4] for error in caught.value.errors()} == {("anchors", "several", 1, "plane")}

@@ -1,10 +1,13 @@
 """What settings are made of: blocks, which are frozen objects, and types of single values."""
 
 from collections.abc import Iterator, Mapping
+from importlib import import_module
 from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, WrapValidator, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, WrapValidator, model_validator
 from pydantic_core import PydanticCustomError
+
+from palpate.errors import InputError
 
 T = TypeVar("T")
 NAME = "^[a-z][a-z0-9_]*$"
@@ -15,9 +18,22 @@ class Block(BaseModel):
     """A block of settings: a frozen object with no other keys than its fields, which are also had by ``block["name"]``.
 
     What ``json_schema_extra`` says of the block as a whole is checked: minProperties, maxProperties, anyOf required.
+    Called with wrong fields it raises InputError; validated as a part of other settings, pydantic's ValidationError.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True)
+
+    def __init__(self, /, **fields: Any) -> None:
+        try:
+            super().__init__(**fields)
+        except ValidationError as error:
+            from palpate.explain import explain
+
+            name = _public_name(type(self))
+            told = explain(error.errors(), plain(fields), type(self).model_json_schema(), name)
+            raise InputError(told if told.startswith(f"{name} ") else f"{name}: {told}") from None
+
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # validation of a whole does not call it
 
     @model_validator(mode="after")
     def _check_entries(self) -> Self:
@@ -69,6 +85,12 @@ class Block(BaseModel):
         return dict(self).get(name, default)
 
 
+def _public_name(kind: type) -> str:
+    """Return what ``palpate`` calls a class, or its own name."""
+    places = import_module("palpate")._PLACES
+    return next((name for name, at in places.items() if at == (kind.__module__, kind.__name__)), kind.__name__)
+
+
 def plain(value: Any) -> Any:
     """Return settings as the dicts, lists and single values that a file of them has, with all defaults."""
     if isinstance(value, Mapping | Block):
@@ -93,7 +115,8 @@ def rows(names: str, *values: tuple) -> list[dict]:
 
 
 def _as_given(value: Any, validate: Any) -> Any:
-    """Keep an integer where a number may stand, and 8.0 where a whole number may."""
+    """Keep an integer where a number may stand, and 8.0 where a whole number may; numpy's become Python's."""
+    value = value.tolist() if hasattr(value, "tolist") else value
     validate(int(value) if isinstance(value, float) and value.is_integer() else value)
     return value
 

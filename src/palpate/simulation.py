@@ -66,8 +66,8 @@ def simulate(
     if "push" in blocks and not isinstance(blocks["push"], settings.Push):
         blocks["push"] = settings.Push(loads=blocks["push"])
     moved = [{"body": made.name, "shift_m": list(shift)} for made, (_, shift) in zip(bodies[1:], others, strict=True)]
-    times = {"step_s": step_s, "duration_s": duration_s, "others": moved}
-    asked = Scene.model_validate({"body": bodies[0].name, "name": bodies[0].name} | times | blocks | scene)
+    given: dict[str, Any] = {"body": bodies[0].name, "name": bodies[0].name, "others": moved}
+    asked = Scene(**given | {"step_s": step_s, "duration_s": duration_s} | blocks | scene)
     scene_check.check_instruments(asked.place, asked)
     scene_check.check_loads(asked.place, asked)
     return run(asked, particles_in(asked, bodies), own=own).motion

@@ -93,7 +93,7 @@ def as_anchors(value: Any) -> Any:
         return Anchors(plane=value)
     if isinstance(value, Sphere):
         return Anchors(sphere=value)
-    return Anchors(several=[as_anchors(each) for each in value]) if isinstance(value, list | tuple) else value
+    return {"several": [as_anchors(each) for each in value]} if isinstance(value, list | tuple) else value
 
 
 Rule = Annotated[Anchors, BeforeValidator(as_anchors)]

@@ -148,7 +148,7 @@ class Stage(Block):
     )
 
     def made(self, **usual: int) -> Model:
-        """Return the model; ``usual`` fields hold where none are given. ValidationError for a setting that is none."""
+        """Return the model; ``usual`` fields hold where none are given. InputError for a setting that is none."""
         found = model_registry.MODELS[self.model]
         given = {name: None if (name, value) == ("level", "last") else value for name, value in self.setting.items()}
         return type(found)(**usual | {name: getattr(found, name) for name in found.model_fields_set} | given)

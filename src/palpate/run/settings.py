@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError, create
 from palpate.benchmark.settings import Regime
 from palpate.bodies.settings import Body, check_body
 from palpate.errors import InputError
-from palpate.run.explain import explain
+from palpate.explain import explain
 from palpate.setting_types import Block, Count, Name, Positive, Some, Whole, key, optional
 
 STUDIES = (

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from palpate.benchmark.settings import FINGER, Regression, check_radii, check_refined, pressed_bodies
 from palpate.errors import InputError, describe_unknown
@@ -178,10 +178,8 @@ def _check_stages(place: str, stages: list[Stage]) -> None:
     for i, stage in enumerate(stages):
         try:
             stage.made()
-        except ValidationError as error:
-            first, known = error.errors()[0], type(model_registry.MODELS[stage.model]).model_fields
-            told = f"{place}[{i}].setting.{first['loc'][0]}: {first['msg'][:1].lower()}{first['msg'][1:]}"
-            raise InputError(f"{told}; {stage.model} has {', '.join(known)}.") from None
+        except InputError as error:
+            raise InputError(f"{place}[{i}].setting: {error}") from None
 
 
 def _check_answers(place: str, config: Any, file: Path) -> None:

@@ -4,36 +4,40 @@ from collections.abc import Sequence
 from typing import Any
 
 from palpate.errors import suggest
-from palpate.run.gone_keys import gone
+from palpate.gone_keys import gone
 
 _OF_BLOCK = ("extra_forbidden", "missing")
 """Faults of a block, which pydantic places at one of its keys."""
 
 
-def explain(errors: Sequence[Any], config: dict, schema: dict) -> str:
-    """Return one sentence for the outermost of pydantic's ``errors`` in ``config``; ``schema`` has what keys mean."""
+def explain(errors: Sequence[Any], config: dict, schema: dict, whole: str = "the file") -> str:
+    """Return one sentence for the outermost of pydantic's ``errors`` in ``config``, the ``whole`` of settings.
+
+    Of a misspelt key, which is unknown and lacks, it says that it is unknown. schema : what keys mean
+    """
     placed = [(_place(error, config), error) for error in errors]
     # of a list where a text may stand, too, what is wrong is inside it
     outer = {at[:n] for at, _ in placed for n in range(len(at))}
     placed = [(at, error) for at, error in placed if not (error["type"].endswith("_type") and at in outer)]
-    place, error = min(placed, key=lambda each: len(each[0]) - (each[1]["type"] in _OF_BLOCK))
-    block = _written(place[:-1]) or "the file"
+    depth = [(len(at) - (error["type"] in _OF_BLOCK), error["type"] == "missing") for at, error in placed]
+    place, error = placed[depth.index(min(depth))]
+    block, written = _written(place[:-1]) or whole, _written(place) or whole
     about = _described(place, config, schema)[1]
     about = f" ({about})." if about else "."
     if error["type"] == "extra_forbidden":
-        if instead := gone(_written(place)):
-            return f"{_written(place)} is gone: {instead}."
+        if instead := gone(written):
+            return f"{written} is gone: {instead}."
         known = list(_described(place[:-1], config, schema)[0].get("properties", {}))
         return f"{block} has an unknown key {place[-1]}; {suggest(str(place[-1]), known, 'it knows')}"
     if error["type"] == "missing":
         return f"{block} lacks {place[-1]}; add it{about}"
     if error["type"] == "lacks":
-        return f"{_written(place)} lacks {error['ctx']['name']}; add it{about}"
-    if error["loc"][-1] == "[key]":
+        return f"{written} lacks {error['ctx']['name']}; add it{about}"
+    if error["loc"][-1:] == ("[key]",):
         return f"{block} has an entry {place[-1]!r}; name it in lower-case letters, digits and underscores."
     allowed, given = error["msg"].replace("Input tag", "its kind"), str(error["input"])
     given = f"is {error['input']!r}" if len(given) < 80 else "cannot be used"
-    return f"{_written(place)} {given}: {allowed[:1].lower()}{allowed[1:]}{about}"
+    return f"{written} {given}: {allowed[:1].lower()}{allowed[1:]}{about}"
 
 
 def _place(error: Any, config: Any) -> tuple:
@@ -57,7 +61,7 @@ def _described(place: tuple, config: Any, schema: dict) -> tuple[dict, str]:
         while len(found := [node.get("$ref")] if "$ref" in node else _alternatives(node, config)) == 1:
             own = {key: each for key, each in node.items() if key == "description"}
             node = schema["$defs"][str(found[0]).rpartition("/")[2]] | own
-        about = node.get("description", about)
+        about = node.get("description", about).partition("\n")[0]
         if step is not None:
             others = [*node.get("patternProperties", {}).values(), node.get("items"), node.get("additionalProperties")]
             inner = [node.get("properties", {}).get(step), *others]

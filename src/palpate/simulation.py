@@ -2,9 +2,9 @@
 
 import re
 from collections.abc import Iterable, Sequence
-from typing import Any, Protocol
+from typing import Any
 
-from palpate.bodies.body import Body
+from palpate.bodies.body import Body, Makes, as_body
 from palpate.effects import settings
 from palpate.errors import InputError
 from palpate.scenes import scene_check
@@ -18,12 +18,6 @@ from palpate.setting_types import Block
 
 LISTED = {settings.Load: "push", settings.Hook: "hooks", settings.Thread: "threads"}
 """The block of a scene for effects of which there may be several."""
-
-
-class Makes(Protocol):
-    """Settings of a body."""
-
-    def make(self) -> Body: ...
 
 
 def simulate(
@@ -48,9 +42,10 @@ def simulate(
     Raises InputError for effects that do not suit each other, the body or the integrator, and NotConverged for a step
     that is not found.
     """
-    if isinstance(effects, Block | str) or not isinstance(effects, Iterable):
-        raise InputError(f"effects is {effects!r}; give a list of effects, such as [Gravity()].")
-    bodies = [each if isinstance(each, Body) else each.make() for each in (body, *(other for other, _ in others))]
+    given: Any = effects
+    if isinstance(given, Block | str) or not isinstance(given, Iterable):
+        raise InputError(f"effects is {given!r}; give a list of effects, such as [Gravity()].")
+    bodies = [as_body(each) for each in (body, *(other for other, _ in others))]
     blocks: dict[str, Any] = {}
     own: dict[str, Maker] = {}
     for effect in effects:

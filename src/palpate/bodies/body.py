@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from scipy import sparse
@@ -170,6 +170,20 @@ class Body:
         """Linear interpolation from coarse to fine nodes, (n_fine, n_coarse)."""
         identity = sparse.eye_array(len(self.coarse.nodes), format="csr")
         return reduce(lambda product, p: p @ product, self.prolongations, identity)
+
+
+class Makes(Protocol):
+    """Settings of a body."""
+
+    def make(self) -> Body: ...
+
+
+def as_body(given: Any) -> Body:
+    """Return a body, or that of its settings; InputError for anything else."""
+    if isinstance(given, type) or not (isinstance(given, Body) or callable(getattr(given, "make", None))):
+        raise InputError(f"{given!r} is no body; give one, or its settings, such as Box(...).")
+    made: Body = given if isinstance(given, Body) else given.make()
+    return made
 
 
 def nest(

@@ -5,7 +5,6 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -60,10 +59,10 @@ def read_material(body: str, constants: dict) -> Material:
     """Check the constants: elastic energy must be positive and finite (at ν = 0.5 the volume cannot change)."""
     young, poisson, density = constants["young_pa"], constants["poisson"], constants["density_kg_m3"]
     for key, value in (("young_pa", young), ("density_kg_m3", density)):
-        if not (isinstance(value, Real) and value > 0 and math.isfinite(value)):
-            raise InputError(f"body {body}: {key} is {value!r}; give a positive number.")
-    if not (isinstance(poisson, Real) and -1 < poisson < 0.5):
-        raise InputError(f"body {body}: poisson is {poisson!r}; give a number above -1 and below 0.5, such as 0.49.")
+        if not (value > 0 and math.isfinite(value)):
+            raise InputError(f"body {body}: {key} is {value}; give a positive number.")
+    if not -1 < poisson < 0.5:
+        raise InputError(f"body {body}: poisson is {poisson}; give a number above -1 and below 0.5, such as 0.49.")
     return Material(young, poisson, density, constants.get("law", LAWS[0]))
 
 

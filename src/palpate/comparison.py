@@ -1,5 +1,6 @@
 """Compare ways of answering presses on one body: ``make_case``, ``compare``, ``advise`` and ``plot_precision``."""
 
+import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,24 +9,30 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from palpate import pictures
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes
 from palpate.benchmark.advice import advise as advice_of
+from palpate.benchmark.conformal import FEWEST
 from palpate.benchmark.judge import Judge
-from palpate.benchmark.measure import bounds, measure
+from palpate.benchmark.measure import bounds, failed, measure
 from palpate.benchmark.model import Case, Model
-from palpate.benchmark.presses import choose_presses
+from palpate.benchmark.presses import PRESSURE, UNCAPPED, choose_presses
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.split import split
 from palpate.benchmark.static_responses import assemble, press
-from palpate.bodies.body import Body
+from palpate.benchmark.timing import said
+from palpate.bodies.body import Body, Makes, as_body
 from palpate.errors import InputError, explained
 from palpate.models.load_model import as_model
+from palpate.setting_types import Block
 from palpate.solvers.compliance import compute_compliance
 
 TEST = 0.4
 """Share of the contacts that models are asked at; the others may be learnt from."""
-LEAST = 10
-"""Fewest contacts of a case: bounds of errors need several on both sides."""
+LEAST = 24
+"""Fewest contacts of a case: without any one of those that are asked, FEWEST are left, of which there is a bound."""
+DEEPEST = 0.5
+"""Largest peak of a press, as a share of the body's longest side."""
 STRAIGHT = {"magnitude": 1.0, "tilt_degrees": 0.0}
 """A press along the inward normal."""
 TOLERANCE = 1e-6
@@ -45,7 +52,7 @@ class ComparedCase:
 
 
 def make_case(
-    body: Body,
+    body: Body | Makes,
     *,
     radius_m: float,
     contacts: int = 25,
@@ -55,16 +62,31 @@ def make_case(
 ) -> ComparedCase:
     """Press a body at contacts spread over its surface, most of which models may learn from.
 
-    radius_m : of the disc that is pressed [m]; peak_of_size : largest displacement, as a share of the longest side
+    body : or its settings; radius_m : of the disc that is pressed [m]
+    peak_of_size : largest displacement, as a share of the body's longest side
     contacts : how many, of which two fifths are held out; progress : wraps sequences, as ``tqdm`` does
+    Warns of presses that are lowered, as the body would collapse.
     Raises InputError for too few contacts or a body without a finer level, NotConverged for a press that has no answer.
     """
+    body = as_body(body)
     if contacts < LEAST:
-        raise InputError(f"contacts is {contacts}; give at least {LEAST}, as bounds of errors need several.")
+        told = f"as a bound of errors needs {FEWEST} of the {100 * TEST:g} % that are held out, and one to try it on"
+        raise InputError(f"contacts is {contacts}; give at least {LEAST}, {told}.")
+    if not 0.0 < peak_of_size <= DEEPEST:
+        raise InputError(f"peak_of_size is {peak_of_size:g}; give a share above 0, of at most {DEEPEST:g}.")
     if len(body.levels) < 2:
         raise InputError(f"{body.name} has one mesh; give it refinements of at least 1.")
     regime = {"peak_of_size": peak_of_size}
-    loads = choose_presses(body, contacts, [STRAIGHT], regime, radius_m, seed, progress)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"bodies\..* presses are lowered", UserWarning)  # in words of a configuration
+        loads = choose_presses(body, contacts, [STRAIGHT], regime, radius_m, seed, progress)
+    if lowered := (loads["capped"] != UNCAPPED).sum():
+        warnings.warn(
+            f"{lowered} of {contacts} presses of {body.name} are less deep than peak_of_size {peak_of_size:g}, as they "
+            f"would exceed a pressure of {PRESSURE:g} of Young's modulus, or turn an element inside out, or the body "
+            "would collapse; give make_case a smaller peak_of_size, or a larger radius_m, to have all as asked.",
+            stacklevel=2,
+        )
     compliance = compute_compliance(body, radius_m, progress, np.sort(loads["contact"].to_numpy()), order=2)
     fine = press(body, len(body.levels) - 1, loads, TOLERANCE, progress, order=2)
     samples = assemble(body, loads, fine, press(body, 0, loads, TOLERANCE), "")
@@ -109,11 +131,26 @@ def compare(asked: ComparedCase, models: Iterable[Any], repeats: int = 20, budge
     repeats : calls that are timed, fewer if they take longer than ``budget_s`` [s]
     Raises InputError for a model that is none; a model that fails has empty cells, and ``failure`` says why.
     """
+    if not isinstance(asked, ComparedCase):
+        raise InputError(f"compare needs what make_case returns, and not a {type(asked).__name__}.")
+    if isinstance(models, Block) or not isinstance(models, Iterable):
+        raise InputError(f"compare needs a list of models, such as [FEM(order=1)], and not {models!r}.")
     families: dict[str, list[Model]] = {}
     for each in models:
-        made = each if isinstance(each, Model) else as_model(each)
-        families.setdefault(made.name, []).append(made)
-    found = [measure(asked.case, name, each, asked.judge, repeats, budget_s) for name, each in families.items()]
+        if isinstance(each, type) or not callable(getattr(each, "prepare", None)):
+            raise InputError(f"{each!r} is no model; give FEM() or another one, or an object with prepare(case).")
+        made = each if isinstance(each, Model) else as_model(each, type(each).__name__)
+        if made.text in [other.text for other in families.setdefault(made.name, [])]:
+            raise InputError(f"{made.name} is given with {made.text} twice; give each setting once.")
+        families[made.name].append(made)
+    found = []
+    for made in (each for family in families.values() for each in family):
+        try:
+            found.append(measure(asked.case, made.name, [made], asked.judge, repeats, budget_s))
+        except Exception as error:  # one model's fault is no other's
+            kind = type(error).__name__
+            why = said(error) if isinstance(error, InputError) else f"{type(made).__name__}: {kind}: {said(error)}"
+            found.append(failed(asked.case, made, asked.judge, why))
     answers, table = zip(*found, bounds(asked.case, asked.judge), strict=True)
     rows = pd.concat(table, ignore_index=True)
     rows = rows[rows["model"] != "truth"].assign(break_even_queries=np.nan)
@@ -123,8 +160,13 @@ def compare(asked: ComparedCase, models: Iterable[Any], repeats: int = 20, budge
 
 def advise(found: Comparison, budget_ms: float | None = None, max_error: float | None = None) -> str:
     """Say which of the compared models to take: within a time of an answer [ms], or below an error of the peak."""
+    _check(found)
     if (budget_ms is None) == (max_error is None):
         raise InputError("give either budget_ms or max_error.")
+    if budget_ms is not None and not 0.0 < budget_ms < np.inf:
+        raise InputError(f"budget_ms is {budget_ms:g}; give a time above 0 [ms].")
+    if max_error is not None and not 0.0 < max_error < 1.0:
+        raise InputError(f"max_error is {max_error:g}; give a share of the peak between 0 and 1, such as 0.02 for 2 %.")
     limits = {"budgets_ms": [budget_ms]} if max_error is None else {"max_errors": [max_error]}
     row = advice_of(found.table, found.answers, kinds=["rms"], **limits).iloc[0]
     with explained():
@@ -134,9 +176,16 @@ def advise(found: Comparison, budget_ms: float | None = None, max_error: float |
 
 
 def plot_precision(found: Comparison, path: str | Path) -> None:
-    """Draw error against time of an answer for all models, as the study ``tradeoff`` does."""
+    """Draw error against time of an answer for all models, as the study ``tradeoff`` does, as a .png, .svg or .pdf."""
+    _check(found)
+    pictures.check_path(path, ".png", ".svg", ".pdf")
     with explained():
         from palpate.studies.tradeoff.figures.precision import draw_work_precision
 
     nothing = pd.DataFrame({"scene": [], "error": [], "budget_ms": [], "model": []})
     draw_work_precision(found.table, nothing, scene=found.table["scene"].iloc[0]).savefig(path)
+
+
+def _check(found: Any) -> None:
+    if not isinstance(found, Comparison):
+        raise InputError(f"this needs what compare returns, and not a {type(found).__name__}.")

@@ -8,7 +8,7 @@ from typing import Literal
 
 from palpate.bodies.body import Body
 from palpate.bodies.material import Material
-from palpate.errors import explained
+from palpate.errors import InputError, explained
 
 
 def load(
@@ -33,8 +33,10 @@ def load(
     """
     with explained():
         from palpate.init.choose import MATERIAL, choose
-        from palpate.init.recognise import recognise
+        from palpate.init.recognise import HOLDS, recognise
 
+        if hold is not None and hold not in HOLDS:
+            raise InputError(f"hold is {hold!r}; give {', '.join(HOLDS[:-1])} or {HOLDS[-1]}.")
         paths = [Path(path)] if mask is None else [Path(path), Path(mask)]
         labels = [label] if isinstance(label, int | str) else list(label)
         data = recognise(paths, labels, threshold_hu, scale_m=scale_m)

@@ -69,11 +69,14 @@ def import_file(path: Path, key: str) -> ModuleType:
     return module
 
 
-def failure(error: BaseException) -> str:
-    """Describe an exception by its line in the user's file, if it is of one, its type and its message."""
-    line = _line(error)
+def failure(error: BaseException, module: str = "") -> str:
+    """Describe an exception by its line in the user's file, if it is of one, its type and its message.
+
+    module : name of the user's own module, such as "__main__", of which the file is named too
+    """
+    line = _line(error, module or PREFIX)
     said = f"{type(error).__name__}: {error}"
-    return said if line is None else f"line {line[1]}, {said}"
+    return said if line is None else f"{f'{line[0]}, ' * bool(module)}line {line[1]}, {said}"
 
 
 def own_fault(error: BaseException) -> str:
@@ -85,11 +88,11 @@ def own_fault(error: BaseException) -> str:
     return f"{path}, line {number}: {type(error).__name__}: {error} (a fault in this file, not palpate's; correct it)"
 
 
-def _line(error: BaseException) -> tuple[str, int] | None:
+def _line(error: BaseException, module: str = PREFIX) -> tuple[str, int] | None:
     """Return the file and line of the innermost frame in a file of the user's that an exception passed, if any."""
     own = [
         (frame.f_code.co_filename, line)
         for frame, line in traceback.walk_tb(error.__traceback__)
-        if str(frame.f_globals.get("__name__", "")).startswith(PREFIX)
+        if str(frame.f_globals.get("__name__", "")).startswith(module)
     ]
     return own[-1] if own else None

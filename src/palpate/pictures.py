@@ -53,6 +53,16 @@ def surface(nodes: np.ndarray, triangles: np.ndarray, moved: np.ndarray | None =
     return image
 
 
+def check_path(path: str | Path | None, *endings: str) -> None:
+    """Raise InputError, before anything is drawn, for a file of another ending, or in a folder that is not there."""
+    if path is None:
+        return
+    if Path(path).suffix.lower() not in endings:
+        raise InputError(f"{path}: this is written as {', '.join(endings)}; give such an ending.")
+    if not Path(path).parent.is_dir():
+        raise InputError(f"{path}: there is no folder {Path(path).parent}; make it first.")
+
+
 def png(image: np.ndarray, path: str | Path | None = None) -> bytes:
     """Return an image (h, w, 3) uint8 as a PNG of 64 colours, and write it to ``path`` if there is one."""
     from PIL import Image
@@ -66,11 +76,13 @@ def png(image: np.ndarray, path: str | Path | None = None) -> bytes:
 
 def body(drawn: "Body", path: str | Path | None = None) -> bytes:
     """Draw the surface of a body's finest level; return the PNG, and write it to ``path`` if there is one."""
+    check_path(path, ".png")
     return png(surface(drawn.fine.nodes, drawn.fine.triangles), path)
 
 
 def response(shown: "Response", path: str | Path | None = None) -> bytes:
     """Draw the surface of a pressed body, coloured by displacement; return the PNG, and write it to ``path``."""
+    check_path(path, ".png")
     mesh, moved = shown.body.fine, np.zeros_like(shown.body.fine.nodes)
     moved[mesh.surface] = shown.displacement_m
     return png(surface(mesh.nodes + moved, mesh.triangles, moved), path)
@@ -78,16 +90,14 @@ def response(shown: "Response", path: str | Path | None = None) -> bytes:
 
 def motion(shown: "Motion", path: str | Path) -> None:
     """Write a motion as an animation that loops (.gif), or four moments of it in a row (.png)."""
-    kind = Path(path).suffix.lower()
-    if kind == ".gif":
+    check_path(path, ".gif", ".png", ".h5", ".pvd")
+    if Path(path).suffix.lower() == ".gif":
         with explained():
             from palpate.studies.scenes import motion_pictures
 
         motion_pictures.animate(shown, path)
-    elif kind == ".png":
-        Path(path).write_bytes(stills(shown))
     else:
-        raise InputError(f"{path}: a motion is written as .gif, .png, .h5 or .pvd; give one of these endings.")
+        Path(path).write_bytes(stills(shown))
 
 
 def stills(shown: "Motion") -> bytes:

@@ -1,13 +1,14 @@
 """Simulate bodies over time under effects that are objects: ``palpate.simulate``."""
 
 import re
-from collections.abc import Sequence
-from typing import Any, Protocol
+from collections.abc import Iterable, Sequence
+from typing import Any
 
-from palpate.bodies.body import Body
+from palpate.bodies.body import Body, Makes, as_body
 from palpate.effects import settings
 from palpate.errors import InputError
 from palpate.scenes import scene_check
+from palpate.scenes.effect_registry import EFFECTS, RESERVED
 from palpate.scenes.motion import Motion
 from palpate.scenes.moved_particles import particles_in
 from palpate.scenes.own_effect import Maker
@@ -17,12 +18,6 @@ from palpate.setting_types import Block
 
 LISTED = {settings.Load: "push", settings.Hook: "hooks", settings.Thread: "threads"}
 """The block of a scene for effects of which there may be several."""
-
-
-class Makes(Protocol):
-    """Settings of a body."""
-
-    def make(self) -> Body: ...
 
 
 def simulate(
@@ -39,7 +34,7 @@ def simulate(
     body : or its settings; its anchors and its bed hold it. Finite elements of its law hold it together, unless the
         effects have Springs or ShapeMatching
     effects : Gravity, Load, Contact, Rayleigh ... and objects of your own with ``make(particles, elastic)``, which
-        returns an effect (docs/add-an-effect.md)
+        returns an effect (docs/add-an-effect.md); tables call these by their class, as in wind, wind_2
     step_s, duration_s : of time [s]
     others : further bodies, each with its shift (3,) [m] from where it is defined
     scene : other fields of ``Scene``: integrator ("backward_euler"), level (0), held (True), frames (60), substeps ...
@@ -47,30 +42,43 @@ def simulate(
     Raises InputError for effects that do not suit each other, the body or the integrator, and NotConverged for a step
     that is not found.
     """
-    bodies = [each if isinstance(each, Body) else each.make() for each in (body, *(other for other, _ in others))]
+    given: Any = effects
+    if isinstance(given, Block | str) or not isinstance(given, Iterable):
+        raise InputError(f"effects is {given!r}; give a list of effects, such as [Gravity()].")
+    bodies = [as_body(each) for each in (body, *(other for other, _ in others))]
     blocks: dict[str, Any] = {}
     own: dict[str, Maker] = {}
     for effect in effects:
-        name = _snake(type(effect).__name__)
+        kind = type(effect).__name__
+        name = _snake(kind)
         listed = next((block for kind, block in LISTED.items() if isinstance(effect, kind)), "")
         if listed:
             blocks.setdefault(listed, []).append(effect)
         elif not isinstance(effect, Block):
-            own[name] = effect
+            if isinstance(effect, type) or not callable(getattr(effect, "make", None)):
+                raise InputError(f"{effect!r} is no effect; give Gravity() or another one, or an object with make.")
+            own[_free(name, [*EFFECTS, *RESERVED, *scene.get("own", {}), *own])] = effect
         elif name not in Scene.model_fields:
-            raise InputError(f"{type(effect).__name__} is no effect; give Gravity, Load, Contact or another one.")
+            raise InputError(f"{kind} is no effect; give Gravity, Load, Contact or another one.")
         elif name in blocks:
-            raise InputError(f"there are two effects {type(effect).__name__}; give one.")
+            raise InputError(f"there are two effects {kind}; give one.")
         else:
             blocks[name] = effect
     if "push" in blocks and not isinstance(blocks["push"], settings.Push):
         blocks["push"] = settings.Push(loads=blocks["push"])
     moved = [{"body": made.name, "shift_m": list(shift)} for made, (_, shift) in zip(bodies[1:], others, strict=True)]
-    given: dict[str, Any] = {"body": bodies[0].name, "name": bodies[0].name, "others": moved}
-    asked = Scene(**given | {"step_s": step_s, "duration_s": duration_s} | blocks | scene)
+    times = {"step_s": step_s, "duration_s": duration_s, "others": moved}
+    asked = Scene.model_validate({"body": bodies[0].name, "name": bodies[0].name} | times | blocks | scene)
+    if asked.step_s > asked.duration_s:
+        raise InputError(f"step_s is {step_s:g}, and duration_s {duration_s:g}; give a step that is not longer.")
     scene_check.check_instruments(asked.place, asked)
     scene_check.check_loads(asked.place, asked)
     return run(asked, particles_in(asked, bodies), own=own).motion
+
+
+def _free(name: str, taken: Sequence[str]) -> str:
+    """Return ``name``, with the first number from 2 on that makes it another than those that are ``taken``."""
+    return next(each for each in (name, *(f"{name}_{i}" for i in range(2, len(taken) + 3))) if each not in taken)
 
 
 def _snake(name: str) -> str:

@@ -4,17 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import skfem
 from fixtures.bodies import LIVER
-from pydantic import ValidationError
+from pydantic import TypeAdapter
 from scipy.spatial.distance import cdist, pdist
 
-from palpate.bodies.body import nest
+from palpate.bodies.body import Body, nest
 from palpate.bodies.contacts import contacts_of, kept_contacts, pressed_contacts, row_of
 from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import mesh_quality, mesh_sizes
 from palpate.bodies.refinement import finer
-from palpate.bodies.settings import Anchors, Box, Cylinder, File, Plane, Sheet, Sphere, as_anchors
+from palpate.bodies.settings import Anchors, Box, Cylinder, File, Plane, Rule, Sheet, Sphere
 from palpate.bodies.simple_shapes import sheet
 from palpate.bodies.supports import Bed, choose_anchors, default_anchors
 from palpate.errors import InputError
@@ -102,11 +103,11 @@ def test_liver_from_a_file(shared_meshes, name):
         ({"young_pa": -3000}, "young_pa"),
         ({"young_pa": float("inf")}, "young_pa"),
         ({"density_kg_m3": 0}, "density_kg_m3"),
-        ({"bed": {}}, r"bed\.sphere"),
+        ({"bed": {}}, "bed lacks sphere"),
     ],
 )
 def test_bad_entries(change, message):
-    with pytest.raises(ValidationError, match=message):
+    with pytest.raises(InputError, match=message):
         CYLINDER.but(**change)
 
 
@@ -119,7 +120,7 @@ def test_finer_keeps_the_bed_and_the_densities_of_a_ct(cube, material):
 
 
 def held(name, rule, mesh):
-    return choose_anchors(name, as_anchors(rule), mesh).tolist()
+    return choose_anchors(name, TypeAdapter(Rule).validate_python(rule), mesh).tolist()
 
 
 def test_rules_find_the_nodes_that_they_name(cube):
@@ -207,3 +208,62 @@ def test_kept_contacts_are_spread_evenly(beam):
     assert gap(kept) <= pdist(beam.coarse.nodes[kept]).min() * (1 + 1e-12)
     random = np.random.default_rng(1)
     assert gap(kept) < 0.7 * np.mean([gap(random.choice(able, 20, replace=False)) for _ in range(50)])
+
+
+@pytest.fixture(scope="module")
+def skfem_cube():
+    return skfem.MeshTet.init_tensor(*(np.linspace(0.0, 0.1, 3),) * 3)
+
+
+def from_skfem(mesh, **given):
+    return Body.from_skfem(mesh, **({"young_pa": 3e3, "poisson": 0.3} | given))
+
+
+def test_numbers_of_nodes_and_a_mask_hold_the_same_nodes(skfem_cube):
+    mask = skfem_cube.p[2] == 0.0
+    numbers = np.flatnonzero(mask)
+    for anchors in (mask, numbers, numbers.tolist()):
+        assert np.array_equal(from_skfem(skfem_cube, anchors=anchors).anchors[0], numbers)
+    box = {"sizes_m": (0.1, 0.1, 0.1), "divisions": (2, 2, 2), "young_pa": 3e3, "poisson": 0.3}
+    assert Box(**box, anchors=[0, 1, 3]).make().anchors[0].tolist() == [0, 1, 3]
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"young_pa": np.nan}, {"young_pa": -1.0}, {"poisson": 0.6}, {"density_kg_m3": -1.0},
+        {"law": "hooke"}, {"refinements": 9}, {"refinements": -1}, {"anchors": np.ones(3, dtype=bool)},
+        {"anchors": [0, 1, 99]},
+    ],
+)  # fmt: skip
+def test_a_mesh_of_scikit_fem_makes_no_body_that_a_box_would_not(skfem_cube, given):
+    with pytest.raises(InputError):
+        from_skfem(skfem_cube, **given)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda mesh: mesh.scaled(1000.0), r"mesh\.scaled\(0\.001\)"),
+        (lambda mesh: skfem.MeshTet(np.where(mesh.p == 0.05, np.nan, mesh.p), mesh.t), "NaN"),
+        (lambda mesh: skfem.MeshTet(np.hstack([mesh.p, [[0.1], [0.2], [0.3]]]), mesh.t), "no tetrahedron"),
+        (skfem.MeshTet2.from_mesh, "MeshTet"),
+        (lambda mesh: skfem.MeshTri(), "MeshTet"),
+        (lambda mesh: skfem.MeshHex(), "MeshTet"),
+    ],
+)
+def test_a_mesh_of_scikit_fem_that_is_no_body_is_refused(skfem_cube, change, said):
+    with pytest.raises(InputError, match=said):
+        from_skfem(change(skfem_cube))
+
+
+@pytest.mark.parametrize("level", [-1, 2])
+def test_a_body_ends_at_one_of_its_levels(skfem_cube, level):
+    with pytest.raises(InputError, match="levels 0 to 1"):
+        from_skfem(skfem_cube, refinements=1).up_to(level)
+
+
+@pytest.mark.parametrize("point", [(np.nan, 0.0, 0.0), (0.0, 0.0)])
+def test_nothing_is_near_a_place_that_is_none(skfem_cube, point):
+    with pytest.raises(InputError, match="three finite numbers"):
+        from_skfem(skfem_cube).node_at(point)

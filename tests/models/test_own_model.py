@@ -2,9 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
+import palpate as pp
 from palpate.benchmark.measure import measure
+from palpate.comparison import ComparedCase, Comparison
 from palpate.errors import InputError
 from palpate.models.load_model import load_own
 from palpate.models.model_registry import model
@@ -89,3 +93,77 @@ def test_one_that_is_not_finite_has_failed(tmp_path, slab_case, slab_judge):
     assert (samples["failure"] != "").all() and settings["failures"].item() == settings["samples"].item()
     failure = settings["failure"].item()
     assert "not finite" in failure and failure.startswith(f"{file}: ")
+
+
+@pytest.fixture(scope="module")
+def asked(slab_case, slab_judge):
+    return ComparedCase(slab_case[0], slab_judge)
+
+
+class Broken:
+    """A model of a script that fails where its name says."""
+
+    def __init__(self, where):
+        self.where = where
+
+    def prepare(self, case):
+        return 1 / 0 if self.where == "prepare" else self
+
+    def respond(self, load):
+        return 1 / 0 if self.where == "respond" else np.zeros(3)
+
+
+def test_what_one_model_lacks_is_no_others_fault(asked):
+    broken = [Broken("prepare"), Broken("respond"), Broken("shape"), pp.FEM(level=4)]
+    found = pp.compare(asked, [*broken, pp.LinearFEM()], repeats=1)
+    rows = found.table[found.table["model"] != "zero"].set_index("model")
+    assert (rows["failures"] > 0).tolist() == [True] * 4 + [False]
+    assert rows["rmse_of_peak"].notna().tolist() == [False] * 4 + [True]
+    failures = rows["failure"].tolist()
+    assert all(each.startswith("Broken: ") for each in failures[:3]) and "level is 4" in failures[3]
+    line = Broken.respond.__code__.co_firstlineno + 1
+    assert f"{__file__}, line {line}, ZeroDivisionError" in failures[1]
+
+
+@pytest.mark.parametrize("models", [pp.FEM(), pp.FEM, [pp.FEM], [pp.Gravity()], [3], [pp.FEM(), pp.FEM()]])
+def test_what_is_no_list_of_different_models_is_refused(asked, models):
+    with pytest.raises(InputError, match=r"model|twice"):
+        pp.compare(asked, models)
+
+
+BOX = pp.Box(sizes_m=(0.1, 0.1, 0.1), divisions=(2, 2, 2), young_pa=3e3, poisson=0.3)
+NOWHERE = pp.Press(node=1, force_n=1.0)
+NOTHING_FOUND = (pd.DataFrame(), pd.DataFrame())
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: pp.compare(BOX, [pp.FEM()]), "make_case"),
+        (lambda: pp.advise(BOX, budget_ms=1), "compare"),
+        (lambda: pp.advise(Comparison(*NOTHING_FOUND), budget_ms=0.0), "budget_ms"),
+        (lambda: pp.advise(Comparison(*NOTHING_FOUND), budget_ms=np.nan), "budget_ms"),
+        (lambda: pp.advise(Comparison(*NOTHING_FOUND), max_error=1.0), "max_error"),
+        (lambda: pp.plot_precision(Comparison(*NOTHING_FOUND), "x.txt"), r"\.png"),
+        (lambda: pp.make_case(pp.Box, radius_m=0.02), "no body"),
+        (lambda: pp.make_case(BOX, radius_m=0.02, contacts=23), "contacts is 23"),
+        (lambda: pp.make_case(BOX, radius_m=0.02, peak_of_size=0.0), "peak_of_size"),
+        (lambda: pp.make_case(BOX, radius_m=0.02, peak_of_size=np.nan), "peak_of_size"),
+        (lambda: pp.FEM().answer(BOX, NOWHERE), r"make\(\)"),
+        (lambda: pp.FEM().answer(BOX.make(), 3), "no press"),
+        (lambda: pp.load("nothing.stl", hold="under"), "below"),
+        (lambda: BOX.make().plot("x.pdf"), r"\.png"),
+        (lambda: BOX.make().plot("nofolder/x.png"), "folder nofolder"),
+    ],
+)
+def test_a_wrong_argument_of_a_script_is_refused_in_a_sentence(call, said):
+    with pytest.raises(InputError, match=said):
+        call()
+
+
+def test_an_error_is_that_of_one_surface():
+    bodies = BOX.make(), BOX.but(refinements=1).make()
+    still = [pp.Response(body, np.zeros((len(body.fine.surface), 3))) for body in bodies]
+    for other in (still[1], None):
+        with pytest.raises(InputError, match="response"):
+            still[0].error(other)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import palpate as pp
 from palpate.bodies.body import nest
 from palpate.bodies.particles import particles_of
 from palpate.bodies.simple_shapes import sheet
@@ -125,3 +126,41 @@ def test_palpates_own_effects_agree(slab, soft, module):
     blocks = {gravity: Gravity(acceleration_m_s2=[0, 0, -9.81]), body_springs: BodySprings()}
     blocks |= {springs: Springs(), volume_preservation: Volume()}
     assert disagreement(module.make(particles, blocks.get(module), None), particles) == ""
+
+
+CUBE = {"sizes_m": (0.1, 0.1, 0.1), "divisions": (1, 1, 1), "young_pa": 20e3, "poisson": 0.3}
+
+
+class Pull:
+    """A uniform acceleration (3,) [m/s²], as a load of one's own."""
+
+    outer = True
+
+    def __init__(self, *acceleration):
+        self.acceleration_m_s2 = np.array(acceleration)
+
+    def make(self, particles, elastic):
+        self.forces = particles.masses[:, None] * self.acceleration_m_s2
+        return self
+
+    def add_force(self, x, v, force):
+        force += self.forces
+
+
+def test_all_effects_of_ones_own_act_whatever_their_classes_are_called():
+    called = type("gravity", (Pull,), {})  # as an effect of palpate's
+    asked = [pp.Gravity(acceleration_m_s2=(0, 0, -2.0)), called(3.0, 0, 0), called(0, 4.0, 0)]
+    motion = pp.simulate(pp.Box(**CUBE), asked, step_s=0.1, duration_s=0.1)
+    moved = (motion.positions[-1] - motion.rest).mean(axis=0)
+    assert moved == pytest.approx(0.1**2 * np.array([3.0, 4.0, -2.0]), rel=1e-6)  # of one step from rest
+
+
+@pytest.mark.parametrize("effects", [pp.Gravity(), [pp.Gravity], ["gravity"], [3], [pp.Box(**CUBE)]])
+def test_what_is_no_list_of_effects_is_refused(effects):
+    with pytest.raises(InputError, match="effect"):
+        pp.simulate(pp.Box(**CUBE), effects, step_s=0.1, duration_s=0.1)
+
+
+def test_a_step_is_not_longer_than_the_motion():
+    with pytest.raises(InputError, match="step_s"):
+        pp.simulate(pp.Box(**CUBE), [pp.Gravity()], step_s=0.2, duration_s=0.1)

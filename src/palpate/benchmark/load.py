@@ -113,6 +113,8 @@ class SurfacePress(Block):
 
     def load_of(self, body: "Body") -> Load:
         """Return the press as models are asked; InputError for a node that ``body`` has not, or no direction."""
+        if not hasattr(body, "fine"):
+            raise InputError(f"{type(body).__name__} is no body; give what its make() returns, once for all presses.")
         if self.node >= len(body.fine.nodes):
             raise InputError(f"node {self.node} is not of {body.name}, which has {len(body.fine.nodes)}; give another.")
         way = -body.fine.normals[self.node] if self.direction is None else np.array(self.direction, dtype=float)
@@ -150,7 +152,15 @@ class Response:
         return self.plot()
 
     def error(self, other: "Response") -> float:
-        """Return the RMSE against ``other``, over its peak."""
+        """Return the RMSE against ``other``, over its peak; InputError unless both are of the same surface."""
+        if not isinstance(other, Response):
+            raise InputError(f"an error is that against another response, and not against {other!r}.")
+        own, others = (each.body.fine.nodes[each.body.fine.surface] for each in (self, other))
+        if not np.array_equal(own, others):
+            raise InputError(
+                f"the responses are of surfaces of {len(own)} and {len(others)} nodes that differ; ask both models "
+                "about one body, at any of its levels."
+            )
         apart = np.sum((self.displacement_m - other.displacement_m) ** 2, axis=1)
         return float(np.sqrt(np.mean(apart)) / other.peak_m)
 

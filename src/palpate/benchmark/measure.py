@@ -175,11 +175,21 @@ def measure(
                 learnt = "training" in one.used
                 if judge.training and not learnt and more_of is not None and re.search(more_of, model.text):
                     more = ask(one.solver, judge.training, 0, 0.0, *given)
-            about: dict[str, str | bool] = {"sees": model.sees, "prepared": model.needs_contacts}
-            about["law"] = model.law_of(case)
+            about = _kind(model, case)
             answered = _answered(one.solver, judge, asked, model.place)
             findings.append(Finding(labels_of(case, name, model.text), asked, offline, memory, about, more, answered))
     return found_rows(findings, judge)
+
+
+def failed(case: Case, model: Model, judge: Judge, why: str) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tabulate a model that has failed on every sample because of ``why``, as ``measure`` does."""
+    asked = [Asked(failure=why)] * len(judge.numbers)
+    labels = labels_of(case, model.name, model.text)
+    return found_rows([Finding(labels, asked, np.nan, np.nan, _kind(model, case))], judge)
+
+
+def _kind(model: Model, case: Case) -> dict[str, str | bool]:
+    return {"sees": model.sees, "prepared": model.needs_contacts, "law": model.law_of(case)}
 
 
 def _answered(solver: Solver | NotConverged, judge: Judge, asked: list[Asked], place: str) -> list[bool]:

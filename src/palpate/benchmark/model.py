@@ -220,6 +220,8 @@ class Model(Block):
 
         ``FEM(order=1).answer(liver, SurfacePress(node=100, force_n=0.5, radius_m=0.02)).displacement_m``
         """
+        if not isinstance(press, SurfacePress):
+            raise InputError(f"{press!r} is no press; give Press(node=..., force_n=..., radius_m=...).")
         load = press.load_of(body)
         case = _alone(body, press.radius_m, (press.node,) if self.needs_contacts else ())
         solver = case.share(("solver", type(self), repr(self)), lambda: self.prepare(case))

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from scipy import sparse
@@ -12,10 +13,9 @@ from palpate.bodies.material import LAWS, Material, Tissue, uniform
 from palpate.bodies.mesh import Sheet, TetMesh
 from palpate.bodies.refinement import Snap, finer
 from palpate.bodies.supports import Bed, inner_nodes
+from palpate.errors import InputError
 
 if TYPE_CHECKING:  # it checks the quality of bodies
-    from pathlib import Path
-
     from skfem import MeshTet
 
     from palpate.bodies.organs import SmoothSurface
@@ -77,33 +77,43 @@ class Body:
         poisson: float,
         density_kg_m3: float = 1000.0,
         law: str = LAWS[0],
-        anchors: "np.ndarray | Rule | None" = None,
+        anchors: "np.ndarray | Sequence[int] | Rule | None" = None,
         refinements: int = 0,
         name: str = "body",
     ) -> "Body":
         """Return a body of a mesh of scikit-fem in metres, whose nodes stay in their order.
 
-        anchors : numbers of the nodes that are held, or a Plane or Sphere that holds them; None for a free body
-        Raises InputError for flat or doubled elements and as ``make_body``.
+        anchors : numbers of the nodes that are held, a mask (n,) bool of them, or a Plane or Sphere that holds them;
+            None for a free body
+        Raises InputError for elements other than tetrahedra with 4 nodes, for a size that no body has, and as for the
+        mesh of a file.
         """
-        from palpate.bodies.mesh_quality import check_tetrahedra
-        from palpate.bodies.settings import Anchors, as_anchors
+        from palpate.bodies.settings import Solid, check_laws
+        from palpate.bodies.skfem_mesh import read_skfem
         from palpate.bodies.supports import choose_anchors
 
-        nodes, corners = np.ascontiguousarray(mesh.p.T), np.ascontiguousarray(mesh.t.T, dtype=np.int64)
-        inverted = TetMesh(nodes, corners).volumes < 0.0
-        corners[inverted] = corners[inverted][:, [0, 1, 3, 2]]  # scikit-fem sorts the nodes of its elements
-        coarse = TetMesh(nodes, check_tetrahedra(name, nodes, corners))
-        rule = Anchors(nodes=anchors.tolist()) if isinstance(anchors, np.ndarray) else as_anchors(anchors)
-        held = choose_anchors(name, rule, coarse)
-        return nest(name, coarse, refinements, held, Material(young_pa, poisson, density_kg_m3, law))
+        constants: dict[str, Any] = {
+            "young_pa": young_pa,
+            "poisson": poisson,
+            "density_kg_m3": density_kg_m3,
+            "law": law,
+        }
+        check_laws(f"body {name}: law", [law], Path())
+        coarse = read_skfem(f"body {name}", mesh)
+        if isinstance(anchors, np.ndarray) and anchors.dtype == bool and anchors.shape != (len(coarse.nodes),):
+            raise InputError(f"body {name}: anchors is a mask {anchors.shape}; give one of ({len(coarse.nodes)},).")
+        held: Any = anchors
+        given = Solid(refinements=refinements, anchors=held, **constants)
+        return nest(name, coarse, given.refinements, choose_anchors(name, given.anchors, coarse), Material(**constants))
 
     def node_at(self, point_m: Sequence[float]) -> int:
         """Return the number of the node of the coarse surface nearest to a point (3,) [m]; all levels have it."""
+        if np.shape(point_m) != (3,) or not np.isfinite(point_m).all():
+            raise InputError(f"node_at is asked for {point_m}; give three finite numbers [m].")
         surface = self.coarse.surface
         return int(surface[np.linalg.norm(self.coarse.nodes[surface] - point_m, axis=1).argmin()])
 
-    def plot(self, path: "str | Path | None" = None) -> bytes:
+    def plot(self, path: str | Path | None = None) -> bytes:
         """Draw the finest level; return the PNG, and write it to ``path`` if there is one."""
         from palpate import pictures
 
@@ -129,6 +139,8 @@ class Body:
 
     def up_to(self, level: int) -> "Body":
         """Return the body without the levels finer than ``level``, counted from 0."""
+        if level not in range(len(self.levels)):
+            raise InputError(f"{self.name} has the levels 0 to {len(self.levels) - 1}, and not {level}.")
         count = level + 1
         return replace(
             self,
@@ -163,6 +175,20 @@ class Body:
         """Linear interpolation from coarse to fine nodes, (n_fine, n_coarse)."""
         identity = sparse.eye_array(len(self.coarse.nodes), format="csr")
         return reduce(lambda product, p: p @ product, self.prolongations, identity)
+
+
+class Makes(Protocol):
+    """Settings of a body."""
+
+    def make(self) -> Body: ...
+
+
+def as_body(given: Any) -> Body:
+    """Return a body, or that of its settings; InputError for anything else."""
+    if isinstance(given, type) or not (isinstance(given, Body) or callable(getattr(given, "make", None))):
+        raise InputError(f"{given!r} is no body; give one, or its settings, such as Box(...).")
+    made: Body = given if isinstance(given, Body) else given.make()
+    return made
 
 
 def nest(

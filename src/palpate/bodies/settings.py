@@ -4,6 +4,7 @@ from os.path import isdir, isfile, normpath
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import BeforeValidator, ConfigDict, Field
 
 from palpate.bodies.material import LAWS, NAMED, PATTERN_EXPONENTIAL, kind_of
@@ -88,7 +89,11 @@ class Bed(Block):
 
 
 def as_anchors(value: Any) -> Any:
-    """Take a plane, a sphere or several of them for the rule that they are."""
+    """Take a plane, a sphere or several of them, numbers of nodes or a mask of them for the rule that they are."""
+    if isinstance(value, np.ndarray):
+        value = (np.flatnonzero(value) if value.dtype == bool else value).tolist()
+    if isinstance(value, list | tuple) and all(type(each) is int for each in value):
+        return Anchors(nodes=list(value))
     if isinstance(value, Plane):
         return Anchors(plane=value)
     if isinstance(value, Sphere):

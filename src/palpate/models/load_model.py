@@ -28,7 +28,11 @@ class OwnModel(Model):
     def said(self) -> Setting:
         if isinstance(self.own, Model):
             return self.own.said
-        names = [field.name for field in fields(self.own)] if is_dataclass(self.own) else list(vars(self.own))
+        names = (
+            [field.name for field in fields(self.own)]
+            if is_dataclass(self.own)
+            else list(getattr(self.own, "__dict__", {}))
+        )
         return {name: getattr(self.own, name) for name in names}
 
     def tried(self, case: Case, grid: Any) -> Sequence[Model]:
@@ -104,7 +108,8 @@ def _named(place: str, call: Callable, *arguments: Any) -> Any:
     except NotConverged:
         raise
     except Exception as error:
-        raise InputError(f"{place}: does not work ({failure(error)}); correct it, {GUIDE}.") from error
+        module = "" if place.endswith(".py") else getattr(call, "__module__", "")  # of a script's object
+        raise InputError(f"{place}: does not work ({failure(error, module)}); correct it, {GUIDE}.") from error
 
 
 def load_model(name: str, place: str, fields: Mapping[str, Any]) -> Model:

@@ -101,6 +101,12 @@ def test_wrong_fields_are_one_sentence_in_python_too(make, said):
     assert str(caught.value).startswith(said) and "\n" not in str(caught.value)
 
 
+def test_the_public_names_are_all_that_palpate_lists():
+    assert dir(pp) == sorted(pp.__all__)
+    with pytest.raises(AttributeError, match="did you mean Liver"):
+        pp.Livr  # noqa: B018
+
+
 def test_numbers_of_numpy_become_plain_ones_and_bools_are_none():
     box = pp.Box(**BOX | {"divisions": np.array([3, 2, 1])}, young_pa=np.float32(0.5))
     assert box["divisions"] == [3, 2, 1] and {type(each) for each in box["divisions"]} == {int}

@@ -120,3 +120,10 @@ def test_blocks_inside_others_leave_their_fault_to_the_whole():
     with pytest.raises(ValidationError) as caught:
         pp.Box.model_validate(BOX | {"young_pa": 1, "anchors": [{"nodes": [1]}, {"plane": {"axis": "z"}}]})
     assert {error["loc"][:4] for error in caught.value.errors()} == {("anchors", "several", 1, "plane")}
+
+
+def test_help_has_every_field_of_every_class():
+    for kind in (getattr(pp, name) for name in pp.__all__):
+        assert kind.__doc__
+        for name, field in getattr(kind, "model_fields", {}).items():
+            assert f"\n{name}" in kind.__doc__ and field.description in kind.__doc__

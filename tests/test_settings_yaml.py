@@ -101,6 +101,12 @@ def test_wrong_fields_are_one_sentence_in_python_too(make, said):
     assert str(caught.value).startswith(said) and "\n" not in str(caught.value)
 
 
+def test_the_public_names_are_all_that_palpate_lists():
+    assert dir(pp) == sorted(pp.__all__)
+    with pytest.raises(AttributeError, match="did you mean Liver"):
+        pp.Livr  # noqa: B018
+
+
 def test_numbers_of_numpy_become_plain_ones_and_bools_are_none():
     box = pp.Box(**BOX | {"divisions": np.array([3, 2, 1])}, young_pa=np.float32(0.5))
     assert box["divisions"] == [3, 2, 1] and {type(each) for each in box["divisions"]} == {int}
@@ -114,3 +120,10 @@ def test_blocks_inside_others_leave_their_fault_to_the_whole():
     with pytest.raises(ValidationError) as caught:
         pp.Box.model_validate(BOX | {"young_pa": 1, "anchors": [{"nodes": [1]}, {"plane": {"axis": "z"}}]})
     assert {error["loc"][:4] for error in caught.value.errors()} == {("anchors", "several", 1, "plane")}
+
+
+def test_help_has_every_field_of_every_class():
+    for kind in (getattr(pp, name) for name in pp.__all__):
+        assert kind.__doc__
+        for name, field in getattr(kind, "model_fields", {}).items():
+            assert f"\n{name}" in kind.__doc__ and field.description in kind.__doc__

@@ -20,11 +20,12 @@ __all__ = list(_PLACES)
 
 def __getattr__(name: str) -> object:
     if name not in _PLACES:
-        raise AttributeError(f"palpate has no {name}; it has {', '.join(_PLACES)}")
+        suggest = import_module("palpate.errors").suggest
+        raise AttributeError(f"palpate has no {name}; {suggest(name, __all__, 'it has')}")
     module, own_name = _PLACES[name]
     globals()[name] = found = getattr(import_module(module), own_name)
     return found
 
 
 def __dir__() -> list[str]:
-    return [*globals(), *__all__]
+    return __all__

@@ -50,6 +50,10 @@ class ComparedCase:
     case: Case
     judge: Judge
 
+    def __repr__(self) -> str:
+        asked = f"{self.case.n_training} presses to learn from, {len(self.judge.samples.contact)} to answer"
+        return f"<ComparedCase of {self.case.body.name}: {asked}>"
+
 
 def make_case(
     body: Body | Makes,
@@ -105,6 +109,9 @@ class Comparison:
 
     table: pd.DataFrame
     answers: pd.DataFrame
+
+    def __repr__(self) -> str:
+        return f"<Comparison: {len(self.summary)} rows of models, {len(self.answers)} answers>"
 
     @property
     def summary(self) -> pd.DataFrame:

@@ -1,10 +1,20 @@
 """What settings are made of: blocks, which are frozen objects, and types of single values."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from importlib import import_module
-from typing import Annotated, Any, Literal, Self, TypeVar
+from inspect import Parameter, Signature, cleandoc
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, WrapValidator, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetJsonSchemaHandler,
+    ValidationError,
+    WrapValidator,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from palpate.errors import InputError
@@ -12,6 +22,33 @@ from palpate.errors import InputError
 T = TypeVar("T")
 NAME = "^[a-z][a-z0-9_]*$"
 """The pattern of names that files and folders get."""
+
+
+class _Told:
+    """An attribute of classes that is made of a class whenever it is read."""
+
+    def __init__(self, make: Callable[[Any], Any]):
+        self.make = make
+
+    def __get__(self, _: object, kind: type) -> Any:
+        return self.make(kind)
+
+
+def _doc(kind: "type[Block]") -> str:
+    """Return what a class is, and a line for each field."""
+    lines = [f"{each} : {kind.model_fields[each.name].description}" for each in _signature(kind).parameters.values()]
+    return "\n".join([f"{cleandoc(kind.own_doc or '')}\n", *lines]).strip()
+
+
+def _signature(kind: "type[Block]") -> Signature:
+    """Return the names of a class's fields, and their defaults."""
+    made = {
+        name: Parameter.empty
+        if field.is_required()
+        else field.get_default(call_default_factory=True, validated_data={})
+        for name, field in kind.model_fields.items()
+    }
+    return Signature([Parameter(name, Parameter.KEYWORD_ONLY, default=default) for name, default in made.items()])
 
 
 class Block(BaseModel):
@@ -22,6 +59,23 @@ class Block(BaseModel):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True)
+    own_doc: ClassVar[str | None] = None
+    """What the source says of the class; its ``__doc__`` has a line for each field, too."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **more: Any) -> None:
+        super().__pydantic_init_subclass__(**more)
+        cls.own_doc = cls.__doc__
+        cls.__doc__, cls.__signature__ = _Told(_doc), _Told(_signature)  # type: ignore[assignment]
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: Any, handler: GetJsonSchemaHandler) -> dict:
+        found = handler(schema)
+        described = handler.resolve_ref_schema(found)
+        described.pop("description", None)
+        if cls.own_doc:
+            described["description"] = cleandoc(cls.own_doc)
+        return found
 
     def __init__(self, /, **fields: Any) -> None:
         try:

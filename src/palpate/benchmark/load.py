@@ -137,6 +137,10 @@ class Response:
     estimated_error: float | None = None
     doubt: str = ""
 
+    def __repr__(self) -> str:
+        doubt = f", doubted: {self.doubt}" if self.doubt else ""
+        return f"<Response of {self.body.name}: {len(self.displacement_m)} nodes, peak {self.peak_m:.3g} m{doubt}>"
+
     @property
     def peak_m(self) -> float:
         """The largest displacement [m]."""

@@ -54,6 +54,10 @@ class Body:
     densities: list[np.ndarray] | None = None
     smooth: "SmoothSurface | None" = None
 
+    def __repr__(self) -> str:
+        nodes = ", ".join(str(len(mesh.nodes)) for mesh in self.levels)
+        return f"<Body {self.name}: levels of {nodes} nodes, {len(self.anchors[-1])} of the last held>"
+
     @property
     def coarse(self) -> TetMesh | Sheet:
         return self.levels[0]

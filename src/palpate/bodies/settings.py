@@ -45,11 +45,15 @@ Magnitudes = Some[Positive]
 
 
 class Sphere(Block):
+    """The inside of a sphere; as anchors, it holds the nodes there."""
+
     center_m: Vector = key("Centre [m]")
     radius_m: Positive = key("Radius [m]")
 
 
 class Region(Block):
+    """A part of a body with a material of its own, such as a tumour."""
+
     tag: Whole | Text | None = optional(
         "Of a body of kind file: number or name of the physical group of a gmsh file (without groups, the number of "
         "its volume), or the number in the cell data of another file"
@@ -62,6 +66,8 @@ class Region(Block):
 
 
 class Plane(Block):
+    """What lies within a depth of a body's extreme plane; as anchors, it holds the nodes there."""
+
     axis: Axis = key("Direction of the plane's normal")
     side: Literal["min", "max"] = key("Which end of the axis")
     depth_m: NotNegative = key("Depth [m]")
@@ -80,6 +86,8 @@ class Anchors(Block):
 
 
 class Bed(Block):
+    """An elastic bed: springs under a part of a body's surface."""
+
     sphere: Sphere = key("Where the springs are; they fade smoothly to zero at its surface")
     facing: Vector | None = optional(
         "A direction; only what has an outward normal within 60° of it, and no other part of the body in it, lies on "
@@ -177,23 +185,33 @@ class Round(Shape):
 
 
 class Cylinder(Round, Compared):
+    """A round bar along z."""
+
     kind: Literal["cylinder"] = key("A round bar along z", "cylinder")
     radius_m: Positive = key("Radius [m]")
 
 
 class Liver(Round, Compared):
+    """A liver with a thick right and a thin left lobe."""
+
     kind: Literal["liver"] = key("A liver with a thick right and a thin left lobe", "liver")
 
 
 class Kidney(Round):
+    """A kidney: a bean with a hollow in its middle side."""
+
     kind: Literal["kidney"] = key("A bean with a hollow in its middle side", "kidney")
 
 
 class Stomach(Round):
+    """A filled stomach, bent like a J."""
+
     kind: Literal["stomach"] = key("A filled stomach, bent like a J", "stomach")
 
 
 class File(Compared):
+    """A body from a file: a tetrahedral mesh, or a closed surface that is filled."""
+
     kind: Literal["file"] = key("A tetrahedral mesh or a closed surface read from a file", "file")
     path: str = key("The mesh (.msh .vtk .vtu .vtp .mesh .stl .obj .ply .off), relative to this configuration")
     scale_m: Positive | None = optional(
@@ -213,12 +231,16 @@ class File(Compared):
 
 
 class Box(Shape):
+    """A box of tetrahedra, with a corner at the origin."""
+
     kind: Literal["box"] = key("A box from the origin along x y and z", "box")
     sizes_m: Three[Positive] = key("Sides [m] along x, y and z")
     divisions: Three[Count] = key("Coarse cells along x, y and z, of six tetrahedra each; even numbers: symmetric")
 
 
 class Sheet(_Body):
+    """A flat sheet of triangles along x and y."""
+
     kind: Literal["sheet"] = key("A flat sheet of triangles from the origin along x and y", "sheet")
     sizes_m: Pair[Positive] = key("Sides [m] along x and y")
     divisions: Pair[Count] = key("Cells along x and y, of two triangles each; even numbers make the mesh symmetric")
@@ -235,6 +257,8 @@ class Sheet(_Body):
 
 
 class Ct(Compared):
+    """An organ that is segmented in a CT or an MRI."""
+
     kind: Literal["ct"] = key("An organ in a CT or an MRI", "ct")
     modality: Literal["ct", "mri"] = key("What the image is; grey values of an MRI have no unit, and no density", "ct")
     image: Text | None = key("DICOM folder, .nii, .nii.gz, .nrrd or .mhd; null for the synthetic abdomen", None)

@@ -25,6 +25,8 @@ Fraction = Annotated[NotNegative, Field(le=1)]
 
 
 class Load(Block):
+    """A force on the surface that grows, stays and falls."""
+
     at_m: Vector = key("Middle of the load [m]; the point of the surface nearest to it at rest")
     force_n: Vector = key("Force [N]")
     radius_m: NotNegative = key("Radius of the disc that the force is spread over [m]; 0 is a point", 0)
@@ -42,12 +44,16 @@ class _Tool(Block):
 
 
 class Ball(_Tool):
+    """An instrument that is a ball."""
+
     kind: Literal["sphere"] = key("A ball", "sphere")
     center_m: Vector = key("Centre [m]")
     radius_m: Positive = key("Radius [m]")
 
 
 class Capsule(_Tool):
+    """An instrument that is a rod with round ends."""
+
     kind: Literal["capsule"] = key("A rod with round ends", "capsule")
     from_m: Vector = key("Middle of one round end [m]")
     to_m: Vector = key("Middle of the other round end [m]")
@@ -55,12 +61,16 @@ class Capsule(_Tool):
 
 
 class Floor(_Tool):
+    """An instrument that fills all below a height."""
+
     kind: Literal["floor"] = key("All below a height", "floor")
     axis: Axis = key("Which way is up", "z")
     height_m: Number = key("Height [m]")
 
 
 class Triangles(_Tool):
+    """An instrument that is a surface in a file."""
+
     kind: Literal["mesh"] = key("Triangles of a file", "mesh")
     file: str = key("STL, OBJ, PLY, VTK … relative to this configuration")
     scale_m: Positive = key("Length of the file's unit [m]", 1)
@@ -71,6 +81,8 @@ Instrument = Annotated[Ball | Capsule | Floor | Triangles, Field(discriminator="
 
 
 class Gravity(Block):
+    """The weight of bodies."""
+
     acceleration_m_s2: Vector = key("Acceleration [m/s²]", [0, 0, -9.81])
 
 
@@ -79,6 +91,8 @@ class Push(Block):
 
 
 class Hook(Block):
+    """A patch of the surface that is grasped, moved or pulled, and let go."""
+
     model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": ["shift_m"]}, {"required": ["force_n"]}]})
 
     at_m: Vector = key("Point [m] whose nearest surface point is grasped at rest, with what is around it")
@@ -92,6 +106,8 @@ class Hook(Block):
 
 
 class Thread(Block):
+    """A suture between two points of a surface, which only pulls."""
+
     ends_m: Pair[Vector] = key("Points [m] whose nearest surface points at rest it joins")
     stiffness_n_m: Positive = key(
         "Stiffness [N/m], by default that of 3 cm of polypropylene 3-0: 4.0 GPa (Nindhia et al. 2021), 0.22 mm thick",
@@ -109,6 +125,8 @@ class Other(Block):
 
 
 class Contact(Block):
+    """What bodies can meet: instruments, each other and themselves."""
+
     instruments: list[Instrument] = key("Rigid things, at rest or driven along a path", [])
     gap_m: Positive | None = optional(
         "Distance at which surfaces begin to repel [m]; by default a thousandth of the smallest body"
@@ -120,12 +138,16 @@ class Contact(Block):
 
 
 class Springs(Block):
+    """Springs along edges, diagonals and across edges, which hold a body together."""
+
     structural_n_m: NotNegative | None = optional("Stiffness of the edges' springs [N/m]")
     shear_n_m: NotNegative | None = optional("Stiffness of the diagonals' springs [N/m]")
     bending_n_m: NotNegative | None = optional("Stiffness of the springs across edges [N/m]")
 
 
 class Clusters(Block):
+    """How the particles of shape matching are grouped."""
+
     kind: Literal["one", "tetrahedra", "each_tetrahedron", "cubes"] = key(
         "Which groups; each_tetrahedron makes many and is slow", "one"
     )
@@ -134,6 +156,8 @@ class Clusters(Block):
 
 
 class ShapeMatching(Block):
+    """Clusters of particles that are drawn to their shape at rest, moved, turned and deformed."""
+
     mode: Literal["rigid", "linear", "quadratic"] = key("How a cluster may deform", "linear")
     alpha: Fraction = key("Stiffness, from 0 to 1", 0.5)
     beta: Fraction = key("Deformation, from 0 to 1", 0.5)
@@ -148,21 +172,29 @@ class Bending(Block):
 
 
 class Volume(Block):
+    """A force that preserves the volume."""
+
     stiffness_n_m: NotNegative | None = optional("Stiffness [N/m]; by default what the body's Poisson's ratio asks for")
 
 
 class BodySprings(Block):
+    """Springs that tie each node to its place at rest, so that a surface resists like a solid."""
+
     stiffness_n_m: NotNegative | None = optional("Stiffness [N/m]; by default what the body's modulus asks for")
     damping_ratio: NotNegative = key("Share of critical damping", 0.5)
 
 
 class Plasticity(Block):
+    """Lasting deformation beyond a yield strain."""
+
     yield_strain: Positive = key("Elastic strain above which it flows")
     creep_1_s: Positive = key("Rate of the flow [1/s]", 10)
     max_strain: NotNegative = key("Largest lasting strain")
 
 
 class Prony(Block):
+    """Relaxation of the elements' shear modulus, as a Prony series."""
+
     shares: list[Positive] = key(
         "Shares of the instantaneous shear modulus that relax, 0.99 in all at most", min_length=1
     )
@@ -172,6 +204,8 @@ class Prony(Block):
 
 
 class Rayleigh(Block):
+    """Damping by shares of mass and stiffness."""
+
     mass_1_s: NotNegative = key("Share of the mass [1/s]", 1)
     stiffness_s: NotNegative = key("Share of the stiffness [s]", 0.01)
 
@@ -201,15 +235,21 @@ class Touching(Block):
 
 
 class Kelvin(Block):
+    """Dampers beside the springs."""
+
     ratio: NotNegative = key("Share of critical damping", 0.1)
 
 
 class Maxwell(Block):
+    """Springs in series with dampers, which relax, beside the others."""
+
     stiffness_ratio: NotNegative = key("Their stiffness, relative to the springs")
     relaxation_s: Positive = key("Time in which they relax [s]")
 
 
 class VelocityDamping(Block):
+    """Decay of all velocities."""
+
     rate_1_s: NotNegative = key("Rate of decay [1/s]", 1)
 
 

@@ -167,7 +167,7 @@ def _model(*studies: str) -> type[BaseModel]:
     blocks: dict[str, Any] = {
         study: (_module(study).Settings if study in studies else None, optional()) for study in STUDIES
     }
-    return create_model("Config", __base__=Shared, __doc__=Shared.__doc__, **blocks)
+    return create_model("Config", __base__=Shared, __doc__=Shared.own_doc, **blocks)
 
 
 def _null(given: Any, made: Any, place: str = "") -> str:

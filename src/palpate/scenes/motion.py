@@ -55,6 +55,10 @@ class Motion:
     up: int = 2
     drawn: tuple[Moved, ...] = ()
 
+    def __repr__(self) -> str:
+        frames, nodes, _ = self.positions.shape
+        return f"<Motion {self.scene}: {frames} frames of {nodes} nodes, {self.times[0]:g} to {self.times[-1]:g} s>"
+
     def force(self, name: str) -> np.ndarray:
         """Return the force (s, 3) [N] of an instrument or a hook on the bodies at the end of each of s steps.
 

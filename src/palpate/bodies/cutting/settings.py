@@ -34,6 +34,8 @@ class Stroke(CutSettings):
 
 
 class Cut(Stroke):
+    """A cut through a body at rest, by a blade along a path, a disc or a plane."""
+
     way: Literal["conform", "split_faces", "virtual_nodes"] = key(
         "The mesh is made anew so that it conforms to the cut, or cut along its faces, or its elements are doubled",
         "conform",

@@ -9,7 +9,6 @@ import numpy as np
 
 from palpate.bodies.cutting.settings import CutSettings, DiscSettings
 from palpate.bodies.mesh import Mesh, area_normals, unit
-from palpate.bodies.surfaces.triangles import signed_distances
 from palpate.errors import InputError
 
 
@@ -361,16 +360,24 @@ def blade(mesh: Mesh, path_m: np.ndarray, direction: np.ndarray, depth_m: float)
     return Blade(path_m, direction, depth_m, (first, last))
 
 
-ON_SKIN = 1e-9
-"""Distance over the size of the body within which a point lies on its surface."""
 PROBES = 33
 """Points of the blade at an end of its path, of which any in the body says that it does not leave it there, and points
 of a path whose normals are taken."""
 
 
 def inside(mesh: Mesh, points: np.ndarray) -> np.ndarray:
-    """Return which of ``points`` (n, 3) [m] are inside a closed surface, (n,) bool; those on it count as outside."""
-    return signed_distances(points, mesh.nodes, mesh.triangles) < -ON_SKIN * mesh.size
+    """Return which of ``points`` (n, 3) [m] are inside a closed surface, (n,) bool, by its winding number."""
+    corners = mesh.nodes[mesh.triangles]
+    found = np.empty(len(points), dtype=bool)
+    for number, point in enumerate(points):
+        a, b, c = np.swapaxes(corners - point, 0, 1)
+        la, lb, lc = (np.linalg.norm(each, axis=1) for each in (a, b, c))
+        volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+        flat = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+        # half the solid angles (van Oosterom, Strackee 1983): 2π inside, and π on a flat side, which counts as outside
+        beside = np.abs(volume) > 1e-9 * la * lb * lc
+        found[number] = np.arctan2(volume, flat)[beside].sum() > np.pi * (1.0 + 1e-6)
+    return found
 
 
 def _into(mesh: Mesh, path: np.ndarray) -> np.ndarray:

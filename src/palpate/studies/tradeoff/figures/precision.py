@@ -32,7 +32,7 @@ def panel(axis, settings: pd.DataFrame, column: str) -> None:
     settings : rows as ``comparison.averaged`` gives them
     """
     axis.set(xscale="log", yscale="log", xlabel="online time of an answer [ms]")
-    for model, rows in curves(answers(settings)).items():
+    for model, rows in curves(answers(settings).dropna(subset=[column])).items():  # one may have failed everywhere
         _curve(axis, model, rows, column)
     _front(axis, settings, column)
     _zero(axis, settings, column)

@@ -146,12 +146,13 @@ def _zero(axis, settings: pd.DataFrame, column: str) -> None:
 
 def _truth(axis, own: float) -> None:
     """Draw the truth's ``own`` error as a band."""
+    least, most = axis.get_ylim()
+    low = least * (least / most) ** STRIP  # no point or line where the words are
     if not np.isfinite(own):
+        axis.set_ylim(low, None)
         text, colour = UNKNOWN, look(ZERO).colour
     else:
-        # no point or line where the words are
-        least, most = axis.get_ylim()
-        low = min(least * (least / most) ** STRIP, 50 * own)
+        low = min(low, 50 * own)
         axis.set_ylim(low, None)
         axis.axhspan(low, 100 * own, color="#ececec", zorder=0)
         text, colour = f"grey: below the error of the truth itself, {percent(own)}; models are tied", "#555555"

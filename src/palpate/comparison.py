@@ -29,7 +29,7 @@ from palpate.solvers.compliance import compute_compliance
 
 TEST = 0.4
 """Share of the contacts that models are asked at; the others may be learnt from."""
-LEAST = 24
+LEAST_CONTACTS = 24
 """Fewest contacts of a case: without any one of those that are asked, FEWEST are left, of which there is a bound."""
 DEEPEST = 0.5
 """Largest peak of a press, as a share of the body's longest side."""
@@ -73,9 +73,9 @@ def make_case(
     Raises InputError for too few contacts or a body without a finer level, NotConverged for a press that has no answer.
     """
     body = as_body(body)
-    if contacts < LEAST:
+    if contacts < LEAST_CONTACTS:
         told = f"as a bound of errors needs {FEWEST} of the {100 * TEST:g} % that are held out, and one to try it on"
-        raise InputError(f"contacts is {contacts}; give at least {LEAST}, {told}.")
+        raise InputError(f"contacts is {contacts}; give at least {LEAST_CONTACTS}, {told}.")
     if not 0.0 < peak_of_size <= DEEPEST:
         raise InputError(f"peak_of_size is {peak_of_size:g}; give a share above 0, of at most {DEEPEST:g}.")
     if len(body.levels) < 2:

@@ -2,12 +2,10 @@
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 from palpate.bodies.body import Body
-from palpate.bodies.material import Material
 from palpate.errors import InputError, explained
 
 
@@ -32,7 +30,7 @@ def load(
     Warns of all that was found, guessed and changed; raises InputError, with the reason, for what makes no body.
     """
     with explained():
-        from palpate.init.choose import MATERIAL, choose
+        from palpate.init.choose import choose
         from palpate.init.recognise import HOLDS, recognise
 
         if hold is not None and hold not in HOLDS:
@@ -42,7 +40,5 @@ def load(
         data = recognise(paths, labels, threshold_hu, scale_m=scale_m)
         for line in [*data.assumed, *data.warned]:
             warnings.warn(f"{path}: {line}", stacklevel=2)
-        body = choose(data.name, data.entry, hold or data.lies or None).body
-    bed, softer = body.bed, young_pa / MATERIAL["young_pa"]
-    stiff = None if bed is None else replace(bed, stiffness_n_m3=softer * bed.stiffness_n_m3)
-    return replace(body, material=Material(young_pa, poisson, density_kg_m3), bed=stiff)
+        entry = data.entry.but(young_pa=young_pa, poisson=poisson, density_kg_m3=density_kg_m3)
+        return choose(data.name, entry, hold or data.lies or None).body

@@ -67,8 +67,8 @@ def simulate(
     if "push" in blocks and not isinstance(blocks["push"], settings.Push):
         blocks["push"] = settings.Push(loads=blocks["push"])
     moved = [{"body": made.name, "shift_m": list(shift)} for made, (_, shift) in zip(bodies[1:], others, strict=True)]
-    times = {"step_s": step_s, "duration_s": duration_s, "others": moved}
-    asked = Scene.model_validate({"body": bodies[0].name, "name": bodies[0].name} | times | blocks | scene)
+    times: dict[str, Any] = {"step_s": step_s, "duration_s": duration_s, "others": moved}
+    asked = Scene(**times | {"body": bodies[0].name, "name": bodies[0].name} | blocks | scene)
     if asked.step_s > asked.duration_s:
         raise InputError(f"step_s is {step_s:g}, and duration_s {duration_s:g}; give a step that is not longer.")
     scene_check.check_instruments(asked.place, asked)

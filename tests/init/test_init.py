@@ -31,6 +31,7 @@ from palpate.init import choose
 from palpate.init.choose import FINE_TETRAHEDRA, Likeness, _bed, _regimes
 from palpate.init.command import init, init_each
 from palpate.init.recognise import body_name, recognise, sides_of
+from palpate.loading import load
 from palpate.run.settings import complete
 
 ROOT = Path(__file__).parents[2]
@@ -120,6 +121,16 @@ def test_the_fingertip_stays_one_unless_the_body_is_tiny_or_huge_or_thin(size, w
     regimes = _regimes(body)
     assert regimes["small"]["radius_m"] == pytest.approx(tip)
     assert regimes["large"]["radius_m"] >= tip
+
+
+def test_a_loaded_body_lies_in_tissue_as_stiff_as_itself_and_its_constants_are_checked(tmp_path):
+    mesh = box([0.2, 0.2, 0.1], [4, 4, 2])
+    meshio.write_points_cells(tmp_path / "slab.vtk", mesh.nodes, [("tetra", mesh.tetrahedra)])
+    soft, stiff = (load(tmp_path / "slab.vtk", scale_m=1.0, young_pa=young) for young in (3000.0, 6000.0))
+    assert stiff.material.young_pa == 6000.0
+    assert stiff.bed.stiffness_n_m3 == pytest.approx(2 * soft.bed.stiffness_n_m3, rel=1e-12)
+    with pytest.raises(InputError, match="young_pa"):
+        load(tmp_path / "slab.vtk", scale_m=1.0, young_pa=-1.0)
 
 
 def test_a_mesh_of_too_few_nodes_and_a_folder_that_cannot_be_written_are_refused(data, tmp_path):

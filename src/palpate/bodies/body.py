@@ -96,19 +96,13 @@ class Body:
         from palpate.bodies.skfem_mesh import read_skfem
         from palpate.bodies.supports import choose_anchors
 
-        constants: dict[str, Any] = {
-            "young_pa": young_pa,
-            "poisson": poisson,
-            "density_kg_m3": density_kg_m3,
-            "law": law,
-        }
         check_laws(f"body {name}: law", [law], Path())
         coarse = read_skfem(f"body {name}", mesh)
         if isinstance(anchors, np.ndarray) and anchors.dtype == bool and anchors.shape != (len(coarse.nodes),):
             raise InputError(f"body {name}: anchors is a mask {anchors.shape}; give one of ({len(coarse.nodes)},).")
-        held: Any = anchors
-        given = Solid(refinements=refinements, anchors=held, **constants)
-        return nest(name, coarse, given.refinements, choose_anchors(name, given.anchors, coarse), Material(**constants))
+        fields: dict[str, Any] = {"young_pa": young_pa, "poisson": poisson, "density_kg_m3": density_kg_m3, "law": law}
+        given = Solid(anchors=anchors, refinements=refinements, **fields)  # type: ignore[arg-type]
+        return nest(name, coarse, refinements, choose_anchors(name, given.anchors, coarse), Material(**fields))
 
     def node_at(self, point_m: Sequence[float]) -> int:
         """Return the number of the node of the coarse surface nearest to a point (3,) [m]; all levels have it."""

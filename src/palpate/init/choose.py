@@ -124,7 +124,8 @@ def choose(name: str, entry: File | Ct, hold: str | None = None, say: Callable[[
     fault = _too_few_nodes(entry, kind, hold)
     bed = _bed(entry.path if isinstance(entry, File) else name, coarse, sides_of(kind, hold), fault)
     refinements = 2 if 64 * len(coarse.tetrahedra) <= FINE_TETRAHEDRA else 1
-    chosen = entry.but(refinements=refinements, bed=bed)
+    softer = entry.young_pa / MATERIAL["young_pa"]
+    chosen = entry.but(refinements=refinements, bed=bed.but(stiffness_n_m3=softer * bed.stiffness_n_m3))
     say(f"a mesh that is refined {refinements} times")
     body = make_body(name, chosen)
     able = len(pressed_contacts(body, contacts_of(body)))

@@ -298,9 +298,8 @@ def draw_node_mass(node_mass) -> Figure:
 
 def draw_ct(input: Any, output: Any, wildcards: Any, entry: Ct) -> None:
     """Draw slices and a volume rendering, for the rule of that name."""
-    asked: Any = entry
     with about(f"bodies.{wildcards.body}"):
-        image, mask = segment_entry(asked)
+        image, mask = segment_entry(entry)
     image = replace(image, axes=np.eye(3))  # pictures are along the grid's own axes
     style.save(draw_ct_slices(image, mask, wildcards.body), stem(output.slices))
     style.save(draw_ct_volume_rendering(image, mask, body_file.load(input.body)), stem(output.volume))
@@ -309,7 +308,6 @@ def draw_ct(input: Any, output: Any, wildcards: Any, entry: Ct) -> None:
 def measure_imaging(output: Any, say: Callable, entries: dict[str, Ct], settings: Imaging) -> dict[str, pd.DataFrame]:
     """Measure images and draw the ones shown, for the rule of that name."""
     masks = {}
-    entry: Any
     for body, entry in entries.items():
         with about(f"bodies.{body}"):
             masks[body] = segment_entry(entry)

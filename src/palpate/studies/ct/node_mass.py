@@ -1,7 +1,6 @@
 """Masses of an organ's nodes from its CT, over meshes of increasing resolution (paper 2, claims on masses)."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -66,7 +65,6 @@ def _mesh(image: Image, mask: np.ndarray, wanted: int) -> TetMesh:
 def tabulate_node_mass(say: Callable, entries: dict[str, Ct], sizes: list[int]) -> pd.DataFrame:
     """Measure masses of all bodies from CT, for the rule of that name."""
     tables = []
-    entry: Any
     for body, entry in entries.items():
         with about(f"bodies.{body}"):
             image, mask = segment_entry(entry)

@@ -6,7 +6,7 @@ cross-validation on the training samples and stands in enrichment_accuracy.csv, 
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -77,8 +77,7 @@ def time_methods(
     train, test = sides(read_samples(input.samples), "samples")
     options = FitOptions(**regression, split="samples", seed=seed)
     methods = {protocol: build(db, compliance, train, protocol, options) for protocol in ("paper", "live")}
-    samples: Any = choose_samples(db.peaks, test)
-    name = wildcards.body
+    samples, name = choose_samples(db.peaks, test), wildcards.body
     loads = pd.read_csv(input.loads).iloc[samples]
     fine, coarse = (solves(body, level, loads, tolerance) for level in (len(body.levels) - 1, 0))
     timing = timing_table(db, methods, fine, coarse, samples, name, repeats, published_means)

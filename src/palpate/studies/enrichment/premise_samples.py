@@ -186,8 +186,7 @@ def prepare(name: str, premise: "Case", entry: BodySettings) -> Premise:
     premise : its settings, which replace anchors, bed and refinements of those of the body, ``entry``
     Raises InputError if the body cannot be made, or if no contact faces the direction of the presses.
     """
-    made_of: Any = changed(premise, entry)
-    body = make_body(premise.body, made_of)
+    body = make_body(premise.body, changed(premise, entry))
     contacts = pressed_contacts(body, contacts_of(body))
     inward = -body.fine.normals[contacts]
     if premise.direction is not None:
@@ -203,7 +202,7 @@ def prepare(name: str, premise: "Case", entry: BodySettings) -> Premise:
 def changed(premise: "Case", entry: BodySettings) -> BodySettings:
     """Return the settings of a premise's body with what it replaces; a bed alone takes the anchors' place."""
     own = {key: value for key in ("anchors", "bed", "refinements") if (value := getattr(premise, key)) is not None}
-    return entry.model_copy(update=({"anchors": None} if "bed" in own else {}) | own)
+    return entry.but(**({"anchors": None} if "bed" in own else {}) | own)
 
 
 def _pressed(body: Body, premise: "Case", contacts: np.ndarray, along: np.ndarray) -> tuple:

@@ -75,7 +75,7 @@ COMPLEXITY = Table(
 )
 
 
-def complexity(samples: Sequence[int], seed: int) -> pd.DataFrame:
+def complexity(samples: Sequence[int] | np.ndarray, seed: int) -> pd.DataFrame:
     """Measure the seconds of each operation on random data over its lengths × ``samples``: operation, r, k, seconds.
 
     Processor time of the one thread, the fastest of three turns: a long call is interrupted by what else the
@@ -147,7 +147,7 @@ def solves(body: Body, level: int, loads: pd.DataFrame, tolerance: float) -> lis
     return [partial(solver.solve, forces, tolerance) for forces in nodal]
 
 
-def queries(db: Database, method: Method, protocol: str, samples: Sequence[int]) -> list[Call]:
+def queries(db: Database, method: Method, protocol: str, samples: Sequence[int] | np.ndarray) -> list[Call]:
     """Make one call for each sample, which predicts its fine response from the coarse one of ``protocol``."""
     coarse = db.coarse(protocol)
     return [partial(method.predict, coarse[i], int(db.contact[i]), db.force[i]) for i in samples]
@@ -168,7 +168,7 @@ def timing_table(
     methods: Mapping[str, Mapping[str, Method]],
     fine: list[Call],
     coarse: list[Call],
-    samples: Sequence[int],
+    samples: Sequence[int] | np.ndarray,
     body: str,
     repeats: int,
     means: Mapping[str, float],
@@ -201,7 +201,7 @@ def cost_table(
     db: Database,
     methods: Mapping[str, Mapping[str, Method]],
     coarse: list[Call],
-    samples: Sequence[int],
+    samples: Sequence[int] | np.ndarray,
     body: str,
     repeats: int,
 ) -> pd.DataFrame:

@@ -41,8 +41,7 @@ def simulate_truth(input, output, wildcards, say, splits: list[int], more: bool,
     truth, check = truth_of(body, chosen, set(tested), progress, tolerance), pd.DataFrame()
     if check_samples:
         progress = steps(say, f"{body.name}, {wildcards.regime}: truth by linear elements, solution")
-        checked: Any = truth.spread(check_samples)
-        check = other_element(body, chosen, truth, checked, progress)
+        check = other_element(body, chosen, truth, truth.spread(check_samples), progress)
         truth = widened(truth, check)
     store(truth, output.truth, compressed=True)
     return {"check": check}
@@ -81,8 +80,7 @@ def measure_facets(input, wildcards, say, samples: int, entry: Smooth):
 
     body, truth, loads = load(input.body), stored(Truth, input.truth), pd.read_csv(input.loads)
     progress = steps(say, f"{body.name}, {wildcards.regime}: what its facets change, solution")
-    chosen: Any = truth.spread(samples)
-    return geometry_share(body, surface_of(entry), loads, truth, chosen, progress)
+    return geometry_share(body, surface_of(entry), loads, truth, truth.spread(samples), progress)
 
 
 def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], split: int):

@@ -118,7 +118,7 @@ OTHER_ELEMENT_COLUMNS = ["sample", *TruthErrors._fields, "ratio", "finest_rmse_o
 
 
 def other_element(
-    body: Body, loads: pd.DataFrame, truth: Truth, samples: Sequence[int], progress: Callable = iter
+    body: Body, loads: pd.DataFrame, truth: Truth, samples: Sequence[int] | np.ndarray, progress: Callable = iter
 ) -> pd.DataFrame:
     """Tabulate how far the limit of linear elements is from ``truth``, a row for each of ``samples`` that is believed.
 
@@ -202,7 +202,7 @@ def geometry_share(
     surface: SmoothSurface,
     loads: pd.DataFrame,
     truth: Truth,
-    samples: Sequence[int],
+    samples: Sequence[int] | np.ndarray,
     progress: Callable = iter,
 ) -> pd.DataFrame:
     """Tabulate how far the answers of a body of flat facets and of one on its smooth ``surface`` are apart.

@@ -54,7 +54,7 @@ $(STUDIES): $(STAMP)  # one study, and a page about it
 
 env: $(STAMP)  ## build the environment only, in .venv
 
-test: $(TOOLS)  ## run the tests but for those marked slow, in four minutes
+test: $(TOOLS)  ## run the tests but for those marked slow, in five minutes
 	@$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow"
 
 test-all: $(TOOLS)  ## run all tests

@@ -120,17 +120,8 @@ class Block(BaseModel):
     def __len__(self) -> int:
         return sum(1 for _ in self)
 
-    def __or__(self, other: Mapping[str, Any]) -> dict[str, Any]:
-        return dict(self) | dict(other)
-
-    def __ror__(self, other: Mapping[str, Any]) -> dict[str, Any]:
-        return dict(other) | dict(self)
-
     def keys(self) -> list[str]:
         return list(self)
-
-    def values(self) -> list[Any]:
-        return [self[name] for name in self]
 
     def items(self) -> list[tuple[str, Any]]:
         return [(name, self[name]) for name in self]

@@ -127,7 +127,7 @@ def _touch(name: str, tool: ToolSettings, settings: Any, config: Path, results: 
 
 def _motion(name: str, own: Any, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
     entry = settings.scenes[name].but(name=name)
-    followed_so = {"frames": settings.dynamic.frames, "duration_s": followed(entry)} | own
+    followed_so = {"frames": settings.dynamic.frames, "duration_s": followed(entry)} | dict(own)
     assert own.truth is not None  # as scenes says
     found_by = {"levels": own.truth.levels, "steps_per_frame": own.truth.steps_per_frame}
     if seed is not None:

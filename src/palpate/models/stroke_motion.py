@@ -172,7 +172,8 @@ class TouchingMotion:
 
     def __init__(self, system: System, body: StrokeModes, contact: InstrumentContact, tolerance: float):
         self._system, self.body, self.contact, self._tolerance = system, body, contact, tolerance
-        self._alpha, self._beta = rates(system).values()
+        damping = rates(system)
+        self._alpha, self._beta = damping.mass_1_s, damping.stiffness_s
         scratch = np.empty((9, TOGETHER)), np.empty((9, TOGETHER)), np.empty(TOGETHER), np.empty(TOGETHER, dtype=bool)
         self._body = *in_blocks(body.model.cells), body.model.rest, *body.model.law, *scratch
         # the first nodes of quadratic elements are the corners

@@ -205,6 +205,7 @@ def test_what_a_page_sends_for_a_cut_fits_into_a_request():
     from palpate.press.serve.knife import MOST_CUTS, MOST_POINTS, read_cuts
     from palpate.press.serve.server import MAX_BYTES
 
-    cut = {"path_m": [[-0.123456] * 3] * MOST_POINTS, "depth_m": 0.12345}
+    path = [[-0.123456, -0.123456, -0.1 - 1e-6 * i] for i in range(MOST_POINTS - 1)]
+    cut = {"path_m": [*path, path[0]], "depth_m": 0.12345}  # closed
     body = json.dumps({"presses": [], "cuts": [cut] * MOST_CUTS}).encode()
     assert len(body) < MAX_BYTES - 1000 and len(read_cuts(body)) == MOST_CUTS

@@ -2,7 +2,7 @@
 
 from typing import Literal
 
-from palpate.setting_types import Block, NotNegative, Positive, Some, Vector, key, optional
+from palpate.setting_types import Block, NotNegative, Positive, Vector, key, optional
 
 
 class DiscSettings(Block):
@@ -19,7 +19,7 @@ class PlaneSettings(Block):
 class CutSettings(Block):
     """A cut of a body at rest, by exactly one of path_m with depth_m, disc and plane."""
 
-    path_m: Some[Vector] | None = optional("Points [m] on the skin that the blade is moved along, one after the other")
+    path_m: list[Vector] | None = optional("Points [m] on the skin that the blade is moved along", min_length=1)
     depth_m: NotNegative | None = optional("Greatest depth [m] of the blade below its path; 0 severs nothing")
     direction: Vector | None = optional("Where the blade points; by default into the body")
     disc: DiscSettings | None = optional("A flat round cut, inside the body or not")

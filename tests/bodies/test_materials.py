@@ -270,7 +270,7 @@ def test_tags_of_what_has_none_or_is_remeshed_are_refused(entry, tagged, two_cub
     meshio.Mesh(mesh.nodes, cells, cell_data={"a": [whole], "b": [whole]}).write(tmp_path / "two.vtk")
     meshio.Mesh(mesh.nodes, [("triangle", mesh.triangles)]).write(tmp_path / "skin.stl")
     for path, tag, message in (
-        (two_cubes, "rigth", r"no tetrahedron has the tag rigth \(did you mean right\?\); it has 2 labels: 11 \("),
+        (two_cubes, "rigth", r"no tetrahedron has the tag rigth \(did you mean right\?\); it has 3 labels: 11 \("),
         (tmp_path / "bare.vtk", 1, r"bare\.vtk: its tetrahedra have no tags, or give the region by a sphere\.$"),
         (tmp_path / "two.vtk", 1, "its cell data a, b could all be tags; name the right one region, or give"),
         (tmp_path / "skin.stl", 1, r"skin\.stl: it has no tetrahedra and so no tags; give the region"),

@@ -68,7 +68,7 @@ def test_the_synthetic_abdomen_is_the_default():
 def test_a_real_liver_from_its_mask():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        mesh = mesh_of(ABDOMEN | REAL)
+        mesh = mesh_of(ABDOMEN.but(**REAL))
     check_whole(mesh)
     assert len(mesh.surface) == 140
     assert mesh.volumes.sum() == pytest.approx(1022.6e-6, rel=0.01)

@@ -177,5 +177,7 @@ def test_a_body_alone_is_asked(slab, model):
     assert found.error(LinearFEM().answer(slab, press)) < (0.1 if model == LinearFEM(target="limit") else 1e-3)
     with pytest.raises(InputError, match="no samples"):
         Springs().answer(slab, press)
-    with pytest.raises(InputError, match="which has"):
-        model.answer(slab, SurfacePress(node=10**6, force_n=1.0))
+    inside = np.setdiff1d(np.arange(len(slab.fine.nodes)), slab.fine.surface)
+    for elsewhere in (inside[0], len(slab.fine.nodes)):
+        with pytest.raises(InputError, match="not on the surface"):
+            model.answer(slab, SurfacePress(node=int(elsewhere), force_n=1.0))

@@ -112,11 +112,11 @@ class SurfacePress(Block):
     direction: Vector | None = key("Direction of the force, of any length; null: the inward normal", None)
 
     def load_of(self, body: "Body") -> Load:
-        """Return the press as models are asked; InputError for a node that ``body`` has not, or no direction."""
+        """Return the press as models are asked; InputError without direction or off the surface."""
         if not hasattr(body, "fine"):
             raise InputError(f"{type(body).__name__} is no body; give what its make() returns, once for all presses.")
-        if self.node >= len(body.fine.nodes):
-            raise InputError(f"node {self.node} is not of {body.name}, which has {len(body.fine.nodes)}; give another.")
+        if self.node not in body.fine.surface:
+            raise InputError(f"node {self.node} is not on the surface of {body.name}; give one of its fine.surface.")
         way = -body.fine.normals[self.node] if self.direction is None else np.array(self.direction, dtype=float)
         if not np.linalg.norm(way) > 0.0:
             raise InputError(f"the press at node {self.node} has no direction; give one with a length.")

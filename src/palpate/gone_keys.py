@@ -29,7 +29,7 @@ GONE = {
     "palpation.ball_radius_m": "it is 0.01 m; remove it",
     "palpation.pressure_of_young": "it is 0.1; remove it",
     "tradeoff.residual_of": "it is done of fem_p1 and fem_p2; remove it",
-    "tradeoff.settings.cascade.asked_errors": "errors from 0.5 to 10 % are asked for; remove it",
+    "tradeoff.settings.cascade": "models are asked by themselves, and have bounds of their own; remove it",
     "tradeoff.settings.fast_fem.frame_iterations": "there are 2 and 4; remove it",
     "tradeoff.settings.fem.*warm_iterations": "there is one; remove it",
     "tradeoff.settings.mass_spring.middle_samples": "there are 20; remove it",

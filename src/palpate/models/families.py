@@ -2,16 +2,13 @@
 
 from typing import Literal
 
-from palpate.benchmark.model import Model
-from palpate.models import kinds, model_registry
+from palpate.models import kinds
 from palpate.setting_types import (
     Block,
     Count,
     Distinct,
     Index,
     Inside,
-    Number,
-    Positive,
     Share,
     Some,
     Switch,
@@ -141,33 +138,6 @@ class PaperEnrichment(Block):
     )
 
 
-class Stage(Block):
-    model: str = key("A model of palpate's")
-    setting: dict[str, str | Number | Switch] = key(
-        "Its setting, as in accuracy_vs_time.csv; level last is the finest", {}
-    )
-
-    def made(self, **usual: int) -> Model:
-        """Return the model; ``usual`` fields hold where none are given. InputError for a setting that is none."""
-        found = model_registry.MODELS[self.model]
-        given = {name: None if (name, value) == ("level", "last") else value for name, value in self.setting.items()}
-        return type(found)(**usual | {name: getattr(found, name) for name in found.model_fields_set} | given)
-
-
-class Cascade(Block):
-    budgets_ms: list[Positive] = key(
-        "Times [ms] of an answer with the least error that is asked for, each a setting of its own: a stage that does "
-        "not fit is left out, and the answer doubted",
-        [1],
-    )
-    stages: list[Stage] = key(
-        "Models that learn nothing from samples, each with its setting, cheapest first; where no bound meets what is "
-        "asked for, the model of the least one answers",
-        [{"model": stage.name, "setting": stage.said} for stage in kinds.Cascade().stages],
-        min_length=1,
-    )
-
-
 class Families(Block):
     coarse_answers: Some[kinds.CoarseAnswer] = key(
         "The coarse answers that every method which makes a fine one of it is tried with, cheapest first: linear is "
@@ -192,10 +162,3 @@ class Families(Block):
     )
     relaxed: Relaxed = key("Methods of graphics and games, to the equilibrium of linear elements on a level", {})
     paper_enrichment: PaperEnrichment = key("Paper 1's regressors, each kind of feature with each kind of weights", {})
-    cascade: Cascade = key("The cheapest of several models whose bound of the error meets what is asked for", {})
-
-    @property
-    def stages(self) -> tuple[Model, ...]:
-        """The models of the cascade, contact modes on the level that these are tried on by themselves."""
-        usual = {"contact_modes": {"nodes": self.contact_modes.nodes}}
-        return tuple(stage.made(**usual.get(stage.model, {})) for stage in self.cascade.stages)

@@ -35,8 +35,6 @@ WARM, FRAMES, MIDDLE_SAMPLES = 1, (2, 4), 20
 training samples that springs on the middle mesh are fitted to."""
 SHARES = (0.25, 0.5, 1.0)
 """Of the training samples, that models learn from."""
-ASKED_ERRORS = (0.1, 0.05, 0.02, 0.01, 0.005)
-"""RMSE of nine answers in ten, of the peak, that cascades are asked for."""
 
 
 class Elements(Model):
@@ -461,28 +459,3 @@ class NewtonVBD(OnLevel, Listed):
     steps: Count = key("Steps from rest", 120)
     sweeps: Count = key("Sweeps over the nodes in each step", 10)
     step: Positive = key("Length of a step, over the time in which a node alone would swing by a radian", 3)
-
-
-class Cascade(Model):
-    """The cheapest of several models whose bound of the error meets what is asked for."""
-
-    place, unsaid = "palpate.models.cascade", ("stages",)
-    law, prepared, reduces = BODYS, True, "p2"
-    asked: Positive = key("RMSE of nine answers in ten, of the peak", 0.01)
-    budget_ms: Positive | None = key("Time [ms] that an answer has; null: any", None)
-    stages: tuple[Model, ...] = key(
-        "Models that learn nothing from samples, cheapest first",
-        (
-            LinearFEM(),
-            ContactModes(modes="columns", target="limit"),
-            ContactModes(target="limit"),
-            FastFEM(tolerance=1e-3, target="limit"),
-        ),
-    )
-
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return the errors that are asked for, the largest first, and then the last one within each budget."""
-        asked = grid.cascade
-        whole = self.having(stages=grid.stages)
-        found = [whole.having(asked=error) for error in ASKED_ERRORS]
-        return found + [found[-1].having(budget_ms=budget) for budget in sorted(asked.budgets_ms)]

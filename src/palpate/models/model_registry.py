@@ -45,7 +45,6 @@ MODELS: dict[str, Model] = {
             for features in get_args(kinds.FEATURES)
             for weights in get_args(kinds.WEIGHTS)
         ),
-        kinds.Cascade(),
     )
 }
 """The models by name, in the order of tables; what identifies one is set, and all else is its default."""
@@ -65,12 +64,8 @@ TOUCH_MODELS: dict[str, tuple[str, dict]] = {
 """Models of touches: modules with ``settings(case)`` and ``online(case, setting)``, as ``TouchSolver`` says. Those of
 an engine have its name in ENGINES."""
 
-BESIDE = (
-    {"cascade": "contact_modes"}
-    | dict.fromkeys(("linear_residual", "warped_compliance", "detail_correction"), "linear_fem")
-    | dict.fromkeys(
-        ("ridge_upsampling", "kernel_ridge_detail", "pod_rbf", "pod_gaussian", "pod_network"), "interpolation"
-    )
+BESIDE = dict.fromkeys(("linear_residual", "warped_compliance", "detail_correction"), "linear_fem") | dict.fromkeys(
+    ("ridge_upsampling", "kernel_ridge_detail", "pod_rbf", "pod_gaussian", "pod_network"), "interpolation"
 )
 """Models that are measured by the job of another's family, if that is measured: it has prepared their contacts, read
 their compliance, or takes as few seconds as they do."""

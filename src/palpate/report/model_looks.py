@@ -22,7 +22,6 @@ _NAMED = {
     "fem_coarse": Look("coarse FEM", "#a8a8a8", "<"),
     "linear_residual": Look("linear FEM + kernel ridge", "#4477cc", "P"),
     "warped_compliance": Look("warped Green's functions", "#5aae61", "*"),
-    "cascade": Look("cascade of bounded models", "#c51b7d", ">"),
     "paper_enrichment": Look("paper 1's blends, the best of twelve", "#d55e00", "o"),
     "mass_spring": Look("springs, the best of four", "#8b1a1a", "o"),
     "springs": Look("springs", "#8b1a1a", "o"),

@@ -232,7 +232,7 @@ OWN_ERROR = 1e-3
 class ContactSolver(Solver):
     """Reduced models of contacts; a contact that is not prepared is, when it is asked for, and charged then.
 
-    shop : the workshop of the body, in which what one setting makes serves the others, and the cascade
+    shop : the workshop of the body, in which what one setting makes serves the others
     prepared : what answers, by the nodes that are pressed at once
     """
 

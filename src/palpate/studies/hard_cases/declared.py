@@ -22,7 +22,7 @@ from palpate.studies.hard_cases.stage import Case, judge
 from palpate.table_declaration import Table
 
 FAMILIES = {
-    "enrichment": [enrichment_cases.cases, model_cases.bounds],
+    "enrichment": [enrichment_cases.cases],
     "fem": [
         fem_cases.elasticity,
         fem_cases.statics,
@@ -41,7 +41,6 @@ FAMILIES = {
     "cuts": [cut_cases.cases],
 }
 LONG = {
-    *("bound_incompressible", "bound_slivers"),
     *("each_law_crushed", "thousandfold_inverting_force", "nearly_incompressible"),
     *("modes_slivers", "modes_load_times_3", "modes_load_times_50", "twisting_10_turns"),
     *("finger_through", "finger_without_friction", "finger_friction_of_2", "finger_in_steps_of_40_ms"),

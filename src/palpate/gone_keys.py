@@ -29,6 +29,8 @@ GONE = {
     "palpation.ball_radius_m": "it is 0.01 m; remove it",
     "palpation.pressure_of_young": "it is 0.1; remove it",
     "tradeoff.residual_of": "it is done of fem_p1 and fem_p2; remove it",
+    "*.settings.mujoco*": "engines answer the questions of palpate ask (docs/engines.md); remove it",
+    "*.settings.newton_vbd": "engines answer the questions of palpate ask (docs/engines.md); remove it",
     "tradeoff.settings.cascade": "models are asked by themselves, and have bounds of their own; remove it",
     "tradeoff.settings.fast_fem.frame_iterations": "there are 2 and 4; remove it",
     "tradeoff.settings.fem.*warm_iterations": "there is one; remove it",

@@ -76,7 +76,7 @@ def test_what_a_model_is_told_stands_with_it():
     }  # fmt: skip
     assert {name for name, model in made.items() if not model.reduces} == {
         "fem_p1", "fem_p2", "fem_local", "interpolation",
-        "xpbd", "vertex_block_descent", "projective_dynamics", "mujoco", "newton_vbd",
+        "xpbd", "vertex_block_descent", "projective_dynamics",
     }  # fmt: skip
     assert all(model.law for model in made.values())
     assert made["pod_rbf"].having(coarse="linear").needs_contacts and not made["pod_rbf"].needs_contacts

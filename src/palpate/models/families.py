@@ -18,7 +18,6 @@ from palpate.setting_types import (
 
 RESIDUALS = "Relative residuals to stop at, from rest, after as many iterations as it takes"
 SHARES = "Shares of the training samples to learn from"
-RUNS = "Runs from rest, from cheap to expensive"
 
 
 class Fem(Block):
@@ -65,13 +64,6 @@ class PodRbf(Block):
     )
 
 
-class MujocoFlex(Block):
-    runs: Distinct[kinds.MuJoCo] = key(
-        RUNS,
-        rows("level steps iterations", (0, 3, 30), (0, 5, 100), (0, 14, 100), (1, 5, 100), (1, 15, 100), (1, 60, 100)),
-    )
-
-
 class PodGalerkin(Block):
     nodes: Count = key(kinds.NODES, 12000)
     modes: Some[Count] = key("Modes kept, at most as many as there are training samples", [8, 24, 48])
@@ -79,15 +71,6 @@ class PodGalerkin(Block):
         "Error, relative to the whole, by which few cells may pull otherwise than all do, loosest first; fewer modes "
         "are tried with the last one",
         [0.1, 0.03],
-    )
-
-
-class NewtonVbd(Block):
-    runs: Distinct[kinds.NewtonVBD] = key(
-        RUNS,
-        rows(
-            "level steps sweeps step", (0, 30, 10, 3), (0, 120, 10, 3), (0, 300, 20, 3), (1, 60, 10, 3), (1, 240, 10, 3)
-        ),
     )
 
 
@@ -149,9 +132,7 @@ class Families(Block):
     fast_fem: FastFem = key("Quadratic finite elements by L-BFGS from the multigrid of the state at rest", {})
     contact_modes: ContactModes = key("A reduced model for each contact, made of presses that it simulates itself", {})
     pod_rbf: PodRbf = key("Proper orthogonal decomposition with radial basis functions", {})
-    mujoco_flex: MujocoFlex = key("Flex bodies of MuJoCo (mujoco), if that engine is installed", {})
     pod_galerkin: PodGalerkin = key("Galerkin projection on modes of training samples, the same for all contacts", {})
-    newton_vbd: NewtonVbd = key("Vertex block descent of Newton (newton_vbd), if that engine is installed", {})
     pod_of_loads: PodOfLoads = key(
         "Proper orthogonal decomposition whose coefficients are learnt from place and force alone, by a Gaussian "
         "process (pod_gaussian) or a network (pod_network)",

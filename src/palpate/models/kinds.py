@@ -4,15 +4,14 @@ What prepares one is imported by its name when it is asked to, so that the class
 """
 
 from collections.abc import Iterable
-from operator import attrgetter
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field
 
 from palpate.benchmark.model import BODYS, LIMIT, Case, Model, distinct, training_counts
-from palpate.benchmark.settings import OnLevel, Xpbd
 from palpate.benchmark.settings import ProjectiveDynamics as Projective
 from palpate.benchmark.settings import VertexBlockDescent as Descent
+from palpate.benchmark.settings import Xpbd
 from palpate.errors import InputError
 from palpate.setting_types import Block, Count, Index, Inside, NotNegative, Positive, Switch, key
 
@@ -390,15 +389,6 @@ class Springs(Model):
         return found
 
 
-class Listed(Model):
-    listed: ClassVar[str]
-
-    def tried(self, case: Case, grid: "Families") -> list[Model]:
-        """Return those that the grid lists, on levels that the body has."""
-        found = attrgetter(self.listed)(grid)
-        return [each for each in found if getattr(each, "level", 0) < len(case.body.levels)]
-
-
 class ShapeMatching(Model):
     """Shape matching on the coarse mesh, fitted to training samples."""
 
@@ -414,7 +404,7 @@ class ShapeMatching(Model):
         return [*of_one, *linear, self.having(mode="quadratic", clusters="cubes", steps=300)]
 
 
-class Relaxing(Listed):
+class Relaxing(Model):
     """What games relax bodies with, to the equilibrium of corotational linear elements on a level."""
 
     place, law = "palpate.models.relaxed", "corotational"
@@ -424,38 +414,24 @@ class Relaxing(Listed):
         "rest",
     )
 
+    def tried(self, case: Case, grid: "Families") -> list[Model]:
+        """Return those that the grid lists, on levels that the body has."""
+        return [each for each in getattr(grid.relaxed, self.called) if each.level < len(case.body.levels)]
+
 
 class XPBD(Xpbd, Relaxing):
     """Extended position-based dynamics with accumulated multipliers."""
 
-    called, listed = "xpbd", "relaxed.xpbd"
+    called = "xpbd"
 
 
 class VertexBlockDescent(Descent, Relaxing):
     """Vertex block descent."""
 
-    called, listed = "vertex_block_descent", "relaxed.vertex_block_descent"
+    called = "vertex_block_descent"
 
 
 class ProjectiveDynamics(Projective, Relaxing):
     """Projective dynamics."""
 
-    called, listed = "projective_dynamics", "relaxed.projective_dynamics"
-
-
-class MuJoCo(OnLevel, Listed):
-    """Flex bodies of MuJoCo, an optional engine."""
-
-    place, called, law = "palpate.models.mujoco_flex", "mujoco", "st_venant_kirchhoff"
-    listed = "mujoco_flex.runs"
-    steps: Count = key("Steps of a second from rest", 5)
-    iterations: Count = key("Iterations of conjugate gradients in each step", 100)
-
-
-class NewtonVBD(OnLevel, Listed):
-    """Vertex block descent of Newton, an optional engine."""
-
-    place, law, listed = "palpate.models.newton_vbd", "quadratic_neo_hookean", "newton_vbd.runs"
-    steps: Count = key("Steps from rest", 120)
-    sweeps: Count = key("Sweeps over the nodes in each step", 10)
-    step: Positive = key("Length of a step, over the time in which a node alone would swing by a radian", 3)
+    called = "projective_dynamics"

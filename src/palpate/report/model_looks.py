@@ -35,8 +35,6 @@ _NAMED = {
     "pod_galerkin": Look("POD-Galerkin, few cells", "#b8860b", "p"),
     "pod_gaussian": Look("POD + Gaussian process", "#a1887f", "p"),
     "pod_network": Look("POD + network", "#d7b899", "p"),
-    "mujoco": Look("MuJoCo flex", "#1b5e20", "s"),
-    "newton_vbd": Look("Newton's VBD", "#9acd32", "s"),
     "path_modes": Look("modes of strokes beside the path", "#3f51b5", "X"),
     "region_modes": Look("modes of strokes of the region", "#7a8f00", "P"),
     "moving_modes": Look("vibration and contact modes", "#d6278a", "X"),

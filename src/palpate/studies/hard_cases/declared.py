@@ -33,7 +33,6 @@ FAMILIES = {
         nonlinear_cases.stability,
         model_cases.reduced_contacts,
         model_cases.learnt,
-        model_cases.engines,
     ],
     "dynamics": [dynamics_cases.motions, tissue_cases.moving, organ_cases.strokes],
     "contact": [contact_cases.overlaps, contact_cases.contacts, touch_cases.cases],

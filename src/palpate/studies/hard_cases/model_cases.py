@@ -1,4 +1,4 @@
-"""Hard cases of contact modes, of models learnt from samples, and of optional engines."""
+"""Hard cases of contact modes, and of models learnt from samples."""
 
 from dataclasses import replace
 from functools import cache, partial
@@ -12,11 +12,7 @@ from palpate.benchmark.load import Load, displacement_of, loads_of
 from palpate.benchmark.model import Case as ModelCase
 from palpate.benchmark.model import Solver
 from palpate.bodies.body import Body
-from palpate.bodies.material import kind_of
-from palpate.effects.elements import locking_is_measured
-from palpate.effects.laws import quadratic_neo_hookean
 from palpate.models import kinds
-from palpate.models.model_registry import ENGINES, absent
 from palpate.studies.hard_cases.enrichment_cases import SETTINGS as FIT
 from palpate.studies.hard_cases.stage import SOFT, Answer, Case, bar_body
 
@@ -128,40 +124,3 @@ def _learnable(poisson: float = 0.3, degrees: float = 0.0, alike: bool = False) 
     elements = _elements(case, 2)
     fine = np.array([displacement_of(elements.respond(load)) for load in loads_of(contacts, forces)])
     return replace(case, database=replace(case.database, fine=fine)), elements
-
-
-RUNS: dict[str, kinds.MuJoCo | kinds.NewtonVBD] = {
-    "mujoco": kinds.MuJoCo(steps=60, iterations=200),
-    "newton_vbd": kinds.NewtonVBD(steps=400, sweeps=20, step=3.0),
-}
-"""Long enough that what is left is what the engine itself does."""
-
-
-def engines() -> list[Case]:
-    found = [name for name in ENGINES if name not in absent()]
-    expected = "the equilibrium of linear elements with the engine's own law, on the same mesh"
-
-    def case(name: str, scene: str, times: float = 1.0, **body: float) -> Case:
-        measure, run = "RMSE / peak against that equilibrium", partial(_engine_pressed, times, body)
-        return Case(f"engine_{name}", scene, expected, measure, 0.01, run, found)
-
-    listed = [
-        case("twice_the_load", "a bar's end is pressed so that it moves by a fifth of its length", 2.0),
-        case("three_times_the_load", "the same by three tenths of its length", 3.0),
-        case("pulled", "the same as a pull, by a tenth", -1.0),
-        case("slivers", "a layer of elements with dihedral angles of a degree", degrees=1.0),
-        case("incompressible", "ν = 0.49", poisson=0.49),
-    ]
-    return listed if found else []
-
-
-def _engine_pressed(times: float, changed: dict[str, float], engine: str) -> Answer:
-    """Press the bar as contact modes are, with another law, and compare with Newton's method."""
-    made, body = RUNS[engine], bar(**changed)
-    law = made.law if kind_of(made.law) else quadratic_neo_hookean.__file__
-    case = case_of(replace(body, material=replace(body.material, law=law)))
-    load = pressing(body, [0.0, 0.0, -times])
-    with locking_is_measured():
-        found = displacement_of(made.prepare(case).respond(load))
-        expected = displacement_of(_elements(case, 1).respond(load))
-    return _beside(found, expected)

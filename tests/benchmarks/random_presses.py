@@ -3,8 +3,8 @@
     python tests/benchmarks/random_presses.py config.yaml results cylinder_deep liver_deep --count 100
 
 For each scene and model: presses that it answers more than 2 % wrong and does not doubt, and those that it doubts
-though it is right. Elements are quadratic, on the finest level, and stable. The run's training samples calibrate the
-cascade; contacts that are drawn get linear responses of their own first.
+though it is right. Elements are quadratic, on the finest level, and stable. Contacts that are drawn get
+linear responses of their own first.
 """
 
 import argparse
@@ -22,15 +22,12 @@ from palpate.benchmark.presses import PRESSURE, oblique
 from palpate.bodies.contacts import contacts_by_area
 from palpate.errors import NotConverged
 from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.kinds import Cascade, ContactModes
+from palpate.models.kinds import ContactModes
 from palpate.press.finished_run import FinishedRun
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.solvers.equilibrium import FastEquilibrium
 
-MODELS = {
-    "contact_modes": ContactModes(target="limit"),
-    "cascade": Cascade(asked=0.02),
-}
+MODELS = {"contact_modes": ContactModes(target="limit")}
 WRONG = 0.02
 """RMSE over peak above which an answer is wrong."""
 TOLERANCE, LOWER, SOUND = 1e-4, 0.7, 0.0

@@ -13,7 +13,8 @@ from scipy.optimize import brentq
 from palpate.bodies.material import NAMED, Material
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import refine
-from palpate.effects.law import evaluate, law_of
+from palpate.effects.law import evaluate, fault, law_of
+from palpate.effects.laws import quadratic_neo_hookean
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.quadratic_elements import MeanDilatation, QuadraticElements
 from palpate.errors import InputError, NotConverged
@@ -299,3 +300,18 @@ def test_a_second_process_compiles_nothing(tmp_path):
         for _ in range(2)
     ]
     assert counts[1] == 0
+
+
+def test_the_law_of_newton_is_a_law():
+    """Its energy is the published one, but for a constant; ``fault`` checks derivatives and moduli."""
+    law, mu, lam = law_of(quadratic_neo_hookean.__file__), 3.0, 5.0
+    assert fault(law) == ""
+    gradient, hessian, derivatives = np.empty(3), np.empty((3, 3)), np.empty(2)
+
+    def published(s):
+        return 0.5 * mu * (s @ s - 3.0) + 0.5 * (lam + mu) * (s.prod() - 1.0 - mu / (lam + mu)) ** 2
+
+    for s in (np.array([1.4, 0.9, 0.5]), np.array([1.1, 0.7, -0.3])):
+        found = quadratic_neo_hookean.shape(s, mu, gradient, hessian)
+        found += quadratic_neo_hookean.volume(s.prod(), mu, lam, derivatives)
+        assert found == pytest.approx(published(s) - published(np.ones(3)))

@@ -316,11 +316,6 @@ def test_what_is_wrong_with_a_body_is_said(smoke, body, said):
     [
         ({"models": ["fem_p2", "fem_p3"]}, " names fem_p3, which is unknown; did you mean fem_p"),
         ({"models": ["detail_correction"]}, ".models lacks fem_p2"),
-        ({"settings": {"cascade": {"stages": [{"model": "linear_fm"}]}}}, ".settings.cascade.stages names linear_fm"),
-        (
-            {"settings": {"cascade": {"stages": [{"model": "fem_p1", "setting": {"levl": 0}}]}}},
-            ".settings.cascade.stages[0].setting: ",
-        ),
         ({"bodies": ["livr"]}, " names livr, which is unknown; did you mean liver?"),
         ({"bodies": ["bar"]}, " names bar, which is not refined; give it refinements of at least 1."),
         ({"in_depth": ["bar"]}, ".in_depth names bar, which is unknown; "),

@@ -2,14 +2,14 @@
 
 
 from palpate.benchmark.settings import instrument_name
-from palpate.models.model_registry import TOUCH_MODELS, absent
+from palpate.models.model_registry import TOUCH_MODELS
 
 TOUCH = config["touch"]
 TOUCHED = pressed_bodies(settings, "touch")
 # the instruments, by what scenes and folders call them
 TOOLS = {instrument_name(tool): plain(tool) for tool in settings.touch.instruments}
 TOUCHES = [(body, tool) for body in TOUCHED for tool in TOOLS]
-COMPARED_TOUCH = settings.touch.models or [name for name in TOUCH_MODELS if name not in absent()]
+COMPARED_TOUCH = settings.touch.models or list(TOUCH_MODELS)
 TOUCHING = "results/data/{body}/touch/{tool}"
 
 

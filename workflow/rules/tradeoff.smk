@@ -1,13 +1,12 @@
 # What accuracy costs in time: every model over its settings, on samples whose contacts it never saw.
 
 
-from palpate.models.model_registry import MODELS, absent, families, family_of
+from palpate.models.model_registry import MODELS, families, family_of
 
 TRADEOFF = config["tradeoff"]
 # models by family, one job each, and the user's own
 OWN_MODELS = {name: normpath(CONFIG_FILE.parent / path) for name, path in TRADEOFF["own_models"].items()}
-# engines that are not installed are left out, and cost nothing
-COMPARED = [*(TRADEOFF["models"] or [name for name in MODELS if name not in absent()]), *OWN_MODELS]
+COMPARED = [*(TRADEOFF["models"] or MODELS), *OWN_MODELS]
 FAMILIES = families(COMPARED, OWN_MODELS)
 STATIC = [f"{body}_{regime}" for body in PRESSED for regime in REGIMES]
 SPLITS = TRADEOFF["splits"]

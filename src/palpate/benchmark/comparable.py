@@ -18,7 +18,7 @@ CORRECTED = ("detail_correction", "moving_modes")
 """Models that need a linear response for all that acts, of one held solid."""
 STROKED = ("path_modes", "region_modes")
 """Models of one held solid that instruments alone touch."""
-ROUND = ("mujoco", "truth")
+TRUTH = "truth"
 """What knows one held solid alone, under gravity, pushes, and instruments that are spheres or capsules."""
 LONGEST_S = 1.0
 """Up to when a scene is followed whose duration is not given for the comparison, unless it is pressed later."""
@@ -65,9 +65,9 @@ def unable(model: str, scene: Scene, kind: str = "") -> str:
     """
     taken = {name for name in TAKEN_OVER if acts(name, scene)}
     corrected, stroked = model in CORRECTED, model in STROKED
-    rounded = stroked or model in ROUND
+    rounded = stroked or model == TRUTH
     single = corrected or rounded
-    known = {*LOADS, "contact"} if model in ROUND else set(LOADS) if corrected else {"contact"}
+    known = {*LOADS, "contact"} if model == TRUTH else set(LOADS) if corrected else {"contact"}
     further, tools = sorted(taken - known), scene.contact.instruments if scene.contact else []
     others = sorted({tool.kind for tool in tools} - {"sphere", "capsule"})
     reasons = [

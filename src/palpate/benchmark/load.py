@@ -71,14 +71,15 @@ class Load:
 
     def single(self) -> tuple[int, np.ndarray]:
         """Return node and force (3,) [N] of a load that is one force; Refused for any other."""
-        press = self.alone()
-        if press.force is None:
-            raise Refused("forces are answered, and not a depth that a disc is pushed to")
-        return press.node, press.force
+        self.alone()
+        return self.forces()[0]
 
     def forces(self) -> list[tuple[int, np.ndarray]]:
         """Return node and force (3,) [N] of each press; Refused if one is pushed to a depth."""
-        return [Load((press,)).single() for press in self.presses]
+        given, pushed = self.parted()
+        if pushed:
+            raise Refused("forces are answered, and not a depth that a disc is pushed to")
+        return given
 
     def parted(self) -> tuple[list[tuple[int, np.ndarray]], list[tuple[int, np.ndarray]]]:
         """Return node and force (3,) [N] of the presses by force, and node and way (3,) [m] of those to a depth."""

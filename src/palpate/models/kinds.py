@@ -4,15 +4,14 @@ What prepares one is imported by its name when it is asked to, so that the class
 """
 
 from collections.abc import Iterable
-from operator import attrgetter
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field
 
 from palpate.benchmark.model import BODYS, LIMIT, Case, Model, distinct, training_counts
-from palpate.benchmark.settings import OnLevel, Xpbd
 from palpate.benchmark.settings import ProjectiveDynamics as Projective
 from palpate.benchmark.settings import VertexBlockDescent as Descent
+from palpate.benchmark.settings import Xpbd
 from palpate.errors import InputError
 from palpate.setting_types import Block, Count, Index, Inside, NotNegative, Positive, Switch, key
 
@@ -35,8 +34,6 @@ WARM, FRAMES, MIDDLE_SAMPLES = 1, (2, 4), 20
 training samples that springs on the middle mesh are fitted to."""
 SHARES = (0.25, 0.5, 1.0)
 """Of the training samples, that models learn from."""
-ASKED_ERRORS = (0.1, 0.05, 0.02, 0.01, 0.005)
-"""RMSE of nine answers in ten, of the peak, that cascades are asked for."""
 
 
 class Elements(Model):
@@ -392,15 +389,6 @@ class Springs(Model):
         return found
 
 
-class Listed(Model):
-    listed: ClassVar[str]
-
-    def tried(self, case: Case, grid: "Families") -> list[Model]:
-        """Return those that the grid lists, on levels that the body has."""
-        found = attrgetter(self.listed)(grid)
-        return [each for each in found if getattr(each, "level", 0) < len(case.body.levels)]
-
-
 class ShapeMatching(Model):
     """Shape matching on the coarse mesh, fitted to training samples."""
 
@@ -416,7 +404,7 @@ class ShapeMatching(Model):
         return [*of_one, *linear, self.having(mode="quadratic", clusters="cubes", steps=300)]
 
 
-class Relaxing(Listed):
+class Relaxing(Model):
     """What games relax bodies with, to the equilibrium of corotational linear elements on a level."""
 
     place, law = "palpate.models.relaxed", "corotational"
@@ -426,63 +414,24 @@ class Relaxing(Listed):
         "rest",
     )
 
+    def tried(self, case: Case, grid: "Families") -> list[Model]:
+        """Return those that the grid lists, on levels that the body has."""
+        return [each for each in getattr(grid.relaxed, self.called) if each.level < len(case.body.levels)]
+
 
 class XPBD(Xpbd, Relaxing):
     """Extended position-based dynamics with accumulated multipliers."""
 
-    called, listed = "xpbd", "relaxed.xpbd"
+    called = "xpbd"
 
 
 class VertexBlockDescent(Descent, Relaxing):
     """Vertex block descent."""
 
-    called, listed = "vertex_block_descent", "relaxed.vertex_block_descent"
+    called = "vertex_block_descent"
 
 
 class ProjectiveDynamics(Projective, Relaxing):
     """Projective dynamics."""
 
-    called, listed = "projective_dynamics", "relaxed.projective_dynamics"
-
-
-class MuJoCo(OnLevel, Listed):
-    """Flex bodies of MuJoCo, an optional engine."""
-
-    place, called, law = "palpate.models.mujoco_flex", "mujoco", "st_venant_kirchhoff"
-    listed = "mujoco_flex.runs"
-    steps: Count = key("Steps of a second from rest", 5)
-    iterations: Count = key("Iterations of conjugate gradients in each step", 100)
-
-
-class NewtonVBD(OnLevel, Listed):
-    """Vertex block descent of Newton, an optional engine."""
-
-    place, law, listed = "palpate.models.newton_vbd", "quadratic_neo_hookean", "newton_vbd.runs"
-    steps: Count = key("Steps from rest", 120)
-    sweeps: Count = key("Sweeps over the nodes in each step", 10)
-    step: Positive = key("Length of a step, over the time in which a node alone would swing by a radian", 3)
-
-
-class Cascade(Model):
-    """The cheapest of several models whose bound of the error meets what is asked for."""
-
-    place, unsaid = "palpate.models.cascade", ("stages",)
-    law, prepared, reduces = BODYS, True, "p2"
-    asked: Positive = key("RMSE of nine answers in ten, of the peak", 0.01)
-    budget_ms: Positive | None = key("Time [ms] that an answer has; null: any", None)
-    stages: tuple[Model, ...] = key(
-        "Models that learn nothing from samples, cheapest first",
-        (
-            LinearFEM(),
-            ContactModes(modes="columns", target="limit"),
-            ContactModes(target="limit"),
-            FastFEM(tolerance=1e-3, target="limit"),
-        ),
-    )
-
-    def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return the errors that are asked for, the largest first, and then the last one within each budget."""
-        asked = grid.cascade
-        whole = self.having(stages=grid.stages)
-        found = [whole.having(asked=error) for error in ASKED_ERRORS]
-        return found + [found[-1].having(budget_ms=budget) for budget in sorted(asked.budgets_ms)]
+    called = "projective_dynamics"

@@ -22,11 +22,11 @@ class LinearFem:
     sigma_m = np.nan
 
     def __init__(self, compliance: Compliance):
-        self._contacts, self._columns = compliance.contacts, compliance.fine
+        self._contacts, self._columns = compliance.contacts, compliance.fine.reshape(len(compliance.fine), 3, -1)
 
     def predict(self, coarse: np.ndarray | None, contact: int, force: np.ndarray) -> np.ndarray:
         """Return the fine surface displacement (n, 3) [m] under ``force`` (3,) [N] at coarse node ``contact``."""
-        return np.tensordot(force, self._columns[row_of(self._contacts, contact)], 1)
+        return (force @ self._columns[row_of(self._contacts, contact)]).reshape(-1, 3)
 
     def answer(self, contact: int, force: np.ndarray) -> tuple[np.ndarray, None]:
         """Return the same, and no rotations; InputError for a contact that is not prepared."""

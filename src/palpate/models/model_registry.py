@@ -1,7 +1,6 @@
 """Register the models by the names that tables give them; no solver is imported before one is prepared."""
 
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, get_args
 
@@ -9,9 +8,6 @@ from palpate.benchmark.model import Model
 from palpate.errors import InputError, describe_unknown
 from palpate.models import kinds
 
-ENGINES = {"mujoco": "mujoco", "newton_vbd": "newton"}
-"""Models that an engine answers which is not in the environment, and the package that must be installed for each."""
-INSTALL = 'type .venv/bin/pip install -e ".[engines]"'
 VARIANTS = (kinds.PaperEnrichment, kinds.Springs)
 """Classes whose models are variants of one method: twelve blends, four networks of springs."""
 MODELS: dict[str, Model] = {
@@ -38,14 +34,11 @@ MODELS: dict[str, Model] = {
         kinds.XPBD(),
         kinds.VertexBlockDescent(),
         kinds.ProjectiveDynamics(),
-        kinds.MuJoCo(),
-        kinds.NewtonVBD(),
         *(
             kinds.PaperEnrichment(features=features, weights=weights)
             for features in get_args(kinds.FEATURES)
             for weights in get_args(kinds.WEIGHTS)
         ),
-        kinds.Cascade(),
     )
 }
 """The models by name, in the order of tables; what identifies one is set, and all else is its default."""
@@ -60,17 +53,11 @@ TOUCH_MODELS: dict[str, tuple[str, dict]] = {
     "springs": ("palpate.models.touch.springs", {"volume": False}),
     "springs_volume": ("palpate.models.touch.springs", {"volume": True}),
     "shape_matching": ("palpate.models.touch.shape_matching", {}),
-    "mujoco": ("palpate.models.touch.mujoco_flex", {}),
 }
-"""Models of touches: modules with ``settings(case)`` and ``online(case, setting)``, as ``TouchSolver`` says. Those of
-an engine have its name in ENGINES."""
+"""Models of touches: modules with ``settings(case)`` and ``online(case, setting)``, as ``TouchSolver`` says."""
 
-BESIDE = (
-    {"cascade": "contact_modes"}
-    | dict.fromkeys(("linear_residual", "warped_compliance", "detail_correction"), "linear_fem")
-    | dict.fromkeys(
-        ("ridge_upsampling", "kernel_ridge_detail", "pod_rbf", "pod_gaussian", "pod_network"), "interpolation"
-    )
+BESIDE = dict.fromkeys(("linear_residual", "warped_compliance", "detail_correction"), "linear_fem") | dict.fromkeys(
+    ("ridge_upsampling", "kernel_ridge_detail", "pod_rbf", "pod_gaussian", "pod_network"), "interpolation"
 )
 """Models that are measured by the job of another's family, if that is measured: it has prepared their contacts, read
 their compliance, or takes as few seconds as they do."""
@@ -102,11 +89,6 @@ def model(name: str, own: Mapping[str, str | Path]) -> Model:
     return MODELS[name]
 
 
-def absent() -> list[str]:
-    """List the models whose engine is not installed."""
-    return [name for name, package in ENGINES.items() if find_spec(package) is None]
-
-
 def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, dict[str, Any]]]:
     """Group ``names`` by the module they live in, or BESIDE, as what one of them has prepared may serve the others.
 
@@ -127,9 +109,6 @@ def unknown(names: list[str], own: Mapping[str, object]) -> str:
     for name in own:
         if name in (*MODELS, *modules, *RESERVED):
             return f"{name}, which palpate uses itself; call your own model something else"
-    for name in names:
-        if name in absent():
-            return f"{name}, whose engine is not installed; {INSTALL}"
     return describe_unknown(names, [*MODELS, *own])
 
 

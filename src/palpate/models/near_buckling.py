@@ -26,7 +26,9 @@ class NearBuckling:
         """Return the ``answer`` to ``load``, with the forces of pushed discs; Doubted where the body may buckle."""
         whole = answer if isinstance(answer, Answer) else Answer(answer)
         nodes = [press.node for press in load.presses]
-        share = self._buckling.share(load.forces() if whole.forces is None else zip(nodes, whole.forces, strict=True))
+        share = self._buckling.share(
+            load.forces() if whole.forces is None else zip(nodes, whole.forces, strict=True), self._largest
+        )
         if share <= self._largest:
             return answer
         raise Doubted(f"this is {share:.2f} of the load under which the body buckles", [share], whole)

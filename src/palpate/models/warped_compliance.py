@@ -40,7 +40,8 @@ class LoadResidual:
 
     def __init__(self, db: Database, compliance: Compliance, base: Base):
         self._base, self._contacts = base, compliance.contacts
-        self._seen = np.ascontiguousarray(compliance.restricted[:, :, db.coarse_surface])
+        seen = compliance.restricted[:, :, db.coarse_surface]
+        self._seen = np.ascontiguousarray(seen).reshape(len(seen), 3, -1)
         self._views = Ordered(db, 1, framed=True)
         self._learnt: KernelRidge | None = None
         self.kind = ""
@@ -77,7 +78,7 @@ class LoadResidual:
 
     def _described(self, kind: str, contact: int, force: np.ndarray) -> np.ndarray:
         if kind == "response":
-            return np.tensordot(force, self._seen[row_of(self._contacts, contact)], 1).ravel()
+            return force @ self._seen[row_of(self._contacts, contact)]
         frame = self._views.view(contact).frame
         return force if frame is None else force @ frame
 

@@ -77,7 +77,8 @@ class WarpedResponse:
 
     def __init__(self, db: Database, compliance: Compliance):
         spins = NodalSpins(TetMesh(db.coarse_nodes, db.coarse_tetrahedra))
-        self._contacts, self._columns, self._prolongation = compliance.contacts, compliance.fine, db.prolongation
+        self._contacts, self._prolongation = compliance.contacts, db.prolongation
+        self._columns = compliance.fine.reshape(len(compliance.fine), 3, -1)
         self._spins = np.array([[spins.of(u) for u in columns] for columns in compliance.restricted])
 
     def answer(self, contact: int, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -101,7 +102,7 @@ class WarpedResponse:
         for (row, force), (contact, _) in zip(rows, presses, strict=True):
             here = reduce(np.add, [other @ self._spins[of, :, contact] for of, other in rows])
             local = turn(-here[None], force[None])[0]
-            spins.append(np.tensordot(local, self._spins[row], 1))
-            displacements.append(np.tensordot(local, self._columns[row], 1))
+            spins.append((local @ self._spins[row].reshape(3, -1)).reshape(-1, 3))
+            displacements.append((local @ self._columns[row]).reshape(-1, 3))
         turned = self._prolongation @ reduce(np.add, spins)
         return warp(turned, reduce(np.add, displacements)), turned

@@ -6,9 +6,8 @@ from typing import Any
 
 import pandas as pd
 
-from palpate.models.model_registry import ENGINES
 from palpate.report import declared, markup
-from palpate.report.model_looks import look, plain
+from palpate.report.model_looks import plain
 from palpate.report.report import Report
 from palpate.report.template import Html, Part, Section, render
 
@@ -41,7 +40,6 @@ def limits(report: Report) -> dict[str, Any]:
         "failed": failed,
         "counts": [f"{count} in “{name}”" for name, count in counts.items()],
         "papers": any(report.published.values()),
-        "engines": [look(name).label for name in ENGINES],
     }
 
 

@@ -8,6 +8,7 @@ where an eigenvalue of that work is 1.
 
 import warnings
 from collections.abc import Iterable
+from math import sqrt
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, lobpcg
@@ -40,7 +41,7 @@ class Buckling:
         whole = body if len(body.levels) > 1 else with_midpoints(body, 0)
         problem = Equilibrium(whole, 0, order=2)
         self._body, self._radius_m = body, radius_m
-        self._pulls: dict[int, np.ndarray] = {}
+        self._pulls: dict[int, tuple[np.ndarray, float]] = {}
         multiply, precondition = problem.linearise(problem.mesh.nodes)
         shapes = _softest(multiply, precondition, len(problem.mesh.nodes), whole.anchors[1])
         first, second = np.triu_indices(shapes.shape[2])
@@ -52,20 +53,29 @@ class Buckling:
         self._motions = np.empty((*shapes.shape[:2], shapes.shape[2], shapes.shape[2]))
         self._motions[:, :, first, second] = self._motions[:, :, second, first] = bent
 
-    def share(self, presses: Iterable[tuple[int, np.ndarray]]) -> float:
+    def share(self, presses: Iterable[tuple[int, np.ndarray]], enough: float = 0.0) -> float:
         """Return the load over the one at which the body buckles, 0 if none of that direction makes it.
 
         presses : fine surface nodes, and the force (3,) [N] on the disc around each
+        enough : a share that matters; an upper bound which is not above it is returned in place of the share
         """
+        pulls = [(force, *self._pull(node)) for node, force in presses]
+        bound = sum(sqrt(np.dot(force, force)) * most for force, _, most in pulls)
+        if bound <= enough:
+            return bound
         wide = self._motions.shape[2]
-        work = sum(force @ self._pull(node) for node, force in presses).reshape(wide, wide)
+        work = sum(force @ pull for force, pull, _ in pulls).reshape(wide, wide)
         return max(float(np.linalg.eigvalsh(work)[-1]), 0.0)
 
-    def _pull(self, node: int) -> np.ndarray:
-        """Return the work (3, r²) that unit forces on the disc around a node do on second-order motions."""
+    def _pull(self, node: int) -> tuple[np.ndarray, float]:
+        """Return the work (3, r²) that unit forces on the disc around a node do on second-order motions.
+
+        And the largest norm that any of them gives it [1/N], which no eigenvalue exceeds.
+        """
         if node not in self._pulls:
             nodes, shares = patch_shares(self._body.coarse, patch_at(self._body, node, self._radius_m), 2)
-            self._pulls[node] = np.tensordot(shares, self._motions[nodes], 1).reshape(3, -1)
+            pull = np.tensordot(shares, self._motions[nodes], 1).reshape(3, -1)
+            self._pulls[node] = pull, float(np.linalg.norm(pull, 2))
         return self._pulls[node]
 
 

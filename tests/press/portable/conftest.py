@@ -58,7 +58,8 @@ def made_up():
         rest = (0.05 * waves.reshape(3 * n, 12)[:, rng.permutation(12)[:6]]).astype(np.float32)
         bearing = -normals[at][None] / 0.8
         turned = np.eye(3), np.eye(3, 6)
-        model = Prepared(reduced, 0.4, linear[k % 3], rest, turned, bearing, np.eye(1), softness(rest.reshape(n, 3, 6)))
+        soft, none = softness(rest.reshape(n, 3, 6)), np.zeros(3)
+        model = Prepared(reduced, 0.4, linear[k % 3], rest, turned, bearing, np.eye(1), soft, 0.0, none)
         packed.append(PackedContact(nodes[at], normals[at], model))
         contacts.append(reduced)
     basis = surface_basis(body, 0.03, linear, [each.prepared.rest for each in packed], 10)

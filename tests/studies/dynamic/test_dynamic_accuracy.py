@@ -72,7 +72,6 @@ def test_a_reference_is_kept(truth, tmp_path):
 @pytest.mark.slow
 def test_every_model_is_measured_at_the_settings_given_and_fits_are_of_use(pressed, truth):
     grid = plain(defaults("dynamic").settings)
-    del grid["mujoco"]  # an engine
     grid["shape_matching"] |= {"steps_per_frame": [8]}
     grid["fem_fine"] |= {"steps_per_frame": [2]}
     grid["springs"] |= {"shares_of_stable_step": [0.8, 0.4]}

@@ -14,7 +14,6 @@ from palpate.benchmark.model import Case
 from palpate.benchmark.truth import truth_of
 from palpate.models import near_buckling, pod_galerkin
 from palpate.models.contact_modes import contact_modes
-from palpate.models.families import Families
 from palpate.models.fem_statics import Simulation
 from palpate.models.kinds import FEM, FastFEM, PODGalerkin
 from palpate.solvers import equilibrium, pushed_discs
@@ -49,16 +48,15 @@ def test_linear_responses_without_a_guard_miss_how_far_a_column_bends(monkeypatc
     assert row["outcome"] == "wrong" and row["value"] > 0.05
 
 
-def test_the_last_stage_of_the_cascade_answers_where_elements_that_stop_early_doubt():
-    """At half of Euler's load, where the other stages doubt; its elements settle, and are looked at."""
+def test_elements_that_settle_answer_where_those_that_stop_early_doubt():
+    """At half of Euler's load."""
     body, (node, force) = body_of("column"), press_of("column", 0.5)
     case, load = Case.untrained(body, "hard", RADIUS_M, 0, 1e-8), Load.at(node, force)
-    last = Families().stages[-1].having(level=0, target=None)
     with pytest.raises(Doubted):
         FastFEM(iterations=8).prepare(case).respond(load)
     expected = displacement_of(FEM(order=2, tolerance=1e-8).prepare(case).respond(load))
-    found = displacement_of(last.prepare(case).respond(load))
-    assert last.name == "fast_fem" and errors(found, expected).rmse_of_peak < 0.01
+    found = displacement_of(FastFEM(level=0, tolerance=1e-3).prepare(case).respond(load))
+    assert errors(found, expected).rmse_of_peak < 0.01
 
 
 def unchecked(problem, at_rest, size, solution, settle):

@@ -1,7 +1,5 @@
 # Scenes to compare models by.
 
-from palpate.models.model_registry import absent
-
 
 def scene_named(wildcards):
     """A scene with its name."""
@@ -23,9 +21,9 @@ def body_of_compared(wildcards):
 
 
 def settings_of_compared(wildcards):
-    """The values to try of the settings of each model that is installed, those of the scene before those of all."""
+    """The values to try of the settings of each model, those of the scene before those of all."""
     own, known = FOLLOWED[wildcards.scene].get("settings", {}), config["dynamic"]["settings"].items()
-    return {name: grid | own.get(name, {}) for name, grid in known if name not in absent()}
+    return {name: grid | own.get(name, {}) for name, grid in known}
 
 
 def by_name(wildcards):

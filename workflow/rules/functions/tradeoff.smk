@@ -1,21 +1,15 @@
 # The families of models, and the files that they fill.
 
 
-def with_stages(names):
-    """Models of palpate's, and those that are stages of one of them."""
-    staged = [stage.model for stage in settings.tradeoff.settings.cascade.stages] if "cascade" in names else []
-    return [name for name in [*names, *staged] if name in MODELS]
-
-
 def modules_of(names):
     """The classes of models, and the modules that prepare them; a user's own model is an input instead."""
-    found = [MODELS[name] for name in with_stages(names)]
+    found = [MODELS[name] for name in names if name in MODELS]
     return sorted({f"{type(each).__module__}:{type(each).__name__}" for each in found} | {each.place for each in found})
 
 
 def grid_of(family):
     """What a family is tried with, and the coarse answers that several share."""
-    settings, names = TRADEOFF["settings"], {family, *map(family_of, with_stages(FAMILIES[family]))}
+    settings, names = TRADEOFF["settings"], {family, *(family_of(name) for name in FAMILIES[family] if name in MODELS)}
     return {name: settings[name] for name in ["coarse_answers", *sorted(names)] if name in settings}
 
 

@@ -18,7 +18,6 @@ from palpate.identification.export.pressed_mesh import Stiffer, pressed
 from palpate.identification.forward import Forward
 from palpate.identification.on_body import touch_of
 from palpate.identification.presses import Press
-from palpate.models.mujoco_flex import gmsh
 
 MOST_PLACES = 8
 """Presses that are repeated on the mesh for engines, spread over all."""
@@ -103,7 +102,7 @@ def export(
         with write_whole(folder / file) as temporary:
             temporary.write_text(text, encoding="utf-8")
     with write_whole(folder / f"{name}.msh") as temporary:
-        temporary.write_bytes(gmsh(mesh))
+        temporary.write_bytes(mujoco.gmsh(mesh))
     with write_whole(folder / f"{name}.npz") as temporary:
         np.savez(temporary, nodes_m=mesh.nodes, tetrahedra=mesh.tetrahedra, held=body.anchors[level])
     return facts

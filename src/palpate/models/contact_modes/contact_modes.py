@@ -5,6 +5,7 @@ union of their contacts' shapes.
 """
 
 from collections.abc import Sequence
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,15 @@ from palpate.errors import NotConverged
 from palpate.models import kinds
 from palpate.models.contact_modes.elements_at_rest import ElementsAtRest
 from palpate.models.contact_modes.reduced_contact import ReducedContact, is_positive, softness
-from palpate.models.contact_modes.snapshots import FALL, FALLS, ContactSnapshots, basis_of, coordinates, thinned_model
+from palpate.models.contact_modes.snapshots import (
+    FALL,
+    FALLS,
+    ContactSnapshots,
+    basis_of,
+    coordinates,
+    directions,
+    thinned_model,
+)
 from palpate.models.contact_modes.workshop import (
     Change,
     Workshop,
@@ -44,6 +53,8 @@ class Prepared(NamedTuple):
     bearing : (k, 3) [1/N], whose products with forces are at most 1 where finer elements are known to have an answer
     together : (k, k), the part of one disc's product that adds to another's, as they press on the same tissue
     soft : (r, r), as ``softness`` has it
+    firm_n, inward : the force [N] up to which one contact is known to stay stiff, of those whose products with
+        ``inward`` (3 k,) are as large as they; 0 of several
     """
 
     reduced: ReducedContact
@@ -54,6 +65,12 @@ class Prepared(NamedTuple):
     bearing: np.ndarray
     together: np.ndarray
     soft: np.ndarray
+    firm_n: float
+    inward: np.ndarray
+
+    def is_known_stiff(self, force: np.ndarray) -> bool:
+        """Return whether it was found in advance that the body stays stiff under ``force`` (3 k,) [N], far from it."""
+        return sqrt(force @ force) <= min(self.firm_n, force @ self.inward)
 
     def beyond(self, q: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Return the coordinates (r,) less those of the linear answer to ``force`` (3 k,) [N]."""
@@ -121,7 +138,10 @@ def _brought(
     )
     flat = np.ascontiguousarray(rest.reshape(-1, modes.shape[2]), dtype=np.float32)
     straight = np.ascontiguousarray(columns.reshape(len(flat), -1))
-    return Prepared(reduced, reach, straight, flat, (linear, bent), known, _together(case, nodes), soft)
+    firm_n = _firm(reduced, soft, shown[0]) if len(shown) == 1 else 0.0
+    inward = -np.concatenate([each.normal for each in shown]) / TILT
+    together = _together(case, nodes)
+    return Prepared(reduced, reach, straight, flat, (linear, bent), known, together, soft, firm_n, inward)
 
 
 def _stably_borne(reduced: ReducedContact, soft: np.ndarray, known: np.ndarray) -> np.ndarray:
@@ -135,10 +155,30 @@ def _stably_borne(reduced: ReducedContact, soft: np.ndarray, known: np.ndarray) 
             force = np.zeros(reduced.loads.shape[1])
             force[3 * k : 3 * k + 3] = row / (row @ row)
             found = reduced.settle(force, RESIDUAL)
-            if found.residual <= RESIDUAL and is_positive(reduced.tangent(found.q) - LEAST_STIFFNESS * soft):
+            if found.residual <= RESIDUAL and _is_stiff(reduced, found.q, LEAST_STIFFNESS * soft):
                 break
             row /= FALL
     return rows
+
+
+def _firm(reduced: ReducedContact, soft: np.ndarray, shown: ContactSnapshots) -> float:
+    """Return the force [N] up to which the answers to presses in nine directions, of SIZES, are FIRM.
+
+    A fold does not hide between these: the stiffness falls to it as a root of what is left of the force.
+    """
+    ways, firm_n = directions(shown.normal), 0.0
+    hardest = float(np.linalg.norm(shown.forces, axis=1).max())
+    for newtons in hardest / SIZES * np.arange(1, SIZES + 1):
+        answers = [reduced.settle(newtons * way, RESIDUAL) for way in ways]
+        if not all(each.residual <= RESIDUAL and _is_stiff(reduced, each.q, FIRM * soft) for each in answers):
+            break
+        firm_n = float(newtons)
+    return firm_n
+
+
+def _is_stiff(reduced: ReducedContact, q: np.ndarray, least: np.ndarray) -> bool:
+    """Return whether the tangent at ``q`` (r,) less ``least`` (r, r) is positive definite."""
+    return bool(is_positive(reduced.tangent(q) - least))
 
 
 def _together(case: Case, nodes: Sequence[int]) -> np.ndarray:
@@ -177,6 +217,9 @@ LEAST_STIFFNESS = 0.15
 """Least stiffness of an answer over that of the body's softest motion at rest: it is 0 where the body buckles or snaps,
 and what an answer has wrong there grows as its inverse: of a column that is pressed 1° off its axis 0.2 % at 0.8, 1.1 %
 at 0.25, 1.4 % at 0.13 and 2.1 % at 0.08."""
+FIRM, SIZES, TILT = 0.5, 10, 0.7
+"""The same of answers far from that, of how many sizes these are looked for in advance, and the least cosine of the
+angle to the inward normal of the presses that they stand for, which were tilted by 45° at most."""
 LARGEST_SHARE = 0.9
 """Share of the load under which the body buckles, linearised at rest, in shapes that a contact's modes may lack."""
 LINEAR_BELOW = 1e-9
@@ -189,7 +232,7 @@ OWN_ERROR = 1e-3
 class ContactSolver(Solver):
     """Reduced models of contacts; a contact that is not prepared is, when it is asked for, and charged then.
 
-    shop : the workshop of the body, in which what one setting makes serves the others, and the cascade
+    shop : the workshop of the body, in which what one setting makes serves the others
     prepared : what answers, by the nodes that are pressed at once
     """
 
@@ -241,8 +284,9 @@ class ContactSolver(Solver):
         q, why, residual = _at_rest(model, force)
         moved = model.columns @ force + model.rest @ model.beyond(q, force).astype(np.float32)
         found = None if len(given) == len(load.presses) else force.reshape(-1, 3)
-        answer = Answer(moved.reshape(-1, 3), found, OWN_ERROR * float(np.linalg.norm(q)) / model.reach)
-        share = self._buckling.share(zip((p.node for p in load.presses), force.reshape(-1, 3), strict=True))
+        answer = Answer(moved.reshape(-1, 3), found, OWN_ERROR * sqrt(q @ q) / model.reach)
+        forces = zip((press.node for press in load.presses), force.reshape(-1, 3), strict=True)
+        share = self._buckling.share(forces, LARGEST_SHARE)
         if not share <= LARGEST_SHARE:
             why = why or f"this is {share:.2f} of the load under which the body buckles"
         if why:
@@ -271,10 +315,10 @@ def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float
     NotConverged where there are none.
     """
     linear = model.reduced.loads @ force
-    if float(np.linalg.norm(linear)) <= LINEAR_BELOW * model.reach:
+    if sqrt(linear @ linear) <= LINEAR_BELOW * model.reach:
         return linear, "", 0.0
     q, residual, least = model.reduced.at_rest(force, RESIDUAL)
-    far = float(np.linalg.norm(q)) / model.reach
+    far = sqrt(q @ q) / model.reach
     inward = np.maximum((model.bearing * force.reshape(-1, 3)).sum(axis=1), 0.0)
     hard = float((model.together @ inward).max())
     why = ""
@@ -284,7 +328,7 @@ def _at_rest(model: Prepared, force: np.ndarray) -> tuple[np.ndarray, str, float
         why = f"this goes {far:.1f} times as far as what the contact's model is made of"
     elif not hard <= LARGEST_PRESS:
         why = f"this presses {hard:.2f} times as hard as finer elements are known to bear"
-    elif not is_positive(model.reduced.tangent(q) - LEAST_STIFFNESS * model.soft):
+    elif not (model.is_known_stiff(force) or _is_stiff(model.reduced, q, LEAST_STIFFNESS * model.soft)):
         why = f"the body is about to give way: its stiffness is below {LEAST_STIFFNESS:g} of that at rest"
     return q, why, residual
 

@@ -18,8 +18,7 @@ from palpate.bodies.material import LAWS
 from palpate.errors import NotConverged
 from palpate.files import read_arrays
 from palpate.linalg.multigrid import Factor
-from palpate.models import flex_motion
-from palpate.models.fem_statics import to_fine, to_surface
+from palpate.models.fem_statics import to_fine
 from palpate.models.reduced_motion import MotionInModes, ReducedMotion, misses, move
 from palpate.run.job import steps
 from palpate.scenes.motion import Motion
@@ -29,14 +28,11 @@ from palpate.scenes.settings import Scene
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, compared_and_training
 from palpate.studies.dynamic.fitted import (
     Fitted,
-    InFlex,
     InModes,
     corrects,
     fit_correction,
     fit_shapes,
     fit_springs,
-    flexes,
-    in_flex,
     moving_modes,
 )
 from palpate.studies.dynamic.forces import DYNAMIC_FORCE, LIMIT, curve
@@ -127,7 +123,7 @@ def mesh_residual(compared: ComparedScene, level: int, motion: Motion) -> float:
 
 
 Grid = Mapping[str, Any]
-Tried = Iterator[tuple[int, Fitted | InModes | InFlex, str]]
+Tried = Iterator[tuple[int, Fitted | InModes, str]]
 """Numbers of steps, what takes them, and what of its settings is not the usual one, such as "tolerance=0.1"."""
 STEP = "step"
 """What of a setting varies, of those that differ in the step alone; of others it is the name before the equals sign."""
@@ -242,7 +238,7 @@ def _models(
 ) -> dict[str, Callable[[], Tried]]:
     """Return the models that can do a scene: springs have no plasticity, and those of a sheet no volume.
 
-    What relaxes elements one by one has the corotational law. An engine that is not installed has no ``grid``.
+    What relaxes elements one by one has the corotational law.
     """
     found: dict[str, Callable[[], Tried]] = {"fem_coarse": partial(_coarse, compared, grid["fem_coarse"])}
     if len(compared.body.levels) > 1:
@@ -252,8 +248,6 @@ def _models(
     if corrects(compared):
         found["detail_correction"] = partial(_corrected, compared, grid["fem_coarse"])
         found["moving_modes"] = partial(moving_modes, compared, lesson, grid["moving_modes"], **known)
-    if "mujoco" in grid and flexes(compared):
-        found["mujoco"] = partial(in_flex, compared, grid["mujoco"]["runs"])
     if not lesson:
         return found
     learnt = lesson, truth.training
@@ -336,11 +330,9 @@ def _head(compared: ComparedScene, level: int, step_s: float, steps: int, varied
     return row | {"level": level, "nodes": compared.nodes(level), "step_s": step_s, "steps": steps, "failures": 0}
 
 
-def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted | InModes | InFlex, varied: str) -> dict:
+def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted | InModes, varied: str) -> dict:
     if isinstance(fitted, InModes):
         return _row_in_modes(compared, truth, steps, fitted, varied)
-    if isinstance(fitted, InFlex):
-        return _row_in_flex(compared, truth, steps, fitted.level, varied)
     scene = fitted.scene(compared, steps)
     level = fitted.level % len(compared.body.levels)
     row = _head(compared, level, scene.step_s, steps, varied)
@@ -380,19 +372,6 @@ def _row_in_modes(compared: ComparedScene, truth: Reference, steps: int, fitted:
         return row | {"failures": 1}
     taken = _taken(found.seconds)
     return row | _measured(found.moved, truth.force[:0], truth, taken, steps, compared.duration_s) | told._asdict()
-
-
-def _row_in_flex(compared: ComparedScene, truth: Reference, steps: int, level: int, varied: str) -> dict:
-    begin, step_s = perf_counter(), compared.duration_s / steps
-    motion = flex_motion.FlexMotion(compared, level, compared.placed_loads(), compared.rayleigh, step_s)
-    row = _head(compared, level, step_s, steps, varied) | {"offline_s": perf_counter() - begin}
-    try:
-        found = flex_motion.move(motion, compared.frames, steps)
-    except NotConverged:
-        return row | {"failures": 1}
-    up, taken = to_surface(compared.body, level), _taken(found.seconds)
-    moved = np.array([up @ each for each in found.moved])
-    return row | _measured(moved, found.forces, truth, taken, steps, compared.duration_s) | MotionEstimate()._asdict()
 
 
 def told_in_modes(compared: ComparedScene, motion: ReducedMotion, found: MotionInModes) -> MotionEstimate:

@@ -1,6 +1,6 @@
 """Models that are fitted to another motion: springs, shape matching, corrected coarse FEM, and modes."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from time import perf_counter
@@ -130,14 +130,6 @@ def _held_solid(compared: ComparedScene) -> bool:
     return compared.held and not compared.shifts_m and not compared.thickness_m
 
 
-def flexes(compared: ComparedScene) -> bool:
-    """Return whether MuJoCo knows all that acts: a held solid that spheres and capsules alone touch."""
-    loads = compared.loads
-    kinds = {tool.kind for tool in loads.instruments}
-    touched = kinds <= {"sphere", "capsule"} and not (loads.contact and loads.contact.self_contact)
-    return _held_solid(compared) and touched and not loads.plasticity
-
-
 class CorrectedMotion:
     """x_f = P x_c + R Σ a D: a coarse motion with the detail D of each load, scaled by how far the body has moved.
 
@@ -220,20 +212,6 @@ class InModes:
 
     body: ReducedBody | None
     offline_s: float
-
-
-@dataclass(frozen=True)
-class InFlex:
-    """A level that MuJoCo moves."""
-
-    level: int
-
-
-def in_flex(compared: ComparedScene, runs: Sequence[Mapping[str, int]]) -> Iterator[tuple[int, InFlex, str]]:
-    """Yield steps of MuJoCo on levels that the body has."""
-    for each in runs:
-        if each["level"] < len(compared.body.levels):
-            yield each["steps_per_frame"] * compared.frames, InFlex(each["level"]), f"level={each['level']}"
 
 
 def moving_modes(

@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.advice_other_loads import TRUTH, MeshError, mesh_error, parted
-from palpate.models.model_registry import INSTALL
 from palpate.report import tables
 from palpate.report.advice_words import by_limit, moved_cell
 from palpate.report.model_looks import label, look
@@ -44,7 +43,6 @@ def numbers(report: Report) -> dict[str, Any]:
         "unknown_meshes": unknown,
         "taken": pd.DataFrame() if advice is None else _taken(advice[advice["scene"].isin(names)], names),
         "touched": "dynamic_force" in report.tables,
-        "install": "" if "mujoco" in set(table["model"]) else INSTALL,
         "places": 0 if bounds is None else int(bounds["places"].max()),
         "moved": [spaced(scene) for scene in moved],
         "unmoved": [spaced(scene) for scene in names if scene not in moved],

@@ -123,13 +123,6 @@ class Relaxed(Block):
     )
 
 
-class Mujoco(Block):
-    runs: list[OnLevel] = key(
-        "Steps on levels; those that a scene lacks are left out",
-        rows("level steps_per_frame", (0, 2), (0, 16), (0, 64), (1, 4), (1, 16)),
-    )
-
-
 class PathModes(Touching):
     steps_per_frame: Some[Count] = key(STEPS_HELP, [2, 4])
 
@@ -153,9 +146,6 @@ class Families(Block):
         "Methods that relax elements one by one in each step, of graphics and games, from cheap to expensive; settings "
         "on levels that a scene lacks are left out",
         {},
-    )
-    mujoco: Mujoco = key(
-        "Flex bodies of MuJoCo, if that engine is installed; of one held solid that only spheres and capsules touch", {}
     )
     path_modes: PathModes = key(
         "Quadratic elements on the reference's level in modes of strokes beside the path; of scenes that name it", {}
@@ -215,7 +205,7 @@ class Followed(Block):
     models: Some[
         Literal[
             "fem_coarse", "fem_fine", "detail_correction", "moving_modes", "path_modes", "region_modes", "springs",
-            "springs_volume", "shape_matching", "xpbd", "projective_dynamics", "vertex_block_descent", "mujoco",
+            "springs_volume", "shape_matching", "xpbd", "projective_dynamics", "vertex_block_descent",
         ]
     ] = optional("Models that are tried beside the reference's; all that can do the scene if left out")  # fmt: skip
     settings: Annotated[Families, KEPT] = optional("What its models are tried with instead")

@@ -22,7 +22,7 @@ from palpate.studies.hard_cases.stage import Case, judge
 from palpate.table_declaration import Table
 
 FAMILIES = {
-    "enrichment": [enrichment_cases.cases, model_cases.bounds],
+    "enrichment": [enrichment_cases.cases],
     "fem": [
         fem_cases.elasticity,
         fem_cases.statics,
@@ -33,7 +33,6 @@ FAMILIES = {
         nonlinear_cases.stability,
         model_cases.reduced_contacts,
         model_cases.learnt,
-        model_cases.engines,
     ],
     "dynamics": [dynamics_cases.motions, tissue_cases.moving, organ_cases.strokes],
     "contact": [contact_cases.overlaps, contact_cases.contacts, touch_cases.cases],
@@ -41,7 +40,6 @@ FAMILIES = {
     "cuts": [cut_cases.cases],
 }
 LONG = {
-    *("bound_incompressible", "bound_slivers"),
     *("each_law_crushed", "thousandfold_inverting_force", "nearly_incompressible"),
     *("modes_slivers", "modes_load_times_3", "modes_load_times_50", "twisting_10_turns"),
     *("finger_through", "finger_without_friction", "finger_friction_of_2", "finger_in_steps_of_40_ms"),

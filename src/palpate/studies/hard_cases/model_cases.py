@@ -1,4 +1,4 @@
-"""Hard cases of contact modes, of models learnt from samples, of the bounds of a cascade, and of optional engines."""
+"""Hard cases of contact modes, and of models learnt from samples."""
 
 from dataclasses import replace
 from functools import cache, partial
@@ -10,20 +10,11 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.database import database_of
 from palpate.benchmark.load import Load, displacement_of, loads_of
 from palpate.benchmark.model import Case as ModelCase
-from palpate.benchmark.model import Solver, answered
-from palpate.bodies.body import Body, nest
-from palpate.bodies.contacts import contacts_of
-from palpate.bodies.material import kind_of
-from palpate.bodies.mesh import TetMesh
-from palpate.bodies.simple_shapes import box
-from palpate.effects.elements import locking_is_measured
-from palpate.effects.laws import quadratic_neo_hookean
+from palpate.benchmark.model import Solver
+from palpate.bodies.body import Body
 from palpate.models import kinds
-from palpate.models.fem_statics import Simulation, to_surface
-from palpate.models.model_registry import ENGINES, absent
-from palpate.solvers.compliance import compute_compliance
 from palpate.studies.hard_cases.enrichment_cases import SETTINGS as FIT
-from palpate.studies.hard_cases.stage import SOFT, Answer, Case, bar_body, finite
+from palpate.studies.hard_cases.stage import SOFT, Answer, Case, bar_body
 
 RADIUS_M = 0.02
 MEASURE = "RMSE / peak against quadratic elements"
@@ -133,116 +124,3 @@ def _learnable(poisson: float = 0.3, degrees: float = 0.0, alike: bool = False) 
     elements = _elements(case, 2)
     fine = np.array([displacement_of(elements.respond(load)) for load in loads_of(contacts, forces)])
     return replace(case, database=replace(case.database, fine=fine)), elements
-
-
-RUNS: dict[str, kinds.MuJoCo | kinds.NewtonVBD] = {
-    "mujoco": kinds.MuJoCo(steps=60, iterations=200),
-    "newton_vbd": kinds.NewtonVBD(steps=400, sweeps=20, step=3.0),
-}
-"""Long enough that what is left is what the engine itself does."""
-
-
-def engines() -> list[Case]:
-    found = [name for name in ENGINES if name not in absent()]
-    expected = "the equilibrium of linear elements with the engine's own law, on the same mesh"
-
-    def case(name: str, scene: str, times: float = 1.0, **body: float) -> Case:
-        measure, run = "RMSE / peak against that equilibrium", partial(_engine_pressed, times, body)
-        return Case(f"engine_{name}", scene, expected, measure, 0.01, run, found)
-
-    listed = [
-        case("twice_the_load", "a bar's end is pressed so that it moves by a fifth of its length", 2.0),
-        case("three_times_the_load", "the same by three tenths of its length", 3.0),
-        case("pulled", "the same as a pull, by a tenth", -1.0),
-        case("slivers", "a layer of elements with dihedral angles of a degree", degrees=1.0),
-        case("incompressible", "ν = 0.49", poisson=0.49),
-    ]
-    return listed if found else []
-
-
-def _engine_pressed(times: float, changed: dict[str, float], engine: str) -> Answer:
-    """Press the bar as contact modes are, with another law, and compare with Newton's method."""
-    made, body = RUNS[engine], bar(**changed)
-    law = made.law if kind_of(made.law) else quadratic_neo_hookean.__file__
-    case = case_of(replace(body, material=replace(body.material, law=law)))
-    load = pressing(body, [0.0, 0.0, -times])
-    with locking_is_measured():
-        found = displacement_of(made.prepare(case).respond(load))
-        expected = displacement_of(_elements(case, 1).respond(load))
-    return _beside(found, expected)
-
-
-CONTACTS, DISC_M, DEPTH = 14, 0.03, 0.04
-"""Contacts, a third of which is asked for and not learnt from, radius of the disc, and largest linear peak / size."""
-_AXIS = np.array([0.6, 0.48, 0.64])
-"""About it forces are turned by 90 degrees; it is along no normal."""
-CASCADE = kinds.Cascade(asked=0.05, stages=(kinds.LinearFEM(), kinds.WarpedCompliance(), kinds.DetailCorrection()))
-
-
-def bounds() -> list[Case]:
-    def case(name: str, scene: str, times: float = 1.0, along: bool = False, **body: float) -> Case:
-        expected = "errors below the bounds that come with the answers"
-        measure = "largest error against fine quadratic elements / its bound"
-        run, models = partial(_bounded, times, along, body), ("cascade",)
-        return Case(f"bound_{name}", scene, expected, measure, 1.0, run, models, blunt=models)
-
-    return [
-        case("twice_the_load", "presses twice as hard as what bounds were found on", 2.0),
-        case("three_times_the_load", "presses three times as hard as what bounds were found on", 3.0),
-        case("pulled", "pulls, where bounds were found on presses", -1.0),
-        case("tangential", "forces along the surface, where bounds were found on presses", 1.0, True),
-        case("slivers", "a layer of elements with dihedral angles of a degree, of what bounds are found on, too",
-             degrees=1.0),
-        case("incompressible", "ν = 0.49, where linear elements lock; of what bounds are found on, too", poisson=0.49),
-    ]  # fmt: skip
-
-
-@cache
-@locking_is_measured()
-def _learnt_and_asked(poisson: float = 0.3, degrees: float = 0.0) -> tuple[ModelCase, ModelCase]:
-    """Press a bar, held at one end, at CONTACTS contacts: what is learnt from, and what is asked for."""
-    mesh = box([0.2, 0.05, 0.05], [4, 2, 2])
-    if degrees:  # the second layer is as thin as the elements' angles are to be
-        places = np.array([0.0, 0.05, 0.05 + 0.025 * np.tan(np.radians(degrees)), 0.12, 0.2])
-        nodes = np.column_stack([np.interp(mesh.nodes[:, 0], np.linspace(0.0, 0.2, 5), places), mesh.nodes[:, 1:]])
-        mesh = TetMesh(nodes, mesh.tetrahedra)
-    body = nest("bar", mesh, 1, np.flatnonzero(mesh.nodes[:, 0] == 0.0), replace(SOFT, poisson=poisson))
-    able = np.array([contact for contact in contacts_of(body) if mesh.nodes[contact, 0] > 0.06])
-    chosen = np.sort(np.random.default_rng(1).choice(able, CONTACTS, replace=False))
-    stored = compute_compliance(body, DISC_M, contacts=chosen, order=2)
-    unit = -body.fine.normals[stored.contacts]
-    peaks = np.linalg.norm(np.einsum("ci,cink->cnk", unit, stored.fine), axis=2).max(axis=1)
-    force = DEPTH * body.fine.size / peaks.max() * unit
-    case = ModelCase.untrained(body, "pressed", DISC_M, FIT.seed, 1e-8)
-    case = replace(case, response=stored, options=FIT)
-    loads = loads_of(stored.contacts, force)
-    simulations = Simulation(case, 0, 1e-8), Simulation(case, 1, 1e-8, order=2)
-    coarse, fine = (np.array([s.displacement(load) for load in loads]) for s in simulations)
-    db = database_of(body, stored.contacts, force, coarse, fine)
-    asked = np.arange(CONTACTS) % 3 == 0
-    learnt, held = (replace(case, database=db.take(np.flatnonzero(side))) for side in (~asked, asked))
-    return learnt, held
-
-
-@locking_is_measured()
-def _bounded(times: float, along: bool, body: dict[str, float], model: str) -> Answer:
-    """Find what ``times`` the forces do at contacts not learnt from, judged by the bounds of these answers.
-
-    along : whether the forces are turned about _AXIS, away from the normal
-    """
-    learnt, held = _learnt_and_asked(**body)
-    solver, fine = CASCADE.prepare(learnt), Simulation(learnt, 1, 1e-8, order=2)
-    up, db = to_surface(learnt.body, 1, 2), held.database
-    forces = times * (np.cross(db.force, _AXIS) if along else db.force)
-    loads = loads_of(db.contact, forces)
-    told = [answered(solver, load, learnt.n_surface)[0] for load in loads]
-    found, bound = np.array([each.displacement for each in told]), np.array([each.error for each in told], float)
-    finite(found, bound)
-    truth = np.array([up @ fine.displacement(load) for load in loads])
-    peaks = np.linalg.norm(truth, axis=2).max(axis=1)
-
-    def error(answer: np.ndarray) -> float:
-        wrong = np.sqrt(np.mean(np.sum((answer - truth) ** 2, axis=2), axis=1)) / peaks
-        return float((wrong / bound).max())
-
-    return Answer(found, np.zeros_like(found), error)

@@ -19,7 +19,7 @@ from palpate.benchmark.settings import (
     pressed_bodies,
 )
 from palpate.errors import InputError, describe_unknown
-from palpate.models.model_registry import INSTALL, TOUCH_MODELS, absent
+from palpate.models.model_registry import TOUCH_MODELS
 from palpate.setting_types import (
     Block,
     Count,
@@ -97,12 +97,6 @@ class Shapes(OnLevel):
     steps: Count = key("Steps at each of five stops of the instrument")
 
 
-class FlexRun(OnLevel):
-    penalty: Positive = key("Stiffness of a contact over that of a node whose neighbours stand still")
-    steps: Count = key("Steps in time, half of them while the instrument comes")
-    iterations: Count = key("Iterations of conjugate gradients in each step")
-
-
 class Families(Block):
     fem: Fem = key("Finite elements, converged", {})
     modes: Distinct[LocalMesh] = key(
@@ -125,10 +119,6 @@ class Families(Block):
             *((level, "linear", "cubes", steps) for level in (1, 2) for steps in (10, 40)),
             (2, "linear", "tetrahedra", 40),
         ),
-    )
-    mujoco_flex: Distinct[FlexRun] = key(
-        "Flex bodies of MuJoCo (mujoco), if that engine is installed, from cheap to expensive",
-        rows("level penalty steps iterations", (1, 0.1, 10, 60), (1, 1.0, 20, 60), (2, 0.1, 20, 60), (2, 1.0, 40, 100)),
     )
 
 
@@ -159,8 +149,6 @@ def check(config: Any, file: Path) -> None:
     place, asked = f"{file}: touch", config.touch
     if wrong := describe_unknown(asked.models or [], list(TOUCH_MODELS)):
         raise InputError(f"{place}.models names {wrong}")
-    for name in {*(asked.models or [])} & {*absent()}:
-        raise InputError(f"{place}.models names {name}, whose engine is not installed; {INSTALL}")
     bodies = pressed_bodies(config, "touch")
     check_refined(f"{place}.bodies", bodies, config.bodies)
     if not bodies:

@@ -14,7 +14,7 @@ from palpate.benchmark.advice_other_loads import advise_any_load, operator_error
 from palpate.benchmark.held_out import TIED
 from palpate.benchmark.ranking import EQUAL, KINDS, TIED_TIMES, UNKNOWN, averaged, own_error
 from palpate.files import read_yaml
-from palpate.models.model_registry import ENGINES, FAMILY_OF, INSTALL, SAVED_AGAINST
+from palpate.models.model_registry import FAMILY_OF, SAVED_AGAINST
 from palpate.report import tables
 from palpate.report.advice_words import SAME, any_load_cell, by_limit, cell, exceeded, nearest_cell, next_best
 from palpate.report.model_looks import label, named
@@ -55,7 +55,6 @@ def numbers(report: Report) -> dict[str, Any]:
     hardest = hardest_of(settings)
     families: Any = read_yaml(Path(__file__).with_name("models.yaml"))
     what = {name: family["short"] for family in families for name in family["names"]}
-    measured = set(models["model"])
     return {
         "budgets": budgets(tables.where(advice, error="rms")),
         "answer_of": answer(tables.where(advice, scene=hardest), what),
@@ -97,8 +96,6 @@ def numbers(report: Report) -> dict[str, Any]:
         "answered": list(dict.fromkeys(optional["answers"]["scene"])) if "answers" in optional else [],
         "refusals": _refusals(optional["any_load"]) if "any_load" in optional else None,
         "described": models_table(models, families),
-        "not_measured": [label(name, "default") for name in ENGINES if name not in measured],
-        "install": INSTALL,
         "given": given_table(settings),
         "variants": variants_table(settings),
     }

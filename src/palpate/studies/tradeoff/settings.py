@@ -10,7 +10,7 @@ from palpate.benchmark.settings import FINGER, Regression, check_radii, check_re
 from palpate.errors import InputError, describe_unknown
 from palpate.files import check_file
 from palpate.models import model_registry
-from palpate.models.families import Families, Stage
+from palpate.models.families import Families
 from palpate.own_file import MODEL_FUNCTIONS, check_source
 from palpate.setting_types import (
     Block,
@@ -157,7 +157,6 @@ def check(config: Any, file: Path) -> None:
         raise InputError(
             f"{place}.models lacks {model_registry.SAVED_AGAINST}, which is what the others save time against; add it."
         )
-    _check_stages(f"{place}.settings.cascade.stages", config.tradeoff.settings.cascade.stages)
     _check_models(f"{place}.training_contacts_of", config.tradeoff.training_contacts_of, own)
     for name, path in own.items():
         check_file(f"{place}.own_models.{name}", path, (file.parent / path).is_file())
@@ -167,19 +166,6 @@ def check(config: Any, file: Path) -> None:
     check_radii(config, file)
     for block in ("any_load", "beyond_design"):
         _check_asked(file, config, block)
-
-
-def _check_stages(place: str, stages: list[Stage]) -> None:
-    """Raise InputError for models of stages that there are not, and for settings that these do not have."""
-    names = [stage.model for stage in stages]
-    staged = [name for name in model_registry.MODELS if name != "cascade"]
-    if wrong := model_registry.unknown(names, {}) or describe_unknown(names, staged):
-        raise InputError(f"{place} names {wrong}")
-    for i, stage in enumerate(stages):
-        try:
-            stage.made()
-        except InputError as error:
-            raise InputError(f"{place}[{i}].setting: {error}") from None
 
 
 def _check_answers(place: str, config: Any, file: Path) -> None:

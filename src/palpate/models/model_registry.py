@@ -62,7 +62,7 @@ TOUCH_MODELS: dict[str, tuple[str, dict]] = {
     "shape_matching": ("palpate.models.touch.shape_matching", {}),
     "mujoco": ("palpate.models.touch.mujoco_flex", {}),
 }
-"""Models of touches: modules with ``settings(case)`` and ``online(case, setting)``, as ``TouchSolver`` says. Those of
+"""Models of touches: modules with ``settings(case)`` and ``online(case, **setting)``, as ``TouchSolver`` says. Those of
 an engine have its name in ENGINES."""
 
 BESIDE = (

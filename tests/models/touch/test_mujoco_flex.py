@@ -11,7 +11,6 @@ from palpate.effects.instrument import Instrument
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import NotConverged
 from palpate.models.touch import fem, mujoco_flex
-from palpate.studies.touch.settings import Families
 
 pytest.importorskip("mujoco")
 SETTLED = {"level": 0, "penalty": 1.0, "steps": 100, "iterations": 150}
@@ -43,13 +42,13 @@ def elements(block):
 
 @pytest.fixture(scope="module")
 def settled(block):
-    return mujoco_flex.online(block, SETTLED)
+    return mujoco_flex.online(block, **SETTLED)
 
 
 def apart(case, setting):
     """Return how far force and surface are from those of elements of MuJoCo's law on the same mesh."""
-    found = mujoco_flex.online(case, setting).respond(pressed(case))
-    elements = fem.online(under(case, case.instrument, mujoco_flex.LAW), {"level": setting["level"], "order": 1})
+    found = mujoco_flex.online(case, **setting).respond(pressed(case))
+    elements = fem.online(under(case, case.instrument, mujoco_flex.LAW), level=setting["level"], order=1)
     right = elements.respond(pressed(case))
     return abs(found.force_n / right.force_n - 1.0), rmse_of_peak(found.displacement, right.displacement)
 
@@ -104,7 +103,7 @@ def test_the_force_is_the_slope_of_the_energy(block, settled, elements):
 
 def test_harder_contact_lets_less_in(block):
     found = [
-        mujoco_flex.online(block, SETTLED | {"penalty": penalty}).respond(pressed(block))
+        mujoco_flex.online(block, **SETTLED | {"penalty": penalty}).respond(pressed(block))
         for penalty in (0.01, 0.1, 1.0, 10.0)
     ]
     forces = np.diff([each.force_n for each in found])
@@ -135,7 +134,7 @@ def test_what_does_not_touch_moves_nothing(block, settled, depth_m, way):
 
 
 def test_what_flies_apart_is_said(block):
-    solver = mujoco_flex.online(block, SETTLED)
+    solver = mujoco_flex.online(block, **SETTLED)
     solver._flex.data.qvel[0] = np.nan
     with pytest.raises(NotConverged, match="flies apart"):
         solver._flex.step()
@@ -144,9 +143,8 @@ def test_what_flies_apart_is_said(block):
 def test_what_it_does_not_know_is_left_out(block):
     for instrument in (Instrument("punch", 0.02, edge_m=0.002), replace(BALL, sticks=True)):
         with pytest.raises(LeftOut):
-            mujoco_flex.online(under(block, instrument), SETTLED)
+            mujoco_flex.online(under(block, instrument), **SETTLED)
 
 
 def test_settings_are_those_of_levels_that_the_body_has(block):
-    grid = Families(mujoco_flex=[SETTLED, SETTLED | {"level": 1}])
-    assert mujoco_flex.settings(replace(block, grid=grid)) == [SETTLED]
+    assert {each["level"] for each in mujoco_flex.TRIED} == {1, 2} and not mujoco_flex.settings(block)

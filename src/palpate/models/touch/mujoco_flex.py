@@ -7,13 +7,14 @@ flex have alike. Here t makes it so many times the stiffness of a node of the bo
 
 import numpy as np
 
-from palpate.benchmark.model import LeftOut, Setting, held_mb, on_own_levels
+from palpate.benchmark.model import LeftOut, Setting, held_mb
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver, refuse_sticking
 from palpate.bodies.body import Body
 from palpate.effects.instrument import CAPSULE, PUNCH, Instrument
 from palpate.effects.linear_elements import LinearElements
 from palpate.models.fem_statics import to_surface
 from palpate.models.mujoco_flex import LAW, THICKNESS_M, FlexBody
+from palpate.setting_types import rows
 
 __all__ = ["LAW", "FlexTouch", "online", "settings"]
 IMPEDANCE = 0.99
@@ -24,9 +25,12 @@ STEP = 40.0
 contact softer, as its impedances end at 0.9999."""
 
 
+TRIED = rows("level penalty steps iterations", (1, 0.1, 10, 60), (1, 1.0, 20, 60), (2, 0.1, 20, 60), (2, 1.0, 40, 100))
+
+
 def settings(case: TouchCase) -> list[Setting]:
-    """List the grid's settings on levels that the body has."""
-    return on_own_levels(case, case.grid.mujoco_flex)
+    """List settings on levels that the body has, from cheap to expensive."""
+    return [each for each in TRIED if each["level"] < len(case.body.levels)]
 
 
 class FlexTouch(TouchSolver):
@@ -37,15 +41,15 @@ class FlexTouch(TouchSolver):
     edge; NotConverged as ``FlexBody``, InputError where MuJoCo is not installed.
     """
 
-    def __init__(self, case: TouchCase, setting: Setting):
+    def __init__(self, case: TouchCase, level: int, penalty: float, steps: int, iterations: int):
         refuse_sticking(case, "bodies of MuJoCo without friction")
-        level, self._steps = setting["level"], setting["steps"]
+        self._steps = steps
         body = self._shape = case.body
-        contact, step_s = hard_contact(body, level, setting["penalty"])
+        contact, step_s = hard_contact(body, level, penalty)
         geom = f'<body mocap="true"><geom {geom_of(case.instrument, body.fine.size)} {contact}/></body>'
         damping_s = step_s  # without it, nodes leave the geom in one step and are in it again after the next
         words = contact, geom, HARD
-        self._flex = FlexBody(case, level, step_s, setting["iterations"], damping_s, *words)
+        self._flex = FlexBody(case, level, step_s, iterations, damping_s, *words)
         self._up = to_surface(body, level)
 
     @property

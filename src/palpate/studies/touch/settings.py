@@ -97,12 +97,6 @@ class Shapes(OnLevel):
     steps: Count = key("Steps at each of five stops of the instrument")
 
 
-class FlexRun(OnLevel):
-    penalty: Positive = key("Stiffness of a contact over that of a node whose neighbours stand still")
-    steps: Count = key("Steps in time, half of them while the instrument comes")
-    iterations: Count = key("Iterations of conjugate gradients in each step")
-
-
 class Families(Block):
     fem: Fem = key("Finite elements, converged", {})
     modes: Distinct[LocalMesh] = key(
@@ -126,10 +120,6 @@ class Families(Block):
             (2, "linear", "tetrahedra", 40),
         ),
     )
-    mujoco_flex: Distinct[FlexRun] = key(
-        "Flex bodies of MuJoCo (mujoco), if that engine is installed, from cheap to expensive",
-        rows("level penalty steps iterations", (1, 0.1, 10, 60), (1, 1.0, 20, 60), (2, 0.1, 20, 60), (2, 1.0, 40, 100)),
-    )
 
 
 class Settings(Block):
@@ -151,7 +141,6 @@ class Settings(Block):
     )
     models: Distinct[str] | None = key("Models by name; null takes all that palpate has", None)
     settings: Families = key("What each model is tried with: a point in the diagram for each", {})
-    budget_s: Positive = key("Time [s] for which each setting is asked again, beyond once for each touch", 0.1)
 
 
 def check(config: Any, file: Path) -> None:

@@ -2,16 +2,13 @@
 
 from typing import Literal
 
-from palpate.benchmark.model import Model
-from palpate.models import kinds, model_registry
+from palpate.models import kinds
 from palpate.setting_types import (
     Block,
     Count,
     Distinct,
-    Index,
     Inside,
     Number,
-    Positive,
     Share,
     Some,
     Switch,
@@ -21,7 +18,6 @@ from palpate.setting_types import (
 
 RESIDUALS = "Relative residuals to stop at, from rest, after as many iterations as it takes"
 SHARES = "Shares of the training samples to learn from"
-RUNS = "Runs from rest, from cheap to expensive"
 
 
 class Fem(Block):
@@ -31,7 +27,6 @@ class Fem(Block):
 
 
 class FastFem(Block):
-    levels: Count = key("How many of the body's levels, counted from the finest", 2)
     iterations: Some[Count] = key("L-BFGS iterations from rest", [4, 8])
     finest_frame_iterations: Distinct[Count] = key(
         "Iterations from the frame before, the answer to 97 % of the load, on the finest level; elsewhere 2 and 4",
@@ -42,13 +37,6 @@ class FastFem(Block):
 
 
 class ContactModes(Block):
-    nodes: Count = key(kinds.NODES, 12000)
-    rings: Some[Index] = key("Rings of elements around the disc with cells of their own; 50 are all of a body", [1, 50])
-    tolerances: Some[Inside] = key(
-        "Error, relative to the whole, by which few cells may pull otherwise than all do, loosest first; columns "
-        "alone are tried with the last one",
-        [0.01, 0.003],
-    )
     finer: Switch = key(
         "Whether contacts are also pressed on the next level, if the body has one: that mends the worst node under a "
         "finger, and doubles the preparation",
@@ -68,35 +56,13 @@ class PodRbf(Block):
     )
 
 
-class MujocoFlex(Block):
-    runs: Distinct[kinds.MuJoCo] = key(
-        RUNS,
-        rows("level steps iterations", (0, 3, 30), (0, 5, 100), (0, 14, 100), (1, 5, 100), (1, 15, 100), (1, 60, 100)),
-    )
-
-
 class PodGalerkin(Block):
-    nodes: Count = key(kinds.NODES, 12000)
     modes: Some[Count] = key("Modes kept, at most as many as there are training samples", [8, 24, 48])
     tolerances: Some[Inside] = key(
         "Error, relative to the whole, by which few cells may pull otherwise than all do, loosest first; fewer modes "
         "are tried with the last one",
         [0.1, 0.03],
     )
-
-
-class NewtonVbd(Block):
-    runs: Distinct[kinds.NewtonVBD] = key(
-        RUNS,
-        rows(
-            "level steps sweeps step", (0, 30, 10, 3), (0, 120, 10, 3), (0, 300, 20, 3), (1, 60, 10, 3), (1, 240, 10, 3)
-        ),
-    )
-
-
-class PodOfLoads(Block):
-    modes: Some[Count] = key("Modes kept, at most the training samples; a network has the middle number", [4, 12, 36])
-    hidden: Distinct[Count] = key("Units of each of the network's two hidden layers", [4, 8, 16])
 
 
 class MassSpring(Block):
@@ -147,19 +113,8 @@ class Stage(Block):
         "Its setting, as in accuracy_vs_time.csv; level last is the finest", {}
     )
 
-    def made(self, **usual: int) -> Model:
-        """Return the model; ``usual`` fields hold where none are given. InputError for a setting that is none."""
-        found = model_registry.MODELS[self.model]
-        given = {name: None if (name, value) == ("level", "last") else value for name, value in self.setting.items()}
-        return type(found)(**usual | {name: getattr(found, name) for name in found.model_fields_set} | given)
-
 
 class Cascade(Block):
-    budgets_ms: list[Positive] = key(
-        "Times [ms] of an answer with the least error that is asked for, each a setting of its own: a stage that does "
-        "not fit is left out, and the answer doubted",
-        [1],
-    )
     stages: list[Stage] = key(
         "Models that learn nothing from samples, each with its setting, cheapest first; where no bound meets what is "
         "asked for, the model of the least one answers",
@@ -179,23 +134,10 @@ class Families(Block):
     fast_fem: FastFem = key("Quadratic finite elements by L-BFGS from the multigrid of the state at rest", {})
     contact_modes: ContactModes = key("A reduced model for each contact, made of presses that it simulates itself", {})
     pod_rbf: PodRbf = key("Proper orthogonal decomposition with radial basis functions", {})
-    mujoco_flex: MujocoFlex = key("Flex bodies of MuJoCo (mujoco), if that engine is installed", {})
     pod_galerkin: PodGalerkin = key("Galerkin projection on modes of training samples, the same for all contacts", {})
-    newton_vbd: NewtonVbd = key("Vertex block descent of Newton (newton_vbd), if that engine is installed", {})
-    pod_of_loads: PodOfLoads = key(
-        "Proper orthogonal decomposition whose coefficients are learnt from place and force alone, by a Gaussian "
-        "process (pod_gaussian) or a network (pod_network)",
-        {},
-    )
     mass_spring: MassSpring = key(
         "Mass-spring networks, of one modulus or nodal ones, with and without a volume force", {}
     )
     relaxed: Relaxed = key("Methods of graphics and games, to the equilibrium of linear elements on a level", {})
     paper_enrichment: PaperEnrichment = key("Paper 1's regressors, each kind of feature with each kind of weights", {})
     cascade: Cascade = key("The cheapest of several models whose bound of the error meets what is asked for", {})
-
-    @property
-    def stages(self) -> tuple[Model, ...]:
-        """The models of the cascade, contact modes on the level that these are tried on by themselves."""
-        usual = {"contact_modes": {"nodes": self.contact_modes.nodes}}
-        return tuple(stage.made(**usual.get(stage.model, {})) for stage in self.cascade.stages)

@@ -4,8 +4,7 @@ What prepares one is imported by its name when it is asked to, so that the class
 """
 
 from collections.abc import Iterable
-from operator import attrgetter
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field
 
@@ -17,7 +16,7 @@ from palpate.errors import InputError
 from palpate.setting_types import Block, Count, Index, Inside, NotNegative, Positive, Switch, key
 
 if TYPE_CHECKING:
-    from palpate.models.families import Families
+    from palpate.models.families import Families, Stage
 
 CoarseAnswer = Annotated[str, Field(pattern="^(linear|1 iteration|([2-9]|[1-9][0-9]+) iterations|loose|converged)$")]
 FEATURES = Literal["unordered", "ordered", "framed"]
@@ -103,12 +102,12 @@ class FastFEM(Elements):
     place, reduces = "palpate.models.fast_fem", "p2"
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return for each of the finest levels, coarse first, each start with its caps on iterations, and tolerances.
+        """Return for the two finest levels, coarse first, each start with its caps on iterations, and tolerances.
 
         What has most iterations, from rest and from the frame before, is also extrapolated to the limit of the levels.
         """
         asked, last, found = grid.fast_fem, len(case.body.levels) - 1, []
-        for level in range(max(0, last + 1 - asked.levels), last + 1):
+        for level in range(max(0, last - 1), last + 1):
             rest, linear, frame = (self.having(level=level, start=start) for start in ("rest", "linear", "frame"))
             frames = asked.finest_frame_iterations if level == last else FRAMES
             warm, cold = frame.stopped(frames), rest.stopped(asked.iterations)
@@ -172,12 +171,9 @@ class ContactModes(Model):
         from palpate.models.contact_modes.workshop import reduced_level
 
         asked = grid.contact_modes
-        *fewer, rings = asked.rings
-        *_, finest = asked.tolerances
-        whole = self.having(nodes=asked.nodes, rings=rings, thinned=finest, modes="snapshots")
-        found = [whole.having(modes="columns"), *(whole.having(rings=count) for count in fewer)]
-        found += [whole.having(thinned=tolerance) for tolerance in asked.tolerances]
-        if asked.finer and reduced_level(case.body, asked.nodes) < len(case.body.levels) - 1:
+        whole = self.having(rings=50, thinned=0.003, modes="snapshots")
+        found = [whole.having(modes="columns"), whole.having(rings=1), whole.having(thinned=0.01), whole]
+        if asked.finer and reduced_level(case.body, self.nodes) < len(case.body.levels) - 1:
             found.append(whole.having(modes="finer"))
         return [each.having(target=target) for each in found for target in asked.targets]
 
@@ -197,7 +193,7 @@ class PODGalerkin(Model):
         *fewer, most = sorted({min(count, case.n_training) for count in asked.modes})
         *_, finest = asked.tolerances
         found = [(count, finest) for count in fewer] + [(most, tolerance) for tolerance in asked.tolerances]
-        return [self.having(nodes=asked.nodes, modes=count, thinned=tolerance) for count, tolerance in found]
+        return [self.having(modes=count, thinned=tolerance) for count, tolerance in found]
 
 
 class LinearFEM(Model):
@@ -360,11 +356,10 @@ class PODOfLoads(Model):
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
         """Return numbers of modes, at most as many as training samples, and of a network hidden units."""
-        asked = grid.pod_of_loads
-        modes = sorted({min(count, case.n_training) for count in asked.modes})
+        modes = sorted({min(count, case.n_training) for count in (4, 12, 36)})
         if self.learner == "gaussian":
             return [self.having(modes=count) for count in modes]
-        return [self.having(modes=modes[len(modes) // 2], hidden=count) for count in asked.hidden]
+        return [self.having(modes=modes[len(modes) // 2], hidden=count) for count in (4, 8, 16)]
 
 
 class Springs(Model):
@@ -393,12 +388,13 @@ class Springs(Model):
 
 
 class Listed(Model):
-    listed: ClassVar[str]
+    def runs(self, grid: "Families") -> Iterable[Self]:
+        """Return what is tried, on whatever level."""
+        raise NotImplementedError
 
-    def tried(self, case: Case, grid: "Families") -> list[Model]:
-        """Return those that the grid lists, on levels that the body has."""
-        found = attrgetter(self.listed)(grid)
-        return [each for each in found if getattr(each, "level", 0) < len(case.body.levels)]
+    def tried(self, case: Case, grid: "Families") -> list[Self]:
+        """Return ``runs`` on levels that the body has."""
+        return [each for each in self.runs(grid) if getattr(each, "level", 0) < len(case.body.levels)]
 
 
 class ShapeMatching(Model):
@@ -426,41 +422,51 @@ class Relaxing(Listed):
         "rest",
     )
 
+    def runs(self, grid: "Families") -> Iterable[Self]:
+        return getattr(grid.relaxed, self.name)
+
 
 class XPBD(Xpbd, Relaxing):
     """Extended position-based dynamics with accumulated multipliers."""
 
-    called, listed = "xpbd", "relaxed.xpbd"
+    called = "xpbd"
 
 
 class VertexBlockDescent(Descent, Relaxing):
     """Vertex block descent."""
 
-    called, listed = "vertex_block_descent", "relaxed.vertex_block_descent"
+    called = "vertex_block_descent"
 
 
 class ProjectiveDynamics(Projective, Relaxing):
     """Projective dynamics."""
 
-    called, listed = "projective_dynamics", "relaxed.projective_dynamics"
+    called = "projective_dynamics"
 
 
 class MuJoCo(OnLevel, Listed):
     """Flex bodies of MuJoCo, an optional engine."""
 
     place, called, law = "palpate.models.mujoco_flex", "mujoco", "st_venant_kirchhoff"
-    listed = "mujoco_flex.runs"
     steps: Count = key("Steps of a second from rest", 5)
     iterations: Count = key("Iterations of conjugate gradients in each step", 100)
+
+    def runs(self, grid: "Families") -> Iterable[Self]:
+        tried = (0, 3, 30), (0, 5, 100), (0, 14, 100), (1, 5, 100), (1, 15, 100), (1, 60, 100)
+        return [self.having(level=level, steps=steps, iterations=count) for level, steps, count in tried]
 
 
 class NewtonVBD(OnLevel, Listed):
     """Vertex block descent of Newton, an optional engine."""
 
-    place, law, listed = "palpate.models.newton_vbd", "quadratic_neo_hookean", "newton_vbd.runs"
+    place, law = "palpate.models.newton_vbd", "quadratic_neo_hookean"
     steps: Count = key("Steps from rest", 120)
     sweeps: Count = key("Sweeps over the nodes in each step", 10)
     step: Positive = key("Length of a step, over the time in which a node alone would swing by a radian", 3)
+
+    def runs(self, grid: "Families") -> Iterable[Self]:
+        tried = (0, 30, 10), (0, 120, 10), (0, 300, 20), (1, 60, 10), (1, 240, 10)
+        return [self.having(level=level, steps=steps, sweeps=sweeps) for level, steps, sweeps in tried]
 
 
 class Cascade(Model):
@@ -481,8 +487,16 @@ class Cascade(Model):
     )
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return the errors that are asked for, the largest first, and then the last one within each budget."""
-        asked = grid.cascade
-        whole = self.having(stages=grid.stages)
+        """Return the errors that are asked for, the largest first, and the last one within a millisecond."""
+        whole = self.having(stages=tuple(map(made, grid.cascade.stages)))
         found = [whole.having(asked=error) for error in ASKED_ERRORS]
-        return found + [found[-1].having(budget_ms=budget) for budget in sorted(asked.budgets_ms)]
+        return [*found, found[-1].having(budget_ms=1)]
+
+
+def made(stage: "Stage") -> Model:
+    """Return the model of a stage of a cascade; InputError for a setting that is none."""
+    from palpate.models.model_registry import MODELS
+
+    found = MODELS[stage.model]
+    given = {name: None if (name, value) == ("level", "last") else value for name, value in stage.setting.items()}
+    return type(found)(**{name: getattr(found, name) for name in found.model_fields_set} | given)

@@ -11,6 +11,7 @@ from palpate.errors import InputError, describe_unknown
 from palpate.files import check_file
 from palpate.models import model_registry
 from palpate.models.families import Families, Stage
+from palpate.models.kinds import made
 from palpate.own_file import MODEL_FUNCTIONS, check_source
 from palpate.setting_types import (
     Block,
@@ -46,7 +47,6 @@ class LimitPoints(Block):
 
 
 class _Asked(Block):
-    bodies: Some[str] | None = key("Bodies by name; null takes all that are pressed", None)
     regimes: Some[str] | None = key("Regimes by name; null takes all", None)
 
 
@@ -74,7 +74,6 @@ class BeyondDesign(_Asked):
 
 
 class Truth(Block):
-    tolerance: Positive = key("Relative residual on the finest level", 1e-3, le=1e-2)
     check_samples: Index = key("Samples of a scene whose truth is found with another element too", 3)
     geometry_samples: Index = key("Samples of a scene on which facets are compared with a smooth shape", 3)
 
@@ -177,7 +176,7 @@ def _check_stages(place: str, stages: list[Stage]) -> None:
         raise InputError(f"{place} names {wrong}")
     for i, stage in enumerate(stages):
         try:
-            stage.made()
+            made(stage)
         except InputError as error:
             raise InputError(f"{place}[{i}].setting: {error}") from None
 
@@ -198,9 +197,8 @@ def _check_asked(file: Path, config: Any, block: str) -> None:
     if asked is None:
         return
     _check_models(f"{place}.models", asked.models, config.tradeoff.own_models)
-    for part, known in (("bodies", pressed_bodies(config)), ("regimes", list(config.regimes))):
-        if wrong := describe_unknown(getattr(asked, part) or [], known):
-            raise InputError(f"{place}.{part} names {wrong}")
+    if wrong := describe_unknown(asked.regimes or [], list(config.regimes)):
+        raise InputError(f"{place}.regimes names {wrong}")
 
 
 def _check_models(place: str, patterns: dict[str, str], own: dict) -> None:

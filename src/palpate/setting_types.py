@@ -117,17 +117,11 @@ class Block(BaseModel):
     def __iter__(self) -> Iterator[str]:  # type: ignore[override]
         return (name for name in type(self).model_fields if name in self)
 
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
-
     def keys(self) -> list[str]:
         return list(self)
 
     def items(self) -> list[tuple[str, Any]]:
         return [(name, self[name]) for name in self]
-
-    def get(self, name: str, default: Any = None) -> Any:
-        return dict(self).get(name, default)
 
 
 def _public_name(kind: type) -> str:

@@ -52,7 +52,7 @@ rule write_press:
     benchmark:
         "results/benchmarks/{body}/write_press.tsv"
     params:
-        **some("press", "contacts"),
+        **some("press", "contacts", "samples"),
         **calls("palpate.studies.press.jobs:write_press"),
     script:
         "../job.py"

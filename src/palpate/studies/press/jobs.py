@@ -28,18 +28,14 @@ def export_model(input, output, say, settings: Settings, radius_m: float, seed: 
     export_model(case, model, settings.contacts, output.model, progress, touches)
 
 
-SHOWN = 6
-"""Presses of the trade-off by the same finger whose truth the page can show, at most."""
-
-
-def write_press(input, output, contacts: int):
+def write_press(input, output, contacts: int, samples: int):
     from palpate.press import coarse_rival
     from palpate.press.page.page import held_nodes, press_models, write_pages
     from palpate.press.portable.file import read
     from palpate.studies.press.measure import known_presses, measure, trial_presses
 
     body, model, coarse = load(input.body), read(input.model), coarse_rival.load(input.coarse)
-    known = known_presses(body, input.truths, input.loads, SHOWN)
+    known = known_presses(body, input.truths, input.loads, samples)
     trials = trial_presses(body, contacts, 0.5 * model.info["peak_m"])
     models = {"contact_modes": (contacts, model)} | ({"coarse": (0, coarse)} if coarse else {})
     paths = {"contact_modes": Path(input.model), "coarse": Path(input.coarse)}

@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 from palpate.benchmark.settings import Disc, Instrument, check_instruments, check_refined, pressed_bodies
 from palpate.errors import InputError, describe_unknown
-from palpate.setting_types import Count, Positive, Some, key
+from palpate.setting_types import Count, Index, Positive, Some, key
 
 
 class Settings(Disc):
@@ -17,6 +17,7 @@ class Settings(Disc):
         "Contact modes of simulated presses (snapshots) or linear ones (columns)", "columns"
     )
     thinned: Positive = key("To what relative error of the reduced forces the cells are thinned", 0.003)
+    samples: Index = key("Presses of the trade-off by the same finger whose truth the page can show, at most", 6)
     instruments: list[Instrument] = key("Spheres and punches that the page offers beside the finger, at places", [])
     places: Count = key("Places that are prepared for each instrument, in about 15 s each", 3)
     radius_m: Positive = key("Radius [m] of the finger's patch", 0.03)

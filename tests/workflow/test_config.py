@@ -90,8 +90,8 @@ def test_the_schema_is_one_in_which_every_key_is_described_and_every_block_close
 def test_defaults_fill_what_is_left_out(smoke):
     given = {key: smoke[key] for key in ("bodies", "regimes")} | {"enrichment": None}
     full = complete(given, Path("config.yaml"))
-    assert set(full) == set(SCHEMA["properties"]) - set(STUDIES) | {"enrichment"}
-    assert set(full.enrichment.sigma_relative) == {"min", "max", "count"}
+    assert set(full.given()) == set(SCHEMA["properties"]) - set(STUDIES) | {"enrichment"}
+    assert set(full.enrichment.sigma_relative.given()) == {"min", "max", "count"}
 
 
 def refusal(settings: dict, file: Path = Path("my.yaml")) -> str:

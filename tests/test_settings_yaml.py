@@ -109,8 +109,8 @@ def test_the_public_names_are_all_that_palpate_lists():
 
 def test_numbers_of_numpy_become_plain_ones_and_bools_are_none():
     box = pp.Box(**BOX | {"divisions": np.array([3, 2, 1])}, young_pa=np.float32(0.5))
-    assert box["divisions"] == [3, 2, 1] and {type(each) for each in box["divisions"]} == {int}
-    assert {type(each) for each in pp.Sphere(center_m=np.zeros(3), radius_m=np.int64(1))["center_m"]} == {float}
+    assert box.divisions == [3, 2, 1] and {type(each) for each in box.divisions} == {int}
+    assert {type(each) for each in pp.Sphere(center_m=np.zeros(3), radius_m=np.int64(1)).center_m} == {float}
     for wrong in (np.True_, True, np.array([1, 2]), np.float64(2.5)):
         with pytest.raises(InputError):
             pp.Press(node=wrong, force_n=1)

@@ -1,6 +1,6 @@
 """What settings are made of: blocks, which are frozen objects, and types of single values."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from inspect import Parameter, Signature, cleandoc
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
@@ -52,7 +52,7 @@ def _signature(kind: "type[Block]") -> Signature:
 
 
 class Block(BaseModel):
-    """A block of settings: a frozen object with no other keys than its fields, which are also had by ``block["name"]``.
+    """A block of settings: a frozen object with no other keys than its fields.
 
     What ``json_schema_extra`` says of the block as a whole is checked: minProperties, maxProperties, anyOf required.
     Called with wrong fields it raises InputError; validated as a part of other settings, pydantic's ValidationError.
@@ -91,7 +91,7 @@ class Block(BaseModel):
 
     @model_validator(mode="after")
     def _check_entries(self) -> Self:
-        given = [name for name in self if self[name] is not None]
+        given = [name for name, value in self if value is not None]
         rules: Any = self.model_config.get("json_schema_extra") or {}
         if len(given) < rules.get("minProperties", 0):
             raise PydanticCustomError("entries", "must have at least one entry")
@@ -105,29 +105,10 @@ class Block(BaseModel):
         """Return a copy with some fields changed, checked like any other."""
         return type(self)(**({name: getattr(self, name) for name in self.model_fields_set} | changed))
 
-    def __contains__(self, name: object) -> bool:
-        field = type(self).model_fields.get(str(name))
-        return field is not None and (getattr(self, str(name)) is not None or field.validate_default is not False)
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self:
-            raise KeyError(name)
-        return getattr(self, name)
-
-    def __iter__(self) -> Iterator[str]:  # type: ignore[override]
-        return (name for name in type(self).model_fields if name in self)
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
-
-    def keys(self) -> list[str]:
-        return list(self)
-
-    def items(self) -> list[tuple[str, Any]]:
-        return [(name, self[name]) for name in self]
-
-    def get(self, name: str, default: Any = None) -> Any:
-        return dict(self).get(name, default)
+    def given(self) -> dict[str, Any]:
+        """Return the fields by name, but optional ones that are left out."""
+        fields = type(self).model_fields
+        return {name: value for name, value in self if value is not None or fields[name].validate_default is not False}
 
 
 def _public_name(kind: type) -> str:
@@ -138,7 +119,8 @@ def _public_name(kind: type) -> str:
 
 def plain(value: Any) -> Any:
     """Return settings as the dicts, lists and single values that a file of them has, with all defaults."""
-    if isinstance(value, Mapping | Block):
+    value = value.given() if isinstance(value, Block) else value
+    if isinstance(value, Mapping):
         return {name: plain(inner) for name, inner in value.items()}
     return [plain(inner) for inner in value] if isinstance(value, list | tuple) else value
 

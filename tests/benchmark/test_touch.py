@@ -27,7 +27,7 @@ def test_the_truth_is_known_to_less_than_coarse_elements_are_wrong(touch_case, t
     assert touch_truth.believed.all()
     own = {name: column for name, column in zip(TouchErrors._fields, touch_truth.own.T, strict=True)}
     assert (own["force_error"] < 0.02).all() and (own["rmse_of_peak"] < 0.005).all()
-    coarse = fem.online(touch_case, {"order": 1, "level": 1}).respond(touches[0])
+    coarse = fem.online(touch_case, order=1, level=1).respond(touches[0])
     found = touch_errors(coarse, touch_truth.answer(0), patch_of(touch_case.body, touches[0]))
     assert found.force_error > 0.1 and found.rmse_of_peak > 0.01
 
@@ -156,7 +156,7 @@ def test_tissue_that_sticks_is_harder_to_press(touch_case, touches):
     for sticks in (False, True):
         ball = replace(BALL, sticks=sticks)
         case = replace(touch_case, instrument=ball, kept={})
-        forces.append(fem.online(case, local).respond(replace(touches[0], instrument=ball, poses={})).force_n)
+        forces.append(fem.online(case, **dict(local)).respond(replace(touches[0], instrument=ball, poses={})).force_n)
     assert 1.002 < forces[1] / forces[0] < 1.1
     with pytest.raises(LeftOut):
-        modes.online(case, local)
+        modes.online(case, **dict(local))

@@ -27,6 +27,7 @@ from palpate.setting_types import plain
 from palpate.studies.dynamic import touching
 from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.fitted import Fitted
+from palpate.studies.dynamic.settings import TRIED
 from palpate.studies.dynamic.strokes import Strokes, learnt_from
 
 RIGHT = 0.01
@@ -80,8 +81,7 @@ def scene_of(configs: list[Path], name: str, model: str = "region_modes") -> tup
     own = {"duration_s": scene.duration_s, "frames": dynamic["frames"]} | dynamic["scenes"][name]
     body = make_body(scene.body, config.bodies[scene.body])
     kept = {key: own[key] for key in ("duration_s", "frames", "level") if key in own}
-    grid = dynamic["settings"][model] | own.get("settings", {}).get(model, {})
-    return ComparedScene.of(scene, body, kept), grid, config.seed
+    return ComparedScene.of(scene, body, **kept), dict(TRIED[model]), config.seed
 
 
 def shown_to(compared: ComparedScene, grid: dict, seed: int, file: Path) -> Strokes:

@@ -49,13 +49,13 @@ def pressed(tmp_path_factory) -> Run:
     config = folder / "config.yaml"
     config.write_text(CONFIG)
     settings = complete(read_settings(config), config)
-    body = make_body("block", settings["bodies"]["block"])
-    block, place = settings["tradeoff"], folder / "results/data/block/large"
+    body = make_body("block", settings.bodies["block"])
+    block, place = settings.tradeoff, folder / "results/data/block/large"
     rows: list[list] = []
-    for contact in contacts_by_area(body, block["contacts"], 1):  # a tenth of Young's modulus at most, and no search
-        for asked_press in block["presses"]:
-            way = oblique(body.fine.normals[contact], asked_press["tilt_degrees"], 1.0)
-            newtons = asked_press["magnitude"] * 0.1 * 3000.0 * 0.5 * np.pi * 0.03**2
+    for contact in contacts_by_area(body, block.contacts, 1):  # a tenth of Young's modulus at most, and no search
+        for asked_press in block.presses:
+            way = oblique(body.fine.normals[contact], asked_press.tilt_degrees, 1.0)
+            newtons = asked_press.magnitude * 0.1 * 3000.0 * 0.5 * np.pi * 0.03**2
             rows.append([len(rows), int(contact), *(newtons * way), 0.03])
     loads = pd.DataFrame(rows, columns=LOAD_COLUMNS)
     fine, coarse = press(body, 1, loads, 1e-8), press(body, 0, loads, 1e-8)

@@ -77,7 +77,7 @@ def run(tmp_path_factory):
     config.write_text(CONFIG)
     settings = complete(read_settings(config), config)
     body = make_body("bar", settings.bodies["bar"])
-    scene = ComparedScene.of(settings.scenes["poke"].but(name="poke"), body, {"duration_s": 0.16, "frames": 4})
+    scene = ComparedScene.of(settings.scenes["poke"].but(name="poke"), body, 0.16, 4)
     truth = motion_truth(scene.body, scene.placed_loads(), scene.rayleigh, 0.16, 4, 16)
     save(body, folder / "results/data/bar/body.h5")
     (folder / "results/data/dynamic/poke").mkdir(parents=True)

@@ -54,7 +54,7 @@ def inside(touch_case, touches):
         "converged": np.ones(3, dtype=bool),
     }  # fmt: skip
     for i, run in enumerate(RUNS):
-        solver = model.online(touch_case, run)
+        solver = model.online(touch_case, **run)
         whole = [solver.respond(touch) for touch in touches]
         before = [solver.respond(touch.before) for touch in touches]
         found |= {

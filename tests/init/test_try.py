@@ -64,12 +64,12 @@ def test_try_writes_a_whole_configuration_and_runs_a_small_one_of_the_same_body(
     printed = capsys.readouterr().out
     whole, small = (complete(read_yaml(folder / name), folder / name) for name in ("config.yaml", "try.yaml"))
     assert ran == [folder / "try.yaml"]
-    body = whole["bodies"]["block"]
-    assert (body["scale_m"], body["bed"]["facing"]) == (0.1, [-1, 0, 0]) and "anchors" not in body
-    assert small["bodies"]["block"] == body.but(refinements=1) and body["refinements"] == 2
-    assert list(whole["regimes"]) == ["small", "deep", "large"]
-    assert small["regimes"] == {"large": whole["regimes"]["large"]}
-    assert small["tradeoff"]["models"] == MODELS and small["tradeoff"]["contacts"] < whole["tradeoff"]["contacts"]
+    body = whole.bodies["block"]
+    assert (body.scale_m, body.bed.facing) == (0.1, [-1, 0, 0]) and body.anchors is None
+    assert small.bodies["block"] == body.but(refinements=1) and body.refinements == 2
+    assert list(whole.regimes) == ["small", "deep", "large"]
+    assert small.regimes == {"large": whole.regimes["large"]}
+    assert small.tradeoff.models == MODELS and small.tradeoff.contacts < whole.tradeoff.contacts
     assert "given    it lies where its x is smallest" in printed and "a unit of the file" not in printed
     assert "unit [m], given; the longest side is 30 cm" in (folder / "config.yaml").read_text(encoding="utf-8")
     assert "within 16.7 ms" in printed and f"The report: {folder}/results/report.html" in printed

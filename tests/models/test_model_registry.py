@@ -53,7 +53,7 @@ def test_what_models_are_tried_with_is_named_after_families(grid):
     families = set(map(model_registry.family_of, model_registry.MODELS))
     tried_alike = {
         "linear_fem", "interpolation", "shape_matching", "fem_local", "ridge", "linear_residual", "detail_correction",
-        "warped_compliance",
+        "warped_compliance", "pod_of_loads",
     }  # fmt: skip
     assert set(type(grid).model_fields) - {"coarse_answers"} == families - tried_alike
 

@@ -9,11 +9,9 @@ from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, Press, Refused
 from palpate.errors import InputError
 from palpate.models import pod_of_loads
-from palpate.models.families import Families
 from palpate.models.kinds import PODOfLoads
 
 LEARNERS = {learner: PODOfLoads(modes=12, learner=learner) for learner in ("gaussian", "network")}
-GRID = Families(pod_of_loads={"modes": [2, 12], "hidden": [8]})
 
 
 @pytest.fixture(scope="module")
@@ -53,12 +51,13 @@ def test_modes_are_those_of_the_samples(learnt):
     assert 0.3 < left[0] / left[1] < 1.05
 
 
-def test_settings_have_at_most_as_many_modes_as_samples(learnt):
+def test_settings_have_at_most_as_many_modes_as_samples(learnt, grid):
     case, _ = learnt
     few = replace(case, database=case.database.take(np.arange(5)))
     gaussian, network = LEARNERS.values()
-    assert [[each.modes for each in gaussian.tried(given, GRID)] for given in (case, few)] == [[2, 12], [2, 5]]
-    assert [each.text for each in network.tried(case, GRID)] == ["modes=12, hidden=8"]
+    assert [each.modes for each in gaussian.tried(case, grid)] == [4, 12, min(36, case.n_training)]
+    assert [each.modes for each in gaussian.tried(few, grid)] == [4, 5]
+    assert [each.text for each in network.tried(case, grid)] == [f"modes=12, hidden={units}" for units in (4, 8, 16)]
 
 
 def test_slopes_of_the_network_are_its_differences():

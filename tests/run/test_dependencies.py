@@ -71,6 +71,13 @@ def test_closure_follows_imports_in_functions_and_of_packages(tmp_path):
     assert "job.py" not in names and not any(name.startswith("evaluation") for name in names)
 
 
+def test_classes_of_settings_that_count_for_no_digest_do_nothing():
+    for path in dependencies.WRAPPERS:
+        if path.name in ("settings.py", "families.py"):
+            classes = [node for node in ast.parse(path.read_bytes()).body if isinstance(node, ast.ClassDef)]
+            assert not [node for each in classes for node in ast.walk(each) if isinstance(node, ast.FunctionDef)], path
+
+
 CALLS = [
     ("palpate.studies.common_jobs", "simulate_fine"),
     ("palpate.studies.scenes.motion_pictures", "draw_motion"),

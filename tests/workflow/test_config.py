@@ -90,8 +90,8 @@ def test_the_schema_is_one_in_which_every_key_is_described_and_every_block_close
 def test_defaults_fill_what_is_left_out(smoke):
     given = {key: smoke[key] for key in ("bodies", "regimes")} | {"enrichment": None}
     full = complete(given, Path("config.yaml"))
-    assert set(full) == set(SCHEMA["properties"]) - set(STUDIES) | {"enrichment"}
-    assert set(full.enrichment.sigma_relative) == {"min", "max", "count"}
+    assert set(full.given()) == set(SCHEMA["properties"]) - set(STUDIES) | {"enrichment"}
+    assert set(full.enrichment.sigma_relative.given()) == {"min", "max", "count"}
 
 
 def refusal(settings: dict, file: Path = Path("my.yaml")) -> str:
@@ -319,13 +319,12 @@ def test_what_is_wrong_with_a_body_is_said(smoke, body, said):
         ({"bodies": ["livr"]}, " names livr, which is unknown; did you mean liver?"),
         ({"bodies": ["bar"]}, " names bar, which is not refined; give it refinements of at least 1."),
         ({"in_depth": ["bar"]}, ".in_depth names bar, which is unknown; "),
-        ({"any_load": {"bodies": ["livr"]}}, ".any_load.bodies names livr, which is unknown"),
         ({"any_load": {"regimes": ["smal"]}}, ".any_load.regimes names smal, which is unknown"),
         ({"any_load": {"models": {"fem_p3": ""}}}, ".any_load.models names fem_p3, which is unknown"),
         ({"any_load": {"models": {"fem_p2": "["}}}, ".any_load.models.fem_p2: [ is no regular expression"),
         ({"training_contacts_of": {"linear_fem": "["}}, ".training_contacts_of.linear_fem: [ is no regular"),
         ({"training_contacts_of": {"linear": ""}}, ".training_contacts_of names linear"),
-        ({"beyond_design": {"bodies": ["livr"]}}, ".beyond_design.bodies names livr, which is unknown"),
+        ({"beyond_design": {"regimes": ["smal"]}}, ".beyond_design.regimes names smal, which is unknown"),
         ({"splits": [6]}, ".splits[0] is 6: "),
         ({"contacts": 4}, ".contacts is 4: "),
         ({"presses": [{"magnitude": 1, "tilt_degrees": 60}]}, ".presses[0].tilt_degrees is 60: "),

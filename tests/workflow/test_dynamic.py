@@ -1,7 +1,6 @@
 """Every scene in which models can be compared takes part, without being named."""
 
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from fixtures.small_scene import BAR, SCENE
@@ -41,7 +40,7 @@ def test_what_cannot_be_compared_is_left_out_with_a_warning(plan, write_config, 
     jobs = plan(tmp_path, write_config(settings))
     assert jobs["measure_dynamic"] == 1 and jobs["simulate_scene"] == 2
     with pytest.warns(UserWarning, match=r"scenes\.falls: models are not compared in it, as it has contact\."):
-        tabulate_dynamic({}, [], SimpleNamespace(left_out={"falls": "has contact"}))
+        tabulate_dynamic({}, [], {"falls": "has contact"})
 
 
 def test_a_scene_with_one_push_is_asked_at_other_places(plan, write_config, tmp_path, settings):

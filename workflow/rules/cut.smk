@@ -40,7 +40,7 @@ rule measure_cut:
     threads: HALF
     params:
         **calls("palpate.studies.cut.jobs:measure_cut"),
-        **some("cut", "settings", "budget_s"),
+        **some("cut", "budget_s"),
         entry=lambda wildcards: CUTS[wildcards.scene],
         repeats=config["timing"]["repeats"],
     script:

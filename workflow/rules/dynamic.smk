@@ -5,6 +5,7 @@ include: "functions/dynamic.smk"
 
 
 from palpate.benchmark.comparable import compared_scenes, followed
+from palpate.studies.dynamic.settings import MAX_HALVINGS, OF_PLACES
 
 # how each scene is followed, and why those are left out in which models cannot be compared
 FOLLOWED, LEFT_OUT = config["dynamic"].get("scenes"), {}
@@ -12,7 +13,7 @@ if FOLLOWED is None:
     DURATIONS, LEFT_OUT = compared_scenes(settings.scenes, settings.bodies)
     FOLLOWED = dict.fromkeys(DURATIONS, {})
 # what a scene does not say for itself
-OF_ALL = some("dynamic", "frames", "change_of_peak", "max_halvings")
+OF_ALL = some("dynamic", "frames", "change_of_peak") | {"max_halvings": MAX_HALVINGS}
 FOLLOWED = {name: OF_ALL | {"duration_s": followed(settings.scenes[name])} | own for name, own in FOLLOWED.items()}
 
 # scenes of which it is found how well their motion is known
@@ -131,7 +132,7 @@ rule measure_elsewhere:
         **calls("palpate.studies.dynamic.elsewhere:measure_elsewhere", by_name),
         compared=compared_of,
         settings=settings_of_compared,
-        own=lambda wildcards: FOLLOWED[wildcards.scene]["elsewhere"],
+        own=lambda wildcards: OF_PLACES | FOLLOWED[wildcards.scene]["elsewhere"],
         seed=config["seed"],
     script:
         "../job.py"

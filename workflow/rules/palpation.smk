@@ -17,7 +17,7 @@ rule measure_palpation:
         "results/benchmarks/{body}/measure_palpation.tsv"
     params:
         **calls("palpate.studies.palpation.palpation:measure_palpation"),
-        settings=some("palpation", "radius_m", "places", "pressures_of_young", "felt"),
+        settings=some("palpation", "radius_m", "places", "pressures_of_young"),
     script:
         "../job.py"
 
@@ -31,7 +31,7 @@ rule measure_palpation_limits:
         "results/benchmarks/measure_palpation_limits.tsv"
     params:
         **calls("palpate.studies.palpation.palpation:measure_palpation_limits"),
-        settings=some("palpation", "slab", "covers_m", "contrasts", "radius_m", "felt"),
+        settings=some("palpation", "covers_m", "contrasts", "radius_m"),
     script:
         "../job.py"
 

@@ -67,7 +67,6 @@ rule measure_touch_models:
         keywords=lambda wildcards: TOUCH_MODELS[wildcards.model][1],
         settings=lambda wildcards: touch_grid(wildcards.model),
         repeats=config["timing"]["repeats"],
-        budget_s=TOUCH["budget_s"],
         seed=config["seed"],
     script:
         "../job.py"

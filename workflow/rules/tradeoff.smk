@@ -67,7 +67,6 @@ rule simulate_truth:
         **calls("palpate.studies.tradeoff.jobs:simulate_truth"),
         splits=lambda wildcards: splits_of(wildcards.body, wildcards.regime),
         more=lambda wildcards: bool(more_of(wildcards)),
-        tolerance=TRADEOFF["truth"]["tolerance"],
         check_samples=CHECKED,
     script:
         "../job.py"

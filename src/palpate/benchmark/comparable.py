@@ -1,6 +1,6 @@
 """Find the scenes in which models can be compared in motion, before anything is made of them."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from palpate.bodies.settings import Body
 from palpate.errors import InputError
@@ -99,11 +99,6 @@ def followed(scene: Scene) -> float:
     return min(scene.duration_s, max([LONGEST_S, *(load.start_s + load.press_s for load in loads)]))
 
 
-def fits(own: Mapping) -> bool:
-    """Return whether one of the models is fitted to a motion; own : what the comparison's settings say of a scene."""
-    return any(name in FITTED for name in own.get("models", FITTED))
-
-
-def taught(own: Mapping) -> bool:
-    """Return whether a motion is described to fit models to, or none is needed; own : as for ``fits``."""
-    return bool(own.get("training")) or not fits(own)
+def fits(models: Sequence[str] | None) -> bool:
+    """Return whether one of the models that are asked for, or of all, is fitted to a motion."""
+    return any(name in FITTED for name in models or FITTED)

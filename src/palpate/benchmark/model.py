@@ -188,7 +188,7 @@ class Model(Block):
         return self.called or self.place.rpartition(".")[2]
 
     @property
-    def said(self) -> Setting:
+    def said(self) -> dict[str, int | float | str | bool]:
         """The fields that tables call its setting: those that are given, and switches only where they are off."""
         fields = ((name, getattr(self, name)) for name in type(self).model_fields if name not in self.unsaid)
         return {name: value for name, value in fields if value is not None and value is not True}

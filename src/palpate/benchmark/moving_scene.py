@@ -1,6 +1,5 @@
 """A scene reduced to what all models can share, engines elsewhere too: what moves and what acts, on nested levels."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -35,14 +34,13 @@ class MovingScene:
     held: bool = True
 
     @classmethod
-    def of(cls, scene: Scene, body: Body, own: Mapping) -> Self:
+    def of(cls, scene: Scene, body: Body, duration_s: float, frames: int, level: int | None = None) -> Self:
         """Reduce ``scene`` to what its models can share.
 
-        own : ``duration_s``, ``frames``, and perhaps ``level``, that of the reference; without it the scene's, but one
-            finer than the coarse one
+        level : that of the reference; without it the scene's, but one finer than the coarse one
         """
         loads = Loads(**{effect: getattr(scene, effect) for effect in TAKEN_OVER})
-        last = own.get("level", max(scene.level, 1))
+        last = max(scene.level, 1) if level is None else level
         if isinstance(body.coarse, Sheet):
             body = nest_sheet(body, last)
         else:
@@ -50,7 +48,7 @@ class MovingScene:
                 body = finer(body)
             body = body.up_to(last)
         shifts, damping = [other.shift_m for other in scene.others], scene.rayleigh or Rayleigh()
-        return cls(scene.name, body, loads, damping, own["duration_s"], own["frames"], shifts, scene.held)
+        return cls(scene.name, body, loads, damping, duration_s, frames, shifts, scene.held)
 
     def placed_loads(self) -> Loads:
         """Return ``loads`` with the discs that are pushed as the reference's level has them, for models of all levels.

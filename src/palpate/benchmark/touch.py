@@ -114,8 +114,8 @@ class TouchSolver:
     """A model with one setting: what answers touches.
 
     A module of a model has ``settings(case)``, a list of dictionaries from cheap to expensive, and
-    ``online(case, setting)``, which returns such a solver; both take a ``TouchCase``, and raise NotConverged, its kind
-    LeftOut for a body that the model does not know.
+    ``online(case, **setting)``, which returns such a solver; both take a ``TouchCase``, and raise NotConverged, its
+    kind LeftOut for a body that the model does not know.
     """
 
     def prepare(self, touch: Touch) -> None:

@@ -36,7 +36,7 @@ LAW = "the body's"
 
 
 def load_model(place: str, keywords: Mapping[str, Any]) -> SimpleNamespace:
-    """Return ``settings(case)``, ``online(case, setting)`` and LAW of the module ``place``, for ``measure_touches``.
+    """Return ``settings(case)``, ``online(case, **setting)`` and LAW of the module ``place``, for ``measure_touches``.
 
     keywords : which of the module's variants it is
     """
@@ -117,7 +117,7 @@ def _measured(
     ]
     begin = perf_counter()
     try:
-        solver = model.online(case, setting)
+        solver = model.online(case, **setting)
     except NotConverged as failure:
         if isinstance(failure, LeftOut):
             raise

@@ -115,7 +115,7 @@ def load_point(mesh: Mesh, held: np.ndarray, place: str, load: Load | Hook) -> t
     """
     if load.radius_m > mesh.size:
         raise InputError(
-            f"{place}.radius_m is {load['radius_m']:g} m, and the whole body is "
+            f"{place}.radius_m is {load.radius_m:g} m, and the whole body is "
             f"{mesh.size:.3g} m long; give the radius of what presses or grasps it, in metres."
         )
     corners, weights, away = surface_point(mesh, np.array(load.at_m, dtype=float))

@@ -32,6 +32,7 @@ from palpate.exchange.readme import readme
 from palpate.files import read_arrays, read_table
 from palpate.run.job import steps
 from palpate.run.settings import complete, read_settings
+from palpate.setting_types import plain
 from palpate.stores import stored
 
 
@@ -101,7 +102,7 @@ def _press(name: str, regime: str, settings: Any, config: Path, results: Path, s
 
 
 def _touch(name: str, tool: ToolSettings, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
-    instrument, asked = Instrument(**tool), settings.touch
+    instrument, asked = Instrument(**dict(tool)), settings.touch
     if seed is None:
         place = results / "data" / name / "touch" / instrument_name(tool)
         files = [results / "data" / name / "body.h5", place / "touches.csv", place / "truth.h5"]
@@ -127,18 +128,19 @@ def _touch(name: str, tool: ToolSettings, settings: Any, config: Path, results: 
 
 def _motion(name: str, own: Any, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
     entry = settings.scenes[name].but(name=name)
-    followed_so = {"frames": settings.dynamic.frames, "duration_s": followed(entry)} | dict(own)
+    asked = own.duration_s or followed(entry), own.frames or settings.dynamic.frames, own.level
     assert own.truth is not None  # as scenes says
     found_by = {"levels": own.truth.levels, "steps_per_frame": own.truth.steps_per_frame}
     if seed is not None:
-        scene = MovingScene.of(entry, _body(settings, entry.body, config), followed_so)
-        return scene.body, (asked := motions.questions_of([motions.drawn(scene, seed)], found_by)), motions.page(asked)
+        scene = MovingScene.of(entry, _body(settings, entry.body, config), *asked)
+        drawn = motions.questions_of([motions.drawn(scene, seed)], found_by)
+        return scene.body, drawn, motions.page(drawn)
     body_file, truth_file = results / "data" / entry.body / "body.h5", results / "data/dynamic" / name / "truth.npz"
     if lacks := [path for path in (body_file, truth_file) if not path.is_file()]:
         raise InputError(
             f"{lacks[0]} is missing; type make dynamic first, or give --seed for questions without truths."
         )
-    scene, truth = MovingScene.of(entry, load(body_file), followed_so), read_arrays(MotionTruth, truth_file)
+    scene, truth = MovingScene.of(entry, load(body_file), *asked), read_arrays(MotionTruth, truth_file)
     if truth.rejected:
         raise InputError(f"{truth_file} has no truth that is believed ({truth.rejected}); ask for another scene.")
     questions = replace(motions.questions_of([scene], found_by), truth=motions.truth_arrays([truth]))
@@ -172,6 +174,6 @@ def private(body: Body, settings: Any, regime: str, radius_m: float, seed: int, 
     count = -(-asked.contacts // FOLDS)
     # half of the contacts are the farthest from each other, whatever the seed: those drawn by area are taken
     able = contacts_by_area(body, count, seed)
-    loads = choose_presses(body, 0, asked.presses, rule, radius_m, seed, progress, able.tolist())
+    loads = choose_presses(body, 0, plain(asked.presses), plain(rule), radius_m, seed, progress, able.tolist())
     forces = np.array([force_of(load) for _, load in loads.iterrows()])
     return presses.questions_of(body, regime, radius_m, loads["sample"].to_numpy(), loads["contact"].to_numpy(), forces)

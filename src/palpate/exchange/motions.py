@@ -25,6 +25,7 @@ from palpate.exchange.answers import Wanted
 from palpate.exchange.asked_body import body_arrays, body_info, body_of, refuse_sheet, with_law
 from palpate.exchange.folder import Arrays, Questions
 from palpate.exchange.readme import read_page
+from palpate.setting_types import plain
 
 KIND = "motion"
 OWN = TruthErrors._fields
@@ -73,7 +74,7 @@ def _told(acts: Loads) -> dict[str, Any]:
         ]
     if contact := acts.contact:
         told["instruments"] = [
-            {name: value for name, value in each.items() if name != "name"} for each in contact.instruments
+            {name: value for name, value in plain(each).items() if name != "name"} for each in contact.instruments
         ]
         told |= {"friction": contact.friction, "slip_m_s": contact.slip_m_s}
     return told

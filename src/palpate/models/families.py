@@ -7,7 +7,6 @@ from palpate.setting_types import (
     Block,
     Count,
     Distinct,
-    Index,
     Inside,
     Share,
     Some,
@@ -27,7 +26,6 @@ class Fem(Block):
 
 
 class FastFem(Block):
-    levels: Count = key("How many of the body's levels, counted from the finest", 2)
     iterations: Some[Count] = key("L-BFGS iterations from rest", [4, 8])
     finest_frame_iterations: Distinct[Count] = key(
         "Iterations from the frame before, the answer to 97 % of the load, on the finest level; elsewhere 2 and 4",
@@ -38,13 +36,6 @@ class FastFem(Block):
 
 
 class ContactModes(Block):
-    nodes: Count = key(kinds.NODES, 12000)
-    rings: Some[Index] = key("Rings of elements around the disc with cells of their own; 50 are all of a body", [1, 50])
-    tolerances: Some[Inside] = key(
-        "Error, relative to the whole, by which few cells may pull otherwise than all do, loosest first; columns "
-        "alone are tried with the last one",
-        [0.01, 0.003],
-    )
     finer: Switch = key(
         "Whether contacts are also pressed on the next level, if the body has one: that mends the worst node under a "
         "finger, and doubles the preparation",
@@ -65,18 +56,12 @@ class PodRbf(Block):
 
 
 class PodGalerkin(Block):
-    nodes: Count = key(kinds.NODES, 12000)
     modes: Some[Count] = key("Modes kept, at most as many as there are training samples", [8, 24, 48])
     tolerances: Some[Inside] = key(
         "Error, relative to the whole, by which few cells may pull otherwise than all do, loosest first; fewer modes "
         "are tried with the last one",
         [0.1, 0.03],
     )
-
-
-class PodOfLoads(Block):
-    modes: Some[Count] = key("Modes kept, at most the training samples; a network has the middle number", [4, 12, 36])
-    hidden: Distinct[Count] = key("Units of each of the network's two hidden layers", [4, 8, 16])
 
 
 class MassSpring(Block):
@@ -133,11 +118,6 @@ class Families(Block):
     contact_modes: ContactModes = key("A reduced model for each contact, made of presses that it simulates itself", {})
     pod_rbf: PodRbf = key("Proper orthogonal decomposition with radial basis functions", {})
     pod_galerkin: PodGalerkin = key("Galerkin projection on modes of training samples, the same for all contacts", {})
-    pod_of_loads: PodOfLoads = key(
-        "Proper orthogonal decomposition whose coefficients are learnt from place and force alone, by a Gaussian "
-        "process (pod_gaussian) or a network (pod_network)",
-        {},
-    )
     mass_spring: MassSpring = key(
         "Mass-spring networks, of one modulus or nodal ones, with and without a volume force", {}
     )

@@ -100,12 +100,12 @@ class FastFEM(Elements):
     place, reduces = "palpate.models.fast_fem", "p2"
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
-        """Return for each of the finest levels, coarse first, each start with its caps on iterations, and tolerances.
+        """Return for the two finest levels, coarse first, each start with its caps on iterations, and tolerances.
 
         What has most iterations, from rest and from the frame before, is also extrapolated to the limit of the levels.
         """
         asked, last, found = grid.fast_fem, len(case.body.levels) - 1, []
-        for level in range(max(0, last + 1 - asked.levels), last + 1):
+        for level in range(max(0, last - 1), last + 1):
             rest, linear, frame = (self.having(level=level, start=start) for start in ("rest", "linear", "frame"))
             frames = asked.finest_frame_iterations if level == last else FRAMES
             warm, cold = frame.stopped(frames), rest.stopped(asked.iterations)
@@ -169,12 +169,9 @@ class ContactModes(Model):
         from palpate.models.contact_modes.workshop import reduced_level
 
         asked = grid.contact_modes
-        *fewer, rings = asked.rings
-        *_, finest = asked.tolerances
-        whole = self.having(nodes=asked.nodes, rings=rings, thinned=finest, modes="snapshots")
-        found = [whole.having(modes="columns"), *(whole.having(rings=count) for count in fewer)]
-        found += [whole.having(thinned=tolerance) for tolerance in asked.tolerances]
-        if asked.finer and reduced_level(case.body, asked.nodes) < len(case.body.levels) - 1:
+        whole = self.having(rings=50, thinned=0.003, modes="snapshots")
+        found = [whole.having(modes="columns"), whole.having(rings=1), whole.having(thinned=0.01), whole]
+        if asked.finer and reduced_level(case.body, self.nodes) < len(case.body.levels) - 1:
             found.append(whole.having(modes="finer"))
         return [each.having(target=target) for each in found for target in asked.targets]
 
@@ -194,7 +191,7 @@ class PODGalerkin(Model):
         *fewer, most = sorted({min(count, case.n_training) for count in asked.modes})
         *_, finest = asked.tolerances
         found = [(count, finest) for count in fewer] + [(most, tolerance) for tolerance in asked.tolerances]
-        return [self.having(nodes=asked.nodes, modes=count, thinned=tolerance) for count, tolerance in found]
+        return [self.having(modes=count, thinned=tolerance) for count, tolerance in found]
 
 
 class LinearFEM(Model):
@@ -357,11 +354,10 @@ class PODOfLoads(Model):
 
     def tried(self, case: Case, grid: "Families") -> list[Self]:
         """Return numbers of modes, at most as many as training samples, and of a network hidden units."""
-        asked = grid.pod_of_loads
-        modes = sorted({min(count, case.n_training) for count in asked.modes})
+        modes = sorted({min(count, case.n_training) for count in (4, 12, 36)})
         if self.learner == "gaussian":
             return [self.having(modes=count) for count in modes]
-        return [self.having(modes=modes[len(modes) // 2], hidden=count) for count in asked.hidden]
+        return [self.having(modes=modes[len(modes) // 2], hidden=count) for count in (4, 8, 16)]
 
 
 class Springs(Model):

@@ -54,7 +54,7 @@ TOUCH_MODELS: dict[str, tuple[str, dict]] = {
     "springs_volume": ("palpate.models.touch.springs", {"volume": True}),
     "shape_matching": ("palpate.models.touch.shape_matching", {}),
 }
-"""Models of touches: modules with ``settings(case)`` and ``online(case, setting)``, as ``TouchSolver`` says."""
+"""Models of touches: modules with ``settings(case)`` and ``online(case, **setting)``, as ``TouchSolver`` says."""
 
 BESIDE = dict.fromkeys(("linear_residual", "warped_compliance", "detail_correction"), "linear_fem") | dict.fromkeys(
     ("ridge_upsampling", "kernel_ridge_detail", "pod_rbf", "pod_gaussian", "pod_network"), "interpolation"

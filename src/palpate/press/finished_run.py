@@ -60,7 +60,7 @@ class FinishedRun:
             raise InputError(f"{self.config} asks for no {scene}; give the settings that {self.results} is made of.")
         radius_m = regime.radius_on(folder.parent.name)
         compliance = folder.parent / f"compliance_{radius_m}m.h5"
-        options = FitOptions(**asked.regression, seed=self.settings.seed)
+        options = FitOptions(**dict(asked.regression), seed=self.settings.seed)
         files: dict[str, Path] = {"body": folder.parent / "body.h5"}
         files |= {"database": folder / "database.h5", "samples": folder / "samples.csv"}
         files |= {"compliance": compliance} if compliance.is_file() else {}

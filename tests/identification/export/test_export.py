@@ -142,7 +142,7 @@ def test_palpate_reads_its_own():
     assert told["bodies"]["slab"]["law"] == "neo_hookean"
     held = 1.0 + (0.3 * np.exp(-2.0) + 0.2 * np.exp(-0.2)) / 0.5
     assert told["bodies"]["slab"]["young_pa"] == pytest.approx(2500.0 / held, rel=1e-5)
-    assert Prony.model_validate(told["scenes"]["slab_relaxes"]["prony"])["shares"] == [0.3, 0.2]
+    assert Prony.model_validate(told["scenes"]["slab_relaxes"]["prony"]).shares == [0.3, 0.2]
     assert "scenes" not in yaml.safe_load(snippet(NUMBERS))
 
 

@@ -35,7 +35,7 @@ def small(opening):
 
 @pytest.fixture(scope="module")
 def right(small):
-    return answer(elements.online(small, {"level": 1, "way": elements.CONFORM}))
+    return answer(elements.online(small, level=1, way=elements.CONFORM))
 
 
 @pytest.mark.parametrize("order", ORDERS)
@@ -45,7 +45,7 @@ def right(small):
 def test_a_bar_that_is_severed_follows_its_hook_without_a_force(severed, at, order):
     """Up to how ψ varies where the front is far away: the patch is a disc."""
     case = severed(at)
-    found, shift = answer(Enriched(case, {"level": 0, "order": order})), case.hooks[0].shift_m
+    found, shift = answer(Enriched(case, level=0, order=order)), case.hooks[0].shift_m
     along = case.body.fine.nodes[case.body.fine.surface][:, 0]
     right = np.where(along[:, None] > at + 1e-8, shift, 0.0)
     off = np.abs(found.displacement - right)[np.abs(along - at) > 1e-8]
@@ -58,13 +58,13 @@ def test_a_bar_that_is_severed_follows_its_hook_without_a_force(severed, at, ord
     [(1, 0.06, 0.4, 0.6), pytest.param(2, 0.01, 0.1, 0.1, marks=pytest.mark.slow)],
 )
 def test_lips_open_as_on_a_mesh_that_conforms(small, right, order, surface, wide, force):
-    errors = pull_errors(answer(Enriched(small, {"level": 0, "order": order})), right)
+    errors = pull_errors(answer(Enriched(small, level=0, order=order)), right)
     assert errors[0] < surface and errors[1] < wide and errors[2] < force
 
 
 def test_a_cut_without_area_changes_no_answer(slab, opening):
     path = np.array([[0.031, 0.0523, 0.04], [0.0672, 0.0416, 0.04]])
-    model = Enriched(opening, {"level": 0, "order": 1})
+    model = Enriched(opening, level=0, order=1)
     model.cut([blade(slab.fine, path, np.array([0.0, 0.0, -1.0]), 0.0)])
     found = model.pull()
     assert not found.opening.any()
@@ -77,7 +77,7 @@ def test_a_cut_without_area_changes_no_answer(slab, opening):
 
 
 def test_the_compliance_answers_as_all_unknowns_at_once(opening):
-    model = Enriched(opening, {"level": 0, "order": 1})
+    model = Enriched(opening, level=0, order=1)
     found = answer(model)
     mesh, coupling = model._mesh, model._coupling.astype(float)
     matrix = LinearElements(mesh, opening.body.tissue(0).materials[0]).stiffness(mesh.nodes)
@@ -159,7 +159,7 @@ def test_integrals_are_those_of_the_energy():
 
 def test_what_it_cannot_follow_is_refused(opening, monkeypatch):
     with pytest.raises(Refused, match="one cut"):
-        Enriched(opening, {"level": 0, "order": 1}).cut([*opening.cuts, *opening.cuts])
+        Enriched(opening, level=0, order=1).cut([*opening.cuts, *opening.cuts])
     monkeypatch.setattr(enriched, "LARGEST", 100)
     with pytest.raises(Refused, match="the compliance of"):
-        Enriched(opening, {"level": 0, "order": 1})
+        Enriched(opening, level=0, order=1)

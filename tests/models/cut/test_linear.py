@@ -16,7 +16,7 @@ WAYS = [SPLIT_FACES, VIRTUAL_NODES]
 @pytest.mark.slow
 @pytest.mark.parametrize(("level", "way"), [(0, SPLIT_FACES), (0, VIRTUAL_NODES), (1, VIRTUAL_NODES)])
 def test_an_updated_compliance_answers_as_one_prepared_anew(opening, level, way):
-    anew, updated = (answer(online(opening, {"level": level, "way": way, "update": u})) for u in (False, True))
+    anew, updated = (answer(online(opening, level=level, way=way, update=u)) for u in (False, True))
     assert max(pull_errors(updated, anew)) < 2e-5  # the residual of the responses
     assert np.linalg.norm(anew.opening, axis=1).max() > 0.001
 
@@ -25,16 +25,16 @@ def test_an_updated_compliance_answers_as_one_prepared_anew(opening, level, way)
 def test_a_bar_that_is_severed_follows_its_hook_without_a_force(severed, way):
     case = severed(0.0537)
     for update in (False, True):
-        check_severed(case, answer(online(case, {"level": 1, "way": way, "update": update})))
+        check_severed(case, answer(online(case, level=1, way=way, update=update)))
 
 
 def test_small_pulls_are_answered_as_by_elements(opening):
     small = [hook._replace(shift_m=1e-3 * hook.shift_m) for hook in opening.hooks]
     case = type(opening)(opening.body, opening.cuts, small, opening.places)
-    right = answer(elements.online(case, {"level": 0, "way": VIRTUAL_NODES}))
-    assert max(pull_errors(answer(online(case, {"level": 0, "way": VIRTUAL_NODES, "update": True})), right)) < 2e-3
+    right = answer(elements.online(case, level=0, way=VIRTUAL_NODES))
+    assert max(pull_errors(answer(online(case, level=0, way=VIRTUAL_NODES, update=True)), right)) < 2e-3
 
 
 def test_removed_elements_are_refused(opening):
     with pytest.raises(Refused):
-        online(opening, {"level": 0, "way": REMOVAL, "update": True})
+        online(opening, level=0, way=REMOVAL, update=True)

@@ -22,7 +22,7 @@ def clusters_of(body, level):
 def test_severed_shapes_follow_their_hook(severed, way):
     """Within what is left of swings; no cluster is of two pieces."""
     case = severed(0.0537)
-    model, shift = CutShapes(case, SETTING | {"way": way}), case.hooks[0].shift_m
+    model, shift = CutShapes(case, **SETTING, way=way), case.hooks[0].shift_m
     found = answer(model).displacement
     along = case.body.fine.nodes[case.body.fine.surface][:, 0]
     assert np.abs(found[along < 0.0537]).max() < 1e-9
@@ -53,5 +53,5 @@ def test_what_the_cut_does_not_reach_stays_as_it_is(slab, opening):
 
 
 def test_lips_open_along_the_cut(opening):
-    wide = answer(CutShapes(opening, SETTING | {"way": VIRTUAL_NODES, "steps": 40})).opening @ [0.0, 1.0, 0.0]
+    wide = answer(CutShapes(opening, **SETTING | {"steps": 40})).opening @ [0.0, 1.0, 0.0]
     assert (wide[1:-1] > 0.0003).all()

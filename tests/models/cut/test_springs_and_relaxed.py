@@ -15,11 +15,11 @@ from palpate.models.cut.springs import DELETED, CutSprings, before_cut
 @pytest.mark.parametrize("way", [DELETED, SPLIT_FACES, VIRTUAL_NODES])
 def test_severed_springs_follow_their_hook_without_a_force(severed, way, at):
     case = severed(at)
-    check_severed(case, answer(CutSprings(case, {"level": 1, "way": way, "iterations": 100})))
+    check_severed(case, answer(CutSprings(case, level=1, way=way, iterations=100)))
 
 
 def test_springs_pull_before_the_cut_as_quadratic_elements_do(opening):
-    springs = CutSprings(opening, {"level": 0, "way": SPLIT_FACES, "iterations": 100})
+    springs = CutSprings(opening, level=0, way=SPLIT_FACES, iterations=100)
     assert springs.pull().force.sum() == pytest.approx(before_cut(opening, 0)[1].sum(), rel=0.02)
 
 
@@ -27,7 +27,7 @@ def test_springs_pull_before_the_cut_as_quadratic_elements_do(opening):
     "way", [SPLIT_FACES, *(pytest.param(way, marks=pytest.mark.slow) for way in (DELETED, VIRTUAL_NODES))]
 )
 def test_springs_open_along_the_cut(opening, way):
-    found = answer(CutSprings(opening, {"level": 1, "way": way, "iterations": 100}))
+    found = answer(CutSprings(opening, level=1, way=way, iterations=100))
     wide = found.opening @ [0.0, 1.0, 0.0]
     assert (wide[1:-1] > 0.0005).all()
     assert wide[len(wide) // 2] > 1.3 * wide[0]
@@ -42,9 +42,8 @@ CONVERGED = {
 
 @pytest.mark.parametrize("method", CONVERGED)
 def test_relaxed_elements_end_where_elements_do(opening, method):
-    right = answer(online(opening, {"level": 0, "way": VIRTUAL_NODES}))
-    setting = {"level": 0, "way": VIRTUAL_NODES, **CONVERGED[method]}
-    errors = pull_errors(answer(CutRelaxed(opening, setting, method)), right)
+    right = answer(online(opening, level=0, way=VIRTUAL_NODES))
+    errors = pull_errors(answer(CutRelaxed(method, opening, level=0, **CONVERGED[method])), right)
     assert errors[0] < 0.01
     assert errors[2] < 0.02
     assert np.isfinite(errors).all()

@@ -103,7 +103,7 @@ def test_a_small_rotation_is_its_own_spin(pad):
 @pytest.mark.parametrize("warped", [False, True], ids=["linear", "warped"])
 def test_any_instrument_is_felt_more_the_deeper_it_is(pad, middle, instrument, tilt, warped):
     case = TouchCase(pad, instrument, DEEPEST, 1)
-    solver = linear.online(case, {"discs": 30, "held": 0, "level": 2, "warped": warped})
+    solver = linear.online(case, discs=30, held=0, level=2, warped=warped)
     way = np.array([np.sin(tilt), 0.0, -np.cos(tilt)])
     touches = [Touch(instrument, middle, way, depth) for depth in (0.002, 0.004, 0.006)]
     solver.prepare(touches[0])
@@ -114,7 +114,7 @@ def test_any_instrument_is_felt_more_the_deeper_it_is(pad, middle, instrument, t
 
 
 def test_contact_that_is_not_solved_is_doubted(touch_case, touches, monkeypatch):
-    solver = linear.online(touch_case, {"discs": 20, "held": 0, "level": 2, "warped": False})
+    solver = linear.online(touch_case, discs=20, held=0, level=2, warped=False)
     solver.prepare(touches[0])
     solver.respond(touches[0])
     monkeypatch.setattr(linear, "OFF", 1e-15)
@@ -123,7 +123,7 @@ def test_contact_that_is_not_solved_is_doubted(touch_case, touches, monkeypatch)
 
 
 def test_what_is_smaller_than_a_disc_is_doubted(touch_case, touches):
-    solver = linear.online(touch_case, {"discs": 20, "held": 0, "level": 2, "warped": False})
+    solver = linear.online(touch_case, discs=20, held=0, level=2, warped=False)
     solver.prepare(touches[0])
     with pytest.raises(TouchDoubted, match="more discs"):
         solver.respond(replace(touches[0], depth_m=1e-5))

@@ -36,8 +36,8 @@ def pull(case):
 
 @pytest.mark.parametrize("method", SETTLED)
 def test_methods_of_games_end_at_the_equilibrium_of_elements(case, pull, method):
-    elements = fem.online(case, {"level": 0, "order": 1}).respond(pull)
-    solver = relaxed.online(case, {"level": 0} | SETTLED[method], method)
+    elements = fem.online(case, level=0, order=1).respond(pull)
+    solver = relaxed.online(case, method, level=0, **SETTLED[method])
     solver.prepare(pull)
     found = solver.respond(pull)
     assert rmse_of_peak(found.displacement, elements.displacement) < 1e-3
@@ -48,9 +48,9 @@ def test_methods_of_games_end_at_the_equilibrium_of_elements(case, pull, method)
 @pytest.mark.slow
 def test_linear_responses_are_those_of_small_motions(case, pull):
     small = replace(pull, depth_m=1e-5)
-    solver = linear.online(case, LINEAR)
+    solver = linear.online(case, **LINEAR)
     solver.prepare(small)
-    found, right = solver.respond(small), fem.online(case, LINEAR).respond(small)
+    found, right = solver.respond(small), fem.online(case, **LINEAR).respond(small)
     assert rmse_of_peak(found.displacement, right.displacement) < 1e-3
     assert found.force_n == pytest.approx(right.force_n, rel=1e-3)
 
@@ -79,7 +79,7 @@ def test_what_is_grasped_is_pulled(case):
 
 def test_those_that_are_made_of_touches_say_that_they_know_no_grasp(case):
     with pytest.raises(LeftOut):
-        modes.online(case, {"held": 0, "level": 2})
+        modes.online(case, held=0, level=2)
 
 
 def test_a_grasp_smaller_than_triangles_is_refused(case, pull):

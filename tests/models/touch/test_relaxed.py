@@ -22,8 +22,7 @@ def answers(block, touch):
 
 
 def ask(case, touch, method, **changed):
-    setting = {"level": 0} | SETTLED[method] | changed
-    return relaxed.online(case, setting, method).respond(touch)
+    return relaxed.online(case, method, level=0, **SETTLED[method] | changed).respond(touch)
 
 
 @pytest.mark.parametrize("method", SETTLED)
@@ -40,7 +39,7 @@ def test_the_force_that_it_reports_is_what_the_supports_feel(answers, method):
 
 def test_contact_at_nodes_is_softer_than_contact_at_all_points(block, touch, answers):
     """The ball sinks between nodes: a third of the force is missing, and little of the surface."""
-    whole = fem.online(block, {"level": 0, "order": 1}).respond(touch)
+    whole = fem.online(block, level=0, order=1).respond(touch)
     found = answers["vertex_block_descent"]
     assert 0.60 < found.force_n / whole.force_n < 0.75
     assert rmse_of_peak(found.displacement, whole.displacement) < 0.06
@@ -72,10 +71,10 @@ def test_a_bed_bears_what_the_ball_pushes_with(block, touch):
 
 
 @pytest.mark.parametrize("method", SETTLED)
-def test_another_law_is_refused(block, method):
+def test_another_law_is_refused(block, touch, method):
     other = replace(block.body.material, law="neo_hookean")
     with pytest.raises(Refused, match="corotational law"):
-        relaxed.online(replace(block, body=replace(block.body, material=other)), {"level": 0} | SETTLED[method], method)
+        ask(replace(block, body=replace(block.body, material=other)), touch, method)
 
 
 def test_settings_are_those_of_levels_that_the_body_has(block):

@@ -27,7 +27,7 @@ OWN = {"springs": 1e-3, "springs_volume": 1e-3, "shape_matching": 0.02}
 
 @pytest.fixture(scope="module")
 def solvers(calibrated):
-    return {name: online(calibrated, setting) for name, (online, setting) in MODELS.items()}
+    return {name: online(calibrated, **setting) for name, (online, setting) in MODELS.items()}
 
 
 @pytest.mark.parametrize("model, within", [("springs", 0.04), ("springs_volume", 0.04), ("shape_matching", 0.12)])
@@ -38,7 +38,7 @@ def test_they_move_as_elements_do_whose_nodes_are_kept_out(solvers, touch, equil
 
 @pytest.mark.parametrize("model", MODELS)
 def test_calibrated_forces_are_those_of_elements_within_a_third(solvers, block, touch, model):
-    right = fem.online(block, {"level": 0, "order": 1}).respond(touch)
+    right = fem.online(block, level=0, order=1).respond(touch)
     assert solvers[model].respond(touch).force_n == pytest.approx(right.force_n, rel=0.33)
 
 
@@ -66,8 +66,8 @@ def test_a_mirrored_touch_has_the_mirrored_answer(solvers, block, touch, model):
 def test_what_touches_no_node_moves_nothing(calibrated, model):
     case, (online, setting) = block_of([4, 4, 2], 1), MODELS[model]
     felt = touch_at(case, (0.5, 0.5), 0.01, (0.0, 0.0, -1.0))
-    right = fem.online(case, {"level": 0, "order": 1}).respond(felt)
-    solver = online(replace(case, kept={"calibration": [(felt, right)]}), setting)
+    right = fem.online(case, level=0, order=1).respond(felt)
+    solver = online(replace(case, kept={"calibration": [(felt, right)]}), **setting)
     found = solver.respond(touch_at(case, (0.5, 0.375), 1e-3, (0.0, 0.0, -1.0)))
     assert not found.displacement.any() and found.force_n == 0.0
     assert found.reaction_n == 0.0 and found.area_m2 == 0.0
@@ -78,10 +78,10 @@ def test_bodies_that_they_cannot_hold_are_refused(calibrated, model):
     online, setting = MODELS[model]
     loose = replace(calibrated.body, anchors=[np.empty(0, dtype=np.int64)])
     with pytest.raises(InputError, match="nothing is held"):
-        online(replace(calibrated, body=loose), setting)
+        online(replace(calibrated, body=loose), **setting)
     bed = Bed(np.array([0.05, 0.05, 0.0]), 0.1, 3e5, np.array([0.0, 0.0, -1.0]))
     with pytest.raises(LeftOut):
-        online(replace(calibrated, body=replace(loose, bed=bed)), setting)
+        online(replace(calibrated, body=replace(loose, bed=bed)), **setting)
 
 
 def test_a_level_that_is_not_felt_anywhere_is_not_calibrated(calibrated):

@@ -15,10 +15,10 @@ from palpate.models.touch import fem, linear, modes
 @pytest.fixture(scope="module")
 def answers(touch_case, touches):
     """Of elements, of reduced and of linear models on the same mesh, by model."""
-    elements = fem.online(touch_case, touch_case.grid.fem.local[0])
+    elements = fem.online(touch_case, **dict(touch_case.grid.fem.local[0]))
     found = {"elements": [elements.respond(touch) for touch in touches]}
     for name, model in (("modes", modes), ("linear", linear)):
-        solver = model.online(touch_case, model.settings(touch_case)[0])
+        solver = model.online(touch_case, **model.settings(touch_case)[0])
         solver.prepare(touches[0])
         found[name] = [solver.respond(touch) for touch in touches]
     return found
@@ -47,7 +47,7 @@ def test_warped_responses_are_nearer_to_the_elements(touch_case, touches, answer
     """With discs enough that what is left is the linear law's error, not theirs."""
     found = {}
     for warped in (False, True):
-        solver = linear.online(touch_case, {"discs": 60, "held": 0, "level": 2, "warped": warped})
+        solver = linear.online(touch_case, discs=60, held=0, level=2, warped=warped)
         solver.prepare(touches[0])
         found[warped] = [solver.respond(touch) for touch in touches]
     for plain, turned, elements in zip(found[False], found[True], answers["elements"], strict=True):
@@ -58,15 +58,15 @@ def test_warped_responses_are_nearer_to_the_elements(touch_case, touches, answer
 def test_linear_responses_agree_with_elements_of_a_shallow_touch(touch_case, touches):
     """What is not linear vanishes with the depth; what is left is the few discs and the one direction of pressure."""
     shallow = replace(touches[0], depth_m=0.0008)
-    solver = linear.online(touch_case, {"discs": 60, "held": 0, "level": 2, "warped": False})
+    solver = linear.online(touch_case, discs=60, held=0, level=2, warped=False)
     solver.prepare(shallow)
-    elements = fem.online(touch_case, {"held": 0, "level": 2}).respond(shallow)
+    elements = fem.online(touch_case, held=0, level=2).respond(shallow)
     assert solver.respond(shallow).force_n == pytest.approx(elements.force_n, rel=0.05)
 
 
 def test_the_force_is_the_slope_of_the_energy(touch_case, touches):
     """In few coordinates, too: by central differences over the depth of all that is stored."""
-    solver = modes.online(touch_case, modes.settings(touch_case)[0])
+    solver = modes.online(touch_case, **modes.settings(touch_case)[0])
     solver.prepare(touches[0])
     place = solver._places[touches[0].node]
     step = 1e-5
@@ -82,7 +82,7 @@ def test_the_force_is_the_slope_of_the_energy(touch_case, touches):
 
 
 def test_beyond_what_was_prepared_modes_doubt(touch_case, touches):
-    solver = modes.online(touch_case, modes.settings(touch_case)[0])
+    solver = modes.online(touch_case, **modes.settings(touch_case)[0])
     solver.prepare(touches[0])
     with pytest.raises(TouchDoubted, match="deeper"):
         solver.respond(replace(touches[0], depth_m=1.01 * DEEPEST, poses={}))
@@ -96,16 +96,16 @@ def test_modes_take_other_laws(touch_case, touches):
     soft = Material(3000.0, 0.3, 1000.0, "stable_neo_hookean")
     case = TouchCase(replace(touch_case.body, material=soft), touch_case.instrument, DEEPEST, 1, touch_case.grid)
     touch = replace(touches[0], poses={})
-    solver = modes.online(case, modes.settings(case)[0])
+    solver = modes.online(case, **modes.settings(case)[0])
     solver.prepare(touch)
-    elements = fem.online(case, case.grid.fem.local[0]).respond(touch)
+    elements = fem.online(case, **dict(case.grid.fem.local[0])).respond(touch)
     assert away(solver.respond(touch), elements) < 0.006
     assert solver.respond(touch).force_n == pytest.approx(elements.force_n, rel=0.02)
 
 
 def test_cells_without_a_rotation_are_doubted_or_left(touch_case, touches):
     """From turned-out cells a search ends where it does from good ones, or doubts; from no numbers it doubts."""
-    solver = modes.online(touch_case, modes.settings(touch_case)[0])
+    solver = modes.online(touch_case, **modes.settings(touch_case)[0])
     solver.prepare(touches[0])
     place, force = solver.reduced(touches[0].node), solver.respond(touches[0]).force_n
     pose = touches[0].pose(touch_case.body)
@@ -121,7 +121,7 @@ def test_cells_without_a_rotation_are_doubted_or_left(touch_case, touches):
 
 
 def test_beyond_what_was_prepared_linear_responses_doubt(touch_case, touches):
-    solver = linear.online(touch_case, linear.settings(touch_case)[0])
+    solver = linear.online(touch_case, **linear.settings(touch_case)[0])
     solver.prepare(touches[0])
     with pytest.raises(TouchDoubted):
         solver.respond(replace(touches[0], depth_m=1.01 * DEEPEST, poses={}))

@@ -14,9 +14,10 @@ from palpate.bodies.settings import Box
 from palpate.bodies.simple_shapes import box
 from palpate.errors import InputError
 from palpate.models.cut import linear
+from palpate.models.cut.tried import MODELS
 from palpate.run.settings import defaults
 from palpate.studies.cut import measure
-from palpate.studies.cut.settings import Families, Pull, check
+from palpate.studies.cut.settings import Pull, check
 
 ENTRY = {
     "body": "slab",
@@ -27,7 +28,7 @@ ENTRY = {
     ],
 }
 LINEAR = [{"level": 1, "update": True}, {"level": 1, "update": False}]
-FAMILIES = {
+TRIED = {
     "fem": [{"level": 1, "way": "virtual_nodes"}, {"level": 0, "way": "removal"}],
     "linear_responses": LINEAR,
     "springs": [{"level": 0, "way": "deleted", "iterations": 5}, {"level": 2, "way": "deleted", "iterations": 5}],
@@ -35,11 +36,6 @@ FAMILIES = {
     "shape_matching": [{"level": 1, "mode": "linear", "clusters": "tetrahedra", "steps": 10}],
     "projective_dynamics": [{"level": 1, "iterations": 30, "memory": 5}],
 }
-
-
-def only(**families):
-    """Return settings of these models alone."""
-    return Families(**{key: [] for key in Families.model_fields} | families)
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +48,7 @@ def case():
 @pytest.fixture(scope="module")
 def truth(case):
     """As if elements with virtual nodes told it."""
-    model = measure.prepared("fem", case, FAMILIES["fem"][0])
+    model = MODELS["fem"](case, **TRIED["fem"][0])
     model.cut(model.case.cuts)
     own = np.array([0.001, 0.01, 0.02])
     return CutTruth(model.pull(), own, 2.0, 1.9, -0.0, 0.8, 12.0, 1000, 1.0, "")
@@ -60,7 +56,7 @@ def truth(case):
 
 @pytest.fixture(scope="module")
 def tables(case, truth):
-    return measure.measure_cut("slab_cut", case, truth, only(**FAMILIES), 1, 0.01)
+    return measure.measure_cut("slab_cut", case, truth, 1, 0.01, tried=TRIED)
 
 
 def test_hooks_grasp_nodes_of_every_level(case):
@@ -92,8 +88,8 @@ def test_errors_are_against_the_truth_and_beside_its_own(tables):
 
 def test_what_cannot_follow_says_why(case, truth, monkeypatch):
     monkeypatch.setattr(linear, "LARGEST", 100)
-    asked = "slab_cut", case, truth, only(linear_responses=LINEAR[:1]), 1, 0.01
-    cut, opening = measure.measure_cut(*asked)
+    tried = {"linear_responses": LINEAR[:1]}
+    cut, opening = measure.measure_cut("slab_cut", case, truth, 1, 0.01, tried=tried)
     assert "the compliance of" in cut["failure"].iloc[0] and np.isnan(cut["first_median_s"].iloc[0])
     assert (opening["model"] == "truth").all()
 
@@ -108,7 +104,7 @@ def test_openings_are_told_at_places_along_the_cut(case, truth, tables):
 
 def test_a_truth_that_is_rejected_judges_no_model(case, truth):
     rejected = replace(truth, rejected="the lips close")
-    cut, _ = measure.measure_cut("slab_cut", case, rejected, only(fem=FAMILIES["fem"][:1]), 1, 0.01)
+    cut, _ = measure.measure_cut("slab_cut", case, rejected, 1, 0.01, tried={"fem": TRIED["fem"][:1]})
     assert np.isnan(cut["surface_error"].iloc[0]) and cut["first_median_s"].iloc[0] > 0.0
     row = measure.truth_row("slab_cut", case, rejected).iloc[0]
     assert row["rejected"] == "the lips close" and row["opening_error"] == 0.01

@@ -50,7 +50,7 @@ def test_only_held_solids_without_contact_have_linear_responses(pressed):
     mesh = sheet([0.1, 0.1], [2, 2], 0.001)
     cloth = Body("cloth", [mesh], [], [np.array([4])], Material(5e4, 0.3, 1000.0))
     hangs = Scene(body="cloth", step_s=0.1, duration_s=1.0, gravity=GRAVITY)
-    assert not corrects(ComparedScene.of(hangs, cloth, {"duration_s": 1.0, "frames": 1}))
+    assert not corrects(ComparedScene.of(hangs, cloth, 1.0, 1))
 
 
 def test_all_levels_are_pressed_on_the_same_disc(box):

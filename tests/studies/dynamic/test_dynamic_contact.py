@@ -14,7 +14,7 @@ from palpate.files import write_arrays
 from palpate.models.shape_matching import cubes
 from palpate.scenes.settings import Scene
 from palpate.studies.dynamic import accuracy
-from palpate.studies.dynamic.compared_scene import ComparedScene, compared_and_training, training_of
+from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, training_of
 from palpate.studies.dynamic.linear_limit import LinearLimit, linear_limit
 from palpate.studies.dynamic.reference import read_truth, reference, tabulate, tabulate_truth
 from palpate.studies.dynamic.settings import Training, _check_training
@@ -38,7 +38,7 @@ def block(box) -> Body:
 @pytest.fixture(scope="module")
 def falling(block) -> tuple[ComparedScene, ComparedScene]:
     own = {"duration_s": 0.06, "frames": 6, "level": 0, "training": {"duration_s": 0.04} | LOWER}
-    return compared_and_training(DROP, block, own)
+    return Compared(scene=DROP, own=own).and_training(block)
 
 
 def test_until_it_lands_the_reference_falls_freely_and_then_stays_above_the_floor(falling):
@@ -59,7 +59,7 @@ def test_until_it_lands_the_reference_falls_freely_and_then_stays_above_the_floo
 
 def test_meshes_agree_on_a_fall_and_their_steps_differ_by_what_the_scheme_leaves(block):
     """In steps of h backward Euler falls g t h/2 too far, and the same on all meshes."""
-    compared = ComparedScene.of(DROP, block, {"duration_s": 0.03, "frames": 6, "level": 1})
+    compared = ComparedScene.of(DROP, block, 0.03, 6, 1)
     found = linear_limit(compared, 4, 0.2)
     assert (found.levels, found.steps) == (2, 24) and found.until_s == pytest.approx(0.03)
     space, time = found.own[:2, 1]
@@ -72,7 +72,7 @@ def test_meshes_agree_on_a_fall_and_their_steps_differ_by_what_the_scheme_leaves
 
 @pytest.mark.slow
 def test_meshes_part_when_a_pile_topples_the_later_the_more_they_may_differ(block):
-    compared = ComparedScene.of(PILE, block, {"duration_s": 0.2, "frames": 10, "level": 1})
+    compared = ComparedScene.of(PILE, block, 0.2, 10, 1)
     never, strict, loose = (linear_limit(compared, 2, part) for part in (1e-9, 0.06, 0.1))
     assert never.until_s == 0.0 < FALL_S < strict.until_s < loose.until_s == pytest.approx(0.2)
     assert 0.0 < strict.own[3, 1] < 0.06 and 1.3 * strict.own[3, 1] < loose.own[3, 1] < 0.1
@@ -85,13 +85,11 @@ def test_meshes_part_when_a_pile_topples_the_later_the_more_they_may_differ(bloc
 @pytest.mark.slow
 def test_models_are_judged_until_meshes_part_beside_what_these_say_of_the_standard(block, tmp_path):
     """Which falls a little short on the coarser mesh: by how far that is from the finer one, and what that errs by."""
-    own = {"duration_s": 0.2, "frames": 10, "level": 1}
-    compared = ComparedScene.of(PILE, block, own)
+    compared, coarse = (ComparedScene.of(PILE, block, 0.2, 10, level) for level in (1, 0))
     limit = linear_limit(compared, 2, 0.06)
     write_arrays(limit, tmp_path / "truth.npz")
     limit = read_truth(tmp_path / "truth.npz")
     assert isinstance(limit, LinearLimit) and 0.0 < limit.until_s < 0.2
-    coarse = ComparedScene.of(PILE, block, own | {"level": 0})
     found = reference(coarse, None, 0.05, 4)
     grid = GRID | {"fem_coarse": {"steps_per_frame": [1], "tolerances": [], "gaps": []}}
     judged, forces = accuracy.measure(coarse, None, found, grid, ["fem_coarse"], limit=limit)
@@ -167,10 +165,9 @@ def test_what_nothing_can_be_fitted_to_is_a_failure(falling, monkeypatch):
 
 
 def test_the_motion_that_is_fitted_to_has_frames_of_the_same_length(block):
-    own = {"duration_s": 0.2, "frames": 10, "level": 0, "training": {"duration_s": 0.07} | LOWER}
     others = [{"body": "block", "shift_m": [0, 0, 0.05]}] * 2
-    made = ComparedScene.of(DROP.but(others=others), block, own)
-    lesson = training_of(made, own["training"] | {"others": others[:1]}, 0.5)
+    made = ComparedScene.of(DROP.but(others=others), block, 0.2, 10, 0)
+    lesson = training_of(made, Training(duration_s=0.07, others=others[:1], **LOWER), 0.5)
     assert (lesson.frames, lesson.duration_s) == (4, pytest.approx(0.08))
     assert lesson.loads == made.loads.but(contact=FLOOR | LOWER["contact"])
     assert (made.nodes(0), lesson.nodes(0)) == (81, 54)
@@ -180,7 +177,7 @@ def test_the_motion_that_is_fitted_to_has_frames_of_the_same_length(block):
 
 def test_where_nothing_is_fitted_no_other_motion_is_simulated(block):
     own = {"duration_s": 0.04, "frames": 4, "level": 0, "models": ["fem_coarse"]}
-    made, lesson = compared_and_training(DROP, block, own)
+    made, lesson = Compared(scene=DROP, own=own).and_training(block)
     assert lesson is None
     found = reference(made, lesson, 0.05, 6)
     assert found.training.shape == (0, *found.truth.shape[1:]) and found.training_s == 0.0
@@ -189,8 +186,7 @@ def test_where_nothing_is_fitted_no_other_motion_is_simulated(block):
 
 def test_plasticity_leaves_springs_out_and_shapes_have_it(block):
     clay = DROP.but(plasticity={"yield_strain": 0.05, "creep_1_s": 20, "max_strain": 0.8})
-    own = {"duration_s": 0.05, "frames": 5, "level": 0, "training": LOWER}
-    made = ComparedScene.of(clay, block, own)
+    made = ComparedScene.of(clay, block, 0.05, 5, 0)
     grid = {name: {"steps_per_frame": [1], "evaluations": 5} for name in ("fem_coarse", "springs", "shape_matching")}
     taught = SimpleNamespace(training=None)  # a reference of which the motion to fit to alone is asked
     assert list(accuracy._models(made, made, taught, grid, {})) == ["fem_coarse", "shape_matching"]

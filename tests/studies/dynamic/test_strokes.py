@@ -38,10 +38,10 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
     compared = Compared(scene=STROKED, own=OWN)
     region = {"half_width_m": 0.022, "strokes": 4, "seed": 1}
     files = SimpleNamespace(body=tmp_path / "body.h5"), SimpleNamespace(strokes=tmp_path / "shown.npz")
-    simulate_strokes(*files, SimpleNamespace(region=region), compared, print)
+    simulate_strokes(*files, compared, region, print)
     shown = read_arrays(Strokes, tmp_path / "shown.npz")
     assert shown.shown.shape == (4 * 60, len(mesh.nodes) + len(mesh.edges), 3) and shown.seconds > 0.0
-    made = ComparedScene.of(STROKED, body, OWN)
+    made = ComparedScene.of(STROKED, body, **OWN)
     table = touching.measure_strokes(made, shown, GRID, 3, 1)
     assert list(table["contact"]) == [0, 1, 2]
     found = table[table["failures"] == 0]

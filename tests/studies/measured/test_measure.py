@@ -37,7 +37,7 @@ LOAD = {"weight_n": 0.05, "line_m": [[0.2, 0.0, 0.01], [0.2, 0.01, 0.01]], "radi
 def entry(**more):
     markers = {name: {"at_m": at, "fixed": name in ("back", "low")} for name, at in MARKERS.items()}
     cases = {name: {"loads": loads, "files": [], "swings": True} for name, loads in (("weight", []), ("load", [LOAD]))}
-    known = {"body": "bar", "gravity_m_s2": 9.81, "down": DOWN.tolist(), "markers": markers, "cases": cases}
+    known = {"body": "bar", "down": DOWN.tolist(), "markers": markers, "cases": cases}
     return known | {"calibrate_on": None, "held_s": 0.4, "settled_s": 1.0} | more
 
 
@@ -50,7 +50,7 @@ def files(bar, tmp_path_factory):
     """A file for each case, seen askew, of a bar so stiff that it sinks by a twentieth of its length."""
     experiment, folder = made_of("bar", entry(down=[0, 0, -1])), tmp_path_factory.mktemp("records")
     stiff = replace(bar, material=replace(bar.material, young_pa=2.5e6))
-    bench = Bench(FemSpecimen(stiff, 0, 2), experiment.compared, 9.81)
+    bench = Bench(FemSpecimen(stiff, 0, 2), experiment.compared)
     rest = np.array(list(MARKERS.values()))
     t, found = np.arange(0.0, 8.0, 0.01), {}
     for case in experiment.cases:

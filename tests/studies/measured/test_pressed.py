@@ -22,7 +22,7 @@ SLAB |= {"instrument": {"kind": "sphere", "radius_m": 0.005}, "thickness_m": [0.
 
 
 def entry(**more):
-    return Settings.model_validate({"presses": {"slab": SLAB | more}})["presses"]["slab"]
+    return Settings.model_validate({"presses": {"slab": SLAB | more}}).presses["slab"]
 
 
 @pytest.fixture(scope="module")

@@ -134,7 +134,6 @@ def test_too_many_contacts_and_no_anchors_get_one_sentence(block):
     [
         ({"bodies": ["livre"]}, "names livre, which is no solid body; did you mean liver"),
         ({"bodies": None}, "no body is of kind ct"),
-        ({"young_of_body": [3, 0.3]}, r"young_of_body is \[3, 0\.3\]"),
         ({"rise_s": 5.0}, "rise_s is 5 s, and motions end after duration_s, 0.4 s"),
         ({"fem_frames": [3]}, "fem_frames has 3, which does not divide frames, 20"),
     ],

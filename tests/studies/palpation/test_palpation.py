@@ -17,8 +17,8 @@ from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.palpation import palpation
-from palpate.studies.palpation.palpation import ball_in_slab, least_contrasts, palpate, palpation_limits
-from palpate.studies.palpation.settings import Settings, Slab, check
+from palpate.studies.palpation.palpation import Slab, ball_in_slab, least_contrasts, palpate, palpation_limits
+from palpate.studies.palpation.settings import Settings, check
 
 SLAB = Slab(sizes_m=[0.08, 0.08, 0.05], young_pa=3000.0, poisson=0.3)
 
@@ -33,14 +33,14 @@ def lump():
 
 @pytest.fixture(scope="module")
 def felt(lump):
-    return palpate(lump, Settings(radius_m=0.015, places=3, pressures_of_young=[0.1, 0.05], felt=0.1))
+    return palpate(lump, Settings(radius_m=0.015, places=3, pressures_of_young=[0.1, 0.05]))
 
 
 def test_a_stone_is_felt_above_and_less_beside(felt):
     assert list(felt.columns) == palpation.PALPATION.columns
     by_place = felt.groupby("cover_m")["stiffer"].max().sort_index().to_numpy()
     assert by_place[0] > 0.1 > by_place[-1] >= 0.0 and (np.diff(by_place) < 0).all()
-    assert np.array_equal(felt["felt"].to_numpy(dtype=bool), felt["stiffer"] >= 0.1)
+    assert np.array_equal(felt["felt"].to_numpy(dtype=bool), felt["stiffer"] >= palpation.FELT)
     assert (felt.groupby("contact")["depth_m"].diff().dropna() > 0).all()
 
 
@@ -72,7 +72,7 @@ def test_depth_times_force_is_twice_the_energy_of_a_small_press(lump, felt):
 
 def test_a_region_of_the_same_stiffness_is_not_felt_and_none_is_refused(lump):
     same = replace(lump, regions=Tissue((lump.material,) * 2, lump.regions.region))
-    asked = Settings(radius_m=0.015, places=2, pressures_of_young=[0.1], felt=0.1)
+    asked = Settings(radius_m=0.015, places=2, pressures_of_young=[0.1])
     assert palpate(same, asked)["stiffer"].abs().max() < 1e-9
     with pytest.raises(InputError, match=r"^bodies\.lump has no regions, so there is nothing to feel; give it some\.$"):
         palpate(replace(lump, regions=None), asked)
@@ -80,7 +80,7 @@ def test_a_region_of_the_same_stiffness_is_not_felt_and_none_is_refused(lump):
 
 @pytest.mark.slow
 def test_deeper_balls_are_felt_less_and_stiffer_ones_more():
-    table = palpation_limits(Settings(slab=SLAB, covers_m=[0.006, 0.014], contrasts=[1.0, 10.0, 1e4]))
+    table = palpation_limits(Settings(covers_m=[0.006, 0.014], contrasts=[1.0, 10.0, 1e4]), slab=SLAB)
     assert list(table.columns) == palpation.PALPATION_LIMITS.columns
     stiffer = table.pivot_table(index="cover_m", columns="contrast", values="stiffer").to_numpy()
     assert np.abs(stiffer[:, 0]).max() < 1e-6

@@ -1,5 +1,7 @@
 # Scenes to compare models by.
 
+from palpate.studies.dynamic.settings import tried
+
 
 def scene_named(wildcards):
     """A scene with its name."""
@@ -22,8 +24,7 @@ def body_of_compared(wildcards):
 
 def settings_of_compared(wildcards):
     """The values to try of the settings of each model, those of the scene before those of all."""
-    own, known = FOLLOWED[wildcards.scene].get("settings", {}), config["dynamic"]["settings"].items()
-    return {name: grid | own.get(name, {}) for name, grid in known}
+    return tried(config["dynamic"]["settings"], FOLLOWED[wildcards.scene].get("settings", {}))
 
 
 def by_name(wildcards):

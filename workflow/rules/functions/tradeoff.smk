@@ -48,9 +48,8 @@ def family_files(kind, bodies=PRESSED, regimes=REGIMES, splits=None):
 
 def parts_beyond(name):
     """The parts of the table of a block like any_load: of each scene in which it is asked."""
-    asked = getattr(settings.tradeoff, name)
-    bodies, regimes = asked.bodies or PRESSED, asked.regimes or REGIMES
-    return [f"results/data/{body}/{regime}/{name}.csv" for body in bodies for regime in regimes]
+    regimes = getattr(settings.tradeoff, name).regimes or REGIMES
+    return [f"results/data/{body}/{regime}/{name}.csv" for body in PRESSED for regime in regimes]
 
 
 def own_of(models):

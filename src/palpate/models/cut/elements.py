@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from palpate.benchmark.cut_truth import TOLERANCE, CutMesh, Pulled, with_patches
-from palpate.benchmark.model import Setting
 from palpate.bodies.cutting.conform import cut_body
 from palpate.bodies.cutting.cut import Cut, Cuts
 from palpate.bodies.mesh import Mesh
@@ -33,8 +32,8 @@ class Nodes(Patch):
 class PartedElements:
     """Linear elements on a level that is cut in one of the ways."""
 
-    def __init__(self, case: CutCase, setting: Setting):
-        self.case, self._level, self._way = case, setting["level"], setting["way"]
+    def __init__(self, case: CutCase, level: int, way: str):
+        self.case, self._level, self._way = case, level, way
         self._skin = skin_of(case, self._level)
 
     def cut(self, cuts: Sequence[Cut]) -> None:
@@ -62,9 +61,9 @@ def grasping(cut: Opened) -> Grasping:
 class ConformingElements:
     """Quadratic elements on the mesh of a level that conforms to the cut, and is as fine as the finest at hooks."""
 
-    def __init__(self, case: CutCase, setting: Setting):
-        self.case, self._body = case, with_patches(case.body, case.hooks, setting["level"])
-        mesh = case.body.levels[setting["level"]]
+    def __init__(self, case: CutCase, level: int):
+        self.case, self._body = case, with_patches(case.body, case.hooks, level)
+        mesh = case.body.levels[level]
         ends = mesh.nodes[mesh.edges]
         self._edge_m = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max())
 
@@ -77,6 +76,6 @@ class ConformingElements:
         return self._mesh.answer(self._mesh.pull(), surface, self.case.places)
 
 
-def online(case: CutCase, setting: Setting) -> PartedElements | ConformingElements:
-    """Return the elements of a setting."""
-    return (ConformingElements if setting["way"] == CONFORM else PartedElements)(case, setting)
+def online(case: CutCase, level: int, way: str) -> PartedElements | ConformingElements:
+    """Return the elements of a ``level`` that is cut in one of the ways, or whose mesh is made to conform."""
+    return ConformingElements(case, level) if way == CONFORM else PartedElements(case, level, way)

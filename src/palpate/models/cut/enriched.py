@@ -17,7 +17,6 @@ from scipy.spatial import cKDTree
 
 from palpate.benchmark.cut_truth import Pulled, skin_map, with_patches
 from palpate.benchmark.load import Refused
-from palpate.benchmark.model import Setting
 from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.ways import LEAST_SHARE, NEAR_PLANE, divide
 from palpate.bodies.mesh import TetMesh, unit
@@ -49,8 +48,8 @@ class Enriched:
     Raises Refused where the compliance would be too large, elements would lock, or the body lies on a bed.
     """
 
-    def __init__(self, case: CutCase, setting: Setting):
-        self.case, level, order = case, setting["level"], setting["order"]
+    def __init__(self, case: CutCase, level: int, order: int):
+        self.case = case
         if case.body.bed is not None:
             raise Refused("a body on a bed is not cut")
         if largest_poisson(case.body.tissue(level)) > PLAIN_POISSON:

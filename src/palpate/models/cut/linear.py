@@ -12,9 +12,8 @@ from scipy.linalg import lu_factor, lu_solve
 
 from palpate.benchmark.cut_truth import Pulled
 from palpate.benchmark.load import Refused
-from palpate.benchmark.model import Setting
 from palpate.bodies.cutting.cut import Cut
-from palpate.bodies.cutting.ways import REMOVAL
+from palpate.bodies.cutting.ways import REMOVAL, VIRTUAL_NODES
 from palpate.bodies.material import Tissue
 from palpate.bodies.mesh import TetMesh
 from palpate.effects.linear_elements import LinearElements
@@ -30,19 +29,23 @@ TOGETHER = 64
 """Unit loads that are solved for at once."""
 
 
-def online(case: CutCase, setting: Setting) -> "Anew | Updated":
-    """Return the responses of a setting; Refused where a compliance would be too large, or nodes are lost."""
-    return (Updated if setting["update"] else Anew)(case, setting)
+def online(case: CutCase, level: int, update: bool, way: str = VIRTUAL_NODES) -> "Anew | Updated":
+    """Return what answers for a ``level`` that is cut in one of the ways.
+
+    update : whether the compliance of the whole level is, or the cut one is factorised; Refused where it would be too
+        large, or nodes are lost
+    """
+    return (Updated if update else Anew)(case, level, way)
 
 
 class Anew:
     """Linear elements on the cut level, with a factor of their own."""
 
-    def __init__(self, case: CutCase, setting: Setting):
-        self.case, self._setting, self._skin = case, setting, skin_of(case, setting["level"])
+    def __init__(self, case: CutCase, level: int, way: str):
+        self.case, self._level, self._way, self._skin = case, level, way, skin_of(case, level)
 
     def cut(self, cuts: Sequence[Cut]) -> None:
-        self._opened = opened(self.case, self._setting["level"], self._skin, cuts, self._setting["way"])
+        self._opened = opened(self.case, self._level, self._skin, cuts, self._way)
         self._problem = grasping(self._opened)
 
     def pull(self) -> Pulled:
@@ -56,8 +59,8 @@ class Anew:
 class Updated:
     """The compliance (3n, 3n) [m/N] of the whole level, and what a cut adds to its stiffness."""
 
-    def __init__(self, case: CutCase, setting: Setting):
-        self.case, self._level, self._way = case, setting["level"], setting["way"]
+    def __init__(self, case: CutCase, level: int, way: str):
+        self.case, self._level, self._way = case, level, way
         self._skin, mesh = skin_of(case, self._level), case.body.levels[self._level]
         if self._way == REMOVAL:
             raise Refused("a compliance is not updated where nodes are lost")

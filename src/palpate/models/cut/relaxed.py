@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from palpate.benchmark.cut_truth import Pulled
-from palpate.benchmark.model import Setting
 from palpate.bodies.cutting.cut import Cut
+from palpate.bodies.cutting.ways import VIRTUAL_NODES
 from palpate.bodies.particles import particles_of
 from palpate.effects.linear_elements import LinearElements
 from palpate.errors import NotConverged
@@ -20,21 +20,20 @@ from palpate.models.touch.pushing import SHARES
 
 
 class CutRelaxed:
-    """Linear elements that are relaxed at each step of the hooks, with as many iterations as the setting says."""
+    """Linear elements that are relaxed at each step of the hooks, ``asked`` says with how many iterations."""
 
-    def __init__(self, case: CutCase, setting: Setting, method: str):
-        self.case, self._setting, self._method = case, setting, method
-        self._skin = skin_of(case, setting["level"])
+    def __init__(self, method: str, case: CutCase, level: int, way: str = VIRTUAL_NODES, **asked: float):
+        self.case, self._level, self._way, self._method = case, level, way, method
+        self._asked, self._skin = SimpleNamespace(**asked), skin_of(case, level)
         refuse_law(case, method)
 
     def cut(self, cuts: Sequence[Cut]) -> None:
-        setting = self._setting
-        self._opened = opened(self.case, setting["level"], self._skin, cuts, setting["way"])
+        self._opened = opened(self.case, self._level, self._skin, cuts, self._way)
         body = self._opened.parted.body
         self._elements = LinearElements(body.coarse, body.tissue(0))
         masses = particles_of(body, 0, surface=False).masses
         still = self._opened.held | self._opened.moved
-        self._relax = relaxes(self._method, self._elements, masses, still, SimpleNamespace(**setting))
+        self._relax = relaxes(self._method, self._elements, masses, still, self._asked)
 
     def pull(self) -> Pulled:
         cut = self._opened

@@ -10,9 +10,8 @@ import numpy as np
 
 from palpate.benchmark.cut_truth import Pulled
 from palpate.benchmark.load import Refused
-from palpate.benchmark.model import Setting
 from palpate.bodies.cutting.cut import Cut
-from palpate.bodies.cutting.ways import Parted, whole
+from palpate.bodies.cutting.ways import VIRTUAL_NODES, Parted, whole
 from palpate.bodies.particles import particles_of
 from palpate.effects.shape_matching import Clusters, ShapeMatching, make_clusters
 from palpate.errors import NotConverged
@@ -26,14 +25,13 @@ from palpate.models.touch.shape_matching import BETAS
 class CutShapes:
     """Shapes that are given so many ``steps`` to settle at each stop of the hooks."""
 
-    def __init__(self, case: CutCase, setting: Setting):
-        self.case, self._level, self._way = case, setting["level"], setting["way"]
-        self._steps, self._mode = setting["steps"], setting["mode"]
+    def __init__(self, case: CutCase, level: int, mode: str, clusters: str, steps: int, way: str = VIRTUAL_NODES):
+        self.case, self._level, self._way, self._steps, self._mode = case, level, way, steps, mode
         if case.body.regions is not None:
             raise Refused(f"shape matching has one stiffness, and {case.body.name} several")
         self._skin, before = skin_of(case, self._level), whole(case.body, self._level, 0)
         self._clusters = make_clusters(
-            particles_of(before.body, 0, surface=False), cubes(before.mesh).but(kind=setting["clusters"])
+            particles_of(before.body, 0, surface=False), cubes(before.mesh).but(kind=clusters)
         )
         right, forces = before_cut(case, self._level)
         uncut, tried = Opened(case, self._level, self._skin, before, ()), []

@@ -11,7 +11,6 @@ import numpy as np
 from scipy import sparse
 
 from palpate.benchmark.cut_truth import TOLERANCE, Pulled, forces_on, pulled
-from palpate.benchmark.model import Setting
 from palpate.bodies.cutting.cut import Cut
 from palpate.bodies.cutting.ways import Parted, whole
 from palpate.bodies.particles import particles_of
@@ -63,13 +62,13 @@ def before_cut(case: CutCase, level: int) -> tuple[np.ndarray, np.ndarray]:
 class CutSprings:
     """A network that makes so many quasi-Newton ``iterations`` from its linear answer."""
 
-    def __init__(self, case: CutCase, setting: Setting):
-        self.case, self._level, self._way = case, setting["level"], setting["way"]
+    def __init__(self, case: CutCase, level: int, way: str, iterations: int):
+        self.case, self._level, self._way = case, level, way
         self._iterations, self._factor = CALIBRATING_ITERATIONS, 1.0
         self._skin = skin_of(case, self._level)
         self._ready(Opened(case, self._level, self._skin, whole(case.body, self._level, 0), ()))
         before, right = self.pull().force, before_cut(case, self._level)[1]
-        self._factor, self._iterations = float(before @ right / (before @ before)), setting["iterations"]
+        self._factor, self._iterations = float(before @ right / (before @ before)), iterations
 
     def cut(self, cuts: Sequence[Cut]) -> None:
         if self._way != DELETED:

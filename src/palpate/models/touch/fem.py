@@ -16,19 +16,19 @@ def settings(case: TouchCase) -> list[Setting]:
     return own + [dict(each) for each in case.grid.fem.local]
 
 
-def online(case: TouchCase, setting: Setting) -> TouchSolver:
+def online(case: TouchCase, level: int, order: int = 2, held: int | None = None) -> TouchSolver:
     """Return the elements of a setting; those of a whole level are set up for each touch, as what may touch changes."""
-    return LocalTouch(case, setting) if "held" in setting else LevelTouch(case, setting)
+    return LevelTouch(case, level, order) if held is None else LocalTouch(case, held, level)
 
 
 class LevelTouch(TouchSolver):
     """Elements of one order on a level of the body."""
 
-    def __init__(self, case: TouchCase, setting: Setting):
-        self._level, self._order = setting["level"], setting["order"]
+    def __init__(self, case: TouchCase, level: int, order: int):
+        self._level, self._order = level, order
         self._shape = case.body
-        self._body = with_midpoints(case.body, self._level) if self._order == 2 else case.body
-        self._up = to_surface(case.body, self._level, self._order)
+        self._body = with_midpoints(case.body, level) if order == 2 else case.body
+        self._up = to_surface(case.body, level, order)
 
     def respond(self, touch: Touch) -> Touched:
         problem = problem_of(self._body, self._level, self._order, [touch], self._shape)
@@ -39,9 +39,9 @@ class LevelTouch(TouchSolver):
 class LocalTouch(TouchSolver):
     """Quadratic elements on a mesh that is refined around the place."""
 
-    def __init__(self, case: TouchCase, setting: Setting):
+    def __init__(self, case: TouchCase, held: int, level: int):
         self._meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
-        self._where = setting["held"], setting["level"]
+        self._where = held, level
 
     def respond(self, touch: Touch) -> Touched:
         return self._meshes.around(touch, *self._where).answer(TOLERANCE)[0]

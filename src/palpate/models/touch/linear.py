@@ -49,24 +49,24 @@ def settings(case: TouchCase) -> list[Setting]:
     return [{"held": held, "level": level} for held, level in meshes]
 
 
-def online(case: TouchCase, setting: Setting) -> TouchSolver:
+def online(case: TouchCase, held: int, level: int, discs: int = 0, warped: bool = False) -> TouchSolver:
     """Return the model; each place is prepared when it is asked to. LeftOut for an instrument that sticks."""
     if case.instrument.kind == GRASP:
-        return GraspedResponses(case, setting)
+        return GraspedResponses(case, held, level)
     refuse_sticking(case, "linear responses of a place")
-    return LinearTouch(case, setting)
+    return LinearTouch(case, (held, level), discs, warped)
 
 
 class LinearTouch(TouchSolver):
     """Linear responses of places, by node."""
 
-    def __init__(self, case: TouchCase, setting: Setting):
-        self._case, self._setting = case, setting
+    def __init__(self, case: TouchCase, where: tuple[int, int], discs: int, warped: bool):
+        self._case, self._asked = case, (where, discs, warped)
         self._places: dict[int, Discs] = {}
 
     def prepare(self, touch: Touch) -> None:
         if touch.node not in self._places:
-            self._places[touch.node] = _discs(self._case, self._setting, touch.node)
+            self._places[touch.node] = _discs(self._case, touch.node, *self._asked)
 
     def respond(self, touch: Touch) -> Touched:
         """Answer as ``TouchSolver`` does; TouchDoubted where contact is not solved, or unprepared."""
@@ -92,15 +92,15 @@ class GraspedResponses(TouchSolver):
     Warped, they would move the patch elsewhere than it is held: by 9 % on average where the liver is pulled.
     """
 
-    def __init__(self, case: TouchCase, setting: Setting):
-        self._case, self._setting = case, setting
+    def __init__(self, case: TouchCase, held: int, level: int):
+        self._case, self._where = case, (held, level)
         self._places: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def prepare(self, touch: Touch) -> None:
         if touch.node in self._places:
             return
         meshes = self._case.share("touched meshes", lambda: TouchedMeshes(self._case.body))
-        found = meshes.around(touch, self._setting["held"], self._setting["level"])
+        found = meshes.around(touch, *self._where)
         grasping = found.problem
         assert isinstance(grasping, Grasping)
         columns = np.stack([grasping.response(way) for way in np.eye(3)], axis=2)
@@ -130,12 +130,12 @@ def _longest(instrument: Instrument) -> float:
     return max(instrument.edge_m, SHARP * radius) if punch else STEP * radius
 
 
-def _discs(case: TouchCase, setting: Setting, node: int) -> Discs:
+def _discs(case: TouchCase, node: int, where: tuple[int, int], count: int, warped: bool) -> Discs:
     """Return the discs around a node."""
     place, outward, instrument = case.body.fine.nodes[node], case.body.fine.normals[node], case.instrument
-    meshes, count = case.share("touched meshes", lambda: TouchedMeshes(case.body)), setting["discs"]
+    meshes = case.share("touched meshes", lambda: TouchedMeshes(case.body))
     deepest = Touch(instrument, node, -outward, case.deepest_m)
-    found = meshes.around(deepest, setting["held"], setting["level"])
+    found = meshes.around(deepest, *where)
     points, mesh = found.contact.points, found.problem.mesh
     at, up = points.interpolation @ mesh.nodes, points.interpolation @ mesh.normals
     reach = REACH * contact_radius(instrument, case.deepest_m) + 0.5 * instrument.length_m
@@ -156,7 +156,7 @@ def _discs(case: TouchCase, setting: Setting, node: int) -> Discs:
     shares, areas = np.zeros((len(looked), len(centers))), np.zeros(len(looked))
     np.add.at(shares, nearest, pressures[on])
     np.add.at(areas, nearest, points.areas[on])
-    spins = surface_spins(mesh, columns) if setting["warped"] else columns[:, :, :0]
+    spins = surface_spins(mesh, columns) if warped else columns[:, :, :0]
 
     places, shares = points.interpolation[looked], np.ascontiguousarray(shares.T)
     motions, turning = by_column(places, columns), by_column(places, spins)

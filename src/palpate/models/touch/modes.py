@@ -38,17 +38,17 @@ def settings(case: TouchCase) -> list[Setting]:
     return [dict(each) for each in case.grid.modes]
 
 
-def online(case: TouchCase, setting: Setting) -> TouchSolver:
+def online(case: TouchCase, held: int, level: int) -> TouchSolver:
     """Return the model; each place is prepared when it is asked to. LeftOut for an instrument that sticks."""
     refuse_sticking(case, "reduced models of a place")
-    return TouchModes(case, setting)
+    return TouchModes(case, held, level)
 
 
 class TouchModes(TouchSolver):
     """Reduced models of places, by node."""
 
-    def __init__(self, case: TouchCase, setting: Setting):
-        self._case, self._where = case, (setting["held"], setting["level"])
+    def __init__(self, case: TouchCase, held: int, level: int):
+        self._case, self._where = case, (held, level)
         self._places: dict[int, _Place] = {}
 
     def prepare(self, touch: Touch) -> None:

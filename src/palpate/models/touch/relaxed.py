@@ -7,6 +7,7 @@ vertex block descent. All end at the equilibrium of corotational linear elements
 
 from collections.abc import Callable
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -44,8 +45,9 @@ class RelaxedTouch(NodeTouch):
     grasped : nodes that are held besides the anchors
     """
 
-    def __init__(self, case: TouchCase, setting: Setting, method: str, grasped: np.ndarray = NO_NODES):
-        level = setting["level"]
+    def __init__(
+        self, case: TouchCase, method: str, level: int, asked: SimpleNamespace, grasped: np.ndarray = NO_NODES
+    ):
         super().__init__(case, level)
         self._grasped, self._anchored = grasped, self.held
         self.held = self.held | np.isin(np.arange(len(self.held)), grasped)
@@ -53,7 +55,7 @@ class RelaxedTouch(NodeTouch):
         self._elements = LinearElements(self.mesh, case.body.tissue(level))
         self._bed = None if case.body.bed is None else BedSprings(self.mesh, case.body.bed)
         masses = particles_of(case.body, level, surface=False).masses
-        self._begin = _BEGIN[method](self._elements, masses, self.held, self._bed, setting)
+        self._begin = _BEGIN[method](self._elements, masses, self.held, self._bed, asked)
 
     def begin(self, nodes: np.ndarray, pose: Pose) -> Relaxing:
         return self._begin(nodes, pose)
@@ -84,9 +86,9 @@ class RelaxedTouch(NodeTouch):
 class RelaxedGrasp(TouchSolver):
     """The same body for each place that is grasped, with other nodes held; NotConverged where there are none."""
 
-    def __init__(self, case: TouchCase, setting: Setting, method: str):
-        self._case, self._level = case, setting["level"]
-        self._make = partial(RelaxedTouch, case, setting, method)
+    def __init__(self, case: TouchCase, method: str, level: int, asked: SimpleNamespace):
+        self._case, self._level = case, level
+        self._make = partial(RelaxedTouch, case, method, level, asked)
         self._places: dict[int, RelaxedTouch] = {}
 
     def prepare(self, touch: Touch) -> None:
@@ -99,9 +101,13 @@ class RelaxedGrasp(TouchSolver):
         return self._places[touch.node].move(touch)
 
 
-def online(case: TouchCase, setting: Setting, method: str) -> TouchSolver:
-    """Return what answers touches by instruments, or grasps of places that are prepared when that is asked."""
-    return (RelaxedGrasp if case.instrument.kind == GRASP else RelaxedTouch)(case, setting, method)
+def online(case: TouchCase, method: str, level: int, **asked: float) -> TouchSolver:
+    """Return what answers touches by instruments, or grasps of places that are prepared when that is asked.
+
+    asked : fields of the method's settings
+    """
+    kind = RelaxedGrasp if case.instrument.kind == GRASP else RelaxedTouch
+    return kind(case, method, level, SimpleNamespace(**asked))
 
 
 Begin = Callable[[np.ndarray, Pose], Relaxing]
@@ -109,16 +115,16 @@ Begin = Callable[[np.ndarray, Pose], Relaxing]
 
 
 def _xpbd(
-    elements: LinearElements, masses: np.ndarray, held: np.ndarray, bed: BedSprings | None, setting: Setting
+    elements: LinearElements, masses: np.ndarray, held: np.ndarray, bed: BedSprings | None, asked: SimpleNamespace
 ) -> Begin:
-    step_s = setting["step"] * float(np.median(np.sqrt(masses / elements.resistance())))
+    step_s = asked.step * float(np.median(np.sqrt(masses / elements.resistance())))
     xpbd, nothing = Xpbd(elements, masses, held, bed), np.zeros((len(held), 3))
 
     def begin(nodes: np.ndarray, pose: Pose) -> Relaxing:
         obstacle = Obstacle(nodes, pose)
 
         def relax(x: np.ndarray) -> np.ndarray:
-            return xpbd.relax(x, nothing, setting["steps"], setting["iterations"], step_s, obstacle=obstacle)[0]
+            return xpbd.relax(x, nothing, asked.steps, asked.iterations, step_s, obstacle=obstacle)[0]
 
         return Relaxing(obstacle, relax, lambda x: obstacle.pushes(x, step_s))
 
@@ -126,22 +132,20 @@ def _xpbd(
 
 
 def _projective_dynamics(
-    elements: LinearElements, masses: np.ndarray, held: np.ndarray, bed: BedSprings | None, setting: Setting
+    elements: LinearElements, masses: np.ndarray, held: np.ndarray, bed: BedSprings | None, asked: SimpleNamespace
 ) -> Begin:
     projective, weights = ProjectiveDynamics(elements, held, bed), PENALTY * elements.resistance()
 
     def begin(nodes: np.ndarray, pose: Pose) -> Relaxing:
         contact = NodeContact(nodes, weights[nodes], pose)
         descent = projective.pressed(contact)
-        return Relaxing(
-            contact, lambda x: descent.relax(x, setting["iterations"], setting["memory"], TOLERANCE), contact.pushes
-        )
+        return Relaxing(contact, lambda x: descent.relax(x, asked.iterations, asked.memory, TOLERANCE), contact.pushes)
 
     return begin
 
 
 def _vertex_block_descent(
-    elements: LinearElements, masses: np.ndarray, held: np.ndarray, bed: BedSprings | None, setting: Setting
+    elements: LinearElements, masses: np.ndarray, held: np.ndarray, bed: BedSprings | None, asked: SimpleNamespace
 ) -> Begin:
     descent, penalties = VertexBlockDescent(elements, held, bed), PENALTY * elements.resistance()
     nothing = np.zeros((len(held), 3))
@@ -150,7 +154,7 @@ def _vertex_block_descent(
         contact = NodeContact(nodes, penalties[nodes], pose)
 
         def relax(x: np.ndarray) -> np.ndarray:
-            return descent.relax(x, nothing, setting["sweeps"], setting["radius"], contact=contact)[0]
+            return descent.relax(x, nothing, asked.sweeps, asked.radius, contact=contact)[0]
 
         return Relaxing(contact, relax, contact.pushes)
 

@@ -5,6 +5,8 @@ half of the steps. How far goals follow the particles
 is fitted to the displacement under calibrating touches, and the time of a step to their forces.
 """
 
+from typing import Literal
+
 import numpy as np
 
 from palpate.benchmark.model import Setting, on_own_levels, refuse_bed, refuse_regions
@@ -35,21 +37,23 @@ class ShapesTouch(NodeTouch):
     NotConverged for one of several stiffnesses, or whose calibrating touches are not felt.
     """
 
-    def __init__(self, case: TouchCase, setting: Setting):
+    def __init__(
+        self, case: TouchCase, level: int, mode: Literal["rigid", "linear", "quadratic"], clusters: str, steps: int
+    ):
         refuse_bed(case, "shapes")
         refuse_regions(case, "shapes")
-        level, self._steps = setting["level"], setting["steps"]
         super().__init__(case, level)
+        self._steps = steps
         particles = particles_of(case.body, level, surface=False)
         if not len(particles.held):
             raise InputError(f"{case.body.name}: nothing is held, so shapes do not come to rest; give it anchors.")
         self._masses, self._step_s = particles.masses, 1.0
-        clusters = cubes(self.mesh).but(kind=setting["clusters"])
+        grouped = cubes(self.mesh).but(kind=clusters)
         touches, right = zip(*calibration(case), strict=True)
         tried = []
         for alpha in ALPHAS:
             for beta in BETAS:
-                words = ShapeMatching(mode=setting["mode"], alpha=alpha, beta=beta, clusters=clusters)
+                words = ShapeMatching(mode=mode, alpha=alpha, beta=beta, clusters=grouped)
                 self._matching = shape_matching.make(particles, words)
                 found = [self.respond(touch) for touch in touches]
                 off = [_rmse(one, other) for one, other in zip(found, right, strict=True)]

@@ -42,10 +42,9 @@ class SpringsTouch(NodeTouch):
     InputError for a body that nothing holds, LeftOut for one on a bed, NotConverged for one of several stiffnesses.
     """
 
-    def __init__(self, case: TouchCase, setting: Setting, volume: bool):
+    def __init__(self, case: TouchCase, level: int, iterations: int, volume: bool):
         refuse_bed(case, "springs that are calibrated under an instrument")  # a factor would stiffen the bed
         refuse_regions(case, "springs")
-        level = setting["level"]
         super().__init__(case, level)
         particles = particles_of(case.body, level, surface=False)
         if not len(particles.held):
@@ -63,7 +62,7 @@ class SpringsTouch(NodeTouch):
         self._own = list(own.values())
         self._iterations, self._scale = CALIBRATING_ITERATIONS, 1.0
         self._scale = case.share(("factor of springs", level, volume), lambda: self._fitted(case))
-        self._iterations = setting["iterations"]
+        self._iterations = iterations
 
     def _fitted(self, case: TouchCase) -> float:
         touches, right = zip(*calibration(case), strict=True)

@@ -150,7 +150,7 @@ def _nodes(body: Body, instrument: Instrument, count: int) -> list[int]:
 def _place(case: TouchCase, level: int, node: int, number: int) -> tuple[TouchPlace, list[_Trial]]:
     """Return a place without errors, and its trials; NotConverged where the body bears no such touch."""
     body, instrument, deepest = case.body, case.instrument, case.deepest_m
-    solver, origin = TouchModes(case, {"held": HELD, "level": level}), body.fine.nodes[node]
+    solver, origin = TouchModes(case, HELD, level), body.fine.nodes[node]
     axes = upright(instrument, origin, body.fine.normals[node]).axes
     straight = Touch(instrument, node, -axes[2], deepest)
     solver.prepare(straight)

@@ -2,7 +2,7 @@
 
 from palpate.run.job import steps
 from palpate.stores import store, stored
-from palpate.studies.cut.settings import Families, Pull
+from palpate.studies.cut.settings import Pull
 
 FRONT_OF_WIDTH = 0.5
 """Longest edges at the front of a cut over its half width, on the meshes that are halved; elsewhere at the cut 1."""
@@ -20,12 +20,11 @@ def find_cut_truth(input, output, wildcards, entry: Pull):
     return {"table": truth_row(wildcards.scene, case, found)}
 
 
-def measure_cut(input, wildcards, say, entry: Pull, settings: Families, repeats: int, budget_s: float):
+def measure_cut(input, wildcards, say, entry: Pull, repeats: int, budget_s: float):
     from palpate.benchmark.cut_truth import CutTruth
     from palpate.bodies.body_file import load
     from palpate.studies.cut.measure import asked, measure_cut
 
     case, progress = asked(load(input.body), entry), steps(say, f"{wildcards.scene}: setting")
-    limits = repeats, budget_s
-    tables = measure_cut(wildcards.scene, case, stored(CutTruth, input.truth), settings, *limits, progress)
+    tables = measure_cut(wildcards.scene, case, stored(CutTruth, input.truth), repeats, budget_s, progress)
     return dict(zip(("cut", "opening"), tables, strict=True))

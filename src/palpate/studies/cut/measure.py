@@ -1,6 +1,6 @@
 """Measure what models make of a cut whose lips are pulled apart, and how long they take from the blade's move on."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping
 from functools import partial
 from time import perf_counter
 from typing import Any
@@ -16,14 +16,10 @@ from palpate.bodies.body import Body
 from palpate.bodies.cutting.cut import Blade, Cut, make_cut
 from palpate.bodies.cutting.ways import VIRTUAL_NODES
 from palpate.errors import InputError, NotConverged
-from palpate.models.cut import elements, linear
-from palpate.models.cut.enriched import Enriched
 from palpate.models.cut.opened import CutCase, CutModel
-from palpate.models.cut.relaxed import CutRelaxed
-from palpate.models.cut.shapes import CutShapes
-from palpate.models.cut.springs import CutSprings
+from palpate.models.cut.tried import MODELS, TRIED
 from palpate.solvers.grasping import patch_around
-from palpate.studies.cut.settings import Families, Pull
+from palpate.studies.cut.settings import Pull
 from palpate.table_declaration import Table
 
 CUT_TRUTH = Table(
@@ -99,41 +95,19 @@ def truth_row(scene: str, case: CutCase, truth: CutTruth) -> pd.DataFrame:
     return CUT_TRUTH.frame([row | {name: getattr(truth, name) for name in kept}])
 
 
-def settings_of(case: CutCase, families: Families) -> Iterator[tuple[str, Setting]]:
-    """Yield each model with a setting, on levels that the body has."""
-    for model in type(families).model_fields:
-        for setting in getattr(families, model):
-            if setting.level < len(case.body.levels):
-                yield model, dict(setting)
-
-
-def prepared(model: str, case: CutCase, setting: Setting) -> CutModel:
-    """Return a model that is ready for the cut; Refused where it cannot follow one."""
-    if model == "fem":
-        return elements.online(case, setting)
-    if model == "enriched_responses":
-        return Enriched(case, setting)
-    doubled = {"way": VIRTUAL_NODES} | setting
-    if model == "linear_responses":
-        return linear.online(case, doubled)
-    if model == "shape_matching":
-        return CutShapes(case, doubled)
-    return CutSprings(case, doubled) if model == "springs" else CutRelaxed(case, doubled, model)
-
-
 def measure_cut(
     scene: str,
     case: CutCase,
     truth: CutTruth,
-    families: Families,
     repeats: int,
     budget_s: float,
     progress: Callable = iter,
+    tried: Mapping[str, list[Setting]] = TRIED,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Measure all settings of all models: rows of CUT and of CUT_OPENING.
 
-    families : settings by model; repeats, budget_s : as of ``time_calls``; progress : wraps the settings
-    Where the truth judges no model errors are left out. On one BLAS thread.
+    repeats, budget_s : as of ``time_calls``; progress : wraps the settings; tried : these by model
+    Levels that the body has not are left out, and errors where the truth judges no model; on one BLAS thread.
     """
     from threadpoolctl import threadpool_limits
 
@@ -142,7 +116,10 @@ def measure_cut(
     openings = _openings(labels, along, truth.pulled)
     own = {f"own_{name}": value for name, value in zip(ERRORS, truth.own, strict=True)}
     with threadpool_limits(limits=1):
-        for model, setting in progress(list(settings_of(case, families))):
+        own_levels = [
+            (model, each) for model in tried for each in tried[model] if each["level"] < len(case.body.levels)
+        ]
+        for model, setting in progress(own_levels):
             way = setting.get("way", WHOLE if model == "enriched_responses" else VIRTUAL_NODES)
             labels = {"scene": scene, "model": model, "setting": setting_text(setting)}
             labels |= {"level": setting["level"], "way": way}
@@ -161,7 +138,7 @@ def _measured(
     """Return the answer of a setting, or None, and the row of its times: it is cut, asked twice, and cut again."""
     begin = perf_counter()
     try:
-        model = prepared(name, case, setting)
+        model = MODELS[name](case=case, **setting)
         offline, memory = perf_counter() - begin, held_mb(model)
         model.cut(case.cuts)
         answer = model.pull()

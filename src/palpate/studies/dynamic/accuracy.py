@@ -25,7 +25,7 @@ from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import compose
 from palpate.scenes.scene_check import RELAXED
 from palpate.scenes.settings import Scene
-from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, compared_and_training
+from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 from palpate.studies.dynamic.fitted import (
     Fitted,
     InModes,
@@ -438,12 +438,14 @@ def _measured(
     return found | {"real_time_factor": seconds / whole_s}
 
 
-def measure_dynamic(input: Any, params: Any, compared: Compared, say: Callable) -> Any:
+def measure_dynamic(
+    input: Any, compared: Compared, stroked: list[str], settings: dict[str, Any], seed: int, say: Callable
+) -> Any:
     """Compare the models in a scene, for the rule of that name."""
-    moving = compared_and_training(body=body_file.load(input.body), **dict(compared))
-    more = compared.own.get("models", ()), steps(say, f"{moving[0].name}: model")
+    moving = compared.and_training(body_file.load(input.body))
+    more = compared.own.models or (), steps(say, f"{moving[0].name}: model")
     limit = read_truth(input.truth) if input.truth else None
-    shown = {name: read_arrays(Strokes, path) for name, path in zip(params.stroked, input.strokes, strict=True)}
+    shown = {name: read_arrays(Strokes, path) for name, path in zip(stroked, input.strokes, strict=True)}
     reference = read_arrays(Reference, input.reference)
-    table, force = measure(*moving, reference, params.settings, *more, limit, shown, params.seed)
+    table, force = measure(*moving, reference, settings, *more, limit, shown, seed)
     return {"table": table.assign(duration_s=compared.scene.duration_s), "force": force}

@@ -30,6 +30,7 @@ from palpate.scenes import effect_registry
 from palpate.scenes.run_scene import Run, compose, run
 from palpate.scenes.settings import Scene
 from palpate.setting_types import Block, key
+from palpate.studies.dynamic.settings import Followed, Training
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,30 +148,37 @@ class Compared(Block):
     """What a rule says of a scene that models are compared in."""
 
     scene: Scene = key("The scene")
-    own: dict[str, Any] = key("How it is followed, and by which models")
+    own: Followed = key("How it is followed, and by which models")
+
+    def of(self, body: Body) -> ComparedScene:
+        """Make the compared scene of a body."""
+        assert self.own.duration_s and self.own.frames  # as the rule says
+        return ComparedScene.of(self.scene, body, self.own.duration_s, self.own.frames, self.own.level)
+
+    def and_training(self, body: Body) -> tuple[ComparedScene, ComparedScene | None]:
+        """Make the compared scene, and the motion that models are fitted to, if any is."""
+        made = self.of(body)
+        return made, training_of(made, self.own.training) if fits(self.own.models) else None
 
 
 SHARE = 0.5
 """Of a scene's loads, that models are fitted to without another training."""
 
 
-def compared_and_training(scene: Scene, body: Body, own: Mapping) -> tuple[ComparedScene, ComparedScene | None]:
-    """Make what ``ComparedScene.of`` makes, and the motion that models are fitted to, if any is."""
-    made = ComparedScene.of(scene, body, own)
-    return made, training_of(made, own.get("training", {})) if fits(own) else None
-
-
-def training_of(compared: ComparedScene, training: Mapping, share: float = SHARE) -> ComparedScene:
+def training_of(compared: ComparedScene, training: Training | None, share: float = SHARE) -> ComparedScene:
     """Return the motion that models are fitted to: as ``training`` describes it, or under a share of the loads.
 
-    training : blocks that replace or complete those of the scene, ``others`` and ``duration_s``; empty for the share
+    training : blocks that replace or complete those of the scene, ``others`` and ``duration_s``; None for the share
     Its frames are as long as those of ``compared``, since what is fitted may depend on the step.
     """
-    if not training:
+    if training is None:
         return compared.scale_loads(share)
-    given = {name: getattr(compared.loads, name) for name in compared.loads}
-    loads = compared.loads.but(**{name: block.but(**training.get(name, {})) for name, block in given.items()})
-    shifts = [other["shift_m"] for other in training["others"]] if "others" in training else compared.shifts_m
+    changed = {name: getattr(training, name) for name in ("gravity", "push", "contact")}
+    blocks = {
+        name: getattr(compared.loads, name).but(**dict(block)) for name, block in changed.items() if block is not None
+    }
+    loads = compared.loads.but(**blocks)
+    shifts = compared.shifts_m if training.others is None else [other.shift_m for other in training.others]
     frame = compared.duration_s / compared.frames
-    frames = max(1, round(training.get("duration_s", compared.duration_s) / frame))
+    frames = max(1, round((training.duration_s or compared.duration_s) / frame))
     return replace(compared, loads=loads, shifts_m=shifts, duration_s=frames * frame, frames=frames)

@@ -20,7 +20,7 @@ from palpate.errors import NotConverged
 from palpate.files import merge
 from palpate.run.job import steps
 from palpate.studies.dynamic.accuracy import STEP, measure
-from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, compared_and_training
+from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 from palpate.studies.dynamic.fitted import MadeModes
 from palpate.studies.dynamic.reference import read_truth, reference
 from palpate.studies.dynamic.touching import MOTION_PLACES
@@ -152,18 +152,20 @@ def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
     return found
 
 
-def measure_elsewhere(input: Any, params: Any, compared: Compared, say: Callable) -> Any:
+def measure_elsewhere(
+    input: Any, compared: Compared, own: dict[str, Any], settings: dict[str, Any], seed: int, say: Callable
+) -> Any:
     """Measure the models at other places, for the rule of that name."""
-    scene, _ = compared_and_training(body=body_file.load(input.body), **dict(compared))
+    scene = compared.of(body_file.load(input.body))
     found = read_truth(input.truth) if input.truth else None
     like = found if isinstance(found, MotionTruth) and not found.rejected else None
     progress = steps(say, f"{scene.name}: place")
-    return measure_places(scene, params.own, params.settings, params.seed, progress, like)
+    return measure_places(scene, own, settings, seed, progress, like)
 
 
-def tabulate_dynamic(input, output, params):
+def tabulate_dynamic(input: Any, output: Any, left_out: dict[str, str]) -> Any:
     """Gather the tables of all scenes, bound their errors, and warn of those left out, for the rule of that name."""
-    for name, reason in params.left_out.items():
+    for name, reason in left_out.items():
         warnings.warn(f"scenes.{name}: models are not compared in it, as it {reason}.", stacklevel=1)
     merge(input, output)
     places = [pd.read_csv(path).reindex(columns=MOTION_PLACES.columns) for path in input.get("motion_places", [])]

@@ -123,7 +123,7 @@ def _simplex(misfit: Callable, start: np.ndarray, sides: list, bounds: list, eva
 
 def corrects(compared: ComparedScene) -> bool:
     """Return whether all that acts has a linear response: a held solid under gravity and pushes."""
-    return _held_solid(compared) and set(compared.loads.keys()) <= set(LOADS) and len(compared.body.levels) > 1
+    return _held_solid(compared) and set(compared.loads.given()) <= set(LOADS) and len(compared.body.levels) > 1
 
 
 def _held_solid(compared: ComparedScene) -> bool:

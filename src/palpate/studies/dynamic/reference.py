@@ -15,8 +15,9 @@ from palpate.bodies import body_file
 from palpate.errors import NotConverged
 from palpate.files import read_arrays, write_arrays
 from palpate.run.job import steps
-from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, compared_and_training
+from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 from palpate.studies.dynamic.linear_limit import LinearLimit, linear_limit, resolved_frames
+from palpate.studies.dynamic.settings import Truth
 from palpate.table_declaration import Table
 
 LOOSER = 4.0
@@ -215,20 +216,19 @@ PART = 0.05
 """Of the peak, by which two linear meshes and two steps may differ in a frame."""
 
 
-def find_motion_truth(input: Any, output: Any, params: Any, compared: Compared, say: Callable) -> Any:
+def find_motion_truth(input: Any, output: Any, truth: Truth, compared: Compared, say: Callable) -> Any:
     """Find the truth of a scene's motion, or until when linear meshes agree on it, for the rule of that name."""
-    asked = params.truth
-    if asked["elements"] == "linear":
-        compared = compared.but(own=compared.own | {"level": asked["levels"] - 1})
-    scene, _ = compared_and_training(body=body_file.load(input.body), **dict(compared))
-    count, progress = asked["steps_per_frame"], steps(say, f"{scene.name}: motion")
-    if asked["elements"] == "linear":
+    if truth.elements == "linear":
+        compared = compared.but(own=compared.own.but(level=truth.levels - 1))
+    scene = compared.of(body_file.load(input.body))
+    count, progress = truth.steps_per_frame, steps(say, f"{scene.name}: motion")
+    if truth.elements == "linear":
         limit = linear_limit(scene, count, PART, progress)
         say(f"{scene.name}: {limit.said}")
         write_arrays(limit, output.truth)
         return {"table": tabulate_truth(scene, limit)}
     moved = scene.body, scene.placed_loads(), scene.rayleigh, scene.duration_s
-    found = motion_truth(*moved, scene.frames, count * scene.frames, asked["levels"], progress)
+    found = motion_truth(*moved, scene.frames, count * scene.frames, truth.levels, progress)
     if found.rejected:
         warnings.warn(
             f"scenes.{scene.name}: its motion has no truth that is believed ({found.rejected}); models are judged by "
@@ -242,9 +242,10 @@ def find_motion_truth(input: Any, output: Any, params: Any, compared: Compared, 
 
 def simulate_dynamic_reference(input: Any, output: Any, compared: Compared, say: Callable) -> Any:
     """Find the reference of a scene, for the rule of that name."""
-    scene, lesson = compared_and_training(body=body_file.load(input.body), **dict(compared))
-    own = compared.own
-    found = reference(scene, lesson, own["change_of_peak"], own["max_halvings"])
+    scene, lesson = compared.and_training(body_file.load(input.body))
+    change, halvings = compared.own.change_of_peak, compared.own.max_halvings
+    assert change and halvings  # as the rule says
+    found = reference(scene, lesson, change, halvings)
     say(f"{scene.name}: a step of {found.step_s:.2g} s; halving it last changed {found.change:.2%} of the peak")
     write_arrays(found, output.reference)
     return {"table": tabulate(scene, found)}

@@ -46,10 +46,10 @@ WIDER = 1.3
 """Half width of the square that strokes are shown in, over that of the region."""
 
 
-def simulate_strokes(input: Any, output: Any, params: Any, compared: Compared, say: Callable) -> Any:
+def simulate_strokes(input: Any, output: Any, compared: Compared, region: dict[str, Any] | None, say: Callable) -> Any:
     """Simulate the strokes of a scene with finite elements, for the rule of that name."""
-    scene = ComparedScene.of(compared.scene, body_file.load(input.body), compared.own)
-    contacts, begin = learnt_from(scene, params.region), process_time()
-    duration_s = scene.duration_s if params.region is None else strokes.DURATION_S
+    scene = compared.of(body_file.load(input.body))
+    contacts, begin = learnt_from(scene, region), process_time()
+    duration_s = scene.duration_s if region is None else strokes.DURATION_S
     shown = strokes.shown(scene.body, contacts, scene.rayleigh, duration_s, steps(say, f"{scene.name}: stroke"))
     write_arrays(Strokes(shown.astype(np.float32), process_time() - begin), output.strokes)

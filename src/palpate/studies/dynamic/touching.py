@@ -186,9 +186,10 @@ def _held_out(each: ComparedScene, fitted: Fitted, per_frame: int, limit: Stroke
     return row | {"failures": 0, "rmse_of_peak": found, "estimate_of_peak": doubt, "estimate_s": run.doubt_s}
 
 
-def measure_held_out(input: Any, params: Any, compared: Compared, say: Callable) -> Any:
+def measure_held_out(
+    input: Any, compared: Compared, grid: dict[str, Any], held_out: int, seed: int, say: Callable
+) -> Any:
     """Measure strokes that region_modes were not shown, for the rule of that name."""
-    scene = ComparedScene.of(compared.scene, body_file.load(input.body), compared.own)
+    scene = compared.of(body_file.load(input.body))
     progress = steps(say, f"{scene.name}: stroke held out")
-    asked = params.grid, params.held_out, params.seed
-    return measure_strokes(scene, read_arrays(Strokes, input.strokes), *asked, progress)
+    return measure_strokes(scene, read_arrays(Strokes, input.strokes), grid, held_out, seed, progress)

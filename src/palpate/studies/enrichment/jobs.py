@@ -45,7 +45,7 @@ def sweep_sigma(
     labels, sweeps, tables = dict(wildcards.items()), [], []
     with write_whole(output.predictions) as path, h5py.File(path, "w") as file:
         for protocol, split in cases:
-            options = FitOptions(**regression, split=split, seed=seed)
+            options = FitOptions(**dict(regression), split=split, seed=seed)
             train, test = sides(samples, split)
             sweeps.append(sweep_rows(db, train, test, protocol, options, labels))
             methods = build(db, compliance, train, protocol, options)
@@ -61,7 +61,7 @@ def compare_premises(
 ):
     from palpate.studies.enrichment.premises import compare
 
-    options = FitOptions(**regression, split="contacts", seed=seed)
+    options = FitOptions(**dict(regression), split="contacts", seed=seed)
     databases = {name: read(path) for name, path in zip(sampled, input.databases, strict=True)}
     return compare(bodies, databases, settings, options, steps(say, "premise"))
 
@@ -75,7 +75,7 @@ def time_methods(
 
     body, db, compliance = load(input.body), read(input.database), stored(Compliance, input.compliance)
     train, test = sides(read_samples(input.samples), "samples")
-    options = FitOptions(**regression, split="samples", seed=seed)
+    options = FitOptions(**dict(regression), split="samples", seed=seed)
     methods = {protocol: build(db, compliance, train, protocol, options) for protocol in ("paper", "live")}
     samples, name = choose_samples(db.peaks, test), wildcards.body
     loads = pd.read_csv(input.loads).iloc[samples]

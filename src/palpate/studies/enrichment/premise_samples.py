@@ -205,13 +205,17 @@ def changed(premise: "Case", entry: BodySettings) -> BodySettings:
     return entry.but(**({"anchors": None} if "bed" in own else {}) | own)
 
 
+THICKNESS_M = 0.002
+"""Of a body that is its surface only [m]."""
+
+
 def _pressed(body: Body, premise: "Case", contacts: np.ndarray, along: np.ndarray) -> tuple:
     """Return the displacements of the fine surface and of the coarse nodes under unit presses."""
     if premise.made_of == "solid":
         found = compute_compliance(body, 0.0, contacts=contacts)
         fine, coarse = found.fine, found.restricted
     else:
-        fine = hollow_responses(body, contacts, premise.thickness_m, premise.made_of == "springs")
+        fine = hollow_responses(body, contacts, THICKNESS_M, premise.made_of == "springs")
         coarse = np.zeros((len(contacts), 3, len(body.coarse.nodes), 3))
         surface = body.coarse.surface
         coarse[:, :, surface] = fine[:, :, np.searchsorted(body.fine.surface, surface)]

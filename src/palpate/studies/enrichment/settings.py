@@ -18,7 +18,6 @@ class Case(Block):
     made_of: Literal["solid", "triangles", "springs"] = key(
         "Whether the body is solid, or its surface only, as elastic triangles or as springs along their edges", "solid"
     )
-    thickness_m: Positive = key("Thickness [m] of a body that is its surface only", 0.002)
     direction: Vector | None = key("Direction of all presses, on the side that faces it; null: inward normals", None)
     anchors: Anchors | None = optional("Which coarse nodes are held, in place of the body's")
     bed: Bed | None = optional("An elastic bed, in place of the body's")

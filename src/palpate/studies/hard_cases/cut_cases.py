@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.cut_truth import Hook
-from palpate.benchmark.model import Setting
 from palpate.bodies.body import Body, nest
 from palpate.bodies.cutting.cut import Blade, Cut, Disc, blade, make_cut
 from palpate.bodies.cutting.settings import CutSettings
@@ -33,23 +32,19 @@ from palpate.solvers.grasping import Grasping, patch_around
 from palpate.studies.hard_cases import stage
 from palpate.studies.hard_cases.stage import SOFT, Answer, Case
 
-DOUBLED: Setting = {"level": 0, "way": VIRTUAL_NODES}
-RELAXED: dict[str, Setting] = {
+RELAXED: dict[str, dict[str, Any]] = {
     "xpbd": {"step": 0.5, "steps": 400, "iterations": 2},
     "projective_dynamics": {"iterations": 30, "memory": 5},
     "vertex_block_descent": {"sweeps": 300, "radius": 0.998},
 }
 REMOVED, CONFORMING = "elements_removal", "elements_conform"
 MODELS: dict[str, Callable[[CutCase], CutModel]] = {
+    **{f"elements_{way}": partial(elements.online, level=0, way=way) for way in (REMOVAL, SPLIT_FACES, VIRTUAL_NODES)},
+    "updated_responses": partial(linear.online, level=0, update=True),
+    **{name: partial(CutRelaxed, name, level=0, **more) for name, more in RELAXED.items()},
+    CONFORMING: partial(elements.online, level=0, way=CONFORM),
     **{
-        f"elements_{way}": partial(elements.online, setting={"level": 0, "way": way})
-        for way in (REMOVAL, SPLIT_FACES, VIRTUAL_NODES)
-    },
-    "updated_responses": partial(linear.online, setting=DOUBLED | {"update": True}),
-    **{name: partial(CutRelaxed, setting=DOUBLED | more, method=name) for name, more in RELAXED.items()},
-    CONFORMING: partial(elements.online, setting={"level": 0, "way": CONFORM}),
-    **{
-        f"springs_{way}": partial(CutSprings, setting={"level": 0, "way": way, "iterations": 100})
+        f"springs_{way}": partial(CutSprings, level=0, way=way, iterations=100)
         for way in (DELETED, SPLIT_FACES, VIRTUAL_NODES)
     },
 }

@@ -60,7 +60,6 @@ class Experiment:
     """
 
     name: str
-    gravity_m_s2: float
     down: np.ndarray
     markers: tuple[Marker, ...]
     cases: tuple[Case, ...]
@@ -106,7 +105,7 @@ def experiment_of(name: str, entry: "ExperimentSettings") -> Experiment:
         measured = ", ".join(case.name for case in cases if case.files) or "none has files"
         raise InputError(f"{place}.calibrate_on is {on}, which is no case with files; choose from {measured}, or null.")
     times = entry.held_s, entry.settled_s
-    return Experiment(name, entry.gravity_m_s2, down, markers, tuple(cases), on or "", *times)
+    return Experiment(name, down, markers, tuple(cases), on or "", *times)
 
 
 def _weight(place: str, load: "Load") -> Weight:

@@ -134,7 +134,7 @@ class Predictor:
     specimen: Specimen
 
     def __post_init__(self) -> None:
-        self.bench = Bench(self.specimen, self.experiment.compared, self.experiment.gravity_m_s2)
+        self.bench = Bench(self.specimen, self.experiment.compared)
         self._reached: dict[str, np.ndarray] = {}
 
     def settle(self, case: Case, softness: float) -> np.ndarray:

@@ -20,7 +20,7 @@ from palpate.studies.measured.experiment import GIVEN, Experiment, Weight
 from palpate.studies.measured.predict import Predictor, Row, compare_swing
 from palpate.studies.measured.records import Observed, Oscillation, swing_of
 from palpate.studies.measured.settings import Releases
-from palpate.studies.measured.specimen import Bench, FemSpecimen, hung_masses, nodal_loads
+from palpate.studies.measured.specimen import GRAVITY_M_S2, Bench, FemSpecimen, hung_masses, nodal_loads
 
 TOLERANCE = 1e-6
 """Relative residual of each step."""
@@ -141,7 +141,7 @@ def _rows(release: Release, experiment: Experiment, observed: Mapping[str, Obser
     for case in experiment.swinging:
         found, message = dict.fromkeys(names), ""
         try:
-            swing = release.swing(case.weights, experiment.gravity_m_s2 * observed[case.name].down)
+            swing = release.swing(case.weights, GRAVITY_M_S2 * observed[case.name].down)
             found = {name: getattr(swing, name) for name in names}
         except (NotConverged, InputError) as failure:
             message = str(failure)

@@ -56,7 +56,6 @@ class Marker(Block):
 
 class ExperimentSettings(Block):
     body: str = key("One of bodies; its young_pa is the modulus that is given")
-    gravity_m_s2: Positive = key("Acceleration of gravity [m/s²]", 9.81)
     down: Vector = key("Direction of gravity in the frame of the files, or, without files, of the body", [0, 0, -1])
     markers: dict[str, Marker] = key("Markers by name, as the columns of the files call them", min_length=3)
     calibrate_on: str | None = key("The case that Young's modulus is fitted to; null takes it as given", None)

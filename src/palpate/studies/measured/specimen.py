@@ -113,6 +113,9 @@ def nodal_loads(mesh: Mesh, weights: Sequence[Weight], down: np.ndarray, order: 
     return total
 
 
+GRAVITY_M_S2 = 9.81
+
+
 def hung_masses(mesh: Mesh, weights: Sequence[Weight], gravity_m_s2: float, order: int) -> sparse.csr_array:
     """Return ∫ Nᵢ Nⱼ dm, (n, n) [kg], of the masses that hang on the surface and move along; those of forces are 0."""
     count = len(rest_of(mesh, order))
@@ -230,20 +233,20 @@ Specimen = FemSpecimen | SpringSpecimen
 class Bench:
     """A specimen with its markers, under gravity and loads."""
 
-    def __init__(self, specimen: Specimen, markers: Sequence[Marker], gravity_m_s2: float):
-        self.specimen, self._gravity = specimen, gravity_m_s2
+    def __init__(self, specimen: Specimen, markers: Sequence[Marker]):
+        self.specimen = specimen
         self._carried = Carried(specimen.mesh, np.array([marker.at_m for marker in markers]), specimen.order)
         self._at_rest = self._carried.of(specimen.rest)
         self._own = specimen.masses.sum(axis=1)
 
     def load(self, weights: Sequence[Weight], down: np.ndarray) -> np.ndarray:
         """Return the forces (n, 3) [N] of gravity along ``down`` (3,) and of ``weights``."""
-        own = self._gravity * np.outer(self._own, down)
+        own = GRAVITY_M_S2 * np.outer(self._own, down)
         return own + nodal_loads(self.specimen.mesh, weights, down, self.specimen.order)
 
     def masses(self, weights: Sequence[Weight]) -> sparse.csr_array:
         """Return the mass matrix (n, n) [kg] of the body and of what hangs on it."""
-        hung = hung_masses(self.specimen.mesh, weights, self._gravity, self.specimen.order)
+        hung = hung_masses(self.specimen.mesh, weights, GRAVITY_M_S2, self.specimen.order)
         return (self.specimen.masses + hung).tocsr()
 
     def moves(self, x: np.ndarray) -> np.ndarray:

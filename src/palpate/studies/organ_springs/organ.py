@@ -37,6 +37,8 @@ class Reference(NamedTuple):
 RADIUS_M, PEAK_OF_SIZE, DAMPING_RATIO = 0.02, 0.05, 0.1
 """Radius [m] of the disc that is pressed; linear displacement of a press over the longest side; and damping of each
 spring, relative to critical damping of its two nodes."""
+YOUNG_OF_BODY = 0.3, 3
+"""Least and largest modulus of a node in searches, over the body's."""
 OF_LIMIT = 0.8
 """Share of the longest stable step that springs take."""
 
@@ -113,7 +115,7 @@ def organ(body: Body, settings: OrganSettings) -> Organ:
     particles = particles_of(body, 0, surface=False)
     free = np.setdiff1d(body.coarse.surface, particles.held)
     looked = np.unique(np.linspace(0, len(free) - 1, settings.key_points).round().astype(int))
-    low, high = settings.young_of_body
+    low, high = YOUNG_OF_BODY
     young = particles.material.young_pa
     # the nodes themselves, on every level on which they have the same numbers
     keys = KeyPoints(np.repeat(free[:, None], 4, axis=1), np.tile([1.0, 0.0, 0.0, 0.0], (len(free), 1)))

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.errors import InputError, suggest
-from palpate.setting_types import Block, Count, Pair, Positive, Some, Switch, Whole, key
+from palpate.setting_types import Block, Count, Positive, Some, Switch, Whole, key
 
 
 class Searches(Block):
@@ -28,7 +28,6 @@ class Settings(Block):
         "The reference's implicit steps in a frame; extrapolated from these and twice as many", 1
     )
     key_points: Count = key("Nodes of the coarse surface that fits look at", 24)
-    young_of_body: Pair[Positive] = key("Least and largest modulus of a node in searches, over the body's", [0.3, 3])
     volume_force: Some[Switch] = key("Whether springs have paper 2's volume force; a list tries both", [False])
     searches: Searches = key("How long searches go on", {})
     fem_frames: Some[Count] = key("Frames in an implicit step of the coarse finite elements beside springs", [4, 2, 1])
@@ -51,9 +50,6 @@ def check(config: Any, file: Path) -> None:
             f"{place}.rise_s is {asked.rise_s:g} s, and motions end after duration_s, {asked.duration_s:g} s, before "
             "the force is there; lower rise_s, or give a longer duration_s."
         )
-    low, high = asked.young_of_body
-    if low >= high:
-        raise InputError(f"{place}.young_of_body is [{low:g}, {high:g}]; give the lower number first.")
     for every in asked.fem_frames:
         if asked.frames % every:
             raise InputError(

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -22,11 +22,25 @@ from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.run.job import steps
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.studies.palpation.settings import Settings, Slab
+from palpate.studies.palpation.settings import Settings
 from palpate.table_declaration import Table
 
 TOLERANCE = 1e-7
 """Relative residual of the solves: differences between two bodies are to be exact to 1e-5."""
+FELT = 0.15
+"""From what relative difference of force over depth on two places feel different: the Weber fraction of Bergmann Tiest
+and Kappers (Cues for haptic perception of compliance, IEEE Trans. Haptics 2, 2009)."""
+
+
+class Slab(NamedTuple):
+    """A slab on a rigid ground, with a ball of its Poisson's ratio below the middle of its top."""
+
+    sizes_m: Sequence[float] = (0.12, 0.12, 0.06)
+    young_pa: float = 3000
+    poisson: float = 0.45
+
+
+SLAB = Slab()
 
 
 class PressCurves:
@@ -93,12 +107,11 @@ def palpate(body: Body, settings: Settings, progress: Callable = iter) -> pd.Dat
     contacts, covers = contacts_near_regions(body, settings.places)
     curves, rows = PressCurves(body, settings.radius_m), []
     forces = curves.forces(sorted(settings.pressures_of_young))
-    felt = settings.felt
     for contact, cover in progress(list(zip(contacts, covers, strict=True))):
         with_regions, without = (curves.depths(int(contact), forces, regions) for regions in (True, False))
         stiffer = without / with_regions - 1.0
-        columns = (forces, with_regions, without, stiffer, np.abs(stiffer) >= felt)
-        rows += [[body.name, int(contact), cover, *row, felt] for row in zip(*columns, strict=True)]
+        columns = (forces, with_regions, without, stiffer, np.abs(stiffer) >= FELT)
+        rows += [[body.name, int(contact), cover, *row, FELT] for row in zip(*columns, strict=True)]
     return PALPATION.frame(rows)
 
 
@@ -120,7 +133,7 @@ def ball_in_slab(slab: Slab, ball_radius_m: float, cover_m: float, finger_m: flo
     if not (cover_m > 0.0 and center.min() > ball_radius_m):
         raise InputError(
             f"palpation: a ball of radius {ball_radius_m:g} m, {cover_m:g} m deep, is not inside the slab of "
-            f"{x:g} × {y:g} × {z:g} m; change covers_m or slab.sizes_m."
+            f"{x:g} × {y:g} × {z:g} m; change covers_m."
         )
     with TemporaryDirectory() as folder:
         path = Path(folder) / "slab.msh"
@@ -175,15 +188,15 @@ BALL_M, PRESSURE_OF_YOUNG = 0.01, 0.1
 """Radius [m] of the ball, and peak pressure of the press on the slab over its Young's modulus."""
 
 
-def palpation_limits(settings: Settings, progress: Callable = iter) -> pd.DataFrame:
+def palpation_limits(settings: Settings, progress: Callable = iter, slab: Slab = SLAB) -> pd.DataFrame:
     """Press a slab above a ball under each of the covers and of each of the contrasts.
 
     Raises InputError if a ball is not in the slab, NotConverged if a press has no equilibrium.
     """
-    rows, felt = [], settings.felt
+    rows = []
     for cover in progress(settings.covers_m):
-        body = ball_in_slab(settings.slab, BALL_M, cover, settings.radius_m, settings.contrasts[0])
-        middle = np.array(settings.slab.sizes_m) * [0.5, 0.5, 1.0]
+        body = ball_in_slab(slab, BALL_M, cover, settings.radius_m, settings.contrasts[0])
+        middle = np.array(slab.sizes_m) * [0.5, 0.5, 1.0]
         contact = int(np.argmin(np.linalg.norm(body.coarse.nodes - middle, axis=1)))
         plain = PressCurves(body, settings.radius_m)
         forces = plain.forces([PRESSURE_OF_YOUNG])
@@ -193,8 +206,8 @@ def palpation_limits(settings: Settings, progress: Callable = iter) -> pd.DataFr
             curves = PressCurves(replace(body, regions=tissue), settings.radius_m)
             depth = float(curves.depths(contact, forces, regions=True)[0])
             stiffer = without / depth - 1.0
-            row = [cover, BALL_M, contrast, forces[0], depth, without, stiffer, abs(stiffer) >= felt]
-            rows.append([*row, felt, curves.products])
+            row = [cover, BALL_M, contrast, forces[0], depth, without, stiffer, abs(stiffer) >= FELT]
+            rows.append([*row, FELT, curves.products])
     return PALPATION_LIMITS.frame(rows)
 
 

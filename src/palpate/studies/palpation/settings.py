@@ -6,15 +6,9 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from palpate.errors import InputError, suggest
-from palpate.setting_types import Block, Poisson, Positive, Some, Three, Whole, key
+from palpate.setting_types import Block, Positive, Some, Whole, key
 
 Pressure = Annotated[Positive, Field(le=0.3)]
-
-
-class Slab(Block):
-    sizes_m: Three[Positive] = key("Sides [m] along x, y and z", [0.12, 0.12, 0.06])
-    young_pa: Positive = key("Young's modulus [Pa] of the slab", 3000)
-    poisson: Poisson = key("Poisson's ratio of the slab and of the ball", 0.45)
 
 
 class Settings(Block):
@@ -28,12 +22,6 @@ class Settings(Block):
         "beyond 0.15",
         [0.03, 0.06, 0.09, 0.12],
     )
-    felt: Positive = key(
-        "From what relative difference of force over depth on two places feel different: the Weber fraction of "
-        "Bergmann Tiest and Kappers (Cues for haptic perception of compliance, IEEE Trans. Haptics 2, 2009)",
-        0.15,
-    )
-    slab: Slab = key("A slab on a rigid ground, with a ball below the middle of its top", {})
     covers_m: Some[Positive] = key("Depths [m] of the ball's top below the slab's", [0.004, 0.008, 0.012, 0.016])
     contrasts: Some[Positive] = key("Young's moduli of the ball, relative to that of the slab", [2, 5, 10, 100, 10000])
 

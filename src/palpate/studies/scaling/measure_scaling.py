@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -101,7 +102,10 @@ TOLERANCE = 1e-8
 OBJECT, CLUSTERS = 100, 8
 """Particles and clusters of each object of shape matching, as in paper 3."""
 POPULATION = 60
-CUBE: dict[str, Any] = {"duration_s": 0.016, "key_points_m": [[0.005, 0.005, 0.01]]}
+CUBE = SimpleNamespace(
+    side_m=0.01, material=SimpleNamespace(young_pa=1000, density_kg_m3=1000), force_n=0.001, rise_s=0.02,
+    duration_s=0.016, step_s=0.00032, damping_ratio=0.1, key_points_m=[[0.005, 0.005, 0.01]], young_pa=[300, 3000],
+)  # fmt: skip
 """Paper 2's experiment with a short duration, since only the time of a generation is measured."""
 Size = tuple[str, int]
 
@@ -159,9 +163,8 @@ def cores(count: int, meter: Meter) -> Size:
 
     from palpate.models.springs.cube_experiment import experiment
     from palpate.models.springs.evolution import Genetic, Rules
-    from palpate.run.settings import defaults
 
-    found = experiment(defaults("springs", **CUBE), 0.3)
+    found = experiment(CUBE, 0.3)
     # a reference at rest costs as much as a moving one
     still = np.zeros((found.settings.steps, len(found.settings.keys.corners), 3))
     fitness = found.fitness("top", {"top": (still, still)})

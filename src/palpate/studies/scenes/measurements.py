@@ -178,7 +178,7 @@ def simulate_scene(input: Any, output: Any, scene: Scene, say: Callable) -> dict
     return {"decisions": table, "cost": costs, "left_out": errors}
 
 
-def tabulate_scenes(input, params):
+def tabulate_scenes(input: Any, integrators: dict[str, str]) -> Any:
     """Put the tables of all scenes together, for the rule of that name."""
     costs, errors = (pd.concat(map(pd.read_csv, paths)) for paths in (input.costs, input.errors))
     energies = {found.scene: found.energy for found in (stored(Motion, path) for path in input.motions)}
@@ -188,5 +188,5 @@ def tabulate_scenes(input, params):
         "scene_effects": pd.concat(map(pd.read_csv, input.decisions)),
         "effects": costs.merge(errors, on=["scene", "effect"], how="left"),
         "energy": energy,
-        "energy_balance": energy_balance(energy, params.integrators),
+        "energy_balance": energy_balance(energy, integrators),
     }

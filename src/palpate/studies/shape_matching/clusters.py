@@ -16,7 +16,8 @@ from palpate.effects.velocity_damping import VelocityDamping
 from palpate.errors import NotConverged
 from palpate.solvers import goal_position
 from palpate.solvers.system import System
-from palpate.studies.shape_matching import body_springs_poke, integrator_stability
+from palpate.studies.shape_matching import body_springs_poke
+from palpate.studies.shape_matching import integrator_stability as stability
 from palpate.studies.shape_matching.shape_matching_timing import time_shape_matching
 from palpate.table_declaration import Table
 
@@ -283,13 +284,15 @@ def _drift(body: Particles, matched: ShapeMatching) -> float:
     return float(np.linalg.norm(pull.sum(axis=0)) / np.linalg.norm(pull, axis=1).sum())
 
 
-def measure_experiments(params, say):
+def measure_experiments(
+    integrator_stability: dict, clusters: dict, body_springs: dict, shape_matching_timing: dict, say: Callable
+) -> dict[str, pd.DataFrame]:
     """Measure everything but creep, for the rule of that name."""
     return {
-        "integrator_stability": integrator_stability.measure(**params.integrator_stability),
-        "clusters": clustered_column(**params.clusters),
-        "cluster_goals": cluster_goals(**params.clusters),
+        "integrator_stability": stability.measure(**integrator_stability),
+        "clusters": clustered_column(**clusters),
+        "cluster_goals": cluster_goals(**clusters),
         "deformation_modes": deformation_modes(),
-        "body_springs": body_springs_poke.measure(**params.body_springs),
-        "shape_matching_timing": time_shape_matching(params.shape_matching_timing, say),
+        "body_springs": body_springs_poke.measure(**body_springs),
+        "shape_matching_timing": time_shape_matching(shape_matching_timing, say),
     }

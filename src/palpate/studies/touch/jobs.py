@@ -31,9 +31,13 @@ def simulate_touch_truth(
     store(truth_of_touches(body, touches, progress, truth, say, free_mb()), output.truth)
 
 
+BUDGET_S = 0.1
+"""Time [s] for which each setting is asked again, beyond once for each touch."""
+
+
 def measure_touch_models(
     input, wildcards, say, instrument: ToolSettings, deepest_of_radius: float, place: str, keywords: dict,
-    settings: Families, repeats: int, budget_s: float, seed: int,
+    settings: Families, repeats: int, seed: int,
 ):  # fmt: skip
     from palpate.benchmark.touch import TouchCase, touches_of
     from palpate.benchmark.touch_measure import load_model, measure_touches
@@ -45,7 +49,7 @@ def measure_touch_models(
     touches = touches_of(tool, pd.read_csv(input.touches))
     deepest = max([deepest_of_radius * tool.radius_m, *(touch.depth_m for touch in touches)])
     case = TouchCase(load(input.body), tool, deepest, seed, settings)
-    asked = touches, stored(TouchTruth, input.truth), repeats, budget_s
+    asked = touches, stored(TouchTruth, input.truth), repeats, BUDGET_S
     progress = steps(say, f"{wildcards.body}, {wildcards.tool}, {wildcards.model}: setting")
     tables = measure_touches(case, wildcards.model, load_model(place, keywords), *asked, progress)
     return dict(zip(("samples", "settings"), tables, strict=True))

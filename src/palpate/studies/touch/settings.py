@@ -141,7 +141,6 @@ class Settings(Block):
     )
     models: Distinct[str] | None = key("Models by name; null takes all that palpate has", None)
     settings: Families = key("What each model is tried with: a point in the diagram for each", {})
-    budget_s: Positive = key("Time [s] for which each setting is asked again, beyond once for each touch", 0.1)
 
 
 def check(config: Any, file: Path) -> None:

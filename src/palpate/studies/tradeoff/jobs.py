@@ -28,7 +28,11 @@ def _judged(input, regime, split, radius_m, options, tolerance, more=False):
     return read_judged(input, regime, int(split), radius_m, options, tolerance, more=more)
 
 
-def simulate_truth(input, output, wildcards, say, splits: list[int], more: bool, tolerance: float, check_samples: int):
+TRUTH_TOLERANCE = 1e-3
+"""Relative residual on the finest level."""
+
+
+def simulate_truth(input, output, wildcards, say, splits: list[int], more: bool, check_samples: int):
     from palpate.benchmark.split import asked_samples, read_folds, training_presses
     from palpate.benchmark.truth import truth_of
     from palpate.studies.tradeoff.truth_table import other_element, widened
@@ -38,7 +42,7 @@ def simulate_truth(input, output, wildcards, say, splits: list[int], more: bool,
     training = training_presses(folds, splits[0]) if more else np.empty(0, dtype=int)
     chosen = loads[loads["sample"].isin([*asked, *training])]
     progress = steps(say, f"{body.name}, {wildcards.regime}: truth, solution")
-    truth, check = truth_of(body, chosen, set(tested), progress, tolerance), pd.DataFrame()
+    truth, check = truth_of(body, chosen, set(tested), progress, TRUTH_TOLERANCE), pd.DataFrame()
     if check_samples:
         progress = steps(say, f"{body.name}, {wildcards.regime}: truth by linear elements, solution")
         check = other_element(body, chosen, truth, truth.spread(check_samples), progress)

@@ -46,7 +46,6 @@ class LimitPoints(Block):
 
 
 class _Asked(Block):
-    bodies: Some[str] | None = key("Bodies by name; null takes all that are pressed", None)
     regimes: Some[str] | None = key("Regimes by name; null takes all", None)
 
 
@@ -74,7 +73,6 @@ class BeyondDesign(_Asked):
 
 
 class Truth(Block):
-    tolerance: Positive = key("Relative residual on the finest level", 1e-3, le=1e-2)
     check_samples: Index = key("Samples of a scene whose truth is found with another element too", 3)
     geometry_samples: Index = key("Samples of a scene on which facets are compared with a smooth shape", 3)
 
@@ -184,9 +182,8 @@ def _check_asked(file: Path, config: Any, block: str) -> None:
     if asked is None:
         return
     _check_models(f"{place}.models", asked.models, config.tradeoff.own_models)
-    for part, known in (("bodies", pressed_bodies(config)), ("regimes", list(config.regimes))):
-        if wrong := describe_unknown(getattr(asked, part) or [], known):
-            raise InputError(f"{place}.{part} names {wrong}")
+    if wrong := describe_unknown(asked.regimes or [], list(config.regimes)):
+        raise InputError(f"{place}.regimes names {wrong}")
 
 
 def _check_models(place: str, patterns: dict[str, str], own: dict) -> None:

@@ -92,8 +92,8 @@ class Body:
         Raises InputError for elements other than tetrahedra with 4 nodes, for a size that no body has, and as for the
         mesh of a file.
         """
+        from palpate.bodies.mesh_file import read_skfem
         from palpate.bodies.settings import Solid, check_laws
-        from palpate.bodies.skfem_mesh import read_skfem
         from palpate.bodies.supports import choose_anchors
 
         check_laws(f"body {name}: law", [law], Path())

@@ -234,7 +234,7 @@ def _computed(law: str, ranges: Ranges, follow: Follow) -> Curves:
         def compute(places: np.ndarray, sticks: bool) -> np.ndarray:
             """Return curves (m, ALONG) at ``places`` (m, d) of the grid."""
             new = [place for place in map(tuple, places) if (place, sticks) not in curves]
-            asked = [(law, ranges.deepest, *_values(ranges, place), sticks) for place in new]
+            asked: list = [(law, ranges.deepest, *_values(ranges, place), sticks) for place in new]
             answers = map(_sampled, asked) if len(asked) < 3 else pool.map(_sampled, asked)
             for place, answer in zip(follow(f"{law}: curves", new), answers, strict=True):
                 if isinstance(answer, str):

@@ -229,7 +229,7 @@ class Organ:
             for p, (at, way) in enumerate(zip(truth["at_m"], truth["direction"], strict=True))
         ]
         stiffening = (0.0, 20.0) if law == "exponential" else 0.0
-        local = SlabForward(self.radius_m, MARGIN * deepest, law, None, POISSON, stiffening, STICKING, kept, 1)
+        local = SlabForward(self.radius_m, MARGIN * deepest, law, None, POISSON, stiffening, STICKING, kept)
         self.forward: Forward = local
         file = kept / f"{law}_{1e3 * self.radius_m:g}mm.pickle"
         if known and file.exists():

@@ -13,9 +13,9 @@ from palpate.bodies.mesh_file import load_shape, load_surface
 from palpate.bodies.mesh_quality import quality
 from palpate.bodies.settings import File
 from palpate.bodies.simple_shapes import box
-from palpate.bodies.surfaces.solid import distances, sample
+from palpate.bodies.surfaces.solid import sample
 from palpate.bodies.surfaces.tetrahedralize import gmsh_session
-from palpate.bodies.surfaces.triangles import weld
+from palpate.bodies.surfaces.triangles import distances, weld
 from palpate.errors import InputError
 
 # a cube without its faces towards +z, which leave an open square

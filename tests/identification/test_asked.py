@@ -51,7 +51,7 @@ def test_the_thickness_of_a_file_counts_for_each_press_unless_another_is_asked_f
     thickness, each = thickness_of(records, Asked(ball))
     assert thickness == (0.006, 0.008) and each.tolist() == [0.008, 0.006]
     assert thickness_of(records, Asked(ball, thickness_m=0.01)) == (0.01, None)
-    known = {"poisson": 0.45, "sticking": 0.0, "workers": 1}
+    known = {"poisson": 0.45, "sticking": 0.0}
     both = SlabForward(0.004, 0.001, thickness_m=thickness, each_m=each, **known)
     one = SlabForward(0.004, 0.001, thickness_m=0.006, **known)
     assert both.parameters == ()

@@ -31,7 +31,7 @@ def test_places_of_the_grid_are_those_of_their_values():
 @pytest.mark.slow
 def test_a_family_meets_curves_between_its_nodes_and_is_kept(tmp_path, monkeypatch):
     ranges = Ranges(0.5, (0.35, 0.49))
-    family = family_of("neo_hookean", ranges, tmp_path, 1)
+    family = family_of("neo_hookean", ranges, tmp_path)
     depth = np.array([-1.0, 0.0, 0.01, 0.1, 0.5])
     forces = family.forces(depth, 0.41)
     assert family.error < 2e-3 and (forces[:2] == 0.0).all() and (np.diff(forces[1:]) > 0.0).all()
@@ -39,14 +39,14 @@ def test_a_family_meets_curves_between_its_nodes_and_is_kept(tmp_path, monkeypat
     assert forces[2:] == pytest.approx(exact, rel=2e-3)
     assert forces[2] == pytest.approx(hertz(0.41) * 0.01**1.5, rel=0.02)
     monkeypatch.setattr(curves, "_computed", None)
-    assert family_of("neo_hookean", ranges, tmp_path, 1).forces(depth, 0.41) == pytest.approx(forces, rel=1e-14)
+    assert family_of("neo_hookean", ranges, tmp_path).forces(depth, 0.41) == pytest.approx(forces, rel=1e-14)
 
 
 @pytest.mark.slow
 def test_without_stiffening_a_family_has_the_error_of_neo_hookean_curves_alone(monkeypatch):
     """On a grid of three by three alone, where stiff laws are met within some per cent."""
     monkeypatch.setattr(curves, "GRIDS", ((1, 2),))
-    stiff = SlabForward(1.0, 0.4, "exponential", None, (0.3, 0.49), (0.0, 20.0), 0.0, workers=1)
+    stiff = SlabForward(1.0, 0.4, "exponential", None, (0.3, 0.49), (0.0, 20.0), 0.0)
     soft = stiff.without_stiffening()
     depth = np.array([0.1, 0.25, 0.4])
     exact = BallOnSlab("neo_hookean", 0.4).curve(0.4).at(depth)
@@ -55,7 +55,7 @@ def test_without_stiffening_a_family_has_the_error_of_neo_hookean_curves_alone(m
 
 
 def test_a_slab_scales_with_its_ball():
-    kept = {"law": "neo_hookean", "poisson": 0.45, "sticking": (0.0, 1.0), "workers": 1}
+    kept = {"law": "neo_hookean", "poisson": 0.45, "sticking": (0.0, 1.0)}
     small = SlabForward(0.004, 0.001, thickness_m=0.01, **kept)
     assert small.parameters == (Parameter("sticking", 0.0, 1.0),)
     depth = np.array([0.0002, 0.001])

@@ -51,7 +51,7 @@ def plate():
 @pytest.fixture(scope="module")
 def organ(plate):
     presses = [press(), press(at=(0.05, 0.04, 0.04)), press(name="again")]
-    return OrganForward(plate, BALL, presses, Hertz(), workers=2)
+    return OrganForward(plate, BALL, presses, Hertz())
 
 
 def by_elements(poisson, at):

@@ -92,8 +92,8 @@ class Body:
         Raises InputError for elements other than tetrahedra with 4 nodes, for a size that no body has, and as for the
         mesh of a file.
         """
+        from palpate.bodies.mesh_file import read_skfem
         from palpate.bodies.settings import Solid, check_laws
-        from palpate.bodies.skfem_mesh import read_skfem
         from palpate.bodies.supports import choose_anchors
 
         check_laws(f"body {name}: law", [law], Path())
@@ -139,24 +139,20 @@ class Body:
         """Return the body without the levels finer than ``level``, counted from 0."""
         if level not in range(len(self.levels)):
             raise InputError(f"{self.name} has the levels 0 to {len(self.levels) - 1}, and not {level}.")
-        count = level + 1
-        return replace(
-            self,
-            levels=self.levels[:count],
-            prolongations=self.prolongations[:level],
-            anchors=self.anchors[:count],
-            densities=None if self.densities is None else self.densities[:count],
-        )
+        return self._between(0, level + 1)
 
     def from_level(self, level: int) -> "Body":
         """Return the body without the levels coarser than ``level``, counted from 0."""
+        regions = None if self.regions is None else self.tissue(level)
+        return replace(self._between(level, len(self.levels)), regions=regions)
+
+    def _between(self, first: int, end: int) -> "Body":
         return replace(
             self,
-            levels=self.levels[level:],
-            prolongations=self.prolongations[level:],
-            anchors=self.anchors[level:],
-            regions=None if self.regions is None else self.tissue(level),
-            densities=None if self.densities is None else self.densities[level:],
+            levels=self.levels[first:end],
+            prolongations=self.prolongations[first : end - 1],
+            anchors=self.anchors[first:end],
+            densities=None if self.densities is None else self.densities[first:end],
         )
 
     @property

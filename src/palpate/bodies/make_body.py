@@ -14,21 +14,13 @@ from palpate.bodies.ct.config_scan import described
 from palpate.bodies.ct.masses import nodal_densities
 from palpate.bodies.material import LAWS, Material
 from palpate.bodies.mesh import TetMesh, components
-from palpate.bodies.mesh_file import KEPT_NODES, choose_scale, in_words, load_shape
-from palpate.bodies.mesh_quality import (
-    LEAST_DEG,
-    check_boundary,
-    check_closed,
-    check_quality,
-    check_tetrahedra,
-    dihedral_angles,
-    is_closed,
-)
+from palpate.bodies.mesh_file import KEPT_NODES, checked, choose_scale, in_words, load_shape
+from palpate.bodies.mesh_quality import LEAST_DEG, check_closed, check_quality, dihedral_angles, is_closed
 from palpate.bodies.mesh_readers import read
 from palpate.bodies.organs import SHAPES, coarse_body, surface_of
 from palpate.bodies.refinement import Snap
 from palpate.bodies.regions import balls_of, read_regions
-from palpate.bodies.seams import check_seams, weld_pieces
+from palpate.bodies.seams import weld_pieces
 from palpate.bodies.settings import Box, Ct, Cylinder, File, Round, Sheet
 from palpate.bodies.simple_shapes import box, cylinder, sheet
 from palpate.bodies.supports import choose_anchors, default_anchors, read_bed
@@ -155,9 +147,7 @@ def own_mesh(entry: File) -> tuple[TetMesh | None, float, int]:
 
 
 def _given_tetrahedra(path: Path, points: np.ndarray, tetrahedra: np.ndarray, count: int) -> TetMesh:
-    mesh = TetMesh(points, check_tetrahedra(str(path), points, tetrahedra))
-    check_boundary(str(path), mesh)
-    check_seams(str(path), mesh)
+    mesh = checked(str(path), points, tetrahedra)
     if count > KEPT_NODES:
         _warn(
             f"{path}: its tetrahedra are kept as they are, with {count} surface nodes, and every refinement makes "

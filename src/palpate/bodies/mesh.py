@@ -79,10 +79,9 @@ class Around:
 class Mesh:
     """Properties that tetrahedral meshes and sheets share: all that follows from ``nodes`` and ``triangles``."""
 
-    if TYPE_CHECKING:  # only for the type check: each kind of mesh stores or computes these
+    nodes: np.ndarray
 
-        @property
-        def nodes(self) -> np.ndarray: ...
+    if TYPE_CHECKING:  # only for the type check: each kind of mesh stores or computes these
 
         @property
         def triangles(self) -> np.ndarray: ...

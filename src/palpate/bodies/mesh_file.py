@@ -1,14 +1,16 @@
-"""What a body is made of in a mesh file, its unit, and whether it is remeshed."""
+"""What a body is made of in a mesh file or a mesh of scikit-fem, its unit, and whether it is remeshed."""
 
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from palpate.bodies.ct.image import numbers_of
 from palpate.bodies.mesh import TetMesh
-from palpate.bodies.mesh_quality import check_indices
+from palpate.bodies.mesh_quality import check_boundary, check_coordinates, check_indices, check_tetrahedra
 from palpate.bodies.mesh_readers import RawMesh, read
+from palpate.bodies.seams import check_seams
 from palpate.bodies.settings import POSSIBLE_M
 from palpate.bodies.surfaces.triangles import drop_unused, weld
 from palpate.errors import InputError
@@ -147,3 +149,39 @@ def _triangles(path: Path, raw: RawMesh) -> np.ndarray:
     triangles = np.vstack([triangles, quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     check_indices(str(path), "triangles", triangles, len(raw.points))
     return triangles
+
+
+def checked(source: str, nodes: np.ndarray, tetrahedra: np.ndarray) -> TetMesh:
+    """Return the mesh of given tetrahedra; InputError if elements or its boundary are bad, or faces touch unmerged."""
+    mesh = TetMesh(nodes, check_tetrahedra(source, nodes, tetrahedra))
+    check_boundary(source, mesh)
+    check_seams(source, mesh)
+    return mesh
+
+
+def read_skfem(source: str, mesh: Any) -> TetMesh:
+    """Return the tetrahedra of a ``MeshTet`` in metres, with their nodes in its order; InputError naming ``source``."""
+    from skfem import ElementTetP1
+
+    if getattr(mesh, "elem", None) is not ElementTetP1:
+        kind = type(mesh).__name__
+        raise InputError(
+            f"{source}: a {kind} has no tetrahedra with 4 nodes alone; give a MeshTet, such as of its p, t."
+        )
+    nodes, corners = np.ascontiguousarray(mesh.p.T, dtype=float), np.ascontiguousarray(mesh.t.T, dtype=np.int64)
+    check_coordinates(source, nodes)
+    if len(unused := np.setdiff1d(np.arange(len(nodes)), corners)):
+        raise InputError(
+            f"{source}: {len(unused)} of {len(nodes)} nodes are of no tetrahedron (first: node {unused[0]}); give the "
+            "mesh without them, such as mesh.remove_unused_nodes()."
+        )
+    size = float(np.ptp(nodes, axis=0).max())
+    if not POSSIBLE_M[0] <= size <= POSSIBLE_M[1]:
+        unit, scale = guess_scale(size) or ("millimetre", 1e-3)
+        raise InputError(
+            f"{source}: its longest side is {in_words(size)}, and bodies are {POSSIBLE_M[0]:g} to {POSSIBLE_M[1]:g} m "
+            f"long here; give it in metres, as mesh.scaled({scale:g}) if its unit is the {unit}."
+        )
+    inverted = TetMesh(nodes, corners).volumes < 0.0
+    corners[inverted] = corners[inverted][:, [0, 1, 3, 2]]  # scikit-fem sorts the nodes of its elements
+    return checked(source, nodes, corners)

@@ -122,14 +122,15 @@ def ten_nodes(mesh: Mesh) -> np.ndarray:
     return np.hstack([mesh.tetrahedra, midpoints])
 
 
-def shape_functions(points: np.ndarray) -> np.ndarray:
-    """Return the values (k, 10) of the quadratic shape functions at barycentric coordinates ``points`` (k, 4).
+def shape_functions(points: np.ndarray, edges: np.ndarray = EDGES) -> np.ndarray:
+    """Return the values (…, 10) of the quadratic shape functions at barycentric coordinates ``points`` (…, 4).
 
+    edges : of a tetrahedron, or those of a triangle with (…, 3) coordinates, which has (…, 6) functions
     On a face, where the coordinate of the opposite corner is 0, only the functions of the face's six nodes differ
     from 0.
     """
-    a, b = points[:, EDGES[:, 0]], points[:, EDGES[:, 1]]
-    return np.hstack([points * (2.0 * points - 1.0), 4.0 * a * b])
+    a, b = points[..., edges[:, 0]], points[..., edges[:, 1]]
+    return np.concatenate([points * (2.0 * points - 1.0), 4.0 * a * b], axis=-1)
 
 
 def quadratic_gradients(points: np.ndarray) -> np.ndarray:

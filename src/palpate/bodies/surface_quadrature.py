@@ -4,6 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from palpate.bodies.mesh import Mesh
+from palpate.bodies.refinement import shape_functions
 
 EDGES = np.array([[0, 1], [0, 2], [1, 2]])
 """The edges of a triangle, in the order of the midpoints of its quadratic shape functions."""
@@ -18,10 +19,7 @@ def midpoints(mesh: Mesh, triangles: np.ndarray) -> np.ndarray:
 
 def triangle_shapes(barycentric: np.ndarray, order: int) -> np.ndarray:
     """Return the shape functions (…, 3), or of order 2 (…, 6), at ``barycentric`` coordinates (…, 3) of triangles."""
-    if order == 1:
-        return barycentric
-    first, second = barycentric[..., EDGES[:, 0]], barycentric[..., EDGES[:, 1]]
-    return np.concatenate([barycentric * (2.0 * barycentric - 1.0), 4.0 * first * second], axis=-1)
+    return barycentric if order == 1 else shape_functions(barycentric, EDGES)
 
 
 def surface_interpolation(mesh: Mesh, triangles: np.ndarray, barycentric: np.ndarray, order: int) -> sparse.csr_array:

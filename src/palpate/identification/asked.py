@@ -1,6 +1,5 @@
 """What is asked of presses: instrument, tissue and what is known of it; the forward models of it, and the table."""
 
-import os
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,12 +20,11 @@ from palpate.identification.progress import Follow, unfollowed
 from palpate.table_declaration import Table
 
 LAWS = ("neo_hookean", "exponential")
-"""The laws that are compared unless others are asked for; the second stiffens by a parameter."""
+"""The laws that are compared unless others are asked for; the second stiffens by a parameter, without which it is the
+first."""
 STIFFENING, NARROWER, MOST_ERROR = (0.0, 20.0), 3, 0.03
 """Range of the exponential law's stiffening; how often its end is halved where the law does not bear the presses, or
 forces between its curves have an error above the last, as a share."""
-SOFTEST = "neo_hookean"
-"""What the exponential law is without stiffening."""
 POISSON, STICKING = (0.3, 0.49), (0.0, 1.0)
 """Ranges of ν and of friction that are never fixed silently."""
 IDENTIFIED = Table(
@@ -90,7 +88,7 @@ def forwards_for(
     )  # fmt: skip
     # the exponential law first: without stiffening its curves are the neo-Hookean ones
     for law in sorted(asked.laws, key=lambda law: law != EXPONENTIAL):
-        if law == SOFTEST and EXPONENTIAL in found:
+        if law == LAWS[0] and EXPONENTIAL in found:
             found[law] = found[EXPONENTIAL].without_stiffening()
             continue
         try:
@@ -106,8 +104,8 @@ def forwards_for(
         return dict(kept)
     from palpate.identification.on_body import OrganForward
 
-    known, workers = (asked.body, asked.instrument, records.presses), os.cpu_count() or 1
-    return {law: OrganForward(*known, local, law, local.known, workers) for law, local in kept}
+    known = asked.body, asked.instrument, records.presses
+    return {law: OrganForward(*known, local, law, local.known) for law, local in kept}
 
 
 def _borne(curves: Callable[..., SlabForward], law: str) -> SlabForward:

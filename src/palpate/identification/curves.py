@@ -9,10 +9,9 @@ import hashlib
 import inspect
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
-from functools import cache
 from itertools import product
 from pathlib import Path
 
@@ -204,16 +203,10 @@ def _sampled(asked: tuple[str, float, float, float, float, bool]) -> np.ndarray 
     return np.log(curve.at(roots**2) / (hertz(poisson) * roots**3))
 
 
-def family_of(
-    law: str,
-    ranges: Ranges,
-    folder: Path | None = None,
-    workers: int | None = None,
-    follow: Follow = unfollowed,
-) -> CurveFamily:
+def family_of(law: str, ranges: Ranges, folder: Path | None = None, follow: Follow = unfollowed) -> CurveFamily:
     """Return the curves of ``law`` for ``ranges``: read from ``folder`` where they are there, or computed and kept.
 
-    law : ``exponential`` has a stiffening; workers : processes, None for one a core
+    law : ``exponential`` has a stiffening
     Raises NotConverged where the law has no equilibrium to the depth that is asked for.
     """
     if law != EXPONENTIAL and ranges.stiffening != (0.0, 0.0):
@@ -221,13 +214,13 @@ def family_of(
     path = Path(folder) / f"curves-{_digest(law, ranges)}.npz" if folder is not None else None
     if path is not None and path.is_file():
         return CurveFamily(**vars(read_arrays(Curves, path)), ranges=ranges)
-    found = _computed(law, ranges, workers, follow)
+    found = _computed(law, ranges, follow)
     if path is not None:
         write_arrays(found, path)
     return CurveFamily(**vars(found), ranges=ranges)
 
 
-def _computed(law: str, ranges: Ranges, workers: int | None, follow: Follow) -> Curves:
+def _computed(law: str, ranges: Ranges, follow: Follow) -> Curves:
     """Compute curves on finer grids until those between are met, or the last grid is reached.
 
     What sticking changes is a few per cent, except far into soft slabs, and is interpolated on a coarser grid.
@@ -236,17 +229,14 @@ def _computed(law: str, ranges: Ranges, workers: int | None, follow: Follow) -> 
     ends = [False] * (ranges.sticking[0] < 1.0) + [True] * (ranges.sticking[1] > 0.0)  # which of them stick
     curves: dict[tuple[tuple[float, ...], bool], np.ndarray] = {}
 
-    workers = workers or os.cpu_count() or 1
-    with ProcessPoolExecutor(workers) as pool:  # which starts a process as it is needed
-
-        def run(asked: list) -> Iterator[np.ndarray | str]:
-            return map(_sampled, asked) if workers == 1 or len(asked) < 3 else pool.map(_sampled, asked)
+    with ProcessPoolExecutor(os.cpu_count()) as pool:  # which starts a process as it is needed
 
         def compute(places: np.ndarray, sticks: bool) -> np.ndarray:
             """Return curves (m, ALONG) at ``places`` (m, d) of the grid."""
             new = [place for place in map(tuple, places) if (place, sticks) not in curves]
-            asked = [(law, ranges.deepest, *_values(ranges, place), sticks) for place in new]
-            for place, answer in zip(follow(f"{law}: curves", new), run(asked), strict=True):
+            asked: list = [(law, ranges.deepest, *_values(ranges, place), sticks) for place in new]
+            answers = map(_sampled, asked) if len(asked) < 3 else pool.map(_sampled, asked)
+            for place, answer in zip(follow(f"{law}: curves", new), answers, strict=True):
                 if isinstance(answer, str):
                     raise NotConverged(f"{answer}; leave out the deepest points, or narrow the ranges", [float("nan")])
                 curves[place, sticks] = answer
@@ -300,16 +290,12 @@ def _interpolated(
     return reached
 
 
-@cache
-def _sources() -> str:
-    modules = (axisymmetric_indentation, axisymmetric_elements, slab_section, effects_law)
-    files = [Path(inspect.getfile(module)) for module in modules]
-    files += sorted((Path(inspect.getfile(axisymmetric_elements)).parent / "laws").glob("*.py"))
-    return "".join(path.read_text(encoding="utf-8") for path in files)
-
-
 def _digest(law: str, ranges: Ranges) -> str:
     """Return a name of what is asked for and of the code that answers it."""
     said = json.dumps([law, asdict(ranges), ALONG, GRIDS, MOST_CURVES, MOST_STICKING, MOST_ERROR, CHECKS, SEED, STEEP])
-    own = Path(law).read_text(encoding="utf-8") if Path(law).suffix == ".py" and Path(law).is_file() else ""
-    return hashlib.sha256((said + own + _sources()).encode()).hexdigest()[:16]
+    modules = (axisymmetric_indentation, axisymmetric_elements, slab_section, effects_law)
+    files = [Path(law)] if Path(law).suffix == ".py" and Path(law).is_file() else []
+    files += [Path(inspect.getfile(module)) for module in modules]
+    files += sorted((Path(inspect.getfile(axisymmetric_elements)).parent / "laws").glob("*.py"))
+    sources = "".join(path.read_text(encoding="utf-8") for path in files)
+    return hashlib.sha256((said + sources).encode()).hexdigest()[:16]

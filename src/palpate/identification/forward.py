@@ -65,7 +65,6 @@ class SlabForward:
     thickness_m : known, a range, or None for a half-space; each_m : (presses,) that of each press [m], within the range
     poisson, stiffening, sticking : known, or ranges, which make them ``parameters``; ``exponential`` has a stiffening
     folder : where the curves are kept, so that they are computed once; None keeps none
-    workers : processes that compute them, None for one a core
     InputError for lengths and ranges that are none; NotConverged where the law does not bear ``deepest_m``.
     """
 
@@ -79,7 +78,6 @@ class SlabForward:
         stiffening: Range = 0.0,
         sticking: Range = 0.0,
         folder: Path | None = None,
-        workers: int | None = None,
         follow: Follow = unfollowed,
         each_m: np.ndarray | None = None,
     ):
@@ -96,7 +94,7 @@ class SlabForward:
             )
         self._ranges = {"poisson": ends(poisson), "stiffening": ends(stiffening), "sticking": ends(sticking)}
         ranges = Ranges(deepest_m / radius_m, thinness=thinness, **self._ranges)
-        self._family: CurveFamily = family_of(law, ranges, folder, workers, follow)
+        self._family: CurveFamily = family_of(law, ranges, folder, follow)
         self.deepest_m, self.relative_error = deepest_m, float(np.hypot(MEASURED_ERROR, self._family.error))
 
     @property

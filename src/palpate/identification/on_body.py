@@ -7,6 +7,7 @@ and what bends far are in neither. A curve of quadratic elements at each place h
 one stiffening; the force is that curve, times what the model in series says that other values change.
 """
 
+import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -71,7 +72,6 @@ class OrganForward:
     local : the half-space's curves of the same ball, as deep; its parameters are the organ's
     law : of the curves; ``exponential`` takes the middle of the range of ``stiffening``
     known : poisson and stiffening where they are no parameters; without a poisson it is the body's
-    workers : processes that press elements, a second or two a place
     Raises InputError for presses that are off the body, on what is held or without place and direction, for another
     instrument than a ball, and for one that is larger than the body; NotConverged where elements have no answer.
     """
@@ -91,7 +91,6 @@ class OrganForward:
         local: Forward,
         law: str = "neo_hookean",
         known: Mapping[str, float] | None = None,
-        workers: int = 1,
     ):
         self._local, self.parameters = local, tuple(local.parameters)
         self.deepest_m = min(MARGIN * max(float(press.depth_m.max()) for press in presses), local.deepest_m)
@@ -107,11 +106,8 @@ class OrganForward:
         first = [where.index(key) for key in dict.fromkeys(where)]
         touches = [touch_of(tissue, instrument, presses[i], self.deepest_m) for i in first]
         self._of = [first.index(where.index(key)) for key in where]
-        if workers > 1 and len(touches) > 1:
-            with ProcessPoolExecutor(workers) as pool:
-                found = list(pool.map(partial(_place, tissue), touches))
-        else:
-            found = [_place(tissue, touch) for touch in touches]
+        with ProcessPoolExecutor(os.cpu_count()) as pool:  # a second or two a place
+            found = list(pool.map(partial(_place, tissue), touches))
         missed, by_poisson = _beyond(tissue, touches, across)
         self._places = []
         for place, more, changes in zip(found, missed, by_poisson, strict=True):
@@ -122,7 +118,11 @@ class OrganForward:
             fitted[-1] += more
             # the far field is linear, so that what it gives way more adds to the depth
             self._places.append(replace(place, depth_m=place.depth_m + more * place.force_n, rest=fitted))
-        self._scales = [self._scale(place) for place in self._places]
+        # elements over the model in series, by the depths [m] that elements reach
+        self._scales = [
+            PchipInterpolator(place.depth_m, place.force_n / self._in_series(place, place.depth_m, middle))
+            for place in self._places
+        ]
 
     def forces(self, press: int, depth_m: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """Return the forces (k,) [N] of press number ``press`` at ``depth_m`` (k,) [m] for young_pa = 1."""
@@ -145,10 +145,6 @@ class OrganForward:
         # F^(2/3) is nearly straight
         curve = PchipInterpolator(whole, force ** (2.0 / 3.0))
         return place.steep * curve(np.clip(depth, 0.0, None) * place.steep) ** 1.5
-
-    def _scale(self, place: Place) -> PchipInterpolator:
-        """Return elements over the model in series as a function of the depths [m] that elements reach."""
-        return PchipInterpolator(place.depth_m, place.force_n / self._in_series(place, place.depth_m, self._middle))
 
 
 def _alike(ratios: Parameter) -> np.ndarray:

@@ -90,10 +90,9 @@ def read_presses(
 ) -> PressRecords:
     """Read the presses of a CSV file, in the order of the file.
 
-    columns : names that the file has for COLUMNS; of several, the cells are joined by a space
+    columns, leave_out : as ``read_table`` has them
     names : a regular expression with groups ``session``, ``specimen`` or ``place``, that the name of a press
         holds; what they find is put in capitals
-    leave_out : names of presses that are not read
     size_m : thickness of the slab or size of the body [m], which the instrument and depths have to fit
     Raises InputError, naming file, row or column and remedy, for what is no press or in other units. Units are known by
     the column's name, or by depths that no organ has and moduli that no tissue has; forces without an instrument are

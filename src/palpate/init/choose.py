@@ -3,7 +3,6 @@
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,7 +19,7 @@ from palpate.bodies.mesh_quality import check_quality
 from palpate.bodies.settings import Bed as BedSettings
 from palpate.bodies.settings import Ct, File, Sphere
 from palpate.bodies.supports import Bed, inner_nodes
-from palpate.bodies.surfaces import coarse_solid
+from palpate.bodies.surfaces.coarse_solid import Likeness, apart
 from palpate.bodies.surfaces.mask_surface import dense_surface
 from palpate.errors import InputError
 from palpate.init.recognise import MATERIAL, lies_as, sides_of
@@ -33,11 +32,6 @@ PRESSED, LEAST_PRESSED = 24, 5
 SURFACE_NODES = (140, 280, 560, 1120)
 # how much less like the data a body of fewer surface nodes may be, where none has its shape
 WORSE = 1.2
-# distance between the surfaces, as a share of the thickness, up to which a thin body has the shape of the data
-THIN_AWAY = 0.25
-# distance, as shares of the size and of the thickness, beyond which a body is not the organ; the worst of organs as
-# found, a liver by its CT numbers, has 0.06 and 0.49
-MOST_APART, THIN_APART = 0.08, 0.6
 # thickness of the tissue that the body lies on, as a share of its longest side: 10 mm of fat and ligaments under a
 # liver. Tissue as stiff as the body, and so thick, resists displacement by E / thickness
 BED_THICKNESS = 0.05
@@ -53,26 +47,6 @@ PEAK, OF_WAY = 0.1, 0.4
 SMALL, DEEP = 0.3, 0.25
 
 
-@dataclass(frozen=True)
-class Likeness(coarse_solid.Likeness):
-    """How like a body is to the data, of which a thin one asks for more.
-
-    thick_m : thickness of a sheet with the volume and the surface of the data [m], which is the radius of a rod
-    """
-
-    thick_m: float
-
-    @property
-    def penalty(self) -> float:
-        """The worst of all, 1 where just good enough."""
-        return max(super().penalty, self.away_m / (THIN_AWAY * self.thick_m))
-
-    @property
-    def other(self) -> bool:
-        """Whether the mesh is another body than that of the data."""
-        return self.away > MOST_APART or self.away_m > THIN_APART * self.thick_m
-
-
 def likeness(mesh: TetMesh, entry: File | Ct) -> Likeness:
     """Compare ``mesh`` with the surface and the volume of what it was made from."""
     if isinstance(entry, File):
@@ -83,7 +57,7 @@ def likeness(mesh: TetMesh, entry: File | Ct) -> Likeness:
         image, mask = mesh_from_ct.segment_entry(entry)
         points, triangles = dense_surface(mask, image)
         places, volume_m3 = points, float(mask.sum() * image.voxel_m3)
-    away_m, size_m = coarse_solid.apart(mesh, places, points, triangles), float(np.ptp(places, axis=0).max())
+    away_m, size_m = apart(mesh, places, points, triangles), float(np.ptp(places, axis=0).max())
     thick_m = 4.0 * volume_m3 / float(np.linalg.norm(area_normals(points, triangles), axis=1).sum())
     return Likeness(away_m, size_m, float(mesh.volumes.sum()), volume_m3, thick_m)
 
@@ -178,7 +152,6 @@ def _resolved(entry: File | Ct, say: Callable[[str], object]) -> tuple[File | Ct
 
 
 def _coarse(entry: File | Ct) -> TetMesh:
-    """Make the coarse mesh of ``surface_nodes`` on the surface."""
     with warnings.catch_warnings(action="ignore"):  # they come again when the whole body is made
         mesh = bodies.build(entry)[0] if isinstance(entry, File) else mesh_from_ct.build(entry)[0]
         check_quality([mesh], "give more surface_nodes")

@@ -70,7 +70,6 @@ def write_config(data: Data, file: Path, hold: str | None) -> list[str]:
         choice = choose(data.name, data.entry, hold or data.lies or None, say)
     said = dict.fromkeys(str(warning.message) for warning in caught if warning.category is UserWarning)
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
         with write_whole(file.with_name(PICTURE)) as part:
             draw_mesh_levels([choice.body]).savefig(part)
         with write_whole(file) as part:  # the last, as it is what tells that a folder is in use

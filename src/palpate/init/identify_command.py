@@ -154,7 +154,6 @@ def _exported(found: Identified, asked: Asked, relaxation: Relaxation | None, fo
     young = found.young_pa.best * (float(series.modulus(loading)) if series else 1.0)
     numbers = Numbers(body.name, young, poisson, density, law, series, loading)
     presses = [found.records.presses[k] for k in model.data.order]
-    folder.mkdir(parents=True, exist_ok=True)
     if body.bed is not None:
         file = folder / f"{body.name}_palpate.yaml"
         with write_whole(file) as part:
@@ -178,7 +177,6 @@ def write_results(
     folder: Path, identified: pd.DataFrame, predictions: pd.DataFrame, found: Sequence[tuple[str, Identified]]
 ) -> None:
     """Write the tables and a picture of each part into ``folder``, each whole or not at all."""
-    folder.mkdir(parents=True, exist_ok=True)
     judged = pd.concat(summary(rows).assign(part=name) for name, rows in predictions.groupby("part", sort=False))
     tables = {"identified": identified, "predictions": predictions[["part", *PREDICTIONS.columns]]}
     for name, table in (tables | {"prediction_summary": judged}).items():

@@ -90,7 +90,7 @@ def test_a_real_liver_snapped():
 @real
 def test_a_real_liver_from_its_grey_values():
     image, mask = mesh_from_ct.segment_entry(ABDOMEN.but(image=REAL["image"]))
-    truth = read_mask(REAL["mask"], image)
+    truth = read_mask(Path(REAL["mask"]), image)
     assert 2 * (mask & truth).sum() / (mask.sum() + truth.sum()) >= 0.90
     # rougher than a mask that was drawn, and yet to be meshed
     mesh = tetrahedralize(*surface(mask, image, 140))

@@ -77,8 +77,8 @@ def test_lips_face_each_other_and_come_apart_with_their_sides(slab):
     parted, surface = made(slab, [Disc(np.array([0.047, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]), 1.0)])
     away = np.where(parted.pieces() == parted.pieces()[parted.mesh.nodes[:, 0].argmax()], 0.01, 0.0)
     x = surface.rows @ (parted.mesh.nodes + np.outer(away, [1.0, 0.0, 0.0]))
-    lips = surface.triangles[surface.skin_triangles :]
-    assert lips.min() >= surface.skin_nodes
+    of_lips = surface.triangles.min(axis=1) >= surface.skin_nodes
+    lips = surface.triangles[of_lips]
     normals = 0.5 * np.cross(x[lips[:, 1]] - x[lips[:, 0]], x[lips[:, 2]] - x[lips[:, 0]])
     far = x[lips].mean(axis=1)[:, 0] > 0.052
     assert normals[far].sum(axis=0) == pytest.approx([-0.004, 0.0, 0.0], abs=1e-9)
@@ -87,11 +87,11 @@ def test_lips_face_each_other_and_come_apart_with_their_sides(slab):
     ends = x[surface.rims]
     around = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)[ends[:, 0, 0] > 0.052].sum()
     assert around == pytest.approx(2 * (0.1 + 0.04)) and len(ends) % 2 == 0
-    skin = x[surface.triangles[: surface.skin_triangles]][..., 0]
+    skin = x[surface.triangles[~of_lips]][..., 0]
     assert not ((skin.min(axis=1) < 0.0469) & (skin.max(axis=1) > 0.0471)).any()  # no triangle spans the cut
 
 
 def test_a_body_without_a_cut_is_drawn_as_it_is(slab):
     surface = made(slab, [])[1]
     assert surface.skin_nodes == len(surface.nodes) == len(slab.fine.surface)
-    assert surface.skin_triangles == len(surface.triangles) == len(slab.fine.triangles)
+    assert len(surface.triangles) == len(slab.fine.triangles)

@@ -151,12 +151,11 @@ def _holds_labels(values: np.ndarray) -> bool:
     )
 
 
-def read_mask(path: str | Path, image: Image, label: int | str | Sequence[int | str] | None = None) -> np.ndarray:
+def read_mask(path: Path, image: Image, label: int | str | Sequence[int | str] | None = None) -> np.ndarray:
     """Read a mask of ``image``'s voxels, (nz, ny, nx) bool; raise InputError if it is empty or on another grid.
 
     label : number or name of the label to take, or several to join; needed only if the mask has several
     """
-    path = Path(path)
     file = _read_file(path)
     names = label_names(path, file)
     found = _placed(path, file)
@@ -171,9 +170,8 @@ def read_mask(path: str | Path, image: Image, label: int | str | Sequence[int | 
     return choose(path, found.hu, names, label, image.voxel_m3)
 
 
-def read_labels(path: str | Path) -> dict[int | str, int]:
+def read_labels(path: Path) -> dict[int | str, int]:
     """Read the labels of a mask, by their names where the file has any, and their voxels; the largest first."""
-    path = Path(path)
     file = _read_file(path)
     names = label_names(path, file)
     numbers, counts = np.unique(_array(file), return_counts=True)
@@ -196,7 +194,6 @@ def _uncropped(mask: Image, image: Image) -> Image:
 
 
 def _differences(mask: Image, image: Image) -> str:
-    """Say in what the grid of a mask differs from its image's."""
     angle = angle_deg(mask.axes, image.axes)
     away = 1e3 * float(np.linalg.norm(mask.matrix[:, 3] - image.matrix[:, 3]))
     said = [f"turned by {angle:.2g}°"] if angle > 1e-4 else []

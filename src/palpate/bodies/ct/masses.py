@@ -101,7 +101,6 @@ def _densities(image: Image, where: np.ndarray | None = None) -> np.ndarray:
 
 
 def _crop_to_organ(points: np.ndarray, image: Image, mask: np.ndarray) -> tuple[Image, np.ndarray]:
-    """Crop the image and the mask to the organ."""
     if not mask.any():
         raise InputError(f"{image.source}: the mask is empty; give one that marks the organ.")
     box = box_around(mask, _MARGIN)

@@ -6,7 +6,7 @@ edge. Then the nodes of the surface do the same with the front. Nodes of bad ele
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -49,7 +49,7 @@ Level = Callable[[np.ndarray], np.ndarray]
 """A function of points (n, 3) [m] to (n,) [m]."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class CutBody(Body):
     """A body with one level that conforms to a cut, whose lips have nodes of their own.
 
@@ -59,17 +59,11 @@ class CutBody(Body):
     whole : the mesh before it was severed; node i of ``coarse`` was ``origin[i]``, (n,), of it
     """
 
-    cut: Cut | None = None
-    lips: np.ndarray = field(default_factory=lambda: np.empty((0, 2, 3), dtype=np.int64))
-    front: np.ndarray = field(default_factory=lambda: np.empty((0, 2), dtype=np.int64))
-    whole: TetMesh | None = None
-    origin: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-
-    @property
-    def lip_pairs(self) -> np.ndarray:
-        """The nodes (n, 2) of the two lips that were one, on the positive side first, each pair once."""
-        pairs = np.unique(self.lips.transpose(0, 2, 1).reshape(-1, 2), axis=0)
-        return pairs[pairs[:, 0] != pairs[:, 1]]
+    cut: Cut
+    lips: np.ndarray
+    front: np.ndarray
+    whole: TetMesh
+    origin: np.ndarray
 
 
 def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, level: int = -1) -> CutBody:
@@ -99,8 +93,7 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
     lips[second] = lips[second][:, ::-1][:, :, [0, 2, 1]]
     tissue = local.tissue(len(local.levels) - 1)
     regions = None if body.regions is None else Tissue(tissue.materials, tissue.region[mesh.parents])
-    if local.densities is not None:
-        densities = [mesh.spread(local.densities[-1])[severed.origin]]
+    densities = None if local.densities is None else [mesh.spread(local.densities[-1])[severed.origin]]
     anchors = np.flatnonzero(mesh.held[severed.origin])
     return CutBody(
         body.name,
@@ -122,15 +115,15 @@ def cut_body(body: Body, cut: Cut, edge_m: float, front_m: float | None = None, 
 def _refined(base: Body, cut: Cut, edge_m: float, front_m: float) -> Body:
     """Refine a body near the patch and its front until edges there are as long as asked at most."""
     if not cut.pieces:
-        return base.up_to(0)
+        return base
     front_m = min(front_m, SLENDER * cut.narrow_m)
     patch, front = cut.patch(0.5 * edge_m), cut.front(0.5 * front_m)
     if (edges := _longest_near(base.coarse, patch)) == 0.0:
-        return base.up_to(0)
+        return base
     levels = [max(0, int(np.ceil(np.log2(edges / each)))) for each in (edge_m, front_m)]
     depth = max(levels)
     if depth == 0:
-        return base.up_to(0)
+        return base
     number = np.arange(depth)
     places = [patch if each < levels[0] else front for each in number]
     return LocalRefinement(base, depth).around(places, (REACH * edges / 2.0**number).tolist())

@@ -26,7 +26,7 @@ class Drawn:
     """A surface at rest that follows the nodes of a parted level.
 
     nodes : (n, 3) [m], those of the skin first; triangles : (t, 3), wound outward, likewise
-    skin_nodes, skin_triangles : how many of them are of the skin; the others are of lips
+    skin_nodes : how many of them are of the skin; the others are of lips
     rows : (n, n_parted) the interpolation to them
     rims : (k, 2) nodes of the edges of the skin that run along cuts
     """
@@ -34,7 +34,6 @@ class Drawn:
     nodes: np.ndarray
     triangles: np.ndarray
     skin_nodes: int
-    skin_triangles: int
     rows: sparse.csr_array
     rims: np.ndarray
 
@@ -47,7 +46,7 @@ def drawn(
     nodes, triangles : (n, 3) [m], (t, 3) of the skin of the whole body; rows : (n, n_whole) from the level's nodes
     """
     if not cuts:
-        return Drawn(nodes, triangles, len(nodes), len(triangles), rows, np.empty((0, 2), dtype=np.int64))
+        return Drawn(nodes, triangles, len(nodes), rows, np.empty((0, 2), dtype=np.int64))
     size = float(np.ptp(nodes, axis=0).max())
     skin = _welded(*_skin(parted, cuts, nodes, triangles, rows), size)
     lips = _welded(*_lips(parted, cuts, size), size)
@@ -56,7 +55,6 @@ def drawn(
         np.vstack([skin[0], lips[0]]),
         np.vstack([skin[1], lips[1] + count]),
         count,
-        len(skin[1]),
         sparse.csr_array(sparse.vstack([skin[2], lips[2]])),
         _rims(cuts, skin[0], skin[1], NEAR_PLANE * size),
     )

@@ -120,15 +120,14 @@ def _conforming(body: Body, level: int, strokes: Sequence[Stroke]) -> _Doubled:
     """Cut a mesh that is made to conform to the cuts, with edges as long as they are."""
     cuts = tuple(stroke.cut for stroke in strokes)
     found = cut_body(body, cuts[0] if len(cuts) == 1 else Cuts(cuts), body.fine.size, level=level)
-    mesh, whole = found.coarse, found.whole
-    assert whole is not None
+    mesh = found.coarse
     first, last, _ = _parted_faces(mesh.tetrahedra, found.origin)
     faces = mesh.nodes[first].mean(axis=1)
     # the patch of a mesh bends to nodes that may not move, so each face is of the nearest cut, or of the first of these
     away = np.array([np.hypot(cut.across(faces), np.minimum(cut.within(faces), 0.0)) for cut in cuts])
     passed = np.array([stroke.passes_s(faces) for stroke in strokes])
     let_go = np.where(away <= away.min(axis=0) + ON_FACE * mesh.size, passed, np.inf).min(axis=0)
-    return _Doubled(found, whole, found.origin, first, last, let_go)
+    return _Doubled(found, found.whole, found.origin, first, last, let_go)
 
 
 def _parted(body: Body, level: int, strokes: Sequence[Stroke], way: str) -> _Doubled:

@@ -29,6 +29,8 @@ NEAR_PLANE = 1e-6
 
 LINE = 1e-6
 """Second singular value of the places that a piece is held at, over its size, below which it can turn."""
+Joints = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Faces between copies: their nodes (k, 3), the copies (k, 2), and which are severed, (k,) bool."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,15 +211,7 @@ def _copied(mesh: TetMesh, crossed: _Crossed) -> _Copies:
     )
 
 
-class _Joints(NamedTuple):
-    """Faces between copies: their nodes (k, 3), the copies (k, 2), and which are severed, (k,) bool."""
-
-    faces: np.ndarray
-    pairs: np.ndarray
-    blocked: np.ndarray
-
-
-def _without_crossed(copies: _Copies, joints: _Joints) -> tuple[_Copies, _Joints]:
+def _without_crossed(copies: _Copies, joints: Joints) -> tuple[_Copies, Joints]:
     """Remove crossed elements; what only they joined comes apart, so that nothing hangs by a node or an edge."""
     kept = np.logical_not(copies.doubled.any(axis=1))
     (faces, pairs, blocked), number = joints, np.cumsum(kept) - 1
@@ -225,10 +219,10 @@ def _without_crossed(copies: _Copies, joints: _Joints) -> tuple[_Copies, _Joints
     left = np.where(kept[pairs[bared, 0]], pairs[bared, 0], pairs[bared, 1])
     pairs = number[np.vstack([pairs[both], np.column_stack([left, left])])]
     blocked = np.append(blocked[both], np.ones(len(left), dtype=bool))
-    return _Copies(*(each[kept] for each in copies)), _Joints(np.vstack([faces[both], faces[bared]]), pairs, blocked)
+    return _Copies(*(each[kept] for each in copies)), (np.vstack([faces[both], faces[bared]]), pairs, blocked)
 
 
-def _joints(mesh: TetMesh, cuts: Sequence[Cut], copies: _Copies, strict: bool) -> _Joints:
+def _joints(mesh: TetMesh, cuts: Sequence[Cut], copies: _Copies, strict: bool) -> Joints:
     """Find the faces between copies.
 
     Copies on different sides are apart where one of them is a part of a crossed element, and otherwise where their face
@@ -263,7 +257,7 @@ def _joints(mesh: TetMesh, cuts: Sequence[Cut], copies: _Copies, strict: bool) -
             ends = mesh.nodes[mesh.tetrahedra[copies.parents[pairs[apart]]]].mean(axis=2)
             inside = cut.severs(ends[:, 0], ends[:, 1])
         blocked[apart[parts | inside]] = True
-    return _Joints(faces[face], pairs, blocked)
+    return faces[face], pairs, blocked
 
 
 def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
@@ -278,14 +272,15 @@ def _crossed(mesh: TetMesh, cuts: Sequence[Cut]) -> _Crossed:
     for c, cut in enumerate(cuts):
         for piece in cut.pieces:
             parts, element, sections, owner = divide(parts, element, piece.across(parts.reshape(-1, 3)))
-            middle, size = sections.mean(axis=1), _area(sections)
+            diagonals = sections[:, 2] - sections[:, 0], sections[:, 3] - sections[:, 1]
+            middle, size = sections.mean(axis=1), 0.5 * np.linalg.norm(np.cross(*diagonals), axis=1)
             on = np.abs(cut.across(middle)) <= NEAR_PLANE * mesh.size
             area[:, c] += np.bincount(owner[on], size[on], minlength=count)
             on &= cut.within(middle) > 0.0
             inside[:, c] += np.bincount(owner[on], size[on], minlength=count)
     middles = parts.mean(axis=1)
     side = np.column_stack([_sign(cut.across(middles)) for cut in cuts])
-    volume = _volumes(parts)
+    volume = np.abs(TetMesh(parts.reshape(-1, 3), np.arange(4 * len(parts)).reshape(-1, 4)).volumes)
     doubled = np.zeros(sides.shape, dtype=bool)
     for c in range(len(cuts)):
         share = np.bincount(element, volume * (side[:, c] > 0), minlength=count) / mesh.volumes
@@ -344,15 +339,6 @@ DIVISIONS: dict[int, dict] = {
 }
 """Of a simplex by its corners, and how many of them, ordered by value, lie above 0: the edges that are divided, on
 which further corners lie; its parts, by corners; and the section."""
-
-
-def _volumes(parts: np.ndarray) -> np.ndarray:
-    a, b, c = (parts[:, i] - parts[:, 0] for i in (1, 2, 3))
-    return np.abs(np.einsum("ki,ki->k", np.cross(a, b), c)) / 6.0
-
-
-def _area(sections: np.ndarray) -> np.ndarray:
-    return 0.5 * np.linalg.norm(np.cross(sections[:, 2] - sections[:, 0], sections[:, 3] - sections[:, 1]), axis=1)
 
 
 def _sign(values: np.ndarray) -> np.ndarray:

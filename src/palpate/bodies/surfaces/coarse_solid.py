@@ -15,27 +15,34 @@ from palpate.bodies.surfaces.mask_surface import coarse_shell, fill
 from palpate.bodies.surfaces.mend import Mended
 from palpate.bodies.surfaces.remesh import flip, flip_onto, project, smooth_tangentially, undo_folds
 from palpate.bodies.surfaces.snap import element_quality, relax, snapper
-from palpate.bodies.surfaces.solid import Solid, distances, sample
-from palpate.bodies.surfaces.triangles import inflate, mean_edge, vertex_normals
+from palpate.bodies.surfaces.solid import Solid, sample
+from palpate.bodies.surfaces.triangles import distances, inflate, mean_edge, vertex_normals
 from palpate.errors import InputError
 
 # the finest level on which elements are judged; those of still finer ones have the same shapes
 LEVEL = 2
 MOST_AWAY, MOST_VOLUME = 0.01, 0.02
+# distance between the surfaces, as a share of the thickness, up to which a thin body has the shape of the data
+THIN_AWAY = 0.25
+# distance, as shares of the size and of the thickness, beyond which a body is not the organ; the worst of organs as
+# found, a liver by its CT numbers, has 0.06 and 0.49
+MOST_APART, THIN_APART = 0.08, 0.6
 
 
 @dataclass(frozen=True)
 class Likeness:
-    """How like a body is to the surface that it was made from.
+    """How like a body is to the surface that it was made from, of which a thin one asks for more.
 
     away_m, size_m : greatest distance between the two, either way, and longest side [m]
     volume_m3, data_m3 : of the body, and within the surface [m³]
+    thick_m : thickness of a sheet with the volume and the surface of the data [m], which is the radius of a rod
     """
 
     away_m: float
     size_m: float
     volume_m3: float
     data_m3: float
+    thick_m: float = np.inf
 
     @property
     def away(self) -> float:
@@ -50,12 +57,18 @@ class Likeness:
     @property
     def penalty(self) -> float:
         """The worst of all, 1 where just good enough."""
-        return max(self.away / MOST_AWAY, abs(self.volume) / MOST_VOLUME)
+        thin = self.away_m / (THIN_AWAY * self.thick_m)
+        return max(self.away / MOST_AWAY, abs(self.volume) / MOST_VOLUME, thin)
 
     @property
     def close(self) -> bool:
         """Whether the body has the shape of the data."""
         return self.penalty <= 1.0
+
+    @property
+    def other(self) -> bool:
+        """Whether the mesh is another body than that of the data."""
+        return self.away > MOST_APART or self.away_m > THIN_APART * self.thick_m
 
 
 def refined_likeness(mesh: TetMesh, snap: Snap | None, solid: Solid, mended: Mended) -> tuple[float, Likeness]:

@@ -53,7 +53,10 @@ def triangulate_evenly(
     Centroidal Voronoi cells by Lloyd's steps, starting from farthest points; Delaunay on the sphere gives a closed
     surface with the right counts; edge flips adapt it to the shape, which the map from the sphere may stretch.
     """
-    weight, normals = _vertex_areas(points, triangles)
+    thirds = area_normals(points, triangles) / 6
+    sums = np.stack([np.bincount(triangles.ravel(), np.repeat(v, 3), len(points)) for v in thirds.T], axis=1)
+    weight = np.linalg.norm(sums, axis=1)
+    normals = sums / weight[:, None]
     spacing = np.sqrt(weight.sum() / count)
     features = np.hstack([points / spacing, NORMAL_WEIGHT * normals])
     centres = features[[0, *spread_out(features, features[:1], count - 1)]]
@@ -126,14 +129,6 @@ def _flip_where(
         owner |= {(t[i - 1], t[i]): k for k, t in zip((first, second), new, strict=True) for i in range(3)}
         queue += [(a, d), (d, b), (b, c), (c, a)]
     return np.array(triangles)
-
-
-def _vertex_areas(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Compute a third of the area of each vertex's triangles, (n,), and its outward unit normal, (n, 3)."""
-    vectors = area_normals(points, triangles) / 6
-    sums = np.stack([np.bincount(triangles.ravel(), np.repeat(v, 3), len(points)) for v in vectors.T], axis=1)
-    lengths = np.linalg.norm(sums, axis=1)
-    return lengths, sums / lengths[:, None]
 
 
 def _smallest_angle(points: list[list[float]], triangles: Sequence[list[int]]) -> float:

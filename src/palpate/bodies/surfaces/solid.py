@@ -1,6 +1,5 @@
 """The solid inside a mended surface, on a grid: robust where triangles overlap, touch or leave cracks."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -13,7 +12,7 @@ from palpate.bodies.mesh_file import in_words
 from palpate.bodies.mesh_quality import is_closed
 from palpate.bodies.surfaces.mend import Mended
 from palpate.bodies.surfaces.tetrahedralize import label_shells
-from palpate.bodies.surfaces.triangles import signed_distances, volume
+from palpate.bodies.surfaces.triangles import volume
 from palpate.errors import InputError
 
 
@@ -76,11 +75,6 @@ def sample(points: np.ndarray, triangles: np.ndarray, spacing: float) -> tuple[n
         places.append((a[chosen, None] + along * sides[0] + across * sides[1]).reshape(-1, 3))
         facing.append(np.repeat(normals[chosen] / lengths[chosen, None], len(along), axis=0))
     return np.vstack(places), np.vstack(facing)
-
-
-def distances(places: np.ndarray, points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Compute the distance of places, (k, 3), from a surface, (k,)."""
-    return np.abs(signed_distances(places, points, triangles))
 
 
 # voxels along the longest side, and a layer of empty ones around
@@ -155,7 +149,11 @@ def solidify(source: str, mended: Mended) -> Solid:
     apart = bool(winding.max() < 1.4 and winding.min() > -0.4)
     steps = [partial(_steps, mask=each, origin=origin, spacing=spacing) for each in (filled, *hollows)]
     shells = _shells(points, triangles)
-    around = [_bounding(points, triangles, shells, each) for each in steps]
+    middles, facing = points[triangles].mean(axis=1), area_normals(points, triangles)
+    facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-300)
+    # of each mask the shells most of whose triangles bound it
+    bounds = [np.abs(step(middles, facing)) > 0.5 for step in steps]
+    around = [(np.bincount(shells, each) > 0.5 * np.bincount(shells))[shells] for each in bounds]
     volumes = [
         abs(volume(points, triangles[kept])) if apart and is_closed(triangles[kept]) else float(each.sum() * voxel_m3)
         for kept, each in zip(around, (filled, *hollows), strict=True)
@@ -170,8 +168,8 @@ def solidify(source: str, mended: Mended) -> Solid:
             notes.append(f"{parts} parts that touch, or lie less than {in_words(size / RESOLUTION)} apart, joined")
         # triangles between parts, and those inside where parts overlap, do not bound it
         change = steps[0](places, normals) - sum(step(places, normals) for step in steps[1:])
-        bounds = np.abs(change) > 0.5
-        places, normals = places[bounds], (np.sign(change)[:, None] * normals)[bounds]
+        outer = np.abs(change) > 0.5
+        places, normals = places[outer], (np.sign(change)[:, None] * normals)[outer]
     notes += [note] if note else []
     return Solid(filled, hollows, volumes, origin, spacing, source, places, normals, notes)
 
@@ -225,16 +223,3 @@ def _shells(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     _, edge, count = np.unique(ends[:, 0] * len(points) + ends[:, 1], return_inverse=True, return_counts=True)
     order = np.argsort(edge, kind="stable")
     return components(order[count[edge[order]] == 2].reshape(-1, 2) // 3, len(triangles))
-
-
-def _bounding(
-    points: np.ndarray,
-    triangles: np.ndarray,
-    shells: np.ndarray,
-    steps: Callable[[np.ndarray, np.ndarray], np.ndarray],
-) -> np.ndarray:
-    """Mark the triangles (m,) of the shells most of whose triangles bound a mask."""
-    normals = area_normals(points, triangles)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-    bounds = np.abs(steps(points[triangles].mean(axis=1), normals)) > 0.5
-    return (np.bincount(shells, bounds) > 0.5 * np.bincount(shells))[shells]

@@ -70,11 +70,12 @@ def polydata(points: np.ndarray, triangles: np.ndarray) -> Any:
     return pyvista.PolyData.from_regular_faces(np.ascontiguousarray(points, dtype=float), triangles)
 
 
-def signed_distances(places: np.ndarray, points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Compute the distances of places, (k, 3), from a closed surface, (k,), negative inside."""
+def distances(places: np.ndarray, points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Compute the distances of places, (k, 3), from a surface, (k,)."""
     import pyvista
 
-    return pyvista.PolyData(places).compute_implicit_distance(polydata(points, triangles))["implicit_distance"]
+    signed = pyvista.PolyData(places).compute_implicit_distance(polydata(points, triangles))
+    return np.abs(signed["implicit_distance"])
 
 
 def image_data(samples: np.ndarray, origin: np.ndarray, spacing: np.ndarray) -> Any:

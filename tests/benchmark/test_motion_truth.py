@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fixtures.poked_bar import poked
 
-from palpate.benchmark import motion_truth as module
+from palpate.benchmark import richardson
 from palpate.benchmark.motion_truth import MotionTruth, motion_truth
 from palpate.benchmark.truth import INVERTED
 from palpate.errors import InputError, NotConverged
@@ -79,8 +79,8 @@ def test_a_motion_that_inverts_an_element_is_not_believed(scene, monkeypatch):
 
 @pytest.mark.slow
 def test_levels_that_do_not_approach_each_other_are_not_believed(scene, truth, monkeypatch):
-    monkeypatch.setattr(module, "ratio", lambda levels: 1.1)
-    monkeypatch.setattr(module, "estimate", lambda levels: (levels[-1], (0.1 * levels[-1],)))
+    monkeypatch.setattr(richardson, "ratio", lambda levels: 1.1)
+    monkeypatch.setattr(richardson, "estimate", lambda levels, rate: (levels[-1], (0.1 * levels[-1],)))
     assert "too far apart (ratio 1.1" in found(scene, 8).rejected
 
 

@@ -34,7 +34,7 @@ def truth_on_level_1(body, loads):
     levels = np.stack([np.full_like(moved, np.nan), moved, np.full_like(moved, np.nan)], axis=1)
     one, nothing = np.ones(len(moved)), np.zeros((len(moved), len(OWN)))
     numbers = loads["sample"].to_numpy(), loads["contact"].to_numpy()
-    whole = dict.fromkeys(("ratio", "order", "least_det", "volume_change", "iterations", "products", "seconds"), one)
+    whole = dict.fromkeys(("ratio", "least_det", "volume_change", "iterations", "products", "seconds"), one)
     rejected = np.array([""] * len(moved), dtype=object)
     return Truth(
         *numbers, moved, levels, own=nothing, rejected=rejected, radius_m=0.02, level=1, elements=1, nodes=1, **whole

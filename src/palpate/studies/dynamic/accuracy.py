@@ -16,7 +16,6 @@ from palpate.benchmark.motion_truth import MotionTruth, force_errors
 from palpate.bodies import body_file
 from palpate.bodies.material import LAWS
 from palpate.errors import NotConverged
-from palpate.files import read_arrays
 from palpate.linalg.multigrid import Factor
 from palpate.models import flex_motion
 from palpate.models.fem_statics import to_fine, to_surface
@@ -26,6 +25,7 @@ from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import compose
 from palpate.scenes.scene_check import RELAXED
 from palpate.scenes.settings import Scene
+from palpate.stores import stored
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, compared_and_training
 from palpate.studies.dynamic.fitted import (
     Fitted,
@@ -464,7 +464,7 @@ def measure_dynamic(input: Any, params: Any, compared: Compared, say: Callable) 
     moving = compared_and_training(body=body_file.load(input.body), **dict(compared))
     more = compared.own.get("models", ()), steps(say, f"{moving[0].name}: model")
     limit = read_truth(input.truth) if input.truth else None
-    shown = {name: read_arrays(Strokes, path) for name, path in zip(params.stroked, input.strokes, strict=True)}
-    reference = read_arrays(Reference, input.reference)
+    shown = {name: stored(Strokes, path) for name, path in zip(params.stroked, input.strokes, strict=True)}
+    reference = stored(Reference, input.reference)
     table, force = measure(*moving, reference, params.settings, *more, limit, shown, params.seed)
     return {"table": table.assign(duration_s=compared.scene.duration_s), "force": force}

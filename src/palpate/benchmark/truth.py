@@ -105,17 +105,50 @@ def ascend(
     return ascents, whole
 
 
-class _Problem(FastEquilibrium):
-    """The static problem of quadratic elements, which notes whether the clamped Hessian was needed."""
+class _Level(FastEquilibrium):
+    """The problem of quadratic elements on one level, and the interpolation to the next if there is one."""
 
     clamped = False
+
+    def __init__(self, body: Body, whole: Body, level: int, is_prolonged: bool):
+        super().__init__(whole, level, order=2)
+        self.level, self._body, self._whole = level, body, whole
+        self._up = quadratic_prolongation(*whole.levels[level : level + 2]) if is_prolonged else None
 
     def linearise(self, x: np.ndarray, definite: bool = False) -> tuple:
         """Linearise, and note it if that has to be ``definite``."""
         self.clamped |= definite
         return super().linearise(x, definite)
 
-    def follow(self, load: np.ndarray, tolerance: float, start: np.ndarray) -> Solution:
+    def answer(self, each: Ascent, tolerance: float) -> None:
+        """Solve for one load, and leave behind what the next level starts from."""
+        began, self.clamped, rest = perf_counter(), False, self.mesh.nodes
+        start = None if each.start is None else rest + each.start
+        try:
+            forces = nodal_forces(self._body, self.level, each.load, 2, self._whole)
+            solution = self.settle(forces, CLOSER * FIRST) if start is None else self._follow(forces, tolerance, start)
+            if each.softest < FIRM:
+                each.softest = self.check_stable(solution.x)
+        except NotConverged as failure:
+            each.failure, each.start = f"no answer on level {self.level}: {failure}", None
+            return
+        finally:
+            each.seconds += perf_counter() - began
+        each.clamped |= start is not None and self.clamped
+        x = solution.x
+        each.iterations += solution.iterations
+        each.products += solution.products
+        each.least_det = min(each.least_det, self.least_det(x))
+        mesh = self._whole.levels[self.level]
+        each.volume_change = enclosed_volume(mesh, x) / enclosed_volume(mesh, rest) - 1.0
+        fine = moved = x - rest
+        each.start = None
+        if self._up is not None:
+            each.start = finer = self._up @ moved
+            fine = moved if len(moved) >= len(self._body.fine.nodes) else finer
+        each.surface.append(fine[self._body.fine.surface])
+
+    def _follow(self, load: np.ndarray, tolerance: float, start: np.ndarray) -> Solution:
         """Find the equilibrium under ``load`` (n, 3) [N] near ``start`` (n, 3) [m], stable or not.
 
         NotConverged if it is not near: on this level the body has another shape. To search for that, in steps of the
@@ -126,46 +159,6 @@ class _Problem(FastEquilibrium):
             return minimise_by_newton(self, begin, self._scale(load), tolerance, MOST_ITERATIONS)
 
         return self.descend_or(newton, load, CLOSER * tolerance, start)
-
-
-class _Level:
-    """One level of quadratic elements, and the interpolation to the next if there is one."""
-
-    def __init__(self, body: Body, whole: Body, level: int, is_prolonged: bool):
-        self.level, self._body, self._whole = level, body, whole
-        self._problem = _Problem(whole, level, order=2)
-        self._up = quadratic_prolongation(*whole.levels[level : level + 2]) if is_prolonged else None
-
-    def answer(self, each: Ascent, tolerance: float) -> None:
-        """Solve for one load, and leave behind what the next level starts from."""
-        problem, rest = self._problem, self._problem.mesh.nodes
-        began, problem.clamped = perf_counter(), False
-        start = None if each.start is None else rest + each.start
-        try:
-            forces = nodal_forces(self._body, self.level, each.load, 2, self._whole)
-            solution = (
-                problem.settle(forces, CLOSER * FIRST) if start is None else problem.follow(forces, tolerance, start)
-            )
-            if each.softest < FIRM:
-                each.softest = problem.check_stable(solution.x)
-        except NotConverged as failure:
-            each.failure, each.start = f"no answer on level {self.level}: {failure}", None
-            return
-        finally:
-            each.seconds += perf_counter() - began
-        each.clamped |= start is not None and problem.clamped
-        x = solution.x
-        each.iterations += solution.iterations
-        each.products += solution.products
-        each.least_det = min(each.least_det, problem.least_det(x))
-        mesh = self._whole.levels[self.level]
-        each.volume_change = enclosed_volume(mesh, x) / enclosed_volume(mesh, rest) - 1.0
-        fine = moved = x - rest
-        each.start = None
-        if self._up is not None:
-            each.start = finer = self._up @ moved
-            fine = moved if len(moved) >= len(self._body.fine.nodes) else finer
-        each.surface.append(fine[self._body.fine.surface])
 
 
 NEXT = 1e-4

@@ -79,5 +79,5 @@ def test_a_press_without_an_answer_has_no_row(beam, loads, monkeypatch):
     def fail(*arguments, **options):
         raise NotConverged("it does not", [1.0])
 
-    monkeypatch.setattr(truth_of_presses._Problem, "settle", fail)
+    monkeypatch.setattr(truth_of_presses._Level, "settle", fail)
     assert geometry_share(beam, ROUND, loads, truth, [4]).empty

@@ -3,9 +3,8 @@
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from palpate.errors import InputError
 
@@ -13,8 +12,6 @@ if TYPE_CHECKING:
     import h5py
     import pandas as pd
 
-Record = TypeVar("Record", bound=Any)
-"""A dataclass."""
 PART = r"\..+\.part(\d+)(\..*)?"
 """The name of a file that ``write_whole`` has not finished; the number is its process."""
 
@@ -45,23 +42,6 @@ def read_hdf5(path: Path | str) -> Iterator["h5py.File"]:
     except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
         why = " ".join(str(error).strip("'\"").split())
         raise InputError(f"{path} is damaged ({why}); delete it and type make.") from error
-
-
-def write_arrays(found: object, path: Path | str) -> None:
-    """Write the fields of a dataclass, arrays and scalars, whole or not at all."""
-    import numpy as np
-
-    with write_whole(path) as part, open(part, "wb") as file:
-        np.savez_compressed(file, **vars(found))
-
-
-def read_arrays(kind: type[Record], path: Path | str) -> Record:
-    """Read a dataclass ``kind`` that ``write_arrays`` wrote."""
-    import numpy as np
-
-    with np.load(path) as file:
-        kept = {field.name: file[field.name] for field in fields(kind)}
-    return kind(**{name: value.item() if value.ndim == 0 else value for name, value in kept.items()})
 
 
 def read_yaml(path: Path | str) -> dict:

@@ -2,16 +2,18 @@
 
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
 from palpate.errors import InputError
-from palpate.files import Record, read_hdf5, write_whole
+from palpate.files import read_hdf5, write_whole
 
 if TYPE_CHECKING:
     import h5py
 
+Record = TypeVar("Record", bound=Any)
+"""A dataclass or a named tuple."""
 KIND, PARTS = "__kind__", "__parts__"
 """Attributes of a group: the class of what it holds, and the names of its fields, columns or items, in their order."""
 

@@ -26,7 +26,7 @@ def all_samples(slab_case):
     own = np.tile(np.arange(float(k))[:, None], (1, len(OWN)))
     truth = Truth(
         sample=order, contact=db.contact[order], displacement=1.1 * db.fine[order], levels=np.zeros((k, 3, 1, 3)),
-        ratio=np.full(k, 2.8), order=np.full(k, 1.5), least_det=np.full(k, 0.9), own=own[order],
+        ratio=np.full(k, 2.8), least_det=np.full(k, 0.9), own=own[order],
         volume_change=np.zeros(k), iterations=np.ones(k, int), products=np.ones(k, int),
         rejected=np.full(k, "", dtype=object), seconds=np.arange(float(k))[order], radius_m=0.05, level=2,
         elements=1, nodes=1,

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from fixtures.poked_bar import poked
 
-from palpate.benchmark import motion_truth as module
+from palpate.benchmark import richardson
 from palpate.benchmark.motion_truth import MotionTruth, motion_truth
 from palpate.benchmark.truth import INVERTED
 from palpate.errors import InputError, NotConverged
-from palpate.files import read_arrays, write_arrays
 from palpate.solvers.quadratic_motion import QuadraticMotion
+from palpate.stores import store, stored
 
 
 @pytest.fixture(scope="module")
@@ -79,14 +79,14 @@ def test_a_motion_that_inverts_an_element_is_not_believed(scene, monkeypatch):
 
 @pytest.mark.slow
 def test_levels_that_do_not_approach_each_other_are_not_believed(scene, truth, monkeypatch):
-    monkeypatch.setattr(module, "ratio", lambda levels: 1.1)
-    monkeypatch.setattr(module, "estimate", lambda levels: (levels[-1], (0.1 * levels[-1],)))
+    monkeypatch.setattr(richardson, "ratio", lambda levels: 1.1)
+    monkeypatch.setattr(richardson, "estimate", lambda levels, rate: (levels[-1], (0.1 * levels[-1],)))
     assert "too far apart (ratio 1.1" in found(scene, 8).rejected
 
 
 def test_a_truth_is_kept(truth, tmp_path):
-    write_arrays(truth, tmp_path / "truth.npz")
-    again = read_arrays(MotionTruth, tmp_path / "truth.npz")
+    store(truth, tmp_path / "truth.h5")
+    again = stored(MotionTruth, tmp_path / "truth.h5")
     assert np.array_equal(again.displacement, truth.displacement) and again.rejected == ""
     found, kept = again.described(0.32), truth.described(0.32)
     np.testing.assert_equal(found, kept)  # forces are NaN where nothing touches

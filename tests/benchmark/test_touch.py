@@ -8,7 +8,6 @@ from fixtures.touched_pad import *  # noqa: F403
 from fixtures.touched_pad import BALL
 
 from palpate.benchmark.model import LeftOut
-from palpate.benchmark.richardson import number_limits
 from palpate.benchmark.touch import choose_touches, given_touches, places_to_touch, touches_of
 from palpate.benchmark.touch_measure import SETTING_COLUMNS, measure_touches, penetration, truth_rows
 from palpate.benchmark.touch_mesh import TouchedMeshes
@@ -56,19 +55,6 @@ def test_a_truth_says_its_size_first_and_is_refused_where_memory_lacks(pad, touc
     with pytest.raises(InputError, match=r"bodies\.pad, sphere 20 mm: .* takes 0\.\d GB of memory, of which 0\.2 GB"):
         truth_of_touches(pad, touches, say=said.append, free_mb=200.0)
     assert len(said) == 1 and " nodes in " in said[0]
-
-
-@pytest.mark.parametrize("order", [1.0, 2.0, 3.0])
-def test_a_number_that_converges_has_its_limit(order):
-    levels = 5.0 + 0.3 * 2.0 ** (-order * np.arange(3))
-    (limit,), (off,) = number_limits(levels[:, None])
-    assert limit == pytest.approx(5.0, rel=1e-12) and off == pytest.approx(levels[2] - 5.0, rel=1e-9)
-
-
-@pytest.mark.parametrize("levels", [[1.0, 1.1, 1.05], [1.0, 1.1, 1.3], [1.0, 1.0, 1.2]])
-def test_a_number_that_does_not_is_as_far_off_as_it_last_changed(levels):
-    (limit,), (off,) = number_limits(np.array(levels)[:, None])
-    assert limit == levels[2] and off >= abs(levels[2] - levels[1])
 
 
 def test_errors_have_a_sign(touch_truth):

@@ -16,7 +16,7 @@ from strokes import scene_of, times_life
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.motion_truth import MotionTruth, force_errors
-from palpate.files import read_arrays
+from palpate.stores import stored
 from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.strokes import Strokes
 from palpate.studies.dynamic.touching import modes_of_strokes
@@ -36,7 +36,7 @@ def main() -> None:
     given = asked.parse_args()
     compared, grid, seed = scene_of(given.configs, given.scene, "path_modes")
     folder = given.results / "data/dynamic" / given.scene
-    truth, shown = read_arrays(MotionTruth, folder / "truth.npz"), read_arrays(Strokes, folder / "path_modes.npz")
+    truth, shown = stored(MotionTruth, folder / "truth.h5"), stored(Strokes, folder / "path_modes.h5")
     print(judge(compared, truth, shown, grid, seed, given.steps, given.firmer).to_string(index=False))
 
 

@@ -19,11 +19,11 @@ from snakemake.utils import update_config
 from palpate.benchmark.conformal import FEWEST, bound_factor
 from palpate.bodies.make_body import make_body
 from palpate.errors import NotConverged
-from palpate.files import read_arrays, write_arrays
 from palpate.models import stroke_motion, strokes
 from palpate.run.settings import complete, read_settings
 from palpate.scenes.run_scene import compose
 from palpate.setting_types import plain
+from palpate.stores import store, stored
 from palpate.studies.dynamic import touching
 from palpate.studies.dynamic.compared_scene import ComparedScene
 from palpate.studies.dynamic.fitted import Fitted
@@ -51,7 +51,7 @@ def main() -> None:
     given = asked.parse_args()
     compared, grid, seed = scene_of(given.configs, given.scene)
     grid |= {"strokes": given.shown or grid["strokes"], "steps_per_frame": given.steps or grid["steps_per_frame"]}
-    shown = shown_to(compared, grid, seed, given.table.with_name(f"{given.scene}_{grid['strokes']}.npz"))
+    shown = shown_to(compared, grid, seed, given.table.with_name(f"{given.scene}_{grid['strokes']}.h5"))
     begin = process_time()
     fitted = touching.modes_of_strokes(compared, shown, grid, seed)
     print(f"strokes took {shown.seconds:.0f} s of the processor, modes {process_time() - begin:.0f} s", flush=True)
@@ -62,7 +62,7 @@ def main() -> None:
         if ((table["scene"] == given.scene) & (table["contact"] == number)).any():
             continue
         each = touching.stroked(compared, contact)
-        limit = limit_in(given.table.with_name(f"{given.scene}_{given.seed}_{number}_{each.frames}.npz"), each)
+        limit = limit_in(given.table.with_name(f"{given.scene}_{given.seed}_{number}_{each.frames}.h5"), each)
         rows = touching.measure_stroke(each, limit, fitted, number, grid["steps_per_frame"])
         for row, per_frame in zip(rows, grid["steps_per_frame"], strict=False):
             row["times_life"] = times_life(each, fitted, per_frame) if row.get("failures") == 0 else np.nan
@@ -90,15 +90,15 @@ def shown_to(compared: ComparedScene, grid: dict, seed: int, file: Path) -> Stro
         region = {key: grid[key] for key in ("half_width_m", "strokes")} | {"seed": seed}
         contacts, begin = learnt_from(compared, region), process_time()
         found = strokes.shown(compared.body, contacts, compared.rayleigh, strokes.DURATION_S)
-        write_arrays(Strokes(found.astype(np.float32), process_time() - begin), file)
-    return read_arrays(Strokes, file)
+        store(Strokes(found.astype(np.float32), process_time() - begin), file)
+    return stored(Strokes, file)
 
 
 def limit_in(file: Path, each: ComparedScene) -> touching.StrokeLimit:
     """Return the limit that errors of a stroke are from, of the ``file`` if it is there."""
     if not file.exists():
-        write_arrays(touching.limit_of(each), file)
-    return read_arrays(touching.StrokeLimit, file)
+        store(touching.limit_of(each), file)
+    return stored(touching.StrokeLimit, file)
 
 
 def times_life(each: ComparedScene, fitted: Fitted, per_frame: int, runs: int = TIMED) -> float:

@@ -28,8 +28,8 @@ from palpate.exchange.score import floor_of
 from palpate.exchange.score_command import _printed, score
 from palpate.exchange.score_motions import score_motions
 from palpate.exchange.suspects import over_time
-from palpate.files import write_arrays
 from palpate.run.settings import complete, read_settings
+from palpate.stores import store
 from palpate.studies.dynamic.compared_scene import ComparedScene
 
 SCRIPT = Path(__file__).with_name("independent_motion.py")
@@ -81,7 +81,7 @@ def run(tmp_path_factory):
     truth = motion_truth(scene.body, scene.placed_loads(), scene.rayleigh, 0.16, 4, 16)
     save(body, folder / "results/data/bar/body.h5")
     (folder / "results/data/dynamic/poke").mkdir(parents=True)
-    write_arrays(truth, folder / "results/data/dynamic/poke/truth.npz")
+    store(truth, folder / "results/data/dynamic/poke/truth.h5")
     return SimpleNamespace(config=config, results=folder / "results", scene=scene, truth=truth)
 
 
@@ -277,8 +277,8 @@ def test_a_motion_whose_truth_is_not_believed_cannot_be_asked(run, tmp_path):
     results = tmp_path / "results"
     (results / "data/dynamic/poke").mkdir(parents=True)
     save(run.scene.body, results / "data/bar/body.h5")
-    write_arrays(replace(run.truth, rejected="it folds"), results / "data/dynamic/poke/truth.npz")
-    with pytest.raises(InputError, match=r"truth.npz has no truth that is believed \(it folds\)"):
+    store(replace(run.truth, rejected="it folds"), results / "data/dynamic/poke/truth.h5")
+    with pytest.raises(InputError, match=r"truth.h5 has no truth that is believed \(it folds\)"):
         ask(run.config, results, "poke", None, tmp_path / "q")
     with pytest.raises(InputError, match=r"type make dynamic first, or give --seed"):
         ask(run.config, tmp_path / "none", "poke", None, tmp_path / "q")

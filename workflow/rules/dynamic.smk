@@ -42,7 +42,7 @@ rule simulate_dynamic_reference:
     input:
         body=body_of_compared,
     output:
-        reference=f"{TRIAL}/reference.npz",
+        reference=f"{TRIAL}/reference.h5",
         table=f"{TRIAL}/reference.csv",
         warned=f"{TRIAL}/warned.txt",
     log:
@@ -60,7 +60,7 @@ rule find_motion_truth:
     input:
         body=body_of_compared,
     output:
-        truth=f"{TRIAL}/truth.npz",
+        truth=f"{TRIAL}/truth.h5",
         table=f"{TRIAL}/truth.csv",
         warned=f"{TRIAL}/truth_warned.txt",
     log:
@@ -79,7 +79,7 @@ rule simulate_strokes:
     input:
         body=body_of_compared,
     output:
-        strokes=f"{TRIAL}/{{model}}.npz",
+        strokes=f"{TRIAL}/{{model}}.h5",
     log:
         "results/logs/dynamic/{scene}/simulate_strokes_{model}.log",
     benchmark:
@@ -97,7 +97,7 @@ rule simulate_strokes:
 rule measure_dynamic:
     input:
         body=body_of_compared,
-        reference=f"{TRIAL}/reference.npz",
+        reference=f"{TRIAL}/reference.h5",
         truth=truth_of_compared,
         strokes=strokes_of_compared,
     output:
@@ -141,7 +141,7 @@ rule measure_elsewhere:
 rule measure_held_out:
     input:
         body=body_of_compared,
-        strokes=f"{TRIAL}/region_modes.npz",
+        strokes=f"{TRIAL}/region_modes.h5",
     output:
         f"{TRIAL}/held_out.csv",
     log:

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from palpate.benchmark.richardson import estimate, number_limits, ratio
+from palpate.benchmark.richardson import CROSS, combined, limit_over, rejection
 from palpate.bodies.body import Body
 from palpate.bodies.cutting.conform import CutBody, cut_body
 from palpate.bodies.cutting.cut import Blade, Cut
@@ -35,8 +35,6 @@ CLOSED = 1e-3
 """Overlap of the lips over their largest opening, above which they are said to close."""
 MOST_SURFACE, MOST_OPENING = 0.005, 0.03
 """Own errors over the surface and in the opening above which a cut judges no model."""
-FINEST = 2
-"""How often elements are halved at most, at the front and at the rims."""
 BESIDE = 0.5
 """Size of a triangle over which a place of the mouth may be off the lips."""
 PLACES = 9
@@ -283,67 +281,38 @@ def truth_of_cut(
     """
     begin, surface = perf_counter(), body.fine.nodes[body.fine.surface]
     places = mouth(body.fine, cut) if places is None else places
-    last, found = len(body.levels) - 1, {}
-    coarser = with_patches(body, hooks, last - 1)
-    cuts = {last - 1: cut_body(coarser, cut, edge_m, front_m), last: cut_body(body, cut, edge_m, front_m)}
-    ends = FINEST, FINEST - 1, FINEST - 2
-    todo = [(last - 1, ends[2], ends[2]), (last, ends[2], ends[2]), (last, ends[1], ends[2]), (last, ends[2], ends[1])]
-    todo += [(last, ends[1], ends[1]), (last, ends[1], ends[0]), (last, ends[0], ends[1])]
-    nodes, least, wide = 0, np.inf, (np.nan, np.nan)
-    for level, front, rim in todo:
-        mesh = CutMesh(cuts[level], hooks, front, rim)
+    coarser = cut_body(with_patches(body, hooks, len(body.levels) - 2), cut, edge_m, front_m)
+    base = cut_body(body, cut, edge_m, front_m)
+    first = CutMesh(coarser, hooks, 0, 0)
+    before, answers, nodes = first.answer(first.pull(), surface, places), {}, 0
+    for front, rim in CROSS:
+        mesh = CutMesh(base, hooks, front, rim)
         x = mesh.pull()
-        found[level, front, rim] = mesh.answer(x, surface, places)
-        nodes, wide, least = max(nodes, len(x)), mesh.least_opening(x), mesh.problem.least_det(x)
-    near = [found[last, front, ends[1]] for front in ends[::-1]]
-    far = [found[last, ends[1], rim] for rim in ends[::-1]]
-    (near_limit, near_off), (far_limit, far_off) = _limit(near), _limit(far)
-    truth = _sum(near_limit, far_limit, far[1], factors=(1.0, 1.0, -1.0))
-    corner, before = found[last, ends[2], ends[2]], found[last - 1, ends[2], ends[2]]
-    mixed = _sum(near[1], far[0], near[0], corner, factors=(1.0, -1.0, -1.0, 1.0))
-    whole = _sum(corner, before, factors=(WHOLE, -WHOLE))
-    own = np.sum([_largest(truth, off) for off in (near_off, far_off, [mixed], [whole])], axis=0)
-    rejected = "" if wide[0] >= -CLOSED * wide[1] else f"the lips close (overlap {-1e3 * wide[0]:.2g} mm)"
-    if not (own[0] <= MOST_SURFACE and own[1] <= MOST_OPENING):
-        rejected = f"the meshes are too far apart (own error {own[0]:.1%}, of the opening {own[1]:.1%})"
-    base = cuts[last].coarse
-    assert isinstance(base, TetMesh)
-    front_ratio, rim_ratio = (ratio(np.array([each.displacement for each in three])) for three in (near, far))
+        answers[front, rim] = mesh.answer(x, surface, places)
+        nodes = max(nodes, len(x))
+    limit = limit_over(answers, (1, 1), (None, None))
+    limit.off.append([combined((WHOLE, -WHOLE), (answers[0, 0], before))])
+    own, (least, widest) = limit.own(pull_errors).sum(axis=0), mesh.least_opening(x)
+    assert isinstance(base.coarse, TetMesh)
     return CutTruth(
-        truth,
+        limit.answer,
         own,
-        front_ratio,
-        rim_ratio,
-        least_opening_m=wide[0],
-        least_det=least,
-        least_angle=float(dihedral_angles(base).min()),
+        front_ratio=limit.ratios[0].displacement,
+        rim_ratio=limit.ratios[1].displacement,
+        least_opening_m=least,
+        least_det=mesh.problem.least_det(x),
+        least_angle=float(dihedral_angles(base.coarse).min()),
         nodes=nodes,
         seconds=perf_counter() - begin,
-        rejected=rejected,
+        rejected=rejection(
+            (
+                own[0] <= MOST_SURFACE and own[1] <= MOST_OPENING,
+                f"the meshes are too far apart (own error {own[0]:.1%}, of the opening {own[1]:.1%})",
+            ),
+            (least >= -CLOSED * widest, f"the lips close (overlap {-1e3 * least:.2g} mm)"),
+        ),
     )
 
 
 WHOLE = 1.0 / 3.0
 """Part of the change from the level before that all elements together may be off by: of order 2, their errors are."""
-
-
-def _limit(answers: Sequence[Pulled]) -> tuple[Pulled, list[Pulled]]:
-    """Return the limit of the answers of three meshes, and by what it may be off."""
-    surface, away = estimate(np.array([each.displacement for each in answers]))
-    openings = np.array([each.opening for each in answers])
-    opening, apart = estimate(openings) if openings.size else (openings[0], (openings[0],))
-    numbers, off = number_limits(np.array([each.force for each in answers]))
-    count = max(len(away), len(apart))
-    pairs = [(away[min(i, len(away) - 1)], apart[min(i, len(apart) - 1)]) for i in range(count)]
-    return Pulled(surface, opening, numbers), [Pulled(*each, off) for each in pairs]
-
-
-def _sum(*answers: Pulled, factors: Sequence[float]) -> Pulled:
-    return Pulled(
-        *(sum(f * part for f, part in zip(factors, parts, strict=True)) for parts in zip(*answers, strict=True))
-    )
-
-
-def _largest(truth: Pulled, off: Sequence[Pulled]) -> np.ndarray:
-    """Return the largest errors (3,) of what is ``off`` so far from ``truth``."""
-    return np.max([pull_errors(_sum(truth, each, factors=(1.0, 1.0)), truth) for each in off], axis=0)

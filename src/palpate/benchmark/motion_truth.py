@@ -18,7 +18,7 @@ from scipy import sparse
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.refined_motions import RefinedMotions
-from palpate.benchmark.richardson import RATIO_DOUBT, estimate, ratio
+from palpate.benchmark.richardson import limit_over
 from palpate.benchmark.truth import objection
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
@@ -133,26 +133,25 @@ def motion_truth(
         if loads.contact
         else _Levels(body, count if like is None else 2, loads, rayleigh)
     )
-    first = meshes.first
     if like is None:
-        wanted = [(first, steps), (first, 2 * steps), (first, 4 * steps), (first + 1, 2 * steps)]
+        halvings = [(0, 0), (0, 1), (0, 2), (1, 1), *((finer, 0) for finer in range(1, count))]
     else:
-        wanted, count = [(first, steps), (first, 2 * steps)], 2
-    wanted += [(first + more, steps) for more in range(1, count)]
-    found: dict[tuple[int, int], _Run] = {}
+        halvings = [(0, 0), (0, 1), (1, 0)]
+    runs: dict[tuple[int, int], _Run] = {}
     motion: QuadraticMotion | None = None
     level = -1
-    for own, number in progress(wanted):
-        if motion is None or own != level:
-            motion, level = None, own  # before the next one is made, which is eight times as large
-            motion, up = meshes.motion(own)
-        before = found.get((level - 1, number)) if meshes.nested else None
+    for finer, halved in progress(halvings):
+        if motion is None or meshes.first + finer != level:
+            motion, level = None, meshes.first + finer  # before the next one is made, which is eight times as large
+            motion, up = meshes.motion(level)
+        before = runs.get((finer - 1, halved)) if meshes.nested else None
+        number = steps * 2**halved
         h = duration_s / number
-        if meshes.nested and not found:  # what the first step compiles is no part of a time
-            next(meshes.steps(motion, own, h, number, []))
-        reached = meshes.steps(motion, own, h, number, before.middles if before is not None else [])
-        found[own, number] = _run(motion, up, reached, level, number, frames, before)
-    return _judged(meshes.patch, first, steps, count, found, like)
+        if meshes.nested and not runs:  # what the first step compiles is no part of a time
+            next(meshes.steps(motion, level, h, number, []))
+        reached = meshes.steps(motion, level, h, number, before.middles if before is not None else [])
+        runs[finer, halved] = _run(motion, up, reached, level, number, frames, before)
+    return _judged(meshes.patch, runs, like)
 
 
 class _Levels:
@@ -219,85 +218,61 @@ def _run(
     return done
 
 
-def _judged(
-    pressed: np.ndarray,
-    first: int,
-    steps: int,
-    count: int,
-    found: dict[tuple[int, int], _Run],
-    like: MotionTruth | None,
-) -> MotionTruth:
-    """Extrapolate the motions that were ``found``, by level and number of steps."""
-    moved = {key: np.array(run.surface) for key, run in found.items()}
-    shape, patch = moved[first, steps].shape, np.tile(pressed, len(moved[first, steps]))
-    flat = {key: each.reshape(-1, 3) for key, each in moved.items()}
-    levels = np.array([flat[first + more, steps] for more in range(count)])
-    whole, half = flat[first, steps], flat[first, 2 * steps]
-    of_time = time_first = _shorter(whole, half) - whole
-    if like is None:
-        rate, (by_space, off_space) = ratio(levels), estimate(levels)
-        of_time = _shorter(levels[1], flat[first + 1, 2 * steps]) - levels[1]
-        off_steps = [_shorter(half, flat[first, 4 * steps]) - _shorter(whole, half), of_time - time_first]
-    else:
-        rate, last = like.ratio, levels[1] - levels[0]
-        off_steps = []
-        by_space, off_space = levels[1] + last / (rate - 1.0), (RATIO_DOUBT / (rate - 1.0) ** 2 * last,)
-    truth = by_space + of_time
+class _Moved(NamedTuple):
+    """Displacements (f, n, 3) [m] at the ends of frames, and forces (f, k, 3) [N] of instruments over them."""
 
-    def size(*vectors: np.ndarray) -> np.ndarray:
-        return np.max([truth_errors(truth + each, truth, patch) for each in vectors], axis=0)
+    displacement: np.ndarray
+    force: np.ndarray
 
-    parts = np.array([size(*off_space), *(size(each) for each in off_steps)])
+
+BY_STEP = 4.0
+"""By how much steps of half the length reduce the error: they are of order 2."""
+
+
+def _judged(pressed: np.ndarray, runs: dict[tuple[int, int], _Run], like: MotionTruth | None) -> MotionTruth:
+    """Extrapolate ``runs``, by how often elements and steps are halved; ``pressed`` (n,) bool."""
+    moved = {key: _Moved(np.array(run.surface), run.forces) for key, run in runs.items()}
+    by_element, centre = (None, (1, 0)) if like is None else (like.ratio, (0, 0))
+    limit = limit_over(moved, centre, (by_element, BY_STEP))
+
+    def errors(wrong: _Moved, truth: _Moved) -> tuple[float, ...]:
+        force = force_errors(wrong.force, truth.force).force_rms_of_peak
+        return *surface_errors(wrong.displacement, truth.displacement), force
+
+    def surface_errors(wrong: np.ndarray, truth: np.ndarray) -> TruthErrors:
+        return truth_errors(wrong.reshape(-1, 3), truth.reshape(-1, 3), np.tile(pressed, len(truth)))
+
+    parts = limit.own(errors)
+    own, of_force = parts[:, :-1], parts[:, -1]
     if like is not None:  # what its three levels leave unexplained is by the ratio larger a level before
-        parts = np.array([np.maximum(parts[0], like.ratio * like.own[0]), *like.own[1:3]])
-    own = np.vstack([parts, np.sqrt(np.sum(parts**2, axis=0))])
-    change = truth_errors(levels[-2], levels[-1], patch).rmse_of_peak
-    least_det = min(run.least_det for run in found.values())
-    convex = all(run.convex for run in found.values())
-    force, own_force = _true_force(first, steps, count, found)
+        own = np.array([np.maximum(own[0], like.ratio * like.own[0]), *like.own[1:3]])
+    own = np.vstack([own, np.sqrt(np.sum(own**2, axis=0))])
+    last = max(key for key in runs if not key[1])
+    change = surface_errors(moved[last[0] - 1, 0].displacement, moved[last].displacement).rmse_of_peak
+    least_det = min(run.least_det for run in runs.values())
+    convex = all(run.convex for run in runs.values())
+    rate = limit.ratios[0].displacement
     whole_own = float(own[3, TruthErrors._fields.index("rmse_of_peak")])
-    runs = sorted(found.values(), key=lambda run: (run.level, run.steps))
+    tried = [runs[key] for key in sorted(runs)]
     return MotionTruth(
-        displacement=truth.reshape(shape),
+        displacement=limit.answer.displacement,
         own=own,
         ratio=rate,
         least_det=least_det,
         rejected=objection(rate, whole_own, change, least_det, not convex),
-        tried=np.array([moved[run.level, run.steps] for run in runs]),
-        tried_level=np.array([run.level for run in runs]),
-        tried_nodes=np.array([run.nodes for run in runs]),
-        tried_steps=np.array([run.steps for run in runs]),
-        seconds=np.array([run.whole_s for run in runs]),
-        step_p95_s=np.array([np.percentile(run.seconds, 95) for run in runs]),
-        step_max_s=np.array([max(run.seconds) for run in runs]),
-        balance=found[first + count - 1, steps].balance,
-        spent_s=sum(sum(run.seconds) for run in runs),
-        force=force,
-        tried_force=np.array([run.forces for run in runs]),
-        own_force=own_force,
+        tried=np.array([run.surface for run in tried]),
+        tried_level=np.array([run.level for run in tried]),
+        tried_nodes=np.array([run.nodes for run in tried]),
+        tried_steps=np.array([run.steps for run in tried]),
+        seconds=np.array([run.whole_s for run in tried]),
+        step_p95_s=np.array([np.percentile(run.seconds, 95) for run in tried]),
+        step_max_s=np.array([max(run.seconds) for run in tried]),
+        balance=runs[last].balance,
+        spent_s=sum(sum(run.seconds) for run in tried),
+        force=limit.answer.force,
+        tried_force=np.array([run.forces for run in tried]),
+        own_force=float(np.linalg.norm(of_force)),
     )
-
-
-def _true_force(first: int, steps: int, count: int, found: dict[tuple[int, int], _Run]) -> tuple[np.ndarray, float]:
-    """Extrapolate the forces of instruments as displacements are; return them (f, k, 3) [N], and their own error."""
-    felt = {key: run.forces for key, run in found.items()}
-    shape = felt[first, steps].shape
-    if not shape[1] or (first, 4 * steps) not in felt:
-        return felt[first + count - 1, steps], np.nan
-    levels = np.array([felt[first + more, steps].reshape(-1, 3) for more in range(count)])
-    by_space, off_space = estimate(levels)
-    effects = [_shorter(felt[k, n], felt[k, 2 * n]) - felt[k, n] for k, n in ((first, steps), (first + 1, steps))]
-    later = _shorter(felt[first, 2 * steps], felt[first, 4 * steps]) - felt[first, steps]
-    force = by_space.reshape(shape) + effects[1]
-    space = max(float(np.linalg.norm(off)) for off in off_space)
-    parts = [space, *(float(np.linalg.norm(off)) for off in (later - effects[0], effects[1] - effects[0]))]
-    peak, cells = np.linalg.norm(force, axis=2).max(), np.sqrt(shape[0] * shape[1])
-    return force, float(np.linalg.norm(parts) / (cells * peak))
-
-
-def _shorter(longer: np.ndarray, shorter: np.ndarray) -> np.ndarray:
-    """Extrapolate motions at a step and at half of it to steps of no length."""
-    return shorter + (shorter - longer) / 3.0
 
 
 def pressed_nodes(body: Body, loads: Loads) -> np.ndarray:

@@ -6,7 +6,6 @@ displacement and each number by itself; the truth may be off by the sum of what 
 one changes of the other. The truth is read by evaluation only.
 """
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
@@ -15,14 +14,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.richardson import estimate, number_limits, number_ratio, ratio
+from palpate.benchmark.richardson import CROSS, limit_over, rejection
 from palpate.benchmark.settings import TouchTruthSettings
 from palpate.benchmark.touch import Touch, Touched
-from palpate.benchmark.touch_mesh import TOLERANCE, TouchedMesh, TouchedMeshes, answer_of
-from palpate.benchmark.truth import reasons
+from palpate.benchmark.touch_mesh import TOLERANCE, TouchedMeshes, answer_of
+from palpate.benchmark.truth import columns_of, warn_of_rejected
 from palpate.bodies.body import Body
 from palpate.errors import InputError, NotConverged
-from palpate.solvers.indentation import Touching
 
 MOST_OVERLAP = 2e-3
 """Mean overlap over the depth above which the finest answer is none of this instrument."""
@@ -141,14 +139,8 @@ def truth_of_touches(
     for touch in progress(touches):
         begin = perf_counter()
         rows.append(_truth(body, meshes, touch, asked) | {"seconds": perf_counter() - begin})
-    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    rejected = columns.pop("rejected").astype(object)
-    truth = TouchTruth(sample=np.arange(len(rows)), rejected=rejected, **columns)
-    if counts := reasons(rejected):
-        why = "; ".join(f"{count} times {reason}" for reason, count in counts.items())
-        name = touches[0].instrument.name
-        said = f"bodies.{body.name}, {name}: {sum(counts.values())} of {len(rows)} touches have no truth ({why});"
-        warnings.warn(f"{said} they judge no model.", stacklevel=2)
+    truth = TouchTruth(sample=np.arange(len(rows)), **columns_of(rows))
+    warn_of_rejected(f"{body.name}, {touches[0].instrument.name}", "touches", truth.rejected, "they judge no model.")
     return truth
 
 
@@ -160,13 +152,9 @@ class _Answer(NamedTuple):
     slope: float
     area: float
 
-    def plus(self, other: "_Answer", factor: float = 1.0) -> "_Answer":
-        return _Answer(
-            self.displacement + factor * other.displacement,
-            self.force + factor * other.force,
-            self.slope + factor * other.slope,
-            self.area + factor * other.area,
-        )
+    @property
+    def touched(self) -> Touched:
+        return Touched(self.displacement, self.force, self.area)
 
 
 def _levels(meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSettings) -> tuple[list[int], list[int]]:
@@ -186,84 +174,55 @@ def _largest(meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSettings) -> 
 
 def _truth(body: Body, meshes: TouchedMeshes, touch: Touch, asked: TouchTruthSettings) -> dict[str, Any]:
     """Return a row of the truth, all but its sample and seconds."""
-    found: dict[tuple[int, int], _Answer] = {}
-
-    def solve(held: int, level: int) -> tuple[TouchedMesh, Touching]:
-        mesh = meshes.around(touch, held, level)
-        before, state = mesh.problem.push(touch.direction, [touch.before.depth_m, touch.depth_m], TOLERANCE)
-        answer, slope = answer_of(mesh.problem, state, touch, mesh.up), (state.force - before.force) @ touch.direction
-        found[held, level] = _Answer(answer.displacement, answer.force_n, float(slope), answer.area_m2)
-        return mesh, state
-
+    answers: dict[tuple[int, int], _Answer] = {}
+    nodes = 0
     try:
         rims, where = _levels(meshes, touch, asked)
-        for held in rims[:2]:
-            for level in where[:2]:
-                solve(held, level)
-        nodes = len(solve(rims[2], where[1])[1].x)
-        mesh, state = solve(rims[1], where[2])
+        for near, rim in CROSS:
+            mesh = meshes.around(touch, rims[rim], where[near])
+            before, state = mesh.problem.push(touch.direction, [touch.before.depth_m, touch.depth_m], TOLERANCE)
+            answer = answer_of(mesh.problem, state, touch, mesh.up)
+            slope = float((state.force - before.force) @ touch.direction)
+            answers[near, rim] = _Answer(answer.displacement, answer.force_n, slope, answer.area_m2)
+            nodes = max(nodes, len(state.x))
     except (NotConverged, InputError) as failure:
         nothing = dict.fromkeys(("area", "pressure", "order", "force_order", "overlap", "least_det", "edge_m"), np.nan)
         count = len(body.fine.surface)
         shape = {"displacement": np.full((count, 3), np.nan), "force": np.full(2, np.nan), "nodes": 0}
         own = np.full(len(TouchErrors._fields), np.nan)
         return nothing | shape | {"own": own, "rejected": f"no answer on a mesh ({failure})"}
-    far, near = [found[each, where[1]] for each in rims], [found[rims[1], each] for each in where]
-    (far_limit, far_off), (near_limit, near_off) = _limit(far), _limit(near)
-    truth = near_limit.plus(far_limit).plus(far[1], -1.0)
-    mixed = far[1].plus(far[0], -1.0).plus(near[0], -1.0).plus(found[rims[0], where[0]])
     patch = patch_of(body, touch)
-    parts = (_errors(truth, off, patch) for off in (far_off, near_off, [mixed]))
-    own, least = np.sum(list(parts), axis=0), mesh.problem.least_det(state.x)
+
+    def errors(wrong: _Answer, truth: _Answer) -> TouchErrors:
+        return touch_errors(wrong.touched, truth.touched, patch, wrong.slope / truth.slope - 1.0)
+
+    limit = limit_over(answers, (1, 1), (None, None))
+    truth, least = limit.answer, mesh.problem.least_det(state.x)
+    may_be = TouchErrors(*limit.own(errors).sum(axis=0))
     return {
         "displacement": truth.displacement,
         "force": np.array([truth.force - truth.slope, truth.force]),
         "area": truth.area,
         "pressure": state.pressure_pa,
-        "own": own,
-        "order": _order(ratio(np.array([each.displacement for each in far]))),
-        "force_order": _order(number_ratio(np.array([each.force for each in near]))),
+        "own": may_be,
+        "order": _order(limit.ratios[1].displacement),
+        "force_order": _order(limit.ratios[0].force),
         "overlap": state.overlap,
         "least_det": least,
-        "nodes": max(nodes, len(state.x)),
+        "nodes": nodes,
         "edge_m": mesh.edge_m,
-        "rejected": _objection(own, state.overlap, least, asked),
+        "rejected": rejection(
+            (
+                may_be.force_error <= asked.most_force_error and may_be.rmse_of_peak <= asked.most_error,
+                f"the meshes are too far apart (own error of the force {may_be.force_error:.1%}, of the surface "
+                f"{may_be.rmse_of_peak:.1%})",
+            ),
+            (state.overlap <= MOST_OVERLAP, f"the instrument overlaps ({state.overlap:.1%} of the depth)"),
+            (least >= LEAST_DET, f"an element is squeezed flat (det F {least:.2g})"),
+        ),
     }
 
 
 def _order(rate: float) -> float:
     """Return the order of convergence that a ratio of changes shows, NaN where they do not shrink as they would."""
     return float(np.log2(rate)) if rate > 0.0 else np.nan
-
-
-def _limit(answers: Sequence[_Answer]) -> tuple[_Answer, list[_Answer]]:
-    """Return the limit of the answers of three meshes, and by what it may be off."""
-    surface, away = estimate(np.array([each.displacement for each in answers]))
-    numbers, off = number_limits(np.array([each[1:] for each in answers]))
-    return _Answer(surface, *numbers), [_Answer(each, *off) for each in away]
-
-
-def _errors(truth: _Answer, off: Sequence[_Answer], patch: np.ndarray) -> np.ndarray:
-    """Return the largest errors (len(TouchErrors),) of what is ``off`` so far from ``truth``."""
-    true = Touched(truth.displacement, truth.force, truth.area)
-    found = (truth.plus(each) for each in off)
-    errors = [
-        touch_errors(Touched(wrong.displacement, wrong.force, wrong.area), true, patch, wrong.slope / truth.slope - 1.0)
-        for wrong in found
-    ]
-    return np.max(np.abs(errors), axis=0)
-
-
-def _objection(own: np.ndarray, overlap: float, least_det: float, asked: TouchTruthSettings) -> str:
-    errors = TouchErrors(*own)
-    said = []
-    if not (errors.force_error <= asked.most_force_error and errors.rmse_of_peak <= asked.most_error):
-        said.append(
-            f"the meshes are too far apart (own error of the force {errors.force_error:.1%}, of the surface "
-            f"{errors.rmse_of_peak:.1%})"
-        )
-    if not overlap <= MOST_OVERLAP:
-        said.append(f"the instrument overlaps ({overlap:.1%} of the depth)")
-    if not least_det >= LEAST_DET:
-        said.append(f"an element is squeezed flat (det F {least_det:.2g})")
-    return "; ".join(said)

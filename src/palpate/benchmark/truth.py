@@ -10,14 +10,14 @@ from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.presses import nodal_forces
-from palpate.benchmark.richardson import RATIOS, estimate, ratio
+from palpate.benchmark.richardson import RATIOS, limit_over, rejection
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.bodies.surface_quadrature import enclosed_volume
@@ -105,17 +105,50 @@ def ascend(
     return ascents, whole
 
 
-class _Problem(FastEquilibrium):
-    """The static problem of quadratic elements, which notes whether the clamped Hessian was needed."""
+class _Level(FastEquilibrium):
+    """The problem of quadratic elements on one level, and the interpolation to the next if there is one."""
 
     clamped = False
+
+    def __init__(self, body: Body, whole: Body, level: int, is_prolonged: bool):
+        super().__init__(whole, level, order=2)
+        self.level, self._body, self._whole = level, body, whole
+        self._up = quadratic_prolongation(*whole.levels[level : level + 2]) if is_prolonged else None
 
     def linearise(self, x: np.ndarray, definite: bool = False) -> tuple:
         """Linearise, and note it if that has to be ``definite``."""
         self.clamped |= definite
         return super().linearise(x, definite)
 
-    def follow(self, load: np.ndarray, tolerance: float, start: np.ndarray) -> Solution:
+    def answer(self, each: Ascent, tolerance: float) -> None:
+        """Solve for one load, and leave behind what the next level starts from."""
+        began, self.clamped, rest = perf_counter(), False, self.mesh.nodes
+        start = None if each.start is None else rest + each.start
+        try:
+            forces = nodal_forces(self._body, self.level, each.load, 2, self._whole)
+            solution = self.settle(forces, CLOSER * FIRST) if start is None else self._follow(forces, tolerance, start)
+            if each.softest < FIRM:
+                each.softest = self.check_stable(solution.x)
+        except NotConverged as failure:
+            each.failure, each.start = f"no answer on level {self.level}: {failure}", None
+            return
+        finally:
+            each.seconds += perf_counter() - began
+        each.clamped |= start is not None and self.clamped
+        x = solution.x
+        each.iterations += solution.iterations
+        each.products += solution.products
+        each.least_det = min(each.least_det, self.least_det(x))
+        mesh = self._whole.levels[self.level]
+        each.volume_change = enclosed_volume(mesh, x) / enclosed_volume(mesh, rest) - 1.0
+        fine = moved = x - rest
+        each.start = None
+        if self._up is not None:
+            each.start = finer = self._up @ moved
+            fine = moved if len(moved) >= len(self._body.fine.nodes) else finer
+        each.surface.append(fine[self._body.fine.surface])
+
+    def _follow(self, load: np.ndarray, tolerance: float, start: np.ndarray) -> Solution:
         """Find the equilibrium under ``load`` (n, 3) [N] near ``start`` (n, 3) [m], stable or not.
 
         NotConverged if it is not near: on this level the body has another shape. To search for that, in steps of the
@@ -126,46 +159,6 @@ class _Problem(FastEquilibrium):
             return minimise_by_newton(self, begin, self._scale(load), tolerance, MOST_ITERATIONS)
 
         return self.descend_or(newton, load, CLOSER * tolerance, start)
-
-
-class _Level:
-    """One level of quadratic elements, and the interpolation to the next if there is one."""
-
-    def __init__(self, body: Body, whole: Body, level: int, is_prolonged: bool):
-        self.level, self._body, self._whole = level, body, whole
-        self._problem = _Problem(whole, level, order=2)
-        self._up = quadratic_prolongation(*whole.levels[level : level + 2]) if is_prolonged else None
-
-    def answer(self, each: Ascent, tolerance: float) -> None:
-        """Solve for one load, and leave behind what the next level starts from."""
-        problem, rest = self._problem, self._problem.mesh.nodes
-        began, problem.clamped = perf_counter(), False
-        start = None if each.start is None else rest + each.start
-        try:
-            forces = nodal_forces(self._body, self.level, each.load, 2, self._whole)
-            solution = (
-                problem.settle(forces, CLOSER * FIRST) if start is None else problem.follow(forces, tolerance, start)
-            )
-            if each.softest < FIRM:
-                each.softest = problem.check_stable(solution.x)
-        except NotConverged as failure:
-            each.failure, each.start = f"no answer on level {self.level}: {failure}", None
-            return
-        finally:
-            each.seconds += perf_counter() - began
-        each.clamped |= start is not None and problem.clamped
-        x = solution.x
-        each.iterations += solution.iterations
-        each.products += solution.products
-        each.least_det = min(each.least_det, problem.least_det(x))
-        mesh = self._whole.levels[self.level]
-        each.volume_change = enclosed_volume(mesh, x) / enclosed_volume(mesh, rest) - 1.0
-        fine = moved = x - rest
-        each.start = None
-        if self._up is not None:
-            each.start = finer = self._up @ moved
-            fine = moved if len(moved) >= len(self._body.fine.nodes) else finer
-        each.surface.append(fine[self._body.fine.surface])
 
 
 NEXT = 1e-4
@@ -183,7 +176,7 @@ class Truth:
     sample : (k,) sample numbers; contact : (k,) coarse nodes
     displacement : (k, n, 3) [m], the limit, or the finest level where there is none; NaN where a level had no answer
     levels : (k, n_levels, n, 3) [m], the answer of each level, coarse first; NaN where a sample goes without it
-    ratio, order : (k,) by how much the last halving reduced the change, as it is, and its logarithm to base 2
+    ratio : (k,) by how much the last halving reduced the change, as it is
     least_det : (k,) the least determinant of the deformation gradient at any point of integration of any level
     volume_change : (k,) of the body on the finest level of each sample, over its volume at rest
     iterations, products : (k,) iterations of L-BFGS and Newton's method, and multigrid cycles, of all levels together
@@ -199,7 +192,6 @@ class Truth:
     displacement: np.ndarray
     levels: np.ndarray
     ratio: np.ndarray
-    order: np.ndarray
     least_det: np.ndarray
     volume_change: np.ndarray
     iterations: np.ndarray
@@ -245,24 +237,17 @@ def truth_of(
     levels = truth_levels(body)
     wanted = [levels if len(levels) < 4 or sample in finest else levels[:-1] for sample in loads["sample"]]
     ascents, whole = ascend(body, loads, wanted, tolerance, progress)
-    judged = [_judge(body, each) for each in ascents]
-    displacement, rates, own, rejected = (np.array(part) for part in zip(*judged, strict=True))
-    _warn_of_rejected(body.name, rejected)
+    columns = columns_of([_row(body, each, len(levels)) for each in ascents])
+    then = "they are left out."
+    if columns["rejected"].all():
+        then = (
+            "models are judged by their distance from the finest elements, which may be far from the truth; lay the "
+            "body on a bed, hold more of it, press less, or refine it."
+        )
+    warn_of_rejected(body.name, "presses", columns["rejected"], then)
     last = max(each.levels[-1] for each in ascents)
     return Truth(
-        sample=loads["sample"].to_numpy(dtype=int),
-        contact=loads["contact"].to_numpy(dtype=int),
-        displacement=displacement,
-        levels=np.array([_filled(each, len(levels), body) for each in ascents]),
-        ratio=rates,
-        order=np.log2(rates),
-        least_det=np.array([each.least_det for each in ascents]),
-        volume_change=np.array([each.volume_change for each in ascents]),
-        iterations=np.array([each.iterations for each in ascents]),
-        products=np.array([each.products for each in ascents]),
-        own=own,
-        rejected=rejected.astype(object),
-        seconds=np.array([each.seconds for each in ascents]),
+        **columns,
         radius_m=float(loads["radius_m"].iloc[0]),
         level=last,
         elements=len(whole.levels[last].tetrahedra),
@@ -270,18 +255,35 @@ def truth_of(
     )
 
 
-def _judge(body: Body, each: Ascent) -> tuple[np.ndarray, float, TruthErrors, str]:
-    """Return the answer to one sample, its ratio, its own error, and why it is not believed."""
-    if each.failure:
-        nothing = TruthErrors(*[np.nan] * len(OWN))
-        return np.full((len(body.fine.surface), 3), np.nan), np.nan, nothing, f"{NO_ANSWER} ({each.failure})"
-    levels = np.array(each.surface)
-    rate = ratio(levels)
+class _Pressed(NamedTuple):
+    displacement: np.ndarray
+
+
+def _row(body: Body, each: Ascent, count: int) -> dict[str, Any]:
+    """Return what is known of one sample, with NaN for those of ``count`` levels that it has gone without."""
+    surface = np.full((count, len(body.fine.surface), 3), np.nan)
+    surface[: len(each.surface)] = each.surface if each.surface else np.nan
     patch = patch_nodes(body.fine, int(each.load["contact"]), float(each.load["radius_m"]))
-    found, off = estimate(levels)
-    own = TruthErrors(*np.max([truth_errors(found + each, found, patch) for each in off], axis=0))
-    change = truth_errors(levels[-2], levels[-1], patch).rmse_of_peak
-    return found, rate, own, objection(rate, own.rmse_of_peak, change, each.least_det, each.clamped)
+
+    def errors(wrong: _Pressed, truth: _Pressed) -> TruthErrors:
+        return truth_errors(wrong.displacement, truth.displacement, patch)
+
+    row = {name: getattr(each, name) for name in ("least_det", "volume_change", "iterations", "products", "seconds")}
+    row |= {"sample": int(each.load["sample"]), "contact": int(each.load["contact"]), "levels": surface}
+    if each.failure:
+        row |= {"displacement": np.full(surface.shape[1:], np.nan), "ratio": np.nan, "own": [np.nan] * len(OWN)}
+        return row | {"rejected": f"{NO_ANSWER} ({each.failure})"}
+    limit = limit_over({(level,): _Pressed(moved) for level, moved in enumerate(each.surface)}, (0,), (None,))
+    rate, own = limit.ratios[0].displacement, TruthErrors(*limit.own(errors)[0])
+    change = truth_errors(each.surface[-2], each.surface[-1], patch).rmse_of_peak
+    row |= {"displacement": limit.answer.displacement, "ratio": rate, "own": own}
+    return row | {"rejected": objection(rate, own.rmse_of_peak, change, each.least_det, each.clamped)}
+
+
+def columns_of(rows: Sequence[dict[str, Any]]) -> dict[str, np.ndarray]:
+    """Return the columns (k, ...) of k rows; text, such as why a truth is rejected, as objects."""
+    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return {name: each.astype(object) if each.dtype.kind == "U" else each for name, each in columns.items()}
 
 
 NO_ANSWER, INVERTED, CLAMPED = "no answer on a level", "an element is inverted", "the Hessian had to be clamped"
@@ -294,15 +296,12 @@ def objection(rate: float, own: float, change: float, least_det: float, clamped:
 
     rate : of the levels; least_det, clamped : as an ``Ascent`` has them
     """
-    low, high = RATIOS
-    said = []
-    if not low <= rate <= high and not (own <= MOST_OWN and change <= MOST_CHANGE):
-        said.append(f"{APART} (ratio {rate:.3g}, last change {change:.1%}, own error {own:.1%} of the peak)")
-    if not least_det > 0.0:
-        said.append(f"{INVERTED} (det F {least_det:.3g})")
-    if clamped:
-        said.append(CLAMPED)
-    return "; ".join(said)
+    close = RATIOS[0] <= rate <= RATIOS[1] or (own <= MOST_OWN and change <= MOST_CHANGE)
+    return rejection(
+        (close, f"{APART} (ratio {rate:.3g}, last change {change:.1%}, own error {own:.1%} of the peak)"),
+        (least_det > 0.0, f"{INVERTED} (det F {least_det:.3g})"),
+        (not clamped, CLAMPED),
+    )
 
 
 def over(function: Callable[[np.ndarray], Any], values: np.ndarray) -> float:
@@ -317,23 +316,9 @@ def reasons(rejected: np.ndarray) -> dict[str, int]:
     return dict(Counter(first).most_common())
 
 
-def _warn_of_rejected(name: str, rejected: np.ndarray) -> None:
-    """Warn of presses without a truth; rejected : (k,) why, or ""."""
+def warn_of_rejected(place: str, questions: str, rejected: np.ndarray, then: str) -> None:
+    """Warn of ``questions`` of a body without a truth, and say what ``then``; rejected : (k,) why, or ""."""
     if counts := reasons(rejected):
-        lost, whole = sum(counts.values()), len(rejected)
         why = "; ".join(f"{count} times {reason}" for reason, count in counts.items())
-        then = "they are left out."
-        if lost == whole:
-            then = (
-                "models are judged by their distance from the finest elements, which may be far from the truth; lay "
-                "the body on a bed, hold more of it, press less, or refine it."
-            )
-        said = f"bodies.{name}: {lost} of {whole} presses have no truth that is believed ({why}); {then}"
-        warnings.warn(said, stacklevel=3)
-
-
-def _filled(each: Ascent, count: int, body: Body) -> np.ndarray:
-    """Return the answers of one sample, (count, n, 3) [m], with NaN for levels that it has gone without."""
-    filled = np.full((count, len(body.fine.surface), 3), np.nan)
-    filled[: len(each.surface)] = each.surface if each.surface else np.nan
-    return filled
+        lost = f"{sum(counts.values())} of {len(rejected)} {questions}"
+        warnings.warn(f"bodies.{place}: {lost} have no truth that is believed ({why}); {then}", stacklevel=3)

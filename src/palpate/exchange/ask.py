@@ -29,7 +29,7 @@ from palpate.exchange import motions, presses, touches
 from palpate.exchange.asked_body import pictures, with_law
 from palpate.exchange.folder import Questions, write
 from palpate.exchange.readme import readme
-from palpate.files import read_arrays, read_table
+from palpate.files import read_table
 from palpate.run.job import steps
 from palpate.run.settings import complete, read_settings
 from palpate.setting_types import plain
@@ -135,12 +135,12 @@ def _motion(name: str, own: Any, settings: Any, config: Path, results: Path, see
         scene = MovingScene.of(entry, _body(settings, entry.body, config), *asked)
         drawn = motions.questions_of([motions.drawn(scene, seed)], found_by)
         return scene.body, drawn, motions.page(drawn)
-    body_file, truth_file = results / "data" / entry.body / "body.h5", results / "data/dynamic" / name / "truth.npz"
+    body_file, truth_file = results / "data" / entry.body / "body.h5", results / "data/dynamic" / name / "truth.h5"
     if lacks := [path for path in (body_file, truth_file) if not path.is_file()]:
         raise InputError(
             f"{lacks[0]} is missing; type make dynamic first, or give --seed for questions without truths."
         )
-    scene, truth = MovingScene.of(entry, load(body_file), *asked), read_arrays(MotionTruth, truth_file)
+    scene, truth = MovingScene.of(entry, load(body_file), *asked), stored(MotionTruth, truth_file)
     if truth.rejected:
         raise InputError(f"{truth_file} has no truth that is believed ({truth.rejected}); ask for another scene.")
     questions = replace(motions.questions_of([scene], found_by), truth=motions.truth_arrays([truth]))

@@ -19,9 +19,10 @@ from palpate.exchange.folder import Arrays, Questions, read
 from palpate.exchange.score import Scored, floor_of, kept_truth, score_presses, truth_beside
 from palpate.exchange.score_motions import score_motions
 from palpate.exchange.score_touches import score_touches
-from palpate.files import read_arrays, read_table, write_whole
+from palpate.files import read_table, write_whole
 from palpate.report.words import percent, seconds, two_digits
 from palpate.run.job import steps
+from palpate.stores import stored
 
 KINDS: dict[str, tuple[Any, Callable[..., Scored]]] = {
     presses.KIND: (presses, score_presses),
@@ -123,8 +124,8 @@ def _beside_motions(results: Path, questions: Questions) -> pd.DataFrame:
     rows = table[table["scene"] == scene]
     if not len(rows):
         raise InputError(f"{results} has no models of {scene}; leave --results out, or make that scene.")
-    place = results / "data/dynamic" / scene / "truth.npz"
-    known = read_arrays(MotionTruth, place).displacement if place.is_file() else np.empty(0)
+    place = results / "data/dynamic" / scene / "truth.h5"
+    known = stored(MotionTruth, place).displacement if place.is_file() else np.empty(0)
     asked = None if questions.truth is None else questions.truth["displacement_m"][0]
     if asked is None or known.shape != asked.shape or not np.allclose(known, asked, rtol=1e-6, atol=0.0):
         raise InputError(f"{place} is of another motion than these questions; leave --results out, or ask anew.")

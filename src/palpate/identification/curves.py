@@ -24,10 +24,10 @@ from palpate.bodies.material import EXPONENTIAL, exponential
 from palpate.effects import axisymmetric_elements
 from palpate.effects import law as effects_law
 from palpate.errors import InputError, NotConverged
-from palpate.files import read_arrays, write_arrays
 from palpate.identification.progress import Follow, unfollowed
 from palpate.solvers import axisymmetric_indentation
 from palpate.solvers.axisymmetric_indentation import BallOnSlab, hertz
+from palpate.stores import store, stored
 
 ALONG = 12
 """Coefficients of a curve along the root of depth."""
@@ -211,12 +211,12 @@ def family_of(law: str, ranges: Ranges, folder: Path | None = None, follow: Foll
     """
     if law != EXPONENTIAL and ranges.stiffening != (0.0, 0.0):
         raise InputError(f"law {law} has no stiffening; give 0, or take the law {EXPONENTIAL}.")
-    path = Path(folder) / f"curves-{_digest(law, ranges)}.npz" if folder is not None else None
+    path = Path(folder) / f"curves-{_digest(law, ranges)}.h5" if folder is not None else None
     if path is not None and path.is_file():
-        return CurveFamily(**vars(read_arrays(Curves, path)), ranges=ranges)
+        return CurveFamily(**vars(stored(Curves, path)), ranges=ranges)
     found = _computed(law, ranges, follow)
     if path is not None:
-        write_arrays(found, path)
+        store(found, path, compressed=True)
     return CurveFamily(**vars(found), ranges=ranges)
 
 

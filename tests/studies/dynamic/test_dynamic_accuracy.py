@@ -9,9 +9,9 @@ from fixtures.poked_bar import poked
 from palpate.benchmark.motion_truth import motion_truth
 from palpate.effects.settings import Springs
 from palpate.errors import InputError, NotConverged
-from palpate.files import read_arrays, write_arrays
 from palpate.run.settings import defaults
 from palpate.setting_types import plain
+from palpate.stores import store, stored
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.compared_scene import ComparedScene, training_of
 from palpate.studies.dynamic.reference import Reference, reference, resolved_frames, tabulate_truth
@@ -64,8 +64,8 @@ def test_frames_count_until_halving_changes_one_of_them_too_much():
 
 
 def test_a_reference_is_kept(truth, tmp_path):
-    write_arrays(truth, tmp_path / "r.npz")
-    again = read_arrays(Reference, tmp_path / "r.npz")
+    store(truth, tmp_path / "r.h5")
+    again = stored(Reference, tmp_path / "r.h5")
     assert np.array_equal(again.truth, truth.truth) and again.change == truth.change and again.peak == truth.peak
     assert (again.of_frames, again.training_s) == (5, truth.training_s)
 

@@ -10,9 +10,9 @@ from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.effects.settings import ShapeMatching
 from palpate.errors import InputError
-from palpate.files import write_arrays
 from palpate.models.shape_matching import cubes
 from palpate.scenes.settings import Scene
+from palpate.stores import store
 from palpate.studies.dynamic import accuracy
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene, training_of
 from palpate.studies.dynamic.linear_limit import LinearLimit, linear_limit
@@ -87,8 +87,8 @@ def test_models_are_judged_until_meshes_part_beside_what_these_say_of_the_standa
     """Which falls a little short on the coarser mesh: by how far that is from the finer one, and what that errs by."""
     compared, coarse = (ComparedScene.of(PILE, block, 0.2, 10, level) for level in (1, 0))
     limit = linear_limit(compared, 2, 0.06)
-    write_arrays(limit, tmp_path / "truth.npz")
-    limit = read_truth(tmp_path / "truth.npz")
+    store(limit, tmp_path / "truth.h5")
+    limit = read_truth(tmp_path / "truth.h5")
     assert isinstance(limit, LinearLimit) and 0.0 < limit.until_s < 0.2
     found = reference(coarse, None, 0.05, 4)
     grid = GRID | {"fem_coarse": {"steps_per_frame": [1], "tolerances": [], "gaps": []}}

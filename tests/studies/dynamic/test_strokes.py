@@ -11,9 +11,9 @@ from palpate.bodies.body_file import save
 from palpate.bodies.material import Material
 from palpate.bodies.simple_shapes import box
 from palpate.effects.settings import Ball, Contact, Floor, Rayleigh
-from palpate.files import read_arrays
 from palpate.models import strokes
 from palpate.scenes.settings import Scene
+from palpate.stores import stored
 from palpate.studies.dynamic import touching
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 from palpate.studies.dynamic.elsewhere import motion_bounds
@@ -37,9 +37,9 @@ def test_a_region_is_learnt_and_bounded_on_strokes_held_out(tmp_path, monkeypatc
     save(body, tmp_path / "body.h5")
     compared = Compared(scene=STROKED, own=OWN)
     region = {"half_width_m": 0.022, "strokes": 4, "seed": 1}
-    files = SimpleNamespace(body=tmp_path / "body.h5"), SimpleNamespace(strokes=tmp_path / "shown.npz")
+    files = SimpleNamespace(body=tmp_path / "body.h5"), SimpleNamespace(strokes=tmp_path / "shown.h5")
     simulate_strokes(*files, compared, region, print)
-    shown = read_arrays(Strokes, tmp_path / "shown.npz")
+    shown = stored(Strokes, tmp_path / "shown.h5")
     assert shown.shown.shape == (4 * 60, len(mesh.nodes) + len(mesh.edges), 3) and shown.seconds > 0.0
     made = ComparedScene.of(STROKED, body, **OWN)
     table = touching.measure_strokes(made, shown, GRID, 3, 1)

@@ -135,9 +135,9 @@ def test_a_truth_without_guards_is_the_straight_column(monkeypatch):
     body, press = body_of("column"), pressed_column(1.06)
     with pytest.warns(UserWarning, match="no truth"):
         assert "not stable" in truth_of(body, press, {0}).rejected[0]
-    monkeypatch.setattr(truth._Problem, "check_stable", lambda solver, x: np.inf)
+    monkeypatch.setattr(truth._Level, "check_stable", lambda solver, x: np.inf)
     with pytest.warns(UserWarning, match="no truth"):
         assert truth_of(body, press, {0}).rejected[0] == truth.CLAMPED
-    monkeypatch.setattr(truth._Problem, "linearise", FastEquilibrium.linearise)
+    monkeypatch.setattr(truth._Level, "linearise", FastEquilibrium.linearise)
     found = truth_of(body, press, {0})
     assert found.rejected[0] == "" and np.abs(found.displacement[0, :, 1:].mean(axis=0)).max() < 1e-3

@@ -34,7 +34,7 @@ def truth_on_level_1(body, loads):
     levels = np.stack([np.full_like(moved, np.nan), moved, np.full_like(moved, np.nan)], axis=1)
     one, nothing = np.ones(len(moved)), np.zeros((len(moved), len(OWN)))
     numbers = loads["sample"].to_numpy(), loads["contact"].to_numpy()
-    whole = dict.fromkeys(("ratio", "order", "least_det", "volume_change", "iterations", "products", "seconds"), one)
+    whole = dict.fromkeys(("ratio", "least_det", "volume_change", "iterations", "products", "seconds"), one)
     rejected = np.array([""] * len(moved), dtype=object)
     return Truth(
         *numbers, moved, levels, own=nothing, rejected=rejected, radius_m=0.02, level=1, elements=1, nodes=1, **whole
@@ -79,5 +79,5 @@ def test_a_press_without_an_answer_has_no_row(beam, loads, monkeypatch):
     def fail(*arguments, **options):
         raise NotConverged("it does not", [1.0])
 
-    monkeypatch.setattr(truth_of_presses._Problem, "settle", fail)
+    monkeypatch.setattr(truth_of_presses._Level, "settle", fail)
     assert geometry_share(beam, ROUND, loads, truth, [4]).empty

@@ -40,7 +40,7 @@ def by_name(wildcards):
 
 def truth_of_compared(wildcards):
     """How well the motion of a scene is known, if that is asked."""
-    return f"results/data/dynamic/{wildcards.scene}/truth.npz" if "truth" in FOLLOWED[wildcards.scene] else []
+    return f"results/data/dynamic/{wildcards.scene}/truth.h5" if "truth" in FOLLOWED[wildcards.scene] else []
 
 
 def stroked(scene):
@@ -50,7 +50,7 @@ def stroked(scene):
 
 def strokes_of_compared(wildcards):
     """The strokes that models of a scene are learnt from, one file a model."""
-    return [f"{TRIAL}/{model}.npz".format(scene=wildcards.scene) for model in stroked(wildcards.scene)]
+    return [f"{TRIAL}/{model}.h5".format(scene=wildcards.scene) for model in stroked(wildcards.scene)]
 
 
 def shown_of(wildcards):

@@ -16,7 +16,6 @@ from palpate.benchmark.motion_truth import MotionTruth, force_errors
 from palpate.bodies import body_file
 from palpate.bodies.material import LAWS
 from palpate.errors import NotConverged
-from palpate.files import read_arrays
 from palpate.linalg.multigrid import Factor
 from palpate.models.fem_statics import to_fine
 from palpate.models.reduced_motion import MotionInModes, ReducedMotion, misses, move
@@ -25,6 +24,7 @@ from palpate.scenes.motion import Motion
 from palpate.scenes.run_scene import compose
 from palpate.scenes.scene_check import RELAXED
 from palpate.scenes.settings import Scene
+from palpate.stores import stored
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 from palpate.studies.dynamic.fitted import (
     Fitted,
@@ -445,7 +445,7 @@ def measure_dynamic(
     moving = compared.and_training(body_file.load(input.body))
     more = compared.own.models or (), steps(say, f"{moving[0].name}: model")
     limit = read_truth(input.truth) if input.truth else None
-    shown = {name: read_arrays(Strokes, path) for name, path in zip(stroked, input.strokes, strict=True)}
-    reference = read_arrays(Reference, input.reference)
+    shown = {name: stored(Strokes, path) for name, path in zip(stroked, input.strokes, strict=True)}
+    reference = stored(Reference, input.reference)
     table, force = measure(*moving, reference, settings, *more, limit, shown, seed)
     return {"table": table.assign(duration_s=compared.scene.duration_s), "force": force}

@@ -13,6 +13,7 @@ import numpy as np
 
 from palpate.benchmark.accuracy import TruthErrors, truth_errors
 from palpate.benchmark.motion_truth import force_errors, pressed_nodes
+from palpate.benchmark.richardson import limit
 from palpate.studies.dynamic.compared_scene import ComparedScene
 
 FELT = 0.2
@@ -76,12 +77,12 @@ def linear_limit(compared: ComparedScene, count: int, part: float, progress: Cal
     part : of the peak, by which meshes and steps together may differ in a frame, at the surface and where it is pressed
     progress : wraps the sequence of motions, as ``tqdm`` does; NotConverged as ``run``
     """
-    last, ratio = len(compared.body.levels) - 1, 2.0**compared.order - 1.0
+    last, rate = len(compared.body.levels) - 1, 2.0**compared.order
     moved, felt, spent = {}, {}, 0.0
     for level, n in progress([(level, n) for level in range(last + 1) for n in (count, 2 * count)]):
         moved[level, n], done = compared.move(compared.fem(n * compared.frames), level)
         felt[level, n], spent = done.motion.instrument_forces(), spent + done.seconds
-    (before, end), (_, force) = (_limits(each, last, count, ratio) for each in (moved, felt))
+    (before, end), (_, force) = (_limits(each, last, count, rate) for each in (moved, felt))
     space, time = end - before, end - moved[last, 2 * count]
     mixed = time - (before - moved[last - 1, 2 * count])
     patch = np.tile(pressed_nodes(compared.body, compared.loads), 1 + len(compared.shifts_m))
@@ -97,7 +98,7 @@ def linear_limit(compared: ComparedScene, count: int, part: float, progress: Cal
         return np.array(truth_errors(true + off[kept].reshape(-1, 3), true, np.tile(patch, len(end[kept]))))
 
     parts = np.array([size(off) for off in offs])
-    forces = _limits(felt, last, count, ratio)[0], felt[last, 2 * count]
+    forces = _limits(felt, last, count, rate)[0], felt[last, 2 * count]
     own_force = np.linalg.norm([force_errors(each[kept], force[kept]).force_rms_of_peak for each in forces])
     largest = np.array([np.linalg.norm(each, axis=2).max() for each in (before, end, moved[last, 2 * count])])
     until = compared.duration_s * known / compared.frames
@@ -114,10 +115,9 @@ def resolved_frames(off: np.ndarray, peaks: np.ndarray, change: float) -> int:
     return int(np.flatnonzero(small)[-1]) + 1 if small.any() else 0
 
 
-def _limits(found: dict, last: int, count: int, ratio: float) -> list[np.ndarray]:
+def _limits(found: dict, last: int, count: int, rate: float) -> list[np.ndarray]:
     """Extrapolate what was found on the last two levels to steps of no length."""
-    pairs = [(found[level, count], found[level, 2 * count]) for level in (last - 1, last)]
-    return [shorter + (shorter - longer) / ratio for longer, shorter in pairs]
+    return [limit(np.array([found[level, count], found[level, 2 * count]]), rate) for level in (last - 1, last)]
 
 
 def _rms(offs: Iterable[np.ndarray]) -> np.ndarray:

@@ -11,10 +11,11 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors
 from palpate.benchmark.motion_truth import MotionTruth, force_errors, motion_truth
+from palpate.benchmark.richardson import limit
 from palpate.bodies import body_file
 from palpate.errors import NotConverged
-from palpate.files import read_arrays, write_arrays
 from palpate.run.job import steps
+from palpate.stores import store, stored
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 from palpate.studies.dynamic.linear_limit import LinearLimit, linear_limit, resolved_frames
 from palpate.studies.dynamic.settings import Truth
@@ -146,7 +147,7 @@ def converge(compared: ComparedScene, change: float, max_halvings: int) -> Refer
 
 def _limits(tried: list[np.ndarray], order: int) -> list[np.ndarray]:
     """Extrapolate the last three of what was ``tried``, at steps that are halved, to steps of no length: two limits."""
-    return [shorter + (shorter - longer) / (2.0**order - 1.0) for longer, shorter in pairwise(tried[-3:])]
+    return [limit(np.array(pair), 2.0**order) for pair in pairwise(tried[-3:])]
 
 
 DYNAMIC_REFERENCE = Table(
@@ -207,9 +208,8 @@ def tabulate_truth(compared: ComparedScene, found: MotionTruth | LinearLimit) ->
 
 def read_truth(path: str) -> MotionTruth | LinearLimit:
     """Read what ``find_motion_truth`` wrote."""
-    with np.load(path) as file:
-        linear = "until_s" in file.files
-    return read_arrays(LinearLimit, path) if linear else read_arrays(MotionTruth, path)
+    kinds: Any = MotionTruth | LinearLimit
+    return stored(kinds, path)
 
 
 PART = 0.05
@@ -223,10 +223,10 @@ def find_motion_truth(input: Any, output: Any, truth: Truth, compared: Compared,
     scene = compared.of(body_file.load(input.body))
     count, progress = truth.steps_per_frame, steps(say, f"{scene.name}: motion")
     if truth.elements == "linear":
-        limit = linear_limit(scene, count, PART, progress)
-        say(f"{scene.name}: {limit.said}")
-        write_arrays(limit, output.truth)
-        return {"table": tabulate_truth(scene, limit)}
+        known = linear_limit(scene, count, PART, progress)
+        say(f"{scene.name}: {known.said}")
+        store(known, output.truth, compressed=True)
+        return {"table": tabulate_truth(scene, known)}
     moved = scene.body, scene.placed_loads(), scene.rayleigh, scene.duration_s
     found = motion_truth(*moved, scene.frames, count * scene.frames, truth.levels, progress)
     if found.rejected:
@@ -236,7 +236,7 @@ def find_motion_truth(input: Any, output: Any, truth: Truth, compared: Compared,
             stacklevel=1,
         )
     say(f"{scene.name}: known to {found.own_error:.2%} of the peak")
-    write_arrays(found, output.truth)
+    store(found, output.truth, compressed=True)
     return {"table": tabulate_truth(scene, found)}
 
 
@@ -247,5 +247,5 @@ def simulate_dynamic_reference(input: Any, output: Any, compared: Compared, say:
     assert change and halvings  # as the rule says
     found = reference(scene, lesson, change, halvings)
     say(f"{scene.name}: a step of {found.step_s:.2g} s; halving it last changed {found.change:.2%} of the peak")
-    write_arrays(found, output.reference)
+    store(found, output.reference, compressed=True)
     return {"table": tabulate(scene, found)}

@@ -9,9 +9,9 @@ import numpy as np
 
 from palpate.bodies import body_file
 from palpate.effects.settings import Contact
-from palpate.files import write_arrays
 from palpate.models import strokes
 from palpate.run.job import steps
+from palpate.stores import store
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 
 
@@ -52,4 +52,4 @@ def simulate_strokes(input: Any, output: Any, compared: Compared, region: dict[s
     contacts, begin = learnt_from(scene, region), process_time()
     duration_s = scene.duration_s if region is None else strokes.DURATION_S
     shown = strokes.shown(scene.body, contacts, scene.rayleigh, duration_s, steps(say, f"{scene.name}: stroke"))
-    write_arrays(Strokes(shown.astype(np.float32), process_time() - begin), output.strokes)
+    store(Strokes(shown.astype(np.float32), process_time() - begin), output.strokes, compressed=True)

@@ -13,12 +13,12 @@ from palpate.benchmark.motion_truth import force_errors
 from palpate.bodies import body_file
 from palpate.effects.settings import Contact, Touching
 from palpate.errors import NotConverged
-from palpate.files import read_arrays
 from palpate.models import stroke_motion, strokes
 from palpate.run.job import steps
 from palpate.scenes.run_scene import Run, compose
 from palpate.scenes.settings import Scene
 from palpate.solvers.quadratic_motion import Reached
+from palpate.stores import stored
 from palpate.studies.dynamic.compared_scene import Compared, ComparedScene
 from palpate.studies.dynamic.fitted import Fitted
 from palpate.studies.dynamic.strokes import Strokes, contact_of, learnt_from
@@ -192,4 +192,4 @@ def measure_held_out(
     """Measure strokes that region_modes were not shown, for the rule of that name."""
     scene = compared.of(body_file.load(input.body))
     progress = steps(say, f"{scene.name}: stroke held out")
-    return measure_strokes(scene, read_arrays(Strokes, input.strokes), grid, held_out, seed, progress)
+    return measure_strokes(scene, stored(Strokes, input.strokes), grid, held_out, seed, progress)

@@ -5,7 +5,7 @@ cannot follow, and there is no truth. Presses of the trade-off stay below them: 
 is not enough, as they are lowered where an element is squeezed to half or the body collapses.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -57,15 +57,13 @@ def truth_row(
     and have columns of their own. Extreme ratios and determinants are of all samples, rejected ones too.
     other : rows of ``other_element``; geometry : rows of ``geometry_share``; or None where these were not tried
     """
-    refused = ~truth.believed
     kept = truth.believed & np.isfinite(truth.levels[:, -1]).all(axis=(1, 2))
-    row = {"scene": scene, "samples": int(kept.sum()), "rejected": int(refused.sum())}
-    row |= _counted(truth, kept)
     less = truth.believed & ~kept & np.isfinite(truth.displacement).all(axis=(1, 2))
+    row: dict = {"scene": scene, "samples": int(kept.sum()), "rejected": int((~truth.believed).sum())}
+    row |= _counted(truth, kept) | _own(truth, kept, _MEANS) | _own(truth, less, KINDS.values(), "validation_")
     row |= {"validation_samples": int(less.sum())}
-    row |= _own(truth, less, "validation_{}") | _own(truth, less, "validation_{}_max", np.max)
     if other is not None and len(other):
-        own = _own(truth, np.isin(truth.sample, other["sample"]), "{}")
+        own = _own(truth, np.isin(truth.sample, other["sample"]), _MEANS)
         row |= _means(other, "other_element", "other_element_patch")
         row |= {"other_element_own": own["rmse_of_peak"], "other_element_own_patch": own["patch_rms_of_peak"]}
     if geometry is not None and len(geometry):
@@ -77,14 +75,18 @@ def _counted(truth: Truth, kept: np.ndarray) -> dict[str, float]:
     """Return what the scene was answered on, and the figures of the samples ``kept`` (k,) bool, or of all of them."""
     row = {"radius_m": truth.radius_m, "level": truth.level, "elements": truth.elements, "nodes": truth.nodes}
     row |= {"inverted": int((truth.least_det <= 0.0).sum()), "squeezed": int((truth.least_det < SQUEEZED).sum())}
-    for name in _MEANS:
-        values = truth.own[kept, OWN.index(name)]
-        row |= {name: over(np.mean, values), f"{name}_max": over(np.max, values)}
     row |= {"order": over(lambda r: np.log2(np.mean(r)), truth.ratio[kept])}
     row |= {"ratio_min": over(np.min, truth.ratio), "ratio_max": over(np.max, truth.ratio)}
     row |= {"least_det": over(np.min, truth.least_det), "seconds": over(np.median, truth.seconds[kept])}
     counts = {"volume_change": truth.volume_change, "iterations": truth.iterations, "cycles": truth.products}
     return row | {name: over(np.mean, values[kept]) for name, values in counts.items()}
+
+
+def _own(truth: Truth, samples: np.ndarray, kinds: Iterable[str], before: str = "") -> dict[str, float]:
+    """Return the means and the largest of own errors of ``samples`` (k,) bool; before : what stands before names."""
+    errors = {before + kind: truth.own[samples, OWN.index(kind)] for kind in kinds}
+    means = {name: over(np.mean, each) for name, each in errors.items()}
+    return means | {f"{name}_max": over(np.max, each) for name, each in errors.items()}
 
 
 def _means(rows: pd.DataFrame, name: str, patch: str) -> dict:
@@ -107,11 +109,6 @@ def truth_table(
         truth_row(scene, truth, (others or {}).get(scene), (shares or {}).get(scene)) for scene, truth in truths.items()
     ]
     return TRUTH.frame(rows)
-
-
-def _own(truth: Truth, samples: np.ndarray, name: str, of: Callable = np.mean) -> dict[str, float]:
-    """Return the mean, or another figure, of those own errors of ``samples`` (k,) bool that advice goes by."""
-    return {name.format(kind): over(of, truth.own[samples, OWN.index(kind)]) for kind in KINDS.values()}
 
 
 OTHER_ELEMENT_COLUMNS = ["sample", *TruthErrors._fields, "ratio", "finest_rmse_of_peak"]

@@ -52,7 +52,7 @@ def case():
 @pytest.fixture(scope="module")
 def truth(case):
     """As if elements with virtual nodes told it."""
-    model = measure.prepared("fem", case, FAMILIES["fem"][0])
+    model = measure.model_of("fem", case, FAMILIES["fem"][0])
     model.cut(model.case.cuts)
     own = np.array([0.001, 0.01, 0.02])
     return CutTruth(model.pull(), own, 2.0, 1.9, -0.0, 0.8, 12.0, 1000, 1.0, "")

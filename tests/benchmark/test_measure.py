@@ -16,17 +16,12 @@ from palpate.benchmark.measure import (
     ERRORS,
     ESTIMATED,
     OPERATOR,
-    SAMPLE_COLUMNS,
-    SETTING_COLUMNS,
-    Asked,
-    Finding,
-    ask,
+    Presses,
     bounds,
-    found_rows,
-    labels_of,
     measure,
     warn_unanswered,
 )
+from palpate.benchmark.measuring import CALLS, Kind, ask
 from palpate.benchmark.model import BODYS, Solver, refuse_bed
 from palpate.benchmark.ranking import averaged
 from palpate.benchmark.timing import WARM_UP
@@ -35,6 +30,9 @@ from palpate.errors import InputError, NotConverged
 from palpate.files import read_table
 from palpate.models.model_registry import SAVED_AGAINST
 from palpate.studies.tradeoff.jobs import ACCURACY_VS_TIME, accuracy_vs_time, commit
+
+PRESSED = "scene", "body", "regime", "split"
+OF_QUESTIONS, OF_SETTINGS = Presses.columns_of_questions(PRESSED), Presses.columns_of_settings(PRESSED)
 
 
 class Scaled(Solver):
@@ -59,6 +57,10 @@ def found(judge, miss, side):
     """The errors of answers that are short by ``miss``, of one side's samples."""
     table = pd.DataFrame([truth_errors((1 - miss) * u, u, p) for u, p in zip(judge.truth, judge.patch, strict=True)])
     return table[judge.side == side]
+
+
+def asked_of(solver, judge, place="a model"):
+    return ask(Presses({}, judge, place), solver, 6, 0.0)
 
 
 def measured(slab_case, judge, solver, **about):
@@ -156,7 +158,7 @@ def test_a_known_error_is_what_is_measured(slab_case, slab_judge):
 
     made = made_up([{"miss": 0.5}, {"miss": 0.1}], prepare)
     samples, settings = measure(case, "scaled", made, judge, 12, 1.0)
-    assert samples.columns.tolist() == SAMPLE_COLUMNS and settings.columns.tolist() == SETTING_COLUMNS
+    assert samples.columns.tolist() == OF_QUESTIONS and settings.columns.tolist() == OF_SETTINGS
     assert settings["setting"].tolist() == ["miss=0.5", "miss=0.1"] and (settings["split"] == 1).all()
     for miss, row in zip((0.5, 0.1), settings.itertuples(), strict=True):
         tested, chosen = found(judge, miss, "test"), found(judge, miss, "validation")
@@ -223,14 +225,14 @@ def test_a_solver_sees_the_frame_before(slab_judge):
         assert seen[-1] == load.key
         return solver.respond(load)
 
-    asked = ask(Stub(precede=lambda load: seen.append(load.key), respond=respond), slab_judge, 6, 0)
-    assert not any(each.failure for each in asked) and len(seen) == 6 + WARM_UP
+    asked = asked_of(Stub(precede=lambda load: seen.append(load.key), respond=respond), slab_judge)
+    assert not any(each["failure"] for each in asked) and len(seen) == 6 + WARM_UP
 
     def refuse(load):
         raise NotConverged("not even before", [1.0])
 
-    failed = ask(Stub(precede=refuse, respond=solver.respond), slab_judge, 6, 0)
-    assert [each.failure for each in failed] == ["not even before"] * 6
+    failed = asked_of(Stub(precede=refuse, respond=solver.respond), slab_judge)
+    assert [each["failure"] for each in failed] == ["not even before"] * 6
 
 
 def test_failures_are_counted_and_told(slab_case, slab_judge):
@@ -257,28 +259,6 @@ def test_a_body_that_a_model_does_not_know_leaves_it_out_and_is_no_failure(slab_
     assert read_table(tmp_path / "samples.csv", ["model", "rmse_of_peak"]).empty
 
 
-def test_what_cannot_be_prepared_has_failed_everywhere(slab_case, slab_judge):
-    def prepare(case, setting):
-        raise NotConverged("no fit", [1.0])
-
-    samples, settings = measure(slab_case[0], "never", made_up([{}], prepare), slab_judge, 2, 1.0)
-    assert (samples["failure"] == "no fit").all() and settings["failures"].item() == settings["samples"].item() == 4
-    assert settings[["rmse_m", "online_p95_s", "validation_rmse_of_peak"]].isna().all(axis=None)
-
-
-def test_a_model_without_a_setting_for_a_body_leaves_headings_only(slab_case, slab_judge):
-    samples, settings = measure(slab_case[0], "none", made_up([], None), slab_judge, 2, 1.0)
-    assert samples.columns.tolist() == SAMPLE_COLUMNS and len(samples) == len(settings) == 0
-
-
-@pytest.mark.parametrize(("repeats", "budget", "calls"), [(3, 9.0, 6), (20, 9.0, 20), (20, 0.0, 6)])
-def test_every_sample_is_asked_once_and_then_as_often_as_there_is_time(slab_judge, repeats, budget, calls):
-    solver = Scaled(slab_judge, 0.5)
-    counts = [len(each.seconds) for each in ask(solver, slab_judge, repeats, budget)]
-    assert sum(counts) == calls == len(solver.asked) - WARM_UP
-    assert all(counts) and max(counts) - min(counts) <= 1
-
-
 def test_what_is_asked_cannot_be_changed_by_who_answers(slab_judge):
     before = slab_judge.samples.force.copy()
 
@@ -286,21 +266,21 @@ def test_what_is_asked_cannot_be_changed_by_who_answers(slab_judge):
         load.single()[1][:] = 0.0
         return np.zeros((slab_judge.truth.shape[1], 3))
 
-    ask(Stub(respond=respond, precede=respond), slab_judge, 6, 0.0)
+    asked_of(Stub(respond=respond, precede=respond), slab_judge)
     assert np.array_equal(slab_judge.samples.force, before)
 
 
 def test_a_wrong_shape_is_refused_and_no_number_has_failed(slab_judge):
     with pytest.raises(InputError, match=r"^mine\.py: respond gave the shape \(3,\)"):
-        ask(Stub(respond=lambda load: load.single()[1]), slab_judge, 6, 0.0, "mine.py")
+        asked_of(Stub(respond=lambda load: load.single()[1]), slab_judge, place="mine.py")
     nothing = np.full((slab_judge.truth.shape[1], 3), np.nan)
-    asked = ask(Stub(respond=lambda load: nothing), slab_judge, 6, 0.0)
-    assert len(asked) == 6 and all(each.errors is None and "not finite" in each.failure for each in asked)
+    asked = asked_of(Stub(respond=lambda load: nothing), slab_judge)
+    assert len(asked) == 6 and all("rmse_m" not in each and "not finite" in each["failure"] for each in asked)
 
 
 def test_the_truth_and_zero_have_rows_of_their_own(slab_case, slab_judge):
     samples, settings = bounds(slab_case[0], slab_judge)
-    assert samples.columns.tolist() == SAMPLE_COLUMNS and settings.columns.tolist() == SETTING_COLUMNS
+    assert samples.columns.tolist() == OF_QUESTIONS and settings.columns.tolist() == OF_SETTINGS
     truth, zero = (row for _, row in settings.iterrows())
     assert (truth["model"], truth["setting"], zero["model"]) == ("truth", "own error", "zero")
     assert truth["rmse_of_peak"] == pytest.approx(0.002) == truth["validation_rmse_of_peak"]
@@ -316,14 +296,13 @@ def test_the_truth_and_zero_have_rows_of_their_own(slab_case, slab_judge):
     assert settings["rmse_of_peak"].iloc[0] == pytest.approx(0.002)
 
 
-def test_the_largest_time_is_that_of_the_slowest_press_and_not_of_one_late_call(slab_case, slab_judge):
-    asked = [Asked(seconds=each) for each in [[0.001, 0.002, 0.5]] * 5 + [[0.03, 0.04, 0.05]]]
-    _, settings = found_rows([Finding(labels_of(slab_case[0], "m", "s"), asked, 0.0, 0.0, {})], slab_judge)
-    assert settings["online_max_s"].iloc[0] == 0.04
+def test_the_largest_time_is_that_of_the_slowest_press_and_not_of_one_late_call():
+    rows = [{"failure": "", CALLS: each} for each in [[0.001, 0.002, 0.5]] * 5 + [[0.03, 0.04, 0.05]]]
+    assert Kind.means(rows)["online_max_s"] == 0.04
 
 
 def test_queries_that_pay_back():
-    row = dict.fromkeys(SETTING_COLUMNS, 1)
+    row = dict.fromkeys(OF_SETTINGS, 1)
     fine = row | {"model": SAVED_AGAINST, "offline_s": 0.0}
     rows = [
         fine | {"scene": "a", "setting": "iterations=1", "online_median_s": 0.5},

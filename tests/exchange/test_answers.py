@@ -9,7 +9,7 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.exchange.answers import read_answers
-from palpate.exchange.score import score_presses
+from palpate.exchange.score_presses import score_presses
 
 MOVED, SECONDS, FAILED = "setting_2/displacement_m", "setting_2/seconds", "setting_2/failed"
 

@@ -20,8 +20,9 @@ from palpate.exchange import presses
 from palpate.exchange.asked_body import law_named
 from palpate.exchange.folder import packed
 from palpate.exchange.own_mesh import OwnMesh
-from palpate.exchange.score import kept_truth, score_presses, truth_beside
+from palpate.exchange.score import kept_truth, truth_beside
 from palpate.exchange.score_command import score
+from palpate.exchange.score_presses import score_presses
 from palpate.models.kinds import FEM
 
 SCRIPT = Path(__file__).with_name("independent_p1.py")

@@ -3,7 +3,6 @@
 import time
 import timeit
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,11 +22,11 @@ Call = Callable[[], object]
 class Timed(NamedTuple):
     """The seconds of every timed call of each of n calls, and why each failed.
 
-    failures : (n,) the message of the NotConverged that a call raised, else ""; a call that failed has no seconds
+    failures : (n,) the NotConverged that a call raised, else None; a call that failed has no seconds
     """
 
     seconds: list[list[float]]
-    failures: list[str]
+    failures: list[NotConverged | None]
 
 
 class Timing(NamedTuple):
@@ -54,34 +53,35 @@ def time_calls(
     from threadpoolctl import threadpool_limits
 
     count = len(calls)
-    timed = Timed([[] for _ in range(count)], [""] * count)
+    timed = Timed([[] for _ in range(count)], [None] * count)
     with threadpool_limits(limits=1):
-        first, *_ = (_once(calls[i % count], lambda answer: None)[0] for i in range(WARM_UP))
+        first, *_ = (_once(calls, i % count, lambda i, answer: None)[0] for i in range(WARM_UP))
         limit, calls_made, began = min(repeats, SLOW_CALLS) if first > SLOW_S else repeats, 0, time.perf_counter()
         while calls_made < count or (calls_made < limit and time.perf_counter() - began < budget_s):
             i = calls_made % count
             calls_made += 1
             if timed.failures[i]:
                 continue
-            seconds, failure = _once(calls[i], partial(receive, i))
-            if failure:
-                timed.failures[i] = failure
+            seconds, timed.failures[i] = _once(calls, i, receive)
+            if timed.failures[i]:
                 timed.seconds[i].clear()
             else:
                 timed.seconds[i].append(seconds)
     return timed
 
 
-def _once(call: Call, receive: Callable[[Any], None]) -> tuple[float, str]:
+def _once(calls: Sequence[Call], i: int, receive: Callable[[int, Any], None]) -> tuple[float, NotConverged | None]:
     """Return the seconds of one call, and why it failed."""
     start = time.perf_counter()
     try:
+        call = calls[i]
+        start = time.perf_counter()
         answer = call()
         seconds = time.perf_counter() - start
-        receive(answer)
+        receive(i, answer)
     except NotConverged as failure:
-        return time.perf_counter() - start, said(failure)
-    return seconds, ""
+        return time.perf_counter() - start, failure
+    return seconds, None
 
 
 def said(failure: Exception) -> str:
@@ -95,21 +95,21 @@ def measure(calls: Sequence[Call], repeats: int) -> Timing:
     Median and 95th percentile, not mean and minimum: a surgeon's hand feels the frames that come late.
     """
     timed = time_calls(calls, repeats)
-    if failed := next(filter(None, timed.failures), ""):
-        raise NotConverged(failed, [])
+    if failed := next(filter(None, timed.failures), None):
+        raise failed
     times = [seconds for each in timed.seconds for seconds in each]
     return Timing(float(np.median(times)), float(np.percentile(times, 95)), len(times))
 
 
-def online(seconds: Sequence[Sequence[float]]) -> dict[str, float]:
-    """Return the columns online_… of a table of answers [s] from the calls of each; none where nothing was timed."""
+def online(seconds: Sequence[Sequence[float]], name: str = "online") -> dict[str, float]:
+    """Return the columns <name>_median_s … of answers [s] from the calls of each; none where nothing was timed."""
     timed = [each for each in seconds if len(each)]
     if not timed:
         return {}
     calls = np.concatenate(timed)
-    found = {"online_median_s": np.median(calls), "online_p95_s": np.percentile(calls, 95)}
     # a single late call is the machine's, a press that is late every time the model's
-    return found | {"online_max_s": max(np.median(each) for each in timed)}
+    largest = max(np.median(each) for each in timed)
+    return {f"{name}_median_s": np.median(calls), f"{name}_p95_s": np.percentile(calls, 95), f"{name}_max_s": largest}
 
 
 def processor_seconds(call: Call, least_s: float) -> float:

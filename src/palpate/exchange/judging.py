@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.measuring import spent
 from palpate.exchange.answers import Setting, Wanted, read_answers
 from palpate.exchange.folder import Arrays, Questions
 from palpate.exchange.own_mesh import OwnMesh
@@ -78,7 +79,7 @@ def _row(judge: Judging, row: int, moved: np.ndarray, setting: Setting) -> dict[
         return found | {"failure": NO_ANSWER}
     seconds = setting.seconds[row]
     calls = seconds[np.isfinite(seconds)].tolist()
-    return found | judge.errors(row, moved, setting) | {"seconds": float(np.median(calls)), "all_seconds": calls}
+    return found | judge.errors(row, moved, setting) | spent(calls)
 
 
 def _mesh_costs(judge: Judging, mesh: OwnMesh | None) -> tuple[float, float]:

@@ -10,16 +10,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.judge import Judge
-from palpate.benchmark.measure import Asked, Finding, found_rows
 from palpate.bodies.material import NAMED
 from palpate.errors import InputError
-from palpate.exchange import presses
-from palpate.exchange.answers import Answers, Setting, read_answers
+from palpate.exchange.answers import Answers, Setting
 from palpate.exchange.asked_body import FURTHER, law_named
 from palpate.exchange.folder import DAMAGE, Arrays, Questions, packed
 from palpate.exchange.own_mesh import OwnMesh
-from palpate.exchange.suspects import oddities, out_of_order, slip
+from palpate.exchange.suspects import oddities, out_of_order
 from palpate.files import write_whole
 
 NO_ANSWER = "the engine gave no answer"
@@ -32,7 +29,7 @@ MESH = ["mesh_rmse_of_peak", "mesh_patch_rms_of_peak"]
 class Scored:
     """What was found of a file of answers.
 
-    samples, settings : rows as ``benchmark.measure`` has them, with the columns WHERE, OWN_LAW and MESH in settings
+    samples, settings : rows as ``benchmark.measuring`` has them, with the columns WHERE, OWN_LAW and MESH in settings
     warnings : a sentence each
     """
 
@@ -40,42 +37,6 @@ class Scored:
     samples: pd.DataFrame
     settings: pd.DataFrame
     warnings: tuple[str, ...]
-
-
-def score_presses(
-    path: Path, questions: Questions, truth: Arrays, own_law: Callable[[str], Arrays | None] | None = None
-) -> Scored:
-    """Score answers to presses.
-
-    own_law : gives the truth of a law that is not the body's, or None where it has none
-    InputError for answers that cannot be used.
-    """
-    answers, warned = read_answers(path, questions, {}), list[str]()
-    judge, rows = presses.judge_of(questions, truth)
-    elsewhere = own_law_truth(path, answers, questions, own_law, warned)
-    other = None if elsewhere is None else presses.judge_of(questions, elsewhere)
-    loads, asked, info = questions.arrays["loads"], questions.arrays["asked"], questions.info
-    known = truth["displacement_m"]
-
-    def slipped(moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
-        told = slip(moved[there], known[there], asked["points_m"], asked["triangles"], loads["place_m"][there])
-        return f"displacement_m {told}" if told else ""
-
-    findings: list[Finding] = []
-    more: list[dict[str, Any]] = []
-    for setting, moved, mesh in looked_through(path, answers, questions, rows, known, slipped, warned):
-        found = [_asked(judge, n, moved[row], setting, row) for n, row in enumerate(rows)]
-        labels = {"scene": info["scene"], "body": info["body"], "regime": info["regime"]}
-        labels |= {"model": answers.engine, "setting": setting.name}
-        kind: dict[str, str | bool] = {"sees": "load", "prepared": False, "law": answers.law}
-        findings.append(Finding(labels, found, setting.preparation_s, setting.memory_mb, kind))
-        more.append(
-            where_of(answers, setting)
-            | dict(zip(MESH, _mesh_costs(judge, mesh), strict=True))
-            | dict(zip(OWN_LAW, _own_law_errors(other, questions, moved, setting), strict=True))
-        )
-    samples, settings = found_rows(findings, judge)
-    return Scored(answers, samples, settings.join(pd.DataFrame(more)), tuple(warned))
 
 
 def looked_through(
@@ -135,19 +96,6 @@ def odd(
     return [f"{place} {each}." for each in oddities(moved.reshape(true.shape), true)]
 
 
-def _asked(judge: Judge, n: int, moved: np.ndarray, setting: Setting, row: int) -> Asked:
-    if setting.failed[row]:
-        return Asked(failure=NO_ANSWER)
-    seconds = setting.seconds[row]
-    return Asked(judge.errors(n, moved), seconds[np.isfinite(seconds)].tolist())
-
-
-def _mesh_costs(judge: Judge, mesh: OwnMesh | None) -> tuple[float, float]:
-    if mesh is None:
-        return np.nan, np.nan
-    return mean_errors([judge.errors(n, mesh.through(moved))._asdict() for n, moved in enumerate(judge.truth)])
-
-
 def mean_errors(errors: list[dict[str, float]]) -> tuple[float, float]:
     """Return the means of errors by name over the surface and in the dent; NaN where there are none."""
     if not errors:
@@ -178,15 +126,6 @@ def own_law_truth(
         how = "ask for it with --own-law" if known else f"palpate has no law of that name, but {others}"
         warned.append(f"the law is {law} and that of the body {bodys}: errors have both in them ({how}).")
     return truth
-
-
-def _own_law_errors(
-    other: tuple[Judge, np.ndarray] | None, questions: Questions, moved: np.ndarray, setting: Setting
-) -> tuple[float, float]:
-    if other is None:
-        return np.nan, np.nan
-    judge, rows = other
-    return mean_errors([judge.errors(n, moved[row])._asdict() for n, row in enumerate(rows) if not setting.failed[row]])
 
 
 def kept_truth(folder: Path, law: str) -> Path:

@@ -16,8 +16,9 @@ from palpate.benchmark.ranking import BOUNDS, lasting
 from palpate.errors import InputError
 from palpate.exchange import motions, presses, touches
 from palpate.exchange.folder import Arrays, Questions, read
-from palpate.exchange.score import Scored, floor_of, kept_truth, score_presses, truth_beside
+from palpate.exchange.score import Scored, floor_of, kept_truth, truth_beside
 from palpate.exchange.score_motions import score_motions
+from palpate.exchange.score_presses import score_presses
 from palpate.exchange.score_touches import score_touches
 from palpate.files import read_table, write_whole
 from palpate.report.words import percent, seconds, two_digits

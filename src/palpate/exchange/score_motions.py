@@ -5,11 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, truth_errors
+from palpate.benchmark.measuring import Kind
 from palpate.benchmark.motion_truth import ForceErrors, force_errors
-from palpate.benchmark.timing import online
 from palpate.errors import InputError
 from palpate.exchange import motions
 from palpate.exchange.answers import Setting
@@ -24,8 +23,6 @@ ERRORS = (*TruthErrors._fields, *ForceErrors._fields)
 class _Judge(Judging):
     """What judges answers to motions, as ``Judging`` says; InputError where no truth is believed."""
 
-    columns = ("scene", "body", "model", "setting", "sample", *ERRORS, "real_time_factor", "seconds", "failure")
-
     def __init__(self, questions: Questions, truth: Arrays):
         own = np.stack([truth[f"own_{name}"] for name in motions.OWN], axis=1)
         self.rows = np.flatnonzero(np.isfinite(own).all(axis=1))
@@ -35,6 +32,7 @@ class _Judge(Judging):
         self.known, self._force = truth["displacement_m"], truth[motions.FORCE]
         self._duration_s, self._frames = questions.info["duration_s"], questions.frames[0]
         self.labels = {"scene": questions.info["scene"], "body": questions.info["body"]}
+        self.columns = _Motions.columns_of_questions(self.labels)
 
     def sample(self, row: int) -> dict[str, Any]:
         return {"sample": row}
@@ -58,15 +56,12 @@ class _Judge(Judging):
         return ""
 
     def means(self, found: list[dict[str, Any]]) -> dict[str, Any]:
-        failures = [row["failure"] for row in found if row["failure"]]
-        table = pd.DataFrame(
-            [row for row in found if not row["failure"]], columns=[*ERRORS, "real_time_factor", "all_seconds"]
-        )
-        row: dict[str, Any] = {"samples": len(found), "failures": len(failures), "failure": "".join(failures[:1])}
-        row |= table.drop(columns="all_seconds").astype(float).mean().to_dict()
-        each = table["rmse_of_peak"].astype(float)
-        row |= {"rmse_of_peak_median": each.median(), "rmse_of_peak_p95": each.quantile(0.95)}
-        return row | online(list(table["all_seconds"]))
+        return _Motions.means(found)
+
+
+class _Motions(Kind):
+    errors = (*ERRORS, "real_time_factor")
+    spread = ("rmse_of_peak",)
 
 
 def score_motions(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.touch import TouchCase, Touched
-from palpate.benchmark.touch_measure import SAMPLE_COLUMNS, means, penetration
+from palpate.benchmark.touch_measure import Touches, penetration
 from palpate.benchmark.touch_truth import touch_errors
 from palpate.effects.instrument import Instrument
 from palpate.errors import InputError
@@ -24,8 +24,6 @@ from palpate.report.words import two_digits
 class _Judge(Judging):
     """What judges answers to touches, as ``Judging`` says; InputError where no truth is believed."""
 
-    columns = SAMPLE_COLUMNS
-
     def __init__(self, questions: Questions, truth: Arrays):
         own = np.stack([truth[f"own_{name}"] for name in touches.OWN], axis=1)
         self.rows = np.flatnonzero(np.isfinite(own).all(axis=1))
@@ -37,6 +35,7 @@ class _Judge(Judging):
         self._touches = touches.touches_in(questions, body)
         names = {"scene": questions.info["scene"], "body": questions.info["body"]}
         self.labels = names | {"instrument": tool["kind"], "radius_m": tool["radius_m"]}
+        self.columns = Touches.columns_of_questions(self.labels)
 
     def sample(self, row: int) -> dict[str, Any]:
         return {"sample": int(self._loads["sample"][row]), "node": int(self._loads["node"][row])}
@@ -62,7 +61,7 @@ class _Judge(Judging):
         return f"force_n {told}" if told else ""
 
     def means(self, found: list[dict[str, Any]]) -> dict[str, Any]:
-        return means(found)
+        return Touches.means(found)
 
 
 def score_touches(

@@ -6,7 +6,7 @@ import pytest
 
 from palpate.benchmark.conformal import FEWEST
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH
-from palpate.benchmark.touch_measure import SAMPLE_COLUMNS, SETTING_COLUMNS
+from palpate.benchmark.touch_measure import Touches
 from palpate.benchmark.touch_truth import TouchErrors, TouchTruth
 from palpate.studies.touch.tables import (
     BOUNDED,
@@ -71,17 +71,17 @@ def rows(count: int, failed=()) -> tuple[pd.DataFrame, pd.DataFrame]:
     both = []
     for model, setting, errors in ((TRUTH, OWN_ERROR, np.full(count, 0.001)), ("fem", "level=1", signs)):
         part = pd.DataFrame(LABELS | {"model": model, "setting": setting}, index=range(count))
-        part = part.reindex(columns=SAMPLE_COLUMNS).assign(sample=range(count), failure="")
+        part = part.reindex(columns=Touches.columns_of_questions(LABELS)).assign(sample=range(count), failure="")
         both.append(part.assign(**{name: errors for name in TouchErrors._fields}))
     both[1].loc[list(failed), "failure"] = "lost"
     settings = pd.DataFrame(
         [LABELS | {"model": TRUTH, "setting": OWN_ERROR}, LABELS | {"model": "fem", "setting": "level=1"}]
     )
-    return settings.reindex(columns=SETTING_COLUMNS), pd.concat(both)
+    return settings, pd.concat(both)
 
 
 def test_every_column_of_a_setting_is_in_the_table():
-    assert set(SETTING_COLUMNS) < set(TOUCH.columns)
+    assert set(Touches.columns_of_settings(LABELS)) < set(TOUCH.columns)
 
 
 def test_means_have_no_sign_and_bounds_the_own_error():

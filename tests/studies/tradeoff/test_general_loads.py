@@ -164,16 +164,6 @@ def test_what_is_prepared_for_a_press_is_timed_apart_and_once(asked):
     assert rows.loc[DEPTH, "force_error"] == 1.0 and 0.0 < rows.loc[NEW, "rmse_of_peak"] < 1.0
 
 
-def test_a_setting_that_cannot_be_prepared_has_failed_on_all(asked):
-    case, found = asked
-
-    def prepare(case, setting):
-        raise NotConverged("no way", [])
-
-    table = measure_any(case, "mine", made_up([{}], prepare), "", found, 5, 0.01)
-    assert (table["failures"] == table["samples"]).all() and set(table["failure"]) == {"no way"}
-
-
 @pytest.fixture(scope="module")
 def beyond(slab_case, slab_judge):
     """The slab under larger discs; and two contacts, each pressed in six ways."""

@@ -1,17 +1,17 @@
 """Measure what models make of a cut whose lips are pulled apart, and how long they take from the blade's move on."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
-from time import perf_counter
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from palpate.benchmark.cut_truth import CutTruth, Hook, Pulled, mouth, pull_errors
+from palpate.benchmark.measuring import CALLS, Kind, Prepared, Row, measure, prepared
 from palpate.benchmark.model import Setting, held_mb, setting_text
 from palpate.benchmark.ranking import TRUTH
-from palpate.benchmark.timing import said, time_calls
+from palpate.benchmark.timing import Call, online, said, time_calls
 from palpate.bodies.body import Body
 from palpate.bodies.cutting.cut import Blade, Cut, make_cut
 from palpate.bodies.cutting.ways import VIRTUAL_NODES
@@ -95,6 +95,72 @@ def truth_row(scene: str, case: CutCase, truth: CutTruth) -> pd.DataFrame:
     return CUT_TRUTH.frame([row | {name: getattr(truth, name) for name in kept}])
 
 
+class Pulls(Kind):
+    """A body that is cut and pulled: the questions are the calls TIMES, and the first answer of all is judged.
+
+    Where the truth judges no model errors are left out. ``openings`` are rows of CUT_OPENING, the truth's first.
+    """
+
+    def __init__(self, scene: str, case: CutCase, truth: CutTruth, repeats: int, budget_s: float):
+        super().__init__({"scene": scene, "body": case.body.name}, [{}] * len(TIMES))
+        self.case, self._truth, self._limits = case, truth, (repeats, budget_s)
+        self.openings: list[Row] = []
+        self._tell_opening({"model": TRUTH, "setting": "", "level": "", "way": ""}, truth.pulled)
+
+    def begin(self, solver: CutModel) -> None:
+        self._held_mb = held_mb(solver)
+        with _no_answer():
+            self._answer = _follow(solver, self.case.cuts)
+
+    def call(self, solver: CutModel, i: int) -> Call:
+        return solver.pull if i else partial(solver.cut, self.case.cuts)
+
+    def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
+        """Return errors and times; a blade moves in steps where a first answer is soon enough."""
+        found: Row = {f"own_{name}": value for name, value in zip(ERRORS, self._truth.own, strict=True)}
+        if any(row["failure"] for row in rows):
+            return found, []
+        self._tell_opening(one.about, self._answer)
+        if not self._truth.rejected:
+            found |= dict(zip(ERRORS, pull_errors(self._answer, self._truth.pulled), strict=True))
+        change, first, again = (np.array(row[CALLS]) for row in rows)
+        first += change[: len(first)]
+        steps = self._steps(one.solver) if np.median(first) <= SOON_S else []
+        for name, calls in zip((*TIMES, "step"), (change, first, again, steps), strict=True):
+            found |= online([[seconds] for seconds in calls], name)
+        lost = getattr(one.solver, "lost_share", 0.0)
+        return found | {"lost_share": lost, "calls": len(first), "memory_mb": self._held_mb}, []
+
+    def _steps(self, solver: CutModel) -> Sequence[float]:
+        """Return the times [s] of answers to a blade that moves; none of another cut, or where one fails."""
+        (cut,), (repeats, budget_s) = self.case.cuts, self._limits
+        if not isinstance(cut, Blade):
+            return []
+        stops = [cut.up_to(share * cut.length_m) for share in np.arange(1, BLADE_STEPS) / BLADE_STEPS]
+        calls = [partial(_follow, solver, [stop]) for stop in (*stops, cut)]
+        timed = time_calls(calls, BLADE_STEPS * repeats, budget_s)
+        return [] if any(timed.failures) else [seconds for each in timed.seconds for seconds in each]
+
+    def _tell_opening(self, about: Row, answer: Pulled) -> None:
+        along = np.linalg.norm(self.case.places - self.case.places[:1], axis=1)
+        for at, wide in zip(along, np.linalg.norm(answer.opening, axis=1), strict=True):
+            self.openings.append(self.labels | about | {"along_m": at, "opening_m": wide})
+
+
+def _follow(model: CutModel, cuts: Sequence[Cut]) -> Pulled:
+    model.cut(cuts)
+    return model.pull()
+
+
+@contextmanager
+def _no_answer() -> Iterator[None]:
+    """Take what is no input of a model, as where nothing is left of a level, for a failure."""
+    try:
+        yield
+    except InputError as failure:
+        raise NotConverged(said(failure), []) from failure
+
+
 def measure_cut(
     scene: str,
     case: CutCase,
@@ -106,79 +172,20 @@ def measure_cut(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Measure all settings of all models: rows of CUT and of CUT_OPENING.
 
-    repeats, budget_s : as of ``time_calls``; progress : wraps the settings; tried : these by model
-    Levels that the body has not are left out, and errors where the truth judges no model; on one BLAS thread.
+    repeats, budget_s : as of ``time_calls``; progress : wraps the settings; tried : these by model, but for levels
+        that the body has not
     """
-    from threadpoolctl import threadpool_limits
 
-    rows, along = [], np.linalg.norm(case.places - case.places[:1], axis=1)
-    labels = {"scene": scene, "model": TRUTH, "setting": "", "level": "", "way": ""}
-    openings = _openings(labels, along, truth.pulled)
-    own = {f"own_{name}": value for name, value in zip(ERRORS, truth.own, strict=True)}
-    with threadpool_limits(limits=1):
-        own_levels = [
-            (model, each) for model in tried for each in tried[model] if each["level"] < len(case.body.levels)
-        ]
-        for model, setting in progress(own_levels):
+    def settings() -> Iterator[Prepared]:
+        known = [(model, each) for model in tried for each in tried[model] if each["level"] < len(case.body.levels)]
+        for model, setting in progress(known):
             way = setting.get("way", WHOLE if model == "enriched_responses" else VIRTUAL_NODES)
-            labels = {"scene": scene, "model": model, "setting": setting_text(setting)}
-            labels |= {"level": setting["level"], "way": way}
-            answer, row = _measured(model, case, setting, repeats, budget_s)
-            if answer is not None:
-                openings += _openings(labels, along, answer)
-                if not truth.rejected:
-                    row |= dict(zip(ERRORS, pull_errors(answer, truth.pulled), strict=True))
-            rows.append({"body": case.body.name} | labels | own | row)
-    return CUT.frame(rows), CUT_OPENING.frame(openings)
+            about = {"model": model, "setting": setting_text(setting), "level": setting["level"], "way": way}
+            yield prepared(about, _no_answer()(partial(MODELS[model], case=case, **setting)))
 
-
-def _measured(
-    name: str, case: CutCase, setting: Setting, repeats: int, budget_s: float
-) -> tuple[Pulled | None, dict[str, Any]]:
-    """Return the answer of a setting, or None, and the row of its times: it is cut, asked twice, and cut again."""
-    begin = perf_counter()
-    try:
-        model = MODELS[name](case=case, **setting)
-        offline, memory = perf_counter() - begin, held_mb(model)
-        model.cut(case.cuts)
-        answer = model.pull()
-    except (NotConverged, InputError) as failure:
-        return None, {"failure": said(failure)}
-    timed = time_calls([partial(model.cut, case.cuts), model.pull, model.pull], 3 * repeats, budget_s)
-    if failed := next(filter(None, timed.failures), ""):
-        return None, {"failure": failed}
-    change, first, again = map(np.array, timed.seconds)
-    first += change[: len(first)]
-    row: dict[str, Any] = {"lost_share": getattr(model, "lost_share", 0.0), "calls": len(first)}
-    row |= {"offline_s": offline, "memory_mb": memory}
-    times = dict(zip(TIMES, (change, first, again), strict=True))
-    if np.median(first) <= SOON_S and len(steps := _steps(model, case, repeats, budget_s)):
-        times["step"] = steps
-    for time, values in times.items():
-        row |= {f"{time}_median_s": np.median(values), f"{time}_p95_s": np.percentile(values, 95)}
-        row |= {f"{time}_max_s": values.max()}
-    return answer, row | {"failure": ""}
-
-
-def _steps(model: CutModel, case: CutCase, repeats: int, budget_s: float) -> np.ndarray:
-    """Return the times (n,) [s] of answers to a blade that moves; none of another cut, or where one fails."""
-    (cut,) = case.cuts
-    if not isinstance(cut, Blade):
-        return np.empty(0)
-    stops = [cut.up_to(share * cut.length_m) for share in np.arange(1, BLADE_STEPS) / BLADE_STEPS]
-    timed = time_calls([partial(_follow, model, stop) for stop in (*stops, cut)], BLADE_STEPS * repeats, budget_s)
-    return np.empty(0) if any(timed.failures) else np.concatenate(timed.seconds)
-
-
-def _follow(model: CutModel, cut: Cut) -> Pulled:
-    model.cut([cut])
-    return model.pull()
-
-
-def _openings(labels: dict[str, Any], along: np.ndarray, answer: Pulled) -> list[dict[str, Any]]:
-    """Return the rows of CUT_OPENING of an answer at places ``along`` (k,) [m] the mouth."""
-    wide = np.linalg.norm(answer.opening, axis=1)
-    return [labels | {"along_m": a, "opening_m": w} for a, w in zip(along, wide, strict=True)]
+    kind = Pulls(scene, case, truth, repeats, budget_s)
+    _, rows = measure(kind, settings(), len(TIMES) * repeats, budget_s)
+    return CUT.frame(rows), CUT_OPENING.frame(kind.openings)
 
 
 def _length(vectors: np.ndarray) -> float:

@@ -1,14 +1,15 @@
 """Choose presses whose truth is known, and measure the models of the page on which a body is pressed."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.presses import force_of
+from palpate.benchmark.timing import online, time_calls
 from palpate.benchmark.truth import OWN, Truth
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import kept_contacts, spread_over
@@ -59,7 +60,7 @@ def trial_presses(body: Body, count: int, depth_m: float) -> list[dict]:
 
 
 CALLS = 40
-"""Answers that are timed, after one that warms up."""
+"""Answers that are timed."""
 
 
 def measure(
@@ -79,16 +80,11 @@ def measure(
             for answer, one in zip(answers, known, strict=False)
         ]
         told = [answer.error for answer in answers if answer.error is not None and np.isfinite(answer.error)]
-        seconds = []
-        for call in range(CALLS):
-            start = perf_counter()
-            model.respond(presses[call % len(presses)])
-            seconds.append(perf_counter() - start)
+        seconds = time_calls([partial(model.respond, each) for each in presses], CALLS).seconds
         row = {"body": body, "model": name, "contacts": contacts, "samples": len(known)}
         row |= {"rmse_of_peak": _median(found), "rmse_of_peak_most": max(found, default=np.nan)}
         row |= {"error_of_peak": _median(told), "doubted": sum(bool(answer.doubt) for answer in answers)}
-        row |= {"online_median_s": _median(seconds), "online_p95_s": float(np.percentile(seconds, 95))}
-        rows.append(row | {"file_mb": files_mb[name]})
+        rows.append(row | online(seconds) | {"file_mb": files_mb[name]})
     return PRESS.frame(rows)
 
 

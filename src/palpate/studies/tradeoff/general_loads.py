@@ -1,7 +1,8 @@
 """Ask for loads that models were not prepared for: other places, two contacts, depths, presses beyond the design."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,14 +10,15 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
 from palpate.benchmark.judge import Judge
-from palpate.benchmark.load import DEPTH, NEW, PREPARED, TWO, Answer, Load, Press
-from palpate.benchmark.measure import Queries, labels_of, prepared_settings
-from palpate.benchmark.model import Case, Model, Solver, answered, checked
+from palpate.benchmark.load import DEPTH, NEW, PREPARED, TWO, Answer, Load, Press, Refused, displacement_of
+from palpate.benchmark.measure import labels_of, prepared_settings
+from palpate.benchmark.measuring import DOUBTED, FAILED, REASON, REFUSED, Kind, Prepared, Row, measure
+from palpate.benchmark.model import Case, Model, Solver, answered
 from palpate.benchmark.static_responses import NESTED
-from palpate.benchmark.timing import said, time_calls
+from palpate.benchmark.timing import Call
 from palpate.bodies.contacts import places_between
 from palpate.bodies.refinement import quadratic_prolongation
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 from palpate.models.contact_modes.workshop import Workshop
 from palpate.models.fem_statics import Simulation
 from palpate.solvers.equilibrium import FastEquilibrium
@@ -116,8 +118,7 @@ def _pairs(case: Case, judge: Judge, chosen: np.ndarray) -> Iterator[Load]:
             yield Load(tuple(Press(int(samples.contact[j]), SHARE * samples.force[j]) for j in pair))
 
 
-MEANS = ["rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak", "force_error"]
-LARGEST_OF = ["rmse_of_peak", "patch_rms_of_peak", "force_error"]
+LARGEST_OF = ("rmse_of_peak", "patch_rms_of_peak", "force_error")
 """The errors whose largest one is tabulated beside their mean: there are few loads of a kind."""
 ANY_LOAD = Table(
     "any_load",
@@ -135,6 +136,61 @@ ANY_LOAD = Table(
 )
 
 
+class AnyLoad(Kind):
+    """Questions of one kind of load, against the fine operator.
+
+    places : seconds a press that preparing the nodes pressed at once took, of a solver, which is added to; None where
+        nothing is prepared
+    """
+
+    errors = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak", "force_error")
+
+    def __init__(self, labels: Row, asked: Sequence[Question], place: str, places: dict[tuple[int, ...], float | None]):
+        super().__init__(labels, [{}] * len(asked), len(asked[0].truth), place)
+        self._asked, self._places = asked, places
+
+    def ready(self, solver: Solver, i: int) -> None:
+        nodes = self._nodes(i)
+        if nodes not in self._places:
+            seconds = _refusing(solver.prepare_nodes, nodes)
+            self._places[nodes] = None if seconds is None else seconds / len(nodes)
+
+    def call(self, solver: Solver, i: int) -> Call:
+        _refusing(solver.precede, self._asked[i].load)
+        return partial(_refusing, solver.respond, self._asked[i].load)
+
+    def judged(self, i: int, answer: np.ndarray | Answer) -> Row:
+        """Measure one answer; the force's error is of a disc that was pushed to a depth, over the force there."""
+        asked, forces = self._asked[i], answer.forces if isinstance(answer, Answer) else None
+        found: Row = truth_errors(displacement_of(answer), asked.truth, asked.patch)._asdict()
+        if forces is not None and any(press.moved is not None for press in asked.load.presses):
+            found["force_error"] = float(np.linalg.norm(forces - asked.forces) / np.linalg.norm(asked.forces))
+        return found
+
+    def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
+        """Return how many loads were refused and doubted, which are no failures, and what preparing them took."""
+        reasons, errors = [row[REASON] for row in rows], pd.DataFrame(rows, columns=LARGEST_OF, dtype=float)
+        found: Row = errors.max().add_suffix("_most").to_dict()
+        found |= {"refused": reasons.count(REFUSED), "doubted": reasons.count(DOUBTED)}
+        found |= {"failures": reasons.count(FAILED)}
+        answered = {self._nodes(i) for i, reason in enumerate(reasons) if not reason}
+        if answered:
+            took = [self._places.get(nodes) for nodes in {self._nodes(i) for i in range(len(rows))}]
+            found["preparation_s"] = float(np.median([each for each in took if each is not None] or [0.0]))
+        return found | {"contacts": len(answered)}, []
+
+    def _nodes(self, i: int) -> tuple[int, ...]:
+        return tuple(press.node for press in self._asked[i].load.presses)
+
+
+def _refusing(function: Callable, asked: Any) -> Any:
+    """Call a function of a solver; Refused where it finds that a contact cannot be pressed, or is not prepared."""
+    try:
+        return function(asked)
+    except InputError as failure:
+        raise Refused(str(failure)) from failure
+
+
 def measure_any(
     case: Case,
     name: str,
@@ -150,67 +206,15 @@ def measure_any(
     repeats, budget_s : of each kind, as ``time_calls`` takes them; progress : wraps the sequence of settings
     Errors are against the fine operator. On one BLAS thread.
     """
-    from threadpoolctl import threadpool_limits
-
-    rows: list[dict] = []
-    with threadpool_limits(limits=1):
-        for one in prepared_settings(case, models, pattern, progress):
-            labels, offline = labels_of(case, name, one.model.text), one.offline_s
-            ready: dict[tuple[int, ...], float] = {}
-            for kind in dict.fromkeys(question.kind for question in asked):
-                questions = [question for question in asked if question.kind == kind]
-                row = {**labels, "kind": kind, "samples": len(questions), "offline_s": offline}
-                if isinstance(one.solver, NotConverged):
-                    row |= {"refused": 0, "doubted": 0, "failures": len(questions), "contacts": 0}
-                    rows.append(row | {"failure": said(one.solver)})
-                else:
-                    place = case.n_surface, one.model.place
-                    rows.append(row | _asked(one.solver, questions, ready, repeats, budget_s, *place))
+    rows = []
+    place = models[0].place if models else ""
+    for one in prepared_settings(case, name, models, pattern, progress):
+        places: dict[tuple[int, ...], float | None] = {}
+        whole = one._replace(used=dict(one.used))  # what loads prepare later is no part of the offline time
+        for kind in dict.fromkeys(question.kind for question in asked):
+            of_kind = labels_of(case) | {"kind": kind}, [question for question in asked if question.kind == kind]
+            rows += measure(AnyLoad(*of_kind, place, places), [whole], repeats, budget_s)[1]
     return ANY_LOAD.frame(rows)
-
-
-def _asked(
-    solver: Solver,
-    questions: Sequence[Question],
-    ready: dict[tuple[int, ...], float],
-    repeats: int,
-    budget_s: float,
-    n_surface: int,
-    place: str,
-) -> dict:
-    """Ask the questions of one kind; return what of a row follows from the answers; ``ready`` as in ``Queries``."""
-    found: dict[int, Mapping[str, float]] = {}
-    queries = Queries(solver, len(questions), lambda i: questions[i].load, ready)
-
-    def receive(i: int, answer: np.ndarray | Answer) -> None:
-        moved = checked(answer, n_surface, place)
-        forces = answer.forces if isinstance(answer, Answer) else None
-        found[i] = _errors(questions[i], moved, forces)
-
-    timed = time_calls(queries, repeats, budget_s, receive)
-    wrong = [i for i, failure in enumerate(timed.failures) if failure]
-    row: dict[str, Any] = {"refused": len(queries.refused), "doubted": len(queries.doubted)}
-    row["failures"] = len(set(wrong) - queries.refused - queries.doubted)
-    row["failure"] = next((timed.failures[i] for i in wrong), "")
-    row["memory_mb"] = float(solver.memory_mb)
-    answered = sorted(set(found) - set(wrong))
-    row["contacts"] = len({tuple(press.node for press in questions[i].load.presses) for i in answered})
-    errors = pd.DataFrame([found[i] for i in answered], columns=MEANS, dtype=float)
-    row |= errors.mean().to_dict()
-    row |= {f"{name}_most": errors[name].max() for name in LARGEST_OF}
-    if seconds := [s for calls in timed.seconds for s in calls]:
-        row |= {"online_median_s": np.median(seconds), "online_p95_s": np.percentile(seconds, 95)}
-        row["online_max_s"] = max(np.median(calls) for calls in timed.seconds if calls)
-        row["preparation_s"] = float(np.median(queries.prepared)) if queries.prepared else 0.0
-    return row
-
-
-def _errors(question: Question, moved: np.ndarray, forces: np.ndarray | None) -> Mapping[str, float]:
-    """Measure one answer; the force's error is of a disc that was pushed to a depth, over the force there."""
-    error = truth_errors(moved, question.truth, question.patch)._asdict()
-    if forces is None or all(press.moved is None for press in question.load.presses):
-        return error | {"force_error": np.nan}
-    return error | {"force_error": float(np.linalg.norm(forces - question.forces) / np.linalg.norm(question.forces))}
 
 
 TIMES = {"as designed": 1.0, "1.5 times": 1.5, "2 times": 2.0, "3 times": 3.0}
@@ -275,10 +279,10 @@ def measure_beyond(
 ) -> pd.DataFrame:
     """Ask those of ``models`` whose text ``pattern`` is found in: a row each kind of press."""
     rows = []
-    for one in prepared_settings(case, models, pattern):
+    for one in prepared_settings(case, name, models, pattern):
         if isinstance(one.solver, NotConverged):
             raise one.solver
-        told = labels_of(case, name, one.model.text)
+        told = labels_of(case) | one.about
         for kind in dict.fromkeys(press.kind for press in asked):
             judged = [_judged(one.solver, press) for press in asked if press.kind == kind]
             counts = {what: sum(verdict == what for verdict, *_ in judged) for what in ("right", "needless", "wrong")}

@@ -91,7 +91,8 @@ def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], spl
     from palpate.benchmark.engine_scores import OWN, score_table
     from palpate.benchmark.ranking import BOUNDS
     from palpate.exchange.presses import of_run
-    from palpate.exchange.score import floor_of, score_presses
+    from palpate.exchange.score import floor_of
+    from palpate.exchange.score_presses import score_presses
 
     table, parts = pd.read_csv(input.table), []
     for number, (scene, (regime, radius_m, paths)) in enumerate(scenes.items()):

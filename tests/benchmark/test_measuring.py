@@ -1,0 +1,57 @@
+"""A kind of question is one class: all else that is measured of it follows."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+
+from palpate.benchmark.load import Refused
+from palpate.benchmark.measuring import REASON, REFUSED, Kind, measure, prepared, tables
+from palpate.errors import NotConverged
+
+
+class Stretches(Kind):
+    """A bar is stretched, and its force is strain + strain²."""
+
+    question = ("strain",)
+    errors = spread = ("force_error",)
+    more = ("preparation_s",)
+
+    def ready(self, solver, i):
+        if self.named[i]["strain"] < 0.0:
+            raise Refused("a bar is not pressed")
+
+    def call(self, solver, i):
+        return partial(solver, self.named[i]["strain"])
+
+    def judged(self, i, answer):
+        strain = self.named[i]["strain"]
+        return {"force_error": answer / (strain + strain**2) - 1.0}
+
+
+def test_a_made_up_kind_of_question_is_prepared_asked_timed_judged_and_tabulated():
+    strains, asked = [0.1, -0.1, 0.3, 0.9], []
+
+    def linear(strain):
+        asked.append(strain)
+        if strain > 0.5:
+            raise NotConverged("it tears", [])
+        return strain
+
+    def lost():
+        raise NotConverged("no bar", [])
+
+    kind, models = Stretches({"scene": "bar"}, [{"strain": each} for each in strains]), (lambda: linear, lost)
+    settings = [prepared({"model": made.__name__, "setting": ""}, made, {"training": 40.0}) for made in models]
+    questions, rows = measure(kind, settings, 8, 9.0)
+    assert asked == [0.1, 0.3, 0.1, 0.3, 0.9, 0.1, 0.3, 0.1, 0.3]  # two to warm up; what has failed is asked no more
+    assert [row["failure"] for row in questions[:4]] == ["", "a bar is not pressed", "", "it tears"]
+    assert questions[1][REASON] == REFUSED
+    of_questions, of_settings = tables(kind, questions, rows)
+    assert list(of_questions["strain"]) == 2 * strains and of_questions["preparation_s"].notna().sum() == 4
+    one, other = of_settings.to_dict("records")
+    wrong = [1.0 / 1.1 - 1.0, 1.0 / 1.3 - 1.0]
+    assert one["force_error"] == pytest.approx(np.mean(wrong)) and (one["samples"], one["failures"]) == (4, 2)
+    assert one["force_error_p95"] == pytest.approx(np.percentile(np.abs(wrong), 95))
+    assert 0.0 < one["online_median_s"] <= one["online_p95_s"] and 40.0 < one["offline_s"] < 41.0
+    assert (other["failures"], other["failure"]) == (4, "no bar") and np.isnan(other["force_error"])

@@ -43,30 +43,13 @@ def test_a_budget_gets_a_model_with_its_error_time_and_reason(capsys, trade_off_
     assert re.search(r"because +least bound of nine answers in ten \(12 contacts, 36 presses\) of 5 settings", text)
 
 
-@pytest.mark.slow
-def test_advice_is_tried_on_other_days_and_at_other_contacts(capsys, trade_off_folder):
-    """The limits of the run's advice are those that are tried: an error of 1 % is met by all presses held out."""
-    advised(trade_off_folder, budgets_ms=[16.7], max_errors=[0.1])
-    assert main(["advise", "--results", str(trade_off_folder), "--check"]) == 0
-    text = capsys.readouterr().out
-    assert "34 of 40 rows of advice name the same model, and 6 another" in text.split("\n")[0]
-    assert "; of 10 limits of error tried at contacts held out, mean errors broke 0; of 72 " in text.split("\n")[0]
-
-
-@pytest.mark.slow
-def test_what_cannot_be_tried_is_said(capsys, trade_off_folder):
-    advised(trade_off_folder, budgets_ms=[16.7], max_errors=[1e-6])
+def test_a_scene_that_moves_has_no_patch(capsys, trade_off_folder):
+    advised(trade_off_folder, budgets_ms=[16.7])
     table = pd.read_csv(trade_off_folder / "tables/advice.csv")
     moved = table.iloc[:1].assign(scene="poke", times_life=2.0)
     pd.concat([table, moved]).to_csv(trade_off_folder / "tables/advice.csv", index=False)
-    code, text = said(capsys, trade_off_folder, "--check")
-    assert code == 0 and "no limit of error was tried" in text
-    assert said(capsys, trade_off_folder, "--scene", "all", "--check")[1].splitlines()[-1].startswith("poke: ")
-    assert said(capsys, trade_off_folder, "--scene", "poke", "--check")[0] == 1
     code, text = said(capsys, trade_off_folder, "--scene", "all", "--error", "patch")
-    assert code == 0 and text.splitlines()[-1].startswith(
-        "poke: models of a scene that moves are judged over its surface"
-    )
+    assert code == 0 and text.splitlines()[-1].startswith("poke: ")
     assert said(capsys, trade_off_folder, "--scene", "poke", "--error", "patch")[0] == 1
 
 
@@ -134,10 +117,6 @@ def test_without_a_limit_the_advice_of_the_run_is_listed(capsys, trade_off_folde
         (["--speed", "20"], "liver_small: what is pressed and does not move has no speed; leave --speed out"),
         (["--speed", "20", "--budget-ms", "1"], "leave --budget-ms or --speed out"),
         (["--scene", "all", "--speed", "20"], "has no speed"),
-        (["--check", "--max-error", "0.1"], "leave --max-error out"),
-        (["--check", "--load", "all"], "leave --load out"),
-        (["--check", "--speed", "20"], "leave --speed out"),
-        (["--check", "--error", "patch"], "leave --error out"),
         ([], r"advice\.csv is missing; type make"),
         (["--budget-ms", "1", "--results", "nowhere"], r"accuracy_vs_time\.csv is missing; type make"),
     ],

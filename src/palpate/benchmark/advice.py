@@ -69,16 +69,6 @@ ADVICE = Table(
     why: the reason
     """,
 )
-BY_RADIUS = Table(
-    "advice_by_radius",
-    "What is advised for fingers of several radii, and where that changes.",
-    """
-    body error budget_ms max_error radius_m: the question, for each radius of the finger [m], the smallest first
-    model setting rmse_of_peak patch_rms_of_peak: what is advised, and its errors
-    flips: whether it is another model than that for the radius before
-    """,
-    always=False,
-)
 
 
 def advise(
@@ -408,20 +398,3 @@ def percent(share: float) -> str:
 
 def _ms(seconds: float) -> str:
     return f"{1e3 * seconds:.3g} ms"
-
-
-def by_radius(advice: pd.DataFrame, radii: Mapping[str, tuple[str, float]]) -> pd.DataFrame:
-    """Tabulate advice_by_radius.csv: what is advised for each radius of the finger, the smallest first.
-
-    advice : of advice.csv; radii : body and radius [m] of the scenes that are to be compared, others are left out
-    """
-    there = advice[advice["scene"].isin(radii)].copy()
-    there["body"] = [radii[scene][0] for scene in there["scene"]]
-    there["radius_m"] = [radii[scene][1] for scene in there["scene"]]
-    found = []
-    # of a budget and a largest error one is empty
-    for _, asked in there.groupby(["body", "error", "budget_ms", "max_error"], sort=False, dropna=False):
-        rows = asked.sort_values("radius_m", kind="stable")
-        before = rows["model"].shift().fillna(rows["model"].iloc[0])
-        found.append(rows.assign(flips=rows["model"] != before))
-    return pd.concat(found)[BY_RADIUS.columns] if found else BY_RADIUS.frame([])

@@ -9,7 +9,6 @@ from fixtures import trade_off as made_up
 from fixtures.drawn import texts
 from fixtures.material import STUDIES, material, numbers, page
 from fixtures.trade_off import OWN, accuracy_vs_time
-from matplotlib.patches import Rectangle
 
 from palpate.benchmark.advice import advise
 from palpate.benchmark.advice_other_loads import advise_motion
@@ -313,14 +312,6 @@ def test_advice_is_grey_below_the_error_of_the_truth(trade_off_tables):
     axes = advice_figures.draw_advice(made_up.advice(settings, (1,)), settings).axes
     rms, patch = ([band.get_paths()[0].vertices[:, 0].max() for band in axis.collections] for axis in axes)
     assert rms[-1] == pytest.approx(0.41) and patch[-1] == pytest.approx(0.8)
-
-
-def test_flips_are_lines_between_the_radii_where_the_model_changes():
-    surface, patch = advice_figures.draw_advice_flips(made_up.advice_by_radius()).axes[:2]
-    assert len([cell for cell in surface.patches if isinstance(cell, Rectangle)]) >= 16
-    assert [text.replace("\u00a0", " ") for text in texts(patch) if text.startswith("7.5")] == ["7.5 %"] * 3
-    lines = [(line.get_xdata()[0], line.get_ydata()[0]) for line in surface.lines]
-    assert lines == [(1.5, -0.5)]  # between 8 and 12 mm, first question
 
 
 def test_every_kind_of_load_has_its_errors_and_the_force():

@@ -155,13 +155,6 @@ def tabulate_advice(input, limits: Advice):
     return pd.concat(found)
 
 
-def tabulate_advice_by_radius(input, radii: dict[str, tuple[str, float]], limits: Advice):
-    from palpate.benchmark.advice import by_radius
-
-    table = accuracy_vs_time(pd.concat([pd.read_csv(path) for path in input.settings]), commit())
-    return by_radius(pd.concat(_advice(table, input.errors, limits)), radii)
-
-
 def measure_other_loads(
     input, wildcards, say, options: FitOptions, grid: Families, tolerance: float, radius_m: float, split: int,
     models: dict, samples: int, reference: float, repeats: int, budget_s: float,

@@ -24,7 +24,7 @@ from palpate.studies.tradeoff.figures.scene_rows import KNOWN, answers, curves, 
 from palpate.studies.tradeoff.figures.truth import DEAR, SOURCES
 
 TITLE = "What accuracy costs in time"
-READS = ("advice", "advice_by_radius", "answers", "error_bounds")
+READS = ("advice", "answers", "error_bounds")
 """Tables of benchmark/ that the template shows."""
 WHERE = {"rms": "over the surface (RMSE)", "patch": "at the patch"}
 """The kinds of error that advice is for, in words."""
@@ -80,7 +80,6 @@ def numbers(report: Report) -> dict[str, Any]:
         "spare": MARGIN,
         "taken": {text: by_limit(tables.where(advice, error=kind), names, _taken) for kind, text in WHERE.items()},
         "dent": dent_table(tables.where(advice, error="rms"), truth, names),
-        "by_radius": "advice_by_radius" in optional,
         "truth_table": _truth(truth, names),
         "snaps": snaps(optional["limit_points"]) if "limit_points" in optional else None,
         "bounds": _bounds(report.tables["error_bounds"], hardest),

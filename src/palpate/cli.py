@@ -318,21 +318,16 @@ def _share(text: str) -> float:
 
 
 def _advise(asked: argparse.Namespace) -> str:
-    from palpate.report.advise import advise, advise_any_load, advise_force
+    from palpate.report.advise import Asked, advise
 
-    results, scene = Path(asked.results), None if asked.scene == "all" else asked.scene
-    error = asked.error or "rms"
     given = {"budgets_ms": asked.budget_ms, "max_errors": asked.max_error, "speeds": asked.speed}
     limits = {name: [value] for name, value in given.items() if value is not None}
     if asked.budget_ms is not None and asked.speed is not None:
         raise InputError("a budget is for a step in real time; leave --budget-ms or --speed out.")
-    if error == "force":
-        if asked.load is not None:
-            raise InputError("--error force is of instruments that are pushed to a depth or moved; leave --load out.")
-        return advise_force(results, scene, limits)
-    if asked.load is not None:
-        return advise_any_load(results, scene, asked.load, asked.budget_ms, asked.max_error, error)
-    return advise(results, scene, limits, error)
+    if asked.error == "force" and asked.load is not None:
+        raise InputError("--error force is of instruments that are pushed to a depth or moved; leave --load out.")
+    scene = None if asked.scene == "all" else asked.scene
+    return advise(Asked(Path(asked.results), limits, asked.error or "rms", asked.load or ""), scene)
 
 
 if __name__ == "__main__":

@@ -142,7 +142,7 @@ MOVING = {"budgets_ms": [1, 8, 16.7], "speeds": [1, 20]}
 
 
 def tabulate_advice(input, limits: Advice):
-    from palpate.benchmark.advice_other_loads import advise_motion
+    from palpate.benchmark.advice import advise_motion
 
     found = []
     pressed = pd.read_csv(input.table[0]) if input.table else None

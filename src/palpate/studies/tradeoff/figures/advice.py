@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from palpate.benchmark.advice import NONE
+from palpate.benchmark.choosing import NONE
 from palpate.benchmark.load import DEPTH, LOADS
 from palpate.benchmark.ranking import BY_ERROR, KINDS, averaged, own_error, pick
 from palpate.report import style, tables

@@ -38,35 +38,21 @@ def test_a_budget_gets_a_model_with_its_error_time_and_reason(capsys, trade_off_
     error = r"error +0\.41 % of the peak displacement on average \(0\.\d+ % to 0\.\d+ % in 90 % of draws"
     assert re.search(error, text)
     assert "; at the patch 0.62 %" in text and "wrong by less than 0.69 %, by 12 contacts, 36 presses held out" in text
-    assert "4.5 ms an answer (median), 6 ms at the 95th percentile, 6 ms for the slowest press" in text
+    assert (
+        "4.5 ms an answer, 6 ms for the slowest press (medians of its calls); 95 % of single calls take at most 6 ms"
+        in text
+    )
     assert "64 % of the allowed time is left" in text and "30 s of preparation, 9 MB" in text
-    assert re.search(r"because +least bound of nine answers in ten \(12 contacts, 36 presses\) of 5 settings", text)
+    assert re.search(r"because +least bound of nine answers in ten of 5 settings", text)
 
 
-@pytest.mark.slow
-def test_advice_is_tried_on_other_days_and_at_other_contacts(capsys, trade_off_folder):
-    """The limits of the run's advice are those that are tried: an error of 1 % is met by all presses held out."""
-    advised(trade_off_folder, budgets_ms=[16.7], max_errors=[0.1])
-    assert main(["advise", "--results", str(trade_off_folder), "--check"]) == 0
-    text = capsys.readouterr().out
-    assert "34 of 40 rows of advice name the same model, and 6 another" in text.split("\n")[0]
-    assert "; of 10 limits of error tried at contacts held out, mean errors broke 0; of 72 " in text.split("\n")[0]
-
-
-@pytest.mark.slow
-def test_what_cannot_be_tried_is_said(capsys, trade_off_folder):
-    advised(trade_off_folder, budgets_ms=[16.7], max_errors=[1e-6])
+def test_a_scene_that_moves_has_no_patch(capsys, trade_off_folder):
+    advised(trade_off_folder, budgets_ms=[16.7])
     table = pd.read_csv(trade_off_folder / "tables/advice.csv")
     moved = table.iloc[:1].assign(scene="poke", times_life=2.0)
     pd.concat([table, moved]).to_csv(trade_off_folder / "tables/advice.csv", index=False)
-    code, text = said(capsys, trade_off_folder, "--check")
-    assert code == 0 and "no limit of error was tried" in text
-    assert said(capsys, trade_off_folder, "--scene", "all", "--check")[1].splitlines()[-1].startswith("poke: ")
-    assert said(capsys, trade_off_folder, "--scene", "poke", "--check")[0] == 1
     code, text = said(capsys, trade_off_folder, "--scene", "all", "--error", "patch")
-    assert code == 0 and text.splitlines()[-1].startswith(
-        "poke: models of a scene that moves are judged over its surface"
-    )
+    assert code == 0 and text.splitlines()[-1].startswith("poke: ")
     assert said(capsys, trade_off_folder, "--scene", "poke", "--error", "patch")[0] == 1
 
 
@@ -74,21 +60,20 @@ def test_a_kind_of_load_gets_a_model_of_its_own(capsys, trade_off_folder):
     any_load().to_csv(trade_off_folder / "tables/any_load.csv", index=False)
     asked = ("--scene", "liver_large", "--max-error", "0.08")
     code, text = said(capsys, trade_off_folder, *asked, "--load", "prepared")
-    assert code == 0 and text.startswith(
-        "liver_large, prepared: linear_fem\n  error     4 % of the peak displacement on average, 6 %"
-    )
+    assert code == 0 and text.startswith("liver_large, prepared, error of at most 8 %: linear_fem\n")
+    assert "4 % of the peak displacement on average, 6 % at most" in text
     code, text = said(capsys, trade_off_folder, *asked, "--load", "all")
     heads = [line for line in text.split("\n") if line.startswith("liver_large")]
     assert heads[1:] == [
-        "liver_large, never prepared: fem_p2 level=0, start=rest",
-        "liver_large, two contacts: fem_p2 level=0, start=rest",
-        "liver_large, depth: fem_p2 level=0, start=rest",
+        "liver_large, never prepared, error of at most 8 %: fem_p2 level=0, start=rest",
+        "liver_large, two contacts, error of at most 8 %: fem_p2 level=0, start=rest",
+        "liver_large, depth, error of at most 8 %: fem_p2 level=0, start=rest",
     ]
     assert "; refused by linear_fem" in text and "; of the force 19 %" in text
     code, text = said(capsys, trade_off_folder, "--scene", "liver_large", "--budget-ms", "1", "--load", "two-contacts")
-    assert code == 0 and text.startswith("liver_large, two contacts: linear_fem\n")
+    assert code == 0 and text.startswith("liver_large, two contacts, within 1 ms: linear_fem\n")
     code, text = said(capsys, trade_off_folder, "--scene", "liver_large", "--max-error", "1e-4", "--load", "depth")
-    assert code == 0 and "none" in text and "the setting of least bound, fem_p2 level=1, start=rest, has 1.4 %" in text
+    assert code == 0 and "none" in text and "of fem_p2 level=1, start=rest, is 1.4 %" in text
     assert said(capsys, trade_off_folder, "--scene", "liver_large", "--load", "depth")[0] == 1
     assert said(capsys, trade_off_folder, "--scene", "liver_smell", "--load", "depth", "--max-error", "0.1")[0] == 1
 
@@ -134,10 +119,6 @@ def test_without_a_limit_the_advice_of_the_run_is_listed(capsys, trade_off_folde
         (["--speed", "20"], "liver_small: what is pressed and does not move has no speed; leave --speed out"),
         (["--speed", "20", "--budget-ms", "1"], "leave --budget-ms or --speed out"),
         (["--scene", "all", "--speed", "20"], "has no speed"),
-        (["--check", "--max-error", "0.1"], "leave --max-error out"),
-        (["--check", "--load", "all"], "leave --load out"),
-        (["--check", "--speed", "20"], "leave --speed out"),
-        (["--check", "--error", "patch"], "leave --error out"),
         ([], r"advice\.csv is missing; type make"),
         (["--budget-ms", "1", "--results", "nowhere"], r"accuracy_vs_time\.csv is missing; type make"),
     ],

@@ -84,9 +84,6 @@ def _parser() -> argparse.ArgumentParser:
         help="another kind of load: a place never prepared, two contacts at once, a disc pushed to a depth; or all",
     )  # fmt: skip
     advise.add_argument("--results", default="results", metavar="DIR", help="folder that make has filled (results)")
-    advise.add_argument(
-        "--check", action="store_true", help="try the run's advice with other times, and at contacts held out"
-    )
     advise.set_defaults(act=_advise)
     export = commands.add_parser("export", help="write a prepared model to one file, for other programs")
     export.add_argument("--scene", required=True, help="a body and a regime of loads, such as liver_large")
@@ -321,27 +318,16 @@ def _share(text: str) -> float:
 
 
 def _advise(asked: argparse.Namespace) -> str:
-    from palpate.report.advise import advise, advise_any_load, advise_force, check
+    from palpate.report.advise import Asked, advise
 
-    results, scene = Path(asked.results), None if asked.scene == "all" else asked.scene
-    if asked.check:
-        for option in ("load", "budget_ms", "max_error", "speed", "error"):
-            if getattr(asked, option) is not None:
-                text = option.replace("_", "-")
-                raise InputError(f"--check tries the limits that the run was asked for; leave --{text} out.")
-        return check(results, scene)
-    error = asked.error or "rms"
     given = {"budgets_ms": asked.budget_ms, "max_errors": asked.max_error, "speeds": asked.speed}
     limits = {name: [value] for name, value in given.items() if value is not None}
     if asked.budget_ms is not None and asked.speed is not None:
         raise InputError("a budget is for a step in real time; leave --budget-ms or --speed out.")
-    if error == "force":
-        if asked.load is not None:
-            raise InputError("--error force is of instruments that are pushed to a depth or moved; leave --load out.")
-        return advise_force(results, scene, limits)
-    if asked.load is not None:
-        return advise_any_load(results, scene, asked.load, asked.budget_ms, asked.max_error, error)
-    return advise(results, scene, limits, error)
+    if asked.error == "force" and asked.load is not None:
+        raise InputError("--error force is of instruments that are pushed to a depth or moved; leave --load out.")
+    scene = None if asked.scene == "all" else asked.scene
+    return advise(Asked(Path(asked.results), limits, asked.error or "rms", asked.load or ""), scene)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,6 @@ from palpate.benchmark.ranking import (
     TRUTH,
     ZERO,
     alone,
-    by_time,
     lasting,
     own_errors,
     pick,
@@ -112,8 +111,6 @@ def tied(*rows):
         ([(0.1, 1, 1), (0.104, 0.1, 1)], BY_ERROR, 1),  # errors tied: the clearly faster
         ([(0.1, 1, 5), (0.104, 0.9, 1)], BY_ERROR, 1),  # times tied too: the smaller
         ([(0.1, 1, 1), (0.104, 0.9, 1.05)], BY_ERROR, 0),  # all tied: the first
-        ([(0.1, 1, 1), (0.2, 0.1, 1)], by_time("rmse_of_peak"), 1),
-        ([(0.1, 1.4, 1), (0.2, 1, 1)], by_time("rmse_of_peak"), 0),  # times tied: the less wrong
         ([(0.0, 1, 1), (1e-9, 0.1, 1)], BY_ERROR, 1),  # both are all but exact
         ([(0.0, 1, 1), (1e-4, 0.1, 1)], BY_ERROR, 0),
     ],

@@ -47,7 +47,7 @@ def file(whole_folder, trade_off_tables, sagging, database, predictions_file, tm
     shutil.copytree(whole_folder.path, folder, dirs_exist_ok=True)
     for name, table in trade_off_tables.items():
         table.to_csv(folder / "tables" / f"{name}.csv", index=False)
-    names = ["advice", "advice_flips", "break_even", "truth", "error_bounds", "limit_points", "any_load"]
+    names = ["advice", "break_even", "truth", "error_bounds", "limit_points", "any_load"]
     for scene in OWN:
         names += [f"work_precision_{scene}", f"best_models_{scene}"]
     for name in [*names, *(path.stem for path in folder.glob("figures/*.svg"))]:

@@ -16,7 +16,7 @@ TIMED = re.compile(
 NOT_TIMES = {"time_s", "start_s"}
 """Columns of simulated time."""
 FROM_TIMES = {
-    "claims", "advice", "advice_by_radius", "scaling", "complexity",
+    "claims", "advice", "scaling", "complexity",
     "collision_scaling", "online_cost", "error_bounds",
 }  # fmt: skip
 """Tables whose rows are worked out from times: only that they are there is compared."""

@@ -342,7 +342,6 @@ def test_what_is_wrong_with_the_trade_off_is_said(trading, changes, said):
 @pytest.mark.parametrize(
     ("place", "value", "said"),
     [
-        ("regimes.finger_4000_um", {"radius_m": 0.01}, "regimes.finger_4000_um has the name of a regime of finger_ra"),
         ("regimes.small.radius_of_body_m", {"livr": 0.01}, "regimes.small.radius_of_body_m names livr, which is unkn"),
         ("regimes", None, "tradeoff is there and there are no regimes"),
         ("bodies.liver", None, "tradeoff is there and no body is refined"),
@@ -350,7 +349,7 @@ def test_what_is_wrong_with_the_trade_off_is_said(trading, changes, said):
 )
 def test_what_the_trade_off_needs_is_said(trading, place, value, said):
     trading["bodies"] = {name: trading["bodies"][name] for name in ("liver", "bar")}
-    trading["tradeoff"] |= {"bodies": None, "finger_radii_m": [0.004]}
+    trading["tradeoff"] |= {"bodies": None}
     put(trading, place, value)
     assert refusal(trading).startswith(said)
 

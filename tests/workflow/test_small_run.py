@@ -38,17 +38,17 @@ def test_a_scene_runs_from_its_settings_to_the_report(run, smoke, write_config, 
 
 
 def test_every_rule_is_planned_as_often_as_the_settings_ask(plan, whole, write_config, tmp_path):
-    """The smoke run, with a cut, another finger and presses up to the law's limit besides."""
-    asked = {"finger_radii_m": [0.01], "limit_points": {"body": "liver", "contacts": [7]}}
+    """The smoke run, with a cut and presses up to the law's limit besides."""
+    asked = {"limit_points": {"body": "liver", "contacts": [7]}}
     settings = whole | {"cut": {"cuts": {"liver_cut": CUT}}, "tradeoff": whole["tradeoff"] | asked}
     jobs = plan(tmp_path, write_config(settings))
     written = {name for file in RULES.glob("*.smk") for name in re.findall(r"^rule (\w+):", file.read_text(), re.M)}
     assert sorted(written - set(jobs) - set(STUDIES)) == sorted(NOT_ASKED)
     assert jobs["make_body"] == len(whole["bodies"])
     assert jobs["simulate_scene"] == jobs["draw_motion"] == len(whole["scenes"])
-    assert jobs["choose_presses"] == jobs["simulate_truth"] == jobs["measure_bounds"] == 2  # a finger, and another
-    assert jobs["simulate_fine"] == 3  # a whole batch of point forces, and a part of one for each finger
+    assert jobs["choose_presses"] == jobs["simulate_truth"] == jobs["measure_bounds"] == 1
+    assert jobs["simulate_fine"] == 2  # a whole batch of point forces, and a part of one for the finger
     assert jobs["measure_touch_models"] == len(TOUCH_MODELS)
-    assert jobs["measure_models"] == 2 * len(families(whole["tradeoff"]["models"], {}))
+    assert jobs["measure_models"] == len(families(whole["tradeoff"]["models"], {}))
     merged = [rule for rule in jobs if rule.startswith(("tabulate_", "draw_", "check_"))]
     assert {jobs[rule] for rule in merged if rule != "draw_motion"} == {1}

@@ -19,14 +19,13 @@ def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, tradi
     assert plan(tmp_path, write_config(trading), "tradeoff")["measure_models"] == 3
 
 
-def test_bodies_in_depth_get_all_splits_and_other_fingers(tmp_path, plan, write_config, trading):
+def test_bodies_in_depth_get_all_splits(tmp_path, plan, write_config, trading):
     trading["tradeoff"] |= {"bodies": ["liver", "abdomen"], "splits": [1, 2], "in_depth": ["liver"]}
-    trading["tradeoff"] |= {"finger_radii_m": [0.01, 0.02]}  # the second is that of the regime
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
-    families, scenes, fingers = 2, 1, 1
-    assert jobs["measure_models"] == families * (2 * scenes + fingers + scenes)
-    assert jobs["choose_presses"] == jobs["simulate_truth"] == 2 * scenes + fingers
-    assert jobs["measure_bounds"] == 2 * scenes + scenes + fingers
+    families, scenes = 2, 1
+    assert jobs["measure_models"] == families * (2 * scenes + scenes)
+    assert jobs["choose_presses"] == jobs["simulate_truth"] == 2 * scenes
+    assert jobs["measure_bounds"] == 2 * scenes + scenes
 
 
 def test_answers_from_elsewhere_are_a_table_and_a_figure_and_reach_no_advice(tmp_path, plan, write_config, trading):

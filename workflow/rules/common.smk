@@ -3,7 +3,7 @@
 from os.path import normpath, relpath
 from pathlib import Path
 
-from palpate.benchmark.settings import finger_regimes, pressed_bodies
+from palpate.benchmark.settings import pressed_bodies
 from palpate.errors import InputError
 from palpate.files import read_yaml
 from palpate.report import declared
@@ -38,9 +38,6 @@ ADVISED = {"tradeoff", "dynamic"} & set(RUN) or {"tradeoff", "dynamic"} & set(AS
 # bodies that are pressed under a finger, and how hard
 PRESSED = pressed_bodies(settings)
 REGIMES = (settings.tradeoff.regimes or list(settings.regimes)) if PRESSED else []
-# fingers of other radii, as regimes of their own: they are in no diagram
-FINGERS = finger_regimes(settings) if PRESSED else {}
-config["regimes"] = config.get("regimes", {}) | plain(FINGERS)
 # bodies that get paper 1's forces on single nodes, and how hard they are pressed
 BODIES = [name for name, body in settings.bodies.items() if getattr(body, "train", None)] if settings.enrichment else []
 POINTS = list(settings.enrichment.regimes) if BODIES else []
@@ -52,7 +49,7 @@ SCENES = list(settings.scenes or {})
 wildcard_constraints:
     # names may have underscores, as what stands between them
     body="|".join(settings.bodies) or "nothing",
-    regime="|".join([*config["regimes"], *POINTS]) or "nothing",
+    regime="|".join([*config.get("regimes", {}), *POINTS]) or "nothing",
     scene="[a-z][a-z0-9_]*",
     batch=r"\d+",
     radius="[0-9.e-]+",

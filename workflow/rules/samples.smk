@@ -36,7 +36,7 @@ rule choose_presses:
     benchmark:
         "results/benchmarks/{body}/{regime}/choose_presses.tsv"
     wildcard_constraints:
-        regime="|".join([*REGIMES, *FINGERS]) or "nothing",
+        regime="|".join(REGIMES) or "nothing",
     priority: 1  # most of a run waits for it
     params:
         **calls("palpate.studies.common_jobs:choose_presses"),

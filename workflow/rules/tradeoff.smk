@@ -10,7 +10,7 @@ COMPARED = [*(TRADEOFF["models"] or MODELS), *OWN_MODELS]
 FAMILIES = families(COMPARED, OWN_MODELS)
 STATIC = [f"{body}_{regime}" for body in PRESSED for regime in REGIMES]
 SPLITS = TRADEOFF["splits"]
-# bodies that get all splits, and fingers of all radii
+# bodies that get all splits
 IN_DEPTH = TRADEOFF["in_depth"] or PRESSED
 CHECKED = TRADEOFF["truth"]["check_samples"]
 
@@ -29,7 +29,6 @@ TRADEOFF_SHOWN = (
     | drawn("tradeoff", "work_precision", "best_models", scenes=STATIC)
     | (drawn("tradeoff", "limit_points") if TRADEOFF["limit_points"] else {})
     | (drawn("tradeoff", "any_load") if TRADEOFF["any_load"] else {})
-    | (drawn("tradeoff", "advice_flips") if FINGERS else {})
     | drawn("tradeoff", "answers", scenes=list(ANSWERED))
 )
 
@@ -158,22 +157,6 @@ rule tabulate_tradeoff:
         "../job.py"
 
 
-rule tabulate_advice_by_radius:
-    input:
-        settings=finger_files("settings"),
-        errors=finger_files("samples"),
-    output:
-        in_report("results/tables/advice_by_radius.csv"),
-    log:
-        "results/logs/tabulate_advice_by_radius.log",
-    params:
-        **calls("palpate.studies.tradeoff.jobs:tabulate_advice_by_radius"),
-        radii={f"{body}_{regime}": (body, radius(body, regime)) for body, regime in finger_scenes()},
-        limits=TRADEOFF["advice"],
-    script:
-        "../job.py"
-
-
 rule measure_other_loads:
     input:
         **JUDGED,
@@ -258,7 +241,6 @@ rule tradeoff:
         rules.tabulate_tradeoff.output,
         tables("advice"),
         rules.tabulate_limit_points.output if TRADEOFF["limit_points"] else [],
-        rules.tabulate_advice_by_radius.output if FINGERS else [],
         rules.tabulate_answers.output if ANSWERED else [],
         rules.draw_tradeoff.output,
         warned_of(PRESSED),

@@ -1,14 +1,15 @@
-"""Advise which model to take for a budget of time or an error, say why, and what that rests on."""
+"""Advise which model to take for presses, other loads, touches and motions, from the tables that measured them."""
 
-from collections.abc import Mapping, Sequence
-from functools import partial
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.conformal import FEWEST, bound_factor, finite
-from palpate.benchmark.held_out import SETTING, TIED, HeldOut, fastest, least_wrong
+from palpate.benchmark.choosing import BOUND, FASTEST, NONE, Candidates, Limit, percent
+from palpate.benchmark.conformal import FEWEST, finite
+from palpate.benchmark.error_bounds import CONSTANT
+from palpate.benchmark.held_out import SETTING, TIED, HeldOut
 from palpate.benchmark.ranking import (
     BOUNDS,
     EQUAL,
@@ -16,22 +17,15 @@ from palpate.benchmark.ranking import (
     KINDS,
     RANGE,
     TIED_TIMES,
+    TRUTH,
+    fields_of,
     own_error,
-    pick,
     resampled,
     unknown,
 )
 from palpate.errors import InputError
 from palpate.table_declaration import Table
 
-NONE = "none"
-"""The word that stands for a model where none fits."""
-MARGIN = 0.2
-"""Share of a budget that the time must leave free: it does not repeat to the digit."""
-UNSURE = 0.5
-"""Share of the contacts below which a choice is not called the best: without most of them another is."""
-STRICTER = (1.0, 0.8, 0.6, 0.4, 0.2)
-"""Shares of a limit that a bound must stay below, in turn until the choice holds at contacts left out of it."""
 ADVICE = Table(
     "advice",
     "The model and setting to take for each limit of time or error, the next best one, and the reason.",
@@ -49,8 +43,8 @@ ADVICE = Table(
     rejected rejected_answered: validation and test presses without a truth, of which no error is known, and those of
         them that it answered without a doubt or a failure
     p95_of_peak: 95th percentile of the error over the nodes
-    online_median_s online_p95_s online_max_s: times of an answer, or where a body moves of a step: median, 95th
-        percentile, and of the slowest press or step
+    online_median_s online_p95_s online_max_s: times of an answer: median and 95th percentile of single calls, and of
+        the slowest press the median of its calls; where a body moves of a step, 95th percentile and largest
     offline_s memory_mb: of the preparation [s], and what it holds [1e6 bytes]
     margin: share of the budget that the slowest press leaves, or of max_error that the bound leaves
     confidence: where each contact is left out in turn, of a budget the share of contacts without which it is, or ties
@@ -65,20 +59,35 @@ ADVICE = Table(
     nearest_error nearest_s: its mean error, the truth's own added, and the time of its slowest press, or where a body
         moves of a step at the 95th percentile [s]
     speed times_life: seconds of motion in a second, asked for and reached
-    bound_on: where a body moves, what the bound was measured on, or why there is none
+    bound_on: where a body moves, what the bound was measured on, or that the error is of this path only, and why
     why: the reason
     """,
 )
-BY_RADIUS = Table(
-    "advice_by_radius",
-    "What is advised for fingers of several radii, and where that changes.",
-    """
-    body error budget_ms max_error radius_m: the question, for each radius of the finger [m], the smallest first
-    model setting rmse_of_peak patch_rms_of_peak: what is advised, and its errors
-    flips: whether it is another model than that for the radius before
-    """,
-    always=False,
-)
+
+
+SPREAD = "95th percentile"
+"""What stands for a bound where too few touches were asked."""
+PATH = "error on this path only"
+"""What stands for a bound of a motion that was measured nowhere else."""
+_PRESSED = (("limit", EQUAL), ("slowest_s", 1.0)), (("pace", TIED), ("limit", EQUAL), ("mean", EQUAL), ("pace", 1.0))
+"""What decides of presses: ties go to what budgets are compared with, so that a larger one never has a larger bound."""
+_MOVED = (("own_path", EQUAL), ("pace", TIED_TIMES)), FASTEST
+"""What decides of motions: within a time the error of the scene's own, which all settings have."""
+
+
+def limits_of(
+    budgets_ms: Iterable[float] = (), max_errors: Iterable[float] = (), speeds: Iterable[float] = ()
+) -> list[Limit]:
+    """Return one limit for each time [ms], error and speed."""
+    found = [Limit(budget_ms=budget) for budget in budgets_ms] + [Limit(max_error=error) for error in max_errors]
+    return found + [Limit(speed=speed) for speed in speeds]
+
+
+def _rows(asked: Candidates, limits: Iterable[Limit], **told: object) -> Iterable[dict]:
+    """Yield what is advised under each limit: columns of ADVICE, and others of the candidates."""
+    for limit in limits:
+        own = {"reference_error": asked.own, "unit": asked.unit}
+        yield {"model": NONE} | asked.advise(limit) | told | limit._asdict() | own
 
 
 def advise(
@@ -88,217 +97,34 @@ def advise(
     max_errors: Sequence[float] = (),
     kinds: Sequence[str] = tuple(KINDS),
 ) -> pd.DataFrame:
-    """Tabulate advice.csv of one scene: a row for each kind, budget [ms] and largest error of nine answers in ten.
+    """Tabulate advice.csv of one pressed scene: a row for each kind, budget [ms] and largest error.
 
-    settings : its rows of accuracy_vs_time.csv; errors : of its samples, as ``comparison.read_errors`` gives them
+    settings : its rows of accuracy_vs_time.csv; errors : of its samples, as ``ranking.read_errors`` gives them
     Settings are judged at all contacts that they have not learnt from (``HeldOut``), and one that failed on any sample
-    is never advised. Of what answers its slowest press within a budget the least bound is taken; of what has a bound
-    below an error the fastest, if the answers at each contact, by what is chosen without it, have such a bound too.
-    Below the truth's own error models are tied, and no smaller error is promised.
-    Raises InputError if the two tables do not belong together.
+    is never advised. Raises InputError if the two tables do not belong together.
     """
     _check(settings, errors)
-    found: list[dict] = []
+    rows = []
     for kind in kinds:
-        asked = Question(settings, errors, kind)
-        found += [asked.within(budget) for budget in budgets_ms]
-        found += [asked.under(limit) for limit in max_errors]
-    return ADVICE.frame(found)
+        asked = presses(settings, errors, kind)
+        tests = errors[errors["side"] == "test"]
+        for row in _rows(asked, limits_of(budgets_ms, max_errors), scene=settings["scene"].iloc[0], error=kind):
+            if row["model"] != NONE:
+                mine = tests[(tests["model"] == row["model"]) & (tests["setting"] == row["setting"])]
+                row["error_low"], row["error_high"] = resampled(mine, KINDS[kind]).iloc[0].quantile(list(RANGE))
+            rows.append(row)
+    return ADVICE.frame(rows)
 
 
-class Question:
-    """Everything that the answers about one kind of error have in common.
-
-    own : the truth's own error; NaN where not known
-    floor : below which bounds cannot be told apart, that of a model that errs everywhere as much as the truth
-    able : the settings that can be advised, by model and setting; tests : the errors on test samples
-    """
-
-    def __init__(self, settings: pd.DataFrame, errors: pd.DataFrame, kind: str):
-        self.column, self.held = KINDS[kind], HeldOut(settings, errors, KINDS[kind])
-        self.able = self.held.rows
-        self.own = own_error(settings, self.column)
-        self.floor = float(np.fmax(EXACT, finite(self.held.own_bound) + self.own))
-        self.none = {"scene": settings["scene"].iloc[0], "error": kind, "model": NONE, "reference_error": self.own}
-        failed = self.held.failed
-        self.failed = [f"settings left out as they failed on some samples: {failed}"] if failed else []
-        self.unknown = unknown(errors, self.column)
-        self.tests = errors[errors["side"] == "test"]
-        names = ("online_median_s", "online_max_s", "bound_of_peak", "mean_of_peak")
-        self.median, self.slowest, self.bound, self.mean = (self.able[name].to_numpy() for name in names)
-        self.every = np.ones(len(self.able), dtype=bool)
-
-    def within(self, budget_ms: float) -> dict:
-        """Choose the most accurate of what answers in time; a row of ADVICE."""
-        none = self.none | {"budget_ms": budget_ms}
-        fits = 1e3 * self.slowest <= (1 - MARGIN) * budget_ms
-        if not fits.any():
-            return none | self._late(budget_ms)
-        by = "bound_of_peak" if np.isfinite(self.bound[fits]).any() else "mean_of_peak"
-        best, rival = self._two(fits, lambda among: least_wrong(among, self.slowest, self.able[by], self.floor))
-        sure = self._stays(fits, best, by)
-        found = self._of_chosen(best, best["bound_of_peak"]) | versus(best, rival, by, self.floor)
-        found |= {"margin": 1 - 1e3 * best["online_max_s"] / budget_ms, "confidence": sure}
-        judged = f"bound of nine answers in ten ({_few(best)})" if by == "bound_of_peak" else "mean error"
-        parts = [
-            f"least {judged} of {counted(self.able[fits])} whose slowest press leaves {_share(MARGIN)} of "
-            f"{budget_ms:g} ms unused",
-            _sure(sure, rival),
-            next_best(rival, best, by, self.floor),
-        ]
-        late = self.able[~fits & (1e3 * self.median <= budget_ms)]
-        late = late[EQUAL * late[by].clip(lower=self.floor) < max(best[by], self.floor)]
-        if len(late):
-            close = late.loc[late[by].idxmin()]
-            parts.append(
-                f"{name(close)} has a smaller one ({percent(close[by])}) but takes {_ms(close['online_max_s'])} "
-                "for its slowest press"
-            )
-        return none | found | {"why": self._because(*parts, *self._tied(best[by]))}
-
-    def under(self, max_error: float) -> dict:
-        """Choose the fastest of what is accurate enough; none where nobody can promise that."""
-        none = self.none | {"max_error": max_error}
-        if max_error < self.own:
-            return none | self._nearest(max_error) | {"why": self._why_unknown()}
-        found: dict = {}
-        for share in STRICTER:
-            most = share * max_error
-            best, rival = self._two(self.every, partial(self._fastest, most, self.bound, self.mean))
-            if best is None:
-                break
-            errors, contact = self.held.left_out(partial(self._fastest, most, among=self.every))
-            # with as few contacts as a bound needs there is none where one is left out, and nothing can be tried
-            after, sure = 0.0, np.nan
-            if len(errors):
-                after, sure = bound_factor(errors, contact), _kept(errors, contact, max_error)
-            if after <= max_error:
-                return none | self._under(max_error, most, best, rival, max(after, best["bound_of_peak"]), sure)
-            why = self._because(self._why_lucky(best, sure, max_error))
-            found = _near(best, after, 1 - sure) | {"confidence": sure, "why": why}
-        return none | (found or self._nearest(max_error) | {"why": self._why_wrong()})
-
-    def _fastest(self, most: float, bound: np.ndarray, mean: np.ndarray, among: np.ndarray) -> int | None:
-        return fastest(among & (bound <= most) & (mean <= most), self.median, bound, mean, self.floor)
-
-    def _under(self, max_error: float, most: float, best: pd.Series, rival: Any, bound: float, sure: float) -> dict:
-        """Return what a row of ADVICE says of what is chosen for an error; ``most``: what bounds had to stay below."""
-        passed, why_passed = passed_over(self.able, best, max_error)
-        found = self._of_chosen(best, bound) | versus(best, rival, "online_median_s") | passed
-        found |= {"margin": 1 - bound / max_error, "confidence": sure}
-        fits = self.able[(self.bound <= most) & (self.mean <= most)]
-        parts = [
-            f"fastest, within a factor of {TIED:g}, of {counted(fits)} of which nine answers in ten stay below "
-            f"{percent(most)} ({_few(best)})"
-        ]
-        if np.isfinite(sure):
-            kept = f"{_share(sure)} of the answers there stay below {percent(max_error)}"
-            parts.append(f"where each contact is left out of the choice, {kept}")
-        parts += [next_best(rival, best, "online_median_s"), *why_passed]
-        if best[self.column] > max_error:
-            parts.insert(0, f"on the test contacts its error is larger than asked, {percent(best[self.column])}")
-        return found | {"why": self._because(*parts, *self._tied(best["bound_of_peak"]))}
-
-    def _because(self, *parts: str) -> str:
-        """Join the parts of a reason, after what its errors are where they are not distances from a truth."""
-        return "; ".join([*filter(None, [self.unknown]), *parts, *self.failed])
-
-    def _stays(self, fits: np.ndarray, best: pd.Series, by: str) -> float:
-        """Return the share of contacts without which ``best`` has, or ties with, the least error of what ``fits``."""
-        place, kept = self.able.index.get_loc(best.name), []
-        for bound, mean in self.held.without.values():
-            values = np.maximum(bound if by == "bound_of_peak" else mean, self.floor)
-            kept.append(values[place] <= EQUAL * values[fits].min())
-        return float(np.mean(kept))
-
-    def _two(self, fits: np.ndarray, choose: Any) -> tuple[Any, Any]:
-        """Return what is chosen of what ``fits`` (m,), and the best of the other models; None where there is none."""
-        chosen = choose(fits)
-        if chosen is None:
-            return None, None
-        best = self.able.iloc[chosen]
-        other = choose(fits & (self.able["model"] != best["model"]).to_numpy())
-        return best, None if other is None else self.able.iloc[other]
-
-    def _of_chosen(self, best: pd.Series, bound: float) -> dict:
-        """Return what a row of ADVICE has of the model that it chose, whatever was asked."""
-        mine = self.tests[(self.tests["model"] == best["model"]) & (self.tests["setting"] == best["setting"])]
-        low, high = resampled(mine, self.column).iloc[0].quantile(list(RANGE))
-        copied = (
-            *SETTING, *KINDS.values(), "p95_of_peak", "online_median_s", "online_p95_s", "online_max_s", "offline_s",
-            "memory_mb", "contacts", "presses", "rejected", "rejected_answered",
-        )  # fmt: skip
-        found = {name: best[name] for name in copied}
-        return found | {"error_low": low, "error_high": high, "bound_of_peak": finite(bound)}
-
-    def _nearest(self, max_error: float) -> dict:
-        """Return what comes nearest to an error that nothing is sure to keep, and what it risks."""
-        if self.able.empty:
-            return {}
-        place = int(np.argmin(self.bound if np.isfinite(self.bound).any() else self.mean))
-        best, errors = self.able.iloc[place], self.held.errors[place]
-        known = np.isfinite(errors)
-        risk = 1.0 - _kept(errors[known], self.held.contact[known], max_error)
-        return _near(best, best["bound_of_peak"], risk)
-
-    def _late(self, budget_ms: float) -> dict:
-        """Return what comes nearest to a budget that nothing fits, and explain that."""
-        if self.able.empty:
-            return {"why": "; ".join(["no setting has answered every sample", *self.failed])}
-        quickest, most = self.able.loc[self.able["online_max_s"].idxmin()], (1 - MARGIN) * budget_ms
-        told = f"the fastest setting, {name(quickest)}, takes {_ms(quickest['online_max_s'])} for its slowest press"
-        need = f"{1e3 * quickest['online_max_s'] / most:.3g} times the {most:.3g} ms that leave {_share(MARGIN)} unused"
-        return _near(quickest, quickest["bound_of_peak"], np.nan) | {"why": self._because(f"{told}, {need}")}
-
-    def _why_unknown(self) -> str:
-        """Explain that no model can be judged by an error as small as was asked for."""
-        told = f"the truth is known to {percent(self.own)} only, so that no smaller error can be told"
-        if self.able.empty:
-            return told
-        least = self.able.loc[self.able[self.column].idxmin()]
-        return f"{told}; the least on test contacts is {percent(least[self.column])}, of {name(least)}"
-
-    def _why_lucky(self, best: pd.Series, sure: float, max_error: float) -> str:
-        """Explain that what has a bound below an error has it because it was chosen for that."""
-        told = f"{name(best)} has a bound of {percent(best['bound_of_peak'])} ({_few(best)})"
-        kept = f"only {_share(sure)} of the answers there stay below {percent(max_error)}"
-        return f"{told}, but where each contact is left out of the choice {kept}"
-
-    def _why_wrong(self) -> str:
-        """Explain why nothing stays under an error."""
-        if self.able.empty:
-            return "; ".join(["no setting has answered every sample", *self.failed])
-        least = self.able.loc[self.able["bound_of_peak"].idxmin()]
-        if not np.isfinite(least["bound_of_peak"]):
-            most = self.able.loc[self.able["contacts"].idxmax()]
-            needed = f"a bound needs {FEWEST} contacts that a model has not learnt from"
-            return f"{needed}, and no model has more than {most['contacts']} contacts ({most['presses']} presses there)"
-        told = f"nine answers in ten of the setting of least bound, {name(least)}, have an error of less than"
-        return self._because(f"{told} {percent(least['bound_of_peak'])} ({_few(least)})")
-
-    def _tied(self, bound: float) -> list[str]:
-        """Explain where the truth is not known well enough to tell models apart."""
-        if not self.own > EXACT or bound >= self.floor:
-            return []
-        return [
-            f"the truth's own error, {percent(self.own)}, is most of it: models are tied there, the fastest is taken"
-        ]
-
-
-def _near(best: pd.Series, bound: float, risk: float) -> dict:
-    """Return the columns of ADVICE about what comes nearest."""
-    found = {"nearest": best["model"], "nearest_setting": best["setting"], "nearest_risk": risk}
-    found |= {"nearest_bound": finite(bound), "nearest_error": best["mean_of_peak"], "nearest_s": best["online_max_s"]}
-    return found | {"contacts": best["contacts"], "presses": best["presses"]}
-
-
-def _kept(errors: np.ndarray, contact: np.ndarray, most: float) -> float:
-    """Return the share of ``errors`` (n,) that are not above ``most``; each contact weighs the same."""
-    return float(pd.Series(errors <= most).groupby(contact).mean().mean())
-
-
-def _few(best: pd.Series) -> str:
-    return f"{best['contacts']} contacts, {best['presses']} presses"
+def presses(settings: pd.DataFrame, errors: pd.DataFrame, kind: str) -> Candidates:
+    """Return the settings of a pressed scene; the arguments as of ``advise``."""
+    held, own = HeldOut(settings, errors, KINDS[kind]), own_error(settings, KINDS[kind])
+    rows = held.rows.assign(limit=held.rows["bound_of_peak"], mean=held.rows["mean_of_peak"], basis=BOUND, doubted=0)
+    rows = rows.assign(pace=rows["online_median_s"], slowest_s=rows["online_max_s"])
+    lost = f"settings left out as they failed on some samples: {held.failed}" if held.failed else ""
+    notes = ["" if len(rows) else "no setting has answered every sample", unknown(errors, KINDS[kind]), lost]
+    floor = float(np.fmax(EXACT, finite(held.own_bound) + own))
+    return Candidates(rows, own, floor, _PRESSED, notes=notes, held=held)
 
 
 def _check(settings: pd.DataFrame, errors: pd.DataFrame) -> None:
@@ -308,120 +134,244 @@ def _check(settings: pd.DataFrame, errors: pd.DataFrame) -> None:
     scene = settings["scene"].iloc[0]
     if able.index.has_duplicates:
         twice = able[able.index.duplicated()].iloc[0]
-        raise InputError(f"accuracy_vs_time.csv has {name(twice)} of {scene} twice: give each its own setting")
+        raise InputError(
+            f"accuracy_vs_time.csv has {twice['model']} {twice['setting']} of {scene} twice: give each its own setting"
+        )
     found = errors[errors["side"] == "test"].groupby(place)["rmse_of_peak"].mean().reindex(able.index)
     if not (right := np.isclose(found, able["rmse_of_peak"], rtol=1e-6, atol=0)).all():
         raise InputError(
-            f"accuracy_vs_time.csv and the samples of {name(able[~right].iloc[0])} of {scene} disagree: "
+            f"accuracy_vs_time.csv and the samples of {' '.join(able[~right].iloc[0][SETTING])} of {scene} disagree: "
             "make both anew with the workflow"
         )
 
 
-def choice(fits: pd.DataFrame, by: Mapping[str, float]) -> tuple[pd.Series, pd.Series | None]:
-    """Choose the best by ``pick``, and the best of all other models, if there are any."""
-    best = pick(fits, by)
-    others = fits[fits["model"] != best["model"]]
-    return best, None if others.empty else pick(others, by)
+def advise_any_load(
+    rows: pd.DataFrame,
+    kind: str,
+    budget_ms: float | None = None,
+    max_error: float | None = None,
+    error: str = "rms",
+    own: float = np.nan,
+) -> pd.Series:
+    """Choose from the ``rows`` of any_load.csv of one scene, for one ``kind`` of load: a row like those of ADVICE.
 
-
-def versus(best: pd.Series, rival: pd.Series | None, column: str, floor: float = EXACT) -> dict:
-    """Compare ``rival`` in ``column``, as columns of ADVICE; none where there is no other."""
-    if rival is None:
-        return {}
-    factor = ratio(rival, best, column, floor)
-    return {"rival": rival["model"], "rival_setting": rival["setting"], "factor": factor}
-
-
-def passed_over(able: pd.DataFrame, best: pd.Series, max_error: float) -> tuple[dict, list[str]]:
-    """Find the fastest of what is clearly faster than ``best`` and has a mean error, but no bound, below ``max_error``.
-
-    Returns columns of ADVICE and why it was passed over; both are empty where there is none.
+    own : ``operator_error``, which is added to errors that are compared with ``max_error``; NaN where not known
+    error : one of KINDS
+    What failed without saying so before is never advised, and what says which loads it cannot answer where nothing
+    answers all. The bound is the largest error: from FEWEST contacts on, nine in ten others stay below it.
+    Raises InputError for a kind that the table does not have, and without a limit.
     """
-    column = "online_median_s"
-    passed = able[(able["mean_of_peak"] <= max_error) & (able["bound_of_peak"] > max_error)]
-    passed = passed[TIED_TIMES * passed[column] < best[column]]
-    if passed.empty:
-        return {}, []
-    row = passed.loc[passed[column].idxmin()]
-    mean, high, factor = row["mean_of_peak"], finite(row["bound_of_peak"]), best[column] / row[column]
-    found = {"faster": row["model"], "faster_setting": row["setting"], "faster_error": mean}
-    risk = f"one answer in ten may have more than {percent(high)}" if np.isfinite(high) else "its bound is not known"
-    said = (
-        f"{name(row)} is {factor:.2g} times as fast and was passed over: its mean error is {percent(mean)}, and {risk}"
-    )
-    return found | {"faster_high": high, "faster_factor": factor}, [said]
+    scene, column = rows["scene"].iloc[0], KINDS[error]
+    answers = rows[rows["kind"] == kind]
+    if answers.empty:
+        raise InputError(f"any_load.csv has no loads of the kind {kind} in {scene}; choose another scene.")
+    if max_error is None and budget_ms is None:
+        raise InputError("advice for a kind of load needs a limit; give --max-error or --budget-ms.")
+    able = answers[(answers["refused"] == 0) & (answers["failures"] == 0) & (answers["contacts"] > 0)]
+    most = able[f"{column}_most"]
+    able = able.assign(
+        most=most, mean=able[column], basis=BOUND,
+        limit=np.where(able["contacts"] >= FEWEST, most + np.nan_to_num(own), np.inf),
+        pace=able["online_median_s"], slowest_s=able["online_max_s"],
+    )  # fmt: skip
+    refused = sorted(set(answers["model"]) - set(answers.loc[answers["refused"] == 0, "model"]))
+    notes = ["" if len(able) else "no setting has answered all loads"]
+    notes.append(f"refused by {', '.join(refused)}" if refused else "")
+    return _one(Candidates(able, own, unit="load", notes=notes), budget_ms, max_error, scene, load=kind, error=error)
 
 
-def _sure(confidence: float, rival: pd.Series | None) -> str:
-    """Explain how often a choice is the best of what fits, or that it hardly differs from the others."""
-    if confidence < UNSURE:
-        who = name(rival) if rival is not None else "its other settings"
-        return (
-            f"hardly better than {who}: another has a smaller error without one of the contacts in "
-            f"{_share(1 - confidence)}"
-        )
-    return f"best, or tied with the best, without any one contact in {_share(confidence)} of cases"
+def _one(asked: Candidates, budget_ms: float | None, max_error: float | None, scene: str, **told: object) -> pd.Series:
+    limit = Limit(*(np.nan if each is None else each for each in (budget_ms, max_error)))
+    [found] = _rows(asked, [limit], scene=scene, **told)
+    names = [*ADVICE.columns, "limit", "basis", "samples", "doubted"]
+    return pd.Series({name: found.get(name, np.nan) for name in dict.fromkeys([*names, *found])})
 
 
-def name(setting: pd.Series) -> str:
-    """Name model and setting as the tables do."""
-    return setting["model"] if setting["setting"] == "default" else f"{setting['model']} {setting['setting']}"
+def advise_touch(rows: pd.DataFrame, budget_ms: float | None = None, max_error: float | None = None) -> pd.Series:
+    """Choose from the ``rows`` of touch.csv about one scene, by the error of the force: a row like those of ADVICE.
 
-
-def ratio(rival: pd.Series, best: pd.Series, column: str, floor: float = EXACT) -> float:
-    """Return how many times as much the rival has; errors below ``floor`` count as that."""
-    least = floor if column.endswith("of_peak") else 0
-    return max(rival[column], least) / max(best[column], least)
-
-
-def tie_of(column: str) -> tuple[float, str]:
-    """Return the factor within which two values of a ``column`` count as equal, and what it has in words."""
-    if column == "bound_of_peak":
-        return EQUAL, "bound"
-    return (EQUAL, "error") if column.endswith("of_peak") else (TIED_TIMES, "time")
-
-
-def next_best(rival: pd.Series | None, best: pd.Series, column: str, floor: float = EXACT) -> str:
-    """Name the best of the other models, and how far it is behind in ``column``, an error or a time."""
-    if rival is None:
-        return "no other model meets the limit"
-    factor, (tie, what) = ratio(rival, best, column, floor), tie_of(column)
-    behind = f"has {factor:.3g} times the {what}" if factor < 1000 else f"has over 1000 times the {what}"
-    if 1 / tie <= factor <= tie:
-        behind = "is equal within the spread of runs"
-    return f"the next best model, {name(rival)}, {behind}"
-
-
-def counted(rows: pd.DataFrame) -> str:
-    """Return how many settings there are, in words."""
-    return "one setting" if len(rows) == 1 else f"{len(rows)} settings"
-
-
-def _share(share: float) -> str:
-    return f"{100 * share:.0f} %"
-
-
-def percent(share: float) -> str:
-    """Return a share in per cent, with two digits."""
-    return f"{100 * share:.2g} %"
-
-
-def _ms(seconds: float) -> str:
-    return f"{1e3 * seconds:.3g} ms"
-
-
-def by_radius(advice: pd.DataFrame, radii: Mapping[str, tuple[str, float]]) -> pd.DataFrame:
-    """Tabulate advice_by_radius.csv: what is advised for each radius of the finger, the smallest first.
-
-    advice : of advice.csv; radii : body and radius [m] of the scenes that are to be compared, others are left out
+    What failed on a touch, or gives no force, is not taken. The limit is the bound, where there is one, else the 95th
+    percentile over the touches, in both cases with the truth's own error.
     """
-    there = advice[advice["scene"].isin(radii)].copy()
-    there["body"] = [radii[scene][0] for scene in there["scene"]]
-    there["radius_m"] = [radii[scene][1] for scene in there["scene"]]
-    found = []
-    # of a budget and a largest error one is empty
-    for _, asked in there.groupby(["body", "error", "budget_ms", "max_error"], sort=False, dropna=False):
-        rows = asked.sort_values("radius_m", kind="stable")
-        before = rows["model"].shift().fillna(rows["model"].iloc[0])
-        found.append(rows.assign(flips=rows["model"] != before))
-    return pd.concat(found)[BY_RADIUS.columns] if found else BY_RADIUS.frame([])
+    own = float(rows.loc[rows["model"] == TRUTH, "force_error_p95"].max())
+    able = rows[(rows["model"] != TRUTH) & (rows["failures"] == 0) & rows["force_error_size"].notna()]
+    bound, p95 = able["force_error_bound"], able["force_error_p95"] + own
+    able = able.assign(
+        limit=bound.fillna(p95).fillna(np.inf), basis=np.where(bound.notna(), BOUND, SPREAD), doubted=0,
+        mean=able["force_error_size"], pace=able["online_median_s"], slowest_s=able["online_max_s"],
+    )  # fmt: skip
+    able = able[np.isfinite(able["limit"])]
+    asked = Candidates(able, own, unit="touch", notes=[] if len(able) else ["no model gives a force"])
+    return _one(asked, budget_ms, max_error, rows["scene"].iloc[0], error="force")
+
+
+def advise_motion(
+    motions: pd.DataFrame,
+    budgets_ms: Sequence[float] = (),
+    max_errors: Sequence[float] = (),
+    speeds: Sequence[float] = (),
+    bounds: pd.DataFrame | None = None,
+    pressed: pd.DataFrame | None = None,
+    error: str = "rms",
+    together: bool = False,
+) -> pd.DataFrame:
+    """Tabulate advice.csv of a scene that moves, a row for each budget of a step [ms], error [of its peak] and speed.
+
+    motions : its rows of dynamic_accuracy.csv; bounds : its rows of motion_bounds.csv, if there are any
+    speeds : seconds of motion that shall be computed in a second, or more
+    pressed : accuracy_vs_time.csv, whose presses show how wrong the standard's mesh is
+    error : "rms", of the displacement, or "force", of the instruments' force, which then stands in ``rmse_of_peak``
+    together : whether the one error and the one speed are both meant, in one row
+    A budget is for 95 % of the steps of what runs in real time. What stays below an error is the bound of pushes
+    elsewhere, that of ``constant`` in ``bounds``; where a scene has none, the error on its own path, the standard's
+    own added. Such a scene has one load, so nothing can be drawn anew: interval and confidence stay empty.
+    """
+    # modes for another place show what that costs, and nobody who knows the place takes them
+    able = motions[(motions["failures"] == 0) & (motions["varied"] != "place")]
+    if error == "force":  # how wrong the standard's mesh is in it no press shows, and of pushes elsewhere none is known
+        felt = able.dropna(subset="force_rms_of_peak")
+        able = felt.assign(rmse_of_peak=felt["force_rms_of_peak"], reference_error=felt["reference_force_error"])
+        bounds = pressed = None
+    first = motions.iloc[0]
+    # such a scene is not divided, and has no patch
+    told = {"scene": first["scene"], "error": error, "split": 0, "over": _over(first)}
+    limits = limits_of(budgets_ms, max_errors, speeds)
+    if together:
+        limits = [Limit(max_error=max_errors[0], speed=speeds[0])]
+    return ADVICE.frame(_rows(_moving(able, first, bounds, pressed, error), limits, **told))
+
+
+def _moving(
+    able: pd.DataFrame, first: pd.Series, bounds: pd.DataFrame | None, pressed: pd.DataFrame | None, error: str
+) -> Candidates:
+    """Return the settings of a scene that moves; the arguments as of ``advise_motion``, ``able`` : what got through."""
+    if said := parted(first):
+        able, notes = able[:0], [f"no error of a model is known, as {said}"]
+    elif able.empty:
+        notes = [f"no model got through the scene{' and told a force' if error == 'force' else ''}"]
+    else:
+        own = _own(able, pressed)
+        notes = [f"errors are from the standard, {_standard(able.iloc[0], own, error)}"]
+    if able.empty:
+        return Candidates(able, order=_MOVED, notes=notes)
+    bound, measured_on = zip(*(bound_elsewhere(row, bounds) for _, row in able.iterrows()), strict=True)
+    measured = bool(np.isfinite(bound).any())
+    limit = pd.Series(bound, able.index) if measured else able["rmse_of_peak"] + own
+    if np.isnan(own):
+        limit[:] = np.inf
+    able = able.assign(
+        own_path=able["rmse_of_peak"], mean=np.nansum([able["rmse_of_peak"], np.full(len(able), own)], axis=0),
+        limit=limit.fillna(np.inf), basis=BOUND if measured else PATH, bound_on=measured_on,
+        pace=able["real_time_factor"], slowest_s=1e-3 * able["step_p95_ms"], doubted=0,
+        online_p95_s=1e-3 * able["step_p95_ms"], online_max_s=1e-3 * able["step_max_ms"],
+        times_life=1.0 / able["real_time_factor"],
+    )  # fmt: skip
+    return Candidates(able, own, order=_MOVED, unit="step", moves=True, notes=notes)
+
+
+def bound_elsewhere(best: pd.Series, bounds: pd.DataFrame | None) -> tuple[float, str]:
+    """Return the bound of a setting's error where the push is elsewhere, and what it was measured on, in words.
+
+    Without a bound, NaN and the reason.
+    """
+    alone = "on this path only, as"
+    if bounds is None or bounds.empty:
+        return np.nan, f"{alone} nothing was measured elsewhere"
+    places = int(bounds["places"].max())
+    constant = bounds[bounds["estimate"] == CONSTANT].set_index(["model", "setting"])
+    key = best["model"], best["setting"]
+    if key not in constant.index:
+        return np.nan, f"{alone} this setting was not asked at the {places} other places"
+    row = constant.loc[key]
+    if np.isnan(row["bound_of_peak"]):
+        return np.nan, f"{alone} this setting answered at {row['places'] - row['failures']:g} of {places} other places"
+    kept = f", where it held for {percent(row['coverage'])} of the places held out" * bool(np.isfinite(row["coverage"]))
+    return float(row["bound_of_peak"]), f"{places} other places of the push{kept}"
+
+
+def _standard(first: pd.Series, own: float, error: str) -> str:
+    """Say how wrong the standard of a motion is; first : a row of dynamic_accuracy.csv."""
+    if first["reference"] == QUADRATIC:
+        return f"the limit of quadratic elements, which is {percent(own)} wrong itself"
+    mesh = f"mesh (level {first['reference_level']:g})"
+    if np.isnan(own):
+        why = "" if error == "force" else ", as no other mesh was tried, and no press of this body measured"
+        return f"whose own error is not known{why} on its {mesh}"
+    if np.isfinite(first.get("reference_error", np.nan)):
+        return f"which is {percent(own)} wrong itself, as another mesh and shorter steps say"
+    return f"which is {percent(own)} wrong itself, by its {mesh} and its step"
+
+
+def parted(first: pd.Series) -> str:
+    """Return why no error of a model is known in a scene, or nothing; first : a row of dynamic_accuracy.csv."""
+    said = first.get("parted")
+    return said if isinstance(said, str) else ""
+
+
+def _over(first: pd.Series) -> str:
+    """Return what of a scene errors are taken over, in words; first : a row of dynamic_accuracy.csv."""
+    until, whole = first.get("resolved_s", np.nan), first.get("duration_s", np.nan)
+    return f"the first {until:.3g} of {whole:.3g} s" if until < whole * (1 - 1e-9) else "the whole motion"
+
+
+class MeshError(NamedTuple):
+    """Least and largest mean error of a level over the regimes of a body, of the peak: everywhere, at the patch."""
+
+    low: float
+    high: float
+    patch_low: float
+    patch_high: float
+
+
+QUADRATIC = "fem_p2"
+"""What dynamic_accuracy.csv calls a reference that is a truth: the limit of these elements."""
+ELEMENTS = "fem_p1"
+"""The elements of the standard that motions are compared with, among the models of accuracy_vs_time.csv."""
+
+
+def mesh_error(pressed: pd.DataFrame | None, body: str, level: int) -> MeshError | None:
+    """Return the error of converged linear elements of a level against the truth of presses, None if it is not known.
+
+    pressed : accuracy_vs_time.csv, None if there is none
+    """
+    if pressed is None:
+        return None
+    rows = pressed[(pressed["model"] == ELEMENTS) & (pressed["body"] == body)]
+    told = fields_of(rows, "level", "tolerance")
+    exact = told["tolerance"].where(told["level"] == level)
+    rows = rows[exact == exact.min()]
+    if rows.empty:
+        return None
+    means = rows.groupby("scene")[["rmse_of_peak", "patch_rms_of_peak"]].mean()
+    surface, patch = means["rmse_of_peak"], means["patch_rms_of_peak"]
+    return MeshError(surface.min(), surface.max(), patch.min(), patch.max())
+
+
+def _own(able: pd.DataFrame, pressed: pd.DataFrame | None) -> float:
+    """Return the own error of what errors are from; NaN: not known.
+
+    That of a truth is its own; the standard's is what other meshes say or, if none were tried, that of its mesh, the
+    largest over presses, and of its step.
+    """
+    first = able.iloc[0]
+    if first["reference"] == QUADRATIC or np.isfinite(first.get("reference_error", np.nan)):
+        return float(first["reference_error"])
+    mesh = mesh_error(pressed, first["body"], int(first["reference_level"]))
+    return np.nan if mesh is None else float(mesh.high + first["reference_change"])
+
+
+def operator_error(pressed: pd.DataFrame, column: str) -> float:
+    """Return how wrong the fine operator is, of the peak: its distance from the truth, and the truth's own error.
+
+    pressed : the scene's rows of accuracy_vs_time.csv; column : one of KINDS
+    The mean over test samples of the most exact setting of QUADRATIC on its finest level that was measured; NaN where
+    there is none, or no truth.
+    """
+    rows = pressed[(pressed["model"] == QUADRATIC) & (pressed["failures"] == 0)]
+    told = fields_of(rows, "level", "start", "tolerance", "target")
+    told = told[(told["start"] == "rest") & told["target"].isna()][["level", "tolerance"]].dropna()
+    told = told.sort_values(["level", "tolerance"], ascending=[False, True])
+    if told.empty:
+        return np.nan
+    finest = told.index[(told == told.iloc[0]).all(axis=1)]
+    return float(rows.loc[finest, column].mean()) + own_error(pressed, column)

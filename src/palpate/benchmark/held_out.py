@@ -7,7 +7,7 @@ import pandas as pd
 
 from palpate.benchmark.conformal import bound_factor, bounds
 from palpate.benchmark.judge import SIDES, TRAINING
-from palpate.benchmark.ranking import BOUNDS, EQUAL, averaged, first_of, own_errors, same_settings
+from palpate.benchmark.ranking import BOUNDS, averaged, own_errors, same_settings
 
 SETTING = ["model", "setting"]
 TIED = 2.0
@@ -83,21 +83,3 @@ def _wide(settings: pd.DataFrame, errors: pd.DataFrame, column: str) -> pd.DataF
         index=SETTING, columns=["contact", "sample"], values=column
     )
     return wide.loc[wide.index.isin(failed.index[~failed])]
-
-
-def fastest(fits: np.ndarray, seconds: np.ndarray, bound: np.ndarray, mean: np.ndarray, floor: float) -> int | None:
-    """Return the fastest of what ``fits`` (m,); of what is TIED in time that of the least bound, then the least mean.
-
-    floor : errors below it are tied
-    """
-    least = (np.maximum(bound, floor), EQUAL), (np.maximum(mean, floor), EQUAL)
-    return first_of(fits, (seconds, TIED), *least, (seconds, 1.0))
-
-
-def least_wrong(fits: np.ndarray, seconds: np.ndarray, bound: np.ndarray, floor: float) -> int | None:
-    """Return what has the least ``bound`` (m,) of what ``fits`` (m,), ties going to the fastest.
-
-    Where more fits, what is chosen has no larger bound, that of the floor counted as one: whatever else is tied with
-    the least is slower. This holds if ``seconds`` are those by which it fits.
-    """
-    return first_of(fits, (np.maximum(bound, floor), EQUAL), (seconds, 1.0))

@@ -326,8 +326,7 @@ def check_radius(body: Body, radius_m: float) -> None:
         millimetres = f", such as {1e-3 * radius_m:g} for millimetres" if 1e-3 * radius_m <= MOST_OF_SIZE * size else ""
         raise InputError(
             f"bodies.{body.name}: radius_m is {radius_m:g}, and {remedy}; give a radius in m of at most half of the "
-            f"longest side{millimetres if radius_m > 0.0 else ''} (radius_m or radius_of_body_m of a regime, "
-            "or finger_radii_m)."
+            f"longest side{millimetres if radius_m > 0.0 else ''} (radius_m or radius_of_body_m of a regime)."
         )
 
 

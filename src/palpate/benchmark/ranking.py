@@ -23,17 +23,8 @@ KINDS = {"rms": "rmse_of_peak", "patch": "patch_rms_of_peak"}
 """The kinds of error that advice goes by, and their columns: over the whole surface, or where it is pressed."""
 
 
-def by_error(column: str) -> dict[str, float]:
-    """Return what decides, in turn, between settings of which the least error is wanted; ``column`` has the errors."""
-    return {column: EQUAL, "online_median_s": TIED_TIMES, "memory_mb": ALIKE}
-
-
-def by_time(column: str) -> dict[str, float]:
-    """Return what decides, in turn, between settings of which the fastest is wanted; ``column`` has the errors."""
-    return {"online_median_s": TIED_TIMES, column: EQUAL, "memory_mb": ALIKE}
-
-
-BY_ERROR = by_error("rmse_of_peak")
+BY_ERROR = {"rmse_of_peak": EQUAL, "online_median_s": TIED_TIMES, "memory_mb": ALIKE}
+"""What decides, in turn, between settings of which the least error is wanted: as ``pick`` takes it."""
 
 
 def first_of(fits: np.ndarray, *by: tuple[np.ndarray, float]) -> int | None:

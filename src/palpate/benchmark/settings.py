@@ -24,9 +24,6 @@ from palpate.setting_types import (
 if TYPE_CHECKING:
     from palpate.effects.instrument import Instrument as RigidInstrument
 
-FINGER = "finger_{:.0f}_um"
-"""The name of the regime of a finger, by its radius in micrometres."""
-
 
 class Disc(Block):
     radius_m: Positive = key("Radius [m] of the disc that is pressed; a fingertip has 0.012")
@@ -183,14 +180,3 @@ def check_radii(config: Any, file: Path) -> None:
                     f"{file}: regimes.{regime} presses {name} with a disc of radius_m {entry.radius_on(name):g}, and "
                     f"the whole body is {size:g} m long; give the radius in metres (a fingertip has 0.012)."
                 )
-
-
-def finger_regimes(config: Any) -> dict[str, Regime]:
-    """Return a regime for each radius of ``tradeoff.finger_radii_m``, by name: as deep as the first of the regimes.
-
-    The radius of the first regime needs no other one, unless bodies have their own there.
-    """
-    first = next(iter(config.regimes.values()))
-    known = None if first.radius_of_body_m else first.radius_m
-    radii = [radius for radius in config.tradeoff.finger_radii_m if radius != known]
-    return {FINGER.format(1e6 * radius): first.but(radius_m=radius, radius_of_body_m={}) for radius in radii}

@@ -110,7 +110,7 @@ def _prepared(
 ) -> Iterator[Prepared]:
     for setting in progress(model.settings(case)):
         about = {"model": name, "setting": setting_text(setting), "sees": "load", "law": getattr(model, "LAW", "")}
-        one = prepared(about, partial(model.online, case, setting))
+        one = prepared(about, partial(model.online, case, **setting))
         prepares = isinstance(one.solver, TouchSolver) and type(one.solver).prepare is not TouchSolver.prepare
         yield one._replace(about=about | {"prepared": prepares})
 

@@ -14,7 +14,7 @@ from palpate.benchmark.motion_truth import MotionTruth
 from palpate.benchmark.moving_scene import MovingScene
 from palpate.benchmark.presses import choose_presses, force_of
 from palpate.benchmark.settings import Instrument as ToolSettings
-from palpate.benchmark.settings import finger_regimes, instrument_name, pressed_bodies
+from palpate.benchmark.settings import instrument_name, pressed_bodies
 from palpate.benchmark.split import FOLDS
 from palpate.benchmark.touch import TOUCH_COLUMNS, choose_touches, touches_of
 from palpate.benchmark.touch_mesh import bearing
@@ -71,7 +71,7 @@ def scenes(settings: Any) -> dict[str, Callable[..., Asked]]:
     """Return what asks about each scene that can be asked, by its name."""
     found: dict[str, Callable[..., Asked]] = {}
     if settings.tradeoff is not None:
-        for regime in settings.regimes | finger_regimes(settings):
+        for regime in settings.regimes:
             found |= {f"{body}_{regime}": partial(_press, body, regime) for body in pressed_bodies(settings)}
     if settings.touch is not None:
         for tool in settings.touch.instruments:
@@ -85,7 +85,7 @@ def scenes(settings: Any) -> dict[str, Callable[..., Asked]]:
 
 
 def _press(name: str, regime: str, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
-    radius_m = (settings.regimes | finger_regimes(settings))[regime].radius_on(name)
+    radius_m = settings.regimes[regime].radius_on(name)
     if seed is None:
         body, questions = public(settings, results / "data" / name, regime, radius_m)
     else:
@@ -170,7 +170,7 @@ def public(settings: Any, folder: Path, regime: str, radius_m: float) -> tuple[B
 
 def private(body: Body, settings: Any, regime: str, radius_m: float, seed: int, progress: Callable = iter) -> Questions:
     """Return questions of as many presses as ``make`` tests, of contacts drawn by ``seed``."""
-    asked, rule = settings.tradeoff, (settings.regimes | finger_regimes(settings))[regime]
+    asked, rule = settings.tradeoff, settings.regimes[regime]
     count = -(-asked.contacts // FOLDS)
     # half of the contacts are the farthest from each other, whatever the seed: those drawn by area are taken
     able = contacts_by_area(body, count, seed)

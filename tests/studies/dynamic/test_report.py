@@ -6,7 +6,7 @@ import pytest
 from fixtures.material import material, numbers, page
 
 from palpate.benchmark.advice import ADVICE as ADVICE_TABLE
-from palpate.benchmark.advice_other_loads import advise_motion
+from palpate.benchmark.advice import advise_motion
 from palpate.studies.dynamic import report as dynamic
 from palpate.studies.dynamic.reference import MOTION_TRUTH
 

@@ -20,7 +20,7 @@ def order(regime):
 
 def radius(body, regime):
     """The radius of the disc that is pressed, 0 for a single node."""
-    return 0.0 if regime in POINTS else (settings.regimes | FINGERS)[regime].radius_on(body)
+    return 0.0 if regime in POINTS else settings.regimes[regime].radius_on(body)
 
 
 def loads_entry(body, regime):

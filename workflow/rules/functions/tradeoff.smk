@@ -15,24 +15,13 @@ def grid_of(family):
 
 def splits_of(body, regime):
     """The splits of the contacts of a body that are measured in a regime."""
-    return SPLITS if body in IN_DEPTH and regime not in FINGERS else SPLITS[:1]
+    return SPLITS if body in IN_DEPTH else SPLITS[:1]
 
 
 def more_of(wildcards):
     """What models are asked at training contacts too: none where several splits hold out every contact in turn."""
     several = len(splits_of(wildcards.body, wildcards.regime)) > 1
-    return {} if several or wildcards.regime in FINGERS else TRADEOFF["training_contacts_of"]
-
-
-def finger_scenes():
-    """The body and the regime of each press by a finger of another radius, and of that of the first regime."""
-    same = [] if settings.regimes[REGIMES[0]].radius_of_body_m else REGIMES[:1]
-    return [(body, regime) for body in IN_DEPTH for regime in [*same, *FINGERS]]
-
-
-def finger_files(kind):
-    """One file for each press by a finger and each family, of the first split."""
-    return [file for body, regime in finger_scenes() for file in family_files(kind, [body], [regime], SPLITS[:1])]
+    return {} if several else TRADEOFF["training_contacts_of"]
 
 
 def family_files(kind, bodies=PRESSED, regimes=REGIMES, splits=None):

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.benchmark.model import Case
-from palpate.benchmark.settings import finger_regimes, pressed_bodies
+from palpate.benchmark.settings import pressed_bodies
 from palpate.bodies.make_body import make_body
 from palpate.effects.instrument import Instrument
 from palpate.errors import InputError, NotConverged, suggest
@@ -66,15 +66,16 @@ def _refuse_place(out: Path) -> None:
 
 def _case(settings: Any, config: Path, scene: str) -> Case:
     """Return the body of a scene under its disc, without any sample."""
-    regimes = (settings.regimes or {}) | (finger_regimes(settings) if settings.tradeoff is not None else {})
-    known = {f"{body}_{regime}": (body, regime) for body in pressed_bodies(settings) for regime in regimes}
+    known = {
+        f"{body}_{regime}": (body, regime) for body in pressed_bodies(settings) for regime in settings.regimes or {}
+    }
     if not known:
         raise InputError(f"{config} presses no body under a disc; add tradeoff, as palpate init writes it.")
     if scene not in known:
         raise InputError(f"--scene {scene} is not in {config}; {suggest(scene, list(known), 'choose from')}")
     name, regime = known[scene]
     body = make_body(name, settings.bodies[name].seen_from(config.parent))
-    radius_m, tolerance = regimes[regime].radius_on(name), settings.solver.tolerance
+    radius_m, tolerance = settings.regimes[regime].radius_on(name), settings.solver.tolerance
     return Case.untrained(body, regime, radius_m, settings.seed, tolerance)
 
 

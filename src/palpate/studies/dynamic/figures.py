@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from palpate.benchmark.advice_other_loads import TRUTH
+from palpate.benchmark.advice import QUADRATIC
 from palpate.report import style, tables
 from palpate.report.model_looks import look
 from palpate.report.words import spaced
@@ -53,7 +53,7 @@ def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
             _curve(axis, tables.where(rows, model=model, failures=0), its)
         axis.axvline(1.0, color=style.FAINT, lw=1)
         first = rows.iloc[0]
-        true = first["reference"] == TRUTH
+        true = first["reference"] == QUADRATIC
         known = np.isfinite(first["reference_error"])
         if known:
             axis.axhline(100 * first["reference_error"], color=style.FAINT, ls=":", lw=1)

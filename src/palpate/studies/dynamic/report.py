@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.advice_other_loads import TRUTH, MeshError, mesh_error, parted
+from palpate.benchmark.advice import QUADRATIC, MeshError, mesh_error, parted
+from palpate.benchmark.choosing import NONE
 from palpate.report import tables
-from palpate.report.advice_words import by_limit, moved_cell
+from palpate.report.advice_words import by_limit, say
 from palpate.report.model_looks import label, look
 from palpate.report.report import Report
 from palpate.report.words import percent, spaced
@@ -23,7 +24,7 @@ def numbers(report: Report) -> dict[str, Any]:
     bounds = report.tables.get("motion_bounds")
     moved = [] if bounds is None else tables.scenes(bounds)
     first = table.drop_duplicates("scene")
-    true = first["reference"] == TRUTH
+    true = first["reference"] == QUADRATIC
     limits = report.tables.get("motion_truth", pd.DataFrame(columns=["elements"]))
     told = np.isfinite(first["reference_error"])
     known, unknown = _meshes(first[~true & ~told], report.tables.get("accuracy_vs_time"))
@@ -59,7 +60,7 @@ def _judged(row: pd.Series) -> str:
 def _taken(advice: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
     """Tabulate what to take in each scene, beside the own error of the standard that errors are from."""
     own = advice.groupby("scene")["reference_error"].max().reindex(list(names))
-    wide = by_limit(advice, names, moved_cell)
+    wide = by_limit(advice, names, lambda row: NONE if row["model"] == NONE else say("taken", row))
     if len(wide):
         wide.insert(1, "the standard's own error", [percent(each) if each > 0 else "not known" for each in own])
     return wide

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.advice_other_loads import TRUTH
+from palpate.benchmark.advice import QUADRATIC
 from palpate.report import declared, tables
 from palpate.report.report import Report
 from palpate.report.words import percent, seconds, spaced
@@ -57,7 +57,7 @@ def _true_force(forces: pd.DataFrame | None, scene: str) -> float:
     """Return the largest force [N] of the truth of a scene in motion, 0 without one; forces : dynamic_force.csv."""
     if forces is None:
         return 0.0
-    limit = tables.where(forces, scene=scene, model=TRUTH, setting="limit")
+    limit = tables.where(forces, scene=scene, model=QUADRATIC, setting="limit")
     return float(np.linalg.norm(limit[["force_x_n", "force_y_n", "force_z_n"]], axis=1).max(initial=0.0))
 
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.advice import NONE
-from palpate.benchmark.touch_advice import advise_touch
+from palpate.benchmark.advice import advise_touch
+from palpate.benchmark.choosing import NONE
 from palpate.report import tables
 from palpate.report.model_looks import look
 from palpate.report.report import Report
@@ -92,8 +92,8 @@ def _taken(touch: pd.DataFrame) -> pd.DataFrame:
         row: dict[str, Any] = {"within": "any time" if budget is None else f"{budget:g}\u00a0ms"}
         found = advise_touch(touch, budget_ms=budget)
         if found["model"] == NONE:
-            near = found["nearest"]
-            row |= {"take": "none", "setting": f"fastest: {seconds(near['online_max_s'])}" if near else found["why"]}
+            near = f"fastest: {seconds(found['nearest_s'])}" if found["nearest_s"] > 0 else found["why"]
+            row |= {"take": NONE, "setting": near}
         else:
             took = found["preparation_s"]
             row |= {"take": look(curve_of(found["model"], found["setting"])).label, "setting": found["setting"]}

@@ -147,7 +147,7 @@ MOVING = {"budgets_ms": [1, 8, 16.7], "speeds": [1, 20]}
 
 
 def tabulate_advice(input, limits: Advice):
-    from palpate.benchmark.advice_other_loads import advise_motion
+    from palpate.benchmark.advice import advise_motion
 
     found = []
     pressed = pd.read_csv(input.table[0]) if input.table else None
@@ -158,13 +158,6 @@ def tabulate_advice(input, limits: Advice):
         for scene, rows in pd.read_csv(path).groupby("scene", sort=False):
             found.append(advise_motion(rows, **dict(limits) | MOVING, bounds=bounds.get(scene), pressed=pressed))
     return pd.concat(found)
-
-
-def tabulate_advice_by_radius(input, radii: dict[str, tuple[str, float]], limits: Advice):
-    from palpate.benchmark.advice import by_radius
-
-    table = accuracy_vs_time(pd.concat([pd.read_csv(path) for path in input.settings]), commit())
-    return by_radius(pd.concat(_advice(table, input.errors, limits)), radii)
 
 
 def measure_other_loads(

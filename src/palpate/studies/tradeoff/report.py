@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.advice import MARGIN, NONE
-from palpate.benchmark.advice_other_loads import advise_any_load, operator_error
+from palpate.benchmark.advice import advise_any_load, operator_error
+from palpate.benchmark.choosing import MARGIN, NONE
 from palpate.benchmark.held_out import TIED
 from palpate.benchmark.ranking import EQUAL, KINDS, TIED_TIMES, UNKNOWN, averaged, own_error
 from palpate.files import read_yaml
 from palpate.models.model_registry import FAMILY_OF, SAVED_AGAINST
 from palpate.report import tables
-from palpate.report.advice_words import SAME, any_load_cell, by_limit, cell, exceeded, nearest_cell, next_best
+from palpate.report.advice_words import SAME, by_limit, say
 from palpate.report.model_looks import label, named
 from palpate.report.report import Report
 from palpate.report.words import listed, percent, spaced
@@ -24,7 +24,7 @@ from palpate.studies.tradeoff.figures.scene_rows import KNOWN, answers, curves, 
 from palpate.studies.tradeoff.figures.truth import DEAR, SOURCES
 
 TITLE = "What accuracy costs in time"
-READS = ("advice", "advice_by_radius", "answers", "error_bounds")
+READS = ("advice", "answers", "error_bounds")
 """Tables of benchmark/ that the template shows."""
 WHERE = {"rms": "over the surface (RMSE)", "patch": "at the patch"}
 """The kinds of error that advice is for, in words."""
@@ -79,7 +79,6 @@ def numbers(report: Report) -> dict[str, Any]:
         "spare": MARGIN,
         "taken": {text: by_limit(tables.where(advice, error=kind), names, _taken) for kind, text in WHERE.items()},
         "dent": dent_table(tables.where(advice, error="rms"), truth, names),
-        "by_radius": "advice_by_radius" in optional,
         "truth_table": _truth(truth, names),
         "snaps": snaps(optional["limit_points"]) if "limit_points" in optional else None,
         "bounds": _bounds(report.tables["error_bounds"], hardest),
@@ -184,20 +183,20 @@ def _answer(rows: list[pd.Series]) -> dict[str, Any]:
     """Return what rows of advice.csv share: the model, its error, its times and what it rests on; none is empty."""
     first = rows[0]
     if first["model"] == NONE:
-        return {"model": "", "nearest": nearest_cell(first), "why": first["why"]}
-    return {"model": label(first["model"], "default"), "cell": cell(first)}
+        return {"model": "", "nearest": say("nearest", first, setting=False), "why": first["why"]}
+    return {"model": label(first["model"], "default"), "cell": say("cell", first)}
 
 
 def _within(rows: list[pd.Series], what: dict[str, str]) -> dict[str, Any]:
     first = rows[0]
     given = [(row["budget_ms"], MEANINGS.get(row["budget_ms"])) for row in rows]
     budgets = listed([f"{budget:g}\u00a0ms{f' ({meaning})' if meaning else ''}" for budget, meaning in given])
-    return {"budgets": budgets, "what": what.get(first["model"], ""), "next": next_best(first)}
+    return {"budgets": budgets, "what": what.get(first["model"], ""), "next": say("nextbest", first)}
 
 
 def _under(rows: list[pd.Series]) -> dict[str, Any]:
     """Return the limits of the error, and of what is advised what exceeds them."""
-    beware = next(filter(None, map(exceeded, rows)), "") if rows[0]["model"] != NONE else ""
+    beware = next(filter(None, (say("exceeded", row) for row in rows)), "")
     return {"limits": listed([percent(row["max_error"]) for row in rows]), "beware": beware}
 
 
@@ -261,11 +260,8 @@ def _spread(settings: pd.DataFrame) -> float:
 
 
 def _taken(row: pd.Series) -> str:
-    """Return what to take, its error, its bound, what that rests on and what it costs; marked where it is exceeded."""
-    if row["model"] == NONE:
-        return f"none; nearest {close}" if (close := nearest_cell(row)) else "none"
-    more = exceeded(row)
-    return f"{label(row['model'], 'default')}: {cell(row)}" + (f" (beware: {more})" if more else "")
+    """Return what to take, its error, its bound, what that rests on and what it costs."""
+    return say("taken", row, setting=False)
 
 
 def dent_table(advice: pd.DataFrame, truth: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
@@ -361,9 +357,9 @@ def _front(settings: pd.DataFrame) -> pd.DataFrame:
             "relative L2 [%]": 100 * front["relative_l2"],
             "at the patch [% of peak]": 100 * front["patch_rms_of_peak"],
             "p95 of the nodes [% of peak]": 100 * front["p95_of_peak"],
-            "online, median [ms]": 1e3 * front["online_median_s"],
-            "online, p95 [ms]": 1e3 * front["online_p95_s"],
-            "online, slowest press [ms]": 1e3 * front["online_max_s"],
+            "an answer, median [ms]": 1e3 * front["online_median_s"],
+            "single calls, p95 [ms]": 1e3 * front["online_p95_s"],
+            "slowest press, median of its calls [ms]": 1e3 * front["online_max_s"],
             "preparation [s]": front["offline_s"],
             "memory [MB]": front["memory_mb"],
             "answers until it has paid": front["break_even_queries"],
@@ -384,7 +380,7 @@ def _any_load(table: pd.DataFrame, settings: pd.DataFrame) -> pd.DataFrame:
     for scene in tables.scenes(table):
         found, own = tables.where(table, scene=scene), operator_error(tables.where(settings, scene=scene), KINDS["rms"])
         for kind in dict.fromkeys(found["kind"]):
-            cells = [any_load_cell(advise_any_load(found, kind, max_error=most, own=own)) for most in LIMITS]
+            cells = [say("taken", advise_any_load(found, kind, max_error=most, own=own)) for most in LIMITS]
             cells = [SAME if i and each == cells[i - 1] != NONE else each for i, each in enumerate(cells)]
             heads = [f"error of at most {percent(most)}" for most in LIMITS]
             rows.append({"scene": spaced(scene), "load": kind} | dict(zip(heads, cells, strict=True)))

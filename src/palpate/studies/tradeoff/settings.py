@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from palpate.benchmark.settings import FINGER, Regression, check_radii, check_refined, pressed_bodies
+from palpate.benchmark.settings import Regression, check_radii, check_refined, pressed_bodies
 from palpate.errors import InputError, describe_unknown
 from palpate.files import check_file
 from palpate.models import model_registry
@@ -103,10 +103,7 @@ class Settings(Block):
         "on two fifths",
         [1],
     )
-    finger_radii_m: Distinct[Positive] = key("Radii [m] for which the advice is asked for again", [])
-    in_depth: Some[str] | None = key(
-        "Bodies that get all splits and fingers; the others get the first split. null: all", None
-    )
+    in_depth: Some[str] | None = key("Bodies that get all splits; the others get the first split. null: all", None)
     limit_points: LimitPoints | None = key(
         "A press that grows until the law itself gives way; null leaves it out", None
     )
@@ -210,9 +207,6 @@ def _check_bodies(file: Path, config: Any) -> None:
         raise InputError(f"{file}: tradeoff is there and no body is refined; give one refinements of at least 1.")
     if wrong := describe_unknown(config.tradeoff.in_depth or [], pressed_bodies(config)):
         raise InputError(f"{file}: tradeoff.in_depth names {wrong}")
-    fingers = {FINGER.format(1e6 * radius) for radius in config.tradeoff.finger_radii_m}
     for name, regime in config.regimes.items():
-        if name in fingers:
-            raise InputError(f"{file}: regimes.{name} has the name of a regime of finger_radii_m; give it another.")
         if wrong := describe_unknown(list(regime.radius_of_body_m), list(config.bodies)):
             raise InputError(f"{file}: regimes.{name}.radius_of_body_m names {wrong}")

@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from palpate.benchmark.advice import NONE
+from palpate.benchmark.choosing import NONE
 from palpate.benchmark.model import LIMIT
 from palpate.benchmark.ranking import EXACT, KINDS, UNKNOWN, ZERO, averaged, fields_of, front, own_error
 from palpate.report import style, tables

@@ -8,6 +8,7 @@ from palpate.models.model_registry import MODELS
 from palpate.report import closing
 from palpate.report.claims import CONFIRMED, REFUTED, Claim
 from palpate.report.model_looks import look
+from palpate.report.template import Part
 
 
 def rows(**changed):
@@ -34,29 +35,22 @@ def test_a_part_shows_the_claims_of_its_own_study():
     assert closing.own_claims(report, "springs") == []
 
 
-class Failing:
-    TITLE = "Presses"
-
-    @staticmethod
-    def failures(report):
-        yield "XPBD", "liver", "it exploded"
+FAILED = Part("Presses", [], "", [], failures=[("XPBD", "liver", "it exploded")])
 
 
 def test_every_failure_is_listed():
     report = material("collision", {})
-    report.studies = {"toy": Failing}
-    limits = closing.parts(report, Unfolded)["limits"].introduction
+    limits = closing.parts(report, [FAILED], Unfolded)["limits"].introduction
     assert "1 in “Presses”" in limits and "| Presses | XPBD | liver | it exploded |" in limits
     assert "Paper 1 gives" not in limits
     report.published = {"toy": {"nodes": 140}}
-    assert "Paper 1 gives" in closing.parts(report, Unfolded)["limits"].introduction
+    assert "Paper 1 gives" in closing.parts(report, [FAILED], Unfolded)["limits"].introduction
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_no_model_that_there_is_is_said_not_to_be_included(model):
     report = material("collision", {})
-    report.studies = {}
-    text = closing.parts(report, Unfolded)["limits"].introduction
+    text = closing.parts(report, [], Unfolded)["limits"].introduction
     (missing,) = [part for part in text.split("\n\n") if part.startswith("**Not included**")]
     excluded, _, _ = missing.partition("except")
     assert look(model).label.lower() not in excluded.lower() and model.replace("_", " ") not in excluded.lower()

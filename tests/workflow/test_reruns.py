@@ -284,19 +284,11 @@ def draw_toy(toy) -> Figure:
     figure.subplots().plot(toy["throw"], toy["heads"])
     return figure
 ''',
-    "src/palpate/studies/toy/report.py": '''
-"""The part of the report on the toy study."""
-
-TITLE = "A coin"
-
-
-def numbers(report) -> dict[str, int]:
-    """Return what the template names."""
-    return {"throws": len(report.tables["toy"])}
-''',
     "src/palpate/studies/toy/report.md": """
+# A coin
+
 {% call finding() %}
-A coin was thrown {{ throws }} times.
+A coin was thrown {{ toy | length }} times.
 {% endcall %}
 
 {{ figure("toy") }}

@@ -21,7 +21,7 @@ rule write_report:
     params:
         **calls(
             "palpate.studies.common_jobs:write_report",
-            lambda wildcards: [f"palpate.studies.{study}.report" for study in reported(wildcards)],
+            numbered,
         ),
         told=told,
     script:

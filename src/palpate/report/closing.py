@@ -1,6 +1,6 @@
 """The parts that belong to no study: the claims of all papers, and limits and failures; and each study's own claims."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,29 +16,28 @@ HEADS = {"premise": "tested on", "published": "the paper", "ours": "this run"}
 """The headings of columns whose names are no words for a page."""
 
 
-def parts(report: Report, show: type[Html] = Html, left_out: Sequence[str] = ()) -> dict[str, Part]:
+def parts(
+    report: Report, before: Iterable[Part], show: type[Html] = Html, left_out: Sequence[str] = ()
+) -> dict[str, Part]:
     """Return the last parts of the page: claims, if a study reproduces a paper, and limits and failures.
 
-    left_out : studies that the settings describe and this run does not compute
+    before : the parts of the studies; left_out : studies that the settings describe and this run does not compute
     """
     found = {}
-    for name, title, values in (
-        ("verdicts", "The papers' claims, checked", verdicts(report)),
-        ("limits", "Limits and failures", limits(report) | {"left_out": left_out}),
-    ):
+    told = {"verdicts": verdicts(report), "limits": limits(report, before) | {"left_out": left_out}}
+    for name, values in told.items():
         if values:
             html = show(report.figures, report.tables, declared.table)
-            found[name] = render(HERE / f"{name}.md", name, title, values, html)
+            found[name] = render(HERE / f"{name}.md", name, values, html)
     return found
 
 
-def limits(report: Report) -> dict[str, Any]:
+def limits(report: Report, before: Iterable[Part]) -> dict[str, Any]:
     """Return what the template of limits names."""
-    failed = pd.DataFrame(report.failures(), columns=["comparison", "what", "where", "how it failed"])
-    counts = failed["comparison"].value_counts(sort=False)
+    failures = [(part.title, *failure) for part in before for failure in part.failures]
+    failed = pd.DataFrame(failures, columns=["comparison", "what", "where", "how it failed"])
     return {
         "failed": failed,
-        "counts": [f"{count} in “{name}”" for name, count in counts.items()],
         "papers": any(report.published.values()),
     }
 

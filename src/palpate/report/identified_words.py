@@ -10,7 +10,7 @@ from palpate.identification.intervals import Interval
 from palpate.identification.prediction import LINE, NEIGHBOUR, OF_PLACE, POWER_LAW, REPEAT, summary
 from palpate.identification.relaxation import Relaxation
 from palpate.identification.sessions import Comparison
-from palpate.report.words import capital, listed, percent, seconds, spaced, two_digits
+from palpate.report.words import capital, listed, pascals, percent, seconds, spaced, two_digits
 
 WORDS = {"poisson": "ν", "stiffening": "the law's stiffening", "thickness_m": "the thickness", "sticking": "friction"}
 """What sentences call a parameter."""
@@ -24,13 +24,6 @@ LEFT_OUT = {
     "place": "places left out", "depth": "the deeper half of each press", "session": "a session left out",
     "specimen": "a specimen left out",
 }  # fmt: skip
-
-
-def pascals(value: float, digits: int = 2) -> str:
-    """Write a modulus with two digits: "2.1 kPa"."""
-    units = (("MPa", 1e6), ("kPa", 1e3), ("Pa", 0.0))
-    unit, factor = next(one for one in units if value >= 0.995 * one[1])
-    return f"{float(f'{value / (factor or 1.0):.{digits}g}'):g} {unit}"
 
 
 def quantity(name: str, value: float) -> str:

@@ -12,6 +12,7 @@ import pandas as pd
 
 from palpate.files import require_file
 from palpate.report.page_assets import base64_of
+from palpate.report.words import spaced
 from palpate.table_declaration import Table
 
 _LONG = 60  # rows of a folded table from which on the page holds it deflated
@@ -99,7 +100,7 @@ def _numeric(frame: pd.DataFrame) -> list[bool]:
 
 def _name(column) -> str:
     """Return a column's heading."""
-    return str(column).replace("_", " ")
+    return spaced(str(column))
 
 
 _SVG_BYTES = 100_000
@@ -146,7 +147,7 @@ def _svg_size(data: bytes) -> tuple[int, int]:
 
 def figure(folder: Path, name: str, caption: str, small: str | None = None) -> str:
     """Return a picture in a box of its own with its caption (HTML); on narrow screens the picture ``small``."""
-    shown = image(folder / name, name.replace("_", " "))
+    shown = image(folder / name, spaced(name))
     if small:
         address, width, height = _data(folder / small)
         source = f'<source media="(max-width: 44rem)" srcset="{address}" width="{width}" height="{height}">'

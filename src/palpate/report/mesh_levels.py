@@ -5,6 +5,7 @@ from matplotlib.figure import Figure
 
 from palpate.bodies.body import Body
 from palpate.report import render, style
+from palpate.report.words import spaced
 
 _PIXELS, _INCHES = 640, 2.9
 _MARGIN = 1.12  # the balls of held nodes reach beyond the mesh
@@ -33,7 +34,7 @@ def draw_mesh_levels(bodies: list[Body]) -> Figure:
                 axis.spines[:].set_visible(False)
                 style.place(axis, stage.level(view, mesh, body.supported(level)), _level_caption(mesh, level))
                 if level == 0:
-                    axis.set_ylabel(body.name.replace("_", " "), fontweight="bold")
+                    axis.set_ylabel(spaced(body.name), fontweight="bold")
     return figure
 
 

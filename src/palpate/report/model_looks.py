@@ -5,6 +5,7 @@ from pathlib import PurePath
 
 from palpate.bodies.material import stiffening_of
 from palpate.report.style import METHODS, WEIGHTS, Look
+from palpate.report.words import spaced
 
 _NAMED = {
     "fem_p1": Look("linear elements (P1)", "#7a7a7a", "8"),
@@ -59,7 +60,7 @@ def look(model: str) -> Look:
     if model in METHODS:
         return METHODS[model]
     number = sum(place * letter for place, letter in enumerate(model.encode(), 1))
-    return Look(model.replace("_", " "), _OWN[number % len(_OWN)], _SUITS[number % len(_SUITS)])
+    return Look(spaced(model), _OWN[number % len(_OWN)], _SUITS[number % len(_SUITS)])
 
 
 def label(model: str, setting: str) -> str:
@@ -79,7 +80,7 @@ def law_look(law: str) -> tuple[str, str]:
         return _LAWS[law]
     if (stiffening := stiffening_of(law)) is not None:
         return f"exponential, b = {stiffening:g}", "#cc79a7"
-    return PurePath(law).stem.replace("_", " "), "#8b0000"
+    return spaced(PurePath(law).stem), "#8b0000"
 
 
 def plain(text: str) -> str:

@@ -31,8 +31,8 @@ def write(
 ) -> None:
     """Write ``out`` about ``studies``, in that order, from ``results``/tables/*.csv and ``results``/figures/*.
 
-    A study's part is palpate.studies.<study>.report (TITLE, numbers(report), and where it has some failures(report))
-    and the template report.md beside it. The rows of claims.csv that the study judges follow.
+    A study's part is its template report.md, which names its tables and what ``numbers(report)`` of report.py beside it
+    returns, where there is one. The rows of claims.csv that the study judges follow.
     scenes, cts, driven, more : as ``Report`` takes them; warned : what jobs warned of, which comes first
     taken : what bodies were made from, of files
     left_out : studies that the settings describe and this run does not compute
@@ -41,14 +41,13 @@ def write(
     Raises InputError naming the first part, table, figure, template or number that is missing.
     """
     report = Report(results, studies, scenes, cts, driven, more)
-    parts = {}
-    for study in studies:
-        part = report.part(study)
+    parts, told = {}, {study: report.part(study) for study in studies}
+    for study, part in told.items():
         if sections := part.sections + closing.own_claims(report, study):
             parts[study] = part._replace(sections=sections)
         elif part.introduction:
             parts[study] = part
-    parts |= closing.parts(report, left_out=left_out) if studies else {}
+    parts |= closing.parts(report, told.values(), left_out=left_out) if studies else {}
     page = _page(parts, warned, taken, alone)
     if heavy := too_heavy(page, {name: part.sections for name, part in parts.items()}):
         warnings.warn(heavy, stacklevel=2)
@@ -61,7 +60,7 @@ def write(
 def _markdown(report: Report) -> str:
     """Return the findings, first figures and short tables of all parts as a page of Markdown."""
     parts = {study: report.part(study, template.Markdown) for study in report.studies}
-    parts |= closing.parts(report, template.Markdown) if parts else {}
+    parts |= closing.parts(report, list(parts.values()), template.Markdown) if parts else {}
     text = "\n\n".join(
         "\n\n".join([f"## {part.title}", part.introduction, *(f"### {title}\n\n{inner}" for _, title, inner in shown)])
         for part in parts.values()

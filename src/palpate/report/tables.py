@@ -1,6 +1,6 @@
 """Read result tables, and say which one is missing or misses a column."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import pandas as pd
@@ -8,6 +8,10 @@ import pandas as pd
 from palpate.errors import InputError
 from palpate.files import read_table
 from palpate.report import declared
+from palpate.report.words import spaced
+
+SCALES = {"%": 100.0, "ms]": 1e3, "mm": 1e3}
+"""Units of headings, and by what the values of a table are multiplied for them."""
 
 
 def read(path: str | Path, rows: bool = True) -> pd.DataFrame:
@@ -45,6 +49,20 @@ def where(table: pd.DataFrame, **equal) -> pd.DataFrame:
     for column, value in equal.items():
         table = table[table[column] == value]
     return table
+
+
+def headed(table: pd.DataFrame, headings: Mapping[str, str]) -> pd.DataFrame:
+    """Return columns under the headings of a page, in the units that these name: "error [%]" of a share, "time [ms]".
+
+    headings : by the names of columns; names of bodies, scenes and effects lose their underscores
+    """
+    found = {}
+    for name, heading in headings.items():
+        scale = next((factor for unit, factor in SCALES.items() if f"[{unit}" in heading), None)
+        found[heading] = table[name] if scale is None else scale * table[name]
+        if name in ("body", "scene", "effect"):
+            found[heading] = table[name].map(spaced)
+    return pd.DataFrame(found)
 
 
 def columns(name: str) -> list[str]:

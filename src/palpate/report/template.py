@@ -1,8 +1,8 @@
 """Render a part of the report from its template: one Markdown file with Jinja's placeholders, for HTML and Markdown.
 
-A template names numbers, ``{{ depths }}``, and calls ``figure``, ``turnable``, ``embedded``, ``table``, ``folded``,
-``invite`` and, with a text inside (``{% call fold("How to read it") %} ... {% endcall %}``), ``fold``, ``finding`` and
-``answer``.
+A template begins with its title, names tables and numbers, ``{{ errors | span }}``, and calls ``figure``, ``turnable``,
+``embedded``, ``table``, ``folded``, ``invite``, ``failure`` and, with a text inside
+(``{% call fold("How to read it") %} ... {% endcall %}``), ``fold``, ``finding`` and ``answer``.
 """
 
 import re
@@ -19,16 +19,20 @@ from markdown_it import MarkdownIt
 
 from palpate.errors import InputError
 from palpate.files import require_file
-from palpate.report import markup
-from palpate.report.model_looks import plain
-from palpate.report.words import capital, listed, percent, seconds, spaced
+from palpate.report import markup, tables
+from palpate.report.model_looks import label, named, plain
+from palpate.report.words import capital, listed, metres, pascals, percent, seconds, spaced, span
 
 _KEPT, _KEPT_ALONE = re.compile("\ue000(\\d+)\ue001"), re.compile("<p>\ue000(\\d+)\ue001</p>")
 _SPECIAL = re.compile(r"([\\`*_{}\[\]<>|#])")
 _SECTION = re.compile(r"^## (.+)$", re.MULTILINE)
-FILTERS = {"percent": percent, "seconds": seconds, "listed": listed, "spaced": spaced, "capital": capital}
-FILTERS |= {"plain": plain}
-"""What a template may do to a value: ``{{ error | percent }}``."""
+_TITLE = re.compile(r"\A# (.+)$", re.MULTILINE)
+WRITTEN: dict[str, Callable[..., str]] = {"percent": percent, "seconds": seconds, "metres": metres, "pascals": pascals}
+WRITTEN |= {"spaced": spaced, "named": named, "label": label}
+"""How a template writes a value: ``{{ error | percent }}``, ``{{ errors | span(seconds) }}``."""
+FILTERS = WRITTEN | {"capital": capital, "listed": listed, "plain": plain, "span": span}
+FILTERS |= {"headed": tables.headed, "where": tables.where}
+"""What a template may do to values and tables: ``{{ table(errors | where(body="liver")) }}``."""
 
 Section = tuple[str, str, str]
 """A section of a part: its identifier on the page, its heading, and its content."""
@@ -39,6 +43,7 @@ class Part(NamedTuple):
 
     answer : what the first screen says, and the figure beside it; both empty for most parts
     invitation : what the first screen's link to this part says; empty for most parts
+    failures : what failed, where and how
     """
 
     title: str
@@ -47,6 +52,7 @@ class Part(NamedTuple):
     sections: list[Section]
     answer: tuple[str, str] = ("", "")
     invitation: str = ""
+    failures: Sequence[tuple[str, str, str]] = ()
 
 
 class _Text(str):
@@ -65,6 +71,7 @@ class Html:
         self.findings: list[str] = []
         self.answered = ("", "")
         self.invitation = ""
+        self.failures: list[tuple[str, str, str]] = []
 
     def keep(self, html: str) -> _Text:
         """Return the placeholder of a piece that Markdown must not touch."""
@@ -122,6 +129,11 @@ class Html:
         self.invitation = text
         return _Text("")
 
+    def failure(self, what: str, where: str, how: str) -> _Text:
+        """Keep what failed for the list at the end of the page."""
+        self.failures.append((what, where, how))
+        return _Text("")
+
 
 class Markdown(Html):
     """Show what a template calls for in a page of Markdown: a part's first figure and short tables."""
@@ -147,7 +159,7 @@ class Markdown(Html):
         cells = [[markup.text(cell).replace("|", "\\|") for cell in row] for row in frame.itertuples(index=False)]
         if not 0 < len(cells) <= self.LONGEST:
             return _Text("")
-        lines = [[str(column).replace("_", " ") for column in frame], ["---"] * frame.shape[1], *cells]
+        lines = [[spaced(str(column)) for column in frame], ["---"] * frame.shape[1], *cells]
         return _Text("\n\n" + "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n\n")
 
     def finding(self, caller: Callable[[], str]) -> _Text:
@@ -160,16 +172,19 @@ class Markdown(Html):
     turnable = embedded = folded = fold = answer = _nothing
 
 
-def render(path: Path, name: str, title: str, values: Mapping[str, Any], show: Html) -> Part:
-    """Render the part ``name`` from the template ``path`` with ``values``.
+def render(path: Path, name: str, values: Mapping[str, Any], show: Html) -> Part:
+    """Render the part ``name`` from the template ``path``, which begins with its title, with ``values``.
 
     Raises InputError that names the file, and the line or the number, if the template is wrong.
     """
     text = source(path, values, show)
-    first, *rest = _SECTION.split(text)
+    if not (title := _TITLE.match(text)):
+        raise InputError(f"{path} has no title; begin its first line with # and a blank")
+    first, *rest = _SECTION.split(text[title.end() :])
     pairs = zip(rest[::2], rest[1::2], strict=True)
     sections = [(f"{name}_{_key(heading)}", _plain(heading), show.convert(content)) for heading, content in pairs]
-    return Part(title, show.findings, show.convert(first), sections, show.answered, show.invitation)
+    introduction = show.convert(first)
+    return Part(title[1], show.findings, introduction, sections, show.answered, show.invitation, show.failures)
 
 
 def source(path: Path, values: Mapping[str, Any], show: Html) -> str:
@@ -182,8 +197,8 @@ def source(path: Path, values: Mapping[str, Any], show: Html) -> str:
         loader=jinja2.FileSystemLoader(path.parent),
     )
     environment.filters |= FILTERS
-    calls = ("figure", "turnable", "embedded", "table", "folded", "fold", "finding", "answer", "invite")
-    environment.globals |= {call: getattr(show, call) for call in calls}
+    calls = ("figure", "turnable", "embedded", "table", "folded", "fold", "finding", "answer", "invite", "failure")
+    environment.globals |= WRITTEN | {call: getattr(show, call) for call in calls}
     if not path.is_file():
         raise InputError(f"{path} is missing: put the template back")
     try:
@@ -193,8 +208,7 @@ def source(path: Path, values: Mapping[str, Any], show: Html) -> str:
     except jinja2.UndefinedError as unknown:
         lines = [frame.lineno for frame in traceback.extract_tb(unknown.__traceback__) if frame.filename == str(path)]
         missing = str(unknown.message).removesuffix(" is undefined")
-        where = path.with_name("report.py")
-        raise InputError(f"{path}, line {lines[-1]}: there is no number called {missing}; see {where}") from None
+        raise InputError(f"{path}, line {lines[-1]}: there is no table or number called {missing}") from None
 
 
 def _shown(value: Any) -> str:

@@ -1,5 +1,7 @@
 """Join words and format numbers for sentences and labels, without a figure: the page of a press needs them, too."""
 
+from collections.abc import Callable, Iterable
+
 import numpy as np
 
 
@@ -8,9 +10,10 @@ def spaced(name: str) -> str:
     return name.replace("_", " ")
 
 
-def listed(parts: list[str]) -> str:
+def listed(parts: Iterable[str]) -> str:
     """Join phrases as a sentence does: "a, b and c"."""
-    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
+    *most, last = [*parts] or [""]
+    return f"{', '.join(most)} and {last}" if most else last
 
 
 def capital(sentence: str) -> str:
@@ -33,7 +36,27 @@ def percent(share: float) -> str:
     return f"{value:.0f}\u00a0%" if value >= 10 else f"{two_digits(value)}\u00a0%"
 
 
+def span(values: Iterable[float], write: Callable[[float], str] = percent) -> str:
+    """Write the least and the most of some shares, "1 % to 3 %", once if they read alike; other values by ``write``."""
+    known = [value for value in values if np.isfinite(value)]
+    if not known:
+        return "unknown"
+    return " to ".join(dict.fromkeys(map(write, (min(known), max(known)))))
+
+
 def seconds(value: float) -> str:
     """Format a time [s] with three significant digits in s, ms or µs."""
     unit, factor = next(((u, f) for u, f in (("s", 1), ("ms", 1e3)) if value * f >= 1), ("µs", 1e6))
     return f"{float(f'{value * factor:.3g}'):g}\u00a0{unit}"
+
+
+def metres(value: float) -> str:
+    """Format a length [m] with two significant digits in m or mm."""
+    return f"{two_digits(value)}\u00a0m" if value >= 1.0 else f"{two_digits(1e3 * value)}\u00a0mm"
+
+
+def pascals(value: float, digits: int = 2) -> str:
+    """Write a modulus with two digits: "2.1 kPa"."""
+    units = (("MPa", 1e6), ("kPa", 1e3), ("Pa", 0.0))
+    unit, factor = next(one for one in units if value >= 0.995 * one[1])
+    return f"{float(f'{value / (factor or 1.0):.{digits}g}'):g} {unit}"

@@ -1,10 +1,9 @@
 """What the report and the claims say of cuts follows from their tables."""
 
 import pytest
-from fixtures.material import material, page
+from fixtures.material import failures, page
 
 from palpate.report.claims import CONFIRMED, REFUTED
-from palpate.studies.cut import report as part
 from palpate.studies.cut.claims import compared, limited
 
 
@@ -15,12 +14,13 @@ def tables(cut, cut_truth, cut_opening):
 
 def test_a_truth_that_judges_no_model_leaves_no_errors_to_tell(tables):
     unknown = tables["cut"].assign(surface_error=float("nan"), opening_error=float("nan"), force_error=float("nan"))
-    assert "Nearest" not in page("cut", tables | {"cut": unknown})
+    text = page("cut", tables | {"cut": unknown})
+    assert "nearest" not in text and "no model answers within 100 ms" in text
     assert list(limited({"cut": unknown})) == []
 
 
 def test_what_fails_is_listed(tables):
-    failed = list(part.failures(material("cut", tables)))
+    failed = failures("cut", tables)
     assert failed[0] == ("XPBD (level=1, steps=20)", "liver cut", "lost") and len(failed) == 2
 
 

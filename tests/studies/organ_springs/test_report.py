@@ -5,7 +5,6 @@ import pytest
 from fixtures.material import numbers, page
 
 from palpate.studies.organ_springs import figures
-from palpate.studies.organ_springs import report as part
 from palpate.studies.organ_springs.claims import chain
 
 ERRORS = {
@@ -49,16 +48,16 @@ def tables():
 
 def test_numbers_say_what_springs_reach(tables):
     found = numbers("organ_springs", tables)
-    (body,) = found["bodies"]
-    best = part.best(tables["organ_springs"]).loc["genetic"]
-    assert [best[key] for key in ("fitted", "tested", "seeds", "low", "high")] == pytest.approx(
+    ((_, best),) = found["best"]
+    assert [best.loc["genetic", key] for key in ("fitted", "tested", "seeds", "low", "high")] == pytest.approx(
         [0.027, 0.029, 3, 0.0145, 0.058]
     )
-    assert (found["fitted"], found["tested"], body["reference"]) == (1, 2, (0.01, 0.01)) and len(found["models"]) == 8
-    assert (body["worst"], body["gains"][0][:2], body["gains"][1][1]) == (3, ("Van Gelder", 0.12), pytest.approx(0.027))
-    assert body["times_ms"] == pytest.approx([10, 14, 6.5])
-    assert (body["shapes"], body["fem"], body["zero"]) == pytest.approx((0.05, 0.036, 0.6))
+    assert len(found["models"]) == 8
     text = " ".join(page("organ_springs", tables).split())
+    assert "at some contacts (1)" in text and "at others (2)" in text and "reference is 1 % of the peak" in text
+    assert "fitted springs err by 2.9 % to 3.1 % of the peak, coarse finite elements by 3.6 %." in text
+    assert "Shape matching errs by 5 %, no motion by 60 %. A second of motion takes 10 ms for springs, 14 ms" in text
+    assert "and 6.5 ms for coarse finite elements" in text
     assert "1.15 kg from the voxels and 1.1 kg at its" in text and "by 0.2 % and 0.1 %" in text
     tables["mass_motion"]["from_ct"] = False
     assert "It has no CT, and uniform masses." in page("organ_springs", tables)

@@ -1,13 +1,11 @@
 """What the report says of touches follows from their tables."""
 
-from fixtures.material import material, numbers, page
-
-from palpate.studies.touch import report as part
+from fixtures.material import failures, numbers, page
 
 
 def test_what_to_take_within_each_time(touch, touch_truth):
-    one = numbers("touch", {"touch": touch, "touch_truth": touch_truth})["scenes"][0]
-    taken = one["taken"].set_index("within")
+    taken = next(iter(numbers("touch", {"touch": touch, "touch_truth": touch_truth})["taken"].values()))
+    taken = taken.set_index("within")
     assert taken["take"].tolist() == ["linear responses with contact"] * 3 + ["locally refined elements"]
     assert taken.loc["any time", "limit [%]"] == 100 * (0.015 + 0.006) and taken.loc["any time", "force [%]"] == -1.0
     assert taken["place prepared in"].tolist() == ["2\u00a0s"] * 3 + ["–"]
@@ -15,16 +13,16 @@ def test_what_to_take_within_each_time(touch, touch_truth):
 
 def test_what_has_no_answer_in_time_is_said(touch, touch_truth):
     slow = touch[touch["model"].isin(["fem", "truth"])]
-    one = numbers("touch", {"touch": slow, "touch_truth": touch_truth})["scenes"][0]
-    assert one["taken"]["take"].tolist()[:2] == ["none", "none"]
-    assert one["taken"]["setting"].iloc[0] == "fastest: 24\u00a0ms"
+    taken = next(iter(numbers("touch", {"touch": slow, "touch_truth": touch_truth})["taken"].values()))
+    assert taken["take"].tolist()[:2] == ["none", "none"]
+    assert taken["setting"].iloc[0] == "fastest: 24\u00a0ms"
 
 
 def test_touches_without_a_truth_and_without_an_answer_are_listed(touch, touch_truth):
     tables = {"touch": touch, "touch_truth": touch_truth}
     assert "3 touches, 4 mm deep" in page("touch", tables)
     assert "1 more have no truth (1 no answer on a mesh)" in page("touch", tables)
-    failed = list(part.failures(material("touch", tables)))
+    failed = failures("touch", tables)
     assert len(failed) == 4 and failed[0][1] == "liver under a sphere of 8 mm"
     assert failed[0][0] == "linear responses with contact (places=few)" and "1 of 4 touches: lost" in failed[0][2]
 

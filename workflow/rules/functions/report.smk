@@ -22,3 +22,9 @@ def told(wildcards):
         "cts": CTS if "ct" in studies else [],
         "driven": DRIVEN if "scenes" in studies else [],
     }
+
+
+def numbered(wildcards):
+    """The modules that compute numbers for the templates of a page."""
+    places = {study: ROOT / f"src/palpate/studies/{study}/report.py" for study in reported(wildcards)}
+    return [f"palpate.studies.{study}.report" for study, place in places.items() if place.is_file()]

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.report.claims import Claim, claims, verdict
+from palpate.report.words import spaced
 from palpate.studies.ct.imaging import BETWEEN, CORNERS, GRADIENT, TRIANGLES
 from palpate.studies.ct.ray_casting import FRONT, SOLID, TRANSLUCENT, back_and_early
 
@@ -89,7 +90,7 @@ def node_masses(tables: Mapping[str, pd.DataFrame]) -> Iterator[Claim]:
     table = tables["node_mass"].sort_values("elements")
     bodies = dict(list(table.groupby("body", sort=False)))
     low, high = table["elements"].min(), table["elements"].max()
-    names = ", ".join(name.replace("_", " ") for name in bodies)
+    names = ", ".join(spaced(name) for name in bodies)
     made = f" ({MADE_UP})" if set(bodies) == {SYNTHETIC} else ""
     meshes = f"{names}{made}: meshes of {low} to {high} elements, with the volume of the voxels"
     premise = f"{meshes}; densities as they are at the rim"

@@ -1,54 +1,40 @@
-"""Compare models in motion: the error of each over a whole scene, what a second of it costs, and what to take."""
+"""Compute what the report says of models in motion beside its tables: what to take, and how wrong standards are."""
 
-from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from palpate.benchmark.advice import QUADRATIC, MeshError, mesh_error, parted
 from palpate.benchmark.choosing import NONE
 from palpate.report import tables
 from palpate.report.advice_words import by_limit, say
-from palpate.report.model_looks import label, look
+from palpate.report.model_looks import label
 from palpate.report.report import Report
 from palpate.report.words import percent, spaced
 
-TITLE = "Models in motion"
-
 
 def numbers(report: Report) -> dict[str, Any]:
-    """Return what the template names."""
+    """Return what the template names beside its tables."""
     table, advice = report.tables["dynamic_accuracy"], report.tables.get("advice")
-    names = {str(row["scene"]): _judged(row) for _, row in table.drop_duplicates("scene").iterrows()}
-    bounds = report.tables.get("motion_bounds")
-    moved = [] if bounds is None else tables.scenes(bounds)
     first = table.drop_duplicates("scene")
-    true = first["reference"] == QUADRATIC
-    limits = report.tables.get("motion_truth", pd.DataFrame(columns=["elements"]))
-    told = np.isfinite(first["reference_error"])
-    known, unknown = _meshes(first[~true & ~told], report.tables.get("accuracy_vs_time"))
-    return {
-        "truths": [f"{spaced(row.scene)} ({percent(row.reference_error)})" for row in first[true].itertuples()],
-        "limits": len(limits),
-        "apart": [
-            f"{spaced(row.scene)} until {row.until_s:.2g} s ({percent(row.rmse_of_peak)})"
-            if row.until_s
-            else f"{spaced(row.scene)} at no time ({percent(row.rmse_of_peak)}, where it is pressed "
-            f"{percent(row.patch_rms_of_peak)})"
-            for row in tables.where(limits, elements="linear").itertuples()
-        ],
-        "best": [_most_accurate(tables.where(table, scene=scene)) for scene in names],
-        "levels": [f"{spaced(row.scene)} {row.reference_level:g}" for row in first[~true].itertuples()],
+    names = {str(row["scene"]): _judged(row) for _, row in first.iterrows()}
+    first = first.assign(parted=[parted(row) for _, row in first.iterrows()])
+    truths, standards = first[first["reference"] == QUADRATIC], first[first["reference"] != QUADRATIC]
+    known, unknown = _meshes(standards[standards["reference_error"].isna()], report.tables.get("accuracy_vs_time"))
+    found = {
+        "truths": truths,
+        "standards": standards,
+        "best": _most_accurate(table[~table["scene"].isin(first.loc[first["parted"] != "", "scene"])]),
         "meshes": known,
         "unknown_meshes": unknown,
         "taken": pd.DataFrame() if advice is None else _taken(advice[advice["scene"].isin(names)], names),
-        "touched": "dynamic_force" in report.tables,
-        "places": 0 if bounds is None else int(bounds["places"].max()),
-        "moved": [spaced(scene) for scene in moved],
-        "unmoved": [spaced(scene) for scene in names if scene not in moved],
-        "bounds": pd.DataFrame() if bounds is None else _bounds(bounds),
     }
+    if "motion_bounds" in report.tables:
+        bounds = report.tables["motion_bounds"]
+        models = [label(row.model, row.setting) for row in bounds.itertuples()]
+        estimates = bounds["estimate"].map({"constant": "nothing", "own": "its own motion"})
+        found["motion_bounds"] = bounds.assign(model=models, estimate=estimates)
+    return found
 
 
 def _judged(row: pd.Series) -> str:
@@ -66,14 +52,10 @@ def _taken(advice: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
     return wide
 
 
-def _most_accurate(rows: pd.DataFrame) -> dict[str, Any]:
-    """Return the model with the least error of those that need less than a second for a second of motion."""
-    fast = tables.where(rows[rows["real_time_factor"] < 1], failures=0)
-    found = {"scene": _judged(rows.iloc[0]), "model": "", "parted": parted(rows.iloc[0])}
-    if fast.empty or found["parted"]:
-        return found
-    best = fast.loc[fast["rmse_of_peak"].idxmin()]
-    return found | {"model": look(best["model"]).label, "error": best["rmse_of_peak"]}
+def _most_accurate(table: pd.DataFrame) -> pd.DataFrame:
+    """Return of each scene the row with the least error of those that run in real time."""
+    fast = tables.where(table[table["real_time_factor"] < 1], failures=0).dropna(subset="rmse_of_peak")
+    return fast.loc[fast.groupby("scene", sort=False)["rmse_of_peak"].idxmin()]
 
 
 def _meshes(first: pd.DataFrame, pressed: pd.DataFrame | None) -> tuple[list[dict[str, Any]], list[str]]:
@@ -91,27 +73,3 @@ def _meshes(first: pd.DataFrame, pressed: pd.DataFrame | None) -> tuple[list[dic
         for (body, level, error), scenes in known.items()
     ]
     return parts, unknown
-
-
-def _bounds(found: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate the bounds of motions elsewhere, by what each setting's error is estimated from."""
-    return pd.DataFrame(
-        {
-            "scene": [spaced(scene) for scene in found["scene"]],
-            "model": [label(row.model, row.setting) for row in found.itertuples()],
-            "estimated from": found["estimate"].map({"constant": "nothing", "own": "its own motion"}),
-            "places": found["places"],
-            "error, median [% of peak]": 100 * found["error_of_peak"],
-            "bound, median [% of peak]": 100 * found["bound_of_peak"],
-            "bound over error": found["sharpness"],
-            "rank correlation": found["rank_correlation"],
-            "places below their bound [%]": 100 * found["coverage"],
-        }
-    )
-
-
-def failures(report: Report) -> Iterator[tuple[str, str, str]]:
-    """Yield the settings that did not get through a scene: what, where, how."""
-    table = report.tables["dynamic_accuracy"]
-    for row in table[table["failures"] > 0].itertuples():
-        yield label(row.model, row.setting), spaced(row.scene), "did not reach the end"

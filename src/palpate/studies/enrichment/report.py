@@ -1,6 +1,6 @@
 """Report on paper 1: its tables and figures beside those of this run, and the comparisons that it leaves out."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from palpate.report.words import capital, seconds, spaced
 from palpate.studies.enrichment.premises import LOCAL
 from palpate.table_declaration import Table
 
-TITLE = "Paper 1: enriching a coarse simulation"
 METHOD = "detail_correction"  # the method that is compared with those of the paper
 PAPERS_WEIGHTS = style.PAPERS.partition("_")[2]
 
@@ -65,75 +64,51 @@ FEM_COST = Table(
 
 
 def numbers(report: Report) -> dict[str, Any]:
-    """Return what the template names; errors are RMSE / peak."""
+    """Return what the template names beside its tables; errors are RMSE / peak."""
     found, paper = report.tables, report.published["enrichment"]
     accuracy = found["enrichment_accuracy"]
     regime = accuracy["regime"].iloc[0]
-    easy = tables.where(accuracy, protocol="paper", split="samples", regime=regime)
-    hard = tables.where(accuracy, protocol="live", split="contacts", regime=regime)
-    cases = dict.fromkeys(zip(accuracy["body"], accuracy["regime"], strict=True))
     moved = found["premise_bodies"]["moved_share"]
+    contacts = tables.where(found["premises"], held_out="contacts", weights=PAPERS_WEIGHTS)
     return {
         "regime": regime,
-        "bodies": [_of_body(body, easy, hard, report) for body in tables.bodies(accuracy)],
-        "cases": [_case(accuracy, body, regime) for body, regime in cases],
-        "method": style.short(METHOD).replace("\n", " "),
+        "method": METHOD,
+        "paper_method": style.PAPERS,
+        "baseline": style.BASELINE,
+        "easy": _errors(accuracy, protocol="paper", split="samples", regime=regime),
+        "hard": _errors(accuracy, protocol="live", split="contacts", regime=regime),
+        "cases": [_case(rows) for _, rows in accuracy.groupby(["body", "regime"], sort=False)],
         "wins": _wins(accuracy, found["online_cost"]),
-        "meshes": _equal_meshes(found["mesh_sizes"]),
+        "best_sigma": _best_sigma(tables.where(found["sigma_sweep"], regime=regime)),
         "splits": _splits(found["splits"], paper["splits"]),
-        "lengths": {
-            style.FEATURES[str(name)][0]: 3 * (node + 1)
-            for name, node in found["feature_vectors"].groupby("features", sort=False)["node"].max().items()
-        },
-        "premises": _premises(found["premises"], found["premise_bodies"]),
+        "moves": _moves(contacts, found["premise_bodies"]),
         "cut": (LOCAL, moved[moved <= LOCAL].max(), moved[moved > LOCAL].min()),  # and the nearest on both sides
-        "fewer": _fewer(found["premises"]),
+        "fewer": _fewer(contacts),
         "orders": _orders(found["complexity"]),
+        "means": found["enrichment_timing"].pivot(index="body", columns="method", values="mean_s"),
         "times": [
             _times(found["enrichment_timing"], body, paper) for body in tables.bodies(found["enrichment_timing"])
         ],
-        "fem": [
-            {"body": body, "regime": one, "median": part.median(), "most": part.max()}
-            for (body, one), part in found["fem_cost"].groupby(["body", "regime"], sort=False)["seconds"]
-        ],
     }
 
 
-def _of_body(body: str, easy: pd.DataFrame, hard: pd.DataFrame, report: Report) -> dict[str, Any]:
-    """Return errors of the compared methods on one body: in the paper's protocol, and live at new contacts."""
-    cost, timing = report.tables["online_cost"], report.tables["enrichment_timing"]
-    kinds = {"own": METHOD, "linear": "interpolation", "ordered": style.PAPERS, "unordered": style.BASELINE}
-    errors = [tables.where(table, body=body).set_index("method")["rmse_of_peak"] for table in (easy, hard)]
-    here = tables.where(timing, body=body).set_index("method")["mean_s"]
-    return {
-        "name": body,
-        "easy": {kind: errors[0][method] for kind, method in kinds.items()},
-        "hard": {kind: errors[1][method] for kind, method in kinds.items() if kind != "unordered"},
-        "seconds": tables.where(cost, body=body, protocol="live", method=METHOD)["online_median_s"].iloc[0],
-        "faster": _speedups(here),
-        "faster_there": _speedups(report.published["enrichment"]["means"].get(body)),
-        **_sigma(tables.where(report.tables["sigma_sweep"], body=body, regime=easy["regime"].iloc[0]), report),
-    }
+def _errors(accuracy: pd.DataFrame, **case: str) -> pd.DataFrame:
+    """Return the errors of one regime, protocol and split: a row a body, a column a method."""
+    wide = tables.where(accuracy, **case).pivot(index="body", columns="method", values="rmse_of_peak")
+    return wide.reindex(index=tables.bodies(accuracy))
 
 
-def _speedups(mean: Mapping[str, float] | pd.Series | None) -> tuple[float, float] | None:
-    """Return how much faster contact-ordered is than unordered, and than fine FEM."""
-    if mean is None:
-        return None
-    return mean["unordered"] / mean["contact_ordered"], mean["fine_fem"] / mean["contact_ordered"]
-
-
-def _sigma(sweep: pd.DataFrame, report: Report) -> dict[str, Any]:
-    """Return the best σ of the paper's method on the test samples, and in mesh units where these are known."""
+def _best_sigma(sweep: pd.DataFrame) -> pd.Series:
+    """Return the best σ [m] of the paper's method on the test samples, by body."""
     features, _, weights = style.PAPERS.partition("_")
-    curve = tables.where(sweep, protocol="paper", split="samples", features=features, weights=weights)
-    best = curve.loc[curve["rmse_of_peak"].idxmin()]
-    unit_m = report.published["enrichment"]["sigma"]["unit_m"].get(best["body"])
-    return {"sigma_mm": 1e3 * best["sigma_m"], "sigma_units": None if unit_m is None else best["sigma_m"] / unit_m}
+    curves = tables.where(sweep, protocol="paper", split="samples", features=features, weights=weights)
+    best = curves.loc[curves.groupby("body", sort=False)["rmse_of_peak"].idxmin()]
+    return best.set_index("body")["sigma_m"]
 
 
-def _case(accuracy: pd.DataFrame, body: str, regime: str) -> dict[str, Any]:
-    rows = tables.where(accuracy, body=body, regime=regime)
+def _case(rows: pd.DataFrame) -> dict[str, Any]:
+    """Return the errors of each method in one body and regime, in per cent, for each protocol and split."""
+    body, regime = rows["body"].iloc[0], rows["regime"].iloc[0]
     rows = rows.assign(case=rows["protocol"] + ", " + rows["split"] + " held out", error=100 * rows["rmse_of_peak"])
     wide = rows.pivot(index="method", columns="case", values="error")
     wide = wide.reindex(index=rows["method"].unique(), columns=rows["case"].unique())
@@ -156,13 +131,6 @@ def _wins(accuracy: pd.DataFrame, cost: pd.DataFrame) -> tuple[int, int, int]:
     return int(best), on_front, count
 
 
-def _equal_meshes(sizes: pd.DataFrame) -> tuple[int, int]:
-    """Count the surfaces that have the paper's numbers of nodes and triangles, and those that it has."""
-    rows = sizes.dropna(subset=["paper_nodes"])
-    equal = (rows["surface_nodes"] == rows["paper_nodes"]) & (rows["surface_triangles"] == rows["paper_triangles"])
-    return int(equal.sum()), len(rows)
-
-
 def _splits(splits: pd.DataFrame, published: Mapping[str, Any]) -> pd.DataFrame:
     theirs = pd.DataFrame(published).T.rename(columns=lambda c: f"paper_{c}")
     frame = splits.merge(theirs, left_on="body", right_index=True, how="left")
@@ -170,20 +138,15 @@ def _splits(splits: pd.DataFrame, published: Mapping[str, Any]) -> pd.DataFrame:
     return frame.rename(columns={"split": "held out"})
 
 
-def _premises(premises: pd.DataFrame, about: pd.DataFrame) -> list[dict[str, Any]]:
-    rows = tables.where(premises, held_out="contacts", weights=PAPERS_WEIGHTS)
+def _moves(rows: pd.DataFrame, about: pd.DataFrame) -> pd.DataFrame:
+    """Return the errors of each premise with the most samples, a column for each kind of features, most local first."""
     rows = rows[rows["train"] == rows.groupby("premise")["train"].transform("max")]
-    found = []
-    for row in about.sort_values("moved_share", kind="stable").itertuples():
-        errors = tables.where(rows, premise=row.premise).set_index("features")["rmse_of_peak"]
-        found.append(
-            {"name": spaced(str(row.premise)), "moved": row.moved_share} | dict(errors[["ordered", "unordered"]])
-        )
-    return found
+    errors = rows.pivot(index="premise", columns="features", values="rmse_of_peak")
+    shares = about.sort_values("moved_share", kind="stable").set_index("premise")["moved_share"]
+    return errors.reindex(shares.index).assign(moved_share=shares)
 
 
-def _fewer(premises: pd.DataFrame) -> pd.DataFrame:
-    rows = tables.where(premises, held_out="contacts", weights=PAPERS_WEIGHTS)
+def _fewer(rows: pd.DataFrame) -> pd.DataFrame:
     rows = rows[rows["features"].isin(["ordered", "framed"])]
     wide = rows.pivot(index=["premise", "train"], columns="features", values="ratio").reset_index()
     names = {"train": "training samples", "ordered": "ordered / unordered", "framed": "framed / unordered"}
@@ -215,11 +178,3 @@ def _times(timing: pd.DataFrame, body: str, paper: Mapping[str, Any]) -> dict[st
         rows.append([name, "this run", *(seconds(row[column]) for column in columns)])
     frame = pd.DataFrame(rows, columns=["method", "source", *(f"load {i}" for i in range(1, 6)), "mean"])
     return {"body": spaced(body), "rows": frame, "faint": faint, "number": paper["tables"].get(body)}
-
-
-def failures(report: Report) -> Iterator[tuple[str, str, str]]:
-    """Yield the methods without a finite error: what, where, how."""
-    table = report.tables["enrichment_accuracy"]
-    for row in table[~np.isfinite(table["rmse_of_peak"])].itertuples():
-        where = f"{spaced(row.body)}, {spaced(row.regime)} loads, {row.protocol} protocol, {row.split} held out"
-        yield style.look(row.method).label, where, "no answer"

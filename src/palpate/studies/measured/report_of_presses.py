@@ -37,7 +37,6 @@ def _part(rows: pd.DataFrame) -> dict[str, Any]:
         "name": rows["part"].iloc[0],
         "law": spaced(str(best["law"].iloc[0])),
         "young": values.loc["young_pa", ["low", "best", "high"]].tolist(),
-        "known": [(spaced(str(name)), row["low"], row["high"]) for name, row in ranged.iterrows() if row["known"]],
         "unknown": [spaced(str(name)) for name, row in ranged.iterrows() if not row["known"]],
         "excess": [(spaced(str(row.law)), row.low, row.high) for row in others.itertuples()],
         "scatter": float(values.loc["place_scatter", "best"]),

@@ -77,7 +77,7 @@ def _legend(energy: pd.DataFrame) -> list[Line2D]:
     names: dict[str, list[str]] = {}
     for column in of_effects(energy.dropna(axis="columns", how="all")):
         name = column.removesuffix("_j")
-        names.setdefault(style.effect_colour(name), []).append(name.replace("_", " "))
+        names.setdefault(style.effect_colour(name), []).append(spaced(name))
     return [
         *(Line2D([], [], color=colour, label=", ".join(sharing)) for colour, sharing in names.items()),
         Line2D([], [], color="#c4c4c4", lw=4, label="sum"),
@@ -121,7 +121,7 @@ def _bars(axis, rows: pd.DataFrame) -> None:
         axis.barh(y, row.ms_per_step, color=style.effect_colour(row.effect), height=0.7)
         text = f"{seconds(1e-3 * row.ms_per_step)}, {percent(row.share_of_step)}"
         axis.annotate(text, (row.ms_per_step, y), (4, 0), textcoords="offset points", va="center", fontsize=7)
-    axis.set_yticks(range(len(rows)), [name.replace("_", " ") for name in rows["effect"]])
+    axis.set_yticks(range(len(rows)), [spaced(name) for name in rows["effect"]])
     axis.set(xlim=(0, 1.3 * longest), ylim=(len(rows) - 0.5, -0.5))
     axis.grid(axis="y", visible=False)
 

@@ -1,7 +1,6 @@
 """Compare models on pressed bodies: what to take, the truth, error against time, the models, when preparing pays."""
 
 from collections import Counter
-from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -19,11 +18,10 @@ from palpate.report import tables
 from palpate.report.advice_words import SAME, by_limit, say
 from palpate.report.model_looks import label, named
 from palpate.report.report import Report
-from palpate.report.words import listed, percent, spaced
+from palpate.report.words import listed, percent, spaced, span
 from palpate.studies.tradeoff.figures.scene_rows import KNOWN, answers, curves, front_rows, jumps, whole
 from palpate.studies.tradeoff.figures.truth import DEAR, SOURCES
 
-TITLE = "What accuracy costs in time"
 READS = ("advice", "answers", "error_bounds")
 """Tables of benchmark/ that the template shows."""
 WHERE = {"rms": "over the surface (RMSE)", "patch": "at the patch"}
@@ -62,24 +60,19 @@ def numbers(report: Report) -> dict[str, Any]:
         "known_there": _known(tables.where(settings, scene=hardest), tables.where(truth, scene=hardest)),
         "tied": TIED,
         "unknown": UNKNOWN,
-        "rejected_there": _rejected(tables.where(truth, scene=hardest)),
         "models": counted(models),
         "settings": models.groupby(["model", "setting"]).ngroups,
         "failed": int((models["failures"] > 0).sum()),
         "truth_errors": [_own_range(truth, column) for column in KINDS.values()],
-        "samples": _few(truth["samples"]),
         "less_known": _validation(truth),
-        "checked": _checked(truth),
-        "splits": settings["split"].nunique(),
         "spread": _spread(settings),
-        "bound_contacts": _few(report.tables["error_bounds"]["contacts"]),
         "known": KNOWN,
         "close": TIED_TIMES,
         "equal": EQUAL,
         "spare": MARGIN,
         "taken": {text: by_limit(tables.where(advice, error=kind), names, _taken) for kind, text in WHERE.items()},
         "dent": dent_table(tables.where(advice, error="rms"), truth, names),
-        "truth_table": _truth(truth, names),
+        "names": names,
         "snaps": snaps(optional["limit_points"]) if "limit_points" in optional else None,
         "bounds": _bounds(report.tables["error_bounds"], hardest),
         "scenes": [
@@ -92,7 +85,6 @@ def numbers(report: Report) -> dict[str, Any]:
             for scene in sorted(names, key=lambda scene: scene != hardest)
         ],
         "any_load": _any_load(optional["any_load"], settings) if "any_load" in optional else None,
-        "answered": list(dict.fromkeys(optional["answers"]["scene"])) if "answers" in optional else [],
         "refusals": _refusals(optional["any_load"]) if "any_load" in optional else None,
         "described": models_table(models, families),
         "given": given_table(settings),
@@ -137,7 +129,7 @@ def budgets(advice: pd.DataFrame) -> list[dict[str, Any]]:
             {
                 "name": "no model" if model == NONE else label(str(model), "default"),
                 "scenes": len(part),
-                "error": "" if model == NONE else _range(part["rmse_of_peak"]),
+                "error": "" if model == NONE else span(part["rmse_of_peak"]),
             }
             for model, part in rows.groupby("model", sort=False)
         ]
@@ -215,15 +207,6 @@ def counted(models: pd.DataFrame) -> str:
     return f"{len(counts)} methods" + (f" ({', '.join(several)})" if several else "")
 
 
-def _range(errors: pd.Series) -> str:
-    """Return the least and the largest of some errors, in per cent."""
-    errors = errors.dropna()
-    if errors.empty:
-        return "not known"
-    low, high = percent(errors.min()), percent(errors.max())
-    return low if low == high else f"{low} to {high}"
-
-
 def _validation(truth: pd.DataFrame) -> list[str]:
     """Return the truth's errors on samples that only choose settings, if these do without the finest mesh."""
     less = truth[truth["validation_samples"] > 0]
@@ -233,24 +216,13 @@ def _validation(truth: pd.DataFrame) -> list[str]:
 def _own_range(truth: pd.DataFrame, column: str) -> str:
     """Return between which the truth's mean own errors lie in the scenes, and the greatest of a sample."""
     greatest = truth[f"{column}_max"].max()
-    return _range(truth[column]) + (f" (at most {percent(greatest)})" if np.isfinite(greatest) else "")
+    return span(truth[column]) + (f" (at most {percent(greatest)})" if np.isfinite(greatest) else "")
 
 
 def _known(settings: pd.DataFrame, truth: pd.DataFrame) -> list[tuple[float, float]]:
     """Return for each kind of error the truth's own in one scene: the mean, as ``own_error``, and the greatest."""
     greatest = [truth[[f"{column}_max", f"validation_{column}_max"]].max(axis=None) for column in KINDS.values()]
     return list(zip((own_error(settings, column) for column in KINDS.values()), greatest, strict=True))
-
-
-def _checked(truth: pd.DataFrame) -> str:
-    """Return on how many samples of a scene another element was tried."""
-    counts = truth["other_element_samples"].dropna().astype(int) if "other_element_samples" in truth else []
-    return _few(counts) if len(counts) else "no"
-
-
-def _few(counts: pd.Series) -> str:
-    least, most = counts.min(), counts.max()
-    return f"{least}" if least == most else f"{least} to {most}"
 
 
 def _spread(settings: pd.DataFrame) -> float:
@@ -296,76 +268,25 @@ def facets(truth: pd.DataFrame) -> str:
     )
 
 
-def _rejected(truth: pd.DataFrame) -> str:
-    """Say of one scene how many presses have no truth, and why."""
-    if truth.empty or not (count := int(truth["rejected"].iloc[0])):
-        return ""
-    return f"{count} presses without a truth: {truth['why_rejected'].iloc[0]}"
-
-
-def _truth(truth: pd.DataFrame, names: dict[str, str]) -> pd.DataFrame:
-    """Tabulate how well each scene's truth is known."""
-    return pd.DataFrame(
-        {
-            "scene": [names.get(scene, scene) for scene in truth["scene"]],
-            "samples": truth["samples"],
-            "rejected": truth["rejected"],
-            "elements": truth["elements"],
-            "RMSE [% of peak]": 100 * truth["rmse_of_peak"],
-            "greatest RMSE [% of peak]": 100 * truth["rmse_of_peak_max"],
-            "relative L2 [%]": 100 * truth["relative_l2"],
-            "greatest relative L2 [%]": 100 * truth["relative_l2_max"],
-            "at the patch [% of peak]": 100 * truth["patch_rms_of_peak"],
-            "greatest at the patch [% of peak]": 100 * truth["patch_rms_of_peak_max"],
-            "order": truth["order"],
-            "samples with an inverted element": truth["inverted"],
-            "change of volume [%]": 100 * truth["volume_change"],
-        }
-    )
-
-
 def _bounds(bounds: pd.DataFrame, hardest: str) -> pd.DataFrame:
-    """Tabulate the bounds of single answers in one scene: of each setting the sharpest cheap and dear ones."""
+    """Select the bounds of single answers in one scene: of each setting the sharpest cheap and dear ones."""
     found = tables.where(bounds, scene=hardest, error="rms").dropna(subset="sharpness")
     dear = found["estimate"].isin(DEAR).rename("dear")
     found = found.loc[found.groupby(["model", "setting", dear], sort=False)["sharpness"].idxmin()]
     least = found.groupby(["model", "setting"])["bound_of_peak"].transform("min")
     found = found.assign(least=least).sort_values(["least", "model", "setting", "estimate_s"])
-    return pd.DataFrame(
-        {
-            "model": [label(row.model, row.setting) for row in found.itertuples()],
-            "estimated from": [SOURCES.get(name, name) for name in found["estimate"]],
-            "which takes [ms]": 1e3 * found["estimate_s"],
-            "rank correlation": found["rank_correlation"],
-            "error, median [% of peak]": 100 * found["error_of_peak"],
-            "bound, median [% of peak]": 100 * found["bound_of_peak"],
-            "bound over error": found["sharpness"],
-            "answers below their bound [%]": 100 * found["coverage"],
-            "contacts wholly below [%]": 100 * found["coverage_of_contacts"],
-            "below bounds of other bodies [%]": 100 * found["coverage_elsewhere"],
-        }
-    )
+    return _labelled(found).assign(estimate=found["estimate"].replace(SOURCES))
+
+
+def _labelled(rows: pd.DataFrame) -> pd.DataFrame:
+    """Name settings in words in the column ``model``."""
+    return rows.assign(model=[label(row.model, row.setting) for row in rows.itertuples()])
 
 
 def _front(settings: pd.DataFrame) -> pd.DataFrame:
-    """Tabulate the settings of one scene that no other beats, fastest first."""
-    front = front_rows(averaged(settings))
-    return pd.DataFrame(
-        {
-            "model": [label(row.model, row.setting) for row in front.itertuples()],
-            "RMSE [% of peak]": 100 * front["rmse_of_peak"],
-            "relative L2 [%]": 100 * front["relative_l2"],
-            "at the patch [% of peak]": 100 * front["patch_rms_of_peak"],
-            "p95 of the nodes [% of peak]": 100 * front["p95_of_peak"],
-            "an answer, median [ms]": 1e3 * front["online_median_s"],
-            "single calls, p95 [ms]": 1e3 * front["online_p95_s"],
-            "slowest press, median of its calls [ms]": 1e3 * front["online_max_s"],
-            "preparation [s]": front["offline_s"],
-            "memory [MB]": front["memory_mb"],
-            "answers until it has paid": front["break_even_queries"],
-        }
-        | _without_truth(front)
-    )
+    """Return the settings of one scene that no other beats, fastest first."""
+    front = _labelled(front_rows(averaged(settings)))
+    return front.assign(**_without_truth(front))
 
 
 def _without_truth(rows: pd.DataFrame) -> dict[str, list[str]]:
@@ -432,8 +353,8 @@ def given_table(settings: pd.DataFrame) -> pd.DataFrame:
             {
                 "is given": _GIVEN[sees, bool(prepared)],
                 "models": ", ".join(label(name, "default") for name in curves(found)),
-                "least RMSE": _range(least["rmse_of_peak"]),
-                "least error at the patch": _range(least["patch_rms_of_peak"]),
+                "least RMSE": span(least["rmse_of_peak"]),
+                "least error at the patch": span(least["patch_rms_of_peak"]),
             }
         )
     return pd.DataFrame(rows)
@@ -448,12 +369,3 @@ def variants_table(settings: pd.DataFrame) -> pd.DataFrame:
     wide = wide.pivot_table("rmse_of_peak", "model", "scene", aggfunc="min", sort=False)
     wide = wide.map(percent).rename(index=named, columns=spaced).rename_axis("variant").rename_axis(None, axis=1)
     return wide.reset_index()
-
-
-def failures(report: Report) -> Iterator[tuple[str, str, str]]:
-    """Yield the settings that failed on some test samples, or on all: what, where, how."""
-    table = report.tables["accuracy_vs_time"]
-    for row in table[table["failures"] > 0].itertuples():
-        reason = "" if pd.isna(row.failure) else f": {row.failure}"
-        where = scene_words(table, row.scene)
-        yield label(row.model, row.setting), where, f"{row.failures} of {row.samples} test samples{reason}"

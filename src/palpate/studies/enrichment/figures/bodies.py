@@ -11,6 +11,7 @@ from palpate.benchmark.database import Database
 from palpate.bodies.body import Body
 from palpate.files import read_hdf5
 from palpate.report import render, style, turnable
+from palpate.report.words import percent
 
 
 class Prediction(NamedTuple):
@@ -169,7 +170,7 @@ def draw_error_over_body(body: Body, database: Database, groups: dict[str, dict[
     with render.Stage(_PIXELS, round(_PIXELS / aspect)) as stage:
         for (r, c), view, (i, field, moved, error) in zip(cells, views, picks, strict=True):
             picture = _coloured(stage, view, body, database, 100 * field, moved, scale)
-            style.place(axes[r, c], picture, f"sample {i}: {percent(100 * error)} % of peak")
+            style.place(axes[r, c], picture, f"sample {i}: {percent(error)} of peak")
     for axis, method in zip(axes[:, 0], JUDGED, strict=True):
         axis.set_ylabel(style.short(method), fontweight="bold")
     for c, group in enumerate(groups):
@@ -185,11 +186,6 @@ def limits(fields: list[np.ndarray]) -> tuple[float, float]:
     """Return the limits in % of three decades up to the largest of some errors / peak."""
     top = 100 * max(float(field.max()) for field in fields)
     return top / 1000, top
-
-
-def percent(value: float) -> str:
-    """Format a number with two significant digits without an exponent."""
-    return f"{value:.0f}" if value >= 10 else f"{value:.2g}"
 
 
 def ranked(database, prediction) -> list[tuple]:
@@ -232,7 +228,7 @@ def write(database: Database, predictions: dict[str, Prediction], path: str | Pa
     rest = database.nodes_fine_surface
     positions = np.array([rest + moved for _, _, moved, _ in picks])
     first = camera(database, *picks[_START][::2])
-    notes = [f"sample {i}: {percent(100 * error)} % of peak" for i, _, _, error in picks]
+    notes = [f"sample {i}: {percent(error)} of peak" for i, _, _, error in picks]
     methods = [style.short(method).replace("\n", " ") for method in JUDGED]
     choices = {"method": methods, "test sample": ["best", "median", "worst"]}
     shown = turnable.Turnable(

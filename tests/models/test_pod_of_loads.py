@@ -55,7 +55,7 @@ def test_settings_have_at_most_as_many_modes_as_samples(learnt, grid):
     case, _ = learnt
     few = replace(case, database=case.database.take(np.arange(5)))
     gaussian, network = LEARNERS.values()
-    assert [each.modes for each in gaussian.tried(case, grid)] == [4, 12, min(36, case.n_training)]
+    assert [each.modes for each in gaussian.tried(case, grid)] == sorted({4, 12, case.n_training})
     assert [each.modes for each in gaussian.tried(few, grid)] == [4, 5]
     assert [each.text for each in network.tried(case, grid)] == [f"modes=12, hidden={units}" for units in (4, 8, 16)]
 

@@ -32,7 +32,7 @@ def test_a_scene_runs_from_its_settings_to_the_report(run, smoke, write_config, 
     assert (positions[-1] - positions[0])[:, 2].mean() < -1e-5  # it sags
     effects = pd.read_csv(results / "tables/effects.csv")
     assert {"corotational", "gravity", "held"} <= set(effects["effect"]) and (effects["scene"] == "sag").all()
-    assert "A step takes" in (results / "report.html").read_text(encoding="utf-8")
+    assert "Scenes in motion" in (results / "report.html").read_text(encoding="utf-8")
     again = run(tmp_path, settings)
     assert "Nothing to be done" in again.stdout
 

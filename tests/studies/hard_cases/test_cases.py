@@ -8,8 +8,7 @@ from palpate.studies.hard_cases.stage import NEARLY, WRONG, judge
 QUICK = {
     "enrichment": (
         "duplicate_samples one_sample one_sample_fitted zero_width infinite_width far_query collinear_features "
-        "tiny_features huge_features tiny_query huge_query more_samples_than_features near_singular body_at_rest "
-        "bound_pulled"
+        "tiny_features huge_features tiny_query huge_query more_samples_than_features near_singular body_at_rest"
     ),
     "fem": (
         "stiffness_contrast slivers half_turn unanchored_static unanchored_thrown single_tetrahedron "

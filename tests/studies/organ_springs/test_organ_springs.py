@@ -56,7 +56,7 @@ def test_it_moves_with_the_masses_of_the_ct(found):
         assert masses.sum() == pytest.approx(1.5)
         assert found.press(0, level).pattern(len(masses)).sum(axis=0) == pytest.approx(found.forces[0])
     assert np.array_equal(found.model.masses, found.particles(0).masses)
-    assert found.settings["fitted"] == 1 and len(set(found.contacts.tolist())) == 3
+    assert found.settings.fitted == 1 and len(set(found.contacts.tolist())) == 3
 
 
 def test_a_press_moves_the_body_as_far_as_asked(found, measured):

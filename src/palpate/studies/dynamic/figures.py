@@ -69,7 +69,7 @@ def draw_dynamic_accuracy(dynamic_accuracy) -> Figure:
     handles = [Line2D([], [], color=its.colour, marker=its.marker, ms=5, label=its.label) for its in looks.values()]
     there = [VARIED[name] for name in VARIED if name in set(table["varied"])]
     handles += [Line2D([], [], color=style.INK, ls="", marker=marker, ms=6, label=words) for marker, words in there]
-    figure.legend(handles=handles, loc="outside upper center", ncols=4)
+    figure.legend(handles=handles, loc="outside upper center", ncols=min(4, len(axes) + 1), fontsize=7, columnspacing=1)
     return figure
 
 

@@ -58,7 +58,7 @@ def draw_advice(advice, accuracy_vs_time) -> Figure:
         Line2D([], [], ls="", marker="o", mfc="white", mec=style.FAINT, label="next best model"),
         Patch(color="#e6e6e6", label="below the error of the truth itself"),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=3)
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(3, len(budgets)))
     return figure
 
 

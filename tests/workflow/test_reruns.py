@@ -105,7 +105,7 @@ def edited(finished, monkeypatch):
         ),
         pytest.param(
             [
-                lambda settings: settings["tradeoff"]["settings"].update(fem={"iterations": [2]}),
+                lambda settings: settings["tradeoff"].update(settings={"fem": {"iterations": [2]}}),
                 lambda settings: settings["tradeoff"]["models"].append("pod_rbf"),
             ],
             {"measure_models": 2}, UP_TO_DATABASE | {"sweep_sigma", "simulate_truth"},

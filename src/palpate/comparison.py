@@ -17,6 +17,7 @@ from palpate.benchmark.judge import Judge
 from palpate.benchmark.measure import bounds, failed, measure
 from palpate.benchmark.model import Case, Model
 from palpate.benchmark.presses import PRESSURE, UNCAPPED, choose_presses
+from palpate.benchmark.ranking import BOUNDS
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.split import split
 from palpate.benchmark.static_responses import assemble, press
@@ -116,7 +117,7 @@ class Comparison:
     @property
     def summary(self) -> pd.DataFrame:
         """Model, setting, mean error over the surface and in the dent, time of an answer and of the preparation."""
-        rows = self.table[~self.table["model"].isin(["truth", "zero"])]
+        rows = self.table[~self.table["model"].isin(BOUNDS)]
         about = rows[["model", "setting", "failures"]].copy()
         about["error [%]"] = 100 * rows["rmse_of_peak"]
         about["error in the dent [%]"] = 100 * rows["patch_rms_of_peak"]
@@ -147,9 +148,13 @@ def compare(asked: ComparedCase, models: Iterable[Any], repeats: int = 20, budge
         if isinstance(each, type) or not callable(getattr(each, "prepare", None)):
             raise InputError(f"{each!r} is no model; give FEM() or another one, or an object with prepare(case).")
         made = each if isinstance(each, Model) else as_model(each, type(each).__name__)
+        if made.name in BOUNDS:
+            raise InputError(f"{made.name} is a row of every comparison; call your class something else.")
         if made.text in [other.text for other in families.setdefault(made.name, [])]:
             raise InputError(f"{made.name} is given with {made.text} twice; give each setting once.")
         families[made.name].append(made)
+    if not families or repeats < 1:
+        raise InputError(f"there are {len(families)} models and {repeats} repeats; give at least one of each.")
     found = []
     for made in (each for family in families.values() for each in family):
         try:

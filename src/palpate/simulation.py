@@ -12,7 +12,7 @@ from palpate.scenes.effect_registry import EFFECTS, RESERVED
 from palpate.scenes.motion import Motion
 from palpate.scenes.moved_particles import particles_in
 from palpate.scenes.own_effect import Maker
-from palpate.scenes.run_scene import run
+from palpate.scenes.run_scene import moved, run
 from palpate.scenes.settings import Scene
 from palpate.setting_types import Block
 
@@ -66,14 +66,16 @@ def simulate(
             blocks[name] = effect
     if "push" in blocks and not isinstance(blocks["push"], settings.Push):
         blocks["push"] = settings.Push(loads=blocks["push"])
-    moved = [{"body": made.name, "shift_m": list(shift)} for made, (_, shift) in zip(bodies[1:], others, strict=True)]
-    times: dict[str, Any] = {"step_s": step_s, "duration_s": duration_s, "others": moved}
+    shifted = [{"body": made.name, "shift_m": list(shift)} for made, (_, shift) in zip(bodies[1:], others, strict=True)]
+    times: dict[str, Any] = {"step_s": step_s, "duration_s": duration_s, "others": shifted}
     asked = Scene(**times | {"body": bodies[0].name, "name": bodies[0].name} | blocks | scene)
     if asked.step_s > asked.duration_s:
         raise InputError(f"step_s is {step_s:g}, and duration_s {duration_s:g}; give a step that is not longer.")
     scene_check.check_instruments(asked.place, asked)
     scene_check.check_loads(asked.place, asked)
-    return run(asked, particles_in(asked, bodies), own=own).motion
+    particles = particles_in(asked, bodies)
+    scene_check.check_together(asked.place, asked, moved(particles))
+    return run(asked, particles, own=own).motion
 
 
 def _free(name: str, taken: Sequence[str]) -> str:

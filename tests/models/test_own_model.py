@@ -125,9 +125,14 @@ def test_what_one_model_lacks_is_no_others_fault(asked):
     assert f"{__file__}, line {line}, ZeroDivisionError" in failures[1]
 
 
-@pytest.mark.parametrize("models", [pp.FEM(), pp.FEM, [pp.FEM], [pp.Gravity()], [3], [pp.FEM(), pp.FEM()]])
+NAMESAKE = type("Truth", (Broken,), {})("nowhere")  # a model of that name would be taken for the truth's own error
+
+
+@pytest.mark.parametrize(
+    "models", [pp.FEM(), pp.FEM, [pp.FEM], [pp.Gravity()], [3], [pp.FEM(), pp.FEM()], [], [pp.FEM(), NAMESAKE]]
+)
 def test_what_is_no_list_of_different_models_is_refused(asked, models):
-    with pytest.raises(InputError, match=r"model|twice"):
+    with pytest.raises(InputError, match=r"model|twice|call your class"):
         pp.compare(asked, models)
 
 

@@ -161,6 +161,19 @@ def test_what_is_no_list_of_effects_is_refused(effects):
         pp.simulate(pp.Box(**CUBE), effects, step_s=0.1, duration_s=0.1)
 
 
+@pytest.mark.parametrize(
+    "effects",
+    [
+        [pp.Kelvin()],
+        [pp.Maxwell(stiffness_ratio=0.5, relaxation_s=0.1)],
+        [pp.Springs(), pp.Prony(shares=[0.5], times_s=[0.1])],
+    ],
+)
+def test_effects_that_do_not_suit_each_other_are_refused(effects):
+    with pytest.raises(InputError, match="works with"):
+        pp.simulate(pp.Box(**CUBE), effects, step_s=0.1, duration_s=0.1)
+
+
 def test_a_step_is_not_longer_than_the_motion():
     with pytest.raises(InputError, match="step_s"):
         pp.simulate(pp.Box(**CUBE), [pp.Gravity()], step_s=0.2, duration_s=0.1)

@@ -45,7 +45,7 @@ class Elements(Model):
         "Where iterations start: at rest, at the stored linear response, or at the answer to 97 % of the load", "rest"
     )
     iterations: Count | None = key(ITERATIONS, None)
-    tolerance: Positive | None = key(TOLERANCE, None)
+    tolerance: Inside | None = key(TOLERANCE, None)
     target: Literal["limit"] | None = key(TARGET, None)
 
     def level_of(self, case: Case) -> int:

@@ -49,10 +49,16 @@ def advise(asked: Asked, scene: str | None) -> str:
     """
     ways = _ways(asked)
     found = {name: table for name in ways if (table := asked.table(name)) is not None}
+    if asked.load and not found:
+        raise InputError(f"{asked.results} has no any_load.csv; type make full, or give tradeoff an any_load.")
     found = found or {name: tables.read(asked.results / f"tables/{name}.csv") for name in list(ways)[:1]}
     if asked.error == "force" and "dynamic_accuracy" in found:
         found["dynamic_accuracy"] = found["dynamic_accuracy"].dropna(subset="force_rms_of_peak")
     known = {each: name for name, table in found.items() for each in tables.scenes(table)}
+    if not known:
+        raise InputError(
+            f"no scene in {asked.results} is judged by force; leave --error force out, or type make touch."
+        )
     if scene is not None and scene not in known:
         raise InputError(f"--scene {scene} is not in {asked.results}; choose from {', '.join(known)}.")
     said, advised = [], False

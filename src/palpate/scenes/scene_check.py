@@ -9,7 +9,7 @@ from palpate.bodies.material import LAWS
 from palpate.bodies.settings import Body
 from palpate.effects.settings import Hook, Load, Springs
 from palpate.errors import InputError
-from palpate.scenes.acting_effects import acting, assumed
+from palpate.scenes.acting_effects import Moved, acting, assumed
 from palpate.scenes.effect_registry import EFFECTS, FINITE_ELEMENTS, NOT_STEPPED, RESERVED
 from palpate.scenes.settings import Scene
 
@@ -30,9 +30,15 @@ def check_effects(place: str, scene: Scene, bodies: Mapping[str, Body]) -> None:
     for name in scene.own:
         if name in EFFECTS or name in RESERVED:
             raise InputError(f"{place}.own.{name} has a name that palpate uses itself; call it something else.")
+    moved = assumed(scene, bodies[scene.body])
+    check_together(place, scene, moved)
+    _check_stiffness(place, scene, bodies, acting(scene, moved)[0])
+
+
+def check_together(place: str, scene: Scene, moved: Moved) -> None:
+    """Raise InputError for effects that exclude or do not suit each other, what is ``moved`` or the integrator."""
     if scene.springs is not None and scene.shape_matching is not None:
         raise InputError(f"{place} has both springs and shape_matching; keep one of them.")
-    moved = assumed(scene, bodies[scene.body])
     names, form = acting(scene, moved), moved.form
     elastic = names[0]
     for name in names:
@@ -51,7 +57,6 @@ def check_effects(place: str, scene: Scene, bodies: Mapping[str, Body]) -> None:
             )
     _check_integrator(place, scene, elastic, names)
     _check_settings(place, scene, elastic, form)
-    _check_stiffness(place, scene, bodies, elastic)
 
 
 def _check_stiffness(place: str, scene: Scene, bodies: Mapping[str, Body], elastic: str) -> None:

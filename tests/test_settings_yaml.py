@@ -1,5 +1,6 @@
 """What a file of settings may hold, and the sentence for what it may not; its files are found from everywhere."""
 
+import pydoc
 import re
 from pathlib import Path
 
@@ -127,3 +128,8 @@ def test_help_has_every_field_of_every_class():
         assert kind.__doc__
         for name, field in getattr(kind, "model_fields", {}).items():
             assert f"\n{name}" in kind.__doc__ and field.description in kind.__doc__
+
+
+def test_help_says_what_each_field_is():
+    told = pydoc.render_doc(pp.Liver, renderer=pydoc.plaintext)
+    assert all(field.description in told for field in pp.Liver.model_fields.values())

@@ -34,12 +34,6 @@ class _Told:
         return self.make(kind)
 
 
-def _doc(kind: "type[Block]") -> str:
-    """Return what a class is, and a line for each field."""
-    lines = [f"{each} : {kind.model_fields[each.name].description}" for each in _signature(kind).parameters.values()]
-    return "\n".join([f"{cleandoc(kind.own_doc or '')}\n", *lines]).strip()
-
-
 def _signature(kind: "type[Block]") -> Signature:
     """Return the names of a class's fields, and their defaults."""
     made = {
@@ -66,7 +60,9 @@ class Block(BaseModel):
     def __pydantic_init_subclass__(cls, **more: Any) -> None:
         super().__pydantic_init_subclass__(**more)
         cls.own_doc = cls.__doc__
-        cls.__doc__, cls.__signature__ = _Told(_doc), _Told(_signature)  # type: ignore[assignment]
+        fields = [f"{name} : {field.description}" for name, field in cls.model_fields.items()]
+        cls.__doc__ = "\n".join([f"{cleandoc(cls.own_doc or '')}\n", *fields]).strip()
+        cls.__signature__ = _Told(_signature)  # type: ignore[assignment]
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: Any, handler: GetJsonSchemaHandler) -> dict:

@@ -1,6 +1,6 @@
 """What settings are made of: blocks, which are frozen objects, and types of single values."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib import import_module
 from inspect import Parameter, Signature, cleandoc
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
@@ -24,25 +24,17 @@ NAME = "^[a-z][a-z0-9_]*$"
 """The pattern of names that files and folders get."""
 
 
-class _Told:
-    """An attribute of classes that is made of a class whenever it is read."""
+class _Signature:
+    """The names of a class's fields and their defaults, found whenever it is read: a default may be a later class."""
 
-    def __init__(self, make: Callable[[Any], Any]):
-        self.make = make
-
-    def __get__(self, _: object, kind: type) -> Any:
-        return self.make(kind)
-
-
-def _signature(kind: "type[Block]") -> Signature:
-    """Return the names of a class's fields, and their defaults."""
-    made = {
-        name: Parameter.empty
-        if field.is_required()
-        else field.get_default(call_default_factory=True, validated_data={})
-        for name, field in kind.model_fields.items()
-    }
-    return Signature([Parameter(name, Parameter.KEYWORD_ONLY, default=default) for name, default in made.items()])
+    def __get__(self, _: object, kind: "type[Block]") -> Signature:
+        made = {
+            name: Parameter.empty
+            if field.is_required()
+            else field.get_default(call_default_factory=True, validated_data={})
+            for name, field in kind.model_fields.items()
+        }
+        return Signature([Parameter(name, Parameter.KEYWORD_ONLY, default=default) for name, default in made.items()])
 
 
 class Block(BaseModel):
@@ -62,7 +54,7 @@ class Block(BaseModel):
         cls.own_doc = cls.__doc__
         fields = [f"{name} : {field.description}" for name, field in cls.model_fields.items()]
         cls.__doc__ = "\n".join([f"{cleandoc(cls.own_doc or '')}\n", *fields]).strip()
-        cls.__signature__ = _Told(_signature)  # type: ignore[assignment]
+        cls.__signature__ = _Signature()  # type: ignore[assignment]
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: Any, handler: GetJsonSchemaHandler) -> dict:

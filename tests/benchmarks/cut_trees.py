@@ -22,7 +22,7 @@ from palpate.bodies.cutting.ways import SPLIT_FACES, part
 from palpate.bodies.make_body import make_body
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import crossing_pairs
-from palpate.collision.triangles.brute_force import crossing
+from palpate.studies.brute_force import crossing
 
 CUT = {"path_m": [[0.03, -0.03, 0.06], [0.04, 0.0, 0.06], [0.05, 0.03, 0.06]], "depth_m": 0.03, "direction": [0, 0, -1]}
 OPEN_M = 0.002

@@ -15,7 +15,7 @@ from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.bodies.simple_shapes import box
 from palpate.effects.instrument import Instrument
-from palpate.solvers.axisymmetric_indentation import BallOnSlab
+from palpate.identification.axisymmetric_indentation import BallOnSlab
 
 DEPTHS = (0.25, 0.5, 0.75)
 CASES = [

@@ -5,9 +5,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from palpate.collision.prescribed_motions import folding_sheet, random_soup, two_livers
-from palpate.collision.triangles.brute_force import crossing, overlapping
 from palpate.collision.triangles.intersection import triangle_pairs_intersect
+from palpate.studies.brute_force import crossing, overlapping
+from palpate.studies.prescribed_motions import folding_sheet, random_soup, two_livers
 
 SCENES = [two_livers(0), folding_sheet(10), random_soup(80, seed=3)]
 

@@ -15,9 +15,9 @@ from palpate.bodies.particles import particles_of
 from palpate.bodies.simple_shapes import box
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import crossing_pairs
-from palpate.collision.triangles.brute_force import crossing
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.settings import Ball, Contact, Gravity, Rayleigh
+from palpate.studies.brute_force import crossing
 
 TISSUE = Material(5000.0, 0.3, 1000.0)
 SIZES = [0.1, 0.1, 0.04]

@@ -5,9 +5,9 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.identification import curves
+from palpate.identification.axisymmetric_indentation import BallOnSlab, hertz
 from palpate.identification.curves import Ranges, family_of
 from palpate.identification.forward import Parameter, SlabForward
-from palpate.solvers.axisymmetric_indentation import BallOnSlab, hertz
 
 
 def test_the_sparse_grid_reproduces_what_its_polynomials_can():

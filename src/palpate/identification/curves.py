@@ -19,14 +19,12 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from threadpoolctl import threadpool_limits
 
-from palpate.bodies import slab_section
 from palpate.bodies.material import EXPONENTIAL, exponential
-from palpate.effects import axisymmetric_elements
 from palpate.effects import law as effects_law
 from palpate.errors import InputError, NotConverged
+from palpate.identification import axisymmetric_elements, axisymmetric_indentation, slab_section
+from palpate.identification.axisymmetric_indentation import BallOnSlab, hertz
 from palpate.identification.progress import Follow, unfollowed
-from palpate.solvers import axisymmetric_indentation
-from palpate.solvers.axisymmetric_indentation import BallOnSlab, hertz
 from palpate.stores import store, stored
 
 ALONG = 12
@@ -296,6 +294,6 @@ def _digest(law: str, ranges: Ranges) -> str:
     modules = (axisymmetric_indentation, axisymmetric_elements, slab_section, effects_law)
     files = [Path(law)] if Path(law).suffix == ".py" and Path(law).is_file() else []
     files += [Path(inspect.getfile(module)) for module in modules]
-    files += sorted((Path(inspect.getfile(axisymmetric_elements)).parent / "laws").glob("*.py"))
+    files += sorted((Path(inspect.getfile(effects_law)).parent / "laws").glob("*.py"))
     sources = "".join(path.read_text(encoding="utf-8") for path in files)
     return hashlib.sha256((said + sources).encode()).hexdigest()[:16]

@@ -3,12 +3,18 @@
 import numpy as np
 import pytest
 
-from palpate.collision.prescribed_motions import folding_sheet, instrument_press, liver_surface, random_soup, two_livers
 from palpate.collision.trees.tree import REBUILD_QUALITY, Tree
 from palpate.collision.trees.tree_query import candidates, crossing_pairs, self_candidates
 from palpate.collision.trees.volumes import KINDS as VOLUMES
-from palpate.collision.triangles.brute_force import crossing
 from palpate.errors import InputError
+from palpate.studies.brute_force import crossing
+from palpate.studies.prescribed_motions import (
+    folding_sheet,
+    instrument_press,
+    liver_surface,
+    random_soup,
+    two_livers,
+)
 
 FRAMES = 200
 KINDS = [(name, (3, 2)) for name in ("composite", *VOLUMES)]

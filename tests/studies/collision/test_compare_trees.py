@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.collision.prescribed_motions import random_soup, two_livers
-from palpate.collision.triangles.brute_force import crossing
+from palpate.studies.brute_force import crossing
 from palpate.studies.collision import compare_trees
+from palpate.studies.prescribed_motions import random_soup, two_livers
 
 FRAMES = 4
 

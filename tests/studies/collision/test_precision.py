@@ -7,14 +7,14 @@ from scipy.spatial.transform import Rotation
 
 from palpate.bodies.surfaces.remesh import fibonacci_sphere, triangulate
 from palpate.collision.contact_points import ContactPoints
-from palpate.collision.prescribed_motions import two_bodies
 from palpate.collision.trees.build_tree import CHILD
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import Counts
-from palpate.collision.triangles.brute_force import crossing
+from palpate.studies.brute_force import crossing
 from palpate.studies.collision import stopped_precision
 from palpate.studies.collision.settings import Apart, Stopped
 from palpate.studies.collision.stopped_precision import Frame, Overlap, distance, overlap, searched_pairs
+from palpate.studies.prescribed_motions import two_bodies
 
 FRAMES = 5
 

@@ -16,7 +16,6 @@ from scipy import sparse
 from palpate.benchmark.model import Case
 from palpate.bodies.body import Body
 from palpate.bodies.cutting.cut import Cut, make_cut
-from palpate.bodies.cutting.drawn import Drawn, drawn
 from palpate.bodies.cutting.settings import CutSettings
 from palpate.bodies.cutting.ways import VIRTUAL_NODES, Parted, part, whole
 from palpate.bodies.mesh import Sheet, components
@@ -24,6 +23,7 @@ from palpate.bodies.surface_quadrature import near_ball
 from palpate.effects.patch_load import Patch, patch_shares
 from palpate.errors import InputError
 from palpate.models.fem_statics import to_surface
+from palpate.press.serve.drawn import Drawn, drawn
 from palpate.press.serve.pressed_model import Asked, Found
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.pushed_discs import OVERLAP, push

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.collision.prescribed_motions import Moving, crossing_waves, scenes
 from palpate.collision.trees.tree_query import RefittedTrees
-from palpate.collision.triangles.brute_force import crossing
 from palpate.run.job import powers
+from palpate.studies.brute_force import crossing
+from palpate.studies.prescribed_motions import Moving, crossing_waves, scenes
 from palpate.table_declaration import Table
 
 EVERY = 10**9  # upper limit of pairs, never reached: by default both packages stop after a few pairs

@@ -12,7 +12,15 @@ from scipy.spatial import KDTree
 from palpate.bodies.surfaces.remesh import area_normals
 from palpate.bodies.surfaces.triangles import polydata
 from palpate.collision.contact_points import ContactPoints, stopped_contacts, triangle_contacts
-from palpate.collision.prescribed_motions import (
+from palpate.collision.trees.build_tree import CHILD, KIND
+from palpate.collision.trees.tree import Tree
+from palpate.collision.trees.tree_query import StoppedTree, candidates, overlapping_trees
+from palpate.collision.trees.volumes import volumes_overlap
+from palpate.collision.triangles.distance import triangle_pairs_distance
+from palpate.studies.brute_force import crossing
+from palpate.studies.collision.compare_trees import PURE, RefittedTrees, contenders, timed
+from palpate.studies.collision.settings import Apart, Stopped
+from palpate.studies.prescribed_motions import (
     Moving,
     instrument_approach,
     instrument_press,
@@ -21,14 +29,6 @@ from palpate.collision.prescribed_motions import (
     two_bodies,
     two_livers,
 )
-from palpate.collision.trees.build_tree import CHILD, KIND
-from palpate.collision.trees.tree import Tree
-from palpate.collision.trees.tree_query import StoppedTree, candidates, overlapping_trees
-from palpate.collision.trees.volumes import volumes_overlap
-from palpate.collision.triangles.brute_force import crossing
-from palpate.collision.triangles.distance import triangle_pairs_distance
-from palpate.studies.collision.compare_trees import PURE, RefittedTrees, contenders, timed
-from palpate.studies.collision.settings import Apart, Stopped
 from palpate.table_declaration import Table
 
 

@@ -10,9 +10,9 @@ from palpate.bodies.mesh import Sheet, TetMesh
 from palpate.bodies.particles import Particles, merge_particles, solid_particles
 from palpate.bodies.simple_shapes import box, sheet
 from palpate.collision.contact.obstacles import pieces_of
-from palpate.collision.triangles.brute_force import crossing
 from palpate.collision.triangles.distance import triangle_pairs_distance
 from palpate.scenes.run_scene import run
+from palpate.studies.brute_force import crossing
 from palpate.studies.hard_cases import stage
 from palpate.studies.hard_cases.stage import EXPLICIT, FEM, FIRM, GRAVITY, SHAPES, SHEETS, SPRINGS, Answer, Case, finite
 

@@ -138,8 +138,8 @@ def _liver(refinements: int) -> Body:
 
 def triangles(count: int, meter: Meter) -> Size:
     """Build, refit and query composite trees of two crossing sheets of together about ``count`` triangles."""
-    from palpate.collision.prescribed_motions import crossing_waves
     from palpate.collision.trees.tree_query import RefittedTrees
+    from palpate.studies.prescribed_motions import crossing_waves
 
     scene = crossing_waves(count)
     trees = meter.often("build", RefittedTrees, "composite", (1, 1), scene.triangles, scene.at(0.0))
@@ -150,7 +150,7 @@ def triangles(count: int, meter: Meter) -> Size:
 
 def particles(count: int, meter: Meter) -> Size:
     """Step shape matching of ``count`` particles, in objects of OBJECT with CLUSTERS quadratic clusters each."""
-    from palpate.scenes.matched_boxes import stepper
+    from palpate.studies.matched_boxes import stepper
 
     step = meter.once("set up", stepper, OBJECT, count // OBJECT, CLUSTERS, "quadratic")[0]
     meter.often("step", step)

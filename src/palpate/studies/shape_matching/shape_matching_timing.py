@@ -11,7 +11,7 @@ from palpate.benchmark.timing import processor_seconds
 from palpate.effects.shape_matching import TERMS
 from palpate.linalg.polar import rotations
 from palpate.report.tables import where
-from palpate.scenes.matched_boxes import DIVISIONS, stepper
+from palpate.studies.matched_boxes import DIVISIONS, stepper
 from palpate.table_declaration import Table
 
 OBJECTS = (1, 10, 30, 100, 300, 1000)

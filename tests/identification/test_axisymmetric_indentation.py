@@ -5,8 +5,8 @@ import pytest
 from fixtures.indented_layer import force_at, sphere
 
 from palpate.errors import InputError, NotConverged
-from palpate.solvers import axisymmetric_indentation
-from palpate.solvers.axisymmetric_indentation import BallOnSlab, hertz
+from palpate.identification import axisymmetric_indentation
+from palpate.identification.axisymmetric_indentation import BallOnSlab, hertz
 
 
 @pytest.mark.parametrize("sticks", [False, True])

@@ -7,10 +7,10 @@ from scipy import sparse
 from palpate.bodies.body import nest
 from palpate.bodies.cutting import ways
 from palpate.bodies.cutting.cut import Disc, blade
-from palpate.bodies.cutting.drawn import drawn
 from palpate.bodies.cutting.ways import VIRTUAL_NODES, part, whole
 from palpate.bodies.material import Material
 from palpate.bodies.simple_shapes import box
+from palpate.press.serve.drawn import drawn
 
 DOWN = np.array([0.0, 0.0, -1.0])
 

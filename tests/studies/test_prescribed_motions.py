@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.collision.prescribed_motions import SOUP_GRID, crossing_waves, liver_surface, scenes
-from palpate.collision.triangles.brute_force import crossing
+from palpate.studies.brute_force import crossing
+from palpate.studies.prescribed_motions import SOUP_GRID, crossing_waves, liver_surface, scenes
 
 NAMES = ["two_livers", "instrument_press", "folding_sheet", "random_soup"]
 

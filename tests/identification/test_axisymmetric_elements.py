@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from palpate.bodies.slab_section import slab_section
-from palpate.effects.axisymmetric_elements import AxisymmetricElements, rings
 from palpate.effects.law import evaluate, law_of
+from palpate.identification.axisymmetric_elements import AxisymmetricElements, rings
+from palpate.identification.slab_section import slab_section
 
 LAWS = ("neo_hookean", "stable_neo_hookean", "corotational", "st_venant_kirchhoff", "exponential(4)")
 SECTION = slab_section(2.0, 0.2, 1.5, 1.5, 4)

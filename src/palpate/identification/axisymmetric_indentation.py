@@ -15,10 +15,10 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded, solve_banded
 
-from palpate.bodies.slab_section import Section, slab_section
-from palpate.effects.axisymmetric_elements import NODES, AxisymmetricElements, rings
 from palpate.effects.law import law_of
 from palpate.errors import InputError, NotConverged
+from palpate.identification.axisymmetric_elements import NODES, AxisymmetricElements, rings
+from palpate.identification.slab_section import Section, slab_section
 
 RATIO, ANGLES = 1.18, 8
 """Of the radii of rings, and quadrilaterals along a ring; finer ones change the force by less than 0.15 %, and that of

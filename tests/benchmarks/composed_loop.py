@@ -18,8 +18,7 @@ os.environ |= {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", 
 os.environ["NUMBA_CACHE_DIR"] = str(kernel_cache())
 
 import numpy as np
-from explicit_by_hand import clay_shapes, cube_poke
-from implicit_by_hand import bar_sag, clay_dent, liver_press, sheet_drape
+from by_hand import cube_poke, liver_press
 from snakemake.utils import update_config
 
 from palpate.bodies.make_body import make_body
@@ -32,15 +31,8 @@ from palpate.scenes.settings import Scene
 ROOT = Path(__file__).parents[2]
 RATIO, BUDGET_S, LEAST = 1.1, 3.0, 5
 """The largest ratio allowed; time spent on pairs of runs of each scene, and how many there are at least."""
-SCENES = {
-    "liver_press": (liver_press, 12),
-    "bar_sag": (bar_sag, 25),
-    "cube_poke": (cube_poke, 500),
-    "sheet_drape": (sheet_drape, 10),
-    "clay_dent": (clay_dent, 12),
-    "clay_shapes": (clay_shapes, 100),
-}
-"""The loop of each scene by hand, and how many of its steps are timed; others have none."""
+SCENES = {"liver_press": (liver_press, 12), "cube_poke": (cube_poke, 500)}
+"""The loop of each scene by hand, and how many of its steps are timed."""
 
 
 class Last:

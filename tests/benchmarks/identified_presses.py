@@ -3,12 +3,10 @@
     python tests/benchmarks/identified_presses.py --draws 40 --processes 2
     python tests/benchmarks/identified_presses.py --wrong 1.33 --draws 20           # a thickness taken for known
     python tests/benchmarks/identified_presses.py --organ presses.npz --draws 40     # of organ_presses.py truth
-    python tests/benchmarks/identified_presses.py --sensor --draws 40 --processes 2  # zeros, slopes, adhesion
 
 E, ν, thickness (unknown in every second draw, else none), offsets and places are drawn anew for each; a 90 % interval
 should hold 85 to 95 % of truths. On an organ forces are those of its truth at places drawn from all, for the Poisson's
-ratios that it has; the fit knows the body, and the forces of its elements are computed once. With a sensor's zero and
-slope, and adhesion, files are written and read, three of four with rows before contact; E should be held or doubted.
+ratios that it has; the fit knows the body, and the forces of its elements are computed once.
 """
 
 import argparse
@@ -34,16 +32,13 @@ from organ_presses import CASES, liver
 from scipy.interpolate import PchipInterpolator
 
 from palpate.effects.instrument import Instrument
-from palpate.errors import InputError, NotConverged
 from palpate.identification.asked import POISSON, STICKING
 from palpate.identification.fit import Data, MixedModel, Options, best_fit, fitted
 from palpate.identification.force_table import natural
 from palpate.identification.forward import Forward, Parameter, SlabForward
-from palpate.identification.identify import identify, line_of
 from palpate.identification.intervals import Profiler
 from palpate.identification.on_body import MARGIN, OrganForward
-from palpate.identification.presses import Press, PressRecords, read_presses
-from palpate.report.identified_words import uncertain
+from palpate.identification.presses import Press, PressRecords
 
 NU = Parameter("poisson", 0.3, 0.49)
 THICKNESS = Parameter("thickness_m", *THICKNESS_M)
@@ -136,61 +131,6 @@ def on_layer(number: int, radius_m: float, noise: float, wrong: float) -> Answer
     records = draw_presses(layer, values, rng, young, noise=noise)
     truths = {"young_pa": young, "modulus_pa": young / (1.0 - values["poisson"] ** 2), **values, "offset_m": -1e-4}
     return intervals(records, layer, truths)
-
-
-def of_sensor(number: int, radius_m: float, noise: float, folder: Path) -> Answers:
-    """Return whether E is held, warned of, or neither, for a file of Hertz presses with a zero, a slope and adhesion.
-
-    Adhesion is a pull that begins with contact (DMT), or that of Johnson, Kendall and Roberts (JKR). ``search`` is by
-    how much other starts, drawn at random, better the fit.
-    """
-    rng = np.random.default_rng([number, round(1e6 * radius_m)])
-    young, kind = float(np.exp(rng.uniform(*np.log(YOUNG_PA)))), number % 3
-    deepest = rng.uniform(0.4, 0.8) * radius_m
-    before = 0.0 if number % 4 == 3 else rng.uniform(0.2, 1.0) * deepest
-    depth = np.linspace(-before, deepest, int(rng.integers(30, 60)))
-    top = 4.0 / 3.0 * young / (1.0 - 0.45**2) * np.sqrt(radius_m) * deepest**1.5
-    zero, slope, pull = top * rng.uniform([-0.2, -0.2 / deepest, 0.0], [0.2, 0.2 / deepest, 0.08])
-    lines = ["press,depth_m,force_n"]
-    for press in range(6):
-        way = depth - 0.02 * deepest * rng.normal()
-        force = np.exp(0.03 * rng.normal()) * adhering(way, radius_m, young / (1.0 - 0.45**2), pull, kind)
-        force = force * (1.0 + noise * rng.normal(size=len(depth)))
-        force += zero + slope * depth + 0.1 * noise * top * rng.normal(size=len(depth))
-        lines += [f"p{press},{d:.8g},{f:.8g}" for d, f in zip(depth, force, strict=True)]
-    file = folder / f"{number}.csv"
-    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    try:
-        records = read_presses(file, Instrument("sphere", radius_m))
-        layer = Layer(radius_m, (), SLAB_ERROR)
-        found = identify(records, {"neo_hookean": layer}, Options(resamples=0))
-    except (InputError, NotConverged) as error:
-        return {f"refused: {error}": Answer(True, 0.0, 0.0)}
-    doubts = list(uncertain(found, line_of(found)))
-    low, best, high, *_ = found.young_pa
-    answer = Answer(bool(low <= young <= high), (high - low) / young, best / young - 1.0)
-    model, start = found.models["neo_hookean"], found.best["neo_hookean"]
-    least, others = model.minus2(start), []
-    for _ in range(6):
-        drawn = start | {"log_noise": np.log(rng.uniform(0.003, 0.5)), "place": rng.uniform(0.01, 1.0)}
-        drawn |= {"log_floor": np.log(model.data.typical_n) - rng.uniform(0.0, 8.0), "offset": rng.uniform(-1.0, 1.0)}
-        others.append(fitted(model, drawn)[1])
-    kept = "doubted" if doubts else "not doubted"
-    rows = "no rows" if before == 0.0 else "rows"
-    return {f"{rows}, {kept}": answer, "search": Answer(least - min(others) < 1.0, 0.0, least - min(others))}
-
-
-def adhering(way: np.ndarray, radius_m: float, plane_pa: float, pull_n: float, kind: int) -> np.ndarray:
-    """Return forces (k,) [N] at ``way`` (k,) [m] with no adhesion (kind 0), DMT's (1) or JKR's (2)."""
-    hertz = 4.0 / 3.0 * plane_pa * np.sqrt(radius_m) * np.clip(way, 0.0, None) ** 1.5
-    if kind != 2:
-        return hertz - pull_n * (kind == 1) * (way > 0.0)
-    energy = pull_n / (1.5 * np.pi * radius_m)
-    contact = np.linspace(1e-6, 1.5, 100_000) * radius_m
-    into = contact**2 / radius_m - np.sqrt(2.0 * np.pi * energy * contact / plane_pa)
-    force = 4.0 / 3.0 * plane_pa * contact**3 / radius_m - np.sqrt(8.0 * np.pi * energy * plane_pa * contact**3)
-    first = int(into.argmin())
-    return np.where(way > 0.0, np.interp(way, into[first:], force[first:]), 0.0)
 
 
 class Numbered:
@@ -288,7 +228,6 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--noise", type=float, default=0.02)
     parser.add_argument("--wrong", type=float, default=0.0, help="thickness that a layer is fitted with, over its own")
-    parser.add_argument("--sensor", action="store_true", help="files of a sensor with a zero and a slope, and adhesion")
     parser.add_argument("--organ", type=Path, help="the truth, of organ_presses.py")
     parser.add_argument("--cases", type=int, nargs="+", default=[0, 1], help="numbers of the truth's laws")
     parser.add_argument("--law", default="neo_hookean", help="that is fitted")
@@ -302,9 +241,6 @@ def main() -> None:
             if asked.organ is not None:
                 organ = Organ(asked.organ, ball, asked.cases, asked.law, not asked.half_space, asked.kept)
                 one = partial(on_organ, organ=organ, places=asked.places, noise=asked.noise)
-            if asked.sensor:
-                asked.kept.mkdir(parents=True, exist_ok=True)
-                one = partial(of_sensor, radius_m=radius_m, noise=asked.noise, folder=asked.kept)
             tell(radius_m, pool.map(one, range(asked.draws)) if asked.processes > 1 else map(one, range(asked.draws)))
 
 

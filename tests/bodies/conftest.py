@@ -1,7 +1,6 @@
 """Small meshes that the tests of bodies share."""
 
 from itertools import permutations
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -44,12 +43,3 @@ def entry() -> dict:
         "density_kg_m3": 1000,
         "anchors": {"plane": {"axis": "z", "side": "min", "depth_m": 0.001}},
     }
-
-
-@pytest.fixture
-def shared_meshes() -> Path:
-    """Real meshes beside the checkout, which not every checkout has."""
-    folder = Path(__file__).parents[2].parent / "shared" / "meshes"
-    if not folder.is_dir():
-        pytest.skip("no shared meshes beside the checkout")
-    return folder

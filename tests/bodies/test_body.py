@@ -15,7 +15,7 @@ from palpate.bodies.make_body import make_body
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.mesh_quality import mesh_quality, mesh_sizes
 from palpate.bodies.refinement import finer
-from palpate.bodies.settings import Anchors, Box, Cylinder, File, Plane, Rule, Sheet, Sphere
+from palpate.bodies.settings import Anchors, Box, Cylinder, Plane, Rule, Sheet, Sphere
 from palpate.bodies.simple_shapes import sheet
 from palpate.bodies.supports import Bed, choose_anchors, default_anchors
 from palpate.errors import InputError
@@ -84,16 +84,6 @@ def test_a_body_on_a_bed_needs_no_anchors():
     assert make_body("cylinder", CYLINDER).bed is None
 
 
-@pytest.mark.parametrize("name", ["liver.msh", "liver_v4.1_bin.msh"])
-def test_liver_from_a_file(shared_meshes, name):
-    entry = File(path=str(shared_meshes / name), scale_m=0.03, refinements=2, **STUFF)
-    body = make_body("own", entry.but(anchors={"nodes": [3, 39, 64]}))
-    assert counts(body) == [[140, 276, 181, 596], [554, 1104, 1095, 4768], [2210, 4416, 7509, 38144]]
-    assert np.allclose(body.coarse.nodes[3], 0.03 * np.array([-0.642848, 2.34542, 2.57241]), rtol=1e-12)
-    assert body.anchors[0].tolist() == [3, 39, 64]
-    check_nesting(body)
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -135,11 +125,6 @@ def test_rules_find_the_nodes_that_they_name(cube):
     assert held("cube", [ends[1], Anchors(nodes=[0])], cube) == [0, 1, 3, 5, 7]
     with pytest.raises(InputError, match="several holds every node of the surface"):
         held("cube", ends, cube)
-
-
-def test_new_nodes_are_held_between_held_ones(cube, material):
-    body = nest("cube", cube, 1, np.arange(4), material)
-    assert np.array_equal(body.anchors[1], np.flatnonzero(body.fine.nodes[:, 2] == 0))
 
 
 def test_each_piece_must_be_held_so_that_it_cannot_turn_and_a_sheet_may_hang_by_a_line(cube):

@@ -195,14 +195,6 @@ def test_cell_data_are_tags(tagged, tmp_path, suffix):
     assert np.array_equal(body.tissue(0).region == 1, right)
 
 
-def test_geometrical_tags_of_a_real_mesh(shared_meshes, tagged):
-    path = shared_meshes / "liver.msh"
-    with pytest.raises(InputError, match=r"no tetrahedron has the tag 77; it has \d+ labels?: \d+ \(596") as caught:
-        tagged(path, part={"tag": 77})
-    tag = int(str(caught.value).split(": ")[-1].split()[0])
-    assert (tagged(path, part={"tag": tag}).tissue(0).region == 1).all()
-
-
 @pytest.mark.slow
 def test_a_label_of_the_synthetic_abdomen_is_a_lesion(entry):
     anchors = {"sphere": {"center_m": [-0.1, -0.015, 0.04], "radius_m": 0.04}}

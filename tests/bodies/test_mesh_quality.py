@@ -12,7 +12,6 @@ from palpate.bodies.mesh_quality import (
     check_coordinates,
     check_tetrahedra,
     dihedral_angles,
-    mesh_quality,
     mesh_sizes,
     quality,
 )
@@ -106,13 +105,6 @@ def test_regular_tetrahedron():
 
 def test_angles_of_the_cut_cube(cube):
     assert np.allclose(np.unique(dihedral_angles(cube).round(6)), [45, 60, 90])
-
-
-def test_quality_table(cube, material):
-    table = mesh_quality(nest("cube", cube, 1, np.arange(4), material))
-    assert list(table) == ["body", "level", "min_dihedral_deg", "max_dihedral_deg", "min_radius_ratio", "volume_m3"]
-    assert table["level"].tolist() == [0, 1]
-    assert np.allclose(table["volume_m3"], 1)
 
 
 def test_sizes_stand_beside_the_papers(cube, material):

@@ -36,17 +36,6 @@ def test_the_table_has_the_engine_s_rows_alone(asked, tmp_path):
     assert again["rmse_of_peak"].to_numpy() == pytest.approx(found["rmse_of_peak"].to_numpy())
 
 
-def test_answers_are_drawn_hollow_beside_models(asked):
-    rows = pd.read_csv(asked[0].table)
-    figure = draw_answers(rows, tabulate_answers(*asked)["table"], scene="block_large")
-    for axis in figure.axes:
-        hollow = [line for line in axis.lines if line.get_label().startswith("Elsewhere")]
-        assert len(hollow) == 1 and hollow[0].get_markerfacecolor() == "white" and len(hollow[0].get_xdata()) == 3
-        assert {"linear elements (P1)", "quadratic elements (P2)"} <= {line.get_label() for line in axis.lines}
-    error = figure.axes[0].lines[-2].get_ydata()
-    assert error == pytest.approx(100 * tabulate_answers(*asked)["table"]["rmse_of_peak"].to_numpy())
-
-
 def test_each_engine_has_a_curve_of_its_own_that_tells_its_failures(asked):
     """Three engines are three hollow curves of other colours; the first setting of each has one failure of four."""
     found = tabulate_answers(*asked)["table"]

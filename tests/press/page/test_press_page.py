@@ -4,7 +4,6 @@ import base64
 import json
 from dataclasses import replace
 from html import escape
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -282,38 +281,6 @@ def test_a_smooth_body_is_shown_and_pressed_as_smooth(opened, liver, smooth_live
         smooth, facets = (body.fine.nodes[body.fine.surface] for body in (smooth_liver, liver))
         np.testing.assert_allclose(nodes, smooth, atol=1e-7)
         assert np.linalg.norm(nodes - facets, axis=1).max() > 1e-3
-
-
-DEVICES = {"wide": chromium.DESKTOP, "middle": {"viewport": {"width": 800, "height": 900}}, "phone": chromium.TELEPHONE}
-LONG = "quadratic elements, L-BFGS (level=2, start=rest, iterations=4)"
-
-
-@pytest.mark.parametrize("device", DEVICES)
-def test_names_and_marks_are_read_on_screens_of_all_sizes(opened, model, device):
-    with opened([model, replace(model, name="long", title=LONG)], DEVICES[device]) as page:
-        assert page.locator(".chosen").first.text_content() == "coarse mesh"
-        for name in ("model", "beside it"):
-            box = page.get_by_role("combobox", name=name, exact=True)  # what a screen reader calls it
-            box.select_option("long")
-            chosen = page.locator(".choice", has=box).locator(".chosen")
-            assert chosen.text_content() == LONG
-            # nothing of it is cut off, and all of it lies on the screen
-            cut = chosen.evaluate("e => [e.scrollWidth - e.clientWidth, e.scrollHeight - e.clientHeight]")
-            assert max(cut) <= 0
-            lies = chosen.bounding_box()
-            assert lies["x"] >= 0 and lies["x"] + lies["width"] <= DEVICES[device]["viewport"]["width"]
-        # of two views each has the model's name on one line, without settings
-        names = page.locator(".names span")
-        assert names.all_text_contents() == ["quadratic elements, L-BFGS"] * 2
-        assert all(each.bounding_box()["height"] < 40 for each in names.all())
-
-        scale, marks = page.locator(".errorscale").bounding_box(), page.locator(".errorscale span")
-        assert marks.all_text_contents() == ["0.1 %", "1 %", "10 %"]
-        boxes = [mark.bounding_box() for mark in marks.all()]
-        middle = [(box["x"] + box["width"] / 2 - scale["x"]) / scale["width"] for box in boxes]
-        np.testing.assert_allclose(middle, [0.25, 0.5, 0.75], atol=0.01)
-        assert all(one["x"] + one["width"] < two["x"] - 8 for one, two in pairwise(boxes))
-        assert boxes[0]["y"] + boxes[0]["height"] <= page.locator(".bound").bounding_box()["y"]
 
 
 PEAK_M = 0.02

@@ -198,14 +198,3 @@ def test_javascript_refuses_what_is_no_model(node, made_up, tmp_path):
     assert said[:2] == [
         f"Error: its header lacks {what}" for what in ("body, which is a text", "radius_m, which is a number")
     ]
-
-
-def test_the_c_runtime_is_small_and_needs_the_standard_library_only():
-    lines, included = 0, set()
-    for name in ("palpate.c", "palpate.h"):
-        text = (RUNTIMES / name).read_text()
-        lines += len(text.splitlines())
-        included |= {line.split()[1] for line in text.splitlines() if line.startswith("#include")}
-    assert lines <= 820
-    standard = {f"<{name}.h>" for name in ("math", "stddef", "stdint", "stdio", "stdlib", "string")}
-    assert included <= {*standard, '"palpate.h"'}

@@ -186,14 +186,16 @@ def test_forces_and_stiffness_of_contact_are_derivatives(pad, tool):
     points = rng.uniform(-1.0, 1.0, (40, 3)) * [0.02, 0.012, 0.012]
     tools, stiff = contact.at(0.0), rng.uniform(50.0, 100.0, 40)
     gaps, normals = instrument_contact.gaps_of(points, tools)
-    limits, slid = 0.5 * stiff * np.maximum(-gaps, 0.0), 1e-4 * rng.normal(size=(40, 3))
-    rubbing = instrument_contact.Rubbing(normals, limits, points - slid, np.zeros((1, 3)), 1e-4)
+    before = points - 1e-4 * rng.normal(size=(40, 3)), np.zeros((1, 3))
+    rubbing = instrument_contact.rubbing_of(points, stiff, tools, 0.5, *before, 1e-4)
+
+    def force_at(x: np.ndarray) -> np.ndarray:
+        return instrument_contact.pushes(x, stiff, tools, rubbing)[0][0]
 
     def energy(x: np.ndarray) -> float:
-        return instrument_contact.press(x, stiff, tools, rubbing, np.empty_like(x))
+        return instrument_contact.pushes(x, stiff, tools, rubbing)[1]
 
-    force, h = np.empty_like(points), 1e-8
-    instrument_contact.press(points, stiff, tools, rubbing, force)
+    force, h = force_at(points), 1e-8
     blocks = instrument_contact.stiffness(points, stiff, tools, rubbing, np.arange(40))
     inside = np.flatnonzero(gaps[0] < 0.0)
     assert 5 < len(inside) < 35 and not force[gaps[0] > 0.0].any() and not blocks[gaps[0] > 0.0].any()
@@ -203,14 +205,11 @@ def test_forces_and_stiffness_of_contact_are_derivatives(pad, tool):
             up, down = points.copy(), points.copy()
             up[q, i], down[q, i] = points[q, i] + h, points[q, i] - h
             slopes[i] = (energy(up) - energy(down)) / (2.0 * h)
-            there = [np.empty_like(points) for _ in range(2)]
-            for x, out in zip((up, down), there, strict=True):
-                instrument_contact.press(x, stiff, tools, rubbing, out)
-            bends[i] = -(there[0][q] - there[1][q]) / (2.0 * h)
+            bends[i] = (force_at(down)[q] - force_at(up)[q]) / (2.0 * h)
         assert force[q] == pytest.approx(-slopes, rel=1e-5, abs=1e-6)
         more = np.linalg.eigvalsh(blocks[q] - 0.5 * (bends + bends.T))
         assert more.min() > -1e-4 * np.abs(bends).max()
-    still = rubbing._replace(limits=np.zeros_like(limits))
+    still = rubbing._replace(limits=np.zeros_like(gaps))
     alone = instrument_contact.stiffness(points, stiff, tools, still, inside)
     assert alone == pytest.approx(stiff[inside, None, None] * normals[0, inside, :, None] * normals[0, inside, None, :])
 

@@ -13,7 +13,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.bodies.body import Body
-from palpate.collision.contact.instrument_contact import InstrumentContact, Rubbing, Tools, gaps_of
+from palpate.collision.contact.friction import Rubbing
+from palpate.collision.contact.instrument_contact import InstrumentContact, Tools, gaps_of, pushes, rubbing_of
 from palpate.effects.effect import FixedNodes, Instrumented, Proportional, offers
 from palpate.effects.elements import PLAIN_POISSON, largest_poisson
 from palpate.effects.linear_elements import LinearElements
@@ -23,7 +24,7 @@ from palpate.models import strokes
 from palpate.models.local_answers import FLAT, RESIDUAL, SOFTER, Dent, carried, numbered, turn_of, turned
 from palpate.models.reduced_body import check_same
 from palpate.models.stroke_modes import StrokeModes, learn
-from palpate.models.touched_search import TOGETHER, in_blocks, minimise, placed, rubbing_of, touched_by
+from palpate.models.touched_search import TOGETHER, in_blocks, minimise, placed
 from palpate.setting_types import key
 from palpate.solvers.system import System
 from palpate.solvers.touched_motion import STAGE
@@ -273,7 +274,7 @@ class TouchingMotion:
         self._floor, self._energy = max(self._floor, LEAST_ENERGY * energy), energy + 0.5 * float(bent @ z[len(q) :])
         self._last = now.q, earlier.q, base.w, reach, share
         self._before, self._now, self._length = now, _State(q, (q - base.q) / reach, g), h
-        before, contact.reactions = contact.reactions, -self._pushes(touch, z, rubbing)
+        before, contact.reactions = contact.reactions, -pushes(self._places, touch[2], tools, rubbing)[0].sum(axis=1)
         contact.work_j -= 0.5 * float(np.vdot(before + contact.reactions, tools.tips - seen.tips))
 
     def energies(self) -> dict[str, float]:
@@ -342,21 +343,8 @@ class TouchingMotion:
 
         It is that against motion from ``base`` (r + 3m,) and the instruments at ``start``.
         """
-        return rubbing_of(z, base, touch, at, start, self.contact.friction, self.contact.slip_m_s * reach)
-
-    def _pushes(self, touch: tuple, z: np.ndarray, rubbing: Rubbing) -> np.ndarray:
-        """Return the force (k, 3) [N] of each instrument on the body."""
-        found, force = [], np.empty_like(self._forces)
-        if len(self.contact.paths) == 1:
-            return self._forces.sum(axis=0, keepdims=True)
-        for k in range(len(self.contact.paths)):
-            alone = Tools(*(each[k : k + 1] for each in touch[3]))
-            held = rubbing._replace(
-                **{name: getattr(rubbing, name)[k : k + 1] for name in ("normals", "limits", "ways")}
-            )
-            touched_by(z, (*touch[:3], alone, *touch[4:]), held, force)
-            found.append(force.sum(axis=0))
-        return np.array(found)
+        ways, slip = touch[3].tips - start.tips, self.contact.slip_m_s * reach
+        return rubbing_of(placed(z, touch), touch[2], at, self.contact.friction, placed(base, touch), ways, slip)
 
     def _found(
         self,

@@ -6,7 +6,7 @@ Coordinates q (r,) are those of modes, and z (r + 3m,) has displacements w of m 
 import numba
 import numpy as np
 
-from palpate.collision.contact.instrument_contact import Rubbing, gaps_of, press, stiffness
+from palpate.collision.contact.instrument_contact import pushes, stiffness
 from palpate.models.contact_modes.reduced_contact import Cells, cell_stresses
 
 TOGETHER = 32
@@ -41,13 +41,6 @@ def placed(z, touch):
             for i in range(3):
                 points[c, i] += weights[c, a] * z[wide + 3 * nodes[c, a] + i]
     return points
-
-
-@numba.njit(cache=True, error_model="numpy")
-def touched_by(z, touch, rubbing, force):
-    """Write the forces (c, 3) [N] on the points; return their places (c, 3) [m] and the energy [J]."""
-    points = placed(z, touch)
-    return points, press(points, touch[2], touch[3], rubbing, force)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -144,17 +137,6 @@ def directed(lower, right, steps, turns):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def rubbing_of(z, base, touch, at, start, friction, slip):
-    """Return the friction of points with normals and pressures at ``z``, of instruments ``at`` then.
-
-    It is that against motion from ``base``, like z, and the instruments at ``start``; slip : [m]
-    """
-    gaps, normals = gaps_of(placed(z, touch), at)
-    limits = friction * touch[2] * np.maximum(-gaps, 0.0)
-    return Rubbing(normals, limits, placed(base, touch), touch[3].tips - start.tips, slip)
-
-
-@numba.njit(cache=True, error_model="numpy")
 def valued(z, energy, inertia, centre, share, outer, local, touch, rubbing, force):
     """Return the function that ``minimise`` has at z, where the elastic energy is ``energy``, and of what it is made.
 
@@ -162,7 +144,9 @@ def valued(z, energy, inertia, centre, share, outer, local, touch, rubbing, forc
     """
     wide = len(inertia)
     away = z[:wide] - centre
-    points, value = touched_by(z, touch, rubbing, force)
+    points = placed(z, touch)
+    forces, value = pushes(points, touch[2], touch[3], rubbing)
+    force[:] = forces.sum(axis=0)
     value += 0.5 * np.sum(inertia * away * away) + share * energy - np.dot(outer, z)
     bent = np.dot(local, z[wide:]) if len(z) > wide else z[wide:].copy()
     return value + 0.5 * share * np.dot(bent, z[wide:]), away, points, bent
@@ -175,7 +159,7 @@ def minimise(z, inertia, centre, share, outer, local, hessian, body, touch, rubb
     z : (r + 3m,), coordinates q and displacements w [m] of nodes by what modes lack; local : (3m, 3m) [N/m]
     hessian : (r, r), that without contact, which is improved by elastic gradients alone and kept by the caller; the
         second derivatives of contact are added exactly
-    body, touch : arguments of ``elastic_of`` and ``touched_by``; force : (c, 3), is written
+    body, touch : arguments of ``elastic_of`` and ``placed``; force : (c, 3), is written
     ends : ``floor`` [J], ``enough`` and how many steps at most; it ends where a step would gain less than ``enough``²
         of the elastic energy, of ``floor`` at least
     known : what a search that ended at z has returned, so that it is not computed again: elastic gradient (r,) and

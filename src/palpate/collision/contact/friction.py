@@ -1,4 +1,9 @@
-"""Coulomb friction as a potential: smooth at rest, with the directions and normal forces of an earlier state."""
+"""Coulomb friction as a potential: smooth at rest, with the directions and normal forces of an earlier state.
+
+Its kernels take stencils of any number of nodes: four of a barrier, or a point that slides on a rigid instrument.
+"""
+
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -46,6 +51,21 @@ class LaggedFriction:
         return self.nodes, blocks(*self._state, x, self._start, definite)
 
 
+class Rubbing(NamedTuple):
+    """Friction of q points on k rigid instruments in a step, as the kernels take it.
+
+    nodes, weights : (q, 1), each point and 1; normals : (k, q, 3); limits : (k, q) μ λ [N]; slip : [m]
+    starts : (k, q, 3) [m], where points would be if they had moved with each instrument
+    """
+
+    nodes: np.ndarray
+    weights: np.ndarray
+    normals: np.ndarray
+    limits: np.ndarray
+    slip: float
+    starts: np.ndarray
+
+
 @numba.njit(cache=True, error_model="numpy")
 def pressing(kinds, nodes, offsets, scales, mollify, gap, x):
     """Return rows (a,), nodes (a, 4), weights (a, 4), normals (a, 3) and forces (a,) [N] of the stencils that press."""
@@ -68,11 +88,11 @@ def pressing(kinds, nodes, offsets, scales, mollify, gap, x):
 
 
 @numba.njit(cache=True)
-def _tangential_motion(nodes, weights, normal, x, start, u):
+def _slide(nodes, weights, normal, x, start, u):
     """Write the tangential part of Σ wᵢ (xᵢ − startᵢ) to ``u`` (3,), and return its length [m]."""
     for i in range(3):
         u[i] = 0.0
-        for a in range(4):
+        for a in range(len(nodes)):
             u[i] += weights[a] * (x[nodes[a], i] - start[nodes[a], i])
     along = u[0] * normal[0] + u[1] * normal[1] + u[2] * normal[2]
     for i in range(3):
@@ -81,22 +101,20 @@ def _tangential_motion(nodes, weights, normal, x, start, u):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _resistance(length, slip):
-    """Compute f₀′(u)/u, and its derivative by u divided by u."""
+def _law(length, slip):
+    """Compute f₀(u), f₀′(u)/u, and the latter's derivative by u divided by u."""
     if length < slip:
-        return (2.0 - length / slip) / slip, -1.0 / (slip * slip * length) if length > 0.0 else 0.0
-    return 1.0 / length, -1.0 / length**3
+        potential = length * length / slip * (1.0 - length / (3.0 * slip))
+        return potential, (2.0 - length / slip) / slip, -1.0 / (slip * slip * length) if length > 0.0 else 0.0
+    return length - slip / 3.0, 1.0 / length, -1.0 / length**3
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True)
 def energy(nodes, weights, normals, limits, slip, x, start):
     u, total = np.empty(3), 0.0
     for k in range(len(nodes)):
-        length = _tangential_motion(nodes[k], weights[k], normals[k], x, start, u)
-        if length < slip:
-            total += limits[k] * length * length / slip * (1.0 - length / (3.0 * slip))
-        else:
-            total += limits[k] * (length - slip / 3.0)
+        if limits[k] > 0.0:
+            total += limits[k] * _law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)[0]
     return total
 
 
@@ -104,25 +122,26 @@ def energy(nodes, weights, normals, limits, slip, x, start):
 def add_force(nodes, weights, normals, limits, slip, x, start, force):
     u = np.empty(3)
     for k in range(len(nodes)):
-        resistance = limits[k] * _resistance(_tangential_motion(nodes[k], weights[k], normals[k], x, start, u), slip)[0]
-        for a in range(4):
-            for i in range(3):
-                force[nodes[k, a], i] -= resistance * weights[k, a] * u[i]
+        if limits[k] > 0.0:
+            resistance = limits[k] * _law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)[1]
+            for a in range(len(nodes[k])):
+                for i in range(3):
+                    force[nodes[k, a], i] -= resistance * weights[k, a] * u[i]
 
 
 @numba.njit(cache=True)
 def blocks(nodes, weights, normals, limits, slip, x, start, definite):
-    u, out = np.empty(3), np.empty((len(nodes), 4, 4, 3, 3))
+    count = nodes.shape[1]
+    u, out = np.empty(3), np.empty((len(nodes), count, count, 3, 3))
     for k in range(len(nodes)):
-        length = _tangential_motion(nodes[k], weights[k], normals[k], x, start, u)
-        resistance, change = _resistance(length, slip)
+        _, resistance, change = _law(_slide(nodes[k], weights[k], normals[k], x, start, u), slip)
         if definite:
             change = 0.0
         for i in range(3):
             for j in range(3):
                 across = (1.0 if i == j else 0.0) - normals[k, i] * normals[k, j]
                 value = limits[k] * (resistance * across + change * u[i] * u[j])
-                for a in range(4):
-                    for b in range(4):
+                for a in range(count):
+                    for b in range(count):
                         out[k, a, b, i, j] = value * weights[k, a] * weights[k, b]
     return out

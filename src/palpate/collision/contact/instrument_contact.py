@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from palpate.collision.contact import friction
+from palpate.collision.contact.friction import Rubbing
 from palpate.collision.contact.obstacles import Obstacle
 from palpate.effects.instrument import CAPSULE, SPHERE, Instrument, Pose, distances
 from palpate.errors import InputError
@@ -58,19 +60,6 @@ class Tools(NamedTuple):
     halves: np.ndarray
 
 
-class Rubbing(NamedTuple):
-    """Friction in a step, with normals (k, q, 3) and limits μ p a (k, q) [N] of an earlier state.
-
-    start : (q, 3) [m] where points slide from; ways : (k, 3) [m] of the instruments meanwhile; slip : [m]
-    """
-
-    normals: np.ndarray
-    limits: np.ndarray
-    start: np.ndarray
-    ways: np.ndarray
-    slip: float
-
-
 @dataclass(eq=False)
 class InstrumentContact:
     """Instruments on their paths, with Coulomb's ``friction``, that creeps below ``slip_m_s`` [m/s].
@@ -114,70 +103,53 @@ def gaps_of(points, tools):
     return gaps, normals
 
 
+@numba.njit(cache=True)
+def rubbing_of(points, stiff, tools, coefficient, base, ways, slip):
+    """Return the friction of points pressed as at ``points`` (q, 3) [m] by ``tools``, a step's argument of ``pushes``.
+
+    It is that against motion from ``base`` (q, 3) [m], while instruments move by ``ways`` (k, 3) [m]; slip : [m]
+    """
+    gaps, normals = gaps_of(points, tools)
+    limits, starts = coefficient * stiff * np.maximum(-gaps, 0.0), np.empty_like(normals)
+    for k in range(len(ways)):
+        starts[k] = base + ways[k]
+    nodes = np.arange(len(points)).reshape(-1, 1)
+    return Rubbing(nodes, np.ones((len(points), 1)), normals, limits, slip, starts)
+
+
 @numba.njit(cache=True, error_model="numpy")
-def press(points, stiff, tools, rubbing, force):
-    """Write the forces (q, 3) [N] on ``points`` (q, 3) [m]; return their energy [J], friction's included.
+def pushes(points, stiff, tools, rubbing):
+    """Return each instrument's forces (k, q, 3) [N] on ``points`` (q, 3) [m], and their energy [J], with friction's.
 
     stiff : (q,) [N/m]
     """
     gaps, normals = gaps_of(points, tools)
-    held, limits, start, ways, slip = rubbing
-    force[:] = 0.0
-    energy, slid = 0.0, np.empty(3)
+    nodes, weights, held, limits, slip, starts = rubbing
+    forces, energy = np.zeros(normals.shape), 0.0
     for k in range(len(gaps)):
         for q in range(len(points)):
             if gaps[k, q] < 0.0:
                 energy += 0.5 * stiff[q] * gaps[k, q] ** 2
                 for i in range(3):
-                    force[q, i] -= stiff[q] * gaps[k, q] * normals[k, q, i]
-            if limits[k, q] > 0.0:
-                length = slide(points[q], start[q], ways[k], held[k, q], slid)
-                if length < slip:
-                    energy += limits[k, q] * length**2 / slip * (1.0 - length / (3.0 * slip))
-                else:
-                    energy += limits[k, q] * (length - slip / 3.0)
-                for i in range(3):
-                    force[q, i] -= limits[k, q] * resistance(length, slip) * slid[i]
-    return energy
+                    forces[k, q, i] = -stiff[q] * gaps[k, q] * normals[k, q, i]
+        energy += friction.energy(nodes, weights, held[k], limits[k], slip, points, starts[k])
+        friction.add_force(nodes, weights, held[k], limits[k], slip, points, starts[k], forces[k])
+    return forces, energy
 
 
 @numba.njit(cache=True, error_model="numpy")
 def stiffness(points, stiff, tools, rubbing, chosen):
     """Return blocks (c, 3, 3) [N/m] of the ``chosen`` (c,) points, without what curvature and sliding take off."""
     gaps, normals = gaps_of(points, tools)
-    held, limits, start, ways, slip = rubbing
-    blocks, slid = np.zeros((len(chosen), 3, 3)), np.empty(3)
+    nodes, weights, held, limits, slip, starts = rubbing
+    blocks = np.zeros((len(chosen), 3, 3))
     for k in range(len(gaps)):
+        rubbed = held[k][chosen], limits[k][chosen], slip, points, starts[k]
+        blocks += friction.blocks(nodes[chosen], weights[chosen], *rubbed, True)[:, 0, 0]
         for c in range(len(chosen)):
             q = chosen[c]
-            pressed = stiff[q] if gaps[k, q] < 0.0 else 0.0
-            rubbed = 0.0
-            if limits[k, q] > 0.0:
-                rubbed = limits[k, q] * resistance(slide(points[q], start[q], ways[k], held[k, q], slid), slip)
-            for i in range(3):
-                blocks[c, i, i] += rubbed
-                for j in range(3):
-                    blocks[c, i, j] += (
-                        pressed * normals[k, q, i] * normals[k, q, j] - rubbed * held[k, q, i] * held[k, q, j]
-                    )
+            if gaps[k, q] < 0.0:
+                for i in range(3):
+                    for j in range(3):
+                        blocks[c, i, j] += stiff[q] * normals[k, q, i] * normals[k, q, j]
     return blocks
-
-
-@numba.njit(cache=True, error_model="numpy")
-def slide(point, start, way, normal, slid):
-    """Write how far a point slides along an instrument (3,) [m]; return the length."""
-    along = 0.0
-    for i in range(3):
-        slid[i] = point[i] - start[i] - way[i]
-        along += slid[i] * normal[i]
-    square = 0.0
-    for i in range(3):
-        slid[i] -= along * normal[i]
-        square += slid[i] ** 2
-    return np.sqrt(square)
-
-
-@numba.njit(cache=True, error_model="numpy")
-def resistance(length, slip):
-    """Return the derivative of friction's potential over the length [1/m], for a limit of 1 N."""
-    return (2.0 - length / slip) / slip if length < slip else 1.0 / length

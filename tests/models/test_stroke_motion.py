@@ -165,7 +165,7 @@ def test_the_finger_works_on_the_body_and_pushes_along_its_normals_without_frict
         assert forces.sum(axis=0) == pytest.approx(-motion.contact.reactions[0], abs=1e-12)
         pushed += bool(forces.any())
         # all forces on a ball without friction go through its centre
-        pose = motion.contact.poses(system.time)[0]
+        pose = motion.contact.obstacles[0].pose(system.time)
         centre = pose.tip + BALL.radius_m * pose.axes[2]
         assert np.abs(np.cross(points - centre, forces).sum(axis=0)).max() <= 1e-9 * max(np.abs(forces).max(), 1e-9)
     assert pushed > 12
@@ -328,7 +328,7 @@ def test_strokes_that_elements_do_not_find_are_left_out_and_most_must_be_found(p
     real, failing = TouchedMotion.touched_steps, {0.3}
 
     def steps(self, *asked, **more):
-        if self.touch.friction in failing:
+        if self.contact.friction in failing:
             raise NotConverged("lost", [])
         return real(self, *asked, **more)
 

@@ -6,16 +6,16 @@ import pytest
 from palpate.bodies.body import Body, nest
 from palpate.bodies.material import Material
 from palpate.bodies.refinement import finer
-from palpate.effects.instrument import Instrument, Pose, upright
+from palpate.collision.contact.instrument_contact import InstrumentContact
+from palpate.collision.contact.obstacles import Obstacle
 from palpate.effects.settings import Gravity, Loads, Rayleigh
 from palpate.solvers.indentation import Indentation, contact_points
 from palpate.solvers.quadratic_motion import QuadraticMotion
-from palpate.solvers.touched_motion import Touch, TouchedMotion
+from palpate.solvers.touched_motion import TouchedMotion
 
-BALL = Instrument("sphere", 0.02)
 TOP = np.array([0.04, 0.04, 0.03])
 DOWN = np.array([0.0, 0.0, -1.0])
-DEPTH, PRESS_S = 0.003, 0.05
+DEPTH, PRESS_S, RADIUS = 0.003, 0.05, 0.02
 DAMPED = Rayleigh(mass_1_s=100.0, stiffness_s=0.003)
 
 
@@ -29,17 +29,18 @@ def near(at: np.ndarray) -> np.ndarray:
     return at[:, 2] == TOP[2]
 
 
-def sliding(t: float, way: float, ball: Instrument = BALL) -> Pose:
+def sliding(way: float = 0.0, radius: float = RADIUS, above: float = 0.0) -> Obstacle:
     """Return a ball that is pressed in until PRESS_S, and then moves ``way`` [m/s] along x."""
-    down, along = DEPTH * BALL.radius_m / ball.radius_m * min(t / PRESS_S, 1.0), way * max(t - PRESS_S, 0.0)
-    return upright(ball, TOP + np.array([along, 0.0, -down]), np.array([0.0, 0.0, 1.0]))
+    down, along = DEPTH * RADIUS / radius * DOWN, np.array([way * (1.0 - PRESS_S), 0.0, 0.0])
+    shifts = np.array([0.0 * down, down, down + along])
+    centre = TOP - (radius + above) * DOWN
+    return Obstacle("", "sphere", centre[None], np.zeros((1, 3)), radius, np.array([0.0, PRESS_S, 1.0]), shifts)
 
 
-def pressed(slab: Body, friction: float = 0.0, way: float = 0.0, ball: Instrument = BALL):
+def pressed(slab: Body, friction: float = 0.0, way: float = 0.0, radius: float = RADIUS):
     """Return the motion of the slab under the ball."""
     points = contact_points(slab.levels[0], 2, slab.material.young_pa, near)
-    touch = Touch(points, lambda t: [sliding(t, way, ball)], friction, 1e-3)
-    return TouchedMotion(slab, 0, Loads(), DAMPED, touch)
+    return TouchedMotion(slab, 0, Loads(), DAMPED, points, InstrumentContact([sliding(way, radius)], friction, 1e-3))
 
 
 def ends(motion: TouchedMotion, duration_s: float, count: int, tolerance: float = 1e-5) -> list:
@@ -51,9 +52,10 @@ def test_what_is_pressed_and_left_alone_comes_to_the_static_equilibrium(slab, le
     """There multipliers end the overlap, which here remains, a part of what elements cannot follow."""
     body = finer(slab, 1) if level else slab
     points = contact_points(body.levels[level], 2, body.material.young_pa, near)
-    touch = Touch(points, lambda t: [sliding(t, 0.0)], 0.0, 1e-3)
-    *_, last = ends(TouchedMotion(body, level, Loads(), DAMPED, touch), 0.3, 12, 1e-4)
-    (rest,) = Indentation(body, level, 2, points, [sliding(0.0, 0.0)]).push(DOWN, [DEPTH], 1e-5)
+    *_, last = ends(
+        TouchedMotion(body, level, Loads(), DAMPED, points, InstrumentContact([sliding()], 0.0, 1e-3)), 0.3, 12, 1e-4
+    )
+    (rest,) = Indentation(body, level, 2, points, [sliding().pose(0.0)]).push(DOWN, [DEPTH], 1e-5)
     assert np.linalg.norm(last.forces[0] - rest.force) < most * np.linalg.norm(rest.force)
     surface = body.levels[level].surface
     moved = (rest.x - body.levels[level + 1].nodes)[surface]
@@ -73,7 +75,7 @@ def test_steps_that_touch_nothing_are_those_of_another_rule_to_their_order(slab)
     loads, off = Loads(gravity=Gravity(acceleration_m_s2=[3.0, 0.0, -5.0])), []
     light = Rayleigh(mass_1_s=2.0, stiffness_s=0.001)
     other, points = QuadraticMotion(slab, 0, loads, light), contact_points(slab.levels[0], 2, 1e4, near)
-    mine = TouchedMotion(slab, 0, loads, light, Touch(points, lambda t: [sliding(-4.0, 0.0)], 0.3, 1e-3))
+    mine = TouchedMotion(slab, 0, loads, light, points, InstrumentContact([sliding(above=0.24)], 0.3, 1e-3))
     for count in (16, 32):
         *_, (x, *_) = ends(mine, 0.06, count, 1e-7)
         *_, (theirs, *_) = other.steps(0.06 / count, count, 1e-7)
@@ -93,8 +95,7 @@ def test_the_work_of_the_instrument_is_kept_damped_or_rubbed_away(slab, count, m
 
 def test_what_slides_is_dragged_by_the_coefficient_of_friction(slab):
     """Under a ball so large that its surface is flat all points slide along x."""
-    large = Instrument("sphere", 0.2)
-    free, rough = (ends(pressed(slab, mu, 0.1, ball=large), 0.15, 40)[-1].forces[0] for mu in (0.0, 0.2))
+    free, rough = (ends(pressed(slab, mu, 0.1, 0.2), 0.15, 40)[-1].forces[0] for mu in (0.0, 0.2))
     assert rough[0] - free[0] == pytest.approx(0.2 * abs(rough[2]), rel=0.05)
     assert abs(rough[1]) < 0.02 * rough[0]
 

@@ -15,13 +15,13 @@ from palpate.bodies.body import Body
 from palpate.bodies.fine_surface_map import FineSurfaceMap
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.refinement import with_midpoints
-from palpate.collision.contact.instrument_contact import Path
+from palpate.collision.contact.instrument_contact import InstrumentContact
 from palpate.collision.contact.obstacles import make_obstacle
 from palpate.effects.settings import Loads, Rayleigh
 from palpate.errors import NotConverged
 from palpate.solvers.indentation import contact_points
 from palpate.solvers.quadratic_motion import QuadraticMotion, Reached
-from palpate.solvers.touched_motion import Touch, TouchedMotion
+from palpate.solvers.touched_motion import TouchedMotion
 
 TOLERANCE = 1e-3
 """Of the forces in a stage that do not balance, over the largest of contact."""
@@ -44,11 +44,9 @@ class RefinedMotions:
         self._base = body.from_level(body.shape_level if body.smooth is None else len(body.levels) - 1)
         self._surface, self._rayleigh = FineSurfaceMap(self._base), rayleigh
         self._loads = loads.but(contact=None)
-        self._friction, self._slip = contact.friction, contact.slip_m_s
-        self._paths = [
-            Path(make_obstacle(each, body.name, "", body.fine.size, np.zeros(3))) for each in contact.instruments
-        ]
-        self._radius = max(path.instrument.radius_m for path in self._paths)
+        made = [make_obstacle(each, body.name, "", body.fine.size, np.zeros(3)) for each in contact.instruments]
+        self._contact = InstrumentContact(made, contact.friction, contact.slip_m_s)
+        self._radius = max(each.radius_m for each in made)
         corners = self._base.coarse.nodes[self._base.coarse.triangles]
         self._edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
         self._touched = self._find_touched(duration_s / steps, steps)
@@ -71,8 +69,8 @@ class RefinedMotions:
         self, body: Body, number: int, near: Callable[[np.ndarray], np.ndarray]
     ) -> tuple[TouchedMotion, sparse.csr_array]:
         points = contact_points(body.fine, 2, body.material.young_pa, near)
-        touch = Touch(points, lambda t: [path.pose(t) for path in self._paths], self._friction, self._slip)
-        moved = TouchedMotion(with_midpoints(body, number), number, self._loads, self._rayleigh, touch)
+        whole = with_midpoints(body, number)
+        moved = TouchedMotion(whole, number, self._loads, self._rayleigh, points, self._contact)
         return moved, self._surface.of(body, 2)
 
     def steps(
@@ -85,7 +83,7 @@ class RefinedMotions:
     def _find_touched(self, h: float, count: int) -> np.ndarray:
         """Return the places at rest (k, 3) [m] of points that bear pressure after any step of the first mesh."""
         motion, _ = self.motion(0)
-        rest = motion.touch.points.interpolation @ motion.mesh.nodes
+        rest = motion.points.interpolation @ motion.mesh.nodes
         bore = np.any([motion.bearing for _ in motion.touched_steps(h, count, TOLERANCE)], axis=0)
         if not bore.any():
             raise NotConverged(

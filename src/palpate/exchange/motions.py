@@ -15,7 +15,6 @@ from palpate.benchmark.presses import oblique
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_by_area
 from palpate.bodies.particles import particles_of
-from palpate.collision.contact.instrument_contact import Path
 from palpate.collision.contact.obstacles import make_obstacle
 from palpate.effects.patch_load import spread
 from palpate.effects.push import disc, factor
@@ -101,14 +100,14 @@ def _pressed(body: Body, acts: Loads, duration_s: float) -> np.ndarray:
     if not acts.contact:
         return pressed_nodes(body, acts)
     points, swept = body.fine.nodes[body.fine.surface], np.zeros(len(body.fine.surface), dtype=bool)
-    paths = [Path(make_obstacle(each, body.name, "", body.fine.size, np.zeros(3))) for each in acts.instruments]
-    for path in paths:
-        corners = path.times_s if len(path.times_s) else np.zeros(1)
+    tools = [make_obstacle(each, body.name, "", body.fine.size, np.zeros(3)) for each in acts.instruments]
+    for tool in tools:
+        corners = tool.times_s if len(tool.times_s) else np.zeros(1)
         for t in np.union1d(np.linspace(0.0, duration_s, 201), corners[corners <= duration_s]):
-            swept |= path.pose(t).gaps(points)[0] <= 0.0
+            swept |= tool.pose(t).gaps(points)[0] <= 0.0
     if not swept.any():
         return ~swept
-    return cKDTree(points[swept]).query(points)[0] <= max(path.instrument.radius_m for path in paths)
+    return cKDTree(points[swept]).query(points)[0] <= max(tool.radius_m for tool in tools)
 
 
 def drawn(scene: MovingScene, seed: int) -> MovingScene:

@@ -137,11 +137,11 @@ def held_met(system: System, contact: InstrumentContact) -> tuple[float, str]:
     nodes, faces = system.particles.nodes, system.particles.triangles
     whole = faces[~system.free[faces].any(axis=1)]
     points = np.vstack([nodes[np.unique(faces[~system.free[faces]])], (LATTICE @ nodes[whole]).reshape(-1, 3)])
-    corners = np.concatenate([path.times_s for path in contact.paths])
+    corners = np.concatenate([each.times_s for each in contact.obstacles])
     for t in np.union1d(corners[corners >= 0.0], np.linspace(0.0, corners.max(initial=0.0), COURSE)):
         deepest = gaps_of(points, contact.at(t))[0].min(axis=1, initial=np.inf)
         if deepest.min() < 0.0:
-            return float(t), contact.paths[int(deepest.argmin())].obstacle.name
+            return float(t), contact.obstacles[int(deepest.argmin())].name
     return math.inf, ""
 
 
@@ -291,7 +291,7 @@ class TouchingMotion:
         tool, point = np.nonzero(gaps < 0.0)
         ways = (self._tools.tips - self._tools_before.tips) / max(self._length, np.finfo(float).tiny)
         moving = self._speeds[point] - ways[tool]
-        names = np.array([path.obstacle.name for path in self.contact.paths], dtype=object)
+        names = np.array([each.name for each in self.contact.obstacles], dtype=object)
         columns = {"first": self._system.particles.name, "second": names[tool]}
         for start, values, unit in (
             ("", self._places[point], "_m"), ("normal_", normals[tool, point], ""), ("velocity_", moving, "_m_s"),

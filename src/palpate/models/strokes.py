@@ -12,12 +12,12 @@ from scipy.spatial.transform import Rotation
 from palpate.bodies.body import Body
 from palpate.bodies.particles import Particles
 from palpate.bodies.refinement import with_midpoints
-from palpate.collision.contact.instrument_contact import InstrumentContact, Path, gaps_of
+from palpate.collision.contact.instrument_contact import InstrumentContact, gaps_of
 from palpate.collision.contact.obstacles import make_obstacle
 from palpate.effects.settings import Ball, Capsule, Contact, Instrument, Loads, Rayleigh
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.indentation import ContactPoints, contact_points
-from palpate.solvers.touched_motion import STIFFER, Touch, TouchedMotion
+from palpate.solvers.touched_motion import STIFFER, TouchedMotion
 
 STEP_S, LEAST_STEPS, TOLERANCE = 0.01, 30, 1e-2
 """Steps of the strokes that modes are learnt from, how many at least, and the tolerance of each; what they move like is
@@ -129,7 +129,7 @@ def of_contact(body: Body, contact: Contact) -> InstrumentContact:
     """Return the instruments of a contact; InputError for others than spheres and capsules."""
     middle = np.zeros(3)
     made = [make_obstacle(each, body.name, each.kind, body.fine.size, middle) for each in contact.instruments]
-    return InstrumentContact([Path(each) for each in made], contact.friction, contact.slip_m_s)
+    return InstrumentContact(made, contact.friction, contact.slip_m_s)
 
 
 def whole_of(body: Body) -> Body:
@@ -162,9 +162,7 @@ def points_of(body: Body, contacts: Sequence[Contact]) -> ContactPoints:
 
 def elements_under(body: Body, contact: Contact, rayleigh: Rayleigh, points: ContactPoints) -> TouchedMotion:
     """Return quadratic elements on the finest level, which the instruments of a contact touch at points."""
-    tools = of_contact(body, contact)
-    touch = Touch(points, tools.poses, tools.friction, tools.slip_m_s)
-    return TouchedMotion(whole_of(body), len(body.levels) - 1, Loads(), rayleigh, touch)
+    return TouchedMotion(whole_of(body), len(body.levels) - 1, Loads(), rayleigh, points, of_contact(body, contact))
 
 
 def shown(

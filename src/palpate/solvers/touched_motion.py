@@ -11,13 +11,12 @@ steps there are: the limit of a mesh would not exist.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
 
 import numpy as np
 
 from palpate.bodies.body import Body
+from palpate.collision.contact.instrument_contact import InstrumentContact, gaps_of, pushes, rubbing_of, stiffness
 from palpate.effects.elements import OnePass
-from palpate.effects.instrument import Pose
 from palpate.effects.settings import Loads, Rayleigh
 from palpate.errors import NotConverged
 from palpate.linalg.block_pattern import hold
@@ -33,34 +32,26 @@ PASSES = 2
 """How often each stage is solved, the second time with the pressures and normals that friction has in the first."""
 
 
-@dataclass(frozen=True, eq=False)
-class Touch:
-    """What touches a body: points of its surface, the instruments' poses at a time [s], friction.
-
-    friction : Coulomb's coefficient; slip_m_s : speed [m/s] below which what sticks creeps, as ``contact`` says
-    """
-
-    points: ContactPoints
-    poses: Callable[[float], list[Pose]]
-    friction: float
-    slip_m_s: float
-
-
 class TouchedMotion(QuadraticMotion):
     """A held body of quadratic elements that instruments touch; other arguments and errors as ``QuadraticMotion``.
 
-    bearing, pushed : which points (q,) bore pressure at the end of the last step, and the forces (q, 3) [N] on them
-    overlap_j : the energy of contact there [J]
+    bearing : which points (q,) bore pressure at the end of the last step; overlap_j : the energy of contact there [J]
     """
 
-    def __init__(self, body: Body, level: int, loads: Loads, rayleigh: Rayleigh, touch: Touch):
+    def __init__(
+        self,
+        body: Body,
+        level: int,
+        loads: Loads,
+        rayleigh: Rayleigh,
+        points: ContactPoints,
+        contact: InstrumentContact,
+    ):
         super().__init__(body, level, loads, rayleigh)
-        points = replace(touch.points, penalty=STIFFER * touch.points.penalty)
-        self.touch = replace(touch, points=points)
+        self.points, self.contact = points, contact
         self.bearing, self.overlap_j = np.zeros(len(points.areas), dtype=bool), 0.0
-        self.pushed = np.zeros((len(points.areas), 3))
-        self.spread = touch.points.interpolation.T.tocsr()
-        absolute = abs(touch.points.interpolation)
+        self.spread = points.interpolation.T.tocsr()
+        absolute = abs(points.interpolation)
         self._lumping, self._lump = absolute.T.tocsr(), absolute.sum(axis=1)
 
     def touched_steps(self, h: float, count: int, tolerance: float, passes: int = PASSES) -> Iterator[Reached]:
@@ -71,19 +62,18 @@ class TouchedMotion(QuadraticMotion):
         Raises NotConverged for a stage that is not found.
         """
         x, v, tau = self.mesh.nodes.copy(), np.zeros_like(self.mesh.nodes), STAGE * h
-        contact, solve = _Contact(self.touch), None
+        contact, solve = _Contact(self.points, self.contact, x), None
         for number in range(count):
             begin = number * h
-            here, there = self.touch.poses(begin), self.touch.poses(begin + h)
-            contact.speeds = [(after.tip - before.tip) / h for before, after in zip(here, there, strict=True)]
+            contact.speeds = (self.contact.at(begin + h).tips - self.contact.at(begin).tips) / h
             base_x, base_v, work, lost, convex = x, v, 0.0, 0.0, True
-            mean = np.zeros((len(here), 3))
+            mean = np.zeros_like(contact.speeds)
             for share, ends in ((1.0 - STAGE, begin + tau), (STAGE, begin + h)):
-                contact.begin(self.touch.poses(ends), base_x, tau)
+                contact.begin(ends, base_x, tau)
                 self.load = self.load_at(ends)
                 stage, z = _Stage(self, contact, base_x, base_v, tau), base_x + tau * base_v
                 z[self.held] = self.mesh.nodes[self.held]
-                for _ in range(passes if self.touch.friction else 1):
+                for _ in range(passes if self.contact.friction else 1):
                     if solve is None:
                         solve, first = self._solver(tau, z, contact), None
                     self.scale_n = max(self.scale_n, contact.peak_n)
@@ -105,15 +95,15 @@ class TouchedMotion(QuadraticMotion):
                         solve = None
                 contact.peak_n = max(contact.peak_n, float(np.linalg.norm(self.spread @ contact.total(z))))
                 velocity = (z - base_x) / tau
-                pushes = np.array([push.sum(axis=0) for push in contact.pushes(z)])
-                mean += share * pushes
-                driven = float(np.vdot(pushes, contact.speeds))
+                pushed = contact.forces(z).sum(axis=1)
+                mean += share * pushed
+                driven = float(np.vdot(pushed, contact.speeds))
                 work += share * h * (float(np.vdot(self.load, velocity)) + driven)
                 lost += share * h * (float(np.vdot(velocity, stage.damping(velocity))) + contact.rubbed(z))
                 rate = (velocity - base_v) / tau
                 base_x, base_v = x + (1.0 - STAGE) * h * velocity, v + (1.0 - STAGE) * h * rate
             x, v = z, velocity
-            self.bearing, self.overlap_j, self.pushed = contact.bearing, contact.overlap_energy(z), contact.total(z)
+            self.bearing, self.overlap_j = contact.overlap(z)
             yield Reached(x, v, x - self.mesh.nodes, work, lost, convex, mean)
 
     def total_energy(self, x: np.ndarray, v: np.ndarray) -> float:
@@ -132,101 +122,70 @@ class TouchedMotion(QuadraticMotion):
 
 
 class _Contact:
-    """The energy of contact and friction in a stage: of the pressure k max(−g, 0) and of Coulomb's law, smooth at rest.
+    """The energy of contact and friction in a stage.
 
-    Friction has pressures and normals of an earlier state (q,) [Pa], (q, 3), which ``renew`` sets; its potential is
-    that of ``collision.contact.friction``.
+    Friction has the pressures and normals of an earlier state, which ``renew`` sets.
     speeds : (k, 3) [m/s] of the instruments; peak_n : largest norm of the nodal forces so far [N]
     """
 
-    def __init__(self, touch: Touch):
-        self._touch, self.peak_n = touch, 0.0
-        self._pressures = [np.zeros(len(touch.points.areas)) for _ in touch.poses(0.0)]
-        self._normals = [np.zeros((len(touch.points.areas), 3)) for _ in self._pressures]
-        self.speeds: list[np.ndarray] = []
-        self._seen: tuple[np.ndarray, np.ndarray, list[tuple[np.ndarray, np.ndarray]]] | None = None
+    def __init__(self, points: ContactPoints, contact: InstrumentContact, x: np.ndarray):
+        self._interpolation, self._contact = points.interpolation, contact
+        self._stiff = STIFFER * points.penalty * points.areas
+        self._every, self.peak_n = np.arange(len(self._stiff)), 0.0
+        self._earlier, self.speeds = (self._interpolation @ x, self._contact.at(0.0)), np.empty((0, 3))
+        self._seen: tuple[np.ndarray, np.ndarray, np.ndarray, float] | None = None
 
-    @property
-    def bearing(self) -> np.ndarray:
-        """Which points (q,) bear pressure."""
-        return np.any([pressure > 0.0 for pressure in self._pressures], axis=0)
+    def begin(self, end: float, x: np.ndarray, tau: float) -> None:
+        """Begin a stage of ``tau`` [s] to ``end`` [s] whose velocities are (z − ``x``)/tau."""
+        self._tools, self._tau, self._start = self._contact.at(end), tau, self._interpolation @ x
+        self._rub()
 
-    def begin(self, poses: list[Pose], x: np.ndarray, tau: float) -> None:
-        """Begin a stage of ``tau`` [s] whose velocities are (z − ``x``)/tau, with the instruments where they end."""
-        self._poses, self._tau, self._slip = poses, tau, self._touch.slip_m_s * tau
-        self._start, self._seen = self._touch.points.interpolation @ x, None
+    def renew(self, z: np.ndarray) -> None:
+        """Take the pressures and normals at ``z`` (n, 3) [m] for those of friction."""
+        self._earlier = self._interpolation @ z, self._tools
+        self._rub()
 
-    def _see(self, z: np.ndarray) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
-        """Return the places (q, 3) [m] of points, and their gaps (q,) [m] to each instrument with the gradients (q, 3).
+    def _rub(self) -> None:
+        at, tools = self._earlier
+        past = self._start, self._tau * self.speeds, self._contact.slip_m_s * self._tau
+        self._rubbing, self._seen = rubbing_of(at, self._stiff, tools, self._contact.friction, *past), None
+
+    def _see(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return the places (q, 3) [m] of points, each instrument's forces (k, q, 3) [N] on them, and the energy [J].
 
         They are kept, as energy, forces and stiffness ask for those of the same ``z`` (n, 3) [m] one after another.
         """
         if self._seen is None or not np.array_equal(z, self._seen[0]):
-            at = self._touch.points.interpolation @ z
-            self._seen = z.copy(), at, [pose.gaps(at) for pose in self._poses]
+            at = self._interpolation @ z
+            self._seen = z.copy(), at, *pushes(at, self._stiff, self._tools, self._rubbing)
         return self._seen[1:]
-
-    def _slides(self, at: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Yield for each instrument how far points slide along it (q, 3) [m], the length, and μ p (q,) [Pa]."""
-        for pressure, normals, speed in zip(self._pressures, self._normals, self.speeds, strict=True):
-            slid = at - self._start - self._tau * speed
-            slid -= (slid * normals).sum(axis=1, keepdims=True) * normals
-            yield slid, np.linalg.norm(slid, axis=1), self._touch.friction * pressure
-
-    def _resistance(self, length: np.ndarray) -> np.ndarray:
-        """Return the derivative of friction's potential over the length (q,) [1/m], for μ p = 1."""
-        slip = self._slip
-        return np.where(length < slip, (2.0 - length / slip) / slip, 1.0 / np.maximum(length, slip))
-
-    def overlap_energy(self, z: np.ndarray) -> float:
-        """Return the energy [J] of what overlaps of a body at ``z`` (n, 3) [m]."""
-        stiff = self._touch.points.areas * self._touch.points.penalty
-        return sum(0.5 * float(stiff @ np.maximum(-gaps, 0.0) ** 2) for gaps, _ in self._see(z)[1])
 
     def energy(self, z: np.ndarray) -> float:
         """Return the energy [J], whose derivatives are the forces."""
-        areas, slip, whole = self._touch.points.areas, self._slip, self.overlap_energy(z)
-        for _, length, limit in self._slides(self._see(z)[0]) if self._touch.friction else ():
-            creeping = length**2 / slip * (1.0 - length / (3.0 * slip))
-            whole += float(areas @ (limit * np.where(length < slip, creeping, length - slip / 3.0)))
-        return whole
+        return self._see(z)[2]
 
-    def pushes(self, z: np.ndarray) -> list[np.ndarray]:
-        """Return the force (q, 3) [N] of each instrument on the points of a body at ``z`` (n, 3) [m]."""
-        at, seen = self._see(z)
-        found = [(self._touch.points.penalty * np.maximum(-gaps, 0.0))[:, None] * normals for gaps, normals in seen]
-        if self._touch.friction:
-            for push, (slid, length, limit) in zip(found, self._slides(at), strict=True):
-                push -= (limit * self._resistance(length))[:, None] * slid
-        return [self._touch.points.areas[:, None] * push for push in found]
+    def forces(self, z: np.ndarray) -> np.ndarray:
+        """Return the force (k, q, 3) [N] of each instrument on the points of a body at ``z`` (n, 3) [m]."""
+        return self._see(z)[1]
 
     def total(self, z: np.ndarray) -> np.ndarray:
         """Return the force (q, 3) [N] of all instruments on the points."""
-        return np.sum(self.pushes(z), axis=0)
+        return self.forces(z).sum(axis=0)
+
+    def overlap(self, z: np.ndarray) -> tuple[np.ndarray, float]:
+        """Return which points (q,) are inside of instruments, and the energy [J] of that."""
+        deep = np.minimum(gaps_of(self._see(z)[0], self._tools)[0], 0.0)
+        return (deep < 0.0).any(axis=0), 0.5 * float(np.sum(self._stiff * deep**2))
 
     def rubbed(self, z: np.ndarray) -> float:
         """Return the power [W] that friction takes."""
-        areas = self._touch.points.areas
-        slides = self._slides(self._see(z)[0]) if self._touch.friction else ()
-        return sum(float(areas @ (limit * self._resistance(u) * u**2)) for _, u, limit in slides) / self._tau
-
-    def renew(self, z: np.ndarray) -> None:
-        """Take the pressures and normals at ``z`` (n, 3) [m] for those of friction."""
-        for number, (gaps, normals) in enumerate(self._see(z)[1]):
-            self._normals[number] = normals
-            self._pressures[number] = self._touch.points.penalty * np.maximum(-gaps, 0.0)
+        at = self._see(z)[0]
+        forces, _ = pushes(at, np.zeros_like(self._stiff), self._tools, self._rubbing)
+        return -float(np.vdot(forces, at - self._rubbing.starts)) / self._tau
 
     def stiffness(self, z: np.ndarray) -> np.ndarray:
         """Return the stiffness (q, 3, 3) [N/m] of the points, without what curvature and sliding take off."""
-        (at, seen), blocks = self._see(z), np.zeros((len(self._start), 3, 3))
-        for gaps, normals in seen:
-            pressed = np.where(gaps < 0.0, self._touch.points.penalty, 0.0)
-            blocks += pressed[:, None, None] * normals[:, :, None] * normals[:, None, :]
-        if self._touch.friction:
-            for normals, (_, length, limit) in zip(self._normals, self._slides(at), strict=True):
-                across = np.eye(3) - normals[:, :, None] * normals[:, None, :]
-                blocks += (limit * self._resistance(length))[:, None, None] * across
-        return self._touch.points.areas[:, None, None] * blocks
+        return stiffness(self._see(z)[0], self._stiff, self._tools, self._rubbing, self._every)
 
 
 class _Stage(OnePass):

@@ -9,7 +9,7 @@ from scipy import sparse
 from palpate.bodies.particles import Particles
 from palpate.collision.contact import barrier
 from palpate.collision.contact.friction import LaggedFriction
-from palpate.collision.contact.instrument_contact import InstrumentContact, Path
+from palpate.collision.contact.instrument_contact import InstrumentContact
 from palpate.collision.contact.obstacles import (
     Obstacle,
     Overlap,
@@ -263,7 +263,7 @@ class Contact(
             raise InputError("contact has no instruments; give it one, or choose another integrator.")
         if found := self._overlap(self._points):
             raise InputError(found.describe(self.names))
-        self._lent = InstrumentContact([Path(each) for each in self.obstacles], self._friction, self._slip)
+        self._lent = InstrumentContact(self.obstacles, self._friction, self._slip)
         return self._lent
 
     def limit(self, x: np.ndarray, direction: np.ndarray) -> float:

@@ -1,7 +1,7 @@
-"""Contact of spheres and capsules with points of a surface, for searches in few coordinates.
+"""Contact of rigid instruments on their paths with points of a surface, as kernels of motions take it.
 
-The pressure at a point is k times how deep it is inside, as ``solvers.touched_motion`` has it: what is searched for is
-finite everywhere, so that no step of a search has to be cut short.
+The pressure at a point is k times how deep it is inside: what is searched for is finite everywhere, so that no step of
+a search has to be cut short.
 """
 
 from collections.abc import Sequence
@@ -14,92 +14,59 @@ import numpy as np
 from palpate.collision.contact import friction
 from palpate.collision.contact.friction import Rubbing
 from palpate.collision.contact.obstacles import Obstacle
-from palpate.effects.instrument import CAPSULE, SPHERE, Instrument, Pose, distances
-from palpate.errors import InputError
-
-
-class Path:
-    """The way of an ``obstacle``, a sphere or a capsule, and its ``axes`` as a Pose has them; InputError for others."""
-
-    def __init__(self, obstacle: Obstacle):
-        if obstacle.kind not in (SPHERE, CAPSULE):
-            raise InputError(
-                f"{obstacle.name} is a {obstacle.kind}; motions of what is touched know spheres and capsules."
-            )
-        ends = obstacle.points
-        along = ends[-1] - ends[0]
-        length = float(np.linalg.norm(along))
-        self.instrument = Instrument(obstacle.kind, obstacle.radius_m, length_m=length)
-        self.obstacle = obstacle
-        first = along / length if length else np.eye(3)[0]
-        second = np.cross(np.eye(3)[np.abs(first).argmin()], first)
-        second /= np.linalg.norm(second)
-        self.axes = np.array([first, second, np.cross(first, second)])
-        self._start = ends.mean(axis=0) - self.instrument.radius_m * self.axes[2]
-
-    @property
-    def times_s(self) -> np.ndarray:
-        """When it is where the path has corners, (k,) [s]."""
-        return self.obstacle.times_s
-
-    def tip(self, t: float) -> np.ndarray:
-        """Return its lowest point (3,) [m] at the time ``t`` [s]."""
-        return self._start + self.obstacle.shift(t)
-
-    def pose(self, t: float) -> Pose:
-        """Return where it is at the time ``t`` [s]."""
-        return Pose(self.instrument, self.tip(t), self.axes)
+from palpate.effects.instrument import distances
 
 
 class Tools(NamedTuple):
-    """Where k instruments are, as kernels take them: tips (k, 3) [m], axes (k, 3, 3), radii, half lengths (k,) [m]."""
+    """Where k instruments are, as kernels take them: tips (k, 3) [m], axes (k, 3, 3), shapes (k, 4)."""
 
     tips: np.ndarray
     axes: np.ndarray
-    radii: np.ndarray
-    halves: np.ndarray
+    shapes: np.ndarray
+
+    @property
+    def radii(self) -> np.ndarray:
+        """Their radii (k,) [m]."""
+        return self.shapes[:, 1]
 
 
 @dataclass(eq=False)
 class InstrumentContact:
-    """Instruments on their paths, with Coulomb's ``friction``, that creeps below ``slip_m_s`` [m/s].
+    """Spheres and capsules on their paths, with Coulomb's ``friction``, that creeps below ``slip_m_s`` [m/s].
 
     reactions : (k, 3) [N], the force on each at the end of the last step; means : (k, 3) [N], over that step
     work_j : theirs on the body; whoever steps writes all three
     """
 
-    paths: Sequence[Path]
+    obstacles: Sequence[Obstacle]
     friction: float
     slip_m_s: float
     work_j: float = 0.0
 
     def __post_init__(self) -> None:
-        self.reactions = self.means = np.zeros((len(self.paths), 3))
-        shapes = np.array([path.instrument.shape for path in self.paths])
-        axes = np.array([path.axes for path in self.paths])
-        self._still = Tools(np.empty((len(axes), 3)), axes, shapes[:, 1].copy(), shapes[:, 3].copy())
+        self.reactions = self.means = np.zeros((len(self.obstacles), 3))
+        poses = [each.pose(0.0) for each in self.obstacles]
+        axes, shapes = np.array([pose.axes for pose in poses]), np.array([pose.instrument.shape for pose in poses])
+        self._still = Tools(np.array([pose.tip for pose in poses]), axes, shapes)
 
     @property
     def crossing_s(self) -> float:
         """The least time [s] in which one of them moves by its radius."""
-        return min(path.obstacle.crossing_s for path in self.paths)
-
-    def poses(self, t: float) -> list[Pose]:
-        """Return where instruments are at the time ``t`` [s]."""
-        return [path.pose(t) for path in self.paths]
+        return min(each.crossing_s for each in self.obstacles)
 
     def at(self, t: float) -> Tools:
-        """Return the same as kernels take it."""
-        return self._still._replace(tips=np.array([path.tip(t) for path in self.paths]))
+        """Return where instruments are at the time ``t`` [s]."""
+        return self._still._replace(tips=np.array([each.pose(t).tip for each in self.obstacles]))
 
 
 @numba.njit(cache=True, error_model="numpy")
 def gaps_of(points, tools):
     """Return the distances (k, q) [m] of ``points`` (q, 3) [m] from ``tools``, and their gradients (k, q, 3)."""
-    tips, axes, radii, halves = tools
+    tips, axes, shapes = tools
     gaps, normals = np.empty((len(tips), len(points))), np.empty((len(tips), len(points), 3))
     for k in range(len(tips)):
-        distances(points, tips[k], axes[k], 1, radii[k], 0.0, halves[k], gaps[k], normals[k])
+        kind, radius, edge, half = shapes[k]
+        distances(points, tips[k], axes[k], int(kind), radius, edge, half, gaps[k], normals[k])
     return gaps, normals
 
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from palpate.bodies.surfaces.tetrahedralize import label_shells
 from palpate.collision.contact.proximity import NearStencils, Proximity, limits
 from palpate.collision.trees.tree import Tree
 from palpate.collision.trees.tree_query import crossing_pairs
+from palpate.effects.instrument import CAPSULE, SPHERE, Pose
+from palpate.effects.instrument import Instrument as Shape
 from palpate.effects.settings import Ball, Capsule, Instrument, Triangles
 from palpate.errors import InputError, NotConverged
 
@@ -45,6 +48,23 @@ class Obstacle:
         if not len(self.times_s):
             return np.zeros(3)
         return np.array([np.interp(t, self.times_s, self.shifts_m[:, i]) for i in range(3)])
+
+    def pose(self, t: float) -> Pose:
+        """Return where a sphere or a capsule is at the time ``t`` [s]; InputError for others."""
+        return self._first.moved(self.shift(t))
+
+    @cached_property
+    def _first(self) -> Pose:
+        if self.kind not in (SPHERE, CAPSULE):
+            raise InputError(f"{self.name} is a {self.kind}; motions of what is touched know spheres and capsules.")
+        along = self.points[-1] - self.points[0]
+        length = float(np.linalg.norm(along))
+        first = along / length if length else np.eye(3)[0]
+        second = np.cross(np.eye(3)[np.abs(first).argmin()], first)
+        second /= np.linalg.norm(second)
+        up = np.cross(first, second)
+        tip = self.points.mean(axis=0) - self.radius_m * up
+        return Pose(Shape(self.kind, self.radius_m, length_m=length), tip, np.array([first, second, up]))
 
     @property
     def crossing_s(self) -> float:

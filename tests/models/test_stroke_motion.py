@@ -11,6 +11,7 @@ from palpate.bodies.material import Material
 from palpate.bodies.particles import Particles, particles_of
 from palpate.bodies.simple_shapes import box
 from palpate.collision.contact import instrument_contact
+from palpate.effects.instrument import gaps_of
 from palpate.effects.settings import Ball, Capsule, Contact, Rayleigh, Touching
 from palpate.errors import InputError, NotConverged
 from palpate.models import local_answers, stroke_motion, strokes
@@ -185,7 +186,7 @@ def test_forces_and_stiffness_of_contact_are_derivatives(pad, tool):
     contact = strokes.of_contact(pad.body, Contact(friction=0.5, instruments=[tool]))
     points = rng.uniform(-1.0, 1.0, (40, 3)) * [0.02, 0.012, 0.012]
     tools, stiff = contact.at(0.0), rng.uniform(50.0, 100.0, 40)
-    gaps, normals = instrument_contact.gaps_of(points, tools)
+    gaps, normals = gaps_of(points, tools)
     before = points - 1e-4 * rng.normal(size=(40, 3)), np.zeros((1, 3))
     rubbing = instrument_contact.rubbing_of(points, stiff, tools, 0.5, *before, 1e-4)
 

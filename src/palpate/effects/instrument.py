@@ -7,6 +7,7 @@ instrument while they are pressed.
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -48,9 +49,9 @@ class Instrument:
             raise InputError(f"instrument: length_m is {self.length_m}; give a length [m] of 0 or more.")
 
     @property
-    def shape(self) -> tuple[int, float, float, float]:
-        """What the kernels take: number of the kind, radius, edge and half the length [m]."""
-        return KINDS.index(self.kind), self.radius_m, self.edge_m, 0.5 * self.length_m
+    def shape(self) -> np.ndarray:
+        """What the kernels take, (4,): number of the kind, radius, edge and half the length [m]."""
+        return np.array([KINDS.index(self.kind), self.radius_m, self.edge_m, 0.5 * self.length_m])
 
     @property
     def name(self) -> str:
@@ -76,13 +77,13 @@ class Pose:
     def gaps(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the distance (n,) [m] of ``points`` (n, 3) [m], negative inside, and its gradient (n, 3)."""
         gaps, normals = np.empty(len(points)), np.empty((len(points), 3))
-        distances(points, self.tip, self.axes, *self.instrument.shape, gaps, normals)
+        distances(points, self.tip, self.axes, self.instrument.shape, gaps, normals)
         return gaps, normals
 
     def bends(self, points: np.ndarray, gaps: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Return the second derivatives (n, 3, 3) [1/m] of the distance; gaps, normals : as ``gaps`` returns them."""
         found = np.empty((len(points), 3, 3))
-        curvatures(points, self.tip, self.axes, *self.instrument.shape, gaps, normals, found)
+        curvatures(points, self.tip, self.axes, self.instrument.shape, gaps, normals, found)
         return found
 
 
@@ -95,12 +96,13 @@ def upright(instrument: Instrument, tip: np.ndarray, outward: np.ndarray) -> Pos
 
 
 @numba.njit(cache=True, error_model="numpy")
-def distances(points, tip, axes, kind, radius, edge, half, gaps, normals):
+def distances(points, tip, axes, shape, gaps, normals):
     """Write the signed distances (n,) [m] of ``points`` (n, 3) from an instrument, and their gradients (n, 3).
 
     A sphere is a capsule of no length. A punch is a cylinder of radius − edge, that has no upper end, made rounder by
     its edge; inside it the nearer of end and side counts.
     """
+    kind, radius, edge, half = shape
     for n in range(len(points)):
         a, b, c = points[n, 0] - tip[0], points[n, 1] - tip[1], points[n, 2] - tip[2]
         x = axes[0, 0] * a + axes[0, 1] * b + axes[0, 2] * c
@@ -129,9 +131,33 @@ def distances(points, tip, axes, kind, radius, edge, half, gaps, normals):
             normals[n, i] = axes[0, i] * x + axes[1, i] * y + axes[2, i] * z
 
 
+class Tools(NamedTuple):
+    """Where k instruments are, as kernels take them: tips (k, 3) [m], axes (k, 3, 3), shapes (k, 4)."""
+
+    tips: np.ndarray
+    axes: np.ndarray
+    shapes: np.ndarray
+
+    @property
+    def radii(self) -> np.ndarray:
+        """Their radii (k,) [m]."""
+        return self.shapes[:, 1]
+
+
 @numba.njit(cache=True, error_model="numpy")
-def curvatures(points, tip, axes, kind, radius, edge, half, gaps, normals, bends):
+def gaps_of(points, tools):
+    """Return the distances (k, q) [m] of ``points`` (q, 3) [m] from ``tools``, and their gradients (k, q, 3)."""
+    tips, axes, shapes = tools
+    gaps, normals = np.empty((len(tips), len(points))), np.empty((len(tips), len(points), 3))
+    for k in range(len(tips)):
+        distances(points, tips[k], axes[k], shapes[k], gaps[k], normals[k])
+    return gaps, normals
+
+
+@numba.njit(cache=True, error_model="numpy")
+def curvatures(points, tip, axes, shape, gaps, normals, bends):
     """Write the second derivatives (n, 3, 3) [1/m] of the distances; gaps, normals : those of ``distances``."""
+    kind, radius, edge, half = shape
     first, second = np.empty(3), np.empty(3)
     for n in range(len(points)):
         x = y = z = 0.0

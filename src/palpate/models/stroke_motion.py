@@ -14,9 +14,10 @@ import pandas as pd
 
 from palpate.bodies.body import Body
 from palpate.collision.contact.friction import Rubbing
-from palpate.collision.contact.instrument_contact import InstrumentContact, Tools, gaps_of, pushes, rubbing_of
+from palpate.collision.contact.instrument_contact import InstrumentContact, pushes, rubbing_of
 from palpate.effects.effect import FixedNodes, Instrumented, Proportional, offers
 from palpate.effects.elements import PLAIN_POISSON, largest_poisson
+from palpate.effects.instrument import Tools, gaps_of
 from palpate.effects.linear_elements import LinearElements
 from palpate.effects.settings import Contact, Rayleigh, Stepping, Touching
 from palpate.errors import InputError, NotConverged

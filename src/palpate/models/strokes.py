@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation
 from palpate.bodies.body import Body
 from palpate.bodies.particles import Particles
 from palpate.bodies.refinement import with_midpoints
-from palpate.collision.contact.instrument_contact import InstrumentContact, gaps_of
+from palpate.collision.contact.instrument_contact import InstrumentContact
 from palpate.collision.contact.obstacles import make_obstacle
+from palpate.effects.instrument import gaps_of
 from palpate.effects.settings import Ball, Capsule, Contact, Instrument, Loads, Rayleigh
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.indentation import ContactPoints, contact_points

@@ -15,8 +15,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from palpate.bodies.body import Body
-from palpate.collision.contact.instrument_contact import InstrumentContact, gaps_of, pushes, rubbing_of, stiffness
+from palpate.collision.contact.instrument_contact import InstrumentContact, pushes, rubbing_of, stiffness
 from palpate.effects.elements import OnePass
+from palpate.effects.instrument import gaps_of
 from palpate.effects.settings import Loads, Rayleigh
 from palpate.errors import NotConverged
 from palpate.linalg.block_pattern import hold

@@ -147,7 +147,7 @@ def _for_sweeps(contact: NodeContact, count: int) -> tuple:
     """Return what the kernel takes: the penalty of each of ``count`` nodes, most of them 0, and the place."""
     penalty = np.zeros(count)
     penalty[contact.nodes] = contact.stiffness_n_m
-    return penalty, contact.pose.tip, contact.pose.axes, *contact.pose.instrument.shape
+    return penalty, contact.pose.tip, contact.pose.axes, contact.pose.instrument.shape
 
 
 def chebyshev(number: int, radius: float, weight: float) -> float:
@@ -254,12 +254,12 @@ def _resist(x, node, springs, block, slope):
 @numba.njit(cache=True, error_model="numpy")
 def _push_out(x, node, touched, block, slope):
     """Add the penalty of ``node``, if it is inside the instrument, to its ``block`` (3, 3) and its force ``slope``."""
-    penalties, tip, axes, kind, radius, edge, half = touched
+    penalties, tip, axes, shape = touched
     penalty = penalties[node]
     if penalty == 0.0:
         return
     gap, normal = np.empty(1), np.empty((1, 3))
-    distances(x[node : node + 1], tip, axes, kind, radius, edge, half, gap, normal)
+    distances(x[node : node + 1], tip, axes, shape, gap, normal)
     if gap[0] < 0.0:
         for i in range(3):
             slope[i] -= penalty * gap[0] * normal[0, i]

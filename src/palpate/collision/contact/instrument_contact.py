@@ -6,7 +6,6 @@ a search has to be cut short.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -14,20 +13,7 @@ import numpy as np
 from palpate.collision.contact import friction
 from palpate.collision.contact.friction import Rubbing
 from palpate.collision.contact.obstacles import Obstacle
-from palpate.effects.instrument import distances
-
-
-class Tools(NamedTuple):
-    """Where k instruments are, as kernels take them: tips (k, 3) [m], axes (k, 3, 3), shapes (k, 4)."""
-
-    tips: np.ndarray
-    axes: np.ndarray
-    shapes: np.ndarray
-
-    @property
-    def radii(self) -> np.ndarray:
-        """Their radii (k,) [m]."""
-        return self.shapes[:, 1]
+from palpate.effects.instrument import Tools, gaps_of
 
 
 @dataclass(eq=False)
@@ -57,17 +43,6 @@ class InstrumentContact:
     def at(self, t: float) -> Tools:
         """Return where instruments are at the time ``t`` [s]."""
         return self._still._replace(tips=np.array([each.pose(t).tip for each in self.obstacles]))
-
-
-@numba.njit(cache=True, error_model="numpy")
-def gaps_of(points, tools):
-    """Return the distances (k, q) [m] of ``points`` (q, 3) [m] from ``tools``, and their gradients (k, q, 3)."""
-    tips, axes, shapes = tools
-    gaps, normals = np.empty((len(tips), len(points))), np.empty((len(tips), len(points), 3))
-    for k in range(len(tips)):
-        kind, radius, edge, half = shapes[k]
-        distances(points, tips[k], axes[k], int(kind), radius, edge, half, gaps[k], normals[k])
-    return gaps, normals
 
 
 @numba.njit(cache=True)

@@ -92,7 +92,7 @@ def settle_discs(rest, motions, spins, shares, tip, way, steps, axes, shape):
     for step in range(1, steps + 1):
         most = ITERATIONS if step == steps else 1
         for count in range(most + 1):
-            distances(at, tip + step / steps * way, axes, shape[0], shape[1], shape[2], shape[3], gaps, normals)
+            distances(at, tip + step / steps * way, axes, shape, gaps, normals)
             means[:] = np.dot(shares, gaps)
             off = 0.0
             for i in range(m):

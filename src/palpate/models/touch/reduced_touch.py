@@ -26,7 +26,7 @@ def contact(q, rest, modes, areas, penalty, tip, axes, shape, at, gaps, normals,
     for n in range(len(areas)):
         for i in range(3):
             at[n, i] = moved[3 * n + i]
-    distances(at, tip, axes, shape[0], shape[1], shape[2], shape[3], gaps, normals)
+    distances(at, tip, axes, shape, gaps, normals)
     for n in range(len(areas)):
         pressures[n] = max(-penalty[n] * gaps[n], 0.0)
         energy += 0.5 * areas[n] * pressures[n] ** 2 / penalty[n]
@@ -106,7 +106,7 @@ def settle_touching(q, cells, base, stiff, points, tip, axes, shape, law, tolera
             for j in range(m):
                 n = touched[j]
                 one = slice(n, n + 1)
-                curvatures(at[one], tip, axes, shape[0], shape[1], shape[2], shape[3], gaps[one], normals[one], bends)
+                curvatures(at[one], tip, axes, shape, gaps[one], normals[one], bends)
                 push = areas[n] * pressures[n] if curved else 0.0
                 firm = areas[n] * penalty[n]
                 for i in range(3):

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from palpate.collision.contact.barrier import barrier, mollifier
-from palpate.collision.triangles.closest_points import boxes_apart, closest, separation
+from palpate.collision.contact.barrier import barrier, level, mollifier
+from palpate.collision.triangles.closest_points import separation
 
 
 class LaggedFriction:
@@ -73,10 +73,7 @@ def pressing(kinds, nodes, offsets, scales, mollify, gap, x):
     rows, weights = np.empty(len(kinds), np.int64), np.empty((len(kinds), 4))
     normals, forces = np.empty((len(kinds), 3)), np.empty(len(kinds))
     for k in range(len(kinds)):
-        if boxes_apart(kinds[k], x, nodes[k], offsets[k] + gap):
-            continue
-        distance, _ = closest(kinds[k], x, nodes[k], weights[count])
-        s = (distance - offsets[k]) / gap
+        s, distance = level(kinds[k], nodes[k], offsets[k], gap, x, weights[count])
         if not 0.0 < s < 1.0:
             continue
         force = -scales[k] * mollifier(x, nodes[k], mollify[k], gradient)[0] * barrier(s)[1]

@@ -183,7 +183,7 @@ def test_the_finger_works_on_the_body_and_pushes_along_its_normals_without_frict
 def test_forces_and_stiffness_of_contact_are_derivatives(pad, tool):
     """By differences; the stiffness leaves out what curvature and sliding take off, so that it is no smaller."""
     rng = np.random.default_rng(1)
-    contact = strokes.of_contact(pad.body, Contact(friction=0.5, instruments=[tool]))
+    contact = instrument_contact.instruments_of(pad.body, Contact(friction=0.5, instruments=[tool]))
     points = rng.uniform(-1.0, 1.0, (40, 3)) * [0.02, 0.012, 0.012]
     tools, stiff = contact.at(0.0), rng.uniform(50.0, 100.0, 40)
     gaps, normals = gaps_of(points, tools)

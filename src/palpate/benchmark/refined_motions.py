@@ -15,8 +15,7 @@ from palpate.bodies.body import Body
 from palpate.bodies.fine_surface_map import FineSurfaceMap
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.refinement import with_midpoints
-from palpate.collision.contact.instrument_contact import InstrumentContact
-from palpate.collision.contact.obstacles import make_obstacle
+from palpate.collision.contact.instrument_contact import instruments_of
 from palpate.effects.settings import Loads, Rayleigh
 from palpate.errors import NotConverged
 from palpate.solvers.indentation import contact_points
@@ -44,9 +43,8 @@ class RefinedMotions:
         self._base = body.from_level(body.shape_level if body.smooth is None else len(body.levels) - 1)
         self._surface, self._rayleigh = FineSurfaceMap(self._base), rayleigh
         self._loads = loads.but(contact=None)
-        made = [make_obstacle(each, body.name, "", body.fine.size, np.zeros(3)) for each in contact.instruments]
-        self._contact = InstrumentContact(made, contact.friction, contact.slip_m_s)
-        self._radius = max(each.radius_m for each in made)
+        self._contact = instruments_of(body, contact)
+        self._radius = max(each.radius_m for each in self._contact.obstacles)
         corners = self._base.coarse.nodes[self._base.coarse.triangles]
         self._edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
         self._touched = self._find_touched(duration_s / steps, steps)

@@ -15,7 +15,7 @@ from palpate.benchmark.presses import oblique
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_by_area
 from palpate.bodies.particles import particles_of
-from palpate.collision.contact.obstacles import make_obstacle
+from palpate.collision.contact.instrument_contact import instruments_of
 from palpate.effects.patch_load import spread
 from palpate.effects.push import disc, factor
 from palpate.effects.settings import Gravity, Loads, Push, Rayleigh
@@ -100,7 +100,7 @@ def _pressed(body: Body, acts: Loads, duration_s: float) -> np.ndarray:
     if not acts.contact:
         return pressed_nodes(body, acts)
     points, swept = body.fine.nodes[body.fine.surface], np.zeros(len(body.fine.surface), dtype=bool)
-    tools = [make_obstacle(each, body.name, "", body.fine.size, np.zeros(3)) for each in acts.instruments]
+    tools = instruments_of(body, acts.contact).obstacles
     for tool in tools:
         corners = tool.times_s if len(tool.times_s) else np.zeros(1)
         for t in np.union1d(np.linspace(0.0, duration_s, 201), corners[corners <= duration_s]):

@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 from palpate.bodies.body import Body
 from palpate.bodies.particles import Particles
 from palpate.bodies.refinement import with_midpoints
-from palpate.collision.contact.instrument_contact import InstrumentContact
-from palpate.collision.contact.obstacles import make_obstacle
+from palpate.collision.contact.instrument_contact import instruments_of
 from palpate.effects.instrument import gaps_of
 from palpate.effects.settings import Ball, Capsule, Contact, Instrument, Loads, Rayleigh
 from palpate.errors import InputError, NotConverged
@@ -126,13 +125,6 @@ def duration_of(contact: Contact) -> float:
     return max((float(tool.times_s[-1]) for tool in contact.instruments if tool.times_s), default=0.0)
 
 
-def of_contact(body: Body, contact: Contact) -> InstrumentContact:
-    """Return the instruments of a contact; InputError for others than spheres and capsules."""
-    middle = np.zeros(3)
-    made = [make_obstacle(each, body.name, each.kind, body.fine.size, middle) for each in contact.instruments]
-    return InstrumentContact(made, contact.friction, contact.slip_m_s)
-
-
 def whole_of(body: Body) -> Body:
     """Return ``body`` with the nodes of quadratic elements on its finest level, as one more."""
     return with_midpoints(replace(body, smooth=None), len(body.levels) - 1)
@@ -147,7 +139,7 @@ def points_of(body: Body, contacts: Sequence[Contact]) -> ContactPoints:
     def near(places: np.ndarray) -> np.ndarray:
         found = np.zeros(len(places), dtype=bool)
         for contact in contacts:
-            tools = of_contact(body, contact)
+            tools = instruments_of(body, contact)
             for t in np.linspace(0.0, duration_of(contact), PLACES):
                 at = tools.at(t)
                 found |= (gaps_of(places, at)[0] < MARGIN * at.radii[:, None]).any(axis=0)
@@ -163,7 +155,7 @@ def points_of(body: Body, contacts: Sequence[Contact]) -> ContactPoints:
 
 def elements_under(body: Body, contact: Contact, rayleigh: Rayleigh, points: ContactPoints) -> TouchedMotion:
     """Return quadratic elements on the finest level, which the instruments of a contact touch at points."""
-    return TouchedMotion(whole_of(body), len(body.levels) - 1, Loads(), rayleigh, points, of_contact(body, contact))
+    return TouchedMotion(whole_of(body), len(body.levels) - 1, Loads(), rayleigh, points, instruments_of(body, contact))
 
 
 def shown(

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
+from palpate.bodies.body import Body
 from palpate.collision.contact import friction
 from palpate.collision.contact.friction import Rubbing
-from palpate.collision.contact.obstacles import Obstacle
+from palpate.collision.contact.obstacles import Obstacle, make_obstacle
+from palpate.effects import settings
 from palpate.effects.instrument import Tools, gaps_of
 
 
@@ -43,6 +45,12 @@ class InstrumentContact:
     def at(self, t: float) -> Tools:
         """Return where instruments are at the time ``t`` [s]."""
         return self._still._replace(tips=np.array([each.pose(t).tip for each in self.obstacles]))
+
+
+def instruments_of(body: Body, contact: settings.Contact) -> InstrumentContact:
+    """Return the instruments of a block of settings; InputError for others than spheres and capsules."""
+    made = [make_obstacle(each, body.name, each.kind, body.fine.size, np.zeros(3)) for each in contact.instruments]
+    return InstrumentContact(made, contact.friction, contact.slip_m_s)
 
 
 @numba.njit(cache=True)

@@ -11,6 +11,7 @@ import pandas as pd
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.motion_truth import force_errors
 from palpate.bodies import body_file
+from palpate.collision.contact.instrument_contact import instruments_of
 from palpate.effects.settings import Contact, Touching
 from palpate.errors import NotConverged
 from palpate.models import stroke_motion, strokes
@@ -171,7 +172,7 @@ def _held_out(each: ComparedScene, fitted: Fitted, per_frame: int, limit: Stroke
     """Follow one stroke; return errors and doubt."""
     scene = fitted.scene(each, per_frame * each.frames)
     row = {"setting": f"step_s={scene.step_s:.3g}", "failures": 1}
-    if scene.step_s > strokes.of_contact(each.body, contact_of(each)).crossing_s:  # it is too fast for such steps
+    if scene.step_s > instruments_of(each.body, contact_of(each)).crossing_s:  # it is too fast for such steps
         return row
     try:
         moved, run = each.move(scene, fitted.level % len(each.body.levels))

@@ -13,7 +13,7 @@ from palpate.effects.patch_load import Patch, course, have, load_point, patch_sh
 
 def make(particles: Particles, push: settings.Push, elastic: Effect | None) -> "Push":
     """Make the loads of ``push`` on the discs of ``placed``; the same errors."""
-    return Push([_Load(particles, load) for load in placed(particles, particles.held, particles.name, push.loads)])
+    return Push(particles, placed(particles, particles.held, particles.name, push.loads))
 
 
 def placed(mesh: Mesh, held: np.ndarray, name: str, loads: Sequence[settings.Load]) -> list[settings.Load]:
@@ -53,34 +53,29 @@ def factor(load: settings.Load, t: float) -> float:
 
 
 class Push(Load, Time):
-    """Σ factor(t) · force: dead loads, of constant direction.
+    """Σ factor(t) · force: dead loads, of constant direction, that are ``placed``.
 
-    Each ``force_n`` (3,) [N] is a pressure over a disc of ``radius_m``, as ``patch_shares`` distributes it (0: a
-    point); its share on held nodes is lost to the anchors. All loads are zero until ``at`` is called.
+    Each ``force_n`` (3,) [N] is a pressure over a disc of ``radius_m``, as ``patch_shares`` distributes it over linear
+    shape functions of ``mesh`` or, of ``order`` 2, quadratic ones (0: a point); its share on held nodes is lost to the
+    anchors. All loads are zero until ``at`` is called.
     """
 
     outer = True
 
-    def __init__(self, loads: list["_Load"]):
+    def __init__(self, mesh: Mesh, loads: Sequence[settings.Load], order: int = 1):
         self._loads = loads
+        spread = (patch_shares(mesh, disc(load), order) for load in loads)
+        # the nodes (k,) of each, and its forces (k, 3) [N] on them at the factor 1
+        self.parts = [
+            (nodes, np.outer(shares, np.array(load.force_n, dtype=float)))
+            for load, (nodes, shares) in zip(loads, spread, strict=True)
+        ]
         self._factors = [0.0] * len(loads)
 
     def at(self, t: float) -> None:
-        self._factors = [load.factor(t) for load in self._loads]
+        self._factors = [factor(load, t) for load in self._loads]
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        for load, factor in zip(self._loads, self._factors, strict=True):
+        for (nodes, forces), factor in zip(self.parts, self._factors, strict=True):
             if factor:
-                force[load.nodes] += factor * load.forces
-
-
-class _Load:
-    """One load that is ``placed``: ``forces`` (k, 3) [N] on ``nodes`` (k,) at the factor 1."""
-
-    def __init__(self, particles: Particles, load: settings.Load):
-        self.nodes, shares = patch_shares(particles, disc(load))
-        self.forces = np.outer(shares, np.array(load.force_n, dtype=float))
-        self._load = load
-
-    def factor(self, t: float) -> float:
-        return factor(self._load, t)
+                force[nodes] += factor * forces

@@ -17,7 +17,7 @@ from palpate.scenes.run_scene import run
 from palpate.scenes.settings import Scene
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.solvers.grasping import Grasping, patch_around
-from palpate.solvers.newton import minimise_by_newton
+from palpate.solvers.minimiser import minimise_by_newton
 
 MATERIAL = Material(5000.0, 0.3, 1000.0)
 END, SHIFT = [0.1, 0.015, 0.015], [0.02, 0.0, 0.01]

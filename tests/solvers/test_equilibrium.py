@@ -19,10 +19,9 @@ from palpate.effects.linear_elements import LinearElements
 from palpate.effects.patch_load import nodal_load
 from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.errors import InputError, NotConverged
-from palpate.solvers import equilibrium
+from palpate.solvers import equilibrium, minimiser
 from palpate.solvers.equilibrium import Equilibrium, FastEquilibrium
-from palpate.solvers.lbfgs import minimise_by_lbfgs
-from palpate.solvers.newton import minimise_by_newton
+from palpate.solvers.minimiser import minimise_by_lbfgs, minimise_by_newton
 
 
 def push(body, level, contact, force):
@@ -113,9 +112,9 @@ def test_load_steps_reach_the_same_equilibrium(slab, monkeypatch):
     whole = Equilibrium(slab, 1).solve(load, 1e-10)
     calls = []
 
-    def impatient(problem, x, scale, tolerance, solution):
+    def impatient(problem, x, scale, tolerance, **others):
         calls.append(tolerance)
-        return minimise_by_newton(problem, x, scale, tolerance, max_iterations=whole.iterations - 2, solution=solution)
+        return minimise_by_newton(problem, x, scale, tolerance, max_iterations=whole.iterations - 2, **others)
 
     monkeypatch.setattr(equilibrium, "minimise_by_newton", impatient)
     stepped = Equilibrium(slab, 1).solve(load, 1e-10)
@@ -203,15 +202,15 @@ def test_it_finds_newtons_answer_without_any_matrix(bent, slab, monkeypatch):
 def test_newton_goes_on_from_where_it_was_too_slow(bent, monkeypatch):
     newton, fast, load = bent
     expected = newton.solve(load, 1e-9)
-    monkeypatch.setattr(equilibrium, "MAX_ITERATIONS", 16)
+    monkeypatch.setattr(minimiser, "MAX_ITERATIONS", 16)
     found = fast.solve(load, 1e-9)
     assert found.history[:17] == fast.approach(load, 0.0, 16).history
     assert 0 < found.iterations - 16 < expected.iterations
     assert found.linear_solves > 0 and found.history[-1] <= 1e-9
     assert len(found.history) == len(found.seconds) and (np.diff(found.seconds) > 0.0).all()
     assert np.abs(found.x - expected.x).max() < 1e-7 * np.abs(expected.x - newton.mesh.nodes).max()
-    monkeypatch.setattr(equilibrium, "MAX_ITERATIONS", 60)
-    monkeypatch.setattr(equilibrium, "PACE", 1e-6)  # no search is as fast as that
+    monkeypatch.setattr(minimiser, "MAX_ITERATIONS", 60)
+    monkeypatch.setattr(minimiser, "PACE", 1e-6)  # no search is as fast as that
     assert fast.solve(load, 1e-12).linear_solves > 0
 
 
@@ -222,7 +221,7 @@ def test_newton_begins_anew_where_the_energy_is_not_convex(bent, monkeypatch):
     def over_a_hill(*asked):
         return replace(minimise_by_lbfgs(*asked), convex=False)
 
-    monkeypatch.setattr(equilibrium, "minimise_by_lbfgs", over_a_hill)
+    monkeypatch.setattr(minimiser, "minimise_by_lbfgs", over_a_hill)
     for start in (None, newton.solve(0.8 * load, 1e-6).x):
         expected, found = newton.solve(load, 1e-6, start), fast.solve(load, 1e-6, start)
         assert found.linear_solves == expected.linear_solves > 0 and found.iterations > expected.iterations

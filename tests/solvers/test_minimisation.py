@@ -5,8 +5,7 @@ import pytest
 
 from palpate.errors import NotConverged
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.lbfgs import minimise_by_lbfgs
-from palpate.solvers.newton import minimise_by_newton
+from palpate.solvers.minimiser import minimise_by_lbfgs, minimise_by_newton
 
 
 class Chain:

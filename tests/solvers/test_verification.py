@@ -13,7 +13,7 @@ from palpate.bodies.body import nest
 from palpate.bodies.material import Material
 from palpate.effects.linear_elements import LinearElements
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.newton import minimise_by_newton
+from palpate.solvers.minimiser import minimise_by_newton
 
 
 def stress(f, material):

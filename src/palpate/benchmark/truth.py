@@ -23,7 +23,7 @@ from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
 from palpate.bodies.surface_quadrature import enclosed_volume
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.equilibrium import FastEquilibrium
-from palpate.solvers.newton import Solution, minimise_by_newton
+from palpate.solvers.minimiser import Solution, minimise_by_newton
 from palpate.solvers.stability import FIRM
 
 MOST_OWN, MOST_CHANGE = 0.03, 0.03
@@ -158,7 +158,7 @@ class _Level(FastEquilibrium):
         def newton(begin: np.ndarray) -> Solution:
             return minimise_by_newton(self, begin, self._scale(load), tolerance, MOST_ITERATIONS)
 
-        return self.descend_or(newton, load, CLOSER * tolerance, start)
+        return self.settle(load, CLOSER * tolerance, start, newton)
 
 
 NEXT = 1e-4

@@ -22,7 +22,7 @@ from palpate.models.contact_modes.reduced_contact import (
 )
 from palpate.models.contact_modes.snapshots import directions
 from palpate.models.reduced_body import BodyAtRest, ReducedBody, few_cells, limit_modes
-from palpate.solvers.newton import Product
+from palpate.solvers.minimiser import Product
 from palpate.solvers.quadratic_motion import Midpoint, Reached
 
 TOLERANCE = 1e-3

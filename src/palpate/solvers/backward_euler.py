@@ -10,7 +10,7 @@ from palpate.effects.effect import Damping, Energy, Force, Stiffness, is_load, o
 from palpate.effects.settings import Stepping
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor
-from palpate.solvers.newton import Product, minimise_by_newton
+from palpate.solvers.minimiser import Product, minimise_by_newton
 from palpate.solvers.system import System
 
 HALVINGS = 8

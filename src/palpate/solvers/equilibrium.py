@@ -1,6 +1,7 @@
 """Static equilibrium of a nested elastic body under nodal forces, by Newton's method or by L-BFGS."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from scipy import sparse
@@ -15,15 +16,40 @@ from palpate.effects.quadratic_elements import MeanDilatation, QuadraticElements
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import BlockPattern, hold, pattern_of, product
 from palpate.linalg.multigrid import Factor, Multigrid, linear_response
-from palpate.solvers.lbfgs import Descent, minimise_by_lbfgs
-from palpate.solvers.newton import Product, Solution, capped, minimise_by_newton
-from palpate.solvers.stability import NEUTRAL, joined, made_stable, settle_from_unstable, softest, solution_of
+from palpate.solvers.continuation import steps_to
+from palpate.solvers.minimiser import (
+    Product,
+    Solution,
+    capped,
+    descend_or,
+    minimise_by_lbfgs,
+    minimise_by_newton,
+)  # fmt: skip
+from palpate.solvers.stability import NEUTRAL, made_stable, settle_from_unstable, softest
 
 GIVES_WAY = 0.02
 """Softest value of the tangent over the state at rest below which a body that has no answer yet is taken to buckle: of
 a bent column it is 1e-4 to 0.011, of bodies that are pressed hard 0.05 and more."""
 EASY_POISSON = 0.4
 """Poisson's ratio of the preconditioner of nearly incompressible bodies; between 0.3 and 0.45 it hardly matters."""
+ON_THE_WAY = 1e-4
+"""Relative residual of an equilibrium under a part of the load."""
+
+
+class OnSupports:
+    """Elements of a body with its bed, or None, and its anchors: held (n,) bool."""
+
+    def __init__(self, elements: Elements, bed: BedSprings | None, held: np.ndarray):
+        self.elements, self._held = elements, held
+        self._springs = None if bed is None else elements.pattern.blocks(bed.matrix)
+
+    def stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array:
+        """Return the Hessian (3n, 3n) [N/m] at ``x`` (n, 3) [m], with the identity at held nodes."""
+        stiffness = self.elements.stiffness(x, definite)
+        if self._springs is not None:
+            stiffness.data += self._springs
+        hold(stiffness.indptr, stiffness.indices, stiffness.data, self._held)
+        return stiffness
 
 
 class Equilibrium:
@@ -52,33 +78,32 @@ class Equilibrium:
         patterns = [pattern_of(m.tetrahedra, len(m.nodes)) for m in body.levels[: finest + 1]]
         held = [np.isin(np.arange(p.size), a) for p, a in zip(patterns, body.anchors, strict=False)]
         self.mesh = _halved(body, level) if order == 2 else body.levels[level]
-        self._elasticity = _elements(body, level, order, patterns[-1])
-        self._held, self._follows = held[-1], order == 1
-        self._springs = springs_of(body, level, order)
-        self._constant = None if self._springs is None else self._elasticity.pattern.blocks(self._springs)
+        self._elasticity, self._held = _elements(body, level, order, patterns[-1]), held[-1]
+        self._bed = None if body.bed is None else BedSprings(body.levels[level], body.bed, order)
+        self._supported = OnSupports(self._elasticity, self._bed, self._held)
         self.load = np.zeros_like(self.mesh.nodes)
         self._rounding = np.finfo(float).eps * self.mesh.size * float(np.linalg.norm(self._elasticity.resistance()))
         # without a coarser level, the factor of the rest state preconditions every state
         self._multigrid = Multigrid(patterns, body.prolongations[:finest], held) if finest else None
+        self._follows = self._multigrid is not None and order == 1
         if self._multigrid is None:
-            self._precondition = Factor(self._stiffness(self.mesh.nodes, definite=False)).solve
+            self._precondition = Factor(self._supported.stiffness(self.mesh.nodes, definite=False)).solve
         else:
             self._precondition = self._multigrid.solve
             if order == 2:
-                self._precondition_by(self._linear_at_rest(body, finest))
+                linear = LinearElements(self.mesh, easier(body.tissue(finest)), patterns[-1])
+                bed = None if body.bed is None else BedSprings(body.levels[finest], body.bed)
+                self._precondition_by(OnSupports(linear, bed, self._held))
 
-    def _precondition_by(self, linear: sparse.bsr_array) -> None:
-        """Take the stiffness at rest of linear elements for what preconditions quadratic ones."""
+    def _precondition_by(self, linear: OnSupports) -> None:
+        """Take the stiffness at rest of linear elements on the same nodes for what preconditions quadratic ones."""
         assert self._multigrid is not None
-        self._multigrid.update(linear)
+        self._multigrid.update(linear.stiffness(self.mesh.nodes, definite=False))
 
     def energy(self, x: np.ndarray) -> float:
         """Return the elastic energy minus the work of the load [J]."""
-        moved = x - self.mesh.nodes
-        energy = self._elasticity.energy(x) - float(np.vdot(self.load, moved))
-        if self._springs is not None:
-            energy += 0.5 * float(moved.ravel() @ (self._springs @ moved.ravel()))
-        return energy
+        energy = self._elasticity.energy(x) - float(np.vdot(self.load, x - self.mesh.nodes))
+        return energy if self._bed is None else energy + self._bed.energy(x)
 
     def force(self, x: np.ndarray) -> np.ndarray:
         """Return the elastic force plus load (n_nodes, 3) [N], zero at held nodes."""
@@ -89,8 +114,8 @@ class Equilibrium:
     def free_force(self, x: np.ndarray) -> np.ndarray:
         """Return the same with what acts at held nodes, too, which their supports balance."""
         force = self._elasticity.force(x) + self.load
-        if self._springs is not None:
-            force -= (self._springs @ (x - self.mesh.nodes).ravel()).reshape(x.shape)
+        if self._bed is not None:
+            self._bed.add_force(x, None, force)
         return force
 
     def carry(self, load: np.ndarray) -> None:
@@ -115,29 +140,11 @@ class Equilibrium:
         The preconditioner is a multigrid cycle, for quadratic elements always that of linear ones at rest, or on the
         coarsest level a solve with the stiffness at rest.
         """
-        stiffness = self._stiffness(x, definite)
-        if self._multigrid is not None and self._follows:
+        stiffness = self._supported.stiffness(x, definite)
+        if self._follows:
+            assert self._multigrid is not None
             self._multigrid.update(stiffness)
         return product(stiffness), self._precondition
-
-    def _stiffness(self, x: np.ndarray, definite: bool) -> sparse.bsr_array:
-        return self._on_supports(self._elasticity.stiffness(x, definite), self._constant)
-
-    def _on_supports(self, stiffness: sparse.bsr_array, springs: np.ndarray | None) -> sparse.bsr_array:
-        """Add the blocks of ``springs`` to a ``stiffness`` in place, and hold the nodes that are held."""
-        if springs is not None:
-            stiffness.data += springs
-        hold(stiffness.indptr, stiffness.indices, stiffness.data, self._held)
-        return stiffness
-
-    def _linear_at_rest(self, body: Body, finest: int) -> sparse.bsr_array:
-        """Return the stiffness at rest of linear elements on the nodes of quadratic ones."""
-        linear = LinearElements(
-            self.mesh, easier(body.tissue(finest)), pattern_of(self.mesh.tetrahedra, len(self._held))
-        )
-        springs = springs_of(body, finest, 1)
-        blocks = None if springs is None else linear.pattern.blocks(springs)
-        return self._on_supports(linear.stiffness(self.mesh.nodes), blocks)
 
     def linear_solver(self, tolerance: float = 1e-10) -> Callable[[np.ndarray], np.ndarray]:
         """Return the function from loads (n_nodes, 3) [N] to displacements [m] of the body linearised at rest.
@@ -168,21 +175,37 @@ class Equilibrium:
         return made_stable(self, self.at_rest, self.mesh.size, solution, lambda x: self._slide(x, tolerance))
 
     def balance(self, x: np.ndarray, scale: float, tolerance: float) -> Solution:
-        """Find the equilibrium by Newton's method from ``x`` (n_nodes, 3) [m], to ‖residual‖ ≤ ``tolerance`` ``scale``.
+        """Find the equilibrium by Newton's method from ``x`` (n, 3) [m], to ‖residual‖ ≤ ``tolerance`` ``scale``.
 
         Where it stops below the effect of rounding the positions, that is the best that floating point allows.
         """
-        solution = Solution(x)
-        try:
-            minimise_by_newton(self, x, scale, tolerance, solution=solution)
-        except NotConverged:
-            if not solution.history[-1] * scale <= self._rounding:
-                raise
-        return solution
+        return minimise_by_newton(self, x, scale, tolerance, rounding_n=self._rounding)
 
     def settle(self, load: np.ndarray, tolerance: float, start: np.ndarray | None = None) -> Solution:
         """Find an equilibrium as ``solve`` does, but stable or not."""
-        solution, self.load = self._settle(load, tolerance, start), load
+        rest, scale = self.mesh.nodes, self._scale(load)
+        if scale == 0.0:
+            return self._unmoved()
+        solution = Solution(rest if start is None else start)
+
+        def move(x: np.ndarray, until: float, step: float) -> np.ndarray:
+            nonlocal solution
+            self.load, whole = until * load, until == 1.0
+            begin, close = rest if until == step < 1.0 else x, tolerance if whole else max(tolerance, ON_THE_WAY)
+            try:
+                minimise_by_newton(self, begin, scale, close, solution=solution, rounding_n=self._rounding)
+            except NotConverged:
+                slid = self._buckled(solution, tolerance) if step == 1.0 else None
+                if slid is None:
+                    raise
+                solution = slid
+            return solution.x
+
+        def told(until: float, step: float) -> str:
+            return f"at {until:.0%} of the load in steps of {step:.1%}"
+
+        list(steps_to(1.0, 0.0, 1.0, solution.x, move, told, wary=True))
+        self.load = load
         return solution
 
     def softness(self, x: np.ndarray) -> float:
@@ -198,36 +221,10 @@ class Equilibrium:
 
     def at_rest(self) -> Product:
         """Return the preconditioner of the state at rest, a positive definite map from forces to displacements."""
-        if self._multigrid is not None and self._follows:
-            self._multigrid.update(self._stiffness(self.mesh.nodes, definite=False))
+        if self._follows:
+            assert self._multigrid is not None
+            self._multigrid.update(self._supported.stiffness(self.mesh.nodes, definite=False))
         return self._precondition
-
-    def _settle(self, load: np.ndarray, tolerance: float, start: np.ndarray | None) -> Solution:
-        """Find an equilibrium, stable or not; the arguments and errors of ``solve``."""
-        rest = self.mesh.nodes
-        scale = self._scale(load)
-        if scale == 0.0:
-            return self._unmoved()
-        x = rest if start is None else start
-        reached, step, solution = 0.0, 1.0, Solution(x)
-        while True:
-            self.load = (reached + step) * load
-            last = reached + step >= 1.0
-            try:
-                minimise_by_newton(self, x, scale, tolerance if last else max(tolerance, 1e-4), solution=solution)
-            except NotConverged as failure:
-                if not solution.history[-1] * scale <= self._rounding:
-                    if step == 1.0 and (slid := self._buckled(solution, tolerance)) is not None:
-                        return slid
-                    step *= 0.5
-                    x = rest if reached == 0.0 else x
-                    if step < 1 / 64:
-                        message = f"{failure}, at {reached + 2 * step:.0%} of the load in steps of {2 * step:.1%}"
-                        raise NotConverged(message, solution.history) from failure
-                    continue
-            x, reached = solution.x, reached + step
-            if last:
-                return solution
 
     def _buckled(self, solution: Solution, tolerance: float) -> Solution | None:
         """Return where the body goes from where Newton's method has stopped, if it gives way there; otherwise None."""
@@ -236,7 +233,7 @@ class Equilibrium:
         if self.softness(solution.x) > GIVES_WAY:
             return None
         try:
-            return joined(solution, self._slide(solution.x, tolerance))
+            return self._slide(solution.x, tolerance).after(solution)
         except NotConverged:
             return None
 
@@ -252,17 +249,19 @@ class Equilibrium:
     def approach(
         self, load: np.ndarray, tolerance: float, iterations: int, start: np.ndarray | None = None
     ) -> Solution:
-        """Do at most ``iterations`` Newton iterations under the full ``load`` (n_nodes, 3) [N].
+        """Do at most ``iterations`` under the full ``load`` (n_nodes, 3) [N].
 
         They begin at ``start`` (default: rest), positions (n_nodes, 3) [m] with the held nodes at rest.
         The result need not be an equilibrium; the last residual of its history measures the distance from one. Raises
         NotConverged if an iteration fails, but not because there are too few of them.
         """
-        scale = self._scale(load)
+        scale, self.load = self._scale(load), load
         if scale == 0.0:
             return self._unmoved()
-        self.load = load
-        return capped(self, self.mesh.nodes.copy() if start is None else start, scale, tolerance, iterations)
+        return self._capped(self.mesh.nodes.copy() if start is None else start, scale, tolerance, iterations)
+
+    def _capped(self, start: np.ndarray, scale: float, tolerance: float, iterations: int) -> Solution:
+        return capped(self, start, scale, tolerance, iterations)
 
 
 def _elements(body: Body, level: int, order: int, pattern: BlockPattern) -> Elements:
@@ -296,74 +295,31 @@ def _halved(body: Body, level: int) -> Mesh:
     return finer if np.array_equal(nodes, finer.nodes) else TetMesh(nodes, finer.tetrahedra)
 
 
-def springs_of(body: Body, level: int, order: int) -> sparse.sparray | None:
-    """Return the constant stiffness (3n, 3n) [N/m] of the body's bed, on its elements' pattern; None without one."""
-    return None if body.bed is None else BedSprings(body.levels[level], body.bed, order).matrix
-
-
-MAX_ITERATIONS = 60
-"""Iterations of L-BFGS after which Newton's method takes over; 10 to 30 do where nothing is wrong."""
-PACE, WINDOW = 0.1, 12
-"""In so many iterations the residual has to fall to this share of what it was, or Newton's method is faster."""
-
-
 class FastEquilibrium(Equilibrium):
     """Equilibrium of quadratic elements: an iteration is one pass over them and one cycle of multigrid at rest.
 
-    Newton's method assembles a stiffness and needs as many cycles for each of its iterations as L-BFGS in all. It is
-    the fallback: from where L-BFGS has come to if that is slow, and from the start if it has met a place where the
-    energy is not convex, at which the two may go different ways.
-    In a ``Solution`` of it each iteration counts as one product.
+    Newton's method assembles a stiffness and needs as many cycles for each of its iterations as L-BFGS in all.
+    In a ``Solution`` each iteration of L-BFGS counts as one product.
     """
 
-    def _settle(self, load: np.ndarray, tolerance: float, start: np.ndarray | None) -> Solution:
-        """Find an equilibrium by L-BFGS, and otherwise as the base does; the same errors."""
-        newton = super()._settle
-        return self.descend_or(lambda begin: newton(load, tolerance, begin), load, tolerance, start)
-
-    def descend_or(
+    def settle(
         self,
-        otherwise: Callable[[np.ndarray], Solution],
         load: np.ndarray,
         tolerance: float,
-        start: np.ndarray | None,
+        start: np.ndarray | None = None,
+        otherwise: Callable[[np.ndarray], Solution] | None = None,
     ) -> Solution:
-        """Find the equilibrium by L-BFGS, or by what is done ``otherwise``, whose errors it raises.
-
-        otherwise : from the positions to start at to a solution
-        """
+        """Find an equilibrium by L-BFGS, and ``otherwise``, as ``descend_or`` has it, as the base does."""
         scale, self.load = self._scale(load), load
         if scale == 0.0:
             return self._unmoved()
         begin = self.mesh.nodes if start is None else start
-        return self._descend_or(otherwise, scale, tolerance, begin, _is_worth_it)
+        newton = otherwise or partial(super().settle, load, tolerance)
+        return descend_or(self, self.at_rest(), begin, scale, tolerance, newton)
 
-    def _descend_or(
-        self,
-        otherwise: Callable[[np.ndarray], Solution],
-        scale: float,
-        tolerance: float,
-        start: np.ndarray,
-        callback: Callable[[Descent], bool] = lambda way: True,
-    ) -> Solution:
-        """Do what ``descend_or`` does under the load there is, of which forces of ``scale`` [N] are the measure."""
-        way = minimise_by_lbfgs(self, self.at_rest(), start, tolerance * scale, MAX_ITERATIONS, callback)
-        if way.forces[-1] <= tolerance * scale and way.convex:
-            return solution_of(way, scale)
-        return joined(solution_of(way, scale), otherwise(way.x if way.convex else start))
-
-    def approach(
-        self, load: np.ndarray, tolerance: float, iterations: int, start: np.ndarray | None = None
-    ) -> Solution:
-        """Do at most ``iterations`` of L-BFGS under the full ``load``, otherwise as ``Equilibrium.approach``.
-
-        The result has at most the energy of the start.
-        """
-        scale, self.load = self._scale(load), load
-        if scale == 0.0:
-            return self._unmoved()
-        begin = self.mesh.nodes if start is None else start
-        return solution_of(minimise_by_lbfgs(self, self.at_rest(), begin, tolerance * scale, iterations), scale)
+    def _capped(self, start: np.ndarray, scale: float, tolerance: float, iterations: int) -> Solution:
+        """Do so many iterations of L-BFGS, none of which raises the energy."""
+        return minimise_by_lbfgs(self, self.at_rest(), start, tolerance * scale, iterations).over(scale)
 
 
 class Unbuckled(FastEquilibrium):
@@ -374,7 +330,3 @@ class Unbuckled(FastEquilibrium):
         solution = self.settle(load, tolerance, start)
         self.check_stable(solution.x)
         return solution
-
-
-def _is_worth_it(way: Descent) -> bool:
-    return way.convex and (len(way.forces) <= WINDOW or way.forces[-1] <= PACE * way.forces[-1 - WINDOW])

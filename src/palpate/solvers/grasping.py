@@ -8,8 +8,10 @@ import numpy as np
 from palpate.bodies.body import Body
 from palpate.bodies.mesh import Mesh, area_normals
 from palpate.errors import InputError, NotConverged
+from palpate.solvers.continuation import steps_to
 from palpate.solvers.equilibrium import FastEquilibrium
-from palpate.solvers.indentation import Touching, steps_to
+from palpate.solvers.indentation import Touching, at_depth
+from palpate.solvers.minimiser import Solution, descend_or
 
 ON_PATCH = 1e-9
 """Distance of a node from the patch that it lies on, over the size of its mesh."""
@@ -112,7 +114,7 @@ class Grasping(FastEquilibrium):
 
         for depth in depths:
             if depth != reached:
-                *_, (reached, x) = steps_to(depth, reached, max(depths), x, follow)
+                *_, (reached, x) = steps_to(depth, reached, max(depths), x, follow, at_depth)
             if (det := self.least_det(x)) <= 0.0:
                 raise NotConverged(f"an element is inverted at a depth of {1e3 * depth:.3g} mm", [det])
             if depth:
@@ -122,4 +124,8 @@ class Grasping(FastEquilibrium):
     def _balanced(self, start: np.ndarray, tolerance: float) -> np.ndarray:
         """Return the equilibrium (n, 3) [m] with the patch where ``start`` (n, 3) [m] has it."""
         scale = float(np.linalg.norm(self.free_force(start)[self.grasped]))
-        return self._descend_or(lambda begin: self.balance(begin, scale, tolerance), scale, tolerance, start).x
+
+        def newton(begin: np.ndarray) -> Solution:
+            return self.balance(begin, scale, tolerance)
+
+        return descend_or(self, self.at_rest(), start, scale, tolerance, newton, patient=True).x

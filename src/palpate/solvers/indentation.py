@@ -7,7 +7,7 @@ small against the depth.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -18,11 +18,10 @@ from palpate.bodies.surface_quadrature import surface_interpolation
 from palpate.effects.instrument import TOUCH_TOLERANCE, Pose
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import hold, product
-from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.lbfgs import minimise_by_lbfgs
-from palpate.solvers.newton import Product
+from palpate.solvers.continuation import steps_to
+from palpate.solvers.equilibrium import Equilibrium, OnSupports
+from palpate.solvers.minimiser import Product, minimise_by_lbfgs
 
-State = TypeVar("State")
 PENALTY = 20.0
 """Stiffness of contact [Pa/m] over Young's modulus by the length of an element."""
 OVERLAP = 1e-3
@@ -55,8 +54,6 @@ FIRST = 1e-2
 DESCENT, WORTH = 10, 0.5
 """Steps of L-BFGS with one set of points that touch in its matrix, and the share to which they have to bring the
 residual, or Newton's method is faster: one of its iterations takes as long as 15 to 20 of these steps."""
-SHORTEST = 1.0 / 64.0
-"""Least step over the largest depth."""
 STICKING = 0.01
 """Force on points that come to stick or let go, over that on all, above which the multipliers are set again."""
 
@@ -142,35 +139,9 @@ class Touching(NamedTuple):
     overlap: float
 
 
-def steps_to(
-    depth: float,
-    reached: float,
-    scale: float,
-    state: State,
-    move: Callable[[State, float, float], State],
-    most: float = np.inf,
-) -> Iterator[tuple[float, State]]:
-    """Go from a depth that is ``reached`` to another in steps of at most ``most``, and yield depth [m] and state there.
-
-    move : from the state before a step, the depth at its end, and the step [m] to the state there
-    A step for which that raises NotConverged is halved; that is raised where it is below SHORTEST times ``scale`` [m].
-    """
-    while True:
-        step = depth - reached
-        step /= max(float(np.ceil(abs(step) / most - 1e-9)), 1.0) if step else 1.0
-        while True:
-            try:
-                state = move(state, reached + step, step)
-                break
-            except NotConverged as failure:
-                step *= 0.5
-                if abs(step) < SHORTEST * scale:
-                    deep = f"{failure}, at a depth of {1e3 * (reached + 2 * step):.3g} mm"
-                    raise NotConverged(deep, failure.history) from failure
-        reached += step
-        yield reached, state
-        if abs(reached - depth) <= 1e-12 * scale:
-            return
+def at_depth(depth: float, _: float) -> str:
+    """Say where an instrument is of which no equilibrium is found."""
+    return f"at a depth of {1e3 * depth:.3g} mm"
 
 
 class _Side:
@@ -231,8 +202,8 @@ class Indentation(Equilibrium):
         """The stiffness of contact (q,) [Pa/m]."""
         return self._firmness * self.points.penalty
 
-    def _precondition_by(self, linear: sparse.bsr_array) -> None:
-        self._linear = linear
+    def _precondition_by(self, linear: OnSupports) -> None:
+        self._linear = linear.stiffness(self.mesh.nodes, definite=False)
 
     def energy(self, x: np.ndarray) -> float:
         """Return the elastic energy and that of contact [J]."""
@@ -281,7 +252,7 @@ class Indentation(Equilibrium):
 
     def linearise(self, x: np.ndarray, definite: bool = False) -> tuple[Product, Product]:
         """Return the products with the stiffness, contact included, and with a preconditioner that has it lumped."""
-        stiffness = self._stiffness(x, definite)
+        stiffness = self._supported.stiffness(x, definite)
         touched, stiff, bent = self._stiffness_of_contact(x)
         blocks = stiff if definite else stiff + bent
         near, spread, elastic = self.points.interpolation[touched], self._spread[:, touched], product(stiffness)
@@ -367,7 +338,7 @@ class Indentation(Equilibrium):
                 found, reached = rest, 0.0
                 yield found
                 continue
-            way = steps_to(depth, reached, scale, found, settle, most)
+            way = steps_to(depth, reached, scale, found, settle, at_depth, most)
             for reached, found in way:
                 if (det := self.least_det(found.x)) <= 0.0:
                     raise NotConverged(f"an element is inverted at a depth of {1e3 * reached:.3g} mm", [det])

@@ -17,17 +17,15 @@ from palpate.bodies.mesh import EDGES, Mesh, TetMesh
 from palpate.bodies.particles import lump_masses
 from palpate.bodies.refinement import ten_nodes
 from palpate.effects.elements import OnePass
-from palpate.effects.linear_elements import LinearElements
 from palpate.effects.patch_load import spread
 from palpate.effects.push import disc, factor
 from palpate.effects.quadratic_elements import QuadraticElements
 from palpate.effects.settings import Load, Loads, Rayleigh
 from palpate.errors import NotConverged
-from palpate.linalg.block_pattern import hold, pattern_of
+from palpate.linalg.block_pattern import hold
 from palpate.linalg.multigrid import linear_response
-from palpate.solvers.equilibrium import Equilibrium, easier, springs_of
-from palpate.solvers.lbfgs import minimise_by_lbfgs
-from palpate.solvers.newton import Product
+from palpate.solvers.equilibrium import Equilibrium, OnSupports
+from palpate.solvers.minimiser import Product, minimise_by_lbfgs
 
 MORE_ITERATIONS = 5
 """Iterations by which a step may exceed the first one of its preconditioner before that is made anew."""
@@ -167,13 +165,9 @@ class QuadraticMotion(Equilibrium, Midpoint):
         self.rest, self.held = self.mesh.nodes, self._held
         self.scale_n = float(np.linalg.norm(self._weight)) + sum(float(np.linalg.norm(f)) for f, _ in self._pushes)
 
-    def _linear_at_rest(self, body: Body, finest: int) -> sparse.bsr_array:
-        """Keep the linear elements on the same nodes, whose matrix preconditions."""
-        pattern = pattern_of(self.mesh.tetrahedra, len(self._held))
-        self._linear = LinearElements(self.mesh, easier(body.tissue(finest)), pattern)
-        springs = springs_of(body, finest, 1)
-        self._linear_springs = None if springs is None else pattern.blocks(springs)
-        return self.linear_stiffness(self.mesh.nodes)
+    def _precondition_by(self, linear: OnSupports) -> None:
+        """Keep the linear elements; the first step, whose length counts, asks for their stiffness."""
+        self._linear = linear
 
     def linear_stage(self, tau: float, x: np.ndarray) -> sparse.bsr_array:
         """Return the Hessian of a stage of ``tau`` [s], half a step of the midpoint rule, of linear elements at ``x``.
@@ -183,14 +177,12 @@ class QuadraticMotion(Equilibrium, Midpoint):
         matrix = self.linear_stiffness(x)
         matrix.data *= 1.0 + self._beta / tau
         mass = (1.0 / tau**2 + self._alpha / tau) * self.lumped
-        matrix.data[self._linear.pattern.diagonal] += mass[:, None, None] * np.eye(3)
+        matrix.data[self._linear.elements.pattern.diagonal] += mass[:, None, None] * np.eye(3)
         return matrix
 
     def linear_stiffness(self, x: np.ndarray) -> sparse.bsr_array:
-        return self._on_supports(self._linear.stiffness(x, definite=True), self._linear_springs)
-
-    def _precondition_by(self, linear: sparse.bsr_array) -> None:
-        """Leave it to the first step, whose length counts."""
+        """Return the Hessian (3n, 3n) [N/m] of linear elements at ``x`` (n, 3) [m], clamped."""
+        return self._linear.stiffness(x, definite=True)
 
     def _loads(self, coarse: Mesh, loads: Loads) -> tuple[np.ndarray, list[tuple[np.ndarray, Load]]]:
         """Return the weight (n, 3) [N], and the forces (n, 3) [N] of each push at the factor 1, all on free nodes."""

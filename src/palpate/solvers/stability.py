@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from palpate.errors import NotConverged
-from palpate.solvers.lbfgs import Descent, Smooth, minimise_by_lbfgs
-from palpate.solvers.newton import Problem, Product, Solution, minimise_by_newton
+from palpate.solvers.minimiser import Problem, Product, Smooth, Solution, minimise_by_lbfgs, minimise_by_newton
 
 DIFFERENCE = 1e-5
 """Largest displacement, over the body's size, of the differences of forces that give a product with the tangent."""
@@ -101,7 +100,7 @@ def made_stable(
         if found.value >= -NEUTRAL:
             return solution
         before = problem.energy(solution.x)
-        solution = joined(solution, settle(_bent(problem, solution.x, found.direction, size)))
+        solution = settle(_bent(problem, solution.x, found.direction, size)).after(solution)
         if before - problem.energy(solution.x) < GAIN * abs(before):
             return solution
     raise NotConverged(f"no stable equilibrium was found: the body gave way {TURNS} times", solution.history)
@@ -128,26 +127,12 @@ def settle_from_unstable(problem: Problem, at_rest: Product, x: np.ndarray, scal
     spent = None
     for iterations in LBFGS_ITERATIONS:
         way = minimise_by_lbfgs(problem, at_rest, x, TIGHTER * tolerance * scale, iterations)
-        x, found = way.x, solution_of(way, scale)
-        spent = found if spent is None else joined(spent, found)
+        x, found = way.x, way.over(scale)
+        spent = found if spent is None else found.after(spent)
         if way.forces[-1] <= tolerance * scale:
             return spent
         try:
-            return joined(spent, minimise_by_newton(problem, x, scale, tolerance))
+            return minimise_by_newton(problem, x, scale, tolerance).after(spent)
         except NotConverged as failure:
             last = failure
     raise NotConverged(f"the body buckles, and where it goes was not found: {last}", last.history) from last
-
-
-def solution_of(way: Descent, scale: float) -> Solution:
-    """Return where L-BFGS has gone, its forces over ``scale`` [N]; an iteration counts as one product."""
-    return Solution(way.x, [force / scale for force in way.forces], way.seconds, products=len(way.forces) - 1)
-
-
-def joined(before: Solution, after: Solution) -> Solution:
-    """Return the solution ``after`` with what was spent on the one ``before``, whose last residual it begins with."""
-    after.history = before.history[:-1] + after.history
-    after.seconds = before.seconds[:-1] + [before.seconds[-1] + each for each in after.seconds]
-    after.linear_solves += before.linear_solves
-    after.products += before.products
-    return after

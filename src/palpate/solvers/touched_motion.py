@@ -22,7 +22,7 @@ from palpate.effects.settings import Loads, Rayleigh
 from palpate.errors import NotConverged
 from palpate.linalg.block_pattern import hold
 from palpate.solvers.indentation import ContactPoints
-from palpate.solvers.lbfgs import minimise_by_lbfgs
+from palpate.solvers.minimiser import minimise_by_lbfgs
 from palpate.solvers.quadratic_motion import MORE_ITERATIONS, MOST_ITERATIONS, QuadraticMotion, Reached
 
 STAGE = 1.0 - np.sqrt(0.5)
@@ -114,7 +114,7 @@ class TouchedMotion(QuadraticMotion):
     def _solver(self, tau: float, x: np.ndarray, contact: "_Contact") -> Callable[[np.ndarray], np.ndarray]:
         """Return a multigrid cycle for what linear elements on the same nodes, at ``x`` (n, 3) [m], make of a stage."""
         assert self._multigrid is not None  # quadratic elements have a level below that of their nodes
-        matrix, diagonal = self.linear_stage(tau, x), self._linear.pattern.diagonal
+        matrix, diagonal = self.linear_stage(tau, x), self._linear.elements.pattern.diagonal
         blocks = self._lump[:, None] * contact.stiffness(x).reshape(-1, 9)
         matrix.data[diagonal] += (self._lumping @ blocks).reshape(-1, 3, 3)
         hold(matrix.indptr, matrix.indices, matrix.data, self._held)

@@ -25,7 +25,7 @@ from palpate.effects import effect, settings
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.block_pattern import gather, hold
 from palpate.linalg.multigrid import Factor
-from palpate.solvers.newton import Product, minimise_by_newton
+from palpate.solvers.minimiser import Product, minimise_by_newton
 
 TOLERANCE = 1e-8
 """Relative residual at which the place counts as found."""

@@ -11,7 +11,7 @@ from palpate.effects.linear_elements import shape_gradients
 from palpate.errors import NotConverged
 from palpate.linalg.multigrid import linear_response
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.lbfgs import Descent, minimise_by_lbfgs
+from palpate.solvers.minimiser import Descent, minimise_by_lbfgs
 
 
 class ElementsAtRest:

@@ -23,7 +23,7 @@ from palpate.models.cut.opened import CutCase, Opened, opened, skin_of
 from palpate.models.springs.spring_motion import spring_model
 from palpate.models.touch.springs import CALIBRATING_ITERATIONS
 from palpate.solvers.grasping import Grasping, Patch
-from palpate.solvers.lbfgs import minimise_by_lbfgs
+from palpate.solvers.minimiser import minimise_by_lbfgs
 
 DELETED = "deleted"
 LIFT = 1e-4

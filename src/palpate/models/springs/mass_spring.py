@@ -21,7 +21,7 @@ from palpate.models import kinds
 from palpate.models.fem_statics import ContactShares, to_surface
 from palpate.models.springs.fitness import volume_stiffness
 from palpate.models.springs.spring_motion import spring_model, stiffnesses
-from palpate.solvers.lbfgs import minimise_by_lbfgs
+from palpate.solvers.minimiser import minimise_by_lbfgs
 from palpate.solvers.system import System
 
 TOLERANCE, REQUIRED_RESIDUAL, MAX_ITERATIONS = 1e-6, 1e-3, 300

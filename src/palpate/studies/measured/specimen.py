@@ -19,7 +19,7 @@ from palpate.linalg.multigrid import Factor
 from palpate.linalg.polar import rotations
 from palpate.models.springs.mass_spring import LoadedSprings
 from palpate.solvers.equilibrium import Equilibrium
-from palpate.solvers.newton import Product, minimise_by_newton
+from palpate.solvers.minimiser import Product, minimise_by_newton
 from palpate.studies.measured.experiment import Marker, Weight
 
 

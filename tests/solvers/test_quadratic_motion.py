@@ -134,7 +134,7 @@ def test_a_coarser_motion_to_begin_with_changes_nothing(box):
 
 
 def test_a_step_that_is_not_found_is_told_with_its_time(box, monkeypatch):
-    monkeypatch.setattr("palpate.solvers.quadratic_motion.MOST_ITERATIONS", 1)
+    monkeypatch.setattr("palpate.solvers.incremental_potential.MOST_ITERATIONS", 1)
     motion = QuadraticMotion(bar(box), 0, weight(5.0), NONE)
     with pytest.raises(NotConverged, match="the step at 0 s stopped after 1 iterations"):
         list(motion.steps(0.05, 2, 1e-8))

@@ -1,6 +1,8 @@
 """Rayleigh damping: proportional to mass and to stiffness."""
 
+from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numba
 import numpy as np
@@ -9,6 +11,9 @@ from palpate.bodies.particles import Particles
 from palpate.effects import settings
 from palpate.effects.effect import Effect, Force, Proportional, Stiffness, offers
 from palpate.linalg.block_pattern import scatter
+
+Product = Callable[[np.ndarray], np.ndarray]
+"""A linear map of arrays (n, k)."""
 
 
 def make(particles: Particles, rayleigh: settings.Rayleigh, elastic: Effect | None) -> "Rayleigh":
@@ -58,6 +63,17 @@ class Rayleigh(Force, Proportional):
             self._elastic.add_stiffness(x, True, slots, stiffness)
             values += self._time * stiffness
         scatter(np.diagonal(slots, axis1=1, axis2=2).ravel(), self._masses, values)
+
+
+def damping_of(rates: settings.Rayleigh, masses: Any, clamped: Callable[[], Product]) -> Product:
+    """Return the product of C with velocities (n, k), of ``masses`` (n, n) and of what makes the product with K."""
+    stiffness = clamped() if rates.stiffness_s else None
+
+    def multiply(v: np.ndarray) -> np.ndarray:
+        force = rates.mass_1_s * (masses @ v)
+        return force if stiffness is None else force + rates.stiffness_s * stiffness(v)
+
+    return multiply
 
 
 @numba.njit(cache=True)

@@ -10,6 +10,7 @@ from palpate.effects.effect import Damping, Energy, Force, Stiffness, is_load, o
 from palpate.effects.settings import Stepping
 from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor
+from palpate.solvers.incremental_potential import IncrementalPotential
 from palpate.solvers.minimiser import Product, minimise_by_newton
 from palpate.solvers.system import System
 
@@ -77,7 +78,11 @@ class BackwardEuler:
         except NotConverged as failure:
             if not halvings:
                 raise NotConverged(f"a step of {h:.1e} s: {failure}", failure.history) from failure
-            return self._two_halves(x, v, h / 2, halvings - 1)
+            end = self._system.time
+            for time in (end - h / 2, end):
+                self._system.at(time)
+                x, v = self._advance(x, v, h / 2, halvings - 1)
+            return x, v
         velocity = (reached - x) / h
         self._system.add_work(load, reached - x)
         self._system.end(reached)
@@ -93,15 +98,8 @@ class BackwardEuler:
         carried : where the search may begin besides the inertial prediction; the system has begun the step there
         seen : positions (n, 3) [m] whose damping matrix and loads act throughout the step
         """
-        step = (_BoundedStep if self._system.bounded else _Step)(self, x, v, h, carried, seen)
+        step = _Step(self, x, v, h, carried, seen)
         return minimise_by_newton(step, step.start(), step.scale(self._crushing), self._tolerance).x, step.load
-
-    def _two_halves(self, x: np.ndarray, v: np.ndarray, half: float, halvings: int) -> tuple[np.ndarray, np.ndarray]:
-        end = self._system.time
-        self._system.at(end - half)
-        x, v = self._advance(x, v, half, halvings)
-        self._system.at(end)
-        return self._advance(x, v, half, halvings)
 
     def _scaled_down(self, v: np.ndarray, allowed: float) -> np.ndarray:
         """Return ``v`` with a kinetic energy of ``allowed`` [J] at most; its mean stays if no node is held."""
@@ -136,40 +134,46 @@ class BackwardEuler:
         return product
 
 
-class _Step:
-    """The minimisation of one step, as a ``newton.Problem``."""
+class _Step(IncrementalPotential):
+    """The minimisation of one step, as a ``minimiser.Problem``; loads are in its energy and forces."""
 
     def __init__(
         self, integrator: BackwardEuler, x: np.ndarray, v: np.ndarray, h: float, carried: np.ndarray, seen: np.ndarray
     ):
         self._integrator, self._system = integrator, integrator._system
-        self._x, self._carried, self._h, self._inertia = x, carried, h, integrator._masses / h**2
-        self._free = self._system.free[:, None]
-        self._predicted = x + h * np.where(self._free, v, 0.0)
-        self._damping = self._system.damping(seen)
-        self.load = self._system.outer_force(seen, v)
+        self._carried, self._h, self._weights = carried, h, integrator._masses / h**2
+        system, load = integrator._system, integrator._system.outer_force(seen, v)
+        self._damping = damping = system.damping(seen)
+        self.load = load
+        super().__init__(
+            x,
+            x + h * np.where(system.free[:, None], v, 0.0),
+            ~system.free,
+            (
+                lambda z: system.energy(z) - float(np.vdot(load, z - x)),
+                lambda z: system.potential_force(z) + load,
+            ),
+            lambda away: self._weights * away,
+            None if damping is None else lambda moved: (damping @ moved.ravel()).reshape(moved.shape) / h,
+        )
+        if self._system.bounded:
+            self.limit = self._system.limit
 
     def start(self) -> np.ndarray:
-        """Return the beginning of the step or its inertial prediction, whichever has less energy."""
-        return min((self._carried, self._predicted), key=self.energy)
+        """Return the beginning of the step or its inertial prediction, whichever has less energy.
+
+        Of the prediction it is the last point that is allowed towards it where an effect limits steps.
+        """
+        ahead = self.ahead
+        if self._system.bounded:
+            way = ahead - self._carried
+            ahead = self._carried + self._system.limit(self._carried, way) * way
+        return min((self._carried, ahead), key=self.energy)
 
     def scale(self, crushing: float) -> float:
         """Return the scale of residuals [N]; ``crushing`` [N], times a small number, is its lower bound."""
-        inertia = float(np.linalg.norm(self._inertia * (self._predicted - self._x)))
+        inertia = float(np.linalg.norm(self._weights * (self.ahead - self.x)))
         return inertia + self._system.magnitude(self._carried, CONTACT_SHARE * crushing) + 1e-6 * crushing
-
-    def energy(self, z: np.ndarray) -> float:
-        away, moved = z - self._predicted, z - self._x
-        total = 0.5 * float(np.vdot(self._inertia * away, away)) + self._system.energy(z)
-        if self._damping is not None:
-            total += 0.5 / self._h * float(moved.ravel() @ (self._damping @ moved.ravel()))
-        return total - float(np.vdot(self.load, moved))
-
-    def force(self, z: np.ndarray) -> np.ndarray:
-        force = self._system.potential_force(z) + self.load - self._inertia * (z - self._predicted)
-        if self._damping is not None:
-            force -= (self._damping @ (z - self._x).ravel()).reshape(z.shape) / self._h
-        return np.where(self._free, force, 0.0)
 
     def linearise(self, z: np.ndarray, definite: bool) -> tuple[Product, Product]:
         matrix = self._matrix(z, definite)
@@ -181,7 +185,7 @@ class _Step:
     def _matrix(self, z: np.ndarray, definite: bool) -> sparse.bsr_array:
         matrix = self._system.stiffness(z, definite)
         assert matrix is not None
-        matrix.data[self._system.pattern.diagonal] += self._inertia[:, :, None] * np.eye(3)
+        matrix.data[self._system.pattern.diagonal] += self._weights[:, :, None] * np.eye(3)
         if self._damping is not None:
             matrix.data += self._damping.data / self._h
         touching = self._system.touching(z, definite)
@@ -189,16 +193,3 @@ class _Step:
             matrix = matrix + touching
         self._system.hold(matrix)
         return matrix
-
-
-class _BoundedStep(_Step):
-    """The same where an effect limits the steps of the search."""
-
-    def start(self) -> np.ndarray:
-        """Return the last point allowed towards the inertial prediction, or the beginning if that has less energy."""
-        ahead = self._predicted - self._carried
-        reached = self._carried + self._system.limit(self._carried, ahead) * ahead
-        return min((self._carried, reached), key=self.energy)
-
-    def limit(self, z: np.ndarray, direction: np.ndarray) -> float:
-        return self._system.limit(z, direction)

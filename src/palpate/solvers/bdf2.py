@@ -37,24 +37,17 @@ class Bdf2(BackwardEuler):
 
         A state other than that which the last step returned, or another ``h``, begins a motion anew.
         """
-        before = self._before(x, v, h)
-        found = self._second(x, v, h, *before) if before else None
-        reached, velocity = found or super().step(x, v, h)
+        reached, velocity = self._second(x, v, h) or super().step(x, v, h)
         self._history = x, v, reached, velocity, h
         return reached, velocity
 
-    def _before(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the state before ``x, v``, if the last step led from there to here."""
+    def _second(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the end of a step of second order; None if it is not found, or if the last step did not lead here."""
         if self._history is None:
             return None
-        earlier, slower, reached, velocity, length = self._history
-        same = length == h and np.array_equal(x, reached) and np.array_equal(v, velocity)
-        return (earlier, slower) if same else None
-
-    def _second(
-        self, x: np.ndarray, v: np.ndarray, h: float, earlier: np.ndarray, slower: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the end of a step of second order; None if it is not found."""
+        earlier, slower, last, velocity, length = self._history
+        if length != h or not (np.array_equal(x, last) and np.array_equal(v, velocity)):
+            return None
         base, speed, reach = x + (x - earlier) / 3.0, v + (v - slower) / 3.0, 2.0 * h / 3.0
         try:
             carried = self._system.begin(x, h)

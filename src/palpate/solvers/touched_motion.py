@@ -10,20 +10,19 @@ from step to step would grow for ever where elements cannot follow an instrument
 steps there are: the limit of a mesh would not exist.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
 from palpate.bodies.body import Body
 from palpate.collision.contact.instrument_contact import InstrumentContact, pushes, rubbing_of, stiffness
-from palpate.effects.elements import OnePass
 from palpate.effects.instrument import gaps_of
 from palpate.effects.settings import Loads, Rayleigh
-from palpate.errors import NotConverged
-from palpate.linalg.block_pattern import hold
+from palpate.solvers.incremental_potential import Descents
 from palpate.solvers.indentation import ContactPoints
-from palpate.solvers.minimiser import minimise_by_lbfgs
-from palpate.solvers.quadratic_motion import MORE_ITERATIONS, MOST_ITERATIONS, QuadraticMotion, Reached
+from palpate.solvers.minimiser import Product
+from palpate.solvers.quadratic_motion import QuadraticMotion, Reached
 
 STAGE = 1.0 - np.sqrt(0.5)
 """Length of a stage over that of its step."""
@@ -63,7 +62,14 @@ class TouchedMotion(QuadraticMotion):
         Raises NotConverged for a stage that is not found.
         """
         x, v, tau = self.mesh.nodes.copy(), np.zeros_like(self.mesh.nodes), STAGE * h
-        contact, solve = _Contact(self.points, self.contact, x), None
+        contact, descents = _Contact(self.points, self.contact, x), Descents()
+
+        def energy(z: np.ndarray) -> float:
+            return self.energy(z) + contact.energy(z)
+
+        def force(z: np.ndarray) -> np.ndarray:
+            return self.force(z) + self.spread @ contact.total(z)
+
         for number in range(count):
             begin = number * h
             contact.speeds = (self.contact.at(begin + h).tips - self.contact.at(begin).tips) / h
@@ -72,35 +78,25 @@ class TouchedMotion(QuadraticMotion):
             for share, ends in ((1.0 - STAGE, begin + tau), (STAGE, begin + h)):
                 contact.begin(ends, base_x, tau)
                 self.load = self.load_at(ends)
-                stage, z = _Stage(self, contact, base_x, base_v, tau), base_x + tau * base_v
+                z = base_x + tau * base_v
+                damping = self.damping(z)
+                stage = self.stage((energy, force), base_x, base_v, tau, damping)
                 z[self.held] = self.mesh.nodes[self.held]
                 for _ in range(passes if self.contact.friction else 1):
-                    if solve is None:
-                        solve, first = self._solver(tau, z, contact), None
                     self.scale_n = max(self.scale_n, contact.peak_n)
                     scale = max(self.scale_n, float(np.linalg.norm(self.spread @ contact.total(z))))
                     allowed = max(tolerance * scale, self._rounding)
-                    way = minimise_by_lbfgs(stage, solve, z, allowed, MOST_ITERATIONS)
-                    if not way.forces[-1] <= allowed:
-                        raise NotConverged(
-                            f"the stage to {ends:.4g} s stopped after {len(way.forces) - 1} iterations at a residual "
-                            f"of {way.forces[-1]:.1e} N, above {allowed:.1e} N",
-                            way.forces,
-                        )
+                    solver = partial(self._solver, tau, z, contact)
+                    way = descents.minimum(stage, z, allowed, solver, f"the stage to {ends:.4g} s")
                     z, convex = way.x, convex and way.convex
                     contact.renew(z)
-                    stage.forget()
-                    iterations = len(way.forces) - 1
-                    first = iterations if first is None else first
-                    if iterations > first + MORE_ITERATIONS:
-                        solve = None
                 contact.peak_n = max(contact.peak_n, float(np.linalg.norm(self.spread @ contact.total(z))))
                 velocity = (z - base_x) / tau
                 pushed = contact.forces(z).sum(axis=1)
                 mean += share * pushed
                 driven = float(np.vdot(pushed, contact.speeds))
                 work += share * h * (float(np.vdot(self.load, velocity)) + driven)
-                lost += share * h * (float(np.vdot(velocity, stage.damping(velocity))) + contact.rubbed(z))
+                lost += share * h * (float(np.vdot(velocity, damping(velocity))) + contact.rubbed(z))
                 rate = (velocity - base_v) / tau
                 base_x, base_v = x + (1.0 - STAGE) * h * velocity, v + (1.0 - STAGE) * h * rate
             x, v = z, velocity
@@ -111,15 +107,10 @@ class TouchedMotion(QuadraticMotion):
         """Return the elastic and kinetic energy [J], and that of contact where the last step ended."""
         return super().total_energy(x, v) + self.overlap_j
 
-    def _solver(self, tau: float, x: np.ndarray, contact: "_Contact") -> Callable[[np.ndarray], np.ndarray]:
-        """Return a multigrid cycle for what linear elements on the same nodes, at ``x`` (n, 3) [m], make of a stage."""
-        assert self._multigrid is not None  # quadratic elements have a level below that of their nodes
-        matrix, diagonal = self.linear_stage(tau, x), self._linear.elements.pattern.diagonal
+    def _solver(self, tau: float, x: np.ndarray, contact: "_Contact") -> Product:
+        """Return a multigrid cycle for a stage of ``tau`` [s] at ``x`` (n, 3) [m], with contact lumped at nodes."""
         blocks = self._lump[:, None] * contact.stiffness(x).reshape(-1, 9)
-        matrix.data[diagonal] += (self._lumping @ blocks).reshape(-1, 3, 3)
-        hold(matrix.indptr, matrix.indices, matrix.data, self._held)
-        self._multigrid.update(matrix)
-        return self._multigrid.solve
+        return self.cycle(tau, x, (self._lumping @ blocks).reshape(-1, 3, 3))
 
 
 class _Contact:
@@ -187,24 +178,3 @@ class _Contact:
     def stiffness(self, z: np.ndarray) -> np.ndarray:
         """Return the stiffness (q, 3, 3) [N/m] of the points, without what curvature and sliding take off."""
         return stiffness(self._see(z)[0], self._stiff, self._tools, self._rubbing, self._every)
-
-
-class _Stage(OnePass):
-    """½ ‖z − x − τ v‖²_M / τ² + E(z) − f·z + ½ ‖z − x‖²_C / τ + contact, whose minimum z ends a stage of τ.
-
-    The damping matrix is that at x + τ v, which differs from z by the order of τ².
-    """
-
-    def __init__(self, motion: TouchedMotion, contact: _Contact, x: np.ndarray, v: np.ndarray, tau: float):
-        super().__init__()
-        self._motion, self._contact, self._x, self._ahead, self._tau = motion, contact, x, x + tau * v, tau
-        self.damping = motion.damping(self._ahead)
-
-    def evaluate(self, z: np.ndarray, force: np.ndarray) -> float:
-        motion = self._motion
-        away, moved = z - self._ahead, z - self._x
-        inertia, drag = motion.masses @ away / self._tau**2, self.damping(moved) / self._tau
-        pull = motion.force(z) - inertia - drag + motion.spread @ self._contact.total(z)
-        force += np.where(motion.held[:, None], 0.0, pull)
-        kept = motion.energy(z) + self._contact.energy(z)
-        return kept + 0.5 * float(np.vdot(away, inertia)) + 0.5 * float(np.vdot(moved, drag))

@@ -18,7 +18,7 @@ from palpate.errors import InputError, NotConverged
 from palpate.scenes import acting_effects, effect_registry, own_effect
 from palpate.scenes.motion import Motion, Moved
 from palpate.scenes.settings import Scene
-from palpate.solvers.system import System
+from palpate.solvers.system import Integrator, System
 
 
 def moved(particles: Particles) -> acting_effects.Moved:
@@ -91,17 +91,6 @@ def initial_positions(particles: Particles, free: np.ndarray, kind: str, seed: i
 
 SHARE_OF_LIMIT = 0.9
 """Length of a substep that is chosen, in longest stable ones at rest: a stretched body may need shorter ones."""
-
-
-class Integrator(Protocol):
-    """A solver that steps a system in time."""
-
-    @property
-    def limit_s(self) -> float:
-        """The longest stable step [s]."""
-
-    def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if there is none."""
 
 
 class InModes(Integrator, Protocol):

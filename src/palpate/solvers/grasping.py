@@ -116,7 +116,7 @@ class Grasping(FastEquilibrium):
             if depth != reached:
                 *_, (reached, x) = steps_to(depth, reached, max(depths), x, follow, at_depth)
             if (det := self.least_det(x)) <= 0.0:
-                raise NotConverged(f"an element is inverted at a depth of {1e3 * depth:.3g} mm", [det])
+                raise NotConverged(f"an element is inverted {at_depth(depth)}", [det])
             if depth:
                 self.check_stable(x)
             yield Touching(depth, x, self.reaction(x), float("nan"), float("nan"), 0.0)

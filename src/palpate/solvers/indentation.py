@@ -139,8 +139,8 @@ class Touching(NamedTuple):
     overlap: float
 
 
-def at_depth(depth: float, _: float) -> str:
-    """Say where an instrument is of which no equilibrium is found."""
+def at_depth(depth: float, _: float = 0.0) -> str:
+    """Say where an instrument is."""
     return f"at a depth of {1e3 * depth:.3g} mm"
 
 
@@ -341,9 +341,9 @@ class Indentation(Equilibrium):
             way = steps_to(depth, reached, scale, found, settle, at_depth, most)
             for reached, found in way:
                 if (det := self.least_det(found.x)) <= 0.0:
-                    raise NotConverged(f"an element is inverted at a depth of {1e3 * reached:.3g} mm", [det])
+                    raise NotConverged(f"an element is inverted {at_depth(reached)}", [det])
             if not found.area_m2:
-                raise NotConverged(f"nothing touches at a depth of {1e3 * depth:.3g} mm: elements are too large", [0.0])
+                raise NotConverged(f"nothing touches {at_depth(depth)}: elements are too large", [0.0])
             yield found
 
     def _settle_touching(

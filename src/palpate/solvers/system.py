@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from scipy import sparse
@@ -17,6 +17,17 @@ from palpate.linalg.block_pattern import gather, hold, shared_pattern
 
 Calls = Sequence[tuple[str, Callable]]
 """Names of effects, each with one function of it."""
+
+
+class Integrator(Protocol):
+    """A solver that steps a system in time; with ``renew`` it goes on when masses and pattern have changed."""
+
+    @property
+    def limit_s(self) -> float:
+        """The longest stable step [s]."""
+
+    def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return positions (n, 3) [m] and velocities [m/s] after a step of ``h`` [s]; NotConverged if there is none."""
 
 
 class System:
@@ -92,7 +103,8 @@ class System:
 
     def energies(self, x: np.ndarray) -> dict[str, float]:
         """Return the potential energy [J] of each effect that has one."""
-        return {name: self._timed(name, energy, x) for name, energy in self._energies}
+        at = self.followed(x)
+        return {name: self._timed(name, energy, at) for name, energy in self._energies}
 
     def energy(self, x: np.ndarray) -> float:
         """Return the potential energy [J]."""
@@ -127,7 +139,7 @@ class System:
         return total
 
     def _sum(self, calls: Calls, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        force = np.zeros_like(x)
+        force, x, v = np.zeros_like(x), self.followed(x), self.followed(v)
         for name, add in calls:
             self._timed(name, add, x, v, force)
         self.balance(force)
@@ -148,12 +160,14 @@ class System:
         """
         return self._assemble(self._explicit_damped if explicit else self._damped, x)
 
-    def _assemble(self, calls: Sequence[tuple[str, Callable, np.ndarray]], *arguments: Any) -> sparse.bsr_array | None:
+    def _assemble(
+        self, calls: Sequence[tuple[str, Callable, np.ndarray]], x: np.ndarray, *definite: bool
+    ) -> sparse.bsr_array | None:
         if not calls:
             return None
-        values = np.zeros((len(self.pattern.indices), 3, 3))
+        at, values = self.followed(x), np.zeros((len(self.pattern.indices), 3, 3))
         for name, add, slots in calls:
-            self._timed(name, add, *arguments, slots, values)
+            self._timed(name, add, at, *definite, slots, values)
         return self.pattern.matrix(values)
 
     def touching(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
@@ -161,7 +175,7 @@ class System:
         return self._touched(self._touching, x, definite)
 
     def _touched(self, calls: Calls, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
-        found = [self._timed(name, call, x, definite) for name, call in calls]
+        found = [self._timed(name, call, self.followed(x), definite) for name, call in calls]
         return gather(found, len(x)) if any(len(rows) for rows, _, _ in found) else None
 
     def explicit_stiffness(self, x: np.ndarray) -> list[sparse.bsr_array]:
@@ -171,6 +185,7 @@ class System:
 
     def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
         """Return the fraction of ``direction`` (n, 3) [m], at most 1, by which the nodes may move from ``x``."""
+        x, direction = self.followed(x), self.followed(direction)
         return min(self._timed(name, call, x, direction) for name, call in self._limits)
 
     def begin(self, x: np.ndarray, h: float) -> np.ndarray:
@@ -178,6 +193,7 @@ class System:
 
         Returns the positions from which the search begins: ``x``, unless an obstacle was moved into it.
         """
+        x = self.followed(x)
         for name, call in self._begins:
             ahead = self._timed(name, call, x, h)
             if self._limits and name not in self._unbounded:  # what is carried along stops before it meets something
@@ -187,7 +203,7 @@ class System:
 
     def end(self, x: np.ndarray) -> None:
         """End an implicit step, or a part of one, that is accepted, at ``x`` (n, 3) [m]."""
-        self._change(self._ends, x)
+        self._change(self._ends, self.followed(x))
 
     def add_work(self, load: np.ndarray, motion: np.ndarray) -> None:
         """Add the work of a ``load`` (n, 3) [N] over a ``motion`` (n, 3) [m] of the nodes to ``work_j``."""
@@ -215,7 +231,7 @@ class System:
 
     def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> None:
         """Apply the projections of effects at the end of an explicit step from ``start``, in place."""
-        self._change(self._projections, start, x, v, h)
+        self._change(self._projections, self.followed(start), x, v, h)
 
     def relax(self, x: np.ndarray, h: float) -> None:
         """Update the inner variables of effects after an accepted step."""

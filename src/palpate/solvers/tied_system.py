@@ -9,7 +9,6 @@ import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from time import perf_counter
-from typing import Any, Protocol
 
 import numpy as np
 from scipy import sparse
@@ -19,7 +18,7 @@ from palpate.bodies.particles import Particles
 from palpate.effects import effect as hooks
 from palpate.effects.effect import Effect, offers
 from palpate.linalg.block_pattern import gather, hold
-from palpate.solvers.system import Calls, System
+from palpate.solvers.system import Integrator, System
 
 SAME_TIME = 1e-9
 """Share of a step by which a node may be let go too early, as times of steps are rounded."""
@@ -61,49 +60,23 @@ class TiedSystem(System):
     def followed(self, x: np.ndarray) -> np.ndarray:
         return x[self.leaders]
 
-    def energies(self, x: np.ndarray) -> dict[str, float]:
-        return super().energies(self.followed(x))
-
-    def _sum(self, calls: Calls, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        return super()._sum(calls, self.followed(x), self.followed(v))
-
     def balance(self, force: np.ndarray) -> None:
         np.add.at(force, self.leaders[self._tied], force[self._tied])
         force[self._still] = 0.0
 
-    def _assemble(self, calls: Any, x: np.ndarray, *rest: Any) -> sparse.bsr_array | None:
-        return super()._assemble(calls, self.followed(x), *rest)
-
     def touching(self, x: np.ndarray, definite: bool) -> sparse.bsr_array | None:
-        found = super().touching(self.followed(x), definite)
+        found = super().touching(x, definite)
         if found is None:
             return None
         # a sum of sparse matrices leaves blocks of zeros out, and ``hold`` needs the diagonal
         return found + gather([(self._tied, self._tied, np.tile(np.eye(3), (len(self._tied), 1, 1)))], len(x))
-
-    def limit(self, x: np.ndarray, direction: np.ndarray) -> float:
-        return super().limit(self.followed(x), self.followed(direction))
-
-    def begin(self, x: np.ndarray, h: float) -> np.ndarray:
-        return super().begin(self.followed(x), h)
-
-    def end(self, x: np.ndarray) -> None:
-        super().end(self.followed(x))
 
     def hold(self, matrix: sparse.bsr_array) -> None:
         hold(matrix.indptr, matrix.indices, matrix.data, self._still)
 
     def project(self, start: np.ndarray, x: np.ndarray, v: np.ndarray, h: float) -> None:
         x[:], v[:] = self.followed(x), self.followed(v)
-        super().project(self.followed(start), x, v, h)
-
-
-class Stepping(Protocol):
-    """An integrator. One with ``renew`` goes on when masses and pattern of its system have changed."""
-
-    limit_s: float
-
-    def step(self, x: np.ndarray, v: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]: ...
+        super().project(start, x, v, h)
 
 
 class TiedSteps:
@@ -118,7 +91,7 @@ class TiedSteps:
 
     _untying: hooks.Untying | None
 
-    def __init__(self, system: TiedSystem, integrator: Stepping, make: Callable[[], Stepping]):
+    def __init__(self, system: TiedSystem, integrator: Integrator, make: Callable[[], Integrator]):
         self._system, self._integrator, self._make = system, integrator, make
         self.limit_s = integrator.limit_s
         untying = system.offering(hooks.Untying)

@@ -18,9 +18,8 @@ from palpate.bodies.particles import Particles
 from palpate.effects.held import Held
 from palpate.effects.settings import Stepping
 from palpate.effects.springs import Springs
-from palpate.scenes.run_scene import Integrator
 from palpate.solvers import backward_euler, goal_position, symplectic_euler
-from palpate.solvers.system import System
+from palpate.solvers.system import Integrator, System
 from palpate.table_declaration import Table
 
 MASS_KG, STIFFNESS_N_M, REST_M, SIZE_M = 0.04, 25.0, 1.0, 1e-5

@@ -4,16 +4,12 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
-import numba
 import numpy as np
 
 from palpate.bodies.particles import Particles
 from palpate.effects import settings
 from palpate.effects.effect import Effect, Force, Proportional, Stiffness, offers
-from palpate.linalg.block_pattern import scatter
-
-Product = Callable[[np.ndarray], np.ndarray]
-"""A linear map of arrays (n, k)."""
+from palpate.linalg.block_pattern import BlockPattern, product, scatter, shared_pattern
 
 
 def make(particles: Particles, rayleigh: settings.Rayleigh, elastic: Effect | None) -> "Rayleigh":
@@ -27,8 +23,8 @@ class Rayleigh(Force, Proportional):
 
     ``couples`` are those of the elastic effect, and each node's mass is divided equally among its elements. The mass
     term also damps translation and rotation of the whole body; the stiffness term does not, except rotation under
-    stress. Trap: for an explicit integrator ``add_force`` assembles all element matrices in each step, which is exact
-    but slow, and the damping shortens its stable step.
+    stress. Trap: for an explicit integrator ``add_force`` assembles the matrix in each step, which is exact but slow,
+    and the damping shortens its stable step.
     """
 
     def __init__(self, masses: np.ndarray, mass_rate: float, stiffness_time: float, elastic: Stiffness | None):
@@ -36,26 +32,18 @@ class Rayleigh(Force, Proportional):
         self._time, self._elastic = stiffness_time, elastic if stiffness_time > 0.0 else None
         self.couples = np.arange(len(masses))[:, None] if self._elastic is None else self._elastic.couples
         count = np.bincount(self.couples.ravel(), minlength=len(masses))
-        self._shares = (mass_rate * masses / np.maximum(count, 1))[self.couples]
-        m, k = self.couples.shape
-        self._own_blocks = np.arange(m * k * k, dtype=np.int32).reshape(m, k, k)
-        self._masses = np.multiply.outer(self._shares.ravel(), np.eye(3))
+        shares = (mass_rate * masses / np.maximum(count, 1))[self.couples]
+        self._masses, self._size = np.multiply.outer(shares.ravel(), np.eye(3)), len(masses)
 
     @cached_property
-    def _blocks(self) -> np.ndarray:
-        """Scratch for the blocks of all elements, which implicit steps do without."""
-        return np.zeros((self._own_blocks.size, 3, 3))
+    def _pattern(self) -> BlockPattern:
+        """That of the matrix by itself, which implicit steps do without."""
+        return shared_pattern([self.couples], self._size)
 
     def add_force(self, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> None:
-        """Subtract C(x) v; each element has blocks of its own, so that none is written twice."""
-        self._blocks[:] = 0.0
-        if self._elastic is not None:
-            self._elastic.add_stiffness(x, True, self._own_blocks, self._blocks)
-            self._blocks *= self._time
-        diagonal = np.diagonal(self._own_blocks, axis1=1, axis2=2)
-        for i in range(3):
-            self._blocks[diagonal, i, i] += self._shares
-        _subtract_products(self.couples, self._blocks, v, force)
+        values = np.zeros((len(self._pattern.indices), 3, 3))
+        self.add_damping(x, self._pattern.slots[0], values)
+        force -= product(self._pattern.matrix(values))(v)
 
     def add_damping(self, x: np.ndarray, slots: np.ndarray, values: np.ndarray) -> None:
         if self._elastic is not None:
@@ -65,7 +53,9 @@ class Rayleigh(Force, Proportional):
         scatter(np.diagonal(slots, axis1=1, axis2=2).ravel(), self._masses, values)
 
 
-def damping_of(rates: settings.Rayleigh, masses: Any, clamped: Callable[[], Product]) -> Product:
+def damping_of(
+    rates: settings.Rayleigh, masses: Any, clamped: Callable[[], Callable[[np.ndarray], np.ndarray]]
+) -> Callable[[np.ndarray], np.ndarray]:
     """Return the product of C with velocities (n, k), of ``masses`` (n, n) and of what makes the product with K."""
     stiffness = clamped() if rates.stiffness_s else None
 
@@ -74,15 +64,3 @@ def damping_of(rates: settings.Rayleigh, masses: Any, clamped: Callable[[], Prod
         return force if stiffness is None else force + rates.stiffness_s * stiffness(v)
 
     return multiply
-
-
-@numba.njit(cache=True)
-def _subtract_products(couples, blocks, v, force):
-    m, size = couples.shape
-    for e in range(m):
-        for a in range(size):
-            for b in range(size):
-                k = (e * size + a) * size + b
-                for i in range(3):
-                    for j in range(3):
-                        force[couples[e, a], i] -= blocks[k, i, j] * v[couples[e, b], j]

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 from palpate.benchmark import presses
+from palpate.benchmark.load import FORCES, samples_in
 from palpate.benchmark.presses import (
     LOAD_COLUMNS,
     PRESS_COLUMNS,
     SOUND,
     choose_loads,
     choose_presses,
-    force_of,
-    nodal_forces,
     oblique,
 )
 from palpate.benchmark.static_responses import press
@@ -39,7 +38,7 @@ def small(beam):
 
 
 def pressures(table, body, radius=RADIUS):
-    newtons = np.array([np.linalg.norm(force_of(load)) for _, load in table.iterrows()])
+    newtons = np.linalg.norm(table[FORCES], axis=1)
     return 2 * newtons / (np.pi * radius**2) / body.material.young_pa
 
 
@@ -52,12 +51,12 @@ def test_every_press_at_every_contact(beam, small):
 
 
 def test_forces_are_tilted_as_asked_and_the_seed_turns_them(beam, small):
-    for _, load in small.iterrows():
-        force = force_of(load)
+    for sample, tilt in zip(samples_in(small), small["tilt_degrees"], strict=True):
+        contact, force = sample.load.single()
         for order in (1, 2):
-            assert nodal_forces(beam, 0, load, order).sum(axis=0) == pytest.approx(force, rel=1e-12)
-        cosine = -force @ beam.fine.normals[int(load["contact"])] / np.linalg.norm(force)
-        assert cosine == pytest.approx(np.cos(np.radians(load["tilt_degrees"])), abs=1e-12)
+            assert sample.nodal(beam, 0, order).sum(axis=0) == pytest.approx(force, rel=1e-12)
+        cosine = -force @ beam.fine.normals[contact] / np.linalg.norm(force)
+        assert cosine == pytest.approx(np.cos(np.radians(tilt)), abs=1e-12)
     assert choose(beam, {"peak_of_size": 0.04}).equals(small)
     other = choose(beam, {"peak_of_size": 0.04, "pressure_of_young": 1.0}, seed=2)
     spread = kept_contacts(beam, 2)  # the third contact is drawn, by another seed elsewhere
@@ -81,7 +80,7 @@ def test_the_body_moves_as_deep_as_asked(beam, small):
 def test_the_volume_that_a_press_takes_is_that_of_its_elements(beam, small):
     """Linear elements with the same nodes, filled with the answer of quadratic ones, have it to what facets leave."""
     solver = Equilibrium(beam, 0, order=2)
-    x = solver.solve(nodal_forces(beam, 0, small.iloc[0], order=2), 1e-8).x
+    x = solver.solve(samples_in(small)[0].nodal(beam, 0, order=2), 1e-8).x
     corners = x[solver.mesh.tetrahedra]
     filled = np.linalg.det(corners[:, 1:] - corners[:, :1]).sum() / 6.0
     assert small["volume_change"][0] == pytest.approx(filled / solver.mesh.volumes.sum() - 1.0, rel=0.05)
@@ -235,9 +234,9 @@ def test_contacts_can_be_pressed_and_are_pressed_inward(slab, slab_compliance, p
     able = [n for n in slab_compliance.contacts if n not in beside]
     loads = pick_loads(count=len(able), magnitudes=[1.0])
     assert sorted(loads["contact"]) == able
-    for _, load in loads.iterrows():
-        force, normal = force_of(load), slab.fine.normals[int(load["contact"])]
-        assert force @ normal == pytest.approx(-np.linalg.norm(force), rel=1e-12)
+    for sample in samples_in(loads):
+        contact, force = sample.load.single()
+        assert force @ slab.fine.normals[contact] == pytest.approx(-np.linalg.norm(force), rel=1e-12)
 
 
 @pytest.mark.parametrize("peak", [0.02, 0.15])
@@ -249,9 +248,10 @@ def test_peaks_are_as_deep_as_asked(slab, slab_compliance, pick_loads, peak):
     wanted = peak * slab.fine.size * np.tile(MAGNITUDES, 4)
     reached = [np.linalg.norm(press(slab, k, loads, 1e-6).displacement, axis=2).max(axis=1) for k in (0, 1)]
     softer = []
-    for _, load in loads.iterrows():
-        row = slab_compliance.row(int(load["contact"]))
-        linear = [np.tensordot(force_of(load), c[row], 1) for c in (slab_compliance.fine, slab_compliance.coarse)]
+    for sample in samples_in(loads):
+        contact, force = sample.load.single()
+        row = slab_compliance.row(contact)
+        linear = [np.tensordot(force, c[row], 1) for c in (slab_compliance.fine, slab_compliance.coarse)]
         fine, coarse = (np.linalg.norm(u, axis=1).max() for u in linear)
         softer.append(fine / coarse)
     assert np.min(softer) > 1.0

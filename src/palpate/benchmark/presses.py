@@ -8,18 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.load import FORCES
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import pressed_contacts, sampled_contacts
 from palpate.bodies.refinement import finer
 from palpate.bodies.surface_quadrature import enclosed_volume
-from palpate.effects.patch_load import nodal_load, patch_at, spread
+from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError, NotConverged
 from palpate.solvers.compliance import Compliance
 from palpate.solvers.equilibrium import Equilibrium, Unbuckled
 
 LOAD_TOLERANCE = 0.02
 """Relative difference from the wanted peak up to which a force counts as found."""
-LOAD_COLUMNS = ["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"]
+LOAD_COLUMNS = ["sample", "contact", *FORCES, "radius_m"]
 
 
 def choose_loads(
@@ -70,20 +71,6 @@ def choose_loads(
             found.append(reached)
     _warn_of_missed(body.name, np.array(found))
     return pd.DataFrame(rows, columns=LOAD_COLUMNS)
-
-
-def force_of(load: pd.Series) -> np.ndarray:
-    """Return the force (3,) [N] of one row."""
-    return load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
-
-
-def nodal_forces(body: Body, level: int, load: pd.Series, order: int = 1, whole: Body | None = None) -> np.ndarray:
-    """Return the nodal forces (n, 3) [N] of one row on one level of ``body``, as ``nodal_load`` does.
-
-    whole : ``body`` with more levels, one of which is meant; the patch is that of ``body``, the same for all
-    """
-    patch = patch_at(body, int(load["contact"]), float(load["radius_m"]))
-    return spread((body if whole is None else whole).levels[level], patch, force_of(load), order)
 
 
 def _peak(displacement: np.ndarray) -> float:

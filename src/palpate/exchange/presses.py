@@ -10,6 +10,7 @@ import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes
 from palpate.benchmark.judge import read_judged
+from palpate.benchmark.load import FORCES
 from palpate.benchmark.measure import Presses
 from palpate.benchmark.settings import FitOptions
 from palpate.benchmark.truth import truth_of
@@ -24,7 +25,7 @@ from palpate.files import read_table
 OWN = TruthErrors._fields
 TABLE, COLUMNS = "accuracy_vs_time", ("split", "online_median_s")
 """The table of palpate's own models, and further columns that it must have."""
-ASKED = ["contact", "force_x_n", "force_y_n", "force_z_n"]
+ASKED = ["contact", *FORCES]
 
 
 def questions_of(
@@ -86,7 +87,7 @@ def of_run(files: Mapping[str, Any], regime: str, split: int, radius_m: float) -
 def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arrays:
     """Find the truth of every press with the material's ``law``, one of palpate's, as ``make`` does."""
     body, loads = with_law(body_of(questions), law), questions.arrays["loads"]
-    table = pd.DataFrame(loads["force_n"], columns=ASKED[1:])
+    table = pd.DataFrame(loads["force_n"], columns=FORCES)
     table = table.assign(sample=loads["sample"], contact=loads["node"], radius_m=loads["radius_m"])
     found = truth_of(body, table, set(loads["sample"].tolist()), progress)
     own = np.where(found.believed[:, None], found.own, np.nan)

@@ -144,7 +144,7 @@ def measure_places(
 
 def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
     """Find the truth where the push is elsewhere; NotConverged if it is not believed."""
-    count = int(like.tried_steps.min())
+    count = min(each.steps for each in like.tried)
     acts = moved.body, moved.placed_loads(), moved.rayleigh, moved.duration_s
     found = motion_truth(*acts, moved.frames, count, like=like)
     if found.rejected:

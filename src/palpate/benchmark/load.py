@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from palpate.effects.patch_load import patch_at, spread
+from palpate.effects.patch_load import Patch, patch_at, spread
 from palpate.errors import InputError, NotConverged
 from palpate.setting_types import Block, Index, NotNegative, Positive, Vector, key
 
@@ -202,14 +202,18 @@ class Sample:
     load: Load
     radius_m: float
 
+    def patches(self, body: "Body") -> list[Patch]:
+        """Return the disc of each press on ``body``."""
+        return [patch_at(body, press.node, self.radius_m) for press in self.load.presses]
+
     def nodal(self, body: "Body", level: int, order: int = 1, whole: "Body | None" = None) -> np.ndarray:
         """Return nodal forces (n, 3) [N] on one level of ``body``, for elements of ``order``, as ``nodal_load`` does.
 
         whole : ``body`` with more levels, one of which is meant; the discs are those of ``body``, the same for all
         """
         mesh = (body if whole is None else whole).levels[level]
-        pressed = [(patch_at(body, node, self.radius_m), force) for node, force in self.load.forces()]
-        return np.sum([spread(mesh, patch, force, order) for patch, force in pressed], axis=0)
+        pressed = zip(self.patches(body), self.load.forces(), strict=True)
+        return np.sum([spread(mesh, patch, force, order) for patch, (_, force) in pressed], axis=0)
 
 
 FORCES = ["force_x_n", "force_y_n", "force_z_n"]

@@ -74,7 +74,7 @@ def press(
     for contact in loads["contact"]:
         row_of(able, int(contact), f"{body.name}, ")
     level %= len(body.levels)
-    solver = _Solver(with_midpoints(body, level) if order == 2 else body, level, order)
+    solver = Operator(body, level, order)
     solved = []
     for sample in progress(samples_in(loads)):
         try:
@@ -101,20 +101,25 @@ def press(
     return responses
 
 
-class _Solver:
-    """The static problem on one level, and for quadratic elements on the level before it, too."""
+class Operator:
+    """The static problem on one level, and for quadratic elements on the level before it, too, from which they start.
+
+    It answers samples; on the finest level, with quadratic elements, it is what models are to reproduce.
+    """
 
     def __init__(self, body: Body, level: int, order: int):
         self._body, self._order = body, order
         self._levels = [level - 1, level] if order == 2 and level > 0 else [level]
         kind = FastEquilibrium if order == 2 else Equilibrium
-        self._problems = [kind(body, each, order) for each in self._levels]
+        whole = with_midpoints(body, level) if order == 2 else body
+        self._problems = [kind(whole, each, order) for each in self._levels]
         for problem in self._problems:  # compiled before the clock runs
             rest = problem.mesh.nodes
             if order == 2:
                 problem.approach(np.full_like(rest, 1e-9), 0.0, 1)
             else:
                 problem.energy(rest), problem.linearise(rest)
+        self.mesh = problem.mesh
         if len(self._levels) == 2:
             self._up = quadratic_prolongation(body.levels[level - 1], body.levels[level])
 

@@ -20,8 +20,7 @@ from palpate.errors import InputError
 from palpate.exchange import presses
 from palpate.exchange.asked_body import law_named
 from palpate.exchange.folder import packed
-from palpate.exchange.judging import score_answers
-from palpate.exchange.own_mesh import OwnMesh
+from palpate.exchange.judging import OwnMesh, score_answers
 from palpate.exchange.score import kept_truth, score, truth_beside
 from palpate.models.kinds import FEM
 

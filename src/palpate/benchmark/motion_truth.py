@@ -25,6 +25,7 @@ from palpate.bodies.body import Body
 from palpate.bodies.fine_surface_map import FineSurfaceMap
 from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
+from palpate.collision.contact.instrument_contact import instruments_of
 from palpate.effects.settings import Loads, Rayleigh
 from palpate.errors import NotConverged
 from palpate.solvers.indentation import contact_points

@@ -18,7 +18,7 @@ from palpate.bodies.body import Body
 from palpate.effects.patch_load import nodal_load, patch_at
 from palpate.exchange import judging
 from palpate.exchange.answers import Wanted
-from palpate.exchange.asked_body import body_arrays, body_info, body_of, refuse_sheet, with_law
+from palpate.exchange.asked_body import body_of, questions_on, with_law
 from palpate.exchange.folder import Arrays, Questions
 from palpate.files import read_table
 
@@ -32,23 +32,18 @@ def questions_of(
     body: Body, regime: str, radius_m: float, samples: np.ndarray, contacts: np.ndarray, forces: np.ndarray
 ) -> Questions:
     """Return the questions of k presses, without a truth; samples, contacts : (k,), forces : (k, 3) [N]."""
-    refuse_sheet(body)
     loads: list[dict[str, Any]] = []
     for number, contact, force in zip(samples, contacts, forces, strict=True):
         patch = patch_at(body, int(contact), radius_m)
         told = {"name": f"press {int(number)}", "place_m": patch.center_m.tolist(), "normal": patch.normal.tolist()}
         loads.append(told | {"radius_m": patch.radius_m, "force_n": np.asarray(force, dtype=float).tolist()})
-    arrays = body_arrays(body)
-    arrays["loads"] = {name: np.array([load[name] for load in loads]) for name in loads[0] if name != "name"}
-    arrays["loads"]["sample"] = np.asarray(samples, dtype=np.int64)
     # contacts are nodes of the coarse mesh, and of all finer ones
-    arrays["loads"]["node"] = np.asarray(contacts, dtype=np.int64)
-    arrays["loads"]["in_dent"] = np.array([patch_nodes(body.fine, int(each), radius_m) for each in contacts])
+    more = {"sample": np.asarray(samples, dtype=np.int64), "node": np.asarray(contacts, dtype=np.int64)}
+    more["in_dent"] = np.array([patch_nodes(body.fine, int(each), radius_m) for each in contacts])
     for level in range(len(body.levels)):
         nodal = [nodal_load(body, level, int(c), f, radius_m) for c, f in zip(contacts, forces, strict=True)]
-        arrays["loads"][f"level_{level}/nodal_force_n"] = np.array(nodal)
-    info = {"kind": "press", "scene": f"{body.name}_{regime}", "regime": regime, **body_info(body), "loads": loads}
-    return Questions(info, arrays)
+        more[f"level_{level}/nodal_force_n"] = np.array(nodal)
+    return questions_on(body, {"kind": "press", "scene": f"{body.name}_{regime}", "regime": regime}, loads, more)
 
 
 class Judge(judging.Judge):

@@ -17,7 +17,7 @@ from palpate.effects.instrument import Instrument, Pose
 from palpate.errors import InputError
 from palpate.exchange import judging
 from palpate.exchange.answers import Setting, Wanted
-from palpate.exchange.asked_body import body_arrays, body_info, body_of, refuse_sheet, with_law
+from palpate.exchange.asked_body import body_of, questions_on, with_law
 from palpate.exchange.folder import Arrays, Questions
 from palpate.files import read_table
 from palpate.report.words import two_digits
@@ -28,12 +28,10 @@ TABLE, COLUMNS = "touch", ("force_error", "online_median_s")
 """The table of palpate's own models, and further columns that it must have."""
 NUMBERS = {"force_n": Wanted(True), "force_before_n": Wanted(False), "area_m2": Wanted(False)}
 """What is asked beside displacements."""
-OF_TRUTH = ("force", "area", "pressure", "order", "force_order", "overlap", "least_det", "nodes", "edge_m", "seconds")
 
 
 def questions_of(body: Body, samples: np.ndarray, touches: Sequence[Touch]) -> Questions:
     """Return the questions of k touches by one instrument, without a truth; samples : (k,) their numbers."""
-    refuse_sheet(body)
     instrument = touches[0].instrument
     if touches[0].grasps:
         raise InputError(f"{body.name}: a grasp has no shape that another engine could take; ask for an instrument.")
@@ -42,14 +40,10 @@ def questions_of(body: Body, samples: np.ndarray, touches: Sequence[Touch]) -> Q
         pose = touch.pose(body)
         told = {"name": f"touch {int(number)}", "tip_m": pose.tip.tolist(), "axes": pose.axes.tolist()}
         loads.append(told | {"direction": touch.direction.tolist(), "depth_m": touch.depth_m})
-    arrays = body_arrays(body)
-    arrays["loads"] = {name: np.array([load[name] for load in loads]) for name in loads[0] if name != "name"}
-    arrays["loads"]["sample"] = np.asarray(samples, dtype=np.int64)
-    arrays["loads"]["node"] = np.array([touch.node for touch in touches])
-    arrays["loads"]["in_dent"] = np.array([patch_of(body, touch) for touch in touches])
+    more = {"sample": np.asarray(samples, dtype=np.int64), "node": np.array([touch.node for touch in touches])}
+    more["in_dent"] = np.array([patch_of(body, touch) for touch in touches])
     scene = f"{body.name}_{instrument_name(instrument)}"
-    told = asdict(instrument)
-    return Questions({"kind": "touch", "scene": scene, "instrument": told, **body_info(body), "loads": loads}, arrays)
+    return questions_on(body, {"kind": "touch", "scene": scene, "instrument": asdict(instrument)}, loads, more)
 
 
 def touches_in(questions: Questions, body: Body) -> list[Touch]:
@@ -106,7 +100,8 @@ def truth_arrays(truth: TouchTruth, rows: np.ndarray) -> Arrays:
     """Return the arrays of truth.npz for the touches ``rows``; its own errors are NaN where it is not believed."""
     found = judging.own_arrays(OWN, np.where(truth.believed[:, None], truth.own, np.nan)[rows])
     names = {"displacement": "displacement_m", "force": "force_n", "area": "area_m2"}
-    return found | {names.get(name, name): getattr(truth, name)[rows] for name in ("displacement", *OF_TRUTH)}
+    kept = {name: value for name, value in vars(truth).items() if name not in ("sample", "own", "rejected")}
+    return found | {names.get(name, name): value[rows] for name, value in kept.items()}
 
 
 def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arrays:

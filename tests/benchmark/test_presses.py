@@ -1,7 +1,6 @@
 """Presses: as deep as asked, no harder than the cap, and never through an element."""
 
 import warnings
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,17 +8,14 @@ import pytest
 from palpate.benchmark import presses
 from palpate.benchmark.load import FORCES, samples_in
 from palpate.benchmark.presses import (
-    LOAD_COLUMNS,
     PRESS_COLUMNS,
     SOUND,
-    choose_loads,
     choose_presses,
     oblique,
 )
 from palpate.benchmark.static_responses import press
 from palpate.bodies.contacts import kept_contacts, sampled_contacts
 from palpate.errors import InputError, NotConverged
-from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
 
 PRESSES = [{"magnitude": 1.0, "tilt_degrees": 0}, {"magnitude": 0.6, "tilt_degrees": 45}]
@@ -206,88 +202,3 @@ def test_oblique_directions_are_unit_vectors_inward():
         assert sides @ normal == pytest.approx(-np.sqrt(0.5) * np.ones(8), abs=1e-14)
         assert sides.mean(axis=0) == pytest.approx(-np.sqrt(0.5) * normal, abs=1e-14)
         assert oblique(normal, 0.0, 1.0) == pytest.approx(-normal, abs=1e-15)
-
-
-MAGNITUDES = [0.5, 1.0]
-
-
-@pytest.fixture(scope="module")
-def pick_loads(slab, slab_compliance):
-    def loads(count=8, peak=0.05, magnitudes=MAGNITUDES, seed=1, radius=0.0):
-        return choose_loads(slab, slab_compliance, magnitudes, peak, radius, count, seed)
-
-    return loads
-
-
-def test_as_many_as_asked_and_contact_by_contact_as_the_seed_decides(pick_loads):
-    loads = pick_loads()
-    assert list(loads.columns) == LOAD_COLUMNS
-    assert loads["sample"].tolist() == list(range(8))
-    contacts = loads["contact"].to_numpy().reshape(-1, len(MAGNITUDES))
-    assert (contacts == contacts[:, :1]).all() and len(np.unique(contacts)) == 4
-    assert set(pick_loads(radius=0.02)["radius_m"]) == {0.02}
-    assert pick_loads().equals(loads) and pick_loads(seed=2)["contact"].tolist() != loads["contact"].tolist()
-
-
-def test_contacts_can_be_pressed_and_are_pressed_inward(slab, slab_compliance, pick_loads):
-    beside = {n for element in slab.coarse.tetrahedra if np.isin(element, slab.anchors[0]).any() for n in element}
-    able = [n for n in slab_compliance.contacts if n not in beside]
-    loads = pick_loads(count=len(able), magnitudes=[1.0])
-    assert sorted(loads["contact"]) == able
-    for sample in samples_in(loads):
-        contact, force = sample.load.single()
-        assert force @ slab.fine.normals[contact] == pytest.approx(-np.linalg.norm(force), rel=1e-12)
-
-
-@pytest.mark.parametrize("peak", [0.02, 0.15])
-def test_peaks_are_as_deep_as_asked(slab, slab_compliance, pick_loads, peak):
-    """On the coarse mesh, corrected by how much softer the fine one is for small loads; and on the fine, nearly."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")  # of forces that are found nothing is said
-        loads = pick_loads(peak=peak)
-    wanted = peak * slab.fine.size * np.tile(MAGNITUDES, 4)
-    reached = [np.linalg.norm(press(slab, k, loads, 1e-6).displacement, axis=2).max(axis=1) for k in (0, 1)]
-    softer = []
-    for sample in samples_in(loads):
-        contact, force = sample.load.single()
-        row = slab_compliance.row(contact)
-        linear = [np.tensordot(force, c[row], 1) for c in (slab_compliance.fine, slab_compliance.coarse)]
-        fine, coarse = (np.linalg.norm(u, axis=1).max() for u in linear)
-        softer.append(fine / coarse)
-    assert np.min(softer) > 1.0
-    assert np.abs(reached[0] * softer / wanted - 1.0).max() < 0.025
-    assert np.abs(reached[1] / wanted - 1.0).max() < (0.1 if peak < 0.1 else 0.35)
-
-
-def test_samples_lie_among_the_contacts_that_are_prepared(slab):
-    compliance = compute_compliance(slab, 0.0, contacts=6)
-    loads = choose_loads(slab, compliance, MAGNITUDES, 0.05, 0.0, 12, 1)
-    assert sorted(loads["contact"].unique()) == compliance.contacts.tolist()
-    with pytest.raises(InputError, match=r"^bodies\.slab: 7 contacts are asked for and 6 can be pressed; .* contacts"):
-        choose_loads(slab, compliance, MAGNITUDES, 0.05, 0.0, 14, 1)
-
-
-def test_counts_that_cannot_be_are_refused(pick_loads):
-    with pytest.raises(InputError, match=r"^bodies\.slab: train \+ test is 7, which 2 magnitudes do not divide; .*\.$"):
-        pick_loads(count=7)
-    with pytest.raises(InputError, match=r"^bodies\.slab: 500 contacts are asked for and \d+ can be pressed; .*\.$"):
-        pick_loads(count=1000)
-
-
-class Stiffening:
-    """A body that moves by what it is pressed with, but at most by 0.61 m."""
-
-    mesh = SimpleNamespace(nodes=np.zeros((1, 3)))
-
-    def solve(self, forces, tolerance):
-        return SimpleNamespace(x=np.minimum(forces, 0.61))
-
-
-def test_a_peak_that_is_not_reached_is_warned_of_with_its_share(pick_loads, monkeypatch):
-    unit = np.array([[1.0, 0.0, 0.0]])
-    assert presses._force_for(Stiffening(), unit, 0.5, 0.2) == (0.5, 1.0)
-    assert presses._force_for(Stiffening(), unit, 1.0, 1.0)[1] == 0.61
-    shares = iter([1.0, 0.61, 0.99, 0.75])
-    monkeypatch.setattr(presses, "_force_for", lambda *_: (1.0, next(shares)))
-    with pytest.warns(UserWarning, match=r"^bodies\.slab: 2 of 4 loads do not .*, but by 61 % to 75 % of it"):
-        pick_loads(count=4)

@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.choosing import BOUND, FASTEST, NONE, SETTING, TIED, Candidates, HeldOut, Limit, percent
-from palpate.benchmark.conformal import FEWEST, finite
-from palpate.benchmark.error_bounds import CONSTANT
+from palpate.benchmark.conformal import CONSTANT, FEWEST, finite
 from palpate.benchmark.ranking import (
     BOUNDS,
     EQUAL,

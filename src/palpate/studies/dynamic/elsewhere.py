@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.conformal import Draws, bound_factor, finite
-from palpate.benchmark.error_bounds import CONSTANT, OWN
+from palpate.benchmark.conformal import CONSTANT, OWN, Draws, bound_factor, finite
 from palpate.benchmark.motion_truth import MotionTruth, motion_truth
 from palpate.benchmark.presses import oblique
 from palpate.benchmark.ranking import EXACT

@@ -115,8 +115,8 @@ def _files_of(paths, body, regime):
 
 
 def tabulate_tradeoff(input, scenes: list[str], smooth: list[str]):
-    from palpate.benchmark.error_bounds import SAMPLES, Scene, error_bounds
     from palpate.files import read_table
+    from palpate.studies.tradeoff.error_bounds import SAMPLES, Scene, error_bounds
     from palpate.studies.tradeoff.error_estimates import read_estimates
     from palpate.studies.tradeoff.truth_table import truth_table
 

@@ -176,10 +176,10 @@ def grid() -> Families:
 def slab_case(slab, slab_compliance) -> tuple:
     """A case of the slab with 12 training samples at 6 contacts, 6 test samples at 3 others, and their numbers."""
     from palpate.benchmark.model import Case
-    from palpate.benchmark.presses import choose_loads
     from palpate.benchmark.settings import FitOptions, Widths
     from palpate.benchmark.split import split
     from palpate.benchmark.static_responses import assemble, press
+    from palpate.studies.enrichment.samples import choose_loads
 
     loads = choose_loads(slab, slab_compliance, [0.8, 1.2], 0.1, 0.0, 18, 1)
     fine, coarse = press(slab, 1, loads, 1e-10), press(slab, 0, loads, 1e-8)

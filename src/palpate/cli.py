@@ -289,7 +289,7 @@ def _ask(asked: argparse.Namespace) -> str:
 
 def _score(asked: argparse.Namespace) -> str:
     _share_compiled()
-    from palpate.exchange.score_command import score
+    from palpate.exchange.score import score
 
     return score(asked.answers, asked.questions, asked.results, asked.out, asked.own_law)
 

@@ -3,18 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.benchmark.accuracy import COLUMNS, accuracy_rows, errors, patch_nodes, sample_errors, truth_errors
+from palpate.benchmark.accuracy import errors, patch_nodes, truth_errors
 from palpate.errors import InputError
-from palpate.models.interpolation import Interpolation
-
-
-class Nothing:
-    """Predicts that nothing moves."""
-
-    sigma_m = 0.25
-
-    def predict(self, coarse, contact, force):
-        return np.zeros((722, 3))
 
 
 def test_errors_by_hand():
@@ -61,27 +51,3 @@ def test_errors_do_not_depend_on_axes_or_units():
     here, there = errors(predicted, reference), errors(1e3 * predicted @ turn, 1e3 * reference @ turn)
     assert there.rmse_m == pytest.approx(1e3 * here.rmse_m)
     assert there[1:] == pytest.approx(here[1:])
-
-
-def test_rows_are_made_of_sample_errors(db):
-    test = np.array([3, 8, 14])
-    labels = {"body": "cylinder", "regime": "small", "split": "contacts"}
-    methods = {"nothing": Nothing(), "interpolation": Interpolation(db)}
-    table = accuracy_rows(db, methods, "live", test, labels)
-    assert table.columns.tolist() == COLUMNS
-    assert table["method"].tolist() == ["nothing", "interpolation"]
-    nothing = table.iloc[0]
-    assert (nothing[list(labels)] == list(labels.values())).all()
-    assert nothing["protocol"] == "live" and nothing["samples"] == 3
-    assert nothing["sigma_m"] == 0.25 and np.isnan(table["sigma_m"].iloc[1])
-    rmse = [np.sqrt((db.fine[i] ** 2).sum(axis=1).mean()) for i in test]
-    assert nothing["rmse_m"] == pytest.approx(np.mean(rmse))
-    assert nothing["rmse_of_peak"] == pytest.approx(np.mean(rmse / db.peaks[test]))
-    assert nothing["max_of_peak"] == pytest.approx(1)
-    samples = sample_errors(db, Interpolation(db), "paper", test)
-    assert samples["sample"].tolist() == [3, 8, 14]
-    expected = errors(db.prolongation @ db.coarse_paper[8], db.fine[8])
-    assert samples.iloc[1]["rmse_m"] == pytest.approx(expected.rmse_m, rel=1e-12)
-    row = accuracy_rows(db, methods, "paper", test, labels).iloc[1]
-    assert row["p95_of_peak"] == pytest.approx(samples["p95_of_peak"].mean())
-    assert row["max_of_peak"] == pytest.approx(samples["max_of_peak"].max())

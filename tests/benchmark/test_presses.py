@@ -1,26 +1,21 @@
 """Presses: as deep as asked, no harder than the cap, and never through an element."""
 
 import warnings
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from palpate.benchmark import presses
+from palpate.benchmark.load import FORCES, samples_in
 from palpate.benchmark.presses import (
-    LOAD_COLUMNS,
     PRESS_COLUMNS,
     SOUND,
-    choose_loads,
     choose_presses,
-    force_of,
-    nodal_forces,
     oblique,
 )
 from palpate.benchmark.static_responses import press
 from palpate.bodies.contacts import kept_contacts, sampled_contacts
 from palpate.errors import InputError, NotConverged
-from palpate.solvers.compliance import compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
 
 PRESSES = [{"magnitude": 1.0, "tilt_degrees": 0}, {"magnitude": 0.6, "tilt_degrees": 45}]
@@ -39,7 +34,7 @@ def small(beam):
 
 
 def pressures(table, body, radius=RADIUS):
-    newtons = np.array([np.linalg.norm(force_of(load)) for _, load in table.iterrows()])
+    newtons = np.linalg.norm(table[FORCES], axis=1)
     return 2 * newtons / (np.pi * radius**2) / body.material.young_pa
 
 
@@ -52,12 +47,12 @@ def test_every_press_at_every_contact(beam, small):
 
 
 def test_forces_are_tilted_as_asked_and_the_seed_turns_them(beam, small):
-    for _, load in small.iterrows():
-        force = force_of(load)
+    for sample, tilt in zip(samples_in(small), small["tilt_degrees"], strict=True):
+        contact, force = sample.load.single()
         for order in (1, 2):
-            assert nodal_forces(beam, 0, load, order).sum(axis=0) == pytest.approx(force, rel=1e-12)
-        cosine = -force @ beam.fine.normals[int(load["contact"])] / np.linalg.norm(force)
-        assert cosine == pytest.approx(np.cos(np.radians(load["tilt_degrees"])), abs=1e-12)
+            assert sample.nodal(beam, 0, order).sum(axis=0) == pytest.approx(force, rel=1e-12)
+        cosine = -force @ beam.fine.normals[contact] / np.linalg.norm(force)
+        assert cosine == pytest.approx(np.cos(np.radians(tilt)), abs=1e-12)
     assert choose(beam, {"peak_of_size": 0.04}).equals(small)
     other = choose(beam, {"peak_of_size": 0.04, "pressure_of_young": 1.0}, seed=2)
     spread = kept_contacts(beam, 2)  # the third contact is drawn, by another seed elsewhere
@@ -81,7 +76,7 @@ def test_the_body_moves_as_deep_as_asked(beam, small):
 def test_the_volume_that_a_press_takes_is_that_of_its_elements(beam, small):
     """Linear elements with the same nodes, filled with the answer of quadratic ones, have it to what facets leave."""
     solver = Equilibrium(beam, 0, order=2)
-    x = solver.solve(nodal_forces(beam, 0, small.iloc[0], order=2), 1e-8).x
+    x = solver.solve(samples_in(small)[0].nodal(beam, 0, order=2), 1e-8).x
     corners = x[solver.mesh.tetrahedra]
     filled = np.linalg.det(corners[:, 1:] - corners[:, :1]).sum() / 6.0
     assert small["volume_change"][0] == pytest.approx(filled / solver.mesh.volumes.sum() - 1.0, rel=0.05)
@@ -207,87 +202,3 @@ def test_oblique_directions_are_unit_vectors_inward():
         assert sides @ normal == pytest.approx(-np.sqrt(0.5) * np.ones(8), abs=1e-14)
         assert sides.mean(axis=0) == pytest.approx(-np.sqrt(0.5) * normal, abs=1e-14)
         assert oblique(normal, 0.0, 1.0) == pytest.approx(-normal, abs=1e-15)
-
-
-MAGNITUDES = [0.5, 1.0]
-
-
-@pytest.fixture(scope="module")
-def pick_loads(slab, slab_compliance):
-    def loads(count=8, peak=0.05, magnitudes=MAGNITUDES, seed=1, radius=0.0):
-        return choose_loads(slab, slab_compliance, magnitudes, peak, radius, count, seed)
-
-    return loads
-
-
-def test_as_many_as_asked_and_contact_by_contact_as_the_seed_decides(pick_loads):
-    loads = pick_loads()
-    assert list(loads.columns) == LOAD_COLUMNS
-    assert loads["sample"].tolist() == list(range(8))
-    contacts = loads["contact"].to_numpy().reshape(-1, len(MAGNITUDES))
-    assert (contacts == contacts[:, :1]).all() and len(np.unique(contacts)) == 4
-    assert set(pick_loads(radius=0.02)["radius_m"]) == {0.02}
-    assert pick_loads().equals(loads) and pick_loads(seed=2)["contact"].tolist() != loads["contact"].tolist()
-
-
-def test_contacts_can_be_pressed_and_are_pressed_inward(slab, slab_compliance, pick_loads):
-    beside = {n for element in slab.coarse.tetrahedra if np.isin(element, slab.anchors[0]).any() for n in element}
-    able = [n for n in slab_compliance.contacts if n not in beside]
-    loads = pick_loads(count=len(able), magnitudes=[1.0])
-    assert sorted(loads["contact"]) == able
-    for _, load in loads.iterrows():
-        force, normal = force_of(load), slab.fine.normals[int(load["contact"])]
-        assert force @ normal == pytest.approx(-np.linalg.norm(force), rel=1e-12)
-
-
-@pytest.mark.parametrize("peak", [0.02, 0.15])
-def test_peaks_are_as_deep_as_asked(slab, slab_compliance, pick_loads, peak):
-    """On the coarse mesh, corrected by how much softer the fine one is for small loads; and on the fine, nearly."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")  # of forces that are found nothing is said
-        loads = pick_loads(peak=peak)
-    wanted = peak * slab.fine.size * np.tile(MAGNITUDES, 4)
-    reached = [np.linalg.norm(press(slab, k, loads, 1e-6).displacement, axis=2).max(axis=1) for k in (0, 1)]
-    softer = []
-    for _, load in loads.iterrows():
-        row = slab_compliance.row(int(load["contact"]))
-        linear = [np.tensordot(force_of(load), c[row], 1) for c in (slab_compliance.fine, slab_compliance.coarse)]
-        fine, coarse = (np.linalg.norm(u, axis=1).max() for u in linear)
-        softer.append(fine / coarse)
-    assert np.min(softer) > 1.0
-    assert np.abs(reached[0] * softer / wanted - 1.0).max() < 0.025
-    assert np.abs(reached[1] / wanted - 1.0).max() < (0.1 if peak < 0.1 else 0.35)
-
-
-def test_samples_lie_among_the_contacts_that_are_prepared(slab):
-    compliance = compute_compliance(slab, 0.0, contacts=6)
-    loads = choose_loads(slab, compliance, MAGNITUDES, 0.05, 0.0, 12, 1)
-    assert sorted(loads["contact"].unique()) == compliance.contacts.tolist()
-    with pytest.raises(InputError, match=r"^bodies\.slab: 7 contacts are asked for and 6 can be pressed; .* contacts"):
-        choose_loads(slab, compliance, MAGNITUDES, 0.05, 0.0, 14, 1)
-
-
-def test_counts_that_cannot_be_are_refused(pick_loads):
-    with pytest.raises(InputError, match=r"^bodies\.slab: train \+ test is 7, which 2 magnitudes do not divide; .*\.$"):
-        pick_loads(count=7)
-    with pytest.raises(InputError, match=r"^bodies\.slab: 500 contacts are asked for and \d+ can be pressed; .*\.$"):
-        pick_loads(count=1000)
-
-
-class Stiffening:
-    """A body that moves by what it is pressed with, but at most by 0.61 m."""
-
-    mesh = SimpleNamespace(nodes=np.zeros((1, 3)))
-
-    def solve(self, forces, tolerance):
-        return SimpleNamespace(x=np.minimum(forces, 0.61))
-
-
-def test_a_peak_that_is_not_reached_is_warned_of_with_its_share(pick_loads, monkeypatch):
-    unit = np.array([[1.0, 0.0, 0.0]])
-    assert presses._force_for(Stiffening(), unit, 0.5, 0.2) == (0.5, 1.0)
-    assert presses._force_for(Stiffening(), unit, 1.0, 1.0)[1] == 0.61
-    shares = iter([1.0, 0.61, 0.99, 0.75])
-    monkeypatch.setattr(presses, "_force_for", lambda *_: (1.0, next(shares)))
-    with pytest.warns(UserWarning, match=r"^bodies\.slab: 2 of 4 loads do not .*, but by 61 % to 75 % of it"):
-        pick_loads(count=4)

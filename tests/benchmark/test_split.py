@@ -5,19 +5,12 @@ import pytest
 
 from palpate.benchmark.split import (
     FOLD_COLUMNS,
-    SAMPLE_COLUMNS,
-    SPLITS,
     asked_samples,
     deal,
     fold_sides,
     fold_table,
     read_folds,
-    read_samples,
-    sample_peaks,
-    sample_table,
-    sides,
     split,
-    split_counts,
     training_presses,
 )
 from palpate.errors import InputError
@@ -107,31 +100,3 @@ def test_every_training_contact_has_one_press_of_all_in_turn(db):
         contact=contact, fold=[1] * 9 + [2] * 3 + [3] * 3
     )
     assert (training_presses(table, 2) % 3).tolist() == [2, 0, 1]  # of the contacts 7, 3 and 5 in their order
-
-
-@pytest.fixture
-def side_table(db):
-    return sample_table(db, 18, 6, 1)
-
-
-def test_a_row_has_contact_peak_and_sides_and_is_the_same_when_read_again(db, side_table, tmp_path):
-    assert side_table.columns.tolist() == SAMPLE_COLUMNS and side_table["sample"].tolist() == list(range(24))
-    assert np.array_equal(side_table["contact"], db.contact) and np.array_equal(side_table["peak_m"], db.peaks)
-    for kind in SPLITS:
-        expected = split(db.contact, 18, 6, kind, 1)
-        assert [side.tolist() for side in sides(side_table, kind)] == [side.tolist() for side in expected]
-    write_table(side_table, tmp_path / "samples.csv")
-    again = read_samples(tmp_path / "samples.csv")
-    assert again.equals(side_table.astype(again.dtypes))
-    with pytest.raises(InputError, match=r"nothing\.csv is missing"):
-        read_samples(tmp_path / "nothing.csv")
-
-
-def test_published_tables(side_table):
-    tables = {("beam", "small"): side_table, ("beam", "large"): side_table.iloc[::-1]}
-    peaks = sample_peaks(tables)
-    assert peaks.columns.tolist() == ["body", "regime", "sample", "peak_m"] and len(peaks) == 48
-    assert peaks.iloc[24].tolist() == ["beam", "large", 23, side_table["peak_m"][23]]
-    counts = split_counts(tables)
-    assert counts.columns.tolist() == ["body", "regime", "split", "train", "test"]
-    assert counts.to_numpy().tolist() == [["beam", r, kind, 18, 6] for r in ("small", "large") for kind in SPLITS]

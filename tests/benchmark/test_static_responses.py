@@ -8,7 +8,8 @@ import pytest
 
 from palpate.benchmark import static_responses
 from palpate.benchmark.database import read, write
-from palpate.benchmark.presses import LOAD_COLUMNS, nodal_forces
+from palpate.benchmark.load import samples_in
+from palpate.benchmark.presses import LOAD_COLUMNS
 from palpate.benchmark.static_responses import Responses, assemble, digest, inverted, load_responses, press
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import finer, ten_nodes
@@ -29,8 +30,8 @@ def pressed_slab(slab, three_loads):
 
 
 def test_responses_are_the_equilibria_under_each_row(slab, three_loads, pressed_slab):
-    for row, (_, load) in enumerate(three_loads.iterrows()):
-        expected = Equilibrium(slab, 1).solve(nodal_forces(slab, 1, load), 1e-9).x - slab.fine.nodes
+    for row, sample in enumerate(samples_in(three_loads)):
+        expected = Equilibrium(slab, 1).solve(sample.nodal(slab, 1), 1e-9).x - slab.fine.nodes
         assert np.abs(pressed_slab.displacement[row] - expected).max() < 1e-12
     assert np.abs(pressed_slab.displacement[:, slab.anchors[1]]).max() == 0.0
 
@@ -77,8 +78,8 @@ def test_quadratic_responses_are_those_of_ten_node_elements(slab, three_loads):
         found = press(slab, level, three_loads, 1e-9, order=2)
         assert found.displacement.shape == (3, len(slab.levels[level].nodes), 3)
         problem = Equilibrium(finer(slab), level, 2)
-        for row, (_, load) in enumerate(three_loads.iterrows()):
-            x = problem.solve(nodal_forces(finer(slab), level, load, 2), 1e-9).x
+        for row, sample in enumerate(samples_in(three_loads)):
+            x = problem.solve(sample.nodal(finer(slab), level, 2), 1e-9).x
             expected = (x - problem.mesh.nodes)[: len(slab.levels[level].nodes)]
             assert np.abs(found.displacement[row] - expected).max() < 1e-7 * np.abs(expected).max()
             assert found.least_det[row] == pytest.approx(problem.least_det(x), rel=1e-6)

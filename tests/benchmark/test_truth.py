@@ -7,14 +7,14 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.presses import LOAD_COLUMNS, force_of
+from palpate.benchmark.load import samples_in
+from palpate.benchmark.presses import LOAD_COLUMNS
 from palpate.benchmark.richardson import limit
 from palpate.benchmark.truth import OWN, objection, truth_levels, truth_of
 from palpate.bodies.body import nest
 from palpate.bodies.mesh import TetMesh
 from palpate.bodies.refinement import finer
 from palpate.bodies.supports import Bed
-from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError
 from palpate.solvers.equilibrium import Equilibrium
 from palpate.studies.tradeoff.truth_table import TRUTH, other_element, truth_table, widened
@@ -55,10 +55,10 @@ def test_levels_are_solved_to_less_than_can_be_seen(slab, loads, slab_truth):
     whole = finer(slab, 2)
     assert slab_truth.levels.shape == (2, 3, len(slab.fine.surface), 3) and slab_truth.level == 2
     assert slab_truth.elements == 64 * 96 and slab_truth.nodes == len(whole.fine.nodes)
-    for row, (_, load) in enumerate(loads.iterrows()):
+    for row, sample in enumerate(samples_in(loads)):
         for level in (1, 2):
             solver = Equilibrium(whole, level, order=2)
-            forces = nodal_load(whole, level, int(load["contact"]), force_of(load), RADIUS_M, order=2)
+            forces = sample.nodal(whole, level, order=2)
             cold = (solver.solve(forces, 1e-10).x - solver.mesh.nodes)[slab.fine.surface]
             peak = np.linalg.norm(cold, axis=1).max()
             assert np.abs(slab_truth.levels[row, level] - cold).max() < 2e-5 * peak
@@ -79,7 +79,7 @@ def test_volume_lost_and_counts_are_those_of_its_levels(slab, loads, slab_truth)
     """By linear elements with the same nodes, instead of the surface around quadratic ones: to what facets leave."""
     solver = Equilibrium(finer(slab, 2), 2, order=2)
     mesh = solver.mesh
-    forces = nodal_load(finer(slab, 2), 2, int(loads["contact"][0]), force_of(loads.iloc[0]), RADIUS_M, order=2)
+    forces = samples_in(loads)[0].nodal(finer(slab, 2), 2, order=2)
     x = solver.solve(forces, 1e-10).x
     corners = x[mesh.tetrahedra]
     filled = np.linalg.det(corners[:, 1:] - corners[:, :1]).sum() / 6.0
@@ -91,7 +91,7 @@ def test_volume_lost_and_counts_are_those_of_its_levels(slab, loads, slab_truth)
 def test_another_element_has_the_same_limit(slab, loads, slab_truth):
     """Linear elements, many times as wrong on the same nodes, are half as wrong in their limit."""
     solver = Equilibrium(slab, 1)
-    forces = nodal_load(slab, 1, int(loads["contact"][0]), force_of(loads.iloc[0]), RADIUS_M)
+    forces = samples_in(loads)[0].nodal(slab, 1)
     linear = (solver.solve(forces, 1e-8).x - solver.mesh.nodes)[slab.fine.surface]
     patch = patch_nodes(slab.fine, int(loads["contact"][0]), RADIUS_M)
     error = truth_errors(linear, slab_truth.displacement[0], patch).rmse_of_peak

@@ -9,7 +9,7 @@ import pytest
 
 from palpate.errors import InputError
 from palpate.exchange.answers import read_answers
-from palpate.exchange.score_presses import score_presses
+from palpate.exchange.judging import score_answers
 
 MOVED, SECONDS, FAILED = "setting_2/displacement_m", "setting_2/seconds", "setting_2/failed"
 
@@ -148,7 +148,7 @@ def test_a_faulty_file_has_one_sentence(questions, answers, tmp_path, fault):
     change(answers, questions)
     np.savez(tmp_path / "a.npz", **answers)
     with pytest.raises(InputError) as told:
-        score_presses(tmp_path / "a.npz", questions, questions.truth)
+        score_answers(tmp_path / "a.npz", questions, questions.truth)
     sentence = str(told.value)
     assert re.search(said, sentence), sentence
     assert sentence.startswith(f"{tmp_path / 'a.npz'}: ") and sentence.endswith((".", "?")) and "\n" not in sentence
@@ -197,7 +197,7 @@ def test_what_is_odd_and_may_be_no_slip_is_scored_and_said(questions, answers, t
     change(answers, questions)
     answers |= {f"setting_{i}/failed": np.isnan(answers[f"setting_{i}/displacement_m"]).all((1, 2)) for i in range(3)}
     np.savez(tmp_path / "a.npz", **answers)
-    found = score_presses(tmp_path / "a.npz", questions, questions.truth)
+    found = score_answers(tmp_path / "a.npz", questions, questions.truth)
     assert len(found.settings) == 3 and [said in each for each in found.warnings] == [True] * 3
 
 
@@ -214,7 +214,7 @@ def test_objects_and_groups_are_no_answers(questions, answers, tmp_path):
 def test_memory_may_be_left_out(questions, answers, tmp_path):
     answers.pop("setting_2/memory_mb")
     np.savez(tmp_path / "a.npz", **answers)
-    rows = score_presses(tmp_path / "a.npz", questions, questions.truth).settings
+    rows = score_answers(tmp_path / "a.npz", questions, questions.truth).settings
     assert rows["memory_mb"].isna().tolist() == [False, False, True]
 
 
@@ -222,7 +222,7 @@ def test_few_settings_and_none_that_is_converged_are_said_and_scored(questions, 
     few = {name: value for name, value in answers.items() if not name.startswith(("setting_1", "setting_2"))}
     few |= {"settings": np.array(["coarse"]), "converged": np.array([False])}
     np.savez(tmp_path / "a.npz", **few)
-    found = score_presses(tmp_path / "a.npz", questions, questions.truth)
+    found = score_answers(tmp_path / "a.npz", questions, questions.truth)
     assert len(found.warnings) == 2 and "1 of the 3 settings" in found.warnings[0] and len(found.settings) == 1
 
 
@@ -238,7 +238,7 @@ def test_an_answer_that_is_only_bad_is_scored(questions, answers, tmp_path, bad)
     }[bad]  # fmt: skip
     answers["setting_2/displacement_m"] = made
     np.savez(tmp_path / "a.npz", **answers)
-    row = score_presses(tmp_path / "a.npz", questions, questions.truth).settings.iloc[2]
+    row = score_answers(tmp_path / "a.npz", questions, questions.truth).settings.iloc[2]
     assert row["relative_l2"] == pytest.approx(
         np.mean(np.linalg.norm(made - truth, axis=(1, 2)) / np.linalg.norm(truth, axis=(1, 2)))
     )

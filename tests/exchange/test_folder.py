@@ -85,7 +85,7 @@ def test_a_private_set_is_drawn_anew_and_has_no_truth(pressed, questions, tmp_pa
 
 def test_the_page_has_all_its_places_filled_and_its_example_runs(folder, questions, tmp_path, monkeypatch):
     text = (folder / "README.md").read_text(encoding="utf-8")
-    assert "$" not in text and f"the same {questions.count} questions" in text and "Ψ = μ" in text
+    assert "{{" not in text and f"the same {questions.count} questions" in text and "Ψ = μ" in text
     (tmp_path / "questions").symlink_to(folder)
     monkeypatch.chdir(tmp_path)
     example = text.split("```python\n")[1].split("```")[0]

@@ -23,10 +23,10 @@ from palpate.errors import InputError
 from palpate.exchange import motions
 from palpate.exchange.ask import ask
 from palpate.exchange.folder import packed, read
+from palpate.exchange.judging import score_answers
 from palpate.exchange.picture import draw_score
-from palpate.exchange.score import floor_of
-from palpate.exchange.score_command import _printed, score
-from palpate.exchange.score_motions import score_motions
+from palpate.exchange.readme import readme
+from palpate.exchange.score import _printed, floor_of, score
 from palpate.exchange.suspects import over_time
 from palpate.run.settings import complete, read_settings
 from palpate.stores import store
@@ -108,7 +108,7 @@ def answered(folder, tmp_path_factory):
 def test_linear_elements_from_elsewhere_move_as_those_inside(run, folder, answered):
     """Both step by BDF2 with damping by clamped tangents, and solve steps to 1e-10: errors agree to seven digits."""
     questions = read(folder)
-    found = score_motions(answered, questions, questions.truth).settings
+    found = score_answers(answered, questions, questions.truth).settings
     for row, (level, steps) in zip(found.itertuples(), ((0, 4), (0, 16), (1, 8)), strict=True):
         scene = run.scene.fem(steps).but(tolerance=1e-10)
         moved, _ = run.scene.move(scene, level)
@@ -159,13 +159,13 @@ def test_a_private_motion_is_another_of_the_same_size(run, tmp_path):
 
 def test_the_page_is_filled_and_its_example_runs(folder, tmp_path, monkeypatch):
     questions, text = read(folder), (folder / "README.md").read_text(encoding="utf-8")
-    assert "$" not in text and "the same question that" in text and "instruments" not in text
+    assert "{{" not in text and "the same question that" in text and "instruments" not in text
     (tmp_path / "questions").symlink_to(folder)
     monkeypatch.chdir(tmp_path)
     example = text.split("```python\n")[1].split("```")[0]
     still = np.full((4, len(questions.points), 3), 1e-6)
     exec(compile(example, "README.md", "exec"), {"move": lambda name, load, instants: still})
-    assert score_motions(tmp_path / "answers.npz", questions, questions.truth).settings["failures"].sum() == 0
+    assert score_answers(tmp_path / "answers.npz", questions, questions.truth).settings["failures"].sum() == 0
 
 
 @pytest.mark.parametrize(
@@ -186,7 +186,7 @@ def test_faulty_motions_have_one_sentence(folder, answered, tmp_path, change, sa
     found["setting_2/displacement_m"] = change(found["setting_2/displacement_m"])
     (tmp_path / "a.npz").write_bytes(packed(found))
     with pytest.raises(InputError, match=said):
-        score_motions(tmp_path / "a.npz", questions, questions.truth)
+        score_answers(tmp_path / "a.npz", questions, questions.truth)
 
 
 def test_instants_that_begin_at_rest_are_told(run):
@@ -211,8 +211,8 @@ def test_what_is_no_motion_over_time_is_told(share):
 def test_a_motion_under_weight_alone_has_no_dent(run, tmp_path):
     scene = replace(run.scene, loads=run.scene.loads.but(push=None))
     questions = motions.questions_of([scene], {"levels": 3, "steps_per_frame": 1})
-    page = motions.page(questions)
-    assert "dent" not in page["asked"] + page["scored"] and "Nothing is pressed" in page["asked"]
+    page = readme(questions, "corotational").decode()
+    assert "dent" not in page and "Nothing is pressed" in page
     moved = run.truth.displacement[None]
     truth = {f"own_{name}": np.array([1e-3]) for name in motions.OWN} | {"own_force_rms_of_peak": np.array([np.nan])}
     truth |= {"displacement_m": moved, "force_n": np.empty((1, 4, 0, 3)), "seconds": np.ones(1)}
@@ -220,7 +220,7 @@ def test_a_motion_under_weight_alone_has_no_dent(run, tmp_path):
     answers |= {"settings": ["one"], "converged": [True], "setting_0/displacement_m": 0.9 * moved}
     answers |= {"setting_0/seconds": [0.32], "setting_0/preparation_s": 0.0}
     (tmp_path / "a.npz").write_bytes(packed({name: np.array(value) for name, value in answers.items()}))
-    table = score_table(score_motions(tmp_path / "a.npz", questions, truth).settings, floor_of(truth), None)
+    table = score_table(score_answers(tmp_path / "a.npz", questions, truth).settings, floor_of(truth), None)
     head, line = _printed(table)
     assert "dent" not in head and "median" not in head and "s per s" in head and line.split()[-2] == "2"
     (axis,) = draw_score(table, floor_of(truth)).axes
@@ -255,7 +255,7 @@ def test_forces_of_instruments_are_compared_as_those_of_models(run):
     assert load["instruments"] == [ball] and load["friction"] == 0.2
     assert motions._loads(load).instruments == [Ball(**ball)]
     assert motions.wanted(questions)["force_n"].shape == (4, 1, 3)
-    assert "`setting_0/force_n` | (k, f, i, 3)" in motions.page(questions)["answer_rows"]
+    assert "`setting_0/force_n` | (k, f, i, 3)" in readme(questions, "corotational").decode()
     dent = questions.arrays["loads"]["in_dent"][0]
     assert 0 < dent.sum() < len(dent)
     rng = np.random.default_rng(0)
@@ -267,7 +267,7 @@ def test_forces_of_instruments_are_compared_as_those_of_models(run):
     answers |= {"setting_0/force_n": 1.1 * force, "setting_0/seconds": [2.0], "setting_0/preparation_s": 0.0}
     path = run.results / "touched.npz"
     path.write_bytes(packed({name: np.array(value) for name, value in answers.items()}))
-    row = score_motions(path, questions, truth).settings.iloc[0]
+    row = score_answers(path, questions, truth).settings.iloc[0]
     inside = force_errors(1.1 * force[0], force[0])
     assert row["force_rms_of_peak"] == pytest.approx(inside.force_rms_of_peak)
     assert row["force_peak_error"] == pytest.approx(0.1) and row["relative_l2"] == pytest.approx(0.01)

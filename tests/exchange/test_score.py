@@ -13,16 +13,15 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.engine_scores import ANSWERS
+from palpate.benchmark.judge import read_judged
 from palpate.benchmark.measure import measure
-from palpate.benchmark.model import Case
+from palpate.benchmark.settings import FitOptions
 from palpate.errors import InputError
 from palpate.exchange import presses
 from palpate.exchange.asked_body import law_named
 from palpate.exchange.folder import packed
-from palpate.exchange.own_mesh import OwnMesh
-from palpate.exchange.score import kept_truth, truth_beside
-from palpate.exchange.score_command import score
-from palpate.exchange.score_presses import score_presses
+from palpate.exchange.judging import OwnMesh, score_answers
+from palpate.exchange.score import kept_truth, score, truth_beside
 from palpate.models.kinds import FEM
 
 SCRIPT = Path(__file__).with_name("independent_p1.py")
@@ -44,9 +43,11 @@ def test_the_script_imports_nothing_of_palpate():
 def test_linear_elements_from_elsewhere_are_scored_as_those_inside(pressed, folder, questions, tmp_path):
     """The script knows the folder alone; both solve to 1e-10, and errors agree to eight digits."""
     subprocess.run([sys.executable, "-I", SCRIPT, folder, tmp_path / "answers.npz"], check=True)
-    found = score_presses(tmp_path / "answers.npz", questions, questions.truth)
-    judge, _ = presses.judge_of(questions, questions.truth)
-    case = Case.untrained(pressed.body, "large", 0.03, 1, 1e-10)
+    found = score_answers(tmp_path / "answers.npz", questions, questions.truth)
+    place = pressed.results / "data/block"
+    files = {"body": place / "body.h5", "samples": place / "large/samples.csv"}
+    files |= {name: place / f"large/{name}.h5" for name in ("database", "truth")}
+    case, judge = read_judged(files, "large", 1, 0.03, FitOptions(), 1e-10)
     models = [FEM(order=1, level=level, tolerance=1e-10) for level in (0, 1)]
     inside = measure(case, "fem_p1", models, judge, 1, 0.0)[1].set_index("setting")
     for outside, name in (
@@ -62,7 +63,7 @@ def test_linear_elements_from_elsewhere_are_scored_as_those_inside(pressed, fold
 
 def test_errors_failures_and_times_are_those_that_were_made(questions, answers, tmp_path):
     """30 %, 10 % and 1 % too small everywhere is a relative L2 error of just that."""
-    found = score_presses(saved(answers, tmp_path / "a.npz"), questions, questions.truth)
+    found = score_answers(saved(answers, tmp_path / "a.npz"), questions, questions.truth)
     rows = found.settings
     assert rows["relative_l2"].to_numpy() == pytest.approx([0.3, 0.1, 0.01])
     assert rows["failures"].tolist() == [1, 0, 0] and rows["samples"].tolist() == [4, 4, 4]
@@ -85,7 +86,7 @@ def test_an_answer_on_a_mesh_of_its_own_is_interpolated_and_its_cost_is_said(que
         "setting_2/nodes_m": level["nodes_m"],
         "setting_2/triangles": level["triangles"],
     }
-    row = score_presses(saved(answers, tmp_path / "a.npz"), questions, questions.truth).settings.iloc[2]
+    row = score_answers(saved(answers, tmp_path / "a.npz"), questions, questions.truth).settings.iloc[2]
     assert row["rmse_of_peak"] == pytest.approx(row["mesh_rmse_of_peak"], rel=1e-9) and row["rmse_of_peak"] > 1e-3
     assert row["patch_rms_of_peak"] == pytest.approx(row["mesh_patch_rms_of_peak"], rel=1e-9)
     # the asked points themselves cost nothing
@@ -94,7 +95,7 @@ def test_an_answer_on_a_mesh_of_its_own_is_interpolated_and_its_cost_is_said(que
         "setting_2/nodes_m": asked["points_m"],
     }
     answers["setting_2/triangles"] = asked["triangles"]
-    row = score_presses(saved(answers, tmp_path / "a.npz"), questions, questions.truth).settings.iloc[2]
+    row = score_answers(saved(answers, tmp_path / "a.npz"), questions, questions.truth).settings.iloc[2]
     assert row["mesh_rmse_of_peak"] == pytest.approx(0.0, abs=1e-12) and row["relative_l2"] == pytest.approx(0.01)
 
 
@@ -106,28 +107,28 @@ def test_hdf5_says_the_same(questions, answers, tmp_path):
                 if value.dtype.kind == "U" and value.ndim
                 else (str(value) if value.dtype.kind == "U" else value)
             )
-    one = score_presses(tmp_path / "a.h5", questions, questions.truth).settings
+    one = score_answers(tmp_path / "a.h5", questions, questions.truth).settings
     pd.testing.assert_frame_equal(
-        one, score_presses(saved(answers, tmp_path / "a.npz"), questions, questions.truth).settings
+        one, score_answers(saved(answers, tmp_path / "a.npz"), questions, questions.truth).settings
     )
 
 
 def test_another_law_is_said_and_judged_by_its_own_truth_where_there_is_one(questions, answers, tmp_path):
     answers["law"] = np.array("neo_hookean")
     path = saved(answers, tmp_path / "a.npz")
-    found = score_presses(path, questions, questions.truth)
+    found = score_answers(path, questions, questions.truth)
     assert len(found.warnings) == 1 and "ask for it with --own-law" in found.warnings[0]
     assert found.settings["own_law_rmse_of_peak"].isna().all()
     other = dict(questions.truth) | {"displacement_m": 0.9 * questions.truth["displacement_m"]}
-    found = score_presses(path, questions, questions.truth, {"neo_hookean": other}.get)
+    found = score_answers(path, questions, questions.truth, {"neo_hookean": other}.get)
     rows = found.settings.set_index("setting")
     assert rows.loc["middle", "own_law_rmse_of_peak"] == pytest.approx(0.0, abs=1e-12)
     assert rows.loc["middle", "relative_l2"] == pytest.approx(0.1) and found.warnings == ()
     answers["law"] = np.array("a law of mine")
-    found = score_presses(saved(answers, path), questions, questions.truth)
+    found = score_answers(saved(answers, path), questions, questions.truth)
     assert "palpate has no law of that name" in found.warnings[0]
     with pytest.raises(InputError, match=r"law is a law of mine, which palpate does not have; .*leave --own-law out"):
-        score_presses(path, questions, questions.truth, {}.get)
+        score_answers(path, questions, questions.truth, {}.get)
 
 
 @pytest.mark.slow

@@ -14,8 +14,8 @@ from palpate.errors import InputError
 from palpate.exchange import touches as asking
 from palpate.exchange.asked_body import pictures
 from palpate.exchange.folder import read, write
+from palpate.exchange.judging import score_answers
 from palpate.exchange.readme import readme
-from palpate.exchange.score_touches import score_touches
 
 pytestmark = pytest.mark.slow
 
@@ -36,10 +36,10 @@ def asked(touch_case, touches, touch_truth, tmp_path_factory):
     questions = asking.questions_of(touch_case.body, touch_truth.sample, touches)
     questions = replace(questions, truth=asking.truth_arrays(touch_truth, np.arange(len(touches))))
     folder = tmp_path_factory.mktemp("touches")
-    pages = {"README.md": readme(questions, touch_case.body.material.law, asking.page(questions))}
+    pages = {"README.md": readme(questions, touch_case.body.material.law)}
     write(questions, folder / "q", pages | pictures(touch_case.body))
     text = pages["README.md"].decode()
-    assert "$" not in text and "a ball of radius R" in text
+    assert "{" not in text.partition("```python")[0] and "a ball of radius R" in text
     compile(text.split("```python\n")[1].split("```")[0], "README.md", "exec")
     return read(folder / "q")
 
@@ -70,7 +70,7 @@ def inside(touch_case, touches):
 
 def scored(asked, answers, path):
     np.savez(path, digest=np.array(asked.digest), **answers)
-    return score_touches(path, asked, asked.truth)
+    return score_answers(path, asked, asked.truth)
 
 
 def test_a_file_is_scored_as_the_same_model_inside(touch_case, touches, touch_truth, asked, inside, tmp_path):

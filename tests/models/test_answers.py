@@ -8,7 +8,6 @@ import pytest
 from palpate.benchmark.accuracy import errors
 from palpate.benchmark.load import Load, displacement_of
 from palpate.benchmark.model import LIMIT
-from palpate.benchmark.presses import choose_loads
 from palpate.benchmark.static_responses import assemble, press
 from palpate.bodies.contacts import contacts_of
 from palpate.effects.bed import BedSprings
@@ -32,6 +31,7 @@ from palpate.models.shape_matching import Shapes, Softness
 from palpate.models.springs.mass_spring import Network
 from palpate.solvers.compliance import Compliance, compute_compliance
 from palpate.solvers.equilibrium import Equilibrium
+from palpate.studies.enrichment.samples import choose_loads
 
 BLENDS = [f"{features}_{weights}" for features in FEATURES for weights in WEIGHTS]
 LEARNT = ["ridge_upsampling", "kernel_ridge_detail", "pod_rbf", *BLENDS]

@@ -1,19 +1,11 @@
 """Measure the error of a prediction, and tabulate it."""
 
-from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
 import numpy as np
-import pandas as pd
 
-from palpate.benchmark.database import Database
 from palpate.bodies.mesh import Mesh
 from palpate.errors import InputError
-
-COLUMNS = [
-    "body", "regime", "protocol", "split", "method", "sigma_m", "samples",
-    "rmse_m", "rmse_of_peak", "p95_of_peak", "max_of_peak",
-]  # fmt: skip
 
 
 class Errors(NamedTuple):
@@ -92,33 +84,3 @@ class Method(Protocol):
 
     def predict(self, coarse: np.ndarray, contact: int, force: np.ndarray) -> np.ndarray:
         """Return the fine surface displacement (n, 3) [m] from that of all coarse nodes (N, 3) [m], force (3,) [N]."""
-
-
-def predict(db: Database, method: Method, protocol: str, samples: np.ndarray) -> np.ndarray:
-    """Predict the fine surface displacements (samples, n, 3) [m] of each of ``samples`` by one method."""
-    coarse = db.coarse(protocol)
-    return np.array([method.predict(coarse[i], int(db.contact[i]), db.force[i]) for i in samples])
-
-
-def sample_errors(db: Database, method: Method, protocol: str, samples: np.ndarray) -> pd.DataFrame:
-    """Tabulate the errors of one method on each of ``samples``: one row a sample, column sample first."""
-    predicted = predict(db, method, protocol, samples)
-    rows = [errors(u, db.fine[i])._asdict() for u, i in zip(predicted, samples, strict=True)]
-    return pd.DataFrame(rows).assign(sample=samples)[["sample", *Errors._fields]]
-
-
-def accuracy_rows(
-    db: Database, methods: Mapping[str, Method], protocol: str, test: np.ndarray, labels: Mapping[str, str]
-) -> pd.DataFrame:
-    """Tabulate enrichment_accuracy.csv, a row a method, in the order of ``methods``.
-
-    labels : body, regime and split
-    RMSE and 95th percentile are means over the test samples, max_of_peak is the largest at any node of any.
-    """
-    rows = []
-    for name, method in methods.items():
-        table = sample_errors(db, method, protocol, test)
-        row = table[list(Errors._fields)].mean().to_dict() | {"max_of_peak": table["max_of_peak"].max()}
-        row |= {"protocol": protocol, "method": name, "sigma_m": method.sigma_m, "samples": len(test)}
-        rows.append({**labels, **row})
-    return pd.DataFrame(rows)[COLUMNS]

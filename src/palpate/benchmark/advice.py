@@ -6,10 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.choosing import BOUND, FASTEST, NONE, Candidates, Limit, percent
-from palpate.benchmark.conformal import FEWEST, finite
-from palpate.benchmark.error_bounds import CONSTANT
-from palpate.benchmark.held_out import SETTING, TIED, HeldOut
+from palpate.benchmark.choosing import BOUND, FASTEST, NONE, SETTING, TIED, Candidates, HeldOut, Limit, percent
+from palpate.benchmark.conformal import CONSTANT, FEWEST, finite
 from palpate.benchmark.ranking import (
     BOUNDS,
     EQUAL,

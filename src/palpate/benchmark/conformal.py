@@ -13,6 +13,8 @@ LEVEL = 0.9
 """Share of the answers at contacts that were never seen whose error the bound shall exceed."""
 FEWEST = 9
 """Contacts from which on there is a bound of this level: of n + 1 contacts each may be the worst."""
+CONSTANT, OWN = "constant", "own"
+"""What a bound is a factor of: the same for every answer, or what the model itself says of its answer."""
 _ROUNDING = 1e-9
 
 

@@ -96,17 +96,17 @@ def pull_errors(answer: Pulled, truth: Pulled) -> tuple[float, float, float]:
     return float(np.sqrt(np.mean(away**2)) / peak), float(opening / wide) if wide else 0.0, float(force)
 
 
-def mouth(mesh: Mesh, cut: Cut, places: int = PLACES) -> np.ndarray:
-    """Return points (k, 3) [m] of the skin along a blade's path, evenly between its ends; none of another cut.
+def mouth(mesh: Mesh, cut: Cut) -> np.ndarray:
+    """Return PLACES points (k, 3) [m] of the skin along a blade's path, evenly between its ends; none of another cut.
 
     mesh : of the whole body. Each is where a line along the blade meets the skin nearest to the path, if cut there
     """
     if not isinstance(cut, Blade):
         return np.empty((0, 3))
-    along = np.linspace(0.0, min(cut.length_m, cut.reached_m), places + 2)[1:-1]
+    along = np.linspace(0.0, min(cut.length_m, cut.reached_m), PLACES + 2)[1:-1]
     a, b, c = (mesh.nodes[mesh.triangles[:, i]] for i in range(3))
     normals, found = area_normals(mesh.nodes, mesh.triangles), []
-    for point in cut.at(along, np.zeros(places)):
+    for point in cut.at(along, np.zeros(PLACES)):
         steep = normals @ cut.direction
         away = np.divide(((a - point) * normals).sum(axis=1), steep, out=np.full(len(a), np.inf), where=steep != 0.0)
         at = point + np.where(np.isfinite(away), away, 0.0)[:, None] * cut.direction

@@ -4,7 +4,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_type_hints
 
 import numpy as np
 from scipy import sparse
@@ -21,37 +21,47 @@ FORMAT = 2
 _PARTS = ("data", "indices", "indptr")
 
 
+class Field(NamedTuple):
+    """How an array is stored; in ``shape`` a letter or word stands for one length wherever it appears.
+
+    counts : for node numbers, the field whose rows they count
+    """
+
+    group: str
+    shape: tuple[str | int, ...]
+    unit: str
+    counts: str | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Database:
-    """k samples of one body in one regime of loads.
+    """k samples of one body in one regime of loads; arrays are of the shape and unit of their ``Field``.
 
-    nodes_fine_surface : (n, 3) [m], rest positions of the fine surface nodes
-    triangles : the fine surface, node numbers 0 … n−1
-    coarse_nodes, coarse_tetrahedra : the whole coarse mesh, (N, 3) [m] and (·, 4)
-    coarse_surface : (m,) increasing numbers of the coarse surface nodes
-    prolongation : (n, N) sparse, linear interpolation from all coarse nodes to the fine surface nodes
-    contact_normals : (m, 3) outward unit normals of the coarse surface nodes at rest
-    contact : (k,) coarse node number of each sample's contact; force : (k, 3) [N]
-    fine : (k, n, 3) [m]; coarse_paper, coarse_live : (k, N, 3) [m], displacements of the two protocols
-    residual : (k,) relative residual of the fine solutions
-    seconds : (k,) what simulating each sample took on the fine and on the coarse mesh together [s]
+    nodes_fine_surface : rest positions of the n fine surface nodes; triangles between them
+    coarse_nodes, coarse_tetrahedra : the whole coarse mesh; coarse_surface : increasing numbers of its surface nodes
+    prolongation : linear interpolation from all coarse nodes to the fine surface nodes
+    contact_normals : outward unit normals of the coarse surface nodes at rest
+    contact : the coarse node that each sample presses, by its ``force``
+    fine, coarse_paper, coarse_live : displacements, the coarse ones of the two protocols
+    residual : relative residual of the fine solutions
+    seconds : what simulating each sample took on the fine and on the coarse mesh together
     config_digest : identifies the settings the samples were made with
     """
 
-    nodes_fine_surface: np.ndarray
-    triangles: np.ndarray
-    coarse_nodes: np.ndarray
-    coarse_tetrahedra: np.ndarray
-    coarse_surface: np.ndarray
-    prolongation: sparse.csr_array
-    contact_normals: np.ndarray
-    contact: np.ndarray
-    force: np.ndarray
-    fine: np.ndarray
-    coarse_paper: np.ndarray
-    coarse_live: np.ndarray
-    residual: np.ndarray
-    seconds: np.ndarray
+    nodes_fine_surface: Annotated[np.ndarray, Field("mesh", ("n", 3), "m")]
+    triangles: Annotated[np.ndarray, Field("mesh", ("triangles", 3), "1", "nodes_fine_surface")]
+    coarse_nodes: Annotated[np.ndarray, Field("mesh", ("N", 3), "m")]
+    coarse_tetrahedra: Annotated[np.ndarray, Field("mesh", ("tetrahedra", 4), "1", "coarse_nodes")]
+    coarse_surface: Annotated[np.ndarray, Field("mesh", ("m",), "1", "coarse_nodes")]
+    prolongation: Annotated[sparse.csr_array, Field("mesh", ("n", "N"), "1")]
+    contact_normals: Annotated[np.ndarray, Field("mesh", ("m", 3), "1")]
+    contact: Annotated[np.ndarray, Field("samples", ("k",), "1", "coarse_nodes")]
+    force: Annotated[np.ndarray, Field("samples", ("k", 3), "N")]
+    fine: Annotated[np.ndarray, Field("samples", ("k", "n", 3), "m")]
+    coarse_paper: Annotated[np.ndarray, Field("samples", ("k", "N", 3), "m")]
+    coarse_live: Annotated[np.ndarray, Field("samples", ("k", "N", 3), "m")]
+    residual: Annotated[np.ndarray, Field("samples", ("k",), "1")]
+    seconds: Annotated[np.ndarray, Field("samples", ("k",), "s")]
     material: Material
     config_digest: str
 
@@ -136,33 +146,10 @@ def _load(path: Path | str, file: "h5py.File", name: str) -> np.ndarray | sparse
         raise InputError(f"{path}: field {name} is damaged; delete the file and type make.") from error
 
 
-class Field(NamedTuple):
-    """One array; in ``shape`` a letter or word stands for one length wherever it appears.
-
-    counts : for node numbers, the field whose rows they count
-    """
-
-    group: str
-    shape: tuple[str | int, ...]
-    unit: str
-    counts: str | None = None
-
-
-FIELDS = {
-    "nodes_fine_surface": Field("mesh", ("n", 3), "m"),
-    "triangles": Field("mesh", ("triangles", 3), "1", "nodes_fine_surface"),
-    "coarse_nodes": Field("mesh", ("N", 3), "m"),
-    "coarse_tetrahedra": Field("mesh", ("tetrahedra", 4), "1", "coarse_nodes"),
-    "coarse_surface": Field("mesh", ("m",), "1", "coarse_nodes"),
-    "prolongation": Field("mesh", ("n", "N"), "1"),
-    "contact_normals": Field("mesh", ("m", 3), "1"),
-    "contact": Field("samples", ("k",), "1", "coarse_nodes"),
-    "force": Field("samples", ("k", 3), "N"),
-    "fine": Field("samples", ("k", "n", 3), "m"),
-    "coarse_paper": Field("samples", ("k", "N", 3), "m"),
-    "coarse_live": Field("samples", ("k", "N", 3), "m"),
-    "residual": Field("samples", ("k",), "1"),
-    "seconds": Field("samples", ("k",), "s"),
+FIELDS: dict[str, Field] = {
+    name: kind.__metadata__[0]
+    for name, kind in get_type_hints(Database, include_extras=True).items()
+    if hasattr(kind, "__metadata__")
 }
 
 

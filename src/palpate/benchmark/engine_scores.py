@@ -44,7 +44,9 @@ def score_table(settings: pd.DataFrame, truth: Mapping[str, float], beside: pd.D
     own = settings.assign(**{f"truth_{name}": value for name, value in truth.items()})
     parts = [own.assign(tied_with=[_ties(row, truth, beside) for _, row in own.iterrows()])]
     if beside is not None and len(beside):
-        parts.append(beside.assign(engine=OWN, version=beside["commit"], hardware="that of the results", tied_with=""))
+        parts.append(
+            beside.assign(engine=OWN, version=beside.get("commit", ""), hardware="that of the results", tied_with="")
+        )
     table = pd.concat([part.dropna(axis=1, how="all") for part in parts], ignore_index=True)
     return table.reindex(columns=ANSWERS.columns)
 

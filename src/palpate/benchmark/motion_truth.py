@@ -15,19 +15,57 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import sparse
+from scipy.spatial import cKDTree
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
-from palpate.benchmark.refined_motions import RefinedMotions
 from palpate.benchmark.richardson import limit_over
+from palpate.benchmark.touch_mesh import COARSER
 from palpate.benchmark.truth import objection
 from palpate.bodies.body import Body
+from palpate.bodies.fine_surface_map import FineSurfaceMap
+from palpate.bodies.local_refinement import LocalRefinement
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
+from palpate.collision.contact.instrument_contact import instruments_of
 from palpate.effects.settings import Loads, Rayleigh
+from palpate.errors import NotConverged
+from palpate.solvers.indentation import contact_points
 from palpate.solvers.quadratic_motion import QuadraticMotion, Reached
+from palpate.solvers.touched_motion import TouchedMotion
 
 TOLERANCE = 2e-3
 """Of the forces in a step that do not balance, over the largest load: it changes the liver's motion by 0.003 % of its
 peak, which is a thirtieth of what the truth is known to."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionRun:
+    """A motion on one level in so many ``steps``.
+
+    surface : (f, n, 3) [m] at the ends of frames; force : (f, k, 3) [N] of k instruments on the body, mean over each
+    begun_s, own_s : time of the motions on coarser levels that it began with, and its own [s]
+    step_p95_s, step_max_s : the 95th percentile and the largest of its steps [s]
+    least_det, convex : the least determinant of the deformation gradient at the ends of frames, and whether no Hessian
+        had to be clamped
+    balance : how much of the work of the loads is neither kept nor damped
+    """
+
+    level: int
+    nodes: int
+    steps: int
+    surface: np.ndarray
+    force: np.ndarray
+    begun_s: float
+    own_s: float
+    step_p95_s: float
+    step_max_s: float
+    least_det: float
+    convex: bool
+    balance: float
+
+    @property
+    def seconds(self) -> float:
+        """The time that it takes with all that it begins with [s]."""
+        return self.begun_s + self.own_s
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,34 +75,29 @@ class MotionTruth:
     displacement : (f, n, 3) [m], the limit
     own : (4, k), the k TruthErrors that it may have itself: of space, of time, of their mixture, and together
     ratio : by how much the last halving of the elements reduced the change
-    least_det : the least determinant of the deformation gradient of all levels at the ends of frames
     rejected : why the limit is not believed, or ""
-    tried : (m, f, n, 3) [m], the motions it is made of, of ``tried_level`` (m,) and ``tried_nodes`` (m,), in
-        ``tried_steps`` (m,) steps; seconds, step_p95_s, step_max_s : (m,) of all steps, those of the coarser levels
-        that it began with included, and the 95th percentile and the largest of its own
-    balance : of the motion on the finest level, how much of the work of the loads is neither kept nor damped
-    spent_s : time of all motions together [s]
-    force, tried_force : (f, k, 3) and (m, f, k, 3) [N] of k instruments on the body, mean over each frame
+    tried : the motions that it is made of, by level and then by steps
+    force : (f, k, 3) [N] of k instruments on the body, mean over each frame
     own_force : what the force may be wrong by, RMS over all frames over its peak; NaN where nothing touches
     """
 
     displacement: np.ndarray
     own: np.ndarray
     ratio: float
-    least_det: float
     rejected: str
-    tried: np.ndarray
-    tried_level: np.ndarray
-    tried_nodes: np.ndarray
-    tried_steps: np.ndarray
-    seconds: np.ndarray
-    step_p95_s: np.ndarray
-    step_max_s: np.ndarray
-    balance: float
-    spent_s: float
+    tried: tuple[MotionRun, ...]
     force: np.ndarray
-    tried_force: np.ndarray
     own_force: float
+
+    @property
+    def finest(self) -> MotionRun:
+        """The motion on the finest level."""
+        return max(self.tried, key=lambda each: each.level)
+
+    @property
+    def spent_s(self) -> float:
+        """The time of all motions together [s]."""
+        return sum(each.own_s for each in self.tried)
 
     @property
     def own_error(self) -> float:
@@ -73,38 +106,16 @@ class MotionTruth:
 
     def described(self, duration_s: float) -> dict[str, Any]:
         """Return the columns ``reference_*`` of dynamic_accuracy.csv of a scene of ``duration_s`` [s]."""
-        finest = int(self.tried_level.argmax())
         return {
             "reference": "fem_p2",
-            "reference_level": int(self.tried_level[finest]),
-            "reference_nodes": int(self.tried_nodes[finest]),
-            "reference_step_s": duration_s / int(self.tried_steps[finest]),
+            "reference_level": self.finest.level,
+            "reference_nodes": self.finest.nodes,
+            "reference_step_s": duration_s / self.finest.steps,
             "reference_change": float(self.own[1, TruthErrors._fields.index("rmse_of_peak")]),
             "reference_error": self.own_error,
             "reference_force_change": np.nan,
             "reference_force_error": self.own_force,
         }
-
-
-@dataclass(eq=False)
-class _Run:
-    """A motion on one level: ``surface`` (f, n, 3) [m] at the ends of frames, and ``middles`` of its steps."""
-
-    level: int
-    nodes: int
-    steps: int
-    surface: list[np.ndarray]
-    middles: list[np.ndarray]
-    seconds: list[float]
-    begun_s: float
-    least_det: float
-    convex: bool
-    balance: float
-    forces: np.ndarray
-
-    @property
-    def whole_s(self) -> float:
-        return self.begun_s + sum(self.seconds)
 
 
 def motion_truth(
@@ -128,8 +139,8 @@ def motion_truth(
         cost, with the ratio of that one, and its own errors of time
     Raises InputError as ``QuadraticMotion`` does, and NotConverged for a step that is not found.
     """
-    meshes: _Levels | RefinedMotions = (
-        RefinedMotions(body, loads, rayleigh, duration_s, steps)
+    meshes: _Levels | _Refined = (
+        _Refined(body, loads, rayleigh, duration_s, steps)
         if loads.contact
         else _Levels(body, count if like is None else 2, loads, rayleigh)
     )
@@ -137,20 +148,22 @@ def motion_truth(
         halvings = [(0, 0), (0, 1), (0, 2), (1, 1), *((finer, 0) for finer in range(1, count))]
     else:
         halvings = [(0, 0), (0, 1), (1, 0)]
-    runs: dict[tuple[int, int], _Run] = {}
+    runs: dict[tuple[int, int], MotionRun] = {}
+    middles: dict[tuple[int, int], list[np.ndarray]] = {}
     motion: QuadraticMotion | None = None
     level = -1
     for finer, halved in progress(halvings):
         if motion is None or meshes.first + finer != level:
             motion, level = None, meshes.first + finer  # before the next one is made, which is eight times as large
             motion, up = meshes.motion(level)
-        before = runs.get((finer - 1, halved)) if meshes.nested else None
+        before = (finer - 1, halved) if meshes.nested and (finer - 1, halved) in runs else None
         number = steps * 2**halved
         h = duration_s / number
         if meshes.nested and not runs:  # what the first step compiles is no part of a time
             next(meshes.steps(motion, level, h, number, []))
-        reached = meshes.steps(motion, level, h, number, before.middles if before is not None else [])
-        runs[finer, halved] = _run(motion, up, reached, level, number, frames, before)
+        reached = meshes.steps(motion, level, h, number, middles[before] if before else [])
+        begun_s = runs[before].seconds if before else 0.0
+        runs[finer, halved], middles[finer, halved] = _run(motion, up, reached, level, number, frames, begun_s)
     return _judged(meshes.patch, runs, like)
 
 
@@ -189,6 +202,77 @@ class _Levels:
         return motion.steps(h, count, TOLERANCE, **begun)
 
 
+TOUCHED_TOLERANCE = 1e-3
+"""Of the forces in a stage that do not balance, over the largest of contact."""
+MARGIN = 1.0
+"""A mesh is refined within so many of its own edges from what is touched."""
+
+
+class _Refined:
+    """Meshes of a body that instruments touch, refined where they do, and the motions on them.
+
+    A coarse motion shows which points of the surface bear pressure at any time. Each further mesh halves the elements
+    around these and at the rim of what is held once more.
+
+    steps : in which the coarse motion looks for what is touched
+    InputError for instruments that are neither spheres nor capsules; NotConverged where nothing is touched.
+    """
+
+    first, nested = 0, False
+
+    def __init__(self, body: Body, loads: Loads, rayleigh: Rayleigh, duration_s: float, steps: int):
+        contact = loads.contact
+        assert contact is not None
+        self._base = body.from_level(body.shape_level if body.smooth is None else len(body.levels) - 1)
+        self._surface, self._rayleigh = FineSurfaceMap(self._base), rayleigh
+        self._loads = loads.but(contact=None)
+        self._contact = instruments_of(body, contact)
+        self._radius = max(each.radius_m for each in self._contact.obstacles)
+        corners = self._base.coarse.nodes[self._base.coarse.triangles]
+        self._edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
+        self._touched = self._find_touched(duration_s / steps, steps)
+        near = cKDTree(self._touched).query(body.fine.nodes[body.fine.surface])[0]
+        self.patch = near <= self._radius
+        """Surface nodes (n_surface,) within a radius of the instrument from what is touched."""
+
+    def motion(self, number: int) -> tuple[TouchedMotion, sparse.csr_array]:
+        """Return the motion on the mesh of that number, and the map of its nodes to the fine surface of the body."""
+        if not number:
+            return self._moved(self._base.up_to(0), 0, lambda at: np.ones(len(at), dtype=bool))
+        levels, everywhere = np.arange(number), max(0, number - COARSER)
+        whole = 2.0 * np.linalg.norm(np.ptp(self._base.coarse.nodes, axis=0))
+        radii = np.where(levels < everywhere, whole, MARGIN * self._edge / 2.0**levels)
+        body = LocalRefinement(self._base, number).around(self._touched, radii.tolist(), number)
+        touched, reach = cKDTree(self._touched), self._edge + self._radius
+        return self._moved(body, number, lambda at: touched.query(at)[0] <= reach)
+
+    def _moved(
+        self, body: Body, number: int, near: Callable[[np.ndarray], np.ndarray]
+    ) -> tuple[TouchedMotion, sparse.csr_array]:
+        points = contact_points(body.fine, 2, body.material.young_pa, near)
+        whole = with_midpoints(body, number)
+        moved = TouchedMotion(whole, number, self._loads, self._rayleigh, points, self._contact)
+        return moved, self._surface.of(body, 2)
+
+    def steps(
+        self, motion: QuadraticMotion, number: int, h: float, count: int, before: list[np.ndarray]
+    ) -> Iterator[Reached]:
+        """Yield the ends of the steps of a ``motion``; ``before`` is of no use, as meshes are not nested."""
+        assert isinstance(motion, TouchedMotion)  # as ``motion`` makes it
+        return motion.touched_steps(h, count, TOUCHED_TOLERANCE)
+
+    def _find_touched(self, h: float, count: int) -> np.ndarray:
+        """Return the places at rest (k, 3) [m] of points that bear pressure after any step of the first mesh."""
+        motion, _ = self.motion(0)
+        rest = motion.points.interpolation @ motion.mesh.nodes
+        bore = np.any([motion.bearing for _ in motion.touched_steps(h, count, TOUCHED_TOLERANCE)], axis=0)
+        if not bore.any():
+            raise NotConverged(
+                f"{self._base.name}: no instrument touches it, or elements are too large to see it", [0.0]
+            )
+        return rest[bore]
+
+
 def _run(
     motion: QuadraticMotion,
     up: sparse.csr_array,
@@ -196,26 +280,26 @@ def _run(
     level: int,
     count: int,
     frames: int,
-    before: _Run | None,
-) -> _Run:
-    """Follow a motion on one mesh in ``count`` steps, from what the level before found of it."""
-    rest = motion.mesh.nodes
-    begun_s = before.whole_s if before else 0.0
-    done = _Run(level, len(rest), count, [], [], [], begun_s, np.inf, True, 0.0, np.zeros((0, 0, 3)))
-    work, lost, forces, last = 0.0, 0.0, [], perf_counter()
+    begun_s: float,
+) -> tuple[MotionRun, list[np.ndarray]]:
+    """Follow a motion on one mesh in ``count`` steps; return also the middles (n, 3) [m] of the steps."""
+    rest, least_det, convex, work, lost = motion.mesh.nodes, np.inf, True, 0.0, 0.0
+    surface, middles, forces, seconds, last = [], [], [], [], perf_counter()
     for number, reached in enumerate(steps, start=1):
-        done.seconds.append(perf_counter() - last)
+        seconds.append(perf_counter() - last)
         work, lost = work + reached.work_j, lost + reached.lost_j
-        done.middles.append(reached.middle)
+        middles.append(reached.middle)
         forces.append(reached.forces)
-        done.convex &= reached.convex
+        convex &= reached.convex
         if number % (count // frames) == 0:
-            done.surface.append(up @ (reached.x - rest))
-            done.least_det = min(done.least_det, motion.least_det(reached.x))
+            surface.append(up @ (reached.x - rest))
+            least_det = min(least_det, motion.least_det(reached.x))
         last = perf_counter()
-    done.balance = abs(motion.total_energy(reached.x, reached.v) + lost - work) / abs(work)
-    done.forces = np.array(forces).reshape(frames, count // frames, -1, 3).mean(axis=1)
-    return done
+    balance = abs(motion.total_energy(reached.x, reached.v) + lost - work) / abs(work)
+    force = np.array(forces).reshape(frames, count // frames, -1, 3).mean(axis=1)
+    times = begun_s, sum(seconds), float(np.percentile(seconds, 95)), max(seconds)
+    tried = MotionRun(level, len(rest), count, np.array(surface), force, *times, least_det, convex, balance)
+    return tried, middles
 
 
 class _Moved(NamedTuple):
@@ -229,9 +313,9 @@ BY_STEP = 4.0
 """By how much steps of half the length reduce the error: they are of order 2."""
 
 
-def _judged(pressed: np.ndarray, runs: dict[tuple[int, int], _Run], like: MotionTruth | None) -> MotionTruth:
+def _judged(pressed: np.ndarray, runs: dict[tuple[int, int], MotionRun], like: MotionTruth | None) -> MotionTruth:
     """Extrapolate ``runs``, by how often elements and steps are halved; ``pressed`` (n,) bool."""
-    moved = {key: _Moved(np.array(run.surface), run.forces) for key, run in runs.items()}
+    moved = {key: _Moved(run.surface, run.force) for key, run in runs.items()}
     by_element, centre = (None, (1, 0)) if like is None else (like.ratio, (0, 0))
     limit = limit_over(moved, centre, (by_element, BY_STEP))
 
@@ -249,28 +333,16 @@ def _judged(pressed: np.ndarray, runs: dict[tuple[int, int], _Run], like: Motion
     own = np.vstack([own, np.sqrt(np.sum(own**2, axis=0))])
     last = max(key for key in runs if not key[1])
     change = surface_errors(moved[last[0] - 1, 0].displacement, moved[last].displacement).rmse_of_peak
-    least_det = min(run.least_det for run in runs.values())
-    convex = all(run.convex for run in runs.values())
+    least_det, convex = min(run.least_det for run in runs.values()), all(run.convex for run in runs.values())
     rate = limit.ratios[0].displacement
     whole_own = float(own[3, TruthErrors._fields.index("rmse_of_peak")])
-    tried = [runs[key] for key in sorted(runs)]
     return MotionTruth(
         displacement=limit.answer.displacement,
         own=own,
         ratio=rate,
-        least_det=least_det,
         rejected=objection(rate, whole_own, change, least_det, not convex),
-        tried=np.array([run.surface for run in tried]),
-        tried_level=np.array([run.level for run in tried]),
-        tried_nodes=np.array([run.nodes for run in tried]),
-        tried_steps=np.array([run.steps for run in tried]),
-        seconds=np.array([run.whole_s for run in tried]),
-        step_p95_s=np.array([np.percentile(run.seconds, 95) for run in tried]),
-        step_max_s=np.array([max(run.seconds) for run in tried]),
-        balance=runs[last].balance,
-        spent_s=sum(sum(run.seconds) for run in tried),
+        tried=tuple(runs[key] for key in sorted(runs)),
         force=limit.answer.force,
-        tried_force=np.array([run.forces for run in tried]),
         own_force=float(np.linalg.norm(of_force)),
     )
 

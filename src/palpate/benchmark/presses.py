@@ -8,112 +8,20 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark.load import FORCES
 from palpate.bodies.body import Body
-from palpate.bodies.contacts import pressed_contacts, sampled_contacts
+from palpate.bodies.contacts import sampled_contacts
 from palpate.bodies.refinement import finer
 from palpate.bodies.surface_quadrature import enclosed_volume
-from palpate.effects.patch_load import nodal_load, patch_at, spread
+from palpate.effects.patch_load import nodal_load
 from palpate.errors import InputError, NotConverged
-from palpate.solvers.compliance import Compliance
-from palpate.solvers.equilibrium import Equilibrium, Unbuckled
+from palpate.solvers.equilibrium import Unbuckled
 
-LOAD_TOLERANCE = 0.02
-"""Relative difference from the wanted peak up to which a force counts as found."""
-LOAD_COLUMNS = ["sample", "contact", "force_x_n", "force_y_n", "force_z_n", "radius_m"]
-
-
-def choose_loads(
-    body: Body,
-    compliance: Compliance,
-    magnitudes: list[float],
-    peak_of_size: float,
-    radius_m: float,
-    count: int,
-    seed: int,
-) -> pd.DataFrame:
-    """Choose ``count`` presses along the inward normal at seeded random contacts, every magnitude at each contact.
-
-    A press of magnitude 1 is meant to move the body by ``peak_of_size`` times its size at most: the force is
-    found with the nonlinear coarse body, corrected by how much softer the fine one is for small loads.
-    Contacts in an element with a held node are left out: there the anchor is pressed and not the body.
-
-    Warns of forces that were not found, which the search leaves as large as it came to.
-
-    Raises InputError where ``count`` is no multiple of the magnitudes or asks for more contacts than there are.
-    """
-    if count % len(magnitudes):
-        raise InputError(
-            f"bodies.{body.name}: train + test is {count}, which {len(magnitudes)} magnitudes do not divide; "
-            "change train, test or magnitudes."
-        )
-    able = pressed_contacts(body, compliance.contacts)
-    n_contacts = count // len(magnitudes)
-    if n_contacts > len(able):
-        raise InputError(
-            f"bodies.{body.name}: {n_contacts} contacts are asked for and {len(able)} can be pressed; "
-            "lower train and test, give more magnitudes, or raise contacts where it is given."
-        )
-    contacts = np.random.default_rng(seed).choice(able, n_contacts, replace=False)
-    solver = Equilibrium(body, 0)
-    rows: list[list[float]] = []
-    found: list[float] = []
-    for contact in contacts:
-        direction = -body.fine.normals[contact]
-        row = compliance.row(contact)
-        fine, coarse = (_peak(np.tensordot(direction, each[row], 1)) for each in (compliance.fine, compliance.coarse))
-        softer, start = fine / coarse, 1.0 / fine
-        unit = nodal_load(body, 0, contact, direction, radius_m)
-        for magnitude in magnitudes:
-            peak = magnitude * peak_of_size * body.fine.size
-            newtons, reached = _force_for(solver, unit, peak / softer, start * peak)
-            rows.append([len(rows), contact, *(newtons * direction), radius_m])
-            found.append(reached)
-    _warn_of_missed(body.name, np.array(found))
-    return pd.DataFrame(rows, columns=LOAD_COLUMNS)
-
-
-def force_of(load: pd.Series) -> np.ndarray:
-    """Return the force (3,) [N] of one row."""
-    return load[["force_x_n", "force_y_n", "force_z_n"]].to_numpy(dtype=float)
-
-
-def nodal_forces(body: Body, level: int, load: pd.Series, order: int = 1, whole: Body | None = None) -> np.ndarray:
-    """Return the nodal forces (n, 3) [N] of one row on one level of ``body``, as ``nodal_load`` does.
-
-    whole : ``body`` with more levels, one of which is meant; the patch is that of ``body``, the same for all
-    """
-    patch = patch_at(body, int(load["contact"]), float(load["radius_m"]))
-    return spread((body if whole is None else whole).levels[level], patch, force_of(load), order)
+LOAD_COLUMNS = ["sample", "contact", *FORCES, "radius_m"]
 
 
 def _peak(displacement: np.ndarray) -> float:
     return float(np.linalg.norm(displacement, axis=-1).max())
-
-
-def _force_for(solver: Equilibrium, unit: np.ndarray, peak: float, newtons: float) -> tuple[float, float]:
-    """Find the factor of ``unit`` at which the coarse body's largest displacement is ``peak``, within LOAD_TOLERANCE.
-
-    Returns it and the share of ``peak`` that it reaches, which is farther from 1 if the search fails.
-    """
-    for _ in range(12):
-        reached = _peak(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes)
-        if abs(reached / peak - 1.0) < LOAD_TOLERANCE:
-            return newtons, reached / peak
-        newtons *= np.clip(peak / reached, 0.5, 2.0)
-    return newtons, _peak(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes) / peak
-
-
-def _warn_of_missed(name: str, reached: np.ndarray) -> None:
-    """Warn if a force is not what was asked for; reached : (n,) peak of each load in shares of the wanted one."""
-    missed = reached[np.abs(reached - 1.0) >= LOAD_TOLERANCE]
-    if len(missed):
-        least, most = (f"{100 * share:.3g} %" for share in (missed.min(), missed.max()))
-        reach = least if least == most else f"{least} to {most}"
-        warnings.warn(
-            f"bodies.{name}: {len(missed)} of {len(reached)} loads do not move the coarse body by the peak that is "
-            f"asked for, but by {reach} of it; lower peak_of_size of the regime.",
-            stacklevel=3,
-        )
 
 
 PEAK_TOLERANCE = 0.05

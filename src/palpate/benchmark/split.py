@@ -1,6 +1,6 @@
 """Divide samples into those to train on, to choose settings by and to test: paper 1's splits, and folds of contacts."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -112,47 +112,3 @@ def asked_samples(samples: pd.DataFrame, splits: Iterable[int]) -> tuple[np.ndar
     sides = [fold_sides(samples, split) for split in splits]
     tested = np.unique(np.concatenate([test for _, _, test in sides]))
     return np.unique(np.concatenate([tested, *(chooses for _, chooses, _ in sides)])), tested
-
-
-SPLITS = ("samples", "contacts")
-"""What a split holds out: random samples, which is the paper's, or whole contacts."""
-SAMPLE_COLUMNS = ["sample", "contact", "peak_m", *SPLITS]
-
-
-def sample_table(db: Database, train: int, test: int, seed: int) -> pd.DataFrame:
-    """Return one row for each sample of ``db``: its contact, its peak [m], and "train" or "test" for each of SPLITS.
-
-    InputError if the samples cannot be divided so.
-    """
-    table = pd.DataFrame({"sample": np.arange(len(db.contact)), "contact": db.contact, "peak_m": db.peaks})
-    for kind in SPLITS:
-        sides = np.full(len(table), "train", dtype=object)
-        sides[split(db.contact, train, test, kind, seed)[1]] = "test"
-        table[kind] = sides
-    return table[SAMPLE_COLUMNS]
-
-
-def read_samples(path: Path | str) -> pd.DataFrame:
-    """Read a table that ``sample_table`` made; InputError if it is missing or is no such table."""
-    return read_table(path, SAMPLE_COLUMNS)
-
-
-def sides(samples: pd.DataFrame, kind: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the sample numbers of the training and of the test samples of a split ``kind``."""
-    return tuple(samples.loc[samples[kind] == side, "sample"].to_numpy() for side in ("train", "test"))
-
-
-def sample_peaks(tables: Mapping[tuple[str, str], pd.DataFrame]) -> pd.DataFrame:
-    """Return the rows of sample_peaks.csv from the tables of every body and regime."""
-    labelled = [table.assign(body=body, regime=regime) for (body, regime), table in tables.items()]
-    return pd.concat(labelled)[["body", "regime", "sample", "peak_m"]]
-
-
-def split_counts(tables: Mapping[tuple[str, str], pd.DataFrame]) -> pd.DataFrame:
-    """Return the rows of splits.csv from the tables of every body and regime: how many samples are on each side."""
-    rows = [
-        [body, regime, kind, *((table[kind] == side).sum() for side in ("train", "test"))]
-        for (body, regime), table in tables.items()
-        for kind in SPLITS
-    ]
-    return pd.DataFrame(rows, columns=["body", "regime", "split", "train", "test"])

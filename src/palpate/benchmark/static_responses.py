@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.database import Database, database_of
-from palpate.benchmark.presses import nodal_forces
+from palpate.benchmark.load import FORCES, Sample, samples_in
 from palpate.bodies.body import Body
 from palpate.bodies.contacts import contacts_of, row_of
 from palpate.bodies.mesh import Mesh
@@ -74,14 +74,14 @@ def press(
     for contact in loads["contact"]:
         row_of(able, int(contact), f"{body.name}, ")
     level %= len(body.levels)
-    solver = _Solver(with_midpoints(body, level) if order == 2 else body, level, order)
+    solver = Operator(body, level, order)
     solved = []
-    for _, load in progress(list(loads.iterrows())):
+    for sample in progress(samples_in(loads)):
         try:
-            solved.append(solver.solve(load, tolerance))
+            solved.append(solver.solve(sample, tolerance))
         except NotConverged as failure:
             raise NotConverged(
-                f"{body.name}, sample {load['sample']:.0f}: {failure}; lower the regime's peak_of_size, at which "
+                f"{body.name}, sample {sample.number}: {failure}; lower the regime's peak_of_size, at which "
                 "tissue may be pressed flat, or hold the body elsewhere (anchors).",
                 failure.history,
             ) from failure
@@ -101,31 +101,36 @@ def press(
     return responses
 
 
-class _Solver:
-    """The static problem on one level, and for quadratic elements on the level before it, too."""
+class Operator:
+    """The static problem on one level, and for quadratic elements on the level before it, too, from which they start.
+
+    It answers samples; on the finest level, with quadratic elements, it is what models are to reproduce.
+    """
 
     def __init__(self, body: Body, level: int, order: int):
         self._body, self._order = body, order
         self._levels = [level - 1, level] if order == 2 and level > 0 else [level]
         kind = FastEquilibrium if order == 2 else Equilibrium
-        self._problems = [kind(body, each, order) for each in self._levels]
+        whole = with_midpoints(body, level) if order == 2 else body
+        self._problems = [kind(whole, each, order) for each in self._levels]
         for problem in self._problems:  # compiled before the clock runs
             rest = problem.mesh.nodes
             if order == 2:
                 problem.approach(np.full_like(rest, 1e-9), 0.0, 1)
             else:
                 problem.energy(rest), problem.linearise(rest)
+        self.mesh = problem.mesh
         if len(self._levels) == 2:
             self._up = quadratic_prolongation(body.levels[level - 1], body.levels[level])
 
-    def solve(self, load: pd.Series, tolerance: float) -> tuple[Solution, tuple[float, int]]:
-        """Return the equilibrium under one row; the smallest det F in it, and the number of inverted elements."""
+    def solve(self, sample: Sample, tolerance: float) -> tuple[Solution, tuple[float, int]]:
+        """Return the equilibrium of one sample; the smallest det F in it, and the number of inverted elements."""
         solution, start, seconds, firm = None, None, 0.0, False
         for each, problem in zip(self._levels, self._problems, strict=True):
             if solution is not None:
                 start = problem.mesh.nodes + self._up @ (solution.x - self._problems[0].mesh.nodes)
                 seconds = solution.seconds[-1]
-            nodal = nodal_forces(self._body, each, load, self._order)
+            nodal = sample.nodal(self._body, each, self._order)
             last = each == self._levels[-1]
             solve = problem.settle if firm else problem.solve
             solution = solve(nodal, tolerance if last else max(tolerance, NESTED), start)
@@ -170,8 +175,7 @@ def assemble(body: Body, loads: pd.DataFrame, fine: Responses, live: Responses, 
     for name, found, mesh in (("fine", fine, body.fine), ("coarse", live, body.coarse)):
         if not np.array_equal(found.sample, loads["sample"]) or found.displacement.shape[1:] != mesh.nodes.shape:
             raise InputError(f"{body.name}: the {name} responses are not those to the loads; simulate them again.")
-    force = loads[["force_x_n", "force_y_n", "force_z_n"]].to_numpy()
-    db = database_of(body, loads["contact"].to_numpy(), force, live.displacement, fine.displacement)
+    db = database_of(body, loads["contact"].to_numpy(), loads[FORCES].to_numpy(), live.displacement, fine.displacement)
     return replace(db, residual=fine.residual, seconds=fine.seconds + live.seconds, config_digest=digest)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
-from palpate.benchmark.presses import nodal_forces
+from palpate.benchmark.load import Sample, samples_in
 from palpate.benchmark.richardson import RATIOS, limit_over, rejection
 from palpate.bodies.body import Body
 from palpate.bodies.refinement import quadratic_prolongation, with_midpoints
@@ -43,9 +43,9 @@ CLOSER = 0.1
 
 @dataclass(eq=False)
 class Ascent:
-    """The answers to one load, level by level.
+    """The answers to one sample, level by level.
 
-    load : its row of the table; levels : those it is to be answered on, coarse first
+    levels : those it is to be answered on, coarse first
     surface : for each level answered so far the displacements (n_surface, 3) [m] of the body's fine surface
     least_det : the least determinant of the deformation gradient at any point of integration of any of them
     volume_change : of the whole body, over its volume at rest, on the last level answered
@@ -56,7 +56,7 @@ class Ascent:
     start : displacements (n, 3) [m] that the next level starts from
     """
 
-    load: pd.Series
+    sample: Sample
     levels: range
     surface: list[np.ndarray] = field(default_factory=list)
     least_det: float = np.inf
@@ -93,7 +93,7 @@ def ascend(
     """
     last = max(own[-1] for own in levels)
     whole = with_midpoints(body, last)
-    ascents = [Ascent(load, own) for (_, load), own in zip(loads.iterrows(), levels, strict=True)]
+    ascents = [Ascent(sample, own) for sample, own in zip(samples_in(loads), levels, strict=True)]
     todo = [(level, each) for level in range(last + 1) for each in ascents if level in each.levels]
     step: _Level | None = None
     for level, each in progress(todo):
@@ -125,7 +125,7 @@ class _Level(FastEquilibrium):
         began, self.clamped, rest = perf_counter(), False, self.mesh.nodes
         start = None if each.start is None else rest + each.start
         try:
-            forces = nodal_forces(self._body, self.level, each.load, 2, self._whole)
+            forces = each.sample.nodal(self._body, self.level, 2, self._whole)
             solution = self.settle(forces, CLOSER * FIRST) if start is None else self._follow(forces, tolerance, start)
             if each.softest < FIRM:
                 each.softest = self.check_stable(solution.x)
@@ -263,13 +263,14 @@ def _row(body: Body, each: Ascent, count: int) -> dict[str, Any]:
     """Return what is known of one sample, with NaN for those of ``count`` levels that it has gone without."""
     surface = np.full((count, len(body.fine.surface), 3), np.nan)
     surface[: len(each.surface)] = each.surface if each.surface else np.nan
-    patch = patch_nodes(body.fine, int(each.load["contact"]), float(each.load["radius_m"]))
+    contact, _ = each.sample.load.single()
+    patch = patch_nodes(body.fine, contact, each.sample.radius_m)
 
     def errors(wrong: _Pressed, truth: _Pressed) -> TruthErrors:
         return truth_errors(wrong.displacement, truth.displacement, patch)
 
     row = {name: getattr(each, name) for name in ("least_det", "volume_change", "iterations", "products", "seconds")}
-    row |= {"sample": int(each.load["sample"]), "contact": int(each.load["contact"]), "levels": surface}
+    row |= {"sample": each.sample.number, "contact": contact, "levels": surface}
     if each.failure:
         row |= {"displacement": np.full(surface.shape[1:], np.nan), "ratio": np.nan, "own": [np.nan] * len(OWN)}
         return row | {"rejected": f"{NO_ANSWER} ({each.failure})"}

@@ -111,53 +111,33 @@ def _setting(
     file: "_File", i: int, name: str, converged: bool, questions: Questions, numbers: Mapping[str, Wanted]
 ) -> Setting:
     place, k = f"setting_{i}/", questions.count
-    moved, nodes, triangles = file.floats(place + "displacement_m"), None, None
+    field, moved, nodes, triangles = place + "displacement_m", file.floats(place + "displacement_m"), None, None
     points, what = len(questions.points), "the asked points"
     if file.has(place + "nodes_m") or file.has(place + "triangles"):
         nodes, triangles = _mesh(file, place, questions)
         points, what = len(nodes), "its nodes_m"
-    wanted, inner = (k, *questions.frames, points, 3), tuple(range(1, 3 + len(questions.frames)))
-    if moved.shape != wanted:
-        of = "questions, instants" if questions.frames else "questions"
-        remedy = f"give {wanted}: {of}, {what}, and x, y, z"
-        raise file.wrong(place + "displacement_m", f"has the shape {moved.shape}", remedy)
-    failed = np.zeros(k, dtype=bool)
-    if file.has(place + "failed"):
-        failed = file.marks(place + "failed", k)
-    lost = ~np.isfinite(moved).all(axis=inner)
-    if (lost & ~failed).any():
-        where = int(np.flatnonzero(lost & ~failed)[0])
-        raise file.wrong(
-            place + "displacement_m", f"is not finite in question {where}", f"mark that as failed in {place}failed"
-        )
-    if (burst := np.nan_to_num(np.abs(moved)).max(axis=inner) > FARTHEST_M).any():
-        what = f"is {np.nanmax(np.abs(moved)):.1g} m in question {int(np.flatnonzero(burst)[0])}"
-        raise file.wrong(
-            place + "displacement_m", what, f"give NaN for what burst, and mark it as failed in {place}failed"
-        )
-    if (told := failed & np.isfinite(moved).any(axis=inner)).any():
+    of = "questions, instants" if questions.frames else "questions"
+    file.shaped(field, moved, (k, *questions.frames, points, 3), f"{of}, {what}, and x, y, z")
+    failed = file.marks(place + "failed", k) if file.has(place + "failed") else np.zeros(k, dtype=bool)
+    file.answered(field, moved, failed, f"mark that as failed in {place}failed")
+    sizes = np.nan_to_num(np.abs(moved)).reshape(k, -1).max(axis=1)
+    if (burst := sizes > FARTHEST_M).any():
+        what = f"is {sizes.max():.1g} m in question {int(np.flatnonzero(burst)[0])}"
+        raise file.wrong(field, what, f"give NaN for what burst, and mark it as failed in {place}failed")
+    if (told := failed & np.isfinite(moved).reshape(k, -1).any(axis=1)).any():
         where = int(np.flatnonzero(told)[0])
         raise file.wrong(place + "failed", f"marks question {where}, which has an answer", "give NaN there, or no mark")
+    seconds = file.floats(place + "seconds")
+    if seconds.ndim not in (1, 2) or len(seconds) != k or not seconds.size:
+        raise file.wrong(place + "seconds", f"has the shape {seconds.shape}", f"give ({k},), or ({k}, calls)")
+    file.answered(place + "seconds", seconds, failed, "give the time it took")
+    if (seconds[~failed] <= 0.0).any():
+        raise file.wrong(place + "seconds", f"has {seconds[~failed].min():g} s", "give times above 0")
     return Setting(
-        name, converged, moved, failed, _seconds(file, place, failed), file.number(place + "preparation_s"),
+        name, converged, moved, failed, seconds.reshape(k, -1), file.number(place + "preparation_s"),
         file.number(place + "memory_mb") if file.has(place + "memory_mb") else np.nan, nodes, triangles,
         {each: _numbers(file, place + each, failed, wish) for each, wish in numbers.items()},
     )  # fmt: skip
-
-
-def _seconds(file: "_File", place: str, failed: np.ndarray) -> np.ndarray:
-    name, k = place + "seconds", len(failed)
-    found = file.floats(name)
-    if found.ndim not in (1, 2) or len(found) != k or not found.size:
-        raise file.wrong(name, f"has the shape {found.shape}", f"give ({k},), or ({k}, calls)")
-    found = found.reshape(k, -1)
-    answered = found[~failed]
-    if not np.isfinite(answered).all():
-        where = int(np.flatnonzero(~failed & ~np.isfinite(found).all(axis=1))[0])
-        raise file.wrong(name, f"is not finite in question {where}, which has an answer", "give the time it took")
-    if (answered <= 0.0).any():
-        raise file.wrong(name, f"has {answered.min():g} s", "give times above 0")
-    return found
 
 
 def _mesh(file: "_File", place: str, questions: Questions) -> tuple[np.ndarray, np.ndarray]:
@@ -176,18 +156,20 @@ def _mesh(file: "_File", place: str, questions: Questions) -> tuple[np.ndarray, 
         raise file.wrong(
             place + "triangles", "names nodes that nodes_m does not have", f"count from 0 to {len(nodes) - 1}"
         )
-    low, high = questions.points.min(axis=0), questions.points.max(axis=0)
-    used, size = nodes[np.unique(triangles)], questions.info["size_m"]
-
-    def apart(some: np.ndarray) -> bool:
-        return bool(np.abs([some.min(axis=0) - low, some.max(axis=0) - high]).max() > BOX_APART * size)
-
-    if apart(used):
-        name, has = ("nodes_m", "lies") if apart(nodes) else ("triangles", "has nodes")
-        what = f"{has} between {used.min(axis=0).round(4).tolist()} and {used.max(axis=0).round(4).tolist()} m"
-        box = f"the body lies between {low.round(4).tolist()} and {high.round(4).tolist()}"
-        raise file.wrong(place + name, what, box)
+    body, used, size = _box(questions.points), _box(nodes[np.unique(triangles)]), questions.info["size_m"]
+    if np.abs(used - body).max() > BOX_APART * size:
+        name, has = "triangles", "has nodes"
+        if np.abs(_box(nodes) - body).max() > BOX_APART * size:
+            name, has = "nodes_m", "lies"
+        (low, high), (least, largest) = used.round(4).tolist(), body.round(4).tolist()
+        box = f"the body lies between {least} and {largest}"
+        raise file.wrong(place + name, f"{has} between {low} and {high} m", box)
     return nodes, triangles.astype(np.int64)
+
+
+def _box(points: np.ndarray) -> np.ndarray:
+    """Return the least and the largest coordinates (2, 3) of points."""
+    return np.array([points.min(axis=0), points.max(axis=0)])
 
 
 BOX_APART = 0.2
@@ -199,13 +181,8 @@ def _numbers(file: "_File", name: str, failed: np.ndarray, wish: Wanted) -> np.n
     if not wish.needed and not file.has(name):
         return np.full(shape, np.nan)
     found = file.floats(name)
-    if found.shape != shape:
-        of = "one for each question" if not wish.shape else "questions, instants, instruments, and x, y, z"
-        raise file.wrong(name, f"has the shape {found.shape}", f"give {shape}, {of}")
-    known = np.isfinite(found).reshape(len(failed), -1).all(axis=1)
-    if not known[~failed].all():
-        where = int(np.flatnonzero(~failed & ~known)[0])
-        raise file.wrong(name, f"is not finite in question {where}, which has an answer", "give it")
+    file.shaped(name, found, shape, "questions, instants, instruments, and x, y, z" if wish.shape else "one a question")
+    file.answered(name, found, failed, "give it")
     return found
 
 
@@ -227,26 +204,38 @@ class _File:
             raise self.wrong(name, "is missing", "add it, as README.md of the questions says")
         return self.arrays[name]
 
+    def shaped(self, name: str, found: np.ndarray, wanted: tuple[int, ...], of: str) -> None:
+        """Raise the error of an array of another shape than ``wanted``, which is that ``of`` what."""
+        if found.shape != wanted:
+            raise self.wrong(name, f"has the shape {found.shape}", f"give {wanted}: {of}")
+
+    def answered(self, name: str, found: np.ndarray, failed: np.ndarray, remedy: str) -> None:
+        """Raise the error of numbers (k, …) that are not finite in a question that has not ``failed`` (k,)."""
+        lost = ~failed & ~np.isfinite(found).reshape(len(failed), -1).all(axis=1)
+        if lost.any():
+            raise self.wrong(name, f"is not finite in question {int(np.flatnonzero(lost)[0])}", remedy)
+
     def text(self, name: str) -> str:
         found = self.get(name)
         if found.dtype.kind != "U" or found.ndim != 0:
             raise self.wrong(name, f"is {_kind(found)}", "give a text")
-        text = str(found).strip()
-        if not text or len(text) > LONGEST or not text.isprintable():
-            raise self.wrong(name, "is empty" if not text else "is no name", f"give 1 to {LONGEST} printable letters")
-        return text
+        return self._named(name, found, "is empty" if not str(found).strip() else "is no name")
 
     def names(self, name: str) -> list[str]:
         found = self.get(name)
         if found.dtype.kind != "U" or found.ndim != 1 or not len(found):
             raise self.wrong(name, f"is {_kind(found)}", "give a list of texts, a name for each setting")
-        texts = [str(each).strip() for each in found]
-        if bad := [text for text in texts if not text or len(text) > LONGEST or not text.isprintable()]:
-            raise self.wrong(name, f"has the name {bad[0][:20]!r}", f"give each 1 to {LONGEST} printable letters")
+        texts = [self._named(name, each, f"has the name {str(each)[:20]!r}") for each in found]
         if len(set(texts)) < len(texts):
             twice = next(text for text in texts if texts.count(text) > 1)
             raise self.wrong(name, f"has {twice!r} twice", "give each setting a name of its own")
         return texts
+
+    def _named(self, name: str, found: Any, what: str) -> str:
+        text = str(found).strip()
+        if not text or len(text) > LONGEST or not text.isprintable():
+            raise self.wrong(name, what, f"give 1 to {LONGEST} printable letters")
+        return text
 
     def marks(self, name: str, count: int | None) -> np.ndarray:
         found = self.get(name)

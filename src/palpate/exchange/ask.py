@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from palpate.benchmark.comparable import followed
+from palpate.benchmark.load import FORCES
 from palpate.benchmark.motion_truth import MotionTruth
 from palpate.benchmark.moving_scene import MovingScene
-from palpate.benchmark.presses import choose_presses, force_of
+from palpate.benchmark.presses import choose_presses
 from palpate.benchmark.settings import Instrument as ToolSettings
 from palpate.benchmark.settings import instrument_name, pressed_bodies
 from palpate.benchmark.split import FOLDS
@@ -52,10 +53,10 @@ def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: P
     if seed is not None and seed == settings.seed:
         raise InputError(f"--seed {seed} is that of {config}, whose presses are public; give another number.")
     where = config.parent / "results" if results is None else results
-    body, questions, page = known[scene](settings, config, where, seed)
+    body, questions = known[scene](settings, config, where, seed)
     if seed is not None:
         with_law(body, questions.info["law"])  # whose truth whoever scores has to find
-    pages = {"README.md": readme(questions, body.material.law, page), **pictures(body)}
+    pages = {"README.md": readme(questions, body.material.law), **pictures(body)}
     write(questions, out, pages)
     told = "with the truth" if questions.truth is not None else "without a truth"
     return (
@@ -64,7 +65,7 @@ def ask(config: Path, results: Path | None, scene: str, seed: int | None, out: P
     )
 
 
-Asked = tuple[Body, Questions, dict[str, str]]
+Asked = tuple[Body, Questions]
 
 
 def scenes(settings: Any) -> dict[str, Callable[..., Asked]]:
@@ -72,108 +73,83 @@ def scenes(settings: Any) -> dict[str, Callable[..., Asked]]:
     found: dict[str, Callable[..., Asked]] = {}
     if settings.tradeoff is not None:
         for regime in settings.regimes:
-            found |= {f"{body}_{regime}": partial(_press, body, regime) for body in pressed_bodies(settings)}
+            found |= {f"{body}_{regime}": partial(_presses, body, regime) for body in pressed_bodies(settings)}
     if settings.touch is not None:
         for tool in settings.touch.instruments:
             called = instrument_name(tool)
-            found |= {f"{name}_{called}": partial(_touch, name, tool) for name in pressed_bodies(settings, "touch")}
+            found |= {f"{name}_{called}": partial(_touches, name, tool) for name in pressed_bodies(settings, "touch")}
     if settings.dynamic is not None:
         for name, own in (settings.dynamic.scenes or {}).items():
             if own.truth is not None and own.truth.elements == "quadratic":
-                found[name] = partial(_motion, name, own)
+                found[name] = partial(_motions, name, own)
     return found
 
 
-def _press(name: str, regime: str, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
-    radius_m = settings.regimes[regime].radius_on(name)
+def _presses(name: str, regime: str, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
+    """Ask the test presses of the first split of a run, or as many of contacts drawn by ``seed``."""
+    asked, rule = settings.tradeoff, settings.regimes[regime]
+    radius_m = rule.radius_on(name)
     if seed is None:
-        body, questions = public(settings, results / "data" / name, regime, radius_m)
-    else:
-        body = _body(settings, name, config)
-        questions = private(
-            body,
-            settings,
-            regime,
-            radius_m,
-            seed,
-            steps(partial(print, file=sys.stderr, flush=True), "forces at contact"),
-        )
-    return body, questions, presses.page(questions)
+        place = results / "data" / name
+        files = {"body": place / "body.h5", "samples": place / regime / "samples.csv"}
+        files |= {each: place / regime / f"{each}.h5" for each in ("database", "truth")}
+        _made("tradeoff", *files.values())
+        return presses.of_run(files, regime, asked.splits[0], radius_m)
+    body, count = _body(settings, name, config), -(-asked.contacts // FOLDS)
+    # half of the contacts are the farthest from each other, whatever the seed: those drawn by area are taken
+    able = contacts_by_area(body, count, seed)
+    progress = steps(partial(print, file=sys.stderr, flush=True), "forces at contact")
+    loads = choose_presses(body, 0, plain(asked.presses), plain(rule), radius_m, seed, progress, able.tolist())
+    told = loads["sample"].to_numpy(), loads["contact"].to_numpy(), loads[FORCES].to_numpy()
+    return body, presses.questions_of(body, regime, radius_m, *told)
 
 
-def _touch(name: str, tool: ToolSettings, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
+def _touches(name: str, tool: ToolSettings, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
+    """Ask the touches of a run whose truth is believed, or as many drawn by ``seed``."""
     instrument, asked = Instrument(**dict(tool)), settings.touch
     if seed is None:
         place = results / "data" / name / "touch" / instrument_name(tool)
-        files = [results / "data" / name / "body.h5", place / "touches.csv", place / "truth.h5"]
-        if lacks := [path for path in files if not path.is_file()]:
-            raise InputError(
-                f"{lacks[0]} is missing; type make touch first, or give --seed for questions without truths."
-            )
+        files = results / "data" / name / "body.h5", place / "touches.csv", place / "truth.h5"
+        _made("touch", *files)
         body, table, truth = load(files[0]), read_table(files[1], TOUCH_COLUMNS), stored(TouchTruth, files[2])
         rows = np.flatnonzero(truth.believed)
-        chosen = [touches_of(instrument, table)[row] for row in rows]
-        if not chosen:
+        if not len(rows):
             raise InputError(f"{files[2]}: no touch has a truth that is believed; press less deep.")
-        questions = replace(
-            touches.questions_of(body, truth.sample[rows], chosen), truth=touches.truth_arrays(truth, rows)
-        )
-    else:
-        body = _body(settings, name, config)
-        bears = bearing(body, asked.truth.along_radius)
-        table = choose_touches(body, instrument, asked.samples, tuple(asked.depth_of_radius), seed, bears)
-        questions = touches.questions_of(body, table["sample"].to_numpy(), touches_of(instrument, table))
-    return body, questions, touches.page(questions)
+        chosen = [touches_of(instrument, table)[row] for row in rows]
+        questions = touches.questions_of(body, truth.sample[rows], chosen)
+        return body, replace(questions, truth=touches.truth_arrays(truth, rows))
+    body = _body(settings, name, config)
+    bears = bearing(body, asked.truth.along_radius)
+    table = choose_touches(body, instrument, asked.samples, tuple(asked.depth_of_radius), seed, bears)
+    return body, touches.questions_of(body, table["sample"].to_numpy(), touches_of(instrument, table))
 
 
-def _motion(name: str, own: Any, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
+def _motions(name: str, own: Any, settings: Any, config: Path, results: Path, seed: int | None) -> Asked:
+    """Ask the motion of a run, or one drawn by ``seed``."""
     entry = settings.scenes[name].but(name=name)
     asked = own.duration_s or followed(entry), own.frames or settings.dynamic.frames, own.level
-    assert own.truth is not None  # as scenes says
     found_by = {"levels": own.truth.levels, "steps_per_frame": own.truth.steps_per_frame}
     if seed is not None:
         scene = MovingScene.of(entry, _body(settings, entry.body, config), *asked)
-        drawn = motions.questions_of([motions.drawn(scene, seed)], found_by)
-        return scene.body, drawn, motions.page(drawn)
+        return scene.body, motions.questions_of([motions.drawn(scene, seed)], found_by)
     body_file, truth_file = results / "data" / entry.body / "body.h5", results / "data/dynamic" / name / "truth.h5"
-    if lacks := [path for path in (body_file, truth_file) if not path.is_file()]:
-        raise InputError(
-            f"{lacks[0]} is missing; type make dynamic first, or give --seed for questions without truths."
-        )
+    _made("dynamic", body_file, truth_file)
     scene, truth = MovingScene.of(entry, load(body_file), *asked), stored(MotionTruth, truth_file)
     if truth.rejected:
         raise InputError(f"{truth_file} has no truth that is believed ({truth.rejected}); ask for another scene.")
     questions = replace(motions.questions_of([scene], found_by), truth=motions.truth_arrays([truth]))
     if truth.displacement.shape[:2] != (*questions.frames, len(questions.points)):
         raise InputError(f"{truth_file} is of other settings than {config}; type make dynamic.")
-    return scene.body, questions, motions.page(questions)
+    return scene.body, questions
+
+
+def _made(target: str, *files: Path) -> None:
+    """Raise InputError for a file of a run that is missing, which ``make target`` writes."""
+    if lacks := [path for path in files if not path.is_file()]:
+        raise InputError(
+            f"{lacks[0]} is missing; type make {target} first, or give --seed for questions without truths."
+        )
 
 
 def _body(settings: Any, name: str, config: Path) -> Body:
     return make_body(name, settings.bodies[name].seen_from(config.parent))
-
-
-def public(settings: Any, folder: Path, regime: str, radius_m: float) -> tuple[Body, Questions]:
-    """Return a body and the questions of its test presses of the first split with their truth, as ``make`` has them.
-
-    folder : that of the body in the results
-    """
-    place = folder / regime
-    files = {"body": folder / "body.h5", **{name: place / f"{name}.h5" for name in ("database", "truth")}}
-    files["samples"] = place / "samples.csv"
-    if lacks := [path for path in files.values() if not path.is_file()]:
-        raise InputError(
-            f"{lacks[0]} is missing; type make tradeoff first, or give --seed for questions without truths."
-        )
-    return presses.of_run(files, regime, settings.tradeoff.splits[0], radius_m)
-
-
-def private(body: Body, settings: Any, regime: str, radius_m: float, seed: int, progress: Callable = iter) -> Questions:
-    """Return questions of as many presses as ``make`` tests, of contacts drawn by ``seed``."""
-    asked, rule = settings.tradeoff, settings.regimes[regime]
-    count = -(-asked.contacts // FOLDS)
-    # half of the contacts are the farthest from each other, whatever the seed: those drawn by area are taken
-    able = contacts_by_area(body, count, seed)
-    loads = choose_presses(body, 0, plain(asked.presses), plain(rule), radius_m, seed, progress, able.tolist())
-    forces = np.array([force_of(load) for _, load in loads.iterrows()])
-    return presses.questions_of(body, regime, radius_m, loads["sample"].to_numpy(), loads["contact"].to_numpy(), forces)

@@ -36,6 +36,18 @@ def body_arrays(body: Body) -> dict[str, dict[str, np.ndarray]]:
     return found
 
 
+def questions_on(
+    body: Body, info: dict[str, Any], loads: list[dict[str, Any]], more: dict[str, np.ndarray]
+) -> Questions:
+    """Return questions of ``loads``, whose numbers are arrays too, beside ``more`` arrays of (k, …); no truth yet.
+
+    info : kind and scene, and what else questions.json says of all; InputError for a sheet
+    """
+    refuse_sheet(body)
+    told = {name: np.array([load[name] for load in loads]) for name in loads[0] if name != "name"}
+    return Questions(info | body_info(body) | {"loads": loads}, body_arrays(body) | {"loads": told | more})
+
+
 def body_info(body: Body) -> dict[str, Any]:
     """Return what questions.json says of a body."""
     info: dict[str, Any] = {"body": body.name, "law": law_name(body.material.law), "size_m": body.fine.size}

@@ -1,94 +1,247 @@
-"""Score answers row by row, whatever the kind of questions is: what a kind itself knows is behind ``Judging``."""
+"""Score answers row by row, whatever the kind of questions is: a ``Judge`` is what a kind itself knows of them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol
+from types import ModuleType
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
+from scipy import sparse
 
-from palpate.benchmark.measuring import spent
-from palpate.exchange.answers import Setting, Wanted, read_answers
+from palpate.benchmark.accuracy import truth_errors
+from palpate.benchmark.measuring import Kind, Row, spent
+from palpate.bodies.material import NAMED
+from palpate.bodies.mesh import Sheet
+from palpate.effects.patch_load import nearest_on_surface
+from palpate.errors import InputError
+from palpate.exchange.answers import Answers, Setting, read_answers
+from palpate.exchange.asked_body import FURTHER, law_named
 from palpate.exchange.folder import Arrays, Questions
-from palpate.exchange.own_mesh import OwnMesh
-from palpate.exchange.score import (
-    MESH,
-    NO_ANSWER,
-    OWN_LAW,
-    Scored,
-    looked_through,
-    mean_errors,
-    own_law_truth,
-    where_of,
-)
+from palpate.exchange.suspects import oddities, out_of_order, slip
+
+NO_ANSWER = "the engine gave no answer"
+KINDS = {"press": "presses", "touch": "touches", "motion": "motions"}
+"""The module of each kind of questions, which finds the truth and has the ``Judge``."""
 
 
-class Judging(Protocol):
-    """What judges answers to those questions (rows,) whose truth is believed.
+class OwnMesh:
+    """The surface of an engine's own mesh beside the asked points and the triangles between these.
 
-    known : the true displacements (k, …, p, 3) [m]; labels : of every row; columns : of rows of samples
+    ``far_m`` is the largest distance of an asked point from it; ``used`` are its nodes on ``triangles`` between these.
     """
 
-    rows: np.ndarray
-    known: np.ndarray
-    labels: Mapping[str, Any]
-    columns: Sequence[str]
+    def __init__(self, nodes: np.ndarray, triangles: np.ndarray, points: np.ndarray, between: np.ndarray):
+        self._down, away = _onto(nodes, triangles, points)
+        self.used, corners = np.unique(triangles, return_inverse=True)
+        self.triangles, used = corners.reshape(triangles.shape), self.used
+        self._up, _ = _onto(points, between, nodes[used])
+        place = sparse.csr_array((np.ones(len(used)), (used, np.arange(len(used)))), shape=(len(nodes), len(used)))
+        self._there_and_back = (self._down @ (place @ self._up)).tocsr()
+        self.far_m = float(away.max())
 
-    def sample(self, row: int) -> dict[str, Any]:
+    def at_points(self, displacement: np.ndarray) -> np.ndarray:
+        """Return displacements (…, p, 3) [m] at the asked points of those (…, n, 3) [m] of the mesh's nodes."""
+        return _each(self._down, displacement)
+
+    def at_nodes(self, displacement: np.ndarray) -> np.ndarray:
+        """Return displacements (…, u, 3) [m] at the used nodes of those (…, p, 3) [m] at the asked points."""
+        return _each(self._up, displacement)
+
+    def through(self, displacement: np.ndarray) -> np.ndarray:
+        """Return displacements (…, p, 3) [m] of the asked points after they were taken at the mesh's nodes only."""
+        return _each(self._there_and_back, displacement)
+
+
+def _each(matrix: sparse.csr_array, displacement: np.ndarray) -> np.ndarray:
+    return np.array([matrix @ each for each in displacement.reshape(-1, *displacement.shape[-2:])]).reshape(
+        *displacement.shape[:-2], -1, 3
+    )
+
+
+def _onto(nodes: np.ndarray, triangles: np.ndarray, points: np.ndarray) -> tuple[sparse.csr_array, np.ndarray]:
+    """Return the linear interpolation (p, n) to what of a surface is nearest to ``points``, and distances (p,) [m]."""
+    corners, weights, away = nearest_on_surface(Sheet(nodes, triangles, 0.0), points)
+    rows = np.repeat(np.arange(len(points)), 3)
+    return sparse.csr_array((weights.ravel(), (rows, corners.ravel())), shape=(len(points), len(nodes))), away
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """What was found of a file of answers.
+
+    samples, settings : rows as ``benchmark.measuring`` has them, in settings also where they were found, and errors
+        of the engine's own mesh and against the truth of its own law
+    warnings : a sentence each
+    """
+
+    answers: Answers
+    samples: pd.DataFrame
+    settings: pd.DataFrame
+    warnings: tuple[str, ...]
+
+
+class Judge:
+    """What judges answers to those questions ``rows`` (q,) whose truth is believed.
+
+    kind : the columns that rows have; labels : of every row
+    known : the true displacements (k, …, p, 3) [m]
+    places : (k, 3) [m] where each question acts, None where questions have no order to mistake
+    answer_suffices : whether questions are judged by their distance from the finest answer where no truth is believed
+    InputError where there is nothing to judge by.
+    """
+
+    kind: ClassVar[type[Kind]]
+    answer_suffices: ClassVar[bool] = False
+
+    def __init__(self, questions: Questions, truth: Arrays, labels: tuple[str, ...] = (), places: str = ""):
+        self.loads, self.asked = questions.arrays["loads"], questions.arrays["asked"]
+        self.known, self.places = truth["displacement_m"], self.loads.get(places)
+        self.labels: Row = {name: questions.info[name] for name in ("scene", "body", *labels)}
+        judged: np.ndarray = believed(truth)
+        if self.answer_suffices and not judged.any():
+            judged = np.all(np.isfinite(self.known), axis=(1, 2))
+        if not judged.any():
+            raise InputError(f"{questions.info['scene']}: no {questions.kind} has a truth that is believed; ask anew.")
+        self.rows = np.flatnonzero(judged)
+
+    def sample(self, row: int) -> Row:
         """Return what names a question in the table of samples."""
+        return {"sample": row}
 
-    def errors(self, row: int, moved: np.ndarray, setting: Setting | None) -> dict[str, float]:
-        """Return the errors of displacements (…, p, 3) [m] and, with a ``setting``, of what else it tells."""
+    def errors(self, row: int, moved: np.ndarray) -> Row:
+        """Return the errors of displacements (…, p, 3) [m] over the surface and in the dent."""
+        found, true = moved.reshape(-1, 3), self.known[row].reshape(-1, 3)
+        dent = self.loads["in_dent"][row]
+        return truth_errors(found, true, np.tile(dent, len(found) // len(dent)))._asdict()
+
+    def felt(self, row: int, moved: np.ndarray, setting: Setting) -> Row:
+        """Return further errors, of what else a setting tells."""
+        return {}
 
     def slip(self, moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
         """Return which array of the questions ``there`` (m,) has a slip of the adapter, and which; or ""."""
+        places, asked = None if self.places is None else self.places[there], self.asked
+        told = slip(moved[there], self.known[there], asked["points_m"], asked["triangles"], places)
+        return f"displacement_m {told}" if told else ""
 
-    def means(self, found: list[dict[str, Any]]) -> dict[str, Any]:
-        """Return the row of a setting from its rows of samples."""
+
+def believed(truth: Arrays) -> np.ndarray:
+    """Return of which questions (k,) the truth is believed."""
+    own = [truth[name] for name in truth if name.startswith("own_") and name != "own_force_rms_of_peak"]
+    return np.all(np.isfinite(own), axis=0)
 
 
-def score_judged(
-    path: Path,
-    questions: Questions,
-    truth: Arrays,
-    own_law: Callable[[str], Arrays | None] | None,
-    judge_of: Callable[[Questions, Arrays], Judging],
-    numbers: Mapping[str, Wanted],
+def own_arrays(names: tuple[str, ...], own: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the own errors (k, names) of a truth, NaN where it is not believed, as truth.npz has them."""
+    return {f"own_{name}": np.ascontiguousarray(column) for name, column in zip(names, own.T, strict=True)}
+
+
+def module_of(questions: Questions) -> ModuleType:
+    """Return the module of a kind of questions; InputError for one that is not known."""
+    if questions.kind not in KINDS:
+        raise InputError(f"questions of kind {questions.kind} are not known to this palpate; ask anew.")
+    return import_module(f"palpate.exchange.{KINDS[questions.kind]}")
+
+
+def score_answers(
+    path: Path, questions: Questions, truth: Arrays, own_law: Callable[[str], Arrays | None] | None = None
 ) -> Scored:
-    """Score answers with what ``judge_of`` returns for a truth; other arguments and errors as of ``score_presses``."""
-    answers, warned = read_answers(path, questions, numbers), list[str]()
-    judge = judge_of(questions, truth)
-    elsewhere = own_law_truth(path, answers, questions, own_law, warned)
-    other = None if elsewhere is None else judge_of(questions, elsewhere)
-    samples: list[dict[str, Any]] = []
-    settings: list[dict[str, Any]] = []
-    for setting, moved, mesh in looked_through(path, answers, questions, judge.rows, judge.known, judge.slip, warned):
-        labels = dict(judge.labels) | {"model": answers.engine, "setting": setting.name}
+    """Score a file of answers.
+
+    own_law : gives the truth of a law that is not the body's, or None where it has none
+    InputError for answers that cannot be used.
+    """
+    module = module_of(questions)
+    answers, judge = read_answers(path, questions, module.wanted(questions)), module.Judge(questions, truth)
+    warned = list(answers.warnings)
+    elsewhere = _own_law_truth(path, answers, questions, own_law, warned)
+    other = None if elsewhere is None else module.Judge(questions, elsewhere)
+    if lost := questions.count - len(judge.rows):
+        warned.append(f"{lost} of {questions.count} questions have no truth that is believed; they are left out.")
+    samples: list[Row] = []
+    settings: list[Row] = []
+    for i, setting in enumerate(answers.settings):
+        moved, mesh = at_points(setting, questions)
+        there = judge.rows[~setting.failed[judge.rows]]
+        if told := judge.slip(moved, setting, there):
+            raise InputError(f"{path}: setting_{i}/{told}.")
+        warned += _odd(f"{path}: setting_{i}/displacement_m", setting, moved[there], judge.known[there], mesh, there)
+        labels = judge.labels | {"model": answers.engine, "setting": setting.name}
         found = [_row(judge, row, moved[row], setting) for row in judge.rows]
         samples += [labels | row for row in found]
         more = {"law": answers.law, "offline_s": setting.preparation_s, "memory_mb": setting.memory_mb}
-        costs = dict(zip(MESH, _mesh_costs(judge, mesh), strict=True))
-        costs |= dict(zip(OWN_LAW, _own_law_errors(other, moved, setting), strict=True))
-        settings.append(labels | more | judge.means(found) | where_of(answers, setting) | costs)
-    return Scored(answers, pd.DataFrame(samples, columns=list(judge.columns)), pd.DataFrame(settings), tuple(warned))
+        more |= {"engine": answers.engine, "version": answers.version, "hardware": answers.hardware}
+        more |= {"converged": setting.converged}
+        through = [] if mesh is None else [judge.errors(row, mesh.through(judge.known[row])) for row in judge.rows]
+        of_law = [] if other is None else [other.errors(r, moved[r]) for r in other.rows if not setting.failed[r]]
+        costs = _means("mesh", through) | _means("own_law", of_law)
+        settings.append(labels | more | judge.kind.means(found) | costs)
+    columns = judge.kind.columns_of_questions(judge.labels)
+    return Scored(answers, pd.DataFrame(samples, columns=columns), pd.DataFrame(settings), tuple(warned))
 
 
-def _row(judge: Judging, row: int, moved: np.ndarray, setting: Setting) -> dict[str, Any]:
+def _row(judge: Judge, row: int, moved: np.ndarray, setting: Setting) -> Row:
     found = judge.sample(row) | {"failure": ""}
     if setting.failed[row]:
         return found | {"failure": NO_ANSWER}
     seconds = setting.seconds[row]
     calls = seconds[np.isfinite(seconds)].tolist()
-    return found | judge.errors(row, moved, setting) | spent(calls)
+    return found | judge.errors(row, moved) | judge.felt(row, moved, setting) | spent(calls)
 
 
-def _mesh_costs(judge: Judging, mesh: OwnMesh | None) -> tuple[float, float]:
-    if mesh is None:
-        return np.nan, np.nan
-    return mean_errors([judge.errors(row, mesh.through(judge.known[row]), None) for row in judge.rows])
+def _means(where: str, errors: list[Row]) -> Row:
+    """Return the means of errors over the surface and in the dent; NaN where there are none."""
+    names = ("rmse_of_peak", "patch_rms_of_peak")
+    return {f"{where}_{name}": float(np.mean([each[name] for each in errors])) if errors else np.nan for name in names}
 
 
-def _own_law_errors(other: Judging | None, moved: np.ndarray, setting: Setting) -> tuple[float, float]:
-    if other is None:
-        return np.nan, np.nan
-    return mean_errors([other.errors(row, moved[row], None) for row in other.rows if not setting.failed[row]])
+def at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMesh | None]:
+    """Return displacements (k, …, p, 3) [m] at the asked points, and the mesh that they come from, if it is its own."""
+    if setting.nodes is None or setting.triangles is None:
+        return setting.displacement, None
+    mesh = OwnMesh(setting.nodes, setting.triangles, questions.points, questions.arrays["asked"]["triangles"])
+    return mesh.at_points(setting.displacement), mesh
+
+
+def _odd(
+    place: str, setting: Setting, moved: np.ndarray, known: np.ndarray, mesh: OwnMesh | None, there: np.ndarray
+) -> list[str]:
+    """Return a sentence for each thing that is odd about answers to the questions ``there`` (m,), but may be none.
+
+    moved, known : (m, …, p, 3) [m], answers and truth at the asked points
+    InputError for nodes of the engine's own ``mesh`` that are in another order.
+    """
+    true = known.reshape(-1, *known.shape[-2:])
+    if mesh is not None and len(true):
+        at = setting.displacement[there][..., mesh.used, :]
+        at = at.reshape(-1, *at.shape[-2:])
+        if told := out_of_order(at, mesh.at_nodes(true), mesh.triangles):
+            raise InputError(f"{place} {told}.")
+    return [f"{place} {each}." for each in oddities(moved.reshape(true.shape), true)]
+
+
+def _own_law_truth(
+    path: Path,
+    answers: Answers,
+    questions: Questions,
+    own_law: Callable[[str], Arrays | None] | None,
+    warned: list[str],
+) -> Arrays | None:
+    """Return the truth of the law of ``answers``, None where that is the body's or has none; add to what is warned.
+
+    InputError for a law that palpate does not have, where its truth is asked for.
+    """
+    law, bodys = answers.law, questions.info["law"]
+    if law == bodys:
+        return None
+    known, others = bool(law_named(law)), ", ".join((*NAMED, *FURTHER))
+    if own_law is not None and not known:
+        raise InputError(f"{path}: law is {law}, which palpate does not have; name {others}, or leave --own-law out.")
+    truth = None if own_law is None else own_law(law)
+    if truth is None:
+        how = "ask for it with --own-law" if known else f"palpate has no law of that name, but {others}"
+        warned.append(f"the law is {law} and that of the body {bodys}: errors have both in them ({how}).")
+    return truth

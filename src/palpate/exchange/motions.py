@@ -2,14 +2,17 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from palpate.benchmark.accuracy import TruthErrors
-from palpate.benchmark.motion_truth import MotionTruth, motion_truth, pressed_nodes
+from palpate.benchmark.measuring import Kind
+from palpate.benchmark.motion_truth import ForceErrors, MotionTruth, force_errors, motion_truth, pressed_nodes
 from palpate.benchmark.moving_scene import MovingScene
 from palpate.benchmark.presses import oblique
 from palpate.bodies.body import Body
@@ -20,14 +23,17 @@ from palpate.effects.patch_load import spread
 from palpate.effects.push import disc, factor
 from palpate.effects.settings import Gravity, Loads, Push, Rayleigh
 from palpate.errors import InputError
-from palpate.exchange.answers import Wanted
+from palpate.exchange import judging
+from palpate.exchange.answers import Setting, Wanted
 from palpate.exchange.asked_body import body_arrays, body_info, body_of, refuse_sheet, with_law
 from palpate.exchange.folder import Arrays, Questions
-from palpate.exchange.readme import read_page
+from palpate.exchange.suspects import over_time, slip
 from palpate.setting_types import plain
+from palpate.stores import stored
 
-KIND = "motion"
 OWN = TruthErrors._fields
+TABLE, COLUMNS = "dynamic_accuracy", ("failures", "force_rms_of_peak", "real_time_factor")
+"""The table of palpate's own models, and further columns that it must have."""
 FORCE = "force_n"
 COURSE = ("radius_m", "force_n", "start_s", "press_s", "hold_s", "release_s")
 LARGEST_TILT, LARGEST_TURN = 30.0, 30.0
@@ -56,7 +62,7 @@ def questions_of(scenes: Sequence[MovingScene], found_by: Mapping[str, int]) -> 
             arrays["loads"][f"level_{level}/nodal_force_n"] = np.array(forces)
     if pushes[0]:
         arrays["loads"]["factor"] = np.array([[[factor(p, t) for t in instants] for p in each] for each in pushes])
-    info = {"kind": KIND, "scene": scene.name, "duration_s": scene.duration_s, "instants_s": instants.tolist()}
+    info = {"kind": "motion", "scene": scene.name, "duration_s": scene.duration_s, "instants_s": instants.tolist()}
     info |= {"damping": dict(scene.rayleigh), "found_by": dict(found_by), **body_info(body), "loads": loads}
     return Questions(info, arrays)
 
@@ -132,29 +138,53 @@ def drawn(scene: MovingScene, seed: int) -> MovingScene:
     return replace(scene, loads=scene.loads.but(gravity=gravity, push=push))
 
 
+class _Motions(Kind):
+    errors = (*OWN, *ForceErrors._fields, "real_time_factor")
+    spread = ("rmse_of_peak",)
+
+
+class Judge(judging.Judge):
+    kind = _Motions
+
+    def __init__(self, questions: Questions, truth: Arrays):
+        super().__init__(questions, truth)
+        self._force, self._duration_s, self._frames = truth[FORCE], questions.info["duration_s"], questions.frames[0]
+
+    def errors(self, row: int, moved: np.ndarray) -> dict[str, Any]:
+        found = super().errors(row, moved)
+        if self.loads["in_dent"][row].all():  # nothing is pressed, and there is no dent
+            found |= dict.fromkeys(("patch_rms_of_peak", "patch_max_of_peak"), np.nan)
+        return found
+
+    def felt(self, row: int, moved: np.ndarray, setting: Setting) -> dict[str, Any]:
+        found = {"real_time_factor": float(np.nanmedian(setting.seconds[row])) / self._duration_s}
+        if FORCE in setting.numbers:
+            found |= force_errors(setting.numbers[FORCE][row], self._force[row])._asdict()
+        return found
+
+    def slip(self, moved: np.ndarray, setting: Setting, there: np.ndarray) -> str:
+        for row in there:
+            told = slip(moved[row], self.known[row], self.asked["points_m"], self.asked["triangles"], None)
+            if told := told or over_time(moved[row], self.known[row], self._duration_s / self._frames):
+                return f"displacement_m {told}"
+        return ""
+
+
 def truth_arrays(truths: Sequence[MotionTruth]) -> Arrays:
     """Return the arrays of truth.npz; its own errors are NaN where it is not believed."""
     own = np.array([np.full(len(OWN), np.nan) if each.rejected else each.own[3] for each in truths])
-    found = {f"own_{name}": np.ascontiguousarray(column) for name, column in zip(OWN, own.T, strict=True)}
-    found["own_force_rms_of_peak"] = np.array([each.own_force for each in truths])
-    found["displacement_m"] = np.array([each.displacement for each in truths])
-    found[FORCE] = np.array([each.force for each in truths])
-    return found | {"seconds": np.array([each.spent_s for each in truths])}
+    found = {"own_force_rms_of_peak": np.array([each.own_force for each in truths])}
+    found |= {"displacement_m": np.array([each.displacement for each in truths])}
+    found |= {FORCE: np.array([each.force for each in truths]), "seconds": np.array([each.spent_s for each in truths])}
+    return found | judging.own_arrays(OWN, own)
 
 
 def find_truth(questions: Questions, law: str, progress: Callable = iter) -> Arrays:
     """Find the truth of every motion with the material's ``law``, one of palpate's, as ``make`` does."""
     info, body = questions.info, with_law(body_of(questions), law)
     frames, by = len(info["instants_s"]), info["found_by"]
-    how = (
-        Rayleigh(**info["damping"]),
-        info["duration_s"],
-        frames,
-        by["steps_per_frame"] * frames,
-        by["levels"],
-        progress,
-    )
-    return truth_arrays([motion_truth(body, _loads(each), *how) for each in info["loads"]])
+    times = Rayleigh(**info["damping"]), info["duration_s"], frames, by["steps_per_frame"] * frames, by["levels"]
+    return truth_arrays([motion_truth(body, _loads(each), *times, progress) for each in info["loads"]])
 
 
 def wanted(questions: Questions) -> dict[str, Wanted]:
@@ -163,48 +193,15 @@ def wanted(questions: Questions) -> dict[str, Wanted]:
     return {FORCE: Wanted(True, (len(questions.info["instants_s"]), tools, 3))} if tools else {}
 
 
-def page(questions: Questions) -> dict[str, str]:
-    """Return what README.md says of motions, by its places."""
-    info, load = questions.info, questions.info["loads"][0]
-    frames, tools = len(info["instants_s"]), len(load.get("instruments", []))
-    acts = [read_page(f"motion_{name}.md") for name in ("gravity", "pushes", "instruments") if _acts(name, load)]
-    told = {"count": questions.count, "frames": frames, "duration": f"{info['duration_s']:g}", "tools": tools}
-    told |= {"mass": f"{info['damping']['mass_1_s']:g}", "stiffness": f"{info['damping']['stiffness_s']:g}"}
-    disc_page = read_page("disc.md").substitute().rstrip().replace("\n", "\n  ")
-    acting = "\n".join(each.substitute(told | {"disc": disc_page}).rstrip() for each in acts)
-    pressed = not questions.arrays["loads"]["in_dent"].all()
-    dent = "It also has `in_dent` (k, p), truth values: which asked points are pressed."
-    text = read_page("motion.md").substitute(
-        told | {"acts": acting, "dent": dent if pressed else "Nothing is pressed."}
-    )
-    force = ', "force_n": [forces]' if tools else ""
-    example = read_page("motion_example.txt").substitute(
-        law=info["law"],
-        forces=", forces" if tools else "",
-        force=force,
-        more=", and (f, i, 3) in N" if tools else "",
-    )
-    scored = (
-        "The root mean square over points and instants of the length of the error, over the largest true displacement "
-        "(the peak); "
-        + ("the same at the points in the dent; " if pressed else "")
-        + ("the root mean square over instants of the error of the force, over its largest size; " if tools else "")
-        + "failures; seconds for a second of motion (`seconds` over the duration), and memory. Each error has the "
-        "truth's own as a floor: below it nothing can be told."
-    )
-    rows = (
-        "| `setting_0/displacement_m` | (k, f, p, 3) | displacement of each asked point at each of the f instants of "
-        "`instants_s`, from rest; t = 0 is none of them |\n"
-        "| `setting_0/nodes_m`, `setting_0/triangles` | (n, 3), (t, 3) | only for a mesh of your own, see below |"
-    )
-    if tools:
-        rows += (
-            "\n| `setting_0/force_n` | (k, f, i, 3) | force of each instrument on the body, mean from the instant "
-            "before (or t = 0) to this one |"
-        )
-    places = {"asked": text, "example": example.rstrip(), "scored": scored, "question": "motion"}
-    return places | {"answer_rows": rows, "shape": "(k, f, p, 3)"}
+def asked_in(results: FilePath, questions: Questions) -> tuple[FilePath, bool]:
+    """Return the file of a run's motion, and whether it is this one."""
+    place = results / "data/dynamic" / questions.info["scene"] / "truth.h5"
+    known = stored(MotionTruth, place).displacement if place.is_file() else np.empty(0)
+    asked = None if questions.truth is None else questions.truth["displacement_m"][0]
+    same = asked is not None and known.shape == asked.shape and np.allclose(known, asked, rtol=1e-6, atol=0.0)
+    return place, same
 
 
-def _acts(name: str, load: Mapping[str, Any]) -> bool:
-    return ("gravity_m_s2" if name == "gravity" else name) in load
+def beside(rows: pd.DataFrame, questions: Questions) -> pd.DataFrame:
+    """Return those of the ``rows`` of TABLE that answer these questions."""
+    return rows.assign(online_median_s=rows["real_time_factor"] * questions.info["duration_s"], samples=1)

@@ -1,131 +1,84 @@
-"""Score a file of answers: errors as of palpate's own models, the truth's own as a floor, ties, times and failures."""
+"""Carry out ``palpate score``: a table on the screen, score.csv and a picture."""
 
 import io
-from collections.abc import Callable, Iterator
+import sys
+import warnings
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from palpate.bodies.material import NAMED
+from palpate.benchmark.engine_scores import OWN, score_table
+from palpate.benchmark.ranking import BOUNDS, lasting
 from palpate.errors import InputError
-from palpate.exchange.answers import Answers, Setting
-from palpate.exchange.asked_body import FURTHER, law_named
-from palpate.exchange.folder import DAMAGE, Arrays, Questions, packed
-from palpate.exchange.own_mesh import OwnMesh
-from palpate.exchange.suspects import oddities, out_of_order
-from palpate.files import write_whole
-
-NO_ANSWER = "the engine gave no answer"
-WHERE = ["engine", "version", "hardware", "converged"]
-OWN_LAW = ["own_law_rmse_of_peak", "own_law_patch_rms_of_peak"]
-MESH = ["mesh_rmse_of_peak", "mesh_patch_rms_of_peak"]
+from palpate.exchange.folder import DAMAGE, Arrays, Questions, packed, read
+from palpate.exchange.judging import KINDS, module_of, score_answers
+from palpate.files import read_table, write_whole
+from palpate.report.words import percent, seconds, two_digits
+from palpate.run.job import steps
 
 
-@dataclass(frozen=True, eq=False)
-class Scored:
-    """What was found of a file of answers.
+def score(answers: Path, folder: Path, results: Path | None, out: Path | None, own_law: bool) -> str:
+    """Score a file of answers to the questions in ``folder``, and return what is printed.
 
-    samples, settings : rows as ``benchmark.measuring`` has them, with the columns WHERE, OWN_LAW and MESH in settings
-    warnings : a sentence each
+    results : folder that make has filled, whose models stand beside it, or None
+    out : folder for score.csv and score.png; None is that of ``answers``
+    own_law : whether the truth of another law than the body's is found, which takes minutes
+    InputError for answers, questions or results that cannot be used.
     """
+    questions = read(folder)
 
-    answers: Answers
-    samples: pd.DataFrame
-    settings: pd.DataFrame
-    warnings: tuple[str, ...]
+    def kept(law: str) -> Arrays:
+        return truth_beside(questions, folder, law, lambda name: _find(questions, folder, name))
 
+    truth = kept(questions.info["law"]) if questions.truth is None else questions.truth
+    scored = score_answers(answers, questions, truth, kept if own_law else None)
+    beside = None if results is None else _beside(results, questions)
+    floor = floor_of(truth)
+    table = score_table(scored.settings, floor, beside)
+    place = (answers.parent if out is None else out).resolve()
+    from palpate.exchange.picture import draw_score
+    from palpate.report.style import save
 
-def looked_through(
-    path: Path,
-    answers: Answers,
-    questions: Questions,
-    rows: np.ndarray,
-    known: np.ndarray,
-    slipped: Callable[[np.ndarray, Setting, np.ndarray], str],
-    warned: list[str],
-) -> Iterator[tuple[Setting, np.ndarray, OwnMesh | None]]:
-    """Yield each setting with what ``at_points`` returns for it, once that is no slip; add to what is warned.
-
-    rows : the questions whose truth is believed; known : the true displacements of all
-    slipped : tells which array of answers to the questions (m,) has a slip of the adapter, and which; or ""
-    InputError for a slip.
-    """
-    warned += answers.warnings
-    if lost := questions.count - len(rows):
-        warned.append(f"{lost} of {questions.count} questions have no truth that is believed; they are left out.")
-    for i, setting in enumerate(answers.settings):
-        moved, mesh = at_points(setting, questions)
-        there = rows[~setting.failed[rows]]
-        if told := slipped(moved, setting, there):
-            raise InputError(f"{path}: setting_{i}/{told}.")
-        warned += odd(f"{path}: setting_{i}/displacement_m", setting, moved[there], known[there], mesh, there)
-        yield setting, moved, mesh
+    figure = draw_score(table, floor)
+    with write_whole(place / "score.csv") as part:
+        table.to_csv(part, index=False)
+    save(figure, place / "score")
+    head = f"{scored.answers.engine} {scored.answers.version} on {scored.answers.hardware}, {questions.info['scene']}"
+    own = "is not known" if np.isnan(floor["rmse_of_peak"]) else f"{percent(floor['rmse_of_peak'])} of the peak"
+    lines = [f"{head}, law {scored.answers.law}", f"the truth's own error: {own}", *_printed(table)]
+    lines += [f"note: {warning}" for warning in scored.warnings]
+    return "\n".join([*lines, f"written: {place / 'score.csv'}, score.png, score.svg"])
 
 
-def where_of(answers: Answers, setting: Setting) -> dict[str, Any]:
-    """Return the columns WHERE."""
-    return dict(zip(WHERE, (answers.engine, answers.version, answers.hardware, setting.converged), strict=True))
+def _find(questions: Questions, folder: Path, law: str) -> Arrays:
+    """Find the truth of ``law``, and say where it is kept and how far it is."""
+    place = kept_truth(folder, law)
+    print(f"finding the truth of {questions.counted} with the law {law}, kept as {place}", file=sys.stderr, flush=True)
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(limits=1), warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of questions without a truth, which the score notes
+        tell = partial(print, file=sys.stderr, flush=True)
+        return module_of(questions).find_truth(questions, law, steps(tell, "truth, solution"))
 
 
-def at_points(setting: Setting, questions: Questions) -> tuple[np.ndarray, OwnMesh | None]:
-    """Return displacements (k, …, p, 3) [m] at the asked points, and the mesh that they come from, if it is its own."""
-    if setting.nodes is None or setting.triangles is None:
-        return setting.displacement, None
-    mesh = OwnMesh(setting.nodes, setting.triangles, questions.points, questions.arrays["asked"]["triangles"])
-    return mesh.at_points(setting.displacement), mesh
-
-
-def odd(
-    place: str, setting: Setting, moved: np.ndarray, known: np.ndarray, mesh: OwnMesh | None, there: np.ndarray
-) -> list[str]:
-    """Return a sentence for each thing that is odd about answers to the questions ``there`` (m,), but may be none.
-
-    moved, known : (m, …, p, 3) [m], answers and truth at the asked points
-    InputError for nodes of the engine's own ``mesh`` that are in another order.
-    """
-    true = known.reshape(-1, *known.shape[-2:])
-    if mesh is not None and len(true):
-        at = setting.displacement[there][..., mesh.used, :]
-        at = at.reshape(-1, *at.shape[-2:])
-        if told := out_of_order(at, mesh.at_nodes(true), mesh.triangles):
-            raise InputError(f"{place} {told}.")
-    return [f"{place} {each}." for each in oddities(moved.reshape(true.shape), true)]
-
-
-def mean_errors(errors: list[dict[str, float]]) -> tuple[float, float]:
-    """Return the means of errors by name over the surface and in the dent; NaN where there are none."""
-    if not errors:
-        return np.nan, np.nan
-    surface, patch = (float(np.mean([each[name] for each in errors])) for name in ("rmse_of_peak", "patch_rms_of_peak"))
-    return surface, patch
-
-
-def own_law_truth(
-    path: Path,
-    answers: Answers,
-    questions: Questions,
-    own_law: Callable[[str], Arrays | None] | None,
-    warned: list[str],
-) -> Arrays | None:
-    """Return the truth of the law of ``answers``, None where that is the body's or has none; add to what is warned.
-
-    InputError for a law that palpate does not have, where its truth is asked for.
-    """
-    law, bodys = answers.law, questions.info["law"]
-    if law == bodys:
-        return None
-    known, others = bool(law_named(law)), ", ".join((*NAMED, *FURTHER))
-    if own_law is not None and not known:
-        raise InputError(f"{path}: law is {law}, which palpate does not have; name {others}, or leave --own-law out.")
-    truth = None if own_law is None else own_law(law)
-    if truth is None:
-        how = "ask for it with --own-law" if known else f"palpate has no law of that name, but {others}"
-        warned.append(f"the law is {law} and that of the body {bodys}: errors have both in them ({how}).")
-    return truth
+def _beside(results: Path, questions: Questions) -> pd.DataFrame:
+    """Return the rows of palpate's own models on the very same questions; InputError where results are of others."""
+    module, scene = module_of(questions), questions.info["scene"]
+    columns = ["scene", "model", "setting", "rmse_of_peak", *module.COLUMNS]
+    table = read_table(results / f"tables/{module.TABLE}.csv", columns)
+    rows = table[(table["scene"] == scene) & ~table["model"].isin(BOUNDS)]
+    if not len(rows):
+        raise InputError(f"{results} has no models of {scene}; leave --results out, or make that scene.")
+    place, same = module.asked_in(results, questions)
+    if not same:
+        asked = KINDS[questions.kind]
+        raise InputError(f"{place} has other {asked} than these questions; leave --results out, or ask anew.")
+    return module.beside(rows, questions)
 
 
 def kept_truth(folder: Path, law: str) -> Path:
@@ -152,3 +105,54 @@ def floor_of(truth: Arrays) -> dict[str, float]:
     own = {name: truth[f"own_{name}"] for name in names if f"own_{name}" in truth}
     known = np.isfinite([own[name] for name in names[:2]]).all(axis=0)
     return {name: float(values[known].mean()) if known.any() else np.nan for name, values in own.items()}
+
+
+SHOWN = (
+    "setting",
+    "error",
+    "worst point",
+    "in the dent",
+    "median",
+    "p95",
+    "s per s",
+    "failed",
+    "through its mesh",
+    "own law",
+    "force",
+)
+
+
+def _printed(table: pd.DataFrame) -> list[str]:
+    """Return the lines of a table for reading: the engine's settings, and those of palpate that are worth taking."""
+    own, others = table[table["engine"] != OWN], table[table["engine"] == OWN]
+    if len(others):
+        sound = others[others["failures"] == 0]
+        others = sound[lasting(sound["online_median_s"].to_numpy(), sound["rmse_of_peak"].to_numpy())]
+    rows = [SHOWN]
+    for _, row in pd.concat([own, others.sort_values("online_median_s")]).iterrows():
+        name = row["setting"] if row["engine"] != OWN else f"palpate's {row['model']}, {row['setting']}"
+        rows.append((
+            name + (" (converged)" if row["engine"] != OWN and row["converged"] is True else ""),
+            _percent(row["rmse_of_peak"]), _percent(row["max_of_peak"]), _percent(row["patch_rms_of_peak"]),
+            *_times(row), f"{row['failures']:.0f}/{row['samples']:.0f}",
+            _percent(row["mesh_rmse_of_peak"]), _percent(row["own_law_rmse_of_peak"]),
+            _percent(np.fmax(row["force_error_median"], row["force_rms_of_peak"])),
+        ))  # fmt: skip
+    used = [c for c in range(len(SHOWN)) if c < 2 or any(row[c] for row in rows[1:])]
+    wide = [max(len(row[c]) for row in rows) for c in used]
+    return ["  ".join(row[c].ljust(w) for c, w in zip(used, wide, strict=True)).rstrip() for row in rows]
+
+
+def _percent(value: float) -> str:
+    return percent(float(value)) if np.isfinite(float(value)) else ""
+
+
+def _times(row: pd.Series) -> tuple[str, str, str]:
+    """Return the median and the 95th percentile, or, of motions, seconds for a second."""
+    if np.isfinite(row["real_time_factor"]):
+        return "", "", two_digits(row["real_time_factor"])
+    return _time(row["online_median_s"]), _time(row["online_p95_s"]), ""
+
+
+def _time(value: float) -> str:
+    return seconds(float(value)) if np.isfinite(float(value)) else ""

@@ -50,9 +50,9 @@ def tabulate_meshes(input, params):
 
 
 def choose_loads(input, params):
-    from palpate.benchmark.presses import choose_loads
     from palpate.bodies.body_file import load
     from palpate.solvers.compliance import Compliance
+    from palpate.studies.enrichment.samples import choose_loads
 
     asked = params.magnitudes, params.peak_of_size, 0.0, params.samples, params.seed
     return {"loads": choose_loads(load(input.body), stored(Compliance, input.compliance), *asked)}
@@ -80,9 +80,10 @@ def simulate_fine(input, output, params, wildcards, say):
 
 def assemble_database(input, output, params, wildcards, say):
     from palpate.benchmark.database import read, write
-    from palpate.benchmark.split import fold_table, sample_table
+    from palpate.benchmark.split import fold_table
     from palpate.benchmark.static_responses import assemble, digest, load_responses, press
     from palpate.bodies.body_file import load
+    from palpate.studies.enrichment.samples import sample_table
 
     body, loads, fine = load(input.body), pd.read_csv(input.loads), load_responses(input.fine)
     progress = steps(say, f"{body.name}, {wildcards.regime}: coarse sample")

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.error_bounds import CONSTANT, OWN
+from palpate.benchmark.conformal import CONSTANT, OWN
 from palpate.studies.dynamic.elsewhere import MOTION_BOUNDS, motion_bounds
 from palpate.studies.dynamic.touching import MOTION_PLACES
 

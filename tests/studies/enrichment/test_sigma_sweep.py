@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from palpate.benchmark.accuracy import sample_errors
 from palpate.models.enrichment.features import kinds
 from palpate.models.enrichment.paper_enrichment import Blend, DescribedSamples
 from palpate.models.enrichment.training_samples import gather
 from palpate.studies.enrichment.jobs import sweep_rows
+from palpate.studies.enrichment.samples import sample_errors
 
 TRAIN, TEST = np.arange(0, 20, 2), np.arange(1, 20, 2)
 LABELS = {"body": "cylinder", "regime": "small"}

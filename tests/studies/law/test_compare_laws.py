@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.presses import force_of
+from palpate.benchmark.load import samples_in
 from palpate.benchmark.truth import OWN, truth_of
 from palpate.bodies.body import nest
 from palpate.bodies.contacts import sampled_contacts
@@ -151,9 +151,9 @@ def test_each_contact_is_pressed_to_each_depth(beam):
     table = growing_presses(beam, 2, [0.02, 0.01], 0.01)
     assert table["contact"].tolist() == np.repeat(sampled_contacts(beam, 2, 1), 2).tolist()
     assert table["peak_of_size"].to_numpy() == pytest.approx([0.01, 0.02] * 2, rel=0.05)
-    for _, load in table.iterrows():
-        normal = beam.fine.normals[int(load["contact"])]
-        assert -force_of(load) @ normal == pytest.approx(np.linalg.norm(force_of(load)))
+    for sample in samples_in(table):
+        contact, force = sample.load.single()
+        assert -force @ beam.fine.normals[contact] == pytest.approx(np.linalg.norm(force))
 
 
 def test_a_body_with_regions_is_pressed_above_them(beam):

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.motion_truth import MotionTruth, force_errors
+from palpate.benchmark.motion_truth import MotionRun, MotionTruth, force_errors
 from palpate.bodies import body_file
 from palpate.bodies.material import LAWS
 from palpate.errors import NotConverged
@@ -205,7 +205,7 @@ def measure(
     elif limit is not None and not limit.rejected:
         truth = replace(truth, truth=limit.displacement[: truth.frames], force=limit.force[: truth.frames])
         found |= limit.described(whole_s)
-        rows = [_quadratic(limit, truth, number, whole_s) for number in range(len(limit.tried))]
+        rows = [_quadratic(each, truth, whole_s) for each in limit.tried]
     rows += [_tried(compared, truth, number, whole_s) for number in range(len(truth.tried))]
     able = _models(compared, lesson, truth, grid, known)
     able |= {name: partial(tried, compared, shown, grid[name], seed) for name, shown in (strokes or {}).items()}
@@ -407,15 +407,13 @@ def _tried(compared: ComparedScene, truth: Reference, number: int, whole_s: floa
     return row | measured | told._asdict() | {"offline_s": 0.0}
 
 
-def _quadratic(limit: MotionTruth, truth: Reference, number: int, whole_s: float) -> dict:
+def _quadratic(tried: MotionRun, truth: Reference, whole_s: float) -> dict:
     """Take a motion that the limit is made of, as it is; its time includes those of the coarser ones it began with."""
-    level, steps = int(limit.tried_level[number]), int(limit.tried_steps[number])
-    step_s = whole_s / steps
+    level, step_s = tried.level, whole_s / tried.steps
     row = {"model": "fem_p2", "setting": f"level={level} step_s={step_s:.3g}", "varied": STEP, "level": level}
-    row |= {"nodes": int(limit.tried_nodes[number]), "step_s": step_s, "steps": steps, "failures": 0}
-    taken = limit.seconds[number], limit.step_p95_s[number], limit.step_max_s[number]
-    tried = limit.tried[number][: truth.frames], limit.tried_force[number][: truth.frames]
-    measured = _measured(*tried, truth, taken, steps, whole_s)
+    row |= {"nodes": tried.nodes, "step_s": step_s, "steps": tried.steps, "failures": 0}
+    taken, there = (tried.seconds, tried.step_p95_s, tried.step_max_s), slice(truth.frames)
+    measured = _measured(tried.surface[there], tried.force[there], truth, taken, tried.steps, whole_s)
     return row | measured | MotionEstimate()._asdict() | {"offline_s": 0.0}
 
 

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.conformal import Draws, bound_factor, finite
-from palpate.benchmark.error_bounds import CONSTANT, OWN
+from palpate.benchmark.conformal import CONSTANT, OWN, Draws, bound_factor, finite
 from palpate.benchmark.motion_truth import MotionTruth, motion_truth
 from palpate.benchmark.presses import oblique
 from palpate.benchmark.ranking import EXACT
@@ -144,7 +143,7 @@ def measure_places(
 
 def _truth_like(like: MotionTruth, moved: ComparedScene) -> MotionTruth:
     """Find the truth where the push is elsewhere; NotConverged if it is not believed."""
-    count = int(like.tried_steps.min())
+    count = min(each.steps for each in like.tried)
     acts = moved.body, moved.placed_loads(), moved.rayleigh, moved.duration_s
     found = motion_truth(*acts, moved.frames, count, like=like)
     if found.rejected:

@@ -201,9 +201,10 @@ def tabulate_truth(compared: ComparedScene, found: MotionTruth | LinearLimit) ->
     if isinstance(found, LinearLimit):
         row |= {"elements": "linear", "levels": found.levels, "steps": found.steps}
         return MOTION_TRUTH.frame([row | {"until_s": found.until_s, "rejected": found.said}])
-    row |= {"elements": "quadratic", "levels": len(set(found.tried_level)), "steps": int(found.tried_steps.min())}
-    row |= {"until_s": compared.duration_s, "ratio": found.ratio, "least_det": found.least_det}
-    return MOTION_TRUTH.frame([row | {"balance": found.balance, "rejected": found.rejected}])
+    tried = found.tried
+    row |= {"elements": "quadratic", "levels": len({t.level for t in tried}), "steps": min(t.steps for t in tried)}
+    row |= {"until_s": compared.duration_s, "ratio": found.ratio, "least_det": min(t.least_det for t in tried)}
+    return MOTION_TRUTH.frame([row | {"balance": found.finest.balance, "rejected": found.rejected}])
 
 
 def read_truth(path: str) -> MotionTruth | LinearLimit:

@@ -13,7 +13,6 @@ import pandas as pd
 
 from palpate.benchmark.database import Database, read
 from palpate.benchmark.settings import FitOptions, Regression
-from palpate.benchmark.split import read_samples, sides
 from palpate.bodies.body_file import load
 from palpate.bodies.settings import Body
 from palpate.models.enrichment.features import describe, in_slots, kinds
@@ -21,6 +20,14 @@ from palpate.models.enrichment.paper_enrichment import WEIGHTS, BlendWeights, De
 from palpate.models.enrichment.training_samples import blend_errors, gather
 from palpate.run.job import stem, steps
 from palpate.stores import stored
+from palpate.studies.enrichment.samples import (
+    accuracy_rows,
+    predict,
+    read_samples,
+    sample_peaks,
+    sides,
+    split_counts,
+)
 from palpate.studies.enrichment.settings import Premises
 from palpate.table_declaration import Table
 
@@ -36,7 +43,6 @@ def sweep_sigma(
 ):
     import h5py
 
-    from palpate.benchmark.accuracy import accuracy_rows, predict
     from palpate.files import write_whole
     from palpate.models.enrichment.methods import build
     from palpate.solvers.compliance import Compliance
@@ -91,7 +97,6 @@ def time_complexity(samples: list[int], seed: int):
 
 
 def tabulate_enrichment(input, output):
-    from palpate.benchmark.split import sample_peaks, split_counts
     from palpate.benchmark.static_responses import load_responses
     from palpate.files import merge
     from palpate.report import mesh_levels, style

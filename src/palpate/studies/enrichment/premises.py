@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import Method, sample_errors
+from palpate.benchmark.accuracy import Method
 from palpate.benchmark.database import Database
 from palpate.benchmark.ranking import RANGE, resampled
 from palpate.benchmark.settings import FitOptions
-from palpate.benchmark.split import SPLITS, split
+from palpate.benchmark.split import split
 from palpate.bodies.settings import Body
 from palpate.models import interpolation
 from palpate.models.enrichment import paper_enrichment
@@ -18,6 +18,7 @@ from palpate.models.enrichment.features import FEATURES, Features, kinds
 from palpate.models.enrichment.paper_enrichment import LITERAL, DescribedSamples, gaussian, inverse
 from palpate.models.enrichment.training_samples import Fitting, gather
 from palpate.studies.enrichment.premise_samples import prepare, sample_counts
+from palpate.studies.enrichment.samples import SPLITS, sample_errors
 from palpate.studies.enrichment.settings import Case, Premises
 from palpate.table_declaration import Table
 

@@ -15,7 +15,7 @@ from scipy import stats
 
 from palpate.benchmark.accuracy import Method
 from palpate.benchmark.database import Database
-from palpate.benchmark.presses import nodal_forces
+from palpate.benchmark.load import samples_in
 from palpate.benchmark.timing import Call, measure, processor_seconds, timing_rows
 from palpate.bodies.body import Body
 from palpate.models.enrichment.features import nearest_first
@@ -143,8 +143,7 @@ FEM_REPEATS = 5  # a fine simulation takes long and is no online method
 def solves(body: Body, level: int, loads: pd.DataFrame, tolerance: float) -> list[Call]:
     """Make one call for each row of ``loads``, which simulates it from rest on one level."""
     solver = Equilibrium(body, level)
-    nodal = [nodal_forces(body, level, load) for _, load in loads.iterrows()]
-    return [partial(solver.solve, forces, tolerance) for forces in nodal]
+    return [partial(solver.solve, sample.nodal(body, level), tolerance) for sample in samples_in(loads)]
 
 
 def queries(db: Database, method: Method, protocol: str, samples: Sequence[int] | np.ndarray) -> list[Call]:

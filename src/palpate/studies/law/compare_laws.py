@@ -14,7 +14,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import patch_nodes, truth_errors
-from palpate.benchmark.presses import choose_presses, force_of, nodal_forces
+from palpate.benchmark.load import FORCES, samples_in
+from palpate.benchmark.presses import choose_presses
 from palpate.benchmark.truth import OWN as ERRORS
 from palpate.benchmark.truth import Truth, truth_levels, truth_of
 from palpate.bodies import body_file
@@ -111,7 +112,10 @@ def compare_laws(
         material = each.body.material
         labels = {"body": each.body.name, "changed": each.changed, "law": material.law, "poisson": material.poisson}
         for i, (_, load) in enumerate(loads.iterrows()):
-            pressed = {"contact": int(load["contact"]), "force_n": float(np.linalg.norm(force_of(load)))}
+            pressed = {
+                "contact": int(load["contact"]),
+                "force_n": float(np.linalg.norm(load[FORCES].to_numpy(dtype=float))),
+            }
             rows.append(labels | pressed | _numbers(each.body, truth, own, linear[i], i, load))
     return LAW_TABLE.frame(rows)
 
@@ -122,9 +126,9 @@ def _linear(body: Body, loads: pd.DataFrame, tolerance: float) -> list[np.ndarra
     answers: list[np.ndarray | None] = []
     with locking_is_measured():
         problem = Equilibrium(body, level)
-    for _, load in loads.iterrows():
+    for sample in samples_in(loads):
         try:
-            moved = problem.solve(nodal_forces(body, level, load), tolerance).x - problem.mesh.nodes
+            moved = problem.solve(sample.nodal(body, level), tolerance).x - problem.mesh.nodes
         except NotConverged:
             answers.append(None)
         else:
@@ -183,8 +187,7 @@ def growing_presses(
     above = [] if body.regions is None else contacts_near_regions(body, 1)[0][:1].tolist()
     presses = [{"magnitude": depth / most, "tilt_degrees": 0} for depth in sorted(depths)]
     table = choose_presses(body, contacts, presses, {"peak_of_size": most}, radius_m, 1, progress, above)
-    forces = ["contact", "force_x_n", "force_y_n", "force_z_n"]
-    return table[~table[forces].round(12).duplicated()].reset_index(drop=True)
+    return table[~table[["contact", *FORCES]].round(12).duplicated()].reset_index(drop=True)
 
 
 VARIANT = ["body", "changed", "law", "poisson"]

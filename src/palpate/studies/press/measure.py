@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import errors
-from palpate.benchmark.presses import force_of
+from palpate.benchmark.load import samples_in
 from palpate.benchmark.timing import online, time_calls
 from palpate.benchmark.truth import OWN, Truth
 from palpate.bodies.body import Body
@@ -42,9 +42,9 @@ def known_presses(body: Body, truths: Sequence[Path | str], loads: Sequence[Path
     """
     found: dict[int, Known] = {}
     for truth_file, load_file in zip(truths, loads, strict=True):
-        truth, table = stored(Truth, truth_file), pd.read_csv(load_file).set_index("sample", drop=False)
+        truth, asked = stored(Truth, truth_file), {each.number: each for each in samples_in(pd.read_csv(load_file))}
         for i in np.flatnonzero(truth.believed):
-            contact, force = int(truth.contact[i]), force_of(table.loc[truth.sample[i]])
+            contact, force = asked[truth.sample[i]].load.single()
             if contact in found and np.linalg.norm(found[contact].force) >= np.linalg.norm(force):
                 continue
             own = float(truth.own[i, OWN.index("rmse_of_peak")])

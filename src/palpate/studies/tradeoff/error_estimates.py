@@ -13,7 +13,6 @@ from time import perf_counter
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.error_bounds import COARSER, EVERY, RESIDUAL
 from palpate.benchmark.judge import Judge
 from palpate.benchmark.load import Load, loads_of
 from palpate.benchmark.model import Case
@@ -23,6 +22,7 @@ from palpate.models.kinds import FEM
 from palpate.models.linear_fem import LinearFem
 from palpate.models.warped_response import WarpedResponse
 from palpate.solvers.equilibrium import FastEquilibrium
+from palpate.studies.tradeoff.error_bounds import COARSER, EVERY, RESIDUAL
 
 CHEAP = ("linear", "turned", "distance")
 COLUMNS = ["split", "sample", "contact", "model", "setting", "estimate", "rms", "patch", "seconds"]

@@ -1,27 +1,25 @@
 """Ask for loads that models were not prepared for: other places, two contacts, depths, presses beyond the design."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.accuracy import patch_nodes, truth_errors
+from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
 from palpate.benchmark.judge import Judge
-from palpate.benchmark.load import DEPTH, NEW, PREPARED, TWO, Answer, Load, Press, Refused, displacement_of
+from palpate.benchmark.load import DEPTH, NEW, PREPARED, TWO, Answer, Load, Press, Refused, Sample, displacement_of
 from palpate.benchmark.measure import labels_of, prepared_settings
 from palpate.benchmark.measuring import DOUBTED, FAILED, REASON, REFUSED, Kind, Prepared, Row, measure
 from palpate.benchmark.model import Case, Model, Solver, answered
-from palpate.benchmark.static_responses import NESTED
+from palpate.benchmark.static_responses import Operator
 from palpate.benchmark.timing import Call
 from palpate.bodies.contacts import places_between
 from palpate.bodies.refinement import quadratic_prolongation
+from palpate.effects.patch_load import patch_shares
 from palpate.errors import InputError, NotConverged
 from palpate.models.contact_modes.workshop import Workshop
-from palpate.models.fem_statics import Simulation
-from palpate.solvers.equilibrium import FastEquilibrium
 from palpate.table_declaration import Table
 
 SHARE = 0.7
@@ -31,16 +29,23 @@ APART = 2.0
 
 
 class Question(NamedTuple):
-    """A load of one of LOADS, and the fine operator's answer.
+    """A load, and the fine operator's answer.
 
-    truth : displacement (n_surface, 3) [m]; forces : (presses, 3) [N]; patch : (n_surface,) the nodes that are pressed
+    truth : displacement (n_surface, 3) [m], None where there is none that is sound; forces : (presses, 3) [N]
+    patch : (n_surface,) the nodes that are pressed
     """
 
     kind: str
     load: Load
-    truth: np.ndarray
+    truth: np.ndarray | None
     forces: np.ndarray
     patch: np.ndarray
+
+    def errors(self, answer: np.ndarray) -> TruthErrors:
+        """Measure an answer (n_surface, 3) [m]; NaN where there is no sound one."""
+        if self.truth is None:
+            return TruthErrors(*[np.nan] * len(TruthErrors._fields))
+        return truth_errors(answer, self.truth, self.patch)
 
 
 def questions(case: Case, judge: Judge, count: int, tolerance: float, progress: Callable = iter) -> list[Question]:
@@ -53,44 +58,28 @@ def questions(case: Case, judge: Judge, count: int, tolerance: float, progress: 
     """
     tests = np.flatnonzero(judge.side == "test")
     chosen = tests[np.unique(np.linspace(0, len(tests) - 1, count).round().astype(int))]
-    samples, operator = judge.samples, Operator(case, tolerance)
+    samples, body = judge.samples, case.body
+    operator = Operator(body, len(body.levels) - 1, 2)
     alone = [Load.at(samples.contact[i], samples.force[i]) for i in chosen]
     found = [_question(case, PREPARED, load, samples.fine[i]) for i, load in zip(chosen, alone, strict=True)]
     asked = [(NEW, load) for load in _between(case, judge, count)]
     asked += [(TWO, load) for load in _pairs(case, judge, chosen)] + [(DEPTH, load) for load in alone]
     for kind, load in progress(asked):
+        sample = Sample(0, load, case.radius_m)
         try:
-            surface, ways = operator.answer(load)
+            solution, (least_det, _) = operator.solve(sample, tolerance)
         except NotConverged:
             continue
-        deep = Load(tuple(Press(p.node, moved=way) for p, way in zip(load.presses, ways, strict=True)))
-        found.append(_question(case, kind, load, surface, deep if kind == DEPTH else load))
+        if least_det > 0.0:
+            moved = solution.x - operator.mesh.nodes
+            discs = [patch_shares(body.fine, patch, 2) for patch in sample.patches(body)]
+            ways = [Press(p.node, moved=w @ moved[n]) for p, (n, w) in zip(load.presses, discs, strict=True)]
+            asked_for = Load(tuple(ways)) if kind == DEPTH else load
+            found.append(_question(case, kind, load, moved[body.fine.surface], asked_for))
     return found
 
 
-class Operator:
-    """Quadratic elements on the body's finest level, as samples are simulated with: from the level before."""
-
-    def __init__(self, case: Case, tolerance: float):
-        body, last = case.body, len(case.body.levels) - 1
-        bare = replace(case, response=None)  # patches are integrated where they are needed
-        self._fine = Simulation(bare, last, tolerance, order=2, solver=FastEquilibrium)
-        self._coarse = Simulation(bare, last - 1, max(tolerance, NESTED), order=2, solver=FastEquilibrium)
-        self._up = quadratic_prolongation(*body.levels[-2:])
-        self._surface = body.fine.surface
-
-    def answer(self, load: Load) -> tuple[np.ndarray, np.ndarray]:
-        """Return displacements (n_surface, 3) [m] of the fine surface, and means (presses, 3) [m] of the discs.
-
-        Raises NotConverged, also where an element is inverted: such a load has no answer to be judged by.
-        """
-        moved = self._fine.displacement(load, self._up @ self._coarse.displacement(load))
-        if not self._fine.least_det(moved) > 0.0:
-            raise NotConverged("an element is inverted", [float("nan")])
-        return moved[self._surface], self._fine.means(load, moved)
-
-
-def _question(case: Case, kind: str, given: Load, truth: np.ndarray, asked: Load | None = None) -> Question:
+def _question(case: Case, kind: str, given: Load, truth: np.ndarray | None, asked: Load | None = None) -> Question:
     """Put a question about a load by its forces, or as it is ``asked`` for by depths."""
     body, nodes = case.body, [press.node for press in given.presses]
     patch = np.any([patch_nodes(body.fine, node, case.radius_m) for node in nodes], axis=0)
@@ -146,7 +135,7 @@ class AnyLoad(Kind):
     errors = ("rmse_of_peak", "relative_l2", "patch_rms_of_peak", "patch_max_of_peak", "force_error")
 
     def __init__(self, labels: Row, asked: Sequence[Question], place: str, places: dict[tuple[int, ...], float | None]):
-        super().__init__(labels, [{}] * len(asked), len(asked[0].truth), place)
+        super().__init__(labels, [{}] * len(asked), len(asked[0].patch), place)
         self._asked, self._places = asked, places
 
     def ready(self, solver: Solver, i: int) -> None:
@@ -162,7 +151,7 @@ class AnyLoad(Kind):
     def judged(self, i: int, answer: np.ndarray | Answer) -> Row:
         """Measure one answer; the force's error is of a disc that was pushed to a depth, over the force there."""
         asked, forces = self._asked[i], answer.forces if isinstance(answer, Answer) else None
-        found: Row = truth_errors(displacement_of(answer), asked.truth, asked.patch)._asdict()
+        found: Row = asked.errors(displacement_of(answer))._asdict()
         if forces is not None and any(press.moved is not None for press in asked.load.presses):
             found["force_error"] = float(np.linalg.norm(forces - asked.forces) / np.linalg.norm(asked.forces))
         return found
@@ -236,24 +225,7 @@ BEYOND_DESIGN = Table(
 )
 
 
-class Pressed(NamedTuple):
-    """One press, the nodes that are pressed (n_surface,), and the fine operator's answer (n_surface, 3) [m] or None."""
-
-    kind: str
-    load: Load
-    patch: np.ndarray
-    truth: np.ndarray | None
-
-    def right(self, answer: Answer) -> tuple[bool, float, float]:
-        """Return whether an answer is right, its RMSE, and its error at the worst node of the disc, over the peak."""
-        if self.truth is None:
-            return False, np.nan, np.nan
-        error = truth_errors(answer.displacement, self.truth, self.patch)
-        found = error.rmse_of_peak, error.patch_max_of_peak
-        return found[0] <= RIGHT and found[1] <= RIGHT_AT_PATCH, *found
-
-
-def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = iter) -> list[Pressed]:
+def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = iter) -> list[Question]:
     """Press ``count`` contacts of test samples by the hardest force there, times TIMES, across it, and outward.
 
     A press is unsound, and has no truth, where quadratic elements on the finest level find no answer, or an element
@@ -265,17 +237,16 @@ def presses_beyond(case: Case, judge: Judge, count: int, progress: Callable = it
     contacts = [tests[samples.contact[tests] == node] for node in np.unique(samples.contact[tests])]
     hardest = [each[np.argmax(size[each])] for each in contacts]
     chosen = np.unique(np.linspace(0, len(hardest) - 1, count).round().astype(int))
-    operator, found = _Operator(case), []
+    operator, found = _Beyond(case), []
     for i in progress([hardest[k] for k in chosen]):
         node = int(samples.contact[i])
-        patch = patch_nodes(body.fine, node, case.radius_m)
         for kind, force in _forces(samples.force[i], body.coarse.normals[node]):
-            found.append(Pressed(kind, Load.at(node, force), patch, operator.answer(node, force)))
+            found.append(_question(case, kind, Load.at(node, force), operator.answer(node, force)))
     return found
 
 
 def measure_beyond(
-    case: Case, name: str, models: Sequence[Model], pattern: str, asked: Sequence[Pressed]
+    case: Case, name: str, models: Sequence[Model], pattern: str, asked: Sequence[Question]
 ) -> pd.DataFrame:
     """Ask those of ``models`` whose text ``pattern`` is found in: a row each kind of press."""
     rows = []
@@ -294,17 +265,18 @@ def measure_beyond(
     return BEYOND_DESIGN.frame(rows)
 
 
-def _judged(solver: Solver, press: Pressed) -> tuple[str, float, float]:
+def _judged(solver: Solver, press: Question) -> tuple[str, float, float]:
     """Return what an answer is, and its errors if it was given."""
     try:
         solver.precede(press.load)
         answer, doubt = answered(solver, press.load, len(press.patch))
     except NotConverged:
         return "doubted", np.nan, np.nan
-    right, rmse, patch = press.right(answer)
+    error = press.errors(answer.displacement)
+    right = error.rmse_of_peak <= RIGHT and error.patch_max_of_peak <= RIGHT_AT_PATCH
     if doubt:
         return "needless" if right else "doubted", np.nan, np.nan
-    return "right" if right else "wrong", rmse, patch
+    return "right" if right else "wrong", error.rmse_of_peak, error.patch_max_of_peak
 
 
 def _forces(force: np.ndarray, normal: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
@@ -317,7 +289,7 @@ def _forces(force: np.ndarray, normal: np.ndarray) -> Iterator[tuple[str, np.nda
     yield PULLING, size * normal
 
 
-class _Operator:
+class _Beyond:
     """Quadratic elements on the finest level, from the answer of the level before; no search beyond MOST_ITERATIONS."""
 
     def __init__(self, case: Case):

@@ -90,9 +90,9 @@ def measure_facets(input, wildcards, say, samples: int, entry: Smooth):
 def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], split: int):
     from palpate.benchmark.engine_scores import OWN, score_table
     from palpate.benchmark.ranking import BOUNDS
+    from palpate.exchange.judging import score_answers
     from palpate.exchange.presses import of_run
     from palpate.exchange.score import floor_of
-    from palpate.exchange.score_presses import score_presses
 
     table, parts = pd.read_csv(input.table), []
     for number, (scene, (regime, radius_m, paths)) in enumerate(scenes.items()):
@@ -101,7 +101,7 @@ def tabulate_answers(input, scenes: dict[str, tuple[str, float, list[str]]], spl
         _, questions = of_run(files, regime, split, radius_m)
         rows = table[(table["scene"] == scene) & (table["split"] == split) & ~table["model"].isin(BOUNDS)]
         for path in paths:
-            scored = score_presses(Path(path), questions, questions.truth)
+            scored = score_answers(Path(path), questions, questions.truth)
             for said in scored.warnings:
                 warnings.warn(said, stacklevel=1)
             found = score_table(scored.settings, floor_of(questions.truth), rows)
@@ -115,8 +115,8 @@ def _files_of(paths, body, regime):
 
 
 def tabulate_tradeoff(input, scenes: list[str], smooth: list[str]):
-    from palpate.benchmark.error_bounds import SAMPLES, Scene, error_bounds
     from palpate.files import read_table
+    from palpate.studies.tradeoff.error_bounds import SAMPLES, Scene, error_bounds
     from palpate.studies.tradeoff.error_estimates import read_estimates
     from palpate.studies.tradeoff.truth_table import truth_table
 

@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.advice import advise_any_load, operator_error
-from palpate.benchmark.choosing import MARGIN, NONE
-from palpate.benchmark.held_out import TIED
+from palpate.benchmark.choosing import MARGIN, NONE, TIED
 from palpate.benchmark.ranking import EQUAL, KINDS, TIED_TIMES, UNKNOWN, averaged, own_error
 from palpate.files import read_yaml
 from palpate.models.model_registry import FAMILY_OF, SAVED_AGAINST

@@ -12,7 +12,8 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.accuracy import TruthErrors, patch_nodes, truth_errors
-from palpate.benchmark.presses import check_radius, nodal_forces
+from palpate.benchmark.load import Sample, samples_in
+from palpate.benchmark.presses import check_radius
 from palpate.benchmark.ranking import KINDS
 from palpate.benchmark.richardson import limit, ratio
 from palpate.benchmark.truth import FIRST, NEXT, OWN, SQUEEZED, Truth, ascend, over, reasons, truth_levels
@@ -128,8 +129,7 @@ def other_element(
     levels = range(last - 2, last + 1)
     whole = finer(body, last + 1 - len(body.levels))
     rows = truth.rows(np.asarray(samples))
-    table = loads.set_index("sample", drop=False)
-    asked = [table.loc[truth.sample[row]] for row in rows]
+    asked = samples_in(loads.set_index("sample", drop=False).loc[truth.sample[rows]])
     found: list[list[np.ndarray]] = [[] for _ in asked]
     starts: list[np.ndarray | None] = [None] * len(asked)
     solver: Equilibrium | None = None
@@ -142,7 +142,7 @@ def other_element(
             continue
         try:
             rest, start = solver.mesh.nodes, starts[i]
-            forces = nodal_forces(body, level, asked[i], whole=whole)
+            forces = asked[i].nodal(body, level, whole=whole)
             moved = solver.solve(forces, NEXT, None if start is None else rest + start).x - rest
         except NotConverged:
             lost.add(i)
@@ -151,8 +151,8 @@ def other_element(
         found[i].append(_on_surface(body, whole, level, moved))
     return pd.DataFrame(
         [
-            _row(body, load, np.array(u), truth.displacement[row])
-            for i, (load, u, row) in enumerate(zip(asked, found, rows, strict=True))
+            _row(body, sample, np.array(u), truth.displacement[row])
+            for i, (sample, u, row) in enumerate(zip(asked, found, rows, strict=True))
             if i not in lost
         ],
         columns=OTHER_ELEMENT_COLUMNS,
@@ -181,9 +181,9 @@ def _on_surface(body: Body, whole: Body, level: int, moved: np.ndarray) -> np.nd
     return moved[body.fine.surface]
 
 
-def _row(body: Body, load: pd.Series, levels: np.ndarray, truth: np.ndarray) -> dict:
-    patch = patch_nodes(body.fine, int(load["contact"]), float(load["radius_m"]))
-    row = {"sample": int(load["sample"])} | truth_errors(limit(levels), truth, patch)._asdict()
+def _row(body: Body, sample: Sample, levels: np.ndarray, truth: np.ndarray) -> dict:
+    patch = patch_nodes(body.fine, sample.load.single()[0], sample.radius_m)
+    row = {"sample": sample.number} | truth_errors(limit(levels), truth, patch)._asdict()
     return row | {"ratio": ratio(levels), "finest_rmse_of_peak": truth_errors(levels[-1], truth, patch).rmse_of_peak}
 
 
@@ -222,7 +222,7 @@ def geometry_share(
             continue
         own, limit = truth.levels[row, level - truth_levels(body)[0]], truth.displacement[row]
         moved = (answer.surface[0] - own) / (1.0 - 2.0 ** (-ORDER * level))
-        patch = patch_nodes(body.fine, int(answer.load["contact"]), float(answer.load["radius_m"]))
+        patch = patch_nodes(body.fine, answer.sample.load.single()[0], answer.sample.radius_m)
         found.append([truth.sample[row], *truth_errors(limit + moved, limit, patch), answer.seconds])
     return pd.DataFrame(found, columns=GEOMETRY_COLUMNS)
 

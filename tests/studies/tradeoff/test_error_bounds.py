@@ -4,8 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from palpate.benchmark.error_bounds import CONSTANT, ERROR_BOUNDS, OWN, SAMPLES, Scene, error_bounds
+from palpate.benchmark.conformal import CONSTANT, OWN
 from palpate.benchmark.judge import TRAINING
+from palpate.studies.tradeoff.error_bounds import ERROR_BOUNDS, SAMPLES, Scene, error_bounds
 from palpate.studies.tradeoff.error_estimates import COARSER, EVERY, RESIDUAL
 
 CONTACTS = 12

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark.conformal import Draws, bound_factor, finite
+from palpate.benchmark.conformal import CONSTANT, OWN, Draws, bound_factor, finite
 from palpate.benchmark.judge import TRAINING
 from palpate.benchmark.measure import COARSER as APART
 from palpate.benchmark.measure import ESTIMATED
@@ -33,8 +33,6 @@ RESIDUAL, COARSER = "residual", "coarser"
 """Estimates from one fine residual, and from a second, coarser answer."""
 EVERY = "every model"
 """The model in whose row an estimate stands that does not look at the answer."""
-CONSTANT, OWN = "constant", "own"
-"""The same for every answer, and what the model itself says of its answer."""
 SAMPLES = [
     "model", "setting", "split", "side", "sample", "contact", *KINDS.values(), ESTIMATED, *APART.values(),
 ]  # fmt: skip

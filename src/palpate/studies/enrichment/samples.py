@@ -1,0 +1,183 @@
+"""Paper 1's samples: how hard contacts are pressed, which samples train and which test, and errors of predictions."""
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from palpate.benchmark.accuracy import Errors, Method, errors
+from palpate.benchmark.database import Database
+from palpate.benchmark.presses import LOAD_COLUMNS
+from palpate.benchmark.split import split
+from palpate.bodies.body import Body
+from palpate.bodies.contacts import pressed_contacts
+from palpate.effects.patch_load import nodal_load
+from palpate.errors import InputError
+from palpate.files import read_table
+from palpate.solvers.compliance import Compliance
+from palpate.solvers.equilibrium import Equilibrium
+
+LOAD_TOLERANCE = 0.02
+"""Relative difference from the wanted peak up to which a force counts as found."""
+
+
+def choose_loads(
+    body: Body,
+    compliance: Compliance,
+    magnitudes: list[float],
+    peak_of_size: float,
+    radius_m: float,
+    count: int,
+    seed: int,
+) -> pd.DataFrame:
+    """Choose ``count`` presses along the inward normal at seeded random contacts, every magnitude at each contact.
+
+    A press of magnitude 1 is meant to move the body by ``peak_of_size`` times its size at most: the force is
+    found with the nonlinear coarse body, corrected by how much softer the fine one is for small loads.
+    Contacts in an element with a held node are left out: there the anchor is pressed and not the body.
+
+    Warns of forces that were not found, which the search leaves as large as it came to.
+
+    Raises InputError where ``count`` is no multiple of the magnitudes or asks for more contacts than there are.
+    """
+    if count % len(magnitudes):
+        raise InputError(
+            f"bodies.{body.name}: train + test is {count}, which {len(magnitudes)} magnitudes do not divide; "
+            "change train, test or magnitudes."
+        )
+    able = pressed_contacts(body, compliance.contacts)
+    n_contacts = count // len(magnitudes)
+    if n_contacts > len(able):
+        raise InputError(
+            f"bodies.{body.name}: {n_contacts} contacts are asked for and {len(able)} can be pressed; "
+            "lower train and test, give more magnitudes, or raise contacts where it is given."
+        )
+    contacts = np.random.default_rng(seed).choice(able, n_contacts, replace=False)
+    solver = Equilibrium(body, 0)
+    rows: list[list[float]] = []
+    found: list[float] = []
+    for contact in contacts:
+        direction = -body.fine.normals[contact]
+        row = compliance.row(contact)
+        fine, coarse = (_peak(np.tensordot(direction, each[row], 1)) for each in (compliance.fine, compliance.coarse))
+        softer, start = fine / coarse, 1.0 / fine
+        unit = nodal_load(body, 0, contact, direction, radius_m)
+        for magnitude in magnitudes:
+            peak = magnitude * peak_of_size * body.fine.size
+            newtons, reached = _force_for(solver, unit, peak / softer, start * peak)
+            rows.append([len(rows), contact, *(newtons * direction), radius_m])
+            found.append(reached)
+    _warn_of_missed(body.name, np.array(found))
+    return pd.DataFrame(rows, columns=LOAD_COLUMNS)
+
+
+def _peak(displacement: np.ndarray) -> float:
+    return float(np.linalg.norm(displacement, axis=-1).max())
+
+
+def _force_for(solver: Equilibrium, unit: np.ndarray, peak: float, newtons: float) -> tuple[float, float]:
+    """Find the factor of ``unit`` at which the coarse body's largest displacement is ``peak``, within LOAD_TOLERANCE.
+
+    Returns it and the share of ``peak`` that it reaches, which is farther from 1 if the search fails.
+    """
+    for _ in range(12):
+        reached = _peak(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes)
+        if abs(reached / peak - 1.0) < LOAD_TOLERANCE:
+            return newtons, reached / peak
+        newtons *= np.clip(peak / reached, 0.5, 2.0)
+    return newtons, _peak(solver.solve(newtons * unit, 1e-6).x - solver.mesh.nodes) / peak
+
+
+def _warn_of_missed(name: str, reached: np.ndarray) -> None:
+    """Warn if a force is not what was asked for; reached : (n,) peak of each load in shares of the wanted one."""
+    missed = reached[np.abs(reached - 1.0) >= LOAD_TOLERANCE]
+    if len(missed):
+        least, most = (f"{100 * share:.3g} %" for share in (missed.min(), missed.max()))
+        reach = least if least == most else f"{least} to {most}"
+        warnings.warn(
+            f"bodies.{name}: {len(missed)} of {len(reached)} loads do not move the coarse body by the peak that is "
+            f"asked for, but by {reach} of it; lower peak_of_size of the regime.",
+            stacklevel=3,
+        )
+
+
+SPLITS = ("samples", "contacts")
+"""What a split holds out: random samples, which is the paper's, or whole contacts."""
+SAMPLE_COLUMNS = ["sample", "contact", "peak_m", *SPLITS]
+
+
+def sample_table(db: Database, train: int, test: int, seed: int) -> pd.DataFrame:
+    """Return one row for each sample of ``db``: its contact, its peak [m], and "train" or "test" for each of SPLITS.
+
+    InputError if the samples cannot be divided so.
+    """
+    table = pd.DataFrame({"sample": np.arange(len(db.contact)), "contact": db.contact, "peak_m": db.peaks})
+    for kind in SPLITS:
+        sides = np.full(len(table), "train", dtype=object)
+        sides[split(db.contact, train, test, kind, seed)[1]] = "test"
+        table[kind] = sides
+    return table[SAMPLE_COLUMNS]
+
+
+def read_samples(path: Path | str) -> pd.DataFrame:
+    """Read a table that ``sample_table`` made; InputError if it is missing or is no such table."""
+    return read_table(path, SAMPLE_COLUMNS)
+
+
+def sides(samples: pd.DataFrame, kind: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the sample numbers of the training and of the test samples of a split ``kind``."""
+    return tuple(samples.loc[samples[kind] == side, "sample"].to_numpy() for side in ("train", "test"))
+
+
+def sample_peaks(tables: Mapping[tuple[str, str], pd.DataFrame]) -> pd.DataFrame:
+    """Return the rows of sample_peaks.csv from the tables of every body and regime."""
+    labelled = [table.assign(body=body, regime=regime) for (body, regime), table in tables.items()]
+    return pd.concat(labelled)[["body", "regime", "sample", "peak_m"]]
+
+
+def split_counts(tables: Mapping[tuple[str, str], pd.DataFrame]) -> pd.DataFrame:
+    """Return the rows of splits.csv from the tables of every body and regime: how many samples are on each side."""
+    rows = [
+        [body, regime, kind, *((table[kind] == side).sum() for side in ("train", "test"))]
+        for (body, regime), table in tables.items()
+        for kind in SPLITS
+    ]
+    return pd.DataFrame(rows, columns=["body", "regime", "split", "train", "test"])
+
+
+ACCURACY_COLUMNS = [
+    "body", "regime", "protocol", "split", "method", "sigma_m", "samples",
+    "rmse_m", "rmse_of_peak", "p95_of_peak", "max_of_peak",
+]  # fmt: skip
+
+
+def predict(db: Database, method: Method, protocol: str, samples: np.ndarray) -> np.ndarray:
+    """Predict the fine surface displacements (samples, n, 3) [m] of each of ``samples`` by one method."""
+    coarse = db.coarse(protocol)
+    return np.array([method.predict(coarse[i], int(db.contact[i]), db.force[i]) for i in samples])
+
+
+def sample_errors(db: Database, method: Method, protocol: str, samples: np.ndarray) -> pd.DataFrame:
+    """Tabulate the errors of one method on each of ``samples``: one row a sample, column sample first."""
+    predicted = predict(db, method, protocol, samples)
+    rows = [errors(u, db.fine[i])._asdict() for u, i in zip(predicted, samples, strict=True)]
+    return pd.DataFrame(rows).assign(sample=samples)[["sample", *Errors._fields]]
+
+
+def accuracy_rows(
+    db: Database, methods: Mapping[str, Method], protocol: str, test: np.ndarray, labels: Mapping[str, str]
+) -> pd.DataFrame:
+    """Tabulate enrichment_accuracy.csv, a row a method, in the order of ``methods``.
+
+    labels : body, regime and split
+    RMSE and 95th percentile are means over the test samples, max_of_peak is the largest at any node of any.
+    """
+    rows = []
+    for name, method in methods.items():
+        table = sample_errors(db, method, protocol, test)
+        row = table[list(Errors._fields)].mean().to_dict() | {"max_of_peak": table["max_of_peak"].max()}
+        row |= {"protocol": protocol, "method": name, "sigma_m": method.sigma_m, "samples": len(test)}
+        rows.append({**labels, **row})
+    return pd.DataFrame(rows)[ACCURACY_COLUMNS]

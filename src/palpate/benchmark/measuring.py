@@ -14,7 +14,7 @@ import pandas as pd
 
 from palpate.benchmark.load import Doubted, Refused
 from palpate.benchmark.model import LeftOut, checked
-from palpate.benchmark.timing import Call, online, said, time_calls
+from palpate.benchmark.timing import WARM_UP, Call, online, said, time_calls
 from palpate.errors import NotConverged
 
 Row = dict[str, Any]
@@ -61,6 +61,7 @@ class Kind:
     spread : errors whose median and 95th percentile settings have too, of their size
     own : further columns of settings
     sums_failed : whether sums run over failed questions too, as zeros, on which the last digit depends
+    warm_up : how many calls are made before those that are timed
     """
 
     question: ClassVar[tuple[str, ...]] = ()
@@ -70,6 +71,7 @@ class Kind:
     spread: ClassVar[tuple[str, ...]] = ()
     own: ClassVar[tuple[str, ...]] = ()
     sums_failed: ClassVar[bool] = False
+    warm_up: ClassVar[int] = WARM_UP
 
     def __init__(self, labels: Row, named: list[Row], n_surface: int | None = None, place: str = "a model"):
         self.labels, self.named, self.n_surface, self.place = labels, named, n_surface, place
@@ -183,7 +185,7 @@ def ask(kind: Kind, solver: Any, repeats: int, budget_s: float) -> list[Row]:
             found[k] = kind.judged(asked[k], answer)
 
     if asked:
-        timed = time_calls(_Calls(kind, solver, asked), repeats, budget_s, receive)
+        timed = time_calls(_Calls(kind, solver, asked), repeats, budget_s, receive, kind.warm_up)
         for k, why in enumerate(timed.failures):
             rows[asked[k]] |= failed(why) if why else found[k] | spent(timed.seconds[k])
     return rows

@@ -328,8 +328,6 @@ def test_what_is_wrong_with_a_body_is_said(smoke, body, said):
         ({"splits": [6]}, ".splits[0] is 6: "),
         ({"contacts": 4}, ".contacts is 4: "),
         ({"presses": [{"magnitude": 1, "tilt_degrees": 60}]}, ".presses[0].tilt_degrees is 60: "),
-        ({"own_models": {"detail_correction": "mine.py"}}, " names detail_correction, which palpate uses itself"),
-        ({"own_models": {"mine": "nowhere.py"}}, ".own_models.mine is nowhere.py, where there is no file"),
         ({"advice": {"budgets_ms": []}}, ".advice.budgets_ms"),
         ({"budget_s": 0}, ".budget_s is 0: "),
     ],
@@ -344,6 +342,8 @@ def test_what_is_wrong_with_the_trade_off_is_said(trading, changes, said):
     [
         ("regimes.small.radius_of_body_m", {"livr": 0.01}, "regimes.small.radius_of_body_m names livr, which is unkn"),
         ("regimes", None, "tradeoff is there and there are no regimes"),
+        ("own_models", {"fem_coarse": "mine.py"}, "own_models names fem_coarse, which palpate uses itself"),
+        ("own_models", {"mine": "nowhere.py"}, "own_models.mine is nowhere.py, where there is no file"),
         ("bodies.liver", None, "tradeoff is there and no body is refined"),
     ],
 )

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from itertools import chain, product
+from itertools import chain, islice, product
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -13,14 +13,17 @@ import pandas as pd
 
 from palpate.benchmark import measuring
 from palpate.benchmark.accuracy import errors
+from palpate.benchmark.load import Answer
 from palpate.benchmark.measuring import Kind, Prepared, Row
+from palpate.benchmark.model import checked
 from palpate.benchmark.motion_truth import MotionTruth, force_errors
 from palpate.benchmark.timing import Call
 from palpate.bodies import body_file
 from palpate.bodies.material import LAWS
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor
 from palpate.models.fem_statics import to_fine
+from palpate.models.load_model import GUIDE, OwnSolver, own_settings
 from palpate.models.reduced_body import ReducedBody
 from palpate.models.reduced_motion import MotionInModes, ReducedMotion, misses, move
 from palpate.run.job import steps
@@ -46,7 +49,7 @@ from palpate.studies.dynamic.strokes import Strokes
 from palpate.studies.dynamic.touching import doubted, tried
 from palpate.table_declaration import Table
 
-ORDERS = {"backward_euler": 1, "bdf2": 2}
+ORDERS = {"backward_euler": 1, "bdf2": 2, "midpoint": 2}
 """Order of the steps of each integrator whose steps are long enough to matter; explicit ones take far shorter ones."""
 
 
@@ -93,12 +96,8 @@ def twice_as_long(compared: ComparedScene, fitted: Fitted, steps: int, moved: np
 
 def change_of_step(longer: np.ndarray, shorter: np.ndarray, integrator: str) -> float:
     """Return the RMSE [m] between motions (f, n, 3) [m] at a step and at half of it, over 2ᵏ − 1 for order k."""
-    return _rms(longer - shorter) / (2.0 ** ORDERS[integrator] - 1.0)
-
-
-def _rms(off: np.ndarray) -> float:
-    """Return the RMS of vectors (f, n_surface, 3)."""
-    return float(np.sqrt(np.mean(np.sum(off**2, axis=2))))
+    rms = float(np.sqrt(np.mean(np.sum((longer - shorter) ** 2, axis=2))))
+    return rms / (2.0 ** ORDERS[integrator] - 1.0)
 
 
 def mesh_residual(compared: ComparedScene, level: int, motion: Motion) -> float:
@@ -127,15 +126,15 @@ def mesh_residual(compared: ComparedScene, level: int, motion: Motion) -> float:
 
 
 class Moved(NamedTuple):
-    """A motion (f, n_surface, 3) [m], the forces (f, k, 3) [N] of instruments, what was told of it, and what it took.
-
-    times : the columns ms_per_step, step_p95_ms, step_max_ms and real_time_factor
-    """
+    """A motion (f, n_surface, 3) [m], forces (f, k, 3) [N] of instruments, and the columns of estimate and times."""
 
     displacement: np.ndarray
     forces: np.ndarray
-    told: MotionEstimate
-    times: Row
+    columns: Row
+
+
+NO_FORCE = np.empty((0, 0, 3))
+"""Of a motion that tells no force."""
 
 
 class Motions(Kind):
@@ -153,7 +152,7 @@ class Motions(Kind):
     def judged(self, i: int, answer: Moved) -> Row:
         found = errors(answer.displacement.reshape(-1, 3), self._truth.truth.reshape(-1, 3))._asdict()
         found |= force_errors(answer.forces, self._truth.force)._asdict()
-        return found | answer.times | answer.told._asdict() | {"force": answer.forces}
+        return found | answer.columns | {"force": answer.forces}
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
         return rows[0], []
@@ -203,6 +202,7 @@ def measure(
     limit: MotionTruth | LinearLimit | None = None,
     strokes: Mapping[str, Strokes] | None = None,
     seed: int = 1,
+    own: Mapping[str, str] | None = None,
     **known: Any,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate dynamic_accuracy.csv, a row a model and setting, and dynamic_force.csv.
@@ -214,6 +214,7 @@ def measure(
     known : what ``moving_modes`` need not make
     strokes : what models in modes of strokes are learnt from, by their names; without it they are not tried
     seed : of the strokes that say what of a region is in reach
+    own : files of the user's models that answer a motion, by name
     names : the models to try, all that can do the scene if there is none; progress : wraps them, as ``tqdm`` does
     Columns: failures is also 1 for a model to which nothing could be fitted; times are without preparation. varied is
     what a setting changes: STEP or, at the same step, order, tolerance, gap, or place.
@@ -247,7 +248,7 @@ def measure(
     able = _models(compared, lesson, truth, grid, known)
     able |= {name: partial(tried, compared, shown, grid[name], seed) for name, shown in (strokes or {}).items()}
     models = {name: each for name, each in able.items() if not names or name in names}
-    settings = chain(at_hand, _settings(compared, models, progress))
+    settings = chain(at_hand, _settings(compared, models, progress), own_motions(compared, own or {}, seed))
     rows = measuring.measure(Motions(compared, truth), settings, 0, 0.0)[1]
     ends = truth.duration_s * np.arange(1, truth.frames + 1) / truth.frames
     forces = list(curve(compared.name, str(found["reference"]), LIMIT, ends, truth.force))
@@ -406,7 +407,8 @@ def _moved(compared: ComparedScene, steps: int, fitted: Fitted) -> Moved:
         told = MotionEstimate(doubted(run, moved), run.doubt_s)
     late = spent / compared.frames  # of the steps that end a frame
     taken = run.seconds + spent, run.step_p95_s + late, run.step_max_s + late
-    return Moved(moved, run.motion.instrument_forces(), told, _times(taken, steps, compared.duration_s))
+    times = _times(taken, steps, compared.duration_s)
+    return Moved(moved, run.motion.instrument_forces(), told._asdict() | times)
 
 
 def _moved_in_modes(compared: ComparedScene, steps: int, body: ReducedBody) -> Moved:
@@ -415,9 +417,40 @@ def _moved_in_modes(compared: ComparedScene, steps: int, body: ReducedBody) -> M
     with suppress(NotConverged):  # what a first step compiles or loads is no part of the time
         move(motion, compared.duration_s / steps, 1, 1)
     found = move(motion, compared.duration_s, compared.frames, steps)
-    taken = found.seconds.sum(), np.percentile(found.seconds, 95), found.seconds.max()
-    told = told_in_modes(compared, motion, found)
-    return Moved(found.moved, np.empty((0, 0, 3)), told, _times(taken, steps, compared.duration_s))
+    told = told_in_modes(compared, motion, found)._asdict()
+    return Moved(found.moved, NO_FORCE, told | _taken(found.seconds, steps, compared.duration_s))
+
+
+def own_motions(compared: ComparedScene, own: Mapping[str, str], seed: int) -> Iterator[Prepared]:
+    """Yield the settings of models of the user's: their mesh counts as the finest one, and a frame as a step."""
+    of_all = len(compared.body.levels) - 1, compared.frames, compared.duration_s / compared.frames
+    for name, place in own.items():
+        for one in own_settings(name, place, "move", compared.body, compared.name, 0.0, seed):
+            solver = one.solver
+            if isinstance(solver, OwnSolver):
+                solver = partial(_moved_by_own, compared, solver)
+            yield one._replace(about=_about(name, compared, *of_all) | one.about, solver=solver)
+
+
+def _moved_by_own(compared: ComparedScene, solver: OwnSolver) -> Moved:
+    """Ask frame by frame; InputError for another number or shape of them, or of forces of instruments."""
+    with suppress(NotConverged):  # what a first frame compiles or loads is no part of the time
+        next(solver.frames(compared), None)
+    n_surface = len(compared.body.fine.surface) * (1 + len(compared.shifts_m))
+    touching = len(compared.loads.contact.instruments) if compared.loads.contact else 0
+    moved, felt, seconds, begin = [], [], [], perf_counter()
+    for frame in islice(solver.frames(compared), compared.frames + 1):
+        seconds.append(perf_counter() - begin)
+        moved.append(np.array(checked(frame, n_surface, solver.whose), dtype=float))
+        if isinstance(frame, Answer) and frame.forces is not None:
+            felt.append(np.array(frame.forces))
+        begin = perf_counter()
+    if len(moved) != compared.frames:
+        raise InputError(f"{solver.whose}: move gave too few or too many frames; give {compared.frames}, {GUIDE}.")
+    if felt and {np.shape(each) for each in felt} != {(touching, 3)}:
+        raise InputError(f"{solver.whose}: move gave other forces than ({touching}, 3) [N]; give these, {GUIDE}.")
+    forces = np.array(felt) if len(felt) == len(moved) else NO_FORCE
+    return Moved(np.array(moved), forces, _taken(np.array(seconds), len(moved), compared.duration_s))
 
 
 def told_in_modes(compared: ComparedScene, motion: ReducedMotion, found: MotionInModes) -> MotionEstimate:
@@ -434,7 +467,7 @@ def told_in_modes(compared: ComparedScene, motion: ReducedMotion, found: MotionI
         longer = move(motion, until, count, len(found.reached) // compared.frames * count).moved
     except NotConverged:
         return MotionEstimate()
-    of_step = _rms(longer - found.moved[1::2][:count]) / 3.0  # the midpoint rule is of order 2
+    of_step = change_of_step(longer, found.moved[1::2][:count], "midpoint")
     return MotionEstimate(float(np.hypot(of_step, misses(motion, found)) / peak), perf_counter() - begin)
 
 
@@ -448,7 +481,8 @@ def _tried(compared: ComparedScene, truth: Reference, number: int, whole_s: floa
         peak = np.linalg.norm(truth.tried[number], axis=2).max()
         told = MotionEstimate(off / peak, float(truth.seconds[number - 1]))
     taken = truth.seconds[number], truth.step_p95_s[number], truth.step_max_s[number]
-    moved = Moved(truth.tried[number], truth.tried_force[number], told, _times(taken, steps, whole_s))
+    columns = told._asdict() | _times(taken, steps, whole_s)
+    moved = Moved(truth.tried[number], truth.tried_force[number], columns)
     return Prepared(_about("fem_fine", compared, last, steps, step_s), lambda: moved, 0.0)
 
 
@@ -460,8 +494,13 @@ def _quadratic(limit: MotionTruth, truth: Reference, number: int, whole_s: float
     about |= {"nodes": int(limit.tried_nodes[number]), "step_s": step_s, "steps": steps}
     taken = limit.seconds[number], limit.step_p95_s[number], limit.step_max_s[number]
     tried = limit.tried[number][: truth.frames], limit.tried_force[number][: truth.frames]
-    moved = Moved(*tried, MotionEstimate(), _times(taken, steps, whole_s))
+    moved = Moved(*tried, _times(taken, steps, whole_s))
     return Prepared(about, lambda: moved, 0.0)
+
+
+def _taken(seconds: np.ndarray, steps: int, whole_s: float) -> Row:
+    """Return what a motion of ``whole_s`` [s] took, of the times of its steps [s]."""
+    return _times((seconds.sum(), np.percentile(seconds, 95), seconds.max()), steps, whole_s)
 
 
 def _times(taken: Sequence[float], steps: int, whole_s: float) -> Row:
@@ -475,7 +514,13 @@ def _times(taken: Sequence[float], steps: int, whole_s: float) -> Row:
 
 
 def measure_dynamic(
-    input: Any, compared: Compared, stroked: list[str], settings: dict[str, Any], seed: int, say: Callable
+    input: Any,
+    compared: Compared,
+    stroked: list[str],
+    settings: dict[str, Any],
+    own: dict[str, str],
+    seed: int,
+    say: Callable,
 ) -> Any:
     """Compare the models in a scene, for the rule of that name."""
     moving = compared.and_training(body_file.load(input.body))
@@ -483,5 +528,5 @@ def measure_dynamic(
     limit = read_truth(input.truth) if input.truth else None
     shown = {name: stored(Strokes, path) for name, path in zip(stroked, input.strokes, strict=True)}
     reference = stored(Reference, input.reference)
-    table, force = measure(*moving, reference, settings, *more, limit, shown, seed)
+    table, force = measure(*moving, reference, settings, *more, limit, shown, seed, own)
     return {"table": table.assign(duration_s=compared.scene.duration_s), "force": force}

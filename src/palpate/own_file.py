@@ -17,6 +17,8 @@ LAW_FUNCTIONS = (
     "volume(theta, mu, lam, derivatives)",
 )
 """The functions that the file of an effect has, the method of a class in that of a model, and those of a law."""
+ANSWERS = ("respond", "touch", "move")
+"""The methods by which what a model prepares answers: a press, a touch, a motion."""
 PREFIX = "palpate_own_"
 """How the names of modules that are the user's files begin."""
 
@@ -37,6 +39,12 @@ def check_source(key: str, path: Path, functions: Iterable[str], guide: str) -> 
         if function.partition("(")[0] not in defined and "*" not in defined:
             kind = "class with" if function.startswith(".") else "function"
             raise InputError(f"{key}: {path} has no {kind} {function.removeprefix('.')}; {guide}.")
+
+
+def answers(path: Path) -> list[str]:
+    """Return which of ANSWERS the classes in the file of a model define."""
+    defined = set(_defined(ast.parse(path.read_text(encoding="utf-8")).body))
+    return [name for name in ANSWERS if f".{name}" in defined]
 
 
 def _defined(body: list[ast.stmt]) -> Iterable[str]:

@@ -271,7 +271,7 @@ def test_what_is_asked_cannot_be_changed_by_who_answers(slab_judge):
 
 
 def test_a_wrong_shape_is_refused_and_no_number_has_failed(slab_judge):
-    with pytest.raises(InputError, match=r"^mine\.py: respond gave the shape \(3,\)"):
+    with pytest.raises(InputError, match=r"^mine\.py: the answer has the shape \(3,\)"):
         asked_of(Stub(respond=lambda load: load.single()[1]), slab_judge, place="mine.py")
     nothing = np.full((slab_judge.truth.shape[1], 3), np.nan)
     asked = asked_of(Stub(respond=lambda load: nothing), slab_judge)
@@ -323,7 +323,7 @@ def test_queries_that_pay_back():
 
 def test_a_model_of_ones_own_that_answers_nothing_is_warned_of():
     settings = pd.DataFrame({"samples": [3, 3], "failures": [3, 3], "failure": ["mine.py: not finite"] * 2})
-    with pytest.warns(UserWarning, match="own_models.mine answered no sample: mine.py: not finite"):
+    with pytest.warns(UserWarning, match="^own_models.mine answered no sample: mine.py: not finite"):
         warn_unanswered("mine", settings)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

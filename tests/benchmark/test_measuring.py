@@ -1,13 +1,16 @@
 """A kind of question is one class: all else that is measured of it follows."""
 
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 import pytest
+from fixtures.stub import Stub
 
 from palpate.benchmark.load import Refused
-from palpate.benchmark.measuring import REASON, REFUSED, Kind, measure, prepared, tables
+from palpate.benchmark.measuring import REASON, REFUSED, Kind, measure, prepared, prepared_settings, tables
 from palpate.errors import NotConverged
+from palpate.models.load_model import as_model
 
 
 class Stretches(Kind):
@@ -22,7 +25,7 @@ class Stretches(Kind):
             raise Refused("a bar is not pressed")
 
     def call(self, solver, i):
-        return partial(solver, self.named[i]["strain"])
+        return partial(solver.respond, self.named[i]["strain"])
 
     def judged(self, i, answer):
         strain = self.named[i]["strain"]
@@ -41,8 +44,9 @@ def test_a_made_up_kind_of_question_is_prepared_asked_timed_judged_and_tabulated
     def lost():
         raise NotConverged("no bar", [])
 
-    kind, models = Stretches({"scene": "bar"}, [{"strain": each} for each in strains]), (lambda: linear, lost)
-    settings = [prepared({"model": made.__name__, "setting": ""}, made, {"training": 40.0}) for made in models]
+    kind, made = Stretches({"scene": "bar"}, [{"strain": each} for each in strains]), Stub(respond=linear)
+    models = {"linear": lambda: made, "lost": lost}
+    settings = [prepared({"model": name, "setting": ""}, make, {"training": 40.0}) for name, make in models.items()]
     questions, rows = measure(kind, settings, 8, 9.0)
     assert asked == [0.1, 0.3, 0.1, 0.3, 0.9, 0.1, 0.3, 0.1, 0.3]  # two to warm up; what has failed is asked no more
     assert [row["failure"] for row in questions[:4]] == ["", "a bar is not pressed", "", "it tears"]
@@ -55,3 +59,26 @@ def test_a_made_up_kind_of_question_is_prepared_asked_timed_judged_and_tabulated
     assert one["force_error_p95"] == pytest.approx(np.percentile(np.abs(wrong), 95))
     assert 0.0 < one["online_median_s"] <= one["online_p95_s"] and 40.0 < one["offline_s"] < 41.0
     assert (other["failures"], other["failure"]) == (4, "no bar") and np.isnan(other["force_error"])
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A model of the user's that answers such a question by a method of its name."""
+
+    exponent: int = 1
+    law = "linear"
+
+    def prepare(self, case):
+        return self
+
+    def stretch(self, strain):
+        return strain + strain**2 if self.exponent == 2 else strain
+
+
+def test_a_class_of_ones_own_answers_a_made_up_kind_of_question(slab_case):
+    kind = Stretches({"scene": "bar"}, [{"strain": 0.1}])
+    models = [as_model(Bar(exponent), "bar.py", "stretch") for exponent in (1, 2)]
+    of_questions, of_settings = tables(kind, *measure(kind, prepared_settings(slab_case[0], "bar", models), 1, 0.0))
+    assert list(of_questions["setting"]) == list(of_settings["setting"]) == ["exponent=1", "exponent=2"]
+    assert of_settings["force_error"].tolist() == pytest.approx([1.0 / 1.1 - 1.0, 0.0])
+    assert list(of_settings["law"]) == 2 * ["linear"]

@@ -58,7 +58,7 @@ def test_settings_as_text_and_shares_of_the_samples_as_whole_numbers(case):
 def test_answers_are_checked():
     answer = np.zeros((4, 3))
     assert checked(answer, 4) is answer
-    with pytest.raises(InputError, match=r"^mine: respond gave the shape \(4, 3\)"):
+    with pytest.raises(InputError, match=r"^mine: the answer has the shape \(4, 3\)"):
         checked(answer, 5, "mine")
     with pytest.raises(InputError, match="no array of numbers"):
         checked("answer", 5)

@@ -7,9 +7,10 @@ import pytest
 from fixtures.touched_pad import *  # noqa: F403
 from fixtures.touched_pad import BALL
 
+from palpate.benchmark.measuring import measure, tables
 from palpate.benchmark.model import LeftOut
 from palpate.benchmark.touch import choose_touches, given_touches, places_to_touch, touches_of
-from palpate.benchmark.touch_measure import measure_touches, penetration, truth_rows
+from palpate.benchmark.touch_measure import Touches, penetration, touch_settings, truth_rows
 from palpate.benchmark.touch_mesh import TouchedMeshes
 from palpate.benchmark.touch_truth import (
     TouchErrors,
@@ -84,7 +85,8 @@ def test_what_a_body_does_not_bear_is_lowered_or_left(pad):
 
 def test_measured_rows_have_errors_times_and_failures(touch_case, touches, touch_truth):
     case = replace(touch_case, grid=Families(fem={"levels": [{"order": 1, "level": 1}], "local": []}))
-    samples, settings = measure_touches(case, "fem", fem, touches, touch_truth, 2, 1.0)
+    kind = Touches(case, touches, touch_truth)
+    samples, settings = tables(kind, *measure(kind, touch_settings(case, "fem", fem), 2, 1.0))
     assert set(settings) < set(TOUCH.columns) and len(samples) == 2
     row = settings.iloc[0]
     assert row["failures"] == 0 and row["online_median_s"] > 0.0

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from fixtures.touched_pad import *  # noqa: F403
 
+from palpate.benchmark.measuring import measure, tables
 from palpate.benchmark.settings import TouchTruthSettings
-from palpate.benchmark.touch_measure import load_model, measure_touches
+from palpate.benchmark.touch_measure import Touches, load_model, touch_settings
 from palpate.benchmark.touch_truth import TouchTruth, truth_of_touches
 from palpate.effects.instrument import Instrument, Pose
 from palpate.errors import InputError
@@ -77,7 +78,8 @@ def test_a_file_is_scored_as_the_same_model_inside(touch_case, touches, touch_tr
     """Errors of surface, dent, force, stiffness and area, and overlap, agree to rounding."""
     model = load_model("palpate.models.touch.fem", {})
     model.settings = lambda case: RUNS
-    _, known = measure_touches(touch_case, "fem", model, touches, touch_truth, 1, 0.0)
+    kind = Touches(touch_case, touches, touch_truth)
+    _, known = tables(kind, *measure(kind, touch_settings(touch_case, "fem", model), 1, 0.0))
     found = scored(asked, inside, tmp_path / "a.npz").settings
     columns = [
         "rmse_of_peak",

@@ -5,13 +5,26 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from fixtures.poked_bar import poked
+from fixtures.touched_pad import *  # noqa: F403
+from fixtures.touched_pad import BALL
 
 import palpate as pp
-from palpate.benchmark.measure import measure
+from palpate.benchmark import measuring
+from palpate.benchmark.measure import measure, warn_unanswered
+from palpate.benchmark.measuring import tables
+from palpate.benchmark.touch_measure import Touches
 from palpate.comparison import ComparedCase, Comparison
 from palpate.errors import InputError
-from palpate.models.load_model import load_own
+from palpate.models.load_model import load_own, own_settings
 from palpate.models.model_registry import model
+from palpate.own_file import ANSWERS, answers
+from palpate.run.settings import defaults
+from palpate.setting_types import plain
+from palpate.studies.dynamic.accuracy import measure as measure_motions
+from palpate.studies.dynamic.accuracy import own_motions
+from palpate.studies.dynamic.reference import reference
+from palpate.studies.dynamic.settings import tried
 
 DOCS = Path(__file__).parents[2] / "docs"
 SOLVER = "class S:\n    memory_mb = 0.0\n    def respond(self, load):\n        %s\n"
@@ -29,6 +42,56 @@ def test_the_example_is_measured_like_any_other_and_the_guide_shows_it(slab_case
     assert samples.groupby("setting")["rmse_of_peak"].mean().min() < 0.4  # 0.55 if nothing moves
     assert samples["rmse_of_peak"].between(0.01, 1.5).all()
     assert (DOCS / "example_model.py").read_text() in (DOCS / "add-a-model.md").read_text()
+
+
+def test_one_file_answers_presses_touches_and_a_motion_in_their_studies(
+    slab_case, slab_judge, touch_case, touches, touch_truth, box
+):
+    file = str(DOCS / "example_of_all_kinds.py")
+    assert answers(Path(file)) == list(ANSWERS)
+    pressed = measure(slab_case[0], "own", [load_own("own", Path(file))], slab_judge, 2, 0.1)[1]
+    own = own_settings("own", file, "touch", touch_case.body, "ball", BALL.radius_m, 1)
+    kind = Touches(touch_case, touches, touch_truth, file)
+    touched = tables(kind, *measuring.measure(kind, own, 2, 0.0))[1]
+    scene = poked(box, frames=4)
+    truth, grid = reference(scene, None, 0.1, 6), plain(defaults("dynamic").settings)
+    moved = measure_motions(scene, None, truth, tried(grid, {}), ("none",), own={"own": file})[0]
+    for table in (pressed, touched, moved[moved["model"] == "own"]):
+        [row] = table.to_dict("records")
+        assert (row["model"], row["failures"]) == ("own", 0) and 0.0 < row["rmse_of_peak"] < 0.7
+    assert abs(touched["force_error"].item()) < 0.2  # Hertz on a pad as thick as the ball's radius twice
+    assert pressed["law"].item() == touched["law"].item() == "linear"
+    assert (DOCS / "example_of_all_kinds.py").read_text() in (DOCS / "add-a-model.md").read_text()
+
+
+def test_a_model_is_in_no_study_whose_questions_it_cannot_answer(slab_case, slab_judge, tmp_path):
+    (tmp_path / "mine.py").write_text(SOLVER.replace("respond", "touch") % "pass" + MODEL % "pass")
+    with pytest.warns(UserWarning, match="mine is left out: what it prepares has no respond"):
+        found = measure(slab_case[0], "mine", [load_own("mine", tmp_path / "mine.py")], slab_judge, 1, 0.1)
+    assert not any(map(len, found))
+    warn_unanswered("mine", found[1])
+
+
+@pytest.mark.parametrize(
+    ("frames", "said"),
+    [
+        ("return np.zeros((3, n, 3))", "frames"),
+        ("yield from np.zeros((5, n, 3))", "frames"),
+        ("return 3", "does not work"),
+        ("yield from np.zeros((4, 3))", "shape"),
+        ("yield from (1 / 0 for each in range(4))", r"\(line 7, ZeroDivisionError"),
+        ("yield from 4 * [Answer(np.zeros((n, 3)), np.ones((1, 3)))]", "forces"),
+    ],
+)
+def test_frames_that_are_none_of_a_motion_are_refused_by_name(tmp_path, box, frames, said):
+    scene = poked(box, frames=4)
+    text = "import numpy as np\nfrom palpate.benchmark.load import Answer\nclass M:\n    def prepare(self, case):\n"
+    text += f"        return self\n    def move(self, motion, n={len(scene.body.fine.surface)}):\n        {frames}\n"
+    (tmp_path / "mine.py").write_text(text)
+    with pytest.raises(InputError, match=said) as caught:
+        [one] = own_motions(scene, {"mine": str(tmp_path / "mine.py")}, 1)
+        one.solver()
+    assert "mine.py" in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ def finished(tmp_path_factory, copy_of_workflow, run, whole) -> Path:
 def whole() -> dict:
     """Return the smoke run's settings but for the model of one's own, whose place depends on the config file's."""
     settings = yaml.safe_load((ROOT / "tests/smoke/config.yaml").read_text())
-    del settings["tradeoff"]["own_models"]
+    del settings["own_models"]
     for tissue in settings["measured"]["presses"].values():
         tissue["files"] = [str((ROOT / "tests/smoke" / file).resolve()) for file in tissue["files"]]
     for experiment in settings["measured"]["experiments"].values():
@@ -128,7 +128,7 @@ def smoke(whole) -> dict:
 def trading(smoke) -> dict:
     """Return the settings of the liver pressed, some models asked, and nothing else."""
     keys = ("seed", "bodies", "regimes", "solver", "timing")
-    asked = {"bodies": ["liver"], "models": ["fem_p1", "fem_p2", "detail_correction"], "own_models": {}}
+    asked = {"bodies": ["liver"], "models": ["fem_p1", "fem_p2", "detail_correction"]}
     return {key: smoke[key] for key in keys} | {"tradeoff": asked}
 
 

@@ -267,8 +267,6 @@ def test_what_is_wrong_with_a_body_is_said(smoke, body, said):
         ({"training_contacts_of": {"linear_fem": "["}}, ".training_contacts_of.linear_fem: [ is no regular"),
         ({"training_contacts_of": {"linear": ""}}, ".training_contacts_of names linear"),
         ({"beyond_design": {"regimes": ["smal"]}}, ".beyond_design.regimes names smal, which is unknown"),
-        ({"own_models": {"detail_correction": "mine.py"}}, " names detail_correction, which palpate uses itself"),
-        ({"own_models": {"mine": "nowhere.py"}}, ".own_models.mine is nowhere.py, where there is no file"),
     ],
 )
 def test_what_is_wrong_with_the_trade_off_is_said(trading, changes, said):
@@ -281,6 +279,8 @@ def test_what_is_wrong_with_the_trade_off_is_said(trading, changes, said):
     [
         ("regimes.small.radius_of_body_m", {"livr": 0.01}, "regimes.small.radius_of_body_m names livr, which is unkn"),
         ("regimes", None, "tradeoff is there and there are no regimes"),
+        ("own_models", {"fem_coarse": "mine.py"}, "own_models names fem_coarse, which palpate uses itself"),
+        ("own_models", {"mine": "nowhere.py"}, "own_models.mine is nowhere.py, where there is no file"),
         ("bodies.liver", None, "tradeoff is there and no body is refined"),
     ],
 )

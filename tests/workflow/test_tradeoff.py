@@ -4,6 +4,8 @@ import pytest
 
 pytestmark = pytest.mark.slow
 
+MINE = "class Mine:\n    def prepare(self, case): pass\n"
+
 
 def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, trading):
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
@@ -14,8 +16,8 @@ def test_alone_it_makes_its_bodies_and_no_paper(tmp_path, plan, write_config, tr
 
 
 def test_an_own_model_is_a_family_of_its_own(tmp_path, plan, write_config, trading):
-    (tmp_path / "mine.py").write_text("class Mine:\n    def prepare(self, case):\n        pass\n")
-    trading["tradeoff"]["own_models"] = {"mine": "mine.py"}
+    (tmp_path / "mine.py").write_text(MINE)
+    trading["own_models"] = {"mine": "mine.py"}
     assert plan(tmp_path, write_config(trading), "tradeoff")["measure_models"] == 3
 
 
@@ -41,8 +43,9 @@ def test_answers_from_elsewhere_are_a_table_and_a_figure_and_reach_no_advice(tmp
 
 def test_any_load_and_presses_beyond_the_design_are_a_job_for_each_scene(tmp_path, plan, write_config, trading):
     assert "measure_other_loads" not in plan(tmp_path, write_config(trading), "tradeoff")
-    (tmp_path / "mine.py").write_text("class Mine:\n    def prepare(self, case):\n        pass\n")
-    trading["tradeoff"] |= {"own_models": {"mine": "mine.py"}, "any_load": {"models": {"mine": "", "fem_p1": "rest"}}}
+    (tmp_path / "mine.py").write_text(MINE)
+    trading["own_models"] = {"mine": "mine.py"}
+    trading["tradeoff"] |= {"any_load": {"models": {"mine": "", "fem_p1": "rest"}}}
     trading["tradeoff"] |= {"beyond_design": {"models": {"fem_p1": "rest"}}}
     jobs = plan(tmp_path, write_config(trading), "tradeoff")
     assert jobs["measure_other_loads"] == 2 and jobs["draw_tradeoff"] == 1

@@ -6,6 +6,7 @@ from pathlib import Path
 from palpate.benchmark.settings import pressed_bodies
 from palpate.errors import InputError
 from palpate.files import read_yaml
+from palpate.own_file import answers
 from palpate.report import declared
 from palpate.run.dependencies import digest
 from palpate.run.settings import asked_for, complete, defaults, read_settings
@@ -44,6 +45,8 @@ POINTS = list(settings.enrichment.regimes) if BODIES else []
 # bodies made from a CT, which get pictures and masses of their own
 CTS = [name for name, body in settings.bodies.items() if body.kind == "ct"]
 SCENES = list(settings.scenes or {})
+# the user's own models, by their files
+OWN_MODELS = {name: normpath(CONFIG_FILE.parent / path) for name, path in settings.own_models.items()}
 
 
 wildcard_constraints:
@@ -78,6 +81,11 @@ def calls(function, *lazily, draws=None):
         lazily = [*lazily, "palpate.report.drawing", *sorted(places)]
     drawing = {"figures": draws} if draws else {}
     return {"call": function, "lazily": list(lazily), "code": digest(function, *lazily)} | drawing
+
+
+def own_that(answer):
+    """The user's own models whose file has a method, such as "touch"."""
+    return {name: path for name, path in OWN_MODELS.items() if answer in answers(Path(path))}
 
 
 def some(block, *keys):

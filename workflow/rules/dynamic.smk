@@ -100,6 +100,7 @@ rule measure_dynamic:
         reference=f"{TRIAL}/reference.h5",
         truth=truth_of_compared,
         strokes=strokes_of_compared,
+        own=list(own_that("move").values()),
     output:
         table=f"{TRIAL}/accuracy.csv",
         force=f"{TRIAL}/force.csv",
@@ -113,6 +114,7 @@ rule measure_dynamic:
         compared=compared_of,
         settings=settings_of_compared,
         stroked=lambda wildcards: stroked(wildcards.scene),
+        own=own_that("move"),
         seed=config["seed"],
     script:
         "../job.py"

@@ -9,7 +9,9 @@ TOUCHED = pressed_bodies(settings, "touch")
 # the instruments, by what scenes and folders call them
 TOOLS = {instrument_name(tool): plain(tool) for tool in settings.touch.instruments}
 TOUCHES = [(body, tool) for body in TOUCHED for tool in TOOLS]
-COMPARED_TOUCH = settings.touch.models or list(TOUCH_MODELS)
+# modules of models, and which of their variants; files of the user's own
+TOUCH_PLACES = TOUCH_MODELS | {name: (path, {}) for name, path in own_that("touch").items()}
+COMPARED_TOUCH = [*(settings.touch.models or TOUCH_MODELS), *own_that("touch")]
 TOUCHING = "results/data/{body}/touch/{tool}"
 
 
@@ -49,6 +51,7 @@ rule measure_touch_models:
         body=BODY,
         touches=f"{TOUCHING}/touches.csv",
         truth=f"{TOUCHING}/truth.h5",
+        own=lambda wildcards: own_that("touch").get(wildcards.model, []),
     output:
         samples=f"{TOUCHING}/{{model}}_samples.csv",
         settings=f"{TOUCHING}/{{model}}_settings.csv",
@@ -57,14 +60,14 @@ rule measure_touch_models:
     benchmark:
         "results/benchmarks/{body}/{tool}/measure_touch_models_{model}.tsv"
     wildcard_constraints:
-        model="|".join(TOUCH_MODELS),
+        model="|".join(TOUCH_PLACES),
     threads: HALF
     params:
-        **calls("palpate.studies.touch.jobs:measure_touch_models", lambda wildcards: [TOUCH_MODELS[wildcards.model][0]]),
+        **calls("palpate.studies.touch.jobs:measure_touch_models", module_of_touch),
         instrument=lambda wildcards: TOOLS[wildcards.tool],
         deepest_of_radius=TOUCH["depth_of_radius"][1],
-        place=lambda wildcards: TOUCH_MODELS[wildcards.model][0],
-        keywords=lambda wildcards: TOUCH_MODELS[wildcards.model][1],
+        place=lambda wildcards: TOUCH_PLACES[wildcards.model][0],
+        keywords=lambda wildcards: TOUCH_PLACES[wildcards.model][1],
         settings=lambda wildcards: touch_grid(wildcards.model),
         repeats=config["timing"]["repeats"],
         seed=config["seed"],

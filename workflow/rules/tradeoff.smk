@@ -5,7 +5,6 @@ from palpate.models.model_registry import MODELS, families, family_of
 
 TRADEOFF = config["tradeoff"]
 # models by family, one job each, and the user's own
-OWN_MODELS = {name: normpath(CONFIG_FILE.parent / path) for name, path in TRADEOFF["own_models"].items()}
 COMPARED = [*(TRADEOFF["models"] or MODELS), *OWN_MODELS]
 FAMILIES = families(COMPARED, OWN_MODELS)
 STATIC = [f"{body}_{regime}" for body in PRESSED for regime in REGIMES]

@@ -2,8 +2,7 @@
 
 import re
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -13,11 +12,11 @@ from palpate.benchmark import measuring
 from palpate.benchmark.accuracy import TruthErrors
 from palpate.benchmark.judge import SIDES, Judge
 from palpate.benchmark.load import Answer, Load, displacement_of, loads_of
-from palpate.benchmark.measuring import Kind, Prepared, Row, ask, prepared, spent, tables
+from palpate.benchmark.measuring import Kind, Prepared, Row, about_of, ask, prepared_settings, spent, tables
 from palpate.benchmark.model import Case, Model, Solver, checked
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH, ZERO
 from palpate.benchmark.timing import Call
-from palpate.errors import InputError, NotConverged
+from palpate.errors import NotConverged
 
 ERRORS = TruthErrors._fields
 CHOSEN_BY = ("rmse_of_peak", "patch_rms_of_peak")
@@ -120,11 +119,8 @@ def measure(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Measure ``models``, which are one with several settings, as ``measuring.measure`` does; ``more_of`` of Presses.
 
-    ``progress`` wraps the sequence of settings, as ``tqdm`` does. InputError for a setting given twice.
+    ``progress`` wraps the sequence of settings, as ``tqdm`` does.
     """
-    texts = [model.text for model in models]
-    if twice := [text for text in texts if texts.count(text) > 1]:
-        raise InputError(f"{name} is tried with {twice[0]} twice; try each setting once.")
     place, reduces = (models[0].place, models[0].reduces != "") if models else ("", False)
     kind = Presses(labels_of(case), judge, place, reduces, more_of)
     settings = prepared_settings(case, name, models, progress=progress)
@@ -133,32 +129,14 @@ def measure(
 
 def failed(case: Case, model: Model, judge: Judge, why: str) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate a model that has failed on every sample because of ``why``, as ``measure`` does."""
-    kind, about = Presses(labels_of(case), judge), _about(model.name, model, case)
+    kind, about = Presses(labels_of(case), judge), about_of(model.name, model, case)
     return tables(kind, *measuring.measure(kind, [Prepared(about, NotConverged(why, []), np.nan)], 0, 0.0))
-
-
-def _about(name: str, model: Model, case: Case) -> Row:
-    told = {"sees": model.sees, "prepared": model.needs_contacts, "law": model.law_of(case)}
-    return {"model": name, "setting": model.text} | told
-
-
-def prepared_settings(
-    case: Case, name: str, models: Sequence[Model], pattern: str = "", progress: Callable = iter
-) -> Iterator[Prepared]:
-    """Prepare, one after another, those of ``models`` in whose text the regular expression ``pattern`` is found.
-
-    Trap: ``used`` is that of the model until the next is prepared.
-    """
-    charged = replace(case, used={})
-    for model in progress([model for model in models if re.search(pattern, model.text)]):
-        charged.used.clear()
-        yield prepared(_about(name, model, case), partial(model.prepare, charged), charged.used)
 
 
 def warn_unanswered(name: str, settings: pd.DataFrame) -> None:
     """Warn if one's own model has answered no sample with any setting; ``settings`` as ``measure`` returns them."""
-    if (settings["failures"] == settings["samples"]).all():
-        warnings.warn(f"tradeoff.own_models.{name} answered no sample: {settings['failure'].iloc[0]}", stacklevel=2)
+    if len(settings) and (settings["failures"] == settings["samples"]).all():
+        warnings.warn(f"own_models.{name} answered no sample: {settings['failure'].iloc[0]}", stacklevel=2)
 
 
 def bounds(case: Case, judge: Judge) -> tuple[pd.DataFrame, pd.DataFrame]:

@@ -4,8 +4,11 @@ A kind of question is a class beneath ``Kind``: what it asks, what is right, and
 columns that all kinds have are here.
 """
 
+import re
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from time import perf_counter
 from typing import Any, ClassVar, NamedTuple
 
@@ -13,9 +16,9 @@ import numpy as np
 import pandas as pd
 
 from palpate.benchmark.load import Doubted, Refused
-from palpate.benchmark.model import LeftOut, checked
-from palpate.benchmark.timing import Call, online, said, time_calls
-from palpate.errors import NotConverged
+from palpate.benchmark.model import Case, LeftOut, Model, checked
+from palpate.benchmark.timing import WARM_UP, Call, online, said, time_calls
+from palpate.errors import InputError, NotConverged
 
 Row = dict[str, Any]
 WHO = ("model", "setting")
@@ -50,6 +53,28 @@ def prepared(about: Row, make: Callable[[], Any], used: Mapping[str, float] | No
     return Prepared(about, solver, perf_counter() - begin, {} if used is None else used)
 
 
+def about_of(name: str, model: Model, case: Case) -> Row:
+    """Return the columns that say which setting of a model it is, and what that is told."""
+    told = {"sees": model.sees, "prepared": model.needs_contacts, "law": model.law_of(case)}
+    return {"model": name, "setting": model.text} | told
+
+
+def prepared_settings(
+    case: Case, name: str, models: Sequence[Model], pattern: str = "", progress: Callable = iter
+) -> Iterator[Prepared]:
+    """Prepare, one after another, those of ``models`` in whose text the regular expression ``pattern`` is found.
+
+    InputError for a setting given twice. Trap: ``used`` is that of the model until the next is prepared.
+    """
+    texts = [model.text for model in models]
+    if twice := [text for text in texts if texts.count(text) > 1]:
+        raise InputError(f"{name} is tried with {twice[0]} twice; try each setting once.")
+    charged = replace(case, used={})
+    for model in progress([model for model in models if re.search(pattern, model.text)]):
+        charged.used.clear()
+        yield prepared(about_of(name, model, case), partial(model.prepare, charged), charged.used)
+
+
 class Kind:
     """Questions of one kind, numbered from 0 on, and how answers are judged.
 
@@ -61,6 +86,7 @@ class Kind:
     spread : errors whose median and 95th percentile settings have too, of their size
     own : further columns of settings
     sums_failed : whether sums run over failed questions too, as zeros, on which the last digit depends
+    warm_up : how many calls are made before those that are timed
     """
 
     question: ClassVar[tuple[str, ...]] = ()
@@ -70,6 +96,7 @@ class Kind:
     spread: ClassVar[tuple[str, ...]] = ()
     own: ClassVar[tuple[str, ...]] = ()
     sums_failed: ClassVar[bool] = False
+    warm_up: ClassVar[int] = WARM_UP
 
     def __init__(self, labels: Row, named: list[Row], n_surface: int | None = None, place: str = "a model"):
         self.labels, self.named, self.n_surface, self.place = labels, named, n_surface, place
@@ -178,12 +205,12 @@ def ask(kind: Kind, solver: Any, repeats: int, budget_s: float) -> list[Row]:
 
     def receive(k: int, answer: Any) -> None:
         if kind.n_surface is not None:
-            checked(getattr(answer, "displacement", answer), kind.n_surface, kind.place)
+            checked(answer, kind.n_surface, kind.place)
         if k not in found:
             found[k] = kind.judged(asked[k], answer)
 
     if asked:
-        timed = time_calls(_Calls(kind, solver, asked), repeats, budget_s, receive)
+        timed = time_calls(_Calls(kind, solver, asked), repeats, budget_s, receive, kind.warm_up)
         for k, why in enumerate(timed.failures):
             rows[asked[k]] |= failed(why) if why else found[k] | spent(timed.seconds[k])
     return rows

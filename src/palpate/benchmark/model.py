@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, TypeVar
 
 import numpy as np
 
-from palpate.benchmark.load import Answer, Doubted, Load, Response, SurfacePress, displacement_of
+from palpate.benchmark.load import Answer, Doubted, Load, Response, SurfacePress
 from palpate.benchmark.settings import FitOptions
 from palpate.errors import InputError, NotConverged
 from palpate.setting_types import Block
@@ -308,18 +308,18 @@ def setting_text(setting: Setting) -> str:
     return ", ".join(f"{name}={_short(value)}" for name, value in setting.items()) or "default"
 
 
-def checked(answer: np.ndarray | Answer, n_surface: int, place: str = "a model") -> np.ndarray:
+def checked(answer: Any, n_surface: int, place: str = "a model") -> np.ndarray:
     """Return the displacement; InputError if it is not (n_surface, 3), NotConverged if a number in it is not finite.
 
     place : what the InputError names
     """
-    displacement = displacement_of(answer)
+    displacement = getattr(answer, "displacement", answer)
     try:
         numbers = np.asarray(displacement, dtype=float)
     except (TypeError, ValueError):
-        raise InputError(f"{place}: respond gave no array of numbers; return ({n_surface}, 3) [m].") from None
+        raise InputError(f"{place}: the answer is no array of numbers; return ({n_surface}, 3) [m].") from None
     if numbers.shape != (n_surface, 3):
-        raise InputError(f"{place}: respond gave the shape {numbers.shape}; return ({n_surface}, 3) [m].")
+        raise InputError(f"{place}: the answer has the shape {numbers.shape}; return ({n_surface}, 3) [m].")
     if not np.isfinite(numbers).all():
         whose = f"{place}: " if place.endswith(".py") else ""  # a file of the user's
         raise NotConverged(f"{whose}the displacement has a value that is not finite", [float("nan")])

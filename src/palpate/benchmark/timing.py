@@ -42,21 +42,24 @@ def time_calls(
     repeats: int,
     budget_s: float = np.inf,
     receive: Callable[[int, Any], None] = lambda i, answer: None,
+    warm_up: int = WARM_UP,
 ) -> Timed:
     """Make every one of ``calls`` once, and again in turn until ``repeats`` calls are timed or ``budget_s`` is over.
 
     calls : each is looked up anew before it is made, off the clock
     receive(i, answer) : sees every answer of call i, off the clock
-    On one BLAS thread. WARM_UP calls are dropped; of calls slower than SLOW_S there are SLOW_CALLS at most, or each
-    once. A call that raises NotConverged, or whose answer ``receive`` refuses with it, has failed and is made no more.
+    On one BLAS thread. ``warm_up`` calls are dropped; where the first of them is slower than SLOW_S, there are
+    SLOW_CALLS at most, or each once. A call that raises NotConverged, or whose answer ``receive`` refuses with it, has
+    failed and is made no more.
     """
     from threadpoolctl import threadpool_limits
 
     count = len(calls)
     timed = Timed([[] for _ in range(count)], [None] * count)
     with threadpool_limits(limits=1):
-        first, *_ = (_once(calls, i % count, lambda i, answer: None)[0] for i in range(WARM_UP))
-        limit, calls_made, began = min(repeats, SLOW_CALLS) if first > SLOW_S else repeats, 0, time.perf_counter()
+        dropped = [_once(calls, i % count, lambda i, answer: None)[0] for i in range(warm_up)]
+        limit = min(repeats, SLOW_CALLS) if dropped and dropped[0] > SLOW_S else repeats
+        calls_made, began = 0, time.perf_counter()
         while calls_made < count or (calls_made < limit and time.perf_counter() - began < budget_s):
             i = calls_made % count
             calls_made += 1

@@ -3,13 +3,13 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib import import_module
+from numbers import Real
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from palpate.benchmark import measuring
 from palpate.benchmark.measuring import Kind, Prepared, Row, prepared, tables
 from palpate.benchmark.model import setting_text
 from palpate.benchmark.ranking import OWN_ERROR, TRUTH
@@ -17,7 +17,7 @@ from palpate.benchmark.settings import instrument_name
 from palpate.benchmark.timing import Call
 from palpate.benchmark.touch import Touch, TouchCase, Touched, TouchSolver
 from palpate.benchmark.touch_truth import TouchErrors, TouchTruth, patch_of, touch_errors
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 
 SIGNED = ("force_error", "stiffness_error", "contact_area_error")
 """Errors with a sign: means keep it, and medians and percentiles are of their size."""
@@ -26,7 +26,7 @@ LAW = "the body's"
 
 
 def load_model(place: str, keywords: Mapping[str, Any]) -> SimpleNamespace:
-    """Return ``settings(case)``, ``online(case, **setting)`` and LAW of the module ``place``, for ``measure_touches``.
+    """Return ``settings(case)``, ``online(case, **setting)`` and LAW of the module ``place``, for ``touch_settings``.
 
     keywords : which of the module's variants it is
     """
@@ -36,7 +36,7 @@ def load_model(place: str, keywords: Mapping[str, Any]) -> SimpleNamespace:
 
 
 class Touches(Kind):
-    """The touches of one instrument on one body whose truth is believed."""
+    """The touches of one instrument on one body whose truth is believed; a ``Touched`` answers, or displacements do."""
 
     question = ("sample", "node")
     errors = (*TouchErrors._fields, "penetration_of_depth", "reaction_error")
@@ -44,14 +44,14 @@ class Touches(Kind):
     more = ("preparation_s",)
     own = ("rejected", "preparation_s")
 
-    def __init__(self, case: TouchCase, touches: Sequence[Touch], truth: TouchTruth):
+    def __init__(self, case: TouchCase, touches: Sequence[Touch], truth: TouchTruth, place: str = "a model"):
         body, tool, self.believed = case.body, case.instrument, np.flatnonzero(truth.believed)
         labels: Row = {"scene": f"{body.name}_{instrument_name(tool)}", "body": body.name}
         labels |= {"instrument": tool.kind, "radius_m": tool.radius_m}
         self.touches = [touches[int(row)] for row in self.believed]
         asked = zip(truth.sample[self.believed], self.touches, strict=True)
         named = [{"sample": int(sample), "node": touch.node} for sample, touch in asked]
-        super().__init__(labels, named, len(body.fine.surface))
+        super().__init__(labels, named, len(body.fine.surface), place)
         self.case, self._truth = case, truth
 
     def begin(self, solver: TouchSolver) -> None:
@@ -64,11 +64,11 @@ class Touches(Kind):
     def call(self, solver: TouchSolver, i: int) -> Call:
         return partial(solver.respond, self.touches[i])
 
-    def judged(self, i: int, answer: Touched) -> Row:
-        touch, true = self.touches[i], self._truth.answer(self.believed[i])
-        found: Row = touch_errors(answer, true, patch_of(self.case.body, touch))._asdict()
-        found["penetration_of_depth"] = penetration(self.case, touch, answer)
-        return found | {"reaction_error": answer.reaction_n / true.force_n - 1.0, "force_n": answer.force_n}
+    def judged(self, i: int, answer: Touched | np.ndarray) -> Row:
+        touch, true, told = self.touches[i], self._truth.answer(self.believed[i]), self._told(answer)
+        found: Row = touch_errors(told, true, patch_of(self.case.body, touch))._asdict()
+        found["penetration_of_depth"] = penetration(self.case, touch, told)
+        return found | {"reaction_error": told.reaction_n / true.force_n - 1.0, "force_n": told.force_n}
 
     def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
         """Ask at less depth for the slope of the force; it is unknown where there is no answer."""
@@ -81,33 +81,22 @@ class Touches(Kind):
     def _slope_error(self, solver: TouchSolver, i: int, force: float) -> float:
         true = self._truth.force[self.believed[i]]
         try:
-            before = solver.respond(self.touches[i].before).force_n
+            before = self._told(solver.respond(self.touches[i].before)).force_n
         except NotConverged:
             return np.nan
         return float((force - before) / (true[1] - true[0]) - 1.0)
 
-
-def measure_touches(
-    case: TouchCase,
-    name: str,
-    model: ModuleType | SimpleNamespace,
-    touches: Sequence[Touch],
-    truth: TouchTruth,
-    repeats: int,
-    budget_s: float,
-    progress: Callable = iter,
-) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Measure all settings of a model on the touches whose truth is believed, as ``measuring.measure`` does.
-
-    progress : wraps the settings, as ``tqdm`` does
-    """
-    kind, settings = Touches(case, touches, truth), _prepared(case, name, model, progress)
-    return tables(kind, *measuring.measure(kind, settings, repeats, budget_s))
+    def _told(self, answer: Touched | np.ndarray) -> Touched:
+        told = answer if isinstance(answer, Touched) else Touched(answer, np.nan)
+        if all(isinstance(each, Real) for each in told[1:]):
+            return told
+        raise InputError(f"{self.place}: a force or area is no number; return Touched(displacement, force_n, area_m2).")
 
 
-def _prepared(
-    case: TouchCase, name: str, model: ModuleType | SimpleNamespace, progress: Callable
+def touch_settings(
+    case: TouchCase, name: str, model: ModuleType | SimpleNamespace, progress: Callable = iter
 ) -> Iterator[Prepared]:
+    """Prepare all settings of a model of ``load_model`` in turn; progress : wraps them, as ``tqdm`` does."""
     for setting in progress(model.settings(case)):
         about = {"model": name, "setting": setting_text(setting), "sees": "load", "law": getattr(model, "LAW", "")}
         one = prepared(about, partial(model.online, case, **setting))

@@ -1,20 +1,25 @@
 """Load a model from where its class lives: ``kinds``, or a Python file of the user's, which errors name."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from importlib import import_module
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from palpate.benchmark.load import Answer, Load
-from palpate.benchmark.model import Case, Model, Setting, Solver, held_mb
+from palpate.benchmark.measuring import Prepared, prepared_settings
+from palpate.benchmark.model import Case, LeftOut, Model, Setting, Solver, held_mb
+from palpate.benchmark.touch import Touch
+from palpate.bodies.body import Body
 from palpate.errors import InputError, NotConverged
-from palpate.own_file import failure, import_file
+from palpate.own_file import ANSWERS, failure, import_file
 
 GUIDE = "see docs/add-a-model.md"
+TOLERANCE = 1e-8
+"""Relative residual at which solvers of a model stop that is asked for touches or motions."""
 DECLARED: dict[str, tuple] = {"sees": ("load", "deformation"), "prepared": (False, True), "reduces": ("", "p2")}
 """What a model of the user's may say of itself: the values that each may have, the first if it says nothing."""
 
@@ -23,6 +28,7 @@ class OwnModel(Model):
     """An object of the user's with ``prepare(case)``, as a model."""
 
     own: Any
+    answers: ClassVar[str] = ANSWERS[0]
 
     @property
     def said(self) -> Setting:
@@ -46,27 +52,36 @@ class OwnModel(Model):
 
     def prepare(self, case: Case) -> Solver:
         solver = _named(self.place, self.own.prepare, case)
-        if not hasattr(solver, "respond"):
-            raise InputError(f"{self.place}: what prepare returns lacks respond; {GUIDE}.")
-        return _Own(self.place, solver)
+        if not hasattr(solver, self.answers):
+            if any(hasattr(solver, name) for name in ANSWERS):
+                raise LeftOut(f"what it prepares has no {self.answers}", [np.nan])
+            raise InputError(f"{self.place}: what prepare returns lacks {', '.join(ANSWERS)}; {GUIDE}.")
+        return OwnSolver(self.place, solver, getattr(solver, self.answers))
 
 
-def as_model(own: Any, place: str = "a model") -> Model:
-    """Return an object of the user's as a model; ``place`` is what errors name. InputError for a wrong word of it."""
+def as_model(own: Any, place: str = "a model", answers: str = ANSWERS[0]) -> Model:
+    """Return an object of the user's as a model; InputError for a wrong word of it.
+
+    place : what errors name; answers : the method of what it prepares, such as those of ANSWERS
+    """
     if isinstance(own, Model) and not place.endswith(".py"):
         return own
     declared = {name: getattr(own, name, values[0]) for name, values in DECLARED.items()}
     for name, value in declared.items():
         if not any(value is each or (isinstance(each, str) and value == each) for each in DECLARED[name]):
             raise InputError(f"{place}: {name} is {value!r}; give {' or '.join(map(repr, DECLARED[name]))}.")
-    told = declared | {"place": place, "called": type(own).__name__.lower(), "law": str(getattr(own, "law", ""))}
+    told = declared | {"place": place, "answers": answers}
+    told |= {"called": type(own).__name__.lower(), "law": str(getattr(own, "law", ""))}
     kind: type[OwnModel] = type("OwnModel", (OwnModel,), {"__module__": __name__, **told})
     return kind(own=own)
 
 
-def load_own(name: str, path: Path) -> Model:
-    """Load the model in the file ``path``, which raises InputError naming the file for whatever is wrong with it."""
-    module = import_file(path, f"tradeoff.own_models.{name}")
+def load_own(name: str, path: Path, answers: str = ANSWERS[0]) -> Model:
+    """Load the model in the file ``path``, which raises InputError naming the file for whatever is wrong with it.
+
+    answers : as of ``as_model``
+    """
+    module = import_file(path, f"own_models.{name}")
     found = [
         each
         for each in vars(module).values()
@@ -74,31 +89,51 @@ def load_own(name: str, path: Path) -> Model:
     ]
     if len(found) != 1:
         raise InputError(f"{path}: has {'several classes' if found else 'no class'} with prepare(case); {GUIDE}.")
-    return as_model(_named(str(path), found[0]), str(path))
+    return as_model(_named(str(path), found[0]), str(path), answers)
 
 
-class _Own(Solver):
-    """What a model of the user's prepares: an object with ``respond``, and if it likes with more."""
+def own_settings(
+    name: str, path: str, answers: str, body: Body, asked: str, radius_m: float, seed: int, progress: Callable = iter
+) -> Iterator[Prepared]:
+    """Prepare all settings of a model of the user's in turn, for touches or motions of a body: without any sample.
 
-    def __init__(self, place: str, own: Any):
-        self._place, self._own = place, own
+    answers : as of ``as_model``; asked, radius_m, seed : of its ``Case``; progress : wraps the settings
+    """
+    case = Case.untrained(body, asked, radius_m, seed, TOLERANCE)
+    return prepared_settings(case, name, load_own(name, Path(path), answers).tried(case, None), progress=progress)
+
+
+class OwnSolver(Solver):
+    """What a model of the user's prepares: an object that answers by a method, and may have more."""
+
+    def __init__(self, place: str, own: Any, answer: Callable):
+        self.whose, self._own, self._answer = place, own, answer
 
     @property
     def memory_mb(self) -> float:
         return float(getattr(self._own, "memory_mb", held_mb(self._own)))
 
-    def respond(self, load: Load) -> np.ndarray | Answer:
-        return _named(self._place, self._own.respond, load)
+    def respond(self, load: Any) -> Any:
+        return _named(self.whose, self._answer, load)
+
+    def frames(self, motion: Any) -> Iterator[np.ndarray | Answer]:
+        """Yield the answers at the ends of frames."""
+        made = _named(self.whose, lambda: iter(self._answer(motion)))
+        while (frame := _named(self.whose, next, made, None)) is not None:
+            yield frame
+
+    def prepare(self, touch: Touch) -> None:
+        self.prepare_nodes((touch.node,))
 
     def precede(self, load: Load) -> None:
         if hasattr(self._own, "precede"):
-            _named(self._place, self._own.precede, load)
+            _named(self.whose, self._own.precede, load)
 
     def prepare_nodes(self, nodes: tuple[int, ...]) -> float | None:
         if not hasattr(self._own, "prepare_contact"):
             return None
         begin = perf_counter()
-        _named(self._place, self._own.prepare_contact, *nodes)
+        _named(self.whose, self._own.prepare_contact, *nodes)
         return perf_counter() - begin
 
 

@@ -6,7 +6,9 @@ from typing import Any, get_args
 
 from palpate.benchmark.model import Model
 from palpate.errors import InputError, describe_unknown
+from palpate.files import check_file
 from palpate.models import kinds
+from palpate.own_file import MODEL_FUNCTIONS, check_source
 
 VARIANTS = (kinds.PaperEnrichment, kinds.Springs)
 """Classes whose models are variants of one method: twelve blends, four networks of springs."""
@@ -76,6 +78,8 @@ FAMILY_OF = {name: family_of(name) for name, model in MODELS.items() if isinstan
 RESERVED = ("truth", "zero")
 """Names that the table gives to the truth's own error and to the answer that nothing moves, so that models have
 others."""
+MOTION_MODELS = ("fem_coarse", "fem_fine", "moving_modes", "path_modes", "region_modes")
+"""Models of motions alone."""
 
 
 def model(name: str, own: Mapping[str, str | Path]) -> Model:
@@ -105,11 +109,23 @@ def families(names: list[str], own: Mapping[str, str]) -> dict[str, dict[str, di
 
 def unknown(names: list[str], own: Mapping[str, object]) -> str:
     """Describe what is wrong with the ``names`` of models, or nothing; ``own`` are those that the user brings along."""
-    modules = set(map(family_of, MODELS))
+    taken = {*MODELS, *map(family_of, MODELS), *TOUCH_MODELS, *MOTION_MODELS, *RESERVED}
     for name in own:
-        if name in (*MODELS, *modules, *RESERVED):
+        if name in taken:
             return f"{name}, which palpate uses itself; call your own model something else"
     return describe_unknown(names, [*MODELS, *own])
+
+
+def check_own(file: Path, own: Mapping[str, str]) -> None:
+    """Raise InputError for names of the user's ``own`` models that are taken, and for files without such a class.
+
+    file : of the settings, to whose folder the files are relative
+    """
+    if wrong := unknown([], own):
+        raise InputError(f"{file}: own_models names {wrong}")
+    for name, path in own.items():
+        check_file(f"{file}: own_models.{name}", path, (file.parent / path).is_file())
+        check_source(f"{file}: own_models.{name}", file.parent / path, MODEL_FUNCTIONS, "see docs/add-a-model.md")
 
 
 def _recipe(name: str, own: Mapping[str, str]) -> dict[str, Any]:

@@ -70,7 +70,7 @@ class FinishedRun:
 
     def models(self, name: str, case: Case) -> Sequence[Model]:
         """Return what was tried of a model of palpate's, or of the settings' own; InputError for any other."""
-        own = {key: str(self.config.parent / path) for key, path in self.settings.tradeoff.own_models.items()}
+        own = {key: str(self.config.parent / path) for key, path in self.settings.own_models.items()}
         known = list(dict.fromkeys(self.table["model"]))
         if name not in known:
             raise InputError(f"--model {name} was not measured in {self.results}; choose from {', '.join(known)}.")

@@ -67,6 +67,11 @@ class Shared(Block):
     regimes: dict[Name, Regime] = optional("How hard bodies are pressed in the trade-off, by name", min_length=1)
     solver: Solver = key("Newton's method for static equilibrium", {})
     timing: Timing = key("How online costs are timed", {})
+    own_models: dict[Name, str] = key(
+        "Python files of your own models, by name, relative to this configuration: each study whose kind of question "
+        "one answers asks it",
+        {},
+    )
 
 
 class _Loader(yaml.SafeLoader):
@@ -130,6 +135,10 @@ def complete(given: dict, file: Path, needs_study: bool = True) -> Any:
         raise InputError(f"{file}: {place} is null; leave it out, or write what it is, {{}} for a block of defaults.")
     for name, body in config.bodies.items():
         check_body(f"{file}: bodies.{name}", body, file.parent)
+    if config.own_models:
+        from palpate.models.model_registry import check_own
+
+        check_own(file, config.own_models)
     if needs_study and not asked:
         raise InputError(f"{file}: nothing is asked for; add the block of a study: {', '.join(STUDIES)}.")
     if lacking := [name for name in config.studies or [] if name not in asked]:

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from fixtures.touched_block import SETTLED, rmse_of_peak
 
+from palpate.benchmark.measuring import measure, tables
 from palpate.benchmark.model import LeftOut
 from palpate.benchmark.settings import Given, TouchTruthSettings
 from palpate.benchmark.touch import Touch, choose_touches, given_touches, touches_of
-from palpate.benchmark.touch_measure import measure_touches, penetration
+from palpate.benchmark.touch_measure import Touches, penetration, touch_settings
 from palpate.benchmark.touch_mesh import bearing
 from palpate.benchmark.touch_truth import truth_of_touches
 from palpate.effects.instrument import Instrument
@@ -62,7 +63,8 @@ def test_the_truth_of_a_grasp_judges_linear_elements(case, pull):
     )
     assert truth.believed.all() and truth.own[0, 0] < 0.01
     assert truth.force_order[0] == pytest.approx(1.0, abs=0.3)  # of the singular rim
-    _, table = measure_touches(case, "linear", linear, [pull], truth, 1, 0.0)
+    kind = Touches(case, [pull], truth)
+    _, table = tables(kind, *measure(kind, touch_settings(case, "linear", linear), 1, 0.0))
     (row,) = table.to_dict("records")
     assert row["failures"] == 0 and row["rmse_of_peak"] < 0.02 and abs(row["force_error"]) < 0.1
     assert np.isnan(row["penetration_of_depth"]) and np.isnan(penetration(case, pull, truth.answer(0)))

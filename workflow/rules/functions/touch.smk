@@ -6,7 +6,12 @@ def touching(name, **more):
     return [file for body, tool in TOUCHES for file in expand(f"{TOUCHING}/{name}", body=body, tool=tool, **more)]
 
 
+def module_of_touch(wildcards):
+    """The module of a model; a user's own is an input instead."""
+    return [TOUCH_MODELS[wildcards.model][0]] if wildcards.model in TOUCH_MODELS else []
+
+
 def touch_grid(model):
     """What a model is tried with, under its own name or that of its module."""
-    names = {model, TOUCH_MODELS[model][0].rpartition(".")[2]}
+    names = {model, TOUCH_PLACES[model][0].rpartition(".")[2]}
     return {name: block for name, block in TOUCH["settings"].items() if name in names}

@@ -4,20 +4,27 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from itertools import product
+from itertools import chain, islice, product
 from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from palpate.benchmark import measuring
 from palpate.benchmark.accuracy import errors
+from palpate.benchmark.load import Answer
+from palpate.benchmark.measuring import Kind, Prepared, Row
+from palpate.benchmark.model import checked
 from palpate.benchmark.motion_truth import MotionRun, MotionTruth, force_errors
+from palpate.benchmark.timing import Call
 from palpate.bodies import body_file
 from palpate.bodies.material import LAWS
-from palpate.errors import NotConverged
+from palpate.errors import InputError, NotConverged
 from palpate.linalg.multigrid import Factor
 from palpate.models.fem_statics import to_fine
+from palpate.models.load_model import GUIDE, OwnSolver, own_settings
+from palpate.models.reduced_body import ReducedBody
 from palpate.models.reduced_motion import MotionInModes, ReducedMotion, misses, move
 from palpate.run.job import steps
 from palpate.scenes.motion import Motion
@@ -42,7 +49,7 @@ from palpate.studies.dynamic.strokes import Strokes
 from palpate.studies.dynamic.touching import doubted, tried
 from palpate.table_declaration import Table
 
-ORDERS = {"backward_euler": 1, "bdf2": 2}
+ORDERS = {"backward_euler": 1, "bdf2": 2, "midpoint": 2}
 """Order of the steps of each integrator whose steps are long enough to matter; explicit ones take far shorter ones."""
 
 
@@ -89,12 +96,8 @@ def twice_as_long(compared: ComparedScene, fitted: Fitted, steps: int, moved: np
 
 def change_of_step(longer: np.ndarray, shorter: np.ndarray, integrator: str) -> float:
     """Return the RMSE [m] between motions (f, n, 3) [m] at a step and at half of it, over 2ᵏ − 1 for order k."""
-    return _rms(longer - shorter) / (2.0 ** ORDERS[integrator] - 1.0)
-
-
-def _rms(off: np.ndarray) -> float:
-    """Return the RMS of vectors (f, n_surface, 3)."""
-    return float(np.sqrt(np.mean(np.sum(off**2, axis=2))))
+    rms = float(np.sqrt(np.mean(np.sum((longer - shorter) ** 2, axis=2))))
+    return rms / (2.0 ** ORDERS[integrator] - 1.0)
 
 
 def mesh_residual(compared: ComparedScene, level: int, motion: Motion) -> float:
@@ -120,6 +123,39 @@ def mesh_residual(compared: ComparedScene, level: int, motion: Motion) -> float:
     system.hold(matrix)
     lacking = Factor(matrix).solve(residual)[compared.body.fine.surface]
     return float(np.sqrt(np.mean(np.sum(lacking**2, axis=1))))
+
+
+class Moved(NamedTuple):
+    """A motion (f, n_surface, 3) [m], forces (f, k, 3) [N] of instruments, and the columns of estimate and times."""
+
+    displacement: np.ndarray
+    forces: np.ndarray
+    columns: Row
+
+
+NO_FORCE = np.empty((0, 0, 3))
+"""Of a motion that tells no force."""
+
+
+class Motions(Kind):
+    """A motion, asked of a function that returns it: once, as it times its own steps and makes the first beforehand."""
+
+    warm_up = 0
+
+    def __init__(self, compared: ComparedScene, truth: Reference):
+        super().__init__({"scene": compared.name, "body": compared.body.name}, [{}])
+        self._truth = truth
+
+    def call(self, solver: Call, i: int) -> Call:
+        return solver
+
+    def judged(self, i: int, answer: Moved) -> Row:
+        found = errors(answer.displacement.reshape(-1, 3), self._truth.truth.reshape(-1, 3))._asdict()
+        found |= force_errors(answer.forces, self._truth.force)._asdict()
+        return found | answer.columns | {"force": answer.forces}
+
+    def further(self, one: Prepared, rows: list[Row]) -> tuple[Row, list[Row]]:
+        return rows[0], []
 
 
 Grid = Mapping[str, Any]
@@ -150,8 +186,8 @@ DYNAMIC_ACCURACY = Table(
     reference_error: of the truth itself, of the peak; of the standard what linear meshes in motion_truth.csv say
         of its own, until they part, and empty where no others were tried
     reference_force_change reference_force_error: the same of the force
-    duration_s resolved_s: of the scene, and of what is compared
     parted: why no error of a model is known, where such meshes agree at no time
+    duration_s resolved_s: of the scene, and of what is compared
     """,
 )
 
@@ -166,6 +202,7 @@ def measure(
     limit: MotionTruth | LinearLimit | None = None,
     strokes: Mapping[str, Strokes] | None = None,
     seed: int = 1,
+    own: Mapping[str, str] | None = None,
     **known: Any,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Tabulate dynamic_accuracy.csv, a row a model and setting, and dynamic_force.csv.
@@ -177,6 +214,7 @@ def measure(
     known : what ``moving_modes`` need not make
     strokes : what models in modes of strokes are learnt from, by their names; without it they are not tried
     seed : of the strokes that say what of a region is in reach
+    own : files of the user's models that answer a motion, by name
     names : the models to try, all that can do the scene if there is none; progress : wraps them, as ``tqdm`` does
     Columns: failures is also 1 for a model to which nothing could be fitted; times are without preparation. varied is
     what a setting changes: STEP or, at the same step, order, tolerance, gap, or place.
@@ -197,7 +235,7 @@ def measure(
         "reference_force_error": np.nan,
         "parted": "",
     }
-    rows = []
+    at_hand: list[Prepared] = []
     if isinstance(limit, LinearLimit):
         found |= limit.described(len(compared.body.levels) - 1)
         if limit.until_s and np.isnan(found["reference_force_error"]):
@@ -205,28 +243,36 @@ def measure(
     elif limit is not None and not limit.rejected:
         truth = replace(truth, truth=limit.displacement[: truth.frames], force=limit.force[: truth.frames])
         found |= limit.described(whole_s)
-        rows = [_quadratic(each, truth, whole_s) for each in limit.tried]
-    rows += [_tried(compared, truth, number, whole_s) for number in range(len(truth.tried))]
+        at_hand = [_quadratic(each, truth, whole_s) for each in limit.tried]
+    at_hand += [_tried(compared, truth, number, whole_s) for number in range(len(truth.tried))]
     able = _models(compared, lesson, truth, grid, known)
     able |= {name: partial(tried, compared, shown, grid[name], seed) for name, shown in (strokes or {}).items()}
     models = {name: each for name, each in able.items() if not names or name in names}
-    for name in progress(list(models)):
-        try:
-            # of a body with one level the coarse one is the reference's
-            said = "fem_fine" if name == "fem_coarse" and len(compared.body.levels) == 1 else name
-            rows += [{"model": said} | _row(compared, truth, *each) for each in models[name]()]
-        except NotConverged:  # nothing that was fitted moves like the reference
-            failed = {"setting": "fitted", "varied": STEP, "level": 0, "nodes": compared.nodes(0), "failures": 1}
-            rows.append({"model": name} | failed)
+    settings = chain(at_hand, _settings(compared, models, progress), own_motions(compared, own or {}, seed))
+    rows = measuring.measure(Motions(compared, truth), settings, 0, 0.0)[1]
     ends = truth.duration_s * np.arange(1, truth.frames + 1) / truth.frames
     forces = list(curve(compared.name, str(found["reference"]), LIMIT, ends, truth.force))
     for row in rows:
-        felt = row.pop("force", truth.force[:0])
+        felt = row.get("force", truth.force[:0])
         forces += curve(compared.name, row["model"], row["setting"], ends, felt if truth.force.size else felt[:0])
-    table = pd.DataFrame(rows).assign(**found, duration_s=whole_s, resolved_s=truth.duration_s)
-    table.insert(0, "scene", compared.name)
-    table.insert(1, "body", compared.body.name)
-    return table, DYNAMIC_FORCE.frame(forces)
+    found |= {"duration_s": whole_s, "resolved_s": truth.duration_s}
+    return DYNAMIC_ACCURACY.frame(row | found for row in rows), DYNAMIC_FORCE.frame(forces)
+
+
+def _settings(
+    compared: ComparedScene, models: Mapping[str, Callable[[], Tried]], progress: Callable
+) -> Iterator[Prepared]:
+    """Yield all settings of ``models``, and a failure for a model of which nothing could be fitted."""
+    for name in progress(list(models)):
+        try:
+            found = list(models[name]())
+        except NotConverged as failure:  # nothing that was fitted moves like the reference
+            about = {"model": name, "setting": "fitted", "varied": STEP, "level": 0, "nodes": compared.nodes(0)}
+            yield Prepared(about, failure, np.nan)
+            continue
+        # of a body with one level the coarse one is the reference's
+        said = "fem_fine" if name == "fem_coarse" and len(compared.body.levels) == 1 else name
+        yield from (ready(compared, said, *each) for each in found)
 
 
 def _models(
@@ -324,23 +370,33 @@ def _shapes(compared: ComparedScene, lesson: ComparedScene, wanted: np.ndarray, 
         yield count * compared.frames, fit_shapes(lesson, wanted, count, grid["evaluations"]), ""
 
 
-def _head(compared: ComparedScene, level: int, step_s: float, steps: int, varied: str) -> dict:
+def _about(model: str, compared: ComparedScene, level: int, steps: int, step_s: float, varied: str = "") -> Row:
     """Name a setting, of which ``varied`` is not the usual one."""
-    row = {"setting": f"step_s={step_s:.3g} {varied}".rstrip(), "varied": varied.partition("=")[0] or STEP}
-    return row | {"level": level, "nodes": compared.nodes(level), "step_s": step_s, "steps": steps, "failures": 0}
+    about: Row = {"model": model, "setting": f"step_s={step_s:.3g} {varied}".rstrip()}
+    about |= {"varied": varied.partition("=")[0] or STEP, "level": level, "nodes": compared.nodes(level)}
+    return about | {"step_s": step_s, "steps": steps}
 
 
-def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted | InModes, varied: str) -> dict:
-    if isinstance(fitted, InModes):
-        return _row_in_modes(compared, truth, steps, fitted, varied)
-    scene = fitted.scene(compared, steps)
-    level = fitted.level % len(compared.body.levels)
-    row = _head(compared, level, scene.step_s, steps, varied)
-    compared.begin(scene, level, fitted.young_pa)
-    try:
-        moved, run = compared.move(scene, level, fitted.young_pa)
-    except NotConverged:
-        return row | {"failures": 1, "offline_s": fitted.offline_s}
+def ready(compared: ComparedScene, model: str, steps: int, fitted: Fitted | InModes, varied: str) -> Prepared:
+    """Return what moves the body of a scene in ``steps``, and says how large its error may be."""
+    step_s = compared.duration_s / steps
+    if isinstance(fitted, Fitted):
+        about = _about(model, compared, fitted.level % len(compared.body.levels), steps, step_s, varied)
+        return Prepared(about, partial(_moved, compared, steps, fitted), fitted.offline_s)
+    about = _about(model, compared, -1, steps, step_s, varied)
+    if fitted.body is None:
+        return Prepared(about, NotConverged(f"{compared.name}: no cells suffice", []), fitted.offline_s)
+    fitted.body.at_rest.check(compared.body)
+    elements = fitted.body.at_rest.elements
+    about |= {"level": elements.level, "nodes": len(elements.rest)}
+    return Prepared(about, partial(_moved_in_modes, compared, steps, fitted.body), fitted.offline_s)
+
+
+def _moved(compared: ComparedScene, steps: int, fitted: Fitted) -> Moved:
+    """Move the body as a scene; NotConverged as ``ComparedScene.move``."""
+    of_model = fitted.scene(compared, steps), fitted.level % len(compared.body.levels), fitted.young_pa
+    compared.begin(*of_model)
+    moved, run = compared.move(*of_model)
     spent = 0.0
     if fitted.finish:
         begin = perf_counter()
@@ -349,29 +405,52 @@ def _row(compared: ComparedScene, truth: Reference, steps: int, fitted: Fitted |
     told = estimated(compared, fitted, steps, run.motion, moved)
     if run.doubts_m.size:
         told = MotionEstimate(doubted(run, moved), run.doubt_s)
-    forces = run.motion.instrument_forces()
     late = spent / compared.frames  # of the steps that end a frame
     taken = run.seconds + spent, run.step_p95_s + late, run.step_max_s + late
-    measured = _measured(moved, forces, truth, taken, steps, compared.duration_s)
-    return row | measured | told._asdict() | {"offline_s": fitted.offline_s}
+    times = _times(taken, steps, compared.duration_s)
+    return Moved(moved, run.motion.instrument_forces(), told._asdict() | times)
 
 
-def _row_in_modes(compared: ComparedScene, truth: Reference, steps: int, fitted: InModes, varied: str) -> dict:
-    row = _head(compared, -1, compared.duration_s / steps, steps, varied) | {"offline_s": fitted.offline_s}
-    if fitted.body is None:
-        return row | {"failures": 1}
-    fitted.body.at_rest.check(compared.body)
-    row |= {"level": fitted.body.at_rest.elements.level, "nodes": len(fitted.body.at_rest.elements.rest)}
-    motion = ReducedMotion(fitted.body, compared.placed_loads(), compared.rayleigh)
+def _moved_in_modes(compared: ComparedScene, steps: int, body: ReducedBody) -> Moved:
+    """Move a reduced body; NotConverged as ``move``."""
+    motion = ReducedMotion(body, compared.placed_loads(), compared.rayleigh)
     with suppress(NotConverged):  # what a first step compiles or loads is no part of the time
         move(motion, compared.duration_s / steps, 1, 1)
-    try:
-        found = move(motion, compared.duration_s, compared.frames, steps)
-        told = told_in_modes(compared, motion, found)
-    except NotConverged:
-        return row | {"failures": 1}
-    taken = _taken(found.seconds)
-    return row | _measured(found.moved, truth.force[:0], truth, taken, steps, compared.duration_s) | told._asdict()
+    found = move(motion, compared.duration_s, compared.frames, steps)
+    told = told_in_modes(compared, motion, found)._asdict()
+    return Moved(found.moved, NO_FORCE, told | _taken(found.seconds, steps, compared.duration_s))
+
+
+def own_motions(compared: ComparedScene, own: Mapping[str, str], seed: int) -> Iterator[Prepared]:
+    """Yield the settings of models of the user's: their mesh counts as the finest one, and a frame as a step."""
+    of_all = len(compared.body.levels) - 1, compared.frames, compared.duration_s / compared.frames
+    for name, place in own.items():
+        for one in own_settings(name, place, "move", compared.body, compared.name, 0.0, seed):
+            solver = one.solver
+            if isinstance(solver, OwnSolver):
+                solver = partial(_moved_by_own, compared, solver)
+            yield one._replace(about=_about(name, compared, *of_all) | one.about, solver=solver)
+
+
+def _moved_by_own(compared: ComparedScene, solver: OwnSolver) -> Moved:
+    """Ask frame by frame; InputError for another number or shape of them, or of forces of instruments."""
+    with suppress(NotConverged):  # what a first frame compiles or loads is no part of the time
+        next(solver.frames(compared), None)
+    n_surface = len(compared.body.fine.surface) * (1 + len(compared.shifts_m))
+    touching = len(compared.loads.contact.instruments) if compared.loads.contact else 0
+    moved, felt, seconds, begin = [], [], [], perf_counter()
+    for frame in islice(solver.frames(compared), compared.frames + 1):
+        seconds.append(perf_counter() - begin)
+        moved.append(np.array(checked(frame, n_surface, solver.whose), dtype=float))
+        if isinstance(frame, Answer) and frame.forces is not None:
+            felt.append(np.array(frame.forces))
+        begin = perf_counter()
+    if len(moved) != compared.frames:
+        raise InputError(f"{solver.whose}: move gave too few or too many frames; give {compared.frames}, {GUIDE}.")
+    if felt and {np.shape(each) for each in felt} != {(touching, 3)}:
+        raise InputError(f"{solver.whose}: move gave other forces than ({touching}, 3) [N]; give these, {GUIDE}.")
+    forces = np.array(felt) if len(felt) == len(moved) else NO_FORCE
+    return Moved(np.array(moved), forces, _taken(np.array(seconds), len(moved), compared.duration_s))
 
 
 def told_in_modes(compared: ComparedScene, motion: ReducedMotion, found: MotionInModes) -> MotionEstimate:
@@ -388,56 +467,58 @@ def told_in_modes(compared: ComparedScene, motion: ReducedMotion, found: MotionI
         longer = move(motion, until, count, len(found.reached) // compared.frames * count).moved
     except NotConverged:
         return MotionEstimate()
-    of_step = _rms(longer - found.moved[1::2][:count]) / 3.0  # the midpoint rule is of order 2
+    of_step = change_of_step(longer, found.moved[1::2][:count], "midpoint")
     return MotionEstimate(float(np.hypot(of_step, misses(motion, found)) / peak), perf_counter() - begin)
 
 
-def _tried(compared: ComparedScene, truth: Reference, number: int, whole_s: float) -> dict:
+def _tried(compared: ComparedScene, truth: Reference, number: int, whole_s: float) -> Prepared:
     """Take the reference at one of its steps, as it is: its error is that of the step alone."""
-    step, last = float(truth.tried_s[number]), len(compared.body.levels) - 1
-    steps = round(whole_s / step)
-    row = {"model": "fem_fine"} | _head(compared, last, step, steps, "")
+    step_s, last = float(truth.tried_s[number]), len(compared.body.levels) - 1
+    steps = round(whole_s / step_s)
     told = MotionEstimate()
     if number and corrects(compared):  # the run at twice the step is there already
         off = change_of_step(truth.tried[number - 1], truth.tried[number], compared.fem(steps).integrator)
         peak = np.linalg.norm(truth.tried[number], axis=2).max()
         told = MotionEstimate(off / peak, float(truth.seconds[number - 1]))
     taken = truth.seconds[number], truth.step_p95_s[number], truth.step_max_s[number]
-    measured = _measured(truth.tried[number], truth.tried_force[number], truth, taken, steps, whole_s)
-    return row | measured | told._asdict() | {"offline_s": 0.0}
+    columns = told._asdict() | _times(taken, steps, whole_s)
+    moved = Moved(truth.tried[number], truth.tried_force[number], columns)
+    return Prepared(_about("fem_fine", compared, last, steps, step_s), lambda: moved, 0.0)
 
 
-def _quadratic(tried: MotionRun, truth: Reference, whole_s: float) -> dict:
+def _quadratic(tried: MotionRun, truth: Reference, whole_s: float) -> Prepared:
     """Take a motion that the limit is made of, as it is; its time includes those of the coarser ones it began with."""
     level, step_s = tried.level, whole_s / tried.steps
-    row = {"model": "fem_p2", "setting": f"level={level} step_s={step_s:.3g}", "varied": STEP, "level": level}
-    row |= {"nodes": tried.nodes, "step_s": step_s, "steps": tried.steps, "failures": 0}
+    about: Row = {"model": "fem_p2", "setting": f"level={level} step_s={step_s:.3g}", "varied": STEP, "level": level}
+    about |= {"nodes": tried.nodes, "step_s": step_s, "steps": tried.steps}
     taken, there = (tried.seconds, tried.step_p95_s, tried.step_max_s), slice(truth.frames)
-    measured = _measured(tried.surface[there], tried.force[there], truth, taken, tried.steps, whole_s)
-    return row | measured | MotionEstimate()._asdict() | {"offline_s": 0.0}
+    moved = Moved(tried.surface[there], tried.force[there], _times(taken, tried.steps, whole_s))
+    return Prepared(about, lambda: moved, 0.0)
 
 
-def _taken(seconds: np.ndarray) -> tuple[float, float, float]:
-    """Return the sum, the 95th percentile and the largest of the times of steps (steps,) [s]."""
-    return float(seconds.sum()), float(np.percentile(seconds, 95)), float(seconds.max())
+def _taken(seconds: np.ndarray, steps: int, whole_s: float) -> Row:
+    """Return what a motion of ``whole_s`` [s] took, of the times of its steps [s]."""
+    return _times((seconds.sum(), np.percentile(seconds, 95), seconds.max()), steps, whole_s)
 
 
-def _measured(
-    moved: np.ndarray, forces: np.ndarray, truth: Reference, taken: Sequence[float], steps: int, whole_s: float
-) -> dict:
-    """Return the errors of a motion of ``whole_s`` [s] and of its ``forces`` (f, k, 3) [N], these, and what it took.
+def _times(taken: Sequence[float], steps: int, whole_s: float) -> Row:
+    """Return what a motion of ``whole_s`` [s] took.
 
     taken : times [s] of all steps together, of a step at the 95th percentile, and of the longest
     """
     seconds, p95_s, max_s = map(float, taken)
-    found = errors(moved.reshape(-1, 3), truth.truth.reshape(-1, 3))._asdict()
-    found |= force_errors(forces, truth.force)._asdict() | {"force": forces}
-    found |= {"ms_per_step": 1e3 * seconds / steps, "step_p95_ms": 1e3 * p95_s, "step_max_ms": 1e3 * max_s}
+    found = {"ms_per_step": 1e3 * seconds / steps, "step_p95_ms": 1e3 * p95_s, "step_max_ms": 1e3 * max_s}
     return found | {"real_time_factor": seconds / whole_s}
 
 
 def measure_dynamic(
-    input: Any, compared: Compared, stroked: list[str], settings: dict[str, Any], seed: int, say: Callable
+    input: Any,
+    compared: Compared,
+    stroked: list[str],
+    settings: dict[str, Any],
+    own: dict[str, str],
+    seed: int,
+    say: Callable,
 ) -> Any:
     """Compare the models in a scene, for the rule of that name."""
     moving = compared.and_training(body_file.load(input.body))
@@ -445,5 +526,5 @@ def measure_dynamic(
     limit = read_truth(input.truth) if input.truth else None
     shown = {name: stored(Strokes, path) for name, path in zip(stroked, input.strokes, strict=True)}
     reference = stored(Reference, input.reference)
-    table, force = measure(*moving, reference, settings, *more, limit, shown, seed)
+    table, force = measure(*moving, reference, settings, *more, limit, shown, seed, own)
     return {"table": table.assign(duration_s=compared.scene.duration_s), "force": force}

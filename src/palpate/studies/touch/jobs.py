@@ -39,20 +39,26 @@ def measure_touch_models(
     input, wildcards, say, instrument: ToolSettings, deepest_of_radius: float, place: str, keywords: dict,
     settings: Families, repeats: int, seed: int,
 ):  # fmt: skip
+    from palpate.benchmark.measuring import measure, tables
     from palpate.benchmark.touch import TouchCase, touches_of
-    from palpate.benchmark.touch_measure import load_model, measure_touches
+    from palpate.benchmark.touch_measure import Touches, load_model, touch_settings
     from palpate.benchmark.touch_truth import TouchTruth
     from palpate.bodies.body_file import load
     from palpate.effects.instrument import Instrument
+    from palpate.models.load_model import own_settings
 
     tool = Instrument(**dict(instrument))
     touches = touches_of(tool, pd.read_csv(input.touches))
     deepest = max([deepest_of_radius * tool.radius_m, *(touch.depth_m for touch in touches)])
     case = TouchCase(load(input.body), tool, deepest, seed, settings)
-    asked = touches, stored(TouchTruth, input.truth), repeats, BUDGET_S
-    progress = steps(say, f"{wildcards.body}, {wildcards.tool}, {wildcards.model}: setting")
-    tables = measure_touches(case, wildcards.model, load_model(place, keywords), *asked, progress)
-    return dict(zip(("samples", "settings"), tables, strict=True))
+    name, progress = wildcards.model, steps(say, f"{wildcards.body}, {wildcards.tool}, {wildcards.model}: setting")
+    if place.endswith(".py"):
+        tried = own_settings(name, place, "touch", case.body, tool.name, tool.radius_m, seed, progress)
+    else:
+        tried = touch_settings(case, name, load_model(place, keywords), progress)
+    kind = Touches(case, touches, stored(TouchTruth, input.truth), place)
+    found = tables(kind, *measure(kind, tried, repeats, BUDGET_S))
+    return dict(zip(("samples", "settings"), found, strict=True))
 
 
 def tabulate_touch(input, instruments: list[ToolSettings]):

@@ -11,14 +11,12 @@ from palpate.errors import InputError, describe_unknown
 from palpate.files import check_file
 from palpate.models import model_registry
 from palpate.models.families import Families
-from palpate.own_file import MODEL_FUNCTIONS, check_source
 from palpate.setting_types import (
     Block,
     Count,
     Distinct,
     Index,
     Inside,
-    Name,
     NotNegative,
     Positive,
     Share,
@@ -119,7 +117,6 @@ class Settings(Block):
     )
     truth: Truth = key("What models are judged by, Richardson's limit of nested quadratic elements", {})
     models: Distinct[str] | None = key("Models by name; null takes all that palpate has", None)
-    own_models: dict[Name, str] = key("Python files of your own models, by name, relative to this configuration", {})
     answers: dict[str, Some[str]] = key(
         "Files of answers that engines gave elsewhere to the questions of palpate ask, by scene, relative to this "
         "configuration",
@@ -145,7 +142,7 @@ class Settings(Block):
 
 def check(config: Any, file: Path) -> None:
     """Raise InputError for unknown or missing models, or nothing to sample."""
-    place, names, own = f"{file}: tradeoff", config.tradeoff.models, config.tradeoff.own_models
+    place, names, own = f"{file}: tradeoff", config.tradeoff.models, config.own_models
     if wrong := model_registry.unknown(names or [], own):
         raise InputError(f"{place} names {wrong}")
     if names is not None and model_registry.SAVED_AGAINST not in names:
@@ -153,9 +150,6 @@ def check(config: Any, file: Path) -> None:
             f"{place}.models lacks {model_registry.SAVED_AGAINST}, which is what the others save time against; add it."
         )
     _check_models(f"{place}.training_contacts_of", config.tradeoff.training_contacts_of, own)
-    for name, path in own.items():
-        check_file(f"{place}.own_models.{name}", path, (file.parent / path).is_file())
-        check_source(f"{place}.own_models.{name}", file.parent / path, MODEL_FUNCTIONS, "see docs/add-a-model.md")
     _check_bodies(file, config)
     _check_answers(place, config, file)
     check_radii(config, file)
@@ -178,7 +172,7 @@ def _check_asked(file: Path, config: Any, block: str) -> None:
     asked, place = getattr(config.tradeoff, block), f"{file}: tradeoff.{block}"
     if asked is None:
         return
-    _check_models(f"{place}.models", asked.models, config.tradeoff.own_models)
+    _check_models(f"{place}.models", asked.models, config.own_models)
     if wrong := describe_unknown(asked.regimes or [], list(config.regimes)):
         raise InputError(f"{place}.regimes names {wrong}")
 

@@ -15,17 +15,16 @@ def simulate_spring_reference(output, calibration: Settings, poisson: float):
 
 def fit_springs(input, output, wildcards, say, calibration: Settings, searches: Searches, seed: int):
     from palpate.models.springs.cube_experiment import experiment, load_references
-    from palpate.studies.springs.spring_fit import SEEDED, tables
+    from palpate.models.springs.searches import SEEDED
+    from palpate.studies.springs.spring_fit import tables
 
     method = wildcards.method
     seeds = range(seed, seed + (searches.seeds if method in SEEDED else 1))
-    references, found = load_references(input.reference), {}
+    references = load_references(input.reference)
     for force in ("springs", "volume"):
-        folder = Path(output[force][0]).parent
         found = tables(
             experiment(calibration, calibration.material.poisson), method, force == "volume", references,
-            searches, {one: folder / f"state_{one}.npz" for one in seeds},
-            rarely(say, f"{method}, {force}: seed, generation, best fitness"),
+            searches, seeds, rarely(say, f"{method}, {force}: seed, generation, best fitness"),
         )  # fmt: skip
         for path in output[force]:
             write_table(found[Path(path).stem], path)

@@ -9,7 +9,8 @@ from fixtures.touched_block import SETTLED, block_of, mirrored, reflection, rmse
 from palpate.benchmark.load import Refused
 from palpate.benchmark.settings import Xpbd
 from palpate.bodies.supports import Bed
-from palpate.models.touch import fem, relaxed
+from palpate.models import relaxed
+from palpate.models.touch import fem
 from palpate.studies.touch.settings import Families
 
 OWN = {"xpbd": 6e-3, "projective_dynamics": 2e-3, "vertex_block_descent": 2e-3}

@@ -31,19 +31,13 @@ def fit_springs(input, output, wildcards, say, calibration: Settings, searches: 
 
 
 def measure_spring_floor(say, calibration: Settings, poissons: list[float], evaluations: int):
-    from tempfile import TemporaryDirectory
-
     import pandas as pd
 
-    from palpate.models.springs.cube_experiment import experiment, load_references, save_references, simulate_references
+    from palpate.models.springs.cube_experiment import experiment, simulate_references
     from palpate.studies.springs.spring_fit import INCOMPRESSIBLE, measure
 
     stiffest, floors = experiment(calibration, INCOMPRESSIBLE).volume_n_m(), []
     for poisson in steps(say, "springs' floor: Poisson's ratio")(poissons):
         found = experiment(calibration, poisson)
-        # read back as fit_springs does: arrays that lie otherwise in memory sum to other last digits
-        with TemporaryDirectory() as folder:
-            save_references(simulate_references(found, calibration.substeps), Path(folder, "reference.npz"))
-            references = load_references(Path(folder, "reference.npz"))
-        floors.append(measure(found, references, stiffest, evaluations))
+        floors.append(measure(found, simulate_references(found, calibration.substeps), stiffest, evaluations))
     return pd.concat(floors)
